@@ -1,0 +1,79 @@
+# phichain: `make` lists what can be done. Only Python 3.11 or newer, make and a C compiler are needed:
+# everything else is installed into .venv on the first run.
+
+PYTHON ?= python3
+VENV   ?= .venv
+OUT    ?= generated
+N      ?= 4
+SCENE  ?= planar$(N)
+JOBS   ?= auto
+PYTEST ?=
+
+PY    := $(VENV)/bin/python
+READY := $(VENV)/.ready
+PEERS := $(VENV)/.ready-bench
+PIP   := $(PY) -m pip install --quiet --disable-pip-version-check
+
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help setup run test generate lint types layers bench figures clean distclean
+
+help: ## list the targets
+	@echo "phichain: from a Lagrangian to firmware, for pendulum chains"
+	@echo
+	@awk 'BEGIN { FS = ":.*## " } /^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@echo
+	@echo "  make generate N=8                      paper A's chain of eight links, in generated/planar8"
+	@echo "  make generate SCENE=path/to/scene.toml your own chain"
+	@echo "  make test PYTEST='-k cli -x'           more words for pytest"
+
+setup: $(READY) ## prepare .venv (every other target does it when needed)
+
+$(PY):
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "phichain needs Python 3.11 or newer, $(PYTHON) is not; say make PYTHON=/path/to/python3.11" >&2; exit 1; }
+	@echo "preparing $(VENV) (once; a few minutes on a slow line)"
+	@$(PYTHON) -m venv $(VENV) || \
+	  { rm -rf $(VENV); echo "python3 -m venv failed; on Debian and Ubuntu install the package python3-venv" >&2; exit 1; }
+
+$(READY): pyproject.toml | $(PY)
+	@$(PIP) --editable '.[casadi,plot,dev]'
+	@touch $@
+
+$(PEERS): pyproject.toml $(READY)
+	@echo "installing the peers to compare with (once)"
+	@$(PIP) --editable '.[bench]'
+	@touch $@
+
+run: $(READY) ## the whole path in one go: derive, emit, compile, simulate, trace, control, report
+	@$(PY) -m phichain tour --out $(OUT)
+
+test: $(READY) ## all tests
+	@$(PY) -m pytest -n $(JOBS) --dist loadfile $(PYTEST)
+
+generate: $(READY) ## write the C and CasADi folder of a chain: N=8, or SCENE=path/to/scene.toml
+	@$(PY) -m phichain generate '$(SCENE)' --out '$(OUT)'
+
+lint: $(READY) layers ## ruff and the layer contract
+	@$(PY) -m ruff check .
+
+types: $(READY) ## mypy
+	@$(PY) -m mypy
+
+layers: $(READY) ## the layer contract alone: who may import whom
+	@$(PY) -c 'from importlinter.cli import lint_imports_command; lint_imports_command()' --no-logo
+
+bench: $(PEERS) ## measure against the peers; tables under benchmarks/results
+	@$(PY) -m benchmarks
+
+figures: $(READY) ## run every example; their figures go to generated/figures
+	@for script in examples/*.py; do echo "$$script"; $(PY) "$$script" || exit 1; done
+
+clean: ## remove what was generated and the caches, keep .venv
+	@find generated -mindepth 1 -maxdepth 1 ! -name README.md ! -name reference -exec rm -rf {} +
+	@rm -rf build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	@find codegen tests benchmarks examples -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
+
+distclean: clean ## clean, and remove .venv as well
+	@rm -rf $(VENV)

@@ -1,0 +1,100 @@
+"""From a generated folder to a System of compiled callables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from phichain.build.arrays import REAL
+from phichain.build.cache import Cache, default_cache
+from phichain.build.callables import make_callable
+from phichain.build.compiler import CompilerOptions
+from phichain.build.library import load_library, shared_object
+from phichain.build.rows import rows_source, rows_symbol
+from phichain.build.signature import Manifest, read_manifest
+from phichain.build.symbolic import casadi_dynamics
+from phichain.scene import scene_from_dict
+from phichain.system import System
+
+
+def build_folder(
+    folder: Path | str, options: CompilerOptions | None = None, cache: Cache | None = None
+) -> System:
+    """Compile a generated folder, or find it compiled, and load it.
+
+    The folder is only read. Its NAME.c is compiled together with the row loops of `rows_source`.
+
+    Args:
+        folder: ``DIR/NAME`` with manifest.json, NAME.h and NAME.c.
+        options: How to compile.
+        cache: Where compiled objects are kept; the user's cache when None.
+
+    Returns:
+        A System whose callables take arrays of shape (...) or (n, ...), in the order of the C signatures. Its entry
+        ``casadi``, where casadi is installed, makes the casadi.Function of the forward dynamics.
+
+    Raises:
+        OutputError: The folder is not a generated one or was changed; the disk is full.
+        CompilerError: The compiler is missing, failed or hung.
+        CacheError: The cache's folder is not the owner's alone, or the system cannot load from it.
+    """
+    manifest = read_manifest(folder)
+    name = manifest.name
+    sources = {file: manifest.source(file) for file in (f"{name}.h", f"{name}.c")}
+    sources[f"{name}_rows.c"] = rows_source(manifest).encode()
+    return _system(manifest, shared_object(name, sources, cache or default_cache(), options))
+
+
+def build_casadi(
+    folder: Path | str, options: CompilerOptions | None = None, cache: Cache | None = None
+) -> Path:
+    """Compile the opt-in NAME_casadi.c of a generated folder for CasADi's ``external``.
+
+    Use it as ``casadi.external("NAME_casadi_forward_dynamics", str(path))``; the Jacobians come along and are exact.
+
+    Args:
+        folder: ``DIR/NAME`` with manifest.json and NAME_casadi.c.
+        options: How to compile.
+        cache: Where compiled objects are kept; the user's cache when None.
+
+    Returns:
+        The shared object: a verified copy for this process, which lasts until it ends.
+
+    Raises:
+        OutputError: The folder is not a generated one, was changed, or has no NAME_casadi.c; the disk is full.
+        CompilerError: The compiler is missing, failed or hung.
+        CacheError: The cache's folder is not the owner's alone.
+    """
+    manifest = read_manifest(folder)
+    file = f"{manifest.name}_casadi.c"
+    return shared_object(manifest.name, {file: manifest.source(file)}, cache or default_cache(), options)
+
+
+def _system(manifest: Manifest, path: Path) -> System:
+    library, scene = load_library(path), scene_from_dict(dict(manifest.scene))
+    functions: dict[str, Callable[..., Any]] = {}
+    for name, signature in manifest.functions.items():
+        row_loop = library[rows_symbol(manifest.name, signature)]
+        row_loop.restype = None
+        functions[name] = make_callable(signature, row_loop, REAL[manifest.real])
+    dynamics = casadi_dynamics(manifest)
+    if dynamics is not None:
+        functions["casadi"] = dynamics
+    return System(
+        name=manifest.name,
+        space=scene.space,
+        base=scene.base,
+        links=scene.links,
+        nq=scene.nq,
+        nv=scene.nv,
+        nu=scene.nu,
+        real=manifest.real,
+        functions=functions,
+        q_names=scene.q_names,
+        v_names=scene.v_names,
+        u_names=scene.u_names,
+        params=None,
+        scene=manifest.scene,
+        digest=manifest.digest,
+    )

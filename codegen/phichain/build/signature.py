@@ -1,0 +1,168 @@
+"""What a generated folder offers, read from its manifest.json: parameters, functions and their shapes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import prod
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Final
+
+from phichain.errors import OutputError
+from phichain.files import MANIFEST
+
+_IDENTIFIER: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_REMEDY: Final = "generate the folder again with this version of phichain"
+
+
+@dataclass(frozen=True)
+class Argument:
+    """A named array (or, with the empty shape, a scalar)."""
+
+    name: str
+    shape: tuple[int, ...]
+
+    @property
+    def size(self) -> int:
+        """Number of entries."""
+        return prod(self.shape)
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.shape}" if self.shape else self.name
+
+
+@dataclass(frozen=True)
+class Signature:
+    """One emitted function: C order is the parameter struct (if it takes one), inputs, outputs.
+
+    Attributes:
+        name: Contract name, e.g. ``forward_dynamics``.
+        symbol: Its name in C.
+        inputs: Arrays by const pointer, scalars by value.
+        outputs: Always by pointer.
+        parameters: The scene's runtime parameters in the order of the C struct.
+        takes_parameters: Whether this function takes the struct.
+    """
+
+    name: str
+    symbol: str
+    inputs: tuple[Argument, ...]
+    outputs: tuple[Argument, ...]
+    parameters: tuple[Argument, ...]
+    takes_parameters: bool
+
+    def __str__(self) -> str:
+        tail = ["p="] if self.takes_parameters else []
+        arguments = ", ".join([argument.name for argument in self.inputs] + tail)
+        return f"{self.name}({arguments}) -> {', '.join(argument.name for argument in self.outputs)}"
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """A generated folder in short.
+
+    Attributes:
+        folder: Where it stands.
+        name: Name of the scene and prefix of all symbols.
+        scene: The scene as a plain mapping.
+        digest: The scene's canonical digest.
+        real: ``"double"`` or ``"float"``.
+        parameters: The runtime parameters in the order of the C struct.
+        functions: Signatures by contract name.
+        files: SHA-256 by file name.
+    """
+
+    folder: Path
+    name: str
+    scene: Mapping[str, Any]
+    digest: str
+    real: str
+    parameters: tuple[Argument, ...]
+    functions: Mapping[str, Signature]
+    files: Mapping[str, str]
+
+    def source(self, name: str) -> bytes:
+        """The content of one generated file, checked against the manifest.
+
+        Raises:
+            OutputError: It is missing or was changed since it was generated.
+        """
+        promised = self.files.get(name)
+        if promised is None:
+            raise _unreadable(self.folder, f"holds no {name}", f"generate it again with {name} asked for")
+        content = _read(self.folder / name)
+        if promised != f"sha256:{hashlib.sha256(content).hexdigest()}":
+            raise _unreadable(self.folder, f"its {name} was changed since it was generated", _REMEDY, file=name)
+        return content
+
+
+def read_manifest(folder: Path | str) -> Manifest:
+    """Read ``manifest.json`` of a generated folder.
+
+    Raises:
+        OutputError: There is none, or it is not one of ours.
+    """
+    path = Path(folder)
+    content = _read(path / MANIFEST)
+    try:
+        return _manifest(path, json.loads(content))
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise _unreadable(path, f"its {MANIFEST} is not one of ours, {error!r}", _REMEDY) from None
+
+
+def _manifest(folder: Path, data: Mapping[str, Any]) -> Manifest:
+    if data["real"] not in ("double", "float"):
+        raise ValueError(f"real is {data['real']!r}")
+    parameters = tuple(_argument(entry) for entry in data["params"])
+    functions = {name: _signature(name, entry, parameters) for name, entry in data["functions"].items()}
+    return Manifest(
+        folder=folder,
+        name=_identifier(data["name"]),
+        scene=MappingProxyType(dict(data["scene"])),
+        digest=data["digest"],
+        real=data["real"],
+        parameters=parameters,
+        functions=MappingProxyType(functions),
+        files=MappingProxyType(dict(data["files"])),
+    )
+
+
+def _signature(name: str, entry: Mapping[str, Any], parameters: tuple[Argument, ...]) -> Signature:
+    return Signature(
+        name=_identifier(name),
+        symbol=_identifier(entry["symbol"]),
+        inputs=tuple(_argument(item) for item in entry["inputs"]),
+        outputs=tuple(_argument(item) for item in entry["outputs"]),
+        parameters=parameters,
+        takes_parameters=bool(entry.get("params", False)),
+    )
+
+
+def _argument(entry: Mapping[str, Any]) -> Argument:
+    shape = tuple(entry["shape"])
+    if not all(isinstance(size, int) and size > 0 for size in shape):
+        raise ValueError(f"{entry['name']} has shape {shape}")
+    return Argument(_identifier(entry["name"]), shape)
+
+
+def _identifier(text: str) -> str:
+    # These names become C text and file names; nothing else may come through here.
+    if not _IDENTIFIER.fullmatch(text):
+        raise ValueError(f"{text!r} is not a C identifier")
+    return text
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        problem = f"its {path.name} cannot be read: {error.strerror}"
+        raise _unreadable(path.parent, problem, "name a folder that phichain generated") from error
+
+
+def _unreadable(folder: Path, problem: str, remedy: str, **data: object) -> OutputError:
+    return OutputError("folder", str(folder), problem, remedy, **data)

@@ -1,0 +1,204 @@
+"""The command `phichain`: one subcommand per verb, each a few lines around a function that Python users call too.
+
+Errors that phichain raises on purpose end as one line on stderr and exit code 2; anything else keeps its traceback,
+because then the fault is ours and the traceback is what a report needs.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import phichain
+from phichain.errors import PhichainError
+
+app = typer.Typer(
+    name="phichain",
+    help="From a Lagrangian to firmware: pendulum chains derived, emitted as C and CasADi, simulated and controlled.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+SceneWord = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENE", help="A TOML file, a bundled scene's name, or planarN: paper A's chain of N links."
+    ),
+]
+OutFolder = Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write into.")]
+OutFiles = Annotated[
+    list[Path] | None,
+    typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz or .png by its name; repeatable."),
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable."),
+]
+Lean = Annotated[float, typer.Option(metavar="RAD", help="Start at rest, the straight chain leaning by this angle.")]
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run one command and leave with its exit code: 0 done, 2 refused with one line that says why."""
+    warnings.showwarning = _one_line
+    try:
+        app(args=None if arguments is None else list(arguments), prog_name="phichain")
+    except PhichainError as refusal:
+        typer.secho(f"phichain: {refusal}", fg=typer.colors.RED, err=True)
+        sys.exit(2)
+
+
+def _one_line(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
+    typer.secho(f"phichain: warning: {message}", fg=typer.colors.YELLOW, err=True)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"phichain {phichain.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Say it and stop.")] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def show(
+    scene: SceneWord,
+    phi: Annotated[bool, typer.Option("--phi", help="Also the single-harmonic balance Phi_k of paper A.")] = False,
+    latex: Annotated[bool, typer.Option("--latex", help="Equations as LaTeX.")] = False,
+    program: Annotated[
+        str | None, typer.Option(metavar="FUNCTION", help="Instead, the list of operations of one function.")
+    ] = None,
+) -> None:
+    """Show a chain: its sketch, Lagrangian, mass matrix and equations of motion."""
+    from phichain.library import find_scene
+    from phichain.show import equations, operations
+
+    chosen = find_scene(scene)
+    typer.echo(operations(chosen, program) if program else equations(chosen, latex=latex, phi=phi))
+
+
+@app.command()
+def generate(scene: SceneWord, out: OutFolder = Path("generated")) -> None:
+    """Write the stand-alone C and CasADi folder of a scene, DIR/NAME."""
+    from phichain.library import find_scene
+    from phichain.pipeline import generate as written
+
+    folder = written(find_scene(scene), out)
+    typer.echo(f"wrote {folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}")
+
+
+@app.command()
+def build(scene: SceneWord) -> None:
+    """Compile a scene, or find it compiled, and list the functions that can be called."""
+    from phichain.console import functions
+    from phichain.library import find_scene
+    from phichain.pipeline import build as built
+
+    system = built(find_scene(scene))
+    typer.echo(str(system).partition("; functions")[0])
+    typer.echo(functions(system))
+
+
+@app.command()
+def simulate(
+    scene: SceneWord,
+    t: Annotated[float, typer.Option("--t", metavar="S", help="Final time in seconds.")] = 10.0,
+    points: Annotated[int, typer.Option(min=2, help="Output times, evenly spaced.")] = 1001,
+    lean: Lean = 0.5,
+    q: Annotated[str | None, typer.Option(metavar="A,B,...", help="Start here instead (nq numbers).")] = None,
+    v: Annotated[str | None, typer.Option(metavar="A,B,...", help="Start with these rates (nv numbers).")] = None,
+    u: Annotated[str | None, typer.Option(metavar="A,B,...", help="A constant input (nu numbers).")] = None,
+    method: Annotated[str, typer.Option(help="auto, or a method by name.")] = "auto",
+    tol: Annotated[float, typer.Option(help="Relative tolerance of a step.")] = 1e-9,
+    h: Annotated[float | None, typer.Option("--step", metavar="S", help="Step of a fixed-step method.")] = None,
+    settings: Settings = None,
+    out: OutFiles = None,
+) -> None:
+    """Simulate a chain from a given start and say how well its energy was kept."""
+    import numpy as np
+
+    from phichain.library import find_scene
+    from phichain.pipeline import build as built
+    from phichain.simulate import simulate as simulated
+    from phichain.start import leaning, numbers, parameters
+
+    system = _with(built(find_scene(scene)), parameters(settings or []))
+    rest = leaning(system, lean)
+    start = [rest[k] if given is None else given for k, given in enumerate((numbers(q, "q"), numbers(v, "v")))]
+    grid = np.linspace(0.0, t, points)
+    trajectory = simulated(system, (start[0], start[1]), grid, method, tol, u=numbers(u, "u"), h=h)
+    typer.echo(str(trajectory))
+    _write(trajectory, out, lambda: _figures().motion(system, trajectory))
+
+
+def _with(system: Any, values: Any) -> Any:
+    """The same system with values for its runtime parameters."""
+    from dataclasses import replace
+
+    return system if values is None else replace(system, params=values)
+
+
+def _figures() -> Any:
+    from phichain.report import figures
+
+    return figures
+
+
+def _write(record: Any, files: list[Path] | None, draw: Any) -> None:
+    """Write a result under every name asked for; the suffix says how."""
+    from phichain.errors import OutputError
+
+    for path in files or []:
+        if path.suffix == ".csv":
+            record.to_csv(path)
+        elif path.suffix == ".npz":
+            record.to_npz(path)
+        elif path.suffix == ".png":
+            from phichain.report.style import save
+
+            save(draw(), path)
+        else:
+            raise OutputError("out", str(path), "has no suffix that says what to write", "name it .csv, .npz or .png")
+        typer.echo(f"wrote {path}")
+
+
+@app.command()
+def info() -> None:
+    """Say which versions, compiler and cache are in use."""
+    from phichain.console import columns
+
+    typer.echo(columns(_environment()))
+
+
+def _environment() -> list[tuple[str, str]]:
+    import platform
+
+    from phichain.build import default_cache, find_compiler
+    from phichain.console import versions
+    from phichain.library import bundled_scenes
+
+    def asked(question: Any) -> str:
+        try:
+            return str(question())
+        except PhichainError as refusal:
+            return str(refusal)
+
+    packages = ("numpy", "scipy", "sympy", "mpmath", "jinja2", "typer", "rich", "casadi", "matplotlib")
+    return [
+        ("phichain", phichain.__version__),
+        ("python", platform.python_version()),
+        *versions(packages).items(),
+        ("compiler", asked(lambda: find_compiler().version)),
+        ("cache", asked(lambda: default_cache().info())),
+        ("scenes", ", ".join(bundled_scenes())),
+    ]

@@ -1,0 +1,205 @@
+r'''Numbers of the emitted sine-cosine kernel (`templates/sincos.c.j2`): coefficients, splittings, bounds.
+
+The kernel turns n angles x at once, without branches, so that a compiler vectorises it over the links:
+
+    q = round(x 2/pi),   r - e = x - q pi/2  (Cody & Waite, Software Manual for the Elementary Functions, 1980),
+    sin(r - e) = r - (r^3 S(r^2) + e (1 - r^2/2)),   cos(r - e) = 1 - r^2/2 + (r^4 C(r^2) + r e),
+
+then the quadrant q mod 4 exchanges the two and sets their signs. All quantities are pure numbers (radians).
+
+Reduction. pi/2 = P1 + P2 + P3 with P1, P2 of p - b bits (p = 53 or 24), so that q P1 and q P2 are exact for
+\|q\| <= 2^b, as are x - q P1 and the error of the second subtraction; only q P3 is rounded. The largest b was
+taken that keeps the remaining relative error of r - e small at the floating-point number nearest to every one
+of the 2^b multiples of pi/2, which a test repeats: 2^-57.9 for double with b = 18, 2^-25.4 for float with
+b = 11 (at 161 pi/2; 2^-27 everywhere else). No fused multiply-add is needed, and one changes nothing here.
+Rounding to the nearest integer adds and subtracts 1.5 2^(p-1), whose last bits then hold q.
+
+Polynomials. S and C interpolate at the zeros of a Chebyshev polynomial, mapped so that its smallest zero lies
+at r = 0, where the relative error vanishes anyway: with 6 + 6 terms for double 2^-57.8 and 2^-63.3, with 3 + 3
+for float 2^-27.8 and 2^-32.4, each within a factor 1.2 of the minimax polynomial. A coefficient is rounded to
+the format before the next ones are found, so that they make up for its rounding. The whole derivation, in mpmath::
+
+    from mpmath import cos, fabs, frexp, ldexp, lu_solve, matrix, mp, mpf, nint, pi, polyval, sin, sqrt
+
+    def rounded(value, bits):
+        mantissa, exponent = frexp(value)
+        return ldexp(nint(ldexp(mantissa, bits)), exponent - bits)
+
+    def fit(series, count, order, bits, top):
+        size = count + order
+        zeros = [cos(pi * (mpf(i) + 0.5) / size) for i in range(size)]
+        points = [top * (zero - zeros[-1]) / (1 - zeros[-1]) for zero in zeros]
+        known = []
+        for free in range(count, 0, -1):
+            rows = matrix([[z**j for j in range(free)] for z in points[:free]])
+            rest = [(series(z) - polyval(known[::-1] or [0], z)) / z ** len(known) for z in points[:free]]
+            known.append(rounded(lu_solve(rows, matrix(rest))[0], bits))
+        return known
+
+    def sine_rest(z):
+        return (1 - sin(sqrt(z)) / sqrt(z)) / z
+
+    def cosine_rest(z):
+        return (cos(sqrt(z)) - 1 + z / 2) / z**2
+
+    mp.prec = 300
+    derived = {}
+    for real, bits, count, slack in (("double", 53, 6, mpf(2) ** -30), ("float", 24, 3, mpf(2) ** -11)):
+        top = (pi / 4 + slack) ** 2
+        derived[real] = [fit(sine_rest, count, 1, bits, top), fit(cosine_rest, count, 2, bits, top)]
+
+`slack` is how far beyond pi/4 the rounding of x 2/pi may leave r. The errors stated in `ERROR_ULP` are measured
+upper bounds in units of the last place of the result: double over 4 million random and all critical angles,
+float over every single one up to the bound.
+'''
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+HEADERS: Final = ("float.h", "math.h", "stdint.h", "string.h")
+"""Headers a translation unit needs before it includes the rendered template."""
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """What one format needs: every number exact in it.
+
+    Attributes:
+        half_pi: P1, P2, P3 of the reduction.
+        two_over_pi: 2/pi to the format.
+        rounder: 1.5 2^(p-1); adding and subtracting it rounds to the nearest integer.
+        sine: Coefficients of S, lowest power of r^2 first.
+        cosine: Coefficients of C, lowest power of r^2 first.
+        bound: Largest magnitude of an angle the kernel takes, in radians; the C library takes larger ones.
+        error_ulp: Bound of the error within `bound`, in units of the last place.
+    """
+
+    half_pi: tuple[float, float, float]
+    two_over_pi: float
+    rounder: float
+    sine: tuple[float, ...]
+    cosine: tuple[float, ...]
+    bound: float
+    error_ulp: float
+
+
+def _exact(*texts: str) -> tuple[float, ...]:
+    return tuple(float.fromhex(text) for text in texts)
+
+
+KERNELS: Final = {
+    "double": Kernel(
+        half_pi=(
+            float.fromhex("0x1.921fb5444p+0"),
+            float.fromhex("0x1.68c234c4cp-39"),
+            float.fromhex("0x1.98a2e03707345p-77"),
+        ),
+        two_over_pi=float.fromhex("0x1.45f306dc9c883p-1"),
+        rounder=float.fromhex("0x1.8p+52"),
+        sine=_exact(
+            "0x1.5555555555549p-3",
+            "-0x1.111111110f89fp-7",
+            "0x1.a01a019c14f6ep-13",
+            "-0x1.71de357a10113p-19",
+            "0x1.ae5e67cd64926p-26",
+            "-0x1.5d93691e8362dp-33",
+        ),
+        cosine=_exact(
+            "0x1.5555555555548p-5",
+            "-0x1.6c16c16c14aeep-10",
+            "0x1.a01a019c245c1p-16",
+            "-0x1.27e4f7af8f851p-22",
+            "0x1.1ee9b48775c89p-29",
+            "-0x1.8f94661c27c04p-37",
+        ),
+        bound=400000.0,
+        error_ulp=0.8,
+    ),
+    "float": Kernel(
+        half_pi=(
+            float.fromhex("0x1.922p+0"),
+            float.fromhex("-0x1.2afp-18"),
+            float.fromhex("0x1.0b4612p-34"),
+        ),
+        two_over_pi=float.fromhex("0x1.45f306p-1"),
+        rounder=float.fromhex("0x1.8p+23"),
+        sine=_exact(
+            "0x1.555546p-3",
+            "-0x1.110778p-7",
+            "0x1.9953e4p-13",
+        ),
+        cosine=_exact(
+            "0x1.555548p-5",
+            "-0x1.6c0b3p-10",
+            "0x1.99ad38p-16",
+        ),
+        bound=3200.0,
+        error_ulp=0.9,
+    ),
+}
+"""The kernel's numbers for each of the two formats."""
+
+
+def literal(value: float, real: str) -> str:
+    """Write a number as a hexadecimal C99 literal, exact in the format `real` ("double" or "float")."""
+    mantissa, exponent = value.hex().split("p")
+    digits = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
+    return f"{digits}p{exponent}" + ("f" if real == "float" else "")
+
+
+def _bits(value: float, real: str) -> str:
+    pattern = struct.pack(">d" if real == "double" else ">f", value).hex()
+    return f"0x{pattern}u" if real == "float" else f"UINT64_C(0x{pattern})"
+
+
+def _series(coefficients: Sequence[float], real: str, indent: str) -> str:
+    """Write c0 + c1 r2 + c2 r2^2 + ... as pairs in r2, nested in r4: half as deep as Horner's nesting."""
+    pairs = [coefficients[i : i + 2] for i in range(0, len(coefficients), 2)]
+    terms = [literal(pair[0], real) + "".join(_signed_term(c, real) for c in pair[1:]) for pair in pairs]
+    text = terms[-1]
+    for term in reversed(terms[:-1]):
+        factor = f"({text})" if text != terms[-1] or len(pairs[-1]) == 2 else text
+        text = f"({term})\n{indent}+ r4 * {factor}"
+    return text
+
+
+def _signed_term(coefficient: float, real: str) -> str:
+    sign = "-" if coefficient < 0 else "+"
+    return f" {sign} r2 * {literal(abs(coefficient), real)}"
+
+
+def coefficients(real: str) -> dict[str, object]:
+    """Return the finished literals and names that `templates/sincos.c.j2` asks for, beside `name` and `real`.
+
+    Args:
+        real: "double" or "float".
+
+    Returns:
+        The template's variables; every number is text, exact in the format.
+    """
+    kernel = KERNELS[real]
+    width = 64 if real == "double" else 32
+    suffix = "" if real == "double" else "f"
+    indent = " " * 12
+    return {
+        "word": f"uint{width}_t",
+        "sign_bit": _bits(-0.0, real),
+        "sign_shift": width - 1,
+        "half_turn_shift": width - 2,
+        "bound": f"{kernel.bound:.0f}",
+        "bound_bits": _bits(kernel.bound, real),
+        "error_ulp": f"{kernel.error_ulp:g}",
+        "half_pi": tuple(literal(part, real) for part in kernel.half_pi),
+        "two_over_pi": literal(kernel.two_over_pi, real),
+        "rounder": literal(kernel.rounder, real),
+        "half": f"0.5{suffix}",
+        "one": f"1.0{suffix}",
+        "sine_series": _series(kernel.sine, real, indent),
+        "cosine_series": _series(kernel.cosine, real, indent),
+        "libm_sin": f"sin{suffix}",
+        "libm_cos": f"cos{suffix}",
+    }

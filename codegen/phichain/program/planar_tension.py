@@ -1,0 +1,128 @@
+"""Planar forward dynamics with every mass at its link's end (r = l), design 1.3: tensions, in joint angles alone.
+
+One sine-cosine pair a joint, no cumulative angle. A couple tau_phi,k on link k enters as a pair of forces
+M_k = tau_phi,k / l_k across the link; with lambda the tensions, f the horizontal force left for the cart,
+
+    b_k = l_k w_k^2 + M_{k+1} s_{k+1} / m_k - M_{k-1} s_k / m_{k-1},   b_0 gains g c_0 - s_0 f / m_c
+    l_k phi_k'' = M_k (1/m_k + 1/m_{k-1}) + (lambda_{k+1} s_{k+1} - M_{k+1} c_{k+1}) / m_k
+                  - (lambda_{k-1} s_k + M_{k-1} c_k) / m_{k-1}
+    x'' = (f + lambda_0 s_0) / m_c,   f = u - M_0 c_0,   l_0 phi_0'' gains -g s_0 - c_0 x''
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from phichain.program.builder import ArrayRef, Builder, Expr, Index
+from phichain.program.parameters import Parameters
+from phichain.program.planar_joints import PlanarState, couples, from_absolute
+from phichain.program.tensions import Joints, solve_tensions
+from phichain.scene import Scene
+
+
+@dataclass(frozen=True)
+class _Chain:
+    """What both halves of the computation share."""
+
+    builder: Builder
+    parameters: Parameters
+    sine: ArrayRef
+    cosine: ArrayRef
+    pair: ArrayRef | None
+    horizontal: Expr | None
+
+
+def accelerations(
+    builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None, a: ArrayRef
+) -> None:
+    """Write the accelerations [x'', theta''] into `a`."""
+    chain = _chain(builder, scene, parameters, state, u)
+    tension = solve_tensions(builder, parameters, _joints(chain, state))
+    cart = None
+    if chain.horizontal is not None:
+        pull = tension[0] * parameters.mass[0] * chain.sine[0]
+        cart = builder.let("cart_acceleration", (chain.horizontal + pull) / parameters.cart_mass)
+        a[0] = cart
+    alpha = builder.array("acceleration", scene.links)
+    length = parameters.length
+    alpha[0] = _first(chain, tension, cart) / length[0]
+    inverse_length = parameters.derived("inverse_length", lambda k: 1 / length[k])
+    with builder.loop("k", 1, scene.links) as loop:
+        alpha[loop.index] = _beyond(chain, tension, loop.index) * inverse_length[loop.index]
+    from_absolute(builder, scene, alpha, a.shifted(int(scene.has_cart)))
+
+
+def _chain(
+    builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None
+) -> _Chain:
+    sine, cosine = builder.sincos(state.angle, scene.links, padding=1)
+    sine[scene.links], cosine[scene.links] = builder.lift(0), builder.lift(0)
+    couple = couples(builder, scene, parameters, state, u)
+    pair = None
+    if couple is not None:
+        pair = builder.array("force_pair", scene.links + 1)
+        inverse_length = parameters.derived("inverse_length", lambda k: 1 / parameters.length[k])
+        with builder.loop("k", 0, scene.links) as loop:
+            pair[loop.index] = couple[loop.index] * inverse_length[loop.index]
+        pair[scene.links] = builder.lift(0)
+    horizontal = None
+    if scene.has_cart:
+        horizontal = u[0] if u is not None and scene.has_force else builder.lift(0)
+        if pair is not None:
+            horizontal = horizontal - pair[0] * cosine[0]
+    return _Chain(builder, parameters, sine, cosine, pair, horizontal)
+
+
+def _joints(chain: _Chain, state: PlanarState) -> Joints:
+    builder, parameters, sine = chain.builder, chain.parameters, chain.sine
+    links = parameters.links
+    right_side = builder.array("right_side", links)
+    right_side[0] = _first_right_side(chain, state)
+    with builder.loop("k", 1, links) as loop:
+        k = loop.index
+        right_side[k] = _right_side(chain, state, k)
+    squared = builder.array("sine_squared", links)
+    with builder.loop("k", 1, links) as loop:
+        squared[loop.index] = sine[loop.index] * sine[loop.index]
+    base_slack = builder.lift(0)
+    if chain.horizontal is not None:
+        base_slack = parameters.mass[0] / parameters.cart_mass * (sine[0] * sine[0])
+    return Joints(chain.cosine, squared, base_slack, right_side)
+
+
+def _right_side(chain: _Chain, state: PlanarState, k: Index) -> Expr:
+    parameters, pair = chain.parameters, chain.pair
+    value = parameters.length[k] * (state.rate[k] * state.rate[k])
+    if pair is None:
+        return value
+    value = value + pair[k + 1] * chain.sine[k + 1] / parameters.mass[k]
+    return value - pair[k - 1] * chain.sine[k] / parameters.mass[k - 1]
+
+
+def _first_right_side(chain: _Chain, state: PlanarState) -> Expr:
+    parameters, sine, cosine = chain.parameters, chain.sine, chain.cosine
+    value = parameters.length[0] * (state.rate[0] * state.rate[0]) + parameters.gravity * cosine[0]
+    if chain.pair is not None:
+        value = value + chain.pair[1] * sine[1] / parameters.mass[0]
+    if chain.horizontal is not None:
+        value = value - sine[0] * (chain.horizontal / parameters.cart_mass)
+    return value
+
+
+def _first(chain: _Chain, tension: ArrayRef, cart: Expr | None) -> Expr:
+    """l_0 phi_0''."""
+    parameters, sine, cosine, pair = chain.parameters, chain.sine, chain.cosine, chain.pair
+    value = tension[1] * parameters.mass_ratio[1] * sine[1] - parameters.gravity * sine[0]
+    if pair is not None:
+        value = value + (pair[0] - pair[1] * cosine[1]) / parameters.mass[0]
+    return value if cart is None else value - cosine[0] * cart
+
+
+def _beyond(chain: _Chain, tension: ArrayRef, k: Index) -> Expr:
+    """l_k phi_k'' for k >= 1."""
+    parameters, sine, cosine, pair = chain.parameters, chain.sine, chain.cosine, chain.pair
+    pull = tension[k + 1] * parameters.mass_ratio[k + 1] * sine[k + 1] - tension[k - 1] * sine[k]
+    if pair is None:
+        return pull
+    own = (pair[k] - pair[k + 1] * cosine[k + 1]) / parameters.mass[k]
+    return pull + own + (pair[k] - pair[k - 1] * cosine[k]) / parameters.mass[k - 1]

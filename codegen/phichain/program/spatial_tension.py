@@ -1,0 +1,167 @@
+"""Spatial forward dynamics with every mass at its link's end (r = l), design 1.3: tensions on unit vectors, no trigonometry.
+
+With X_k = q_{k-1} x q_k and N_k = n_k / l_k the force pairs of springs and dampers, f the horizontal force left for the cart,
+
+    b_k = l_k |omega_k|^2 - q_k.N_{k+1} / m_k - q_k.N_{k-1} / m_{k-1},   b_0 gains (g e_3 - C f / m_c).q_0
+    l_k omega_k' = (lambda_{k+1} / m_k) X_{k+1} - (lambda_{k-1} / m_{k-1}) X_k
+                   + q_k x (N_k (1/m_k + 1/m_{k-1}) - N_{k+1} / m_k - N_{k-1} / m_{k-1})
+    x'' = (f + lambda_0 C^T q_0) / m_c,   f = u - C^T N_0,   l_0 omega_0' gains q_0 x (g e_3 - C x'')
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from phichain.program.builder import ArrayRef, Builder, Expr, Index
+from phichain.program.parameters import Parameters
+from phichain.program.spatial_links import couples, directions, neighbours
+from phichain.program.tensions import Joints, solve_tensions
+from phichain.program.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.scene import Scene
+
+
+@dataclass(frozen=True)
+class _Chain:
+    """What both halves of the computation share; `pair` is zero beyond the tip."""
+
+    builder: Builder
+    parameters: Parameters
+    direction: ArrayRef
+    omega: ArrayRef
+    crosses: ArrayRef
+    pair: ArrayRef | None
+    horizontal: tuple[Expr, Expr] | None
+
+
+def accelerations(
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, u: ArrayRef | None, a: ArrayRef
+) -> None:
+    """Write the accelerations [x'', omega'] into `a`."""
+    direction, omega = directions(scene, q), directions(scene, v)
+    cosine, crosses = neighbours(builder, direction, scene.links)
+    pair = _force_pairs(builder, scene, parameters, direction, omega)
+    horizontal = _horizontal(builder, scene, u, pair)
+    chain = _Chain(builder, parameters, direction, omega, crosses, pair, horizontal)
+    tension = solve_tensions(builder, parameters, _joints(chain, cosine))
+    cart = _cart(chain, tension)
+    if cart is not None:
+        a[0], a[1] = cart
+    rates = directions(scene, a)
+    _first(chain, tension, cart, rates)
+    _beyond(chain, tension, rates)
+
+
+def _force_pairs(
+    builder: Builder, scene: Scene, parameters: Parameters, direction: ArrayRef, omega: ArrayRef
+) -> ArrayRef | None:
+    couple = couples(builder, scene, parameters, direction, omega)
+    if couple is None:
+        return None
+    inverse_length = parameters.derived("inverse_length", lambda k: 1 / parameters.length[k])
+    pair = builder.array("force_pair", 3 * scene.links + 3)
+    with builder.loop("k", 0, scene.links) as loop:
+        store(pair, loop.index, scale(inverse_length[loop.index], load(couple, loop.index)))
+    nothing = builder.lift(0)
+    store(pair, scene.links, (nothing, nothing, nothing))
+    return pair
+
+
+def _horizontal(
+    builder: Builder, scene: Scene, u: ArrayRef | None, pair: ArrayRef | None
+) -> tuple[Expr, Expr] | None:
+    if not scene.has_cart:
+        return None
+    nothing = builder.lift(0)
+    force = (u[0], u[1]) if u is not None else (nothing, nothing)
+    return force if pair is None else (force[0] - pair[0], force[1] - pair[1])
+
+
+def _joints(chain: _Chain, cosine: ArrayRef) -> Joints:
+    builder, parameters = chain.builder, chain.parameters
+    links = parameters.links
+    right_side = builder.array("right_side", links)
+    right_side[0] = _first_right_side(chain)
+    with builder.loop("k", 1, links) as loop:
+        right_side[loop.index] = _right_side(chain, loop.index)
+    squared = builder.array("sine_squared", links)
+    with builder.loop("k", 1, links) as loop:
+        across = load(chain.crosses, loop.index)
+        squared[loop.index] = dot(across, across)
+    base_slack = builder.lift(0)
+    if chain.horizontal is not None:
+        x, y, _ = load(chain.direction, 0)
+        base_slack = parameters.mass[0] / parameters.cart_mass * (x * x + y * y)
+    return Joints(cosine, squared, base_slack, right_side)
+
+
+def _right_side(chain: _Chain, k: Index) -> Expr:
+    parameters, omega = chain.parameters, load(chain.omega, k)
+    value = parameters.length[k] * dot(omega, omega)
+    if chain.pair is None:
+        return value
+    here = load(chain.direction, k)
+    value = value - dot(here, load(chain.pair, k + 1)) / parameters.mass[k]
+    return value - dot(here, load(chain.pair, k - 1)) / parameters.mass[k - 1]
+
+
+def _first_right_side(chain: _Chain) -> Expr:
+    parameters = chain.parameters
+    omega, here = load(chain.omega, 0), load(chain.direction, 0)
+    value = parameters.length[0] * dot(omega, omega) + parameters.gravity * here[2]
+    if chain.pair is not None:
+        value = value - dot(here, load(chain.pair, 1)) / parameters.mass[0]
+    if chain.horizontal is not None:
+        push = here[0] * chain.horizontal[0] + here[1] * chain.horizontal[1]
+        value = value - push / parameters.cart_mass
+    return value
+
+
+def _cart(chain: _Chain, tension: ArrayRef) -> tuple[Expr, Expr] | None:
+    """x'' = (f + lambda_0 C^T q_0) / m_c."""
+    if chain.horizontal is None:
+        return None
+    builder, parameters = chain.builder, chain.parameters
+    pull = tension[0] * (parameters.mass[0] / parameters.cart_mass)
+    first, second = (
+        builder.let(f"cart_acceleration_{i}", chain.horizontal[i] / parameters.cart_mass + pull * chain.direction[i])
+        for i in range(2)
+    )
+    return first, second
+
+
+def _first(chain: _Chain, tension: ArrayRef, cart: tuple[Expr, Expr] | None, rates: ArrayRef) -> None:
+    """l_0 omega_0' = (lambda_1 / m_0) X_1 + q_0 x (g e_3 - C x'' + couples)."""
+    parameters, builder = chain.parameters, chain.builder
+    inverse = 1 / parameters.length[0]
+    here = load(chain.direction, 0)
+    nothing = builder.lift(0)
+    fall: Vector = (nothing, nothing, parameters.gravity * inverse)
+    if cart is not None:
+        fall = (-(cart[0] * inverse), -(cart[1] * inverse), fall[2])
+    if chain.pair is not None:
+        own = sub(load(chain.pair, 0), load(chain.pair, 1))
+        fall = add(fall, scale(inverse / parameters.mass[0], own))
+    pull = tension[1] * (parameters.mass_ratio[1] * inverse)
+    store(rates, 0, add(scale(pull, load(chain.crosses, 1)), cross(here, fall)))
+
+
+def _beyond(chain: _Chain, tension: ArrayRef, rates: ArrayRef) -> None:
+    parameters, builder = chain.parameters, chain.builder
+    inverse_length = parameters.derived("inverse_length", lambda k: 1 / parameters.length[k])
+    with builder.loop("k", 1, parameters.links) as loop:
+        k = loop.index
+        outer = builder.let("outer_pull", tension[k + 1] * (parameters.mass_ratio[k + 1] * inverse_length[k]))
+        inner = builder.let("inner_pull", tension[k - 1] * inverse_length[k])
+        rate = sub(scale(outer, load(chain.crosses, k + 1)), scale(inner, load(chain.crosses, k)))
+        if chain.pair is not None:
+            rate = add(rate, _couple_rate(chain, k))
+        store(rates, k, rate)
+
+
+def _couple_rate(chain: _Chain, k: Index) -> Vector:
+    assert chain.pair is not None
+    parameters = chain.parameters
+    own = load(chain.pair, k)
+    beyond = scale(1 / parameters.mass[k], sub(own, load(chain.pair, k + 1)))
+    before = scale(1 / parameters.mass[k - 1], sub(own, load(chain.pair, k - 1)))
+    return scale(1 / parameters.length[k], cross(load(chain.direction, k), add(beyond, before)))

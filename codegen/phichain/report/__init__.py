@@ -1,0 +1,1 @@
+"""Figures, pages and tables from results; the only place that draws."""

@@ -1,0 +1,75 @@
+"""The figures of phichain: a motion, a family of limit cycles, a controlled chain, and all of them on one sheet."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from phichain.report import panels
+from phichain.report.geometry import tilt
+from phichain.report.style import figure, look
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from phichain.simulate import Trajectory
+    from phichain.system import System
+
+
+def motion(system: System, trajectory: Trajectory) -> Figure:
+    """A simulation: the chain in motion, the angle of every link from the vertical, and the energy's error."""
+    with look():
+        drawing = figure(8.4, 4.6)
+        axes = drawing.subplot_mosaic([["chain", "angles"], ["chain", "energy"]], width_ratios=(1.0, 1.4))
+        panels.chain_in_motion(axes["chain"], system, trajectory.q)
+        axes["chain"].set_title(f"{trajectory.name}, {trajectory.t[0]:g} to {trajectory.t[-1]:g} s")
+        angles(axes["angles"], system, trajectory)
+        if trajectory.energy is None:
+            axes["energy"].set_visible(False)
+            axes["angles"].set_xlabel("t (s)")
+        else:
+            panels.energy_error(axes["energy"], trajectory.t, trajectory.energy)
+            axes["energy"].set_title(f"by {trajectory.method}, tolerance {trajectory.tol:.0e}")
+    return drawing
+
+
+def angles(axes: Any, system: System, trajectory: Trajectory) -> None:
+    """Angle of every link from the hanging vertical, over time."""
+    names = [f"link {k}" for k in range(1, system.links + 1)]
+    panels.against_time(axes, trajectory.t, tilt(system, trajectory.q), names, "link angle (rad)")
+
+
+def closed_loop(system: System, trajectory: Trajectory, direction_error: Any, rate_error: Any) -> Figure:
+    """A controlled chain on a cart: the motion, the errors that must vanish, the cart's position and its force.
+
+    Args:
+        system: The chain.
+        trajectory: The closed loop's motion, with its input u.
+        direction_error: e_q over time.
+        rate_error: e_omega over time.
+    """
+    with look():
+        drawing = figure(8.4, 5.4)
+        layout = [["chain", "errors"], ["chain", "cart"], ["chain", "force"]]
+        axes = drawing.subplot_mosaic(layout, width_ratios=(1.0, 1.4))
+        panels.chain_in_motion(axes["chain"], system, trajectory.q)
+        axes["chain"].set_title(f"{trajectory.name}, {trajectory.t[0]:g} to {trajectory.t[-1]:g} s")
+        panels.decay(axes["errors"], trajectory.t, {"$e_q$": direction_error, r"$e_\omega$": rate_error})
+        axes["errors"].set_xlabel("")
+        cart = trajectory.q[:, : system.cart_size]
+        panels.against_time(axes["cart"], trajectory.t, cart, list(system.q_names[: system.cart_size]), "cart (m)")
+        if trajectory.u is not None:
+            panels.against_time(axes["force"], trajectory.t, trajectory.u, list(system.u_names), "force (N)")
+        axes["force"].set_xlabel("t (s)")
+    return drawing
+
+
+def family(name: str, amplitudes: Any, omega: Any) -> Figure:
+    """One family of limit cycles in paper A's axes."""
+    with look():
+        drawing = figure(6.4, 4.2)
+        axes = drawing.subplots()
+        panels.family(axes, amplitudes, omega)
+        axes.set_title(f"{name}: {len(np.asarray(omega))} points of the single-harmonic family")
+    return drawing

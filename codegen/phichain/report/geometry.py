@@ -1,0 +1,68 @@
+"""Where the links of a System are in space, for drawing: joints as points, from a state and the scene's lengths."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from phichain.errors import ArrayError
+from phichain.system import System, unit_vectors
+
+Points = NDArray[np.float64]
+
+
+def link_lengths(system: System) -> Points:
+    """Lengths l_1 .. l_N in metres, shape (N,), from the scene or else from the default runtime parameters.
+
+    Raises:
+        ArrayError: They are runtime parameters and the system has no default values.
+    """
+    value: Any = system.scene.get("chain", {}).get("length", "runtime")
+    if value == "runtime":
+        value = (system.params or {}).get("length")
+    if value is None:
+        raise ArrayError("length", value, "is a runtime parameter without a value", "build the system with params")
+    return np.broadcast_to(np.asarray(value, dtype=float), (system.links,))
+
+
+def absolute_angles(system: System, q: ArrayLike) -> Points:
+    """phi = S theta of design 1.2: angles from the hanging vertical in radians, shape (..., N), of a planar system."""
+    theta = np.asarray(q, dtype=float)[..., system.cart_size :]
+    kind = system.scene.get("joints", {}).get("angles", "relative")
+    if kind == "absolute":
+        return theta
+    if kind == "adjacent":
+        return theta + np.concatenate([np.zeros_like(theta[..., :1]), theta[..., :-1]], axis=-1)
+    return np.cumsum(theta, axis=-1)
+
+
+def directions(system: System, q: ArrayLike) -> Points:
+    """Unit vectors along the links, shape (..., N, d); the last axis of space points along gravity."""
+    if not system.is_planar:
+        return unit_vectors(system, np.asarray(q, dtype=float))
+    phi = absolute_angles(system, q)
+    return np.stack([np.sin(phi), np.cos(phi)], axis=-1)
+
+
+def joints(system: System, q: ArrayLike) -> Points:
+    """Points from the base to the tip in metres, shape (..., N + 1, d)."""
+    state = np.asarray(q, dtype=float)
+    steps = link_lengths(system)[:, None] * directions(system, state)
+    base = np.zeros((*steps.shape[:-2], 1, steps.shape[-1]))
+    if system.has_cart:
+        base[..., 0, :-1] = state[..., : system.cart_size]
+    return np.concatenate([base, base + np.cumsum(steps, axis=-2)], axis=-2)
+
+
+def tilt(system: System, q: ArrayLike) -> Points:
+    """Angle of every link from the hanging vertical in radians, shape (..., N): 0 hangs, pi stands.
+
+    Planar angles keep their sign and their turns; a spatial link has no sign, and its angle is taken from both sine
+    and cosine, so that it is right near 0 and pi too.
+    """
+    if system.is_planar:
+        return absolute_angles(system, q)
+    unit = directions(system, q)
+    return np.arctan2(np.hypot(unit[..., 0], unit[..., 1]), unit[..., 2])

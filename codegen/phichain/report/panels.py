@@ -1,0 +1,93 @@
+"""The panels that figures are put together from; each draws one thing on the axes it is given."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from phichain.report.geometry import joints
+from phichain.report.style import ACCENT, INK, SOFT, shades
+from phichain.system import System
+
+_MOMENTS = 14
+_SMALLEST = 1e-17
+
+
+def chain_in_motion(axes: Any, system: System, q: ArrayLike, moments: int = _MOMENTS) -> None:
+    """The chain at evenly spaced moments, pale at first and dark at the end, over the path of its tip; seen along e_2.
+
+    Args:
+        axes: Where to draw.
+        system: The chain.
+        q: Configurations (T, nq) at even steps of time.
+        moments: How many of them are drawn.
+    """
+    points = joints(system, q)
+    across, down = points[..., 0], points[..., -1]
+    axes.plot(across[:, -1], -down[:, -1], color=ACCENT, linewidth=0.6, alpha=0.6, zorder=1)
+    chosen = np.unique(np.linspace(0, len(points) - 1, moments).astype(int))
+    for rank, k in enumerate(chosen):
+        last = rank == len(chosen) - 1
+        strength = 0.12 + 0.35 * rank / max(len(chosen) - 1, 1)
+        axes.plot(
+            across[k], -down[k], "-o", color=INK, alpha=1.0 if last else strength, linewidth=1.6 if last else 0.9,
+            markersize=4.0 if last else 2.0, zorder=3 if last else 2,
+        )  # fmt: skip
+    if system.has_cart:
+        _rail(axes, across[:, 0], float(np.ptp(down)) or 1.0)
+    axes.set_aspect("equal", adjustable="box", anchor="C")
+    axes.set(xlabel="$e_1$ (m)", ylabel="height (m)")
+
+
+def _rail(axes: Any, cart: NDArray[np.float64], height: float) -> None:
+    axes.axhline(0.0, color=SOFT, linewidth=0.8, zorder=0)
+    axes.plot(cart[-1], 0.0, marker="s", markersize=9, color=INK, zorder=4)
+    axes.plot([cart.min(), cart.max()], [0.0, 0.0], color=SOFT, linewidth=3.0, alpha=0.5, zorder=0)
+    axes.set_ylim(top=max(axes.get_ylim()[1], 0.12 * height))
+
+
+def against_time(axes: Any, t: ArrayLike, values: ArrayLike, names: Sequence[str], label: str) -> None:
+    """Curves over time, one colour each from base to tip; a legend above them where it can still be read."""
+    columns = np.atleast_2d(np.asarray(values, dtype=float).T)
+    for curve, colour, name in zip(columns, shades(len(columns)), names, strict=True):
+        axes.plot(t, curve, color=colour, label=name)
+    axes.set(ylabel=label, xlim=(np.min(t), np.max(t)))
+    if 1 < len(columns) <= 8:
+        place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2}
+        axes.legend(ncols=len(columns), handlelength=1.0, columnspacing=1.0, **place)
+
+
+def energy_error(axes: Any, t: ArrayLike, energy: ArrayLike) -> None:
+    """How far the total energy has moved from its first value, relative to the largest; logarithmic."""
+    total = np.asarray(energy, dtype=float)
+    scale = max(float(np.max(np.abs(total))), np.finfo(float).tiny)
+    moved = np.maximum(np.abs(total - total[0]) / scale, _SMALLEST)
+    axes.semilogy(np.asarray(t)[1:], moved[1:], color=ACCENT, linewidth=0.9)
+    axes.set(xlabel="t (s)", ylabel="energy error, relative", xlim=(np.min(t), np.max(t)))
+
+
+def decay(axes: Any, t: ArrayLike, curves: dict[str, ArrayLike]) -> None:
+    """Norms that should vanish, over time on a logarithmic scale."""
+    for (name, values), colour in zip(curves.items(), (ACCENT, INK, SOFT), strict=False):
+        axes.semilogy(t, np.maximum(np.asarray(values, dtype=float), _SMALLEST), color=colour, label=name)
+    axes.set(xlabel="t (s)", xlim=(np.min(t), np.max(t)))
+    axes.legend(loc="upper right")
+
+
+def family(axes: Any, amplitudes: ArrayLike, omega: ArrayLike) -> None:
+    """A family of limit cycles as paper A draws it: frequency over the amplitude of every link.
+
+    Args:
+        axes: Where to draw.
+        amplitudes: A_k in radians, (points, N).
+        omega: Frequencies in rad/s, (points,).
+    """
+    columns = np.asarray(amplitudes, dtype=float).T
+    for k, (curve, colour) in enumerate(zip(columns, shades(len(columns)), strict=True), start=1):
+        axes.plot(curve, omega, color=colour, label=f"$A_{{{k}}}$")
+    axes.axhline(float(np.asarray(omega)[0]), color=SOFT, linewidth=0.8, linestyle=":", label="small motions")
+    axes.set(xlabel="amplitude (rad)", ylabel=r"$\omega$ (rad/s)")
+    axes.legend(loc="best")

@@ -1,0 +1,83 @@
+"""How every figure of phichain looks: one set of sizes and colours, no window, no global state.
+
+Figures are made as objects and written as PNG; nothing here touches pyplot, so a report can be drawn from any thread
+and beside any other use of matplotlib. matplotlib belongs to the extra `plot` and is imported when first needed.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from phichain.errors import UnsupportedError
+from phichain.files import write_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_LOOK: Any = {
+    "font.size": 9.0,
+    "axes.titlesize": 10.0,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e3e7ec",
+    "grid.linewidth": 0.7,
+    "lines.linewidth": 1.3,
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+}
+
+ACCENT = "#c2410c"
+INK = "#1c2430"
+SOFT = "#8b95a3"
+
+
+@contextmanager
+def look() -> Iterator[None]:
+    """Draw in the project's style within this block.
+
+    Raises:
+        UnsupportedError: matplotlib is not installed.
+    """
+    try:
+        import matplotlib
+    except ImportError as failure:
+        raise UnsupportedError(
+            "figure", "matplotlib", "needs a package that is not installed", "pip install 'phichain[plot]'"
+        ) from failure
+    with matplotlib.rc_context(_LOOK):
+        yield
+
+
+def figure(width: float = 7.2, height: float = 4.2) -> Figure:
+    """An empty figure of that size in inches, without a window; call it inside `look`."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def shades(count: int) -> list[Any]:
+    """One colour per link from base to tip, dark to light, told apart in grey print too."""
+    from matplotlib import colormaps
+
+    return [colormaps["viridis"](at) for at in np.linspace(0.0, 0.85, max(count, 1))]
+
+
+def save(drawing: Figure, path: str | Path, dpi: int = 150) -> Path:
+    """Write a figure as PNG, whole or not at all.
+
+    Raises:
+        OutputError: The file cannot be written.
+    """
+    buffer = io.BytesIO()
+    # No software tag: the same figure is the same file, whichever version drew it last.
+    drawing.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+    return write_file(path, buffer.getvalue())

@@ -1,0 +1,72 @@
+"""Scene files: TOML text in and out, without knowing what the keys mean."""
+
+from __future__ import annotations
+
+import json
+import os
+import textwrap
+import tomllib
+from collections.abc import Mapping
+from typing import Any
+
+from phichain.errors import SceneError
+
+_WIDTH = 100
+
+
+def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return the tables of a TOML file.
+
+    Raises:
+        SceneError: The file cannot be read, or is no TOML (the message says on which line).
+    """
+    field, remedy = "scene file", "give the path of a TOML file"
+    if not isinstance(path, str | os.PathLike):
+        raise SceneError(field, path, "is not a path", remedy)
+    try:
+        with open(path, "rb") as file:
+            return tomllib.load(file)
+    except OSError as error:
+        raise SceneError(field, os.fspath(path), f"cannot be read, {error.strerror}", remedy) from error
+    except RecursionError as error:
+        raise SceneError(field, os.fspath(path), "is nested too deeply", "use plain tables") from error
+    except ValueError as error:  # TOMLDecodeError, text that is not UTF-8, integers of thousands of digits
+        raise SceneError(field, os.fspath(path), f"is not TOML, {error}", "correct the file") from error
+
+
+def write_toml(tables: Mapping[str, Any]) -> str:
+    """Return TOML text of nested tables of strings, numbers and flat lists.
+
+    A list of equal numbers is written as that number where a scene reads it as one for all links.
+    """
+    top = [_line(key, value) for key, value in tables.items() if not isinstance(value, Mapping)]
+    blocks = ["\n".join(top)]
+    for table, entries in tables.items():
+        if isinstance(entries, Mapping):
+            blocks.append("\n".join([f"[{table}]", *(_line(key, value) for key, value in entries.items())]))
+    return "\n\n".join(blocks) + "\n"
+
+
+def _line(key: str, value: object) -> str:
+    """Return one key with its value, long lists wrapped."""
+    if not isinstance(value, list):
+        return f"{key} = {_atom(value)}"
+    if all(isinstance(entry, float) for entry in value) and len(set(value)) == 1:
+        return f"{key} = {_atom(value[0])}"
+    line = f"{key} = [{', '.join(map(_atom, value))}]"
+    if len(line) <= _WIDTH:
+        return line
+    body = textwrap.fill(
+        ", ".join(map(_atom, value)) + ",",
+        width=_WIDTH,
+        initial_indent="    ",
+        subsequent_indent="    ",
+        break_on_hyphens=False,
+        break_long_words=False,
+    )
+    return f"{key} = [\n{body}\n]"
+
+
+def _atom(value: object) -> str:
+    """Return a string, whole number or float as TOML; `repr` gives floats their shortest exact digits."""
+    return json.dumps(value) if isinstance(value, str) else repr(value)

@@ -1,0 +1,134 @@
+"""Events: named scalars g(t, x) whose sign changes are located along a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from phichain.errors import ArrayError
+from phichain.system import Vector
+
+Scalar = Callable[[float, Vector], float]
+
+
+@dataclass(frozen=True)
+class Event:
+    """A scalar of time and state that is watched for sign changes.
+
+    Attributes:
+        name: How its crossings are called in the Trajectory.
+        function: g(t, x).
+        direction: +1 records rising crossings only, -1 falling ones, 0 both; along the direction of integration.
+        terminal: True ends the simulation at the first crossing.
+    """
+
+    name: str
+    function: Scalar
+    direction: int = 0
+    terminal: bool = False
+
+    def __post_init__(self) -> None:
+        if not callable(self.function):
+            raise ArrayError("event.function", self.function, "cannot be called", "give a callable g(t, x)")
+        if self.direction not in (-1, 0, 1):
+            raise ArrayError("event.direction", self.direction, "is none of -1, 0, 1", "use 0 for both directions")
+
+
+@dataclass(frozen=True, eq=False)
+class Crossing:
+    """One located sign change.
+
+    Attributes:
+        name: The event's name.
+        t: Time of the crossing, s.
+        x: State (q, v) there.
+    """
+
+    name: str
+    t: float
+    x: Vector
+
+
+def as_events(events: Iterable[Event | Scalar] | Event | Scalar | None) -> tuple[Event, ...]:
+    """Events from records and from plain callables, whose attributes `direction` and `terminal` are honoured."""
+    if events is None:
+        return ()
+    if isinstance(events, Event) or callable(events):
+        events = (events,)
+    return tuple(_as_event(event, k) for k, event in enumerate(events))
+
+
+def _as_event(event: Any, k: int) -> Event:
+    if isinstance(event, Event):
+        return event
+    name = getattr(event, "__name__", f"event_{k + 1}")
+    direction = int(np.sign(getattr(event, "direction", 0)))
+    return Event(name, event, direction, bool(getattr(event, "terminal", False)))
+
+
+@dataclass(frozen=True, eq=False)
+class Watch:
+    """The events together with their values at the last point seen."""
+
+    events: tuple[Event, ...]
+    values: Vector
+
+    @classmethod
+    def start(cls, events: tuple[Event, ...], t: float, x: Vector) -> Watch:
+        """Begin watching at (t, x)."""
+        return cls(events, _values(events, t, x))
+
+    def advance(
+        self, state_at: Callable[[float], Vector], knots: Sequence[float]
+    ) -> tuple[Watch, list[Crossing], Crossing | None]:
+        """Look for sign changes between successive knots, the first of which is the last point seen.
+
+        Args:
+            state_at: State at any time between the first and the last knot.
+            knots: Times in the order of integration.
+
+        Returns:
+            The watch at the last knot, the crossings in order, and the terminal one that ends the run (then
+            nothing after it is listed).
+        """
+        found: list[Crossing] = []
+        watch = self
+        for start, stop in zip(knots[:-1], knots[1:], strict=True):
+            watch, here = watch._between(state_at, start, stop)
+            here.sort(key=lambda crossing: abs(crossing.t - start))
+            for crossing in here:
+                found.append(crossing)
+                if watch._is_terminal(crossing.name):
+                    return watch, found, crossing
+        return watch, found, None
+
+    def _between(self, state_at: Callable[[float], Vector], start: float, stop: float) -> tuple[Watch, list[Crossing]]:
+        after = _values(self.events, stop, state_at(stop))
+        found = []
+        for event, old, new in zip(self.events, self.values, after, strict=True):
+            if _crossed(event, old, new):
+                t = _root(event, state_at, start, stop) if new != 0 else stop
+                found.append(Crossing(event.name, t, state_at(t)))
+        return Watch(self.events, after), found
+
+    def _is_terminal(self, name: str) -> bool:
+        return any(event.terminal for event in self.events if event.name == name)
+
+
+def _values(events: tuple[Event, ...], t: float, x: Vector) -> Vector:
+    return np.array([float(event.function(t, x)) for event in events])
+
+
+def _crossed(event: Event, old: float, new: float) -> bool:
+    # A value that starts at zero has not crossed: brake orbits start with their rate at zero.
+    changed = old * new < 0 or (new == 0 and old != 0)
+    return changed and event.direction in (0, np.sign(new - old))
+
+
+def _root(event: Event, state_at: Callable[[float], Vector], start: float, stop: float) -> float:
+    spacing = 4 * np.finfo(float).eps
+    return float(brentq(lambda t: event.function(t, state_at(t)), start, stop, xtol=1e-300, rtol=spacing))

@@ -1,0 +1,70 @@
+"""The emitted fixed-step methods: `step` (classical Runge-Kutta) and any other named `step_METHOD`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from phichain.errors import ToleranceError
+from phichain.simulate.path import Segment, StalledError, StateAt
+from phichain.simulate.problem import Problem
+from phichain.system import Vector, unpack
+
+
+def segments(problem: Problem, name: str) -> Iterator[Segment]:
+    """Equal steps of size at most h between successive outputs, the input held over each.
+
+    A state inside a step (an event, say) is the method's own step of that shorter size.
+
+    Raises:
+        ToleranceError: h is missing, not finite or not positive.
+        AbsentFunctionError: The system has no such step.
+        StalledError: The state stopped being finite.
+    """
+    h = check_step(problem.h)
+    advance = _advance(problem, name)
+    x = problem.x0
+    for start, stop in zip(problem.t[:-1], problem.t[1:], strict=True):
+        count = max(1, math.ceil(abs(stop - start) / h * (1 - 1e-12)))
+        size = (stop - start) / count
+        for k in range(count):
+            t0 = float(start + k * size)
+            t1 = float(stop if k == count - 1 else start + (k + 1) * size)
+            x1 = advance(t0, x, float(size))
+            if not np.all(np.isfinite(x1)):
+                raise StalledError(f"{name} left the finite numbers with h = {abs(size):.6g} s")
+            yield Segment(t0, t1, x1, _inside(advance, t0, x), parts=1)
+            x = x1
+
+
+def check_step(h: float | None) -> float:
+    """A positive, finite step size.
+
+    Raises:
+        ToleranceError: It is missing, zero, negative or not finite.
+    """
+    if h is None:
+        raise ToleranceError("h", h, "is missing: a fixed-step method needs its step size", "give h= in seconds")
+    value = float(h)
+    if not (math.isfinite(value) and value > 0):
+        raise ToleranceError("h", h, "must be positive and finite", "give h= in seconds; the span gives the direction")
+    return value
+
+
+def _advance(problem: Problem, name: str) -> Callable[[float, Vector, float], Vector]:
+    system = problem.system
+    step = system.function(name)
+    parameters = system.parameters(problem.p)
+
+    def advance(t: float, x: Vector, h: float) -> Vector:
+        q, v = unpack(system, x)
+        u = () if problem.control is None else (problem.control(t, x),)
+        return np.concatenate(step(h, q, v, *u, **parameters), axis=-1)
+
+    return advance
+
+
+def _inside(advance: Callable[[float, Vector, float], Vector], t0: float, x0: Vector) -> Callable[[], StateAt]:
+    return lambda: lambda t: x0 if t == t0 else advance(t0, x0, t - t0)

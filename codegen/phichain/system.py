@@ -1,0 +1,300 @@
+"""System: the frozen record of callables and sizes that every numerical package takes.
+
+`build` makes one from compiled code, a test makes one by hand from a few NumPy functions; `simulate`,
+`continuation`, `control` and `fractional` cannot tell the difference and import nothing above this file.
+
+State and argument order (design section 3)
+-------------------------------------------
+The state of the numerics is ``x = (q, v)`` in one vector of length ``nq + nv``; callables are ``f(t, x, u, p)``.
+
+* planar:  ``q = [x (cart only), theta_1 .. theta_N]``, ``v = q'``, ``nq = nv``; metres, radians, seconds.
+* spatial: ``q = [x (2, cart only), q_1 .. q_N]`` (unit vectors, 3 each), ``v = [x' (2), omega_1 .. omega_N]`` with
+  ``q_k' = omega_k x q_k`` and ``omega_k . q_k = 0``.
+
+Every array may carry one leading batch axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from phichain.errors import ArrayError, UnsupportedError
+
+Vector = NDArray[np.float64]
+Parameters = Mapping[str, Any]
+VectorField = Callable[..., Vector]
+
+
+class AbsentFunctionError(UnsupportedError, AttributeError):
+    """A function was asked of a System whose scene did not want it.
+
+    It is an `AttributeError` too, so ``hasattr(system, "energy")`` answers instead of raising.
+    """
+
+
+@dataclass(frozen=True)
+class System:
+    """Sizes, names and callables of one chain.
+
+    Attributes:
+        name: Name of the scene.
+        space: ``"planar"`` or ``"spatial"``.
+        base: ``"fixed"`` or ``"cart"``.
+        links: Number of links N.
+        nq: Length of q.
+        nv: Length of v.
+        nu: Length of u; 0 means the callables take no u.
+        real: ``"double"`` or ``"float"``, the type the callables compute in.
+        functions: Contract name -> callable. Positional arguments in the order of the C signature, runtime
+            parameters last as the keyword ``p``; one array or a tuple of arrays comes back. The entry ``casadi``,
+            when there, is a casadi.Function of the forward dynamics (or a callable that makes it).
+        q_names: Names of the entries of q.
+        v_names: Names of the entries of v.
+        u_names: Names of the entries of u.
+        params: Default values of the runtime parameters, or None.
+        scene: The scene as a plain mapping.
+        digest: The scene's canonical digest.
+    """
+
+    name: str
+    space: str
+    base: str
+    links: int
+    nq: int
+    nv: int
+    nu: int
+    real: str = "double"
+    functions: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
+    q_names: tuple[str, ...] = ()
+    v_names: tuple[str, ...] = ()
+    u_names: tuple[str, ...] = ()
+    params: Parameters | None = None
+    scene: Mapping[str, Any] = field(default_factory=dict)
+    digest: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "functions", MappingProxyType(dict(self.functions)))
+        object.__setattr__(self, "scene", MappingProxyType(dict(self.scene)))
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        # Dunder look-ups (copy, pickle) come before `functions` exists and must fail the ordinary way.
+        if name.startswith("_") or "functions" not in self.__dict__:
+            raise AttributeError(name)
+        return self.function(name)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A mapping proxy cannot be pickled; rebuild from plain dictionaries.
+        fields = dict(self.__dict__, functions=dict(self.functions), scene=dict(self.scene))
+        return _rebuild, (fields,)
+
+    def __str__(self) -> str:
+        wanted = ", ".join(self.functions) or "none"
+        return (
+            f"{self.name}: {self.space} chain of {self.links} link(s), {self.base} base, "
+            f"nq={self.nq}, nv={self.nv}, nu={self.nu}, {self.real}; functions: {wanted}"
+        )
+
+    @property
+    def nx(self) -> int:
+        """Length of the state x = (q, v)."""
+        return self.nq + self.nv
+
+    @property
+    def is_planar(self) -> bool:
+        """True for a chain in the vertical plane."""
+        return self.space == "planar"
+
+    @property
+    def has_cart(self) -> bool:
+        """True when the base is a cart."""
+        return self.base == "cart"
+
+    @property
+    def cart_size(self) -> int:
+        """Number of cart coordinates at the head of q and of v: 0, 1 (planar) or 2 (spatial)."""
+        if not self.has_cart:
+            return 0
+        return 1 if self.is_planar else 2
+
+    def has(self, name: str) -> bool:
+        """True when the callable `name` is there."""
+        return name in self.functions
+
+    def function(self, name: str) -> Callable[..., Any]:
+        """The callable of that contract name.
+
+        Raises:
+            AbsentFunctionError: It is not among this system's functions.
+        """
+        if name in self.functions:
+            return self.functions[name]
+        raise AbsentFunctionError(
+            "function",
+            name,
+            f"system '{self.name}' has no such function",
+            f"add \"{name}\" to [functions] want of the scene and build it again"
+            f" (it wants: {', '.join(self.functions) or 'nothing'})",
+            system=self.name,
+            available=tuple(self.functions),
+        )
+
+    def parameters(self, p: Parameters | None = None) -> dict[str, Any]:
+        """Keyword arguments that carry the runtime parameters: ``{}`` or ``{"p": values}``.
+
+        Args:
+            p: Values by name; those left out keep the system's defaults.
+        """
+        if p is None and self.params is None:
+            return {}
+        return {"p": {**(self.params or {}), **(p or {})}}
+
+
+def _rebuild(fields: dict[str, Any]) -> System:
+    return System(**fields)
+
+
+def pack(q: ArrayLike, v: ArrayLike) -> Vector:
+    """State x = (q, v) of shape (..., nq + nv)."""
+    return np.concatenate([np.asarray(q, dtype=float), np.asarray(v, dtype=float)], axis=-1)
+
+
+def unpack(system: System, x: ArrayLike) -> tuple[Vector, Vector]:
+    """The parts (q, v) of a state of shape (..., nq + nv).
+
+    Raises:
+        ArrayError: The last axis of x has not nq + nv entries.
+    """
+    state = np.asarray(x, dtype=float)
+    if state.ndim == 0 or state.shape[-1] != system.nx:
+        raise ArrayError(
+            "x", state.shape, f"the last axis must hold nq + nv = {system.nx} numbers", "pack(q, v) makes such a state"
+        )
+    return state[..., : system.nq], state[..., system.nq :]
+
+
+def unit_vectors(system: System, q: Vector) -> Vector:
+    """Link directions q_1 .. q_N of a spatial system, shape (..., N, 3)."""
+    return _triples(system, q)
+
+
+def angular_velocities(system: System, v: Vector) -> Vector:
+    """omega_1 .. omega_N of a spatial system, rad/s, shape (..., N, 3)."""
+    return _triples(system, v)
+
+
+def _triples(system: System, stacked: Vector) -> Vector:
+    links = stacked[..., system.cart_size :]
+    return links.reshape(*links.shape[:-1], system.links, 3)
+
+
+def velocity(system: System, q: Vector, v: Vector) -> Vector:
+    """q' from (q, v): v itself in the plane, (x', omega_k x q_k) in space; shape (..., nq)."""
+    if system.is_planar:
+        return v
+    spin = cross(angular_velocities(system, v), unit_vectors(system, q))
+    return np.concatenate([v[..., : system.cart_size], spin.reshape(*spin.shape[:-2], 3 * system.links)], axis=-1)
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """a x b over the last axis; several times quicker than `numpy.cross` on the few rows of a chain."""
+    return a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
+
+
+def acceleration(system: System, q: Vector, v: Vector, u: ArrayLike | None = None, p: Parameters | None = None) -> Vector:
+    """v' by the system's forward dynamics, equation (15) or (16) solved; shape (..., nv).
+
+    Args:
+        system: The chain.
+        q: Configuration (..., nq).
+        v: Rates (..., nv).
+        u: Input (..., nu); None means zero.
+        p: Runtime parameters by name; None means the system's defaults.
+
+    Raises:
+        AbsentFunctionError: The system has no forward dynamics.
+    """
+    dynamics = system.function("forward_dynamics")
+    return cast(Vector, np.asarray(dynamics(q, v, *input_arguments(system, q, u), **system.parameters(p))))
+
+
+def input_arguments(system: System, q: Vector, u: ArrayLike | None) -> tuple[Vector, ...]:
+    """The positional u of a callable: nothing without inputs, else u spread over q's batch axis.
+
+    Raises:
+        ArrayError: u was given to a system without inputs, or has not nu entries.
+    """
+    if system.nu == 0:
+        if u is not None and np.size(u):
+            raise ArrayError("u", np.shape(u), "this system has no input", "leave u out or name joints in `actuated`")
+        return ()
+    shape = (*q.shape[:-1], system.nu)
+    if u is None:
+        return (np.zeros(shape),)
+    value = np.asarray(u, dtype=float)
+    if value.ndim == 0 or value.shape[-1] != system.nu:
+        raise ArrayError("u", value.shape, f"the last axis must hold nu = {system.nu} numbers", "give one per input")
+    return (np.broadcast_to(value, shape).copy() if value.shape != shape else value,)
+
+
+def rhs(system: System) -> VectorField:
+    """Right-hand side ``f(t, x, u=None, p=None) -> x'`` of the chain's equations of motion.
+
+    x' = (q', v') with q' of `velocity` and v' of `acceleration`; x may carry a leading batch axis.
+
+    Raises:
+        AbsentFunctionError: The system has no forward dynamics (raised here, not at the first call).
+    """
+    system.function("forward_dynamics")
+
+    def field_of(t: float, x: Vector, u: ArrayLike | None = None, p: Parameters | None = None) -> Vector:
+        q, v = unpack(system, x)
+        return np.concatenate([velocity(system, q, v), acceleration(system, q, v, u, p)], axis=-1)
+
+    return field_of
+
+
+def rhs_jacobian(system: System) -> VectorField:
+    """Jacobian ``J(t, x, u=None, p=None) -> dx'/dx`` of `rhs` in the plain (ambient) state, shape (nx, nx).
+
+    Planar: [[0, I], [da/dq, da/dv]]. Spatial: q_k' = omega_k x q_k adds hat(omega_k) and -hat(q_k) blocks.
+
+    Raises:
+        AbsentFunctionError: The system has no `state_jacobian`.
+    """
+    state_jacobian = system.function("state_jacobian")
+
+    def jacobian_of(t: float, x: Vector, u: ArrayLike | None = None, p: Parameters | None = None) -> Vector:
+        q, v = unpack(system, x)
+        parts = state_jacobian(q, v, *input_arguments(system, q, u), **system.parameters(p))
+        result = np.zeros((system.nx, system.nx))
+        result[: system.nq, : system.nq], result[: system.nq, system.nq :] = _velocity_jacobian(system, q, v)
+        result[system.nq :, : system.nq] = np.reshape(parts[0], (system.nv, system.nq))
+        result[system.nq :, system.nq :] = np.reshape(parts[1], (system.nv, system.nv))
+        return result
+
+    return jacobian_of
+
+
+def _velocity_jacobian(system: System, q: Vector, v: Vector) -> tuple[Vector, Vector]:
+    by_q, by_v = np.zeros((system.nq, system.nq)), np.eye(system.nq, system.nv)
+    if system.is_planar:
+        return by_q, by_v
+    for k, (direction, omega) in enumerate(
+        zip(unit_vectors(system, q), angular_velocities(system, v), strict=True)
+    ):
+        at = slice(system.cart_size + 3 * k, system.cart_size + 3 * k + 3)
+        by_q[at, at] = hat(omega)
+        by_v[at, at] = -hat(direction)
+    return by_q, by_v
+
+
+def hat(a: ArrayLike) -> Vector:
+    """The skew matrix with hat(a) b = a x b, shape (3, 3)."""
+    x, y, z = np.asarray(a, dtype=float)
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -1,0 +1,36 @@
+"""A cache of its own for every test of building, and one compiled system that most of them share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from phichain.build import Cache, build_folder
+from phichain.system import System
+from tests.build import generated_folder
+
+
+@pytest.fixture
+def cache(tmp_path: Path) -> Cache:
+    return Cache(tmp_path / "cache")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return generated_folder.write(tmp_path)
+
+
+@pytest.fixture(scope="session")
+def shared_cache(tmp_path_factory: pytest.TempPathFactory) -> Cache:
+    return Cache(tmp_path_factory.mktemp("shared") / "cache")
+
+
+@pytest.fixture(scope="session")
+def system(tmp_path_factory: pytest.TempPathFactory, shared_cache: Cache) -> System:
+    return build_folder(generated_folder.write(tmp_path_factory.mktemp("double")), cache=shared_cache)
+
+
+@pytest.fixture(scope="session")
+def float_system(tmp_path_factory: pytest.TempPathFactory, shared_cache: Cache) -> System:
+    return build_folder(generated_folder.write(tmp_path_factory.mktemp("float"), "float"), cache=shared_cache)

@@ -1,0 +1,50 @@
+"""The curated names of `phichain`: all there, all lazy, and verbs that share a name with a subpackage stay verbs."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import phichain
+
+
+def answers(code: str) -> str:
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+def test_importing_phichain_imports_nothing_heavy() -> None:
+    heavy = "{'numpy', 'scipy', 'sympy', 'mpmath', 'jinja2', 'casadi', 'matplotlib', 'typer', 'rich'}"
+    assert answers(f"import sys, phichain; print(sorted({heavy} & set(sys.modules)))") == "[]"
+
+
+def test_the_command_line_imports_no_numerics_before_it_needs_them() -> None:
+    heavy = "{'numpy', 'scipy', 'sympy', 'mpmath', 'jinja2', 'casadi', 'matplotlib'}"
+    assert answers(f"import sys, phichain.cli; print(sorted({heavy} & set(sys.modules)))") == "[]"
+
+
+@pytest.mark.parametrize("name", phichain.__all__)
+def test_every_public_name_is_there_and_documented(name: str) -> None:
+    value = getattr(phichain, name)
+    assert name in dir(phichain)
+    assert value.__doc__
+
+
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'simulat'"):
+        phichain.simulat  # noqa: B018
+
+
+@pytest.mark.parametrize("first", ["import phichain.simulate", "from phichain import simulate", "import phichain"])
+def test_a_verb_stays_a_verb_and_a_subpackage_however_it_was_imported(first: str) -> None:
+    """`phichain.simulate(...)` is the function `phichain.simulate.simulate`, and dotted imports still work."""
+    code = f"""
+{first}
+import phichain, phichain.simulate as subpackage
+from phichain.simulate import simulate as function
+subpackage.simulate = lambda *words, **more: (words, more)
+print(phichain.simulate(1, 2, t=3) == ((1, 2), {{"t": 3}}), phichain.simulate is subpackage)
+"""
+    assert answers(code) == "True True"

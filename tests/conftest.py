@@ -1,0 +1,24 @@
+"""What all tests share: the option that refreshes goldens, and Hypothesis without a clock."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+# A shared machine is slow at times: examples are judged by their answers, never by seconds. In CI they are the same
+# every time, so that a red run can be repeated; elsewhere they are fresh, so that somebody finds the next one.
+settings.register_profile("phichain", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("ci", settings.get_profile("phichain"), derandomize=True, print_blob=True)
+settings.load_profile("ci" if os.environ.get("CI") else "phichain")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--update", action="store_true", help="write the goldens anew instead of comparing with them")
+
+
+@pytest.fixture(scope="session")
+def update(request: pytest.FixtureRequest) -> bool:
+    """Whether goldens are to be written instead of compared."""
+    return bool(request.config.getoption("--update"))

@@ -1,0 +1,328 @@
+"""Systems made by hand from small dense NumPy formulas: the numerics' tests need no emitted code.
+
+The formulas are the closed forms of design 1.1 (dense mass matrix, Coriolis and gravity vectors), solved with
+LAPACK, and of design 1.4 (Phi with SciPy's Bessel functions): an independent route to what the emitted code
+computes by O(N) sweeps. Jacobians of the plane come from the complex step, exact to round-off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.special import jv
+
+from phichain.system import System
+
+GRAVITY = 9.81
+
+
+def coefficients(mass: np.ndarray, length: np.ndarray, com: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """mu_k and c_ij of design 1.1."""
+    outer = mass.sum() - np.cumsum(mass)
+    mu = mass * com + length * outer
+    n = len(mass)
+    c = np.array([[length[min(i, j)] * mu[max(i, j)] for j in range(n)] for i in range(n)])
+    c[np.diag_indices(n)] = mass * com**2 + length**2 * outer
+    return mu, c
+
+
+def angle_map(n: int, angles: str) -> np.ndarray:
+    """S with phi = S theta (design 1.2)."""
+    if angles == "absolute":
+        return np.eye(n)
+    if angles == "relative":
+        return np.tril(np.ones((n, n)))
+    return np.eye(n) + np.eye(n, k=-1)
+
+
+def batched(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a function of vectors take one leading batch axis."""
+
+    def wrapper(*arrays: Any, **keywords: Any) -> Any:
+        arrays = tuple(np.asarray(a) for a in arrays)
+        if arrays[0].ndim < 2:
+            return function(*arrays, **keywords)
+        rows = [function(*row, **keywords) for row in zip(*arrays, strict=True)]
+        if isinstance(rows[0], tuple):
+            return tuple(np.array(part) for part in zip(*rows, strict=True))
+        return np.array(rows)
+
+    return wrapper
+
+
+def rk4(field: Callable[[np.ndarray], np.ndarray], x: np.ndarray, h: float) -> np.ndarray:
+    """One classical Runge-Kutta step."""
+    k1 = field(x)
+    k2 = field(x + h / 2 * k1)
+    k3 = field(x + h / 2 * k2)
+    k4 = field(x + h * k3)
+    return x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+
+
+def planar(
+    mass: Sequence[float],
+    length: Sequence[float],
+    com: Sequence[float] | None = None,
+    *,
+    cart_mass: float | None = None,
+    gravity: float = GRAVITY,
+    angles: str = "relative",
+    stiffness: Sequence[float] | None = None,
+    damping: Sequence[float] | None = None,
+    actuated: str = "none",
+    leave_out: Sequence[str] = (),
+    name: str = "handmade",
+) -> System:
+    """A planar chain, on a fixed base or a cart, as a System."""
+    m, l = np.asarray(mass, float), np.asarray(length, float)
+    r = l if com is None else np.asarray(com, float)
+    n, cart = len(m), int(cart_mass is not None)
+    mu, c = coefficients(m, l, r)
+    S = np.eye(n + cart)
+    S[cart:, cart:] = angle_map(n, angles)
+    to_relative = np.linalg.inv(angle_map(n, "relative"))
+    K = np.zeros((n + cart, n + cart))
+    D = np.zeros_like(K)
+    if stiffness is not None:
+        K[cart:, cart:] = to_relative.T @ np.diag(stiffness) @ to_relative
+    if damping is not None:
+        D[cart:, cart:] = to_relative.T @ np.diag(damping) @ to_relative
+    nu = {"none": 0, "all": n + cart, "cart": 1}[actuated]
+    B = np.eye(n + cart)[:, :nu]
+
+    def absolute_terms(y: np.ndarray, y_dot: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        phi, rate = y[cart:], y_dot[cart:]
+        gap = phi[:, None] - phi
+        M = np.zeros((n + cart, n + cart), dtype=gap.dtype)
+        M[cart:, cart:] = c * np.cos(gap)
+        h, g = np.zeros(n + cart, dtype=np.result_type(y, y_dot)), np.zeros(n + cart, dtype=y.dtype)
+        h[cart:] = (c * np.sin(gap)) @ rate**2
+        g[cart:] = gravity * mu * np.sin(phi)
+        if cart:
+            M[0, 0] = cart_mass + m.sum()
+            M[0, 1:] = M[1:, 0] = mu * np.cos(phi)
+            h[0] = -(mu * np.sin(phi)) @ rate**2
+        return M, h, g
+
+    def dynamics(q: np.ndarray, v: np.ndarray, u: np.ndarray | None = None) -> np.ndarray:
+        y, y_dot = S @ q, S @ v
+        M, h, g = absolute_terms(y, y_dot)
+        force = -h - g - K @ y - D @ y_dot
+        generalised = S.T @ force + (0 if u is None else B @ u)
+        return np.linalg.solve(S.T @ M @ S, generalised)
+
+    def state_jacobian(*arguments: np.ndarray) -> tuple[np.ndarray, ...]:
+        return tuple(complex_step(dynamics, arguments, k) for k in range(len(arguments)))
+
+    def energy(q: np.ndarray, v: np.ndarray) -> tuple[float, float]:
+        y, y_dot = S @ q, S @ v
+        M, _, _ = absolute_terms(y, y_dot)
+        return 0.5 * y_dot @ M @ y_dot, -gravity * mu @ np.cos(y[cart:]) + 0.5 * y @ K @ y
+
+    def mass_matrix(q: np.ndarray) -> np.ndarray:
+        return S.T @ absolute_terms(S @ q, S @ q)[0] @ S
+
+    def linearization(s: np.ndarray) -> tuple[np.ndarray, ...]:
+        signs = np.concatenate([np.ones(cart), s])
+        y = np.where(signs > 0, 0.0, np.pi)
+        M = S.T @ absolute_terms(y, 0 * y)[0] @ S
+        G = K.copy()
+        G[cart:, cart:] += np.diag(gravity * mu * s)
+        parts: tuple[np.ndarray, ...] = (M, S.T @ G @ S)
+        if nu:
+            parts = (*parts, B)
+        return parts if damping is None else (*parts, S.T @ D @ S)
+
+    def step(h: float, q: np.ndarray, v: np.ndarray, u: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        nq = n + cart
+        after = rk4(lambda x: np.concatenate([x[nq:], dynamics(x[:nq], x[nq:], u)]), np.concatenate([q, v]), h)
+        return after[:nq], after[nq:]
+
+    functions: dict[str, Callable[..., Any]] = {
+        "forward_dynamics": batched(dynamics),
+        "state_jacobian": batched(state_jacobian),
+        "energy": batched(energy),
+        "mass_matrix": batched(mass_matrix),
+        "linearization": linearization,
+        "step": step,
+    }
+    if damping is None:
+        phi, phi_jacobian = harmonic(mu, c, S, K, gravity, None if not cart else cart_mass + m.sum())
+        functions |= {"phi": phi, "phi_jacobian": phi_jacobian}
+    thetas = tuple(f"theta_{k + 1}" for k in range(n))
+    q_names = ("x",) * cart + thetas
+    return System(
+        name=name,
+        space="planar",
+        base="cart" if cart else "fixed",
+        links=n,
+        nq=n + cart,
+        nv=n + cart,
+        nu=nu,
+        functions={k: f for k, f in functions.items() if k not in leave_out},
+        q_names=q_names,
+        v_names=tuple(f"{name}_dot" for name in q_names),
+        u_names=tuple(f"u_{k}" for k in range(nu)),
+    )
+
+
+def complex_step(function: Callable[..., np.ndarray], arguments: Sequence[np.ndarray], k: int) -> np.ndarray:
+    """d function / d arguments[k] by the complex step, exact to round-off."""
+    columns = []
+    for i in range(len(arguments[k])):
+        moved = [np.asarray(a, dtype=complex) for a in arguments]
+        moved[k][i] += 1e-30j
+        columns.append(function(*moved).imag / 1e-30)
+    return np.array(columns).T
+
+
+def harmonic(
+    mu: np.ndarray, c: np.ndarray, S: np.ndarray, K: np.ndarray, gravity: float, total: float | None
+) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
+    """Phi of design 1.4 and its Jacobian; `total` is M00 of a chain on a cart."""
+    cart = int(total is not None)
+
+    def phi(amplitude: np.ndarray, omega: float) -> np.ndarray:
+        X, B = amplitude[:cart], S[cart:, cart:] @ amplitude[cart:]
+        gap = B[:, None] - B
+        inertia = c * (-(jv(0, gap) - jv(2, gap)) * B + 0.5 * (jv(1, gap) + jv(3, gap)) * B**2)
+        out = np.zeros(len(amplitude))
+        out[cart:] = omega**2 * inertia.sum(axis=1) + 2 * gravity * mu * jv(1, B) + K[cart:, cart:] @ B
+        if cart:
+            out[cart:] -= omega**2 * mu * X * (jv(0, B) - jv(2, B))
+            out[0] = -(omega**2) * (total * X[0] + 2 * mu @ jv(1, B))
+        return S.T @ out
+
+    def phi_jacobian(amplitude: np.ndarray, omega: float) -> np.ndarray:
+        X, B = amplitude[:cart], S[cart:, cart:] @ amplitude[cart:]
+        gap = B[:, None] - B
+        by_gap = 1.5 * jv(1, gap) - 0.5 * jv(3, gap)
+        slope = c * (by_gap * B + 0.25 * (jv(0, gap) - jv(4, gap)) * B**2)
+        by_other = c * (-(jv(0, gap) - jv(2, gap)) + (jv(1, gap) + jv(3, gap)) * B)
+        block = omega**2 * (by_other - slope + np.diag(slope.sum(axis=1)))
+        block += np.diag(gravity * mu * (jv(0, B) - jv(2, B))) + K[cart:, cart:]
+        out = np.zeros((len(amplitude), len(amplitude) + 1))
+        if cart:
+            block += np.diag(omega**2 * mu * X * (1.5 * jv(1, B) - 0.5 * jv(3, B)))
+            out[cart:, 0] = -(omega**2) * mu * (jv(0, B) - jv(2, B))
+            out[0, 0] = -(omega**2) * total
+            out[0, 1:-1] = -(omega**2) * mu * (jv(0, B) - jv(2, B))
+        out[cart:, cart:-1] = block
+        out[:, :-1] = S.T @ out[:, :-1] @ S
+        still = phi(amplitude, 0.0)
+        out[:, -1] = 0.0 if omega == 0 else 2 / omega * (phi(amplitude, omega) - still)
+        return out
+
+    return phi, phi_jacobian
+
+
+def hat(a: np.ndarray) -> np.ndarray:
+    return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+
+
+def spatial(
+    mass: Sequence[float],
+    length: Sequence[float],
+    *,
+    cart_mass: float | None = None,
+    gravity: float = GRAVITY,
+    leave_out: Sequence[str] = (),
+    name: str = "handmade_spatial",
+) -> System:
+    """A spatial chain with its masses at the link ends, from the dense matrix form (16), as a System."""
+    m, l = np.asarray(mass, float), np.asarray(length, float)
+    n, cart = len(m), 2 * int(cart_mass is not None)
+    mu, c = coefficients(m, l, l)
+    C, e3 = np.eye(3)[:, :2], np.array([0.0, 0.0, 1.0])
+    nu = cart
+
+    def dynamics(q: np.ndarray, v: np.ndarray, u: np.ndarray | None = None) -> np.ndarray:
+        directions, rates = q[cart:].reshape(n, 3), v[cart:].reshape(n, 3)
+        M, h = np.zeros((cart + 3 * n, cart + 3 * n), dtype=q.dtype), np.zeros(cart + 3 * n, np.result_type(q, v))
+        for i in range(n):
+            at = slice(cart + 3 * i, cart + 3 * i + 3)
+            h[at] = -mu[i] * gravity * np.cross(directions[i], e3)
+            for j in range(n):
+                block = c[i, i] * np.eye(3) if i == j else -c[i, j] * hat(directions[i]) @ hat(directions[j])
+                M[at, cart + 3 * j : cart + 3 * j + 3] = block
+                if i != j:
+                    h[at] -= c[i, j] * (rates[j] @ rates[j]) * np.cross(directions[i], directions[j])
+            if cart:
+                M[:2, at] = -mu[i] * C.T @ hat(directions[i])
+                M[at, :2] = mu[i] * hat(directions[i]) @ C
+                h[:2] -= mu[i] * (rates[i] @ rates[i]) * directions[i, :2]
+        if cart:
+            M[:2, :2] = (cart_mass + m.sum()) * np.eye(2)
+            h[:2] -= u
+        return np.linalg.solve(M, -h)
+
+    def state_jacobian(*arguments: np.ndarray) -> tuple[np.ndarray, ...]:
+        return tuple(complex_step(dynamics, arguments, k) for k in range(len(arguments)))
+
+    def energy(q: np.ndarray, v: np.ndarray) -> tuple[float, float]:
+        directions, rates = q[cart:].reshape(n, 3), v[cart:].reshape(n, 3)
+        moving = np.cross(rates, directions)
+        kinetic = 0.5 * np.sum(c * (moving @ moving.T))
+        if cart:
+            kinetic += 0.5 * (cart_mass + m.sum()) * v[:2] @ v[:2] + v[:2] @ (mu @ moving[:, :2])
+        return kinetic, -gravity * mu @ directions[:, 2]
+
+    def linearization(s: np.ndarray) -> tuple[np.ndarray, ...]:
+        J = np.array([[0.0, -1.0], [1.0, 0.0]])
+        M, G = np.zeros((cart + 2 * n, cart + 2 * n)), np.zeros((cart + 2 * n, cart + 2 * n))
+        M[cart:, cart:] = np.kron(c * np.outer(s, s), np.eye(2))
+        G[cart:, cart:] = np.kron(np.diag(gravity * mu * s), np.eye(2))
+        if not cart:
+            return M, G
+        M[:2, :2] = (cart_mass + m.sum()) * np.eye(2)
+        M[2:, :2] = np.kron((mu * s)[:, None], J)
+        M[:2, 2:] = M[2:, :2].T
+        return M, G, np.eye(cart + 2 * n)[:, :2]
+
+    def step(h: float, q: np.ndarray, v: np.ndarray, u: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        nq = cart + 3 * n
+
+        def field(x: np.ndarray) -> np.ndarray:
+            moving = np.cross(x[nq + cart :].reshape(n, 3), x[cart:nq].reshape(n, 3)).ravel()
+            return np.concatenate([x[nq : nq + cart], moving, dynamics(x[:nq], x[nq:], u)])
+
+        after = rk4(field, np.concatenate([q, v]), h)
+        directions, rates = after[cart:nq].reshape(n, 3), after[nq + cart :].reshape(n, 3)
+        directions /= np.linalg.norm(directions, axis=1)[:, None]
+        rates -= np.sum(rates * directions, axis=1)[:, None] * directions
+        return after[:nq], after[nq:]
+
+    functions: dict[str, Callable[..., Any]] = {
+        "forward_dynamics": batched(dynamics),
+        "state_jacobian": batched(state_jacobian),
+        "energy": batched(energy),
+        "linearization": linearization,
+        "step": step,
+    }
+    cart_names = ("x_1", "x_2")[:cart]
+    return System(
+        name=name,
+        space="spatial",
+        base="cart" if cart else "fixed",
+        links=n,
+        nq=cart + 3 * n,
+        nv=cart + 3 * n,
+        nu=nu,
+        functions={k: f for k, f in functions.items() if k not in leave_out},
+        q_names=cart_names + tuple(f"q_{k + 1}_{i + 1}" for k in range(n) for i in range(3)),
+        v_names=tuple(f"{x}_dot" for x in cart_names)
+        + tuple(f"omega_{k + 1}_{i + 1}" for k in range(n) for i in range(3)),
+        u_names=("force_1", "force_2")[:nu],
+    )
+
+
+def uniform_planar(n: int, **more: Any) -> System:
+    """Paper A's chain: masses and lengths 1/N, mass at half the link."""
+    return planar([1 / n] * n, [1 / n] * n, [0.5 / n] * n, **more)
+
+
+def paper_b(**more: Any) -> System:
+    """Paper B's five-link chain on a cart."""
+    return spatial([0.1] * 5, [0.1] * 5, cart_mass=0.5, **more)

@@ -1,0 +1,67 @@
+"""Every third-party import is declared, and every declared dependency is justified in CONTRIBUTING.md."""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+
+
+def names(requirements: list[str]) -> set[str]:
+    return {re.split(r"[\s<>=\[;~!]", line, maxsplit=1)[0].lower() for line in requirements}
+
+
+CORE = names(PROJECT["dependencies"])
+EXTRAS = {extra: names(lines) for extra, lines in PROJECT["optional-dependencies"].items()}
+
+
+def imported(path: Path) -> set[str]:
+    """Top-level names imported anywhere in a file, inside functions too."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            found.add(node.module.split(".")[0])
+    return found
+
+
+def test_the_package_imports_only_what_it_declares() -> None:
+    allowed = CORE | EXTRAS["casadi"] | EXTRAS["plot"] | {"phichain"} | set(sys.stdlib_module_names)
+    for path in sorted((ROOT / "codegen").rglob("*.py")):
+        assert imported(path) <= allowed, path
+
+
+def test_every_dependency_is_used_or_is_a_tool() -> None:
+    used = set().union(*(imported(path) for path in (ROOT / "codegen").rglob("*.py")))
+    assert used >= CORE | EXTRAS["casadi"] | EXTRAS["plot"]
+
+
+def test_core_dependencies_stay_few() -> None:
+    assert CORE == {"numpy", "scipy", "sympy", "mpmath", "jinja2", "typer", "rich"}
+
+
+@pytest.mark.parametrize("package", sorted(CORE.union(*EXTRAS.values()) - {"phichain"}))
+def test_every_dependency_is_justified(package: str) -> None:
+    table = (ROOT / "CONTRIBUTING.md").read_text().split("## Dependencies")[1]
+    assert re.search(rf"^\|.*\b{re.escape(package)}\b", table, re.MULTILINE)
+
+
+def test_no_file_names_a_registry_host_or_a_folder_of_some_machine() -> None:
+    hosts = ("pypi." + "org", "python" + "hosted", "/ro" + "ot/", "/ho" + "me/", "/wo" + "rk/")
+    tops = ("codegen", "templates", "scenes", "docs", "examples", "tests", "benchmarks", ".ci")
+    files = [path for top in tops for path in (ROOT / top).rglob("*") if path.suffix in TEXT and path.is_file()]
+    files += [path for path in ROOT.iterdir() if path.is_file() and not path.name.startswith(".coverage")]
+    for path in files:
+        text = path.read_text(errors="replace")
+        assert not [host for host in hosts if host in text], path
+
+
+TEXT = {".py", ".toml", ".md", ".j2", ".c", ".h", ".json", ".txt", ".html", ""}
