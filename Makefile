@@ -8,6 +8,7 @@ N      ?= 4
 SCENE  ?= planar$(N)
 JOBS   ?= auto
 PYTEST ?=
+BENCH  ?=
 
 PY    := $(VENV)/bin/python
 READY := $(VENV)/.ready
@@ -64,8 +65,8 @@ types: $(READY) ## mypy
 layers: $(READY) ## the layer contract alone: who may import whom
 	@$(PY) -c 'from importlinter.cli import lint_imports_command; lint_imports_command()' --no-logo
 
-bench: $(PEERS) ## measure against the peers; tables under benchmarks/results
-	@$(PY) -m benchmarks
+bench: $(PEERS) ## measure against the peers; tables go to benchmarks/results (BENCH=growth: that one alone)
+	@$(PY) -m benchmarks $(BENCH)
 
 figures: $(READY) ## run every example; their figures go to generated/figures
 	@for script in examples/*.py; do echo "$$script"; $(PY) "$$script" || exit 1; done

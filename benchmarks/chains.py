@@ -1,7 +1,8 @@
 """The two chains every table uses, as numbers, as scenes and as random states.
 
-P: planar, fixed base, relative angles, ``m = l = 1/N``, ``r = l/2``, with or without joint torques (paper A's chain).
-S: spatial, on a cart of 0.5 kg, ``m_i = 0.1 kg``, ``l_i = r_i = 0.1 m``, driven by the horizontal force (paper B's chain).
+P: planar, fixed base, relative angles, ``m = l = 1/N``, ``r = l/2``, with or without joint torques: paper A's.
+
+S: spatial, on a cart of 0.5 kg, ``m_i = 0.1 kg``, ``l_i = r_i = 0.1 m``, driven by its force: paper B's.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ class Chain:
         length: link lengths, m.
         com: distances of the masses from the base joints of their links, m.
         cart_mass: kg, or None on a fixed base.
-        forced: whether the chain takes an input ``u`` (planar: N joint torques, spatial: the force on the cart).
+        forced: whether the chain takes an input ``u`` (planar: N joint torques, spatial: the force on the
+            cart).
     """
 
     space: str
@@ -81,7 +83,9 @@ def chain_of(space: str, links: int, forced: bool = True) -> Chain:
     return planar_chain(links, forced) if space == "planar" else spatial_chain(links, forced)
 
 
-def scene_table(chain: Chain, want: tuple[str, ...] = ("forward_dynamics",), code: str = "auto") -> dict[str, Any]:
+def scene_table(
+    chain: Chain, want: tuple[str, ...] = ("forward_dynamics",), code: str = "auto"
+) -> dict[str, Any]:
     """The chain as the nested table of a phichain scene file."""
     planar = chain.space == "planar"
     body: dict[str, Any] = {

@@ -1,10 +1,10 @@
-"""Forward dynamics: nanoseconds per evaluation and error, phichain beside its peers, timed from C in one process.
+"""Forward dynamics: time and error per evaluation, phichain beside its peers, from C in one process.
 
 Examples::
 
     python -m benchmarks.forward_dynamics
     python -m benchmarks.forward_dynamics --space planar --links 2 4 8
-    python -m benchmarks.forward_dynamics --space planar --links 8 --candidate-c trial.c --symbol trial_forward_dynamics
+    python -m benchmarks.forward_dynamics --space planar --links 8 --candidate-c trial.c --symbol trial
 """
 
 from __future__ import annotations
@@ -41,31 +41,61 @@ def peer_candidates(chain: Chain, folder: Path, names: Sequence[str]) -> list[Ca
 def _heyoka(chain: Chain, folder: Path) -> list[Candidate]:
     from benchmarks.peers import heyoka_cfunc
 
-    plain = [heyoka_cfunc.build(chain, folder, slp=slp) for slp in (False, True)]
-    if chain.space == "planar" or chain.links < 3:
-        return plain
-    return [*plain, *(heyoka_cfunc.build(chain, folder, twisted=True, slp=slp) for slp in (False, True))]
+    found = [heyoka_cfunc.build(chain, folder, slp=slp) for slp in (False, True)]
+    return [*found, heyoka_cfunc.build(chain, folder, twisted=True)] if _has_twisted(chain) else found
 
 
 def _casadi(chain: Chain, folder: Path) -> list[Candidate]:
     from benchmarks.peers import casadi_recursion
 
-    forms = (False,) if chain.space == "planar" or chain.links < 3 else (False, True)
-    return [casadi_recursion.build(chain, folder, twisted=twisted) for twisted in forms]
+    found = [casadi_recursion.build(chain, folder, slp=slp) for slp in (True, False)]
+    return [*found, casadi_recursion.build(chain, folder, twisted=True)] if _has_twisted(chain) else found
 
 
 def _pinocchio(chain: Chain, folder: Path) -> list[Candidate]:
+    if not _is_plain_planar(chain):
+        return []
     from benchmarks.peers import pinocchio_aba
 
     return [pinocchio_aba.build(chain, folder)]
 
 
 def _mujoco(chain: Chain, folder: Path) -> list[Candidate]:
+    if not _is_plain_planar(chain):
+        return []
     from benchmarks.peers import mujoco_forward
 
     return [mujoco_forward.build(chain, folder)]
 
 
+def _has_twisted(chain: Chain) -> bool:
+    """Below three tensions, elimination from both ends is elimination from one."""
+    return chain.space == "spatial" and chain.links > 2
+
+
+def _is_plain_planar(chain: Chain) -> bool:
+    """Whether Pinocchio and MuJoCo are compared: on the sphere neither has a joint that is free of poles."""
+    return chain.space == "planar" and chain.forced
+
+
+_LEGEND = table.Table(
+    "What the rows are",
+    ("row", "code"),
+    (
+        ("**bold**", "phichain's emitted C"),
+        ("heyoka cfunc", "an expert's O(N) recursion, fast_math; slp: with LLVM's superword vectoriser"),
+        (
+            "CasADi",
+            "the same recursion, emitted by CasADi, our compiler flags; no slp: without gcc's superword vectoriser",
+        ),
+        ("*italic*", "a formula of ours (elimination from both ends) in a peer's compiler: no yardstick"),
+        ("Pinocchio, MuJoCo", "their own algorithms, called from C"),
+    ),
+    (
+        f"{STATES} random states, candidates in turn, each sample about 0.2 ms; ratios are formed round by"
+        + " round. The best peer is the fastest row that is neither bold nor italic.",
+    ),
+)
 _BUILDERS: dict[str, Callable[[Chain, Path], list[Candidate]]] = {
     "heyoka": _heyoka,
     "casadi": _casadi,
@@ -89,7 +119,7 @@ def as_table(chain: Chain, timings: Sequence[Timing]) -> table.Table:
     """One chain's comparison, fastest first."""
     rows = tuple(
         (
-            t.name if t.peer else f"**{t.name}**",
+            _label(t.name, t.kind),
             f"{t.median:.1f}",
             f"{t.minimum:.1f}",
             "-" if t.ratio is None else f"{t.ratio:.2f}",
@@ -98,6 +128,29 @@ def as_table(chain: Chain, timings: Sequence[Timing]) -> table.Table:
         for t in sorted(timings, key=lambda t: t.median)
     )
     return table.Table(chain.label, ("", "ns, median", "ns, least", "x best peer", "relative error"), rows)
+
+
+def summary(space: str, results: Sequence[tuple[Chain, Sequence[Timing]]]) -> list[table.Table]:
+    """Sizes side by side: times, ratios to the best peer, errors."""
+    found: dict[str, str] = {t.name: t.kind for _, timings in results for t in timings}
+    heads = tuple(str(chain.links) for chain, _ in results)
+    views: tuple[tuple[str, Callable[[Timing], str]], ...] = (
+        ("ns per evaluation, median", lambda t: f"{t.median:.1f}"),
+        ("time over the best peer's", lambda t: "-" if t.ratio is None else f"{t.ratio:.2f}"),
+        ("largest relative error", lambda t: f"{t.error:.0e}"),
+    )
+    tables = []
+    for title, cell in views:
+        rows: list[tuple[str, ...]] = []
+        for name, kind in found.items():
+            by_size = [next((cell(t) for t in timings if t.name == name), "-") for _, timings in results]
+            rows.append((_label(name, kind), *by_size))
+        tables.append(table.Table(f"{space.capitalize()}: {title}", ("N =", *heads), tuple(rows)))
+    return tables
+
+
+def _label(name: str, kind: str) -> str:
+    return {"ours": f"**{name}**", "hybrid": f"*{name}*"}.get(kind, name)
 
 
 def measure(chain: Chain, options: argparse.Namespace) -> list[Timing]:
@@ -122,7 +175,9 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--unforced", action="store_true", help="no input u: symbols are called as f(q, v, a)")
     p.add_argument("--peers", nargs="*", choices=PEERS, default=["heyoka", "casadi"])
     p.add_argument("--code", nargs="+", choices=("auto", "unrolled", "loops"), default=["auto"])
-    p.add_argument("--candidate-c", action="append", default=[], metavar="FILE.c", help="instead of phichain's own; may repeat")
+    p.add_argument(
+        "--candidate-c", action="append", default=[], metavar="FILE.c", help="not phichain's own but this"
+    )
     p.add_argument("--symbol", action="append", default=[], help="the function in each --candidate-c")
     p.add_argument("--rounds", type=int, default=201)
     p.add_argument("--write", action="store_true", help="write benchmarks/results/forward_dynamics.md")
@@ -130,18 +185,21 @@ def parser() -> argparse.ArgumentParser:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    options = parser().parse_args(arguments)
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    options = parser().parse_args(given)
     if len(options.candidate_c) != len(options.symbol):
         parser().error("give one --symbol for every --candidate-c")
-    tables = []
+    tables: list[table.Table] = []
     for space in options.space:
+        results = []
         for links in options.links or SIZES[space]:
             chain = chain_of(space, links, not options.unforced)
-            tables.append(as_table(chain, measure(chain, options)))
-            print(tables[-1].markdown(), flush=True)
+            results.append((chain, measure(chain, options)))
+            print(as_table(*results[-1]).markdown(), flush=True)
+        tables += summary(space, results)
     if options.write:
-        command = "python -m benchmarks.forward_dynamics " + " ".join(sys.argv[1:] if arguments is None else arguments)
-        print(table.write("forward_dynamics", "Forward dynamics", tables, command.strip()))
+        command = " ".join(["python -m benchmarks.forward_dynamics", *given])
+        print(table.write("forward_dynamics", "Forward dynamics, timed from C", [*tables, _LEGEND], command))
     return 0
 
 

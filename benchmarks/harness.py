@@ -33,14 +33,15 @@ class Candidate:
         library: the shared object.
         symbol: the function in it.
         abi: "plain" is ``f(q, v, [u,] a)``; "flat" is heyoka's ``f(a, state, parameters, time)``.
-        peer: False for our own code.
+        kind: "peer", "ours", or "hybrid" for a formula of ours in a peer's compiler: listed, but no
+            yardstick.
     """
 
     name: str
     library: Path
     symbol: str
     abi: str = "plain"
-    peer: bool = True
+    kind: str = "peer"
 
 
 @dataclass(frozen=True)
@@ -49,12 +50,14 @@ class Timing:
 
     Attributes:
         median, minimum: over the rounds, ns.
-        ratio: median over the rounds of (this candidate / best peer of the run, the one with the smallest median); None without peers.
+        ratio: median over the rounds of this candidate's time over that of the best peer, which is the one
+            with
+            the smallest median; None without peers.
         error: largest relative error against the reference, max norm over max norm.
     """
 
     name: str
-    peer: bool
+    kind: str
     median: float
     minimum: float
     ratio: float | None
@@ -82,10 +85,10 @@ def run_compiler(command: Sequence[str]) -> None:
         raise BenchmarkError(f"{' '.join(command)} failed: " + "\n".join(done.stderr.splitlines()[:8]))
 
 
-def compile_shared(source: Path, library: Path, standard: str = "c99", compiler: str = "cc") -> Path:
-    """Compiles one C file with the flags every candidate gets."""
-    flags = [f"-std={standard}", *C_FLAGS, "-fPIC", "-shared"]
-    run_compiler([compiler, *flags, str(source), "-o", str(library), "-lm"])
+def compile_shared(source: Path, library: Path, standard: str = "c99", extra: Sequence[str] = ()) -> Path:
+    """Compiles one C file with the flags every candidate gets, and more if asked."""
+    flags = [f"-std={standard}", *C_FLAGS, *extra, "-fPIC", "-shared"]
+    run_compiler(["cc", *flags, str(source), "-o", str(library), "-lm"])
     return library
 
 
@@ -114,7 +117,7 @@ class Arena:
         """Accelerations of one candidate at the first ``count`` states (all by default), one row each."""
         rows = len(self._states) if count is None else count
         work = _Workload(self._states.ctypes.data, rows, self._chain.nq, self._chain.nv, self._chain.nu)
-        out = np.empty((rows, self._chain.nv))
+        out = np.full((rows, self._chain.nv), np.nan)  # what is not written shows
         _harness().harness_evaluate(
             ctypes.byref(self._records[index]), ctypes.byref(work), out.ctypes.data_as(ctypes.c_void_p)
         )
@@ -144,12 +147,12 @@ class Arena:
         """Measures all candidates and relates each to the best peer of the run."""
         samples = self.measure(rounds)
         medians = np.median(samples, axis=0)
-        peers = [i for i, c in enumerate(self._candidates) if c.peer]
+        peers = [i for i, c in enumerate(self._candidates) if c.kind == "peer"]
         best = min(peers, key=lambda i: float(medians[i])) if peers else None
         return [
             Timing(
                 name=c.name,
-                peer=c.peer,
+                kind=c.kind,
                 median=float(medians[i]),
                 minimum=float(samples[:, i].min()),
                 ratio=None if best is None else float(np.median(samples[:, i] / samples[:, best])),

@@ -11,7 +11,9 @@ from benchmarks.chains import Chain, scene_table
 from benchmarks.harness import Candidate, compile_shared
 
 
-def generate(chain: Chain, folder: Path, code: str = "auto", want: tuple[str, ...] = ("forward_dynamics",)) -> Path:
+def generate(
+    chain: Chain, folder: Path, code: str = "auto", want: tuple[str, ...] = ("forward_dynamics",)
+) -> Path:
     """Generates the chain's folder; returns it."""
     from phichain import generate as phichain_generate
     from phichain.scene import scene_from_dict
@@ -33,7 +35,7 @@ def source(folder: Path) -> Path:
 def candidate_from_c(path: Path, symbol: str, name: str, folder: Path) -> Candidate:
     """Any C file with ``symbol(q, v, [u,] a)``."""
     library = Path(tempfile.mkdtemp(dir=folder)) / "candidate.so"
-    return Candidate(name, compile_shared(path, library), symbol, peer=False)
+    return Candidate(name, compile_shared(path, library), symbol, kind="ours")
 
 
 def build(chain: Chain, folder: Path, code: str = "auto") -> Candidate:

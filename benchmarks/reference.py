@@ -1,6 +1,7 @@
 """Accelerations to 40 digits by the dense Lagrangian, the yardstick of every candidate's error.
 
-Nothing is shared with the candidates: the inertia matrix of (13) and (16) is formed from its definition and factorised whole.
+Nothing is shared with the candidates: the inertia matrix of (13) and (16) is formed from its definition and
+factorised whole.
 """
 
 from __future__ import annotations
@@ -53,7 +54,8 @@ def _planar(chain: Chain, row: Vector) -> Vector:
     rate = [mp.fsum(row[count : count + k + 1]) for k in range(count)]
     cosine, sine = [mp.cos(x) for x in phi], [mp.sin(x) for x in phi]
     inertia = [
-        [coupling[i][j] * (cosine[i] * cosine[j] + sine[i] * sine[j]) for j in range(count)] for i in range(count)
+        [coupling[i][j] * (cosine[i] * cosine[j] + sine[i] * sine[j]) for j in range(count)]
+        for i in range(count)
     ]
     right = []
     for i in range(count):
@@ -67,7 +69,7 @@ def _planar(chain: Chain, row: Vector) -> Vector:
 
 
 def _spatial(chain: Chain, row: Vector) -> Vector:
-    """(16): the inertia over (x, omega_1, ..), its blocks ``c_ii I`` and ``-c_ij hat(q_i) hat(q_j)``, factorised whole."""
+    """(16): the inertia over (x, omega_1, ..) with its blocks ``c_ii I`` and ``-c_ij hat(q_i) hat(q_j)``."""
     count = chain.links
     mu, coupling = _coefficients(chain)
     start = chain.nq + 2

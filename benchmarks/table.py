@@ -31,7 +31,12 @@ class Table:
     notes: tuple[str, ...] = field(default=())
 
     def markdown(self) -> str:
-        lines = [f"## {self.title}", "", _row(self.columns), _row(["---"] + ["---:"] * (len(self.columns) - 1))]
+        lines = [
+            f"## {self.title}",
+            "",
+            _row(self.columns),
+            _row(["---"] + ["---:"] * (len(self.columns) - 1)),
+        ]
         lines += [_row(row) for row in self.rows]
         for note in self.notes:
             lines += ["", note]
@@ -42,7 +47,14 @@ def write(name: str, heading: str, tables: Sequence[Table], command: str, folder
     """Writes ``folder/name.md``: the heading, the circumstances, the tables."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.md"
-    head = [f"# {heading}", "", f"Measured {datetime.date.today().isoformat()} by `{command}`.", "", circumstances(), ""]
+    head = [
+        f"# {heading}",
+        "",
+        f"Measured {datetime.date.today().isoformat()} by `{command}`.",
+        "",
+        circumstances(),
+        "",
+    ]
     path.write_text("\n".join(head) + "\n" + "\n".join(t.markdown() for t in tables))
     return path
 

@@ -135,9 +135,13 @@ def planar(
             parts = (*parts, B)
         return parts if damping is None else (*parts, S.T @ D @ S)
 
-    def step(h: float, q: np.ndarray, v: np.ndarray, u: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    def step(
+        h: float, q: np.ndarray, v: np.ndarray, u: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         nq = n + cart
-        after = rk4(lambda x: np.concatenate([x[nq:], dynamics(x[:nq], x[nq:], u)]), np.concatenate([q, v]), h)
+        after = rk4(
+            lambda x: np.concatenate([x[nq:], dynamics(x[:nq], x[nq:], u)]), np.concatenate([q, v]), h
+        )
         return after[:nq], after[nq:]
 
     functions: dict[str, Callable[..., Any]] = {
@@ -219,7 +223,10 @@ def harmonic(
 
 
 def hat(a: np.ndarray) -> np.ndarray:
-    return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+    """Skew matrices of vectors (..., 3): hat(a) b = a x b."""
+    out = np.zeros((*a.shape[:-1], 3, 3), dtype=a.dtype)
+    out[..., 2, 1], out[..., 0, 2], out[..., 1, 0] = a[..., 0], a[..., 1], a[..., 2]
+    return out - np.swapaxes(out, -1, -2)
 
 
 def spatial(
@@ -235,27 +242,24 @@ def spatial(
     m, l = np.asarray(mass, float), np.asarray(length, float)
     n, cart = len(m), 2 * int(cart_mass is not None)
     mu, c = coefficients(m, l, l)
-    C, e3 = np.eye(3)[:, :2], np.array([0.0, 0.0, 1.0])
     nu = cart
 
     def dynamics(q: np.ndarray, v: np.ndarray, u: np.ndarray | None = None) -> np.ndarray:
         directions, rates = q[cart:].reshape(n, 3), v[cart:].reshape(n, 3)
-        M, h = np.zeros((cart + 3 * n, cart + 3 * n), dtype=q.dtype), np.zeros(cart + 3 * n, np.result_type(q, v))
-        for i in range(n):
-            at = slice(cart + 3 * i, cart + 3 * i + 3)
-            h[at] = -mu[i] * gravity * np.cross(directions[i], e3)
-            for j in range(n):
-                block = c[i, i] * np.eye(3) if i == j else -c[i, j] * hat(directions[i]) @ hat(directions[j])
-                M[at, cart + 3 * j : cart + 3 * j + 3] = block
-                if i != j:
-                    h[at] -= c[i, j] * (rates[j] @ rates[j]) * np.cross(directions[i], directions[j])
-            if cart:
-                M[:2, at] = -mu[i] * C.T @ hat(directions[i])
-                M[at, :2] = mu[i] * hat(directions[i]) @ C
-                h[:2] -= mu[i] * (rates[i] @ rates[i]) * directions[i, :2]
+        hats = hat(directions)
+        blocks = -c[:, :, None, None] * (hats[:, None] @ hats[None, :])
+        blocks[range(n), range(n)] = c[range(n), range(n), None, None] * np.eye(3)
+        M = np.zeros((cart + 3 * n, cart + 3 * n), dtype=q.dtype)
+        h = np.zeros(cart + 3 * n, dtype=np.result_type(q, v))
+        M[cart:, cart:] = blocks.transpose(0, 2, 1, 3).reshape(3 * n, 3 * n)
+        pull = (c - np.diag(np.diag(c))) @ (np.sum(rates * rates, axis=1)[:, None] * directions)
+        pull[:, 2] += mu * gravity
+        h[cart:] = -np.einsum("kij,kj->ki", hats, pull).ravel()
         if cart:
+            down = (mu[:, None, None] * hats[:, :, :2]).reshape(3 * n, 2)
+            M[cart:, :2], M[:2, cart:] = down, down.T
             M[:2, :2] = (cart_mass + m.sum()) * np.eye(2)
-            h[:2] -= u
+            h[:2] = -(mu * np.sum(rates * rates, axis=1)) @ directions[:, :2] - u
         return np.linalg.solve(M, -h)
 
     def state_jacobian(*arguments: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -281,7 +285,9 @@ def spatial(
         M[:2, 2:] = M[2:, :2].T
         return M, G, np.eye(cart + 2 * n)[:, :2]
 
-    def step(h: float, q: np.ndarray, v: np.ndarray, u: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    def step(
+        h: float, q: np.ndarray, v: np.ndarray, u: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         nq = cart + 3 * n
 
         def field(x: np.ndarray) -> np.ndarray:

@@ -63,8 +63,8 @@ def relative_error(found: Any, expected: Any) -> float:
     """Return max |found - expected| / max |expected| over nested lists of numbers or decimal strings."""
     with mp.workdps(80):
         pairs = list(zip(flat(found), flat(expected), strict=True))
-        scale = max(abs(b) for _, b in pairs)
-        gap = max(abs(a - b) for a, b in pairs)
+        scale = max((abs(b) for _, b in pairs), default=mpf(0))
+        gap = max((abs(a - b) for a, b in pairs), default=mpf(0))
         return float(gap / scale) if scale else float(gap)
 
 

@@ -1,1 +1,3 @@
-"""The peers, one file each; every one hands back a ``Candidate``, a C function pointer timed like our own code."""
+"""The peers, one file each; every one hands back a ``Candidate``, a C function pointer timed like our own
+code.
+"""

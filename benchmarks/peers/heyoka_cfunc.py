@@ -1,7 +1,8 @@
 """heyoka: an expert's O(N) recursion as a compiled function (cfunc), fast_math on.
 
-heyoka compiles in memory. The object file that its LLVM made is taken as it is and linked into a shared object, so the peer is called
-from C with no Python and no copying around it; what is timed is the very machine code that heyoka would run.
+heyoka compiles in memory. The object file that its LLVM made is taken as it is and linked into a shared
+object, so the peer is called from C with no Python and no copying around it; what is timed is the machine
+code that heyoka itself would run.
 """
 
 from __future__ import annotations
@@ -24,10 +25,15 @@ def compiled(chain: Chain, twisted: bool = False, slp: bool = False) -> Any:
 
     Args:
         chain: the chain.
-        twisted: spatial only, eliminate the tensions from both ends (not something heyoka's user would be expected to write).
-        slp: let LLVM's superword vectoriser try; which setting is better depends on the size, so a table takes the better one.
+        twisted: spatial only, eliminate the tensions from both ends (not something heyoka's user would be
+            expected to write).
+        slp: let LLVM's superword vectoriser try; which setting is better depends on the size.
     """
-    names = [f"q{i}" for i in range(chain.nq)] + [f"v{i}" for i in range(chain.nv)] + [f"u{i}" for i in range(chain.nu)]
+    names = (
+        [f"q{i}" for i in range(chain.nq)]
+        + [f"v{i}" for i in range(chain.nv)]
+        + [f"u{i}" for i in range(chain.nu)]
+    )
     symbols = list(hy.make_vars(*names))
     q, v, u = symbols[: chain.nq], symbols[chain.nq : chain.nq + chain.nv], symbols[chain.nq + chain.nv :]
     if chain.space == "planar":
@@ -41,24 +47,29 @@ def compiled(chain: Chain, twisted: bool = False, slp: bool = False) -> Any:
 def build(chain: Chain, folder: Path, twisted: bool = False, slp: bool = False) -> Candidate:
     """The scalar function of ``compiled`` as a shared object."""
     function = compiled(chain, twisted, slp)
-    name = "heyoka cfunc" + (", twisted" if twisted else "") + (", slp" if slp else "")
+    name = "heyoka cfunc" + (", twisted form" if twisted else "") + (", slp" if slp else "")
     stem = folder / name.replace(" ", "_").replace(",", "")
-    scalar = function.llvm_states[0]  # the modules are: one evaluation, one evaluation with strides, a SIMD batch
+    scalar = function.llvm_states[
+        0
+    ]  # the modules are: one evaluation, one evaluation with strides, a SIMD batch
     stem.with_suffix(".o").write_bytes(scalar.object_code)
     library = stem.with_suffix(".so")
     run_compiler(["cc", "-shared", str(stem.with_suffix(".o")), _own_library(), "-o", str(library), "-lm"])
-    return Candidate(name, library, "cfunc", abi="flat")
+    return Candidate(name, library, "cfunc", abi="flat", kind="hybrid" if twisted else "peer")
 
 
 def _own_library() -> str:
-    """Path of heyoka's library in this process: the vector sine and cosine that its code may call live there."""
-    paths = {line.split()[-1] for line in Path("/proc/self/maps").read_text().splitlines() if "libheyoka" in line}
+    """Path of heyoka's library in this process, where the vector sine and cosine its code may call live."""
+    paths = {
+        line.split()[-1] for line in Path("/proc/self/maps").read_text().splitlines() if "libheyoka" in line
+    }
     return min(paths)
 
 
 def seconds_to_callable(chain: Chain) -> float:
-    """Description to compiled callable, caches emptied first, seconds."""
+    """Description to compiled callable, its caches in memory and on disk out of the way, seconds."""
     hy.llvm_state.clear_memcache()
+    hy.llvm_state.set_diskcache_enabled(False)
     start = time.perf_counter()
     compiled(chain)
     return time.perf_counter() - start

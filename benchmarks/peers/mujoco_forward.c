@@ -1,4 +1,4 @@
-/* MuJoCo's forward dynamics behind the plain C signature: the minimal pipeline, without contacts, sensors or passive forces. */
+/* MuJoCo's forward dynamics behind the plain C signature: the minimal pipeline, no contacts or passive forces. */
 #include <mujoco/mujoco.h>
 #include <string.h>
 

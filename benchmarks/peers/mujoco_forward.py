@@ -1,7 +1,7 @@
 """MuJoCo: its minimal forward-dynamics pipeline called from C, out of its pip package.
 
-Chain P only. MuJoCo refuses bodies without rotational inertia, so each point mass gets a millionth of a millionth of ``m r^2``; the error
-column shows what that and its dense-in-spirit factorisation cost.
+Chain P only. MuJoCo refuses bodies without rotational inertia, so each point mass gets a millionth of a
+millionth of ``m r^2``; the error column shows what that costs.
 """
 
 from __future__ import annotations
@@ -43,7 +43,8 @@ def _xml(chain: Chain) -> str:
         inertia = max(1e-12 * mass * com**2, 2e-15)
         opening.append(
             f'<body pos="0 0 {drop!r}"><joint type="hinge" axis="1 0 0"/>'
-            f'<inertial mass="{mass!r}" pos="0 0 {-com!r}" diaginertia="{inertia!r} {inertia!r} {inertia!r}"/>'
+            f'<inertial mass="{mass!r}" pos="0 0 {-com!r}"'
+            f' diaginertia="{inertia!r} {inertia!r} {inertia!r}"/>'
         )
         closing.append("</body>")
     option = f'<option gravity="0 0 {-GRAVITY}"><flag contact="disable"/></option>'

@@ -1,4 +1,4 @@
-// Pinocchio's articulated-body algorithm behind the plain C signature; headers only, so it is compiled for this machine.
+// Pinocchio's articulated-body algorithm behind the plain C signature; headers only, so built for this machine.
 #include <pinocchio/multibody.hpp>
 #include <pinocchio/multibody/joint.hpp>
 #include <pinocchio/algorithm/aba.hpp>
@@ -11,7 +11,7 @@ std::unique_ptr<pinocchio::Model> model;
 std::unique_ptr<pinocchio::Data> data;
 }
 
-// Point masses at com[k] along links of length[k]; every hinge turns about the horizontal axis x, gravity is along -z.
+// Point masses at com[k] along links of length[k]; hinges turn about the horizontal axis x, gravity is along -z.
 extern "C" void peer_setup(int links, const double *mass, const double *length, const double *com)
 {
     model = std::make_unique<pinocchio::Model>();

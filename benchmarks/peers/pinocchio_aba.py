@@ -1,8 +1,10 @@
-"""Pinocchio: the articulated-body algorithm, compiled from the headers of its pip package (``pin``) and called from C.
+"""Pinocchio: the articulated-body algorithm, compiled from the headers of its pip package (``pin``) and
+called from C.
 
-Chain P only: on the sphere its universal joints are a chart with singular poles and its spherical joints need a fictitious axial inertia,
-so neither computes chain S. The headers of Eigen come with the pip package of CasADi. The one-time compilation takes a minute or two;
-the result is kept in the user's cache folder under a digest of everything that went into it.
+Chain P only: on the sphere its universal joints are a chart with singular poles and its spherical joints
+need a fictitious axial inertia, so neither computes chain S. The headers of Eigen come with the pip package
+of CasADi. The one-time compilation takes a minute or two; the result is kept in the user's cache folder
+under a digest of everything that went into it.
 """
 
 from __future__ import annotations
@@ -24,15 +26,18 @@ VERSION = pinocchio.__version__
 _SOURCE = Path(__file__).with_suffix(".cpp")
 # the two macros are what Pinocchio's own build configuration asks of its users
 _FLAGS = (
-    "-std=c++17 -O3 -march=native -DNDEBUG -DBOOST_MPL_LIMIT_LIST_SIZE=30 -DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS -fPIC -shared"
-).split()
+    *("-std=c++17", "-O3", "-march=native", "-DNDEBUG", "-fPIC", "-shared"),
+    *("-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS"),
+)
 
 
 def build(chain: Chain, folder: Path) -> Candidate:
     """Pinocchio's model of a forced chain P."""
     if chain.space != "planar" or not chain.forced:
         raise BenchmarkError("Pinocchio is compared on the forced planar chain alone")
-    library = Path(shutil.copy(_compiled(), folder / "pinocchio.so"))  # a copy of its own: the model is global in it
+    library = Path(
+        shutil.copy(_compiled(), folder / "pinocchio.so")
+    )  # a copy of its own: the model is global in it
     numbers = [(ctypes.c_double * chain.links)(*values) for values in (chain.mass, chain.length, chain.com)]
     ctypes.CDLL(str(library)).peer_setup(chain.links, *numbers)
     return Candidate("Pinocchio aba", library, "peer_forward_dynamics")

@@ -1,8 +1,9 @@
 """The O(N) recursions an expert would write by hand for chains P and S, over any scalar type.
 
-CasADi and heyoka build their expressions by running these functions on their own symbols, so neither is held back by a poorer
-formula than the other's. Constants are folded before the symbols are met: units are chosen so that the first link's length and the
-unit of torque are 1, which removes most multiplications of a uniform chain, and every division by a pivot is one reciprocal.
+CasADi and heyoka build their expressions by running these functions on their own symbols, so neither is
+held back by a poorer formula than the other's. Constants are folded before the symbols are met: units are
+chosen so that the first link's length and the unit of torque are 1, which removes most multiplications of a
+uniform chain, and every division by a pivot is one reciprocal.
 """
 
 from __future__ import annotations
@@ -18,12 +19,17 @@ Function = Callable[[Scalar], Scalar]
 
 
 def planar_link_frame(
-    chain: Chain, theta: Sequence[Scalar], rate: Sequence[Scalar], torque: Sequence[Scalar], sin: Function, cos: Function
+    chain: Chain,
+    theta: Sequence[Scalar],
+    rate: Sequence[Scalar],
+    torque: Sequence[Scalar],
+    sin: Function,
+    cos: Function,
 ) -> list[Scalar]:
     """Articulated-body sweep in link frames (x along the link, y along its tangent) for relative angles.
 
-    ``A = [axx axy; axy ayy]`` and ``b = (bx, by)`` are the inertia and the force of everything beyond a link, at its tip and in its
-    frame. Per link, about 57 operations with unit lengths.
+    ``A = [axx axy; axy ayy]`` and ``b = (bx, by)`` are the inertia and the force of everything beyond a
+    link, at its tip and in its frame. Per link, about 55 operations with unit lengths.
     """
     count, unit = chain.links, chain.length[0]
     mass = [m * unit**2 for m in chain.mass]
@@ -84,10 +90,10 @@ def _squared_absolute_rates(rate: Sequence[Scalar]) -> list[Scalar]:
 def spatial_tension(
     chain: Chain, position: Sequence[Scalar], velocity: Sequence[Scalar], force: Sequence[Scalar]
 ) -> list[Scalar]:
-    """Tension form on unit vectors: the links as distance constraints, one tridiagonal system solved from the tip to the cart.
+    """Tension form on unit vectors: links as distance constraints, one tridiagonal system, tip to cart.
 
-    Arguments in the contract's order: ``position = [x (2), q_1 .. q_N]``, ``velocity = [x' (2), omega_1 .. omega_N]``. No
-    trigonometry; per link, about 37 operations with unit masses and lengths.
+    Arguments in the contract's order: ``position = [x (2), q_1 .. q_N]``, ``velocity = [x' (2), omega_1 ..
+    omega_N]``. No trigonometry; per link, about 36 operations with unit masses and lengths.
     """
     system = _tension_system(chain, position, velocity, force)
     count = chain.links
@@ -109,9 +115,10 @@ def spatial_tension(
 def spatial_tension_twisted(
     chain: Chain, position: Sequence[Scalar], velocity: Sequence[Scalar], force: Sequence[Scalar]
 ) -> list[Scalar]:
-    """The same system eliminated from both ends towards the middle: two independent chains of dependent operations instead of one.
+    """The same system eliminated from both ends to the middle, two chains that do not wait for each other.
 
-    No peer is known to do this by itself; it is here so that a table can tell a better formula from a better code generator.
+    No peer is known to do this by itself; it is here so that a table can tell a better formula from a
+    better code generator.
     """
     system = _tension_system(chain, position, velocity, force)
     count = chain.links
@@ -140,7 +147,7 @@ def spatial_tension_twisted(
 
 @dataclass(frozen=True)
 class _TensionSystem:
-    """``diagonal[k] t_k - off[k] t_{k-1} - off[k+1] t_{k+1} = right[k]``, in units of the first mass and the first length."""
+    """``diagonal[k] t_k - off[k] t_{k-1} - off[k+1] t_{k+1} = right[k]``, first mass and length as units."""
 
     chain: Chain
     directions: list[Sequence[Scalar]]
@@ -163,7 +170,11 @@ class _TensionSystem:
         # q_1 x (g e_3 - x'') over l_1, the only place where gravity and the cart enter a link
         gravity, unit = GRAVITY / chain.length[0], 1.0 / chain.length[0]
         sway = [base[i] * unit for i in range(2)]
-        first = [q[1] * gravity + q[2] * sway[1], -(q[0] * gravity) - q[2] * sway[0], q[1] * sway[0] - q[0] * sway[1]]
+        first = [
+            q[1] * gravity + q[2] * sway[1],
+            -(q[0] * gravity) - q[2] * sway[0],
+            q[1] * sway[0] - q[0] * sway[1],
+        ]
         result = list(base)
         for k in range(count):
             own = first if k == 0 else [-(tension[k - 1] / mass[k - 1]) * x for x in self.crosses[k - 1]]
@@ -186,7 +197,9 @@ def _tension_system(
     horizontal = q[0][0] * q[0][0] + q[0][1] * q[0][1]
     diagonal: list[Scalar] = [1.0 / mass[0] + (chain.mass[0] / cart) * horizontal]
     off: list[Scalar] = [0.0]
-    right: list[Scalar] = [length[k] * (w[k][0] * w[k][0] + w[k][1] * w[k][1] + w[k][2] * w[k][2]) for k in range(count)]
+    right: list[Scalar] = [
+        length[k] * (w[k][0] * w[k][0] + w[k][1] * w[k][1] + w[k][2] * w[k][2]) for k in range(count)
+    ]
     drive = (GRAVITY / chain.length[0]) * q[0][2]
     if len(force):
         drive = drive - (1.0 / (cart * chain.length[0])) * (force[0] * q[0][0] + force[1] * q[0][1])

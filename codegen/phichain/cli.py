@@ -75,6 +75,8 @@ def show(
     scene: SceneWord,
     phi: Annotated[bool, typer.Option("--phi", help="Also the single-harmonic balance Phi_k of paper A.")] = False,
     latex: Annotated[bool, typer.Option("--latex", help="Equations as LaTeX.")] = False,
+    symbols: Annotated[bool, typer.Option("--symbols", help="Letters m_k, l_k, ... instead of numbers.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="Write out chains of more than three links too.")] = False,
     program: Annotated[
         str | None, typer.Option(metavar="FUNCTION", help="Instead, the list of operations of one function.")
     ] = None,
@@ -84,7 +86,10 @@ def show(
     from phichain.show import equations, operations
 
     chosen = find_scene(scene)
-    typer.echo(operations(chosen, program) if program else equations(chosen, latex=latex, phi=phi))
+    if program:
+        typer.echo(operations(chosen, program))
+    else:
+        typer.echo(equations(chosen, latex=latex, phi=phi, symbols=symbols, full=full))
 
 
 @app.command()

@@ -44,8 +44,8 @@ _REMEDIES: Final = {
 def write_folder(target: Path | str, files: Mapping[str, bytes | str]) -> Path:
     """Put a generated folder in place whole, replacing the previous one in a single step.
 
-    A folder that is there already is replaced only when it is ours, that is, when it holds a ``manifest.json``
-    which lists its files. Files that somebody else put into it are carried over.
+    A folder that is there already is replaced only when it is ours, that is, when it holds a
+    ``manifest.json`` which lists its files. Files that somebody else put into it are carried over.
 
     Args:
         target: The folder to write, ``DIR/NAME``; missing parents are made (and unmade if the writing fails).
@@ -55,8 +55,8 @@ def write_folder(target: Path | str, files: Mapping[str, bytes | str]) -> Path:
         The folder's resolved path.
 
     Raises:
-        OutputError: The folder cannot be written, is not ours, or holds someone's file of the same name; what was
-            there before is still there.
+        OutputError: The folder cannot be written, is not ours, or holds someone's file of the same name; what
+            was there before is still there.
     """
     folder = Path(os.path.realpath(target))
     contents = {_checked(name): _encoded(data) for name, data in files.items()}
@@ -87,8 +87,8 @@ def write_file(target: Path | str, data: bytes | str) -> Path:
 def staging(parent: Path, label: str, mode: int = 0o777) -> Iterator[Path]:
     """A fresh folder beside the target, on the same disk so that a rename can move it; gone afterwards.
 
-    Its owner holds a lock on it. A staging folder of this label whose lock is free belonged to a process that was
-    killed, and is removed first.
+    Its owner holds a lock on it. A staging folder of this label whose lock is free belonged to a process that
+    was killed, and is removed first.
 
     Args:
         parent: An existing folder.
@@ -128,7 +128,9 @@ def write_synced(path: Path, data: bytes) -> None:
 def _checked(name: str) -> str:
     path = PurePosixPath(name)
     if not name or path.is_absolute() or ".." in path.parts or path.as_posix() != name:
-        raise OutputError("files", name, "a generated file's name must be a plain relative path", "use NAME.c or a/b")
+        raise OutputError(
+            "files", name, "a generated file's name must be a plain relative path", "use NAME.c or a/b"
+        )
     return name
 
 
@@ -161,7 +163,9 @@ def _install(stage: Path, folder: Path, names: frozenset[str]) -> None:
         with suppress(FileExistsError), _as_exists(errno.ENOTEMPTY):
             os.rename(stage, folder)
             return
-    raise OutputError("output", str(folder), "other processes keep writing this folder", "let one finish first")
+    raise OutputError(
+        "output", str(folder), "other processes keep writing this folder", "let one finish first"
+    )
 
 
 @contextmanager
@@ -200,7 +204,9 @@ def _generated(folder: Path) -> frozenset[str]:
         return frozenset((*manifest["files"], MANIFEST)) if manifest["digest"] else frozenset()
     except (FileNotFoundError, ValueError, TypeError, KeyError):
         problem = "is not a folder that phichain generated (it holds no manifest.json of ours)"
-        raise OutputError("output", str(folder), problem, "choose another folder, or remove this one") from None
+        raise OutputError(
+            "output", str(folder), problem, "choose another folder, or remove this one"
+        ) from None
 
 
 def _foreign(folder: Path, known: frozenset[str]) -> Iterator[str]:
@@ -228,7 +234,7 @@ def _swap(stage: Path, folder: Path) -> None:
 
 
 def _exchange(first: Path, second: Path) -> bool:
-    """Exchange two paths atomically: renameat2 on Linux, renamex_np on macOS; False where there is neither."""
+    """Exchange two paths in one step: renameat2 on Linux, renamex_np on macOS; False where neither serves."""
     libc = ctypes.CDLL(None, use_errno=True)
     one, two = os.fsencode(first), os.fsencode(second)
     at_working_folder, rename_exchange = -100, 2

@@ -2,7 +2,7 @@
 
 A result record is a frozen dataclass of arrays, numbers and strings. CSV takes its table with 17 significant
 digits, so every double survives; NPZ takes all of it, the small fields as one JSON text, and needs no pickle.
-Files appear whole or not at all: they are written beside their place and renamed into it.
+Files appear whole or not at all (`phichain.files`).
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -19,11 +18,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from phichain.errors import OutputError
+from phichain.files import write_file
 
 _META = "meta_json"
 
 
-def write_csv(path: str | os.PathLike[str], columns: Mapping[str, ArrayLike]) -> Path:
+def write_csv(path: Path | str, columns: Mapping[str, ArrayLike]) -> Path:
     """Write equally long columns under one header row.
 
     Args:
@@ -39,15 +39,17 @@ def write_csv(path: str | os.PathLike[str], columns: Mapping[str, ArrayLike]) ->
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows(zip(*([_cell(value) for value in np.asarray(column)] for column in columns.values()), strict=True))
-    return _put(path, text.getvalue().encode())
+    writer.writerows(
+        zip(*([_cell(value) for value in np.asarray(column)] for column in columns.values()), strict=True)
+    )
+    return write_file(path, text.getvalue())
 
 
 def _cell(value: Any) -> str:
     return repr(float(value)) if isinstance(value, np.floating) else str(value)
 
 
-def write_npz(path: str | os.PathLike[str], arrays: Mapping[str, ArrayLike], meta: Mapping[str, Any]) -> Path:
+def write_npz(path: Path | str, arrays: Mapping[str, ArrayLike], meta: Mapping[str, Any]) -> Path:
     """Write arrays and, as one JSON text beside them, the small fields of a record.
 
     Raises:
@@ -57,10 +59,10 @@ def write_npz(path: str | os.PathLike[str], arrays: Mapping[str, ArrayLike], met
     payload = {name: np.asarray(value) for name, value in arrays.items()}
     payload[_META] = np.asarray(json.dumps(meta, sort_keys=True))
     np.savez_compressed(buffer, allow_pickle=False, **payload)
-    return _put(path, buffer.getvalue())
+    return write_file(path, buffer.getvalue())
 
 
-def read_npz(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def read_npz(path: Path | str, kind: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """The arrays and small fields that `write_npz` wrote.
 
     Args:
@@ -75,30 +77,14 @@ def read_npz(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, np.ndar
             arrays = {name: archive[name] for name in archive.files}
         meta = dict(json.loads(str(arrays.pop(_META))))
     except (OSError, ValueError, KeyError, EOFError) as failure:
-        raise OutputError("path", str(path), f"no {kind} can be read there: {failure}", f"name a file that a {kind} wrote") from failure
-    if meta.get("kind") != kind:
-        raise OutputError("path", str(path), f"holds a {meta.get('kind')}, not a {kind}", f"name a file that a {kind} wrote")
-    return arrays, meta
-
-
-def _put(path: str | os.PathLike[str], content: bytes) -> Path:
-    target = Path(path)
-    aside = target.with_name(f".{target.name}.{os.getpid()}")
-    try:
-        with open(aside, "wb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(aside, target)
-    except OSError as failure:
-        aside.unlink(missing_ok=True)
         raise OutputError(
-            "path",
-            str(path),
-            f"cannot be written: {failure.strerror}",
-            "name a file in a folder that exists and can be written",
+            "path", str(path), f"no {kind} can be read there: {failure}", f"name a file that a {kind} wrote"
         ) from failure
-    return target
+    if meta.get("kind") != kind:
+        raise OutputError(
+            "path", str(path), f"holds a {meta.get('kind')}, not a {kind}", f"name a file that a {kind} wrote"
+        )
+    return arrays, meta
 
 
 def columns_of(names: Sequence[str], values: np.ndarray | None) -> dict[str, np.ndarray]:

@@ -7,7 +7,6 @@ or raises a `SceneError` that names the key, the value and the remedy.
 from __future__ import annotations
 
 import math
-import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from numbers import Real
@@ -107,15 +106,8 @@ def _number(key: str, value: object, whose: str, sign: Sign, real: str) -> float
 
 
 def representable(value: float, real: str) -> bool:
-    """Return whether a number is zero or rounds to a normal number of the type `real`."""
-    if value == 0.0:
-        return True
-    if real == "float":
-        try:
-            (value,) = struct.unpack("<f", struct.pack("<f", value))
-        except OverflowError:
-            return False
-    return _SMALLEST_NORMAL[real] <= abs(value) <= _LARGEST[real]
+    """Return whether a number is zero or within the normal numbers of the type `real`."""
+    return value == 0.0 or _SMALLEST_NORMAL[real] <= abs(value) <= _LARGEST[real]
 
 
 def _range_remedy(real: str) -> str:

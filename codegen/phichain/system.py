@@ -138,7 +138,7 @@ class System:
             "function",
             name,
             f"system '{self.name}' has no such function",
-            f"add \"{name}\" to [functions] want of the scene and build it again"
+            f'add "{name}" to [functions] want of the scene and build it again'
             f" (it wants: {', '.join(self.functions) or 'nothing'})",
             system=self.name,
             available=tuple(self.functions),
@@ -173,7 +173,10 @@ def unpack(system: System, x: ArrayLike) -> tuple[Vector, Vector]:
     state = np.asarray(x, dtype=float)
     if state.ndim == 0 or state.shape[-1] != system.nx:
         raise ArrayError(
-            "x", state.shape, f"the last axis must hold nq + nv = {system.nx} numbers", "pack(q, v) makes such a state"
+            "x",
+            state.shape,
+            f"the last axis must hold nq + nv = {system.nx} numbers",
+            "pack(q, v) makes such a state",
         )
     return state[..., : system.nq], state[..., system.nq :]
 
@@ -198,7 +201,9 @@ def velocity(system: System, q: Vector, v: Vector) -> Vector:
     if system.is_planar:
         return v
     spin = cross(angular_velocities(system, v), unit_vectors(system, q))
-    return np.concatenate([v[..., : system.cart_size], spin.reshape(*spin.shape[:-2], 3 * system.links)], axis=-1)
+    return np.concatenate(
+        [v[..., : system.cart_size], spin.reshape(*spin.shape[:-2], 3 * system.links)], axis=-1
+    )
 
 
 def cross(a: Vector, b: Vector) -> Vector:
@@ -206,7 +211,9 @@ def cross(a: Vector, b: Vector) -> Vector:
     return a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
 
 
-def acceleration(system: System, q: Vector, v: Vector, u: ArrayLike | None = None, p: Parameters | None = None) -> Vector:
+def acceleration(
+    system: System, q: Vector, v: Vector, u: ArrayLike | None = None, p: Parameters | None = None
+) -> Vector:
     """v' by the system's forward dynamics, equation (15) or (16) solved; shape (..., nv).
 
     Args:
@@ -231,14 +238,18 @@ def input_arguments(system: System, q: Vector, u: ArrayLike | None) -> tuple[Vec
     """
     if system.nu == 0:
         if u is not None and np.size(u):
-            raise ArrayError("u", np.shape(u), "this system has no input", "leave u out or name joints in `actuated`")
+            raise ArrayError(
+                "u", np.shape(u), "this system has no input", "leave u out or name joints in `actuated`"
+            )
         return ()
     shape = (*q.shape[:-1], system.nu)
     if u is None:
         return (np.zeros(shape),)
     value = np.asarray(u, dtype=float)
     if value.ndim == 0 or value.shape[-1] != system.nu:
-        raise ArrayError("u", value.shape, f"the last axis must hold nu = {system.nu} numbers", "give one per input")
+        raise ArrayError(
+            "u", value.shape, f"the last axis must hold nu = {system.nu} numbers", "give one per input"
+        )
     return (np.broadcast_to(value, shape).copy() if value.shape != shape else value,)
 
 

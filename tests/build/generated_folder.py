@@ -1,7 +1,7 @@
 """A small generated folder written by hand, in the form the emitter writes.
 
-The formulas are no pendulum: they are chosen so that every argument, parameter and output leaves its own trace in
-the result, and `expected` repeats them in NumPy.
+The formulas are no pendulum: they are chosen so that every argument, parameter and output leaves its own
+trace in the result, and `expected` repeats them in NumPy.
 """
 
 from __future__ import annotations
@@ -23,9 +23,11 @@ typedef struct {
     duo_real mass[2];
     duo_real gravity;
 } duo_params;
-void duo_forward_dynamics(const duo_params *p, const duo_real *q, const duo_real *v, const duo_real *u, duo_real *a);
+void duo_forward_dynamics(const duo_params *p, const duo_real *q, const duo_real *v,
+                          const duo_real *u, duo_real *a);
 void duo_mass_matrix(const duo_params *p, const duo_real *q, duo_real *out);
-void duo_energy(const duo_params *p, const duo_real *q, const duo_real *v, duo_real *kinetic, duo_real *potential);
+void duo_energy(const duo_params *p, const duo_real *q, const duo_real *v,
+                duo_real *kinetic, duo_real *potential);
 void duo_step(const duo_params *p, duo_real h, const duo_real *q, const duo_real *v, const duo_real *u,
               duo_real *q_next, duo_real *v_next);
 void duo_linearization(const duo_real *s, duo_real *M, duo_real *G);
@@ -36,7 +38,8 @@ SOURCE = """\
 #include <math.h>
 #include "duo.h"
 
-void duo_forward_dynamics(const duo_params *p, const duo_real *q, const duo_real *v, const duo_real *u, duo_real *a)
+void duo_forward_dynamics(const duo_params *p, const duo_real *q, const duo_real *v,
+                          const duo_real *u, duo_real *a)
 {
     a[0] = u[0] / p->mass[0] - p->gravity * q[0] + v[1];
     a[1] = u[1] / p->mass[1] - p->gravity * q[1] + sqrtSUFFIX(v[0] * v[0]);
@@ -50,7 +53,8 @@ void duo_mass_matrix(const duo_params *p, const duo_real *q, duo_real *out)
     out[3] = p->mass[1];
 }
 
-void duo_energy(const duo_params *p, const duo_real *q, const duo_real *v, duo_real *kinetic, duo_real *potential)
+void duo_energy(const duo_params *p, const duo_real *q, const duo_real *v,
+                duo_real *kinetic, duo_real *potential)
 {
     *kinetic = p->mass[0] * v[0] * v[0] + p->mass[1] * v[1] * v[1];
     *potential = p->gravity * (q[0] - q[1]);
@@ -111,7 +115,14 @@ FUNCTIONS: dict[str, Any] = {
 
 SCENE = {
     "name": NAME,
-    "chain": {"links": 2, "space": "planar", "base": "fixed", "mass": "runtime", "length": 0.5, "gravity": "runtime"},
+    "chain": {
+        "links": 2,
+        "space": "planar",
+        "base": "fixed",
+        "mass": "runtime",
+        "length": 0.5,
+        "gravity": "runtime",
+    },
     "joints": {"actuated": "all"},
     "functions": {"want": sorted(FUNCTIONS)},
 }
@@ -138,7 +149,9 @@ def write(parent: Path, real: str = "double", source: str = SOURCE, **files: str
         "real": real,
         "params": [{"name": "mass", "shape": [2]}, {"name": "gravity", "shape": []}],
         "functions": functions,
-        "files": {name: f"sha256:{hashlib.sha256(text.encode()).hexdigest()}" for name, text in texts.items()},
+        "files": {
+            name: f"sha256:{hashlib.sha256(text.encode()).hexdigest()}" for name, text in texts.items()
+        },
         "left_out": {},
     }
     folder = parent / NAME

@@ -1,7 +1,8 @@
 """Arrays on their way to C: converted without loss of kind, checked, and laid out in rows.
 
-Accepted is whatever NumPy converts within its kind or to a wider one: lists, integers, either precision. Complex
-numbers, objects and text are refused, and so is every shape but the expected one, with or without a leading axis.
+Accepted is whatever NumPy converts within its kind or to a wider one: lists, integers, either precision.
+Complex numbers, objects and text are refused, and so is every shape but the expected one, with or without a
+leading axis.
 """
 
 from __future__ import annotations
@@ -70,29 +71,40 @@ def row_count(signature: Signature, inputs: Sequence[Rows]) -> int | None:
         if count != batched[0][1]:
             first = f"{batched[0][0].name} has {batched[0][1]}"
             problem = f"has {count} rows where {first}"
-            remedy = "give both the same number, or leave the batch axis of one away to share it between all rows"
+            remedy = (
+                "give both the same number, or leave the batch axis of one away to share it between all rows"
+            )
             raise ArrayError(f"{signature.name}.{argument.name}", count, problem, remedy)
     return batched[0][1] if batched else None
 
 
-def parameter_values(signature: Signature, p: Mapping[str, Any] | None, real: np.dtype[Any]) -> list[NDArray[Any]]:
+def parameter_values(
+    signature: Signature, p: Mapping[str, Any] | None, real: np.dtype[Any]
+) -> list[NDArray[Any]]:
     """The runtime parameters, one array each in the order of the C struct.
 
-    A function that reads none of them takes them all the same, so that one set serves every function of a system.
+    A function that reads none of them takes them all the same, so that one set serves every function of a
+    system.
 
     Raises:
         ArrayError: One is missing, unknown, or has another shape.
     """
     names = [parameter.name for parameter in signature.parameters]
     if not names:
-        problem, remedy = "this scene has no runtime parameters", 'leave p out, or make them "runtime" in the scene'
+        problem, remedy = (
+            "this scene has no runtime parameters",
+            'leave p out, or make them "runtime" in the scene',
+        )
         raise ArrayError(f"{signature.name}.p", p, problem, remedy)
     field, example = f"{signature.name}.p", ", ".join(f"'{name}': ..." for name in names)
     if not isinstance(p, Mapping):
         problem = f"the runtime parameters {', '.join(names)} are missing"
         raise ArrayError(field, p, problem, f"pass them by name, p={{{example}}}")
     if p.keys() != set(names):
-        missing, unknown = [name for name in names if name not in p], [name for name in p if name not in names]
+        missing, unknown = (
+            [name for name in names if name not in p],
+            [name for name in p if name not in names],
+        )
         problem = f"must hold exactly {', '.join(names)}"
         raise ArrayError(field, list(p), problem, f"pass p={{{example}}}", missing=missing, unknown=unknown)
     values = []
@@ -143,7 +155,7 @@ def _packed(array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _rows_packed(array: NDArray[Any]) -> NDArray[Any]:
-    """The array itself where C can step through its rows (as in a slice x[:, :nq]), a packed copy otherwise."""
+    """The array itself where C can step through its rows (as in x[:, :nq]), a packed copy otherwise."""
     stride = array.strides[0]
     steppable = stride >= 0 and stride % array.itemsize == 0 and array.flags.aligned
     if steppable and len(array) > 0 and array[0].flags.c_contiguous:

@@ -6,12 +6,14 @@
     ROOT/KEY/record.json    its key, SHA-256 and size
     ROOT/.*.partial-*       what a process is working on (removed when its process is gone)
 
-KEY is a SHA-256 over all sources, the flags and the compiler's identity. An entry is written aside and put in place
-by one rename, so two processes that build the same thing need no lock: the first one wins, and both hold the same.
+KEY is a SHA-256 over all sources, the flags and the compiler's identity. An entry is written aside and put in
+place by one rename, so two processes that build the same thing need no lock: the first one wins, and both
+hold the same.
 
-An entry that does not match its record (a disk error, a stray hand) is never loaded: it is dropped with a warning
-and the caller builds it again. This guards against damage and mix-ups; against a person who can already write files
-as the owner of the cache nothing here could, which is why other users are kept out by the folder's permissions.
+An entry that does not match its record (a disk error, a stray hand) is never loaded: it is dropped with a
+warning and the caller builds it again. This guards against damage and mix-ups; against a person who can
+already write files as the owner of the cache nothing here could, which is why other users are kept out by the
+folder's permissions.
 """
 
 from __future__ import annotations
@@ -103,7 +105,9 @@ class Cache:
                 _touch(entry)
                 return library
         self.drop(key)
-        warnings.warn(f"dropped the damaged cache entry {key[:16]} ({fault}); it is built again", CacheWarning, 2)
+        warnings.warn(
+            f"dropped the damaged cache entry {key[:16]} ({fault}); it is built again", CacheWarning, 2
+        )
         return None
 
     def store(self, key: str, library: bytes) -> None:
@@ -166,7 +170,9 @@ class Cache:
                 self.root.mkdir(_OWNER_ONLY)
             found = os.stat(self.root)
         if not stat.S_ISDIR(found.st_mode):
-            raise CacheError("cache", str(self.root), "is not a folder", f"set {VARIABLE} to a folder of your own")
+            raise CacheError(
+                "cache", str(self.root), "is not a folder", f"set {VARIABLE} to a folder of your own"
+            )
         if found.st_uid != os.geteuid():
             problem = "belongs to another user, who could swap the code you run"
             raise CacheError("cache", str(self.root), problem, f"set {VARIABLE} to a folder of your own")
@@ -218,12 +224,14 @@ def default_cache(environment: Mapping[str, str] | None = None) -> Cache:
     if not os.path.isabs(shared):
         shared = os.path.expanduser("~/Library/Caches" if sys.platform == "darwin" else "~/.cache")
     if not os.path.isabs(shared):
-        raise CacheError("cache", shared, "there is no home folder to keep it in", f"set {VARIABLE} to a folder")
+        raise CacheError(
+            "cache", shared, "there is no home folder to keep it in", f"set {VARIABLE} to a folder"
+        )
     return Cache(Path(shared, "phichain"))
 
 
 def _read(entry: Path) -> tuple[bytes, Any]:
-    """Both files of an entry, through its descriptor: from one and the same entry even while it is replaced."""
+    """Both files of an entry, through its descriptor: of one and the same entry even if it is replaced."""
     folder = os.open(entry, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
 
     def read(name: str) -> bytes:
@@ -239,8 +247,8 @@ def _read(entry: Path) -> tuple[bytes, Any]:
 def _fault(key: str, library: bytes, record: Any) -> str:
     """What is wrong with an entry; empty when nothing is.
 
-    The object carries its own key as text: a genuine object that came under another entry's name is told apart even
-    when somebody rewrote the record as well.
+    The object carries its own key as text: a genuine object that came under another entry's name is told
+    apart even when somebody rewrote the record as well.
     """
     if not isinstance(record, dict) or record.get("key") != key:
         return "its record is that of another entry"
@@ -264,4 +272,3 @@ def _entry(item: os.DirEntry[str]) -> _Entry:
         size = sum(os.stat(Path(item.path, name)).st_size for name in (_LIBRARY, _RECORD))
         used = os.stat(Path(item.path, _RECORD)).st_mtime_ns
     return _Entry(item.name, size, used)
-

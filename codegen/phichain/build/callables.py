@@ -1,8 +1,8 @@
-"""Python callables of emitted functions: shape-checked, whole trajectories at once, without the interpreter lock.
+"""Python callables of emitted functions: shape-checked, whole trajectories at once, other threads running.
 
 A single state, given as arrays of the right type, takes a short path: its values are copied into preallocated
-buffers whose addresses C already knows. Everything else (lists, other types, batches) takes the general path. Both
-end in the same row loop, the short one with a single row.
+buffers whose addresses C already knows. Lists and other types are converted first, and a batch goes through
+the function's row loop in one foreign call.
 
 A buffer set serves one call at a time and goes back to its pool afterwards, so threads never share one.
 """
@@ -12,28 +12,33 @@ from __future__ import annotations
 import ctypes
 import inspect
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NoReturn
+from typing import Any, Final, NoReturn
 
 import numpy as np
 from numpy import ndarray
 from numpy.typing import NDArray
 
-from phichain.build.arrays import parameter_values, row_count, rows_of
-from phichain.build.signature import Signature
+from phichain.build.arrays import Rows, parameter_values, row_count, rows_of
+from phichain.build.signature import Argument, Signature
 from phichain.errors import ArrayError
 
 Arrays = Any
 """One array, or a tuple of arrays for functions with several outputs."""
 
+_SCALAR: Final = {"float64": ctypes.c_double, "float32": ctypes.c_float}
+
 _Slot = tuple[tuple[int, ...], NDArray[Any]]
 """A buffer that C reads and the shape it takes."""
 
 
-def make_callable(signature: Signature, row_loop: Callable[..., None], real: np.dtype[Any]) -> Callable[..., Arrays]:
-    """Wrap a row loop as a Python function of the signature's inputs and the keyword ``p``.
+def make_callable(
+    signature: Signature, function: Callable[..., None], row_loop: Callable[..., None], real: np.dtype[Any]
+) -> Callable[..., Arrays]:
+    """Wrap an emitted function as a Python function of its inputs and the keyword ``p``.
 
     Args:
         signature: What the function takes and returns.
+        function: The foreign function ``NAME_f``.
         row_loop: The foreign function ``NAME_rows_f``.
         real: The type that C computes in.
 
@@ -41,6 +46,7 @@ def make_callable(signature: Signature, row_loop: Callable[..., None], real: np.
         A callable that raises `ArrayError` for arrays of the wrong number, shape or type.
     """
     count, names = len(signature.inputs), [parameter.name for parameter in signature.parameters]
+    takes_parameters = signature.takes_parameters
     idle: list[_Frame] = []
 
     def call(*values: Any, p: Mapping[str, Any] | None = None) -> Arrays:
@@ -51,13 +57,15 @@ def make_callable(signature: Signature, row_loop: Callable[..., None], real: np.
         except IndexError:
             frame = _Frame(signature, real)
         if not _copied(values, frame.slots, real):
-            idle.append(frame)
-            return _general(signature, row_loop, real, values, p)
-        if p or signature.takes_parameters:
-            known = type(p) is dict and len(p) == len(names) and all(map(p.__contains__, names))
-            if not (known and _copied(map(p.__getitem__, names), frame.fields, real)):
-                _fill(frame.parameters, signature, p, real)
-        row_loop(*frame.pointers)
+            inputs = _checked(signature, values, real)
+            rows = row_count(signature, inputs)
+            if rows is not None:
+                idle.append(frame)
+                return _batch(signature, row_loop, real, rows, inputs, p)
+            frame.take(inputs)
+        if (p or takes_parameters) and not _known(p, names, frame.fields, real):
+            _fill(frame.parameters, signature, p, real)
+        function(*frame.arguments)
         result = frame.result()
         idle.append(frame)
         return result
@@ -66,66 +74,86 @@ def make_callable(signature: Signature, row_loop: Callable[..., None], real: np.
 
 
 def _copied(values: Iterable[Any], slots: Iterable[_Slot], real: np.dtype[Any]) -> bool:
-    """Copy arrays of exactly the right type and shape, and Python numbers for scalars; False at anything else."""
-    for value, (shape, buffer) in zip(values, slots, strict=True):
+    """Copy arrays of the right type and shape, and Python numbers for scalars; False at anything else."""
+    # Callers counted the values; checking again would take a tenth of the whole call.
+    for value, (shape, buffer) in zip(values, slots):  # noqa: B905
         plain = type(value) is ndarray and value.dtype is real and value.shape == shape
-        if not plain and (shape or type(value) is not float):
+        if not plain and (shape or not isinstance(value, float)):
             return False
         buffer[...] = value
     return True
 
 
-class _Frame:
-    """Preallocated buffers of one call with a single row, and the arguments C takes for them."""
+def _known(p: Any, names: list[str], fields: Iterable[_Slot], real: np.dtype[Any]) -> bool:
+    """Copy runtime parameters that need no conversion; False at anything else."""
+    whole = type(p) is dict and len(p) == len(names) and all(map(p.__contains__, names))
+    return whole and _copied(map(p.__getitem__, names), fields, real)
 
-    __slots__ = ("fields", "parameters", "pointers", "result", "slots")
+
+class _Frame:
+    """Preallocated buffers of one call, and the arguments C takes for them."""
+
+    __slots__ = ("arguments", "fields", "parameters", "result", "slots")
 
     def __init__(self, signature: Signature, real: np.dtype[Any]) -> None:
-        inputs = [np.zeros(item.shape, real) for item in signature.inputs]
-        outputs = [np.zeros(item.shape, real) for item in signature.outputs]
         block, self.parameters = _parameter_block(signature, real)
-        self.slots: list[_Slot] = [(buffer.shape, buffer) for buffer in inputs]
         self.fields: list[_Slot] = [(field.shape, field) for field in self.parameters]
-        self.pointers = _arguments(signature, 1, block, [(buffer, 0) for buffer in inputs], outputs)
+        self.slots: list[_Slot] = []
+        arguments: list[Any] = [_pointer(block)] if signature.takes_parameters else []
+        for item in signature.inputs:
+            buffer, argument = _buffer(item, real)
+            self.slots.append((item.shape, buffer))
+            arguments.append(argument)
+        outputs = [np.zeros(item.shape, real) for item in signature.outputs]
+        self.arguments = (*arguments, *map(_pointer, outputs))
         self.result = _reader(outputs)
 
+    def take(self, inputs: list[Rows]) -> None:
+        """Copy checked inputs of a single state into the buffers."""
+        for (_, buffer), item in zip(self.slots, inputs, strict=True):
+            buffer[...] = item.values
 
-def _general(
+
+def _buffer(item: Argument, real: np.dtype[Any]) -> tuple[NDArray[Any], Any]:
+    """Memory for one input and the C argument that stands for it: its address, or a scalar's value itself."""
+    if item.shape:
+        buffer = np.zeros(item.shape, real)
+        return buffer, _pointer(buffer)
+    scalar = _SCALAR[real.name]()
+    return np.ctypeslib.as_array(scalar), scalar
+
+
+def _checked(signature: Signature, values: tuple[Any, ...], real: np.dtype[Any]) -> list[Rows]:
+    arguments = zip(signature.inputs, values, strict=True)
+    return [rows_of(signature.name, argument, value, real) for argument, value in arguments]
+
+
+def _batch(
     signature: Signature,
     row_loop: Callable[..., None],
     real: np.dtype[Any],
-    values: tuple[Any, ...],
+    rows: int,
+    inputs: list[Rows],
     p: Mapping[str, Any] | None,
 ) -> Arrays:
-    inputs = [
-        rows_of(signature.name, argument, value, real)
-        for argument, value in zip(signature.inputs, values, strict=True)
-    ]
-    rows = row_count(signature, inputs)
+    """All rows in one foreign call."""
     block, parameters = _parameter_block(signature, real)
     if p or signature.takes_parameters:
         _fill(parameters, signature, p, real)
-    outputs = [np.empty((1 if rows is None else rows, *item.shape), real) for item in signature.outputs]
-    if rows != 0:
-        laid_out = [(item.values, item.stride) for item in inputs]
-        row_loop(*_arguments(signature, rows or 1, block, laid_out, outputs))
-    results = tuple(output[0] if rows is None else output for output in outputs)
-    return results if len(results) > 1 else results[0]
+    outputs = [np.empty((rows, *item.shape), real) for item in signature.outputs]
+    row_loop(*_row_arguments(signature, rows, block, inputs, outputs))
+    return tuple(outputs) if len(outputs) > 1 else outputs[0]
 
 
-def _arguments(
-    signature: Signature,
-    rows: int,
-    block: NDArray[Any],
-    inputs: list[tuple[NDArray[Any], int]],
-    outputs: list[NDArray[Any]],
+def _row_arguments(
+    signature: Signature, rows: int, block: NDArray[Any], inputs: list[Rows], outputs: list[NDArray[Any]]
 ) -> tuple[Any, ...]:
-    """The row loop's arguments in C order, converted once."""
+    """The row loop's arguments in C order."""
     arguments: list[Any] = [ctypes.c_size_t(rows)]
     if signature.takes_parameters:
         arguments.append(_pointer(block))
-    for values, stride in inputs:
-        arguments += [_pointer(values), ctypes.c_size_t(stride)]
+    for item in inputs:
+        arguments += [_pointer(item.values), ctypes.c_size_t(item.stride)]
     return (*arguments, *map(_pointer, outputs))
 
 
@@ -133,8 +161,10 @@ def _pointer(array: NDArray[Any]) -> ctypes.c_void_p:
     return ctypes.c_void_p(array.ctypes.data)
 
 
-def _parameter_block(signature: Signature, real: np.dtype[Any]) -> tuple[NDArray[Any], tuple[NDArray[Any], ...]]:
-    """The C struct as one flat array, and a view of each field; the row loop proves the layout when compiled."""
+def _parameter_block(
+    signature: Signature, real: np.dtype[Any]
+) -> tuple[NDArray[Any], tuple[NDArray[Any], ...]]:
+    """The C struct as one flat array, and a view of each field; `rows_source` proves the layout in C."""
     sizes = [parameter.size for parameter in signature.parameters]
     block, ends = np.zeros(sum(sizes), real), np.cumsum(sizes)
     fields = zip(signature.parameters, ends - sizes, ends, strict=True)
@@ -163,14 +193,17 @@ def _refuse_count(signature: Signature, values: tuple[Any, ...]) -> NoReturn:
     raise ArrayError(signature.name, len(values), problem, remedy)
 
 
-def _described(call: Callable[..., Arrays], signature: Signature, real: np.dtype[Any]) -> Callable[..., Arrays]:
+def _described(
+    call: Callable[..., Arrays], signature: Signature, real: np.dtype[Any]
+) -> Callable[..., Arrays]:
     kinds = inspect.Parameter
     parameters = [kinds(argument.name, kinds.POSITIONAL_ONLY) for argument in signature.inputs]
     keyword = [kinds("p", kinds.KEYWORD_ONLY, default=None)]
     lines = [
         f"{signature}, compiled from {signature.symbol}.",
         "",
-        f"Takes {', '.join(map(str, signature.inputs))}; returns {', '.join(map(str, signature.outputs))} ({real}).",
+        f"Takes {', '.join(map(str, signature.inputs))}.",
+        f"Returns {', '.join(map(str, signature.outputs))}, all {real}.",
         "Each input may carry one leading batch axis; those without one are shared by all rows.",
     ]
     if signature.takes_parameters:

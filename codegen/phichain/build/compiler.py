@@ -1,8 +1,8 @@
 """The system C compiler: found, identified, and run with a checked exit code and a time limit.
 
-A shared object built with ``-march=native`` runs only on processors like the one it was built on, and a cache may
-be shared between machines. The compiler's identity therefore includes every macro it predefines under our flags:
-its version, its target, and each instruction set that ``native`` stands for here.
+A shared object built with ``-march=native`` runs only on processors like the one it was built on, and a cache
+may be shared between machines. The compiler's identity therefore includes every macro it predefines under our
+flags: its version, its target, and each instruction set that ``native`` stands for here.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class CompilerOptions:
     """How the C is compiled.
 
     Attributes:
-        flags: Flags before the sources. Contraction to fused multiply-adds is allowed (it only saves roundings);
-            NaN and infinities keep their meaning, errno and floating-point traps do not.
+        flags: Flags before the sources. Contraction to fused multiply-adds is allowed (it only saves
+            roundings); NaN and infinities keep their meaning, errno and floating-point traps do not.
         libraries: Flags after the sources.
         timeout: Seconds after which a compilation counts as hanging.
     """
@@ -59,7 +59,9 @@ class CompilerOptions:
 
     def __post_init__(self) -> None:
         if not self.timeout > 0.0:
-            raise CompilerError("timeout", self.timeout, "the time limit must be positive", "give it in seconds")
+            raise CompilerError(
+                "timeout", self.timeout, "the time limit must be positive", "give it in seconds"
+            )
 
     @property
     def digest(self) -> str:
@@ -79,7 +81,8 @@ class Compiler:
         command: The words that start it; the first is an absolute path.
         version: First line of ``--version``.
         target: What ``-dumpmachine`` says, e.g. ``x86_64-linux-gnu``.
-        macros: SHA-256 over the macros it predefines under `options`: its version and the processor it compiles for.
+        macros: SHA-256 over the macros it predefines under `options`: its version and the processor it
+            compiles for.
         libc: The C library of this machine, whose symbols the shared object will want.
         options: The options as this compiler takes them (without ``-march=native`` where it refuses that).
     """
@@ -98,7 +101,9 @@ class Compiler:
         return hashlib.sha256(json.dumps(identity).encode()).hexdigest()
 
 
-def find_compiler(options: CompilerOptions | None = None, environment: Mapping[str, str] | None = None) -> Compiler:
+def find_compiler(
+    options: CompilerOptions | None = None, environment: Mapping[str, str] | None = None
+) -> Compiler:
     """Find the system C compiler: ``$CC`` when set, else the first of cc, gcc, clang.
 
     Args:
@@ -116,7 +121,8 @@ def find_compiler(options: CompilerOptions | None = None, environment: Mapping[s
 def compile_shared(compiler: Compiler, sources: Mapping[str, bytes], folder: Path, label: str) -> bytes:
     """Compile and link C sources into one shared object and return its bytes.
 
-    The compiler runs inside `folder` and sees bare file names, so neither its messages nor the object hold a path.
+    The compiler runs inside `folder` and sees bare file names, so neither its messages nor the object hold a
+    path.
 
     Args:
         compiler: From `find_compiler`.
@@ -143,11 +149,12 @@ def compile_shared(compiler: Compiler, sources: Mapping[str, bytes], folder: Pat
 def run(command: Sequence[str], folder: Path, timeout: float, label: str) -> str:
     """Run a compiler command and return what it printed.
 
-    It gets its own process group, so that a hanging compiler ends together with the processes it started, and the
-    folder as TMPDIR, so that its intermediate files are as private as ours.
+    It gets its own process group, so that a hanging compiler ends together with the processes it started, and
+    the folder as TMPDIR, so that its intermediate files are as private as ours.
 
     Raises:
-        CompilerError: It cannot be started, ends with another exit code than 0, or outlasts `timeout` seconds.
+        CompilerError: It cannot be started, ends with another exit code than 0, or outlasts `timeout`
+            seconds.
         OutputError: It says that the disk is full.
     """
     environment = {**os.environ, "LC_ALL": "C", "TMPDIR": str(folder)}
@@ -185,7 +192,9 @@ def _command(environment: Mapping[str, str]) -> tuple[str, ...]:
     try:
         words = shlex.split(chosen)
     except ValueError as error:
-        raise CompilerError("CC", chosen, f"cannot be read: {error}", "set CC to a C compiler's name") from None
+        raise CompilerError(
+            "CC", chosen, f"cannot be read: {error}", "set CC to a C compiler's name"
+        ) from None
     for name in words[:1] or CANDIDATES:
         found = shutil.which(name, path=environment.get("PATH"))
         if found:
@@ -232,10 +241,14 @@ def _end(process: subprocess.Popen[str]) -> None:
 
 def _explain(command: Sequence[str], label: str, code: int, complaint: str) -> NoReturn:
     if os.strerror(errno.ENOSPC) in complaint:
-        raise OutputError("output", label, "the compiler met a full disk", "free some space on the disk of the cache")
+        raise OutputError(
+            "output", label, "the compiler met a full disk", "free some space on the disk of the cache"
+        )
     ended = f"ended with exit code {code}" if code > 0 else f"was ended by signal {-code}"
     lines = _first_lines(complaint)
-    worst = next((line for line in lines if "error" in line.lower()), lines[0] if lines else "it said nothing")
+    worst = next(
+        (line for line in lines if "error" in line.lower()), lines[0] if lines else "it said nothing"
+    )
     remedy = "generate the folder again; if it was, try another compiler by setting CC"
     _fail(command, label, f"{ended}: {worst}", remedy, complaint, code)
 

@@ -1,8 +1,9 @@
 """From C sources to a loaded shared object, through the cache.
 
-The bytes that are loaded are the bytes that were hashed: they are read once, verified, written to a folder that
-belongs to this process alone, and loaded from there. Nobody can change the cache's file between the check and the
-load, and no other process can evict the file that this one works with. The folder goes when the process ends.
+The bytes that are loaded are the bytes that were hashed: they are read once, verified, written to a folder
+that belongs to this process alone, and loaded from there. Nobody can change the cache's file between the
+check and the load, and no other process can evict the file that this one works with. The folder goes when the
+process ends.
 """
 
 from __future__ import annotations

@@ -31,8 +31,8 @@ def build_folder(
         cache: Where compiled objects are kept; the user's cache when None.
 
     Returns:
-        A System whose callables take arrays of shape (...) or (n, ...), in the order of the C signatures. Its entry
-        ``casadi``, where casadi is installed, makes the casadi.Function of the forward dynamics.
+        A System whose callables take arrays of shape (...) or (n, ...), in the order of the C signatures. Its
+        entry ``casadi``, where casadi is installed, makes the casadi.Function of the forward dynamics.
 
     Raises:
         OutputError: The folder is not a generated one or was changed; the disk is full.
@@ -51,7 +51,8 @@ def build_casadi(
 ) -> Path:
     """Compile the opt-in NAME_casadi.c of a generated folder for CasADi's ``external``.
 
-    Use it as ``casadi.external("NAME_casadi_forward_dynamics", str(path))``; the Jacobians come along and are exact.
+    Use it as ``casadi.external("NAME_casadi_forward_dynamics", str(path))``; the Jacobians come along and are
+    exact.
 
     Args:
         folder: ``DIR/NAME`` with manifest.json and NAME_casadi.c.
@@ -62,7 +63,8 @@ def build_casadi(
         The shared object: a verified copy for this process, which lasts until it ends.
 
     Raises:
-        OutputError: The folder is not a generated one, was changed, or has no NAME_casadi.c; the disk is full.
+        OutputError: The folder is not a generated one, was changed, or has no NAME_casadi.c; the disk is
+            full.
         CompilerError: The compiler is missing, failed or hung.
         CacheError: The cache's folder is not the owner's alone.
     """
@@ -75,9 +77,9 @@ def _system(manifest: Manifest, path: Path) -> System:
     library, scene = load_library(path), scene_from_dict(dict(manifest.scene))
     functions: dict[str, Callable[..., Any]] = {}
     for name, signature in manifest.functions.items():
-        row_loop = library[rows_symbol(manifest.name, signature)]
-        row_loop.restype = None
-        functions[name] = make_callable(signature, row_loop, REAL[manifest.real])
+        function, row_loop = library[signature.symbol], library[rows_symbol(manifest.name, signature)]
+        function.restype = row_loop.restype = None
+        functions[name] = make_callable(signature, function, row_loop, REAL[manifest.real])
     dynamics = casadi_dynamics(manifest)
     if dynamics is not None:
         functions["casadi"] = dynamics

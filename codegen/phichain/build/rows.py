@@ -1,8 +1,9 @@
 """Row loops in C: a function of one state applied to a whole trajectory, without a Python call per row.
 
-For each emitted function ``NAME_f`` the glue holds ``NAME_rows_f``, which steps through arrays whose rows lie a
-stride apart. A stride of 0 gives every row the same values. Scalars come through pointers as well, so they can vary
-along the rows too. The glue is compiled into the loaded shared object and never written into a generated folder.
+For each emitted function ``NAME_f`` the glue holds ``NAME_rows_f``, which steps through arrays whose rows lie
+a stride apart. A stride of 0 gives every row the same values. Scalars come through pointers as well, so they
+can vary along the rows too. The glue is compiled into the loaded shared object and never written into a
+generated folder.
 """
 
 from __future__ import annotations

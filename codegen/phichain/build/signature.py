@@ -96,7 +96,9 @@ class Manifest:
             raise _unreadable(self.folder, f"holds no {name}", f"generate it again with {name} asked for")
         content = _read(self.folder / name)
         if promised != f"sha256:{hashlib.sha256(content).hexdigest()}":
-            raise _unreadable(self.folder, f"its {name} was changed since it was generated", _REMEDY, file=name)
+            raise _unreadable(
+                self.folder, f"its {name} was changed since it was generated", _REMEDY, file=name
+            )
         return content
 
 

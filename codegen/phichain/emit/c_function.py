@@ -111,8 +111,9 @@ class _Writer:
     def block(self, statements: tuple[Statement, ...], depth: int) -> None:
         for statement in statements:
             match statement:
-                case Op():
-                    self.op(statement, depth)
+                case Op(result=result):
+                    if result not in self.texts:
+                        self.op(statement, depth)
                 case Store(cell, value):
                     self.line(depth, f"{self.target(cell)} = {self.operand(value).text};")
                 case SinCos():
@@ -156,6 +157,8 @@ class _Writer:
         for carry in loop.carries:
             self.line(depth, f"{self.names.prefix}_real {carry.name} = {self.operand(carry.initial).text};")
             self.texts[carry.name] = Text(carry.name)
+        if not loop.body:
+            return
         variable, comparison, advance = loop.variable, "<" if loop.step > 0 else ">", "++" if loop.step > 0 else "--"
         head = f"for (int {variable} = {loop.start}; {variable} {comparison} {loop.stop}; {advance}{variable})"
         self.line(depth, f"{head} {{")
@@ -172,7 +175,7 @@ class _Writer:
             written.add(name)
         for position, (name, text) in enumerate(moves):
             overwritten = {before for before, _ in moves[:position]}
-            if overwritten & _words(text) & set(carried):
+            if overwritten & words(text) & set(carried):
                 moves[position] = (name, f"next_{name}")
                 self.line(depth, f"const {self.names.prefix}_real next_{name} = {text};")
         for name, text in moves:
@@ -188,8 +191,6 @@ class _Writer:
 
     def trig_batch(self, op: Op, depth: int) -> None:
         """Compute all sines and cosines of this operation's generation, once."""
-        if op.result in self.texts:
-            return
         self.uses.add("sincos")
         batch = self.trig.batch_of(op)
         suffix = "" if batch.number == 0 else f"_{batch.number + 1}"
@@ -324,7 +325,8 @@ def _used_deeper(statements: tuple[Statement, ...]) -> set[str]:
     return (used & local) | inner
 
 
-def _words(text: str) -> set[str]:
+def words(text: str) -> set[str]:
+    """The identifiers in a piece of C."""
     cleaned = "".join(c if c.isalnum() or c == "_" else " " for c in text)
     return set(cleaned.split())
 

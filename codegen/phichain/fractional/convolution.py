@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from phichain.fractional.weights import triangular_toeplitz
+
 Vector = NDArray[np.float64]
 
 # Below this many samples the convolution is a product with a triangular Toeplitz matrix.
@@ -49,8 +51,7 @@ def transform(samples: Vector) -> Signal:
     """Prepare a signal, shape (C, n), for `convolve`."""
     size = samples.shape[1]
     head = min(size, DIRECT)
-    lag = np.arange(head)[None, :] - np.arange(head)[:, None]
-    toeplitz = np.where(lag >= 0, samples[:, np.abs(lag)], 0.0)
+    toeplitz = np.stack([triangular_toeplitz(row[:head]) for row in samples])
     return Signal(samples, toeplitz, tuple(_block(samples, *bounds) for bounds in _bounds(size)))
 
 

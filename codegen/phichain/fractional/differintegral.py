@@ -10,10 +10,9 @@ on the whole interval, whatever their values at t = 0. Both do all orders alpha 
 
 from __future__ import annotations
 
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,13 +21,15 @@ from scipy.special import rgamma
 from phichain.errors import ArrayError, SignalError
 from phichain.fractional import weights as lubich
 from phichain.fractional.convolution import Signal, convolve, convolve_short, transform
+from phichain.fractional.series import difference_weights
 from phichain.fractional.signals import finite_signal, real_array, supported_orders, uniform_step
+from phichain.fractional.threads import run
 from phichain.records import write_csv, write_npz
 
 Vector = NDArray[np.float64]
 
 # Kernels transformed together: enough to share the overhead, few enough to stay near the cache.
-_CHUNK = 4
+_CHUNK, _CHUNK_VALUES = 4, 2**17
 
 
 @dataclass(frozen=True)
@@ -65,19 +66,26 @@ class Differintegral:
         result: Vector = self.values[int(np.argmin(np.abs(self.alpha - alpha)))]
         return result
 
-    def to_csv(self, path: str | os.PathLike[str]) -> None:
+    def to_csv(self, path: str | Path) -> None:
         """Write one row per time, one column per alpha (and channel)."""
         columns = {"t": self.time}
         for a, table in zip(self.alpha, self.values, strict=True):
-            channels = {f"alpha={float(a)!r}": table} if table.ndim == 1 else {
-                f"alpha={float(a)!r},{c + 1}": table[:, c] for c in range(table.shape[1])
-            }
+            channels = (
+                {f"alpha={float(a)!r}": table}
+                if table.ndim == 1
+                else {f"alpha={float(a)!r},{c + 1}": table[:, c] for c in range(table.shape[1])}
+            )
             columns.update(channels)
         write_csv(path, columns)
 
-    def to_npz(self, path: str | os.PathLike[str]) -> None:
+    def to_npz(self, path: str | Path) -> None:
         """Write everything, exactly."""
-        meta = {"kind": "Differintegral", "order": self.order, "starting": self.starting, "initial": self.initial}
+        meta = {
+            "kind": "Differintegral",
+            "order": self.order,
+            "starting": self.starting,
+            "initial": self.initial,
+        }
         write_npz(path, {"time": self.time, "alpha": self.alpha, "values": self.values}, meta)
 
 
@@ -159,7 +167,14 @@ def _quadrature(
     if initial is not None:
         _add_initial_terms(values, elapsed, orders, initial)
     shaped = values[0] if np.ndim(signal) == 1 else np.moveaxis(values, 0, -1)
-    return Differintegral(np.asarray(time, dtype=float), orders, shaped, order, starting if corrected else 0, initial is not None)
+    return Differintegral(
+        np.asarray(time, dtype=float),
+        orders,
+        shaped,
+        order,
+        starting if corrected else 0,
+        initial is not None,
+    )
 
 
 def _all_orders(
@@ -169,25 +184,26 @@ def _all_orders(
     values = np.empty((channels, orders.size, size))
     basis = lubich.Basis(order, size)
     whole = (orders >= 0) & (orders == np.round(orders))
+    for member in np.flatnonzero(whole):
+        values[:, member] = (
+            _derivative(signal, order, int(orders[member]), corrected) * step ** -orders[member]
+        )
     counts = np.array([lubich.starting_values(order, float(a)) for a in orders])
     tasks = []
-    for starting in np.unique(counts):
-        polynomials = lubich.starting_polynomial(signal.samples[:, :starting].T).T if corrected else None
-        for kind in (whole, ~whole):
-            members = np.flatnonzero((counts == starting) & kind)
-            if members.size == 0:
-                continue
-            rule = lubich.quadrature(order, int(starting), orders[members])
-            fill = _fill_whole if kind is whole else _fill_fractional
-            for rows in (slice(k, k + _CHUNK) for k in range(0, members.size, _CHUNK)):
-                tasks.append(partial(fill, values, members[rows], signal, step, rule, rows, basis, polynomials))
-    with ThreadPoolExecutor(workers or available_cores()) as pool:
-        for running in [pool.submit(task) for task in tasks]:
-            running.result()
+    for starting in np.unique(counts[~whole]):
+        members = np.flatnonzero((counts == starting) & ~whole)
+        rule = lubich.quadrature(order, int(starting), orders[members], size)
+        starts = [lubich.start(samples, int(starting), basis) for samples in signal.samples if corrected]
+        chunk = max(_CHUNK, _CHUNK_VALUES // size)
+        for rows in (slice(k, k + chunk) for k in range(0, members.size, chunk)):
+            tasks.append(
+                partial(_some_orders, values, members[rows], signal, step, rule, rows, basis, starts)
+            )
+    run(tasks, workers)
     return values
 
 
-def _fill_fractional(
+def _some_orders(
     values: Vector,
     members: NDArray[np.intp],
     signal: Signal,
@@ -195,40 +211,30 @@ def _fill_fractional(
     rule: lubich.Quadrature,
     rows: slice,
     basis: lubich.Basis,
-    polynomials: Vector | None,
+    starts: list[lubich.Start],
 ) -> None:
     """Set values[:, members] for orders that need the whole past."""
     result = convolve(signal, lubich.weights(rule, rows, basis))
-    if polynomials is not None:
-        for channel, polynomial in enumerate(polynomials):
-            result[channel] += lubich.correction(rule, rows, basis, polynomial)
+    for channel, start in enumerate(starts):
+        result[channel] += lubich.correction(rule, rows, basis, start)
     values[:, members] = result * (step ** -rule.alpha[rows])[:, None]
 
 
-def _fill_whole(
-    values: Vector,
-    members: NDArray[np.intp],
-    signal: Signal,
-    step: float,
-    rule: lubich.Quadrature,
-    rows: slice,
-    basis: lubich.Basis,
-    polynomials: Vector | None,
-) -> None:
-    """Set values[:, members] for derivatives of order 0, 1, 2, ..: backward differences of p alpha + 1 samples."""
-    for member, alpha, kernel in zip(members, rule.alpha[rows], rule.head[rows], strict=True):
-        taps = min(rule.order * int(alpha) + 1, basis.size)
-        result = convolve_short(signal, kernel[:taps])
-        if polynomials is not None:
-            for n in range(taps - 1):
-                result[:, n] = _window_derivative(signal, rule.starting, int(alpha), n)
-        values[:, member] = result * step**-alpha
+def _derivative(signal: Signal, order: int, alpha: int, corrected: bool) -> Vector:
+    """Derivative of degree 0, 1, 2, .. in units of the step: backward differences of p alpha + 1 samples, (C, n)."""
+    starting = lubich.starting_values(order, alpha)
+    taps = min(order * alpha + 1, signal.samples.shape[1])
+    kernel = lubich.quadrature(order, starting, np.array([float(alpha)]), taps).head[0]
+    result = convolve_short(signal, kernel)
+    for n in range(taps - 1 if corrected else 0):
+        result[:, n] = _window_derivative(signal, starting, alpha, n)
+    return result
 
 
 def _window_derivative(signal: Signal, width: int, alpha: int, n: int) -> Vector:
     """Derivative at sample n, in units of the step, of the polynomial through the `width` samples up to n; (C,)."""
     first = max(0, n - width + 1)
-    weights = lubich.difference_weights(width, alpha, n - first)
+    weights = difference_weights(width, alpha, n - first)
     result: Vector = signal.samples[:, first : first + width] @ weights
     return result
 
@@ -252,12 +258,9 @@ def _add_initial_terms(
 def _per_channel(field: str, part: ArrayLike, channels: int) -> Vector:
     given = real_array(field, part)
     if given.ndim > 1 or given.size not in (1, channels):
-        raise ArrayError(field, given.shape, f"needs one value per channel, {channels}", "pass (theta(0), theta'(0))")
+        raise ArrayError(
+            field, given.shape, f"needs one value per channel, {channels}", "pass (theta(0), theta'(0))"
+        )
     if not np.all(np.isfinite(given)):
         raise SignalError(field, given, "holds values that are not finite", "pass finite initial values")
     return np.broadcast_to(given, (channels,))
-
-
-def available_cores() -> int:
-    """Cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)

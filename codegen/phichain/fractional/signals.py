@@ -29,7 +29,9 @@ def uniform_step(time: ArrayLike) -> tuple[Vector, float]:
     """
     times = real_array("time", time)
     if times.ndim != 1 or times.size < 2:
-        raise SignalError("time", times.shape, "a grid needs at least two times in one dimension", "pass sample times")
+        raise SignalError(
+            "time", times.shape, "a grid needs at least two times in one dimension", "pass sample times"
+        )
     if not np.all(np.isfinite(times)):
         raise SignalError("time", times, "holds times that are not finite", "pass finite sample times")
     step = float(times[-1] - times[0]) / (times.size - 1)
@@ -42,10 +44,10 @@ def uniform_step(time: ArrayLike) -> tuple[Vector, float]:
             "time",
             float(times[worst]),
             f"the grid is not uniform: sample {worst} lies {stray[worst] / step:.3g} steps beside its place",
-            "resample on a uniform grid, e.g. with `uniform_motion`",
+            "resample it, e.g. `trajectory.resample(1001)`",
             index=worst,
         )
-    return step * np.arange(times.size), step
+    return np.arange(times.size, dtype=float) * step, step
 
 
 def finite_signal(signal: ArrayLike, size: int, shortest: int) -> Vector:
@@ -62,9 +64,19 @@ def finite_signal(signal: ArrayLike, size: int, shortest: int) -> Vector:
     """
     values = real_array("signal", signal)
     if values.ndim not in (1, 2) or values.shape[0] != size:
-        raise ArrayError("signal", values.shape, f"must be ({size},) or ({size}, channels), as the times are", "pass one row per time")
+        raise ArrayError(
+            "signal",
+            values.shape,
+            f"must be ({size},) or ({size}, channels), as the times are",
+            "pass one row per time",
+        )
     if size < shortest:
-        raise SignalError("signal", size, f"too short: {shortest} samples are needed to start", "pass a longer signal or lower the order")
+        raise SignalError(
+            "signal",
+            size,
+            f"too short: {shortest} samples are needed to start",
+            "pass a longer signal or lower the order",
+        )
     bad = np.argwhere(~np.isfinite(values))
     if bad.size:
         first = tuple(int(i) for i in bad[0])
@@ -88,7 +100,12 @@ def supported_orders(alpha: ArrayLike, low: float = ALPHA_MIN, high: float = ALP
     """
     orders = np.atleast_1d(real_array("alpha", alpha))
     if orders.ndim != 1 or orders.size == 0:
-        raise ArrayError("alpha", orders.shape, "must be one number or a vector of them", "pass the orders in one dimension")
+        raise ArrayError(
+            "alpha",
+            orders.shape,
+            "must be one number or a vector of them",
+            "pass the orders in one dimension",
+        )
     outside = ~((orders >= low) & (orders <= high))
     if np.any(outside):
         raise SignalError(

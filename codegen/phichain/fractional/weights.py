@@ -28,13 +28,20 @@ K. Diethelm, J. M. Ford, N. J. Ford, M. Weilbeer, J. Comput. Appl. Math. 186 (20
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
-from functools import lru_cache
-from math import ceil, comb, factorial
+from math import ceil, factorial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import rgamma
+
+from phichain.fractional.series import (
+    inverse_vandermonde,
+    power_series,
+    power_sum_series,
+    reciprocal_gammas,
+    smooth_factor,
+    symbol_series,
+)
 
 Vector = NDArray[np.float64]
 
@@ -42,9 +49,12 @@ Vector = NDArray[np.float64]
 # |root|^-n, with 1/|root| = 0.33, 0.43, 0.56, 0.71, 0.86 for p = 2..6.
 HEAD = {1: 32, 2: 64, 3: 80, 4: 96, 5: 160, 6: 320}
 ORDERS = tuple(HEAD)
-# Terms of the expansion, and the few that are left of it beyond n = FAR.
+# Coefficients of g that reach 1e-17, for the same reason.
+_TAPS = {1: 1, 2: 40, 3: 52, 4: 76, 5: 124, 6: 288}
+# Terms of the expansion, and the few that are left of it beyond n = FAR; derivatives lift the first power by up to 3.
 TERMS = 20
-FAR, FAR_TERMS = 2048, 8
+_FAR, _FAR_TERMS = 2048, 8
+_MOST_LIFTED = 4
 
 
 @dataclass(frozen=True)
@@ -55,9 +65,9 @@ class Quadrature:
         order: p, 1 to 6.
         starting: m, the quadrature with its correction is exact on polynomials of degree < m.
         alpha: The orders of differintegration, shape (A,).
-        head: w_n for n < H, shape (A, H).
+        head: w_n for n < H, shape (A, H), cut where the signal ends.
         series: d_k / Gamma(-alpha-k), shape (A, TERMS).
-        defects: -b_qk / Gamma(-alpha-k) from k = -lift on, shape (A, m, lift + TERMS).
+        defects: -b_qk / Gamma(-alpha-k) from k = -lift on, shape (m, A, lift + TERMS).
         lift: How many powers of n the error on t^(m-1) lies above n^(-alpha-1).
     """
 
@@ -70,86 +80,65 @@ class Quadrature:
     lift: int
 
 
+@dataclass(frozen=True)
+class Start:
+    """The beginning of one signal, as its starting correction needs it.
+
+    Attributes:
+        polynomial: c_q of the polynomial through the first m samples, in units of the step, shape (m,).
+        toeplitz: Its values as a triangular Toeplitz matrix, shape (H, H).
+    """
+
+    polynomial: Vector
+    toeplitz: Vector
+
+
 def starting_values(order: int, alpha: float) -> int:
     """m = p + max(0, ceil(alpha)): exactness on t^q for q < m leaves an error of order h^(m-alpha) at every t."""
     return order + max(0, ceil(alpha))
 
 
-def quadrature(order: int, starting: int, alpha: Vector) -> Quadrature:
-    """Prepare the weights of order p at the given alpha.
+def quadrature(order: int, starting: int, alpha: Vector, size: int) -> Quadrature:
+    """Prepare the weights of order p at the given alpha for signals of that size.
 
     Args:
         order: p, 1 to 6.
         starting: m, at least p.
         alpha: Orders of differintegration, shape (A,).
+        size: Number of samples.
     """
     lift = starting - order
-    powers = _power_series(_laurent(order), alpha, TERMS + starting)
-    gammas = _reciprocal_gammas(alpha, -lift, lift + TERMS)
-    defects = np.stack([-gammas * _defect(powers, order, q, lift) for q in range(starting)], axis=1)
-    return Quadrature(
-        order, starting, alpha, _head(order, alpha), powers[:, :TERMS] * gammas[:, lift:], defects, lift
-    )
+    head = _head(order, alpha, min(HEAD[order], size))
+    if size <= HEAD[order]:
+        nothing = np.empty((alpha.size, 0))
+        return Quadrature(order, starting, alpha, head, nothing, nothing[None], lift)
+    powers = power_series(symbol_series(order, TERMS + starting + 1), alpha, TERMS + starting)
+    gammas = reciprocal_gammas(alpha, -lift, lift + TERMS)
+    defects = np.stack([(-gammas * _defect(powers, order, q, lift)).T for q in range(starting)])
+    return Quadrature(order, starting, alpha, head, (powers[:TERMS] * gammas[lift:]).T.copy(), defects, lift)
 
 
-def weights(rule: Quadrature, rows: slice, basis: Basis) -> Vector:
-    """w_0 .. w_(n-1) of those rows of alpha, shape (rows, n)."""
-    alpha, head = rule.alpha[rows], rule.head[rows, : basis.size]
-    result = np.empty((alpha.size, basis.size))
-    result[:, : head.shape[1]] = head
-    if basis.far_from < basis.size:
-        result[:, basis.far_from :] = basis.power(-alpha - 1.0) * basis.polynomial(rule.series[rows])
+def _defect(powers: Vector, order: int, q: int, lift: int) -> Vector:
+    """b_qk for k = -lift .. TERMS-1, shape (lift + TERMS, A)."""
+    sums = power_sum_series(q, TERMS)
+    lag = np.arange(TERMS)[:, None] - np.arange(TERMS)
+    result = np.zeros((lift + TERMS, powers.shape[1]))
+    result[lift:] = np.where(lag >= 0, sums[np.abs(lag)], 0.0) @ powers[:TERMS]
+    for k in range(max(-lift, order - q - 1), TERMS):
+        result[k + lift] += factorial(q) * powers[k + q + 1]
     return result
 
 
-def correction(rule: Quadrature, rows: slice, basis: Basis, polynomial: Vector) -> Vector:
-    """Starting correction sum_q E_q(n) c_q of a signal whose first m samples lie on sum_q c_q n^q.
-
-    Args:
-        rule: The quadrature.
-        rows: Which of its alpha.
-        basis: The powers of n.
-        polynomial: c_q in units of the step, shape (m,).
-
-    Returns:
-        What to add to sum_j w_(n-j) f_j, shape (rows, n).
-    """
-    alpha = rule.alpha[rows]
-    result = np.empty((alpha.size, basis.size))
-    near = min(basis.far_from, basis.size)
-    result[:, :near] = _near_correction(rule, rows, near, polynomial)
-    if near < basis.size:
-        coefficients = np.einsum("amk,m->ak", rule.defects[rows], polynomial)
-        result[:, near:] = basis.power(rule.lift - alpha - 1.0) * basis.polynomial(coefficients)
-    return result
-
-
-def _near_correction(rule: Quadrature, rows: slice, near: int, polynomial: Vector) -> Vector:
-    # For n < H the difference "exact minus quadrature" loses eps n^(q-alpha) at most, which the size of c_q, h^q, undoes.
-    alpha = rule.alpha[rows]
-    n = np.arange(near, dtype=float)
-    samples = np.polynomial.polynomial.polyval(n, polynomial)
-    toeplitz = np.triu(samples[np.abs(n[None, :] - n[:, None]).astype(int)])
-    return polynomial_differintegral(alpha, n, polynomial) - rule.head[rows, :near] @ toeplitz
-
-
-def polynomial_differintegral(alpha: Vector, t: Vector, polynomial: Vector) -> Vector:
-    """D^alpha sum_q c_q t^q = sum_q c_q Gamma(q+1) / Gamma(q+1-alpha) t^(q-alpha), shape (A, n); inf becomes NaN."""
-    result = np.zeros((alpha.size, t.size))
-    for q, coefficient in enumerate(polynomial):
-        factor = coefficient * factorial(q) * rgamma(q + 1.0 - alpha)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            term = factor[:, None] * t ** (q - alpha[:, None])
-            term[factor == 0.0] = 0.0
-            result += term
-    result[~np.isfinite(result)] = np.nan
-    return result
-
-
-def starting_polynomial(samples: Vector) -> Vector:
-    """Coefficients c_q of the polynomial through (n, f_n), n = 0 .. m-1, in units of the step; shape (m, ...)."""
-    result: Vector = _inverse_vandermonde(samples.shape[0]) @ samples
-    return result
+def _head(order: int, alpha: Vector, size: int) -> Vector:
+    steps = np.arange(1, size)[:, None]
+    gruenwald = np.cumprod(np.concatenate([np.ones((1, alpha.size)), 1.0 - (alpha + 1.0) / steps]), axis=0)
+    smooth = power_series(smooth_factor(order), alpha, min(_TAPS[order], size))
+    head = smooth[0] * gruenwald
+    for k in range(1, smooth.shape[0]):
+        head[k:] += smooth[k] * gruenwald[:-k]
+    for column in np.flatnonzero((alpha >= 0) & (alpha == np.round(alpha))):
+        head[order * int(alpha[column]) + 1 :, column] = 0.0
+    return head.T.copy()
 
 
 class Basis:
@@ -157,17 +146,17 @@ class Basis:
 
     Attributes:
         size: Number of samples n.
-        far_from: H, where the expansion takes over.
+        near: How many of them are the head's.
     """
 
     def __init__(self, order: int, size: int) -> None:
         self.size = size
-        self.far_from = HEAD[order]
-        n = np.arange(self.far_from, max(size, self.far_from), dtype=float)
+        self.near = min(HEAD[order], size)
+        n = np.arange(self.near, size, dtype=float)
+        split = max(0, _FAR - self.near)
         self._log = np.log(n)
-        split = max(0, FAR - self.far_from)
-        self._near = (1.0 / n[:split]) ** np.arange(TERMS + 8)[:, None]
-        self._far = (1.0 / n[split:]) ** np.arange(FAR_TERMS + 8)[:, None]
+        self._close = (1.0 / n[:split]) ** np.arange(TERMS + _MOST_LIFTED)[:, None]
+        self._far = (1.0 / n[split:]) ** np.arange(_FAR_TERMS + _MOST_LIFTED)[:, None]
 
     def power(self, exponent: Vector) -> Vector:
         """n^exponent, shape (A, n - H)."""
@@ -177,117 +166,66 @@ class Basis:
     def polynomial(self, coefficients: Vector) -> Vector:
         """sum_k coefficients_k n^-k, shape (A, n - H)."""
         terms = coefficients.shape[1]
-        far_terms = terms - (TERMS - FAR_TERMS)
-        near = coefficients @ self._near[:terms]
+        far_terms = terms - (TERMS - _FAR_TERMS)
+        close = coefficients @ self._close[:terms]
         far = coefficients[:, :far_terms] @ self._far[:far_terms]
-        return np.concatenate([near, far], axis=1)
+        return np.concatenate([close, far], axis=1)
 
 
-def _head(order: int, alpha: Vector) -> Vector:
-    size = HEAD[order]
-    steps = np.arange(1, size)
-    gruenwald = np.cumprod(np.concatenate([np.ones((alpha.size, 1)), 1.0 - (alpha[:, None] + 1.0) / steps], axis=1), axis=1)
-    smooth = _power_series(_smooth_factor(order), alpha, size)
-    head = np.stack([np.convolve(g, s)[:size] for g, s in zip(gruenwald, smooth, strict=True)])
-    finite = (alpha >= 0) & (alpha == np.round(alpha))
-    for row in np.flatnonzero(finite):
-        head[row, order * int(alpha[row]) + 1 :] = 0.0
-    return head
-
-
-def _power_series(base: Vector, alpha: Vector, terms: int) -> Vector:
-    """Coefficients of (sum_k base_k z^k)^alpha by J. C. P. Miller's recurrence, shape (A, terms)."""
-    result = np.zeros((alpha.size, terms))
-    result[:, 0] = base[0] ** alpha
-    for k in range(1, terms):
-        j = np.arange(1, min(base.size - 1, k) + 1)
-        factor = (alpha[:, None] * j - (k - j)) * base[j]
-        result[:, k] = np.sum(factor * result[:, k - j], axis=1) / (k * base[0])
+def weights(rule: Quadrature, rows: slice, basis: Basis) -> Vector:
+    """w_0 .. w_(n-1) of those rows of alpha, shape (rows, n)."""
+    head = rule.head[rows]
+    result = np.empty((head.shape[0], basis.size))
+    result[:, : basis.near] = head
+    if basis.near < basis.size:
+        powers = basis.power(-rule.alpha[rows] - 1.0)
+        np.multiply(powers, basis.polynomial(rule.series[rows]), out=result[:, basis.near :])
     return result
 
 
-def _reciprocal_gammas(alpha: Vector, first: int, terms: int) -> Vector:
-    """1 / Gamma(-alpha-k) from k = first on, by 1/Gamma(x-1) = (x-1)/Gamma(x): its zeros come out exact; (A, terms)."""
-    steps = -alpha[:, None] - np.arange(first + 1, first + terms)
-    return np.cumprod(np.concatenate([rgamma(-alpha - first)[:, None], steps], axis=1), axis=1)
+def start(samples: Vector, starting: int, basis: Basis) -> Start:
+    """Prepare the starting correction of a signal, shape (n,)."""
+    polynomial = starting_polynomial(samples[:starting])
+    values = np.polynomial.polynomial.polyval(np.arange(basis.near, dtype=float), polynomial)
+    return Start(polynomial, triangular_toeplitz(values))
 
 
-def _defect(powers: Vector, order: int, q: int, lift: int) -> Vector:
-    """b_qk for k = -lift .. TERMS-1, shape (A, lift + TERMS)."""
-    sums = _power_sum_series(q)
-    result = np.zeros((powers.shape[0], lift + TERMS))
-    result[:, lift:] = [np.convolve(row[:TERMS], sums)[:TERMS] for row in powers]
-    for k in range(max(-lift, order - q - 1), TERMS):
-        result[:, k + lift] += factorial(q) * powers[:, k + q + 1]
+def correction(rule: Quadrature, rows: slice, basis: Basis, begin: Start) -> Vector:
+    """Starting correction sum_q E_q(n) c_q of a signal, to be added to sum_j w_(n-j) f_j; shape (rows, n)."""
+    alpha, polynomial, near = rule.alpha[rows], begin.polynomial, basis.near
+    result = np.empty((alpha.size, basis.size))
+    # In the head the plain difference will do: it loses eps n^(q-alpha), and c_q is of order h^q.
+    exact = polynomial_differintegral(alpha, near, polynomial)
+    np.subtract(exact, rule.head[rows] @ begin.toeplitz, out=result[:, :near])
+    if near < basis.size:
+        coefficients = np.tensordot(polynomial, rule.defects[:, rows], axes=1)
+        np.multiply(
+            basis.power(rule.lift - alpha - 1.0), basis.polynomial(coefficients), out=result[:, near:]
+        )
     return result
 
 
-@lru_cache
-def _smooth_factor(order: int) -> Vector:
-    """delta_p(z) / (1 - z) = sum_(l=1..p) (1 - z)^(l-1) / l in powers of z."""
-    total = [Fraction(0)] * order
-    for degree in range(order):
-        for j in range(degree + 1):
-            total[j] += Fraction((-1) ** j * comb(degree, j), degree + 1)
-    return np.array([float(c) for c in total])
+def polynomial_differintegral(alpha: Vector, size: int, polynomial: Vector) -> Vector:
+    """D^alpha sum_q c_q t^q = sum_q c_q Gamma(q+1) / Gamma(q+1-alpha) t^(q-alpha) at t = 0 .. size-1, shape (A, size).
+
+    For alpha > 0, not an integer, the value at t = 0 is NaN.
+    """
+    q = np.arange(polynomial.size)
+    factors = polynomial * np.array([float(factorial(k)) for k in q]) * rgamma(q + 1.0 - alpha[:, None])
+    t = np.arange(1.0, size)
+    result = np.empty((alpha.size, size))
+    result[:, 1:] = np.exp(-alpha[:, None] * np.log(t)) * (factors @ t ** q[:, None])
+    whole = alpha == np.round(alpha)
+    result[:, 0] = np.where((alpha > 0) & ~whole, np.nan, np.sum(factors * (q == alpha[:, None]), axis=1))
+    return result
 
 
-@lru_cache
-def _laurent(order: int) -> Vector:
-    """delta_p(e^-s) / s in powers of s: 1 + O(s^p), from exact rationals."""
-    terms = TERMS + 12
-    base = [Fraction(0)] + [Fraction((-1) ** (k + 1), factorial(k)) for k in range(1, terms + 1)]
-    power, total = [Fraction(1)] + [Fraction(0)] * terms, [Fraction(0)] * (terms + 1)
-    for degree in range(1, order + 1):
-        power = [sum((power[i] * base[k - i] for i in range(k + 1)), Fraction(0)) for k in range(terms + 1)]
-        total = [a + b / degree for a, b in zip(total, power, strict=True)]
-    return np.array([float(c) for c in total[1:]])
+def starting_polynomial(samples: Vector) -> Vector:
+    """Coefficients c_q of the polynomial through (n, f_n), n = 0 .. m-1, in units of the step; shape (m,)."""
+    return inverse_vandermonde(samples.shape[0]) @ samples
 
 
-@lru_cache
-def _power_sum_series(q: int) -> Vector:
-    """Regular part of sum_(j>=0) j^q e^(-sj) in powers of s, with 0^0 = 1: zeta(-q-k) (-1)^k / k!."""
-    numbers = _bernoulli(q + TERMS)
-    exact = [-numbers[q + k + 1] / ((q + k + 1) * factorial(k)) * (-1) ** k for k in range(TERMS)]
-    series = np.array([float(c) for c in exact])
-    if q == 0:
-        series[0] += 1.0
-    return series
-
-
-@lru_cache
-def _bernoulli(last: int) -> list[Fraction]:
-    """B_0 .. B_last with B_1 = +1/2, so that zeta(-n) = -B_(n+1)/(n+1) for every n >= 0."""
-    numbers: list[Fraction] = []
-    for n in range(last + 1):
-        numbers.append(1 - sum((comb(n, k) * b / (n - k + 1) for k, b in enumerate(numbers)), Fraction(0)))
-    return numbers
-
-
-@lru_cache
-def difference_weights(width: int, degree: int, node: int) -> Vector:
-    """Weights of the derivative of that degree at one of the nodes 0 .. width-1, unit step, exact on their polynomial."""
-    weights = []
-    for polynomial in _lagrange(width):
-        for _ in range(degree):
-            polynomial = [k * c for k, c in enumerate(polynomial)][1:]
-        weights.append(float(sum((c * node**k for k, c in enumerate(polynomial)), Fraction(0))))
-    return np.array(weights)
-
-
-@lru_cache
-def _inverse_vandermonde(size: int) -> Vector:
-    return np.array([[float(c) for c in polynomial] for polynomial in _lagrange(size)]).T
-
-
-@lru_cache
-def _lagrange(size: int) -> list[list[Fraction]]:
-    """Coefficients of the Lagrange polynomials of the nodes 0 .. size-1, exact."""
-    polynomials = []
-    for node in range(size):
-        polynomial = [Fraction(1)]
-        for other in (k for k in range(size) if k != node):
-            raised, kept = [Fraction(0), *polynomial], [*polynomial, Fraction(0)]
-            polynomial = [(a - other * b) / (node - other) for a, b in zip(raised, kept, strict=True)]
-        polynomials.append(polynomial)
-    return polynomials
+def triangular_toeplitz(row: Vector) -> Vector:
+    """The matrix T with (w T)_n = sum_(j<=n) w_j row_(n-j)."""
+    lag = np.arange(row.size) - np.arange(row.size)[:, None]
+    return np.where(lag >= 0, row[np.abs(lag)], 0.0)

@@ -17,14 +17,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from math import prod
-from typing import TYPE_CHECKING
 
 import sympy
 
 from phichain.mechanics.symbols import Coefficient, cart_mass, parameter
-
-if TYPE_CHECKING:
-    from phichain.scene import Scene
+from phichain.scene import Scene
 
 CART = -1
 """The index of the vector C x in a position; links are counted from 0."""
@@ -76,14 +73,14 @@ class Collected:
         for a, position in enumerate(self.positions[outermost:], outermost):
             groups.setdefault(tuple(position[vector] for vector in vectors), []).append(a)
         return total(
-            prod((self._values[name][k] for name, k in weights), start=self._mass(tuple(masses)))
+            prod((self.values[name][k] for name, k in weights), start=self._mass(tuple(masses)))
             for weights, masses in groups.items()
         )
 
     def _mass(self, links: tuple[int, ...]) -> Coefficient:
         """Return the sum of the masses of some links; few sums occur, each often."""
         if links not in self._masses:
-            self._masses[links] = total(self._values["mass"][k] for k in links)
+            self._masses[links] = total(self.values["mass"][k] for k in links)
         return self._masses[links]
 
     @cached_property
@@ -91,7 +88,8 @@ class Collected:
         return {}
 
     @cached_property
-    def _values(self) -> dict[str, tuple[Coefficient, ...]]:
+    def values(self) -> dict[str, tuple[Coefficient, ...]]:
+        """The exact value or symbol of every weight and mass, by the name it has in `positions`."""
         known = {name: parameter(self.scene, name) for name in ("mass", "length", "com")}
         return known | {"one": (Fraction(1),)}
 

@@ -13,7 +13,7 @@ here takes numbers, arrays or SymPy expressions alike, and costs O(N) for vector
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from operator import add
 from typing import Any
 
@@ -72,7 +72,7 @@ def joint_forces(angles: str, moments: Sequence[Any]) -> tuple[Any, ...]:
 
 def couples(moments: Sequence[Any]) -> tuple[Any, ...]:
     """Return tau_phi,k = T_k - T_{k+1} (N m), the forces conjugate to phi of moments across the joints."""
-    return (*(own - outer for own, outer in zip(moments, moments[1:], strict=False)), moments[-1])
+    return (*(own - outer for own, outer in pairwise(moments)), moments[-1])
 
 
 def pull_back_matrix(angles: str, matrix: Sequence[Sequence[Any]]) -> Matrix:

@@ -9,12 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy
 
-if TYPE_CHECKING:
-    from phichain.scene import Scene
+from phichain.scene import Scene
 
 Coefficient = Any
 """A Fraction, or a SymPy expression where runtime parameters take part."""
@@ -154,8 +153,8 @@ def cart_mass(scene: Scene) -> Coefficient:
 
 
 def gravity(scene: Scene) -> Coefficient:
-    """Return g (m/s^2)."""
-    return sympy.Symbol("g", real=True) if isinstance(scene.gravity, str) else Fraction(scene.gravity)
+    """Return g (m/s^2); a runtime one is taken to pull downwards."""
+    return sympy.Symbol("g", positive=True) if isinstance(scene.gravity, str) else Fraction(scene.gravity)
 
 
 def expression(value: Any) -> sympy.Expr:
@@ -164,4 +163,4 @@ def expression(value: Any) -> sympy.Expr:
         return sympy.sympify(value)
     if value.denominator <= _LONGEST_RATIONAL:
         return sympy.Rational(value.numerator, value.denominator)
-    return sympy.Float(sympy.Rational(value.numerator, value.denominator), 17)
+    return sympy.Float(sympy.Rational(value.numerator, value.denominator))

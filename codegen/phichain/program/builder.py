@@ -126,6 +126,7 @@ class Loop:
         """A scalar with this value on the first turn; `follow` says what the next turn sees."""
         local = Local(self._builder.fresh(name))
         start = self._builder.lift(initial).operand
+        self._builder.hoist(start)
         self.carries[local.name] = [start, local]
         return Expr(self._builder, local)
 
@@ -146,8 +147,8 @@ class Builder:
         self.work: list[Array] = []
         self.tables: dict[str, tuple[Fraction, ...]] = {}
         self.callees: dict[str, Program] = {}
-        self._blocks = [_Block()]
-        self._open_loops: list[str] = []
+        self._blocks = [_Block(), _Block()]  # what is computed first of all, then the body
+        self._open_loops: dict[str, tuple[int, int]] = {}
         self._ops: dict[str, Op] = {}
         self._names: dict[str, int] = {}
 
@@ -254,9 +255,13 @@ class Builder:
     def sincos(self, angle: ArrayRef, count: int, padding: int = 0) -> tuple[ArrayRef, ArrayRef]:
         """Work arrays with the sines and cosines of the first `count` cells, and room for `padding` more."""
         sine, cosine = self.array("sine", count + padding), self.array("cosine", count + padding)
+        self.sincos_into(sine, cosine, angle, count)
+        return sine, cosine
+
+    def sincos_into(self, sine: ArrayRef, cosine: ArrayRef, angle: ArrayRef, count: int) -> None:
+        """Fill the first `count` cells of two work arrays with the sines and cosines of a run of cells."""
         assert isinstance(angle.offset, int) and angle.stride == 1
         self._blocks[-1].statements.append(SinCos(sine.name, cosine.name, angle.name, angle.offset, count))
-        return sine, cosine
 
     def call(self, callee: Program, inputs: list[ArrayRef], sizes: dict[str, int]) -> list[ArrayRef]:
         """Apply another Program of the scene; returns work arrays that hold its outputs."""
@@ -274,15 +279,47 @@ class Builder:
         unique = variable
         while unique in self._open_loops:
             unique += "_inner"
-        self._open_loops.append(unique)
+        bounds = [Affine(bound) if isinstance(bound, int) else bound for bound in (start, stop)]
+        hull = self._hull(*bounds, step)
+        self._open_loops[unique] = hull
         loop = Loop(self, unique)
         self._blocks.append(_Block())
         yield loop
         block = self._blocks.pop()
-        self._open_loops.pop()
-        bounds = [Affine(bound) if isinstance(bound, int) else bound for bound in (start, stop)]
+        del self._open_loops[unique]
         carries = tuple(Carry(name, initial, following) for name, (initial, following) in loop.carries.items())
-        self._blocks[-1].statements.append(For(unique, *bounds, step, carries, tuple(block.statements)))
+        self._blocks[-1].statements.append(For(unique, *bounds, step, carries, tuple(block.statements), hull))
+
+    def _hull(self, start: Affine, stop: Affine, step: int) -> tuple[int, int]:
+        """Least and greatest value of a loop's variable over all turns of the loops around it."""
+
+        def extremes(bound: Affine) -> tuple[int, int]:
+            ends = [sorted(c * end for end in self._open_loops[v]) for v, c in bound.terms]
+            return bound.offset + sum(low for low, _ in ends), bound.offset + sum(high for _, high in ends)
+
+        (first, last), (least, most) = extremes(start), extremes(stop)
+        return (first, most - 1) if step > 0 else (least + 1, last)
+
+    @contextmanager
+    def first_of_all(self) -> Iterator[None]:
+        """Record ahead of everything else, wherever the writer stands: what depends on runtime parameters alone."""
+        blocks, loops = self._blocks, self._open_loops
+        self._blocks, self._open_loops = blocks[:1], {}
+        yield
+        self._blocks, self._open_loops = blocks, loops
+
+    def hoist(self, operand: Operand) -> None:
+        """Move the computation of a loop's initial value out of the loop that is being written."""
+        inner, outer = self._blocks[-1], self._blocks[-2]
+        op = self._definition(operand)
+        if op is None or op not in inner.statements:
+            return
+        for arg in op.args:
+            self.hoist(arg)
+        inner.statements.remove(op)
+        outer.statements.append(op)
+        key = (op.kind, canonical(op.kind, op.args))
+        outer.shared[key] = inner.shared.pop(key)
 
     def fresh(self, name: str) -> str:
         """A name not used before in this Program."""
@@ -298,7 +335,7 @@ class Builder:
         return Program(
             name=self.name, doc=self.doc, params=tuple(self.params), inputs=tuple(self.inputs),
             outputs=tuple(self.outputs), work=tuple(self.work), tables=dict(self.tables),
-            body=tuple(self._blocks[0].statements), callees=dict(self.callees),
+            body=tuple(self._blocks[0].statements + self._blocks[1].statements), callees=dict(self.callees),
         )  # fmt: skip
 
     # --- recording --------------------------------------------------------------------------------------------------

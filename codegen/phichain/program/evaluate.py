@@ -52,7 +52,7 @@ def evaluate(program: Program, arguments: Mapping[str, ArrayLike]) -> dict[str, 
         results = run(program, algebra, values)
     return {
         array.name: np.stack([np.broadcast_to(cell, batch) for cell in results[array.name]], -1).reshape(
-            *batch, *array.shape
+            (*batch, *array.shape)
         )
         for array in program.outputs
     }

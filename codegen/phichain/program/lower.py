@@ -1,26 +1,216 @@
-"""Scene functions -> Programs: which lowering serves which function of which scene."""
+"""Model -> Programs: which lowering serves which function of which scene, and whether it becomes loops or straight-line code."""
 
 from __future__ import annotations
 
-from phichain.program import planar_articulated, planar_tension, spatial_articulated, spatial_tension
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+
+from phichain.harmonic import kernels
+from phichain.program import (
+    harmonic_balance,
+    planar_articulated,
+    planar_functions,
+    planar_tension,
+    spatial_articulated,
+    spatial_functions,
+    spatial_tension,
+)
 from phichain.program.builder import ArrayRef, Builder
 from phichain.program.nodes import Program
 from phichain.program.parameters import Parameters
+from phichain.program.passes import prune, total_operations, unroll
 from phichain.program.planar_joints import planar_state
+from phichain.program.step import runge_kutta
+from phichain.program.tangent import Block, jacobian
 from phichain.scene import Scene
 
+#: Above this many operations `auto` keeps loops: beyond it straight-line code outgrows a first-level instruction cache.
+UNROLL_LIMIT = 2500
 
-def forward_dynamics(scene: Scene) -> Program:
-    builder = Builder("forward_dynamics", "Accelerations: the equations of motion solved.")
-    parameters = Parameters(builder, scene)
-    q = builder.input("q", (scene.nq,))
-    v = builder.input("v", (scene.nv,))
-    u = builder.input("u", (scene.nu,)) if scene.nu else None
-    a = builder.output("a", (scene.nv,))
-    if scene.is_planar:
-        form = planar_tension if scene.tip_masses else planar_articulated
-        form.accelerations(builder, scene, parameters, planar_state(builder, scene, q, v), u, a)
-    else:
-        form = spatial_tension if scene.tip_masses else spatial_articulated
-        form.accelerations(builder, scene, parameters, q, v, u, a)
-    return builder.finish()
+
+@dataclass(frozen=True)
+class Lowered:
+    """The Programs of a scene: the wanted functions, and the helpers they call."""
+
+    wanted: MappingProxyType[str, Program]
+    helpers: MappingProxyType[str, Program]
+
+    def __str__(self) -> str:
+        return "\n\n".join(str(program) for program in (*self.wanted.values(), *self.helpers.values()))
+
+
+def lower(scene: Scene) -> Lowered:
+    """Lower every wanted function, and what those call."""
+    lowering = _Lowering(scene)
+    wanted = {name: lowering.program(name) for name in scene.want}
+    called = {callee for program in wanted.values() for callee in program.callees}
+    helpers = {name: lowering.program(name) for name in sorted(called - set(wanted))}
+    return Lowered(MappingProxyType(wanted), MappingProxyType(helpers))
+
+
+def lower_function(scene: Scene, name: str, code: str = "auto") -> Program:
+    """One function alone; `code` is "auto", "unrolled" or "loops"."""
+    return _Lowering(scene).shaped(name, code)
+
+
+class _Lowering:
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self._made: dict[str, Program] = {}
+
+    def program(self, name: str) -> Program:
+        if name not in self._made:
+            self._made[name] = self.shaped(name, self.scene.code)
+        return self._made[name]
+
+    def shaped(self, name: str, code: str) -> Program:
+        """Straight-line code or loops, by wish or by operation count."""
+        if name in ("state_jacobian", "phi_jacobian"):
+            return self._shaped_jacobian(name, code)
+        loops = self.loops(name)
+        if code == "loops" or (code == "auto" and total_operations(loops) > 2 * UNROLL_LIMIT):
+            return loops
+        flat = unroll(loops)
+        if code == "unrolled" or total_operations(flat) <= UNROLL_LIMIT:
+            return flat
+        return loops
+
+    def _shaped_jacobian(self, name: str, code: str) -> Program:
+        function, blocks, doc = self._jacobian_blocks(name)
+        with_loops = jacobian(self.loops(function), name, doc, blocks)
+        if code == "loops" or (code == "auto" and total_operations(with_loops) > 4 * UNROLL_LIMIT):
+            return with_loops
+        flat = jacobian(unroll(self.loops(function)), name, doc, blocks)
+        return flat if code == "unrolled" or total_operations(flat) <= UNROLL_LIMIT else with_loops
+
+    def _jacobian_blocks(self, name: str) -> tuple[str, list[Block], str]:
+        scene = self.scene
+        if name == "phi_jacobian":
+            columns = scene.nv + 1
+            blocks = [Block("out", "amplitude", "out", 0, columns), Block("out", "omega", "out", scene.nv, columns)]
+            return "phi", blocks, _DOC[name]
+        arguments = ["q", "v", *(["u"] if scene.nu else [])]
+        return "forward_dynamics", [Block("a", argument, f"dad{argument}") for argument in arguments], _DOC[name]
+
+    def loops(self, name: str) -> Program:
+        """The structured form of a function."""
+        builder = Builder(name, _DOC[name])
+        parameters = Parameters(builder, self.scene)
+        writer: Callable[[Builder, Parameters], None] = getattr(self, f"_{name}")
+        writer(builder, parameters)
+        return prune(builder.finish())
+
+    # --- arguments ----------------------------------------------------------------------------------------------------
+
+    def _q(self, builder: Builder) -> ArrayRef:
+        return builder.input("q", (self.scene.nq,), "configuration")
+
+    def _v(self, builder: Builder) -> ArrayRef:
+        return builder.input("v", (self.scene.nv,), "rates")
+
+    def _u(self, builder: Builder) -> ArrayRef | None:
+        return builder.input("u", (self.scene.nu,), "inputs") if self.scene.nu else None
+
+    @cached_property
+    def _functions(self):  # type: ignore[no-untyped-def]
+        return planar_functions if self.scene.is_planar else spatial_functions
+
+    # --- one writer a function -----------------------------------------------------------------------------------------
+
+    def _forward_dynamics(self, builder: Builder, parameters: Parameters) -> None:
+        scene = self.scene
+        q, v, u = self._q(builder), self._v(builder), self._u(builder)
+        a = builder.output("a", (scene.nv,), "accelerations")
+        if scene.is_planar:
+            planar = planar_tension if scene.tip_masses else planar_articulated
+            planar.accelerations(builder, scene, parameters, planar_state(builder, scene, q, v), u, a)
+        else:
+            spatial = spatial_tension if scene.tip_masses else spatial_articulated
+            spatial.accelerations(builder, scene, parameters, q, v, u, a)
+
+    def _inverse_dynamics(self, builder: Builder, parameters: Parameters) -> None:
+        q, v = self._q(builder), self._v(builder)
+        a = builder.input("a", (self.scene.nv,), "accelerations")
+        u = builder.output("u", (self.scene.nv,), "full generalised force")
+        planar_functions.inverse_dynamics(builder, self.scene, parameters, q, v, a, u)
+
+    def _mass_matrix(self, builder: Builder, parameters: Parameters) -> None:
+        q = self._q(builder)
+        out = builder.output("out", (self.scene.nv, self.scene.nv), "mass matrix, row-major")
+        self._functions.mass_matrix(builder, self.scene, parameters, q, out)
+
+    def _coriolis(self, builder: Builder, parameters: Parameters) -> None:
+        q, v = self._q(builder), self._v(builder)
+        out = builder.output("out", (self.scene.nv,), "velocity terms")
+        self._functions.coriolis(builder, self.scene, parameters, q, v, out)
+
+    def _gravity_torque(self, builder: Builder, parameters: Parameters) -> None:
+        q = self._q(builder)
+        out = builder.output("out", (self.scene.nv,), "gravity terms")
+        self._functions.gravity_torque(builder, self.scene, parameters, q, out)
+
+    def _energy(self, builder: Builder, parameters: Parameters) -> None:
+        q, v = self._q(builder), self._v(builder)
+        kinetic = builder.output("kinetic", (), "kinetic energy, J")
+        potential = builder.output("potential", (), "potential energy, J, springs included")
+        self._functions.energy(builder, self.scene, parameters, q, v, kinetic, potential)
+
+    def _positions(self, builder: Builder, parameters: Parameters) -> None:
+        q = self._q(builder)
+        extent = 2 if self.scene.is_planar else 3
+        out = builder.output("out", (self.scene.links, extent), "mass positions, m, last component along gravity")
+        self._functions.positions(builder, self.scene, parameters, q, out)
+
+    def _linearization(self, builder: Builder, parameters: Parameters) -> None:
+        scene = self.scene
+        size = scene.nv if scene.is_planar else 2 * scene.links + (2 if scene.has_cart else 0)
+        s = builder.input("s", (scene.links,), "+1 for a link hanging down, -1 for one pointing up")
+        outputs = {"M": builder.output("M", (size, size), "inertia")}
+        if scene.damping is not None:
+            outputs["D"] = builder.output("D", (size, size), "damping")
+        outputs["G"] = builder.output("G", (size, size), "stiffness of gravity and springs")
+        if scene.nu:
+            outputs["B"] = builder.output("B", (size, scene.nu), "input matrix")
+        self._functions.linearization(builder, scene, parameters, s, outputs)
+
+    def _phi(self, builder: Builder, parameters: Parameters) -> None:
+        amplitude = builder.input("amplitude", (self.scene.nv,), "amplitudes of [x,] theta")
+        omega = builder.input("omega", (), "angular frequency, rad/s")
+        out = builder.output("out", (self.scene.nv,), "residuals of the balance")
+        harmonic_balance.phi(builder, self.scene, parameters, kernels(), amplitude, omega[0], out)
+
+    def _step(self, builder: Builder, parameters: Parameters) -> None:
+        scene = self.scene
+        arguments = {"h": builder.input("h", (), "step, s"), "q": self._q(builder), "v": self._v(builder)}
+        u = self._u(builder)
+        if u is not None:
+            arguments["u"] = u
+        arguments["q_next"] = builder.output("q_next", (scene.nq,), "configuration after the step")
+        arguments["v_next"] = builder.output("v_next", (scene.nv,), "rates after the step")
+        runge_kutta(builder, scene, self.program("forward_dynamics"), arguments)
+
+    def _project(self, builder: Builder, parameters: Parameters) -> None:
+        scene = self.scene
+        q, v = self._q(builder), self._v(builder)
+        q_out = builder.output("q_out", (scene.nq,), "configuration with unit vectors")
+        v_out = builder.output("v_out", (scene.nv,), "rates with tangent angular velocities")
+        spatial_functions.project(builder, scene, q, v, q_out, v_out)
+
+
+_DOC = {
+    "forward_dynamics": "Accelerations: the equations of motion solved.",
+    "inverse_dynamics": "Generalised force that produces given accelerations.",
+    "mass_matrix": "Mass matrix of the equations of motion.",
+    "coriolis": "Velocity terms of the equations of motion.",
+    "gravity_torque": "Gravity terms of the equations of motion, without springs.",
+    "energy": "Kinetic and potential energy.",
+    "positions": "Positions of the point masses.",
+    "linearization": "Linear equations of motion about an equilibrium, M x'' + D x' + G x = B u.",
+    "state_jacobian": "Exact partial derivatives of forward_dynamics.",
+    "phi": "Residuals of the single-harmonic balance.",
+    "phi_jacobian": "Exact derivatives of phi, columns [amplitude, omega].",
+    "step": "One Runge-Kutta step of order 4.",
+    "project": "Unit vectors made unit, angular velocities made tangent.",
+}

@@ -133,7 +133,10 @@ class Carry:
 
 @dataclass(frozen=True, slots=True)
 class For:
-    """``for variable = start, start + step, ... short of stop`` (step is +1 or -1)."""
+    """``for variable = start, start + step, ... short of stop`` (step is +1 or -1).
+
+    `hull` holds the least and the greatest value of the variable over all turns of the loops around it.
+    """
 
     variable: str
     start: Affine
@@ -141,6 +144,7 @@ class For:
     step: int
     carries: tuple[Carry, ...]
     body: tuple[Statement, ...]
+    hull: tuple[int, int]
 
     def range(self, indices: dict[str, int]) -> range:
         """The values the loop variable takes where the outer loop variables have the given values."""

@@ -140,5 +140,6 @@ class Parameters:
 
     def _once(self, name: str, make: Callable[[], ArrayRef]) -> ArrayRef:
         if name not in self._made:
-            self._made[name] = make()
+            with self._builder.first_of_all():
+                self._made[name] = make()
         return self._made[name]

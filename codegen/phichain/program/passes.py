@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from phichain.program.builder import Builder, Expr
 from phichain.program.interpret import Algebra, run
-from phichain.program.nodes import Affine, Call, Cell, For, Local, Op, Operand, Program, SinCos, Statement, Store
+from phichain.program.nodes import Affine, Call, Carry, Cell, For, Local, Op, Operand, Program, SinCos, Statement, Store
 
 
 def unroll(program: Program) -> Program:
@@ -80,6 +80,10 @@ def _live_statements(statements: tuple[Statement, ...], live: set[str]) -> tuple
 
 
 def _live_loop(loop: For, live: set[str]) -> For | None:
+    low, high = loop.hull
+    if high < low:
+        still = tuple(Carry(carry.name, carry.initial, Local(carry.name)) for carry in loop.carries)
+        loop = replace(loop, body=(), carries=still)
     while True:
         before = len(live)
         carries = tuple(carry for carry in loop.carries if carry.name in live)

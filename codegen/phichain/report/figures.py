@@ -51,7 +51,7 @@ def closed_loop(system: System, trajectory: Trajectory, direction_error: Any, ra
     """
     with look():
         drawing = figure(8.4, 5.4)
-        layout = [["chain", "errors"], ["chain", "cart"], ["chain", "force"]]
+        layout: Any = [["chain", "errors"], ["chain", "cart"], ["chain", "force"]]
         axes = drawing.subplot_mosaic(layout, width_ratios=(1.0, 1.4))
         panels.chain_in_motion(axes["chain"], system, trajectory.q)
         axes["chain"].set_title(f"{trajectory.name}, {trajectory.t[0]:g} to {trajectory.t[-1]:g} s")

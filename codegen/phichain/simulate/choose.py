@@ -15,6 +15,9 @@ import numpy as np
 from phichain.simulate.problem import Problem, differences
 from phichain.system import angular_velocities
 
+SAFETY = 10.0
+"""How far `auto` keeps the local error below the tolerance: errors add up over the steps."""
+
 STABLE_INTERVAL = 6.0
 WORTH_IT = 1000.0
 """Fewer stability-limited steps than this are taken explicitly: an implicit step costs more."""
@@ -88,10 +91,10 @@ def choose(problem: Problem) -> tuple[str, str]:
     )
     if not found.is_stiff:
         method = "RK45" if few_digits else "DOP853"
-        return method, f"auto took {method} for tol {problem.tol:g}: not stiff, {finding}"
+        return method, f"auto took {method} with local tolerance {problem.tol:g}: not stiff, {finding}"
     constant_input = problem.control is None or problem.held is not None
     if problem.system.has("casadi") and constant_input and problem.tol >= 1e-11:
         method = "cvodes"
     else:
         method = "BDF" if few_digits else "Radau"
-    return method, f"auto took {method} for tol {problem.tol:g}: stiff, {finding}"
+    return method, f"auto took {method} with local tolerance {problem.tol:g}: stiff, {finding}"

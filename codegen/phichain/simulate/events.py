@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,9 @@ class Event:
         if not callable(self.function):
             raise ArrayError("event.function", self.function, "cannot be called", "give a callable g(t, x)")
         if self.direction not in (-1, 0, 1):
-            raise ArrayError("event.direction", self.direction, "is none of -1, 0, 1", "use 0 for both directions")
+            raise ArrayError(
+                "event.direction", self.direction, "is none of -1, 0, 1", "use 0 for both directions"
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +100,7 @@ class Watch:
         """
         found: list[Crossing] = []
         watch = self
-        for start, stop in zip(knots[:-1], knots[1:], strict=True):
+        for start, stop in pairwise(knots):
             watch, here = watch._between(state_at, start, stop)
             here.sort(key=lambda crossing: abs(crossing.t - start))
             for crossing in here:
@@ -106,7 +109,9 @@ class Watch:
                     return watch, found, crossing
         return watch, found, None
 
-    def _between(self, state_at: Callable[[float], Vector], start: float, stop: float) -> tuple[Watch, list[Crossing]]:
+    def _between(
+        self, state_at: Callable[[float], Vector], start: float, stop: float
+    ) -> tuple[Watch, list[Crossing]]:
         after = _values(self.events, stop, state_at(stop))
         found = []
         for event, old, new in zip(self.events, self.values, after, strict=True):

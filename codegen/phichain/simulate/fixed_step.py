@@ -46,10 +46,14 @@ def check_step(h: float | None) -> float:
         ToleranceError: It is missing, zero, negative or not finite.
     """
     if h is None:
-        raise ToleranceError("h", h, "is missing: a fixed-step method needs its step size", "give h= in seconds")
+        raise ToleranceError(
+            "h", h, "is missing: a fixed-step method needs its step size", "give h= in seconds"
+        )
     value = float(h)
     if not (math.isfinite(value) and value > 0):
-        raise ToleranceError("h", h, "must be positive and finite", "give h= in seconds; the span gives the direction")
+        raise ToleranceError(
+            "h", h, "must be positive and finite", "give h= in seconds; the span gives the direction"
+        )
     return value
 
 
@@ -66,5 +70,7 @@ def _advance(problem: Problem, name: str) -> Callable[[float, Vector, float], Ve
     return advance
 
 
-def _inside(advance: Callable[[float, Vector, float], Vector], t0: float, x0: Vector) -> Callable[[], StateAt]:
+def _inside(
+    advance: Callable[[float, Vector, float], Vector], t0: float, x0: Vector
+) -> Callable[[], StateAt]:
     return lambda: lambda t: x0 if t == t0 else advance(t0, x0, t - t0)

@@ -160,7 +160,9 @@ def collect(problem: Problem, segments: Iterator[Segment]) -> Path:
         status, message = _diagnose(problem, *last, str(failure))
     if recorder.t[-1] != last[0]:
         recorder.add(*last)
-    return Path(np.array(recorder.t), np.array(recorder.x), status, message, tuple(crossings), steps, recorder.dense())
+    return Path(
+        np.array(recorder.t), np.array(recorder.x), status, message, tuple(crossings), steps, recorder.dense()
+    )
 
 
 def _knots(segment: Segment, problem: Problem) -> list[float]:

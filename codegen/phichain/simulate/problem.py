@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -82,7 +83,7 @@ class Problem:
     max_steps: int
     progress: Progress | None
     notes: tuple[str, ...] = ()
-    counts: dict[str, int] = field(default_factory=dict)
+    counts: dict[str, int] = dataclasses.field(default_factory=dict)
 
     @property
     def own_steps(self) -> bool:
@@ -107,7 +108,11 @@ def bind(
     if callable(u):
         control: Control = u
         check_input(system, control(t0, x0))
-        moving = None if slope is None else Counted(lambda t, x: slope(t, x, control(t, x), p) + _by_input(system, control, p, t, x))
+        moving = (
+            None
+            if slope is None
+            else Counted(lambda t, x: slope(t, x, control(t, x), p) + _by_input(system, control, p, t, x))
+        )
         return Counted(lambda t, x: f(t, x, control(t, x), p)), moving, control, None
     held = check_input(system, u)
     still = None if slope is None else Counted(lambda t, x: slope(t, x, held, p))
@@ -126,7 +131,9 @@ def check_input(system: System, u: ArrayLike | None) -> Vector | None:
         return None
     held = given[0]
     if held.shape != (system.nu,):
-        raise ArrayError("u", held.shape, f"must have shape ({system.nu},)", "give a constant vector or a callable u(t, x)")
+        raise ArrayError(
+            "u", held.shape, f"must have shape ({system.nu},)", "give a constant vector or a callable u(t, x)"
+        )
     if not np.all(np.isfinite(held)):
         raise ArrayError("u", held.tolist(), "is not finite", "give finite inputs")
     return held
@@ -139,7 +146,9 @@ def _by_input(system: System, control: Control, p: Parameters | None, t: float, 
         return result
     u = np.asarray(control(t, x), dtype=float)
     parts = system.state_jacobian(x[: system.nq], x[system.nq :], u, **system.parameters(p))
-    result[system.nq :] = np.reshape(parts[2], (system.nv, system.nu)) @ differences(lambda y: control(t, y), x, u)
+    result[system.nq :] = np.reshape(parts[2], (system.nv, system.nu)) @ differences(
+        lambda y: control(t, y), x, u
+    )
     return result
 
 
@@ -164,7 +173,9 @@ def check_times(t: ArrayLike) -> Vector:
     if times.ndim == 0:
         times = np.array([0.0, float(times)])
     if times.ndim != 1 or len(times) < 2:
-        raise ArrayError("t", times.shape, "is no span or grid of times", "give (t0, t1), a final time, or a grid")
+        raise ArrayError(
+            "t", times.shape, "is no span or grid of times", "give (t0, t1), a final time, or a grid"
+        )
     if not np.all(np.isfinite(times)):
         raise ArrayError("t", times, "holds times that are not finite", "give finite times")
     gaps = np.diff(times)
@@ -215,7 +226,9 @@ def _on_manifold(system: System, x: Vector) -> tuple[Vector, tuple[str, ...]]:
     worst = int(np.argmax(stretch))
     if lengths.min() == 0:
         k = int(np.argmin(lengths))
-        raise ArrayError(f"q_{k + 1}", directions[k].tolist(), "has length 0 and no direction", "give a unit vector")
+        raise ArrayError(
+            f"q_{k + 1}", directions[k].tolist(), "has length 0 and no direction", "give a unit vector"
+        )
     if stretch[worst] > REPAIRABLE:
         problem = f"is no unit vector: its length is off by {stretch[worst]:.3g}, more than {REPAIRABLE:g}"
         raise ArrayError(f"q_{worst + 1}", directions[worst].tolist(), problem, "normalise it")
@@ -227,7 +240,9 @@ def _on_manifold(system: System, x: Vector) -> tuple[Vector, tuple[str, ...]]:
     worst = int(np.argmax(tilt))
     if tilt[worst] > REPAIRABLE:
         problem = f"is not tangent: omega . q = {along[worst]:.3g}, more than {REPAIRABLE:g} of its size"
-        raise ArrayError(f"omega_{worst + 1}", rates[worst].tolist(), problem, "subtract (omega . q) q from it")
+        raise ArrayError(
+            f"omega_{worst + 1}", rates[worst].tolist(), problem, "subtract (omega . q) q from it"
+        )
     if tilt[worst] > ROUND_OFF:
         rates = rates - along[:, None] * directions
         notes.append(f"rates were projected on the tangent planes (off by up to {tilt[worst]:.2g})")

@@ -48,7 +48,9 @@ METHODS: dict[str, Method] = {
     "cvodes": Method(sundials.segments, 1e-13, "CVODES, BDF with Newton (SUNDIALS through CasADi)"),
     "cvodes_adams": Method(sundials.segments, 1e-13, "CVODES, Adams (SUNDIALS through CasADi)"),
     "idas": Method(sundials.segments, 1e-13, "IDAS, BDF (SUNDIALS through CasADi)"),
-    "step": Method(fixed_step.segments, 0.0, "the emitted fixed step: classical Runge-Kutta of order 4", fixed=True),
+    "step": Method(
+        fixed_step.segments, 0.0, "the emitted fixed step: classical Runge-Kutta of order 4", fixed=True
+    ),
 }
 
 
@@ -77,13 +79,15 @@ def simulate(
         t: A final time (from 0), a span (t0, t1) for output at the method's own steps, or a grid of output times;
             s, increasing or decreasing.
         method: A key of METHODS, "auto", or the name of an emitted step (`step_...`).
-        tol: Relative tolerance of the local error per step; values below what the method's arithmetic can keep are
-            raised to it and the reason says so.
+        tol: Relative tolerance. A named method takes it for its local error per step; auto keeps the local error
+            ten times below it, so that it is about the error of a short run. Values below what the method's
+            arithmetic can keep are raised to it and the reason says so.
         u: Input: None (zero), a constant (nu,), or a callable u(t, x).
         p: Runtime parameters by name.
         h: Step size of a fixed-step method, s.
         events: Event records or callables g(t, x), located at their sign changes.
-        atol: Absolute tolerance in the units of the state; default `tol` / 100, so that small motions keep digits.
+        atol: Absolute tolerance of the local error in the units of the state; default a hundredth of the relative
+            one, so that small motions keep digits.
         max_steps: Step budget; when it runs out the trajectory so far comes back with status "step budget".
         project: Put spatial outputs on the manifold (unit q, tangent omega). The violation is recorded before.
         progress: Called with (fraction done, t) about every hundredth.
@@ -107,6 +111,7 @@ def simulate(
         _budget(max_steps), progress, notes,
     )  # fmt: skip
     if method == "auto":
+        problem = replace(problem, tol=tol / choose.SAFETY)
         name, why = choose.choose(problem)
     else:
         name, why = method, f"{method} as asked"
@@ -116,7 +121,9 @@ def simulate(
     reasons = [why, *notes, *clamped]
     if project and not system.is_planar:
         reasons.append("outputs were projected on the manifold")
-    trajectory = _record(problem, path, name, engine, "; ".join(filter(None, [*reasons, path.message])), project)
+    trajectory = _record(
+        problem, path, name, engine, "; ".join(filter(None, [*reasons, path.message])), project
+    )
     if path.status in ("blow-up", "stalled"):
         raise ConvergenceError(
             "simulate", name, path.message, _remedy(path.status), t=float(path.t[-1]), status=path.status,
@@ -142,7 +149,11 @@ def _method(system: System, name: str) -> Method:
 
 def _clamp(problem: Problem, engine: Method, name: str, atol: float | None) -> tuple[Problem, list[str]]:
     tol = max(problem.tol, engine.floor)
-    said = [f"tol {problem.tol:g} was raised to {tol:.2g}, the round-off floor of {name}"] if tol != problem.tol else []
+    said = (
+        [f"tol {problem.tol:g} was raised to {tol:.2g}, the round-off floor of {name}"]
+        if tol != problem.tol
+        else []
+    )
     absolute = tol / 100 if atol is None else check_tolerance(atol, "atol")
     return replace(problem, tol=tol, atol=absolute), said
 
@@ -153,7 +164,9 @@ def _remedy(status: str) -> str:
     return "loosen tol, or try an implicit method (Radau, cvodes); the trajectory up to there is in `.trajectory`"
 
 
-def _record(problem: Problem, path: Path, name: str, engine: Method, reason: str, project: bool) -> Trajectory:
+def _record(
+    problem: Problem, path: Path, name: str, engine: Method, reason: str, project: bool
+) -> Trajectory:
     system = problem.system
     dense = path.dense
 
@@ -163,7 +176,9 @@ def _record(problem: Problem, path: Path, name: str, engine: Method, reason: str
         if project and not system.is_planar:
             q, v = project_state(system, q, v)
         u = _inputs(problem, t, x)
-        energies = system.energy(q, v, **system.parameters(problem.p)) if system.has("energy") else (None, None)
+        energies = (
+            system.energy(q, v, **system.parameters(problem.p)) if system.has("energy") else (None, None)
+        )
         return Trajectory(
             name=system.name,
             space=system.space,

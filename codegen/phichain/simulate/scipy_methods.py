@@ -26,6 +26,9 @@ def segments(problem: Problem, name: str) -> Iterator[Segment]:
     Raises:
         StalledError: The step size fell below the spacing of doubles, or the derivative stopped being finite.
     """
+    if not np.all(np.isfinite(problem.field(float(problem.t[0]), problem.x0))):
+        # SciPy's choice of a first step would be NaN, and its step loop endless.
+        raise StalledError(f"{name} found a derivative that is not finite")
     solver = _solver(problem, name)
     while solver.status == "running":
         try:
@@ -37,6 +40,9 @@ def segments(problem: Problem, name: str) -> Iterator[Segment]:
             raise StalledError(f"{name} could not keep tol {problem.tol:g}: {complaint}")
         if not np.all(np.isfinite(solver.y)):
             raise StalledError(f"{name} left the finite numbers")
+        if solver.t == solver.t_old:
+            # LSODA reports success with steps of length zero when it cannot go on.
+            raise StalledError(f"{name} could not keep tol {problem.tol:g}: its step size fell to zero")
         yield Segment(float(solver.t_old), float(solver.t), solver.y.copy(), solver.dense_output)
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -54,7 +55,7 @@ def segments(problem: Problem, name: str) -> Iterator[Segment]:
 
 def _walk(problem: Problem, flow: _Flow, times: Vector) -> Iterator[Segment]:
     x = problem.x0
-    for start, stop in zip(times[:-1], times[1:], strict=True):
+    for start, stop in pairwise(times):
         try:
             after = flow.along(x, np.array([start, stop]))[-1]
         except RuntimeError as failure:
@@ -103,7 +104,9 @@ def _flow(problem: Problem, name: str) -> _Flow:
     system = problem.system
     if problem.control is not None and problem.held is None:
         raise UnsupportedError(
-            "u", problem.control, f"{name} integrates a CasADi graph and cannot call a Python control law",
+            "u",
+            problem.control,
+            f"{name} integrates a CasADi graph and cannot call a Python control law",
             "use method='DOP853' or 'Radau', or hold u constant over shorter spans",
         )
     casadi, dynamics = _dynamics(system, name)
@@ -138,23 +141,32 @@ def _parameter(casadi: Any, name: str, values: dict[str, Any]) -> Any:
     if name in values:
         return casadi.DM(np.asarray(values[name], dtype=float))
     if name == "p" and values:
-        return casadi.DM(np.concatenate([np.ravel(np.asarray(value, dtype=float)) for value in values.values()]))
+        return casadi.DM(
+            np.concatenate([np.ravel(np.asarray(value, dtype=float)) for value in values.values()])
+        )
     raise UnsupportedError(
-        "p", sorted(values), f"the CasADi function wants the runtime parameter '{name}'", f"give p={{'{name}': ...}}"
+        "p",
+        sorted(values),
+        f"the CasADi function wants the runtime parameter '{name}'",
+        f"give p={{'{name}': ...}}",
     )
 
 
 def _dynamics(system: System, name: str) -> tuple[Any, Any]:
     if not system.has("casadi"):
         raise UnsupportedError(
-            "method", name, f"system '{system.name}' carries no CasADi function of its forward dynamics",
+            "method",
+            name,
+            f"system '{system.name}' carries no CasADi function of its forward dynamics",
             "build it with its CasADi module (functions['casadi']), or use method='Radau' or 'DOP853'",
         )
     try:
         import casadi
     except ImportError as failure:
         raise UnsupportedError(
-            "method", name, "SUNDIALS comes with CasADi, which is not installed",
+            "method",
+            name,
+            "SUNDIALS comes with CasADi, which is not installed",
             "pip install casadi, or use method='Radau' or 'DOP853'",
         ) from failure
     given = system.function("casadi")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -138,7 +137,9 @@ class Trajectory:
         grid = np.atleast_1d(np.asarray(times, dtype=float))
         low, high = min(self.t[0], self.t[-1]), max(self.t[0], self.t[-1])
         if not np.all((grid >= low) & (grid <= high)):
-            raise ArrayError("times", grid, f"leave the trajectory's span {low:g} .. {high:g} s", "stay within it")
+            raise ArrayError(
+                "times", grid, f"leave the trajectory's span {low:g} .. {high:g} s", "stay within it"
+            )
         return grid
 
     def _rates(self) -> tuple[Vector, Vector]:
@@ -158,27 +159,37 @@ class Trajectory:
         q_dot = np.concatenate([self.v[:, :cart], moving.reshape(flat)], axis=1)
         return q_dot, np.concatenate([self.a[:, :cart], turning.reshape(flat)], axis=1)
 
-    def to_csv(self, path: str | os.PathLike[str]) -> Path:
+    def to_csv(self, path: Path | str) -> Path:
         """Write one row per output: t, q, v, u, energies, largest constraint violations; 17 digits."""
-        columns: dict[str, Any] = {"t": self.t, **columns_of(self.q_names, self.q), **columns_of(self.v_names, self.v)}
+        columns: dict[str, Any] = {
+            "t": self.t,
+            **columns_of(self.q_names, self.q),
+            **columns_of(self.v_names, self.v),
+        }
         columns |= columns_of(self.u_names, self.u)
-        columns |= {name: getattr(self, name) for name in ("kinetic", "potential") if getattr(self, name) is not None}
+        columns |= {
+            name: getattr(self, name) for name in ("kinetic", "potential") if getattr(self, name) is not None
+        }
         for name in ("length_error", "tangency_error"):
             if getattr(self, name) is not None:
                 columns[name] = np.max(np.abs(getattr(self, name)), axis=1)
         return write_csv(path, columns)
 
-    def to_npz(self, path: str | os.PathLike[str]) -> Path:
+    def to_npz(self, path: Path | str) -> Path:
         """Write everything but `refine`; `from_npz` reads it back."""
         arrays = {name: getattr(self, name) for name in _ARRAYS if getattr(self, name) is not None}
         arrays["event_t"] = np.array([crossing.t for crossing in self.events])
         arrays["event_x"] = np.array([crossing.x for crossing in self.events])
         meta = {name: getattr(self, name) for name in _PLAIN}
-        meta |= {"kind": _KIND, "counts": dict(self.counts), "event_names": [crossing.name for crossing in self.events]}
+        meta |= {
+            "kind": _KIND,
+            "counts": dict(self.counts),
+            "event_names": [crossing.name for crossing in self.events],
+        }
         return write_npz(path, arrays, meta)
 
     @classmethod
-    def from_npz(cls, path: str | os.PathLike[str]) -> Trajectory:
+    def from_npz(cls, path: Path | str) -> Trajectory:
         """Read what `to_npz` wrote.
 
         Raises:
@@ -187,6 +198,7 @@ class Trajectory:
         arrays, meta = read_npz(path, _KIND)
         found = zip(meta.pop("event_names"), arrays.pop("event_t"), arrays.pop("event_x"), strict=True)
         events = tuple(Crossing(name, float(t), x) for name, t, x in found)
-        names = {key: tuple(meta.pop(key)) for key in ("q_names", "v_names", "u_names")}
+        names: dict[str, Any] = {key: tuple(meta.pop(key)) for key in ("q_names", "v_names", "u_names")}
+        held: dict[str, Any] = {name: arrays.get(name) for name in _ARRAYS}
         meta.pop("kind")
-        return cls(**{name: arrays.get(name) for name in _ARRAYS}, events=events, **names, **meta)
+        return cls(**held, events=events, **names, **meta)

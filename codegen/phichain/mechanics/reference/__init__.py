@@ -16,7 +16,7 @@ nearest exact state stands for it. Two functions need a word there:
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mpmath import mp
 
@@ -25,9 +25,7 @@ from phichain.mechanics.reference import derived, motion
 from phichain.mechanics.reference.algebra import Vector
 from phichain.mechanics.reference.motion import Case, Outputs
 from phichain.mechanics.reference.pose import exact, parameters
-
-if TYPE_CHECKING:
-    from phichain.scene import Scene
+from phichain.scene import Scene
 
 _GUARD = 60
 

@@ -10,15 +10,11 @@ their Jacobians J_a with respect to the rates, and sum_a J_a^T m_a (r_a'' - g e_
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from mpmath import fdot, mpf
 
 from phichain.mechanics.reference.algebra import Matrix, Vector, product, transposed, unit
 from phichain.mechanics.reference.pose import Parameters, Pose, angle_map, cart_axes
-
-if TYPE_CHECKING:
-    from phichain.scene import Scene
+from phichain.scene import Scene
 
 
 def jacobian(scene: Scene, values: Parameters, pose: Pose) -> Matrix:

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mpmath import mp, mpf
 
 from phichain.mechanics.reference import dense
-from phichain.mechanics.reference.algebra import Matrix, Vector, cross, moved, solve, tangent_axes, transposed, unit
+from phichain.mechanics.reference.algebra import (
+    Matrix,
+    Vector,
+    cross,
+    moved,
+    solve,
+    tangent_axes,
+    transposed,
+    unit,
+)
 from phichain.mechanics.reference.motion import Case, Outputs, forward_dynamics, inverse_dynamics, mass_matrix
 from phichain.mechanics.reference.pose import cart_axes, project
-
-if TYPE_CHECKING:
-    from phichain.scene import Scene
+from phichain.scene import Scene
 
 _FIRST_QUARTER = 8
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mpmath import fdot, mpf
 
@@ -20,9 +20,7 @@ from phichain.mechanics.reference.pose import (
     spatial_pose,
     straight_pose,
 )
-
-if TYPE_CHECKING:
-    from phichain.scene import Scene
+from phichain.scene import Scene
 
 Outputs = dict[str, Any]
 

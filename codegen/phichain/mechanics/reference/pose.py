@@ -8,15 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mpmath import fdot, mp, mpf
 
 from phichain.errors import ArrayError, SceneError
 from phichain.mechanics.reference.algebra import Matrix, Vector, cross, tangent_axes, unit
-
-if TYPE_CHECKING:
-    from phichain.scene import Scene
+from phichain.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,111 @@
+"""Leaving out, measured: operations, bytes of code and exported symbols of full scenes against pruned ones.
+
+The full scenes hold everything their space can carry: cart, masses inside the links, joint laws, every
+parameter open until run time, every function. The others are what people ask for.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks import objects, ours, table
+
+ROOT = Path(__file__).resolve().parents[1]
+SCENES = {
+    "planar4_full": (
+        "planar4_full",
+        "planar4_no_phi",
+        "paper_a_4",
+        "planar4_damped_springs",
+        "planar4_forward_only",
+        "planar4_tip_masses_forward_only",
+    ),
+    "spatial4_full": (
+        "spatial4_full",
+        "paper_b",
+        "spatial5_cart_forward_only",
+        "spatial4_fixed_forward_only",
+    ),
+}
+SMALL = ("-Os", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math")
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One scene, generated and compiled."""
+
+    name: str
+    functions: tuple[str, ...]
+    operations: int
+    text: int
+    symbols: tuple[str, ...]
+
+
+def measure(scene: Path) -> Measured:
+    """Generates a committed scene in a scratch folder and reads manifest and object."""
+    from phichain import generate, load_scene
+
+    with tempfile.TemporaryDirectory(prefix="phichain-bench-") as scratch:
+        folder = Path(generate(load_scene(scene), Path(scratch)))
+        names = tuple(ours.manifest(folder)["functions"])
+        compiled = objects.inspect(ours.source(folder), SMALL)
+        operations = sum(ours.operations(folder, name) for name in names)
+        return Measured(scene.stem, names, operations, compiled.text, compiled.symbols)
+
+
+def tables() -> list[table.Table]:
+    """One table of sizes, one of names."""
+    rows, names = [], []
+    for full, scenes in SCENES.items():
+        yardstick = measure(ROOT / "scenes" / f"{full}.toml")
+        for scene in scenes:
+            found = yardstick if scene == full else measure(ROOT / "scenes" / f"{scene}.toml")
+            rows.append(
+                (
+                    f"**{found.name}**" if scene == full else found.name,
+                    str(len(found.functions)),
+                    str(found.operations),
+                    str(found.text),
+                    str(len(found.symbols)),
+                    f"{100 * found.operations / yardstick.operations:.1f} %",
+                    f"{100 * found.text / yardstick.text:.1f} %",
+                )
+            )
+            names.append((found.name, ", ".join(found.symbols)))
+    heads = (
+        "scene",
+        "functions",
+        "operations",
+        ".text bytes",
+        "symbols",
+        "operations of full",
+        ".text of full",
+    )
+    notes = (
+        "Operations are summed over the scene's functions as the manifest counts them; code is compiled by"
+        + f" itself with `{' '.join(SMALL)}`; a bold row is the yardstick of the rows below it.",
+    )
+    return [
+        table.Table("Sizes", heads, tuple(rows), notes),
+        table.Table("Exported symbols", ("scene", "symbols"), tuple(names)),
+    ]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("--write", action="store_true", help="write benchmarks/results/leaving_out.md")
+    options = p.parse_args(arguments)
+    found = tables()
+    print("\n".join(t.markdown() for t in found))
+    if options.write:
+        print(table.write("leaving_out", "Leaving out", found, "python -m benchmarks.leaving_out --write"))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

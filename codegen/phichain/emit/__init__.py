@@ -1,0 +1,5 @@
+"""Emit: Programs as standalone C and CasADi text."""
+
+from phichain.emit.folder import folder_files
+
+__all__ = ["folder_files"]

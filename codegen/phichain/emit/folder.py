@@ -1,0 +1,47 @@
+"""A scene's generated folder as texts: every file a pure function of the scene."""
+
+from __future__ import annotations
+
+from phichain.emit.c import header, source
+from phichain.emit.casadi import casadi_module
+from phichain.emit.casadi_external import casadi_external
+from phichain.emit.left_out import left_out
+from phichain.emit.manifest import manifest
+from phichain.emit.render import render
+from phichain.emit.selftest import make_selftest, selftest_source
+from phichain.files import MANIFEST
+from phichain.program.lower import Lowered
+from phichain.program.passes import total_operations
+from phichain.scene import Scene
+
+
+def folder_files(scene: Scene, lowered: Lowered, with_casadi_c: bool = False) -> dict[str, str]:
+    """Texts by file name.
+
+    Args:
+        scene: the scene.
+        lowered: its Programs.
+        with_casadi_c: also write NAME_casadi.c, which CasADi's ``external`` loads.
+    """
+    selftest = make_selftest(scene, lowered)
+    files = {
+        f"{scene.name}.h": header(scene, lowered, selftest.tolerances),
+        f"{scene.name}.c": source(scene, lowered),
+        f"{scene.name}_casadi.py": casadi_module(scene, lowered),
+        "selftest.c": selftest_source(scene, lowered, selftest),
+        "CMakeLists.txt": render("CMakeLists.txt.j2", name=scene.name),
+        "README.md": _readme(scene, lowered),
+    }
+    if with_casadi_c:
+        files[f"{scene.name}_casadi.c"] = casadi_external(scene, lowered)
+    files[MANIFEST] = manifest(scene, lowered, selftest.tolerances, files)
+    return files
+
+
+def _readme(scene: Scene, lowered: Lowered) -> str:
+    functions = [(p.name, p.doc, total_operations(p)) for p in lowered.wanted.values()]
+    return render(
+        "generated_readme.md.j2", name=scene.name, upper=scene.name.upper(), real=scene.real, sketch=str(scene),
+        functions=functions, left_out=left_out(scene, lowered), digest=scene.digest,
+        runtime=list(scene.runtime),
+    )  # fmt: skip

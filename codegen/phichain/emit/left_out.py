@@ -1,0 +1,33 @@
+"""What a generated folder does without, and why: the reasons, as the manifest and its README state them."""
+
+from __future__ import annotations
+
+from phichain.program.lower import Lowered
+from phichain.program.passes import count_operations
+from phichain.scene import FUNCTIONS, Scene
+
+
+def left_out(scene: Scene, lowered: Lowered) -> dict[str, str]:
+    """Reason by what is absent."""
+    kinds = {kind for program in (*lowered.wanted.values(), *lowered.helpers.values()) for kind in count_operations(program)}
+    absent = {name: "not wanted by the scene" for name in FUNCTIONS if name not in scene.want}
+    if not scene.has_cart:
+        absent["cart terms"] = "the base is fixed"
+    if not scene.runtime:
+        absent["params struct"] = "every parameter is a number and folded into the code"
+    if scene.damping is None:
+        absent["dampers"] = "the joints carry none"
+    if scene.stiffness is None:
+        absent["springs"] = "the joints carry none"
+    if not scene.nu:
+        absent["input u"] = "nothing is actuated"
+    if not kinds & {"sin", "cos"}:
+        reason = "unit vectors serve" if not scene.is_planar else "no wanted function needs an angle"
+        absent["trigonometry"] = reason
+    if not any(kind.startswith("bessel") for kind in kinds):
+        absent["Bessel functions"] = "only phi needs them"
+    if scene.tip_masses:
+        absent["articulated inertias"] = "all masses sit at the link ends, so that link tensions serve"
+    else:
+        absent["link tensions"] = "some mass sits before its link's end, so that articulated inertias serve"
+    return absent

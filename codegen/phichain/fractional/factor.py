@@ -1,0 +1,139 @@
+"""The factor F of a planar chain's inertia matrix I = F^T F, straight from the scene's masses and lengths."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from phichain.errors import ArrayError, SignalError, UnsupportedError
+from phichain.fractional.signals import real_array
+from phichain.system import Parameters, System
+
+Vector = NDArray[np.float64]
+
+
+def joint_map(angles: str, links: int) -> Vector:
+    """S of phi = S theta (design 1.2): absolute angles from the scene's own, shape (N, N)."""
+    if angles == "absolute":
+        return np.eye(links)
+    if angles == "adjacent":
+        return np.eye(links) + np.eye(links, k=-1)
+    return np.tril(np.ones((links, links)))
+
+
+def inertia_factor(system: System, q: ArrayLike, p: Parameters | None = None) -> Vector:
+    """F = diag(sqrt(m_a)) J_a with I(q) = F^T F, from the scene's parameters.
+
+    Two rows per mass, horizontal and along gravity; a cart adds its own row and the column of x.
+
+    Args:
+        system: A planar chain.
+        q: Configurations, shape (S, nq) or (nq,).
+        p: Runtime parameters by name; None means the system's defaults.
+
+    Returns:
+        Shape (S, 2N (+ 1), nv).
+
+    Raises:
+        UnsupportedError: A spatial scene.
+        ArrayError: q of another shape, or parameters that are missing.
+        SignalError: q is not finite.
+    """
+    rows = states_of(system, "q", q, system.nq)
+    factor, relation = absolute_factor(system, rows.T, p), coordinates(system)
+    return np.einsum("mks,kn->smn", factor, relation)
+
+
+def coordinates(system: System) -> Vector:
+    """The map from the scene's coordinates to absolute ones, cart included, shape (nv, nv)."""
+    cart = system.cart_size
+    relation = np.eye(cart + system.links)
+    relation[cart:, cart:] = joint_map(_angle_kind(system), system.links)
+    return relation
+
+
+def _angle_kind(system: System) -> str:
+    return str(system.scene.get("joints", {}).get("angles", "relative"))
+
+
+def _directions(angles: str, theta: Vector) -> tuple[Vector, Vector]:
+    """cos phi and -sin phi of the links, by turning from joint to joint: exact at any number of turns."""
+    turns = _complex(np.cos(theta), -np.sin(theta))
+    if angles == "relative":
+        turns = np.cumprod(turns, axis=0)
+    elif angles == "adjacent":
+        turns[1:] = turns[1:] * turns[:-1]
+    return turns.real, turns.imag
+
+
+def _complex(real: Vector, imaginary: Vector) -> NDArray[np.complex128]:
+    result = np.empty(real.shape, dtype=np.complex128)
+    result.real, result.imag = real, imaginary
+    return result
+
+
+def absolute_factor(system: System, q: Vector, p: Parameters | None) -> Vector:
+    """The factor in absolute angles with the states along the last axis: q (nq, S) -> (2N (+ 1), nv, S)."""
+    refuse_spatial(system)
+    links, cart = system.links, system.cart_size
+    mass, length = parameter(system, "mass", p), parameter(system, "length", p)
+    com = parameter(system, "com", p, default=length)
+    cosine, minus_sine = _directions(_angle_kind(system), q[cart:])
+    factor = np.zeros((2 * links + cart, cart + links, q.shape[1]))
+    for a in range(links):
+        reach = (np.where(np.arange(a + 1) < a, length[: a + 1], com[: a + 1]) * np.sqrt(mass[a]))[:, None]
+        factor[2 * a, cart : cart + a + 1] = reach * cosine[: a + 1]
+        factor[2 * a + 1, cart : cart + a + 1] = reach * minus_sine[: a + 1]
+        factor[2 * a, :cart] = np.sqrt(mass[a])
+    if cart:
+        factor[-1, 0] = np.sqrt(parameter(system, "cart_mass", p))
+    return factor
+
+
+def parameter(system: System, name: str, p: Parameters | None, default: Vector | None = None) -> Any:
+    """A physical parameter of the scene: the number it holds, or the runtime value; per link as a vector.
+
+    Raises:
+        ArrayError: The scene has no such parameter, or no value of it was given.
+    """
+    table: Mapping[str, Any] = {**system.scene.get("chain", {}), **system.scene.get("joints", {})}
+    value = table.get(name)
+    if value == "runtime":
+        value = system.parameters(p).get("p", {}).get(name)
+    if value is None and default is not None:
+        return default
+    if value is None:
+        raise ArrayError(
+            f"p.{name}", None, f"system '{system.name}' holds no value of it", f"pass p={{'{name}': ...}}"
+        )
+    given = np.asarray(value, dtype=float)
+    return float(given) if name in ("cart_mass", "gravity") else np.broadcast_to(given, (system.links,))
+
+
+def refuse_spatial(system: System) -> None:
+    """Raise for spatial scenes, which have no fractional view.
+
+    Raises:
+        UnsupportedError: Always for them, with the reason.
+    """
+    if not system.is_planar:
+        raise UnsupportedError(
+            "space",
+            system.space,
+            "the fractional view needs angles: on the sphere v' = omega', and its second integral is not q",
+            "use a planar scene",
+        )
+
+
+def states_of(system: System, field: str, values: ArrayLike, size: int) -> Vector:
+    states = np.atleast_2d(real_array(field, values))
+    if states.ndim != 2 or states.shape[1] != size:
+        raise ArrayError(
+            field, states.shape, f"must be (states, {size})", f"pass one row per state of '{system.name}'"
+        )
+    if not np.all(np.isfinite(states)):
+        raise SignalError(field, states, "holds values that are not finite", "cut the states before them")
+    return states

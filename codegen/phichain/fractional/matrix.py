@@ -1,0 +1,204 @@
+"""Powers of square matrices with real or complex exponents: equations (6)-(11) of paper A.
+
+With A = V diag(lambda) V^-1 the power is
+
+    A^p = V diag(lambda^p) V^-1,   lambda^p = exp(p Log lambda),  -pi < Im Log lambda <= pi.
+
+The paper writes (8)-(11) for A^(1/p); its section 4 uses A^p, as here. The method is as good as V is conditioned: near
+a defective matrix it loses log10(cond V) digits, a warning says so and the Schur-Pade algorithm takes over. For the
+powers of a chain's inertia matrix use `inertia_powers`, which keeps small eigenvalues that this one cannot see.
+
+Sources: N. J. Higham, Functions of Matrices (2008); N. J. Higham and L. Lin, SIAM J. Matrix Anal. Appl. 34 (2013)
+1341-1360, for the fallback in SciPy.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import linalg
+
+from phichain.errors import ArrayError, PhichainError
+
+Matrix = NDArray[Any]
+
+_EPS = float(np.finfo(float).eps)
+_TINY = float(np.finfo(float).tiny)
+# Above the first condition number of V the Schur-Pade result is taken; above the second no eigenvectors span the space.
+CONDITION_LIMIT = 1e6
+DEFECTIVE_LIMIT = 0.1 / _EPS
+
+
+class NearDefectiveWarning(UserWarning):
+    """The eigenvectors of a matrix are nearly dependent, so that equations (6)-(11) lose digits."""
+
+
+class MatrixPowerError(PhichainError):
+    """A matrix has no such power: it is singular, or has too few eigenvectors for the method asked for."""
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """A = V diag(values) V^-1.
+
+    Attributes:
+        values: Eigenvalues, shape (n,).
+        vectors: V, shape (n, n).
+        inverse: V^-1, shape (n, n).
+        condition: Condition number of V, 1 for a normal matrix.
+    """
+
+    values: Matrix
+    vectors: Matrix
+    inverse: Matrix
+    condition: float
+
+
+def matrix_power(matrix: ArrayLike, p: ArrayLike, *, method: str = "auto") -> Matrix:
+    """A^p for a real or complex p, or for many.
+
+    Args:
+        matrix: A, real or complex, shape (n, n).
+        p: One exponent or an array of them.
+        method: ``"auto"``: eigenvectors, and Schur-Pade with a warning where cond V > 1e6. ``"eigenvectors"``:
+            equations (6)-(11) even there. ``"schur"``: Schur-Pade, also for defective matrices.
+
+    Returns:
+        The principal power, shape p.shape + (n, n). Real when A and p are and no eigenvalue is negative (or every p
+        is an integer), else complex.
+
+    Raises:
+        ArrayError: A is not square, not finite or empty.
+        MatrixPowerError: A is singular and a p is not a natural number; A is defective and the method is not "schur".
+
+    Warns:
+        NearDefectiveWarning: cond V > 1e6; says by how much the two methods differ.
+    """
+    a = _square(matrix)
+    exponents = _exponents(p)
+    if method not in ("auto", "eigenvectors", "schur"):
+        raise ArrayError(
+            "method", method, "there is no such method", 'choose "auto", "eigenvectors" or "schur"'
+        )
+    whole = (exponents.imag == 0) & (exponents.real == np.round(exponents.real))
+    spectrum = eigenvectors(a)
+    if not np.all(whole & (exponents.real >= 0)):
+        _refuse_singular(a, spectrum)
+    results = np.empty((*exponents.shape, *a.shape), dtype=complex)
+    for at in np.argwhere(whole):
+        results[tuple(at)] = np.linalg.matrix_power(a, int(exponents[tuple(at)].real))
+    if not np.all(whole):
+        results[~whole] = _powers(a, spectrum, exponents[~whole], method)
+    if not np.all(np.isfinite(results)):
+        raise MatrixPowerError(
+            "matrix", a, "its power overflows or does not exist", "scale it, or pass a smaller p"
+        )
+    if _is_real(a, spectrum, exponents):
+        results = np.ascontiguousarray(results.real)
+    return results
+
+
+def eigenvectors(matrix: ArrayLike) -> Spectrum:
+    """The decomposition A = V diag(lambda) V^-1 of (6)-(7); V is unitary for a Hermitian A.
+
+    Raises:
+        ArrayError: A is not square, not finite or empty.
+    """
+    a = _square(matrix)
+    if np.array_equal(a, a.conj().T):
+        values, vectors = linalg.eigh(a)
+        return Spectrum(values, vectors, vectors.conj().T, 1.0)
+    values, vectors = linalg.eig(a)
+    condition = float(np.linalg.cond(vectors))
+    inverse = linalg.inv(vectors) if condition < DEFECTIVE_LIMIT else np.full_like(vectors, np.nan)
+    return Spectrum(values, vectors, inverse, condition)
+
+
+def _powers(a: Matrix, spectrum: Spectrum, exponents: Matrix, method: str) -> Matrix:
+    if method == "schur":
+        return _schur_powers(a, exponents)
+    if spectrum.condition >= DEFECTIVE_LIMIT:
+        raise MatrixPowerError(
+            "matrix",
+            a,
+            f"is defective: its eigenvectors do not span the space, cond V = {spectrum.condition:.2g}",
+            'pass method="schur", which needs none',
+            condition=spectrum.condition,
+        )
+    powers = _eigenvector_powers(spectrum, exponents)
+    if spectrum.condition <= CONDITION_LIMIT:
+        return powers
+    check = _schur_powers(a, exponents)
+    scale = np.max(np.abs(check), initial=_TINY)
+    warnings.warn(
+        f"the eigenvectors are nearly dependent, cond V = {spectrum.condition:.2g}: equations (6)-(11) and the "
+        f"Schur-Pade algorithm differ by {np.max(np.abs(powers - check), initial=0.0) / scale:.2g}, relative; "
+        + ("the latter is returned" if method == "auto" else "the former is returned, as asked"),
+        NearDefectiveWarning,
+        stacklevel=3,
+    )
+    return check if method == "auto" else powers
+
+
+def _eigenvector_powers(spectrum: Spectrum, exponents: Matrix) -> Matrix:
+    diagonals = np.exp(np.multiply.outer(exponents, np.log(spectrum.values.astype(complex))))
+    return (spectrum.vectors * diagonals[:, None, :]) @ spectrum.inverse
+
+
+def _schur_powers(a: Matrix, exponents: Matrix) -> Matrix:
+    powers = np.empty((exponents.size, *a.shape), dtype=complex)
+    for k, p in enumerate(exponents):
+        # SciPy's fractional_matrix_power takes real p only.
+        powers[k] = (
+            linalg.fractional_matrix_power(a, p.real) if p.imag == 0 else linalg.expm(p * linalg.logm(a))
+        )
+    return powers
+
+
+def _refuse_singular(a: Matrix, spectrum: Spectrum) -> None:
+    """Raise where an eigenvalue cannot be told from zero: it lies within eps |w_i| |A| |v_i| / |w_i v_i|."""
+    size = a.shape[0]
+    if np.all(np.isfinite(spectrum.inverse)):
+        uncertainty = np.sum((np.abs(spectrum.inverse) @ np.abs(a)) * np.abs(spectrum.vectors).T, axis=1)
+    else:
+        uncertainty = np.full(size, np.linalg.norm(a))
+    doubtful = np.abs(spectrum.values) <= size * _EPS * uncertainty
+    if np.any(doubtful):
+        raise MatrixPowerError(
+            "matrix",
+            a,
+            f"is singular to working precision: the eigenvalue {spectrum.values[np.argmax(doubtful)]:.3g} cannot be "
+            "told from 0, and 0^p has no meaning in a power that is not a natural number",
+            "use `inertia_powers` for an inertia matrix, or remove its null space",
+        )
+
+
+def _is_real(a: Matrix, spectrum: Spectrum, exponents: Matrix) -> bool:
+    if np.iscomplexobj(a) or np.any(exponents.imag != 0):
+        return False
+    on_branch_cut = np.any((spectrum.values.imag == 0) & (spectrum.values.real < 0))
+    return not on_branch_cut or bool(np.all(exponents.real == np.round(exponents.real)))
+
+
+def _square(matrix: ArrayLike) -> Matrix:
+    a = np.asarray(matrix)
+    if a.dtype.kind not in "biufc" or a.ndim != 2 or a.shape[0] != a.shape[1] or a.size == 0:
+        raise ArrayError(
+            "matrix", matrix, "must be a square matrix of numbers", "pass an array of shape (n, n)"
+        )
+    if not np.all(np.isfinite(a)):
+        raise ArrayError("matrix", a, "holds entries that are not finite", "repair them first")
+    return a.astype(complex if np.iscomplexobj(a) else float)
+
+
+def _exponents(p: ArrayLike) -> Matrix:
+    exponents = np.asarray(p)
+    if exponents.dtype.kind not in "biufc" or not np.all(np.isfinite(exponents)):
+        raise ArrayError(
+            "p", p, "must be finite real or complex numbers", "pass one exponent or an array of them"
+        )
+    return exponents.astype(complex)

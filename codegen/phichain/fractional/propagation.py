@@ -1,0 +1,229 @@
+"""Signal propagation through a chain: section 4 of paper A, Figs 3 to 6.
+
+The direct model (15) turns the generalised forces into a motion in two steps, and each is made continuous:
+
+    u = T - N - G   -->   theta_p = (I^-1)^p u,  0 <= p <= 1          -->   theta'' = theta_1
+    theta''         -->   psi_alpha = D^alpha theta'',  -2 <= alpha <= 0   -->   theta = psi_-2 (with initial terms)
+
+The loop closes through the feedback torques N(theta, theta') and G(theta). Both steps are linear in u, so the path of
+each part of u can be followed by itself: through N (``"coriolis"``), through G (``"gravity"``), through both
+(``"feedback"``), through the input T (``"input"``) and through springs and dampers (``"joints"``); all together are
+``"total"``. The parts of theta_p add up to the total, and so do those of D^alpha theta''.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from phichain.errors import ArrayError, SignalError
+from phichain.fractional.differintegral import differintegrate
+from phichain.fractional.factor import joint_map, parameter, refuse_spatial
+from phichain.fractional.inertia import inertia_powers, inertia_spectrum
+from phichain.fractional.signals import supported_orders, uniform_step
+from phichain.records import write_npz
+from phichain.system import Parameters, System
+
+Vector = NDArray[np.float64]
+
+PATHS = ("total", "coriolis", "gravity", "feedback", "input", "joints")
+DEFAULT_PATHS = PATHS[:4]
+
+
+class Motion(Protocol):
+    """What is read of a trajectory: times (m,), configurations (m, nq), rates (m, nv), inputs (m, nu) or None."""
+
+    @property
+    def t(self) -> Vector: ...
+    @property
+    def q(self) -> Vector: ...
+    @property
+    def v(self) -> Vector: ...
+    @property
+    def u(self) -> Vector | None: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Propagation:
+    """Surfaces over (t, p) and (t, alpha) for every coordinate and every path.
+
+    Attributes:
+        name: Name of the system.
+        time: Times, s, shape (m,).
+        p: Powers of the inverse inertia matrix, shape (P,).
+        alpha: Orders of differintegration, shape (A,).
+        forces: Path -> its part of u, N m (N for a cart), shape (m, nv).
+        theta_p: Path -> (I^-1)^p times that part, shape (m, P, nv).
+        psi: Path -> D^alpha of theta_1, shape (m, A, nv); of the total with the initial terms when `initial` says so,
+            and then NaN at the first time for -2 < alpha < 0, where it is unbounded.
+        coordinates: Names of the nv coordinates.
+        initial: Whether psi of the total holds the initial terms.
+        order: Order of convergence of psi in the time step.
+    """
+
+    name: str
+    time: Vector
+    p: Vector
+    alpha: Vector
+    forces: Mapping[str, Vector]
+    theta_p: Mapping[str, Vector]
+    psi: Mapping[str, Vector]
+    coordinates: tuple[str, ...]
+    initial: bool
+    order: int
+
+    def __str__(self) -> str:
+        terms = "with" if self.initial else "without"
+        return (
+            f"{self.name}: theta_p for {self.p.size} p and psi for {self.alpha.size} alpha ({terms} initial terms) at "
+            f"{self.time.size} times, order {self.order}; paths: {', '.join(self.forces)}; "
+            f"coordinates: {', '.join(self.coordinates)}"
+        )
+
+    def surface(self, kind: str, coordinate: int, path: str = "total") -> Vector:
+        """One surface: kind "theta_p" over (t, p), shape (m, P), or "psi" over (t, alpha), shape (m, A).
+
+        Raises:
+            SignalError: No such kind or path.
+        """
+        kinds = {"theta_p": self.theta_p, "psi": self.psi}
+        if kind not in kinds or path not in kinds[kind]:
+            raise SignalError(
+                "surface",
+                (kind, path),
+                "was not computed",
+                f"kinds: {tuple(kinds)}; paths: {tuple(self.forces)}",
+            )
+        surface: Vector = kinds[kind][path][:, :, coordinate]
+        return surface
+
+    def to_npz(self, path: str | Path) -> None:
+        """Write everything, exactly; the arrays of a path are named forces_PATH, theta_p_PATH and psi_PATH."""
+        tables = {"forces": self.forces, "theta_p": self.theta_p, "psi": self.psi}
+        arrays = {f"{kind}_{key}": value for kind, table in tables.items() for key, value in table.items()}
+        meta = {
+            "kind": "Propagation",
+            "name": self.name,
+            "coordinates": list(self.coordinates),
+            "initial": self.initial,
+            "order": self.order,
+        }
+        write_npz(path, {"time": self.time, "p": self.p, "alpha": self.alpha, **arrays}, meta)
+
+
+def propagation(
+    system: System,
+    motion: Motion,
+    p: ArrayLike,
+    alpha: ArrayLike,
+    *,
+    paths: Sequence[str] = DEFAULT_PATHS,
+    initial: bool = True,
+    order: int = 4,
+    params: Parameters | None = None,
+    workers: int | None = None,
+) -> Propagation:
+    """Follow the signals of a motion from the forces to the angles, continuously in p and alpha.
+
+    Args:
+        system: A planar chain with the functions `coriolis` and `gravity_torque`.
+        motion: A Trajectory on a uniform grid (``trajectory.resample(n)`` makes one of any), or anything with t, q,
+            v and u.
+        p: Powers, 0 (the forces) to 1 (the accelerations).
+        alpha: Orders in [-2, 0]: 0 are the accelerations, -2 the coordinates when the initial terms are added.
+        paths: Which of `PATHS` to follow.
+        initial: Add theta'(0) t^(-1-alpha)/Gamma(-alpha) + theta(0) t^(-2-alpha)/Gamma(-1-alpha) to psi of the total.
+        order: Order of the quadrature, 1 to 6.
+        params: Runtime parameters by name; None means the system's defaults.
+        workers: Threads; None takes one per core.
+
+    Raises:
+        UnsupportedError: A spatial scene, with the reason, or a system without the two functions.
+        SignalError: A grid that is not uniform, a motion too short or not finite, alpha out of range, unknown paths.
+        ArrayError: Shapes that do not fit, or inputs that are missing.
+    """
+    refuse_spatial(system)
+    unknown = [path for path in paths if path not in PATHS]
+    if unknown:
+        raise SignalError("paths", unknown[0], "there is no such path", f"choose of {PATHS}")
+    orders = supported_orders(alpha, -2.0, 0.0)
+    uniform_step(motion.t)
+    forces = _forces(system, motion, paths, params)
+    spectrum = inertia_spectrum(system, motion.q, params, workers=workers)
+    powers = np.atleast_1d(np.asarray(p, dtype=float))
+    theta_p, psi = {}, {}
+    for path, force in forces.items():
+        theta_p[path] = inertia_powers(spectrum, force, powers, workers=workers)
+        acceleration = inertia_powers(spectrum, force, 1.0, workers=workers)[:, 0]
+        start = (motion.q[0], motion.v[0]) if initial and path == "total" else None
+        surface = differintegrate(motion.t, acceleration, orders, order=order, initial=start, workers=workers)
+        psi[path] = surface.values.swapaxes(0, 1)
+    return Propagation(
+        system.name,
+        np.asarray(motion.t, dtype=float),
+        powers,
+        orders,
+        MappingProxyType(forces),
+        MappingProxyType(theta_p),
+        MappingProxyType(psi),
+        system.v_names or tuple(f"v_{k + 1}" for k in range(system.nv)),
+        initial,
+        order,
+    )
+
+
+def _forces(
+    system: System, motion: Motion, paths: Sequence[str], params: Parameters | None
+) -> dict[str, Vector]:
+    """The parts of u = T - N - G (and springs and dampers) along a motion, each (m, nv)."""
+    keywords = system.parameters(params)
+    parts = {
+        "coriolis": -np.asarray(system.function("coriolis")(motion.q, motion.v, **keywords), dtype=float),
+        "gravity": -np.asarray(system.function("gravity_torque")(motion.q, **keywords), dtype=float),
+        "input": _input_forces(system, motion),
+        "joints": _joint_forces(system, motion, params),
+    }
+    parts["feedback"] = parts["coriolis"] + parts["gravity"]
+    parts["total"] = parts["input"] + parts["feedback"] + parts["joints"]
+    return {path: parts[path] for path in paths}
+
+
+def _input_forces(system: System, motion: Motion) -> Vector:
+    """T: the generalised forces of the inputs, (m, nv)."""
+    forces = np.zeros((len(motion.t), system.nv))
+    if system.nu == 0:
+        return forces
+    if motion.u is None:
+        raise ArrayError(
+            "motion.u",
+            None,
+            f"'{system.name}' is actuated but its motion holds no inputs",
+            "simulate it on a uniform grid",
+        )
+    actuated: Any = system.scene.get("joints", {}).get("actuated", "all")
+    if actuated in ("all", "cart"):
+        forces[:, : system.nu] = motion.u
+    else:
+        driven = [*range(system.cart_size), *(system.cart_size + joint - 1 for joint in actuated)]
+        forces[:, driven] = motion.u
+    return forces
+
+
+def _joint_forces(system: System, motion: Motion, params: Parameters | None) -> Vector:
+    """-k theta - d theta' at every joint, theta the relative angle, as forces of the scene's angles; (m, nv)."""
+    joints = system.scene.get("joints", {})
+    forces = np.zeros((len(motion.t), system.nv))
+    relative = (np.eye(system.links) - np.eye(system.links, k=-1)) @ joint_map(
+        str(joints.get("angles", "relative")), system.links
+    )
+    for name, signal in (("stiffness", motion.q), ("damping", motion.v)):
+        if joints.get(name) is not None:
+            torque = -parameter(system, name, params) * (signal[:, system.cart_size :] @ relative.T)
+            forces[:, system.cart_size :] += torque @ relative
+    return forces

@@ -1,0 +1,161 @@
+"""How a Model prints: as text for a terminal, as LaTeX for a notebook or a paper."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import sympy
+
+from phichain.mechanics.symbols import expression
+from phichain.scene import Scene
+
+if TYPE_CHECKING:
+    from phichain.mechanics.lagrange import Model
+
+_WRITTEN_OUT = {"planar": 3, "spatial": 1}
+"""Up to how many links the equations are printed in full."""
+
+_COLUMNS = 6
+"""How many coefficients of a row are printed."""
+
+_ANGLES = {
+    "absolute": "phi_k = theta_k",
+    "relative": "phi_k = theta_1 + ... + theta_k",
+    "adjacent": "phi_k = theta_k + theta_{k-1}",
+}
+
+
+@dataclass(frozen=True)
+class _Forms:
+    """The pieces of T, V and one link's equation in index form; what the scene lacks is left out."""
+
+    kinetic: str
+    kinetic_cart: str
+    potential: str
+    springs: str
+    equation: str
+    equation_cart: str
+    equation_joints: str
+    joint: str
+    joint_springs: str
+    joint_dampers: str
+
+
+_TEXT = {
+    "planar": _Forms(
+        kinetic="T = 1/2 sum_ij c_ij cos(phi_i - phi_j) phi_i' phi_j'",
+        kinetic_cart=" + x' sum_k mu_k cos(phi_k) phi_k' + 1/2 M00 x'^2",
+        potential="V = -g sum_k mu_k cos(phi_k)",
+        springs=" + 1/2 sum_k k_k (phi_k - phi_{k-1})^2",
+        equation="tau_i = sum_j c_ij [cos(phi_i - phi_j) phi_j'' + sin(phi_i - phi_j) phi_j'^2] + g mu_i sin(phi_i)",
+        equation_cart=" + mu_i cos(phi_i) x''",
+        equation_joints=" + J_i - J_{i+1}",
+        joint="J_k =",
+        joint_springs=" + k_k (phi_k - phi_{k-1})",
+        joint_dampers=" + d_k (phi_k' - phi_{k-1}')",
+    ),
+    "spatial": _Forms(
+        kinetic="T = 1/2 sum_ij c_ij q_i'.q_j'",
+        kinetic_cart=" + x'.sum_k mu_k C^T q_k' + 1/2 M00 |x'|^2",
+        potential="V = -g sum_k mu_k e_3.q_k",
+        springs=" + sum_k k_k (1 - q_{k-1}.q_k)",
+        equation="0 = c_ii omega_i' - sum_{j != i} c_ij q_i x (q_j x omega_j' + |omega_j|^2 q_j) - g mu_i q_i x e_3",
+        equation_cart=" + mu_i q_i x C x''",
+        equation_joints=" + (I - q_i q_i^T) (J_i - J_{i+1})",
+        joint="J_k =",
+        joint_springs=" + k_k q_{k-1} x q_k",
+        joint_dampers=" + d_k (omega_k - omega_{k-1})",
+    ),
+}
+
+_LATEX = {
+    "planar": _Forms(
+        kinetic=r"T &= \tfrac12 \sum_{i,j} c_{ij} \cos(\phi_i - \phi_j)\, \dot\phi_i \dot\phi_j",
+        kinetic_cart=r" + \dot x \sum_k \mu_k \cos(\phi_k)\, \dot\phi_k + \tfrac12 M_{00} \dot x^2",
+        potential=r"V &= -g \sum_k \mu_k \cos\phi_k",
+        springs=r" + \tfrac12 \sum_k k_k (\phi_k - \phi_{k-1})^2",
+        equation=r"\tau_i &= \sum_j c_{ij} \left[\cos(\phi_i - \phi_j)\, \ddot\phi_j"
+        r" + \sin(\phi_i - \phi_j)\, \dot\phi_j^2\right] + g \mu_i \sin\phi_i",
+        equation_cart=r" + \mu_i \cos(\phi_i)\, \ddot x",
+        equation_joints=" + J_i - J_{i+1}",
+        joint="J_k &=",
+        joint_springs=r" + k_k (\phi_k - \phi_{k-1})",
+        joint_dampers=r" + d_k (\dot\phi_k - \dot\phi_{k-1})",
+    ),
+    "spatial": _Forms(
+        kinetic=r"T &= \tfrac12 \sum_{i,j} c_{ij}\, \dot q_i \cdot \dot q_j",
+        kinetic_cart=r" + \dot x \cdot \sum_k \mu_k C^T \dot q_k + \tfrac12 M_{00} \|\dot x\|^2",
+        potential=r"V &= -g \sum_k \mu_k\, e_3 \cdot q_k",
+        springs=r" + \sum_k k_k (1 - q_{k-1} \cdot q_k)",
+        equation=r"0 &= c_{ii} \dot\omega_i - \sum_{j \ne i} c_{ij}\, q_i \times"
+        r" \left(q_j \times \dot\omega_j + \|\omega_j\|^2 q_j\right) - g \mu_i\, q_i \times e_3",
+        equation_cart=r" + \mu_i\, q_i \times C \ddot x",
+        equation_joints=r" + (I - q_i q_i^T)(J_i - J_{i+1})",
+        joint="J_k &=",
+        joint_springs=r" + k_k\, q_{k-1} \times q_k",
+        joint_dampers=r" + d_k (\omega_k - \omega_{k-1})",
+    ),
+}
+
+
+def text(model: Model) -> str:
+    """Return a model as text: the form of any such chain, its coefficients, and short chains written out."""
+    scene = model.scene
+    links = "1 link" if scene.links == 1 else f"{scene.links} links"
+    head = f"{scene.space} chain of {links} on a {'cart' if scene.has_cart else 'fixed base'}, {_coordinates(scene)}"
+    lines = [head, *_general(model, _TEXT[scene.space]), "", *_coefficients(model)]
+    if scene.links <= _WRITTEN_OUT[scene.space]:
+        lines += ["", f"T = {plain(model.kinetic)}", f"V = {plain(model.potential)}", ""]
+        lines += [f"{plain(equation.lhs)} = {plain(equation.rhs)}" for equation in model.equations]
+    return "\n".join(lines)
+
+
+def latex(model: Model) -> str:
+    """Return a model as one aligned block of LaTeX: the general form and its coefficients, or short chains in full."""
+    if model.scene.links <= _WRITTEN_OUT[model.scene.space]:
+        rows = [f"T &= {sympy.latex(model.kinetic)}", f"V &= {sympy.latex(model.potential)}"]
+        rows += [f"{sympy.latex(equation.rhs)} &= {sympy.latex(equation.lhs)}" for equation in model.equations]
+    else:
+        mu, c = (sympy.Matrix([[expression(x) for x in row] for row in table]) for table in ([model.mu], model.c))
+        rows = [*_general(model, _LATEX[model.scene.space]), f"\\mu &= {sympy.latex(mu)}", f"c &= {sympy.latex(c)}"]
+        rows += [f"M_{{00}} &= {sympy.latex(expression(model.total_mass))}"] if model.scene.has_cart else []
+    return "\\begin{aligned}" + " \\\\ ".join(rows) + "\\end{aligned}"
+
+
+def plain(value: Any) -> str:
+    """Return an expression or a coefficient as text, decimals without trailing zeros."""
+    return str(sympy.sstr(expression(value), full_prec=False))
+
+
+def _general(model: Model, forms: _Forms) -> list[str]:
+    """Return T, V and a link's equation in index form."""
+    scene = model.scene
+    sprung, damped = scene.stiffness is not None, scene.damping is not None
+    kinetic = forms.kinetic + forms.kinetic_cart * scene.has_cart
+    potential = forms.potential + forms.springs * sprung
+    equation = forms.equation + forms.equation_cart * scene.has_cart + forms.equation_joints * (sprung or damped)
+    joint = forms.joint_springs * sprung + forms.joint_dampers * damped
+    return [kinetic, potential, equation, *([forms.joint + joint.removeprefix(" +")] if joint else [])]
+
+
+def _coordinates(scene: Scene) -> str:
+    """Return what the coordinates are."""
+    if scene.is_planar:
+        return f"{scene.angles} angles, {_ANGLES[str(scene.angles)]}"
+    return "unit vectors, q_k' = omega_k x q_k"
+
+
+def _coefficients(model: Model) -> list[str]:
+    """Return mu_k, c_ij and M00, shortened for long chains."""
+    lines = [f"mu = {_row(model.mu)}"]
+    lines += [f"{'c  =' if i == 0 else '    '} {_row(row)}" for i, row in enumerate(model.c[:_COLUMNS])]
+    lines += ["     ..."] if len(model.c) > _COLUMNS else []
+    return [*lines, f"M00 = {plain(model.total_mass)}"] if model.scene.has_cart else lines
+
+
+def _row(entries: Iterable[Any]) -> str:
+    known = list(entries)
+    shown = [plain(entry) for entry in known[:_COLUMNS]] + (["..."] if len(known) > _COLUMNS else [])
+    return f"[{', '.join(shown)}]"

@@ -1,0 +1,166 @@
+"""Scene -> Model: the Lagrangian of a chain, its exact coefficients and its equations of motion.
+
+`derive` builds the positions of the masses, T and V from them, and finds mu_k, c_ij and M00 by collecting
+coefficients (see `chain`); nothing is simplified. Each part is made when first asked for, so generating code pays for
+the coefficients alone, while `model.lagrangian`, `model.mass_matrix` and `model.equations` are there to be read, in
+SymPy and in LaTeX.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import sympy
+
+from phichain.errors import UnsupportedError
+from phichain.mechanics import display
+from phichain.mechanics.chain import Collected
+from phichain.mechanics.planar import PlanarExpressions
+from phichain.mechanics.spatial import SpatialExpressions
+from phichain.mechanics.symbols import ChainSymbols, Coefficient, expression
+from phichain.scene import Scene
+
+
+@dataclass(frozen=True)
+class Model:
+    """The mechanics of one scene.
+
+    Coefficients are exact: `fractions.Fraction` of the scene's binary64 numbers, or SymPy expressions in m_k, l_k,
+    r_k, m_0 where parameters are runtime. Expressions show numbers that are no short fractions as decimals.
+    """
+
+    scene: Scene
+
+    @cached_property
+    def symbols(self) -> ChainSymbols:
+        """The SymPy symbols of coordinates, rates, accelerations and inputs."""
+        return ChainSymbols(self.scene)
+
+    @property
+    def mu(self) -> tuple[Coefficient, ...]:
+        """mu_k (kg m), the first moments: V = -g sum_k mu_k e_d.q_k."""
+        return self._chain.mu
+
+    @property
+    def c(self) -> tuple[tuple[Coefficient, ...], ...]:
+        """c_ij (kg m^2), N x N: T holds 1/2 sum_ij c_ij q_i'.q_j'."""
+        return self._chain.c
+
+    @property
+    def total_mass(self) -> Coefficient:
+        """M00 (kg): the mass of the chain, and of the cart if there is one."""
+        return self._chain.total_mass
+
+    @property
+    def coupling(self) -> tuple[Coefficient, ...]:
+        """The coefficients of x'.C^T q_k' in T (kg m), equal to mu_k; empty on a fixed base."""
+        return self._chain.coupling
+
+    @cached_property
+    def positions(self) -> tuple[sympy.ImmutableDenseMatrix, ...]:
+        """r_a (m), the positions of the masses by component, the last axis along gravity."""
+        values = {name: [expression(entry) for entry in column] for name, column in self._chain.values.items()}
+        base = sympy.Matrix([*self.symbols.cart, 0]) if self.scene.has_cart else None
+        vectors = dict(enumerate(map(sympy.Matrix, self.directions))) | {-1: base}
+        return tuple(
+            sympy.ImmutableDenseMatrix(
+                sum((values[name][k] * vectors[v] for v, (name, k) in weights.items()), vectors[0] * 0)
+            )
+            for weights in self._chain.positions
+        )
+
+    @cached_property
+    def directions(self) -> tuple[tuple[sympy.Expr, ...], ...]:
+        """q_k by component: (sin phi_k, cos phi_k) in the plane, symbols in space."""
+        if isinstance(self._expressions, SpatialExpressions):
+            return self.symbols.links
+        return tuple((sympy.sin(angle), sympy.cos(angle)) for angle in self._expressions.phi)
+
+    @property
+    def kinetic(self) -> sympy.Expr:
+        """T (J)."""
+        return self._expressions.kinetic
+
+    @property
+    def potential(self) -> sympy.Expr:
+        """V (J), zero for all links horizontal and springs at rest."""
+        return self._expressions.potential
+
+    @property
+    def lagrangian(self) -> sympy.Expr:
+        """L = T - V (J)."""
+        return self.kinetic - self.potential
+
+    @property
+    def mass_matrix(self) -> sympy.ImmutableDenseMatrix:
+        """I of (15), or the matrix of (16); nv x nv."""
+        return self._expressions.mass_matrix
+
+    @property
+    def coriolis(self) -> sympy.ImmutableDenseMatrix:
+        """N of (15), or the velocity terms of (16); nv x 1."""
+        return self._expressions.coriolis
+
+    @property
+    def gravity_torque(self) -> sympy.ImmutableDenseMatrix:
+        """G of (15), or the gravity terms of (16), without springs; nv x 1."""
+        return self._expressions.gravity_torque
+
+    @property
+    def joint_torque(self) -> sympy.ImmutableDenseMatrix:
+        """The terms of springs and dampers on the left side of the equations; nv x 1."""
+        return self._expressions.joint_torque
+
+    @property
+    def equations(self) -> tuple[sympy.Eq, ...]:
+        """The equations of motion, (15) or (16): one Eq per entry of v."""
+        return self._expressions.equations
+
+    @property
+    def unit_vector_equations(self) -> tuple[sympy.Eq, ...]:
+        """Paper B's (15), the spatial equations in q_k'' instead of omega_k'.
+
+        Raises:
+            UnsupportedError: The scene is planar.
+        """
+        if isinstance(self._expressions, SpatialExpressions):
+            return self._expressions.unit_vector_equations
+        raise UnsupportedError("space", "planar", "has no equations in unit vectors", "read model.equations")
+
+    def latex(self) -> str:
+        """Return T, V and the equations of motion as one LaTeX aligned block."""
+        return display.latex(self)
+
+    def __str__(self) -> str:
+        return display.text(self)
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    @cached_property
+    def _chain(self) -> Collected:
+        return Collected(self.scene)
+
+    @cached_property
+    def _expressions(self) -> PlanarExpressions | SpatialExpressions:
+        kind = PlanarExpressions if self.scene.is_planar else SpatialExpressions
+        return kind(self._chain, self.symbols)
+
+
+def derive(scene: Scene) -> Model:
+    """Return the mechanics of a scene: Lagrangian, exact coefficients, equations of motion (design 1.1)."""
+    return Model(scene)
+
+
+def with_symbols(scene: Scene) -> Scene:
+    """Return the same chain with every parameter it has as a runtime symbol, to read its formulas.
+
+    Masses at the links' ends stay there, and absent joints stay absent.
+    """
+    present: dict[str, Any] = {name: "runtime" for name in _PARAMETERS if getattr(scene, name) is not None}
+    return replace(scene, **present)
+
+
+_PARAMETERS = ("mass", "length", "com", "cart_mass", "gravity", "damping", "stiffness")

@@ -1,0 +1,137 @@
+"""T, V and the equations (15) of a planar chain as SymPy expressions in the scene's own angles.
+
+With q_k = (sin phi_k, cos phi_k) the products of the general form become q_i'.q_j' = cos(phi_i - phi_j) phi_i' phi_j'
+and C^T q_k' = cos(phi_k) phi_k', and phi = S theta throughout (design 1.2). In phi, row i of the equations is
+
+    sum_j c_ij [cos(phi_i - phi_j) phi_j'' + sin(phi_i - phi_j) phi_j'^2] + mu_i cos(phi_i) x'' + g mu_i sin(phi_i),
+
+and the rows of theta are S^T times those. Nothing is simplified or expanded on the way.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from itertools import combinations
+
+import sympy
+
+from phichain.mechanics.chain import Collected
+from phichain.mechanics.coordinates import (
+    absolute_angles,
+    joint_angles,
+    joint_forces,
+    pull_back,
+    pull_back_matrix,
+)
+from phichain.mechanics.symbols import ChainSymbols, expression, gravity, parameter
+
+Expressions = tuple[sympy.Expr, ...]
+
+
+class PlanarExpressions:
+    """The expressions of one planar chain, each made when first asked for."""
+
+    def __init__(self, chain: Collected, symbols: ChainSymbols) -> None:
+        scene = chain.scene
+        self._scene, self._symbols, self._angles = scene, symbols, str(scene.angles)
+        self._links = range(scene.links)
+        self._mu = [expression(entry) for entry in chain.mu]
+        self._c = [[expression(entry) for entry in row] for row in chain.c]
+        self._total_mass = expression(chain.total_mass)
+        self._gravity = expression(gravity(scene))
+        self._stiffness = [expression(entry) for entry in parameter(scene, "stiffness")]
+        self._damping = [expression(entry) for entry in parameter(scene, "damping")]
+
+    @cached_property
+    def phi(self) -> Expressions:
+        """The absolute angles in terms of theta."""
+        return absolute_angles(self._angles, self._symbols.theta)
+
+    @cached_property
+    def phi_dot(self) -> Expressions:
+        """Their rates."""
+        return absolute_angles(self._angles, self._symbols.theta_dot)
+
+    @cached_property
+    def phi_ddot(self) -> Expressions:
+        """Their accelerations."""
+        return absolute_angles(self._angles, self._symbols.theta_ddot)
+
+    @cached_property
+    def kinetic(self) -> sympy.Expr:
+        """T = 1/2 M00 x'^2 + x' sum mu_k cos(phi_k) phi_k' + 1/2 sum c_ij cos(phi_i - phi_j) phi_i' phi_j'."""
+        rate = self.phi_dot
+        terms = [self._c[i][i] * rate[i] ** 2 / 2 for i in self._links]
+        terms += [self._c[i][j] * sympy.cos(self._difference(j, i)) * rate[i] * rate[j]
+                  for i, j in combinations(self._links, 2)]  # fmt: skip
+        for speed in self._symbols.cart_rate:
+            terms.append(self._total_mass * speed**2 / 2)
+            terms += [speed * self._mu[k] * sympy.cos(self.phi[k]) * rate[k] for k in self._links]
+        return sympy.Add(*terms)
+
+    @cached_property
+    def potential(self) -> sympy.Expr:
+        """V = -g sum mu_k cos(phi_k) + 1/2 sum k_k (phi_k - phi_{k-1})^2."""
+        fall = [-self._gravity * self._mu[k] * sympy.cos(self.phi[k]) for k in self._links]
+        bends = joint_angles(self._angles, self._symbols.theta)
+        springs = [k * bend**2 / 2 for k, bend in zip(self._stiffness, bends, strict=True)]
+        return sympy.Add(*fall, *springs)
+
+    @cached_property
+    def mass_matrix(self) -> sympy.ImmutableDenseMatrix:
+        """I of (15): S^T [c_ij cos(phi_i - phi_j)] S, bordered by M00 and mu_k cos(phi_k) on a cart."""
+        cosines = [[self._c[i][j] * self._cosine(i, j) for j in self._links] for i in self._links]
+        inertia = [list(row) for row in pull_back_matrix(self._angles, cosines)]
+        for _ in self._symbols.cart:
+            border = pull_back(self._angles, [self._mu[k] * sympy.cos(self.phi[k]) for k in self._links])
+            inertia = [[self._total_mass, *border]] + [[b, *row] for b, row in zip(border, inertia, strict=True)]
+        return sympy.ImmutableDenseMatrix(inertia)
+
+    @cached_property
+    def coriolis(self) -> sympy.ImmutableDenseMatrix:
+        """N of (15): sum_j c_ij sin(phi_i - phi_j) phi_j'^2 pulled back; -sum mu_k sin(phi_k) phi_k'^2 for the cart."""
+        rows = [
+            sympy.Add(*[self._c[i][j] * self._sine(i, j) * self.phi_dot[j] ** 2 for j in self._links if j != i])
+            for i in self._links
+        ]
+        drag = [-self._mu[k] * sympy.sin(self.phi[k]) * self.phi_dot[k] ** 2 for k in self._links]
+        cart = [sympy.Add(*drag) for _ in self._symbols.cart]
+        return sympy.ImmutableDenseMatrix([*cart, *pull_back(self._angles, rows)])
+
+    @cached_property
+    def gravity_torque(self) -> sympy.ImmutableDenseMatrix:
+        """G of (15): g mu_i sin(phi_i) pulled back; nothing on the cart."""
+        rows = [self._gravity * self._mu[k] * sympy.sin(self.phi[k]) for k in self._links]
+        cart = [sympy.S.Zero for _ in self._symbols.cart]
+        return sympy.ImmutableDenseMatrix([*cart, *pull_back(self._angles, rows)])
+
+    @cached_property
+    def joint_torque(self) -> sympy.ImmutableDenseMatrix:
+        """What springs and dampers ask for: k_k bend_k + d_k bend_k' across joint k, as generalised forces."""
+        bends = joint_angles(self._angles, self._symbols.theta)
+        rates = joint_angles(self._angles, self._symbols.theta_dot)
+        moments = [
+            k * bend + d * rate
+            for k, d, bend, rate in zip(self._stiffness, self._damping, bends, rates, strict=True)
+        ]
+        cart = [sympy.S.Zero for _ in self._symbols.cart]
+        return sympy.ImmutableDenseMatrix([*cart, *joint_forces(self._angles, moments)])
+
+    @cached_property
+    def equations(self) -> tuple[sympy.Eq, ...]:
+        """(15): I a + N + G + joints = generalised force, one equation per coordinate."""
+        symbols, scene = self._symbols, self._scene
+        left = self.mass_matrix * sympy.Matrix(symbols.a) + self.coriolis + self.gravity_torque + self.joint_torque
+        push = {joint - 1: torque for joint, torque in zip(scene.actuated_joints, symbols.torque, strict=True)}
+        carts = [symbols.force[0] if symbols.force else sympy.S.Zero for _ in symbols.cart]
+        right = carts + [push.get(k, sympy.S.Zero) for k in self._links]
+        return tuple(sympy.Eq(a, b, evaluate=False) for a, b in zip(left, right, strict=True))
+
+    def _difference(self, i: int, j: int) -> sympy.Expr:
+        return self.phi[i] - self.phi[j]
+
+    def _cosine(self, i: int, j: int) -> sympy.Expr:
+        return sympy.cos(self._difference(max(i, j), min(i, j)))
+
+    def _sine(self, i: int, j: int) -> sympy.Expr:
+        return sympy.sin(self._difference(i, j))

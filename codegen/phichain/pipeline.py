@@ -1,0 +1,47 @@
+"""The whole path in a few lines: scene -> model -> programs -> texts -> folder -> compiled System."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from phichain.build import build_folder
+from phichain.emit import folder_files
+from phichain.files import write_folder
+from phichain.mechanics import derive
+from phichain.program import lower
+from phichain.program.crosscheck import check_coefficients
+from phichain.scene import Scene
+from phichain.system import System
+
+
+def generate(scene: Scene, out: Path | str = "generated", with_casadi_c: bool = False) -> Path:
+    """Write the standalone C and CasADi folder of a scene.
+
+    Args:
+        scene: what to generate.
+        out: the folder in which NAME/ is written, whole or not at all.
+        with_casadi_c: also write NAME_casadi.c for CasADi's ``external`` (double scenes only).
+
+    Returns:
+        The folder OUT/NAME.
+
+    Raises:
+        OutputError: the folder cannot be written; what was there before is still there.
+        EmissionError: a number of the scene does not fit its type.
+    """
+    model = derive(scene)
+    check_coefficients(model)
+    lowered = lower(scene)
+    files = folder_files(scene, lowered, with_casadi_c)
+    return write_folder(Path(out) / scene.name, files)
+
+
+def build(scene: Scene) -> System:
+    """Generate, compile (or find compiled) and load a scene.
+
+    Raises:
+        CompilerError: the C compiler is missing, failed or hung.
+    """
+    with tempfile.TemporaryDirectory(prefix="phichain-") as folder:
+        return build_folder(generate(scene, folder))

@@ -1,0 +1,56 @@
+"""SymPy expressions as Program operations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import reduce
+
+import sympy
+
+from phichain.errors import EmissionError
+from phichain.program.builder import Builder, Expr
+
+
+def from_sympy(builder: Builder, expression: sympy.Expr, values: Mapping[sympy.Symbol, Expr]) -> Expr:
+    """Record a SymPy expression of +, *, integer powers, sin, cos, sqrt and besselj of orders 0 to 4.
+
+    Args:
+        builder: where the operations go.
+        expression: what to record.
+        values: the value of every free symbol.
+    """
+
+    def visit(node: sympy.Expr) -> Expr:
+        if node in values:
+            return values[node]
+        if node.is_Rational:
+            return builder.lift(Fraction(int(node.p), int(node.q)))
+        if node.is_Float:
+            return builder.lift(Fraction(*map(int, sympy.Rational(node).as_numer_denom())))
+        if node.is_Add:
+            return reduce(lambda a, b: a + b, map(visit, node.args))
+        if node.is_Mul:
+            return reduce(lambda a, b: a * b, map(visit, node.args))
+        if node.is_Pow:
+            return _power(builder, visit(node.base), node.exp)
+        if isinstance(node, sympy.sin | sympy.cos):
+            return builder.apply(type(node).__name__, visit(node.args[0]))
+        if isinstance(node, sympy.besselj) and node.order in range(5):
+            return builder.apply(f"besselj{int(node.order)}", visit(node.argument))
+        raise EmissionError(
+            "expression", str(node), "this function has no operation in the Program",
+            "use +, *, powers, sin, cos, sqrt or besselj of orders 0 to 4",
+        )  # fmt: skip
+
+    return visit(sympy.sympify(expression))
+
+
+def _power(builder: Builder, base: Expr, exponent: sympy.Expr) -> Expr:
+    """Small powers as products."""
+    if exponent == sympy.Rational(1, 2):
+        return builder.sqrt(base)
+    if not exponent.is_Integer:
+        raise EmissionError("power", str(exponent), "only integer powers and square roots are emitted", "rewrite the expression")
+    result = reduce(lambda a, b: a * b, [base] * abs(int(exponent)), builder.lift(1))
+    return 1 / result if exponent < 0 else result

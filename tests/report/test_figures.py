@@ -1,0 +1,90 @@
+"""Figures show the data they were given: curves are read back from the axes and compared."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from phichain.errors import OutputError
+from phichain.report import figures
+from phichain.report.style import save
+from phichain.simulate import Trajectory, simulate
+from phichain.start import leaning
+from phichain.system import System
+from tests.handmade import paper_b, uniform_planar
+
+matplotlib = pytest.importorskip("matplotlib")
+
+
+@pytest.fixture(scope="module")
+def chain() -> System:
+    scene = {"chain": {"length": [1 / 3] * 3}, "joints": {"angles": "relative"}}
+    return replace(uniform_planar(3), scene=scene)
+
+
+@pytest.fixture(scope="module")
+def swing(chain: System) -> Trajectory:
+    return simulate(chain, leaning(chain, 0.4), np.linspace(0, 1, 41), tol=1e-6)
+
+
+@pytest.fixture(scope="module")
+def cart() -> System:
+    return replace(paper_b(), scene={"chain": {"length": [0.1] * 5}})
+
+
+def curves(axes: object) -> dict[str, np.ndarray]:
+    return {line.get_label(): line.get_xydata() for line in axes.get_lines()}  # type: ignore[attr-defined]
+
+
+def test_a_motion_shows_angles_energy_and_the_chain(chain: System, swing: Trajectory) -> None:
+    drawing = figures.motion(chain, swing)
+    chain_axes, angle_axes, energy_axes = drawing.axes
+    shown = curves(angle_axes)
+    for k in range(3):
+        expected = np.column_stack([swing.t, np.cumsum(swing.q, axis=1)[:, k]])
+        np.testing.assert_allclose(shown[f"link {k + 1}"], expected)
+    (error,) = energy_axes.get_lines()
+    assert error.get_ydata().max() == pytest.approx(swing.energy_drift / np.max(np.abs(swing.energy)))
+    tip = chain_axes.get_lines()[0].get_xydata()
+    np.testing.assert_allclose(np.hypot(*tip[0]), 1.0)
+    assert energy_axes.get_yscale() == "log"
+
+
+def test_a_motion_without_energy_leaves_that_panel_out(chain: System, swing: Trajectory) -> None:
+    drawing = figures.motion(chain, replace(swing, kinetic=None, potential=None))
+    assert [axes.get_visible() for axes in drawing.axes] == [True, True, False]
+
+
+def test_a_controlled_chain_shows_errors_cart_and_force(cart: System) -> None:
+    motion = simulate(cart, leaning(cart, 0.1), np.linspace(0, 0.2, 11), tol=1e-5, u=[0.1, -0.2])
+    falling = np.exp(-motion.t)
+    drawing = figures.closed_loop(cart, motion, falling, 2 * falling)
+    _, errors, place, force = drawing.axes
+    np.testing.assert_allclose(curves(errors)["$e_q$"][:, 1], falling)
+    np.testing.assert_allclose(curves(place)["x_2"][:, 1], motion.q[:, 1])
+    np.testing.assert_allclose(curves(force)["force_2"][:, 1], -0.2)
+
+
+def test_a_family_is_drawn_over_every_links_amplitude() -> None:
+    amplitudes = np.column_stack([np.linspace(0.01, 1, 20), np.linspace(0.02, 2, 20)])
+    omega = np.linspace(3, 2, 20)
+    (axes,) = figures.family("two", amplitudes, omega).axes
+    shown = curves(axes)
+    np.testing.assert_allclose(shown["$A_{2}$"], np.column_stack([amplitudes[:, 1], omega]))
+
+
+def test_a_figure_is_written_whole_and_the_same_twice(chain: System, swing: Trajectory, tmp_path: Path) -> None:
+    first = save(figures.motion(chain, swing), tmp_path / "deep" / "a.png")
+    second = save(figures.motion(chain, swing), tmp_path / "b.png")
+    assert first.read_bytes() == second.read_bytes()
+    assert first.read_bytes().startswith(b"\x89PNG") and first.stat().st_size > 20_000
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["b.png", "deep"]
+
+
+def test_a_figure_that_cannot_be_written_says_so(chain: System, swing: Trajectory, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(OutputError, match="cannot be written"):
+        save(figures.motion(chain, swing), tmp_path / "file" / "a.png")
