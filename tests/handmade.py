@@ -169,6 +169,7 @@ def planar(
         q_names=q_names,
         v_names=tuple(f"{name}_dot" for name in q_names),
         u_names=tuple(f"u_{k}" for k in range(nu)),
+        scene={"joints": {"angles": angles}},
     )
 
 

@@ -1,7 +1,8 @@
 """The committed reference vectors of tests/data/ as scenes, inputs and expected outputs.
 
-Every case carries the inputs as exact binary64 numbers and the outputs as decimal strings of 25 or more digits, from
-computations outside this project. `extreme` turns the spatial cases, whose gravity points along -z, about e_1 by pi.
+Every case carries the inputs as exact binary64 numbers and the outputs as decimal strings of 25 or more
+digits, from computations outside this project. `extreme` turns the spatial cases, whose gravity points along
+-z, about e_1 by pi.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ DATA = Path(__file__).parent / "data"
 
 @dataclass(frozen=True)
 class ReferenceCase:
-    """One vector: the scene, the C arguments by name, and the expected outputs by function and output name."""
+    """One vector: the scene, the C arguments by name, and the outputs by function and output name."""
 
     label: str
     scene: Scene
@@ -46,10 +47,11 @@ def vectors() -> list[ReferenceCase]:
 
 
 def vectors_more() -> list[ReferenceCase]:
-    """Return the 40 cases of vectors_more.json: planar carts, joints, spatial fixed, spatial with com < length."""
+    """Return the 40 cases of vectors_more.json: planar carts, joints, spatial with fixed base or com < length."""
     cases = enumerate(read("vectors_more")["cases"])
     return [
-        _planar_more(i, case) if case["model"].startswith("planar") else _spatial(i, case) for i, case in cases
+        _planar_more(i, case) if case["model"].startswith("planar") else _spatial(i, case)
+        for i, case in cases
     ]
 
 
@@ -152,7 +154,9 @@ def _extreme_planar(case: dict[str, Any]) -> ReferenceCase:
         stiffness=_floats(case["k"]),
     )
     inputs = {"q": _floats(case["theta"]), "v": _floats(case["thetadot"])}
-    return ReferenceCase(f"{case['id']}-{case['desc']}", scene, inputs, {"forward_dynamics": {"a": case["ref"]}})
+    return ReferenceCase(
+        f"{case['id']}-{case['desc']}", scene, inputs, {"forward_dynamics": {"a": case["ref"]}}
+    )
 
 
 def _extreme_spatial(case: dict[str, Any]) -> ReferenceCase:

@@ -93,12 +93,18 @@ def show(
 
 
 @app.command()
-def generate(scene: SceneWord, out: OutFolder = Path("generated")) -> None:
+def generate(
+    scene: SceneWord,
+    out: OutFolder = Path("generated"),
+    casadi_c: Annotated[
+        bool, typer.Option("--casadi-c", help="Also NAME_casadi.c, for CasADi's external with exact Jacobians.")
+    ] = False,
+) -> None:
     """Write the stand-alone C and CasADi folder of a scene, DIR/NAME."""
     from phichain.library import find_scene
     from phichain.pipeline import generate as written
 
-    folder = written(find_scene(scene), out)
+    folder = written(find_scene(scene), out, with_casadi_c=casadi_c)
     typer.echo(f"wrote {folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}")
 
 
@@ -137,13 +143,14 @@ def simulate(
     from phichain.simulate import simulate as simulated
     from phichain.start import leaning, numbers, parameters
 
+    files = _named(out)
     system = _with(built(find_scene(scene)), parameters(settings or []))
     rest = leaning(system, lean)
     start = [rest[k] if given is None else given for k, given in enumerate((numbers(q, "q"), numbers(v, "v")))]
     grid = np.linspace(0.0, t, points)
     trajectory = simulated(system, (start[0], start[1]), grid, method, tol, u=numbers(u, "u"), h=h)
     typer.echo(str(trajectory))
-    _write(trajectory, out, lambda: _figures().motion(system, trajectory))
+    _write(trajectory, files, lambda: _figures().motion(system, trajectory))
 
 
 def _with(system: Any, values: Any) -> Any:
@@ -159,22 +166,48 @@ def _figures() -> Any:
     return figures
 
 
-def _write(record: Any, files: list[Path] | None, draw: Any) -> None:
-    """Write a result under every name asked for; the suffix says how."""
+def _named(files: list[Path] | None) -> list[Path]:
+    """The files to write, refused before any work when a name does not say what to write."""
     from phichain.errors import OutputError
 
     for path in files or []:
+        if path.suffix not in (".csv", ".npz", ".png"):
+            raise OutputError("out", str(path), "has no suffix that says what to write", "name it .csv, .npz or .png")
+    return files or []
+
+
+def _write(record: Any, files: list[Path], draw: Any) -> None:
+    for path in files:
         if path.suffix == ".csv":
             record.to_csv(path)
         elif path.suffix == ".npz":
             record.to_npz(path)
-        elif path.suffix == ".png":
+        else:
             from phichain.report.style import save
 
             save(draw(), path)
-        else:
-            raise OutputError("out", str(path), "has no suffix that says what to write", "name it .csv, .npz or .png")
         typer.echo(f"wrote {path}")
+
+
+@app.command()
+def trace(
+    scene: SceneWord,
+    mode: Annotated[int, typer.Option(min=1, help="Mode to start from, by rising linear frequency.")] = 1,
+    amplitude_max: Annotated[float, typer.Option(metavar="RAD", help="Stop where a link swings as far.")] = 3.0,
+    settings: Settings = None,
+    out: OutFiles = None,
+) -> None:
+    """Follow a family of limit cycles from small amplitudes, by its single harmonic."""
+    from phichain.continuation import trace as traced
+    from phichain.library import find_scene
+    from phichain.pipeline import build as built
+    from phichain.start import parameters
+
+    files = _named(out)
+    system = _with(built(find_scene(scene)), parameters(settings or []))
+    branch = traced(system, mode, amplitude_max)
+    typer.echo(str(branch))
+    _write(branch, files, lambda: _figures().family(branch))
 
 
 @app.command()

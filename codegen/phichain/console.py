@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from inspect import signature
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -18,12 +17,15 @@ def columns(rows: Sequence[Sequence[str]]) -> str:
 
 
 def functions(system: System) -> str:
-    """The callables of a System with their arguments and what they are."""
+    """The callables of a System, each with its arguments and what it was made from."""
     rows = []
     for name, call in system.functions.items():
-        summary = (call.__doc__ or "").strip().split("\n", 1)[0]
-        rows.append((name, ", ".join(signature(call).parameters), summary))
-    return columns([("function", "arguments", "what it is"), *rows])
+        first = (call.__doc__ or "").strip().partition("\n")[0]
+        # A compiled callable's first line reads "f(q, v) -> a, compiled from NAME_f."; others say what they like.
+        head, found, source = first.partition(", compiled from ")
+        if first:
+            rows.append((head, source.rstrip(".")) if found else (name, first))
+    return columns(rows)
 
 
 def versions(names: Iterable[str]) -> Mapping[str, str]:

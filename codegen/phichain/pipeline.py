@@ -6,10 +6,10 @@ import tempfile
 from pathlib import Path
 
 from phichain.build import build_folder
-from phichain.emit import folder_files
+from phichain.emit import folder_files, library_files
 from phichain.files import write_folder
 from phichain.mechanics import derive
-from phichain.program import lower
+from phichain.program import Lowered, lower
 from phichain.program.crosscheck import check_coefficients
 from phichain.scene import Scene
 from phichain.system import System
@@ -30,18 +30,22 @@ def generate(scene: Scene, out: Path | str = "generated", with_casadi_c: bool = 
         OutputError: the folder cannot be written; what was there before is still there.
         EmissionError: a number of the scene does not fit its type.
     """
-    model = derive(scene)
-    check_coefficients(model)
-    lowered = lower(scene)
-    files = folder_files(scene, lowered, with_casadi_c)
+    files = folder_files(scene, derived_and_lowered(scene), with_casadi_c)
     return write_folder(Path(out) / scene.name, files)
 
 
 def build(scene: Scene) -> System:
-    """Generate, compile (or find compiled) and load a scene.
+    """Derive, lower, emit, compile (or find compiled) and load a scene.
 
     Raises:
         CompilerError: the C compiler is missing, failed or hung.
     """
+    files = library_files(scene, derived_and_lowered(scene))
     with tempfile.TemporaryDirectory(prefix="phichain-") as folder:
-        return build_folder(generate(scene, folder))
+        return build_folder(write_folder(Path(folder) / scene.name, files))
+
+
+def derived_and_lowered(scene: Scene) -> Lowered:
+    """The scene's Programs, their coefficients checked against those of the derived Lagrangian."""
+    check_coefficients(derive(scene))
+    return lower(scene)

@@ -7,30 +7,44 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from phichain.control.equilibria import scene_angles
 from phichain.errors import ArrayError
 from phichain.system import System
 
 Vector = NDArray[np.float64]
 
 
-def leaning(system: System, angle: float) -> tuple[Vector, Vector]:
-    """The straight chain at rest that leans by `angle` from the hanging vertical, in the e_1-e_3 plane.
+def leaning(system: System, angle: float, s: Sequence[int] | None = None) -> tuple[Vector, Vector]:
+    """The chain at rest with every link tilted by `angle` towards +e_1 from where it hangs or stands.
 
     Args:
         system: The chain; a cart stands at 0.
-        angle: Radians; positive leans towards +e_1, pi stands upright.
+        angle: Radians, in the e_1-e_3 plane.
+        s: +1 for a hanging link, -1 for an upright one; all hang unless given.
 
     Returns:
         (q, v), shapes (nq,) and (nv,).
     """
+    signs = np.ones(system.links) if s is None else np.asarray(s, dtype=float)
     cart = np.zeros(system.cart_size)
-    if not system.is_planar:
-        return np.concatenate([cart, np.tile([np.sin(angle), 0.0, np.cos(angle)], system.links)]), np.zeros(system.nv)
-    kind = system.scene.get("joints", {}).get("angles", "relative")
-    steps = np.arange(system.links)
-    # phi_k = angle for all k, solved for theta (design 1.2): phi = theta, sum of theta, theta_k + theta_{k-1}.
-    share = {"absolute": steps >= 0, "relative": steps == 0, "adjacent": steps % 2 == 0}[kind]
-    return np.concatenate([cart, np.where(share, angle, 0.0)]), np.zeros(system.nv)
+    if system.is_planar:
+        return np.concatenate([cart, scene_angles(system, np.where(signs > 0, angle, np.pi - angle))]), np.zeros(system.nv)
+    links = np.stack([np.full(system.links, np.sin(angle)), np.zeros(system.links), signs * np.cos(angle)], axis=-1)
+    return np.concatenate([cart, links.ravel()]), np.zeros(system.nv)
+
+
+def upright(text: str, links: int) -> tuple[int, ...]:
+    """The signs s_k of an equilibrium from the links that stand: `all`, `none`, or numbers like `2,3`.
+
+    Raises:
+        ArrayError: Something between the commas is no link of the chain.
+    """
+    if text in ("all", "none"):
+        return ((-1,) if text == "all" else (1,)) * links
+    standing = numbers(text, "up")
+    if standing is None or not np.all(np.isin(standing, np.arange(1, links + 1))):
+        raise ArrayError("up", text, f"is no list of links from 1 to {links}", "write all, none, or for example 2,3")
+    return tuple(-1 if k in standing else 1 for k in range(1, links + 1))
 
 
 def numbers(text: str | None, field: str) -> Vector | None:

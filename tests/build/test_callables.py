@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import inspect
+import json
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -58,7 +60,7 @@ def test_single_state(system: System) -> None:
 
 
 def test_function_without_parameters(system: System) -> None:
-    for keywords in ({}, {"p": PARAMETERS}, {"p": {}}, {"p": None}):
+    for keywords in ({}, {"p": PARAMETERS}, {"p": None}):
         mass, gravity = system.linearization([1, -1], **keywords)
         np.testing.assert_array_equal(mass, np.diag([1.0, -1.0]))
         np.testing.assert_array_equal(gravity, np.diag([2.0, -2.0]))
@@ -179,6 +181,32 @@ def test_wrong_number_of_arrays(system: System, count: int) -> None:
 def test_wrong_parameters_are_refused(system: System, p: Any, problem: str, q: np.ndarray) -> None:
     with pytest.raises(ArrayError, match=problem):
         system.forward_dynamics(q, V, U, p=p)
+
+
+def test_function_without_parameters_checks_them_all_the_same(system: System) -> None:
+    for p in ({"mass": [1.0, 2.0]}, np.zeros(2), {}):
+        with pytest.raises(ArrayError, match=r"linearization\.p"):
+            system.linearization([1, -1], p=p)
+
+
+def test_scene_without_parameters_takes_none(tmp_path: Path, shared_cache: Cache) -> None:
+    system = build_folder(write_folded(tmp_path), cache=shared_cache)
+    for p in (None, {}, MappingProxyType({})):
+        np.testing.assert_array_equal(system.linearization([1, -1], p=p)[0], np.diag([1.0, -1.0]))
+        assert system.linearization(np.ones((3, 2)), p=p)[0].shape == (3, 2, 2)
+    for p in (PARAMETERS, {"mass": 1.0}, 3.0):
+        with pytest.raises(ArrayError, match="this scene has no runtime parameters"):
+            system.linearization([1, -1], p=p)
+
+
+def write_folded(parent: Path) -> Path:
+    """A folder whose manifest knows no runtime parameter, and only the function that needs none."""
+    folder = write(parent)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest["params"] = []
+    manifest["functions"] = {"linearization": manifest["functions"]["linearization"]}
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    return folder
 
 
 def test_parameters_come_by_name_not_by_order(system: System) -> None:

@@ -1,4 +1,4 @@
-"""Phi in closed form against quadrature of the projection integral, the printed (21)-(22), and known limits."""
+"""Phi in closed form against quadrature of its integral, the printed (21)-(22), and known limits."""
 
 from __future__ import annotations
 
@@ -35,7 +35,9 @@ J0, J1, J2, J3 = (lambda z, n=n: sympy.besselj(n, z) for n in range(4))
 
 def evaluated(scene: Scene, amplitude: list[float], omega: float) -> list[Any]:
     """Return Phi at numbers, through the symbolic expressions, in 30 digits."""
-    point = dict(zip(amplitude_symbols(scene), map(sympy.Float, amplitude), strict=True)) | {OMEGA: sympy.Float(omega)}
+    point = dict(zip(amplitude_symbols(scene), map(sympy.Float, amplitude), strict=True)) | {
+        OMEGA: sympy.Float(omega)
+    }
     return [mp.mpf(row.xreplace(point).evalf(25)) for row in phi_expressions(scene)]
 
 
@@ -61,7 +63,12 @@ def test_closed_form_is_the_projection_integral(links: int, angles: str) -> None
     cart=st.sampled_from([{}, {"base": "cart", "cart_mass": 0.8}]),
 )
 def test_springs_and_a_cart_belong_to_the_projection(
-    links: int, angles: str, amplitude: list[float], omega: float, stiffness: float | None, cart: dict[str, Any]
+    links: int,
+    angles: str,
+    amplitude: list[float],
+    omega: float,
+    stiffness: float | None,
+    cart: dict[str, Any],
 ) -> None:
     scene = Scene("a", links, mass=0.7, length=0.6, com=0.4, angles=angles, stiffness=stiffness, **cart)
     point = amplitude[: scene.nq]
@@ -119,7 +126,17 @@ def test_printed_21_and_22_term_by_term() -> None:
 @pytest.mark.parametrize("angles", ["relative", "absolute", "adjacent"])
 def test_small_amplitudes_give_the_linear_chain(angles: str) -> None:
     """Phi = (G - omega^2 M) A + O(A^3)."""
-    scene = Scene("a", 3, mass=[0.7, 1.1, 0.4], length=0.5, com=0.3, angles=angles, base="cart", cart_mass=0.9, stiffness=0.4)
+    scene = Scene(
+        "a",
+        3,
+        mass=[0.7, 1.1, 0.4],
+        length=0.5,
+        com=0.3,
+        angles=angles,
+        base="cart",
+        cart_mass=0.9,
+        stiffness=0.4,
+    )
     linear = linearize(derive(scene), (1, 1, 1))
     M, G = (np.array(matrix, dtype=float) for matrix in (linear.M, linear.G))
     amplitude, omega = np.array([1e-6, 2e-6, -3e-6, 1.5e-6]), 2.5
@@ -165,7 +182,9 @@ def test_text_and_latex() -> None:
     assert phi_text(standard_scene(1)).splitlines()[-1] == "(21) 0 = -A_1*omega**2*r_1 + 2*g*J1(A_1)"
     long = phi_text(Scene("a", 9, mass=1.0, length=1.0, base="cart", cart_mass=1.0, stiffness=1.0))
     assert len(long.splitlines()) == 4 and "x = X cos(omega t)" in long
-    assert phi_latex(standard_scene(1)).startswith("\\begin{aligned}") and "J_{1}" in phi_latex(standard_scene(1))
+    assert phi_latex(standard_scene(1)).startswith("\\begin{aligned}") and "J_{1}" in phi_latex(
+        standard_scene(1)
+    )
 
 
 def test_scenes_without_an_in_phase_motion_are_refused() -> None:

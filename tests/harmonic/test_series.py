@@ -22,7 +22,9 @@ def test_jacobi_anger_coefficients_are_fourier_coefficients(z: float) -> None:
             assert abs(float(series.harmonic(n)) - expected) < 1e-13
 
 
-series = st.dictionaries(st.integers(0, 5), st.integers(-9, 9).map(sympy.Integer), min_size=1).map(CosineSeries)
+series = st.dictionaries(st.integers(0, 5), st.integers(-9, 9).map(sympy.Integer), min_size=1).map(
+    CosineSeries
+)
 
 
 @given(a=series, b=series)
@@ -36,5 +38,7 @@ def test_products_multiply_values(a: CosineSeries, b: CosineSeries) -> None:
 
 def test_sine_squared_is_one_minus_cosine_squared() -> None:
     square = COSINE * COSINE
-    assert {n: -c for n, c in square.coefficients.items() if n} == {n: c for n, c in SINE_SQUARED.coefficients.items() if n}
+    assert {n: -c for n, c in square.coefficients.items() if n} == {
+        n: c for n, c in SINE_SQUARED.coefficients.items() if n
+    }
     assert 1 - square.harmonic(0) == SINE_SQUARED.harmonic(0)

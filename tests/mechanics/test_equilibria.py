@@ -51,7 +51,9 @@ def test_nothing_moves_at_an_equilibrium() -> None:
     stiffness=st.floats(0.01, 1e3),
     slope=st.floats(0.1, 10),
 )
-def test_the_index_counts_the_negative_directions_of_G(signs: list[int], stiffness: float, slope: float) -> None:
+def test_the_index_counts_the_negative_directions_of_G(
+    signs: list[int], stiffness: float, slope: float
+) -> None:
     links = len(signs)
     springs = [stiffness * slope**k for k in range(links)]
     model = derive(Scene("b", links, "spatial", mass=0.4, length=0.3, stiffness=springs))
@@ -74,7 +76,7 @@ def test_springs_hold_parallel_upright_links_together_but_push_a_link_off_the_ve
 
 @pytest.mark.parametrize("links", [1, 2, 3])
 def test_zero_pivots_are_counted_exactly(links: int) -> None:
-    """Without gravity and springs every direction is neutral; with springs alone the hanging chain is a minimum."""
+    """Without gravity and springs every direction is neutral; with springs alone hanging is a minimum."""
     idle = derive(Scene("b", links, "spatial", mass=1.0, length=1.0, gravity=0.0))
     assert equilibrium(idle, (1,) * links).neutral == 2 * links
     assert equilibrium(idle, (1,) * links).kind == "degenerate"
@@ -99,7 +101,10 @@ def test_runtime_masses_leave_the_type_decided() -> None:
 
 
 def test_text() -> None:
-    assert str(equilibrium(derive(standard_scene(2)), (1, -1))) == "v^  V = -2.4525 J  saddle, 1 falling directions"
+    assert (
+        str(equilibrium(derive(standard_scene(2)), (1, -1)))
+        == "v^  V = -2.4525 J  saddle, 1 falling directions"
+    )
 
 
 def test_undecided_and_impossible_requests_are_refused() -> None:

@@ -19,7 +19,7 @@ CHAIN = Scene("b", 3, "spatial", "cart", mass=[0.1, 0.3, 0.2], length=[0.4, 0.1,
 
 
 def test_a_below_14_the_angle_from_the_previous_link_is_the_cumulative_one() -> None:
-    """Joint 3 bends by theta_3 under phi = cumulative sum, but by theta_3 - theta_1 under the printed formula."""
+    """Joint 3 bends by theta_3 under the cumulative sum, by theta_3 - theta_1 under the printed formula."""
     theta = sympy.symbols("theta_1:4")
     for kind, third in (("relative", theta[2]), ("adjacent", theta[2] - theta[0])):
         phi = absolute_angles(kind, theta)
@@ -28,7 +28,7 @@ def test_a_below_14_the_angle_from_the_previous_link_is_the_cumulative_one() -> 
 
 
 def test_a_18_19_hold_for_a_sine() -> None:
-    """cos(z cos tau) and cos(z sin tau) at tau = 0 are cos z and 1: the series without (-1)^n sums to the latter."""
+    """At tau = 0 cos(z cos tau) is cos z and cos(z sin tau) is 1: the sum without (-1)^n is the latter."""
     z = mp.mpf("1.7")
     printed = mp.besselj(0, z) + 2 * mp.fsum(mp.besselj(n, z) for n in range(2, 60, 2))
     right = mp.besselj(0, z) + 2 * mp.fsum((-1) ** (n // 2) * mp.besselj(n, z) for n in range(2, 60, 2))
@@ -45,7 +45,7 @@ def gruenwald_letnikov(alpha: float, end: float, bound_step: float, sample_step:
 
 
 def test_a_2_needs_one_step() -> None:
-    """D^alpha t = t^(1-alpha)/Gamma(2-alpha) with one step; a sum that stops early forgets the rest of the signal."""
+    """D^alpha t = t^(1-alpha)/Gamma(2-alpha) with one step; a sum that stops early forgets the rest."""
     exact = 1 / math.gamma(1.5)
     one = [abs(gruenwald_letnikov(0.5, 1.0, h, h) - exact) for h in (1e-2, 5e-3)]
     assert one[0] / one[1] == pytest.approx(2, abs=0.05)
@@ -55,7 +55,7 @@ def test_a_2_needs_one_step() -> None:
 
 @pytest.mark.parametrize(("alpha", "delta"), [(0.2, 0.1), (0.5, 0.01), (1.5, 0.01)])
 def test_a_4_the_memory_length_is_sharp_for_a_constant(alpha: float, delta: float) -> None:
-    """A constant history before t - L contributes L^-alpha / |Gamma(1 - alpha)|, which is delta at the bound."""
+    """A constant history before t - L contributes L^-alpha / |Gamma(1 - alpha)|: delta at the bound."""
     bound = (1 / (delta * abs(math.gamma(1 - alpha)))) ** (1 / alpha)
     # int_L^inf s^(-alpha-1) ds / Gamma(-alpha), with s = exp y
     tail = mp.quad(lambda y: mp.exp(-alpha * y), [mp.log(bound), mp.inf]) / mp.gamma(-alpha)
@@ -93,7 +93,7 @@ def test_a_section_4_two_integrals_give_theta_less_its_initial_terms() -> None:
 
 
 def test_b_20_the_stiffness_multiplies_the_state() -> None:
-    """M_qq x_q'' + G_qq x_q = -M_qx x'' is the lower row of (19); it and the cart's row make up the tangent of (16)."""
+    """M_qq x_q'' + G_qq x_q = -M_qx x'' is the lower row of (19), and what (16) does near an equilibrium."""
     linear = linearize(derive(CHAIN), (1, -1, 1))
     M, G = (np.array(matrix, dtype=float) for matrix in (linear.M, linear.G))
     rest = [entry for s in (1, -1, 1) for entry in (0.0, 0.0, float(s))]
@@ -110,7 +110,7 @@ def test_b_20_the_stiffness_multiplies_the_state() -> None:
 
 
 def test_b_g_qq_weighs_the_outer_masses_with_the_own_length() -> None:
-    """The second difference of V when link 1 turns is (sum m_a) g l_1; the printed sum of m_a g l_a is another number."""
+    """Turning link 1 curves V by (sum m_a) g l_1; the printed sum of m_a g l_a is another number."""
     eps = 1e-3
     q = [[0.0, 0.0, math.sin(x), 0.0, math.cos(x), 0.0, 0.0, 1.0, 0.0, 0.0, 1.0] for x in (-eps, 0.0, eps)]
     V = [reference(CHAIN, "energy", {"q": entry, "v": [0.0] * 11})["potential"] for entry in q]
@@ -126,7 +126,9 @@ def test_b_e_q_vanishes_at_the_equilibrium_with_e_3_alone() -> None:
     signs, basis = (1, -1, 1), np.eye(3)
     links = [s * basis[2] for s in signs]
     assert sum(np.linalg.norm(q - s * basis[2]) for s, q in zip(signs, links, strict=True)) == 0
-    assert sum(np.linalg.norm(q - s * basis[i]) for i, (s, q) in enumerate(zip(signs, links, strict=True))) > 1
+    assert (
+        sum(np.linalg.norm(q - s * basis[i]) for i, (s, q) in enumerate(zip(signs, links, strict=True))) > 1
+    )
 
 
 def test_b_appendix_a_the_second_hat_is_that_of_the_rate() -> None:

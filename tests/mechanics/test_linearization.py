@@ -16,7 +16,12 @@ from phichain.mechanics.reference import reference
 from phichain.scene import Scene
 from tests.reference_cases import relative_error
 
-SIZES: dict[str, Any] = {"links": 3, "mass": [0.7, 1.1, 0.4], "length": [0.5, 0.8, 0.3], "com": [0.2, 0.8, 0.1]}
+SIZES: dict[str, Any] = {
+    "links": 3,
+    "mass": [0.7, 1.1, 0.4],
+    "length": [0.5, 0.8, 0.3],
+    "com": [0.2, 0.8, 0.1],
+}
 JOINTS: dict[str, Any] = {"damping": [0.3, 0.1, 0.2], "stiffness": [2.0, 0.5, 1.5]}
 CART: dict[str, Any] = {"base": "cart", "cart_mass": 0.9}
 SCENES = {
@@ -58,8 +63,10 @@ def test_symbolic_signs_give_every_equilibrium_at_once(scene: Scene) -> None:
 
 
 def test_paper_b_gravity_block_weighs_all_outer_masses() -> None:
-    """G_qq = s_1 (sum m_a) g l_1 I_2, ..., s_n m_n g l_n I_2 (design 1.7: the printed factors are misplaced)."""
-    scene = Scene("a", 2, "spatial", "cart", mass="runtime", length="runtime", cart_mass="runtime", gravity="runtime")
+    """G_qq = s_1 (sum m_a) g l_1 I_2, ..., s_n m_n g l_n I_2; the printed parentheses are misplaced."""
+    scene = Scene(
+        "a", 2, "spatial", "cart", mass="runtime", length="runtime", cart_mass="runtime", gravity="runtime"
+    )
     m_1, m_2, l_1, l_2, g = sympy.symbols("m_1 m_2 l_1 l_2 g", positive=True)
     s_1, s_2 = sympy.symbols("s_1 s_2")
     top, tip = s_1 * g * l_1 * (m_1 + m_2), s_2 * g * l_2 * m_2

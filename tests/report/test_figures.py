@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from phichain.continuation import trace
 from phichain.errors import OutputError
 from phichain.report import figures
 from phichain.report.style import save
@@ -69,11 +70,21 @@ def test_a_controlled_chain_shows_errors_cart_and_force(cart: System) -> None:
 
 
 def test_a_family_is_drawn_over_every_links_amplitude() -> None:
-    amplitudes = np.column_stack([np.linspace(0.01, 1, 20), np.linspace(0.02, 2, 20)])
-    omega = np.linspace(3, 2, 20)
-    (axes,) = figures.family("two", amplitudes, omega).axes
-    shown = curves(axes)
-    np.testing.assert_allclose(shown["$A_{2}$"], np.column_stack([amplitudes[:, 1], omega]))
+    branch = trace(uniform_planar(2), amplitude_max=2.5)
+    left, right = figures.family(branch).axes
+    shown = curves(left)
+    for k in (1, 2):
+        expected = np.column_stack([branch.column(f"amplitude_theta_{k}"), branch.column("omega")])
+        np.testing.assert_allclose(shown[f"$A_{{{k}}}$"], expected)
+    np.testing.assert_allclose(right.get_lines()[0].get_xdata(), branch.energy)
+    folds = [event for k in (1, 2) for event in branch.located(f"fold in amplitude_theta_{k}")]
+    marks = [line for line in left.get_lines() if line.get_marker() == "o"]
+    assert sum(len(line.get_xdata()) for line in marks) == len(folds)
+
+
+def test_a_family_without_energy_is_one_panel() -> None:
+    branch = trace(uniform_planar(1, leave_out=["energy"]), amplitude_max=1.0)
+    assert len(figures.family(branch).axes) == 1
 
 
 def test_a_figure_is_written_whole_and_the_same_twice(chain: System, swing: Trajectory, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from phichain.errors import ArrayError
-from phichain.report.geometry import absolute_angles, joints, link_lengths, tilt
+from phichain.report.geometry import joints, link_lengths, tilt
 from phichain.system import System
 
 LENGTHS = [0.5, 0.3, 0.2]
@@ -51,7 +51,7 @@ def test_the_three_kinds_of_angles_draw_one_chain(phi: list[float]) -> None:
     expected = joints(planar("absolute"), phi)
     np.testing.assert_allclose(joints(planar("relative"), relative), expected, atol=1e-12)
     np.testing.assert_allclose(joints(planar("adjacent"), adjacent), expected, atol=1e-12)
-    np.testing.assert_allclose(absolute_angles(planar("adjacent"), adjacent), phi, atol=1e-12)
+    np.testing.assert_allclose(tilt(planar("adjacent"), adjacent), phi, atol=1e-12)
 
 
 @given(st.integers(0, 2**32 - 1))

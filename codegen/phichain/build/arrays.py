@@ -90,6 +90,8 @@ def parameter_values(
         ArrayError: One is missing, unknown, or has another shape.
     """
     names = [parameter.name for parameter in signature.parameters]
+    if not names and isinstance(p, Mapping) and not p:
+        return []
     if not names:
         problem, remedy = (
             "this scene has no runtime parameters",

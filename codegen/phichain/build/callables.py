@@ -63,7 +63,7 @@ def make_callable(
                 idle.append(frame)
                 return _batch(signature, row_loop, real, rows, inputs, p)
             frame.take(inputs)
-        if (p or takes_parameters) and not _known(p, names, frame.fields, real):
+        if (takes_parameters or p is not None) and not _known(p, names, frame.fields, real):
             _fill(frame.parameters, signature, p, real)
         function(*frame.arguments)
         result = frame.result()
@@ -138,7 +138,7 @@ def _batch(
 ) -> Arrays:
     """All rows in one foreign call."""
     block, parameters = _parameter_block(signature, real)
-    if p or signature.takes_parameters:
+    if signature.takes_parameters or p is not None:
         _fill(parameters, signature, p, real)
     outputs = [np.empty((rows, *item.shape), real) for item in signature.outputs]
     row_loop(*_row_arguments(signature, rows, block, inputs, outputs))

@@ -15,8 +15,18 @@ from phichain.program.passes import total_operations
 from phichain.scene import Scene
 
 
+def library_files(scene: Scene, lowered: Lowered) -> dict[str, str]:
+    """What a compiled System is made of: the C, the CasADi module and the manifest, by file name."""
+    files = {
+        f"{scene.name}.h": header(scene, lowered, {}),
+        f"{scene.name}.c": source(scene, lowered),
+        f"{scene.name}_casadi.py": casadi_module(scene, lowered),
+    }
+    return files | {MANIFEST: manifest(scene, lowered, {}, files)}
+
+
 def folder_files(scene: Scene, lowered: Lowered, with_casadi_c: bool = False) -> dict[str, str]:
-    """Texts by file name.
+    """The whole folder that a user takes away, by file name.
 
     Args:
         scene: the scene.
@@ -34,14 +44,12 @@ def folder_files(scene: Scene, lowered: Lowered, with_casadi_c: bool = False) ->
     }
     if with_casadi_c:
         files[f"{scene.name}_casadi.c"] = casadi_external(scene, lowered)
-    files[MANIFEST] = manifest(scene, lowered, selftest.tolerances, files)
-    return files
+    return files | {MANIFEST: manifest(scene, lowered, selftest.tolerances, files)}
 
 
 def _readme(scene: Scene, lowered: Lowered) -> str:
     functions = [(p.name, p.doc, total_operations(p)) for p in lowered.wanted.values()]
     return render(
-        "generated_readme.md.j2", name=scene.name, upper=scene.name.upper(), real=scene.real, sketch=str(scene),
-        functions=functions, left_out=left_out(scene, lowered), digest=scene.digest,
-        runtime=list(scene.runtime),
+        "generated_readme.md.j2", name=scene.name, real=scene.real, sketch=str(scene), functions=functions,
+        left_out=left_out(scene, lowered), digest=scene.digest, runtime=list(scene.runtime),
     )  # fmt: skip

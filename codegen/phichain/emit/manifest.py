@@ -27,7 +27,7 @@ def manifest(scene: Scene, lowered: Lowered, tolerances: Mapping[str, str], file
         "real": scene.real,
         "params": [_argument(array) for array in first.params],
         "functions": {
-            name: _function(scene, program, tolerances[name]) for name, program in lowered.wanted.items()
+            name: _function(scene, program, tolerances.get(name)) for name, program in lowered.wanted.items()
         },
         "helpers": sorted(lowered.helpers),
         "left_out": left_out(scene, lowered),
@@ -36,7 +36,7 @@ def manifest(scene: Scene, lowered: Lowered, tolerances: Mapping[str, str], file
     return json.dumps(record, indent=2, ensure_ascii=True) + "\n"
 
 
-def _function(scene: Scene, program: Program, tolerance: str) -> dict[str, Any]:
+def _function(scene: Scene, program: Program, tolerance: str | None) -> dict[str, Any]:
     counts = count_operations(program)
     record: dict[str, Any] = {
         "symbol": f"{scene.name}_{program.name}",
@@ -45,7 +45,7 @@ def _function(scene: Scene, program: Program, tolerance: str) -> dict[str, Any]:
         "outputs": [_argument(array) for array in program.outputs],
         "code": "unrolled" if program.is_straight_line else "loops",
         "operations": {"total": sum(counts.values()), **dict(sorted(counts.items()))},
-        "measured_tolerance": float.fromhex(tolerance.rstrip("f")),
+        "measured_tolerance": float(tolerance.rstrip("f")) if tolerance else None,
     }
     if program.is_straight_line:
         nonzero = sparsity(program)

@@ -70,6 +70,7 @@ class _Writer:
         self.sizes = {array.name: array.size for array in (*arguments, *program.outputs, *program.work)}
         self.scalars = {array.name for array in (*arguments, *program.outputs) if array.shape == ()}
         self.tables = {name: tables[name, values] for name, values in program.tables.items()}
+        self.bessel_calls: dict[str, str] = {}
         self.uses_bessel = False
         self.fresh = 0
 
@@ -95,23 +96,31 @@ class _Writer:
     # --- statements -------------------------------------------------------------------------------------------------
 
     def block(self, statements: tuple[Statement, ...], depth: int) -> None:
+        outside, self.bessel_calls = self.bessel_calls, {}
         for statement in statements:
-            match statement:
-                case Op():
-                    self.op(statement, depth)
-                case Store(cell, value):
-                    self.line(depth, f"{self.target(cell)} = {self.operand(value).text}")
-                case SinCos():
-                    self.sincos(statement, depth)
-                case For():
-                    self.loop(statement, depth)
-                case Call(callee, inputs, outputs):
-                    names = [*(array.name for array in self.program.params), *inputs]
-                    call = f"{self.callees[callee]}({', '.join(map(spelt, names))})"
-                    self.line(depth, f"{', '.join(map(spelt, outputs))} = {call}")
+            self.statement(statement, depth)
+        self.bessel_calls = outside
+
+    def statement(self, statement: Statement, depth: int) -> None:
+        match statement:
+            case Op(kind=kind) if kind.startswith("besselj"):
+                self.bessel(statement, depth)
+            case Op():
+                self.op(statement, depth)
+            case Store(cell, value):
+                self.line(depth, f"{self.target(cell)} = {self.operand(value).text}")
+            case SinCos():
+                self.sincos(statement, depth)
+            case For():
+                self.loop(statement, depth)
+            case Call(callee, inputs, outputs):
+                params = self.program.callees[callee].params
+                names = [*(array.name for array in params), *inputs]
+                call = f"{self.callees[callee]}({', '.join(map(spelt, names))})"
+                self.line(depth, f"{', '.join(map(spelt, outputs))} = {call}")
 
     def op(self, op: Op, depth: int) -> None:
-        text = self.bessel(op, depth) if op.kind.startswith("besselj") else self.expression(op)
+        text = self.expression(op)
         if op.result in self.in_place and len(text.text) <= _LONGEST:
             self.texts[op.result] = text
             return
@@ -123,15 +132,14 @@ class _Writer:
         args = [self.operand(arg) for arg in op.args]
         return infix(op.kind, args) or Text(f"casadi.{op.kind}({args[0].text})")
 
-    def bessel(self, op: Op, depth: int) -> Text:
-        """J_0 to J_4 of one argument come from one call."""
+    def bessel(self, op: Op, depth: int) -> None:
+        """J_0 to J_4 of one argument come from one call a block."""
         self.uses_bessel = True
         argument = self.operand(op.args[0]).text
-        values = self.texts.setdefault(f"bessel({argument})", Text(self.anonymous("bessel_")))
-        call = f"{values.text} = bessel({argument})"
-        if "    " * depth + call not in self.lines:
-            self.line(depth, call)
-        return Text(f"{values.text}[{op.kind[-1]}]")
+        if argument not in self.bessel_calls:
+            self.bessel_calls[argument] = self.anonymous("bessel_")
+            self.line(depth, f"{self.bessel_calls[argument]} = bessel({argument})")
+        self.texts[op.result] = Text(f"{self.bessel_calls[argument]}[{op.kind[-1]}]")
 
     def sincos(self, statement: SinCos, depth: int) -> None:
         stop = statement.offset + statement.count
@@ -148,9 +156,12 @@ class _Writer:
             self.line(depth, f"{spelt(carry.name)} = {self.operand(carry.initial).text}")
         bounds = [str(loop.start), str(loop.stop), str(loop.step)]
         shown = bounds if loop.step != 1 else bounds[1:2] if bounds[0] == "0" else bounds[:2]
+        head = len(self.lines)
         self.line(depth, f"for {loop.variable} in range({', '.join(shown)}):")
         self.block(loop.body, depth + 1)
         self.advance(loop, depth + 1)
+        if len(self.lines) == head + 1:  # nothing happens in it
+            self.lines.pop()
 
     def advance(self, loop: For, depth: int) -> None:
         """Carried scalars move on together."""

@@ -162,8 +162,7 @@ def _series(coefficients: Sequence[float], real: str, indent: str) -> str:
     terms = [literal(pair[0], real) + "".join(_signed_term(c, real) for c in pair[1:]) for pair in pairs]
     text = terms[-1]
     for term in reversed(terms[:-1]):
-        factor = f"({text})" if text != terms[-1] or len(pairs[-1]) == 2 else text
-        text = f"({term})\n{indent}+ r4 * {factor}"
+        text = f"({term})\n{indent}+ r4 * ({text})"
     return text
 
 

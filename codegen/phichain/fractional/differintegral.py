@@ -227,7 +227,8 @@ def _derivative(signal: Signal, order: int, alpha: int, corrected: bool) -> Vect
     kernel = lubich.quadrature(order, starting, np.array([float(alpha)]), taps).head[0]
     result = convolve_short(signal, kernel)
     for n in range(taps - 1 if corrected else 0):
-        result[:, n] = _window_derivative(signal, starting, alpha, n)
+        # One sample more than the order needs, so that the one-sided start does not outweigh the rest.
+        result[:, n] = _window_derivative(signal, starting + 1, alpha, n)
     return result
 
 

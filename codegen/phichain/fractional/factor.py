@@ -61,18 +61,12 @@ def _angle_kind(system: System) -> str:
 
 def _directions(angles: str, theta: Vector) -> tuple[Vector, Vector]:
     """cos phi and -sin phi of the links, by turning from joint to joint: exact at any number of turns."""
-    turns = _complex(np.cos(theta), -np.sin(theta))
+    turns = np.cos(theta) - 1j * np.sin(theta)
     if angles == "relative":
-        turns = np.cumprod(turns, axis=0)
+        np.cumprod(turns, axis=0, out=turns)
     elif angles == "adjacent":
         turns[1:] = turns[1:] * turns[:-1]
     return turns.real, turns.imag
-
-
-def _complex(real: Vector, imaginary: Vector) -> NDArray[np.complex128]:
-    result = np.empty(real.shape, dtype=np.complex128)
-    result.real, result.imag = real, imaginary
-    return result
 
 
 def absolute_factor(system: System, q: Vector, p: Parameters | None) -> Vector:
@@ -129,6 +123,12 @@ def refuse_spatial(system: System) -> None:
 
 
 def states_of(system: System, field: str, values: ArrayLike, size: int) -> Vector:
+    """Rows of finite numbers, one per state, shape (S, size).
+
+    Raises:
+        ArrayError: Another shape.
+        SignalError: They are not finite.
+    """
     states = np.atleast_2d(real_array(field, values))
     if states.ndim != 2 or states.shape[1] != size:
         raise ArrayError(

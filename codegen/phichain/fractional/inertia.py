@@ -104,6 +104,7 @@ def inertia_powers(
     u: ArrayLike,
     p: ArrayLike,
     *,
+    acceleration: ArrayLike | None = None,
     receive: Receiver | None = None,
     dtype: type = np.float64,
     workers: int | None = None,
@@ -114,6 +115,9 @@ def inertia_powers(
         spectrum: Of the states, from `inertia_spectrum`.
         u: Generalised forces, shape (S, nv).
         p: Real exponents, shape (P,) or a number; 0 returns u, 1 the acceleration.
+        acceleration: I^-1 u where it is known better, e.g. from the forward dynamics, shape (S, nv). Forces of a heavy
+            link (1e8 times the others) leave in u, rounded to doubles, no digit of what moves the light ones; with
+            this every mode is taken from whichever of u and I^-1 u holds more of it.
         receive: Called as ``receive(first, block)`` with block (s, P, nv) of the states first .. first + s - 1, in
             order, instead of one large result: memory stays at a few MiB whatever S x P.
         dtype: Type of the result; the arithmetic is double.
@@ -126,46 +130,59 @@ def inertia_powers(
         ArrayError: Shapes that do not fit.
         SignalError: u or p is not finite.
     """
-    forces, exponents = _forces(spectrum, u), _real_exponents(p)
+    exponents = _real_exponents(p)
+    forces = _per_state(spectrum, "u", u)
+    known = None if acceleration is None else _per_state(spectrum, "acceleration", acceleration)
     count, size = spectrum.sigma.shape
     piece = max(1, _POWERED_VALUES // (exponents.size * size))
-    starts = range(0, count, piece)
+    pieces = [slice(first, min(first + piece, count)) for first in range(0, count, piece)]
     if receive is not None:
-        for first in starts:
+        for rows in pieces:
             receive(
-                first, _power_piece(spectrum, forces, exponents, slice(first, first + piece)).astype(dtype)
+                rows.start, _power_piece(spectrum, forces, known, exponents, rows).astype(dtype, copy=False)
             )
         return np.empty((0, exponents.size, size), dtype=dtype)
     result: NDArray[Any] = np.empty((count, exponents.size, size), dtype=dtype)
 
-    def fill(first: int) -> None:
-        rows = slice(first, first + piece)
-        result[rows] = _power_piece(spectrum, forces, exponents, rows)
+    def fill(rows: slice) -> None:
+        result[rows] = _power_piece(spectrum, forces, known, exponents, rows)
 
-    run([partial(fill, first) for first in starts], workers)
+    run([partial(fill, rows) for rows in pieces], workers)
     return result
 
 
-def _power_piece(spectrum: InertiaSpectrum, forces: Vector, exponents: Vector, rows: slice) -> Vector:
+def _power_piece(
+    spectrum: InertiaSpectrum, forces: Vector, known: Vector | None, exponents: Vector, rows: slice
+) -> Vector:
     sigma, vectors = spectrum.sigma[rows], spectrum.vectors[rows]
     modal = np.einsum("ski,sk->si", vectors, forces[rows])
+    if known is not None:
+        by_acceleration = sigma * sigma * np.einsum("ski,sk->si", vectors, known[rows])
+        lost = sigma * sigma * _largest(known[rows]) < _largest(forces[rows])
+        modal = np.where(lost, by_acceleration, modal)
     # p runs along the last axis here: NumPy's loops are slow over a short one.
     scales = -2.0 * np.log(sigma)[:, :, None] * exponents
     np.exp(scales, out=scales)
     result: Vector = scales.swapaxes(1, 2) @ (modal[:, :, None] * vectors.swapaxes(1, 2))
     result[:, exponents == 0.0] = forces[rows, None]
+    if known is not None:
+        result[:, exponents == 1.0] = known[rows, None]
     return result
 
 
-def _forces(spectrum: InertiaSpectrum, u: ArrayLike) -> Vector:
-    forces = real_array("u", u)
-    if forces.shape != spectrum.sigma.shape:
+def _largest(rows: Vector) -> Vector:
+    return np.max(np.abs(rows), axis=1, keepdims=True)
+
+
+def _per_state(spectrum: InertiaSpectrum, field: str, values: ArrayLike) -> Vector:
+    array = real_array(field, values)
+    if array.shape != spectrum.sigma.shape:
         raise ArrayError(
-            "u", forces.shape, f"must be (states, nv) = {spectrum.sigma.shape}", "pass one force per state"
+            field, array.shape, f"must be (states, nv) = {spectrum.sigma.shape}", "pass one vector per state"
         )
-    if not np.all(np.isfinite(forces)):
-        raise SignalError("u", forces, "holds values that are not finite", "cut the states before them")
-    return forces
+    if not np.all(np.isfinite(array)):
+        raise SignalError(field, array, "holds values that are not finite", "cut the states before them")
+    return array
 
 
 def _real_exponents(p: ArrayLike) -> Vector:

@@ -5,8 +5,8 @@ A derivative of order alpha > 0 forgets: with |f| <= M, cutting the memory at le
     |D^alpha f - D^alpha_(t-L) f| <= M L^-alpha / |Gamma(1 - alpha)|,
 
 so a relative error delta_0 = |error| / M needs L >= (1 / (delta_0 |Gamma(1 - alpha)|))^(1/alpha). The paper prints
-L >= 1 / (delta_0^2 Gamma(alpha)), which is that bound at alpha = 1/2 only. An integral (alpha < 0) weighs the past
-more the older it is: whatever is cut off is lost, and truncation is refused.
+L >= 1 / (delta_0^2 Gamma(alpha)), whose power of delta_0 is right at alpha = 1/2 alone. An integral (alpha < 0) never
+forgets, its weights have no finite sum: whatever is cut off is lost, and truncation is refused.
 
 For the sum over K + 1 samples the cut tail is known exactly, since all its weights have one sign from k > alpha on:
 

@@ -24,11 +24,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from phichain.errors import ArrayError, SignalError
 from phichain.fractional.differintegral import differintegrate
-from phichain.fractional.factor import joint_map, parameter, refuse_spatial
+from phichain.fractional.factor import joint_map, parameter, refuse_spatial, states_of
 from phichain.fractional.inertia import inertia_powers, inertia_spectrum
 from phichain.fractional.signals import supported_orders, uniform_step
 from phichain.records import write_npz
-from phichain.system import Parameters, System
+from phichain.system import Parameters, System, acceleration
 
 Vector = NDArray[np.float64]
 
@@ -132,7 +132,8 @@ def propagation(
     """Follow the signals of a motion from the forces to the angles, continuously in p and alpha.
 
     Args:
-        system: A planar chain with the functions `coriolis` and `gravity_torque`.
+        system: A planar chain with the functions `coriolis` and `gravity_torque`; with `forward_dynamics` too, the
+            accelerations are taken from it, which matters where masses or lengths spread over decades.
         motion: A Trajectory on a uniform grid (``trajectory.resample(n)`` makes one of any), or anything with t, q,
             v and u.
         p: Powers, 0 (the forces) to 1 (the accelerations).
@@ -153,16 +154,19 @@ def propagation(
     if unknown:
         raise SignalError("paths", unknown[0], "there is no such path", f"choose of {PATHS}")
     orders = supported_orders(alpha, -2.0, 0.0)
-    uniform_step(motion.t)
+    _check(system, motion)
     forces = _forces(system, motion, paths, params)
     spectrum = inertia_spectrum(system, motion.q, params, workers=workers)
     powers = np.atleast_1d(np.asarray(p, dtype=float))
+    accelerations = _accelerations(system, motion, params)
     theta_p, psi = {}, {}
     for path, force in forces.items():
-        theta_p[path] = inertia_powers(spectrum, force, powers, workers=workers)
-        acceleration = inertia_powers(spectrum, force, 1.0, workers=workers)[:, 0]
+        known = accelerations.get(path)
+        theta_p[path] = inertia_powers(spectrum, force, powers, acceleration=known, workers=workers)
+        if known is None:
+            known = inertia_powers(spectrum, force, 1.0, workers=workers)[:, 0]
         start = (motion.q[0], motion.v[0]) if initial and path == "total" else None
-        surface = differintegrate(motion.t, acceleration, orders, order=order, initial=start, workers=workers)
+        surface = differintegrate(motion.t, known, orders, order=order, initial=start, workers=workers)
         psi[path] = surface.values.swapaxes(0, 1)
     return Propagation(
         system.name,
@@ -176,6 +180,17 @@ def propagation(
         initial,
         order,
     )
+
+
+def _check(system: System, motion: Motion) -> None:
+    times, _ = uniform_step(motion.t)
+    wanted = {"q": system.nq, "v": system.nv} | ({} if motion.u is None else {"u": system.nu})
+    for field, size in wanted.items():
+        rows = states_of(system, f"motion.{field}", getattr(motion, field), size)
+        if len(rows) != times.size:
+            raise ArrayError(
+                f"motion.{field}", rows.shape, f"must hold {times.size} rows, one per time", "cut them alike"
+            )
 
 
 def _forces(
@@ -192,6 +207,25 @@ def _forces(
     parts["feedback"] = parts["coriolis"] + parts["gravity"]
     parts["total"] = parts["input"] + parts["feedback"] + parts["joints"]
     return {path: parts[path] for path in paths}
+
+
+def _accelerations(system: System, motion: Motion, params: Parameters | None) -> dict[str, Vector]:
+    """theta'' of the paths whose share the forward dynamics tells, by switching rates and inputs off in turn.
+
+    Empty without `forward_dynamics`. Springs and dampers ride along with gravity and the rates: then the total and
+    the input are told alone.
+    """
+    if not system.has("forward_dynamics"):
+        return {}
+    q, at_rest = motion.q, np.zeros_like(motion.v)
+    total = acceleration(system, q, motion.v, motion.u, params)
+    unforced = acceleration(system, q, motion.v, None, params) if system.nu else total
+    known = {"total": total, "input": total - unforced}
+    joints = system.scene.get("joints", {})
+    if joints.get("stiffness") is None and joints.get("damping") is None:
+        gravity = acceleration(system, q, at_rest, None, params)
+        known |= {"feedback": unforced, "gravity": gravity, "coriolis": unforced - gravity}
+    return known
 
 
 def _input_forces(system: System, motion: Motion) -> Vector:

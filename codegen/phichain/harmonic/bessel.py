@@ -8,8 +8,8 @@ them. Two regions meet at |x| = X, X = 25 in double and 12 in float.
     r_(k-1) = k r_k - y r_(k+1)          (DLMF 10.6.1; no division by x, even in x by structure),
     J0 + 2 (J2 + J4 + ...) = 1           (DLMF 10.12.4; gives the scale),
 
-from r_(M+1) = 0, r_M = 1 with M = s + 2 floor(|x|), s = 18 in double and 8 in float. It is exact at x = 0, and
-for small x every J_n keeps its relative accuracy, so that J1(x)/x and its like are good.
+from r_(M+1) = 0, r_M = 1 with M = s + 2 floor(|x|), s = 18 in double and 8 in float. It is exact at x = 0,
+and for small x every J_n keeps its relative accuracy, so that J1(x)/x and its like are good.
 Truncation: started so, exact arithmetic delivers J_n - Y_n J_(M+1)/Y_(M+1), and its scale misses
 2 (J_(M+2) + J_(M+4) + ...). M lies so far beyond |x| that |J_(M+1)| <= (|x|/2)^(M+1) / (M+1)! (DLMF 10.14.4)
 governs both; for each M they grow with |x|, and a test evaluates them at the largest: below 2^-55 in double

@@ -1,8 +1,9 @@
-"""Phi: the equations of motion (15) projected on cos(omega t) along in-phase motion (17), for any number of links.
+"""Phi: the equations of motion (15) projected on cos(omega t) along in-phase motion (17), for any N.
 
-In-phase motion is theta_k = A_k cos(omega t), so phi_k = B_k cos(omega t) with B = S A, and on a cart x = X cos(omega t).
-Put into (15), every term is cos or sin of (B_i - B_j) cos(omega t) times a trigonometric polynomial. Its first Fourier
-coefficient needs three projections, which Jacobi-Anger closes in Bessel functions (design 1.4); with D = B_i - B_j
+In-phase motion is theta_k = A_k cos(omega t), so phi_k = B_k cos(omega t) with B = S A, and on a cart x = X
+cos(omega t). Put into (15), every term is cos or sin of (B_i - B_j) cos(omega t) times a trigonometric
+polynomial. Its first Fourier coefficient needs three projections, which Jacobi-Anger closes in Bessel
+functions (theory section 6); with D = B_i - B_j
 
     cos(D cos tau) cos tau    ->  a(D) = J_0(D) - J_2(D)
     sin(D cos tau) sin^2 tau  ->  s(D) = (J_1(D) + J_3(D)) / 2
@@ -76,10 +77,10 @@ def amplitude_symbols(scene: Scene) -> tuple[sympy.Symbol, ...]:
 
 
 def phi_expressions(of: Scene | Model) -> tuple[sympy.Expr, ...]:
-    """Return Phi for a planar, undamped scene: Phi_0 (N) on a cart, then Phi_1 .. Phi_N (N m) of the scene's angles.
+    """Return Phi of a planar, undamped scene: Phi_0 (N) on a cart, then Phi_1 .. Phi_N (N m) of its angles.
 
-    They are expressions in the `amplitude_symbols` and OMEGA; Phi = 0 is the single-harmonic balance of the unforced
-    chain, whose orbits paper A calls limit cycles.
+    They are expressions in the `amplitude_symbols` and OMEGA; Phi = 0 is the single-harmonic balance of the
+    unforced chain, whose orbits paper A calls limit cycles.
 
     Raises:
         UnsupportedError: The scene is spatial or damped.
@@ -100,11 +101,17 @@ def check_projectable(scene: Scene) -> None:
     """
     if not scene.is_planar:
         raise UnsupportedError(
-            "space", scene.space, "has no scalar amplitude per link", "trace periodic orbits of its forward_dynamics"
+            "space",
+            scene.space,
+            "has no scalar amplitude per link",
+            "trace periodic orbits of its forward_dynamics",
         )
     if scene.damping is not None:
         raise UnsupportedError(
-            "damping", scene.damping, "leaves no in-phase periodic motion", "remove it, or simulate forward_dynamics"
+            "damping",
+            scene.damping,
+            "leaves no in-phase periodic motion",
+            "remove it, or simulate forward_dynamics",
         )
 
 
@@ -125,7 +132,9 @@ class _Projection:
     def rows(self) -> tuple[sympy.Expr, ...]:
         """Return Phi_0 on a cart, then S^T Phi(phi) plus the springs."""
         bends = joint_angles(self._angles, self._theta)
-        springs = joint_forces(self._angles, [k * bend for k, bend in zip(self._stiffness, bends, strict=True)])
+        springs = joint_forces(
+            self._angles, [k * bend for k, bend in zip(self._stiffness, bends, strict=True)]
+        )
         links = pull_back(self._angles, [self._link(i) for i in self._links])
         balance = [sympy.Add(*self._horizontal(X)) for X in self._cart]
         return (*balance, *(sympy.Add(*terms, spring) for terms, spring in zip(links, springs, strict=True)))
@@ -156,15 +165,18 @@ class _Projection:
         return -acceleration * B + sign * centripetal * B**2
 
     def _kernel(self, outer: int, inner: int | None) -> tuple[sympy.Expr, sympy.Expr]:
-        """Return a(D), s(D) at D = B_outer - B_inner, or at B_outer; a is even in D and s odd, so each pair has one.
+        """Return a(D), s(D) at D = B_outer - B_inner, or at B_outer; a is even, s odd: a pair has one.
 
-        SymPy writes J_n(-z) with quotients of powers of z, so the argument is turned to the side it leaves alone.
+        SymPy writes J_n(-z) with quotients of powers of z, so the argument is turned to the side it leaves
+        alone.
         """
         if (outer, inner) not in self._kernels:
             D = self._B[outer] - (0 if inner is None else self._B[inner])
             turned = D.could_extract_minus_sign()
             at = {kernels().difference: -D if turned else D}
-            acceleration, centripetal = (kernel.xreplace(at) for kernel in (kernels().acceleration, kernels().centripetal))
+            acceleration, centripetal = (
+                kernel.xreplace(at) for kernel in (kernels().acceleration, kernels().centripetal)
+            )
             self._kernels[outer, inner] = (acceleration, -centripetal if turned else centripetal)
         return self._kernels[outer, inner]
 

@@ -1,12 +1,12 @@
-"""Even functions of time as cosine series, and the Jacobi-Anger expansions that turn trigonometry into Bessel functions.
+"""Even functions of time as cosine series, and the Jacobi-Anger expansions of trigonometric ones.
 
 For tau = omega t (Watson, Theory of Bessel Functions, 2.22; Abramowitz and Stegun 9.1.44-45)
 
     cos(z cos tau) = J_0(z) + 2 sum_{n>=1} (-1)^n J_2n(z) cos 2n tau
     sin(z cos tau) = 2 sum_{n>=0} (-1)^n J_{2n+1}(z) cos (2n+1) tau.
 
-Paper A's (18)-(19) are the expansions of cos(z sin tau) and sin(z sin tau), which lack the (-1)^n; in-phase motion
-(17) is a cosine and needs those above.
+Paper A's (18)-(19) are the expansions of cos(z sin tau) and sin(z sin tau), which lack the (-1)^n; in-phase
+motion (17) is a cosine and needs those above.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class CosineSeries:
         return CosineSeries({n: sympy.Add(*values) for n, values in sorted(terms.items())})
 
     def harmonic(self, n: int) -> sympy.Expr:
-        """Return the coefficient of cos(n tau): for n >= 1, (1/pi) times the integral over a period with cos(n tau)."""
+        """Return the coefficient of cos(n tau)."""
         return self.coefficients.get(n, sympy.S.Zero)
 
 

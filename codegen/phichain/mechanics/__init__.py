@@ -1,4 +1,7 @@
-"""Mechanics: chain kinematics -> T, V -> Lagrangian -> coefficients and equations; equilibria; linearisation (19)."""
+"""Mechanics: kinematics -> T, V -> Lagrangian -> coefficients and equations; equilibria; linearisation.
+
+"Theory section n" in docstrings means section n of docs/theory.md; bare numbers (15) are the papers'.
+"""
 
 from phichain.mechanics.lagrange import Model, derive, with_symbols
 

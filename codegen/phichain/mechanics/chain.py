@@ -1,13 +1,15 @@
 """From the positions of the point masses to the coefficients of T and V, by collecting, not by knowing them.
 
-Mass a sits at r_a = C x + sum_{k<a} l_k q_k + r_a q_a (design 1.1). Written as a linear form in the vectors C x and
-q_k, with the parameters as symbols, a position is a handful of weights. T = 1/2 sum_a m_a |r_a'|^2 + 1/2 m_0 |x'|^2
-and V = -g sum_a m_a e_d.r_a then are quadratic and linear forms whose coefficients are collected here:
+Mass a sits at r_a = C x + sum_{k<a} l_k q_k + r_a q_a (theory section 1). Written as a linear form in the
+vectors C x and q_k, with the parameters as symbols, a position is a handful of weights. T = 1/2 sum_a m_a
+|r_a'|^2 + 1/2 m_0 |x'|^2 and V = -g sum_a m_a e_d.r_a then are quadratic and linear forms whose coefficients
+are collected here:
 
     T = 1/2 M00 |x'|^2 + x'.sum_k mu_k C^T q_k' + 1/2 sum_ij c_ij q_i'.q_j',    V = -g sum_k mu_k e_d.q_k.
 
-Terms of equal weight are gathered before they are multiplied, so a coefficient comes out as (sum of masses) times
-lever times lever, and values are exact: fractions of the binary64 numbers, or SymPy symbols of runtime parameters.
+Terms of equal weight are gathered before they are multiplied, so a coefficient comes out as (sum of masses)
+times lever times lever, and values are exact: fractions of the binary64 numbers, or SymPy symbols of runtime
+parameters.
 """
 
 from __future__ import annotations
@@ -38,7 +40,7 @@ class Collected:
 
     @cached_property
     def positions(self) -> tuple[Weights, ...]:
-        """The position of every mass: the weights (1 and lengths, by name) of the vectors C x and q_k in it."""
+        """The position of every mass: the weights (1 or a length, by name) of the vectors C x and q_k."""
         links = range(self.scene.links)
         coms = [("length" if self.scene.com is None else "com", k) for k in links]
         base: dict[int, Weight] = {CART: ("one", 0)} if self.scene.has_cart else {}
@@ -67,7 +69,7 @@ class Collected:
         return self._mass(tuple(range(self.scene.links))) + cart_mass(self.scene)
 
     def _moment(self, *vectors: int) -> Coefficient:
-        """Return sum_a m_a times the weights of the given vectors in r_a; masses of equal weights are added first."""
+        """Return sum_a m_a times the weights of some vectors in r_a; equal weights are gathered first."""
         groups: dict[tuple[Weight, ...], list[int]] = {}
         outermost = max(vectors)  # an outer vector moves no inner mass
         for a, position in enumerate(self.positions[outermost:], outermost):

@@ -1,4 +1,4 @@
-"""The planar angles as one linear map phi = S theta (design 1.2), and what it does to forces and matrices.
+"""The planar angles as one linear map phi = S theta (theory section 2), and what it does to forces.
 
 phi_k is the absolute angle of link k from the hanging vertical; theta_k is what the scene calls its angle:
 
@@ -6,8 +6,8 @@ phi_k is the absolute angle of link k from the hanging vertical; theta_k is what
 * "relative": phi_k = theta_1 + ... + theta_k, theta_k measured from link k-1 (what the text of paper A says);
 * "adjacent": phi_k = theta_k + theta_{k-1} (what the formula below (14) of paper A says literally).
 
-With phi = S theta forces pull back as tau_theta = S^T tau_phi and the inertia as M_theta = S^T M_phi S. Everything
-here takes numbers, arrays or SymPy expressions alike, and costs O(N) for vectors.
+With phi = S theta forces pull back as tau_theta = S^T tau_phi and the inertia as M_theta = S^T M_phi S.
+Everything here takes numbers, arrays or SymPy expressions alike, and costs O(N) for vectors.
 """
 
 from __future__ import annotations

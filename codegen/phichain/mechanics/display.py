@@ -49,7 +49,8 @@ _TEXT = {
         kinetic_cart=" + x' sum_k mu_k cos(phi_k) phi_k' + 1/2 M00 x'^2",
         potential="V = -g sum_k mu_k cos(phi_k)",
         springs=" + 1/2 sum_k k_k (phi_k - phi_{k-1})^2",
-        equation="tau_i = sum_j c_ij [cos(phi_i - phi_j) phi_j'' + sin(phi_i - phi_j) phi_j'^2] + g mu_i sin(phi_i)",
+        equation="tau_i = sum_j c_ij [cos(phi_i - phi_j) phi_j'' + sin(phi_i - phi_j) phi_j'^2]"
+        " + g mu_i sin(phi_i)",
         equation_cart=" + mu_i cos(phi_i) x''",
         equation_joints=" + J_i - J_{i+1}",
         joint="J_k =",
@@ -61,7 +62,8 @@ _TEXT = {
         kinetic_cart=" + x'.sum_k mu_k C^T q_k' + 1/2 M00 |x'|^2",
         potential="V = -g sum_k mu_k e_3.q_k",
         springs=" + sum_k k_k (1 - q_{k-1}.q_k)",
-        equation="0 = c_ii omega_i' - sum_{j != i} c_ij q_i x (q_j x omega_j' + |omega_j|^2 q_j) - g mu_i q_i x e_3",
+        equation="0 = c_ii omega_i' - sum_{j != i} c_ij q_i x (q_j x omega_j' + |omega_j|^2 q_j)"
+        " - g mu_i q_i x e_3",
         equation_cart=" + mu_i q_i x C x''",
         equation_joints=" + (I - q_i q_i^T) (J_i - J_{i+1})",
         joint="J_k =",
@@ -104,7 +106,8 @@ def text(model: Model) -> str:
     """Return a model as text: the form of any such chain, its coefficients, and short chains written out."""
     scene = model.scene
     links = "1 link" if scene.links == 1 else f"{scene.links} links"
-    head = f"{scene.space} chain of {links} on a {'cart' if scene.has_cart else 'fixed base'}, {_coordinates(scene)}"
+    base = "cart" if scene.has_cart else "fixed base"
+    head = f"{scene.space} chain of {links} on a {base}, {_coordinates(scene)}"
     lines = [head, *_general(model, _TEXT[scene.space]), "", *_coefficients(model)]
     if scene.links <= _WRITTEN_OUT[scene.space]:
         lines += ["", f"T = {plain(model.kinetic)}", f"V = {plain(model.potential)}", ""]
@@ -113,13 +116,21 @@ def text(model: Model) -> str:
 
 
 def latex(model: Model) -> str:
-    """Return a model as one aligned block of LaTeX: the general form and its coefficients, or short chains in full."""
+    """Return a model as one aligned LaTeX block: the general form, or short chains in full."""
     if model.scene.links <= _WRITTEN_OUT[model.scene.space]:
         rows = [f"T &= {sympy.latex(model.kinetic)}", f"V &= {sympy.latex(model.potential)}"]
-        rows += [f"{sympy.latex(equation.rhs)} &= {sympy.latex(equation.lhs)}" for equation in model.equations]
+        rows += [
+            f"{sympy.latex(equation.rhs)} &= {sympy.latex(equation.lhs)}" for equation in model.equations
+        ]
     else:
-        mu, c = (sympy.Matrix([[expression(x) for x in row] for row in table]) for table in ([model.mu], model.c))
-        rows = [*_general(model, _LATEX[model.scene.space]), f"\\mu &= {sympy.latex(mu)}", f"c &= {sympy.latex(c)}"]
+        mu, c = (
+            sympy.Matrix([[expression(x) for x in row] for row in table]) for table in ([model.mu], model.c)
+        )
+        rows = [
+            *_general(model, _LATEX[model.scene.space]),
+            f"\\mu &= {sympy.latex(mu)}",
+            f"c &= {sympy.latex(c)}",
+        ]
         rows += [f"M_{{00}} &= {sympy.latex(expression(model.total_mass))}"] if model.scene.has_cart else []
     return "\\begin{aligned}" + " \\\\ ".join(rows) + "\\end{aligned}"
 
@@ -135,7 +146,9 @@ def _general(model: Model, forms: _Forms) -> list[str]:
     sprung, damped = scene.stiffness is not None, scene.damping is not None
     kinetic = forms.kinetic + forms.kinetic_cart * scene.has_cart
     potential = forms.potential + forms.springs * sprung
-    equation = forms.equation + forms.equation_cart * scene.has_cart + forms.equation_joints * (sprung or damped)
+    equation = (
+        forms.equation + forms.equation_cart * scene.has_cart + forms.equation_joints * (sprung or damped)
+    )
     joint = forms.joint_springs * sprung + forms.joint_dampers * damped
     return [kinetic, potential, equation, *([forms.joint + joint.removeprefix(" +")] if joint else [])]
 

@@ -1,9 +1,10 @@
-"""The straight equilibria q_k = s_k e_d of a chain, 2^n of them, with their energies and types (paper B, section III).
+"""The 2^n straight equilibria q_k = s_k e_d of a chain, with their energies and types (paper B).
 
-On a cart each is a family, one for every place of the cart. Its type follows from the energy: V has a strict minimum
-in the links' directions where its second variation G of (19) is positive definite, and a chain started near such an
-equilibrium stays near (Lagrange and Dirichlet: T + V is a Lyapunov function; on a cart, in all variables but its
-place). Each negative direction of G is a way to fall. Without springs G is s_k g mu_k: only the hanging chain is stable.
+On a cart each is a family, one for every place of the cart. Its type follows from the energy: V has a strict
+minimum in the links' directions where its second variation G of (19) is positive definite, and a chain
+started near such an equilibrium stays near (Lagrange and Dirichlet: T + V is a Lyapunov function; on a cart,
+in all variables but its place). Each negative direction of G is a way to fall. Without springs G is s_k g
+mu_k: only the hanging chain is stable.
 """
 
 from __future__ import annotations
@@ -67,8 +68,8 @@ def equilibrium(model: Model, signs: Sequence[int]) -> Equilibrium:
 
     Raises:
         ArrayError: There is not one sign +1 or -1 per link.
-        UnsupportedError: A planar chain with springs has links upright (no equilibrium: the springs pull), or gravity
-            and springs are runtime parameters, so the type is not decided.
+        UnsupportedError: A planar chain with springs has links upright (no equilibrium: the springs pull), or
+            gravity and springs are runtime parameters, so the type is not decided.
     """
     s = checked(model, signs)
     scene = model.scene
@@ -94,8 +95,8 @@ def _kind(falling: int, neutral: int, links: int) -> str:
 def _inertia_of_joints(fall: Sequence[Any], spring: Sequence[Any]) -> tuple[int, int]:
     """Return how many negative and zero pivots diag(fall) + (joint form of the springs) has, exactly.
 
-    The tridiagonal form is eliminated from the tip, which keeps its inertia (Sylvester). A zero pivot with a coupling
-    c makes the block [[0, c], [c, e]], one negative and one positive direction.
+    The tridiagonal form is eliminated from the tip, which keeps its inertia (Sylvester). A zero pivot with a
+    coupling c makes the block [[0, c], [c, e]], one negative and one positive direction.
     """
     negative = zero = 0
     inner_terms = list(zip(fall, spring, (*spring[1:], Fraction(0)), strict=True))
@@ -124,4 +125,6 @@ def _sign(value: Any) -> int:
     decided = sympy.sign(sympy.sympify(value))
     if decided in (-1, 0, 1):
         return int(decided)
-    raise UnsupportedError("gravity", value, "decides the type at run time", "give gravity and springs as numbers")
+    raise UnsupportedError(
+        "gravity", value, "decides the type at run time", "give gravity and springs as numbers"
+    )

@@ -1,9 +1,9 @@
 """Scene -> Model: the Lagrangian of a chain, its exact coefficients and its equations of motion.
 
 `derive` builds the positions of the masses, T and V from them, and finds mu_k, c_ij and M00 by collecting
-coefficients (see `chain`); nothing is simplified. Each part is made when first asked for, so generating code pays for
-the coefficients alone, while `model.lagrangian`, `model.mass_matrix` and `model.equations` are there to be read, in
-SymPy and in LaTeX.
+coefficients (see `chain`); nothing is simplified. Each part is made when first asked for, so generating code
+pays for the coefficients alone, while `model.lagrangian`, `model.mass_matrix` and `model.equations` are there
+to be read, in SymPy and in LaTeX.
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ from phichain.scene import Scene
 class Model:
     """The mechanics of one scene.
 
-    Coefficients are exact: `fractions.Fraction` of the scene's binary64 numbers, or SymPy expressions in m_k, l_k,
-    r_k, m_0 where parameters are runtime. Expressions show numbers that are no short fractions as decimals.
+    Coefficients are exact: `fractions.Fraction` of the scene's binary64 numbers, or SymPy expressions in m_k,
+    l_k, r_k, m_0 where parameters are runtime. Expressions show numbers that are no short fractions as
+    decimals.
     """
 
     scene: Scene
@@ -61,7 +62,9 @@ class Model:
     @cached_property
     def positions(self) -> tuple[sympy.ImmutableDenseMatrix, ...]:
         """r_a (m), the positions of the masses by component, the last axis along gravity."""
-        values = {name: [expression(entry) for entry in column] for name, column in self._chain.values.items()}
+        values = {
+            name: [expression(entry) for entry in column] for name, column in self._chain.values.items()
+        }
         base = sympy.Matrix([*self.symbols.cart, 0]) if self.scene.has_cart else None
         vectors = dict(enumerate(map(sympy.Matrix, self.directions))) | {-1: base}
         return tuple(
@@ -150,7 +153,7 @@ class Model:
 
 
 def derive(scene: Scene) -> Model:
-    """Return the mechanics of a scene: Lagrangian, exact coefficients, equations of motion (design 1.1)."""
+    """Return the mechanics of a scene: Lagrangian, exact coefficients, equations (theory sections 1 to 4)."""
     return Model(scene)
 
 

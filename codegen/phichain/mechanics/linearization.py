@@ -1,16 +1,18 @@
-"""The linearisation (19) about the straight equilibria q_k = s_k e_d, s_k = +1 hanging, -1 upright, symbolically.
+"""The linearisation (19) about the straight equilibria q_k = s_k e_d, s_k = +1 hanging, -1 upright.
 
     M x'' + D x' + G x = B u
 
-Spatial coordinates are [x; C^T xi_1; ...] with delta q_k = xi_k x q_k and xi_k.e_3 = 0, planar ones [x; delta theta].
-In rotations of links the second variations of T and V give (design 1.5, with C^T hat(e_3) C = J)
+Spatial coordinates are [x; C^T xi_1; ...] with delta q_k = xi_k x q_k and xi_k.e_3 = 0, planar ones [x; delta
+theta]. In rotations of links the second variations of T and V give (theory section 3, with C^T hat(e_3) C =
+J)
 
-    M = [[M00 I_2, -s_j mu_j J], [s_i mu_i J, s_i s_j c_ij I_2]],    G_ii = s_i g mu_i I_2,    J = [[0, -1], [1, 0]],
+    M = [[M00 I_2, -s_j mu_j J], [s_i mu_i J, s_i s_j c_ij I_2]],  G_ii = s_i g mu_i I_2,
+    J = [[0, -1], [1, 0]],
 
-and in the plane M00, s_j mu_j, s_i s_j c_ij and s_i g mu_i, pulled back to the scene's angles. Springs add to G and
-dampers make D, by the form sum_k w_k (xi_k - xi_{k-1})^2; a spatial spring counts with the sign s_{k-1} s_k. A planar
-chain with springs has no equilibrium with links upright unless constant joint torques hold it: (19) then describes
-small motions about the held position.
+and in the plane M00, s_j mu_j, s_i s_j c_ij and s_i g mu_i, pulled back to the scene's angles. Springs add to
+G and dampers make D, by the form sum_k w_k (xi_k - xi_{k-1})^2; a spatial spring counts with the sign s_{k-1}
+s_k. A planar chain with springs has no equilibrium with links upright unless constant joint torques hold it:
+(19) then describes small motions about the held position.
 """
 
 from __future__ import annotations
@@ -56,13 +58,19 @@ def linearize(model: Model, signs: Sequence[int] | None = None) -> Linearization
         ArrayError: There is not one sign +1 or -1 per link.
     """
     scene = model.scene
-    s = tuple(sympy.Symbol(f"s_{k + 1}") for k in range(scene.links)) if signs is None else checked(model, signs)
+    s = (
+        tuple(sympy.Symbol(f"s_{k + 1}") for k in range(scene.links))
+        if signs is None
+        else checked(model, signs)
+    )
     spring, damper = (_sympy(parameter(scene, name)) for name in ("stiffness", "damping"))
     if not scene.is_planar:
         spring = [k * inner * outer for k, inner, outer in zip(spring, (1, *s), s, strict=False)]
     fall = [sign * _exact(gravity(scene)) * mu for sign, mu in zip(s, _sympy(model.mu), strict=True)]
     form = _joint_form(spring)
-    stiff = [[entry + fall[i] if i == j else entry for j, entry in enumerate(row)] for i, row in enumerate(form)]
+    stiff = [
+        [entry + fall[i] if i == j else entry for j, entry in enumerate(row)] for i, row in enumerate(form)
+    ]
     return Linearization(
         signs=s,
         M=_inertia(model, s),
@@ -80,7 +88,9 @@ def checked(model: Model, signs: Sequence[int]) -> tuple[int, ...]:
     """
     links = model.scene.links
     if len(signs) != links or any(s not in (-1, 1) for s in signs):
-        raise ArrayError("s", tuple(signs), "is no choice of signs", f"give +1 (hanging) or -1 (upright) {links} times")
+        raise ArrayError(
+            "s", tuple(signs), "is no choice of signs", f"give +1 (hanging) or -1 (upright) {links} times"
+        )
     return tuple(int(s) for s in signs)
 
 
@@ -94,7 +104,10 @@ def _inertia(model: Model, s: Sequence[Any]) -> sympy.ImmutableDenseMatrix:
         return inner
     mu = [sign * entry for sign, entry in zip(s, _sympy(model.mu), strict=True)]
     if scene.is_planar:
-        corner, border = sympy.Matrix([[_exact(model.total_mass)]]), sympy.Matrix([pull_back(str(scene.angles), mu)])
+        corner, border = (
+            sympy.Matrix([[_exact(model.total_mass)]]),
+            sympy.Matrix([pull_back(str(scene.angles), mu)]),
+        )
     else:
         turn = sympy.Matrix(QUARTER_TURN)
         corner = _exact(model.total_mass) * sympy.eye(2)
@@ -106,7 +119,7 @@ def _inertia(model: Model, s: Sequence[Any]) -> sympy.ImmutableDenseMatrix:
 
 
 def _in_coordinates(model: Model, form: Sequence[Sequence[Any]]) -> sympy.ImmutableDenseMatrix:
-    """Return a form in the links' rotations in the coordinates of (19): S^T F S, or F times I_2; zeros for the cart."""
+    """Return a form in the links' rotations in the coordinates of (19): S^T F S or F times I_2, no cart."""
     scene = model.scene
     block = pull_back_matrix(str(scene.angles), form) if scene.is_planar else _doubled(form)
     carts = len(model.symbols.cart)
@@ -125,7 +138,10 @@ def _joint_form(weights: Sequence[Any]) -> list[list[Any]]:
     links = range(len(weights))
     beyond = [*weights[1:], sympy.S.Zero]
     return [
-        [weights[i] + beyond[i] if i == j else -weights[max(i, j)] if abs(i - j) == 1 else sympy.S.Zero for j in links]
+        [
+            weights[i] + beyond[i] if i == j else -weights[max(i, j)] if abs(i - j) == 1 else sympy.S.Zero
+            for j in links
+        ]
         for i in links
     ]
 

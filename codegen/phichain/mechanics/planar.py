@@ -1,9 +1,11 @@
 """T, V and the equations (15) of a planar chain as SymPy expressions in the scene's own angles.
 
-With q_k = (sin phi_k, cos phi_k) the products of the general form become q_i'.q_j' = cos(phi_i - phi_j) phi_i' phi_j'
-and C^T q_k' = cos(phi_k) phi_k', and phi = S theta throughout (design 1.2). In phi, row i of the equations is
+With q_k = (sin phi_k, cos phi_k) the products of the general form become q_i'.q_j' = cos(phi_i - phi_j)
+phi_i' phi_j' and C^T q_k' = cos(phi_k) phi_k', and phi = S theta throughout (theory section 2). In phi, row i
+of the equations is
 
-    sum_j c_ij [cos(phi_i - phi_j) phi_j'' + sin(phi_i - phi_j) phi_j'^2] + mu_i cos(phi_i) x'' + g mu_i sin(phi_i),
+    sum_j c_ij [cos(phi_i - phi_j) phi_j'' + sin(phi_i - phi_j) phi_j'^2]
+        + mu_i cos(phi_i) x'' + g mu_i sin(phi_i),
 
 and the rows of theta are S^T times those. Nothing is simplified or expanded on the way.
 """
@@ -59,7 +61,7 @@ class PlanarExpressions:
 
     @cached_property
     def kinetic(self) -> sympy.Expr:
-        """T = 1/2 M00 x'^2 + x' sum mu_k cos(phi_k) phi_k' + 1/2 sum c_ij cos(phi_i - phi_j) phi_i' phi_j'."""
+        """1/2 M00 x'^2 + x' sum mu_k cos(phi_k) phi_k' + 1/2 sum c_ij cos(phi_i - phi_j) phi_i' phi_j'."""
         rate = self.phi_dot
         terms = [self._c[i][i] * rate[i] ** 2 / 2 for i in self._links]
         terms += [self._c[i][j] * sympy.cos(self._difference(j, i)) * rate[i] * rate[j]
@@ -84,14 +86,18 @@ class PlanarExpressions:
         inertia = [list(row) for row in pull_back_matrix(self._angles, cosines)]
         for _ in self._symbols.cart:
             border = pull_back(self._angles, [self._mu[k] * sympy.cos(self.phi[k]) for k in self._links])
-            inertia = [[self._total_mass, *border]] + [[b, *row] for b, row in zip(border, inertia, strict=True)]
+            inertia = [[self._total_mass, *border]] + [
+                [b, *row] for b, row in zip(border, inertia, strict=True)
+            ]
         return sympy.ImmutableDenseMatrix(inertia)
 
     @cached_property
     def coriolis(self) -> sympy.ImmutableDenseMatrix:
-        """N of (15): sum_j c_ij sin(phi_i - phi_j) phi_j'^2 pulled back; -sum mu_k sin(phi_k) phi_k'^2 for the cart."""
+        """N of (15): sum_j c_ij sin(phi_i - phi_j) phi_j'^2; the cart's is -sum mu_k sin(phi_k) phi_k'^2."""
         rows = [
-            sympy.Add(*[self._c[i][j] * self._sine(i, j) * self.phi_dot[j] ** 2 for j in self._links if j != i])
+            sympy.Add(
+                *[self._c[i][j] * self._sine(i, j) * self.phi_dot[j] ** 2 for j in self._links if j != i]
+            )
             for i in self._links
         ]
         drag = [-self._mu[k] * sympy.sin(self.phi[k]) * self.phi_dot[k] ** 2 for k in self._links]
@@ -107,7 +113,7 @@ class PlanarExpressions:
 
     @cached_property
     def joint_torque(self) -> sympy.ImmutableDenseMatrix:
-        """What springs and dampers ask for: k_k bend_k + d_k bend_k' across joint k, as generalised forces."""
+        """What springs and dampers ask for: k_k bend_k + d_k bend_k' across joint k, as forces of theta."""
         bends = joint_angles(self._angles, self._symbols.theta)
         rates = joint_angles(self._angles, self._symbols.theta_dot)
         moments = [
@@ -121,8 +127,15 @@ class PlanarExpressions:
     def equations(self) -> tuple[sympy.Eq, ...]:
         """(15): I a + N + G + joints = generalised force, one equation per coordinate."""
         symbols, scene = self._symbols, self._scene
-        left = self.mass_matrix * sympy.Matrix(symbols.a) + self.coriolis + self.gravity_torque + self.joint_torque
-        push = {joint - 1: torque for joint, torque in zip(scene.actuated_joints, symbols.torque, strict=True)}
+        left = (
+            self.mass_matrix * sympy.Matrix(symbols.a)
+            + self.coriolis
+            + self.gravity_torque
+            + self.joint_torque
+        )
+        push = {
+            joint - 1: torque for joint, torque in zip(scene.actuated_joints, symbols.torque, strict=True)
+        }
         carts = [symbols.force[0] if symbols.force else sympy.S.Zero for _ in symbols.cart]
         right = carts + [push.get(k, sympy.S.Zero) for k in self._links]
         return tuple(sympy.Eq(a, b, evaluate=False) for a, b in zip(left, right, strict=True))

@@ -1,7 +1,7 @@
 """T, V and the equations (15) and (16)-(17) of a spatial chain as SymPy expressions in components.
 
-Links are unit vectors q_k with q_k' = omega_k x q_k (17) and omega_k.q_k = 0. The Lagrangian and (15) are written
-in q_k and its rates, (16) in omega_k. Signs and hats follow design 1.7 where the print slips.
+Links are unit vectors q_k with q_k' = omega_k x q_k (17) and omega_k.q_k = 0. The Lagrangian and (15) are
+written in q_k and its rates, (16) in omega_k. Signs and hats follow theory section 7 where the print slips.
 """
 
 from __future__ import annotations
@@ -62,10 +62,13 @@ class SpatialExpressions:
 
     @cached_property
     def mass_matrix(self) -> sympy.ImmutableDenseMatrix:
-        """The matrix of (16): M00 I_2, -mu_j C^T hat(q_j), mu_i hat(q_i) C, c_ii I_3 and -c_ij hat(q_i) hat(q_j)."""
+        """The matrix of (16): M00 I_2, -mu_j C^T hat(q_j), mu_i hat(q_i) C, c_ii I_3, -c_ij hat(q_i) hat(q_j)."""
         hats = [_hat(link) for link in self._q]
         blocks = [
-            [self._c[i][i] * sympy.eye(3) if i == j else -self._c[i][j] * hats[i] * hats[j] for j in self._links]
+            [
+                self._c[i][i] * sympy.eye(3) if i == j else -self._c[i][j] * hats[i] * hats[j]
+                for j in self._links
+            ]
             for i in self._links
         ]
         if self._symbols.cart:
@@ -76,12 +79,13 @@ class SpatialExpressions:
 
     @cached_property
     def coriolis(self) -> sympy.ImmutableDenseMatrix:
-        """The velocity terms of (16): -sum mu_j |omega_j|^2 C^T q_j; -sum_{j != i} c_ij |omega_j|^2 q_i x q_j."""
+        """Velocity terms of (16): -sum mu_j |omega_j|^2 C^T q_j, -sum_{j != i} c_ij |omega_j|^2 q_i x q_j."""
         squares = [_dot(rate, rate) for rate in self._omega]
         inward = [square * link for square, link in zip(squares, self._q, strict=True)]
         cart = [-_sum(self._mu[j] * inward[j] for j in self._links)[:2, :]] if self._symbols.cart else []
         rows = [
-            -self._q[i].cross(_sum(self._c[i][j] * inward[j] for j in self._links if j != i)) for i in self._links
+            -self._q[i].cross(_sum(self._c[i][j] * inward[j] for j in self._links if j != i))
+            for i in self._links
         ]
         return sympy.ImmutableDenseMatrix.vstack(*cart, *rows)
 
@@ -96,8 +100,8 @@ class SpatialExpressions:
     def joint_torque(self) -> sympy.ImmutableDenseMatrix:
         """What springs and dampers ask for: couple_i = P_i (J_i - J_{i+1}), zero for the cart,
 
-        J_k = k_k q_{k-1} x q_k + d_k (omega_k - omega_{k-1}); P_i = I - q_i q_i^T only turns the neighbours' rates,
-        the rest is orthogonal to q_i already.
+        J_k = k_k q_{k-1} x q_k + d_k (omega_k - omega_{k-1}); P_i = I - q_i q_i^T only turns the neighbours'
+        rates, the rest is orthogonal to q_i already.
         """
         still = sympy.zeros(3, 1)
         chain = [(_DOWN, still), *zip(self._q, self._omega, strict=True), (_DOWN, still)]
@@ -106,7 +110,7 @@ class SpatialExpressions:
         return sympy.ImmutableDenseMatrix.vstack(*cart, *couples)
 
     def _across(self, k: int, joint: int, neighbour: Any, spin: Any) -> sympy.ImmutableDenseMatrix:
-        """Return the couple on link k of one joint, towards the neighbour there; beyond the tip there is none."""
+        """Return the couple of one joint on link k, towards the neighbour there; the tip has none."""
         if joint == len(self._links):
             return sympy.zeros(3, 1)
         link, rate = self._q[k], self._omega[k]
@@ -115,7 +119,7 @@ class SpatialExpressions:
 
     @cached_property
     def equations(self) -> tuple[sympy.Eq, ...]:
-        """(16): M [x''; omega'] + velocity, gravity and joint terms = [u; 0]; (17) is q_k' = omega_k x q_k."""
+        """(16): M [x''; omega'] + velocity, gravity and joint terms = [u; 0], with (17)."""
         accelerations = sympy.Matrix(self._symbols.a)
         left = self.mass_matrix * accelerations + self.coriolis + self.gravity_torque + self.joint_torque
         return tuple(sympy.Eq(a, b, evaluate=False) for a, b in zip(left, self._right(), strict=True))
@@ -124,7 +128,8 @@ class SpatialExpressions:
     def unit_vector_equations(self) -> tuple[sympy.Eq, ...]:
         """(15): M00 x'' + sum mu_k C^T q_k'' = u, and for every link, with P_i = I - q_i q_i^T = -hat(q_i)^2,
 
-        c_ii (q_i'' + |q_i'|^2 q_i) + P_i (mu_i C x'' + sum_{j != i} c_ij q_j'' - mu_i g e_3) + couple_i x q_i = 0,
+        c_ii (q_i'' + |q_i'|^2 q_i) + P_i (mu_i C x'' + sum_{j != i} c_ij q_j'' - mu_i g e_3) + couple_i x q_i
+        = 0,
 
         where couple_i is what the springs and dampers ask for, with omega_k = q_k x q_k'.
         """

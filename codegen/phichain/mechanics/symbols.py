@@ -1,7 +1,8 @@
 """The SymPy symbols of a scene, and the exact value or symbol that stands for each of its parameters.
 
-Names read as the papers print them, in text and in LaTeX: theta_1, thetadot_1, thetaddot_1; x, q_1_1, omega_1_1; the
-parameters m_k, l_k, r_k, m_0, g, d_k (dampers), k_k (springs); the inputs F (force) and T_k (torques).
+Names read as the papers print them, in text and in LaTeX: theta_1, thetadot_1, thetaddot_1; x, q_1_1,
+omega_1_1; the parameters m_k, l_k, r_k, m_0, g, d_k (dampers), k_k (springs); the inputs F (force) and T_k
+(torques).
 """
 
 from __future__ import annotations
@@ -28,7 +29,8 @@ _LONGEST_RATIONAL = 10_000
 class ChainSymbols:
     """The symbols of a scene's coordinates, inputs and parameters, in the order of the contract's vectors.
 
-    Planar: q = [x, theta_k], v and a its rates. Spatial: q = [x_1, x_2, q_k], v = [x', omega_k], a = [x'', omega_k'].
+    Planar: q = [x, theta_k], v and a its rates. Spatial: q = [x_1, x_2, q_k], v = [x', omega_k], a = [x'',
+    omega_k'].
     """
 
     scene: Scene
@@ -132,7 +134,7 @@ class ChainSymbols:
 
 
 def parameter(scene: Scene, name: str) -> tuple[Coefficient, ...]:
-    """Return a per-link parameter as exact fractions of its binary64 values, or as symbols when it is runtime.
+    """Return a per-link parameter as exact fractions of its binary64 values, or as symbols if it is runtime.
 
     Absent joints are zeros; `com` of masses at the links' ends is `length`.
     """
@@ -158,7 +160,7 @@ def gravity(scene: Scene) -> Coefficient:
 
 
 def expression(value: Any) -> sympy.Expr:
-    """Return a coefficient as SymPy prints it well: short fractions exactly, others as floating-point numbers."""
+    """Return a coefficient as SymPy prints it well: short fractions exactly, others as decimals."""
     if not isinstance(value, Fraction):
         return sympy.sympify(value)
     if value.denominator <= _LONGEST_RATIONAL:

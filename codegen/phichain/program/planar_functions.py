@@ -231,35 +231,52 @@ def _joint_matrix(
 ) -> None:
     """S^T (diag(absolute) + P^T diag(joint) P) S, P phi the joint angles; zero in the cart's row and column."""
     links, offset, nv = scene.links, int(scene.has_cart), scene.nv
-    inner = builder.array("absolute_matrix", links * links)
-    for i in range(links):
-        for j in range(links):
-            value = builder.lift(0)
-            if i == j and diagonal is not None:
-                value = value + diagonal[i]
-            if joint is not None:
-                value = value + _spring_entry(builder, joint, i, j, links)
-            inner[i * links + j] = value
+    inner, nothing = builder.array("absolute_matrix", links * links), builder.lift(0)
+    with builder.loop("i", 0, links) as rows:
+        i = rows.index
+        own = nothing if diagonal is None else diagonal[i]
+        inner[i * (links + 1)] = own if joint is None else own + joint[i] + _beyond(builder, joint, links)[i]
+        with builder.loop("j", i + 2, links) as columns:
+            j = columns.index
+            inner[i * links + j], inner[j * links + i] = nothing, nothing
+    with builder.loop("i", 1, links) as rows:
+        i = rows.index
+        shared = nothing if joint is None else -joint[i]
+        inner[i * links + (i - 1)], inner[(i - 1) * links + i] = shared, shared
     congruence(builder, scene, inner, out.shifted(offset * (nv + 1)), nv)
     if scene.has_cart:
-        for k in range(nv):
-            out[k] = builder.lift(0)
-            if k:
-                out[k * nv] = builder.lift(0)
+        out[0] = nothing
+        with builder.loop("k", 1, nv) as loop:
+            out[loop.index], out[loop.index * nv] = nothing, nothing
 
 
-def _spring_entry(builder: Builder, joint: ArrayRef, i: int, j: int, links: int) -> Expr:
-    """Entry of P^T diag(joint) P: neighbours share a joint."""
-    if abs(i - j) > 1:
-        return builder.lift(0)
-    if i != j:
-        return -joint[max(i, j)]
-    return joint[i] + joint[i + 1] if i + 1 < links else joint[i]
+def _beyond(builder: Builder, joint: ArrayRef, links: int) -> ArrayRef:
+    """The joint's value at each link's far end, zero beyond the tip."""
+    with builder.first_of_all():
+        beyond = builder.array("next_joint", links)
+        with builder.loop("k", 1, links) as loop:
+            beyond[loop.index - 1] = joint[loop.index]
+        beyond[links - 1] = builder.lift(0)
+    return beyond
 
 
 def input_matrix(builder: Builder, scene: Scene, out: ArrayRef) -> None:
     """The constant matrix that takes u to generalised forces, nv x nu."""
     columns = ([0] if scene.has_force else []) + [joint - 1 + int(scene.has_cart) for joint in scene.actuated_joints]
-    for row in range(scene.nv):
+    if len(columns) < scene.nv:
         for column, driven in enumerate(columns):
-            out[row * scene.nu + column] = builder.lift(int(row == driven))
+            _unit_column(builder, scene, out.shifted(column, scene.nu), driven)
+        return
+    with builder.loop("i", 0, scene.nv) as rows:
+        i = rows.index
+        out[i * (scene.nv + 1)] = builder.lift(1)
+        with builder.loop("j", i + 1, scene.nv) as others:
+            j = others.index
+            out[i * scene.nv + j], out[j * scene.nv + i] = builder.lift(0), builder.lift(0)
+
+
+def _unit_column(builder: Builder, scene: Scene, column: ArrayRef, driven: int) -> None:
+    column[driven] = builder.lift(1)
+    for first, last in ((0, driven), (driven + 1, scene.nv)):
+        with builder.loop("i", first, last) as rows:
+            column[rows.index] = builder.lift(0)

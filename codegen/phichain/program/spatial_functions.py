@@ -159,53 +159,115 @@ def positions(builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRe
 def linearization(
     builder: Builder, scene: Scene, parameters: Parameters, s: ArrayRef, outputs: dict[str, ArrayRef]
 ) -> None:
-    """(19) in [x; C^T xi_k], two coordinates a link: M x'' + [D x'] + G x = B u about q_k = s_k e_3."""
+    """(19) in [x; C^T xi_k], two coordinates a link: M x'' + [D x'] + G x = B u about q_k = s_k e_3.
+
+    M_ij = c_ij s_i s_j I, M_0k = mu_k s_k [[0, 1], [-1, 0]], G_kk = g mu_k s_k I. A spring adds k_k s_{k-1} s_k |xi_k - xi_{k-1}|^2 / 2
+    to the potential, a damper d_k |xi_k' - xi_{k-1}'|^2 / 2 to the dissipation.
+    """
     links, offset = scene.links, 2 if scene.has_cart else 0
     size = 2 * links + offset
-    mu, length, nothing = parameters.mu, parameters.length, builder.lift(0)
-    entries: dict[str, dict[tuple[int, int], Expr]] = {"M": {}, "G": {}, "D": {}, "B": {}}
-    for i in range(links):
-        _block(entries["M"], offset + 2 * i, offset + 2 * i, parameters.c_diagonal[i])
-        _block(entries["G"], offset + 2 * i, offset + 2 * i, parameters.gravity * mu[i] * s[i])
-        for j in range(i + 1, links):
-            entry = length[i] * mu[j] * (s[i] * s[j])
-            _block(entries["M"], offset + 2 * i, offset + 2 * j, entry)
-            _block(entries["M"], offset + 2 * j, offset + 2 * i, entry)
-    if scene.has_cart:
-        _block(entries["M"], 0, 0, parameters.total_mass)
-        for k in range(links):
-            lean, column = mu[k] * s[k], offset + 2 * k
-            entries["M"].update({(0, column + 1): lean, (column + 1, 0): lean})
-            entries["M"].update({(1, column): -lean, (column, 1): -lean})
-        for a in range(2):
-            entries["B"][a, a] = builder.lift(1)
-    if parameters.stiffness is not None:
-        bent = [parameters.stiffness[k] * (s[k] * s[k - 1] if k else s[0]) for k in range(links)]
-        _chain(entries["G"], offset, bent)
+    mu, length = parameters.mu, parameters.length
+    inertia = _Planes(outputs["M"].shifted(offset * (size + 1)), size)
+    with builder.loop("i", 0, links) as rows:
+        i = rows.index
+        inertia.write(i, i, parameters.c_diagonal[i])
+        with builder.loop("j", i + 1, links) as columns:
+            j = columns.index
+            entry = builder.let("entry", length[i] * mu[j] * (s[i] * s[j]))
+            inertia.write(i, j, entry)
+            inertia.write(j, i, entry)
+    weight = builder.array("weight", links)
+    with builder.loop("k", 0, links) as loop:
+        weight[loop.index] = parameters.gravity * mu[loop.index] * s[loop.index]
+    springs = None if parameters.stiffness is None else _signed(builder, parameters.stiffness, s, links)
+    _neighbour_matrix(builder, links, weight, springs, _Planes(outputs["G"].shifted(offset * (size + 1)), size))
+    bordered = ["G"]
     if parameters.damping is not None:
-        _chain(entries["D"], offset, [parameters.damping[k] for k in range(links)])
-    for name, out in outputs.items():
-        columns = out.size // size
-        for i in range(size):
-            for j in range(columns):
-                out[i * columns + j] = entries[name].get((i, j), nothing)
+        joint = parameters.damping
+        _neighbour_matrix(builder, links, None, joint, _Planes(outputs["D"].shifted(offset * (size + 1)), size))
+        bordered.append("D")
+    if scene.has_cart:
+        _cart_inertia(builder, scene, parameters, s, outputs["M"])
+        for name in bordered:
+            _zero_border(builder, outputs[name], size)
+    if "B" in outputs:
+        _force_matrix(builder, outputs["B"], size)
 
 
-def _block(entries: dict[tuple[int, int], Expr], row: int, column: int, value: Expr) -> None:
-    """Add value * I to a 2 x 2 block."""
+class _Planes:
+    """A matrix of 2 x 2 blocks value * I, from its first cell on, with rows of `size` cells."""
+
+    def __init__(self, out: ArrayRef, size: int) -> None:
+        self.out, self.size = out, size
+
+    def write(self, i: Index, j: Index, value: Expr) -> None:
+        """Block (i, j) = value * I."""
+        for a in range(2):
+            for b in range(2):
+                cell = (2 * i + a) * self.size + (2 * j + b)
+                self.out[cell] = value if a == b else value.builder.lift(0)
+
+
+def _signed(builder: Builder, stiffness: ArrayRef, s: ArrayRef, links: int) -> ArrayRef:
+    """k_k s_{k-1} s_k, s_{-1} = 1."""
+    signed = builder.array("signed_stiffness", links)
+    signed[0] = stiffness[0] * s[0]
+    with builder.loop("k", 1, links) as loop:
+        k = loop.index
+        signed[k] = stiffness[k] * (s[k - 1] * s[k])
+    return signed
+
+
+def _neighbour_matrix(
+    builder: Builder, links: int, diagonal: ArrayRef | None, joint: ArrayRef | None, planes: _Planes
+) -> None:
+    """diag(diagonal) plus the second variation of sum joint_k |xi_k - xi_{k-1}|^2 / 2, xi_{-1} = 0."""
+    nothing = builder.lift(0)
+    for k in range(links):
+        own = nothing if diagonal is None else diagonal[k]
+        if joint is not None:
+            own = own + joint[k]
+            own = own + joint[k + 1] if k + 1 < links else own
+        planes.write(k, k, own)
+    with builder.loop("i", 1, links) as rows:
+        i = rows.index
+        shared = nothing if joint is None else -joint[i]
+        planes.write(i, i - 1, shared)
+        planes.write(i - 1, i, shared)
+    with builder.loop("i", 0, links) as rows, builder.loop("j", rows.index + 2, links) as columns:
+        planes.write(rows.index, columns.index, nothing)
+        planes.write(columns.index, rows.index, nothing)
+
+
+def _cart_inertia(builder: Builder, scene: Scene, parameters: Parameters, s: ArrayRef, out: ArrayRef) -> None:
+    size, nothing = 2 * scene.links + 2, builder.lift(0)
     for a in range(2):
-        at = (row + a, column + a)
-        entries[at] = entries[at] + value if at in entries else value
+        for b in range(2):
+            out[a * size + b] = parameters.total_mass if a == b else nothing
+    with builder.loop("k", 0, scene.links) as loop:
+        k = loop.index
+        lean, first, second = parameters.mu[k] * s[k], 2 * k + 2, 2 * k + 3
+        out[first], out[first * size] = nothing, nothing
+        out[second], out[second * size] = lean, lean
+        out[first + size], out[first * size + 1] = -lean, -lean
+        out[second + size], out[second * size + 1] = nothing, nothing
 
 
-def _chain(entries: dict[tuple[int, int], Expr], offset: int, joint: list[Expr]) -> None:
-    """Second variation of sum joint_k |xi_k - xi_{k-1}|^2 / 2, xi_{-1} = 0."""
-    for k, value in enumerate(joint):
-        _block(entries, offset + 2 * k, offset + 2 * k, value)
-        if k:
-            _block(entries, offset + 2 * k - 2, offset + 2 * k - 2, value)
-            _block(entries, offset + 2 * k, offset + 2 * k - 2, -value)
-            _block(entries, offset + 2 * k - 2, offset + 2 * k, -value)
+def _zero_border(builder: Builder, out: ArrayRef, size: int) -> None:
+    nothing = builder.lift(0)
+    for a in range(2):
+        for b in range(2):
+            out[a * size + b] = nothing
+        with builder.loop("k", 2, size) as loop:
+            out[loop.index + a * size], out[loop.index * size + a] = nothing, nothing
+
+
+def _force_matrix(builder: Builder, out: ArrayRef, size: int) -> None:
+    for a in range(2):
+        for b in range(2):
+            out[2 * a + b] = builder.lift(int(a == b))
+    with builder.loop("i", 4, 2 * size) as loop:
+        out[loop.index] = builder.lift(0)
 
 
 def project(builder: Builder, scene: Scene, q: ArrayRef, v: ArrayRef, q_out: ArrayRef, v_out: ArrayRef) -> None:

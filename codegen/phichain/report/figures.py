@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from phichain.report import panels
 from phichain.report.geometry import tilt
 from phichain.report.style import figure, look
@@ -13,6 +11,7 @@ from phichain.report.style import figure, look
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from phichain.continuation import Branch
     from phichain.simulate import Trajectory
     from phichain.system import System
 
@@ -65,11 +64,16 @@ def closed_loop(system: System, trajectory: Trajectory, direction_error: Any, ra
     return drawing
 
 
-def family(name: str, amplitudes: Any, omega: Any) -> Figure:
-    """One family of limit cycles in paper A's axes."""
+def family(branch: Branch) -> Figure:
+    """One family of limit cycles in paper A's axes, and over its energy where that is known."""
     with look():
-        drawing = figure(6.4, 4.2)
-        axes = drawing.subplots()
-        panels.family(axes, amplitudes, omega)
-        axes.set_title(f"{name}: {len(np.asarray(omega))} points of the single-harmonic family")
+        if branch.energy is None:
+            drawing = figure(5.4, 4.0)
+            panels.family(drawing.subplots(), branch)
+            return drawing
+        drawing = figure(8.4, 4.0)
+        left, right = drawing.subplots(1, 2, sharey=True, width_ratios=(1.6, 1.0))
+        panels.family(left, branch)
+        panels.energy_of_family(right, branch)
+        right.set_ylabel("")
     return drawing

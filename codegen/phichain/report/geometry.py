@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from phichain.control.feedback import absolute
 from phichain.errors import ArrayError
 from phichain.system import System, unit_vectors
 
@@ -27,22 +28,11 @@ def link_lengths(system: System) -> Points:
     return np.broadcast_to(np.asarray(value, dtype=float), (system.links,))
 
 
-def absolute_angles(system: System, q: ArrayLike) -> Points:
-    """phi = S theta of design 1.2: angles from the hanging vertical in radians, shape (..., N), of a planar system."""
-    theta = np.asarray(q, dtype=float)[..., system.cart_size :]
-    kind = system.scene.get("joints", {}).get("angles", "relative")
-    if kind == "absolute":
-        return theta
-    if kind == "adjacent":
-        return theta + np.concatenate([np.zeros_like(theta[..., :1]), theta[..., :-1]], axis=-1)
-    return np.cumsum(theta, axis=-1)
-
-
 def directions(system: System, q: ArrayLike) -> Points:
     """Unit vectors along the links, shape (..., N, d); the last axis of space points along gravity."""
     if not system.is_planar:
         return unit_vectors(system, np.asarray(q, dtype=float))
-    phi = absolute_angles(system, q)
+    phi = absolute(system, np.asarray(q, dtype=float))
     return np.stack([np.sin(phi), np.cos(phi)], axis=-1)
 
 
@@ -63,6 +53,6 @@ def tilt(system: System, q: ArrayLike) -> Points:
     and cosine, so that it is right near 0 and pi too.
     """
     if system.is_planar:
-        return absolute_angles(system, q)
+        return absolute(system, np.asarray(q, dtype=float))
     unit = directions(system, q)
     return np.arctan2(np.hypot(unit[..., 0], unit[..., 1]), unit[..., 2])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from phichain.report.geometry import joints
 from phichain.report.style import ACCENT, INK, SOFT, shades
 from phichain.system import System
+
+if TYPE_CHECKING:
+    from phichain.continuation import Branch
 
 _MOMENTS = 14
 _SMALLEST = 1e-17
@@ -56,8 +59,7 @@ def against_time(axes: Any, t: ArrayLike, values: ArrayLike, names: Sequence[str
         axes.plot(t, curve, color=colour, label=name)
     axes.set(ylabel=label, xlim=(np.min(t), np.max(t)))
     if 1 < len(columns) <= 8:
-        place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2}
-        axes.legend(ncols=len(columns), handlelength=1.0, columnspacing=1.0, **place)
+        _legend_above(axes, len(columns))
 
 
 def energy_error(axes: Any, t: ArrayLike, energy: ArrayLike) -> None:
@@ -77,17 +79,33 @@ def decay(axes: Any, t: ArrayLike, curves: dict[str, ArrayLike]) -> None:
     axes.legend(loc="upper right")
 
 
-def family(axes: Any, amplitudes: ArrayLike, omega: ArrayLike) -> None:
-    """A family of limit cycles as paper A draws it: frequency over the amplitude of every link.
+def family(axes: Any, branch: Branch) -> None:
+    """A family of limit cycles as paper A draws it: frequency over the amplitude of every link, folds marked.
 
     Args:
         axes: Where to draw.
-        amplitudes: A_k in radians, (points, N).
-        omega: Frequencies in rad/s, (points,).
+        branch: Unknowns amplitude_theta_1 .. amplitude_theta_N (a cart's amplitude is left out) and omega.
     """
-    columns = np.asarray(amplitudes, dtype=float).T
-    for k, (curve, colour) in enumerate(zip(columns, shades(len(columns)), strict=True), start=1):
-        axes.plot(curve, omega, color=colour, label=f"$A_{{{k}}}$")
-    axes.axhline(float(np.asarray(omega)[0]), color=SOFT, linewidth=0.8, linestyle=":", label="small motions")
+    omega = branch.column("omega")
+    angles = [name for name in branch.names if name.startswith("amplitude_theta")]
+    for name, colour in zip(angles, shades(len(angles)), strict=True):
+        amplitude = branch.column(name)
+        axes.plot(amplitude, omega, color=colour, label=f"$A_{{{name.rpartition('_')[2]}}}$")
+        column = branch.names.index(name)
+        folds = np.array([event.z for event in branch.located(f"fold in {name}")])
+        if folds.size:
+            axes.plot(folds[:, column], folds[:, -1], "o", color=colour, markersize=4, markerfacecolor="white")
+    axes.axhline(omega[0], color=SOFT, linewidth=0.8, linestyle=":", label="small motions")
     axes.set(xlabel="amplitude (rad)", ylabel=r"$\omega$ (rad/s)")
-    axes.legend(loc="best")
+    _legend_above(axes, len(angles) + 1)
+
+
+def energy_of_family(axes: Any, branch: Branch) -> None:
+    """Frequency over the orbit's energy, counted from the hanging rest."""
+    axes.plot(branch.energy, branch.column("omega"), color=ACCENT)
+    axes.set(xlabel="energy (J)", ylabel=r"$\omega$ (rad/s)")
+
+
+def _legend_above(axes: Any, columns: int) -> None:
+    place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2}
+    axes.legend(ncols=columns, handlelength=1.0, columnspacing=1.0, **place)

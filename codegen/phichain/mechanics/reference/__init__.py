@@ -1,16 +1,18 @@
-"""Every function of the contract's table, un-lowered and in as many digits as asked: the yardstick of all backends.
+"""Every function a scene can want, un-lowered and in as many digits as asked: the yardstick of all backends.
 
-`reference` works densely from positions (see `dense`), so nothing in it is shared with the lowered programs: the
-inertia matrix is sum_a m_a J_a^T J_a, accelerations come from an LU solve, Phi from a quadrature of its own integral,
-Jacobians from central differences at raised precision.
+`reference` works densely from positions (see `dense`), so nothing in it is shared with the lowered programs:
+the inertia matrix is sum_a m_a J_a^T J_a, accelerations come from an LU solve, Phi from a quadrature of its
+own integral, Jacobians from central differences at raised precision.
 
-Inputs are read as exact binary64 numbers. A spatial state in floating point is never exactly unit and tangent; the
-nearest exact state stands for it. Two functions need a word there:
+Inputs are read as exact binary64 numbers. A spatial state in floating point is never exactly unit and
+tangent; the nearest exact state stands for it. Two functions need a word there:
 
-* `state_jacobian`: off the manifold every emitted form extends (16) in a way of its own, so its partial derivatives
-  are its own too. Those along the manifold are not: "tangent" holds one row per direction of `tangent_directions`.
-* `step`: the stages leave the manifold by O(h^2), and the reference evaluates accelerations at the nearest consistent
-  states. It agrees with an emitted spatial step to the method's own local error O(h^5), not to round-off.
+* `state_jacobian`: off the manifold every emitted form extends (16) in a way of its own, so its partial
+  derivatives are its own too. Those along the manifold are not: "tangent" holds one row per direction of
+  `tangent_directions`.
+* `step`: the stages leave the manifold by O(h^2), and the reference evaluates accelerations at the nearest
+  consistent states. It agrees with an emitted spatial step to the method's own local error O(h^5), not to
+  round-off.
 """
 
 from __future__ import annotations
@@ -59,16 +61,16 @@ def reference(
 
     Args:
         scene: The chain; which functions it wants does not matter here.
-        function: A name of the contract's table, e.g. "forward_dynamics".
-        inputs: The C arguments by name (q, v, u, a, s, amplitude, omega, h): flat sequences, numbers for scalars, in
-            SI units. A missing `u` is zero.
+        function: A name of `phichain.scene.FUNCTIONS`, e.g. "forward_dynamics".
+        inputs: The C arguments by name (q, v, u, a, s, amplitude, omega, h): flat sequences, numbers for
+            scalars, in SI units. A missing `u` is zero.
         digits: Significant digits of the outputs; guard digits are added for mass and length ratios.
         params: Values of the runtime parameters by name.
 
     Returns:
-        mpf or nested lists of mpf by output name: "a", "u", "M", "N", "G", "kinetic" and "potential", "r", then "M",
-        "G", "B" (and "D" when damped) of the linearisation, "dadq", "dadv", "dadu" (spatial: "tangent", "dadu"),
-        "phi", "dphi", "q_next" and "v_next", "q_out" and "v_out".
+        mpf or nested lists of mpf by output name: "a", "u", "M", "N", "G", "kinetic" and "potential", "r"; "M",
+        "G", "B" (and "D" when damped) of the linearisation; "dadq", "dadv", "dadu" (spatial: "tangent" and
+        "dadu"), "phi", "dphi", "q_next" and "v_next", "q_out" and "v_out".
 
     Raises:
         UnsupportedError: There is no such function, or none for this kind of scene.
@@ -87,10 +89,10 @@ def reference(
 def tangent_directions(
     scene: Scene, q: Sequence[float], v: Sequence[float], digits: int = 50
 ) -> list[tuple[Vector, Vector]]:
-    """Return directions (dq, dv) that span the tangent space of a spatial scene's states at the one nearest (q, v).
+    """Return directions (dq, dv) that span the tangent space of spatial states at the one nearest (q, v).
 
-    Ordered: the cart's x; for each link and each of two axes b orthogonal to q_k the rotation (b x q_k, b x omega_k),
-    which turns the rate with the link; the cart's x'; for each link and axis the rate (0, b).
+    Ordered: the cart's x; for each link and each of two axes b orthogonal to q_k the rotation (b x q_k, b x
+    omega_k), which turns the rate with the link; the cart's x'; for each link and axis the rate (0, b).
     `reference(scene, "state_jacobian", ...)["tangent"][i]` is dadq dq_i + dadv dv_i.
 
     Raises:
@@ -105,17 +107,30 @@ def tangent_directions(
 def _chosen(scene: Scene, function: str) -> Callable[[Case], Outputs]:
     """Return the evaluation of a function that this kind of scene has."""
     if function not in _FUNCTIONS:
-        raise UnsupportedError("function", function, "has no reference", f"choose one of {', '.join(_FUNCTIONS)}")
+        raise UnsupportedError(
+            "function", function, "has no reference", f"choose one of {', '.join(_FUNCTIONS)}"
+        )
     if not scene.is_planar and function in _PLANAR_ONLY:
-        raise UnsupportedError("function", function, "is for planar scenes", "use forward_dynamics or linearization")
+        raise UnsupportedError(
+            "function", function, "is for planar scenes", "use forward_dynamics or linearization"
+        )
     if scene.is_planar and function == "project":
-        raise UnsupportedError("function", function, "is for spatial scenes", "planar states need no projection")
+        raise UnsupportedError(
+            "function", function, "is for spatial scenes", "planar states need no projection"
+        )
     return _FUNCTIONS[function][0]
 
 
 def _read(scene: Scene, function: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return the inputs as mpf, checked against the function's arguments."""
-    lengths = {"q": scene.nq, "v": scene.nv, "a": scene.nv, "u": scene.nu, "s": scene.links, "amplitude": scene.nq}
+    lengths = {
+        "q": scene.nq,
+        "v": scene.nv,
+        "a": scene.nv,
+        "u": scene.nu,
+        "s": scene.links,
+        "amplitude": scene.nq,
+    }
     known: dict[str, Any] = {}
     for name in _FUNCTIONS[function][1]:
         given = inputs.get(name, [0.0] * scene.nu if name == "u" else None)

@@ -12,7 +12,7 @@ Matrix = list[Vector]
 
 
 def solve(matrix: Matrix, right_sides: Matrix) -> Matrix:
-    """Return the solutions of matrix x = b for several right sides b (one list each), LU with partial pivoting."""
+    """Return the solutions of matrix x = b for several right sides b, by LU with partial pivoting."""
     size = len(matrix)
     rows = [list(row) + [side[i] for side in right_sides] for i, row in enumerate(matrix)]
     for k in range(size):

@@ -1,7 +1,7 @@
 """The chain's dense mechanics: positions, their Jacobians and d'Alembert's principle, nothing clever.
 
-This is the ground the reference stands on. It shares no formula with the lowered programs: no mu_k, no c_ij, no
-tension, no sweep. Every quantity comes from the positions r_a of the point masses (design 1.1)
+This is the ground the reference stands on. It shares no formula with the lowered programs: no mu_k, no c_ij,
+no tension, no sweep. Every quantity comes from the positions r_a of the point masses (theory section 1)
 
     r_a = C x + sum_{k<a} l_k q_k + com_a q_a,
 
@@ -18,7 +18,7 @@ from phichain.scene import Scene
 
 
 def jacobian(scene: Scene, values: Parameters, pose: Pose) -> Matrix:
-    """Return the columns of dr/d(rates), each the N positions stacked (m): cart first, then the pose's link rates.
+    """Return the columns of dr/d(rates), each the N positions stacked (m): the cart's, then the links'.
 
     Planar columns are those of the scene's own angles theta, by J_theta = J_phi S.
     """
@@ -26,7 +26,9 @@ def jacobian(scene: Scene, values: Parameters, pose: Pose) -> Matrix:
     levers = values.levers()
     cart = [unit(size, axis) * scene.links for axis in range(cart_axes(scene))]
     links = [
-        [arm[k] * entry for arm in levers for entry in turn] for k, own in enumerate(pose.turning) for turn in own
+        [arm[k] * entry for arm in levers for entry in turn]
+        for k, own in enumerate(pose.turning)
+        for turn in own
     ]
     return cart + (product(transposed(angle_map(scene)), links) if scene.is_planar else links)
 
@@ -63,7 +65,8 @@ def stacked(values: Parameters, links: Matrix) -> Vector:
 def centripetal(values: Parameters, pose: Pose) -> Vector:
     """Return r_a'' at vanishing rates' rates, stacked (m/s^2): -sum_k lever_ak |q_k'|^2 q_k."""
     inward = [
-        [-fdot(rate, rate) * entry for entry in link] for rate, link in zip(pose.rate, pose.direction, strict=True)
+        [-fdot(rate, rate) * entry for entry in link]
+        for rate, link in zip(pose.rate, pose.direction, strict=True)
     ]
     return stacked(values, inward)
 
@@ -77,7 +80,8 @@ def anti_gravity(values: Parameters, pose: Pose) -> Vector:
 def joint_force(scene: Scene, values: Parameters, pose: Pose) -> Vector:
     """Return the generalised force of springs and dampers (N m; N for the cart, always 0).
 
-    Joint k loads its outer link with -k_k bend_k - d_k (spin_k - spin_{k-1}) and its inner one with the opposite.
+    Joint k loads its outer link with -k_k bend_k - d_k (spin_k - spin_{k-1}) and its inner one with the
+    opposite.
     """
     zero = [mpf(0)] * len(pose.spin[0])
     moments = [

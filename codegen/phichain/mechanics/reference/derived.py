@@ -1,4 +1,4 @@
-"""Reference of the functions that are made of many evaluations: Jacobians, the projection integral, a step."""
+"""Reference of the functions made of many evaluations: Jacobians, the projection integral, a step."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _FIRST_QUARTER = 8
 
 
 def state_jacobian(case: Case) -> Outputs:
-    """Differentiate u(q, v, a) at fixed a and solve with the inertia matrix; in space, see `_tangent_jacobian`."""
+    """Differentiate u(q, v, a) at fixed a and solve with the inertia; in space, see `_tangent_jacobian`."""
     if not case.scene.is_planar:
         return _tangent_jacobian(case)
     nv = case.scene.nv
@@ -42,7 +42,7 @@ def state_jacobian(case: Case) -> Outputs:
 
 
 def tangents(scene: Scene, q: Vector, v: Vector) -> list[tuple[Vector, Vector]]:
-    """Return directions that span the tangent space of the spatial states: x, rotations of links, x', rates."""
+    """Return directions that span the tangent space of spatial states: x, rotations of links, x', rates."""
     carts, size = cart_axes(scene), len(q)
     q, v = project(scene, q, v)
     still: Vector = [mpf(0)] * size
@@ -57,10 +57,11 @@ def tangents(scene: Scene, q: Vector, v: Vector) -> list[tuple[Vector, Vector]]:
 
 
 def phi(case: Case) -> Outputs:
-    """Phi = (1/pi) int_0^2pi f cos tau dtau, f the generalised force of (x, theta) = A cos tau, tau = omega t.
+    """Phi = (1/pi) int_0^2pi f cos tau dtau, f the force that (x, theta) = A cos tau asks for, tau = omega t.
 
-    Trapezoids, doubled until they settle: for a periodic analytic function they converge faster than any power. The
-    four quarters of the period contribute alike, since the undamped force is odd in q and even in time.
+    Trapezoids, doubled until they settle: for a periodic analytic function they converge faster than any
+    power. The four quarters of the period contribute alike, since the undamped force is odd in q and even in
+    time.
     """
     return {"phi": _settled(case)[1]}
 
@@ -68,8 +69,8 @@ def phi(case: Case) -> Outputs:
 def phi_jacobian(case: Case) -> Outputs:
     """Differentiate the quadrature in the amplitudes and in omega, n x (n + 1).
 
-    The number of nodes is that which settles Phi: what the sum leaves out is analytic in the amplitudes, too, so its
-    derivative is as small.
+    The number of nodes is that which settles Phi: what the sum leaves out is analytic in the amplitudes, too,
+    so its derivative is as small.
     """
     point = [*case.inputs["amplitude"], case.inputs["omega"]]
     quarter, _ = _settled(case)
@@ -86,7 +87,7 @@ def phi_jacobian(case: Case) -> Outputs:
 
 
 def step(case: Case) -> Outputs:
-    """One classical Runge-Kutta step of order 4 in (q, v) with u held; spatial states are projected at its end."""
+    """One classical Runge-Kutta step of order 4 in (q, v), u held; spatial ends are projected."""
     h, q, v = case.inputs["h"], case.inputs["q"], case.inputs["v"]
     q_rates, v_rates = [], []
     q_stage, v_stage = q, v
@@ -104,7 +105,7 @@ def step(case: Case) -> Outputs:
 
 
 def _tangent_jacobian(case: Case) -> Outputs:
-    """Differentiate forward dynamics along the manifold, one row per direction of `tangents`; in u it is affine."""
+    """Differentiate forward dynamics along the manifold, one row per direction of `tangents`."""
     q, v, u = case.inputs["q"], case.inputs["v"], case.inputs["u"]
     width, precision = _difference()
     rows = []
@@ -123,7 +124,7 @@ def _tangent_jacobian(case: Case) -> Outputs:
 
 
 def _difference() -> tuple[Any, int]:
-    """Return the width h of a central difference and the precision in bits it needs: h^2 is below round-off."""
+    """Return the width h of a central difference, h^2 below round-off, and the bits it needs."""
     width = mp.prec // 2 + 10
     return mpf(2) ** -width, mp.prec + width + 10
 
@@ -133,7 +134,8 @@ def _slope(case: Case, name: str, direction: Vector) -> Vector:
     width, precision = _difference()
     with mp.workprec(precision):
         ahead, behind = (
-            inverse_dynamics(case.at(**{name: moved(case.inputs[name], direction, h)}))["u"] for h in (width, -width)
+            inverse_dynamics(case.at(**{name: moved(case.inputs[name], direction, h)}))["u"]
+            for h in (width, -width)
         )
         return [(a - b) / (2 * width) for a, b in zip(ahead, behind, strict=True)]
 

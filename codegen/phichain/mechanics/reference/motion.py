@@ -1,4 +1,4 @@
-"""Reference of the functions that are one evaluation of the mechanics: accelerations, forces, energies, (19)."""
+"""Reference of the functions that are one evaluation of the mechanics: accelerations, forces, (19)."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Case:
 
 
 def forward_dynamics(case: Case) -> Outputs:
-    """Solve M a = B u - load; spatial accelerations are put together from the two tangent axes of each link."""
+    """Solve M a = B u - load; omega_k' is put together from the two tangent axes of its link."""
     pose = case.pose()
     columns = dense.jacobian(case.scene, case.values, pose)
     matrix = dense.mass_matrix(case.scene, case.values, columns)
@@ -66,7 +66,9 @@ def forward_dynamics(case: Case) -> Outputs:
 def load(case: Case, pose: Pose, columns: Matrix) -> Vector:
     """Return coriolis + gravity - joint forces, conjugate to the rates of `columns`."""
     scene, values = case.scene, case.values
-    fall = [a + b for a, b in zip(dense.centripetal(values, pose), dense.anti_gravity(values, pose), strict=True)]
+    fall = [
+        a + b for a, b in zip(dense.centripetal(values, pose), dense.anti_gravity(values, pose), strict=True)
+    ]
     inertial = dense.conjugate(values, columns, fall)
     return [a - b for a, b in zip(inertial, dense.joint_force(scene, values, pose), strict=True)]
 
@@ -87,7 +89,7 @@ def inverse_dynamics(case: Case) -> Outputs:
 
 
 def mass_matrix(case: Case) -> Outputs:
-    """I of (15), or the matrix of (16): c_kk I_3 on the diagonal, that is J^T m J with c_kk q_k q_k^T added."""
+    """I of (15), or the matrix of (16): J^T m J with c_kk q_k q_k^T added on the diagonal."""
     pose = case.pose(ambient=True)
     columns = dense.jacobian(case.scene, case.values, pose)
     matrix = dense.mass_matrix(case.scene, case.values, columns)
@@ -97,7 +99,9 @@ def mass_matrix(case: Case) -> Outputs:
             moment = fdot(case.values.mass, [arm[k] ** 2 for arm in case.values.levers()])
             for i in range(3):
                 row = matrix[start + i]
-                row[start : start + 3] = [a + moment * link[i] * b for a, b in zip(row[start:], link, strict=False)]
+                row[start : start + 3] = [
+                    a + moment * link[i] * b for a, b in zip(row[start:], link, strict=False)
+                ]
     return {"M": matrix}
 
 
@@ -116,13 +120,15 @@ def gravity_torque(case: Case) -> Outputs:
 
 
 def energy(case: Case) -> Outputs:
-    """T = 1/2 m_0 |x'|^2 + sum 1/2 m_a |r_a'|^2 and V = -sum m_a g e_d.(r_a - C x) + the springs' energy (J)."""
+    """T = 1/2 m_0 |x'|^2 + sum 1/2 m_a |r_a'|^2, V = -g sum m_a e_d.r_a + the springs' energy (J)."""
     values, pose = case.values, case.pose()
     velocity = _with_cart(dense.stacked(values, pose.rate), pose.cart_rate, len(pose.direction[0]))
     kinetic = fdot(dense.weighted(values, velocity), velocity) / 2
     if case.scene.has_cart:
         kinetic += values.cart_mass * fdot(pose.cart_rate, pose.cart_rate) / 2
-    height = fdot(dense.anti_gravity(values, pose), dense.weighted(values, dense.stacked(values, pose.direction)))
+    height = fdot(
+        dense.anti_gravity(values, pose), dense.weighted(values, dense.stacked(values, pose.direction))
+    )
     return {"kinetic": kinetic, "potential": height + _spring_energy(case, pose)}
 
 
@@ -135,10 +141,10 @@ def positions(case: Case) -> Outputs:
 
 
 def linearization(case: Case) -> Outputs:
-    """(19) at q_k = s_k e_d: M and B of that pose, G and D from the second variations of V and Rayleigh's function.
+    """(19) at q_k = s_k e_d: M and B of that pose, G and D from second variations of V and the dissipation.
 
-    Along any axis d^2 q_k = -q_k, so gravity curves V by g s_k sum_a m_a lever_ak. Springs curve it by k_k times the
-    square of the difference of neighbouring rotations, in space with the sign s_{k-1} s_k.
+    Along any axis d^2 q_k = -q_k, so gravity curves V by g s_k sum_a m_a lever_ak. Springs curve it by k_k
+    times the square of the difference of neighbouring rotations, in space with the sign s_{k-1} s_k.
     """
     scene, values, signs = case.scene, case.values, [int(s) for s in case.inputs["s"]]
     pose = straight_pose(scene, signs)
@@ -146,7 +152,9 @@ def linearization(case: Case) -> Outputs:
     size = len(columns)
     moments = [fdot(values.mass, arms) for arms in transposed(values.levers())]
     weight = [s * values.gravity * moment for s, moment in zip(signs, moments, strict=True)]
-    align = [1] * scene.links if scene.is_planar else [a * b for a, b in zip([1, *signs], signs, strict=False)]
+    align = (
+        [1] * scene.links if scene.is_planar else [a * b for a, b in zip([1, *signs], signs, strict=False)]
+    )
     spring = _joint_form([k * a for k, a in zip(values.stiffness, align, strict=True)])
     stiff = [[entry + weight[i] * int(i == j) for j, entry in enumerate(row)] for i, row in enumerate(spring)]
     outputs = {
@@ -190,7 +198,7 @@ def _joint_form(weights: Vector) -> Matrix:
 
 
 def _in_coordinates(scene: Scene, form: Matrix, size: int) -> Matrix:
-    """Return a link-by-link form in the coordinates of (19), with zeros for the cart: S^T F S, or F times I_2."""
+    """Return a link-by-link form in the coordinates of (19): S^T F S or F times I_2, zeros for the cart."""
     carts = cart_axes(scene)
     if scene.is_planar:
         turn = angle_map(scene)

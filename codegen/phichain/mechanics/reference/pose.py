@@ -1,7 +1,7 @@
 """Numbers and poses of one evaluation, as mpf: where the links point, how they turn, about which axes.
 
-Units are SI; angles in rad, unit vectors without unit. All numbers are `mpmath.mpf` at the precision that is current
-when a function is called.
+Units are SI; angles in rad, unit vectors without unit. All numbers are `mpmath.mpf` at the precision that is
+current when a function is called.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from phichain.scene import Scene
 
 @dataclass(frozen=True)
 class Parameters:
-    """The numbers of a scene: masses (kg), lengths and centres (m), gravity (m/s^2), joints; absent ones are zero."""
+    """The numbers of a scene: masses (kg), lengths and centres (m), gravity (m/s^2), joints (0 if absent)."""
 
     mass: Vector
     length: Vector
@@ -37,8 +37,12 @@ class Parameters:
         ]
 
     def decades(self) -> int:
-        """Return over how many powers of ten the masses, lengths and joints spread, to choose guard digits by."""
-        groups = [[*self.mass, self.cart_mass or 0], [*self.length, *self.com], [*self.damping, *self.stiffness, 1]]
+        """Return over how many powers of ten masses, lengths and joints spread, to choose guard digits by."""
+        groups = [
+            [*self.mass, self.cart_mass or 0],
+            [*self.length, *self.com],
+            [*self.damping, *self.stiffness, 1],
+        ]
         sizes = [[abs(entry) for entry in group if entry] for group in groups]
         return sum(int(mp.ceil(mp.log10(max(group) / min(group)))) for group in sizes)
 
@@ -53,7 +57,7 @@ class Pose:
         spin: Angular velocities in rad/s: [phi_k'] in the plane, omega_k in space.
         bend: Joint deflections: [relative angle] in the plane, q_{k-1} x q_k in space.
         axes: The axes of each link's own rates: [[1]] in the plane, two or three vectors in space.
-        turning: The derivatives of q_k' by those rates: (cos phi, -sin phi) in the plane, axis x q_k in space.
+        turning: The derivatives of q_k' by those rates: (cos phi, -sin phi), or axis x q_k.
         cart_position: x in m, empty on a fixed base.
         cart_rate: x' in m/s, empty on a fixed base.
     """
@@ -110,7 +114,7 @@ def cart_axes(scene: Scene) -> int:
 
 
 def angle_map(scene: Scene) -> Matrix:
-    """Return S of phi = S theta (design 1.2), zeros and ones, N x N."""
+    """Return S of phi = S theta (theory section 2), zeros and ones, N x N."""
     reach = {"absolute": 0, "adjacent": 1, "relative": scene.links}[str(scene.angles)]
     links = range(scene.links)
     return [[mpf(int(0 <= row - column <= reach)) for column in links] for row in links]
@@ -129,9 +133,9 @@ def planar_pose(scene: Scene, q: Vector, v: Vector) -> Pose:
 def spatial_pose(scene: Scene, q: Vector, v: Vector, ambient: bool = False) -> Pose:
     """Return the pose of a spatial chain from q = [x, q_k] and v = [x', omega_k].
 
-    The nearest unit vectors and the tangent parts of the rates are taken, so that a state in floating point stands
-    for exactly one consistent state. A link's own rates are the components of omega_k along two orthonormal axes of
-    the tangent plane, or along e_1, e_2, e_3 when `ambient`, the form of (16).
+    The nearest unit vectors and the tangent parts of the rates are taken, so that a state in floating point
+    stands for exactly one consistent state. A link's own rates are the components of omega_k along two
+    orthonormal axes of the tangent plane, or along e_1, e_2, e_3 when `ambient`, the form of (16).
     """
     carts = cart_axes(scene)
     q, v = project(scene, q, v)
@@ -172,7 +176,9 @@ def project(scene: Scene, q: Vector, v: Vector) -> tuple[Vector, Vector]:
     for k in range(carts, len(q), 3):
         size = mp.sqrt(fdot(q[k : k + 3], q[k : k + 3]))
         if not size:
-            raise ArrayError("q", q, f"link {1 + (k - carts) // 3} has length 0", "pass vectors that have a direction")
+            raise ArrayError(
+                "q", q, f"link {1 + (k - carts) // 3} has length 0", "pass vectors that have a direction"
+            )
         link = [entry / size for entry in q[k : k + 3]]
         along = fdot(v[k : k + 3], link)
         q_out = q_out + link

@@ -1,0 +1,304 @@
+"""Fractional operators: error against time, phichain beside SciPy, pycaputo and differint, in one run.
+
+Examples::
+
+    python -m benchmarks.fractional
+    python -m benchmarks.fractional --write
+    python -m benchmarks.fractional --quick      # small sizes, to see that it runs
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import sys
+import time
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from math import log2
+from pathlib import Path
+
+import mpmath
+import numpy as np
+from scipy.linalg import fractional_matrix_power
+
+if __package__ in (None, ""):  # started as a file
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from benchmarks import table
+from benchmarks.peers import fractional as peers
+from phichain.fractional import (
+    differintegrate,
+    grunwald_letnikov,
+    inertia_factor,
+    inertia_powers,
+    inertia_spectrum,
+)
+from phichain.system import System
+
+ALPHA = np.linspace(-2.0, 0.0, 101)
+POWERS = np.linspace(0.0, 1.0, 101)
+END = 10.0
+MODES = ((1.0, 3.0, 0.7), (0.3, 11.0, 0.2))
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method on one grid.
+
+    Attributes:
+        method: Its name.
+        samples: Length of the signal it worked on.
+        error: Max norm over max norm, the worst over the probed alpha.
+        seconds: For all 101 alpha.
+        note: How the time came about when it was not simply measured.
+    """
+
+    method: str
+    samples: int
+    error: float
+    seconds: float
+    note: str = ""
+
+
+def signal(t: np.ndarray) -> np.ndarray:
+    """Two incommensurate modes with f(0) != 0, as an acceleration of a double pendulum has."""
+    return np.sum([a * np.cos(omega * t + phase) for a, omega, phase in MODES], axis=0)
+
+
+def exact(alpha: float, t: float) -> float:
+    """D^alpha of the signal: D^alpha e^(i w t) = t^-alpha 1F1(1; 1-alpha; i w t) / Gamma(1-alpha), 30 digits."""
+    whole = alpha >= 0.0 and alpha == round(alpha)
+    with mpmath.workdps(30):
+        a, x, total = mpmath.mpf(alpha), mpmath.mpf(t), mpmath.mpf(0)
+        for amplitude, omega, phase in MODES:
+            if whole:
+                wave = (1j * omega) ** int(alpha) * mpmath.expj(omega * x)
+            else:
+                wave = x**-a * mpmath.hyp1f1(1, 1 - a, 1j * omega * x) * mpmath.rgamma(1 - a)
+            total += amplitude * mpmath.re(mpmath.expj(phase) * wave)
+        return float(total)
+
+
+def error_at(alpha: float, t: np.ndarray, values: np.ndarray, probes: int = 40) -> float:
+    """Largest error over largest value at some of the times, the first ones among them."""
+    chosen = np.unique(np.r_[1:6, np.linspace(1, len(t) - 1, probes).astype(int)])
+    chosen = chosen[chosen < len(t)]
+    expected = np.array([exact(alpha, float(t[k])) for k in chosen])
+    return float(np.max(np.abs(values[chosen] - expected)) / np.max(np.abs(expected)))
+
+
+def fastest(work: Callable[[], object], repeats: int = 3) -> float:
+    """Least wall time of some runs, s."""
+    times = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - begin)
+    return min(times)
+
+
+def our_rows(samples: Sequence[int], probed: Sequence[float]) -> list[Row]:
+    """Gruenwald-Letnikov and every order of convolution quadrature, all 101 alpha at once, on one thread."""
+    rows = []
+    for count in samples:
+        t = np.linspace(0.0, END, count)
+        f = signal(t)
+        for order in (0, 1, 2, 3, 4, 5, 6):
+
+            def work(order: int = order, t: np.ndarray = t, f: np.ndarray = f) -> np.ndarray:
+                if order == 0:
+                    return grunwald_letnikov(t, f, ALPHA, workers=1).values
+                return differintegrate(t, f, ALPHA, order=order, workers=1).values
+
+            values = work()
+            errors = [error_at(ALPHA[k], t, values[k]) for k in (int(np.argmin(abs(ALPHA - a))) for a in probed)]
+            name = f"phichain order {order}" if order else "phichain Gruenwald-Letnikov"
+            rows.append(Row(name, count, max(errors), fastest(work, 5 if count < 20000 else 3)))
+    return rows
+
+
+def peer_rows(quick: bool, probed: Sequence[float]) -> list[Row]:
+    """Each peer alpha by alpha, timed on the probed alpha and scaled to 101."""
+    rows = []
+    for peer in peers.methods(signal, END):
+        mine = [_peer_row(peer, count, probed) for count in peer.samples[: 2 if quick else None]]
+        rows += mine
+        if peer.quadratic and not quick:
+            grown = mine[-1].seconds * (100_000 / mine[-1].samples) ** 2
+            rows.append(Row(peer.name, 100_000, np.nan, grown, f"from {mine[-1].samples} samples, as n^2"))
+    return rows
+
+
+def _peer_row(peer: peers.Peer, count: int, probed: Sequence[float]) -> Row:
+    errors, seconds, refused = [], [], []
+    for alpha in probed:
+        begin = time.perf_counter()
+        try:
+            t, values = peer.run(alpha, count)
+        except ValueError:
+            refused.append(f"{alpha:g}")
+            continue
+        seconds.append(time.perf_counter() - begin)
+        errors.append(error_at(alpha, t, values))
+    note = f"{len(seconds)} alpha timed" + (f", fails at {', '.join(refused)}" if refused else "")
+    return Row(peer.name, count, max(errors), float(np.median(seconds)) * ALPHA.size, note)
+
+
+def differintegral_table(quick: bool) -> table.Table:
+    probed = (-1.9, -1.5, -1.0, -0.5, -0.1)
+    samples = (100, 1000) if quick else (50, 100, 300, 1000, 3000, 10_000, 100_000)
+    ours = our_rows(samples, probed)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        theirs = peer_rows(quick, probed)
+    cells = [_cells(row, "") for row in ours]
+    for row in theirs:
+        as_good = [mine.seconds for mine in ours if mine.error <= row.error]
+        ratio = f"{row.seconds / min(as_good):.3g}" if as_good else ("" if np.isnan(row.error) else "none as good")
+        cells.append(_cells(row, ratio))
+    return table.Table(
+        "Differintegrals: 101 alpha in [-2, 0], cos(3t + 0.7) + 0.3 cos(11t + 0.2) on [0, 10]",
+        ("method", "samples", "error", "s for 101 alpha", "its time / ours at no larger error", "note"),
+        tuple(cells),
+        (
+            "Errors: max norm over max norm at some 45 times, the first five samples included, worst of "
+            f"alpha = {', '.join(map(str, probed))}, against 30 digits. One thread each. pycaputo returns no first "
+            "sample; its SpectralJacobi and SplineLagrange evaluate the function where they like, the others and "
+            "phichain see samples alone. differint's GL wraps around: its FFT is not padded.",
+            f"Peak memory of the process after phichain's rows, 100 000 samples included: {memory:.0f} MiB. "
+            f"{_versions('scipy', 'pycaputo', 'differint', 'mpmath')}.",
+        ),
+    )
+
+
+def _cells(row: Row, ratio: str) -> tuple[str, ...]:
+    error = "" if np.isnan(row.error) else f"{row.error:.1e}"
+    return (row.method, str(row.samples), error, f"{row.seconds:.3g}", ratio, row.note)
+
+
+def order_table() -> table.Table:
+    """Measured orders: log2 of the ratio of errors over all t > 0 on the finest grids above round-off."""
+    rows = []
+    alphas = (-2.0, -1.5, -1.0, -0.5, 0.5, 1.0)
+    for order in range(1, 7):
+        cells = [str(order)]
+        for alpha in alphas:
+            cells.append(f"{_measured_order(order, alpha):.2f}")
+        rows.append(tuple(cells))
+    return table.Table(
+        "Measured order of convergence, max norm over all t > 0, cos(3t + 0.7) + 0.3 cos(11t + 0.2) on [0, 1]",
+        ("order", *(f"alpha = {a:g}" for a in alphas)),
+        tuple(rows),
+    )
+
+
+def _measured_order(order: int, alpha: float) -> float:
+    errors = []
+    for count in (80, 160, 320, 640, 1280):
+        t = np.linspace(0.0, 1.0, count + 1)
+        found = differintegrate(t, signal(t), alpha, order=order).values[0]
+        chosen = np.unique(np.r_[1:8, np.linspace(1, count, 21).astype(int)])
+        expected = np.array([exact(alpha, float(t[k])) for k in chosen])
+        errors.append(float(np.max(np.abs(found[chosen] - expected))))
+    floor = 2e-14 * (28.0 * 1280) ** max(alpha, 0.0)
+    good = [k for k, error in enumerate(errors) if error > 30 * floor]
+    last = max(1, good[-1]) if good else 1
+    return log2(errors[last - 1] / errors[last])
+
+
+def power_table(quick: bool) -> table.Table:
+    """(I^-1)^p u on many states, beside a loop over SciPy's function and a loop-free eigendecomposition."""
+    states, sampled = (2000, 1) if quick else (100_000, 3)
+    rng = np.random.default_rng(20160101)
+    q, u = rng.uniform(-3.0, 3.0, (states, 4)), rng.standard_normal((states, 4))
+    rows = []
+    for masses in ((0.25,) * 4, (1.0, 1.0, 1.0, 1e8)):
+        system = _chain(masses)
+        ours = fastest(lambda s=system: inertia_powers(inertia_spectrum(s, q, workers=1), u, POWERS, workers=1))
+        factor = inertia_factor(system, q[:sampled])
+        inertia = np.swapaxes(factor, 1, 2) @ factor
+        begin = time.perf_counter()
+        loop = np.array([[fractional_matrix_power(m, -p) @ v for p in POWERS] for m, v in zip(inertia, u, strict=False)])
+        scipy_seconds = (time.perf_counter() - begin) / sampled * states
+        everything = np.swapaxes(inertia_factor(system, q), 1, 2) @ inertia_factor(system, q)
+        eigen_seconds = fastest(lambda e=everything: _by_eigh(e, u), 1)
+        found = inertia_powers(inertia_spectrum(system, q[:sampled]), u[:sampled], POWERS)
+        name = "1, 1, 1, 1e8" if masses[3] > 1 else "1/4 each"
+        for method, seconds, values in (
+            ("phichain, one thread", ours, found),
+            (f"loop over scipy fractional_matrix_power ({sampled} states timed)", scipy_seconds, loop),
+            ("numpy eigh of I, batched", eigen_seconds, _by_eigh(inertia, u[:sampled])),
+        ):
+            error = f"{_power_error(system, q, u, values):.1e}"
+            rows.append((method, name, error, f"{seconds:.3g}", f"{seconds / ours:.3g}"))
+    return table.Table(
+        f"Matrix powers: (I^-1)^p u, 101 p in [0, 1], {states} states, N = 4",
+        ("method", "masses", "error", "s", "time / phichain"),
+        tuple(rows),
+        ("Error: max norm over max norm against 50 digits, worst of the states sampled and p = 0.25, 0.5, 1.",),
+    )
+
+
+def _by_eigh(inertia: np.ndarray, u: np.ndarray) -> np.ndarray:
+    values, vectors = np.linalg.eigh(inertia)
+    modal = np.einsum("ski,sk->si", vectors, u)
+    with np.errstate(invalid="ignore"):
+        scales = values[:, None, :] ** -POWERS[None, :, None]
+    return (scales * modal[:, None, :]) @ vectors.swapaxes(1, 2)
+
+
+def _power_error(system: System, q: np.ndarray, u: np.ndarray, values: np.ndarray) -> float:
+    worst = 0.0
+    for state, found in enumerate(values):
+        with mpmath.workdps(50):
+            squares, vectors = mpmath.eigsy(_exact_inertia(system, q[state]))
+            modal = vectors.T * mpmath.matrix(u[state].tolist())
+            for k in (25, 50, 100):
+                scaled = [m * s ** -mpmath.mpf(float(POWERS[k])) for m, s in zip(modal, squares, strict=True)]
+                expected = vectors * mpmath.matrix(scaled)
+                gap = max(abs(mpmath.mpf(found[k, i]) - expected[i]) for i in range(4))
+                worst = max(worst, float(gap / max(abs(x) for x in expected)))
+    return worst
+
+
+def _exact_inertia(system: System, q: np.ndarray) -> mpmath.matrix:
+    numbers, total = system.scene["chain"], mpmath.matrix(4, 4)
+    angles = [mpmath.fsum(mpmath.mpf(x) for x in q[: k + 1]) for k in range(4)]
+    for a in range(4):
+        columns = mpmath.matrix(2, 4)
+        for k in range(a + 1):
+            reach = mpmath.mpf(numbers["length" if k < a else "com"][k])
+            for j in range(k + 1):
+                columns[0, j] += reach * mpmath.cos(angles[k])
+                columns[1, j] -= reach * mpmath.sin(angles[k])
+        total += mpmath.mpf(numbers["mass"][a]) * (columns.T * columns)
+    return total
+
+
+def _chain(masses: Sequence[float]) -> System:
+    numbers = {"mass": list(masses), "length": [0.25] * 4, "com": [0.125] * 4}
+    return System("chain", "planar", "fixed", 4, 4, 4, 0, scene={"chain": numbers, "joints": {"angles": "relative"}})
+
+
+def _versions(*names: str) -> str:
+    return ", ".join(f"{name} {metadata.version(name)}" for name in names)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.fractional", description=__doc__)
+    parser.add_argument("--write", action="store_true", help="write benchmarks/results/fractional.md")
+    parser.add_argument("--quick", action="store_true", help="small sizes, to see that it runs")
+    given = parser.parse_args(arguments)
+    tables = [differintegral_table(given.quick), power_table(given.quick), order_table()]
+    for one in tables:
+        print(one.markdown())
+    if given.write:
+        print(table.write("fractional", "Fractional operators", tables, "python -m benchmarks.fractional --write"))
+
+
+if __name__ == "__main__":
+    main()

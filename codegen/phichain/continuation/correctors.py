@@ -1,0 +1,95 @@
+"""Correctors: from a predicted point back to the curve.
+
+A corrector is any callable `(problem, guess, normal, options) -> Correction`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from phichain.continuation.options import Options
+from phichain.continuation.point import scaled_jacobian
+from phichain.continuation.problem import Problem, relative_residual
+from phichain.system import Vector
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """Where Newton's iteration ended.
+
+    Attributes:
+        y: Last iterate (n + 1,), scaled.
+        jacobian: dF/dy there (n, n + 1).
+        residual: Relative residual there.
+        corrections: Sizes of the corrections, in order.
+        converged: True when the last one was below the tolerance.
+    """
+
+    y: Vector
+    jacobian: Vector
+    residual: float
+    corrections: tuple[float, ...]
+    converged: bool
+
+    @property
+    def iterations(self) -> int:
+        """Newton iterations taken."""
+        return len(self.corrections)
+
+
+Corrector = Callable[[Problem, Vector, Vector, Options], Correction]
+
+
+def pseudo_arclength(problem: Problem, guess: Vector, normal: Vector, options: Options) -> Correction:
+    """Newton on F(y) = 0 together with normal . (y - guess) = 0 (Keller 1977), with the exact Jacobian."""
+
+    def step(residual: Vector, jacobian: Vector, y: Vector) -> Vector:
+        bordered = np.vstack([jacobian, normal])
+        correction = np.linalg.solve(bordered, -np.append(residual, normal @ (y - guess)))
+        return np.asarray(correction, dtype=float)
+
+    return _newton(problem, guess, step, options)
+
+
+def moore_penrose(problem: Problem, guess: Vector, normal: Vector, options: Options) -> Correction:
+    """Gauss-Newton: the shortest correction onto F = 0, y <- y - J^+ F (Allgower and Georg 1990); needs no normal."""
+
+    def step(residual: Vector, jacobian: Vector, y: Vector) -> Vector:
+        correction = np.linalg.lstsq(jacobian, -residual, rcond=None)[0]
+        return np.asarray(correction, dtype=float)
+
+    return _newton(problem, guess, step, options)
+
+
+def _newton(
+    problem: Problem, guess: Vector, step: Callable[[Vector, Vector, Vector], Vector], options: Options
+) -> Correction:
+    y = guess.copy()
+    residual, jacobian = _evaluate(problem, y)
+    sizes: list[float] = []
+    converged = False
+    while not converged and len(sizes) < options.max_iterations and _is_worth_it(residual, sizes):
+        try:
+            correction = step(residual, jacobian, y)
+        except np.linalg.LinAlgError:
+            break
+        y = y + correction
+        sizes.append(float(np.linalg.norm(correction)))
+        residual, jacobian = _evaluate(problem, y)
+        converged = sizes[-1] <= options.tol * (1 + float(np.linalg.norm(y)))
+    finite = bool(np.all(np.isfinite(residual)) and np.all(np.isfinite(jacobian)))
+    size = relative_residual(residual, jacobian, y) if finite else float("inf")
+    return Correction(y, jacobian, size, tuple(sizes), converged and finite)
+
+
+def _evaluate(problem: Problem, y: Vector) -> tuple[Vector, Vector]:
+    return np.asarray(problem.residual(y * problem.sizes), dtype=float), scaled_jacobian(problem, y)
+
+
+def _is_worth_it(residual: Vector, sizes: list[float]) -> bool:
+    """False once Newton has left the numbers or its corrections grow: a smaller step is cheaper than hoping."""
+    growing = len(sizes) >= 2 and sizes[-1] > 2 * sizes[-2]
+    return bool(np.all(np.isfinite(residual))) and not growing

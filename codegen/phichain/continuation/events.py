@@ -1,0 +1,109 @@
+"""Events: test functions along a branch whose sign changes are located.
+
+A test is a small record with a name, a `value` at a point and `terminal`, whether the run ends there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from phichain.continuation.point import Point
+from phichain.continuation.problem import Problem
+from phichain.system import Vector
+
+
+class TestFunction(Protocol):
+    """What every test function offers."""
+
+    @property
+    def name(self) -> str:
+        """How its zeros are called."""
+        ...
+
+    @property
+    def terminal(self) -> bool:
+        """True when the run ends at its first zero."""
+        ...
+
+    def value(self, problem: Problem, point: Point) -> float:
+        """The test function; its simple zeros are the events."""
+        ...
+
+
+@dataclass(frozen=True)
+class Fold:
+    """Turning point of one unknown: its component of the tangent vanishes.
+
+    Attributes:
+        component: Index of the unknown; None means the problem's parameter.
+    """
+
+    component: int | None = None
+    name: str = "fold"
+    terminal: bool = False
+
+    def value(self, problem: Problem, point: Point) -> float:
+        """dz_i/ds in scaled unknowns."""
+        return float(point.tangent[problem.parameter if self.component is None else self.component])
+
+
+@dataclass(frozen=True)
+class BranchPoint:
+    """Crossing of two branches: det [J; t^T] changes sign (Keller 1977).
+
+    The value is the smallest singular value of [J; t^T] under the determinant's sign: it has the same zeros, crosses
+    them linearly, and neither overflows nor underflows with the number of equations.
+    """
+
+    name: str = "branch point"
+    terminal: bool = False
+
+    def value(self, problem: Problem, point: Point) -> float:
+        """+- the smallest singular value of the Jacobian bordered by the tangent."""
+        bordered = np.vstack([point.jacobian, point.tangent])
+        sign = float(np.linalg.slogdet(bordered)[0])
+        return sign * float(np.linalg.svd(bordered, compute_uv=False)[-1])
+
+
+@dataclass(frozen=True)
+class Level:
+    """A scalar of the unknowns reaches a value.
+
+    Attributes:
+        scalar: z (n + 1,) -> number.
+        level: The value.
+    """
+
+    scalar: Callable[[Vector], float]
+    level: float
+    name: str = "level"
+    terminal: bool = True
+
+    def value(self, problem: Problem, point: Point) -> float:
+        """scalar(z) - level."""
+        return float(self.scalar(point.z(problem))) - self.level
+
+
+@dataclass(frozen=True)
+class Extremum:
+    """A scalar of the unknowns is stationary along the branch (the energy of a family of orbits, say).
+
+    Attributes:
+        scalar: z (n + 1,) -> number.
+        width: Arclength over which it is differenced.
+    """
+
+    scalar: Callable[[Vector], float]
+    name: str = "extremum"
+    width: float = 1e-4
+    terminal: bool = False
+
+    def value(self, problem: Problem, point: Point) -> float:
+        """d scalar / ds by a central difference along the tangent, exact to the second order in the width."""
+        z, slope = point.z(problem), point.slope(problem)
+        ahead, behind = self.scalar(z + self.width * slope), self.scalar(z - self.width * slope)
+        return float(ahead - behind) / (2 * self.width)

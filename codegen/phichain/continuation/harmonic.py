@@ -1,0 +1,193 @@
+"""Single-harmonic families: theta_k = A_k cos(omega t) with Phi(A, omega) = 0 (equations (17), (20)-(22)).
+
+The unforced chain is conservative: its in-phase oscillations come in one-parameter families (nonlinear normal
+modes), which start at the linear modes of the hanging chain and are followed by arclength because they fold.
+For one link the family is known: omega^2 = 2 g J1(A) / (r A).
+
+Phi itself and its Jacobian are the system's callables `phi` and `phi_jacobian` (design 1.4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+
+from phichain.continuation.branch import Branch
+from phichain.continuation.core import Engine, follow, start_on
+from phichain.continuation.events import BranchPoint, Extremum, Fold, Level, TestFunction
+from phichain.continuation.options import Options
+from phichain.continuation.problem import Problem
+from phichain.errors import ArrayError, ConvergenceError, ToleranceError, UnsupportedError
+from phichain.system import Parameters, System, Vector
+
+
+@dataclass(frozen=True, eq=False)
+class LinearModes:
+    """Small oscillations about hanging: K a = omega^2 M a.
+
+    Attributes:
+        omega: Angular frequencies (k,), rad/s, rising; a cart's free translation (omega = 0) is left out.
+        shapes: Their shapes (n, k): largest angle 1, the first angle that moves positive.
+    """
+
+    omega: Vector
+    shapes: Vector
+
+
+def linear_modes(system: System, p: Parameters | None = None) -> LinearModes:
+    """Linear modes from Phi's Jacobian at rest: dPhi/dA = K - omega^2 M there, exactly.
+
+    Raises:
+        AbsentFunctionError: The system has no `phi_jacobian`.
+        UnsupportedError: The scene is spatial.
+        ConvergenceError: M is not positive definite.
+    """
+    if not system.is_planar:
+        raise UnsupportedError(
+            "system",
+            system.name,
+            "a spatial chain has no scalar amplitudes",
+            "use a planar scene, or shooting",
+        )
+    slope, still = system.function("phi_jacobian"), np.zeros(system.nq)
+    parameters = system.parameters(p)
+    stiffness = np.asarray(slope(still, 0.0, **parameters))[:, :-1]
+    mass = stiffness - np.asarray(slope(still, 1.0, **parameters))[:, :-1]
+    try:
+        squares, vectors = eigh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
+    except np.linalg.LinAlgError as failure:
+        raise ConvergenceError(
+            "phi_jacobian",
+            system.name,
+            f"gives no positive definite mass matrix ({failure})",
+            "check the masses",
+        ) from failure
+    moving = squares > 1e-10 * np.max(np.abs(squares))
+    return LinearModes(np.sqrt(squares[moving]), _normalised(system, vectors[:, moving]))
+
+
+def _normalised(system: System, vectors: Vector) -> Vector:
+    angles = vectors[system.cart_size :]
+    largest = np.max(np.abs(angles), axis=0)
+    first = np.argmax(np.abs(angles) > 1e-6 * largest, axis=0)
+    return vectors / largest * np.sign(angles[first, np.arange(angles.shape[1])])
+
+
+def harmonic_problem(system: System, p: Parameters | None = None, *, omega: float, shape: Vector) -> Problem:
+    """Phi(A, omega) = 0 as a continuation problem with unknowns (A_1 .. A_n, omega).
+
+    Angles count in radians, a cart's amplitude in units of its share of the mode, omega in units of the mode's.
+
+    Args:
+        system: A planar system with `phi` and `phi_jacobian`.
+        p: Runtime parameters.
+        omega: Frequency of the linear mode, rad/s.
+        shape: Its shape (n,).
+    """
+    phi, phi_jacobian = system.function("phi"), system.function("phi_jacobian")
+    parameters = system.parameters(p)
+    cart = np.abs(shape[: system.cart_size])
+    scale = np.concatenate([np.where(cart > 0, cart, 1.0), np.ones(system.links), [omega]])
+    return Problem(
+        residual=lambda z: np.asarray(phi(z[:-1], float(z[-1]), **parameters)),
+        jacobian=lambda z: np.asarray(phi_jacobian(z[:-1], float(z[-1]), **parameters)),
+        names=(*_amplitude_names(system), "omega"),
+        scale=scale,
+        energy=energy_of_amplitude(system, p),
+    )
+
+
+def _amplitude_names(system: System) -> tuple[str, ...]:
+    names = system.q_names or tuple(f"q_{k + 1}" for k in range(system.nq))
+    return tuple(f"amplitude_{name}" for name in names)
+
+
+def energy_of_amplitude(system: System, p: Parameters | None = None) -> Callable[[Vector], float] | None:
+    """z = (A, omega) -> energy of the orbit, J, counted from the hanging rest; None without an energy callable.
+
+    At its turning point theta = A the chain is at rest, so that the energy is V(A) - V(0).
+    """
+    if not system.has("energy"):
+        return None
+    parameters, still = system.parameters(p), np.zeros(system.nv)
+
+    def potential(q: Vector) -> float:
+        return float(system.energy(q, still, **parameters)[1])
+
+    bottom = potential(np.zeros(system.nq))
+    return lambda z: potential(np.asarray(z[:-1])) - bottom
+
+
+def trace(
+    system: System,
+    mode: int = 1,
+    amplitude_max: float = np.pi,
+    *,
+    p: Parameters | None = None,
+    amplitude_start: float = 1e-3,
+    options: Options | None = None,
+    engine: Engine | None = None,
+) -> Branch:
+    """Follow the single-harmonic family of one mode from small amplitudes.
+
+    Args:
+        system: A planar, undamped system with `phi` and `phi_jacobian`; `energy` is used when present.
+        mode: Number of the mode, from 1, by rising linear frequency.
+        amplitude_max: The run ends where the largest |A_k| of the angles reaches this, rad.
+        p: Runtime parameters by name.
+        amplitude_start: Largest angle of the first point, rad.
+        options: Step control and limits; `Options(step_max=0.1, max_points=2000)` unless given.
+        engine: Predictor, corrector and options together; excludes `options`.
+
+    Returns:
+        The Branch of (A, omega), with the folds in omega and in the first link's amplitude, branch points and (with an
+        energy) extrema of the energy located.
+
+    Raises:
+        AbsentFunctionError: The system lacks `phi` or `phi_jacobian`.
+        UnsupportedError: The scene is spatial.
+        ArrayError: No mode has that number.
+        ToleranceError: Amplitudes not positive, or start not below the end.
+        ConvergenceError: Newton did not reach the family.
+    """
+    if not (np.isfinite(amplitude_max) and 0 < amplitude_start < amplitude_max):
+        raise ToleranceError(
+            "amplitude_start",
+            (amplitude_start, amplitude_max),
+            "amplitudes must be positive, finite and rising from start to max",
+            "use amplitude_start=1e-3",
+        )
+    modes = linear_modes(system, p)
+    if not 1 <= mode <= len(modes.omega):
+        raise ArrayError(
+            "mode", mode, f"this chain has the modes 1 .. {len(modes.omega)}", "choose one of them"
+        )
+    omega, shape = float(modes.omega[mode - 1]), modes.shapes[:, mode - 1]
+    problem = harmonic_problem(system, p, omega=omega, shape=shape)
+    engine = engine or Engine(options=options or Options(step_max=0.1, max_points=2000))
+    direction = np.append(shape, 0.0)
+    start = start_on(problem, np.append(amplitude_start * shape, omega), direction, engine, fixed=True)
+    tests = _tests(problem, system.cart_size, amplitude_start, amplitude_max, omega)
+    return follow(problem, start, engine, tests, name=f"{system.name}, mode {mode}, one harmonic")
+
+
+def _tests(problem: Problem, cart: int, start: float, stop: float, omega: float) -> list[TestFunction]:
+    def amplitude(z: Vector) -> float:
+        return float(np.max(np.abs(z[cart:-1])))
+
+    tests: list[TestFunction] = [
+        Fold(name="fold in omega"),
+        Fold(cart, f"fold in {problem.names[cart]}"),
+        BranchPoint(),
+    ]
+    if problem.energy is not None:
+        tests.append(Extremum(problem.energy, "energy extremum"))
+    return [
+        *tests,
+        Level(amplitude, stop, "amplitude_max"),
+        Level(amplitude, start / 2, "back at rest"),
+        Level(lambda z: float(z[-1]), 1e-3 * omega, "omega near zero"),
+    ]

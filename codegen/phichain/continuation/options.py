@@ -1,0 +1,64 @@
+"""Options of a continuation run, checked when they are made."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+from phichain.errors import ToleranceError
+
+
+@dataclass(frozen=True)
+class Options:
+    """Step control and limits.
+
+    Attributes:
+        step: First arclength step (in scaled unknowns).
+        step_min: Smallest step; a run that needs a smaller one ends there and says so.
+        step_max: Largest step.
+        max_points: Number of points after which the run ends.
+        tol: Newton stops when its last correction is below tol (1 + |y|), y the scaled unknowns; convergence is
+            quadratic, so what is left is about its square.
+        max_iterations: Newton iterations allowed per point.
+        max_angle: Largest turn of the tangent in one step, rad; larger ones are repeated with a smaller step, which
+            keeps the run from jumping to another branch.
+        aim_angle: Turn per step that the step control aims at, rad.
+    """
+
+    step: float = 0.02
+    step_min: float = 1e-7
+    step_max: float = 0.2
+    max_points: int = 1000
+    tol: float = 1e-11
+    max_iterations: int = 7
+    max_angle: float = 0.3
+    aim_angle: float = 0.1
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if not (math.isfinite(value) and value > 0):
+                raise ToleranceError(
+                    f"options.{item.name}", value, "must be positive and finite", "leave it out"
+                )
+        if not self.step_min <= self.step <= self.step_max:
+            raise ToleranceError(
+                "options.step",
+                self.step,
+                f"must lie between step_min = {self.step_min:g} and step_max = {self.step_max:g}",
+                "change one of the three",
+            )
+        if not self.aim_angle < self.max_angle < math.pi / 2:
+            raise ToleranceError(
+                "options.max_angle",
+                self.max_angle,
+                f"must lie between aim_angle = {self.aim_angle:g} and pi/2",
+                "use 0.3",
+            )
+        if self.max_points < 2 or self.max_iterations < 2:
+            field, value = (
+                ("max_points", self.max_points)
+                if self.max_points < 2
+                else ("max_iterations", self.max_iterations)
+            )
+            raise ToleranceError(f"options.{field}", value, "must be at least 2", "leave it out")

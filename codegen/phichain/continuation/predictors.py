@@ -1,0 +1,47 @@
+"""Predictors: a guess for the next point. A predictor is any callable `(points, step) -> guess`.
+
+`points` are the points so far, newest last; guesses are in scaled unknowns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from phichain.continuation.point import Point
+from phichain.system import Vector
+
+Predictor = Callable[[Sequence[Point], float], Vector]
+
+
+def tangent(points: Sequence[Point], step: float) -> Vector:
+    """Along the tangent: y + step dy/ds; error of second order in the step."""
+    return points[-1].y + step * points[-1].tangent
+
+
+def secant(points: Sequence[Point], step: float) -> Vector:
+    """Along the chord of the last two points (the tangent at the first): no tangent needed."""
+    if len(points) < 2:
+        return tangent(points, step)
+    chord = points[-1].y - points[-2].y
+    return points[-1].y + step * chord / np.linalg.norm(chord)
+
+
+def cubic(points: Sequence[Point], step: float) -> Vector:
+    """Along the cubic through the last two points and their tangents; error of fourth order in the step."""
+    if len(points) < 2:
+        return tangent(points, step)
+    return hermite(points[-2], points[-1], points[-1].arclength + step)
+
+
+def hermite(a: Point, b: Point, arclength: float) -> Vector:
+    """Value at `arclength` of the cubic with the places and tangents of two points."""
+    length = b.arclength - a.arclength
+    x = (arclength - a.arclength) / length
+    return (
+        (1 + 2 * x) * (1 - x) ** 2 * a.y
+        + x**2 * (3 - 2 * x) * b.y
+        + length * x * (1 - x) ** 2 * a.tangent
+        + length * x**2 * (x - 1) * b.tangent
+    )

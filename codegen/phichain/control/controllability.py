@@ -1,0 +1,126 @@
+"""Controllability (20)-(21) with its margin.
+
+The reduced system is controllable when [lambda^2 M_qq + lambda D_qq + G_qq, B_q] has full rank at every eigenvalue
+lambda of the links. Instead of a yes or no, the smallest singular value of that pencil is given, mode by mode, in
+coordinates where M_qq = I and divided by the size of the input: 0 is uncontrollable, and the smaller it is, the more
+effort (and the larger gains) that mode takes.
+
+A chain with its masses at the link ends is controllable from its cart at every equilibrium; with r < l it need not
+be: two links folded on each other (s_2 = -s_1) with r_2 = l_1 - r_1 have a mode in which the cart feels no force.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+
+from phichain.control.linear import LinearSystem, linearize
+from phichain.control.weights import solve
+from phichain.errors import ControlError
+from phichain.system import Parameters, System, Vector
+
+UNCONTROLLABLE = 1e-10
+"""Margins below this are called uncontrollable: gains would have lost all digits."""
+
+
+@dataclass(frozen=True, eq=False)
+class Controllability:
+    """How well each mode of the links can be reached by the inputs.
+
+    Attributes:
+        modes: Eigenvalues lambda (k,), 1/s, one of each +- or complex pair, by rising |lambda|.
+        margins: Smallest singular value of the scaled pencil at each of them (k,), between 0 and about 1.
+    """
+
+    modes: Vector
+    margins: Vector
+
+    @property
+    def margin(self) -> float:
+        """The smallest margin."""
+        return float(np.min(self.margins))
+
+    @property
+    def worst(self) -> int:
+        """Index of the mode with the smallest margin."""
+        return int(np.argmin(self.margins))
+
+    @property
+    def is_controllable(self) -> bool:
+        """True when every margin is above `UNCONTROLLABLE`."""
+        return self.margin > UNCONTROLLABLE
+
+    def demand(self, s: Sequence[int]) -> Controllability:
+        """Itself, or an error that names the mode.
+
+        Raises:
+            ControlError: A mode is uncontrollable; carries `mode` (lambda), `number` (from 1) and `margin`.
+        """
+        if self.is_controllable:
+            return self
+        mode = complex(self.modes[self.worst])
+        raise ControlError(
+            "s",
+            list(s),
+            f"mode {self.worst + 1} (lambda = {mode:.6g} 1/s) is uncontrollable: margin {self.margin:.2g}",
+            "choose another equilibrium, move a mass, or actuate a joint",
+            mode=mode,
+            number=self.worst + 1,
+            margin=self.margin,
+        )
+
+
+def controllability(system: System, s: Sequence[int], p: Parameters | None = None) -> Controllability:
+    """The margins of one equilibrium.
+
+    Raises:
+        ControlError: s is no equilibrium, or the system has no input.
+        AbsentFunctionError: The system has no `linearization`.
+    """
+    return margins_of(linearize(system, s, p))
+
+
+def margins_of(linear: LinearSystem) -> Controllability:
+    """The margins of a linear system, equation (21).
+
+    Raises:
+        ControlError: It has no input.
+    """
+    if linear.B.shape[1] == 0:
+        raise ControlError("actuated", "none", "this system has no input", "actuate the cart or joints in the scene")
+    M, D, G, B = linear.reduced
+    factor = np.linalg.cholesky(M)
+    stiffness, damping = (_normalised(factor, part) for part in (G, D))
+    drive = solve(factor, B)
+    drive = drive / np.linalg.norm(drive, 2)
+    rate = np.sqrt(np.linalg.norm(stiffness, 2)) or 1.0
+    modes = _modes(stiffness, damping)
+    margins = [_margin(mode / rate, stiffness / rate**2, damping / rate, drive) for mode in modes]
+    return Controllability(modes, np.array(margins))
+
+
+def _normalised(factor: Vector, part: Vector) -> Vector:
+    """L^-1 part L^-T, symmetric."""
+    scaled = solve(factor, solve(factor, part).T)
+    return (scaled + scaled.T) / 2
+
+
+def _modes(stiffness: Vector, damping: Vector) -> Vector:
+    """Eigenvalues of lambda^2 + lambda D + G, the one in the closed right or upper half of each pair."""
+    n = len(stiffness)
+    if not np.any(damping):
+        squares = -eigh(stiffness, eigvals_only=True)
+        modes = np.sqrt(squares.astype(complex))
+        return modes[np.argsort(np.abs(modes), kind="stable")]
+    first_order = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
+    values = np.linalg.eigvals(first_order)
+    upper = values[values.imag >= 0]
+    return upper[np.argsort(np.abs(upper), kind="stable")]
+
+
+def _margin(mode: complex, stiffness: Vector, damping: Vector, drive: Vector) -> float:
+    pencil = np.hstack([mode**2 * np.eye(len(stiffness)) + mode * damping + stiffness, drive])
+    return float(np.linalg.svd(pencil, compute_uv=False)[-1])

@@ -1,0 +1,161 @@
+"""The 2^n vertical equilibria: states, energies, eigenstructure, types.
+
+Every link hangs (s_k = +1) or stands (s_k = -1). Hanging throughout is a minimum of the potential energy, up to the
+cart's free translation, and the energy is kept: it is stable in the sense of Lyapunov. Every other one has a direction
+in which the potential falls, hence a real pair +-lambda: a saddle (a spring stiff enough changes that, and the
+stiffness matrix tells).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from scipy.linalg import eigh
+
+from phichain.control.linear import LinearSystem, Signs, check_signs, linearize
+from phichain.errors import ControlError, UnsupportedError
+from phichain.system import Parameters, System, Vector
+
+MOST_LINKS = 16
+"""2^16 equilibria are listed in one go; more would only fill memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """One vertical equilibrium.
+
+    Attributes:
+        s: Directions of the links, +1 hanging, -1 upright.
+        q: Configuration (nq,), the cart at the origin.
+        energy: Potential energy, J, or None without an `energy` function.
+        squares: Undamped lambda^2 (m,), 1/s^2, rising: negative swings, positive falls, zero moves freely.
+        poles: Open-loop eigenvalues (2m,), by falling real part.
+        falling: Number of directions in which the potential energy falls.
+    """
+
+    s: Signs
+    q: Vector
+    energy: float | None
+    squares: Vector
+    poles: Vector
+    falling: int
+
+    @property
+    def kind(self) -> str:
+        """"stable" (a minimum of the energy: in the sense of Lyapunov), or "saddle"."""
+        return "saddle" if self.falling else "stable"
+
+    def __str__(self) -> str:
+        energy = "" if self.energy is None else f", V = {self.energy:.6g} J"
+        arrows = "".join("-" if sign > 0 else "+" for sign in self.s)
+        return f"{arrows} {self.kind}, {self.falling} falling direction(s){energy}"
+
+
+def equilibria(system: System, p: Parameters | None = None) -> tuple[Equilibrium, ...]:
+    """All vertical equilibria, the hanging one first and the inverted one last.
+
+    A planar chain with springs rests only where they are relaxed: there the others are left out.
+
+    Raises:
+        UnsupportedError: More than 16 links.
+        AbsentFunctionError: The system has no `linearization`.
+    """
+    if system.links > MOST_LINKS:
+        raise UnsupportedError(
+            "links", system.links, f"2^{system.links} equilibria are too many to list", "ask for one: equilibrium(system, s)"
+        )
+    found = []
+    for s in product((1, -1), repeat=system.links):
+        if _pull(system, s, p) <= _slack(system, s, p):
+            found.append(equilibrium(system, s, p))
+    return tuple(found)
+
+
+def equilibrium(system: System, s: Sequence[int], p: Parameters | None = None) -> Equilibrium:
+    """One vertical equilibrium.
+
+    Raises:
+        ControlError: s is no equilibrium of this system.
+        AbsentFunctionError: The system has no `linearization`.
+    """
+    signs = demand_equilibrium(system, s, p)
+    linear = linearize(system, signs, p)
+    q = configuration(system, signs)
+    energy = None
+    if system.has("energy"):
+        energy = float(system.energy(q, np.zeros(system.nv), **system.parameters(p))[1])
+    squares = -eigh(linear.G, linear.M, eigvals_only=True)[::-1]
+    poles = np.linalg.eigvals(linear.first_order[0])
+    return Equilibrium(signs, q, energy, squares, poles[np.argsort(-poles.real)], _falling(linear))
+
+
+def _falling(linear: LinearSystem) -> int:
+    """Negative directions of G among the links; by Sylvester's law as many as unstable modes."""
+    links = linear.G[linear.cart :, linear.cart :]
+    return int(np.sum(np.linalg.eigvalsh(links) < 0))
+
+
+def configuration(system: System, s: Sequence[int]) -> Vector:
+    """q of the equilibrium s (nq,), the cart at the origin; planar angles are 0 or +-pi links apart."""
+    signs = np.array(check_signs(system, s), dtype=float)
+    still = np.zeros(system.cart_size)
+    if not system.is_planar:
+        directions = np.zeros((system.links, 3))
+        directions[:, 2] = signs
+        return np.concatenate([still, directions.ravel()])
+    return np.concatenate([still, scene_angles(system, np.where(signs > 0, 0.0, np.pi))])
+
+
+def scene_angles(system: System, phi: Vector) -> Vector:
+    """theta with phi = S theta (design 1.2), for the scene's kind of angles.
+
+    Args:
+        system: A planar system; its scene says `angles`, "relative" when it is silent.
+        phi: Angles of the links from the vertical (N,), rad.
+    """
+    angles = system.scene.get("joints", {}).get("angles", "relative")
+    if angles == "absolute":
+        return phi
+    if angles == "relative":
+        return np.diff(phi, prepend=0.0)
+    theta = phi.copy()
+    for k in range(1, len(phi)):
+        theta[k] -= theta[k - 1]
+    return theta
+
+
+def demand_equilibrium(system: System, s: Sequence[int], p: Parameters | None = None) -> Signs:
+    """The signs of an equilibrium at which the chain really rests.
+
+    Raises:
+        ControlError: Not one sign per link, or the chain accelerates there (a planar spring pulls, say).
+    """
+    signs = check_signs(system, s)
+    pull, slack = _pull(system, signs, p), _slack(system, signs, p)
+    if pull > slack:
+        raise ControlError(
+            "s",
+            list(signs),
+            f"is no equilibrium of this chain: released there it accelerates by {pull:.3g} rad/s^2",
+            "choose a direction of the links in which its springs are relaxed",
+            acceleration=pull,
+        )
+    return signs
+
+
+def _pull(system: System, s: Signs, p: Parameters | None) -> float:
+    """Largest acceleration when released at rest; 0 when the system cannot tell."""
+    if not system.has("forward_dynamics"):
+        return 0.0
+    u = (np.zeros(system.nu),) if system.nu else ()
+    q, v = configuration(system, s), np.zeros(system.nv)
+    return float(np.max(np.abs(system.forward_dynamics(q, v, *u, **system.parameters(p)))))
+
+
+def _slack(system: System, s: Signs, p: Parameters | None) -> float:
+    """Accelerations that pi's own rounding explains: |M^-1 G| times 1e-9 rad."""
+    linear = linearize(system, s, p)
+    return 1e-9 * max(1.0, float(np.max(np.abs(linear.first_order[0][len(linear.M) :]))))

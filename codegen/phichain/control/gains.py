@@ -1,0 +1,179 @@
+"""Gains: the frozen record of a linear regulator, and how it is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from phichain.control.controllability import Controllability, margins_of
+from phichain.control.equilibria import configuration, demand_equilibrium
+from phichain.control.linear import Signs, linearize
+from phichain.control.riccati import riccati
+from phichain.control.weights import weight
+from phichain.records import read_npz, write_csv, write_npz
+from phichain.system import Parameters, System, Vector
+
+_ARRAYS = ("K", "S", "A", "B", "Q", "R", "poles", "modes", "margins", "equilibrium")
+_PLAIN = ("name", "space", "cart", "residual", "iterations")
+_KIND = "Gains"
+
+
+@dataclass(frozen=True, eq=False)
+class Gains:
+    """A linear regulator u = -K z about one equilibrium, with what it was made from.
+
+    z = (x, x') in the coordinates of (19): z = [x; C^T xi; x'; C^T omega] in space, [x; delta theta; x'; theta'] in
+    the plane. Equation (22) is the same law by blocks: K = [K_x, K_q, K_xdot, K_omega].
+
+    Attributes:
+        name: Name of the system.
+        space: "planar" or "spatial".
+        cart: Number of cart coordinates.
+        s: The equilibrium: +1 hanging, -1 upright, per link.
+        equilibrium: Its configuration q (nq,), the cart at the origin.
+        K: Gains (nu, 2m).
+        S: Solution of the Riccati equation (2m, 2m); z^T S z is the cost to go.
+        A: Dynamics (2m, 2m) of z' = A z + B u.
+        B: Input (2m, nu).
+        Q: State weight (2m, 2m).
+        R: Input weight (nu, nu).
+        poles: Closed-loop eigenvalues (2m,), slowest first, 1/s.
+        modes: Open-loop eigenvalues of the links, one of each pair (k,), 1/s.
+        margins: Controllability margin of each of them (k,).
+        residual: Relative residual of the Riccati equation.
+        iterations: Newton-Kleinman refinements.
+        state_names: Names of z.
+        input_names: Names of u.
+    """
+
+    name: str
+    space: str
+    cart: int
+    s: Signs
+    equilibrium: Vector
+    K: Vector
+    S: Vector
+    A: Vector
+    B: Vector
+    Q: Vector
+    R: Vector
+    poles: Vector
+    modes: Vector
+    margins: Vector
+    residual: float
+    iterations: int
+    state_names: tuple[str, ...]
+    input_names: tuple[str, ...]
+
+    def __str__(self) -> str:
+        slowest = complex(self.poles[0])
+        return (
+            f"{self.name}: linear regulator about s = {list(self.s)}, slowest closed-loop eigenvalue "
+            f"{slowest.real:.8f} 1/s, controllability margin {self.margin:.3g}, largest gain "
+            f"{np.max(np.abs(self.K)):.4g}, Riccati residual {self.residual:.1e}"
+        )
+
+    @property
+    def margin(self) -> float:
+        """The smallest controllability margin."""
+        return float(np.min(self.margins))
+
+    @property
+    def decay(self) -> float:
+        """Slowest closed-loop decay rate, 1/s: -max Re lambda."""
+        return -float(np.max(self.poles.real))
+
+    @property
+    def blocks(self) -> dict[str, Vector]:
+        """The blocks of (22): K_x (nu, cart), K_q (nu, links' coordinates), K_xdot, K_omega."""
+        m = self.K.shape[1] // 2
+        c = self.cart
+        ranges = {"K_x": (0, c), "K_q": (c, m), "K_xdot": (m, m + c), "K_omega": (m + c, 2 * m)}
+        return {name: self.K[:, start:stop] for name, (start, stop) in ranges.items()}
+
+    def to_csv(self, path: Path | str) -> Path:
+        """Write one row per entry of z: its name and the gain of every input; 17 digits."""
+        rows = {f"K_{name}": self.K[k] for k, name in enumerate(self.input_names)}
+        return write_csv(path, {"state": np.array(self.state_names), **rows})
+
+    def to_npz(self, path: Path | str) -> Path:
+        """Write the whole record; `from_npz` reads it back."""
+        meta: dict[str, Any] = {name: getattr(self, name) for name in _PLAIN}
+        meta |= {"kind": _KIND, "s": list(self.s)}
+        meta |= {"state_names": list(self.state_names), "input_names": list(self.input_names)}
+        return write_npz(path, {name: getattr(self, name) for name in _ARRAYS}, meta)
+
+    @classmethod
+    def from_npz(cls, path: Path | str) -> Gains:
+        """Read what `to_npz` wrote.
+
+        Raises:
+            OutputError: The file is missing or holds no Gains.
+        """
+        arrays, meta = read_npz(path, _KIND)
+        plain: dict[str, Any] = {name: meta[name] for name in _PLAIN}
+        plain |= {name: tuple(meta[name]) for name in ("s", "state_names", "input_names")}
+        return cls(**plain, **{name: arrays[name] for name in _ARRAYS})
+
+
+def lqr(
+    system: System,
+    s: Sequence[int] | None = None,
+    Q: ArrayLike | None = None,
+    R: ArrayLike | None = None,
+    *,
+    p: Parameters | None = None,
+) -> Gains:
+    """The linear quadratic regulator of a chain about one vertical equilibrium.
+
+    Minimises int (z^T Q z + u^T R u) dt along (19).
+
+    Args:
+        system: A chain with inputs and a `linearization`; `forward_dynamics` is used, when there, to check that it
+            rests at the target.
+        s: The target: +1 hanging, -1 upright, per link; every link upright unless given.
+        Q: Weight of z = (x, x'): None (identity), a number, 2m diagonal entries, or a matrix.
+        R: Weight of u: likewise.
+        p: Runtime parameters by name.
+
+    Returns:
+        The Gains; `feedback(system, gains)` makes the control law of them.
+
+    Raises:
+        ControlError: The target is no equilibrium or uncontrollable (names the mode and its margin), weights are not
+            positive, there is no input or no stabilising solution.
+        AbsentFunctionError: The system has no `linearization`.
+    """
+    signs = demand_equilibrium(system, [-1] * system.links if s is None else s, p)
+    linear = linearize(system, signs, p)
+    reach: Controllability = margins_of(linear).demand(signs)
+    A, B = linear.first_order
+    state_weight = weight("Q", Q, len(A), strict=False)
+    input_weight = weight("R", R, B.shape[1], strict=True)
+    solution = riccati(A, B, state_weight, input_weight)
+    poles = np.linalg.eigvals(A - B @ solution.K)
+    return Gains(
+        name=system.name,
+        space=system.space,
+        cart=system.cart_size,
+        s=signs,
+        equilibrium=configuration(system, signs),
+        K=solution.K,
+        S=solution.S,
+        A=A,
+        B=B,
+        Q=state_weight,
+        R=input_weight,
+        poles=poles[np.lexsort((poles.imag, -poles.real))],
+        modes=reach.modes,
+        margins=reach.margins,
+        residual=solution.residual,
+        iterations=solution.iterations,
+        state_names=linear.state_names,
+        input_names=system.u_names or tuple(f"u_{k + 1}" for k in range(system.nu)),
+    )

@@ -1,0 +1,114 @@
+"""The linearisation (19) of a System as matrices: second order, first order, reduced.
+
+    M x'' + D x' + G x = B u,   x = [x; C^T xi_1; ..; C^T xi_n] in space, [x; delta theta] in the plane,
+
+about the equilibrium s in {-1, +1}^n, s_k = +1 hanging and -1 upright. In space delta q_k = xi_k x s_k e_3, so that
+xi_k = s_k e_3 x q_k to first order, and xi_k' = omega_k.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from phichain.control.weights import solve
+from phichain.errors import ControlError
+from phichain.system import Parameters, System, Vector
+
+Signs = tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class LinearSystem:
+    """M x'' + D x' + G x = B u about one equilibrium.
+
+    Attributes:
+        s: Directions of the links, +1 hanging, -1 upright.
+        M: Inertia (m, m).
+        D: Damping (m, m), zeros without dampers.
+        G: Stiffness (m, m).
+        B: Input (m, nu), possibly with no column.
+        cart: Number of cart coordinates at the head of x.
+        names: Names of the m coordinates.
+    """
+
+    s: Signs
+    M: Vector
+    D: Vector
+    G: Vector
+    B: Vector
+    cart: int
+    names: tuple[str, ...]
+
+    @property
+    def first_order(self) -> tuple[Vector, Vector]:
+        """(A, B) of z' = A z + B u with z = (x, x'); shapes (2m, 2m) and (2m, nu)."""
+        m = len(self.M)
+        right = solve(self.M, np.hstack([-self.G, -self.D, self.B]))
+        A = np.block([[np.zeros((m, m)), np.eye(m)], [right[:, :m], right[:, m : 2 * m]]])
+        return A, np.vstack([np.zeros((m, self.B.shape[1])), right[:, 2 * m :]])
+
+    @property
+    def reduced(self) -> tuple[Vector, Vector, Vector, Vector]:
+        """(M_qq, D_qq, G_qq, B_q) of equation (20): the links driven by the cart's acceleration.
+
+        On a cart the force can give the cart any acceleration a, and feedback does not change controllability:
+        M_qq x_q'' + D_qq x_q' + G_qq x_q = -M_qx a + B_q u_q, where u_q are the joint torques, if any (the paper
+        prints G_qq without x_q, and another sign of a). On a fixed base nothing is removed.
+        """
+        c = self.cart
+        inputs = np.hstack([-self.M[c:, :c], self.B[c:, c:]]) if c else self.B
+        return self.M[c:, c:], self.D[c:, c:], self.G[c:, c:], inputs
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of z = (x, x')."""
+        return (*self.names, *(f"{name}_dot" for name in self.names))
+
+
+def linearize(system: System, s: Sequence[int], p: Parameters | None = None) -> LinearSystem:
+    """(19) at the equilibrium s, from the system's `linearization`.
+
+    Raises:
+        ControlError: s is no equilibrium: not one +1 or -1 per link.
+        AbsentFunctionError: The system has no `linearization`.
+    """
+    signs = check_signs(system, s)
+    parts = [np.asarray(part, dtype=float) for part in _parts(system, signs, p)]
+    m = system.cart_size + (system.links if system.is_planar else 2 * system.links)
+    M, G = parts[0].reshape(m, m), parts[1].reshape(m, m)
+    B = parts[2].reshape(m, system.nu) if system.nu else np.zeros((m, 0))
+    rest = parts[2 + bool(system.nu) :]
+    D = rest[0].reshape(m, m) if rest else np.zeros((m, m))
+    return LinearSystem(signs, M, D, G, B, system.cart_size, _names(system))
+
+
+def _parts(system: System, signs: Signs, p: Parameters | None) -> tuple[Vector, ...]:
+    result: tuple[Vector, ...] = system.linearization(np.array(signs, dtype=float), **system.parameters(p))
+    return result
+
+
+def check_signs(system: System, s: Sequence[int]) -> Signs:
+    """The directions as plain integers.
+
+    Raises:
+        ControlError: Not one +1 or -1 per link.
+    """
+    values = np.asarray(s, dtype=float)
+    if values.shape != (system.links,) or not np.all(np.abs(values) == 1):
+        raise ControlError(
+            "s",
+            values.tolist(),
+            f"is no equilibrium: a vertical chain has one sign per link, {system.links} of them",
+            "give +1 for a hanging and -1 for an upright link",
+        )
+    return tuple(int(value) for value in values)
+
+
+def _names(system: System) -> tuple[str, ...]:
+    if system.is_planar:
+        return system.q_names or tuple(f"q_{k + 1}" for k in range(system.nq))
+    cart = system.q_names[: system.cart_size] or ("x_1", "x_2")[: system.cart_size]
+    return (*cart, *(f"xi_{k + 1}_{i + 1}" for k in range(system.links) for i in range(2)))
