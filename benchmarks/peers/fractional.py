@@ -30,21 +30,32 @@ class Peer:
 
 def methods(signal: Signal, end: float) -> list[Peer]:
     """Every method of the two packages that integrates a whole signal."""
-    from pycaputo.quadrature import riemann_liouville as rl
-
     from differint import differint
+    from pycaputo.quadrature import riemann_liouville as rl
 
     uniform = partial(_pycaputo, signal, end)
     grids = (20, 50, 100, 300, 1000, 3000)
     return [
-        Peer("differint GL", partial(_differint, differint.GL, signal, end), (20, 100, 1000, 10_000, 100_000)),
+        Peer(
+            "differint GL", partial(_differint, differint.GL, signal, end), (20, 100, 1000, 10_000, 100_000)
+        ),
         Peer("differint RL", partial(_differint, differint.RL, signal, end), (20, 50, 100, 300, 1000), True),
         Peer("pycaputo Rectangular", partial(uniform, rl.Rectangular), grids, True),
         Peer("pycaputo Trapezoidal", partial(uniform, rl.Trapezoidal), grids, True),
         Peer("pycaputo Simpson", partial(uniform, rl.Simpson), grids, True),
         Peer("pycaputo Lubich, order 4", partial(uniform, partial(_lubich, rl, 1.0)), grids[1:], True),
-        Peer("pycaputo Lubich, order 4, no start", partial(uniform, partial(_lubich, rl, np.inf)), grids[1:], True),
-        Peer("pycaputo SplineLagrange, 4 points", partial(uniform, partial(rl.SplineLagrange, npoints=4)), (20, 50, 100, 300), True),
+        Peer(
+            "pycaputo Lubich, order 4, no start",
+            partial(uniform, partial(_lubich, rl, np.inf)),
+            grids[1:],
+            True,
+        ),
+        Peer(
+            "pycaputo SplineLagrange, 4 points",
+            partial(uniform, partial(rl.SplineLagrange, npoints=4)),
+            (20, 50, 100, 300),
+            True,
+        ),
         Peer("pycaputo SpectralJacobi", partial(_jacobi, rl, signal, end), (16, 32, 64, 96, 128)),
     ]
 
@@ -70,7 +81,9 @@ def _pycaputo(
     return points.x, quad(method(alpha), signal, points)
 
 
-def _jacobi(rl: object, signal: Signal, end: float, alpha: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _jacobi(
+    rl: object, signal: Signal, end: float, alpha: float, count: int
+) -> tuple[np.ndarray, np.ndarray]:
     from pycaputo.grid import make_jacobi_gauss_lobatto_points
     from pycaputo.quadrature import quad
 

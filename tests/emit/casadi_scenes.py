@@ -62,11 +62,17 @@ SCENES = tuple(
 )
 """One scene of each kind: space x base x centres of mass x runtime parameters."""
 
-SINGLE = (make_scene("one_planar", 1), make_scene("one_spatial", 1, "spatial"), make_scene("one_cart", 1, base="cart"))
+SINGLE = (
+    make_scene("one_planar", 1),
+    make_scene("one_spatial", 1, "spatial"),
+    make_scene("one_cart", 1, base="cart"),
+)
 """Chains of one link, where loops have no turns and matrices are constant."""
 
 
-def random_arguments(program: Program, rng: np.random.Generator, space: str) -> dict[str, NDArray[np.float64]]:
+def random_arguments(
+    program: Program, rng: np.random.Generator, space: str
+) -> dict[str, NDArray[np.float64]]:
     """Arguments of a Program in which nothing is special; directions are unit, angular velocities tangent."""
     arguments = {array.name: rng.uniform(0.5, 1.5, array.shape) for array in program.params}
     if {"com", "length"} <= arguments.keys():
@@ -105,7 +111,10 @@ def random_batch(
 def stacked(program: Program, arguments: dict[str, Any]) -> list[Any]:
     """The arguments as CasADi takes them: p first, which stacks the runtime parameters."""
     params = [np.ravel(arguments[array.name]) for array in program.params]
-    return [*([np.concatenate(params)] if params else []), *(arguments[array.name] for array in program.inputs)]
+    return [
+        *([np.concatenate(params)] if params else []),
+        *(arguments[array.name] for array in program.inputs),
+    ]
 
 
 def relative_error(actual: Any, expected: Any) -> float:

@@ -18,7 +18,15 @@ from phichain.program.lower import Lowered, lower
 from phichain.program.nodes import Program
 from phichain.program.passes import unroll
 from phichain.scene import Scene, standard_scene
-from tests.emit.casadi_scenes import SCENES, SINGLE, make_scene, random_arguments, random_batch, relative_error, stacked
+from tests.emit.casadi_scenes import (
+    SCENES,
+    SINGLE,
+    make_scene,
+    random_arguments,
+    random_batch,
+    relative_error,
+    stacked,
+)
 
 casadi = pytest.importorskip("casadi")
 
@@ -36,7 +44,7 @@ def load(text: str) -> ModuleType:
     module = ModuleType("generated")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        exec(compile(text, "generated.py", "exec"), module.__dict__)
+        exec(compile(text, "generated.py", "exec"), module.__dict__)  # noqa: S102
     return module
 
 
@@ -86,7 +94,9 @@ def test_arguments_and_results_have_the_contract_s_names_order_and_shapes(name: 
             assert function.size1_in(0) == sum(array.size for array in program.params)
 
 
-@pytest.mark.parametrize("name", [scene.name for scene in SCENES if scene.links < 3 or scene.space == "planar"])
+@pytest.mark.parametrize(
+    "name", [scene.name for scene in SCENES if scene.links < 3 or scene.space == "planar"]
+)
 def test_casadi_s_derivative_of_forward_dynamics_is_state_jacobian(name: str) -> None:
     scene, lowered = lowered_by_name(name)
     function = function_by_name(name, "forward_dynamics")
@@ -121,14 +131,18 @@ def test_loops_leave_the_expression_graph_of_straight_line_code() -> None:
         for name in scene.want:
             if name in ("mass_matrix", "gravity_torque") and scene.space == "spatial":
                 continue  # a few signs more: CasADi does not pull them into constant factors
-            assert operations(function_by_name(scene.name, name)) <= 1.1 * operations(getattr(unrolled, name)()), name
+            assert operations(function_by_name(scene.name, name)) <= 1.1 * operations(
+                getattr(unrolled, name)()
+            ), name
 
 
 def test_straight_line_code_is_printed_where_the_scene_asks_for_it() -> None:
     scene = replace(standard_scene(3), code="unrolled", want=("forward_dynamics", "phi", "step"))
     lowered = lower(scene)
     text = casadi_module(scene, lowered)
-    equations = [part for part in text.split("\n\n\n") if part.startswith(("def _forward", "def _step", "def _phi"))]
+    equations = [
+        part for part in text.split("\n\n\n") if part.startswith(("def _forward", "def _step", "def _phi"))
+    ]
     assert len(equations) == 3
     assert not any(" for " in part for part in equations)
     module = load(text)
@@ -143,7 +157,9 @@ def test_straight_line_code_is_printed_where_the_scene_asks_for_it() -> None:
 def test_length_of_the_text_does_not_grow_with_the_chain() -> None:
     texts = []
     for links in (8, 64):
-        scene = replace(standard_scene(links), want=("forward_dynamics", "inverse_dynamics", "energy", "step"))
+        scene = replace(
+            standard_scene(links), want=("forward_dynamics", "inverse_dynamics", "energy", "step")
+        )
         texts.append(casadi_module(scene, lower(scene)))
     equations = [text[text.index("def _forward_dynamics") :] for text in texts]
     assert len(equations[1].splitlines()) == len(equations[0].splitlines())
@@ -202,7 +218,10 @@ def test_parameters_are_stacked_in_the_order_of_the_c_struct() -> None:
 
 def test_the_same_scene_gives_the_same_text() -> None:
     scene = standard_scene(3)
-    first, second = casadi_module(scene, lower(scene)), casadi_module(standard_scene(3), lower(standard_scene(3)))
+    first, second = (
+        casadi_module(scene, lower(scene)),
+        casadi_module(standard_scene(3), lower(standard_scene(3))),
+    )
     assert first == second
     assert first.endswith("\n") and not first.endswith("\n\n")
     assert all(line == line.rstrip() for line in first.splitlines())
@@ -218,7 +237,9 @@ def test_every_argument_and_result_is_explained() -> None:
         module = load(text_by_name(scene.name))
         for name, program in lowered.wanted.items():
             documented = getattr(module, name).__doc__
-            words = {line.split(":")[0].split("(")[0].strip() for line in documented.splitlines() if ":" in line}
+            words = {
+                line.split(":")[0].split("(")[0].strip() for line in documented.splitlines() if ":" in line
+            }
             assert program_names(program) <= words
 
 

@@ -26,7 +26,8 @@ def exponential(alpha: float, rate: float, t: float) -> float:
     """D^alpha e^(rate t) = t^-alpha E_(1,1-alpha)(rate t), the Mittag-Leffler function, at 30 digits."""
     with mpmath.workdps(30):
         series = mpmath.nsum(
-            lambda k: (mpmath.mpf(rate) * t) ** int(k) * mpmath.rgamma(k + 1 - mpmath.mpf(alpha)), [0, mpmath.inf]
+            lambda k: (mpmath.mpf(rate) * t) ** int(k) * mpmath.rgamma(k + 1 - mpmath.mpf(alpha)),
+            [0, mpmath.inf],
         )
         return float(series * mpmath.mpf(t) ** -mpmath.mpf(alpha))
 

@@ -60,7 +60,9 @@ def test_grunwald_letnikov_is_of_first_order_away_from_the_start(alpha: float) -
     errors = []
     for count in (1000, 2000):
         t, signal = sampled(count)
-        errors.append(abs(grunwald_letnikov(t, signal, alpha).values[0, -1] - cosine(alpha, OMEGA, PHASE, t[-1:])[0]))
+        errors.append(
+            abs(grunwald_letnikov(t, signal, alpha).values[0, -1] - cosine(alpha, OMEGA, PHASE, t[-1:])[0])
+        )
     assert log2(errors[0] / errors[1]) == pytest.approx(1.0, abs=0.1)
 
 
@@ -179,11 +181,18 @@ def test_shifted_time_and_long_grids_count_from_the_first_sample() -> None:
         ((np.linspace(0, 1, 50), np.ones(50), -1.0), {"order": 7}, SignalError, "no such quadrature"),
         ((np.linspace(0, 1, 50), np.ones(50), 0.5), {"initial": (0.0, 1.0)}, SignalError, r"\[-2, 0\]"),
         ((np.linspace(0, 1, 50), np.ones(50), -1.0), {"initial": (0.0, np.inf)}, SignalError, "finite"),
-        ((np.linspace(0, 1, 50), np.ones(50), -1.0), {"initial": ([1.0, 2.0], 0.0)}, ArrayError, "per channel"),
+        (
+            (np.linspace(0, 1, 50), np.ones(50), -1.0),
+            {"initial": ([1.0, 2.0], 0.0)},
+            ArrayError,
+            "per channel",
+        ),
         ((np.linspace(0, 1, 50), np.ones(50), -1.0), {"workers": 0}, ArrayError, "at least 1"),
     ],
 )
-def test_bad_input_is_one_clear_error(arguments: tuple, options: dict, error: type[PhichainError], words: str) -> None:
+def test_bad_input_is_one_clear_error(
+    arguments: tuple, options: dict, error: type[PhichainError], words: str
+) -> None:
     with pytest.raises(error, match=words):
         differintegrate(*arguments, **options)
 

@@ -41,7 +41,10 @@ def test_powers_agree_with_sixty_digits_at_any_mass_ratio(name: str) -> None:
         expected = exact_powers(system, q[state], u[state], POWERS)
         for k in range(len(POWERS)):
             scale = max(abs(x) for x in expected[k])
-            assert max(abs(mpmath.mpf(found[state, k, i]) - expected[k, i]) for i in range(system.nv)) < 1e-13 * scale
+            assert (
+                max(abs(mpmath.mpf(found[state, k, i]) - expected[k, i]) for i in range(system.nv))
+                < 1e-13 * scale
+            )
 
 
 def test_plain_eigendecomposition_would_lose_the_light_links() -> None:
@@ -99,7 +102,9 @@ def test_factor_squares_to_the_mass_matrix_and_vectors_are_orthonormal(name: str
     assert np.allclose(gram, np.eye(system.nv), rtol=0, atol=1e-13)
 
 
-@given(arrays(float, (3, 5, 3), elements=st.floats(-1.0, 1.0)), arrays(float, 5, elements=st.floats(-8.0, 8.0)))
+@given(
+    arrays(float, (3, 5, 3), elements=st.floats(-1.0, 1.0)), arrays(float, 5, elements=st.floats(-8.0, 8.0))
+)
 def test_any_graded_factor_is_decomposed(noise: np.ndarray, decades: np.ndarray) -> None:
     factor = (noise + 3.0 * np.eye(5, 3)) * 10.0 ** decades[:, None]
     spectrum = factor_spectrum(factor)
@@ -116,7 +121,9 @@ def test_semigroup_and_scipy_on_an_ordinary_chain() -> None:
     u = np.random.default_rng(2).standard_normal((2, 4))
     spectrum = inertia_spectrum(system, q)
     half = inertia_powers(spectrum, u, 0.5)[:, 0]
-    assert np.allclose(inertia_powers(spectrum, half, 0.5)[:, 0], inertia_powers(spectrum, u, 1.0)[:, 0], rtol=1e-12)
+    assert np.allclose(
+        inertia_powers(spectrum, half, 0.5)[:, 0], inertia_powers(spectrum, u, 1.0)[:, 0], rtol=1e-12
+    )
     for k in range(2):
         expected = fractional_matrix_power(np.asarray(system.mass_matrix(q[k])), -0.3) @ u[k]
         assert np.allclose(inertia_powers(spectrum, u, 0.3)[k, 0], expected, rtol=1e-10)

@@ -37,7 +37,9 @@ def test_power_agrees_with_mpmath(p: complex) -> None:
 def test_exponents_add(noise: np.ndarray, p: complex, q: complex) -> None:
     a = noise + np.diag([3.0, 5.0, 8.0, 13.0])
     product = matrix_power(a, p) @ matrix_power(a, q)
-    assert np.allclose(product, matrix_power(a, p + q), rtol=0, atol=1e-10 * max(1.0, np.max(np.abs(product))))
+    assert np.allclose(
+        product, matrix_power(a, p + q), rtol=0, atol=1e-10 * max(1.0, np.max(np.abs(product)))
+    )
 
 
 @given(arrays(float, (3, 3), elements=st.floats(-2.0, 2.0)), st.floats(-0.9, 0.9))
@@ -59,7 +61,9 @@ def test_negative_eigenvalues_give_complex_powers_and_never_nan() -> None:
     a = np.array([[-4.0, 1.0], [0.0, 9.0]])
     root = matrix_power(a, 0.5)
     assert np.iscomplexobj(root) and np.all(np.isfinite(root)) and np.allclose(root @ root, a, atol=1e-14)
-    assert root[0, 0] == pytest.approx(2j) and matrix_power([[-8.0]], 1 / 3)[0, 0] == pytest.approx(1 + np.sqrt(3) * 1j)
+    assert root[0, 0] == pytest.approx(2j) and matrix_power([[-8.0]], 1 / 3)[0, 0] == pytest.approx(
+        1 + np.sqrt(3) * 1j
+    )
     cube = matrix_power(a, 3)
     assert np.isrealobj(cube) and np.array_equal(cube, a @ a @ a)
 
@@ -89,7 +93,9 @@ def test_defective_matrix_is_refused_but_for_schur_pade(p: complex) -> None:
     a = [[2.0, 1.0], [0.0, 2.0]]
     with pytest.raises(MatrixPowerError, match='is defective.*method="schur"'):
         matrix_power(a, p)
-    assert np.allclose(matrix_power(a, p, method="schur"), [[2.0**p, p * 2.0 ** (p - 1)], [0, 2.0**p]], rtol=1e-13)
+    assert np.allclose(
+        matrix_power(a, p, method="schur"), [[2.0**p, p * 2.0 ** (p - 1)], [0, 2.0**p]], rtol=1e-13
+    )
     assert np.array_equal(matrix_power(a, 2), [[4.0, 4.0], [0.0, 4.0]])
 
 

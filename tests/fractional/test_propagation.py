@@ -47,7 +47,10 @@ def motion_of(system: System, q0: Any, v0: Any = None, end: float = 1.0, count: 
 
 SYSTEMS = {
     "paper A, two links": (chain([0.5] * 2, [0.5] * 2, [0.25] * 2), [0.2, -0.1]),
-    "three links, adjacent": (chain([1 / 3] * 3, [1 / 3] * 3, [1 / 6] * 3, angles="adjacent"), [0.1, 0.05, -0.1]),
+    "three links, adjacent": (
+        chain([1 / 3] * 3, [1 / 3] * 3, [1 / 6] * 3, angles="adjacent"),
+        [0.1, 0.05, -0.1],
+    ),
     "driven": (chain([1, 2], [1, 0.5], [0.5, 0.4], actuated="all"), [0.2, 0.1]),
     "one driven joint": (chain([1, 2], [1, 0.5], actuated=[2]), [0.2, 0.1]),
     "cart with springs": (
@@ -101,7 +104,9 @@ def test_parts_add_up_to_the_total(case: tuple[System, Recorded]) -> None:
         assert np.allclose(joined, surfaces["feedback"], rtol=0, atol=1e-10 * np.abs(joined).max())
 
 
-def test_accelerations_from_the_spectrum_serve_without_forward_dynamics(case: tuple[System, Recorded]) -> None:
+def test_accelerations_from_the_spectrum_serve_without_forward_dynamics(
+    case: tuple[System, Recorded],
+) -> None:
     system, motion = case
     kept = {name: f for name, f in system.functions.items() if name != "forward_dynamics"}
     bare = System(**{**system.__dict__, "functions": kept})
@@ -109,7 +114,9 @@ def test_accelerations_from_the_spectrum_serve_without_forward_dynamics(case: tu
     for path in PATHS:
         scale = np.abs(with_dynamics.theta_p["total"]).max()
         assert np.allclose(with_dynamics.theta_p[path], without.theta_p[path], rtol=0, atol=1e-11 * scale)
-        assert np.allclose(with_dynamics.psi[path], without.psi[path], rtol=0, atol=1e-10 * scale, equal_nan=True)
+        assert np.allclose(
+            with_dynamics.psi[path], without.psi[path], rtol=0, atol=1e-10 * scale, equal_nan=True
+        )
 
 
 def test_one_link_has_a_closed_form() -> None:
@@ -163,9 +170,16 @@ def test_what_has_no_fractional_view_is_refused() -> None:
         ({}, {"order": 0}, SignalError, "no such quadrature"),
     ],
 )
-def test_bad_input_is_one_clear_error(change: dict, options: dict, error: type[PhichainError], words: str) -> None:
+def test_bad_input_is_one_clear_error(
+    change: dict, options: dict, error: type[PhichainError], words: str
+) -> None:
     system = chain([1, 2], [1, 0.5], actuated="all")
-    fields = {"t": np.linspace(0, 1, 20), "q": np.zeros((20, 2)), "v": np.zeros((20, 2)), "u": np.zeros((20, 2))}
+    fields = {
+        "t": np.linspace(0, 1, 20),
+        "q": np.zeros((20, 2)),
+        "v": np.zeros((20, 2)),
+        "u": np.zeros((20, 2)),
+    }
     with pytest.raises(error, match=words):
         propagation(system, Recorded(**{**fields, **change}), P, options.pop("alpha", ALPHA), **options)
     with pytest.raises(SignalError, match="was not computed"):

@@ -26,7 +26,9 @@ def test_weights_agree_with_forty_digits_in_head_and_tail(order: int, alpha: flo
         expected = np.array([float(w) for w in lubich_weights(order, alpha, SIZE)])
     found = weights.weights(*rule_of(order, alpha)[:1], slice(0, 1), rule_of(order, alpha)[1])[0]
     # Weights of a derivative pass through zero near the start: there relative to the algebraic envelope.
-    envelope = np.arange(1.0, SIZE + 1) ** (-alpha - 1.0) * abs(series.reciprocal_gammas(np.array([alpha]), 0, 1)[0, 0])
+    envelope = np.arange(1.0, SIZE + 1) ** (-alpha - 1.0) * abs(
+        series.reciprocal_gammas(np.array([alpha]), 0, 1)[0, 0]
+    )
     assert np.max(np.abs(found - expected) / np.maximum(np.abs(expected), envelope)) < 2e-12
     tail = slice(weights.HEAD[order], None)
     assert np.max(np.abs(found[tail] / expected[tail] - 1.0)) < 1e-14

@@ -51,6 +51,7 @@ class CompilerOptions:
         "-ffp-contract=fast",
         "-fno-math-errno",
         "-fno-trapping-math",
+    "-fno-tree-slp-vectorize",
         "-fPIC",
         "-shared",
     )

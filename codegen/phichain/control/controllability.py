@@ -13,12 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from phichain.control.linear import LinearSystem, linearize
-from phichain.control.weights import solve
+from phichain.control.weights import Spectrum, solve
 from phichain.errors import ControlError
 from phichain.system import Parameters, System, Vector
 
@@ -35,7 +37,7 @@ class Controllability:
         margins: Smallest singular value of the scaled pencil at each of them (k,), between 0 and about 1.
     """
 
-    modes: Vector
+    modes: Spectrum
     margins: Vector
 
     @property
@@ -90,7 +92,9 @@ def margins_of(linear: LinearSystem) -> Controllability:
         ControlError: It has no input.
     """
     if linear.B.shape[1] == 0:
-        raise ControlError("actuated", "none", "this system has no input", "actuate the cart or joints in the scene")
+        raise ControlError(
+            "actuated", "none", "this system has no input", "actuate the cart or joints in the scene"
+        )
     M, D, G, B = linear.reduced
     factor = np.linalg.cholesky(M)
     stiffness, damping = (_normalised(factor, part) for part in (G, D))
@@ -102,21 +106,21 @@ def margins_of(linear: LinearSystem) -> Controllability:
     return Controllability(modes, np.array(margins))
 
 
-def _normalised(factor: Vector, part: Vector) -> Vector:
+def _normalised(factor: NDArray[Any], part: Vector) -> Vector:
     """L^-1 part L^-T, symmetric."""
     scaled = solve(factor, solve(factor, part).T)
     return (scaled + scaled.T) / 2
 
 
-def _modes(stiffness: Vector, damping: Vector) -> Vector:
+def _modes(stiffness: Vector, damping: Vector) -> Spectrum:
     """Eigenvalues of lambda^2 + lambda D + G, the one in the closed right or upper half of each pair."""
     n = len(stiffness)
     if not np.any(damping):
         squares = -eigh(stiffness, eigvals_only=True)
-        modes = np.sqrt(squares.astype(complex))
+        modes: Spectrum = np.sqrt(squares.astype(complex))
         return modes[np.argsort(np.abs(modes), kind="stable")]
     first_order = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
-    values = np.linalg.eigvals(first_order)
+    values = np.linalg.eigvals(first_order).astype(complex)
     upper = values[values.imag >= 0]
     return upper[np.argsort(np.abs(upper), kind="stable")]
 

@@ -15,7 +15,9 @@ from itertools import product
 import numpy as np
 from scipy.linalg import eigh
 
+from phichain.control.angles import scene_angles
 from phichain.control.linear import LinearSystem, Signs, check_signs, linearize
+from phichain.control.weights import Spectrum, spectrum
 from phichain.errors import ControlError, UnsupportedError
 from phichain.system import Parameters, System, Vector
 
@@ -40,12 +42,12 @@ class Equilibrium:
     q: Vector
     energy: float | None
     squares: Vector
-    poles: Vector
+    poles: Spectrum
     falling: int
 
     @property
     def kind(self) -> str:
-        """"stable" (a minimum of the energy: in the sense of Lyapunov), or "saddle"."""
+        """ "stable" (a minimum of the energy: in the sense of Lyapunov), or "saddle"."""
         return "saddle" if self.falling else "stable"
 
     def __str__(self) -> str:
@@ -65,7 +67,10 @@ def equilibria(system: System, p: Parameters | None = None) -> tuple[Equilibrium
     """
     if system.links > MOST_LINKS:
         raise UnsupportedError(
-            "links", system.links, f"2^{system.links} equilibria are too many to list", "ask for one: equilibrium(system, s)"
+            "links",
+            system.links,
+            f"2^{system.links} equilibria are too many to list",
+            "ask for one: equilibrium(system, s)",
         )
     found = []
     for s in product((1, -1), repeat=system.links):
@@ -88,8 +93,7 @@ def equilibrium(system: System, s: Sequence[int], p: Parameters | None = None) -
     if system.has("energy"):
         energy = float(system.energy(q, np.zeros(system.nv), **system.parameters(p))[1])
     squares = -eigh(linear.G, linear.M, eigvals_only=True)[::-1]
-    poles = np.linalg.eigvals(linear.first_order[0])
-    return Equilibrium(signs, q, energy, squares, poles[np.argsort(-poles.real)], _falling(linear))
+    return Equilibrium(signs, q, energy, squares, spectrum(linear.first_order[0]), _falling(linear))
 
 
 def _falling(linear: LinearSystem) -> int:
@@ -107,24 +111,6 @@ def configuration(system: System, s: Sequence[int]) -> Vector:
         directions[:, 2] = signs
         return np.concatenate([still, directions.ravel()])
     return np.concatenate([still, scene_angles(system, np.where(signs > 0, 0.0, np.pi))])
-
-
-def scene_angles(system: System, phi: Vector) -> Vector:
-    """theta with phi = S theta (design 1.2), for the scene's kind of angles.
-
-    Args:
-        system: A planar system; its scene says `angles`, "relative" when it is silent.
-        phi: Angles of the links from the vertical (N,), rad.
-    """
-    angles = system.scene.get("joints", {}).get("angles", "relative")
-    if angles == "absolute":
-        return phi
-    if angles == "relative":
-        return np.diff(phi, prepend=0.0)
-    theta = phi.copy()
-    for k in range(1, len(phi)):
-        theta[k] -= theta[k - 1]
-    return theta
 
 
 def demand_equilibrium(system: System, s: Sequence[int], p: Parameters | None = None) -> Signs:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from phichain.control.angles import absolute_angles
 from phichain.control.gains import Gains
 from phichain.errors import ArrayError
 from phichain.system import System, Vector, angular_velocities, cross, unit_vectors, unpack
@@ -43,10 +44,14 @@ def deviation(system: System, gains: Gains, target: ArrayLike | None = None) -> 
     fits = gains.space == system.space and len(gains.s) == system.links and gains.cart == system.cart_size
     if not fits:
         kind = f"{gains.space} chain of {len(gains.s)} link(s) with {gains.cart} cart coordinate(s)"
-        raise ArrayError("gains", gains.name, f"were made for a {kind}", "make gains for this system: lqr(system, s)")
+        raise ArrayError(
+            "gains", gains.name, f"were made for a {kind}", "make gains for this system: lqr(system, s)"
+        )
     place = np.zeros(system.cart_size) if target is None else np.atleast_1d(np.asarray(target, dtype=float))
     if place.shape != (system.cart_size,) or not np.all(np.isfinite(place)):
-        raise ArrayError("target", place, f"must hold {system.cart_size} finite position(s)", "give where the cart goes")
+        raise ArrayError(
+            "target", place, f"must hold {system.cart_size} finite position(s)", "give where the cart goes"
+        )
     if system.is_planar:
         return lambda x: _planar(system, gains, place, x)
     return lambda x: _spatial(system, gains, place, x)
@@ -70,37 +75,23 @@ def _spatial(system: System, gains: Gains, place: Vector, x: Vector) -> Vector:
     tilts = cross(np.broadcast_to(down, directions.shape), directions)[..., :2]
     rates = angular_velocities(system, v)[..., :2]
     flat = (*q.shape[:-1], 2 * system.links)
-    return np.concatenate([q[..., :cart] - place, tilts.reshape(flat), v[..., :cart], rates.reshape(flat)], axis=-1)
+    return np.concatenate(
+        [q[..., :cart] - place, tilts.reshape(flat), v[..., :cart], rates.reshape(flat)], axis=-1
+    )
 
 
 def errors(system: System, gains: Gains, x: Vector) -> tuple[Vector, Vector]:
     """(e_q, e_omega) of states x (..., nx): the sums over the links of |q_i - s_i e_3| and of |omega_i|, rad/s.
 
     (The paper prints s_i e_i.) In the plane the same, with q_i = (sin phi_i, cos phi_i) of each link.
-
-    Raises:
-        UnsupportedError: Never; a planar system is turned into directions by its scene's angles.
     """
     q, v = unpack(system, x)
     if system.is_planar:
-        phi, rates = absolute(system, q), absolute(system, v)
+        phi, rates = absolute_angles(system, q), absolute_angles(system, v)
         # |q_i - s_i e_2| is a chord of the unit circle.
-        apart = phi - absolute(system, gains.equilibrium)
+        apart = phi - absolute_angles(system, gains.equilibrium)
         return 2 * np.sum(np.abs(np.sin(apart / 2)), axis=-1), np.sum(np.abs(rates), axis=-1)
     down = np.zeros((system.links, 3))
     down[:, 2] = gains.s
     gaps = np.linalg.norm(unit_vectors(system, q) - down, axis=-1)
     return np.sum(gaps, axis=-1), np.sum(np.linalg.norm(angular_velocities(system, v), axis=-1), axis=-1)
-
-
-def absolute(system: System, q: Vector) -> Vector:
-    """phi = S theta of a planar configuration or rate (..., nq); shape (..., N)."""
-    theta = np.asarray(q)[..., system.cart_size :]
-    angles = system.scene.get("joints", {}).get("angles", "relative")
-    if angles == "absolute":
-        return theta
-    if angles == "relative":
-        return np.cumsum(theta, axis=-1)
-    phi = theta.copy()
-    phi[..., 1:] += theta[..., :-1]
-    return phi

@@ -14,7 +14,7 @@ from phichain.control.controllability import Controllability, margins_of
 from phichain.control.equilibria import configuration, demand_equilibrium
 from phichain.control.linear import Signs, linearize
 from phichain.control.riccati import riccati
-from phichain.control.weights import weight
+from phichain.control.weights import Spectrum, spectrum, weight
 from phichain.records import read_npz, write_csv, write_npz
 from phichain.system import Parameters, System, Vector
 
@@ -62,8 +62,8 @@ class Gains:
     B: Vector
     Q: Vector
     R: Vector
-    poles: Vector
-    modes: Vector
+    poles: Spectrum
+    modes: Spectrum
     margins: Vector
     residual: float
     iterations: int
@@ -118,7 +118,8 @@ class Gains:
         arrays, meta = read_npz(path, _KIND)
         plain: dict[str, Any] = {name: meta[name] for name in _PLAIN}
         plain |= {name: tuple(meta[name]) for name in ("s", "state_names", "input_names")}
-        return cls(**plain, **{name: arrays[name] for name in _ARRAYS})
+        plain |= {name: arrays[name] for name in _ARRAYS}
+        return cls(**plain)
 
 
 def lqr(
@@ -156,7 +157,6 @@ def lqr(
     state_weight = weight("Q", Q, len(A), strict=False)
     input_weight = weight("R", R, B.shape[1], strict=True)
     solution = riccati(A, B, state_weight, input_weight)
-    poles = np.linalg.eigvals(A - B @ solution.K)
     return Gains(
         name=system.name,
         space=system.space,
@@ -169,7 +169,7 @@ def lqr(
         B=B,
         Q=state_weight,
         R=input_weight,
-        poles=poles[np.lexsort((poles.imag, -poles.real))],
+        poles=spectrum(A - B @ solution.K),
         modes=reach.modes,
         margins=reach.margins,
         residual=solution.residual,

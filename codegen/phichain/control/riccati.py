@@ -16,11 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import schur, solve_continuous_are, solve_continuous_lyapunov
 
-from phichain.control.weights import solve
+from phichain.control.weights import solve, spectrum
 from phichain.errors import ControlError
 from phichain.system import Vector
 
 Wide = NDArray[np.longdouble]
+
+UNSEEN = 1e-10
+"""A mode that the weights see by less than this share is as good as not weighed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +58,7 @@ def riccati(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int = 12
     Raises:
         ControlError: There is no stabilising solution.
     """
+    _demand_detectable(A, Q)
     equation = _Extended.of(A, B, Q, R)
     S = _first(A, B, Q, R).astype(np.longdouble)
     K = equation.gains(S)
@@ -111,6 +115,7 @@ def _first(A: Vector, B: Vector, Q: Vector, R: Vector) -> Vector:
     try:
         return np.asarray(solve_continuous_are(A, B, Q, R), dtype=float)
     except (np.linalg.LinAlgError, ValueError):
+        # SciPy judges its own result and gives up early; the refinement needs no more than a stabilising start.
         return ordered_schur(A, B, Q, R)
 
 
@@ -132,6 +137,24 @@ def ordered_schur(A: Vector, B: Vector, Q: Vector, R: Vector) -> Vector:
         )
     S = np.linalg.solve(vectors[:n, :n].T, vectors[n:, :n].T).T
     return np.asarray((S + S.T) / 2, dtype=float)
+
+
+def _demand_detectable(A: Vector, Q: Vector) -> None:
+    """Refuse a Q that does not see a mode on the imaginary axis: no cost, so no gain, would ever damp it."""
+    values = spectrum(A)
+    size, weights = float(np.max(np.abs(values), initial=0.0)) or 1.0, Q / np.max(np.abs(Q))
+    for value in values[np.abs(values.real) <= 1e-6 * size]:
+        pencil = np.vstack([(A - value * np.eye(len(A))) / size, weights])
+        margin = float(np.linalg.svd(pencil, compute_uv=False)[-1])
+        if margin < UNSEEN:
+            raise ControlError(
+                "Q",
+                Q,
+                f"does not weigh the mode lambda = {value:.6g} 1/s, which would stay undamped",
+                "weigh every coordinate",
+                mode=complex(value),
+                margin=margin,
+            )
 
 
 def _demand_stable(closed: Vector) -> None:

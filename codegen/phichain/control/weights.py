@@ -1,12 +1,16 @@
-"""The quadratic cost of a linear regulator, and checks of its weights."""
+"""The weights of a linear regulator, checked, and the few lines of linear algebra that control shares."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from phichain.errors import ControlError
 from phichain.system import Vector
+
+Spectrum = NDArray[np.complex128]
 
 
 def weight(field: str, value: ArrayLike | None, size: int, *, strict: bool) -> Vector:
@@ -26,7 +30,9 @@ def weight(field: str, value: ArrayLike | None, size: int, *, strict: bool) -> V
         given = np.full(size, float(given))
     matrix = np.diag(given) if given.ndim == 1 else given
     if matrix.shape != (size, size):
-        raise ControlError(field, given.shape, f"must weigh {size} quantities", f"give {size} entries or one number")
+        raise ControlError(
+            field, given.shape, f"must weigh {size} quantities", f"give {size} entries or one number"
+        )
     if not np.all(np.isfinite(matrix)):
         raise ControlError(field, given, "is not finite", "give finite weights")
     if np.max(np.abs(matrix - matrix.T)) > 1e-12 * np.max(np.abs(matrix)):
@@ -42,6 +48,12 @@ def weight(field: str, value: ArrayLike | None, size: int, *, strict: bool) -> V
     return (matrix + matrix.T) / 2
 
 
-def solve(matrix: Vector, right: Vector) -> Vector:
+def spectrum(A: Vector) -> Spectrum:
+    """Eigenvalues (n,) of A by falling real part, conjugates together."""
+    values = np.linalg.eigvals(A).astype(complex)
+    return values[np.lexsort((values.imag, -values.real))]
+
+
+def solve(matrix: NDArray[Any], right: NDArray[Any]) -> Vector:
     """The solution X of matrix X = right."""
     return np.asarray(np.linalg.solve(matrix, right), dtype=float)

@@ -109,7 +109,9 @@ def _constant(name: str, values: tuple[Fraction, ...]) -> list[str]:
     numbers = ", ".join(double_literal(value).text for value in values)
     if len(name) + len(numbers) + 7 <= _WIDTH:
         return [f"{name} = [{numbers}]"]
-    rows = wrap(f"{numbers},", _WIDTH, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False)
+    rows = wrap(
+        f"{numbers},", _WIDTH, initial_indent="    ", subsequent_indent="    ", break_on_hyphens=False
+    )
     return [f"{name} = [", *rows, "]"]
 
 

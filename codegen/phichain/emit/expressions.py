@@ -14,10 +14,18 @@ ATOM, PRODUCT, SUM = 3, 2, 1
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """An expression and how tightly its outermost operator binds."""
+    """An expression and how tightly its outermost operator binds.
+
+    Attributes:
+        text: the expression.
+        binding: ATOM, PRODUCT or SUM; what starts with a minus counts as a product.
+        opposite: the expression without the minus it starts with, if it starts with one. Rounding is symmetric, so
+            ``a + -b * c`` and ``a - b * c`` are the same number to the last bit.
+    """
 
     text: str
     binding: int = ATOM
+    opposite: Text | None = None
 
     def within(self, binding: int) -> str:
         """The expression as part of one that binds this tightly."""
@@ -27,43 +35,70 @@ class Text:
 def infix(kind: str, args: list[Text]) -> Text | None:
     """Arithmetic with the fewest parentheses; None for kinds that are functions."""
     match kind:
-        case "add":
-            return Text(f"{args[0].within(SUM)} + {args[1].within(PRODUCT)}", SUM)
-        case "sub":
-            return Text(f"{args[0].within(SUM)} - {args[1].within(PRODUCT)}", SUM)
+        case "add" | "sub":
+            return _sum(kind == "add", *args)
         case "mul":
-            return Text(f"{args[0].within(PRODUCT)} * {args[1].within(ATOM)}", PRODUCT)
+            return _product("*", *args)
         case "div":
-            return Text(f"{args[0].within(PRODUCT)} / {args[1].within(ATOM)}", PRODUCT)
+            return _product("/", *args)
         case "neg":
-            return Text(f"-{args[0].within(ATOM)}", SUM)
+            return args[0].opposite or _negative(args[0])
     return None
 
 
 def double_literal(value: Fraction) -> Text:
     """The nearest double in its shortest decimal form."""
-    number = _nearest(value, float(value), "double")
-    text = repr(number)
-    if "e" in text and "." not in text:
-        text = text.replace("e", ".0e")
-    return Text(text, SUM if number < 0 else ATOM)
+    if value < 0:
+        return _negative(double_literal(-value))
+    text = repr(_checked(value, _as_double(value, "double"), "double"))
+    return Text(text.replace("e", ".0e") if "e" in text and "." not in text else text)
 
 
 def float_literal(value: Fraction) -> Text:
     """The nearest single-precision number in its shortest decimal form, with the suffix C wants."""
-    number = np.float32(_nearest(value, float(value), "float"))
-    _nearest(value, float(number), "float")
+    if value < 0:
+        return _negative(float_literal(-value))
+    with np.errstate(over="ignore"):
+        number = np.float32(_as_double(value, "float"))
+    _checked(value, float(number), "float")
     text = np.format_float_scientific(number, unique=True, trim="0", exp_digits=1)
     plain = np.format_float_positional(number, unique=True, trim="0")
-    shorter = plain if len(plain) <= len(text) + 2 else text
-    return Text(f"{shorter}f", SUM if number < 0 else ATOM)
+    return Text(f"{plain if len(plain) <= len(text) + 2 else text}f")
 
 
-def _nearest(value: Fraction, number: float, real: str) -> float:
+def _sum(is_plus: bool, first: Text, second: Text) -> Text:
+    """``first + second`` or ``first - second``; two signs in a row become one."""
+    if second.opposite is not None:
+        is_plus, second = not is_plus, second.opposite
+    return Text(f"{first.within(SUM)} {'+' if is_plus else '-'} {second.within(PRODUCT)}", SUM)
+
+
+def _product(operator: str, first: Text, second: Text) -> Text:
+    def product(factor: Text) -> str:
+        return f"{factor.within(PRODUCT)} {operator} {second.within(ATOM)}"
+
+    opposite = None if first.opposite is None else Text(product(first.opposite), PRODUCT)
+    return Text(product(first), PRODUCT, opposite)
+
+
+def _negative(positive: Text) -> Text:
+    return Text(f"-{positive.within(PRODUCT)}", PRODUCT, positive)
+
+
+def _as_double(value: Fraction, real: str) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return _checked(value, float("inf"), real)
+
+
+def _checked(value: Fraction, number: float, real: str) -> float:
     """The number, unless rounding has lost it altogether."""
     if np.isinf(number) or (number == 0.0 and value):
+        tens = len(str(value.numerator)) - len(str(value.denominator))
+        other = " or set target.real = \"double\"" if real == "float" else ""
         raise EmissionError(
-            "constant", float(value), f"a constant of the scene does not fit into {real}",
-            "rescale the scene's units or set target.real = \"double\"",
+            "constant", f"about 1e{tens}", f"a constant of the scene does not fit into {real}",
+            f"rescale the scene's units{other}",
         )  # fmt: skip
     return number

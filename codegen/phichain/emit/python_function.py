@@ -13,7 +13,19 @@ from fractions import Fraction
 
 from phichain.emit.expressions import Text, double_literal, infix
 from phichain.emit.inlining import used_once
-from phichain.program.nodes import Call, Cell, Const, For, Local, Op, Operand, Program, SinCos, Statement, Store
+from phichain.program.nodes import (
+    Call,
+    Cell,
+    Const,
+    For,
+    Local,
+    Op,
+    Operand,
+    Program,
+    SinCos,
+    Statement,
+    Store,
+)
 
 #: Longest expression that is written in place instead of getting a name.
 _LONGEST = 72
@@ -39,7 +51,9 @@ class PythonFunction:
     uses_bessel: bool
 
 
-def python_function(program: Program, tables: Mapping[Table, str], callees: Mapping[str, str]) -> PythonFunction:
+def python_function(
+    program: Program, tables: Mapping[Table, str], callees: Mapping[str, str]
+) -> PythonFunction:
     """Print a Program.
 
     Args:

@@ -26,8 +26,10 @@ from phichain.program.step import runge_kutta
 from phichain.program.tangent import Block, jacobian
 from phichain.scene import Scene
 
-#: Above this many operations `auto` keeps loops: beyond it straight-line code outgrows a first-level instruction cache.
-UNROLL_LIMIT = 2500
+#: Above this many operations `auto` keeps loops: beyond it compilers do better with loops that they can vectorise.
+UNROLL_LIMIT = 600
+#: The same for Jacobians, where straight-line code also leaves out the structural zeros that loops compute.
+JACOBIAN_UNROLL_LIMIT = 5000
 
 
 @dataclass(frozen=True)
@@ -80,10 +82,10 @@ class _Lowering:
     def _shaped_jacobian(self, name: str, code: str) -> Program:
         function, blocks, doc = self._jacobian_blocks(name)
         with_loops = jacobian(self.loops(function), name, doc, blocks)
-        if code == "loops" or (code == "auto" and total_operations(with_loops) > 4 * UNROLL_LIMIT):
+        if code == "loops" or (code == "auto" and total_operations(with_loops) > 4 * JACOBIAN_UNROLL_LIMIT):
             return with_loops
         flat = jacobian(unroll(self.loops(function)), name, doc, blocks)
-        return flat if code == "unrolled" or total_operations(flat) <= UNROLL_LIMIT else with_loops
+        return flat if code == "unrolled" or total_operations(flat) <= JACOBIAN_UNROLL_LIMIT else with_loops
 
     def _jacobian_blocks(self, name: str) -> tuple[str, list[Block], str]:
         scene = self.scene
@@ -97,7 +99,7 @@ class _Lowering:
     def loops(self, name: str) -> Program:
         """The structured form of a function."""
         builder = Builder(name, _DOC[name])
-        parameters = Parameters(builder, self.scene)
+        parameters = Parameters(builder, self.scene, own_units=name == "forward_dynamics")
         writer: Callable[[Builder, Parameters], None] = getattr(self, f"_{name}")
         writer(builder, parameters)
         return prune(builder.finish())

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
+from math import inf, prod
 
 from phichain.program.builder import ArrayRef, Builder, Expr, Index
 from phichain.scene import Scene
@@ -21,6 +24,40 @@ _DOC = {
 }
 
 
+@dataclass(frozen=True)
+class Units:
+    """Units of mass and length that a Program computes in, kg and m; time stays in seconds."""
+
+    mass: Fraction = Fraction(1)
+    length: Fraction = Fraction(1)
+
+    @property
+    def force(self) -> Fraction:
+        """Unit of force, N."""
+        return self.mass * self.length
+
+    @property
+    def torque(self) -> Fraction:
+        """Unit of torque, N m."""
+        return self.mass * self.length**2
+
+    def of(self, parameter: str) -> Fraction:
+        """Unit of a parameter of the scene."""
+        match parameter:
+            case "mass" | "cart_mass":
+                return self.mass
+            case "length" | "com" | "gravity":
+                return self.length
+        return self.torque
+
+
+def _own_units(scene: Scene) -> Units:
+    """Mass and length of a uniform chain's links; SI units where links differ or numbers come at run time."""
+    if scene.runtime or len(set(scene.mass)) > 1 or len(set(scene.length)) > 1:
+        return Units()
+    return Units(Fraction(scene.mass[0]), Fraction(scene.length[0]))
+
+
 class Parameters:
     """Per-link parameters and the sums of design section 1.1 that lowering needs, each made on first use.
 
@@ -28,8 +65,17 @@ class Parameters:
     ``c_diagonal[k] = m_k r_k^2 + l_k^2 outer_mass[k]``; for i != j ``c_ij = length[min(i, j)] * mu[max(i, j)]``.
     """
 
-    def __init__(self, builder: Builder, scene: Scene) -> None:
+    def __init__(self, builder: Builder, scene: Scene, own_units: bool = False) -> None:
+        """Declare the runtime parameters and read the numbers.
+
+        Args:
+            builder: where the Program is recorded.
+            scene: the chain.
+            own_units: measure a uniform chain in units of its own mass and length, so that they vanish from the code;
+                the caller converts inputs and results by `units`.
+        """
         self._builder, self._scene = builder, scene
+        self.units = _own_units(scene) if own_units else Units()
         self._made: dict[str, ArrayRef] = {}
         self.links = scene.links
         for name in scene.runtime:
@@ -93,6 +139,22 @@ class Parameters:
         """1 / rho_k = m_{k-1} / m_k for k = 1..N, padded likewise."""
         return self._between("inverse_mass_ratio", lambda k: self.mass[k] / self.mass[k + 1])
 
+    @property
+    def real(self) -> str:
+        """The scene's number type."""
+        return self._scene.real
+
+    @property
+    def pivot_growth(self) -> float:
+        """Bound of how far pivots of the tension system grow on either side; infinite where masses are runtime."""
+        scene = self._scene
+        if "mass" in scene.runtime or "cart_mass" in scene.runtime:
+            return inf
+        mass = [scene.cart_mass or scene.mass[0], *scene.mass]  # type: ignore[misc]
+        ratios = [outer / inner for inner, outer in pairwise(mass)]  # type: ignore[operator]
+        middle = self.links // 2
+        return max(prod(1 + ratio for ratio in ratios[:middle]), prod(1 + 1 / ratio for ratio in ratios[middle + 1 :]))
+
     def derived(self, name: str, entry: Callable[[Index], Expr], count: int | None = None) -> ArrayRef:
         """A table of per-link values made once per Program."""
         return self._once(name, lambda: self._builder.table(name, count or self.links, entry))
@@ -118,7 +180,8 @@ class Parameters:
         builder, links = self._builder, self.links
         if self._scene.mass != "runtime":
             mass = self._scene.mass
-            return builder.table("outer_mass", links, lambda k: sum(map(Fraction, mass[k + 1 :]), Fraction(0)))  # type: ignore[operator,misc]
+            exact = [Fraction(value) / self.units.mass for value in mass]  # type: ignore[arg-type]
+            return builder.table("outer_mass", links, lambda k: sum(exact[k + 1 :], Fraction(0)))  # type: ignore[operator,misc]
         outer = builder.array("outer_mass", links)
         outer[links - 1] = builder.lift(0)
         with builder.loop("k", links - 1, 0, -1) as loop:
@@ -130,13 +193,13 @@ class Parameters:
         return outer
 
     def _given(self, name: str) -> ArrayRef:
-        values = getattr(self._scene, name)
-        return self._once(name, lambda: self._builder.table(name, self.links, lambda k: values[k]))
+        values, unit = getattr(self._scene, name), self.units.of(name)
+        return self._once(name, lambda: self._builder.table(name, self.links, lambda k: Fraction(values[k]) / unit))
 
     def _scalar(self, name: str) -> Expr:
         if name in self._made:
             return self._made[name][0]
-        return self._builder.lift(getattr(self._scene, name))
+        return self._builder.lift(Fraction(getattr(self._scene, name)) / self.units.of(name))
 
     def _once(self, name: str, make: Callable[[], ArrayRef]) -> ArrayRef:
         if name not in self._made:

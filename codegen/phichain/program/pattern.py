@@ -27,11 +27,14 @@ def jacobian_pattern(program: Program) -> dict[tuple[str, str], tuple[tuple[int,
     Returns:
         By (output, argument), parameters included: sorted pairs of flat indices (into the output, into the argument).
     """
-    arguments, places = {}, []
+    arguments: dict[str, list[_Reach]] = {}
+    places: list[tuple[str, int]] = []
     for array in (*program.params, *program.inputs):
         arguments[array.name] = [_Reach(1 << len(places) + i) for i in range(array.size)]
         places += [(array.name, i) for i in range(array.size)]
-    algebra = Algebra(lambda value: _Reach(0, value == Fraction(0)), lambda kind, args, label: _reach(kind, args))
+    algebra = Algebra(
+        lambda value: _Reach(0, value == Fraction(0)), lambda kind, args, label: _reach(kind, args)
+    )
     found: dict[tuple[str, str], list[tuple[int, int]]] = {
         (output.name, argument): [] for output in program.outputs for argument in arguments
     }

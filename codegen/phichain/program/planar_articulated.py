@@ -67,9 +67,10 @@ def accelerations(
             loop.follow(getattr(carried, name), value)
     base_x, base_y = -parameters.gravity, nothing
     if scene.has_cart:
-        force = u[0] if u is not None and scene.has_force else nothing
+        force = u[0] / parameters.units.force if u is not None and scene.has_force else nothing
         push = force + parameters.gravity * carried.xy - carried.bias_y
-        a[0] = base_y = builder.let("cart_acceleration", push / (parameters.cart_mass + carried.yy))
+        base_y = builder.let("cart_acceleration", push / (parameters.cart_mass + carried.yy))
+        a[0] = base_y * parameters.units.length
     alpha = builder.array("acceleration", links)
     with builder.loop("k", 0, links) as loop:
         k = loop.index

@@ -108,7 +108,7 @@ def couples(
     builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None
 ) -> ArrayRef | None:
     """tau_phi of all inputs, springs and dampers, N cells; None on an unforced chain without springs and dampers."""
-    drive = _drive(builder, scene, u)
+    drive = _drive(builder, scene, parameters, u)
     has_passive = scene.stiffness is not None or scene.damping is not None
     if drive is None and not has_passive:
         return None
@@ -143,15 +143,18 @@ def _couple(
     return passive - outer if total is None else total + (passive - outer)
 
 
-def _drive(builder: Builder, scene: Scene, u: ArrayRef | None) -> ArrayRef | None:
+def _drive(builder: Builder, scene: Scene, parameters: Parameters, u: ArrayRef | None) -> ArrayRef | None:
     """The torque inputs conjugate to the scene's angles, one cell a joint; None when no joint is actuated."""
     joints = scene.actuated_joints
     if u is None or not joints:
         return None
     u = u.shifted(int(scene.has_force))
-    if len(joints) == scene.links:
-        return u
+    unit = parameters.units.torque
     drive = builder.array("drive", scene.links)
+    if len(joints) == scene.links:
+        with builder.loop("k", 0, scene.links) as loop:
+            drive[loop.index] = u[loop.index] / unit
+        return u if unit == 1 else drive
     for k in range(scene.links):
-        drive[k] = u[joints.index(k + 1)] if k + 1 in joints else builder.lift(0)
+        drive[k] = u[joints.index(k + 1)] / unit if k + 1 in joints else builder.lift(0)
     return drive

@@ -42,7 +42,7 @@ def accelerations(
     if chain.horizontal is not None:
         pull = tension[0] * parameters.mass[0] * chain.sine[0]
         cart = builder.let("cart_acceleration", (chain.horizontal + pull) / parameters.cart_mass)
-        a[0] = cart
+        a[0] = cart * parameters.units.length
     alpha = builder.array("acceleration", scene.links)
     length = parameters.length
     alpha[0] = _first(chain, tension, cart) / length[0]
@@ -67,7 +67,7 @@ def _chain(
         pair[scene.links] = builder.lift(0)
     horizontal = None
     if scene.has_cart:
-        horizontal = u[0] if u is not None and scene.has_force else builder.lift(0)
+        horizontal = u[0] / parameters.units.force if u is not None and scene.has_force else builder.lift(0)
         if pair is not None:
             horizontal = horizontal - pair[0] * cosine[0]
     return _Chain(builder, parameters, sine, cosine, pair, horizontal)

@@ -101,9 +101,10 @@ def accelerations(
             loop.follow(before, after)
     base: Vector = (nothing, nothing, -parameters.gravity)
     if scene.has_cart:
-        force = (u[0], u[1]) if u is not None else (nothing, nothing)
+        unit = parameters.units.force
+        force = (u[0] / unit, u[1] / unit) if u is not None else (nothing, nothing)
         cart = sweep.close_on_cart(_Outer.from_flat(carried), force)
-        a[0], a[1] = cart
+        a[0], a[1] = cart[0] * parameters.units.length, cart[1] * parameters.units.length
         base = (cart[0], cart[1], base[2])
     sweep.outwards(base, directions(scene, a))
 

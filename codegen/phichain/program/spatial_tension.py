@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from phichain.program.builder import ArrayRef, Builder, Expr, Index
-from phichain.program.parameters import Parameters
+from phichain.program.parameters import Parameters, Units
 from phichain.program.spatial_links import couples, directions, neighbours
 from phichain.program.tensions import Joints, solve_tensions
 from phichain.program.vector import Vector, add, cross, dot, load, scale, store, sub
@@ -40,12 +40,12 @@ def accelerations(
     direction, omega = directions(scene, q), directions(scene, v)
     cosine, crosses = neighbours(builder, direction, scene.links)
     pair = _force_pairs(builder, scene, parameters, direction, omega)
-    horizontal = _horizontal(builder, scene, u, pair)
+    horizontal = _horizontal(builder, scene, parameters.units, u, pair)
     chain = _Chain(builder, parameters, direction, omega, crosses, pair, horizontal)
     tension = solve_tensions(builder, parameters, _joints(chain, cosine))
     cart = _cart(chain, tension)
     if cart is not None:
-        a[0], a[1] = cart
+        a[0], a[1] = cart[0] * parameters.units.length, cart[1] * parameters.units.length
     rates = directions(scene, a)
     _first(chain, tension, cart, rates)
     _beyond(chain, tension, rates)
@@ -67,12 +67,12 @@ def _force_pairs(
 
 
 def _horizontal(
-    builder: Builder, scene: Scene, u: ArrayRef | None, pair: ArrayRef | None
+    builder: Builder, scene: Scene, units: Units, u: ArrayRef | None, pair: ArrayRef | None
 ) -> tuple[Expr, Expr] | None:
     if not scene.has_cart:
         return None
     nothing = builder.lift(0)
-    force = (u[0], u[1]) if u is not None else (nothing, nothing)
+    force = (u[0] / units.force, u[1] / units.force) if u is not None else (nothing, nothing)
     return force if pair is None else (force[0] - pair[0], force[1] - pair[1])
 
 

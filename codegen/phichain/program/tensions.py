@@ -12,14 +12,22 @@ rho_k = m_k / m_{k-1}, the slacks t_k = m_k x_k (from the base) and Y_k = m_k y_
 
     t_{k+1} = rho_{k+1} (s_{k+1}^2 + t_k) / (1 + t_k),    t_0 = rho_0 s_0^2
     Y_{k-1} = (s_k^2 + z_k) / (1 + z_k),  z_k = Y_k / rho_k,    Y_{N-1} = 1
+
+Both are fractions of numbers that obey linear recurrences (t = n / d: d' = d + n, n' = rho (s^2 d + n)), as do the right sides
+scaled by d. Carrying numerator and denominator takes the divisions off the chain of dependent operations. Since t_k <= rho_k
+and z_k <= 1 / rho_k, the growth of d is bounded beforehand; where the bound is too large, or unknown because the masses are
+runtime parameters, every step divides instead and d stays 1.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from phichain.program.builder import ArrayRef, Builder, Expr, Index, Loop
 from phichain.program.parameters import Parameters
+
+#: Largest growth of a denominator that leaves the scaled loads far from overflow.
+_LARGEST_GROWTH = {"double": 1e100, "float": 1e12}
 
 
 @dataclass(frozen=True)
@@ -41,19 +49,30 @@ class Joints:
 
 @dataclass(frozen=True)
 class _Front:
-    """An elimination front: its slack, and what the eliminated links add to the next right side."""
+    """An elimination front: its slack as a fraction, and the scaled load that the eliminated links pass on."""
 
-    slack: Expr
+    numerator: Expr
+    denominator: Expr
     incoming: Expr
+    #: Whether the denominator grows, instead of every step dividing.
+    scaled: bool
 
     def carried(self, loop: Loop, side: str) -> _Front:
-        """The same front as loop-carried scalars."""
-        return _Front(loop.carry(f"{side}_slack", self.slack), loop.carry(f"{side}_incoming", self.incoming))
+        """The same front as loop-carried scalars (a denominator that is 1 throughout is not carried)."""
+        denominator = self.denominator
+        if self.scaled:
+            denominator = loop.carry(f"{side}_denominator", self.denominator)
+        return replace(
+            self, numerator=loop.carry(f"{side}_numerator", self.numerator), denominator=denominator,
+            incoming=loop.carry(f"{side}_incoming", self.incoming),
+        )  # fmt: skip
 
     def followed(self, loop: Loop, after: _Front) -> None:
         """Say what the front is on the next turn."""
-        loop.follow(self.slack, after.slack)
+        loop.follow(self.numerator, after.numerator)
         loop.follow(self.incoming, after.incoming)
+        if self.scaled:
+            loop.follow(self.denominator, after.denominator)
 
 
 def solve_tensions(builder: Builder, parameters: Parameters, joints: Joints) -> ArrayRef:
@@ -62,8 +81,10 @@ def solve_tensions(builder: Builder, parameters: Parameters, joints: Joints) -> 
     middle = links // 2
     paired = links - 1 - middle
     sweep = _Sweep(builder, parameters, joints)
-    base = _Front(joints.base_slack, builder.lift(0))
-    tip = _Front(builder.lift(1), builder.lift(0))
+    scaled = parameters.pivot_growth <= _LARGEST_GROWTH[parameters.real]
+    one, nothing = builder.lift(1), builder.lift(0)
+    base = _Front(joints.base_slack, one, nothing, scaled)
+    tip = _Front(one, one, nothing, scaled)
     if paired:
         with builder.loop("i", 0, paired) as loop:
             base, tip = base.carried(loop, "base"), tip.carried(loop, "tip")
@@ -86,32 +107,45 @@ class _Sweep:
 
     def from_base(self, front: _Front, k: Index) -> _Front:
         """Eliminate link k from the base side."""
-        let = self.builder.let
-        inverse_pivot = let("inverse_pivot", 1 / (1 + front.slack))
-        gain = let("gain", self.joints.cosine[k + 1] * inverse_pivot)
-        load = let("load", self.joints.right_side[k] + front.incoming)
-        self.particular[k] = inverse_pivot * load
-        self.coupling[k] = gain * self.ratio[k + 1]
-        slack = self.ratio[k + 1] * ((self.joints.sine_squared[k + 1] + front.slack) * inverse_pivot)
-        return _Front(slack, gain * load)
+        ratio = self.ratio[k + 1]
+        load = self.builder.let("load", self.joints.right_side[k] * front.denominator + front.incoming)
+        inverse = self._eliminate(front, front.numerator, load, k, self.joints.cosine[k + 1], (None, ratio))
+        numerator = ratio * (self.joints.sine_squared[k + 1] * front.denominator + front.numerator)
+        return self._passed_on(front, front.numerator, numerator, self.joints.cosine[k + 1] * load, inverse)
 
     def from_tip(self, front: _Front, k: Index) -> _Front:
         """Eliminate link k from the tip side."""
-        let = self.builder.let
-        scaled = self.inverse_ratio[k] * front.slack
-        inverse_pivot = let("inverse_pivot", 1 / (1 + scaled))
-        gain = let("gain", self.joints.cosine[k] * inverse_pivot)
-        load = let("load", self.joints.right_side[k] + front.incoming)
-        self.particular[k] = self.inverse_ratio[k] * (inverse_pivot * load)
-        self.coupling[k] = self.inverse_ratio[k] * gain
-        return _Front((self.joints.sine_squared[k] + scaled) * inverse_pivot, gain * load)
+        ratio = self.inverse_ratio[k]
+        slack = ratio * front.numerator
+        load = self.builder.let("load", self.joints.right_side[k] * front.denominator + front.incoming)
+        inverse = self._eliminate(front, slack, load, k, self.joints.cosine[k], (ratio, ratio))
+        numerator = self.joints.sine_squared[k] * front.denominator + slack
+        return self._passed_on(front, slack, numerator, self.joints.cosine[k] * load, inverse)
+
+    def _eliminate(
+        self, front: _Front, slack: Expr, load: Expr, k: Index, cosine: Expr, ratios: tuple[Expr | None, Expr]
+    ) -> Expr:
+        """Store what back substitution needs; returns 1 / (d + n)."""
+        inverse = self.builder.let("inverse_pivot", 1 / (front.denominator + slack))
+        particular = load * inverse
+        self.particular[k] = particular if ratios[0] is None else ratios[0] * particular
+        self.coupling[k] = ratios[1] * (cosine * front.denominator * inverse)
+        return inverse
+
+    def _passed_on(self, front: _Front, slack: Expr, numerator: Expr, incoming: Expr, inverse: Expr) -> _Front:
+        """The next front: d + n below the fraction, or everything divided by it."""
+        if front.scaled:
+            return replace(front, numerator=numerator, denominator=front.denominator + slack, incoming=incoming)
+        return replace(front, numerator=numerator * inverse, incoming=incoming * inverse)
 
     def substitute_back(self, base: _Front, tip: _Front, middle: int, paired: int) -> ArrayRef:
         """Where the fronts meet the pivot is t + Y; then outwards on both sides."""
         builder = self.builder
         tension = builder.array("tension", self.links + 1)
-        load = self.joints.right_side[middle] + base.incoming + tip.incoming
-        tension[middle] = met = builder.let("tension_met", load / (base.slack + tip.slack))
+        load = self.joints.right_side[middle] * (base.denominator * tip.denominator)
+        load = load + base.incoming * tip.denominator + tip.incoming * base.denominator
+        pivot = base.numerator * tip.denominator + tip.numerator * base.denominator
+        tension[middle] = met = builder.let("tension_met", load / pivot)
         inner = met
         if paired:
             with builder.loop("i", 0, paired) as loop:
