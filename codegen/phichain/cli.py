@@ -43,6 +43,10 @@ Settings = Annotated[
 Lean = Annotated[float, typer.Option(metavar="RAD", help="Start at rest, the straight chain leaning by this angle.")]
 
 
+TRIAL_STEPS = 20_000
+"""A regulator that fails flings the chain about; its trial is not worth more steps than this."""
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run one command and leave with its exit code: 0 done, 2 refused with one line that says why."""
     warnings.showwarning = _one_line
@@ -208,6 +212,50 @@ def trace(
     branch = traced(system, mode, amplitude_max)
     typer.echo(str(branch))
     _write(branch, files, lambda: _figures().family(branch))
+
+
+@app.command()
+def lqr(
+    scene: SceneWord,
+    up: Annotated[str, typer.Option(metavar="LINKS", help="Links that stand upright: all, none, or 2,3.")] = "all",
+    state_weight: Annotated[float, typer.Option("--q", metavar="W", help="Weight of the state.")] = 1.0,
+    input_weight: Annotated[float, typer.Option("--r", metavar="W", help="Weight of the input.")] = 1.0,
+    lean: Annotated[float, typer.Option(metavar="RAD", help="Try it with every link this far off.")] = 1e-3,
+    t: Annotated[float, typer.Option("--t", metavar="S", help="How long to try it.")] = 20.0,
+    settings: Settings = None,
+    out: OutFiles = None,
+) -> None:
+    """Synthesise the linear regulator of an equilibrium, and try it on the nonlinear chain."""
+    import numpy as np
+
+    from phichain import control
+    from phichain.library import find_scene
+    from phichain.pipeline import build as built
+    from phichain.simulate import simulate as simulated
+    from phichain.start import leaning, parameters, upright
+
+    files = _named(out)
+    system = _with(built(find_scene(scene)), parameters(settings or []))
+    gains = control.lqr(system, upright(up, system.links), state_weight, input_weight)
+    typer.echo(str(gains))
+    law = control.feedback(system, gains)
+    start = leaning(system, lean, gains.s)
+    motion = simulated(system, start, np.linspace(0.0, t, 1001), tol=1e-8, u=law, max_steps=TRIAL_STEPS)
+    off, rate = control.errors(system, gains, motion.x)
+    verdict = "brought back" if motion.status == "complete" and off[-1] < 0.1 * off[0] else "not brought back"
+    typer.echo(
+        f"tried from {lean:g} rad off: {verdict}, e_q = {off[0]:.3g} at first, {off[-1]:.3g} at {motion.t[-1]:g} s,"
+        f" largest input {np.max(np.abs(motion.u)):.3g}"
+    )
+    _write(gains, files, lambda: _figures().closed_loop(system, motion, off, rate))
+
+
+@app.command()
+def tour(out: OutFolder = Path("generated")) -> None:
+    """Take the whole path once with both papers' chains, and leave a report in DIR/report."""
+    from phichain.tour import tour as taken
+
+    typer.echo(f"report: {taken(out)}")
 
 
 @app.command()

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.control.equilibria import scene_angles
+from phichain.control.angles import scene_angles
 from phichain.errors import ArrayError
 from phichain.system import System
 

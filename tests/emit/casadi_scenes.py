@@ -118,11 +118,12 @@ def stacked(program: Program, arguments: dict[str, Any]) -> list[Any]:
 
 
 def relative_error(actual: Any, expected: Any) -> float:
-    """Max norm of the difference over max norm of the expected values; absolute where those vanish."""
+    """Max norm of the difference over max norm of the expected values; absolute where those are rounding errors."""
     actual, expected = np.asarray(actual, dtype=float), np.asarray(expected, dtype=float)
     assert actual.size == expected.size
-    scale = np.max(np.abs(expected), initial=0.0) or 1.0
-    return float(np.max(np.abs(actual.reshape(expected.shape) - expected), initial=0.0) / scale)
+    scale = np.max(np.abs(expected), initial=0.0)
+    error = np.max(np.abs(actual.reshape(expected.shape) - expected), initial=0.0)
+    return float(error / scale if scale > 1e-14 else error)
 
 
 assert set(FUNCTIONS) == set(PLANAR_FUNCTIONS) | set(SPATIAL_FUNCTIONS)

@@ -39,7 +39,8 @@ class CompilerOptions:
 
     Attributes:
         flags: Flags before the sources. Contraction to fused multiply-adds is allowed (it only saves
-            roundings); NaN and infinities keep their meaning, errno and floating-point traps do not.
+            roundings); NaN and infinities keep their meaning, errno and floating-point traps do not. Loops are
+            vectorised; straight-line code is faster without.
         libraries: Flags after the sources.
         timeout: Seconds after which a compilation counts as hanging.
     """
@@ -51,7 +52,7 @@ class CompilerOptions:
         "-ffp-contract=fast",
         "-fno-math-errno",
         "-fno-trapping-math",
-    "-fno-tree-slp-vectorize",
+        "-fno-tree-slp-vectorize",
         "-fPIC",
         "-shared",
     )

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from phichain.control.angles import absolute_angles
 from phichain.control.gains import Gains
 from phichain.errors import ArrayError
-from phichain.system import System, Vector, angular_velocities, cross, unit_vectors, unpack
+from phichain.system import System, Vector, angular_velocities, unit_vectors, unpack
 
 Law = Callable[[float, Vector], Vector]
 
@@ -72,7 +72,7 @@ def _spatial(system: System, gains: Gains, place: Vector, x: Vector) -> Vector:
     down = np.zeros((system.links, 3))
     down[:, 2] = gains.s
     directions = unit_vectors(system, q)
-    tilts = cross(np.broadcast_to(down, directions.shape), directions)[..., :2]
+    tilts = np.cross(np.broadcast_to(down, directions.shape), directions)[..., :2]
     rates = angular_velocities(system, v)[..., :2]
     flat = (*q.shape[:-1], 2 * system.links)
     return np.concatenate(

@@ -1,4 +1,4 @@
-"""Long lines of C, broken as a careful engineer breaks them: before an operator or after a comma, as far out as possible."""
+"""Long lines of C, broken as by hand: before an operator or after a comma, rather far out than deep inside parentheses."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ WIDTH = 110
 
 _INDENT = 4
 #: Operators before which a line may be broken: the looser one binds, the better.
-_TIGHTNESS = {"+": 1, "-": 1, "*": 2, "/": 2, "=": 3}
+_TIGHTNESS = {"+": 0.25, "-": 0.25, "*": 0.5, "/": 0.5, "=": 0.75}
+#: What an empty line would cost, in levels of parentheses.
+_FULL = 6.0
 
 
 def laid_out(text: str) -> list[str]:
@@ -17,14 +19,15 @@ def laid_out(text: str) -> list[str]:
     if len(text) <= WIDTH or text.lstrip().startswith(("/*", "*", "#")):
         return [text]
     indent = len(text) - len(text.lstrip())
-    lines, depth = [], 0
+    lines: list[str] = []
+    depth = 0
     while len(text) > WIDTH:
         place = min(_places(text, depth), default=None)
         if place is None:
             break
-        at, depth = -place[2], place[0]
+        _, at, depth = place
         lines.append(text[:at].rstrip())
-        text = " " * (indent + _INDENT * (1 + depth)) + text[at:].lstrip()
+        text = " " * (indent + _INDENT) + text[at:].lstrip()
     return [*lines, text]
 
 
@@ -42,17 +45,15 @@ def listed(head: str, items: Iterable[str], tail: str) -> str:
     return "\n".join([*lines, line])
 
 
-def _places(text: str, depth: int) -> Iterator[tuple[int, int, int]]:
-    """(depth, tightness, -position) of every space where the line may be broken, none inside an index."""
+def _places(text: str, depth: int) -> Iterator[tuple[float, int, int]]:
+    """(cost, position, depth) of every space where the line may be broken, none inside an index."""
     brackets = 0
     for position in range(len(text) - len(text.lstrip()), WIDTH + 1):
         letter = text[position]
         depth += (letter in "({") - (letter in ")}")
         brackets += (letter == "[") - (letter == "]")
-        if letter != " " or brackets:
-            continue
         word = text[position + 1 : text.find(" ", position + 1)]
-        if text[position - 1] == ",":
-            yield depth, 0, -position
-        elif word in _TIGHTNESS:
-            yield depth, _TIGHTNESS[word], -position
+        is_comma = text[position - 1] == ","
+        if letter == " " and not brackets and (is_comma or word in _TIGHTNESS):
+            room = (WIDTH - position) / WIDTH
+            yield depth + (0 if is_comma else _TIGHTNESS[word]) + _FULL * room, position, depth

@@ -7,7 +7,7 @@ this file and handed over in column-compressed patterns: CasADi looks for them u
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, product
 from types import MappingProxyType
@@ -60,31 +60,33 @@ def casadi_external(scene: Scene, lowered: Lowered) -> str:
             "real", scene.real, "CasADi calls functions in double precision",
             f'set target.real = "double", or use {scene.name}_casadi.py',
         )  # fmt: skip
-    tangents = {name: make_tangent(scene, name) for name in lowered.wanted}
+    programs = lowered.wanted
+    tangents = {name: tangent for name in programs if (tangent := make_tangent(scene, name)) is not None}
     writer = _Writer(scene.name)
-    functions = [
-        function
-        for name, program in lowered.wanted.items()
-        for function in (writer.values(program), writer.jacobian(program, tangents[name]))
-    ]
-    programs = list(lowered.wanted.values())
+    functions = []
+    for name, program in programs.items():
+        functions.append(writer.values(program))
+        if name in tangents:
+            functions.append(writer.jacobian(program, tangents[name]))
+    first = next(iter(programs.values()))
     return render(
         "casadi_external.c.j2",
         name=scene.name,
         upper=scene.name.upper(),
-        example=programs[0].name,
-        **_definitions(scene, tangents),
+        example=first.name,
+        without_jacobian=[name for name in programs if name not in tangents],
+        **_definitions(scene, tangents.values()),
         patterns=[(name, ", ".join(map(str, numbers))) for numbers, name in writer.patterns.items()],
         functions=functions,
-        longest=max(array.size for program in programs for array in stacked_inputs(program)),
-        params=[(array.name, array.size if array.shape else 0) for array in programs[0].params],
+        longest=max(array.size for program in programs.values() for array in stacked_inputs(program)),
+        params=[(array.name, array.size if array.shape else 0) for array in first.params],
         has_jacobians=any(tangent.program for tangent in tangents.values()),
     )
 
 
-def _definitions(scene: Scene, tangents: dict[str, Tangent]) -> dict[str, object]:
+def _definitions(scene: Scene, tangents: Iterable[Tangent]) -> dict[str, object]:
     """The static functions that compute Jacobians, and what those lean on."""
-    programs = {t.program.name: t.program for t in tangents.values() if t.program is not None}
+    programs = {t.program.name: t.program for t in tangents if t.program is not None}
     lowered = Lowered(wanted=MappingProxyType({}), helpers=MappingProxyType(programs))
     uses = set().union(*(body.uses for body in _bodies(scene, lowered).values()))
     names = CNames(scene.name, scene.real, _tables(lowered))

@@ -28,8 +28,8 @@ from phichain.scene import Scene
 
 #: Above this many operations `auto` keeps loops: beyond it compilers do better with loops that they can vectorise.
 UNROLL_LIMIT = 600
-#: The same for Jacobians, where straight-line code also leaves out the structural zeros that loops compute.
-JACOBIAN_UNROLL_LIMIT = 5000
+#: The same for Jacobians: straight-line code leaves out the zeros that loops compute, but takes longer to compile.
+JACOBIAN_UNROLL_LIMIT = 2500
 
 
 @dataclass(frozen=True)

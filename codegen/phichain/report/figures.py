@@ -77,3 +77,26 @@ def family(branch: Branch) -> Figure:
         panels.energy_of_family(right, branch)
         right.set_ylabel("")
     return drawing
+
+
+def overview(
+    first: tuple[System, Trajectory], second: tuple[System, Trajectory], branch: Branch, steadied: tuple[Any, Any]
+) -> Figure:
+    """The tour on one sheet: two chains in motion, a family of limit cycles, and an error that a controller removes.
+
+    Args:
+        first: A chain and its motion.
+        second: Another one.
+        branch: A family of limit cycles.
+        steadied: Times, and the error e_q of a closed loop.
+    """
+    with look():
+        drawing = figure(9.6, 6.4)
+        layout: Any = [["first", "second"], ["family", "steadied"]]
+        axes = drawing.subplot_mosaic(layout, height_ratios=(1.25, 1.0))
+        for name, (system, trajectory) in (("first", first), ("second", second)):
+            panels.chain_in_motion(axes[name], system, trajectory.q)
+            axes[name].set_title(f"{trajectory.name}: released from rest, {trajectory.t[-1]:g} s")
+        panels.family(axes["family"], branch)
+        panels.decay(axes["steadied"], steadied[0], {"$e_q$, links 2 and 3 upright": steadied[1]})
+    return drawing

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.control.feedback import absolute
+from phichain.control.angles import absolute_angles
 from phichain.errors import ArrayError
 from phichain.system import System, unit_vectors
 
@@ -32,7 +32,7 @@ def directions(system: System, q: ArrayLike) -> Points:
     """Unit vectors along the links, shape (..., N, d); the last axis of space points along gravity."""
     if not system.is_planar:
         return unit_vectors(system, np.asarray(q, dtype=float))
-    phi = absolute(system, np.asarray(q, dtype=float))
+    phi = absolute_angles(system, np.asarray(q, dtype=float))
     return np.stack([np.sin(phi), np.cos(phi)], axis=-1)
 
 
@@ -53,6 +53,6 @@ def tilt(system: System, q: ArrayLike) -> Points:
     and cosine, so that it is right near 0 and pi too.
     """
     if system.is_planar:
-        return absolute(system, np.asarray(q, dtype=float))
+        return absolute_angles(system, np.asarray(q, dtype=float))
     unit = directions(system, q)
     return np.arctan2(np.hypot(unit[..., 0], unit[..., 1]), unit[..., 2])

@@ -15,7 +15,7 @@ from scipy.interpolate import BPoly
 from phichain.errors import ArrayError
 from phichain.records import columns_of, read_npz, write_csv, write_npz
 from phichain.simulate.events import Crossing
-from phichain.system import Vector, cross
+from phichain.system import Vector
 
 _ARRAYS = ("t", "q", "v", "a", "u", "kinetic", "potential", "length_error", "tangency_error")
 _PLAIN = ("name", "space", "method", "status", "reason", "tol", "q_names", "v_names", "u_names")
@@ -153,8 +153,8 @@ class Trajectory:
             return stacked[:, cart:].reshape(len(stacked), -1, 3)
 
         directions, rates = triples(self.q), triples(self.v)
-        moving = cross(rates, directions)
-        turning = cross(triples(self.a), directions) + cross(rates, moving)
+        moving = np.cross(rates, directions)
+        turning = np.cross(triples(self.a), directions) + np.cross(rates, moving)
         flat = (len(self.t), links)
         q_dot = np.concatenate([self.v[:, :cart], moving.reshape(flat)], axis=1)
         return q_dot, np.concatenate([self.a[:, :cart], turning.reshape(flat)], axis=1)
