@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import Any, cast
 
@@ -55,9 +55,7 @@ class System:
         functions: Contract name -> callable. Positional arguments in the order of the C signature, runtime
             parameters last as the keyword ``p``; one array or a tuple of arrays comes back. The entry ``casadi``,
             when there, is a casadi.Function of the forward dynamics (or a callable that makes it).
-        q_names: Names of the entries of q.
-        v_names: Names of the entries of v.
-        u_names: Names of the entries of u.
+        q_names, v_names, u_names: Names of the entries of q, v and u.
         params: Default values of the runtime parameters, or None.
         scene: The scene as a plain mapping.
         digest: The scene's canonical digest.
@@ -92,7 +90,7 @@ class System:
     def __reduce__(self) -> tuple[Any, ...]:
         # A mapping proxy cannot be pickled; rebuild from plain dictionaries.
         fields = dict(self.__dict__, functions=dict(self.functions), scene=dict(self.scene))
-        return _rebuild, (fields,)
+        return partial(System, **fields), ()
 
     def __str__(self) -> str:
         wanted = ", ".join(self.functions) or "none"
@@ -154,10 +152,6 @@ class System:
         if p is None and self.params is None:
             return {}
         return {"p": {**(self.params or {}), **(p or {})}}
-
-
-def _rebuild(fields: dict[str, Any]) -> System:
-    return System(**fields)
 
 
 def pack(q: ArrayLike, v: ArrayLike) -> Vector:

@@ -36,7 +36,23 @@ from tests.emit.casadi_scenes import (
 casadi = pytest.importorskip("casadi")
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
 
-STRICT = ["-std=c99", "-pedantic-errors", "-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Wdouble-promotion", "-Wfloat-conversion", "-Wshadow", "-Wstrict-prototypes", "-Wmissing-prototypes", "-Wcast-qual", "-Wundef", "-Wvla", "-Werror"]
+STRICT = [
+    "-std=c99",
+    "-pedantic-errors",
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Wsign-conversion",
+    "-Wdouble-promotion",
+    "-Wfloat-conversion",
+    "-Wshadow",
+    "-Wstrict-prototypes",
+    "-Wmissing-prototypes",
+    "-Wcast-qual",
+    "-Wundef",
+    "-Wvla",
+    "-Werror",
+]
 
 STATES = 3
 KINDS = {
@@ -70,6 +86,13 @@ class Built:
     @property
     def library(self) -> Path:
         return self.folder / f"{self.scene.name}.so"
+
+    @property
+    def differentiable(self) -> dict[str, Program]:
+        """The functions that come with Jacobians: those that are no derivatives themselves."""
+        return {
+            name: program for name, program in self.lowered.wanted.items() if not name.endswith("_jacobian")
+        }
 
     def external(self, function: str) -> Any:
         return casadi.external(f"{self.scene.name}_casadi_{function}", str(self.library))
@@ -114,7 +137,9 @@ def derivative(program: Program, arguments: dict[str, Any], argument: str) -> di
     value = np.asarray(arguments[argument])
     if program.name.startswith("phi"):
         columns = [_exact_column(program, arguments, argument, i) for i in range(value.size)]
-        return {array.name: np.array([column[array.name] for column in columns]).T for array in program.outputs}
+        return {
+            array.name: np.array([column[array.name] for column in columns]).T for array in program.outputs
+        }
     step = 1e-100
     moved = value + 1j * step * np.eye(value.size).reshape(value.size, *value.shape)
     results = evaluate(program, {**arguments, argument: moved})
@@ -160,7 +185,7 @@ def test_values_are_those_of_the_programs(kind: str, build: Callable[[str], Buil
 @pytest.mark.parametrize("kind", KINDS)
 def test_jacobians_are_the_complex_step_derivatives(kind: str, build: Callable[[str], Built]) -> None:
     built = build(kind)
-    for name, program in built.lowered.wanted.items():
+    for name, program in built.differentiable.items():
         function = built.external(name)
         jacobian = function.jacobian()
         assert jacobian.is_a("External")  # not CasADi's finite differences
@@ -193,7 +218,7 @@ def test_patterns_hold_every_nonzero_and_leave_out_structural_zeros(
 ) -> None:
     built = build(kind)
     left_out = 0
-    for name, program in built.lowered.wanted.items():
+    for name, program in built.differentiable.items():
         jacobian = built.external(name).jacobian()
         arguments = random_arguments(program, np.random.default_rng(6), built.scene.space)
         for argument in (array.name for array in program.inputs):
@@ -218,6 +243,16 @@ def test_constant_results_have_empty_jacobians(build: Callable[[str], Built]) ->
     jacobian = build("one_link").external("mass_matrix").jacobian()
     assert jacobian.nnz_out(0) == 0
     assert make_tangent(KINDS["one_link"], "mass_matrix").program is None
+
+
+def test_derivatives_come_without_jacobians_and_the_file_says_so(build: Callable[[str], Built]) -> None:
+    built = build("planar")
+    text = (built.folder / "planar2_casadi.c").read_text()
+    assert "without Jacobians here: state_jacobian, phi_jacobian." in text
+    with pytest.raises(RuntimeError, match="Derivatives cannot be calculated"):
+        built.external("phi_jacobian").jacobian()
+    scene = make_scene("plain", 2, want=("energy",))
+    assert "without Jacobians" not in casadi_external(scene, lower(scene))
 
 
 def test_functions_work_inside_mx_expressions(build: Callable[[str], Built]) -> None:
@@ -295,9 +330,11 @@ def test_symbols_carry_the_scene_s_name_and_no_state(kind: str, build: Callable[
     assert not plain & ours
     companions = ("", "_n_in", "_n_out", "_name_in", "_name_out", "_sparsity_in", "_sparsity_out", "_work")
     assert ours == {
-        f"{before}{name}_casadi_{function}{companion}"
-        for before in ("", "jac_")
-        for function in built.scene.want
+        f"{function}{companion}"
+        for function in (
+            *(f"{name}_casadi_{function}" for function in built.scene.want),
+            *(f"jac_{name}_casadi_{function}" for function in built.differentiable),
+        )
         for companion in companions
     }
     assert not symbols(folder, f"{name}_casadi.o", "dDbBC")  # nothing that could be written to

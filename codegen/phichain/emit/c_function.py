@@ -6,12 +6,13 @@ variable. Sines and cosines of one generation are computed together, so that the
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 
+from phichain.emit.c_layout import laid_out
+from phichain.emit.c_trig import TrigBatches
 from phichain.emit.expressions import Text, double_literal, float_literal, infix
+from phichain.emit.inlining import used_once
 from phichain.program.nodes import (
     Array,
     Call,
@@ -25,6 +26,7 @@ from phichain.program.nodes import (
     SinCos,
     Statement,
     Store,
+    walk,
 )
 
 #: Longest expression that is written in place instead of getting a variable.
@@ -44,7 +46,7 @@ class CNames:
     """How a scene's C is spelt.
 
     Attributes:
-        prefix: the scene's name, before every external symbol.
+        prefix: the scene's name, before everything at file scope.
         real: "double" or "float".
         tables: file-scope name of each table, by (name, values).
     """
@@ -76,54 +78,78 @@ def c_function(program: Program, names: CNames, callees: dict[str, str]) -> CFun
     return CFunction(tuple(writer.lines), frozenset(writer.uses))
 
 
-@dataclass
-class _Scope:
-    """Definitions of one block that wait to be written where they are used."""
-
-    pending: dict[str, Op] = field(default_factory=dict)
-
-
 class _Writer:
     def __init__(self, program: Program, names: CNames, callees: dict[str, str]) -> None:
         self.program, self.names, self.callees = program, names, callees
         self.lines: list[str] = []
+        self.wants_gap = False
         self.uses: set[str] = set()
         self.texts: dict[str, Text] = {}
-        self.counts = _use_counts(program.body)
-        self.deep = _used_deeper(program.body)
+        self.in_place = used_once(program.body)
         self.scalars = {a.name for a in (*program.inputs, *program.params) if a.shape == ()}
         self.pointers = {a.name for a in program.outputs if a.shape == ()}
         self.params = {a.name for a in program.params}
-        self.trig = _Trig(program.body)
-        self.fresh = 0
+        self.trig = TrigBatches(program.body)
+        self.taken = _names(program)
+        self.bessel_calls: dict[str, str] = {}
 
-    # --- declarations -----------------------------------------------------------------------------------------------
-
-    def arrays(self) -> None:
-        for array in self.program.work:
-            self.line(1, f"{self.names.prefix}_real {array.name}[{array.size}];")
+    # --- lines ------------------------------------------------------------------------------------------------------
 
     def line(self, depth: int, text: str) -> None:
-        self.lines.append("    " * depth + text)
+        if self.wants_gap and self.lines:
+            self.lines.append("")
+        self.wants_gap = False
+        self.lines += laid_out("    " * depth + text)
+
+    def gap(self, depth: int) -> None:
+        """A blank line before what comes next, between the parts of a function."""
+        self.wants_gap = self.wants_gap or depth == 1
+
+    def variable(self, depth: int, name: str, text: str) -> Text:
+        """A `const` variable."""
+        self.line(depth, f"const {self.names.real} {name} = {text};")
+        return Text(name)
+
+    def fresh(self, stem: str) -> str:
+        """The stem with the first number that nothing in this function is called by."""
+        number = 1
+        while f"{stem}{number}" in self.taken:
+            number += 1
+        self.taken.add(f"{stem}{number}")
+        return f"{stem}{number}"
 
     # --- statements -------------------------------------------------------------------------------------------------
 
+    def arrays(self) -> None:
+        for array in self.program.work:
+            self.line(1, f"{self.names.real} {array.name}[{array.size}];")
+        self.gap(1)
+
     def block(self, statements: tuple[Statement, ...], depth: int) -> None:
+        outside, self.bessel_calls = self.bessel_calls, {}
+        stores = 0
         for statement in statements:
-            match statement:
-                case Op(result=result):
-                    if result not in self.texts:
-                        self.op(statement, depth)
-                case Store(cell, value):
-                    self.line(depth, f"{self.target(cell)} = {self.operand(value).text};")
-                case SinCos():
-                    self.sincos(statement, depth)
-                case For():
-                    self.loop(statement, depth)
-                case Call(callee, inputs, outputs):
-                    arguments = [*(["p"] if self.program.params else []), *map(self.argument, inputs), *outputs]
-                    self.line(depth, f"{self.callees[callee]}({', '.join(arguments)});")
-                    self.uses.add(callee)
+            if isinstance(statement, Store) != bool(stores):
+                self.gap(depth)
+            stores = stores + 1 if isinstance(statement, Store) else 0
+            self.statement(statement, depth)
+        self.bessel_calls = outside
+
+    def statement(self, statement: Statement, depth: int) -> None:
+        match statement:
+            case Op():
+                if statement.result not in self.texts:
+                    self.op(statement, depth)
+            case Store(cell, value):
+                self.line(depth, f"{self.target(cell)} = {self.operand(value).text};")
+            case SinCos():
+                self.sincos(statement, depth)
+            case For():
+                self.loop(statement, depth)
+            case Call(callee, inputs, outputs):
+                arguments = [*(["p"] if self.program.params else []), *map(self.argument, inputs), *outputs]
+                self.line(depth, f"{self.callees[callee]}({', '.join(arguments)});")
+                self.uses.add(callee)
 
     def op(self, op: Op, depth: int) -> None:
         if op.kind in ("sin", "cos"):
@@ -133,17 +159,11 @@ class _Writer:
             self.bessel(op, depth)
             return
         text = self.expression(op)
-        anonymous = op.result.startswith("_")
-        once = self.counts[op.result] == 1 and op.result not in self.deep
-        if anonymous and once and len(text.text) <= _LONGEST:
+        if op.result in self.in_place and len(text.text) <= _LONGEST:
             self.texts[op.result] = text
             return
-        name = op.result
-        if anonymous:
-            self.fresh += 1
-            name = f"t{self.fresh}"
-        self.line(depth, f"const {self.names.prefix}_real {name} = {text.text};")
-        self.texts[op.result] = Text(name)
+        name = self.fresh("t") if op.result.startswith("_") else op.result
+        self.texts[op.result] = self.variable(depth, name, text.text)
 
     def expression(self, op: Op) -> Text:
         args = [self.operand(arg) for arg in op.args]
@@ -153,33 +173,31 @@ class _Writer:
         self.uses.add("math")
         return Text(f"{self.names.libm(op.kind)}({args[0].text})")
 
+    # --- loops ------------------------------------------------------------------------------------------------------
+
     def loop(self, loop: For, depth: int) -> None:
+        self.gap(depth)
         for carry in loop.carries:
-            self.line(depth, f"{self.names.prefix}_real {carry.name} = {self.operand(carry.initial).text};")
+            self.line(depth, f"{self.names.real} {carry.name} = {self.operand(carry.initial).text};")
             self.texts[carry.name] = Text(carry.name)
         if not loop.body:
             return
-        variable, comparison, advance = loop.variable, "<" if loop.step > 0 else ">", "++" if loop.step > 0 else "--"
-        head = f"for (int {variable} = {loop.start}; {variable} {comparison} {loop.stop}; {advance}{variable})"
-        self.line(depth, f"{head} {{")
+        variable = loop.variable
+        condition, advance = (f"< {loop.stop}", "++") if loop.step > 0 else (f">= {loop.stop + 1}", "--")
+        self.line(depth, f"for (int {variable} = {loop.start}; {variable} {condition}; {advance}{variable}) {{")
         self.block(loop.body, depth + 1)
         self.advance(loop, depth + 1)
         self.line(depth, "}")
+        self.gap(depth)
 
     def advance(self, loop: For, depth: int) -> None:
         """Carried scalars move on together: what still needs an old value is put aside first."""
-        carried = [carry.name for carry in loop.carries]
         moves = [(c.name, self.operand(c.following).text) for c in loop.carries if c.following != Local(c.name)]
-        written: set[str] = set()
-        for name, text in moves:
-            written.add(name)
         for position, (name, text) in enumerate(moves):
-            overwritten = {before for before, _ in moves[:position]}
-            if overwritten & words(text) & set(carried):
-                moves[position] = (name, f"next_{name}")
-                self.line(depth, f"const {self.names.prefix}_real next_{name} = {text};")
+            if {before for before, _ in moves[:position]} & words(text):
+                moves[position] = (name, self.variable(depth, f"next_{name}", text).text)
         for name, text in moves:
-            self.line(depth, f"{name} = {text};")
+            self.line(depth, _assignment(name, text))
 
     def sincos(self, statement: SinCos, depth: int) -> None:
         self.uses.add("sincos")
@@ -194,14 +212,15 @@ class _Writer:
         self.uses.add("sincos")
         batch = self.trig.batch_of(op)
         suffix = "" if batch.number == 0 else f"_{batch.number + 1}"
-        count = len(batch.angles)
+        real, count = self.names.real, len(batch.angles)
         angle = self.run_of_cells(batch.angles)
         if angle is None:
             angle = f"angle{suffix}"
             texts = [self.ensured(operand, depth).text for operand in batch.angles]
-            self.line(depth, f"const {self.names.prefix}_real {angle}[{count}] = {{{', '.join(texts)}}};")
-        self.line(depth, f"{self.names.prefix}_real sine{suffix}[{count}], cosine{suffix}[{count}];")
+            self.line(depth, f"const {real} {angle}[{count}] = {{{', '.join(texts)}}};")
+        self.line(depth, f"{real} sine{suffix}[{count}], cosine{suffix}[{count}];")
         self.line(depth, f"{self.names.prefix}_sincos({count}, {angle}, sine{suffix}, cosine{suffix});")
+        self.gap(depth)
         for position, operand in enumerate(batch.angles):
             for result, kind in self.trig.results[operand]:
                 array = "sine" if kind == "sin" else "cosine"
@@ -230,17 +249,14 @@ class _Writer:
         return self.operand(operand)
 
     def bessel(self, op: Op, depth: int) -> None:
-        """J_0 to J_4 of one argument come from one call."""
+        """J_0 to J_4 of one argument come from one call a block."""
         self.uses.add("bessel")
         argument = self.operand(op.args[0]).text
-        key = f"bessel of {argument}"
-        if key not in self.texts:
-            self.fresh += 1
-            array = f"bessel_{self.fresh}"
-            self.line(depth, f"{self.names.prefix}_real {array}[5];")
+        if argument not in self.bessel_calls:
+            array = self.bessel_calls[argument] = self.fresh("bessel_")
+            self.line(depth, f"{self.names.real} {array}[5];")
             self.line(depth, f"{self.names.prefix}_bessel({argument}, {array});")
-            self.texts[key] = Text(array)
-        self.texts[op.result] = Text(f"{self.texts[key].text}[{op.kind[-1]}]")
+        self.texts[op.result] = Text(f"{self.bessel_calls[argument]}[{op.kind[-1]}]")
 
     # --- operands ---------------------------------------------------------------------------------------------------
 
@@ -263,66 +279,38 @@ class _Writer:
         return f"p->{name}" if name in self.params else name
 
 
-@dataclass(frozen=True)
-class _Batch:
-    number: int
-    angles: list[Operand]
-
-
-class _Trig:
-    """Sines and cosines of straight-line code, grouped by how many sines lie beneath their angle."""
-
-    def __init__(self, statements: tuple[Statement, ...]) -> None:
-        self.definitions = {s.result: s for s in statements if isinstance(s, Op)}
-        self.results: dict[Operand, list[tuple[str, str]]] = {}
-        generation: dict[str, int] = {}
-        self.batches: dict[int, _Batch] = {}
-        for op in self.definitions.values():
-            below = max((generation[a.name] for a in op.args if isinstance(a, Local) and a.name in generation), default=0)
-            if op.kind not in ("sin", "cos"):
-                generation[op.result] = below
-                continue
-            generation[op.result] = below + 1
-            batch = self.batches.setdefault(below, _Batch(len(self.batches), []))
-            if op.args[0] not in self.results:
-                batch.angles.append(op.args[0])
-            self.results.setdefault(op.args[0], []).append((op.result, op.kind))
-
-    def batch_of(self, op: Op) -> _Batch:
-        return next(batch for batch in self.batches.values() if op.args[0] in batch.angles)
-
-
-def _use_counts(statements: tuple[Statement, ...]) -> Counter[str]:
-    counts: Counter[str] = Counter()
-
-    def count(operands: Iterable[Operand]) -> None:
-        counts.update(operand.name for operand in operands if isinstance(operand, Local))
-
-    for statement in statements:
+def _names(program: Program) -> set[str]:
+    """Everything a function calls something by."""
+    arrays = (*program.params, *program.inputs, *program.outputs, *program.work)
+    named = {array.name for array in arrays} | {"p"}
+    for statement in walk(program.body):
         match statement:
-            case Op(args=args):
-                count(args)
-            case Store(value=value):
-                count((value,))
-            case For(carries=carries, body=body):
-                for carry in carries:
-                    count((carry.initial, carry.following))
-                counts.update(_use_counts(body))
+            case Op(result=result):
+                named.add(result)
+            case For(variable=variable, carries=carries):
+                named |= {variable, *(carry.name for carry in carries)}
             case _:
                 pass
-    return counts
+    return named
 
 
-def _used_deeper(statements: tuple[Statement, ...]) -> set[str]:
-    """Values defined in one block and used inside a loop below it: computed once, outside."""
-    used: set[str] = set()
-    for statement in statements:
-        if isinstance(statement, For):
-            used |= set(_use_counts(statement.body)) | _used_deeper(statement.body)
-            used |= {c.following.name for c in statement.carries if isinstance(c.following, Local)}
-    local = {s.result for s in statements if isinstance(s, Op)}
-    inner = set().union(*(_used_deeper(s.body) for s in statements if isinstance(s, For))) if statements else set()
-    return (used & local) | inner
+def _assignment(name: str, text: str) -> str:
+    """``name = text;``, or ``name += rest;`` where the text is the name and one more term, so that no sum is reordered."""
+    for operator in ("+", "-"):
+        start = f"{name} {operator} "
+        if text.startswith(start) and not _has_terms(text.removeprefix(start)):
+            return f"{name} {operator}= {text.removeprefix(start)};"
+    return f"{name} = {text};"
+
+
+def _has_terms(text: str) -> bool:
+    """Whether a sum stands outside all brackets."""
+    depth = 0
+    for position, letter in enumerate(text):
+        depth += (letter in "([") - (letter in ")]")
+        if depth == 0 and text.startswith((" + ", " - "), position):
+            return True
+    return False
 
 
 def words(text: str) -> set[str]:
@@ -333,9 +321,9 @@ def words(text: str) -> set[str]:
 
 def declaration(array: Array, prefix: str, is_output: bool, definition: bool) -> str:
     """How an argument is declared: scalars by value or pointer, arrays with their extent."""
-    qualifier = "" if is_output else "const "
+    if array.shape == () and not is_output:
+        return f"{'const ' if definition else ''}{prefix}_real {array.name}"
     if array.shape == ():
-        star = "*" if is_output else ""
-        return f"{qualifier}{prefix}_real {star}{array.name}"
+        return f"{prefix}_real *{array.name}"
     restrict = "restrict " if definition and is_output else ""
-    return f"{qualifier}{prefix}_real {array.name}[{restrict}{array.size}]"
+    return f"{'' if is_output else 'const '}{prefix}_real {array.name}[{restrict}{array.size}]"

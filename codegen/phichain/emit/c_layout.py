@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 #: Longest line of an emitted file.
 WIDTH = 110
@@ -29,20 +29,6 @@ def laid_out(text: str) -> list[str]:
         lines.append(text[:at].rstrip())
         text = " " * (indent + _INDENT) + text[at:].lstrip()
     return [*lines, text]
-
-
-def listed(head: str, items: Iterable[str], tail: str) -> str:
-    """``head item, item, ... tail`` over as many lines as it takes; continuation lines are indented once."""
-    lines, line = [], head
-    items = list(items)
-    for position, item in enumerate(items):
-        piece = item + ("," if position + 1 < len(items) else tail)
-        gap = " " if position and line.strip() else ""
-        if len(line) + len(gap) + len(piece) > WIDTH and line.strip():
-            lines.append(line.rstrip())
-            line, gap = " " * _INDENT, ""
-        line += gap + piece
-    return "\n".join([*lines, line])
 
 
 def _places(text: str, depth: int) -> Iterator[tuple[float, int, int]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -16,11 +16,8 @@ from phichain.scene import Scene
 
 Cells = tuple[tuple[int, int], ...]
 
-#: Functions that are derivatives already; the loop form of the tangent pass does not serve them once more.
-_SECOND = frozenset({"state_jacobian", "phi_jacobian"})
-
-#: Operations beyond which straight-line code is not even tried.
-_LONG = 4 * JACOBIAN_UNROLL_LIMIT
+#: What comes without Jacobians: second derivatives of long chains do not fit into a file of sources.
+DERIVATIVES = frozenset({"state_jacobian", "phi_jacobian"})
 
 
 @dataclass(frozen=True)
@@ -52,38 +49,35 @@ def make_tangent(scene: Scene, function: str) -> Tangent | None:
     """Differentiate one function of a scene with respect to all its arguments.
 
     Returns:
-        Its Jacobians; None for second derivatives (those of state_jacobian and phi_jacobian) of long chains.
+        Its Jacobians; None for a function that is a derivative itself.
     """
+    if function in DERIVATIVES:
+        return None
     program = inline(lower_function(replace(scene, code="loops"), function, "loops"))
     cells = _pattern(program)
     blocks = [block for block in _blocks(program) if cells[block.name]]
     if not blocks:
         return Tangent(None, MappingProxyType(cells))
-    name, doc = f"casadi_{function}_tangent", f"Exact derivatives of {function}."
-    if function in _SECOND:
-        return _straight_line(jacobian(unroll(program), name, doc, blocks), cells) if _is_short(program) else None
+    tangent = _shaped(scene.code, program, blocks)
+    return Tangent(tangent, MappingProxyType(cells | _sharper_cells(tangent)))
+
+
+def _shaped(code: str, program: Program, blocks: Sequence[Block]) -> Program:
+    """The tangent as straight-line code or with loops, by the rule that also shapes state_jacobian."""
+    name, doc = f"casadi_{program.name}_tangent", f"Exact derivatives of {program.name}."
     looped = jacobian(program, name, doc, blocks)
-    if scene.code != "unrolled" and (scene.code == "loops" or total_operations(looped) > _LONG):
-        return Tangent(looped, MappingProxyType(cells))
+    if code == "loops" or (code == "auto" and total_operations(looped) > 4 * JACOBIAN_UNROLL_LIMIT):
+        return looped
     flat = jacobian(unroll(program), name, doc, blocks)
-    if scene.code == "auto" and total_operations(flat) > JACOBIAN_UNROLL_LIMIT:
-        return Tangent(looped, MappingProxyType(cells))
-    return _straight_line(flat, cells)
+    return looped if code == "auto" and total_operations(flat) > JACOBIAN_UNROLL_LIMIT else flat
 
 
-def _is_short(program: Program) -> bool:
-    """Whether its straight-line tangent, at most all operations once for each direction, stays short."""
-    if total_operations(program) > _LONG:
-        return False
-    directions = sum(array.size for array in (*program.params, *program.inputs))
-    return total_operations(unroll(program)) * directions <= _LONG
-
-
-def _straight_line(tangent: Program, cells: Mapping[str, Cells]) -> Tangent:
-    """Straight-line code also knows the terms that cancel, so its pattern is the sharper one."""
+def _sharper_cells(tangent: Program) -> dict[str, Cells]:
+    """The nonzeros of a straight-line tangent, which also knows the terms that cancel; nothing of one with loops."""
+    if not tangent.is_straight_line:
+        return {}
     widths = {array.name: array.shape[1] for array in tangent.outputs}
-    sharper = {key: tuple(divmod(i, widths[key]) for i in found) for key, found in sparsity(tangent).items()}
-    return Tangent(tangent, MappingProxyType({**cells, **sharper}))
+    return {key: tuple(divmod(i, widths[key]) for i in found) for key, found in sparsity(tangent).items()}
 
 
 def _blocks(program: Program) -> Iterator[Block]:

@@ -10,12 +10,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from fractions import Fraction
 
 from phichain.program.algebra import canonical, simplify
+from phichain.program.handles import ArrayRef, Expr, Index, Number
 from phichain.program.nodes import (
     Affine,
     Array,
@@ -32,78 +32,6 @@ from phichain.program.nodes import (
     Statement,
     Store,
 )
-
-Number = int | float | Fraction
-Index = int | Affine
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Expr:
-    """A scalar being computed; arithmetic on it records operations in its Builder."""
-
-    builder: Builder
-    operand: Operand
-
-    def __add__(self, other: Expr | Number) -> Expr:
-        return self.builder.apply("add", self, other)
-
-    def __radd__(self, other: Number) -> Expr:
-        return self.builder.apply("add", other, self)
-
-    def __sub__(self, other: Expr | Number) -> Expr:
-        return self.builder.apply("sub", self, other)
-
-    def __rsub__(self, other: Number) -> Expr:
-        return self.builder.apply("sub", other, self)
-
-    def __mul__(self, other: Expr | Number) -> Expr:
-        return self.builder.apply("mul", self, other)
-
-    def __rmul__(self, other: Number) -> Expr:
-        return self.builder.apply("mul", other, self)
-
-    def __truediv__(self, other: Expr | Number) -> Expr:
-        return self.builder.apply("div", self, other)
-
-    def __rtruediv__(self, other: Number) -> Expr:
-        return self.builder.apply("div", other, self)
-
-    def __neg__(self) -> Expr:
-        return self.builder.apply("neg", self)
-
-    @property
-    def constant(self) -> Fraction | None:
-        """The exact value when it is known at generation time."""
-        return self.operand.value if isinstance(self.operand, Const) else None
-
-    @property
-    def is_zero(self) -> bool:
-        """True for a structural zero."""
-        return self.constant == 0
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ArrayRef:
-    """A named array: ``ref[k]`` reads a cell, ``ref[k] = value`` writes one."""
-
-    builder: Builder
-    name: str
-    size: int
-    offset: Index = 0
-    stride: int = 1
-
-    def __getitem__(self, index: Index) -> Expr:
-        return self.builder.read(self.name, self._cell(index))
-
-    def __setitem__(self, index: Index, value: Expr | Number) -> None:
-        self.builder.write(self.name, self._cell(index), value)
-
-    def _cell(self, index: Index) -> Index:
-        return index * self.stride + self.offset
-
-    def shifted(self, offset: Index, stride: int = 1) -> ArrayRef:
-        """The same array from another origin and with another stride: ``ref.shifted(o, s)[k]`` is ``ref[o + s k]``."""
-        return ArrayRef(self.builder, self.name, self.size, self._cell(offset), self.stride * stride)
 
 
 class _Block:
@@ -179,13 +107,17 @@ class Builder:
         """`entry(k)` for k below count: exact constants where they are known, else computed once per call."""
         values = self._constants(count, entry)
         if values is not None:
-            unique = self.fresh(name)
-            self.tables[unique] = values
-            return ArrayRef(self, unique, count)
+            return self.constants(name, values)
         cells = self.array(name, count)
         with self.loop("k", 0, count) as loop:
             cells[loop.index] = entry(loop.index)
         return cells
+
+    def constants(self, name: str, values: Iterable[Fraction]) -> ArrayRef:
+        """A table of exact constants."""
+        unique = self.fresh(name)
+        self.tables[unique] = tuple(values)
+        return ArrayRef(self, unique, len(self.tables[unique]))
 
     def _constants(self, count: int, entry: Callable[[Index], Expr | Number]) -> tuple[Fraction, ...] | None:
         """The entries as exact numbers, or None when one depends on a runtime parameter (nothing is recorded)."""
@@ -234,11 +166,17 @@ class Builder:
             return value
         if not operand.name.startswith("_"):
             return value
-        named = Local(self.fresh(label))
+        named = Local(self.fresh(self._beside_its_array(label)))
         block.statements[-1] = self._ops[named.name] = Op(named.name, last.kind, last.args)
         del self._ops[operand.name]
         block.shared[(last.kind, canonical(last.kind, last.args))] = named
         return Expr(self, named)
+
+    def _beside_its_array(self, label: str) -> str:
+        """The name of a value in a loop that is kept in an array of the same name: `rate_k` for the cell `rate[k]`."""
+        variables = "".join(f"_{variable}" for variable in self._open_loops)
+        is_array = any(array.name == label for array in (*self.work, *self.outputs, *self.inputs))
+        return label + variables if is_array else label
 
     def sin(self, x: Expr) -> Expr:
         """Sine of one value; use `sincos` for a run of cells."""
@@ -279,8 +217,9 @@ class Builder:
         unique = variable
         while unique in self._open_loops:
             unique += "_inner"
-        bounds = [Affine(bound) if isinstance(bound, int) else bound for bound in (start, stop)]
-        hull = self._hull(*bounds, step)
+        first = Affine(start) if isinstance(start, int) else start
+        end = Affine(stop) if isinstance(stop, int) else stop
+        hull = self._hull(first, end, step)
         self._open_loops[unique] = hull
         loop = Loop(self, unique)
         self._blocks.append(_Block())
@@ -288,7 +227,7 @@ class Builder:
         block = self._blocks.pop()
         del self._open_loops[unique]
         carries = tuple(Carry(name, initial, following) for name, (initial, following) in loop.carries.items())
-        self._blocks[-1].statements.append(For(unique, *bounds, step, carries, tuple(block.statements), hull))
+        self._blocks[-1].statements.append(For(unique, first, end, step, carries, tuple(block.statements), hull))
 
     def _hull(self, start: Affine, stop: Affine, step: int) -> tuple[int, int]:
         """Least and greatest value of a loop's variable over all turns of the loops around it."""
@@ -362,3 +301,6 @@ class Builder:
     def _anonymous(self) -> str:
         self._names["_"] = number = self._names.get("_", 0) + 1
         return f"_{number}"
+
+
+__all__ = ["ArrayRef", "Builder", "Expr", "Index", "Loop", "Number"]

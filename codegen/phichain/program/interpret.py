@@ -11,7 +11,19 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from phichain.program.nodes import Call, Cell, Const, For, Local, Op, Operand, Program, SinCos, Statement, Store
+from phichain.program.nodes import (
+    Call,
+    Cell,
+    Const,
+    For,
+    Local,
+    Op,
+    Operand,
+    Program,
+    SinCos,
+    Statement,
+    Store,
+)
 
 Scalar = Any
 
@@ -81,7 +93,11 @@ class _State:
                     self.call(statement)
 
     def label(self, name: str) -> str:
-        return "_".join([name, *(str(i) for i in self.indices.values())]) if name[0] != "_" else ""
+        """A named value's name in this turn of the loops: `rate_k` and `rate` alike become `rate_3`."""
+        if name.startswith("_"):
+            return ""
+        stem = name.removesuffix("".join(f"_{variable}" for variable in self.indices))
+        return "_".join([stem, *(str(i) for i in self.indices.values())])
 
     def sincos(self, statement: SinCos) -> None:
         for i in range(statement.count):

@@ -148,10 +148,9 @@ class Parameters:
     def pivot_growth(self) -> float:
         """Bound of how far pivots of the tension system grow on either side; infinite where masses are runtime."""
         scene = self._scene
-        if "mass" in scene.runtime or "cart_mass" in scene.runtime:
+        if isinstance(scene.mass, str) or isinstance(scene.cart_mass, str):
             return inf
-        mass = [scene.cart_mass or scene.mass[0], *scene.mass]  # type: ignore[misc]
-        ratios = [outer / inner for inner, outer in pairwise(mass)]  # type: ignore[operator]
+        ratios = [outer / inner for inner, outer in pairwise((scene.cart_mass or scene.mass[0], *scene.mass))]
         middle = self.links // 2
         return max(prod(1 + ratio for ratio in ratios[:middle]), prod(1 + 1 / ratio for ratio in ratios[middle + 1 :]))
 
@@ -161,12 +160,11 @@ class Parameters:
 
     def _between(self, name: str, entry: Callable[[Index], Expr]) -> ArrayRef:
         """entry(k - 1) for the neighbours k - 1 and k, k = 1..N-1, and a repeated entry for k = N."""
-        last = self.links - 1
-        if last == 0:
-            return self.derived(name, lambda k: self._builder.lift(1)).shifted(-1)
-        if self._scene.mass != "runtime":
-            return self.derived(name, lambda k: entry(min(k, last - 1))).shifted(-1)  # type: ignore[type-var]
-        return self._once(name, lambda: self._padded(name, entry)).shifted(-1)
+        if isinstance(self._scene.mass, str) and self.links > 1:
+            return self._once(name, lambda: self._padded(name, entry)).shifted(-1)
+        known = [entry(k).constant or Fraction(1) for k in range(self.links - 1)]
+        padded = [*known, known[-1] if known else Fraction(1)]
+        return self._once(name, lambda: self._builder.constants(name, padded)).shifted(-1)
 
     def _padded(self, name: str, entry: Callable[[Index], Expr]) -> ArrayRef:
         builder, last = self._builder, self.links - 1
@@ -179,9 +177,8 @@ class Parameters:
     def _outer_mass(self) -> ArrayRef:
         builder, links = self._builder, self.links
         if self._scene.mass != "runtime":
-            mass = self._scene.mass
-            exact = [Fraction(value) / self.units.mass for value in mass]  # type: ignore[arg-type]
-            return builder.table("outer_mass", links, lambda k: sum(exact[k + 1 :], Fraction(0)))  # type: ignore[operator,misc]
+            exact = [self.mass[k].constant or Fraction(0) for k in range(links)]
+            return builder.constants("outer_mass", [sum(exact[k + 1 :], Fraction(0)) for k in range(links)])
         outer = builder.array("outer_mass", links)
         outer[links - 1] = builder.lift(0)
         with builder.loop("k", links - 1, 0, -1) as loop:
@@ -193,8 +190,9 @@ class Parameters:
         return outer
 
     def _given(self, name: str) -> ArrayRef:
-        values, unit = getattr(self._scene, name), self.units.of(name)
-        return self._once(name, lambda: self._builder.table(name, self.links, lambda k: Fraction(values[k]) / unit))
+        unit = self.units.of(name)
+        exact = [Fraction(value) / unit for value in getattr(self._scene, name)] if name not in self._made else []
+        return self._once(name, lambda: self._builder.constants(name, exact))
 
     def _scalar(self, name: str) -> Expr:
         if name in self._made:

@@ -9,7 +9,20 @@ from fractions import Fraction
 
 from phichain.program.builder import Builder, Expr
 from phichain.program.interpret import Algebra, run
-from phichain.program.nodes import Affine, Call, Carry, Cell, For, Local, Op, Operand, Program, SinCos, Statement, Store
+from phichain.program.nodes import (
+    Affine,
+    Call,
+    Carry,
+    Cell,
+    For,
+    Local,
+    Op,
+    Operand,
+    Program,
+    SinCos,
+    Statement,
+    Store,
+)
 
 
 def unroll(program: Program) -> Program:

@@ -8,7 +8,7 @@ the linear map phi = S theta of design 1.2.
 
 from __future__ import annotations
 
-from phichain.program.builder import ArrayRef, Builder, Expr
+from phichain.program.builder import ArrayRef, Builder
 from phichain.program.parameters import Parameters
 from phichain.program.planar_joints import absolute, passive_torque, planar_state, to_generalised
 from phichain.scene import Scene

@@ -132,7 +132,8 @@ class _Sweep:
         inertia, gamma_adjugate = _resplit(before.inertia, before.direction, q)
         adjugate, adjugate_turned = _resplit(before.adjugate, before.direction, q)
         adjugate = _Split(adjugate.axial, adjugate.mixed, turned(adjugate_turned, q))
-        projector = turned((builder.lift(1), *[builder.lift(0)] * 2, builder.lift(1), builder.lift(0), builder.lift(1)), q)
+        one, nothing = builder.lift(1), builder.lift(0)
+        projector = turned((one, nothing, nothing, one, nothing, one), q)
         trace_gamma = _trace(inertia.tangent)
         determinant = h * h + h * area * trace_gamma + area * area * adjugate.axial
         inverse = builder.let("inverse_pivot", 1 / determinant)

@@ -12,7 +12,20 @@ from typing import TYPE_CHECKING
 from phichain.errors import EmissionError
 from phichain.program.builder import ArrayRef, Builder, Expr
 from phichain.program.derivatives import directional
-from phichain.program.nodes import Affine, Call, Cell, Const, For, Local, Op, Operand, Program, SinCos, Statement, Store
+from phichain.program.nodes import (
+    Affine,
+    Call,
+    Cell,
+    Const,
+    For,
+    Local,
+    Op,
+    Operand,
+    Program,
+    SinCos,
+    Statement,
+    Store,
+)
 
 if TYPE_CHECKING:
     from phichain.program.tangent import Block
