@@ -131,9 +131,9 @@ def planar(
         G = K.copy()
         G[cart:, cart:] += np.diag(gravity * mu * s)
         parts: tuple[np.ndarray, ...] = (M, S.T @ G @ S)
-        if nu:
-            parts = (*parts, B)
-        return parts if damping is None else (*parts, S.T @ D @ S)
+        if damping is not None:
+            parts = (*parts, S.T @ D @ S)
+        return (*parts, B) if nu else parts
 
     def step(
         h: float, q: np.ndarray, v: np.ndarray, u: np.ndarray | None = None

@@ -245,7 +245,7 @@ def lqr(
     verdict = "brought back" if motion.status == "complete" and off[-1] < 0.1 * off[0] else "not brought back"
     typer.echo(
         f"tried from {lean:g} rad off: {verdict}, e_q = {off[0]:.3g} at first, {off[-1]:.3g} at {motion.t[-1]:g} s,"
-        f" largest input {np.max(np.abs(motion.u)):.3g}"
+        f" largest input {np.max(np.abs(np.asarray(motion.u))):.3g}"
     )
     _write(gains, files, lambda: _figures().closed_loop(system, motion, off, rate))
 

@@ -3,8 +3,6 @@
 `build` makes one from compiled code, a test makes one by hand from a few NumPy functions; `simulate`,
 `continuation`, `control` and `fractional` cannot tell the difference and import nothing above this file.
 
-State and argument order (design section 3)
--------------------------------------------
 The state of the numerics is ``x = (q, v)`` in one vector of length ``nq + nv``; callables are ``f(t, x, u, p)``.
 
 * planar:  ``q = [x (cart only), theta_1 .. theta_N]``, ``v = q'``, ``nq = nv``; metres, radians, seconds.
@@ -197,8 +195,7 @@ def velocity(system: System, q: Vector, v: Vector) -> Vector:
 
 @lru_cache
 def _turned(start: int, stop: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Where the entries of each triple stand after one and after two cyclic shifts: a cross product of stacked
-    triples is a[one] b[two] - a[two] b[one]."""
+    """Indices of stacked triples, turned once and twice: a x b is a[one] b[two] - a[two] b[one]."""
     triples = np.arange(start, stop).reshape(-1, 3)
     return triples[:, [1, 2, 0]].ravel(), triples[:, [2, 0, 1]].ravel()
 

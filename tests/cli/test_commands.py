@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -137,9 +138,32 @@ def test_trace_draws_a_family(command: Command, tmp_path: Path) -> None:
 
 
 def test_lqr_steadies_the_chain_of_paper_b(command: Command, tmp_path: Path) -> None:
-    answer = command("lqr", "paper_b", "--out", "c.csv", "--out", "c.png")
+    answer = command("lqr", "paper_b", "--up", "none", "--lean", 0.5, "--out", "c.csv", "--out", "c.png")
     assert answer.code == 0, answer.err
-    assert "slowest" in answer.out
+    assert "brought back" in answer.out and "not brought back" not in answer.out
+    assert len((tmp_path / "c.csv").read_text().splitlines()) == 1 + 2 * (2 + 2 * 5)
+    assert (tmp_path / "c.png").stat().st_size > 10_000
+
+
+def test_lqr_says_so_when_the_chain_is_too_far_off(command: Command) -> None:
+    answer = command("lqr", "paper_b", "--up", "4,5", "--lean", 0.03)
+    assert answer.code == 0, answer.err
+    assert "not brought back" in answer.out
+
+
+def test_the_tour_leaves_code_and_a_report_with_all_its_figures(command: Command, tmp_path: Path) -> None:
+    answer = command("tour", "--out", "left")
+    assert answer.code == 0, answer.err
+    report = tmp_path / "left" / "report"
+    text = (report / "index.html").read_text()
+    shown = re.findall(r'<img src="([^"]+)"', text)
+    assert len(shown) == 4 and all((report / name).stat().st_size > 20_000 for name in shown)
+    assert (report / "tour.png").stat().st_size > 20_000
+    for heading in ("Paper A: four links", "Paper B: five links", "A family of limit cycles", "A controller"):
+        assert heading in text and heading in answer.out
+    for name in ("paper_a_4", "paper_b"):
+        assert (tmp_path / "left" / name / f"{name}.c").exists()
+    assert str(tmp_path) not in text
 
 
 def test_a_scene_file_serves_like_a_bundled_scene(command: Command, tmp_path: Path) -> None:

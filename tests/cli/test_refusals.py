@@ -106,15 +106,32 @@ def test_a_function_the_scene_does_not_want(command: Command) -> None:
     assert_one_line(command("show", "planar4_forward_only", "--program", "energy"), "energy")
 
 
-def test_lqr_of_a_chain_without_inputs(command: Command) -> None:
-    answer = command("lqr", "spatial4_fixed_forward_only")
+def test_lqr_of_a_scene_that_does_not_want_its_linearization(command: Command) -> None:
+    assert_one_line(command("lqr", "planar4_forward_only"), "linearization")
+
+
+def test_lqr_of_a_chain_without_inputs(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "free.toml").write_text(TABLES["want"].format("linearization"))
+    assert_one_line(command("lqr", "free.toml"), "input")
+
+
+@pytest.mark.parametrize("up", ["6", "0", "1,x", "1.5", "some"])
+def test_lqr_of_links_that_are_not_there(command: Command, up: str) -> None:
+    assert_one_line(command("lqr", "paper_b", "--up", up), "up")
+
+
+@pytest.mark.parametrize(("option", "value", "says"), [("--q", "-1", "Q"), ("--r", "0", "R"), ("--r", "nan", "R")])
+def test_lqr_with_weights_that_are_not_positive(command: Command, option: str, value: str, says: str) -> None:
+    assert_one_line(command("lqr", "paper_b", option, value), says)
+
+
+def test_trace_of_a_mode_that_is_not_there(command: Command) -> None:
+    assert_one_line(command("trace", "planar2", "--mode", 3), "mode")
+
+
+def test_trace_of_a_spatial_chain(command: Command) -> None:
+    answer = command("trace", "paper_b")
     assert answer.code == 2 and answer.err.count("\n") == 1
-
-
-@pytest.mark.parametrize("signs", ["++", "+-+-x", "+++++-"])
-def test_lqr_where_there_is_no_such_equilibrium(command: Command, signs: str) -> None:
-    answer = command("lqr", "paper_b", f"--signs={signs}")
-    assert answer.code == 2 and answer.err.count("\n") == 1 and "signs" in answer.err
 
 
 def test_a_fault_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:

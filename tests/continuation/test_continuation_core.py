@@ -198,19 +198,19 @@ def test_the_point_limit_and_a_frozen_record() -> None:
         branch.column("mu")
 
 
-def test_a_steep_neighbour_is_not_jumped_to() -> None:
-    """x^2 - l^2 = 1e-6: two branches 2e-3 apart that turn by a right angle; a run stays on its own."""
+@pytest.mark.parametrize("gap", [1e-1, 1e-3, 1e-4, 1e-5])
+def test_an_avoided_crossing_is_not_jumped_over(gap: float) -> None:
+    """x^2 - l^2 = gap^2: two branches 2 gap apart that turn by a right angle; a run stays on its own."""
     problem = Problem(
-        lambda z: np.array([z[0] ** 2 - z[1] ** 2 - 1e-6]),
+        lambda z: np.array([z[0] ** 2 - z[1] ** 2 - gap**2]),
         lambda z: np.array([[2 * z[0], -2 * z[1]]]),
         ("x", "l"),
     )
     start = start_on(problem, np.array([1.0, -1.0]), np.array([-1.0, 1.0]), Engine())
-    branch = follow(
-        problem, start, tests=[Fold(), BranchPoint(), Fold(0, "turn in x"), Level(lambda z: z[1], 1.0)]
-    )
-    assert np.min(branch.column("x")) > 0
-    assert branch.located("turn in x")[0].z == pytest.approx([1e-3, 0.0], abs=1e-9)
+    tests = [Fold(), BranchPoint(), Fold(0, "turn in x"), Level(lambda z: z[1], 1.0)]
+    branch = follow(problem, start, tests=tests)
+    assert np.min(branch.column("x")) > 0.9 * gap and branch.points[-1, 1] == pytest.approx(1)
+    assert branch.located("turn in x")[0].z == pytest.approx([gap, 0.0], abs=1e-9)
     assert not branch.located("branch point")
 
 

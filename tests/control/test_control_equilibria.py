@@ -140,6 +140,20 @@ def test_the_margin_measures_the_distance_from_it() -> None:
     assert controllability(folded(actuated="all"), (1, -1)).margin > 1e-2
 
 
+def test_single_precision_matrices_are_not_trusted_beyond_their_digits() -> None:
+    """The unreachable mode stays unreachable when rounding to single precision lends it a margin of 1e-8."""
+    system = folded()
+
+    def rounded(function):
+        return lambda *a: tuple(np.float32(part) for part in function(*a))
+
+    functions = {"linearization": rounded(system.linearization)}
+    single = System(**{**system.__dict__, "functions": functions, "real": "float"})
+    found = controllability(single, (1, -1))
+    assert 1e-12 < found.margin < found.limit and not found.is_controllable
+    assert controllability(single, (1, 1)).is_controllable
+
+
 def test_without_gravity_the_links_cannot_be_told_apart() -> None:
     with pytest.raises(ControlError, match="uncontrollable"):
         lqr(folded(gravity=0.0), (1, 1))

@@ -124,9 +124,10 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Built]:
     def build_kind(kind: str) -> Built:
         if kind not in made:
             scene, folder = KINDS[kind], tmp_path_factory.mktemp(kind)
-            made[kind] = Built(scene, lower(scene), folder)
-            files = write(scene, made[kind].lowered, folder)
+            lowered = lower(scene)
+            files = write(scene, lowered, folder)
             run(folder, "cc", *STRICT, "-O1", "-fPIC", "-shared", *files, "-o", f"{scene.name}.so", "-lm")
+            made[kind] = Built(scene, lowered, folder)
         return made[kind]
 
     return build_kind

@@ -34,6 +34,17 @@ def test_weights_agree_with_forty_digits_in_head_and_tail(order: int, alpha: flo
     assert np.max(np.abs(found[tail] / expected[tail] - 1.0)) < 1e-14
 
 
+@pytest.mark.parametrize(("order", "alpha"), [(1, -1.37), (1, 0.4), (5, -0.6)])
+def test_far_weights_keep_their_digits_with_few_terms(order: int, alpha: float) -> None:
+    size = 3000
+    rule, basis = rule_of(order, alpha, size)
+    with mpmath.workdps(30):
+        expected = lubich_weights(order, alpha, size)
+    found = weights.weights(rule, slice(0, 1), basis)[0]
+    for n in (2047, 2048, 2049, size - 1):
+        assert found[n] == pytest.approx(float(expected[n]), rel=1e-14)
+
+
 @pytest.mark.parametrize("order", [1, 2, 4, 6])
 @pytest.mark.parametrize("alpha", [-2.0, -0.5, 0.3, 1.5])
 def test_error_on_powers_keeps_its_digits_where_the_difference_has_none(order: int, alpha: float) -> None:

@@ -6,7 +6,7 @@ tangent is the null vector of the new Jacobian. Nothing refers to a parameter, s
 A step is repeated at half its size when Newton fails, when the tangent turns by more than `max_angle`, when the
 corrector moves further than half the step, or when det [J; t^T] changes sign without passing through zero: each is
 how a run leaves its branch for a neighbour. The last one tells an avoided crossing, however narrow (down to about
-1e-6 of the scale), from a branch point: jumping across it looks perfectly smooth otherwise.
+1e-5 of a step), from a branch point: jumping across it looks perfectly smooth otherwise.
 """
 
 from __future__ import annotations
@@ -27,6 +27,9 @@ from phichain.continuation.predictors import Predictor
 from phichain.continuation.problem import Problem
 from phichain.errors import ConvergenceError
 from phichain.system import Vector
+
+SHORT = 1e-4
+"""Steps below this share of step_max resolve what they cross: a change of the determinant's sign is believed there."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +110,8 @@ def _advance(problem: Problem, points: Sequence[Point], step: float, engine: Eng
             turn = float(np.arccos(np.clip(new.tangent @ last.tangent, -1.0, 1.0)))
             shift = float(np.linalg.norm(found.y - guess))
             is_near = turn <= options.max_angle and shift <= 0.5 * step and chord > 0.1 * step
-            if is_near and is_crossed_smoothly(problem, last, new, engine):
+            is_short = step <= SHORT * options.step_max
+            if is_near and (is_short or is_crossed_smoothly(problem, last, new, engine)):
                 return new, _next_step(step, turn, found.iterations, options)
         step *= 0.5
     raise StepTooSmallError

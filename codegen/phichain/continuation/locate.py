@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,8 +15,8 @@ from phichain.continuation.point import Point, scaled_jacobian, tangent_of
 from phichain.continuation.predictors import hermite
 from phichain.continuation.problem import Problem, relative_residual
 
-SMOOTH = 1e-6
-"""A test function is taken to vanish when it falls to this share of its values at the ends of the step."""
+NEIGHBOURHOOD = 1e-5
+"""How close to a zero of det [J; t^T], in steps, it is looked at to see whether it vanishes or jumps."""
 
 if TYPE_CHECKING:
     from phichain.continuation.core import Engine
@@ -33,7 +34,7 @@ def locate(
         problem: What is continued.
         a: Earlier point.
         b: Later point.
-        tests: TestFunction functions.
+        tests: Test functions.
         engine: Corrector and options.
         index: Index of `a` in its branch.
 
@@ -57,13 +58,24 @@ def locate(
 
 
 def is_crossed_smoothly(problem: Problem, a: Point, b: Point, engine: Engine) -> bool:
-    """False when det [J; t^T] has another sign at `b` than at `a` but no zero in between: b is on another branch."""
+    """False when det [J; t^T] has another sign at `b` than at `a` without vanishing: b is on another branch.
+
+    At a branch point the determinant crosses zero linearly and the curve goes on: close to the zero, on both sides,
+    the corrector converges and finds values as small as the distance. Where a step jumped from one branch to its
+    neighbour, the planes between them meet neither branch nearby, or the values stay as large as the gap.
+    """
     test = BranchPoint()
-    before, after = test.value(problem, a), test.value(problem, b)
-    if before * after >= 0:
+    ends = test.value(problem, a), test.value(problem, b)
+    if ends[0] * ends[1] >= 0:
         return True
-    zero = test.value(problem, _root(problem, a, b, test, engine))
-    return abs(zero) <= SMOOTH * max(abs(before), abs(after))
+    zero = _root(problem, a, b, test, engine).arclength
+    width = NEIGHBOURHOOD * (b.arclength - a.arclength)
+    # So close to a singular matrix Newton's corrections end at a plateau of round-off above the usual tolerance.
+    loose = replace(engine, options=replace(engine.options, tol=max(engine.options.tol, 1e-8)))
+    between = _curve(problem, a, b, loose)
+    sides = [between(float(np.clip(zero + d, a.arclength, b.arclength))) for d in (-width, width)]
+    small = 5 * NEIGHBOURHOOD * max(abs(end) for end in ends)
+    return all(side.residual < 1e-6 and abs(test.value(problem, side)) <= small for side in sides)
 
 
 def _root(problem: Problem, a: Point, b: Point, test: TestFunction, engine: Engine) -> Point:
@@ -93,11 +105,9 @@ def _curve(problem: Problem, a: Point, b: Point, engine: Engine) -> Callable[[fl
                 found.y, tangent, s, found.jacobian, found.residual, found.iterations, found.corrections
             )
         # At a branch point the bordered matrix is singular and Newton may fail: the cubic is the answer there.
-        jacobian = scaled_jacobian(problem, guess)
         z = guess * problem.sizes
+        jacobian = scaled_jacobian(problem, guess)
         residual = relative_residual(problem.residual(z), problem.jacobian(z), z)
-        return Point(
-            guess, tangent_of(jacobian, a.tangent), s, jacobian, residual, found.iterations, found.corrections
-        )
+        return Point(guess, tangent_of(jacobian, a.tangent), s, jacobian, residual, found.iterations, ())
 
     return between

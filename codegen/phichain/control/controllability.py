@@ -25,7 +25,7 @@ from phichain.errors import ControlError
 from phichain.system import Parameters, System, Vector
 
 UNCONTROLLABLE = 1e-10
-"""Margins below this are called uncontrollable: gains would have lost all digits."""
+"""Margins below this are called uncontrollable, or below a hundred times the accuracy of the matrices."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +35,12 @@ class Controllability:
     Attributes:
         modes: Eigenvalues lambda (k,), 1/s, one of each +- or complex pair, by rising |lambda|.
         margins: Smallest singular value of the scaled pencil at each of them (k,), between 0 and about 1.
+        limit: Margins below it are called uncontrollable.
     """
 
     modes: Spectrum
     margins: Vector
+    limit: float = UNCONTROLLABLE
 
     @property
     def margin(self) -> float:
@@ -52,8 +54,8 @@ class Controllability:
 
     @property
     def is_controllable(self) -> bool:
-        """True when every margin is above `UNCONTROLLABLE`."""
-        return self.margin > UNCONTROLLABLE
+        """True when every margin is above the limit."""
+        return self.margin > self.limit
 
     def demand(self, s: Sequence[int]) -> Controllability:
         """Itself, or an error that names the mode.
@@ -103,7 +105,7 @@ def margins_of(linear: LinearSystem) -> Controllability:
     rate = np.sqrt(np.linalg.norm(stiffness, 2)) or 1.0
     modes = _modes(stiffness, damping)
     margins = [_margin(mode / rate, stiffness / rate**2, damping / rate, drive) for mode in modes]
-    return Controllability(modes, np.array(margins))
+    return Controllability(modes, np.array(margins), max(UNCONTROLLABLE, 100 * linear.noise))
 
 
 def _normalised(factor: NDArray[Any], part: Vector) -> Vector:

@@ -142,6 +142,7 @@ def _pull(system: System, s: Signs, p: Parameters | None) -> float:
 
 
 def _slack(system: System, s: Signs, p: Parameters | None) -> float:
-    """Accelerations that pi's own rounding explains: |M^-1 G| times 1e-9 rad."""
+    """Accelerations that the rounding of pi explains: |M^-1 G| times a small angle."""
     linear = linearize(system, s, p)
-    return 1e-9 * max(1.0, float(np.max(np.abs(linear.first_order[0][len(linear.M) :]))))
+    angle = max(1e-9, 100 * linear.noise)
+    return angle * max(1.0, float(np.max(np.abs(linear.first_order[0][len(linear.M) :]))))

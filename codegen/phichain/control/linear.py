@@ -32,6 +32,7 @@ class LinearSystem:
         B: Input (m, nu), possibly with no column.
         cart: Number of cart coordinates at the head of x.
         names: Names of the m coordinates.
+        noise: Relative accuracy of the matrices.
     """
 
     s: Signs
@@ -41,6 +42,7 @@ class LinearSystem:
     B: Vector
     cart: int
     names: tuple[str, ...]
+    noise: float = float(np.finfo(float).eps)
 
     @property
     def first_order(self) -> tuple[Vector, Vector]:
@@ -79,10 +81,11 @@ def linearize(system: System, s: Sequence[int], p: Parameters | None = None) -> 
     parts = [np.asarray(part, dtype=float) for part in _parts(system, signs, p)]
     m = system.cart_size + (system.links if system.is_planar else 2 * system.links)
     M, G = parts[0].reshape(m, m), parts[1].reshape(m, m)
-    B = parts[2].reshape(m, system.nu) if system.nu else np.zeros((m, 0))
-    rest = parts[2 + bool(system.nu) :]
-    D = rest[0].reshape(m, m) if rest else np.zeros((m, m))
-    return LinearSystem(signs, M, D, G, B, system.cart_size, _names(system))
+    B = parts.pop().reshape(m, system.nu) if system.nu else np.zeros((m, 0))
+    # A damped scene has a third output; an undamped one leaves it out.
+    D = parts[2].reshape(m, m) if len(parts) > 2 else np.zeros((m, m))
+    noise = float(np.finfo(np.float32 if system.real == "float" else np.float64).eps)
+    return LinearSystem(signs, M, D, G, B, system.cart_size, _names(system), noise)
 
 
 def _parts(system: System, signs: Signs, p: Parameters | None) -> tuple[Vector, ...]:

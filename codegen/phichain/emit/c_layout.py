@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 #: Longest line of an emitted file.
 WIDTH = 110
@@ -12,6 +12,11 @@ _INDENT = 4
 _TIGHTNESS = {"+": 0.25, "-": 0.25, "*": 0.5, "/": 0.5, "=": 0.75}
 #: What an empty line would cost, in levels of parentheses.
 _FULL = 6.0
+
+
+def laid_out_text(text: str) -> str:
+    """A whole text with its long lines broken."""
+    return "".join(f"{line}\n" for whole in text.splitlines() for line in laid_out(whole))
 
 
 def laid_out(text: str) -> list[str]:
@@ -43,3 +48,10 @@ def _places(text: str, depth: int) -> Iterator[tuple[float, int, int]]:
         if letter == " " and not brackets and (is_comma or word in _TIGHTNESS):
             room = (WIDTH - position) / WIDTH
             yield depth + (0 if is_comma else _TIGHTNESS[word]) + _FULL * room, position, depth
+
+
+def aligned(rows: Iterable[tuple[str, ...]]) -> list[str]:
+    """Lines whose words stand below each other."""
+    table = list(rows)
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    return [" ".join(f"{word:{width}}" for word, width in zip(row, widths, strict=True)).rstrip() for row in table]

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from itertools import accumulate, product
 from types import MappingProxyType
 
-from phichain.emit.c import _bodies, _functions, _includes, _tables, bessel_kernel, sincos_kernel
-from phichain.emit.c_function import CNames, words
+from phichain.emit.c import _bodies, _functions, _includes, _names, bessel_kernel, sincos_kernel
+from phichain.emit.c_function import words
 from phichain.emit.casadi_tangent import Cells, Tangent, block_name, make_tangent, stacked_inputs
 from phichain.emit.render import render
 from phichain.errors import UnsupportedError
@@ -89,9 +89,9 @@ def _definitions(scene: Scene, tangents: Iterable[Tangent]) -> dict[str, object]
     programs = {t.program.name: t.program for t in tangents if t.program is not None}
     lowered = Lowered(wanted=MappingProxyType({}), helpers=MappingProxyType(programs))
     uses = set().union(*(body.uses for body in _bodies(scene, lowered).values()))
-    names = CNames(scene.name, scene.real, _tables(lowered))
+    names = _names(scene, lowered)
     return {
-        "tangents": _functions(scene, lowered, {}),
+        "tangents": _functions(scene, lowered),
         "tables": [
             (table, len(values), ", ".join(names.number(value).text for value in values))
             for (_, values), table in names.tables.items()

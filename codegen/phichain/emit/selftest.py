@@ -8,6 +8,7 @@ raised precision. Tolerances are measured: the Program's own error in the scene'
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -17,6 +18,7 @@ from typing import Any
 import numpy as np
 from mpmath import mp
 
+from phichain.emit.c_layout import laid_out_text
 from phichain.emit.render import render
 from phichain.mechanics.reference import reference
 from phichain.program.interpret import Algebra, run
@@ -83,10 +85,11 @@ def make_selftest(scene: Scene, lowered: Lowered) -> Selftest:
 def selftest_source(scene: Scene, lowered: Lowered, selftest: Selftest) -> str:
     """The text of selftest.c."""
     cases = [_rendered(scene, lowered.wanted[case.function], case, i) for i, case in enumerate(selftest.cases, 1)]
-    return render(
+    text = render(
         "selftest.c.j2", name=scene.name, upper=scene.name.upper(), cases=cases, literal=_literal(scene, 0.0),
         abs="fabs" if scene.real == "double" else "fabsf",
     )  # fmt: skip
+    return laid_out_text(text)
 
 
 def _case(scene: Scene, program: Program, source: random.Random) -> Case:
@@ -278,7 +281,7 @@ def _one_digit(scene: Scene, value: float) -> str:
 
 
 def _literal(scene: Scene, value: float) -> str:
-    text = value.hex() if value else "0.0"
+    text = re.sub(r"\.?0*p", "p", value.hex()) if value else "0.0"
     return f"{text}f" if scene.real == "float" else text
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from phichain.fractional.threads import product
 from phichain.fractional.weights import triangular_toeplitz
 
 Vector = NDArray[np.float64]
@@ -66,7 +67,8 @@ def _bounds(size: int) -> list[tuple[int, int]]:
 
 
 def _block(samples: Vector, begin: int, end: int) -> _Block:
-    length = fft.next_fast_len(2 * end - 1 - begin, real=True)
+    # Lengths with a factor 16 are transformed fastest; 3^11 fits closer than 180000 and takes longer.
+    length = 16 * fft.next_fast_len(-((begin + 1 - 2 * end) // 16), real=True)
     return _Block(begin, end, length, fft.rfft(samples[:, :end], length))
 
 
@@ -83,12 +85,12 @@ def convolve(signal: Signal, kernels: Vector) -> Vector:
     channels, size = signal.samples.shape
     result = np.empty((channels, kernels.shape[0], size))
     head = signal.head.shape[1]
-    np.matmul(kernels[:, :head], signal.head, out=result[:, :, :head])
+    for channel in range(channels):
+        product(kernels[:, :head], signal.head[channel], out=result[channel, :, :head])
     for block in signal.blocks:
         spectrum = fft.rfft(kernels[:, : block.end], block.length)
         for channel in range(channels):
-            product = spectrum * block.spectrum[channel]
-            outputs = fft.irfft(product, block.length, overwrite_x=True)
+            outputs = fft.irfft(spectrum * block.spectrum[channel], block.length, overwrite_x=True)
             result[channel, :, block.begin : block.end] = outputs[:, block.begin : block.end]
     return result
 

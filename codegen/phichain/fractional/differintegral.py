@@ -28,8 +28,8 @@ from phichain.records import write_csv, write_npz
 
 Vector = NDArray[np.float64]
 
-# Kernels transformed together: enough to share the overhead, few enough to stay near the cache.
-_CHUNK, _CHUNK_VALUES = 4, 2**17
+# Samples of kernels transformed together: enough to share the overhead, few enough to stay near the cache.
+_CHUNK_VALUES = 2**17
 
 
 @dataclass(frozen=True)
@@ -194,7 +194,7 @@ def _all_orders(
         members = np.flatnonzero((counts == starting) & ~whole)
         rule = lubich.quadrature(order, int(starting), orders[members], size)
         starts = [lubich.start(samples, int(starting), basis) for samples in signal.samples if corrected]
-        chunk = max(_CHUNK, _CHUNK_VALUES // size)
+        chunk = max(1, _CHUNK_VALUES // size)
         for rows in (slice(k, k + chunk) for k in range(0, members.size, chunk)):
             tasks.append(
                 partial(_some_orders, values, members[rows], signal, step, rule, rows, basis, starts)

@@ -176,7 +176,7 @@ def propagation(
         MappingProxyType(forces),
         MappingProxyType(theta_p),
         MappingProxyType(psi),
-        system.v_names or tuple(f"v_{k + 1}" for k in range(system.nv)),
+        system.q_names or tuple(f"q_{k + 1}" for k in range(system.nq)),
         initial,
         order,
     )

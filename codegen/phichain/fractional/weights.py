@@ -42,6 +42,7 @@ from phichain.fractional.series import (
     smooth_factor,
     symbol_series,
 )
+from phichain.fractional.threads import product
 
 Vector = NDArray[np.float64]
 
@@ -167,8 +168,8 @@ class Basis:
         """sum_k coefficients_k n^-k, shape (A, n - H)."""
         terms = coefficients.shape[1]
         far_terms = terms - (TERMS - _FAR_TERMS)
-        close = coefficients @ self._close[:terms]
-        far = coefficients[:, :far_terms] @ self._far[:far_terms]
+        close = product(coefficients, self._close[:terms])
+        far = product(coefficients[:, :far_terms], self._far[:far_terms])
         return np.concatenate([close, far], axis=1)
 
 
@@ -196,7 +197,7 @@ def correction(rule: Quadrature, rows: slice, basis: Basis, begin: Start) -> Vec
     result = np.empty((alpha.size, basis.size))
     # In the head the plain difference will do: it loses eps n^(q-alpha), and c_q is of order h^q.
     exact = polynomial_differintegral(alpha, near, polynomial)
-    np.subtract(exact, rule.head[rows] @ begin.toeplitz, out=result[:, :near])
+    np.subtract(exact, product(rule.head[rows], begin.toeplitz), out=result[:, :near])
     if near < basis.size:
         coefficients = np.tensordot(polynomial, rule.defects[:, rows], axes=1)
         np.multiply(

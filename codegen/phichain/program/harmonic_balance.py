@@ -1,4 +1,4 @@
-"""Single-harmonic balance Phi (design 1.4) for any number of links, from the kernels that harmonic/ projects symbolically.
+"""Single-harmonic balance Phi (theory section 6) for any number of links, from the kernels that harmonic/ projects symbolically.
 
 For x = X cos wt, theta = A cos wt, B = S A and D = B_i - B_j,
 

@@ -169,10 +169,12 @@ class _Lowering:
         scene = self.scene
         size = scene.nv if scene.is_planar else 2 * scene.links + (2 if scene.has_cart else 0)
         s = builder.input("s", (scene.links,), "+1 for a link hanging down, -1 for one pointing up")
-        outputs = {"M": builder.output("M", (size, size), "inertia")}
+        outputs = {
+            "M": builder.output("M", (size, size), "inertia"),
+            "G": builder.output("G", (size, size), "stiffness of gravity and springs"),
+        }
         if scene.damping is not None:
             outputs["D"] = builder.output("D", (size, size), "damping")
-        outputs["G"] = builder.output("G", (size, size), "stiffness of gravity and springs")
         if scene.nu:
             outputs["B"] = builder.output("B", (size, scene.nu), "input matrix")
         self._functions.linearization(builder, scene, parameters, s, outputs)

@@ -59,7 +59,7 @@ def _own_units(scene: Scene) -> Units:
 
 
 class Parameters:
-    """Per-link parameters and the sums of design section 1.1 that lowering needs, each made on first use.
+    """Per-link parameters and the sums of theory section 1 that lowering needs, each made on first use.
 
     Links are counted from 0. ``outer_mass[k]`` is the mass beyond link k, ``mu[k] = m_k r_k + l_k outer_mass[k]``,
     ``c_diagonal[k] = m_k r_k^2 + l_k^2 outer_mass[k]``; for i != j ``c_ij = length[min(i, j)] * mu[max(i, j)]``.

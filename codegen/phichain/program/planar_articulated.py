@@ -1,4 +1,4 @@
-"""Planar forward dynamics with masses anywhere on their links, design 1.3: an articulated sweep in link frames.
+"""Planar forward dynamics with masses anywhere on their links, theory section 5: an articulated sweep in link frames.
 
 Frames have x along the link and y along its tangent and are turned from joint to joint by the joint's angle. The force
 that the chain beyond a joint asks for is A a + b, a the joint's acceleration minus gravity. The inertia A = [X Z; Z Y] is

@@ -3,7 +3,7 @@
 In absolute angles phi: M_ij = c_ij cos(phi_i - phi_j), Coriolis_i = sum_j c_ij sin(phi_i - phi_j) phi_j'^2,
 gravity_i = g mu_i sin phi_i, on a cart M_0i = mu_i cos phi_i and Coriolis_0 = -sum mu_j sin(phi_j) phi_j'^2. With
 c_ij = l_min mu_max the sums over j run as prefix and suffix sums, so that vectors cost O(N). Everything then goes through
-the linear map phi = S theta of design 1.2.
+the linear map phi = S theta of theory section 2.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def gravity_torque(builder: Builder, scene: Scene, parameters: Parameters, q: Ar
 def energy(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, kinetic: ArrayRef, potential: ArrayRef
 ) -> None:
-    """T and V of design 1.1 from the masses' velocities and heights (no cancellation), with the springs' energy."""
+    """T and V of theory section 1 from the masses' velocities and heights (no cancellation), with the springs' energy."""
     sine, cosine = absolute_sincos(builder, scene, q)
     state = planar_state(builder, scene, q, v)
     half, nothing = builder.lift(1) / 2, builder.lift(0)

@@ -1,4 +1,4 @@
-"""Planar coordinates at the joints (design 1.2): relative angles, absolute rates, couples on the links, and the way back.
+"""Planar coordinates at the joints (theory section 2): relative angles, absolute rates, couples on the links, and the way back.
 
 Sweeps work in joint terms whatever the scene's angles are: the angle of joint k is that of link k against link k-1 (of
 link 0 against the hanging vertical), ``rate[k]`` is the absolute rate of link k, ``couple[k]`` the generalised force

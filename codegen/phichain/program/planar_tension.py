@@ -1,4 +1,4 @@
-"""Planar forward dynamics with every mass at its link's end (r = l), design 1.3: tensions, in joint angles alone.
+"""Planar forward dynamics with every mass at its link's end (r = l), theory section 5: tensions, in joint angles alone.
 
 One sine-cosine pair a joint, no cumulative angle. A couple tau_phi,k on link k enters as a pair of forces
 M_k = tau_phi,k / l_k across the link; with lambda the tensions, f the horizontal force left for the cart,

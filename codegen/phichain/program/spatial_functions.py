@@ -103,7 +103,7 @@ def gravity_torque(builder: Builder, scene: Scene, parameters: Parameters, q: Ar
 def energy(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, kinetic: ArrayRef, potential: ArrayRef
 ) -> None:
-    """T and V of design 1.1 from the masses' velocities and heights, with the springs' energy."""
+    """T and V of theory section 1 from the masses' velocities and heights, with the springs' energy."""
     direction, omega = directions(scene, q), directions(scene, v)
     half, nothing = builder.lift(1) / 2, builder.lift(0)
     cart_speed: Vector = (v[0], v[1], nothing) if scene.has_cart else (nothing, nothing, nothing)

@@ -1,4 +1,4 @@
-"""Spatial forward dynamics with every mass at its link's end (r = l), design 1.3: tensions on unit vectors, no trigonometry.
+"""Spatial forward dynamics with every mass at its link's end (r = l), theory section 5: tensions on unit vectors, no trigonometry.
 
 With X_k = q_{k-1} x q_k and N_k = n_k / l_k the force pairs of springs and dampers, f the horizontal force left for the cart,
 

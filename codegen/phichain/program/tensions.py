@@ -1,4 +1,4 @@
-"""Tensions of a chain whose masses sit at the link ends (design 1.3): one symmetric tridiagonal system, free of cancellation.
+"""Tensions of a chain whose masses sit at the link ends (theory section 5): one symmetric tridiagonal system, free of cancellation.
 
 The links are distance constraints. Link k (from 0) joins mass k-1 to mass k, mass -1 being the cart. With c_k = q_{k-1}.q_k,
 s_k^2 = |q_{k-1} x q_k|^2 and s_0^2 = |C^T q_0|^2 the tensions lambda solve

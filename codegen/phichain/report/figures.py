@@ -80,23 +80,25 @@ def family(branch: Branch) -> Figure:
 
 
 def overview(
-    first: tuple[System, Trajectory], second: tuple[System, Trajectory], branch: Branch, steadied: tuple[Any, Any]
+    first: tuple[System, Trajectory], second: tuple[System, Trajectory], branch: Branch, steadied: Trajectory
 ) -> Figure:
-    """The tour on one sheet: two chains in motion, a family of limit cycles, and an error that a controller removes.
+    """The tour on one sheet: two chains in motion, a family of limit cycles, and a chain that a controller steadies.
 
     Args:
         first: A chain and its motion.
-        second: Another one.
+        second: Another one, on a cart.
         branch: A family of limit cycles.
-        steadied: Times, and the error e_q of a closed loop.
+        steadied: The second chain under control.
     """
     with look():
-        drawing = figure(9.6, 6.4)
-        layout: Any = [["first", "second"], ["family", "steadied"]]
-        axes = drawing.subplot_mosaic(layout, height_ratios=(1.25, 1.0))
-        for name, (system, trajectory) in (("first", first), ("second", second)):
-            panels.chain_in_motion(axes[name], system, trajectory.q)
-            axes[name].set_title(f"{trajectory.name}: released from rest, {trajectory.t[-1]:g} s")
-        panels.family(axes["family"], branch)
-        panels.decay(axes["steadied"], steadied[0], {"$e_q$, links 2 and 3 upright": steadied[1]})
+        drawing = figure(9.6, 7.0)
+        axes = drawing.subplots(2, 2, height_ratios=(1.1, 1.0))
+        for place, (system, trajectory), what in (
+            (axes[0, 0], first, "released from rest"),
+            (axes[0, 1], second, "released from rest"),
+            (axes[1, 1], (second[0], steadied), "balanced"),
+        ):
+            panels.chain_in_motion(place, system, trajectory.q)
+            place.set_title(f"{trajectory.name}: {what}, {trajectory.t[-1]:g} s")
+        panels.family(axes[1, 0], branch)
     return drawing

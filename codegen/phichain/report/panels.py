@@ -20,18 +20,21 @@ _SMALLEST = 1e-17
 
 
 def chain_in_motion(axes: Any, system: System, q: ArrayLike, moments: int = _MOMENTS) -> None:
-    """The chain at evenly spaced moments, pale at first and dark at the end, over the path of its tip; seen along e_2.
+    """The chain at some moments, pale at first and dark at the end, over the path of its tip; seen along e_2.
+
+    The moments are as far apart as the joints move between them, so that a chain that comes to rest is drawn while it
+    still moves.
 
     Args:
         axes: Where to draw.
         system: The chain.
-        q: Configurations (T, nq) at even steps of time.
+        q: Configurations (T, nq) in the order of time.
         moments: How many of them are drawn.
     """
     points = joints(system, q)
     across, down = points[..., 0], points[..., -1]
     axes.plot(across[:, -1], -down[:, -1], color=ACCENT, linewidth=0.6, alpha=0.6, zorder=1)
-    chosen = np.unique(np.linspace(0, len(points) - 1, moments).astype(int))
+    chosen = _moments(points, moments)
     for rank, k in enumerate(chosen):
         last = rank == len(chosen) - 1
         strength = 0.12 + 0.35 * rank / max(len(chosen) - 1, 1)
@@ -41,8 +44,25 @@ def chain_in_motion(axes: Any, system: System, q: ArrayLike, moments: int = _MOM
         )  # fmt: skip
     if system.has_cart:
         _rail(axes, across[:, 0], float(np.ptp(down)) or 1.0)
-    axes.set_aspect("equal", adjustable="box", anchor="C")
+    _frame(axes)
     axes.set(xlabel="$e_1$ (m)", ylabel="height (m)")
+
+
+def _moments(points: NDArray[np.float64], count: int) -> NDArray[np.int_]:
+    """Indices of moments between which the joints travel equally far, the first and the last included."""
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=-1).sum(axis=-1)
+    travelled = np.concatenate([[0.0], np.cumsum(steps)])
+    found = np.searchsorted(travelled, np.linspace(0.0, travelled[-1], count))
+    return np.unique(np.append(found, len(points) - 1))
+
+
+def _frame(axes: Any) -> None:
+    """Equal scales on both axes, in a frame that is not too slender to carry numbers."""
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    missing = max(0.0, 0.8 * (top - bottom) - (right - left))
+    axes.set_xlim(left - missing / 2, right + missing / 2)
+    axes.set_aspect("equal", adjustable="box", anchor="C")
+    axes.locator_params(axis="x", nbins=5)
 
 
 def _rail(axes: Any, cart: NDArray[np.float64], height: float) -> None:
@@ -74,9 +94,11 @@ def energy_error(axes: Any, t: ArrayLike, energy: ArrayLike) -> None:
 def decay(axes: Any, t: ArrayLike, curves: dict[str, ArrayLike]) -> None:
     """Norms that should vanish, over time on a logarithmic scale."""
     for (name, values), colour in zip(curves.items(), (ACCENT, INK, SOFT), strict=False):
-        axes.semilogy(t, np.maximum(np.asarray(values, dtype=float), _SMALLEST), color=colour, label=name)
+        norms = np.asarray(values, dtype=float)
+        # A chain released at rest starts with a rate of exactly zero, which has no place on this scale.
+        axes.semilogy(t, np.where(norms > 0, norms, np.nan), color=colour, label=name)
     axes.set(xlabel="t (s)", xlim=(np.min(t), np.max(t)))
-    axes.legend(loc="upper right")
+    _legend_above(axes, len(curves))
 
 
 def family(axes: Any, branch: Branch) -> None:

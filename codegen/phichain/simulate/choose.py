@@ -57,7 +57,8 @@ def measure(problem: Problem) -> Stiffness:
     if problem.jacobian is not None:
         slope, source = problem.jacobian(t0, x0), "exact Jacobian"
     else:
-        slope = differences(lambda x: problem.field(t0, x), x0, problem.field(t0, x0))
+        noise = float(np.finfo(np.float32 if problem.system.real == "float" else np.float64).eps)
+        slope = differences(lambda x: problem.field(t0, x), x0, problem.field(t0, x0), noise)
         source = "differenced Jacobian"
     if not np.all(np.isfinite(slope)):
         return Stiffness(float("nan"), float("nan"), 0.0, 0.0, f"{source}, not finite")

@@ -21,6 +21,10 @@ class StalledError(Exception):
     """A method cannot go on from the last segment it gave; the text says why."""
 
 
+class BudgetError(StalledError):
+    """A method that counts its steps itself ran out of them."""
+
+
 @dataclass(frozen=True, eq=False)
 class Segment:
     """One accepted step.
@@ -156,6 +160,9 @@ def collect(problem: Problem, segments: Iterator[Segment]) -> Path:
                 status = "step budget"
                 message = f"{steps} steps, the budget, brought it to t = {segment.t1:.6g} s of {t_end:.6g} s"
                 break
+    except BudgetError:
+        status = "step budget"
+        message = f"{problem.max_steps} steps, the budget, did not bring it beyond t = {last[0]:.6g} s of {t_end:.6g} s"
     except StalledError as failure:
         status, message = _diagnose(problem, *last, str(failure))
     if recorder.t[-1] != last[0]:

@@ -152,11 +152,16 @@ def _by_input(system: System, control: Control, p: Parameters | None, t: float, 
     return result
 
 
-def differences(function: Callable[[Vector], Vector], x: Vector, value: Vector) -> Vector:
-    """Forward-difference Jacobian of `function` at x, where it has `value`; shape (len(value), len(x))."""
+def differences(
+    function: Callable[[Vector], Vector], x: Vector, value: Vector, noise: float = np.finfo(float).eps
+) -> Vector:
+    """Forward-difference Jacobian of `function` at x, where it has `value`; shape (len(value), len(x)).
+
+    `noise` is the relative accuracy of the function; the step is its square root.
+    """
     columns = []
     for k in range(len(x)):
-        width = np.sqrt(np.finfo(float).eps) * max(1.0, abs(x[k]))
+        width = np.sqrt(noise) * max(1.0, abs(x[k]))
         moved = x.copy()
         moved[k] += width
         columns.append((np.asarray(function(moved)) - value) / (moved[k] - x[k]))

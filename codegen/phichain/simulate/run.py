@@ -27,6 +27,8 @@ from phichain.simulate.trajectory import Trajectory
 from phichain.system import Parameters, System, Vector, acceleration
 
 EPS = float(np.finfo(float).eps)
+SINGLE_FLOOR = 2e-6
+"""A right-hand side in single precision is noise below this: error control would shrink steps for nothing."""
 
 
 @dataclass(frozen=True)
@@ -148,9 +150,11 @@ def _method(system: System, name: str) -> Method:
 
 
 def _clamp(problem: Problem, engine: Method, name: str, atol: float | None) -> tuple[Problem, list[str]]:
-    tol = max(problem.tol, engine.floor)
+    single = problem.system.real == "float" and not engine.fixed
+    tol = max(problem.tol, engine.floor, SINGLE_FLOOR if single else 0.0)
+    whose = "single precision" if single else name
     said = (
-        [f"tol {problem.tol:g} was raised to {tol:.2g}, the round-off floor of {name}"]
+        [f"tol {problem.tol:g} was raised to {tol:.2g}, the round-off floor of {whose}"]
         if tol != problem.tol
         else []
     )

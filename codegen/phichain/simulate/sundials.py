@@ -9,6 +9,7 @@ Reference: Hindmarsh et al., SUNDIALS, ACM TOMS 31 (2005).
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from phichain.errors import UnsupportedError
-from phichain.simulate.path import Segment, StalledError, StateAt
+from phichain.simulate.path import BudgetError, Segment, StalledError, StateAt
 from phichain.simulate.problem import Problem
 from phichain.system import System, Vector
 
@@ -38,6 +39,7 @@ def segments(problem: Problem, name: str) -> Iterator[Segment]:
 
     Raises:
         UnsupportedError: The system has no CasADi function, casadi is not installed, or u is a control law.
+        BudgetError: An output interval takes more than `max_steps` steps.
         StalledError: SUNDIALS gave up.
     """
     times = problem.t if not problem.own_steps else np.linspace(problem.t[0], problem.t[-1], POINTS + 1)
@@ -59,14 +61,15 @@ def _walk(problem: Problem, flow: _Flow, times: Vector) -> Iterator[Segment]:
         try:
             after = flow.along(x, np.array([start, stop]))[-1]
         except RuntimeError as failure:
-            raise StalledError(_reason(failure)) from failure
+            raise _explained(failure) from failure
         yield Segment(float(start), float(stop), after, _inside(flow, float(start), x))
         x = after
 
 
-def _reason(failure: RuntimeError) -> str:
-    flags = [word.strip('"') for word in str(failure).split() if word.startswith(('"CV_', '"IDA_'))]
-    return f"SUNDIALS gave up with {flags[0].rstrip(chr(34) + '.')}" if flags else "SUNDIALS gave up"
+def _explained(failure: RuntimeError) -> StalledError:
+    found = re.search(r"(CV|IDA)_[A-Z_]+", str(failure))
+    flag = found[0] if found else "no reason"
+    return BudgetError(flag) if "TOO_MUCH_WORK" in flag else StalledError(f"SUNDIALS gave up with {flag}")
 
 
 def _inside(flow: _Flow, t0: float, x0: Vector) -> Callable[[], StateAt]:
