@@ -157,7 +157,7 @@ def _motion(system: System, start: tuple[Vector, Vector], file: str) -> tuple[Tr
         ("simulated", f"{SECONDS:g} s by {trajectory.method}, {trajectory.counts['steps']} steps"),
         ("energy drift", f"{trajectory.energy_drift:.1e} J"),
     )
-    text = f"Released from rest and left alone for {SECONDS:g} s. {trajectory.reason}."
+    text = f"Released from rest and left alone for {SECONDS:g} s. The integrator: {trajectory.reason}."
     caption = "Left: the chain at fourteen moments, pale to dark, over the path of its tip. Right: every link's angle"
     caption += " from the vertical, and how far the total energy moved."
     return trajectory, Stop(text, facts, figures.motion(system, trajectory), caption, file)
@@ -175,7 +175,7 @@ def _family(system: System) -> tuple[Branch, Stop]:
     )
     text = (
         "In-phase oscillations theta_k = A_k cos(omega t) that balance the equations of motion on their first harmonic"
-        " (paper A, section 5), followed from the hanging rest. The unforced chain is conservative, so these are"
+        " (paper A, equations (16) to (22)), followed from the hanging rest. The unforced chain is conservative, so these are"
         " families of periodic orbits; one harmonic is a good description while amplitudes stay moderate."
     )
     caption = "Left: frequency over the amplitude of every joint, folds marked. Right: frequency over energy."
@@ -214,4 +214,5 @@ def _write(report: Path, stops: list[Stop]) -> Path:
     ]
     lead = "Two pendulum chains from their Lagrangian to compiled code, in motion, followed and controlled."
     text = page("A tour of phichain", lead, sections, f"phichain {phichain.__version__}")
-    return write_file(report / "index.html", text)
+    write_file(report / "index.html", text)
+    return report / "index.html"

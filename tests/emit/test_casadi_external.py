@@ -249,11 +249,11 @@ def test_constant_results_have_empty_jacobians(build: Callable[[str], Built]) ->
 def test_derivatives_come_without_jacobians_and_the_file_says_so(build: Callable[[str], Built]) -> None:
     built = build("planar")
     text = (built.folder / "planar2_casadi.c").read_text()
-    assert "without Jacobians here: state_jacobian, phi_jacobian." in text
+    assert "Without a Jacobian, being derivatives themselves: state_jacobian, phi_jacobian." in text
     with pytest.raises(RuntimeError, match="Derivatives cannot be calculated"):
         built.external("phi_jacobian").jacobian()
     scene = make_scene("plain", 2, want=("energy",))
-    assert "without Jacobians" not in casadi_external(scene, lower(scene))
+    assert "Without a Jacobian" not in casadi_external(scene, lower(scene))
 
 
 def test_functions_work_inside_mx_expressions(build: Callable[[str], Built]) -> None:

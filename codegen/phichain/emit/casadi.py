@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from textwrap import wrap
 
+from phichain.emit.arguments import meaning, state_meanings
 from phichain.emit.expressions import double_literal
 from phichain.emit.python_function import Table, python_function, spelt
 from phichain.emit.render import render
@@ -64,21 +65,23 @@ def casadi_module(scene: Scene, lowered: Lowered) -> str:
     programs = (lowered if scene.code == "unrolled" else lower(replace(scene, code="loops"))).wanted
     reached = _with_callees(programs)
     tables = _tables(reached.values())
+    constants = {table: values for (_, values), table in tables.items()}
     callees = {name: f"_{name}" for name in reached}
     printed = {name: python_function(program, tables, callees) for name, program in reached.items()}
     return render(
         "casadi_module.py.j2",
         name=scene.name,
         sketch=[line.rstrip() for line in str(scene).splitlines()],
+        state=state_meanings(scene).items(),
         params=tuple(_parameters(next(iter(programs.values())))),
-        constants=[line for (_, values), name in tables.items() for line in _constant(name, values)],
+        constants=[line for table, values in constants.items() for line in _constant(table, values)],
         bessel=bessel_text() if any(function.uses_bessel for function in printed.values()) else "",
         equations=[
             _Equations(f"_{name}", reached[name].doc, function.arguments, function.lines)
             for name, function in printed.items()
         ],
         has_matrices=any(len(array.shape) == 2 for p in programs.values() for array in p.outputs),
-        functions=[_function(program) for program in programs.values()],
+        functions=[_function(scene, program) for program in programs.values()],
     )
 
 
@@ -96,11 +99,14 @@ def _with_callees(programs: Mapping[str, Program]) -> dict[str, Program]:
 
 
 def _tables(programs: Iterable[Program]) -> dict[Table, str]:
-    """A module-level name for each distinct table of constants."""
+    """The module-level name of each table of constants; tables of one quantity with the same values share it."""
     tables: dict[Table, str] = {}
-    for table in (table for program in programs for table in program.tables.items()):
-        number = 1 + sum(table[0] == name for name, _ in tables)
-        tables.setdefault(table, f"_{table[0].upper()}" if number == 1 else f"_{table[0].upper()}_{number}")
+    shared: dict[Table, str] = {}
+    for name, values in (table for program in programs for table in program.tables.items()):
+        quantity = name.rstrip("_0123456789")
+        number = 1 + sum(quantity == other for other, _ in shared)
+        unique = f"_{quantity.upper()}" if number == 1 else f"_{quantity.upper()}_{number}"
+        tables[name, values] = shared.setdefault((quantity, values), unique)
     return tables
 
 
@@ -124,28 +130,29 @@ def _parameters(program: Program) -> Iterator[tuple[str, str]]:
         start = stop
 
 
-def _function(program: Program) -> _Function:
-    inputs = [_argument(array) for array in program.inputs]
+def _function(scene: Scene, program: Program) -> _Function:
+    inputs = [_argument(array, meaning(scene, program.name, array)) for array in program.inputs]
     given = [f"casadi.vertsplit({spelt(a.name)})" if a.shape else spelt(a.name) for a in program.inputs]
     if program.params:
         size = sum(array.size for array in program.params)
         fields = ", ".join(array.name for array in program.params)
-        inputs.insert(0, _argument(Array("p", (size,), f"parameters: {fields}")))
+        inputs.insert(0, _argument(Array("p", (size,)), f"runtime parameters: {fields}"))
         given.insert(0, "*_parameters(p)")
     return _Function(
         name=program.name,
         doc=program.doc,
         inputs=tuple(inputs),
-        outputs=tuple(_argument(array) for array in program.outputs),
+        outputs=tuple(_argument(array, meaning(scene, program.name, array)) for array in program.outputs),
         call=f"_{program.name}({', '.join(given)})",
         expressions=tuple(map(_expression, program.outputs)),
     )
 
 
-def _argument(array: Array) -> _Argument:
-    extent = f" ({' x '.join(map(str, array.shape))})" if array.shape else ""
+def _argument(array: Array, doc: str) -> _Argument:
+    extent = " x ".join(map(str, array.shape))
     symbol = f'"{array.name}", {array.size}' if array.shape else f'"{array.name}"'
-    return _Argument(spelt(array.name), extent, (array.doc or array.name).removesuffix(", row-major"), symbol)
+    label = f" ({extent})" if extent else ""
+    return _Argument(spelt(array.name), label, doc.removeprefix(f"{extent}, "), symbol)
 
 
 def _expression(array: Array) -> str:

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from itertools import accumulate, product
 from types import MappingProxyType
 
-from phichain.emit.c import _bodies, _functions, _includes, _names, bessel_kernel, sincos_kernel
+from phichain.emit.c import _bodies, _functions, _includes, _table_lines, bessel_kernel, sincos_kernel
 from phichain.emit.c_function import words
+from phichain.emit.c_layout import laid_out
 from phichain.emit.casadi_tangent import Cells, Tangent, block_name, make_tangent, stacked_inputs
 from phichain.emit.render import render
 from phichain.errors import UnsupportedError
@@ -76,7 +77,7 @@ def casadi_external(scene: Scene, lowered: Lowered) -> str:
         example=first.name,
         without_jacobian=[name for name in programs if name not in tangents],
         **_definitions(scene, tangents.values()),
-        patterns=[(name, ", ".join(map(str, numbers))) for numbers, name in writer.patterns.items()],
+        patterns=writer.pattern_lines(),
         functions=functions,
         longest=max(array.size for program in programs.values() for array in stacked_inputs(program)),
         params=[(array.name, array.size if array.shape else 0) for array in first.params],
@@ -89,13 +90,9 @@ def _definitions(scene: Scene, tangents: Iterable[Tangent]) -> dict[str, object]
     programs = {t.program.name: t.program for t in tangents if t.program is not None}
     lowered = Lowered(wanted=MappingProxyType({}), helpers=MappingProxyType(programs))
     uses = set().union(*(body.uses for body in _bodies(scene, lowered).values()))
-    names = _names(scene, lowered)
     return {
         "tangents": _functions(scene, lowered),
-        "tables": [
-            (table, len(values), ", ".join(names.number(value).text for value in values))
-            for (_, values), table in names.tables.items()
-        ],
+        "tables": _table_lines(scene, lowered),
         "includes": sorted({*_includes(uses), "stddef.h"}),
         "sincos": sincos_kernel(scene) if "sincos" in uses else "",
         "bessel": bessel_kernel(scene) if "bessel" in uses else "",
@@ -108,6 +105,14 @@ class _Writer:
     def __init__(self, name: str) -> None:
         self.name = name
         self.patterns: dict[tuple[int, ...], str] = {}
+
+    def pattern_lines(self) -> list[str]:
+        """The definitions of all patterns."""
+        definitions = [
+            f"static const {self.name}_casadi_int {name}[] = {{{', '.join(map(str, numbers))}}};"
+            for numbers, name in self.patterns.items()
+        ]
+        return [line for definition in definitions for line in laid_out(definition)]
 
     def values(self, program: Program) -> _Function:
         """The function itself."""
@@ -156,7 +161,8 @@ class _Writer:
     ) -> _Function:
         used = words("\n".join(lines))
         ignored = tuple(name for name in _ABI if name not in used)
-        return _Function(symbol, tuple(inputs), tuple(outputs), size, tuple(lines), ignored)
+        body = tuple(line for whole in lines for line in laid_out(f"    {whole}" if whole else ""))
+        return _Function(symbol, tuple(inputs), tuple(outputs), size, body, ignored)
 
     def _call(self, program: Program, called: Program) -> list[str]:
         """The lines that take the arguments, lay the results into the work vector and call a C function."""

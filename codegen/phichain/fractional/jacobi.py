@@ -128,13 +128,14 @@ def _orthogonalise(columns: Vector) -> None:
 def _rotate(columns: Vector, squares: Vector, p: int, q: int, tolerance: float) -> bool:
     """One Jacobi rotation of columns p and q in every state; False when none needed it."""
     product = np.einsum("is,is->s", columns[p], columns[q])
-    needed = np.abs(product) > tolerance * np.sqrt(squares[p] * squares[q])
+    # A square updated to just below zero is recomputed in the next sweep.
+    needed = np.abs(product) > tolerance * np.sqrt(np.abs(squares[p] * squares[q]))
     if not np.any(needed):
         return False
     # tan of the rotation angle, |t| <= 1: t^2 + 2 zeta t - 1 = 0 with zeta = (b - a) / (2 c).
     difference = 0.5 * (squares[q] - squares[p])
     root = np.sqrt(difference * difference + product * product)
-    with np.errstate(invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         tangent = np.where(needed, product / (difference + np.copysign(root, difference)), 0.0)
     cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
     sine = cosine * tangent

@@ -158,25 +158,21 @@ class Builder:
         return Expr(self, self._emit(kind, tuple(self.lift(arg).operand for arg in args), label))
 
     def let(self, label: str, value: Expr) -> Expr:
-        """Give an intermediate quantity its name (the first name given stays)."""
-        operand = value.operand
-        block = self._blocks[-1]
-        last = block.statements[-1] if block.statements else None
-        if not (isinstance(operand, Local) and isinstance(last, Op) and last.result == operand.name):
+        """Give an intermediate quantity its name, before anything uses it (the first name given stays)."""
+        operand, block = value.operand, self._blocks[-1]
+        if not isinstance(operand, Local) or not operand.name.startswith("_"):
             return value
-        if not operand.name.startswith("_"):
-            return value
-        named = Local(self.fresh(self._beside_its_array(label)))
-        block.statements[-1] = self._ops[named.name] = Op(named.name, last.kind, last.args)
-        del self._ops[operand.name]
-        block.shared[(last.kind, canonical(last.kind, last.args))] = named
-        return Expr(self, named)
-
-    def _beside_its_array(self, label: str) -> str:
-        """The name of a value in a loop that is kept in an array of the same name: `rate_k` for the cell `rate[k]`."""
-        variables = "".join(f"_{variable}" for variable in self._open_loops)
-        is_array = any(array.name == label for array in (*self.work, *self.outputs, *self.inputs))
-        return label + variables if is_array else label
+        for position in range(len(block.statements) - 1, -1, -1):
+            statement = block.statements[position]
+            if not isinstance(statement, Op) or operand in statement.args:
+                return value
+            if statement.result == operand.name:
+                named = Local(self.fresh(label))
+                block.statements[position] = self._ops[named.name] = Op(named.name, statement.kind, statement.args)
+                del self._ops[operand.name]
+                block.shared[(statement.kind, canonical(statement.kind, statement.args))] = named
+                return Expr(self, named)
+        return value
 
     def sin(self, x: Expr) -> Expr:
         """Sine of one value; use `sincos` for a run of cells."""

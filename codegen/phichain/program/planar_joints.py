@@ -50,7 +50,7 @@ def absolute(builder: Builder, scene: Scene, name: str, theta: ArrayRef) -> Arra
     with builder.loop("k", 0, scene.links) as loop:
         k = loop.index
         previous = loop.carry(f"{name}_before", 0)
-        phi[k] = value = builder.let(name, previous + theta[k])
+        phi[k] = value = builder.let(f"link_{name}", previous + theta[k])
         loop.follow(previous, theta[k] if scene.angles == "adjacent" else value)
     return phi
 
@@ -127,7 +127,7 @@ def _couple(
         torque = drive[k] if passive is None else drive[k] + passive
         beyond = loop.carry("torque_beyond", 0)
         loop.follow(beyond, torque)
-        return builder.let("couple", torque - beyond)
+        return builder.let("link_couple", torque - beyond)
     total = None
     if drive is not None and scene.angles == "absolute":
         total = drive[k]

@@ -22,7 +22,7 @@ from phichain.scene import Scene
 
 @dataclass(frozen=True)
 class _Chain:
-    """What both halves of the computation share."""
+    """What both halves of the computation share; `horizontal` is f / m_c."""
 
     builder: Builder
     parameters: Parameters
@@ -40,8 +40,8 @@ def accelerations(
     tension = solve_tensions(builder, parameters, _joints(chain, state))
     cart = None
     if chain.horizontal is not None:
-        pull = tension[0] * parameters.mass[0] * chain.sine[0]
-        cart = builder.let("cart_acceleration", (chain.horizontal + pull) / parameters.cart_mass)
+        pull = tension[0] * (parameters.mass[0] / parameters.cart_mass) * chain.sine[0]
+        cart = builder.let("cart_acceleration", chain.horizontal + pull)
         a[0] = cart * parameters.units.length
     alpha = builder.array("acceleration", scene.links)
     length = parameters.length
@@ -67,9 +67,11 @@ def _chain(
         pair[scene.links] = builder.lift(0)
     horizontal = None
     if scene.has_cart:
-        horizontal = u[0] / parameters.units.force if u is not None and scene.has_force else builder.lift(0)
+        horizontal = builder.lift(0)
+        if u is not None and scene.has_force:
+            horizontal = u[0] * (1 / (parameters.cart_mass * parameters.units.force))
         if pair is not None:
-            horizontal = horizontal - pair[0] * cosine[0]
+            horizontal = horizontal - pair[0] * cosine[0] / parameters.cart_mass
     return _Chain(builder, parameters, sine, cosine, pair, horizontal)
 
 
@@ -105,7 +107,7 @@ def _first_right_side(chain: _Chain, state: PlanarState) -> Expr:
     if chain.pair is not None:
         value = value + chain.pair[1] * sine[1] / parameters.mass[0]
     if chain.horizontal is not None:
-        value = value - sine[0] * (chain.horizontal / parameters.cart_mass)
+        value = value - sine[0] * chain.horizontal
     return value
 
 

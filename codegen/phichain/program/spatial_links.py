@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from phichain.program.builder import ArrayRef, Builder, Index
 from phichain.program.parameters import Parameters
-from phichain.program.vector import Vector, add, cross, load, scale, store, sub
+from phichain.program.vector import Vector, add, cross, dot, load, scale, store, sub
 from phichain.scene import Scene
 
 
@@ -24,8 +24,11 @@ def neighbours(builder: Builder, direction: ArrayRef, links: int) -> tuple[Array
     with builder.loop("k", 1, links) as loop:
         k = loop.index
         before, here = load(direction, k - 1), load(direction, k)
-        cosine[k] = before[0] * here[0] + before[1] * here[1] + before[2] * here[2]
-        store(crosses, k, cross(before, here))
+        cosine[k] = builder.let("cosine_k", dot(before, here))
+        across = cross(before, here)
+        store(crosses, k, (
+            builder.let("cross_x", across[0]), builder.let("cross_y", across[1]), builder.let("cross_z", across[2]),
+        ))  # fmt: skip
     nothing = builder.lift(0)
     store(crosses, links, (nothing, nothing, nothing))
     return cosine, crosses

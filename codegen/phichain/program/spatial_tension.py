@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from phichain.program.builder import ArrayRef, Builder, Expr, Index
-from phichain.program.parameters import Parameters, Units
+from phichain.program.parameters import Parameters
 from phichain.program.spatial_links import couples, directions, neighbours
 from phichain.program.tensions import Joints, solve_tensions
 from phichain.program.vector import Vector, add, cross, dot, load, scale, store, sub
@@ -22,7 +22,7 @@ from phichain.scene import Scene
 
 @dataclass(frozen=True)
 class _Chain:
-    """What both halves of the computation share; `pair` is zero beyond the tip."""
+    """What both halves of the computation share: `pair` is zero beyond the tip, `horizontal` is f / m_c."""
 
     builder: Builder
     parameters: Parameters
@@ -40,7 +40,7 @@ def accelerations(
     direction, omega = directions(scene, q), directions(scene, v)
     cosine, crosses = neighbours(builder, direction, scene.links)
     pair = _force_pairs(builder, scene, parameters, direction, omega)
-    horizontal = _horizontal(builder, scene, parameters.units, u, pair)
+    horizontal = _horizontal(builder, scene, parameters, u, pair)
     chain = _Chain(builder, parameters, direction, omega, crosses, pair, horizontal)
     tension = solve_tensions(builder, parameters, _joints(chain, cosine))
     cart = _cart(chain, tension)
@@ -67,13 +67,17 @@ def _force_pairs(
 
 
 def _horizontal(
-    builder: Builder, scene: Scene, units: Units, u: ArrayRef | None, pair: ArrayRef | None
+    builder: Builder, scene: Scene, parameters: Parameters, u: ArrayRef | None, pair: ArrayRef | None
 ) -> tuple[Expr, Expr] | None:
+    """f / m_c, what the cart's acceleration would be without the first tension."""
     if not scene.has_cart:
         return None
-    nothing = builder.lift(0)
-    force = (u[0] / units.force, u[1] / units.force) if u is not None else (nothing, nothing)
-    return force if pair is None else (force[0] - pair[0], force[1] - pair[1])
+    total = []
+    for i in range(2):
+        force = builder.lift(0) if u is None else u[i] * (1 / (parameters.cart_mass * parameters.units.force))
+        pull = builder.lift(0) if pair is None else pair[i] / parameters.cart_mass
+        total.append(builder.let("free_cart_acceleration", force - pull))
+    return total[0], total[1]
 
 
 def _joints(chain: _Chain, cosine: ArrayRef) -> Joints:
@@ -112,7 +116,7 @@ def _first_right_side(chain: _Chain) -> Expr:
         value = value - dot(here, load(chain.pair, 1)) / parameters.mass[0]
     if chain.horizontal is not None:
         push = here[0] * chain.horizontal[0] + here[1] * chain.horizontal[1]
-        value = value - push / parameters.cart_mass
+        value = value - push
     return value
 
 
@@ -123,7 +127,7 @@ def _cart(chain: _Chain, tension: ArrayRef) -> tuple[Expr, Expr] | None:
     builder, parameters = chain.builder, chain.parameters
     pull = tension[0] * (parameters.mass[0] / parameters.cart_mass)
     first, second = (
-        builder.let(f"cart_acceleration_{i}", chain.horizontal[i] / parameters.cart_mass + pull * chain.direction[i])
+        builder.let("cart_acceleration", chain.horizontal[i] + pull * chain.direction[i])
         for i in range(2)
     )
     return first, second

@@ -108,8 +108,8 @@ class _Sweep:
     def from_base(self, front: _Front, k: Index) -> _Front:
         """Eliminate link k from the base side."""
         ratio = self.ratio[k + 1]
-        load = self.builder.let("load", self.joints.right_side[k] * front.denominator + front.incoming)
-        inverse = self._eliminate(front, front.numerator, load, k, self.joints.cosine[k + 1], (None, ratio))
+        load = self.builder.let("base_load", self.joints.right_side[k] * front.denominator + front.incoming)
+        inverse = self._eliminate("base", front, front.numerator, load, k, self.joints.cosine[k + 1], (None, ratio))
         numerator = ratio * (self.joints.sine_squared[k + 1] * front.denominator + front.numerator)
         return self._passed_on(front, front.numerator, numerator, self.joints.cosine[k + 1] * load, inverse)
 
@@ -117,16 +117,16 @@ class _Sweep:
         """Eliminate link k from the tip side."""
         ratio = self.inverse_ratio[k]
         slack = ratio * front.numerator
-        load = self.builder.let("load", self.joints.right_side[k] * front.denominator + front.incoming)
-        inverse = self._eliminate(front, slack, load, k, self.joints.cosine[k], (ratio, ratio))
+        load = self.builder.let("tip_load", self.joints.right_side[k] * front.denominator + front.incoming)
+        inverse = self._eliminate("tip", front, slack, load, k, self.joints.cosine[k], (ratio, ratio))
         numerator = self.joints.sine_squared[k] * front.denominator + slack
         return self._passed_on(front, slack, numerator, self.joints.cosine[k] * load, inverse)
 
     def _eliminate(
-        self, front: _Front, slack: Expr, load: Expr, k: Index, cosine: Expr, ratios: tuple[Expr | None, Expr]
+        self, side: str, front: _Front, slack: Expr, load: Expr, k: Index, cosine: Expr, ratios: tuple[Expr | None, Expr]
     ) -> Expr:
         """Store what back substitution needs; returns 1 / (d + n)."""
-        inverse = self.builder.let("inverse_pivot", 1 / (front.denominator + slack))
+        inverse = self.builder.let(f"{side}_inverse_pivot", 1 / (front.denominator + slack))
         particular = load * inverse
         self.particular[k] = particular if ratios[0] is None else ratios[0] * particular
         self.coupling[k] = ratios[1] * (cosine * front.denominator * inverse)
@@ -145,20 +145,20 @@ class _Sweep:
         load = self.joints.right_side[middle] * (base.denominator * tip.denominator)
         load = load + base.incoming * tip.denominator + tip.incoming * base.denominator
         pivot = base.numerator * tip.denominator + tip.numerator * base.denominator
-        tension[middle] = met = builder.let("tension_met", load / pivot)
+        tension[middle] = met = builder.let("middle_tension", load / pivot)
         inner = met
         if paired:
             with builder.loop("i", 0, paired) as loop:
                 inner = loop.carry("inner_tension", met)
                 outer = loop.carry("outer_tension", met)
-                loop.follow(inner, self._outwards(tension, middle - 1 - loop.index, inner))
-                loop.follow(outer, self._outwards(tension, middle + 1 + loop.index, outer))
+                loop.follow(inner, self._outwards("inner", tension, middle - 1 - loop.index, inner))
+                loop.follow(outer, self._outwards("outer", tension, middle + 1 + loop.index, outer))
         if middle > paired:
-            self._outwards(tension, 0, inner)
+            self._outwards("inner", tension, 0, inner)
         tension[self.links] = builder.lift(0)
         return tension
 
-    def _outwards(self, tension: ArrayRef, k: Index, neighbour: Expr) -> Expr:
-        value = self.builder.let("tension_k", self.particular[k] + self.coupling[k] * neighbour)
+    def _outwards(self, side: str, tension: ArrayRef, k: Index, neighbour: Expr) -> Expr:
+        value = self.builder.let(f"{side}_tension_next", self.particular[k] + self.coupling[k] * neighbour)
         tension[k] = value
         return value

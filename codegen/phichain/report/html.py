@@ -21,7 +21,7 @@ h1 { font-size: 1.9rem; margin: 0 0 .4rem; } h2 { font-size: 1.3rem; margin: 2.6
 p { max-width: 46rem; } .lead, figcaption { color: var(--soft); }
 table { border-collapse: collapse; margin: .8rem 0; font-variant-numeric: tabular-nums; }
 th, td { border-bottom: 1px solid var(--line); padding: .3rem 1.2rem .3rem 0; text-align: left; vertical-align: top; }
-th { font-weight: 500; color: var(--soft); }
+th { font-weight: 500; white-space: nowrap; color: var(--soft); }
 figure { margin: 1rem 0; } img { max-width: 100%; height: auto; border: 1px solid var(--line); background: #fff; }
 code { font-size: .92em; }
 footer { margin-top: 3rem; color: var(--soft); font-size: .9rem; }
