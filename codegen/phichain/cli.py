@@ -43,7 +43,7 @@ Settings = Annotated[
 Lean = Annotated[float, typer.Option(metavar="RAD", help="Start at rest, the straight chain leaning by this angle.")]
 
 
-TRIAL_STEPS = 20_000
+TRIAL_STEPS = 5_000
 """A regulator that fails flings the chain about; its trial is not worth more steps than this."""
 
 

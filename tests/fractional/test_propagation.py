@@ -145,6 +145,10 @@ def test_record_leaves_memory_whole(tmp_path: Path) -> None:
     arrays, meta = read_npz(tmp_path / "p.npz", "Propagation")
     assert np.array_equal(arrays["psi_total"], result.psi["total"], equal_nan=True)
     assert meta["coordinates"] == list(result.coordinates) and meta["initial"] is True
+    result.to_csv(tmp_path / "p.csv", "theta_p", 1, "gravity")
+    lines = (tmp_path / "p.csv").read_text().splitlines()
+    assert lines[0].split(",")[:2] == ["t", "p=0.0"] and len(lines) == 42
+    assert float(lines[1].split(",")[-1]) == result.theta_p["gravity"][0, -1, 1]
 
 
 def test_what_has_no_fractional_view_is_refused() -> None:

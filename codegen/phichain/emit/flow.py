@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Final
@@ -10,22 +11,28 @@ from phichain.emit.c_function import CNames, c_function, declaration, words
 from phichain.emit.render import render
 from phichain.program.field import vector_field
 from phichain.program.jets import HELD, INVERSE_ORDER, LEFT, ORDER, RIGHT, SQUARE, SQUARE_SUMS, SUMS, Jets, jets
-from phichain.program.nodes import Array, Program
+from phichain.program.lower import lower_function
+from phichain.program.nodes import Program
 from phichain.program.passes import total_operations, unroll
-from phichain.program.rates import fastest_rate
+from phichain.program.rates import fastest_rate, reach, scales_program
 from phichain.scene import Scene
 
 #: Highest order of the Taylor series, for which the stack has room.
 HIGHEST: Final = {"double": 28, "float": 14}
-#: Order 1 - share * log(tolerance); one half is the optimum where sums dominate, more where the linear sweep does.
+#: Tolerances below this are round-off.
+EPSILON: Final = {"double": Fraction(1, 2**52), "float": Fraction(1, 2**23)}
+#: Order 1 - share * log(tolerance). One half is the optimum when the sums cost most, one when the linear sweep does.
 ORDER_SHARE: Final = Fraction(1, 2)
 #: Steps are this much shorter than the last two terms ask.
 SAFETY: Final = Fraction(1)
 #: Longest step in units of what resolves the fastest linear mode.
 CAP: Final = Fraction(5, 4)
-#: Above this many operations per order loops are kept.
+#: Above this many operations loops are kept.
 UNROLL_LIMIT: Final = 400
-_LANES: Final = 8
+#: Lanes come in whole vectors, so that no lane is left to scalar code.
+LANES: Final = 8
+
+Tables = dict[tuple[str, tuple[Fraction, ...]], str]
 
 
 @dataclass(frozen=True)
@@ -33,23 +40,23 @@ class Flow:
     """The Taylor flow of a scene as text.
 
     Attributes:
-        declarations: types and prototype, for NAME.h after its typedefs.
-        definitions: for NAME.c after the kernels and before or after the other functions.
-        uses: kernels that the definitions lean on ("sincos", "math").
-        tables: constants at file scope, by (name, values); the definitions read them under these names.
+        declarations: types and prototype, for NAME.h after its own types.
+        definitions: for NAME.c, after the kernels and the functions that were named as known.
+        includes: standard headers that the definitions want.
+        uses: kernels that the definitions lean on: "sincos", "math".
         recurrences: what was printed.
     """
 
     declarations: str
     definitions: str
+    includes: tuple[str, ...]
     uses: frozenset[str]
-    tables: dict[tuple[str, tuple[Fraction, ...]], str]
     recurrences: Jets
 
 
 @dataclass(frozen=True)
 class _Part:
-    """One of the two sweeps as the template sees it."""
+    """One static function as the template sees it."""
 
     doc: str
     symbol: str
@@ -59,44 +66,56 @@ class _Part:
 
 
 def flow_program(scene: Scene) -> Program:
-    """The scene's vector field in the form the flow differentiates: straight-line code where it is short."""
+    """The vector field in the form that the flow differentiates: straight-line code where it is short."""
     loops = vector_field(scene)
     if scene.code == "loops" or (scene.code == "auto" and total_operations(loops) > UNROLL_LIMIT):
         return loops
     return unroll(loops)
 
 
-def flow(scene: Scene) -> Flow:
-    """Print the Taylor flow of a scene."""
-    recurrences = jets(flow_program(scene))
-    tables = {
-        (name, values): f"flow_{name}_table"
-        for program in (recurrences.start, recurrences.follow)
-        for name, values in program.tables.items()
-    }
+def flow(scene: Scene, known: Collection[str] = ()) -> Flow:
+    """Print the Taylor flow of a scene.
+
+    Args:
+        scene: the scene.
+        known: functions of NAME.c that stand before the flow and that it may call.
+    """
+    made = jets(flow_program(scene))
+    recurrences = replace(made, start=_named(made.start, "flow_start"), follow=_named(made.follow, "flow_follow"))
+    programs = [recurrences.start, recurrences.follow]
+    if scene.runtime:
+        programs.append(scales_program(scene))
+    if "positions" not in known:
+        programs.append(_named(lower_function(scene, "positions", "loops"), "flow_positions"))
+    tables: Tables = {}
+    for program in programs:
+        for key in program.tables.items():
+            tables.setdefault(key, f"flow_{key[0]}_{len(tables) + 1}")
     names = CNames(scene.name, scene.real, tables)
-    bodies = [c_function(program, names, {}) for program in (recurrences.start, recurrences.follow)]
-    docs = ("Order 0: the derivative, and the first coefficients of the factors.", "Order n from the orders below.")
-    parts = [
-        _part(scene, program, names, body.lines, doc)
-        for program, body, doc in zip((recurrences.start, recurrences.follow), bodies, docs, strict=True)
-    ]
+    bodies = [c_function(program, names, {}) for program in programs]
+    parts = [_part(scene, program, body.lines) for program, body in zip(programs, bodies, strict=True)]
     uses = frozenset({"math"}).union(*(body.uses for body in bodies))
-    return Flow(_declarations(scene), _definitions(scene, recurrences, parts, names), uses, tables, recurrences)
+    return Flow(
+        declarations=_declarations(scene),
+        definitions=_definitions(scene, recurrences, parts, names, "positions" in known),
+        includes=("math.h", "string.h"),
+        uses=uses,
+        recurrences=recurrences,
+    )
 
 
-def _part(scene: Scene, program: Program, names: CNames, lines: tuple[str, ...], doc: str) -> _Part:
+def _named(program: Program, name: str) -> Program:
+    return replace(program, name=name)
+
+
+def _part(scene: Scene, program: Program, lines: tuple[str, ...]) -> _Part:
     declared = [f"const {scene.name}_params *p"] if program.params else []
     declared += [declaration(array, scene.name, False, True) for array in program.inputs]
     declared += [declaration(array, scene.name, True, True) for array in program.outputs]
     used = words("\n".join(lines))
     arguments = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
     ignored = tuple(name for name in arguments if name not in used)
-    return _Part(doc, _symbol(scene, program), ", ".join(declared), ignored, lines)
-
-
-def _symbol(scene: Scene, program: Program) -> str:
-    return f"{scene.name}_flow_{'start' if program.name.endswith('_start') else 'follow'}"
+    return _Part(program.doc, f"{scene.name}_{program.name}", ", ".join(declared), ignored, lines)
 
 
 def _call(scene: Scene, program: Program, order: str) -> str:
@@ -111,45 +130,69 @@ def _call(scene: Scene, program: Program, order: str) -> str:
     }  # fmt: skip
     arguments = [*(["p"] if program.params else [])]
     arguments += [row.get(array.name, f"jet->{array.name}") for array in (*program.inputs, *program.outputs)]
-    return f"{_symbol(scene, program)}({', '.join(arguments)})"
+    return f"{scene.name}_{program.name}({', '.join(arguments)})"
+
+
+def _definitions(
+    scene: Scene, recurrences: Jets, parts: list[_Part], names: CNames, positions_known: bool
+) -> str:
+    has_params, has_input = bool(scene.runtime), scene.nu > 0
+    parameter = f"const {scene.name}_params *p, " if has_params else ""
+    given = f"const {scene.name}_real u[{scene.nu}], " if has_input else ""
+    of_q = f"x[{scene.nq} + i]" if scene.is_planar else "slope[i]"
+    tables = [
+        (table, len(values), ", ".join(names.number(value).text for value in values))
+        for (_, values), table in names.tables.items()
+    ]
+    return render(
+        "flow.c.j2", name=scene.name, upper=scene.name.upper(), real=f"{scene.name}_real", nq=scene.nq, nv=scene.nv,
+        highest=HIGHEST[scene.real], products=_padded(recurrences.products), squares=_padded(recurrences.squares),
+        held=_held(recurrences), tables=tables, functions=parts, parameter=parameter,
+        pass_parameter="p, " if has_params else "", context=parameter + given,
+        pass_context=("p, " if has_params else "") + ("u, " if has_input else ""),
+        start_call=_call(scene, recurrences.start, "0"), follow_call=_call(scene, recurrences.follow, "n"),
+        slopes=[(0, scene.nq, of_q), (scene.nq, scene.nq + scene.nv, "slope[i]")],
+        cart=(1 if scene.is_planar else 2) if scene.has_cart else 0, scales=_scales(scene, names),
+        positions=f"{scene.name}_{'positions' if positions_known else 'flow_positions'}", masses=scene.links,
+        positions_parameter="p, " if has_params and _reads_parameters(scene) else "",
+        axes=2 if scene.is_planar else 3, safety=names.number(SAFETY).text, cap=names.number(CAP).text,
+        order_share=names.number(ORDER_SHARE).text, epsilon=names.number(EPSILON[scene.real]).text,
+        definition=", ".join(_arguments(scene, True)), **_libm(names),
+    )  # fmt: skip
 
 
 def _padded(count: int) -> int:
-    """Whole vectors, so that no lane is left to scalar code."""
-    return -(-count // _LANES) * _LANES
+    return -(-count // LANES) * LANES
 
 
-def _definitions(scene: Scene, recurrences: Jets, parts: list[_Part], names: CNames) -> str:
-    has_params, has_input = bool(recurrences.start.params), scene.nu > 0
-    parameter = f"const {scene.name}_params *p, " if has_params else ""
-    given = f"const {scene.name}_real u[{scene.nu}], " if has_input else ""
-    held = [
-        (array.name, array.size) for array in recurrences.start.outputs
-        if array.name not in (LEFT, RIGHT, SQUARE, "a", "q_dot")
-    ]  # fmt: skip
-    slopes = [(scene.nq, scene.nq + scene.nv, "slope[i]")]
-    slopes.insert(0, (0, scene.nq, f"x[{scene.nq} + i]" if scene.is_planar else "slope[i]"))
-    real, numbers = f"{scene.name}_real", flow_scales(scene)
-    scales = None if numbers is None else [names.number(value).text for value in numbers]
-    return render(
-        "flow.c.j2", name=scene.name, upper=scene.name.upper(), real=real, nq=scene.nq, nv=scene.nv,
-        highest=HIGHEST[scene.real], products=_padded(recurrences.products), squares=_padded(recurrences.squares),
-        held=held, functions=parts, parameter=parameter, pass_parameter="p, " if has_params else "",
-        context=parameter + given, pass_context=("p, " if has_params else "") + ("u, " if has_input else ""),
-        start_call=_call(scene, recurrences.start, "0"), follow_call=_call(scene, recurrences.follow, "n"),
-        slopes=slopes, cart=(1 if scene.is_planar else 2) if scene.has_cart else 0, scales=scales,
-        safety=names.number(SAFETY).text, cap=names.number(CAP).text, order_share=names.number(ORDER_SHARE).text,
-        epsilon=names.number(EPSILON[scene.real]).text, positions=positions, masses=scene.links,
-        axes=2 if scene.is_planar else 3, definition=", ".join(_arguments(scene, True)), max=names.libm("fmax"),
-        min=names.libm("fmin"), abs=names.libm("fabs"), exp=names.libm("exp"), log=names.libm("log"),
-        ceil=names.libm("ceil"), lgamma=names.libm("lgamma"),
-    )  # fmt: skip
+def _held(recurrences: Jets) -> list[tuple[str, int]]:
+    """What `start` computes once for all orders."""
+    rows = {LEFT, RIGHT, SQUARE, "a", "q_dot"}
+    return [(array.name, array.size) for array in recurrences.start.outputs if array.name not in rows]
+
+
+def _scales(scene: Scene, names: CNames) -> tuple[str, str] | None:
+    """Fastest linear rate and length of the chain as literals; None where they are computed."""
+    rate, length = fastest_rate(scene), reach(scene)
+    if rate is None or length is None:
+        return None
+    return names.number(rate).text, names.number(length).text
+
+
+def _reads_parameters(scene: Scene) -> bool:
+    return bool(lower_function(scene, "positions", "loops").params)
+
+
+def _libm(names: CNames) -> Mapping[str, str]:
+    wanted = {"max": "fmax", "min": "fmin", "abs": "fabs"}
+    plain = ("exp", "log", "ceil", "lgamma")
+    return {key: names.libm(function) for key, function in {**wanted, **{name: name for name in plain}}.items()}
 
 
 def _declarations(scene: Scene) -> str:
     return render(
         "flow.h.j2", name=scene.name, upper=scene.name.upper(), prototype=", ".join(_arguments(scene, False)),
-        arguments=_documented(scene), stack=_stack(scene),
+        arguments=_documented(scene),
     )  # fmt: skip
 
 

@@ -27,7 +27,7 @@ from phichain.fractional.differintegral import differintegrate
 from phichain.fractional.factor import joint_map, parameter, refuse_spatial, states_of
 from phichain.fractional.inertia import inertia_powers, inertia_spectrum
 from phichain.fractional.signals import supported_orders, uniform_step
-from phichain.records import write_npz
+from phichain.records import write_csv, write_npz
 from phichain.system import Parameters, System, acceleration
 
 Vector = NDArray[np.float64]
@@ -102,6 +102,13 @@ class Propagation:
             )
         surface: Vector = kinds[kind][path][:, :, coordinate]
         return surface
+
+    def to_csv(self, file: str | Path, kind: str, coordinate: int, path: str = "total") -> None:
+        """Write one surface: one row per time, one column per p or alpha."""
+        name, values = ("p", self.p) if kind == "theta_p" else ("alpha", self.alpha)
+        surface = self.surface(kind, coordinate, path)
+        columns = {f"{name}={float(value)!r}": surface[:, k] for k, value in enumerate(values)}
+        write_csv(file, {"t": self.time, **columns})
 
     def to_npz(self, path: str | Path) -> None:
         """Write everything, exactly; the arrays of a path are named forces_PATH, theta_p_PATH and psi_PATH."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from phichain.errors import EmissionError
 from phichain.program.builder import Builder, Expr
 
 
@@ -45,6 +46,11 @@ def _term(builder: Builder, kind: str, args: list[Expr], result: Expr, position:
 
 def _bessel(builder: Builder, order: int, x: Expr) -> Expr:
     """J_0' = -J_1 and J_n' = (J_{n-1} - J_{n+1}) / 2."""
+
+    if order >= 4:
+        raise EmissionError(
+            "besselj4", order, "its derivative needs J_5, which no backend has", "differentiate phi once, not twice"
+        )
 
     def bessel(n: int) -> Expr:
         return builder.apply(f"besselj{n}", x)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 
@@ -54,7 +54,7 @@ def lower(scene: Scene) -> Lowered:
 
 def lower_function(scene: Scene, name: str, code: str = "auto") -> Program:
     """One function alone; `code` is "auto", "unrolled" or "loops"."""
-    return _Lowering(scene).shaped(name, code)
+    return _Lowering(replace(scene, code=code)).program(name)
 
 
 class _Lowering:
@@ -99,10 +99,15 @@ class _Lowering:
     def loops(self, name: str) -> Program:
         """The structured form of a function."""
         builder = Builder(name, _DOC[name])
-        parameters = Parameters(builder, self.scene, own_units=name == "forward_dynamics")
+        parameters = Parameters(builder, self.scene, own_units=name == "forward_dynamics" and self._by_tensions)
         writer: Callable[[Builder, Parameters], None] = getattr(self, f"_{name}")
         writer(builder, parameters)
         return prune(builder.finish())
+
+    @cached_property
+    def _by_tensions(self) -> bool:
+        """Whether forward dynamics solves for tensions; the articulated sweeps have units of their own."""
+        return planar_tension.suits(self.scene) if self.scene.is_planar else self.scene.tip_masses
 
     # --- arguments ----------------------------------------------------------------------------------------------------
 
@@ -126,10 +131,10 @@ class _Lowering:
         q, v, u = self._q(builder), self._v(builder), self._u(builder)
         a = builder.output("a", (scene.nv,), "accelerations")
         if scene.is_planar:
-            planar = planar_tension if scene.tip_masses else planar_articulated
+            planar = planar_tension if self._by_tensions else planar_articulated
             planar.accelerations(builder, scene, parameters, planar_state(builder, scene, q, v), u, a)
         else:
-            spatial = spatial_tension if scene.tip_masses else spatial_articulated
+            spatial = spatial_tension if self._by_tensions else spatial_articulated
             spatial.accelerations(builder, scene, parameters, q, v, u, a)
 
     def _inverse_dynamics(self, builder: Builder, parameters: Parameters) -> None:

@@ -6,18 +6,26 @@ M_k = tau_phi,k / l_k across the link; with lambda the tensions, f the horizonta
     b_k = l_k w_k^2 + M_{k+1} s_{k+1} / m_k - M_{k-1} s_k / m_{k-1},   b_0 gains g c_0 - s_0 f / m_c
     l_k phi_k'' = M_k (1/m_k + 1/m_{k-1}) + (lambda_{k+1} s_{k+1} - M_{k+1} c_{k+1}) / m_k
                   - (lambda_{k-1} s_k + M_{k-1} c_k) / m_{k-1}
-    x'' = (f + lambda_0 s_0) / m_c,   f = u - M_0 c_0,   l_0 phi_0'' gains -g s_0 - c_0 x''
+    (m_c + m_0 s_0^2) x'' = f + s_0 (m_0 (b_0 + s_0 f / m_c) + c_1 lambda_1),   f = u - M_0 c_0
+    l_0 phi_0'' gains -g s_0 - c_0 x''
+
+The cart's equation is m_c x'' = f + lambda_0 s_0 with lambda_0 put in: on a light cart the two forces all but cancel. Couples
+on a light link balance the tensions around it in the same way, so `suits` keeps chains of unlike masses out.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 from phichain.program.builder import ArrayRef, Builder, Expr, Index
 from phichain.program.parameters import Parameters
 from phichain.program.planar_joints import PlanarState, couples, from_absolute
 from phichain.program.tensions import Joints, solve_tensions
 from phichain.scene import Scene
+
+#: Couples cost about as many digits as the spread of the masses has; three decades leave 1e-14 within reach.
+_LARGEST_SPREAD = 1e3
 
 
 @dataclass(frozen=True)
@@ -32,6 +40,19 @@ class _Chain:
     horizontal: Expr | None
 
 
+def suits(scene: Scene) -> bool:
+    """Whether tensions give all digits: every mass at its link's end and, with couples on links, masses much alike."""
+    has_couples = scene.actuated_joints or scene.stiffness is not None or scene.damping is not None
+    return scene.tip_masses and not (has_couples and _spread(scene) > _LARGEST_SPREAD)
+
+
+def _spread(scene: Scene) -> float:
+    if isinstance(scene.mass, str) or isinstance(scene.cart_mass, str):
+        return inf
+    masses = [*scene.mass, *([] if scene.cart_mass is None else [scene.cart_mass])]
+    return max(masses) / min(masses)
+
+
 def accelerations(
     builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None, a: ArrayRef
 ) -> None:
@@ -40,8 +61,7 @@ def accelerations(
     tension = solve_tensions(builder, parameters, _joints(chain, state))
     cart = None
     if chain.horizontal is not None:
-        pull = tension[0] * (parameters.mass[0] / parameters.cart_mass) * chain.sine[0]
-        cart = builder.let("cart_acceleration", chain.horizontal + pull)
+        cart = _cart(chain, state, chain.horizontal, tension)
         a[0] = cart * parameters.units.length
     alpha = builder.array("acceleration", scene.links)
     length = parameters.length
@@ -102,13 +122,26 @@ def _right_side(chain: _Chain, state: PlanarState, k: Index) -> Expr:
 
 
 def _first_right_side(chain: _Chain, state: PlanarState) -> Expr:
-    parameters, sine, cosine = chain.parameters, chain.sine, chain.cosine
-    value = parameters.length[0] * (state.rate[0] * state.rate[0]) + parameters.gravity * cosine[0]
+    value = _still_right_side(chain, state)
+    return value if chain.horizontal is None else value - chain.sine[0] * chain.horizontal
+
+
+def _still_right_side(chain: _Chain, state: PlanarState) -> Expr:
+    """b_0 over a base that stands still."""
+    parameters = chain.parameters
+    value = parameters.length[0] * (state.rate[0] * state.rate[0]) + parameters.gravity * chain.cosine[0]
     if chain.pair is not None:
-        value = value + chain.pair[1] * sine[1] / parameters.mass[0]
-    if chain.horizontal is not None:
-        value = value - sine[0] * chain.horizontal
+        value = value + chain.pair[1] * chain.sine[1] / parameters.mass[0]
     return value
+
+
+def _cart(chain: _Chain, state: PlanarState, horizontal: Expr, tension: ArrayRef) -> Expr:
+    """x''."""
+    parameters, sine = chain.parameters, chain.sine[0]
+    beyond = tension[1] * parameters.mass_ratio[1] * chain.cosine[1]
+    ratio = parameters.mass[0] / parameters.cart_mass
+    pull = ratio * sine * (_still_right_side(chain, state) + beyond)
+    return chain.builder.let("cart_acceleration", (horizontal + pull) / (1 + ratio * (sine * sine)))
 
 
 def _first(chain: _Chain, tension: ArrayRef, cart: Expr | None) -> Expr:

@@ -3,9 +3,10 @@
 Small motions about hanging obey M x'' + G x = 0, M_ij = c_ij, G_ii = g mu_i, and springs add k_k (x_k - x_{k-1})^2; their
 largest frequency bounds how fast a chain swings without being driven. Where parameters come at run time the bound
 
-    omega^2 <= 4 max_k (g outer_k + k_k / r_k + k_{k+1} / r_k) / (min(m_k, m_{k-1}) r_k),    outer_k = sum_{a >= k} m_a
+    omega^2 <~ 4 max_k (g outer_k + k_k / r_k) / (m_k r_k),    outer_k = sum_{a >= k} m_a
 
-serves (Gershgorin's circles on the tridiagonal inverse of M for r = l; shorter arms r only raise it).
+serves (Gershgorin's circles on the tridiagonal inverse of M for r = l and masses that do not grow outwards; shorter arms r
+only raise it), the largest of the terms replaced by their 4-norm, which a Program can compute.
 """
 
 from __future__ import annotations
@@ -15,6 +16,10 @@ from fractions import Fraction
 import numpy as np
 import scipy.linalg
 
+from phichain.program.builder import Builder, Expr, Index
+from phichain.program.nodes import Program
+from phichain.program.parameters import Parameters
+from phichain.program.passes import prune
 from phichain.scene import Scene
 
 #: Digits kept of a frequency: the text must not depend on the last bits of an eigenvalue solver.
@@ -43,6 +48,36 @@ def fastest_rate(scene: Scene) -> Fraction | None:
     # Of a badly scaled chain the largest eigenvalue is the accurate one.
     square = float(np.max(scipy.linalg.eigh(stiff, inertia, eigvals_only=True)))
     return _rounded_up(max(square, 0.0) ** 0.5)
+
+
+def reach(scene: Scene) -> Fraction | None:
+    """Length of the chain, m; None where lengths come at run time."""
+    return None if scene.length == "runtime" else sum(map(Fraction, scene.length), Fraction(0))  # type: ignore[arg-type]
+
+
+def scales_program(scene: Scene) -> Program:
+    """The bound above, rad/s, and the chain's length, m, from the runtime parameters."""
+    builder = Builder("flow_scales", "Fastest linear rate, and length of the chain.")
+    parameters = Parameters(builder, scene)
+    scales = builder.output("scales", (2,))
+
+    def term(k: Index) -> Expr:
+        mass, com = parameters.mass[k], parameters.com[k]
+        outer = parameters.outer_mass[k] + mass
+        pull = parameters.gravity * outer
+        if parameters.stiffness is not None:
+            pull = pull + parameters.stiffness[k] / com
+        return pull / (mass * com)
+
+    with builder.loop("k", 0, scene.links) as loop:
+        total, length = loop.carry("total", 0), loop.carry("length_before", 0)
+        square = builder.let("square", 4 * term(loop.index))
+        square = square * square
+        loop.follow(total, total + square * square)
+        loop.follow(length, length + parameters.length[loop.index])
+    scales[0] = builder.sqrt(builder.sqrt(builder.sqrt(total)))
+    scales[1] = length
+    return prune(builder.finish())
 
 
 def _rounded_up(rate: float) -> Fraction:

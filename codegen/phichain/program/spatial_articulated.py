@@ -1,20 +1,21 @@
 """Spatial forward dynamics with masses anywhere on their links: an articulated sweep on unit vectors.
 
-The chain beyond a joint asks for the force A a + f, a the joint's acceleration minus gravity. Seen from a unit vector q,
-a symmetric matrix splits into A = alpha q q^T + q beta^T + beta q^T + Gamma, beta and Gamma tangent to q. For a link with mass
-m at r along q, length l, kappa = l - r, h = m r^2, and D = h + l^2 Gamma on the tangent plane, eliminating the link's rotation
-q'' = t - |omega|^2 q, D t = p - l beta (q.a) - (m r + l Gamma) a, gives A' = m I + A - U^T D^-1 U. Written out, every
-subtraction cancels symbolically when the adjugate K = adj(A) (split likewise) and E = det(A) are carried along:
+The chain beyond a joint is carried as `spatial_outer` has it. A link of direction q, lambda = l / r, rate w and couple n (of
+springs and dampers), in units m (r / l)^2 of mass and l of length, turns as q'' = t - w^2 q with
 
-    det D = h^2 + h l^2 tr Gamma + l^4 K_qq
-    alpha' = m + (alpha h^2 + h l^2 tr K_tt + l^4 E) / det D
-    beta'  = -m r kappa D^-1 beta,               Gamma' = m kappa^2 (h Gamma + l^2 K_qq P) / det D
-    K'_qq  = m^2 kappa^4 K_qq / det D,           K'_q = -m^2 r kappa^3 K_q / det D
-    K'_tt  = m kappa^2 (m (h adj Gamma + l^2 K_qq P) + h K_tt + l^2 E P) / det D
-    E'     = m^2 kappa^4 (m K_qq + E) / det D
+    (P + Gamma) t = n - P (f - w^2 A q) - P A q (q.a) - (lambda P + Gamma) a,   Gamma = P A P, and is eliminated:
+    D = det(P + Gamma) = 1 + tr Gamma + K_qq,   (P + Gamma)^-1 = (P + turned(A)) / D
+    sigma = (P + Gamma)^-1 P A q = P (A - K) q / D,   eta = (P + Gamma)^-1 f,   mu = (P + Gamma)^-1 n
+    X = (q.A q + tr P K P + E) / D,   alpha' = lambda^2 + X,   nu' = -(lambda - 1) sigma / alpha'
+    G' = (lambda - 1)^2 (lambda^2 (Gamma + K_qq P) + turned(K) + E P) / (alpha' D),   o' = q
+    g' = (lambda - 1)^4 (lambda^2 K_qq + E) / (alpha' D)
+    alpha' c' = c (X q.o + sigma.o) + q.(d + (tr A - A) d + K d) / D - w^2 (lambda + X) + sigma.n
+    d' = n + (lambda - 1) (mu - (lambda^2 eta - lambda (lambda - 1) w^2 sigma + (Y + A Y) x q / D - (sigma.n) sigma) / alpha')
+    rho' = (lambda - 1)^2 (-(lambda - 1) P (lambda^2 turned(A) f + K f + lambda (lambda - 1) w^2 K q)
+                           + lambda P (lambda^2 turned(A) + K) n + (lambda^2 K_qq + E) n) / (alpha' D)
 
-P = -hat(q)^2 is the tangent projector, adj Gamma = hat(q) A hat(q)^T, D^-1 = (h P + l^2 adj Gamma) / det D. All scalars are sums of
-positive terms. Tangent vectors and matrices of the outer link are split anew at the inner one through cross products alone.
+Outwards t = mu - eta + w^2 sigma - sigma (q.a) - ((1 + (lambda - 1) / D) P + (lambda - 1) / D turned(A)) a and
+omega' = q x t. A cart closes the chain as a link of direction e_3 would: (m_c P + Gamma) x'' = u - P f + g P A e_3.
 """
 
 from __future__ import annotations
@@ -22,8 +23,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from phichain.program.builder import ArrayRef, Builder, Expr, Index
+from phichain.program.link_units import LinkUnits
 from phichain.program.parameters import Parameters
 from phichain.program.spatial_links import couples, directions
+from phichain.program.spatial_outer import Outer, Seen
 from phichain.program.vector import (
     Symmetric,
     Vector,
@@ -35,220 +38,194 @@ from phichain.program.vector import (
     outer,
     scale,
     store,
+    sub,
     symmetric_outer,
     times,
-    turned,
 )
 from phichain.scene import Scene
 
-
-@dataclass(frozen=True)
-class _Split:
-    """S = axial q q^T + q mixed^T + mixed q^T + tangent, as seen from a unit vector q."""
-
-    axial: Expr
-    mixed: Vector
-    tangent: Symmetric
+#: So many links at the tip stand outside the loop: the zeros beyond the tip save most of their operations.
+_TIP_LINKS = 2
 
 
 @dataclass(frozen=True)
-class _Outer:
-    """The chain beyond a joint: inertia A, adjugate K and bias force f, all split at `direction`, and E = det A."""
+class _Pivot:
+    """What the elimination of a link leaves for the rest of its step; without couples `drive` and `yielding` are None."""
 
-    direction: Vector
-    inertia: _Split
-    adjugate: _Split
-    determinant: Expr
-    bias_axial: Expr
-    bias_tangent: Vector
-
-    def flat(self) -> list[Expr]:
-        """All scalars in a fixed order, for the loop to carry."""
-        inertia, adjugate = self.inertia, self.adjugate
-        return [
-            *self.direction, inertia.axial, *inertia.mixed, *inertia.tangent, adjugate.axial, *adjugate.mixed,
-            *adjugate.tangent, self.determinant, self.bias_axial, *self.bias_tangent,
-        ]  # fmt: skip
-
-    @staticmethod
-    def from_flat(values: list[Expr]) -> _Outer:
-        """The inverse of `flat`."""
-        take = iter(values)
-
-        def vector() -> Vector:
-            return next(take), next(take), next(take)
-
-        def split() -> _Split:
-            axial, mixed, first, second = next(take), vector(), vector(), vector()
-            return _Split(axial, mixed, (*first, *second))
-
-        return _Outer(vector(), split(), split(), next(take), next(take), vector())
+    inverse: Expr
+    rate_squared: Expr
+    slope: Vector
+    eta: Vector
+    drive: Vector | None
+    turned_drive: Vector | None
+    yielding: Vector | None
 
 
 def accelerations(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, u: ArrayRef | None, a: ArrayRef
 ) -> None:
     """Write the accelerations [x'', omega'] into `a`."""
-    links = scene.links
-    direction, omega = directions(scene, q), directions(scene, v)
-    couple = couples(builder, scene, parameters, direction, omega)
-    sweep = _Sweep(builder, parameters, direction, omega, couple)
+    sweep = _Sweep(builder, scene, parameters, q, v)
+    chain = sweep.inwards()
     nothing = builder.lift(0)
-    with builder.loop("k", links - 1, -1, -1) as loop:
-        carried = [loop.carry("outer", nothing) for _ in range(28)]
-        following = sweep.inwards(_Outer.from_flat(carried), loop.index)
-        for before, after in zip(carried, following.flat(), strict=True):
-            loop.follow(before, after)
     base: Vector = (nothing, nothing, -parameters.gravity)
     if scene.has_cart:
-        unit = parameters.units.force
-        force = (u[0] / unit, u[1] / unit) if u is not None else (nothing, nothing)
-        cart = sweep.close_on_cart(_Outer.from_flat(carried), force)
-        a[0], a[1] = cart[0] * parameters.units.length, cart[1] * parameters.units.length
-        base = (cart[0], cart[1], base[2])
+        unit = parameters.units
+        force = (u[0] / unit.force, u[1] / unit.force, nothing) if u is not None else (nothing, nothing, nothing)
+        x, y, _ = sweep.close_on_cart(chain, force)
+        a[0], a[1] = x * unit.length, y * unit.length
+        base = (x, y, base[2])
+    else:
+        sweep.pivot(Seen(chain, load(sweep.direction, 0)), 0)
     sweep.outwards(base, directions(scene, a))
 
 
 class _Sweep:
     """The inward elimination and the outward substitution; work arrays carry one to the other."""
 
-    def __init__(
-        self, builder: Builder, parameters: Parameters, direction: ArrayRef, omega: ArrayRef, couple: ArrayRef | None
-    ) -> None:
-        self.builder, self.parameters = builder, parameters
-        self.direction, self.omega, self.couple = direction, omega, couple
-        links = parameters.links
-        self.free = builder.array("free", 3 * links)
-        self.slope = builder.array("slope", 3 * links)
-        self.gain = builder.array("gain", 6 * links)
-        self.rate_squared = builder.array("rate_squared", links)
+    def __init__(self, builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef) -> None:
+        self.builder, self.scene, self.parameters = builder, scene, parameters
+        self.direction, self.omega = directions(scene, q), directions(scene, v)
+        self.couple = couples(builder, scene, parameters, self.direction, self.omega)
+        self.units = LinkUnits(builder, scene, parameters)
+        self.free = builder.array("free", 3 * scene.links)
+        self.slope = builder.array("slope", 3 * scene.links)
+        self.gain = builder.array("gain", 6 * scene.links)
+        self.rate_squared = builder.array("rate_squared", scene.links)
 
-    def inwards(self, before: _Outer, k: Index) -> _Outer:
-        """Eliminate the rotation of link k."""
-        builder, mass, length = self.builder, self.parameters.mass[k], self.parameters.length[k]
-        h, moment, skew, lever, _ = self._numbers(k)
-        area = length * length
-        q = load(self.direction, k)
-        inertia, gamma_adjugate = _resplit(before.inertia, before.direction, q)
-        adjugate, adjugate_turned = _resplit(before.adjugate, before.direction, q)
-        adjugate = _Split(adjugate.axial, adjugate.mixed, turned(adjugate_turned, q))
-        one, nothing = builder.lift(1), builder.lift(0)
-        projector = turned((one, nothing, nothing, one, nothing, one), q)
-        trace_gamma = _trace(inertia.tangent)
-        determinant = h * h + h * area * trace_gamma + area * area * adjugate.axial
-        inverse = builder.let("inverse_pivot", 1 / determinant)
-        solve = combine((h * inverse, projector), (area * inverse, gamma_adjugate))
+    def inwards(self) -> Outer:
+        """The chain beyond the cart, or beyond link 0 of a chain on a fixed base, which passes nothing on."""
+        links, last = self.scene.links, 0 if self.scene.has_cart else 1
+        nothing = self.builder.lift(0)
+        chain = Outer.from_flat([nothing] * 21)
+        inner = max(links - _TIP_LINKS, last)
+        for k in range(links - 1, inner - 1, -1):
+            chain = self.eliminate(chain, k)
+        if inner == last:
+            return chain
+        with self.builder.loop("k", inner - 1, last - 1, -1) as loop:
+            carried = [loop.carry("outer", value) for value in chain.flat()]
+            following = self.eliminate(Outer.from_flat(carried), loop.index)
+            for before, after in zip(carried, following.flat(), strict=True):
+                loop.follow(before, after)
+        return Outer.from_flat(carried)
 
-        rate_squared = builder.let("rate_squared_k", dot(load(self.omega, k), load(self.omega, k)))
-        bias_axial, bias_tangent = self._bias(before, q)
-        lean = add(scale(area * rate_squared, inertia.mixed), scale(-length, bias_tangent))
-        push = lean if self.couple is None else add(load(self.couple, k), lean)
-        free = times(solve, push)
-        slope = times(solve, scale(length, inertia.mixed))
+    def pivot(self, seen: Seen, k: Index) -> _Pivot:
+        """Eliminate the rotation of link k: t = free - slope (q.a) - gain a."""
+        overhang, omega = self.units.overhang[k], load(self.omega, k)
+        inverse = self.builder.let("inverse_pivot", 1 / (1 + seen.trace + seen.adjugate_axial))
+        rate_squared = self.builder.let("rate_squared", dot(omega, omega))
+        slope = scale(inverse, sub(seen.mixed, seen.adjugate_mixed))
+        eta = scale(inverse, add(seen.force, seen.turned_force))
+        free = sub(scale(rate_squared, slope), eta)
+        drive = turned_drive = yielding = None
+        if self.couple is not None:
+            drive = scale(self.units.inverse_torque[k], load(self.couple, k))
+            turned_drive = seen.turned(drive)
+            yielding = scale(inverse, add(drive, turned_drive))
+            free = add(free, yielding)
+        # turned(A) = alpha x x^T + turned(G), turned(G) = tr(P G P) P - P G P
+        freed = overhang * inverse
+        gain = combine(
+            (1 + freed + freed * seen.tangent_trace, seen.projector),
+            (freed * seen.outer.axial, outer(seen.x)), (-freed, seen.tangent),
+        )  # fmt: skip
         self.rate_squared[k] = rate_squared
         store(self.free, k, free)
         store(self.slope, k, slope)
-        # D^-1 (m r P + l Gamma) as one matrix: D^-1 Gamma = (h Gamma + l^2 K_qq P) / det D
-        mixed = combine((h, inertia.tangent), (area * adjugate.axial, projector))
-        gain = combine((moment, solve), (length * inverse, mixed))
         for i in range(6):
             self.gain[6 * k + i] = gain[i]
+        return _Pivot(inverse, rate_squared, slope, eta, drive, turned_drive, yielding)
 
-        reach = add(scale(moment, free), scale(length, times(inertia.tangent, free)))
-        axial = (inertia.axial * (h * h) + h * area * _trace(adjugate.tangent) + area * area * before.determinant) * inverse
-        tangential = combine(
-            (mass * h, gamma_adjugate), (h, adjugate.tangent),
-            (area * (mass * adjugate.axial + before.determinant), projector),
-        )  # fmt: skip
-        return _Outer(
-            direction=q,
-            inertia=_Split(
-                mass + axial, scale(-skew, times(solve, inertia.mixed)), combine((lever * inverse, mixed))
-            ),
-            adjugate=_Split(
-                lever * lever * (adjugate.axial * inverse),
-                scale(-(lever * skew) * inverse, adjugate.mixed),
-                combine((lever * inverse, tangential)),
-            ),
-            determinant=lever * lever * ((mass * adjugate.axial + before.determinant) * inverse),
-            bias_axial=bias_axial - rate_squared * (moment + length * inertia.axial) + length * dot(inertia.mixed, free),
-            bias_tangent=add(add(bias_tangent, scale(-(length * rate_squared), inertia.mixed)), reach),
+    def eliminate(self, chain: Outer, k: Index) -> Outer:
+        """Link k and all beyond it, in the units of the link before."""
+        seen = Seen(chain, load(self.direction, k))
+        pivot = self.pivot(seen, k)
+        units, leverage, overhang = self.units, self.units.leverage[k], self.units.overhang[k]
+        added = self.builder.let("axial", (seen.axial + seen.adjugate_trace + seen.determinant) * pivot.inverse)
+        axial = leverage * leverage + added
+        inverse_axial = self.builder.let("inverse_axial", 1 / axial)
+        passed = overhang * overhang * (pivot.inverse * inverse_axial)
+        planar = leverage * leverage * seen.adjugate_axial + seen.determinant
+        mass, length = units.mass[k], units.length[k]
+        return Outer(
+            direction=seen.q,
+            axial=mass * axial,
+            lean=scale(-(overhang * inverse_axial), pivot.slope),
+            tangent=combine((mass * passed, self._tangent(seen, leverage, planar))),
+            area=mass * mass * (overhang * overhang * (passed * planar)),
+            pull=length * (self._pull(seen, pivot, leverage, added) * inverse_axial),
+            push=scale(mass * length, self._push(seen, pivot, k, inverse_axial)),
+            minor=scale(mass * mass * length * passed, self._minor(seen, pivot, k, planar)),
         )
 
-    def _numbers(self, k: Index) -> list[Expr]:
-        derived = self.parameters.derived
-        mass, length, com = self.parameters.mass, self.parameters.length, self.parameters.com
-        return [
-            derived("inertia", lambda i: mass[i] * com[i] * com[i])[k],
-            derived("moment", lambda i: mass[i] * com[i])[k],
-            derived("skew", lambda i: mass[i] * com[i] * (length[i] - com[i]))[k],
-            derived("lever", lambda i: mass[i] * (length[i] - com[i]) * (length[i] - com[i]))[k],
-            length[k],
-        ]
+    def _tangent(self, seen: Seen, leverage: Expr, planar: Expr) -> Symmetric:
+        """lambda^2 (Gamma + K_qq P) + turned(K) + E P, with `planar` = lambda^2 K_qq + E."""
+        axial, squared = seen.outer.axial, leverage * leverage
+        return combine(
+            (axial * (squared + seen.tangent_qq), outer(seen.tangent_u)),
+            (squared + axial * (seen.along_u * seen.along_u), seen.tangent),
+            (-(axial * seen.along_u), symmetric_outer(seen.tangent_u, seen.pressed)),
+            (seen.outer.area, outer(seen.across_o)),
+            (planar, seen.projector),
+        )
 
-    def _bias(self, before: _Outer, q: Vector) -> tuple[Expr, Vector]:
-        """The outer bias force split at q."""
-        across = cross(q, before.direction)
-        axial = before.bias_axial * dot(q, before.direction) + dot(q, before.bias_tangent)
-        turned_bias = add(scale(before.bias_axial, across), cross(q, before.bias_tangent))
-        return axial, cross(turned_bias, q)
+    def _pull(self, seen: Seen, pivot: _Pivot, leverage: Expr, added: Expr) -> Expr:
+        """alpha' c'."""
+        along = added * seen.along_o + dot(pivot.slope, seen.outer.direction)
+        pull = seen.outer.pull * along + seen.axial_push * pivot.inverse - pivot.rate_squared * (leverage + added)
+        return pull if pivot.drive is None else pull + dot(pivot.slope, pivot.drive)
 
-    def close_on_cart(self, chain: _Outer, force: tuple[Expr, Expr]) -> tuple[Expr, Expr]:
-        """(m_c I + A_hh) x'' = u - f_h + g A_hz, solved by cofactors; det A_hh is the vertical entry of K."""
-        builder, parameters = self.builder, self.parameters
-        q = chain.direction
-        xx, xy, xz, yy, yz, _ = _joined(chain.inertia, q)
-        bias = add(scale(chain.bias_axial, q), chain.bias_tangent)
-        push_x = force[0] - bias[0] + parameters.gravity * xz
-        push_y = force[1] - bias[1] + parameters.gravity * yz
-        cart = parameters.cart_mass
-        determinant = cart * cart + cart * (xx + yy) + _joined(chain.adjugate, q)[5]
-        inverse = builder.let("inverse_cart_pivot", 1 / determinant)
-        first = ((cart + yy) * push_x - xy * push_y) * inverse
-        second = ((cart + xx) * push_y - xy * push_x) * inverse
-        return builder.let("cart_acceleration_0", first), builder.let("cart_acceleration_1", second)
+    def _push(self, seen: Seen, pivot: _Pivot, k: Index, inverse_axial: Expr) -> Vector:
+        """d'."""
+        leverage, overhang = self.units.leverage[k], self.units.overhang[k]
+        held = sub(
+            scale(leverage * leverage, pivot.eta), scale(leverage * overhang * pivot.rate_squared, pivot.slope)
+        )
+        held = add(held, scale(pivot.inverse, cross(seen.crossed, seen.q)))
+        if pivot.drive is None or pivot.yielding is None:
+            return scale(-(overhang * inverse_axial), held)
+        held = sub(held, scale(dot(pivot.slope, pivot.drive), pivot.slope))
+        return add(pivot.drive, scale(overhang, sub(pivot.yielding, scale(inverse_axial, held))))
+
+    def _minor(self, seen: Seen, pivot: _Pivot, k: Index, planar: Expr) -> Vector:
+        """rho' but for its factor (lambda - 1)^2 / (alpha' D)."""
+        leverage, overhang = self.units.leverage[k], self.units.overhang[k]
+        squared = leverage * leverage
+        held = add(scale(squared, seen.turned_force), seen.adjugate_force)
+        held = add(held, scale(leverage * overhang * pivot.rate_squared, seen.adjugate_mixed))
+        held = scale(-overhang, held)
+        if pivot.drive is None or pivot.turned_drive is None:
+            return held
+        driven = add(scale(squared, pivot.turned_drive), seen.adjugate(pivot.drive))
+        return add(add(held, scale(leverage, driven)), scale(planar, pivot.drive))
+
+    def close_on_cart(self, chain: Outer, force: Vector) -> Vector:
+        """(m_c P + Gamma) x'' = u - P f + g P A e_3, seen from e_3; its inverse is (m_c P + turned(A)) / det."""
+        parameters, nothing = self.parameters, self.builder.lift(0)
+        seen = Seen(chain, (nothing, nothing, self.builder.lift(1)))
+        mass, length = self.units.mass_unit[0], parameters.length[0]
+        cart, gravity = parameters.cart_mass / mass, parameters.gravity / length
+        inverse = self.builder.let("inverse_cart_pivot", 1 / (cart * cart + cart * seen.trace + seen.adjugate_axial))
+        given = scale(1 / (mass * length), force)
+        push = add(sub(given, seen.force), scale(gravity, seen.mixed))
+        turned = sub(sub(seen.turned(given), seen.turned_force), scale(gravity, seen.adjugate_mixed))
+        x, y, _ = scale(length * inverse, add(scale(cart, push), turned))
+        return self.builder.let("cart_acceleration_0", x), self.builder.let("cart_acceleration_1", y), nothing
 
     def outwards(self, base: Vector, rates: ArrayRef) -> None:
-        """t_k = free - slope (q.a) - gain a, omega_k' = q_k x t_k, and on to the next joint."""
-        builder, parameters = self.builder, self.parameters
-        with builder.loop("k", 0, parameters.links) as loop:
+        """omega_k' = q_k x t_k, and on to the next joint, in units of each link's length."""
+        builder, units = self.builder, self.units
+        start = scale(1 / self.parameters.length[0], base)
+        with builder.loop("k", 0, self.scene.links) as loop:
             k = loop.index
-            joint = (loop.carry("joint_x", base[0]), loop.carry("joint_y", base[1]), loop.carry("joint_z", base[2]))
-            q = load(self.direction, k)
-            gain = [self.gain[6 * k + i] for i in range(6)]
-            along = dot(q, joint)
-            moved = times((gain[0], gain[1], gain[2], gain[3], gain[4], gain[5]), joint)
-            tangent = add(load(self.free, k), scale(-1, add(scale(along, load(self.slope, k)), moved)))
+            carried = tuple(loop.carry(f"joint_{axis}", part) for axis, part in zip("xyz", start, strict=True))
+            x, y, z = (units.outward[k] * part for part in carried)
+            joint, q = (x, y, z), load(self.direction, k)
+            first, second = load(self.gain, 2 * k), load(self.gain, 2 * k + 1)
+            tangent = sub(load(self.free, k), scale(dot(q, joint), load(self.slope, k)))
+            tangent = sub(tangent, times((*first, *second), joint))
             store(rates, k, cross(q, tangent))
-            tip = add(joint, scale(parameters.length[k], add(tangent, scale(-self.rate_squared[k], q))))
-            for before, after in zip(joint, tip, strict=True):
+            tip = add(joint, sub(tangent, scale(self.rate_squared[k], q)))
+            for before, after in zip(carried, tip, strict=True):
                 loop.follow(before, after)
-
-
-def _trace(matrix: Symmetric) -> Expr:
-    return matrix[0] + matrix[3] + matrix[5]
-
-
-def _resplit(split: _Split, old: Vector, new: Vector) -> tuple[_Split, Symmetric]:
-    """Split a matrix that is split at `old` anew at `new`; also the tangent part turned by a right angle, its adjugate.
-
-    Only cross products with `new` enter the tangent parts, so nothing small is left from a difference of large numbers.
-    """
-    across = cross(new, old)
-    mixed_across = cross(new, split.mixed)
-    tangent_turned = combine(
-        (split.axial, outer(across)), (1, symmetric_outer(across, mixed_across)), (1, turned(split.tangent, new))
-    )
-    cosine = dot(new, old)
-    pressed = times(split.tangent, new)
-    lean = dot(new, split.mixed)
-    axial = split.axial * (cosine * cosine) + 2 * (cosine * lean) + dot(new, pressed)
-    turned_mixed = add(
-        add(scale(split.axial * cosine + lean, across), scale(cosine, mixed_across)), cross(new, pressed)
-    )
-    return _Split(axial, cross(turned_mixed, new), turned(tangent_turned, new)), tangent_turned
-
-
-def _joined(split: _Split, q: Vector) -> Symmetric:
-    """The matrix itself in world components."""
-    return combine((split.axial, outer(q)), (1, symmetric_outer(q, split.mixed)), (1, split.tangent))

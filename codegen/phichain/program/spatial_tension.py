@@ -5,7 +5,11 @@ With X_k = q_{k-1} x q_k and N_k = n_k / l_k the force pairs of springs and damp
     b_k = l_k |omega_k|^2 - q_k.N_{k+1} / m_k - q_k.N_{k-1} / m_{k-1},   b_0 gains (g e_3 - C f / m_c).q_0
     l_k omega_k' = (lambda_{k+1} / m_k) X_{k+1} - (lambda_{k-1} / m_{k-1}) X_k
                    + q_k x (N_k (1/m_k + 1/m_{k-1}) - N_{k+1} / m_k - N_{k-1} / m_{k-1})
-    x'' = (f + lambda_0 C^T q_0) / m_c,   f = u - C^T N_0,   l_0 omega_0' gains q_0 x (g e_3 - C x'')
+    (m_c + m_0 |h|^2) x'' = f + h (m_0 (b_0 + h.f / m_c) + c_1 lambda_1) + (m_0 / m_c) h* (h*.f),   h = C^T q_0,   f = u - C^T N_0
+    l_0 omega_0' gains q_0 x (g e_3 - C x'')
+
+h* is h turned by a right angle. The cart's equation is m_c x'' = f + lambda_0 h with lambda_0 put in: on a light cart the two
+forces all but cancel along h.
 """
 
 from __future__ import annotations
@@ -43,7 +47,7 @@ def accelerations(
     horizontal = _horizontal(builder, scene, parameters, u, pair)
     chain = _Chain(builder, parameters, direction, omega, crosses, pair, horizontal)
     tension = solve_tensions(builder, parameters, _joints(chain, cosine))
-    cart = _cart(chain, tension)
+    cart = _cart(chain, cosine, tension)
     if cart is not None:
         a[0], a[1] = cart[0] * parameters.units.length, cart[1] * parameters.units.length
     rates = directions(scene, a)
@@ -109,27 +113,37 @@ def _right_side(chain: _Chain, k: Index) -> Expr:
 
 
 def _first_right_side(chain: _Chain) -> Expr:
+    value = _still_right_side(chain)
+    if chain.horizontal is None:
+        return value
+    return value - (chain.direction[0] * chain.horizontal[0] + chain.direction[1] * chain.horizontal[1])
+
+
+def _still_right_side(chain: _Chain) -> Expr:
+    """b_0 over a base that stands still."""
     parameters = chain.parameters
     omega, here = load(chain.omega, 0), load(chain.direction, 0)
     value = parameters.length[0] * dot(omega, omega) + parameters.gravity * here[2]
     if chain.pair is not None:
         value = value - dot(here, load(chain.pair, 1)) / parameters.mass[0]
-    if chain.horizontal is not None:
-        push = here[0] * chain.horizontal[0] + here[1] * chain.horizontal[1]
-        value = value - push
     return value
 
 
-def _cart(chain: _Chain, tension: ArrayRef) -> tuple[Expr, Expr] | None:
-    """x'' = (f + lambda_0 C^T q_0) / m_c."""
+def _cart(chain: _Chain, cosine: ArrayRef, tension: ArrayRef) -> tuple[Expr, Expr] | None:
+    """x''; the part of the force across C^T q_0 is met by the cart alone, the part along it by the first mass as well."""
     if chain.horizontal is None:
         return None
     builder, parameters = chain.builder, chain.parameters
-    pull = tension[0] * (parameters.mass[0] / parameters.cart_mass)
-    first, second = (
-        builder.let("cart_acceleration", chain.horizontal[i] + pull * chain.direction[i])
-        for i in range(2)
-    )
+    (x, y), (free_x, free_y) = (chain.direction[0], chain.direction[1]), chain.horizontal
+    ratio = parameters.mass[0] / parameters.cart_mass
+    value = _still_right_side(chain)
+    if parameters.links > 1:
+        value = value + cosine[1] * (tension[1] * parameters.mass_ratio[1])
+    along = builder.let("pull_along", ratio * value)
+    across = builder.let("push_across", ratio * (x * free_y - y * free_x))
+    inverse = builder.let("inverse_cart_pivot", 1 / (1 + ratio * (x * x + y * y)))
+    first = builder.let("cart_acceleration", (free_x + x * along - y * across) * inverse)
+    second = builder.let("cart_acceleration", (free_y + y * along + x * across) * inverse)
     return first, second
 
 

@@ -7,6 +7,7 @@ arrays, one cell a turn; what does not depend on the argument is left out (activ
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from phichain.errors import EmissionError
@@ -43,6 +44,19 @@ def loop_jacobian(builder: Builder, program: Program, blocks: Sequence[Block], k
     return builder.finish()
 
 
+@dataclass(frozen=True)
+class _Kept:
+    """Where a value of the original is found later: one cell a turn of the loops around it."""
+
+    array: ArrayRef
+    position: Affine
+    loops: tuple[For, ...]
+
+    def within(self, loops: Sequence[For]) -> bool:
+        """Whether all its loops are among these; loops of one variable are told apart."""
+        return all(any(loop is other for other in loops) for loop in self.loops)
+
+
 class _Primal:
     """Copies the original into the builder and remembers where each of its values can be read later."""
 
@@ -61,7 +75,8 @@ class _Primal:
             else:
                 self.arrays[array.name] = builder.array(f"{array.name}_value", array.size)
         self.values: dict[str, Expr] = {}
-        self.kept: dict[str, tuple[ArrayRef, Affine]] = {}
+        self.kept: dict[str, _Kept] = {}
+        self.final: dict[str, _Kept] = {}
         self.loops: list[tuple[For, Affine]] = []
         self.indices: dict[str, Affine] = {}
 
@@ -98,12 +113,17 @@ class _Primal:
             self.loops.pop()
             del self.indices[loop.variable]
         self.values.update(carried)
+        if self.loops:
+            self.final |= {name: self.keep(name, value) for name, value in carried.items()}
 
     def define(self, name: str, value: Expr) -> None:
         """Remember a value; inside loops also keep it in an array, one cell a turn (pruned when unused)."""
         self.values[name] = value
-        if not self.loops or isinstance(value.operand, Const | Cell):
-            return
+        if self.loops and not isinstance(value.operand, Const | Cell):
+            self.kept[name] = self.keep(name, value)
+
+    def keep(self, name: str, value: Expr) -> _Kept:
+        """Store a value in an array, one cell a turn of the loops that are open."""
         size, position = 1, Affine()
         for loop, _ in self.loops:
             low, high = loop.hull
@@ -112,7 +132,7 @@ class _Primal:
             size *= extent
         kept = self.builder.array(f"{_label(name) or 'kept'}_at", size)
         kept[_substitute(position, self.indices)] = value
-        self.kept[name] = (kept, position)
+        return _Kept(kept, position, tuple(loop for loop, _ in self.loops))
 
     def index(self, index: Affine) -> Affine:
         return _substitute(index, self.indices)
@@ -136,7 +156,7 @@ class _Tangent:
         self.blocks, self.size = {block.output: block for block in blocks}, size
         self.active = _active(program, argument)
         self.indices: dict[str, Affine] = {}
-        self.inside: list[str] = []
+        self.inside: list[For] = []
         self.slopes: dict[str, Expr] = {}
         self.arrays: dict[str, ArrayRef] = {}
         # one_hot[size - 1 + i - seed] is 1 at i = seed and 0 elsewhere
@@ -187,7 +207,7 @@ class _Tangent:
         start, stop = (_substitute(bound, self.indices) for bound in (loop.start, loop.stop))
         with self.builder.loop(loop.variable, start, stop, loop.step) as copied:
             self.indices[loop.variable] = copied.index
-            self.inside.append(loop.variable)
+            self.inside.append(loop)
             carried = {}
             for carry in loop.carries:
                 if carry.name in self.active:
@@ -215,9 +235,10 @@ class _Tangent:
             return Expr(self.builder, operand)
         if isinstance(operand, Cell):
             return self.primal.arrays[operand.array][_substitute(operand.index, self.indices)]
-        kept = self.primal.kept.get(operand.name)
-        if kept is not None and all(v in self.indices for v, _ in kept[1].terms):
-            return kept[0][_substitute(kept[1], self.indices)]
+        # inside its loop a carried value is that of the turn, after it the last one
+        for found in (self.primal.kept.get(operand.name), self.primal.final.get(operand.name)):
+            if found is not None and found.within(self.inside):
+                return found.array[_substitute(found.position, self.indices)]
         value = self.primal.values[operand.name]
         if isinstance(value.operand, Cell):
             # the copy simplified the operation to a cell whose index names the copy's loop variables

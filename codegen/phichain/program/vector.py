@@ -51,14 +51,6 @@ def times(matrix: Symmetric, a: Vector) -> Vector:
     return dot((xx, xy, xz), a), dot((xy, yy, yz), a), dot((xz, yz, zz), a)
 
 
-def turned(matrix: Symmetric, q: Vector) -> Symmetric:
-    """hat(q) S hat(q)^T: the symmetric matrix S seen in the plane across q and turned by a right angle there."""
-    xx, xy, xz, yy, yz, zz = matrix
-    columns = [cross(q, column) for column in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]
-    rows = [cross(q, (columns[0][i], columns[1][i], columns[2][i])) for i in range(3)]
-    return rows[0][0], rows[0][1], rows[0][2], rows[1][1], rows[1][2], rows[2][2]
-
-
 def combine(*terms: tuple[Expr | Number, Symmetric]) -> Symmetric:
     """Linear combination of symmetric matrices."""
     entries = []
