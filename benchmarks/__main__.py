@@ -13,6 +13,7 @@ MODULES = {
     "leaving_out": ["--write"],
     "growth": ["--write"],
     "generation": ["--write"],
+    "fractional": ["--write"],
     "forward_dynamics": ["--peers", "heyoka", "casadi", "pinocchio", "mujoco", "--write"],
 }
 

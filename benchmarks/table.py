@@ -11,7 +11,9 @@ from importlib import metadata
 from pathlib import Path
 
 RESULTS = Path(__file__).with_name("results")
-_PACKAGES = ("phichain", "sympy", "casadi", "heyoka", "pin", "mujoco", "numpy")
+_PACKAGES = (
+    "phichain", "sympy", "casadi", "heyoka", "pin", "mujoco", "numpy", "scipy", "pycaputo", "differint",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

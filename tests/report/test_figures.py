@@ -69,6 +69,14 @@ def test_a_controlled_chain_shows_errors_cart_and_force(cart: System) -> None:
     np.testing.assert_allclose(curves(force)["force_2"][:, 1], -0.2)
 
 
+def test_a_controlled_chain_on_a_fixed_base_has_no_cart_panel() -> None:
+    fixed = replace(uniform_planar(2, actuated="all"), scene={"chain": {"length": [0.5] * 2}})
+    motion = simulate(fixed, leaning(fixed, 0.1), np.linspace(0, 0.2, 11), tol=1e-5, u=[0.1, -0.2])
+    drawing = figures.closed_loop(fixed, motion, np.exp(-motion.t), np.exp(-motion.t))
+    _, _, torque = drawing.axes
+    np.testing.assert_allclose(curves(torque)[fixed.u_names[1]][:, 1], -0.2)
+
+
 def test_a_family_is_drawn_over_every_links_amplitude() -> None:
     branch = trace(uniform_planar(2), amplitude_max=2.5)
     left, right = figures.family(branch).axes

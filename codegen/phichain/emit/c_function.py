@@ -29,7 +29,7 @@ from phichain.program.nodes import (
     walk,
 )
 
-#: Longest expression that is written in place instead of getting a variable.
+#: Longest expression that is written in place instead of getting a variable (twice that where it is all there is).
 _LONGEST = 96
 
 
@@ -86,6 +86,8 @@ class _Writer:
         self.uses: set[str] = set()
         self.texts: dict[str, Text] = {}
         self.in_place = used_once(program.body)
+        self.stored = {s.value.name for s in walk(program.body) if isinstance(s, Store) and isinstance(s.value, Local)}
+        self.results = _first_result(program) if program.is_straight_line else None
         self.scalars = {a.name for a in (*program.inputs, *program.params) if a.shape == ()}
         self.pointers = {a.name for a in program.outputs if a.shape == ()}
         self.params = {a.name for a in program.params}
@@ -127,11 +129,9 @@ class _Writer:
 
     def block(self, statements: tuple[Statement, ...], depth: int) -> None:
         outside, self.bessel_calls = self.bessel_calls, {}
-        stores = 0
         for statement in statements:
-            if isinstance(statement, Store) != bool(stores):
+            if statement is self.results:
                 self.gap(depth)
-            stores = stores + 1 if isinstance(statement, Store) else 0
             self.statement(statement, depth)
         self.bessel_calls = outside
 
@@ -159,7 +159,7 @@ class _Writer:
             self.bessel(op, depth)
             return
         text = self.expression(op)
-        if op.result in self.in_place and len(text.text) <= _LONGEST:
+        if op.result in self.in_place and len(text.text) <= _LONGEST * (2 if op.result in self.stored else 1):
             self.texts[op.result] = text
             return
         name = self.fresh("t") if op.result.startswith("_") else op.result
@@ -277,6 +277,16 @@ class _Writer:
 
     def argument(self, name: str) -> str:
         return f"p->{name}" if name in self.params else name
+
+
+def _first_result(program: Program) -> Statement | None:
+    """The first of the stores that close straight-line code."""
+    first = None
+    for statement in reversed(program.body):
+        if not isinstance(statement, Store):
+            break
+        first = statement
+    return first
 
 
 def _names(program: Program) -> set[str]:

@@ -9,7 +9,7 @@ WIDTH = 110
 
 _INDENT = 4
 #: Operators before which a line may be broken: the looser one binds, the better.
-_TIGHTNESS = {"+": 0.25, "-": 0.25, "*": 0.5, "/": 0.5, "=": 0.75}
+_TIGHTNESS = {"+": 0.0, "-": 0.0, "=": 1.0, "*": 3.0, "/": 3.0}
 #: What an empty line would cost, in levels of parentheses.
 _FULL = 6.0
 

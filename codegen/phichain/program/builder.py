@@ -79,6 +79,7 @@ class Builder:
         self._open_loops: dict[str, tuple[int, int]] = {}
         self._ops: dict[str, Op] = {}
         self._names: dict[str, int] = {}
+        self._renamed: dict[Operand, Operand] = {}  # for handles taken before `let` named their value
 
     # --- arguments and arrays ---------------------------------------------------------------------------------------
 
@@ -135,7 +136,9 @@ class Builder:
 
     def lift(self, value: Expr | Number) -> Expr:
         """A number as a handle (floats exactly, as the binary fraction they are)."""
-        return value if isinstance(value, Expr) else Expr(self, Const(Fraction(value)))
+        if not isinstance(value, Expr):
+            return Expr(self, Const(Fraction(value)))
+        return Expr(self, self._renamed.get(value.operand, value.operand))
 
     def read(self, array: str, index: Index) -> Expr:
         """The value of a cell; entries of tables whose value is known are numbers at once."""
@@ -159,7 +162,7 @@ class Builder:
 
     def let(self, label: str, value: Expr) -> Expr:
         """Give an intermediate quantity its name, before anything uses it (the first name given stays)."""
-        operand, block = value.operand, self._blocks[-1]
+        operand, block = self.lift(value).operand, self._blocks[-1]
         if not isinstance(operand, Local) or not operand.name.startswith("_"):
             return value
         for position in range(len(block.statements) - 1, -1, -1):
@@ -170,6 +173,7 @@ class Builder:
                 named = Local(self.fresh(label))
                 block.statements[position] = self._ops[named.name] = Op(named.name, statement.kind, statement.args)
                 del self._ops[operand.name]
+                self._renamed[operand] = named
                 block.shared[(statement.kind, canonical(statement.kind, statement.args))] = named
                 return Expr(self, named)
         return value
@@ -222,7 +226,10 @@ class Builder:
         yield loop
         block = self._blocks.pop()
         del self._open_loops[unique]
-        carries = tuple(Carry(name, initial, following) for name, (initial, following) in loop.carries.items())
+        carries = tuple(
+            Carry(name, initial, self._renamed.get(following, following))
+            for name, (initial, following) in loop.carries.items()
+        )
         self._blocks[-1].statements.append(For(unique, first, end, step, carries, tuple(block.statements), hull))
 
     def _hull(self, start: Affine, stop: Affine, step: int) -> tuple[int, int]:

@@ -40,7 +40,7 @@ def angles(axes: Any, system: System, trajectory: Trajectory) -> None:
 
 
 def closed_loop(system: System, trajectory: Trajectory, direction_error: Any, rate_error: Any) -> Figure:
-    """A controlled chain on a cart: the motion, the errors that must vanish, the cart's position and its force.
+    """A controlled chain: the motion, the errors that must vanish, the cart's position if there is one, and the input.
 
     Args:
         system: The chain.
@@ -48,20 +48,27 @@ def closed_loop(system: System, trajectory: Trajectory, direction_error: Any, ra
         direction_error: e_q over time.
         rate_error: e_omega over time.
     """
+    rows = ["errors", "cart", "input"] if system.has_cart else ["errors", "input"]
+    layout: Any = [["chain", row] for row in rows]
     with look():
-        drawing = figure(8.4, 5.4)
-        layout: Any = [["chain", "errors"], ["chain", "cart"], ["chain", "force"]]
+        drawing = figure(8.4, 1.8 * len(rows))
         axes = drawing.subplot_mosaic(layout, width_ratios=(1.0, 1.4))
         panels.chain_in_motion(axes["chain"], system, trajectory.q)
         axes["chain"].set_title(f"{trajectory.name}, {trajectory.t[0]:g} to {trajectory.t[-1]:g} s")
         panels.decay(axes["errors"], trajectory.t, {"$e_q$": direction_error, r"$e_\omega$": rate_error})
         axes["errors"].set_xlabel("")
-        cart = trajectory.q[:, : system.cart_size]
-        panels.against_time(axes["cart"], trajectory.t, cart, list(system.q_names[: system.cart_size]), "cart (m)")
+        if system.has_cart:
+            place = trajectory.q[:, : system.cart_size]
+            panels.against_time(axes["cart"], trajectory.t, place, system.q_names[: system.cart_size], "cart (m)")
         if trajectory.u is not None:
-            panels.against_time(axes["force"], trajectory.t, trajectory.u, list(system.u_names), "force (N)")
-        axes["force"].set_xlabel("t (s)")
+            panels.against_time(axes["input"], trajectory.t, trajectory.u, system.u_names, _input_label(system))
+        axes["input"].set_xlabel("t (s)")
     return drawing
+
+
+def _input_label(system: System) -> str:
+    kinds = {name.partition("_")[0] for name in system.u_names}
+    return {frozenset({"force"}): "force (N)", frozenset({"torque"}): "torque (N m)"}.get(frozenset(kinds), "input (N, N m)")
 
 
 def family(branch: Branch) -> Figure:
