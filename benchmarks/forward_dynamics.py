@@ -42,14 +42,14 @@ def _heyoka(chain: Chain, folder: Path) -> list[Candidate]:
     from benchmarks.peers import heyoka_cfunc
 
     found = [heyoka_cfunc.build(chain, folder, slp=slp) for slp in (False, True)]
-    return [*found, heyoka_cfunc.build(chain, folder, twisted=True)] if _has_twisted(chain) else found
+    return found + [heyoka_cfunc.build(chain, folder, form) for form in _other_forms(chain)]
 
 
 def _casadi(chain: Chain, folder: Path) -> list[Candidate]:
     from benchmarks.peers import casadi_recursion
 
     found = [casadi_recursion.build(chain, folder, slp=slp) for slp in (True, False)]
-    return [*found, casadi_recursion.build(chain, folder, twisted=True)] if _has_twisted(chain) else found
+    return found + [casadi_recursion.build(chain, folder, form) for form in _other_forms(chain)]
 
 
 def _pinocchio(chain: Chain, folder: Path) -> list[Candidate]:
@@ -68,9 +68,11 @@ def _mujoco(chain: Chain, folder: Path) -> list[Candidate]:
     return [mujoco_forward.build(chain, folder)]
 
 
-def _has_twisted(chain: Chain) -> bool:
-    """Below three tensions, elimination from both ends is elimination from one."""
-    return chain.space == "spatial" and chain.links > 2
+def _other_forms(chain: Chain) -> list[str]:
+    """Spatial forms beside the plain tension form; below three tensions both ends are one."""
+    if chain.space == "planar":
+        return []
+    return ["recursion", "twisted"] if chain.links > 2 else ["recursion"]
 
 
 def _is_plain_planar(chain: Chain) -> bool:

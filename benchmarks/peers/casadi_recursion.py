@@ -27,30 +27,29 @@ __attribute__((nonnull)) void peer_forward_dynamics({arguments}, double *restric
 """
 
 
-def expert_function(chain: Chain, twisted: bool = False) -> ca.Function:
+def expert_function(chain: Chain, form: str = "tension") -> ca.Function:
     """The recursion as a CasADi function ``(q, v, [u]) -> a``."""
     q, v, u = ca.SX.sym("q", chain.nq), ca.SX.sym("v", chain.nv), ca.SX.sym("u", chain.nu)
     parts = ca.vertsplit(q), ca.vertsplit(v), ca.vertsplit(u) if chain.nu else []
     if chain.space == "planar":
         outputs = recursions.planar_link_frame(chain, *parts, ca.sin, ca.cos)
     else:
-        form = recursions.spatial_tension_twisted if twisted else recursions.spatial_tension
-        outputs = form(chain, *parts)
+        outputs = recursions.SPATIAL[form](chain, *parts)
     return ca.Function("expert", [q, v, u] if chain.nu else [q, v], [ca.vertcat(*outputs)])
 
 
-def build(chain: Chain, folder: Path, twisted: bool = False, slp: bool = True) -> Candidate:
+def build(chain: Chain, folder: Path, form: str = "tension", slp: bool = True) -> Candidate:
     """Emits and compiles the expert's function; gcc's superword vectoriser (``slp``) often harms it."""
-    name = "CasADi, emitted C" + (", twisted form" if twisted else "") + ("" if slp else ", no slp")
-    source = folder / (name.replace(" ", "_").replace(",", "") + ".c")
+    name = "CasADi, emitted C" + (recursions.LABELS[form] if chain.space == "spatial" else "") + ("" if slp else ", no slp")
+    source = folder / (name.replace(" ", "_").replace(",", "").replace("^", "") + ".c")
     generator = ca.CodeGenerator("expert.c")
-    generator.add(expert_function(chain, twisted))
+    generator.add(expert_function(chain, form))
     inputs = ["q", "v", "u"] if chain.nu else ["q", "v"]
     arguments = ", ".join(f"const double *restrict {x}" for x in inputs)
     source.write_text(generator.dump() + _WRAPPER.format(arguments=arguments, inputs=", ".join(inputs)))
     extra = ("-fno-semantic-interposition", *(() if slp else ("-fno-tree-slp-vectorize",)))
     library = compile_shared(source, source.with_suffix(".so"), "gnu99", extra)
-    return Candidate(name, library, "peer_forward_dynamics", kind="hybrid" if twisted else "peer")
+    return Candidate(name, library, "peer_forward_dynamics", kind="hybrid" if form == "twisted" else "peer")
 
 
 def seconds_to_callable(chain: Chain, folder: Path) -> float:

@@ -20,13 +20,12 @@ from benchmarks.peers import recursions
 VERSION = hy.__version__
 
 
-def compiled(chain: Chain, twisted: bool = False, slp: bool = False) -> Any:
+def compiled(chain: Chain, form: str = "tension", slp: bool = False) -> Any:
     """heyoka's own callable over the state row (q, v, u).
 
     Args:
         chain: the chain.
-        twisted: spatial only, eliminate the tensions from both ends (not something heyoka's user would be
-            expected to write).
+        form: spatial only, a key of ``recursions.SPATIAL``.
         slp: let LLVM's superword vectoriser try; which setting is better depends on the size.
     """
     names = (
@@ -39,23 +38,22 @@ def compiled(chain: Chain, twisted: bool = False, slp: bool = False) -> Any:
     if chain.space == "planar":
         outputs = recursions.planar_link_frame(chain, q, v, u, hy.sin, hy.cos)
     else:
-        form = recursions.spatial_tension_twisted if twisted else recursions.spatial_tension
-        outputs = form(chain, q, v, u)
+        outputs = recursions.SPATIAL[form](chain, q, v, u)
     return hy.cfunc(outputs, vars=symbols, fast_math=True, compact_mode=False, slp_vectorize=slp)
 
 
-def build(chain: Chain, folder: Path, twisted: bool = False, slp: bool = False) -> Candidate:
+def build(chain: Chain, folder: Path, form: str = "tension", slp: bool = False) -> Candidate:
     """The scalar function of ``compiled`` as a shared object."""
-    function = compiled(chain, twisted, slp)
-    name = "heyoka cfunc" + (", twisted form" if twisted else "") + (", slp" if slp else "")
-    stem = folder / name.replace(" ", "_").replace(",", "")
+    function = compiled(chain, form, slp)
+    name = "heyoka cfunc" + (recursions.LABELS[form] if chain.space == "spatial" else "") + (", slp" if slp else "")
+    stem = folder / name.replace(" ", "_").replace(",", "").replace("^", "")
     scalar = function.llvm_states[
         0
     ]  # the modules are: one evaluation, one evaluation with strides, a SIMD batch
     stem.with_suffix(".o").write_bytes(scalar.object_code)
     library = stem.with_suffix(".so")
     run_compiler(["cc", "-shared", str(stem.with_suffix(".o")), _own_library(), "-o", str(library), "-lm"])
-    return Candidate(name, library, "cfunc", abi="flat", kind="hybrid" if twisted else "peer")
+    return Candidate(name, library, "cfunc", abi="flat", kind="hybrid" if form == "twisted" else "peer")
 
 
 def _own_library() -> str:

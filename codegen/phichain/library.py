@@ -36,11 +36,11 @@ def find_scene(word: str) -> Scene:
     bundled = bundled_scenes()
     if word in bundled:
         return load_scene(bundled[word])
-    if Path(word).suffix == ".toml" or (word and Path(word).exists()):
-        return load_scene(word)
     standard = re.fullmatch(r"planar([-+]?[\d.]{1,20})", word)
     if standard:
         return standard_scene(_number(standard[1]))
+    if Path(word).suffix == ".toml" or Path(word).is_file():
+        return load_scene(word)
     known = [*bundled, "planar4"]
     close = get_close_matches(word, known, n=1)
     guess = f'did you mean "{close[0]}"? ' if close else ""

@@ -24,7 +24,7 @@ from phichain.library import find_scene
 from phichain.pipeline import build, generate
 from phichain.report import figures
 from phichain.report.html import Section, page
-from phichain.report.style import save
+from phichain.report.style import look, save
 from phichain.simulate import Trajectory, simulate
 from phichain.start import Vector, leaning
 from phichain.system import System
@@ -79,7 +79,8 @@ def tour(out: Path) -> Path:
     Raises:
         PhichainError: A stop could not be made.
     """
-    guide = _Guide(Console(highlight=False))
+    with look():  # without a way to draw there is no report, and that is said before any work
+        guide = _Guide(Console(highlight=False))
     chain = guide.visit("Paper A: four links in a plane", lambda: _code(PAPER_A, out))
     cart = guide.visit("Paper B: five links in space, on a cart", lambda: _code(PAPER_B, out))
     swing = guide.visit("Paper A's chain in motion", lambda: _motion(chain, leaning(chain, 1.0), "paper_a.png"))

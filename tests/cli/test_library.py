@@ -48,6 +48,13 @@ def test_a_wrong_word_is_one_clear_error(word: str, field: str, says: str) -> No
     assert "\n" not in str(caught.value)
 
 
-def test_a_folder_is_no_scene(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="cannot be read"):
-        find_scene(str(tmp_path))
+def test_folders_of_generated_code_do_not_hide_the_scenes_they_came_from(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("planar3", "paper_b", "other"):
+        (tmp_path / name).mkdir()
+    assert find_scene("planar3") == standard_scene(3)
+    assert find_scene("paper_b").name == "paper_b"
+    with pytest.raises(SceneError, match="no scene has that name"):
+        find_scene("other")

@@ -84,6 +84,7 @@ def test_a_missing_compiler(command: Command, monkeypatch: pytest.MonkeyPatch) -
         (("--method", "euler"), "method"),
         (("--set", "mass"), "set"),
         (("--t", "nan"), "t"),
+        (("--t", "inf"), "t"),
         (("--t", "0"), "t"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,9 +10,9 @@ import numpy as np
 import pytest
 
 from phichain.continuation import trace
-from phichain.errors import OutputError
+from phichain.errors import OutputError, UnsupportedError
 from phichain.report import figures
-from phichain.report.style import save
+from phichain.report.style import look, save
 from phichain.simulate import Trajectory, simulate
 from phichain.start import leaning
 from phichain.system import System
@@ -107,3 +108,9 @@ def test_a_figure_that_cannot_be_written_says_so(chain: System, swing: Trajector
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(OutputError, match="cannot be written"):
         save(figures.motion(chain, swing), tmp_path / "file" / "a.png")
+
+
+def test_without_matplotlib_the_message_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(UnsupportedError, match=r"pip install 'phichain\[plot\]'"), look():
+        pass

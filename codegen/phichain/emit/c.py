@@ -36,6 +36,7 @@ class _Function:
     form: str
     cost: str
     lines: tuple[str, ...]
+    uses: frozenset[str]
     ignored: tuple[str, ...]
 
 
@@ -51,9 +52,10 @@ def header(scene: Scene, lowered: Lowered, tolerances: Mapping[str, str]) -> str
 
 def source(scene: Scene, lowered: Lowered) -> str:
     """NAME.c: kernels, tables and functions, each only where something needs it."""
-    uses = set().union(*(body.uses for body in _bodies(scene, lowered).values()))
+    functions = _functions(scene, lowered)
+    uses = set().union(*(function.uses for function in functions))
     return render(
-        "source.c.j2", name=scene.name, functions=_functions(scene, lowered), tables=_table_lines(scene, lowered),
+        "source.c.j2", name=scene.name, functions=functions, tables=_table_lines(scene, lowered),
         includes=_includes(uses), sincos=sincos_kernel(scene) if "sincos" in uses else "",
         bessel=bessel_kernel(scene) if "bessel" in uses else "",
     )  # fmt: skip
@@ -134,6 +136,7 @@ def _function(scene: Scene, program: Program, body: CFunction, is_static: bool) 
         form="straight-line code" if program.is_straight_line else "loops",
         cost=_cost(scene, program),
         lines=body.lines,
+        uses=body.uses,
         ignored=ignored,
     )
 

@@ -6,6 +6,7 @@ variable. Sines and cosines of one generation are computed together, so that the
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -93,6 +94,7 @@ class _Writer:
         self.params = {a.name for a in program.params}
         self.trig = TrigBatches(program.body)
         self.taken = _names(program)
+        self.numbers: Counter[str] = Counter()
         self.bessel_calls: dict[str, str] = {}
 
     # --- lines ------------------------------------------------------------------------------------------------------
@@ -113,12 +115,12 @@ class _Writer:
         return Text(name)
 
     def fresh(self, stem: str) -> str:
-        """The stem with the first number that nothing in this function is called by."""
-        number = 1
-        while f"{stem}{number}" in self.taken:
-            number += 1
-        self.taken.add(f"{stem}{number}")
-        return f"{stem}{number}"
+        """The stem with the next number that nothing in this function is called by."""
+        while True:
+            self.numbers[stem] += 1
+            name = f"{stem}{self.numbers[stem]}"
+            if name not in self.taken:
+                return name
 
     # --- statements -------------------------------------------------------------------------------------------------
 

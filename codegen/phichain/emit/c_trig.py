@@ -27,6 +27,7 @@ class TrigBatches:
         self.definitions = {s.result: s for s in statements if isinstance(s, Op)}
         self.results: dict[Operand, list[tuple[str, str]]] = {}
         self._batches: dict[int, TrigBatch] = {}
+        self._of_angle: dict[Operand, TrigBatch] = {}
         generation: dict[str, int] = {}
         for op in self.definitions.values():
             named = (arg.name for arg in op.args if isinstance(arg, Local))
@@ -38,11 +39,12 @@ class TrigBatches:
 
     def batch_of(self, op: Op) -> TrigBatch:
         """The batch of the angle of a sine or cosine."""
-        return next(batch for batch in self._batches.values() if op.args[0] in batch.angles)
+        return self._of_angle[op.args[0]]
 
     def _gather(self, op: Op, below: int) -> None:
         batch = self._batches.setdefault(below, TrigBatch(len(self._batches), []))
         angle = op.args[0]
         if angle not in self.results:
             batch.angles.append(angle)
+            self._of_angle[angle] = batch
         self.results.setdefault(angle, []).append((op.result, op.kind))

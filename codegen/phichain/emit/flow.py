@@ -10,7 +10,7 @@ from typing import Final
 from phichain.emit.c_function import CNames, c_function, declaration, words
 from phichain.emit.render import render
 from phichain.program.field import vector_field
-from phichain.program.jets import HELD, INVERSE_ORDER, LEFT, ORDER, RIGHT, SQUARE, SQUARE_SUMS, SUMS, Jets, jets
+from phichain.program.jets import FIRST, INVERSE_ORDER, LEFT, ORDER, RIGHT, SUMS, Jets, jets
 from phichain.program.lower import lower_function
 from phichain.program.nodes import Program
 from phichain.program.passes import total_operations, unroll
@@ -23,8 +23,8 @@ HIGHEST: Final = {"double": 28, "float": 14}
 EPSILON: Final = {"double": Fraction(1, 2**52), "float": Fraction(1, 2**23)}
 #: Order 1 - share * log(tolerance). One half is the optimum when the sums cost most, one when the linear sweep does.
 ORDER_SHARE: Final = Fraction(1, 2)
-#: Steps are this much shorter than the last two terms ask.
-SAFETY: Final = Fraction(1)
+#: The local error aimed at, in units of the tolerance.
+MARGIN: Final = Fraction(1, 64)
 #: Longest step in units of what resolves the fastest linear mode.
 CAP: Final = Fraction(5, 4)
 #: Above this many operations loops are kept.
@@ -122,10 +122,9 @@ def _call(scene: Scene, program: Program, order: str) -> str:
     """The call of a sweep at an order, on the arrays of the jets."""
     row = {
         "q": f"jet->x[{order}]", "v": f"jet->x[{order}] + {scene.nq}", "u": "u",
-        f"{LEFT}_0": "jet->left[0]", f"{RIGHT}_0": "jet->right[0]", f"{SQUARE}_0": "jet->square[0]",
-        SUMS: "jet->sum", SQUARE_SUMS: "jet->square_sum", ORDER: f"({scene.name}_real){order}",
-        INVERSE_ORDER: f"1 / ({scene.name}_real){order}", LEFT: f"jet->left[{order}]",
-        RIGHT: f"jet->right[{order}]", SQUARE: f"jet->square[{order}]",
+        LEFT + FIRST: "jet->left[0]", RIGHT + FIRST: "jet->right[0]",
+        SUMS: "jet->sum", ORDER: f"({scene.name}_real){order}", INVERSE_ORDER: f"1 / ({scene.name}_real){order}",
+        LEFT: f"jet->left[{order}]", RIGHT: f"jet->right[{order}]",
         "a": f"slope + {scene.nq}", "q_dot": "slope",
     }  # fmt: skip
     arguments = [*(["p"] if program.params else [])]
@@ -139,14 +138,14 @@ def _definitions(
     has_params, has_input = bool(scene.runtime), scene.nu > 0
     parameter = f"const {scene.name}_params *p, " if has_params else ""
     given = f"const {scene.name}_real u[{scene.nu}], " if has_input else ""
-    of_q = f"x[{scene.nq} + i]" if scene.is_planar else "slope[i]"
+    of_q = f"jet->x[n][{scene.nq} + i]" if scene.is_planar else "slope[i]"
     tables = [
         (table, len(values), ", ".join(names.number(value).text for value in values))
         for (_, values), table in names.tables.items()
     ]
     return render(
         "flow.c.j2", name=scene.name, upper=scene.name.upper(), real=f"{scene.name}_real", nq=scene.nq, nv=scene.nv,
-        highest=HIGHEST[scene.real], products=_padded(recurrences.products), squares=_padded(recurrences.squares),
+        highest=HIGHEST[scene.real], products=_padded(recurrences.products),
         held=_held(recurrences), tables=tables, functions=parts, parameter=parameter,
         pass_parameter="p, " if has_params else "", context=parameter + given,
         pass_context=("p, " if has_params else "") + ("u, " if has_input else ""),
@@ -155,7 +154,7 @@ def _definitions(
         cart=(1 if scene.is_planar else 2) if scene.has_cart else 0, scales=_scales(scene, names),
         positions=f"{scene.name}_{'positions' if positions_known else 'flow_positions'}", masses=scene.links,
         positions_parameter="p, " if has_params and _reads_parameters(scene) else "",
-        axes=2 if scene.is_planar else 3, safety=names.number(SAFETY).text, cap=names.number(CAP).text,
+        axes=2 if scene.is_planar else 3, margin=names.number(MARGIN).text, huge="700" if scene.real == "double" else "80", cap=names.number(CAP).text,
         order_share=names.number(ORDER_SHARE).text, epsilon=names.number(EPSILON[scene.real]).text,
         definition=", ".join(_arguments(scene, True)), **_libm(names),
     )  # fmt: skip
@@ -167,7 +166,7 @@ def _padded(count: int) -> int:
 
 def _held(recurrences: Jets) -> list[tuple[str, int]]:
     """What `start` computes once for all orders."""
-    rows = {LEFT, RIGHT, SQUARE, "a", "q_dot"}
+    rows = {LEFT, RIGHT, "a", "q_dot"}
     return [(array.name, array.size) for array in recurrences.start.outputs if array.name not in rows]
 
 
@@ -184,15 +183,14 @@ def _reads_parameters(scene: Scene) -> bool:
 
 
 def _libm(names: CNames) -> Mapping[str, str]:
-    wanted = {"max": "fmax", "min": "fmin", "abs": "fabs"}
-    plain = ("exp", "log", "ceil", "lgamma")
-    return {key: names.libm(function) for key, function in {**wanted, **{name: name for name in plain}}.items()}
+    functions = {"abs": "fabs", **{name: name for name in ("exp", "log", "ceil", "lgamma")}}
+    return {key: names.libm(function) for key, function in functions.items()}
 
 
 def _declarations(scene: Scene) -> str:
     return render(
         "flow.h.j2", name=scene.name, upper=scene.name.upper(), prototype=", ".join(_arguments(scene, False)),
-        arguments=_documented(scene),
+        arguments=_documented(scene), size=scene.nq + scene.nv,
     )  # fmt: skip
 
 

@@ -4,7 +4,6 @@ Along a motion every value of a Program is a power series in time, x(t) = sum x_
 what is made of them) mix orders:
 
     c = a b        c_n = a_0 b_n + a_n b_0 + S_n(a, b),          S_n(a, b) = sum_{0<j<n} a_j b_{n-j}
-    c = a^2        c_n = 2 a_0 a_n + S_n(a, a)                    (half the terms)
     r = a / b      r_n = (a_n - r_0 b_n - S_n(r, b)) / b_0
     s = sqrt a     s_n = (a_n - S_n(s, s)) / (2 s_0)
     s = sin x      s_n = x_n c_0 + S_n(x', c) / n,    c = cos x      c_n = -x_n s_0 - S_n(x', s) / n,    x'_j = j x_j
@@ -16,7 +15,7 @@ turns sums into coefficients. Both are the same text at every order, so the orde
 twice as long as the Program, not `order` times.
 
 `start` computes order 0 and fills the first row of the lanes; `follow` computes order n from the coefficients of the
-arguments, the lanes' first rows and the sums, and gives the lanes' rows of order n.
+arguments, the lanes' rows of order 0 and the sums, and gives the lanes' rows of order n.
 """
 
 from __future__ import annotations
@@ -24,6 +23,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import Final
 
 from phichain.errors import DerivationError
@@ -33,15 +33,13 @@ from phichain.program.nodes import Affine, Array, Const, For, Local, Op, Operand
 from phichain.program.passes import prune
 from phichain.program.varying import varying
 
-#: Arrays of the two Programs that hold the lanes: factors of products, bases of squares, and what does not vary in time.
+#: Arrays of the two Programs: the lanes' rows, and values that do not vary in time.
 LEFT: Final = "jet_left"
 RIGHT: Final = "jet_right"
-SQUARE: Final = "jet_square"
 HELD: Final = "jet_held"
-#: What `follow` sees of order 0, the sums S_n, and the order itself.
+#: What `follow` sees of order 0 (suffix), the sums S_n, and the order itself.
 FIRST: Final = "_0"
 SUMS: Final = "jet_sum"
-SQUARE_SUMS: Final = "jet_square_sum"
 ORDER: Final = "jet_order"
 INVERSE_ORDER: Final = "jet_inverse_order"
 
@@ -53,15 +51,13 @@ class Jets:
     Attributes:
         start: inputs and outputs of the Program at order 0, and the first rows of the lanes that are there.
         follow: the moving inputs' coefficients of order n >= 1 -> the outputs' coefficients, and the lanes' rows.
-        products: lanes of products (LEFT times RIGHT).
-        squares: lanes of squares (SQUARE times itself).
+        products: number of lanes.
         held: values that do not vary in time, computed once by `start`.
     """
 
     start: Program
     follow: Program
     products: int
-    squares: int
     held: int
 
 
@@ -93,7 +89,7 @@ class _Value:
 
 
 @dataclass
-class _Lanes:
+class _Cells:
     """Cells handed out to operations, a run of them for an operation inside loops."""
 
     used: int = 0
@@ -111,9 +107,18 @@ class _Lanes:
 
 @dataclass
 class _Counts:
-    products: _Lanes = field(default_factory=_Lanes)
-    squares: _Lanes = field(default_factory=_Lanes)
-    held: _Lanes = field(default_factory=_Lanes)
+    products: _Cells = field(default_factory=_Cells)
+    held: _Cells = field(default_factory=_Cells)
+
+
+@dataclass(frozen=True, slots=True)
+class _Lane:
+    """A product's lane as `follow` sees it: where, its factors' first coefficients, and its sum S_n."""
+
+    place: Affine
+    left: Expr
+    right: Expr
+    total: Expr
 
 
 class _Recurrences:
@@ -137,13 +142,11 @@ class _Recurrences:
         self._block(self.program.body)
 
     def finish(self) -> Jets:
-        counts = self.lanes
-        sizes = {LEFT: counts.products.used, RIGHT: counts.products.used, SQUARE: counts.squares.used}
-        start = _sized(self.start.finish(), {**sizes, HELD: counts.held.used})
-        sizes |= {f"{name}{FIRST}": size for name, size in sizes.items()}
-        sums = {SUMS: counts.products.used, SQUARE_SUMS: counts.squares.used, HELD: counts.held.used}
-        follow = _sized(self.follow.finish(), sizes | sums)
-        return Jets(prune(start), prune(follow), counts.products.used, counts.squares.used, counts.held.used)
+        products, held = self.lanes.products.used, self.lanes.held.used
+        sizes = {name + row: products for name in (LEFT, RIGHT) for row in ("", FIRST)}
+        sizes |= {SUMS: products, HELD: held}
+        start, follow = (prune(_sized(builder.finish(), sizes)) for builder in (self.start, self.follow))
+        return Jets(start, follow, products, held)
 
     # --- arrays -------------------------------------------------------------------------------------------------------
 
@@ -154,14 +157,14 @@ class _Recurrences:
                 builder.param(array.name, array.shape, array.doc)
             for array in program.inputs:
                 builder.input(array.name, array.shape, array.doc)
-        for name in (f"{LEFT}{FIRST}", f"{RIGHT}{FIRST}", f"{SQUARE}{FIRST}", SUMS, SQUARE_SUMS, HELD):
+        for name in (LEFT + FIRST, RIGHT + FIRST, SUMS, HELD):
             follow.input(name, (0,))
         follow.input(ORDER, (), "n")
         follow.input(INVERSE_ORDER, (), "1 / n")
         for builder in (start, follow):
             for array in program.outputs:
                 builder.output(array.name, array.shape, array.doc)
-            for name in (LEFT, RIGHT, SQUARE):
+            for name in (LEFT, RIGHT):
                 builder.output(name, (0,))
             for name, values in program.tables.items():
                 builder.tables[builder.fresh(name)] = values
@@ -274,46 +277,40 @@ class _Recurrences:
             return self._factor(a) * self._rate(b)
         if b.rate is None:
             return self._factor(b) * a.rate
+        lane = self._lane(a.start, b.start)
+        self._put(lane, a.rate, b.rate)
         if a.operand == b.operand:
-            base, total = self._square(a.start, a.rate)
-            return total + (base + base) * a.rate
-        left, right, total = self._lane(a.start, b.start)
-        self.follow.write(LEFT, self._last, a.rate)
-        self.follow.write(RIGHT, self._last, b.rate)
-        return total + left * b.rate + right * a.rate
+            return lane.total + (lane.left + lane.left) * a.rate
+        return lane.total + lane.left * b.rate + lane.right * a.rate
 
     def _quotient(self, value: Expr, a: _Value, b: _Value) -> Expr:
         if b.rate is None:
             return self._rate(a) * self._hold(1 / b.start)
-        left, _, total = self._lane(value, b.start)
-        lane = self._last
-        inverse = left if a.operand == Const(1) else self._hold(1 / b.start)
-        rest = total + left * b.rate
+        lane = self._lane(value, b.start)
+        inverse = lane.left if a.operand == Const(Fraction(1)) else self._hold(1 / b.start)
+        rest = lane.total + lane.left * b.rate
         rate = (-rest if a.rate is None else a.rate - rest) * inverse
-        self.follow.write(LEFT, lane, rate)
-        self.follow.write(RIGHT, lane, b.rate)
+        self._put(lane, rate, b.rate)
         return rate
 
     def _root(self, value: Expr, a: _Value) -> Expr:
-        place = self.lanes.squares.take(self.nest)
-        self.start.write(SQUARE, place, value)
-        rate = (self._rate(a) - self.follow.read(SQUARE_SUMS, place)) * self._hold(1 / (value + value))
-        self.follow.write(SQUARE, place, rate)
+        lane = self._lane(value, value)
+        rate = (self._rate(a) - lane.total) * self._hold(1 / (value + value))
+        self._put(lane, rate, rate)
         return rate
 
-    def _square(self, base: Expr, rate: Expr) -> tuple[Expr, Expr]:
-        place = self.lanes.squares.take(self.nest)
-        self.start.write(SQUARE, place, base)
-        self.follow.write(SQUARE, place, rate)
-        return self.follow.read(f"{SQUARE}{FIRST}", place), self.follow.read(SQUARE_SUMS, place)
-
-    def _lane(self, left: Expr, right: Expr) -> tuple[Expr, Expr, Expr]:
-        """A new lane: the first coefficients of its factors, and its sum S_n, as `follow` sees them."""
-        self._last = place = self.lanes.products.take(self.nest)
+    def _lane(self, left: Expr, right: Expr) -> _Lane:
+        """A new lane with its first coefficients."""
+        place = self.lanes.products.take(self.nest)
         self.start.write(LEFT, place, left)
         self.start.write(RIGHT, place, right)
-        follow = self.follow
-        return follow.read(f"{LEFT}{FIRST}", place), follow.read(f"{RIGHT}{FIRST}", place), follow.read(SUMS, place)
+        read = self.follow.read
+        return _Lane(place, read(LEFT + FIRST, place), read(RIGHT + FIRST, place), read(SUMS, place))
+
+    def _put(self, lane: _Lane, left: Expr, right: Expr) -> None:
+        """The factors' coefficients of order n."""
+        self.follow.write(LEFT, lane.place, left)
+        self.follow.write(RIGHT, lane.place, right)
 
     # --- sines and cosines --------------------------------------------------------------------------------------------
 
@@ -330,15 +327,12 @@ class _Recurrences:
     def _sincos_rates(self, sine: Expr, cosine: Expr, angle: Expr) -> tuple[Expr, Expr]:
         follow, nothing = self.follow, self.start.lift(0)
         order, inverse = follow.read(ORDER, 0), follow.read(INVERSE_ORDER, 0)
-        _, first_cosine, sine_sum = self._lane(nothing, cosine)
-        sine_lane = self._last
-        _, first_sine, cosine_sum = self._lane(nothing, sine)
+        of_sine, of_cosine = self._lane(nothing, cosine), self._lane(nothing, sine)
         turning = order * angle
-        sine_rate = angle * first_cosine + inverse * sine_sum
-        cosine_rate = -(angle * first_sine + inverse * cosine_sum)
-        for lane, factor in ((sine_lane, cosine_rate), (self._last, sine_rate)):
-            follow.write(LEFT, lane, turning)
-            follow.write(RIGHT, lane, factor)
+        sine_rate = angle * of_sine.right + inverse * of_sine.total
+        cosine_rate = -(angle * of_cosine.right + inverse * of_cosine.total)
+        self._put(of_sine, turning, cosine_rate)
+        self._put(of_cosine, turning, sine_rate)
         return sine_rate, cosine_rate
 
     def _sincos_run(self, statement: SinCos) -> None:

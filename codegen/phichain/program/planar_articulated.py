@@ -12,7 +12,8 @@ couple on the link. In the frame of the link, before and after it is eliminated,
     k'_x = (lambda - 1) ((lambda - 1) (k_x - w^2 (E + lambda A_yy)) + lambda tau A_xy) / D
     k'_y = lambda^2 b'_y + (tau (lambda A_xx + E) - (lambda - 1) (k_y + lambda w^2 A_xy)) / D
 
-and outwards phi'' = free - (A_xy a_x + (1 + A_yy + lambda - 1) a_y) / D. On a cart (m_c + A_yy) x'' = u - b_y + g A_xy.
+and outwards the link's tip is accelerated by free - (A_xy a_x + (lambda - 1) a_y) / D along its tangent, a_y + phi''. On a cart
+(m_c + A_yy) x'' = u - b_y + g A_xy.
 
 E and k are carried because A and b alone cancel: b_x + k_x stands for b_x D - A_xy b_y, whose terms are as large as the
 heaviest mass beyond while their difference is as small as the lightest. Carried are E / lambda and k / lambda, which leaves
@@ -133,7 +134,7 @@ class _Sweep:
         return {field.name: getattr(outer, field.name) for field in fields(_Outer) if field.name in names}
 
     def pivot(self, outer: _Outer, k: Index) -> _Pivot:
-        """Eliminate the rotation of link k: phi'' = free - gain_x a_x - gain_y a_y."""
+        """Eliminate the rotation of link k: its tip accelerates by free - gain_x a_x - gain_y a_y along its tangent."""
         let = self.builder.let
         rate_squared = let("rate_squared", self.state.rate[k] * self.state.rate[k])
         inverse = let("inverse_pivot", 1 / (1 + outer.yy))
@@ -145,7 +146,7 @@ class _Sweep:
         free = let("free", (drive + push) * inverse)
         gain_x = let("gain_x", outer.xy * inverse)
         self.rate_squared[k], self.free[k], self.gain_x[k] = rate_squared, free, gain_x
-        self.gain_y[k] = 1 + self.units.overhang[k] * inverse
+        self.gain_y[k] = self.units.overhang[k] * inverse
         return _Pivot(rate_squared, swing, drive, inverse, free, gain_x)
 
     def eliminate(self, outer: _Outer, k: Index) -> _Outer:
@@ -209,9 +210,10 @@ class _Sweep:
             before_x, before_y = self.units.outward[k] * carried_x, self.units.outward[k] * carried_y
             joint_x = let("joint_x", self.cosine[k] * before_x + self.sine[k] * before_y)
             joint_y = let("joint_y", self.cosine[k] * before_y - self.sine[k] * before_x)
-            alpha[k] = value = let("alpha", self.free[k] - self.gain_x[k] * joint_x - self.gain_y[k] * joint_y)
+            tip_y = let("tip_y", self.free[k] - self.gain_x[k] * joint_x - self.gain_y[k] * joint_y)
+            alpha[k] = tip_y - joint_y
             loop.follow(carried_x, joint_x - self.rate_squared[k])
-            loop.follow(carried_y, joint_y + value)
+            loop.follow(carried_y, tip_y)
         from_absolute(builder, self.scene, alpha, theta_ddot)
 
 

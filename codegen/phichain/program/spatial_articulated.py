@@ -14,7 +14,7 @@ springs and dampers), in units m (r / l)^2 of mass and l of length, turns as q''
     rho' = (lambda - 1)^2 (-(lambda - 1) P (lambda^2 turned(A) f + K f + lambda (lambda - 1) w^2 K q)
                            + lambda P (lambda^2 turned(A) + K) n + (lambda^2 K_qq + E) n) / (alpha' D)
 
-Outwards t = mu - eta + w^2 sigma - sigma (q.a) - ((1 + (lambda - 1) / D) P + (lambda - 1) / D turned(A)) a and
+Outwards a + t = free - (sigma - q) (q.a) - (lambda - 1) / D (P + turned(A)) a with free = mu - eta + w^2 sigma, and
 omega' = q x t. A cart closes the chain as a link of direction e_3 would: (m_c P + Gamma) x'' = u - P f + g P A e_3.
 """
 
@@ -54,7 +54,7 @@ class _Pivot:
 
     inverse: Expr
     rate_squared: Expr
-    slope: Vector
+    sigma: Vector
     eta: Vector
     drive: Vector | None
     turned_drive: Vector | None
@@ -111,13 +111,13 @@ class _Sweep:
         return Outer.from_flat(carried)
 
     def pivot(self, seen: Seen, k: Index) -> _Pivot:
-        """Eliminate the rotation of link k: t = free - slope (q.a) - gain a."""
+        """Eliminate the rotation of link k: a + t = free - slope (q.a) - gain a."""
         overhang, omega = self.units.overhang[k], load(self.omega, k)
         inverse = self.builder.let("inverse_pivot", 1 / (1 + seen.trace + seen.adjugate_axial))
         rate_squared = self.builder.let("rate_squared", dot(omega, omega))
-        slope = scale(inverse, sub(seen.mixed, seen.adjugate_mixed))
+        sigma = scale(inverse, sub(seen.mixed, seen.adjugate_mixed))
         eta = scale(inverse, add(seen.force, seen.turned_force))
-        free = sub(scale(rate_squared, slope), eta)
+        free = sub(scale(rate_squared, sigma), eta)
         drive = turned_drive = yielding = None
         if self.couple is not None:
             drive = scale(self.units.inverse_torque[k], load(self.couple, k))
@@ -127,15 +127,15 @@ class _Sweep:
         # turned(A) = alpha x x^T + turned(G), turned(G) = tr(P G P) P - P G P
         freed = overhang * inverse
         gain = combine(
-            (1 + freed + freed * seen.tangent_trace, seen.projector),
+            (freed + freed * seen.tangent_trace, seen.projector),
             (freed * seen.outer.axial, outer(seen.x)), (-freed, seen.tangent),
         )  # fmt: skip
         self.rate_squared[k] = rate_squared
         store(self.free, k, free)
-        store(self.slope, k, slope)
+        store(self.slope, k, sub(sigma, seen.q))
         for i in range(6):
             self.gain[6 * k + i] = gain[i]
-        return _Pivot(inverse, rate_squared, slope, eta, drive, turned_drive, yielding)
+        return _Pivot(inverse, rate_squared, sigma, eta, drive, turned_drive, yielding)
 
     def eliminate(self, chain: Outer, k: Index) -> Outer:
         """Link k and all beyond it, in the units of the link before."""
@@ -151,7 +151,7 @@ class _Sweep:
         return Outer(
             direction=seen.q,
             axial=mass * axial,
-            lean=scale(-(overhang * inverse_axial), pivot.slope),
+            lean=scale(-(overhang * inverse_axial), pivot.sigma),
             tangent=combine((mass * passed, self._tangent(seen, leverage, planar))),
             area=mass * mass * (overhang * overhang * (passed * planar)),
             pull=length * (self._pull(seen, pivot, leverage, added) * inverse_axial),
@@ -172,20 +172,20 @@ class _Sweep:
 
     def _pull(self, seen: Seen, pivot: _Pivot, leverage: Expr, added: Expr) -> Expr:
         """alpha' c'."""
-        along = added * seen.along_o + dot(pivot.slope, seen.outer.direction)
+        along = added * seen.along_o + dot(pivot.sigma, seen.outer.direction)
         pull = seen.outer.pull * along + seen.axial_push * pivot.inverse - pivot.rate_squared * (leverage + added)
-        return pull if pivot.drive is None else pull + dot(pivot.slope, pivot.drive)
+        return pull if pivot.drive is None else pull + dot(pivot.sigma, pivot.drive)
 
     def _push(self, seen: Seen, pivot: _Pivot, k: Index, inverse_axial: Expr) -> Vector:
         """d'."""
         leverage, overhang = self.units.leverage[k], self.units.overhang[k]
         held = sub(
-            scale(leverage * leverage, pivot.eta), scale(leverage * overhang * pivot.rate_squared, pivot.slope)
+            scale(leverage * leverage, pivot.eta), scale(leverage * overhang * pivot.rate_squared, pivot.sigma)
         )
         held = add(held, scale(pivot.inverse, cross(seen.crossed, seen.q)))
         if pivot.drive is None or pivot.yielding is None:
             return scale(-(overhang * inverse_axial), held)
-        held = sub(held, scale(dot(pivot.slope, pivot.drive), pivot.slope))
+        held = sub(held, scale(dot(pivot.sigma, pivot.drive), pivot.sigma))
         return add(pivot.drive, scale(overhang, sub(pivot.yielding, scale(inverse_axial, held))))
 
     def _minor(self, seen: Seen, pivot: _Pivot, k: Index, planar: Expr) -> Vector:
@@ -223,9 +223,9 @@ class _Sweep:
             x, y, z = (units.outward[k] * part for part in carried)
             joint, q = (x, y, z), load(self.direction, k)
             first, second = load(self.gain, 2 * k), load(self.gain, 2 * k + 1)
-            tangent = sub(load(self.free, k), scale(dot(q, joint), load(self.slope, k)))
-            tangent = sub(tangent, times((*first, *second), joint))
-            store(rates, k, cross(q, tangent))
-            tip = add(joint, sub(tangent, scale(self.rate_squared[k], q)))
+            moved = sub(load(self.free, k), scale(dot(q, joint), load(self.slope, k)))
+            moved = sub(moved, times((*first, *second), joint))
+            store(rates, k, cross(q, sub(moved, joint)))
+            tip = sub(moved, scale(self.rate_squared[k], q))
             for before, after in zip(carried, tip, strict=True):
                 loop.follow(before, after)

@@ -1,0 +1,78 @@
+"""What the emitted Taylor flow takes and gives back in Python: records that `build` makes and `simulate` reads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phichain.errors import ArrayError
+
+#: Results of NAME_propagate by their number in C.
+OUTCOMES: Final = ("done", "event", "step budget", "not finite")
+
+_SCALARS: Final = ("q", "v", "depth")
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A scalar whose sign change ends a propagation; one that starts at zero has not crossed.
+
+    Attributes:
+        scalar: "q" (an entry of q), "v" (an entry of v) or "depth" (how deep a link's mass hangs below the base, m).
+        index: which entry, or which link, counted from 0.
+        value: subtracted from the scalar.
+        direction: +1 only where it rises along the way, -1 only where it falls, 0 both.
+    """
+
+    scalar: str
+    index: int
+    value: float = 0.0
+    direction: int = 0
+
+    def __post_init__(self) -> None:
+        if self.scalar not in _SCALARS:
+            raise ArrayError("stop.scalar", self.scalar, "is no scalar of the flow", 'use "q", "v" or "depth"')
+        if self.direction not in (-1, 0, 1):
+            raise ArrayError("stop.direction", self.direction, "is none of -1, 0, 1", "use 0 for both directions")
+        if not np.isfinite(self.value):
+            raise ArrayError("stop.value", self.value, "is not finite", "give a finite value")
+
+    @property
+    def number(self) -> int:
+        """The scalar's number in C."""
+        return _SCALARS.index(self.scalar)
+
+
+@dataclass(frozen=True, eq=False)
+class Propagation:
+    """Where a propagation ended, and what it passed on the way.
+
+    Attributes:
+        outcome: "done", "event", "step budget" or "not finite".
+        t: time reached, s.
+        q: configuration there (nq,).
+        v: rates there (nv,).
+        q_at: configurations (m, nq) at those of the times that were reached.
+        v_at: rates (m, nv) there.
+        tol: tolerance used, s^0: the one asked for, raised to round-off where it was below.
+        order: order of the Taylor series.
+        steps: steps taken.
+        lost: what rounding took from t and from the state (1 + nq + nv,); the next call goes on with it.
+    """
+
+    outcome: str
+    t: float
+    q: NDArray[np.float64]
+    v: NDArray[np.float64]
+    q_at: NDArray[np.float64]
+    v_at: NDArray[np.float64]
+    tol: float
+    order: int
+    steps: int
+    lost: NDArray[np.float64]
+
+    def __str__(self) -> str:
+        return f"{self.outcome} at t = {self.t:g} s: {self.steps} steps of order {self.order}, tolerance {self.tol:g}"

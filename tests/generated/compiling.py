@@ -1,0 +1,110 @@
+"""Emitted C under the system's compiler: objects, their symbols and sections, programs."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from phichain.emit import folder_files
+from phichain.emit.c import header, source
+from phichain.files import write_folder
+from phichain.pipeline import derived_and_lowered
+from phichain.program import Lowered, lower
+from phichain.scene import Scene, load_scene
+
+SCENES_FOLDER = Path(__file__).parents[2] / "scenes"
+COMMITTED = tuple(sorted(path.stem for path in SCENES_FOLDER.glob("*.toml")))
+
+STRICT = (
+    "-std=c99", "-pedantic-errors", "-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Wdouble-promotion",
+    "-Wfloat-conversion", "-Wshadow", "-Wstrict-prototypes", "-Wmissing-prototypes", "-Wcast-qual", "-Wundef", "-Wvla",
+    "-Werror",
+)  # fmt: skip
+"""The flags that emitted C must bear without a word."""
+
+# What distributions switch on by default would add imports of its own.
+PLAIN = ("-std=c99", "-fno-stack-protector", "-U_FORTIFY_SOURCE")
+
+
+def committed(name: str) -> Scene:
+    """A scene of the folder scenes/."""
+    return load_scene(SCENES_FOLDER / f"{name}.toml")
+
+
+@cache
+def lowered_scene(scene: Scene) -> Lowered:
+    """The Programs of a scene, lowered once for all tests of a file."""
+    return lower(scene)
+
+
+def write_c(scene: Scene, folder: Path) -> Path:
+    """NAME.h and NAME.c alone, without the self-test that takes most of the time; returns NAME.c."""
+    lowered = lowered_scene(scene)
+    (folder / f"{scene.name}.h").write_text(header(scene, lowered, {}))
+    (folder / f"{scene.name}.c").write_text(source(scene, lowered))
+    return folder / f"{scene.name}.c"
+
+
+def write_all(scene: Scene, folder: Path) -> Path:
+    """The whole generated folder, its self-test with it."""
+    return write_folder(folder / scene.name, folder_files(scene, derived_and_lowered(scene)))
+
+
+def run(*words: str | Path, cwd: Path | None = None) -> str:
+    """Run a command that must succeed without a word on stderr; returns what it prints."""
+    done = subprocess.run([str(word) for word in words], cwd=cwd, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and not done.stderr, f"{words}\n{done.stdout[-2000:]}\n{done.stderr[:4000]}"
+    return done.stdout
+
+
+def compiled(c_file: Path, *flags: str) -> Path:
+    """Compile one file without linking."""
+    target = c_file.with_suffix(".o")
+    run("cc", *flags, "-c", c_file, "-o", target)
+    return target
+
+
+def selftest_program(folder: Path, *flags: str) -> Path:
+    """Compile and link the self-test of a generated folder."""
+    name = folder.name
+    run("cc", *flags, f"{name}.c", "selftest.c", "-o", "selftest", "-lm", cwd=folder)
+    return folder / "selftest"
+
+
+@dataclass(frozen=True)
+class Symbols:
+    """The symbols of an object, by what they are to a linker."""
+
+    exported: frozenset[str]
+    imported: frozenset[str]
+    writable: frozenset[str]
+
+
+def symbols(target: Path) -> Symbols:
+    """Read an object with nm."""
+    need("nm")
+    rows = [line.split() for line in run("nm", target).splitlines()]
+    named = [(words[-2], words[-1].split("@")[0]) for words in rows]
+    return Symbols(
+        frozenset(name for kind, name in named if kind in "TRDBCGSVW"),
+        frozenset(name for kind, name in named if kind in "Uvw"),
+        frozenset(name for kind, name in named if kind in "DdBbCcSsGg"),
+    )
+
+
+def text_bytes(target: Path) -> int:
+    """Bytes of machine code, tables of constants not counted."""
+    need("size")
+    sections = [line.split() for line in run("size", "-A", target).splitlines()]
+    return sum(int(words[1]) for words in sections if words and words[0].startswith(".text"))
+
+
+def need(tool: str) -> None:
+    """Skip the test where a tool is missing that phichain itself does without."""
+    if shutil.which(tool) is None:
+        pytest.skip(f"{tool} is not installed")
