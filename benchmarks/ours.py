@@ -10,6 +10,9 @@ from typing import Any
 from benchmarks.chains import Chain, scene_table
 from benchmarks.harness import Candidate, compile_shared
 
+#: What phichain's own build adds to the common flags; peers get the better of with and without it.
+_OWN_FLAGS = ("-fno-tree-slp-vectorize",)
+
 
 def generate(
     chain: Chain, folder: Path, code: str = "auto", want: tuple[str, ...] = ("forward_dynamics",)
@@ -35,7 +38,7 @@ def source(folder: Path) -> Path:
 def candidate_from_c(path: Path, symbol: str, name: str, folder: Path) -> Candidate:
     """Any C file with ``symbol(q, v, [u,] a)``."""
     library = Path(tempfile.mkdtemp(dir=folder)) / "candidate.so"
-    return Candidate(name, compile_shared(path, library), symbol, kind="ours")
+    return Candidate(name, compile_shared(path, library, extra=_OWN_FLAGS), symbol, kind="ours")
 
 
 def build(chain: Chain, folder: Path, code: str = "auto") -> Candidate:

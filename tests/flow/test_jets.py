@@ -12,7 +12,8 @@ from phichain.errors import DerivationError
 from phichain.program.builder import Builder
 from phichain.program.evaluate import evaluate_exactly
 from phichain.program.field import vector_field
-from phichain.program.jets import FIRST, HELD, INVERSE_ORDER, LEFT, ORDER, RIGHT, SUMS, jets
+from phichain.program.jets import jets
+from phichain.program.lanes import FIRST, HELD, INVERSE_ORDER, LEFT, ORDER, RIGHT, SUMS
 from phichain.program.nodes import Program
 from phichain.program.passes import total_operations, unroll
 from phichain.scene import Scene, scene_from_dict

@@ -55,7 +55,7 @@ def build_casadi(
     exact.
 
     Args:
-        folder: ``DIR/NAME`` with manifest.json and NAME_casadi.c.
+        folder: ``DIR/NAME`` with manifest.json, NAME.h, NAME.c and NAME_casadi.c.
         options: How to compile.
         cache: Where compiled objects are kept; the user's cache when None.
 
@@ -69,8 +69,10 @@ def build_casadi(
         CacheError: The cache's folder is not the owner's alone.
     """
     manifest = read_manifest(folder)
-    file = f"{manifest.name}_casadi.c"
-    return shared_object(manifest.name, {file: manifest.source(file)}, cache or default_cache(), options)
+    # NAME_casadi.c calls the plain functions of NAME.c.
+    files = (f"{manifest.name}{ending}" for ending in ("_casadi.c", ".h", ".c"))
+    sources = {file: manifest.source(file) for file in files}
+    return shared_object(manifest.name, sources, cache or default_cache(), options)
 
 
 def _system(manifest: Manifest, path: Path) -> System:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 #: Longest line of an emitted file.
 WIDTH = 110
 
 _INDENT = 4
-#: Operators before which a line may be broken: the looser one binds, the better.
-_TIGHTNESS = {"+": 0.0, "-": 0.0, "=": 1.0, "*": 3.0, "/": 3.0}
-#: What an empty line would cost, in levels of parentheses.
-_FULL = 6.0
+#: What it costs to break a line: for each level of parentheses, inside a product that is part of a sum, and to leave the
+#: line empty.
+_LEVEL, _TORN_PRODUCT, _EMPTY = 1.25, 3.0, 5.0
 
 
 def laid_out_text(text: str) -> str:
@@ -21,33 +21,62 @@ def laid_out_text(text: str) -> str:
 
 def laid_out(text: str) -> list[str]:
     """A line of C as lines that are not too long; comment lines and what offers no place to break stay whole."""
-    if len(text) <= WIDTH or text.lstrip().startswith(("/*", "*", "#")):
+    if len(text) <= WIDTH or text.lstrip().startswith(("/*", "* ", "*/", "#")):
         return [text]
     indent = len(text) - len(text.lstrip())
     lines: list[str] = []
-    depth = 0
     while len(text) > WIDTH:
-        place = min(_places(text, depth), default=None)
-        if place is None:
+        at = min(_places(text), default=None)
+        if at is None:
             break
-        _, at, depth = place
-        lines.append(text[:at].rstrip())
-        text = " " * (indent + _INDENT) + text[at:].lstrip()
+        lines.append(text[: at[1]].rstrip())
+        text = " " * (indent + _INDENT) + text[at[1] :].lstrip()
     return [*lines, text]
 
 
-def _places(text: str, depth: int) -> Iterator[tuple[float, int, int]]:
-    """(cost, position, depth) of every space where the line may be broken, none inside an index."""
-    brackets = 0
-    for position in range(len(text) - len(text.lstrip()), WIDTH + 1):
+def _places(text: str) -> Iterator[tuple[float, int]]:
+    """(cost, position) of every space where the line may be broken, none inside an index."""
+    spaces = list(_spaces(text))
+    outermost = min((space.depth for space in spaces), default=0)
+    sums = {space.group for space in spaces if space.word in ("+", "-")}
+    for space in spaces:
+        if space.position > WIDTH:
+            return
+        cost = _LEVEL * (space.depth - outermost)
+        if space.word == "=":
+            cost += _LEVEL
+        elif space.word in ("*", "/") and space.group in sums:
+            cost += _TORN_PRODUCT
+        yield cost + _EMPTY * ((WIDTH - space.position) / WIDTH) ** 2, space.position
+
+
+@dataclass(frozen=True)
+class _Space:
+    """A space before an operator or after a comma: where, how deep in which parentheses, and the operator."""
+
+    position: int
+    depth: int
+    group: int
+    word: str
+
+
+def _spaces(text: str) -> Iterator[_Space]:
+    """The spaces of a piece of C at which it may be broken; it may begin inside parentheses."""
+    groups, opened = [0], 0
+    depth = brackets = 0
+    for position in range(len(text) - len(text.lstrip()), len(text)):
         letter = text[position]
-        depth += (letter in "({") - (letter in ")}")
         brackets += (letter == "[") - (letter == "]")
-        word = text[position + 1 : text.find(" ", position + 1)]
-        is_comma = text[position - 1] == ","
-        if letter == " " and not brackets and (is_comma or word in _TIGHTNESS):
-            room = (WIDTH - position) / WIDTH
-            yield depth + (0 if is_comma else _TIGHTNESS[word]) + _FULL * room, position, depth
+        if letter in "({":
+            opened, depth = opened + 1, depth + 1
+            groups.append(opened)
+        elif letter in ")}":
+            opened, depth = opened + 1, depth - 1
+            groups = groups[:-1] or [opened]
+        elif letter == " " and not brackets:
+            word = text[position + 1 : text.find(" ", position + 1)]
+            if text[position - 1] == "," or word in ("+", "-", "*", "/", "="):
+                yield _Space(position, depth, groups[-1], "," if text[position - 1] == "," else word)
 
 
 def aligned(rows: Iterable[tuple[str, ...]]) -> list[str]:

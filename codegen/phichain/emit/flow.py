@@ -10,7 +10,8 @@ from typing import Final
 from phichain.emit.c_function import CNames, c_function, declaration, words
 from phichain.emit.render import render
 from phichain.program.field import vector_field
-from phichain.program.jets import FIRST, INVERSE_ORDER, LEFT, ORDER, RIGHT, SUMS, Jets, jets
+from phichain.program.jets import jets
+from phichain.program.lanes import FIRST, INVERSE_ORDER, LEFT, ORDER, RIGHT, SUMS, Jets
 from phichain.program.lower import lower_function
 from phichain.program.nodes import Program
 from phichain.program.passes import total_operations, unroll
@@ -22,9 +23,9 @@ HIGHEST: Final = {"double": 28, "float": 14}
 #: Tolerances below this are round-off.
 EPSILON: Final = {"double": Fraction(1, 2**52), "float": Fraction(1, 2**23)}
 #: Order 1 - share * log(tolerance). One half is the optimum when the sums cost most, one when the linear sweep does.
-ORDER_SHARE: Final = Fraction(1, 2)
+ORDER_SHARE: Final = Fraction(3, 5)
 #: The local error aimed at, in units of the tolerance.
-MARGIN: Final = Fraction(1, 64)
+MARGIN: Final = Fraction(1, 256)
 #: Longest step in units of what resolves the fastest linear mode.
 CAP: Final = Fraction(5, 4)
 #: Above this many operations loops are kept.

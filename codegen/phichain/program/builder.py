@@ -170,13 +170,20 @@ class Builder:
             if not isinstance(statement, Op) or operand in statement.args:
                 return value
             if statement.result == operand.name:
-                named = Local(self.fresh(label))
+                named = Local(self.fresh(self._own_name(label)))
                 block.statements[position] = self._ops[named.name] = Op(named.name, statement.kind, statement.args)
                 del self._ops[operand.name]
                 self._renamed[operand] = named
                 block.shared[(statement.kind, canonical(statement.kind, statement.args))] = named
                 return Expr(self, named)
         return value
+
+    def _own_name(self, label: str) -> str:
+        """The label; where it is taken, `rate_k` in a loop over k, and beside an array `rate_end`."""
+        if label not in self._names:
+            return label
+        is_array = any(array.name == label for array in (*self.work, *self.outputs, *self.inputs))
+        return "_".join([label, *(self._open_loops or (["end"] if is_array else []))])
 
     def sin(self, x: Expr) -> Expr:
         """Sine of one value; use `sincos` for a run of cells."""

@@ -22,43 +22,29 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from fractions import Fraction
-from typing import Final
 
 from phichain.errors import DerivationError
-from phichain.program.builder import ArrayRef, Builder, Expr
+from phichain.program.builder import ArrayRef, Builder, Expr, Loop
 from phichain.program.inline import inline
-from phichain.program.nodes import Affine, Array, Const, For, Local, Op, Operand, Program, SinCos, Statement, Store
+from phichain.program.lanes import (
+    FIRST,
+    HELD,
+    INVERSE_ORDER,
+    LEFT,
+    ORDER,
+    RIGHT,
+    SUMS,
+    Counts,
+    Jets,
+    Lane,
+    Value,
+    sized,
+)
+from phichain.program.nodes import Affine, Const, For, Local, Op, Operand, Program, SinCos, Statement, Store
 from phichain.program.passes import prune
 from phichain.program.varying import varying
-
-#: Arrays of the two Programs: the lanes' rows, and values that do not vary in time.
-LEFT: Final = "jet_left"
-RIGHT: Final = "jet_right"
-HELD: Final = "jet_held"
-#: What `follow` sees of order 0 (suffix), the sums S_n, and the order itself.
-FIRST: Final = "_0"
-SUMS: Final = "jet_sum"
-ORDER: Final = "jet_order"
-INVERSE_ORDER: Final = "jet_inverse_order"
-
-
-@dataclass(frozen=True)
-class Jets:
-    """The Taylor recurrences of a Program.
-
-    Attributes:
-        start: inputs and outputs of the Program at order 0, and the first rows of the lanes that are there.
-        follow: the moving inputs' coefficients of order n >= 1 -> the outputs' coefficients, and the lanes' rows.
-        products: number of lanes.
-        held: values that do not vary in time, computed once by `start`.
-    """
-
-    start: Program
-    follow: Program
-    products: int
-    held: int
 
 
 def jets(program: Program, moving: tuple[str, ...] = ("q", "v")) -> Jets:
@@ -79,48 +65,6 @@ def jets(program: Program, moving: tuple[str, ...] = ("q", "v")) -> Jets:
     return second.finish()
 
 
-@dataclass(frozen=True, slots=True)
-class _Value:
-    """A scalar: its value at order 0, and its coefficient of order n (None where it does not vary)."""
-
-    start: Expr
-    rate: Expr | None
-    operand: Operand
-
-
-@dataclass
-class _Cells:
-    """Cells handed out to operations, a run of them for an operation inside loops."""
-
-    used: int = 0
-
-    def take(self, nest: tuple[For, ...]) -> Affine:
-        """The cell of this turn of the loops around."""
-        index, stride = Affine(0), 1
-        for loop in reversed(nest):
-            low, high = loop.hull
-            index = index + stride * Affine(-low, ((loop.variable, 1),))
-            stride *= max(high - low + 1, 1)
-        index, self.used = index + self.used, self.used + stride
-        return index
-
-
-@dataclass
-class _Counts:
-    products: _Cells = field(default_factory=_Cells)
-    held: _Cells = field(default_factory=_Cells)
-
-
-@dataclass(frozen=True, slots=True)
-class _Lane:
-    """A product's lane as `follow` sees it: where, its factors' first coefficients, and its sum S_n."""
-
-    place: Affine
-    left: Expr
-    right: Expr
-    total: Expr
-
-
 class _Recurrences:
     """Walks the Program once and writes both results side by side."""
 
@@ -132,9 +76,9 @@ class _Recurrences:
         #: constants in time that `follow` needs, found by a first walk; the second walk stores them.
         self.wanted, self._stored = dict(wanted), wanted
         self.held_at: dict[str, Affine] = {}
-        self.lanes = _Counts()
-        self.values: dict[str, _Value] = {}
-        self.pairs: dict[tuple[Operand, tuple[str, ...]], tuple[_Value, _Value]] = {}
+        self.lanes = Counts()
+        self.values: dict[str, Value] = {}
+        self.pairs: dict[tuple[Operand, tuple[str, ...]], tuple[Value, Value]] = {}
         self.nest: tuple[For, ...] = ()
         self._arguments()
 
@@ -145,7 +89,7 @@ class _Recurrences:
         products, held = self.lanes.products.used, self.lanes.held.used
         sizes = {name + row: products for name in (LEFT, RIGHT) for row in ("", FIRST)}
         sizes |= {SUMS: products, HELD: held}
-        start, follow = (prune(_sized(builder.finish(), sizes)) for builder in (self.start, self.follow))
+        start, follow = (prune(sized(builder.finish(), sizes)) for builder in (self.start, self.follow))
         return Jets(start, follow, products, held)
 
     # --- arrays -------------------------------------------------------------------------------------------------------
@@ -184,7 +128,7 @@ class _Recurrences:
         self.start.write(HELD, place, value)
         return self.follow.read(HELD, place)
 
-    def _factor(self, value: _Value) -> Expr:
+    def _factor(self, value: Value) -> Expr:
         """A value that is constant in time, as `follow` sees it."""
         match value.operand:
             case Const(number):
@@ -212,22 +156,22 @@ class _Recurrences:
                 case For():
                     self._loop(statement)
 
-    def _bind(self, name: str, value: _Value) -> None:
+    def _bind(self, name: str, value: Value) -> None:
         self.values[name] = replace(value, operand=Local(name))
         if value.rate is None and name in self._stored:
             self.held_at[name] = place = self.lanes.held.take(self.nest)
             self.start.write(HELD, place, value.start)
 
-    def _value(self, operand: Operand) -> _Value:
+    def _value(self, operand: Operand) -> Value:
         if isinstance(operand, Const):
-            return _Value(self.start.lift(operand.value), None, operand)
+            return Value(self.start.lift(operand.value), None, operand)
         if isinstance(operand, Local):
             return self.values[operand.name]
         moves = operand.array in self.varying
         rate = self.follow.read(operand.array, operand.index) if moves else None
-        return _Value(self.start.read(operand.array, operand.index), rate, operand)
+        return Value(self.start.read(operand.array, operand.index), rate, operand)
 
-    def _rate(self, value: _Value) -> Expr:
+    def _rate(self, value: Value) -> Expr:
         return self.follow.lift(0) if value.rate is None else value.rate
 
     def _loop(self, loop: For) -> None:
@@ -237,7 +181,7 @@ class _Recurrences:
             for carry, first in zip(loop.carries, firsts, strict=True):
                 moves = carry.name in self.varying
                 rate = follow.carry(carry.name, self._rate(first)) if moves else None
-                carried[carry.name] = _Value(start.carry(carry.name, first.start), rate, Local(carry.name))
+                carried[carry.name] = Value(start.carry(carry.name, first.start), rate, Local(carry.name))
                 self._bind(carry.name, carried[carry.name])
             self._block(loop.body)
             for carry in loop.carries:
@@ -247,7 +191,7 @@ class _Recurrences:
                     follow.follow(value.rate, self._rate(after))
 
     @contextmanager
-    def _both_loops(self, loop: For) -> Iterator[tuple]:  # type: ignore[type-arg]
+    def _both_loops(self, loop: For) -> Iterator[tuple[Loop, Loop]]:
         turns = loop.variable, loop.start, loop.stop, loop.step
         outside, self.nest = self.nest, (*self.nest, loop)
         with self.start.loop(*turns) as start, self.follow.loop(*turns) as follow:
@@ -256,23 +200,30 @@ class _Recurrences:
 
     # --- operations ---------------------------------------------------------------------------------------------------
 
-    def _op(self, result: str, kind: str, args: list[_Value]) -> _Value:
+    def _op(self, result: str, kind: str, args: list[Value]) -> Value:
         if kind in ("sin", "cos") and args[0].rate is not None:
             return self._sincos(args[0])[kind == "cos"]
         label = "" if result.startswith("_") else result
         value = self.start.apply(kind, *(arg.start for arg in args), label=label)
         if all(arg.rate is None for arg in args):
-            return _Value(value, None, Local(result))
-        rules = {"mul": self._product, "div": self._quotient, "sqrt": self._root}
-        if kind in ("add", "sub", "neg"):
-            rate = self.follow.apply(kind, *(self._rate(arg) for arg in args))
-        elif kind in rules:
-            rate = rules[kind](value, *args)
-        else:
-            raise DerivationError("operation", kind, "has no Taylor recurrence", "write the Program without it")
-        return _Value(value, self.follow.let(label, rate) if label else rate, Local(result))
+            return Value(value, None, Local(result))
+        rate = self._series(kind, value, args)
+        return Value(value, self.follow.let(label, rate) if label else rate, Local(result))
 
-    def _product(self, value: Expr, a: _Value, b: _Value) -> Expr:
+    def _series(self, kind: str, value: Expr, args: list[Value]) -> Expr:
+        """Coefficient n of an operation whose value at order 0 is `value`."""
+        match kind:
+            case "add" | "sub" | "neg":
+                return self.follow.apply(kind, *(self._rate(arg) for arg in args))
+            case "mul":
+                return self._product(*args)
+            case "div":
+                return self._quotient(value, *args)
+            case "sqrt":
+                return self._root(value, *args)
+        raise DerivationError("operation", kind, "has no Taylor recurrence", "write the Program without it")
+
+    def _product(self, a: Value, b: Value) -> Expr:
         if a.rate is None:
             return self._factor(a) * self._rate(b)
         if b.rate is None:
@@ -283,7 +234,7 @@ class _Recurrences:
             return lane.total + (lane.left + lane.left) * a.rate
         return lane.total + lane.left * b.rate + lane.right * a.rate
 
-    def _quotient(self, value: Expr, a: _Value, b: _Value) -> Expr:
+    def _quotient(self, value: Expr, a: Value, b: Value) -> Expr:
         if b.rate is None:
             return self._rate(a) * self._hold(1 / b.start)
         lane = self._lane(value, b.start)
@@ -293,34 +244,34 @@ class _Recurrences:
         self._put(lane, rate, b.rate)
         return rate
 
-    def _root(self, value: Expr, a: _Value) -> Expr:
+    def _root(self, value: Expr, a: Value) -> Expr:
         lane = self._lane(value, value)
         rate = (self._rate(a) - lane.total) * self._hold(1 / (value + value))
         self._put(lane, rate, rate)
         return rate
 
-    def _lane(self, left: Expr, right: Expr) -> _Lane:
+    def _lane(self, left: Expr, right: Expr) -> Lane:
         """A new lane with its first coefficients."""
         place = self.lanes.products.take(self.nest)
         self.start.write(LEFT, place, left)
         self.start.write(RIGHT, place, right)
         read = self.follow.read
-        return _Lane(place, read(LEFT + FIRST, place), read(RIGHT + FIRST, place), read(SUMS, place))
+        return Lane(place, read(LEFT + FIRST, place), read(RIGHT + FIRST, place), read(SUMS, place))
 
-    def _put(self, lane: _Lane, left: Expr, right: Expr) -> None:
+    def _put(self, lane: Lane, left: Expr, right: Expr) -> None:
         """The factors' coefficients of order n."""
         self.follow.write(LEFT, lane.place, left)
         self.follow.write(RIGHT, lane.place, right)
 
     # --- sines and cosines --------------------------------------------------------------------------------------------
 
-    def _sincos(self, angle: _Value) -> tuple[_Value, _Value]:
+    def _sincos(self, angle: Value) -> tuple[Value, Value]:
         """(sine, cosine) of one angle, made once."""
         key = angle.operand, tuple(loop.variable for loop in self.nest)
         if key not in self.pairs:
             sine, cosine = self.start.sin(angle.start), self.start.cos(angle.start)
             rates = self._sincos_rates(sine, cosine, self._rate(angle))
-            values = (_Value(sine, rates[0], angle.operand), _Value(cosine, rates[1], angle.operand))
+            values = (Value(sine, rates[0], angle.operand), Value(cosine, rates[1], angle.operand))
             self.pairs[key] = values
         return self.pairs[key]
 
@@ -337,8 +288,8 @@ class _Recurrences:
 
     def _sincos_run(self, statement: SinCos) -> None:
         start, follow, count = self.start, self.follow, statement.count
-        sine, cosine, angle = (_reference(start, name) for name in (statement.sine, statement.cosine, statement.angle))
-        start.sincos_into(sine, cosine, angle.shifted(statement.offset), count)
+        sine, cosine = ArrayRef(start, statement.sine, count), ArrayRef(start, statement.cosine, count)
+        start.sincos_into(sine, cosine, ArrayRef(start, statement.angle, count, statement.offset), count)
         turns = For("i", Affine(0), Affine(count), 1, (), (), (0, count - 1))
         with self._both_loops(turns):
             i = Affine(0, (("i", 1),))
@@ -346,17 +297,3 @@ class _Recurrences:
             rates = self._sincos_rates(sine[i], cosine[i], turning)
             follow.write(statement.sine, i, rates[0])
             follow.write(statement.cosine, i, rates[1])
-
-
-def _reference(builder: Builder, name: str) -> ArrayRef:
-    return ArrayRef(builder, name, 0)
-
-
-def _sized(program: Program, sizes: dict[str, int]) -> Program:
-    """The Program with the sizes of its lanes, now that they are known; arrays without cells are left out."""
-
-    def resized(arrays: tuple[Array, ...]) -> tuple[Array, ...]:
-        known = (replace(a, shape=(sizes[a.name],)) if a.name in sizes else a for a in arrays)
-        return tuple(array for array in known if array.size)
-
-    return replace(program, inputs=resized(program.inputs), outputs=resized(program.outputs))

@@ -52,7 +52,7 @@ def fastest_rate(scene: Scene) -> Fraction | None:
 
 def reach(scene: Scene) -> Fraction | None:
     """Length of the chain, m; None where lengths come at run time."""
-    return None if scene.length == "runtime" else sum(map(Fraction, scene.length), Fraction(0))  # type: ignore[arg-type]
+    return None if scene.length == "runtime" else sum(map(Fraction, scene.length), Fraction(0))
 
 
 def scales_program(scene: Scene) -> Program:

@@ -7,6 +7,8 @@ coriolis_i = -sum_{j != i} c_ij |omega_j|^2 q_i x q_j and gravity_i = -mu_i g q_
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from phichain.program.builder import ArrayRef, Builder, Expr, Index
 from phichain.program.parameters import Parameters
 from phichain.program.spatial_links import directions
@@ -223,12 +225,12 @@ def _neighbour_matrix(
 ) -> None:
     """diag(diagonal) plus the second variation of sum joint_k |xi_k - xi_{k-1}|^2 / 2, xi_{-1} = 0."""
     nothing = builder.lift(0)
-    for k in range(links):
-        own = nothing if diagonal is None else diagonal[k]
-        if joint is not None:
-            own = own + joint[k]
-            own = own + joint[k + 1] if k + 1 < links else own
-        planes.write(k, k, own)
+    own = diagonal if diagonal is not None else builder.constants("no_diagonal", [Fraction(0)] * links)
+    with builder.loop("k", 0, links - 1) as loop:
+        k = loop.index
+        planes.write(k, k, own[k] if joint is None else own[k] + joint[k] + joint[k + 1])
+    tip = links - 1
+    planes.write(tip, tip, own[tip] if joint is None else own[tip] + joint[tip])
     with builder.loop("i", 1, links) as rows:
         i = rows.index
         shared = nothing if joint is None else -joint[i]

@@ -103,14 +103,14 @@ void cart1_float_forward_dynamics(const cart1_float_params *p, const cart1_float
     float sine[1], cosine[1];
     cart1_float_sincos(1, &q[1], sine, cosine);
 
-    const float rate_squared_2 = v[1] * v[1];
-    const float t5 = (p->stiffness[0] * q[1]
-        + p->damping[0] * v[1]) * (1.0f / (p->mass[0] * p->com[0] * p->com[0]));
+    const float rate_squared_end = v[1] * v[1];
+    const float t5 = (p->stiffness[0] * q[1] + p->damping[0] * v[1])
+        * (1.0f / (p->mass[0] * p->com[0] * p->com[0]));
     const float shear = sine[0] * t3;
     const float lean = sine[0] * shear;
     const float outer_xy = cosine[0] * shear;
-    const float t6 = u[0] + p->gravity * (t4 * outer_xy) + t4 * p->length[0] * (cosine[0] * (t5 + t2 * t5)
-        + sine[0] * (rate_squared_2 * t1));
+    const float t6 = u[0] + p->gravity * (t4 * outer_xy)
+        + t4 * p->length[0] * (cosine[0] * (t5 + t2 * t5) + sine[0] * (rate_squared_end * t1));
     const float cart_acceleration = t6 / (p->cart_mass + t4 * lean);
     const float t7 = 1.0f / p->length[0];
     const float t8 = cosine[0] * (t7 * cart_acceleration) + sine[0] * (t7 * p->gravity);
@@ -129,7 +129,8 @@ void cart1_float_energy(const cart1_float_params *p, const cart1_float_real q[2]
     const float mass_speed_x_0 = v[0] + p->com[0] * sideways_0;
     const float t1 = p->com[0] * (sine[0] * v[1]);
 
-    *kinetic = 0.5f * (p->cart_mass * (v[0] * v[0]) + p->mass[0] * (mass_speed_x_0 * mass_speed_x_0 + t1 * t1));
+    *kinetic = 0.5f * (p->cart_mass * (v[0] * v[0]) + p->mass[0] * (mass_speed_x_0 * mass_speed_x_0
+        + t1 * t1));
     *potential = 0.5f * p->stiffness[0] * (q[1] * q[1]) - p->gravity * p->mass[0] * (p->com[0] * cosine[0]);
 }
 
@@ -168,22 +169,22 @@ void cart1_float_state_jacobian(const cart1_float_params *p, const cart1_float_r
     float sine[1], cosine[1];
     cart1_float_sincos(1, &q[1], sine, cosine);
 
-    const float rate_squared_2 = v[1] * v[1];
+    const float rate_squared_end = v[1] * v[1];
     const float t6 = (p->stiffness[0] * q[1] + p->damping[0] * v[1]) * t3;
     const float t7 = t3 * p->stiffness[0];
     const float t8 = t3 * p->damping[0];
-    const float t9 = rate_squared_2 * t1;
+    const float t9 = rate_squared_end * t1;
     const float t10 = t6 + t2 * t6;
     const float shear = sine[0] * t4;
     const float t11 = t4 * cosine[0];
     const float lean = sine[0] * shear;
     const float t12 = shear * cosine[0];
     const float t13 = t5 * p->length[0];
-    const float t14 = p->gravity * (t5 * (cosine[0] * t11 - lean)) + t13 * (cosine[0] * (t7 + t2 * t7)
-        - t10 * sine[0] + t9 * cosine[0]);
+    const float t14 = p->gravity * (t5 * (cosine[0] * t11 - lean))
+        + t13 * (cosine[0] * (t7 + t2 * t7) - t10 * sine[0] + t9 * cosine[0]);
     const float t15 = p->cart_mass + t5 * lean;
-    const float cart_acceleration = (u[0] + p->gravity * (t5 * t12) + t13 * (cosine[0] * t10
-        + sine[0] * t9)) / t15;
+    const float cart_acceleration = (u[0] + p->gravity * (t5 * t12) + t13 * (cosine[0] * t10 + sine[0] * t9))
+        / t15;
     const float t16 = 1.0f / t15;
     const float t17 = t16 * t14 - t16 * cart_acceleration * (t5 * (t12 + sine[0] * t11));
     const float t18 = t16 * (t13 * (cosine[0] * (t8 + t2 * t8) + sine[0] * (t1 * (v[1] + v[1]))));
@@ -220,27 +221,27 @@ void cart1_float_step(const cart1_float_params *p, const cart1_float_real h, con
     float sine[2], cosine[2];
     cart1_float_sincos(2, angle, sine, cosine);
 
-    const float rate_squared_2 = v[1] * v[1];
+    const float rate_squared_end = v[1] * v[1];
     const float t8 = (p->stiffness[0] * q[1] + p->damping[0] * v[1]) * t3;
     const float shear = sine[0] * t4;
     const float lean = sine[0] * shear;
     const float outer_xy = cosine[0] * shear;
     const float t9 = t5 * p->length[0];
-    const float t10 = u[0] + p->gravity * (t5 * outer_xy) + t9 * (cosine[0] * (t8 + t2 * t8)
-        + sine[0] * (rate_squared_2 * t1));
+    const float t10 = u[0] + p->gravity * (t5 * outer_xy)
+        + t9 * (cosine[0] * (t8 + t2 * t8) + sine[0] * (rate_squared_end * t1));
     const float cart_acceleration = t10 / (p->cart_mass + t5 * lean);
     const float t11 = 1.0f / p->length[0];
     const float t12 = t11 * p->gravity;
     const float t13 = cosine[0] * (t11 * cart_acceleration) + sine[0] * t12;
     const float t14 = t8 + t2 * t13 + t13;
     const float t15 = v[1] - t6 * t14;
-    const float rate_squared_2_2 = t15 * t15;
+    const float rate_squared_end_2 = t15 * t15;
     const float t16 = (p->stiffness[0] * t7 + p->damping[0] * t15) * t3;
     const float shear_2 = sine[1] * t4;
     const float lean_2 = sine[1] * shear_2;
     const float outer_xy_2 = cosine[1] * shear_2;
-    const float t17 = u[0] + p->gravity * (t5 * outer_xy_2) + t9 * (cosine[1] * (t16 + t2 * t16)
-        + sine[1] * (rate_squared_2_2 * t1));
+    const float t17 = u[0] + p->gravity * (t5 * outer_xy_2)
+        + t9 * (cosine[1] * (t16 + t2 * t16) + sine[1] * (rate_squared_end_2 * t1));
     const float cart_acceleration_2 = t17 / (p->cart_mass + t5 * lean_2);
     const float t18 = cosine[1] * (t11 * cart_acceleration_2) + sine[1] * t12;
     const float t19 = t16 + t2 * t18 + t18;
@@ -251,31 +252,31 @@ void cart1_float_step(const cart1_float_params *p, const cart1_float_real h, con
     float sine_2[2], cosine_2[2];
     cart1_float_sincos(2, angle_2, sine_2, cosine_2);
 
-    const float rate_squared_2_3 = t21 * t21;
+    const float rate_squared_end_3 = t21 * t21;
     const float t23 = (p->stiffness[0] * t20 + p->damping[0] * t21) * t3;
     const float shear_3 = sine_2[0] * t4;
     const float lean_3 = sine_2[0] * shear_3;
     const float outer_xy_3 = cosine_2[0] * shear_3;
-    const float t24 = u[0] + p->gravity * (t5 * outer_xy_3) + t9 * (cosine_2[0] * (t23 + t2 * t23)
-        + sine_2[0] * (rate_squared_2_3 * t1));
+    const float t24 = u[0] + p->gravity * (t5 * outer_xy_3)
+        + t9 * (cosine_2[0] * (t23 + t2 * t23) + sine_2[0] * (rate_squared_end_3 * t1));
     const float cart_acceleration_3 = t24 / (p->cart_mass + t5 * lean_3);
     const float t25 = cosine_2[0] * (t11 * cart_acceleration_3) + sine_2[0] * t12;
     const float t26 = t23 + t2 * t25 + t25;
     const float t27 = v[1] - h * t26;
-    const float rate_squared_2_4 = t27 * t27;
+    const float rate_squared_end_4 = t27 * t27;
     const float t28 = (p->stiffness[0] * t22 + p->damping[0] * t27) * t3;
     const float shear_4 = sine_2[1] * t4;
     const float lean_4 = sine_2[1] * shear_4;
     const float outer_xy_4 = cosine_2[1] * shear_4;
-    const float t29 = u[0] + p->gravity * (t5 * outer_xy_4) + t9 * (cosine_2[1] * (t28 + t2 * t28)
-        + sine_2[1] * (rate_squared_2_4 * t1));
+    const float t29 = u[0] + p->gravity * (t5 * outer_xy_4)
+        + t9 * (cosine_2[1] * (t28 + t2 * t28) + sine_2[1] * (rate_squared_end_4 * t1));
     const float cart_acceleration_4 = t29 / (p->cart_mass + t5 * lean_4);
     const float t30 = cosine_2[1] * (t11 * cart_acceleration_4) + sine_2[1] * t12;
     const float t31 = 0.16666667f * h;
-    const float t32 = v[0] + (v[0] + h * cart_acceleration_3) + 2.0f * (v[0] + t6 * cart_acceleration
-        + (v[0] + t6 * cart_acceleration_2));
-    const float t33 = t31 * (cart_acceleration + cart_acceleration_4 + 2.0f * (cart_acceleration_2
-        + cart_acceleration_3));
+    const float t32 = v[0] + (v[0] + h * cart_acceleration_3)
+        + 2.0f * (v[0] + t6 * cart_acceleration + (v[0] + t6 * cart_acceleration_2));
+    const float t33 = t31 * (cart_acceleration + cart_acceleration_4
+        + 2.0f * (cart_acceleration_2 + cart_acceleration_3));
 
     q_next[0] = q[0] + t31 * t32;
     q_next[1] = q[1] + t31 * (v[1] + t27 + 2.0f * (t15 + t21));

@@ -18,8 +18,10 @@
  * target   float, unrolled
  *
  * SI units throughout. Matrices are row-major. Outputs must not overlap inputs. No function keeps state,
- * allocates memory or normalises its inputs; all may be called from several threads at once. NaN and infinities
- * spread into the results and do no other harm. This file and cart1_float.c are free for any use.
+ * allocates memory or normalises its inputs; all may be called from several threads at once. NaN and
+ * infinities spread into the results and do no other harm.
+ *
+ * This file and cart1_float.c are free for any use.
  * SHA-256 of the scene: 18cb3d1b14f3435db73c1c3e8bcba7e07a6e7c38f66b4a50ac31c7f646662db4
  */
 #ifndef CART1_FLOAT_H

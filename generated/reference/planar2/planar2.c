@@ -135,18 +135,26 @@ static void planar2_bessel_asymptotic(const planar2_real x, planar2_real j[5])
     const planar2_real sum = sine + cosine;
     const planar2_real difference = sine - cosine;
     const planar2_real amplitude = sqrt(0.3183098861837907 * inverse);
-    const planar2_real p0 = 1.0 + z * (-0.0703125 + z * (0.112152099609375 + z * (-0.5725014209747314
-        + z * (6.074042001273483 + z * (-110.01714026924674 + z * (3038.090510922384
+    const planar2_real p0 = 1.0
+        + z * (-0.0703125 + z * (0.112152099609375
+        + z * (-0.5725014209747314 + z * (6.074042001273483
+        + z * (-110.01714026924674 + z * (3038.090510922384
         + z * (-118838.42625678325 + z * (6252951.493434797))))))));
-    const planar2_real q0 = -0.125 + z * (0.0732421875 + z * (-0.22710800170898438 + z * (1.7277275025844574
-        + z * (-24.380529699556064 + z * (551.3358961220206 + z * (-18257.755474293175
+    const planar2_real q0 = -0.125
+        + z * (0.0732421875 + z * (-0.22710800170898438
+        + z * (1.7277275025844574 + z * (-24.380529699556064
+        + z * (551.3358961220206 + z * (-18257.755474293175
         + z * (832859.3040162893 + z * (-50069589.531988926))))))));
-    const planar2_real p1 = 1.0 + z * (0.1171875 + z * (-0.144195556640625 + z * (0.6765925884246826
-        + z * (-6.883914268109947 + z * (121.59789187653587 + z * (-3302.2722944808525
+    const planar2_real p1 = 1.0
+        + z * (0.1171875 + z * (-0.144195556640625
+        + z * (0.6765925884246826 + z * (-6.883914268109947
+        + z * (121.59789187653587 + z * (-3302.2722944808525
         + z * (127641.2726461746 + z * (-6656367.718817688))))))));
-    const planar2_real q1 = 0.375 + z * (-0.1025390625 + z * (0.2775764465332031 + z * (-1.993531733751297
-        + z * (27.248827311268542 + z * (-603.8440767050702 + z * (19718.37591223663 + z * (-890297.8767070678
-        + z * (53104110.10968523))))))));
+    const planar2_real q1 = 0.375
+        + z * (-0.1025390625 + z * (0.2775764465332031
+        + z * (-1.993531733751297 + z * (27.248827311268542
+        + z * (-603.8440767050702 + z * (19718.37591223663
+        + z * (-890297.8767070678 + z * (53104110.10968523))))))));
     j[0] = amplitude * (p0 * sum - inverse * q0 * difference);
     j[1] = amplitude * (p1 * difference + inverse * q1 * sum);
     j[2] = 2.0 * inverse * j[1] - j[0];
@@ -174,26 +182,26 @@ void planar2_forward_dynamics(const planar2_real q[2], const planar2_real v[2], 
     double sine[2], cosine[2];
     planar2_sincos(2, q, sine, cosine);
 
-    const double rate_squared_2 = link_rate_1 * link_rate_1;
-    const double drive_2 = 32.0 * u[1];
-    const double link_force_x = -2.0 * rate_squared_2;
-    const double link_force_y = drive_2 + drive_2;
+    const double rate_squared_end = link_rate_1 * link_rate_1;
+    const double drive_end = 32.0 * u[1];
+    const double link_force_x = -2.0 * rate_squared_end;
+    const double link_force_y = drive_end + drive_end;
     const double shear = 4.0 * sine[1];
     const double lean = sine[1] * shear;
     const double outer_xy = cosine[1] * shear;
     const double outer_force_y = sine[1] * link_force_x + cosine[1] * link_force_y;
-    const double rate_squared_3 = v[0] * v[0];
+    const double rate_squared_end_2 = v[0] * v[0];
     const double inverse_pivot = 1.0 / (1.0 + lean);
-    const double swing = rate_squared_3 * outer_xy;
-    const double drive_3 = 32.0 * link_couple_0;
-    const double free_2 = (drive_3 + (swing - outer_force_y)) * inverse_pivot;
-    const double gain_x_2 = outer_xy * inverse_pivot;
+    const double swing = rate_squared_end_2 * outer_xy;
+    const double drive_end_2 = 32.0 * link_couple_0;
+    const double free_end = (drive_end_2 + (swing - outer_force_y)) * inverse_pivot;
+    const double gain_x_end = outer_xy * inverse_pivot;
     const double t1 = -19.62 * cosine[0];
     const double t2 = 19.62 * sine[0];
-    const double tip_y_0 = free_2 - gain_x_2 * t1 - inverse_pivot * t2;
+    const double tip_y_0 = free_end - gain_x_end * t1 - inverse_pivot * t2;
     const double t3 = tip_y_0 - t2;
-    const double joint_y_1 = cosine[1] * tip_y_0 - sine[1] * (t1 - rate_squared_3);
-    const double tip_y_1 = drive_2 - joint_y_1;
+    const double joint_y_1 = cosine[1] * tip_y_0 - sine[1] * (t1 - rate_squared_end_2);
+    const double tip_y_1 = drive_end - joint_y_1;
 
     a[0] = t3;
     a[1] = tip_y_1 - joint_y_1 - t3;
@@ -249,9 +257,9 @@ void planar2_coriolis(const planar2_real q[2], const planar2_real v[2], planar2_
     const double link_rate_1 = v[0] + v[1];
     const double pull_0 = 0.5 * (v[0] * v[0]);
     const double t1 = 0.125 * (sine[1] * (pull_0 * cosine[0]) - cosine[1] * (pull_0 * sine[0]));
-    const double pull_2_1 = 0.125 * (link_rate_1 * link_rate_1);
+    const double pull_1_2 = 0.125 * (link_rate_1 * link_rate_1);
 
-    out[0] = 0.5 * (sine[0] * (pull_2_1 * cosine[1]) - cosine[0] * (pull_2_1 * sine[1])) + t1;
+    out[0] = 0.5 * (sine[0] * (pull_1_2 * cosine[1]) - cosine[0] * (pull_1_2 * sine[1])) + t1;
     out[1] = t1;
 }
 
@@ -333,10 +341,10 @@ void planar2_state_jacobian(const planar2_real q[2], const planar2_real v[2], co
     double sine[2], cosine[2];
     planar2_sincos(2, q, sine, cosine);
 
-    const double rate_squared_2 = link_rate_1 * link_rate_1;
-    const double drive_2 = 32.0 * u[1];
-    const double link_force_x = -2.0 * rate_squared_2;
-    const double link_force_y = drive_2 + drive_2;
+    const double rate_squared_end = link_rate_1 * link_rate_1;
+    const double drive_end = 32.0 * u[1];
+    const double link_force_x = -2.0 * rate_squared_end;
+    const double link_force_y = drive_end + drive_end;
     const double shear = 4.0 * sine[1];
     const double t1 = 4.0 * cosine[1];
     const double lean = sine[1] * shear;
@@ -344,32 +352,32 @@ void planar2_state_jacobian(const planar2_real q[2], const planar2_real v[2], co
     const double t3 = cosine[1] * t1 - lean;
     const double t4 = sine[1] * (-2.0 * (link_rate_1 + link_rate_1));
     const double outer_force_y = sine[1] * link_force_x + cosine[1] * link_force_y;
-    const double rate_squared_3 = v[0] * v[0];
+    const double rate_squared_end_2 = v[0] * v[0];
     const double t5 = v[0] + v[0];
     const double inverse_pivot = 1.0 / (1.0 + lean);
     const double t6 = inverse_pivot * inverse_pivot * (t2 + sine[1] * t1);
-    const double swing = rate_squared_3 * t2;
-    const double drive_3 = 32.0 * link_couple_0;
-    const double t7 = drive_3 + (swing - outer_force_y);
-    const double free_2 = t7 * inverse_pivot;
-    const double t8 = inverse_pivot * (rate_squared_3 * t3 + (link_force_y * sine[1]
-        - link_force_x * cosine[1])) - t7 * t6;
+    const double swing = rate_squared_end_2 * t2;
+    const double drive_end_2 = 32.0 * link_couple_0;
+    const double t7 = drive_end_2 + (swing - outer_force_y);
+    const double free_end = t7 * inverse_pivot;
+    const double t8 = inverse_pivot * (rate_squared_end_2 * t3
+        + (link_force_y * sine[1] - link_force_x * cosine[1])) - t7 * t6;
     const double t9 = inverse_pivot * (t2 * t5 - t4);
     const double t10 = inverse_pivot * t4;
     const double t11 = 32.0 * inverse_pivot;
     const double t12 = inverse_pivot * (-64.0 * cosine[1] - 32.0);
-    const double gain_x_2 = t2 * inverse_pivot;
+    const double gain_x_end = t2 * inverse_pivot;
     const double t13 = -19.62 * cosine[0];
     const double t14 = 19.62 * sine[0];
-    const double tip_y_0 = free_2 - gain_x_2 * t13 - inverse_pivot * t14;
-    const double t15 = gain_x_2 * t14 + inverse_pivot * (19.62 * cosine[0]);
+    const double tip_y_0 = free_end - gain_x_end * t13 - inverse_pivot * t14;
+    const double t15 = gain_x_end * t14 + inverse_pivot * (19.62 * cosine[0]);
     const double t16 = t8 - t13 * (inverse_pivot * t3 - t2 * t6) + t14 * t6;
     const double t17 = cosine[1] * t10;
     const double t18 = cosine[1] * t11;
     const double t19 = cosine[1] * t12;
     const double t20 = cosine[1] * t15 + sine[1] * t14;
     const double t21 = cosine[1] * t9 + sine[1] * t5;
-    const double t22 = (t13 - rate_squared_3) * cosine[1] - (cosine[1] * t16 - tip_y_0 * sine[1]);
+    const double t22 = (t13 - rate_squared_end_2) * cosine[1] - (cosine[1] * t16 - tip_y_0 * sine[1]);
 
     dadq[0] = t13 - t15;
     dadq[1] = t16;
@@ -453,47 +461,47 @@ void planar2_step(const planar2_real h, const planar2_real q[2], const planar2_r
     double sine[4], cosine[4];
     planar2_sincos(4, angle, sine, cosine);
 
-    const double rate_squared_2 = link_rate_1 * link_rate_1;
-    const double drive_2 = 32.0 * u[1];
-    const double link_force_x = -2.0 * rate_squared_2;
-    const double link_force_y = drive_2 + drive_2;
+    const double rate_squared_end = link_rate_1 * link_rate_1;
+    const double drive_end = 32.0 * u[1];
+    const double link_force_x = -2.0 * rate_squared_end;
+    const double link_force_y = drive_end + drive_end;
     const double shear = 4.0 * sine[1];
     const double lean = sine[1] * shear;
     const double outer_xy = cosine[1] * shear;
     const double outer_force_y = sine[1] * link_force_x + cosine[1] * link_force_y;
-    const double rate_squared_3 = v[0] * v[0];
+    const double rate_squared_end_2 = v[0] * v[0];
     const double inverse_pivot = 1.0 / (1.0 + lean);
-    const double swing = rate_squared_3 * outer_xy;
-    const double drive_3 = 32.0 * link_couple_0;
-    const double free_2 = (drive_3 + (swing - outer_force_y)) * inverse_pivot;
-    const double gain_x_2 = outer_xy * inverse_pivot;
+    const double swing = rate_squared_end_2 * outer_xy;
+    const double drive_end_2 = 32.0 * link_couple_0;
+    const double free_end = (drive_end_2 + (swing - outer_force_y)) * inverse_pivot;
+    const double gain_x_end = outer_xy * inverse_pivot;
     const double t4 = -19.62 * cosine[0];
     const double t5 = 19.62 * sine[0];
-    const double tip_y_0 = free_2 - gain_x_2 * t4 - inverse_pivot * t5;
+    const double tip_y_0 = free_end - gain_x_end * t4 - inverse_pivot * t5;
     const double t6 = tip_y_0 - t5;
-    const double joint_y_1 = cosine[1] * tip_y_0 - sine[1] * (t4 - rate_squared_3);
-    const double tip_y_1 = drive_2 - joint_y_1;
+    const double joint_y_1 = cosine[1] * tip_y_0 - sine[1] * (t4 - rate_squared_end_2);
+    const double tip_y_1 = drive_end - joint_y_1;
     const double t7 = tip_y_1 - joint_y_1 - t6;
     const double t8 = v[0] + t1 * t6;
     const double t9 = v[1] + t1 * t7;
     const double link_rate_1_2 = t8 + t9;
-    const double rate_squared_2_2 = link_rate_1_2 * link_rate_1_2;
-    const double link_force_x_2 = -2.0 * rate_squared_2_2;
+    const double rate_squared_end_2_2 = link_rate_1_2 * link_rate_1_2;
+    const double link_force_x_2 = -2.0 * rate_squared_end_2_2;
     const double shear_2 = 4.0 * sine[3];
     const double lean_2 = sine[3] * shear_2;
     const double outer_xy_2 = cosine[3] * shear_2;
     const double outer_force_y_2 = sine[3] * link_force_x_2 + cosine[3] * link_force_y;
-    const double rate_squared_3_2 = t8 * t8;
+    const double rate_squared_end_2_3 = t8 * t8;
     const double inverse_pivot_2 = 1.0 / (1.0 + lean_2);
-    const double swing_2 = rate_squared_3_2 * outer_xy_2;
-    const double free_2_2 = (drive_3 + (swing_2 - outer_force_y_2)) * inverse_pivot_2;
-    const double gain_x_2_2 = outer_xy_2 * inverse_pivot_2;
+    const double swing_2 = rate_squared_end_2_3 * outer_xy_2;
+    const double free_end_2 = (drive_end_2 + (swing_2 - outer_force_y_2)) * inverse_pivot_2;
+    const double gain_x_end_2 = outer_xy_2 * inverse_pivot_2;
     const double t10 = -19.62 * cosine[2];
     const double t11 = 19.62 * sine[2];
-    const double tip_y_0_2 = free_2_2 - gain_x_2_2 * t10 - inverse_pivot_2 * t11;
+    const double tip_y_0_2 = free_end_2 - gain_x_end_2 * t10 - inverse_pivot_2 * t11;
     const double t12 = tip_y_0_2 - t11;
-    const double joint_y_1_2 = cosine[3] * tip_y_0_2 - sine[3] * (t10 - rate_squared_3_2);
-    const double tip_y_1_2 = drive_2 - joint_y_1_2;
+    const double joint_y_1_2 = cosine[3] * tip_y_0_2 - sine[3] * (t10 - rate_squared_end_2_3);
+    const double tip_y_1_2 = drive_end - joint_y_1_2;
     const double t13 = tip_y_1_2 - joint_y_1_2 - t12;
     const double t14 = q[0] + t1 * t8;
     const double t15 = q[1] + t1 * t9;
@@ -506,44 +514,44 @@ void planar2_step(const planar2_real h, const planar2_real q[2], const planar2_r
     double sine_2[4], cosine_2[4];
     planar2_sincos(4, angle_2, sine_2, cosine_2);
 
-    const double rate_squared_2_3 = link_rate_1_3 * link_rate_1_3;
-    const double link_force_x_3 = -2.0 * rate_squared_2_3;
+    const double rate_squared_end_3 = link_rate_1_3 * link_rate_1_3;
+    const double link_force_x_3 = -2.0 * rate_squared_end_3;
     const double shear_3 = 4.0 * sine_2[1];
     const double lean_3 = sine_2[1] * shear_3;
     const double outer_xy_3 = cosine_2[1] * shear_3;
     const double outer_force_y_3 = sine_2[1] * link_force_x_3 + cosine_2[1] * link_force_y;
-    const double rate_squared_3_3 = t16 * t16;
+    const double rate_squared_end_2_4 = t16 * t16;
     const double inverse_pivot_3 = 1.0 / (1.0 + lean_3);
-    const double swing_3 = rate_squared_3_3 * outer_xy_3;
-    const double free_2_3 = (drive_3 + (swing_3 - outer_force_y_3)) * inverse_pivot_3;
-    const double gain_x_2_3 = outer_xy_3 * inverse_pivot_3;
+    const double swing_3 = rate_squared_end_2_4 * outer_xy_3;
+    const double free_end_3 = (drive_end_2 + (swing_3 - outer_force_y_3)) * inverse_pivot_3;
+    const double gain_x_end_3 = outer_xy_3 * inverse_pivot_3;
     const double t20 = -19.62 * cosine_2[0];
     const double t21 = 19.62 * sine_2[0];
-    const double tip_y_0_3 = free_2_3 - gain_x_2_3 * t20 - inverse_pivot_3 * t21;
+    const double tip_y_0_3 = free_end_3 - gain_x_end_3 * t20 - inverse_pivot_3 * t21;
     const double t22 = tip_y_0_3 - t21;
-    const double joint_y_1_3 = cosine_2[1] * tip_y_0_3 - sine_2[1] * (t20 - rate_squared_3_3);
-    const double tip_y_1_3 = drive_2 - joint_y_1_3;
+    const double joint_y_1_3 = cosine_2[1] * tip_y_0_3 - sine_2[1] * (t20 - rate_squared_end_2_4);
+    const double tip_y_1_3 = drive_end - joint_y_1_3;
     const double t23 = tip_y_1_3 - joint_y_1_3 - t22;
     const double t24 = v[0] + h * t22;
     const double t25 = v[1] + h * t23;
     const double link_rate_1_4 = t24 + t25;
-    const double rate_squared_2_4 = link_rate_1_4 * link_rate_1_4;
-    const double link_force_x_4 = -2.0 * rate_squared_2_4;
+    const double rate_squared_end_4 = link_rate_1_4 * link_rate_1_4;
+    const double link_force_x_4 = -2.0 * rate_squared_end_4;
     const double shear_4 = 4.0 * sine_2[3];
     const double lean_4 = sine_2[3] * shear_4;
     const double outer_xy_4 = cosine_2[3] * shear_4;
     const double outer_force_y_4 = sine_2[3] * link_force_x_4 + cosine_2[3] * link_force_y;
-    const double rate_squared_3_4 = t24 * t24;
+    const double rate_squared_end_2_5 = t24 * t24;
     const double inverse_pivot_4 = 1.0 / (1.0 + lean_4);
-    const double swing_4 = rate_squared_3_4 * outer_xy_4;
-    const double free_2_4 = (drive_3 + (swing_4 - outer_force_y_4)) * inverse_pivot_4;
-    const double gain_x_2_4 = outer_xy_4 * inverse_pivot_4;
+    const double swing_4 = rate_squared_end_2_5 * outer_xy_4;
+    const double free_end_4 = (drive_end_2 + (swing_4 - outer_force_y_4)) * inverse_pivot_4;
+    const double gain_x_end_4 = outer_xy_4 * inverse_pivot_4;
     const double t26 = -19.62 * cosine_2[2];
     const double t27 = 19.62 * sine_2[2];
-    const double tip_y_0_4 = free_2_4 - gain_x_2_4 * t26 - inverse_pivot_4 * t27;
+    const double tip_y_0_4 = free_end_4 - gain_x_end_4 * t26 - inverse_pivot_4 * t27;
     const double t28 = tip_y_0_4 - t27;
-    const double joint_y_1_4 = cosine_2[3] * tip_y_0_4 - sine_2[3] * (t26 - rate_squared_3_4);
-    const double tip_y_1_4 = drive_2 - joint_y_1_4;
+    const double joint_y_1_4 = cosine_2[3] * tip_y_0_4 - sine_2[3] * (t26 - rate_squared_end_2_5);
+    const double tip_y_1_4 = drive_end - joint_y_1_4;
     const double t29 = 0.16666666666666666 * h;
 
     q_next[0] = q[0] + t29 * (v[0] + t24 + 2.0 * (t8 + t16));

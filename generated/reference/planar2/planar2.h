@@ -20,8 +20,10 @@
  * target   double, auto
  *
  * SI units throughout. Matrices are row-major. Outputs must not overlap inputs. No function keeps state,
- * allocates memory or normalises its inputs; all may be called from several threads at once. NaN and infinities
- * spread into the results and do no other harm. This file and planar2.c are free for any use.
+ * allocates memory or normalises its inputs; all may be called from several threads at once. NaN and
+ * infinities spread into the results and do no other harm.
+ *
+ * This file and planar2.c are free for any use.
  * SHA-256 of the scene: 3bc42755aa3310f32124f164b6f181a9a5b97dcd4f9da3432fa0a3633bbb63d9
  */
 #ifndef PLANAR2_H

@@ -47,8 +47,8 @@ void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial
     right_side[0] = t1 - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
 
     for (int k = 1; k < 2; ++k) {
-        right_side[k] = spatial2_cart_length_table[k] * (v[3 * k + 2] * v[3 * k + 2]
-            + v[3 * k + 3] * v[3 * k + 3] + v[3 * k + 4] * v[3 * k + 4]);
+        right_side[k] = spatial2_cart_length_table[k]
+            * (v[3 * k + 2] * v[3 * k + 2] + v[3 * k + 3] * v[3 * k + 3] + v[3 * k + 4] * v[3 * k + 4]);
     }
 
     for (int k = 1; k < 2; ++k) {
@@ -61,18 +61,18 @@ void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial
     const double base_inverse_pivot = 1.0 / t3;
     particular[0] = right_side[0] * base_inverse_pivot;
     coupling[0] = 0.5 * (cosine[1] * base_inverse_pivot);
-    const double middle_tension = (right_side[1] * t3 + cosine[1] * right_side[0]) / (0.5 * (sine_squared[1]
-        + t2) + t3);
+    const double middle_tension = (right_side[1] * t3 + cosine[1] * right_side[0])
+        / (0.5 * (sine_squared[1] + t2) + t3);
     tension[1] = middle_tension;
     const double inner_tension_next = particular[0] + coupling[0] * middle_tension;
     tension[0] = inner_tension_next;
     tension[2] = 0.0;
     const double pull_along = 0.4 * (t1 + cosine[1] * (0.5 * tension[1]));
     const double push_across = 0.4 * (q[2] * free_cart_acceleration_2 - q[3] * free_cart_acceleration);
-    const double cart_acceleration = (free_cart_acceleration + q[2] * pull_along
-        - q[3] * push_across) * base_inverse_pivot;
-    const double cart_acceleration_2 = (free_cart_acceleration_2 + q[3] * pull_along
-        + q[2] * push_across) * base_inverse_pivot;
+    const double cart_acceleration = (free_cart_acceleration + q[2] * pull_along - q[3] * push_across)
+        * base_inverse_pivot;
+    const double cart_acceleration_2 = (free_cart_acceleration_2 + q[3] * pull_along + q[2] * push_across)
+        * base_inverse_pivot;
     a[0] = cart_acceleration;
     a[1] = cart_acceleration_2;
     const double t4 = -3.3333333333333335 * cart_acceleration;
@@ -176,8 +176,8 @@ void spatial2_cart_coriolis(const spatial2_cart_real q[8], const spatial2_cart_r
         inner_sum[3 * i] = inner_x;
         inner_sum[3 * i + 1] = inner_y;
         inner_sum[3 * i + 2] = inner_z;
-        const double t1 = spatial2_cart_length_table[i] * (v[3 * i + 2] * v[3 * i + 2]
-            + v[3 * i + 3] * v[3 * i + 3] + v[3 * i + 4] * v[3 * i + 4]);
+        const double t1 = spatial2_cart_length_table[i]
+            * (v[3 * i + 2] * v[3 * i + 2] + v[3 * i + 3] * v[3 * i + 3] + v[3 * i + 4] * v[3 * i + 4]);
         inner_x += q[3 * i + 2] * t1;
         inner_y += q[3 * i + 3] * t1;
         inner_z += q[3 * i + 4] * t1;
@@ -196,8 +196,8 @@ void spatial2_cart_coriolis(const spatial2_cart_real q[8], const spatial2_cart_r
         out[3 * i + 2] = t3 * q[3 * i + 4] - t4 * q[3 * i + 3];
         out[3 * i + 3] = t4 * q[3 * i + 2] - t2 * q[3 * i + 4];
         out[3 * i + 4] = t2 * q[3 * i + 3] - t3 * q[3 * i + 2];
-        const double t5 = spatial2_cart_mu_table[i] * (v[3 * i + 2] * v[3 * i + 2]
-            + v[3 * i + 3] * v[3 * i + 3] + v[3 * i + 4] * v[3 * i + 4]);
+        const double t5 = spatial2_cart_mu_table[i]
+            * (v[3 * i + 2] * v[3 * i + 2] + v[3 * i + 3] * v[3 * i + 3] + v[3 * i + 4] * v[3 * i + 4]);
         outer_x += q[3 * i + 2] * t5;
         outer_y += q[3 * i + 3] * t5;
         outer_z += q[3 * i + 4] * t5;
@@ -407,8 +407,8 @@ void spatial2_cart_state_jacobian(const spatial2_cart_real q[8], const spatial2_
     right_side[0] = t1 - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
 
     for (int k = 1; k < 2; ++k) {
-        right_side[k] = spatial2_cart_length_table[k] * (v[3 * k + 2] * v[3 * k + 2]
-            + v[3 * k + 3] * v[3 * k + 3] + v[3 * k + 4] * v[3 * k + 4]);
+        right_side[k] = spatial2_cart_length_table[k]
+            * (v[3 * k + 2] * v[3 * k + 2] + v[3 * k + 3] * v[3 * k + 3] + v[3 * k + 4] * v[3 * k + 4]);
     }
 
     for (int k = 1; k < 2; ++k) {
@@ -494,8 +494,8 @@ void spatial2_cart_state_jacobian(const spatial2_cart_real q[8], const spatial2_
         const double t29 = base_inverse_pivot * base_inverse_pivot * t28;
         d_particular[0] = base_inverse_pivot * d_right_side[0] - right_side[0] * t29;
         d_coupling[0] = 0.5 * (base_inverse_pivot * d_cosine[1] - cosine[1] * t29);
-        const double t30 = t3 * d_right_side[1] + right_side[1] * t28 + (right_side[0] * d_cosine[1]
-            + cosine[1] * d_right_side[0]);
+        const double t30 = t3 * d_right_side[1] + right_side[1] * t28
+            + (right_side[0] * d_cosine[1] + cosine[1] * d_right_side[0]);
         const double t31 = 1.0 / t4;
         const double t32 = t31 * t30 - t31 * middle_tension * (0.5 * (d_sine_squared[1] + t28) + t28);
         d_tension[1] = t32;
@@ -711,8 +711,8 @@ void spatial2_cart_step(const spatial2_cart_real h, const spatial2_cart_real q[8
     }
 
     for (int i = 0; i < 8; ++i) {
-        v_free[i] = v[i] + t2 * (acceleration_1[i] + acceleration_4[i] + 2.0 * (acceleration_2[i]
-            + acceleration_3[i]));
+        v_free[i] = v[i] + t2 * (acceleration_1[i] + acceleration_4[i]
+            + 2.0 * (acceleration_2[i] + acceleration_3[i]));
     }
 
     q_next[0] = q_free[0];

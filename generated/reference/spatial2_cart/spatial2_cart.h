@@ -22,8 +22,10 @@
  * target   double, loops
  *
  * SI units throughout. Matrices are row-major. Outputs must not overlap inputs. No function keeps state,
- * allocates memory or normalises its inputs; all may be called from several threads at once. NaN and infinities
- * spread into the results and do no other harm. This file and spatial2_cart.c are free for any use.
+ * allocates memory or normalises its inputs; all may be called from several threads at once. NaN and
+ * infinities spread into the results and do no other harm.
+ *
+ * This file and spatial2_cart.c are free for any use.
  * SHA-256 of the scene: 23de44333fef48998fb23c90392302cefded909e1165ce92d929a0eb071b34cd
  */
 #ifndef SPATIAL2_CART_H

@@ -1,0 +1,308 @@
+"""The compiled Taylor flow against closed forms, 50-digit references and invariants."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from phichain.errors import ArrayError, ToleranceError
+from phichain.program.evaluate import evaluate
+from phichain.program.lower import lower_function
+from phichain.propagation import Stop
+from phichain.scene import Scene
+from tests.flow.flows import compiled, planar, scene, unit
+
+EPS = float(np.finfo(float).eps)
+CASES = {
+    case["id"]: case
+    for case in json.loads((Path(__file__).parents[1] / "data" / "extreme_cases.json").read_text())["cases"]
+}
+STRICT = (
+    "-std=c99", "-pedantic-errors", "-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Wdouble-promotion",
+    "-Wfloat-conversion", "-Wshadow", "-Wcast-qual", "-Wundef", "-Wvla", "-Werror",
+)  # fmt: skip
+
+
+def of_case(case: dict[str, Any]) -> Scene:
+    numbers = {key: [float(x) for x in case[key]] for key in ("m", "l")}
+    more: dict[str, Any] = {"gravity": float(case["g"]), "mass": numbers["m"], "length": numbers["l"]}
+    if case["model"] == "P":
+        return scene(f"case_{case['id']}", "planar", "fixed", links=case["N"], **more)
+    return scene(f"case_{case['id']}", "spatial", "cart", links=case["N"], cart_mass=float(case["mc"]), **more)
+
+
+def start(case: dict[str, Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    if case["model"] == "P":
+        return np.array(case["theta"], dtype=float), np.array(case["thetadot"], dtype=float)
+    cart = np.array(case["cart"], dtype=float)
+    q, w = np.array(case["q"], dtype=float), np.array(case["w"], dtype=float)
+    return np.append(TURN[:2] * cart[:2], TURN * q), np.append(TURN[:2] * cart[2:], TURN * w)
+
+
+#: The spatial cases have gravity along -z: half a turn about the first axis.
+TURN = np.array([1.0, -1.0, -1.0])
+
+
+def energy(chain: Scene, q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
+    found = evaluate(lower_function(chain, "energy", "loops"), {"q": q, "v": v})
+    return found["kinetic"] + found["potential"]
+
+
+# --- against references ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["B01", "B04", "B07"])
+def test_planar_reference_cases(name: str) -> None:
+    """Near the separatrix, over 1000 periods against elliptic functions, and a regular motion over 1000 s."""
+    case = CASES[name]
+    q, v = start(case)
+    times = [float(t) for t in case["times"]]
+    found = compiled(of_case(case))(q, v, 0.0, times[-1], 1e-15, times=times)
+    kappa = case["kappa_initial_state"]
+    sensitivity = 0.0
+    for at, rate, (key, reference) in zip(found.q_at, found.v_at, case["reference"].items(), strict=True):
+        expected = np.array(reference, dtype=float)
+        scale = float(np.max(np.abs(expected)))
+        sensitivity = max(sensitivity, kappa[key])
+        error = float(np.max(np.abs(np.append(at, rate) - expected)))
+        assert error <= 40 * EPS * (20 + sensitivity) * scale, key
+    if name == "B01":
+        assert found.q[0] < -3.0, "the wrong side of the separatrix"
+
+
+def test_a_thousand_periods_of_a_pendulum_keep_its_phase() -> None:
+    case = CASES["B04"]
+    found = compiled(of_case(case))([2.0], [0.0], 0.0, float(case["times"][1]), 1e-15)
+    assert abs(found.v[0] - float(case["reference"]["2665.8709428349257"][1])) < 1e-10
+
+
+@pytest.mark.parametrize("name", ["B14", "B16"])
+def test_unit_vectors_through_both_poles_and_whirling(name: str) -> None:
+    case = CASES[name]
+    chain, (q, v) = of_case(case), start(case)
+    times = [float(t) for t in case["times"]]
+    found = compiled(chain)(q, v, 0.0, times[-1], 1e-15, u=[0, 0], times=times)
+    for at, rate, reference in zip(found.q_at, found.v_at, case["reference"].values(), strict=True):
+        expected = np.array(reference, dtype=float)
+        parts = np.array([at[2:], rate[2:]]).reshape(2, -1, 3) * TURN
+        mine = np.concatenate([parts[0].ravel(), parts[1].ravel(), TURN[:2] * at[:2], TURN[:2] * rate[:2]])
+        other = np.concatenate([parts.transpose(1, 0, 2).ravel(), mine[-4:]])
+        error = min(np.max(np.abs(mine - expected)), np.max(np.abs(other - expected)))
+        assert error <= 1e-12 * max(1.0, float(np.max(np.abs(expected))))
+
+
+def test_a_chain_released_from_the_horizontal_misleads_no_tolerance() -> None:
+    """64 links at rest: the leading coefficients of all outer links vanish. Energy, and one answer for all tolerances."""
+    chain = scene("horizontal", "planar", "fixed", links=64, mass=1 / 64, length=1 / 64)
+    q = np.zeros(64)
+    q[0] = math.pi / 2
+    ends = [compiled(chain)(q, np.zeros(64), 0.0, 0.5, tol) for tol in (1e-6, 1e-9, 1e-15)]
+    angles = [np.cumsum(end.q) for end in ends]
+    assert np.max(np.abs(angles[0] - angles[2])) < 1e-5
+    assert np.max(np.abs(angles[1] - angles[2])) < 1e-8
+    assert abs(energy(chain, ends[2].q, ends[2].v) - energy(chain, q, np.zeros(64))) < 1e-12
+
+
+def test_energy_does_not_drift() -> None:
+    """N = 2 at 0.4 rad, tolerance at round-off, 2000 s: a random walk of rounding errors at most."""
+    chain = planar(2)
+    found = compiled(chain)([0.4, 0], [0, 0], 0.0, 2000.0, 1e-15, times=[20.0, 2000.0])
+    rest = energy(chain, np.zeros(2), np.zeros(2))
+    first = energy(chain, np.array([0.4, 0]), np.zeros(2)) - rest
+    drift = np.abs(energy(chain, found.q_at, found.v_at) - rest - first) / first
+    assert drift[1] < 1e-13
+
+
+def test_paper_b_keeps_energy_and_length() -> None:
+    chain = scene("paper_b", "spatial", "cart", links=5, mass=0.1, length=0.1, cart_mass=0.5)
+    random = np.random.default_rng(2)
+    q = random.normal(size=(5, 3))
+    q /= np.linalg.norm(q, axis=1)[:, None]
+    w = np.cross(q, random.normal(size=(5, 3)))
+    x, y = np.append([0.0, 0.0], q), np.append([0.1, 0.0], w)
+    found = compiled(chain)(x, y, 0.0, 10.0, 1e-12, u=[0, 0], times=np.linspace(0.5, 10, 20))
+    before = energy(chain, x, y)
+    assert np.max(np.abs(energy(chain, found.q_at, found.v_at) / before - 1)) < 1e-13
+    assert np.max(np.abs(np.linalg.norm(found.q_at[:, 2:].reshape(-1, 5, 3), axis=2) - 1)) < 1e-14
+
+
+# --- what it can do ------------------------------------------------------------------------------------------------------
+
+CHAINS = {
+    "arms": planar(3, "arms", joints={"stiffness": [5.0, 0, 1], "angles": "absolute", "actuated": "all"}),
+    "loops": planar(4, "looped", target={"code": "loops"}),
+    "cart": scene("carted", "planar", "cart", links=2, mass=1, length=[0.5, 1], cart_mass=0.7),
+}
+
+
+@pytest.mark.parametrize("name", CHAINS)
+def test_there_and_back_again(name: str) -> None:
+    chain, go = CHAINS[name], compiled(CHAINS[name])
+    q, v = np.linspace(0.3, -0.2, chain.nq), np.linspace(-0.5, 0.4, chain.nv)
+    u = {"u": np.linspace(0.1, 0.2, chain.nu)} if chain.nu else {}
+    there = go(q, v, 1.0, 4.0, 1e-14, **u)
+    back = go(there.q, there.v, 4.0, 1.0, 1e-14, **u)
+    assert back.t == 1.0 and back.outcome == "done"
+    assert np.max(np.abs(np.append(back.q - q, back.v - v))) < 1e-11
+
+
+def test_states_on_the_way_are_those_of_shorter_runs() -> None:
+    go, times = compiled(planar(2)), np.array([0.0, 0.013, 0.5, 0.5, 1.1, 2.0])
+    whole = go([0.4, 0], [0, 0], 0.0, 2.0, 1e-14, times=times)
+    for t, q, v in zip(times[1:], whole.q_at[1:], whole.v_at[1:], strict=True):
+        short = go([0.4, 0], [0, 0], 0.0, float(t), 1e-14)
+        assert np.max(np.abs(np.append(short.q - q, (short.v - v) / 20))) < 1e-13
+    assert whole.q_at[0].tolist() == [0.4, 0.0]
+    assert whole.q_at[-1].tolist() == whole.q.tolist()
+
+
+def test_a_run_in_pieces_is_the_run_to_the_last_bit() -> None:
+    go = compiled(planar(2))
+    whole = go([0.4, 0], [0, 0], 0.0, 5.0, 1e-12)
+    q, v, t, lost, steps = np.array([0.4, 0]), np.zeros(2), 0.0, None, 0
+    while t != 5.0:
+        part = go(q, v, t, 5.0, 1e-12, max_steps=7, lost=lost)
+        assert part.outcome == ("done" if part.t == 5.0 else "step budget")
+        q, v, t, lost, steps = part.q, part.v, part.t, part.lost, steps + part.steps
+    assert (q.tolist(), v.tolist(), steps) == (whole.q.tolist(), whole.v.tolist(), whole.steps)
+
+
+def test_stops_are_located_to_round_off() -> None:
+    """A pendulum from 2 rad: quarter period from theta = 0, half period from its rate, the angle's value, its height."""
+    case = CASES["B04"]
+    go = compiled(of_case(case))
+    period = float(case["times"][0]) / 10
+    quarter = go([2.0], [0.0], 0.0, 10.0, 1e-15, stop=Stop("q", 0))
+    assert quarter.outcome == "event"
+    assert abs(quarter.t - period / 4) < 4e-16 and abs(quarter.q[0]) < 1e-15
+    half = go([2.0], [0.0], 0.0, 10.0, 1e-15, stop=Stop("v", 0))
+    assert abs(half.t - period / 2) < 1e-15
+    rising = go([2.0], [0.0], 0.0, 10.0, 1e-15, stop=Stop("q", 0, direction=1))
+    assert abs(rising.t - 3 * period / 4) < 1e-15
+    level = go([2.0], [0.0], 0.0, 10.0, 1e-15, stop=Stop("depth", 0, value=math.cos(1.0)))
+    angle = go([2.0], [0.0], 0.0, 10.0, 1e-15, stop=Stop("q", 0, value=1.0))
+    assert abs(level.t - angle.t) < 1e-15 and abs(level.q[0] - 1.0) < 1e-15
+    back = go([2.0], [0.0], 10.0, 0.0, 1e-15, stop=Stop("q", 0))
+    assert abs(back.t - (10.0 - period / 4)) < 4e-15
+
+
+def test_times_after_a_stop_are_not_written() -> None:
+    found = compiled(of_case(CASES["B04"]))([2.0], [0.0], 0.0, 10.0, 1e-15, times=[0.1, 0.2, 5.0], stop=Stop("q", 0))
+    assert len(found.q_at) == len(found.v_at) == 2
+
+
+def test_an_equilibrium_is_kept() -> None:
+    found = compiled(planar(2))([0, 0], [0, 0], 0.0, 10.0, 1e-12)
+    assert found.outcome == "done" and not found.q.any() and not found.v.any()
+
+
+def test_small_motions_keep_their_digits() -> None:
+    """At 1e-9 rad the motion is the linear one; an absolute tolerance would see nothing of it."""
+    go = compiled(planar(1))
+    found = go([1e-9], [0.0], 0.0, 100.0, 1e-13)
+    rate = math.sqrt(9.81 / 0.5)
+    assert abs(found.q[0] / 1e-9 - math.cos(100 * rate)) < 1e-11
+
+
+def test_runtime_parameters_are_those_of_the_folded_scene() -> None:
+    given = {"mass": [1.0, 0.5], "length": [1.0, 0.7], "com": [0.5, 0.3]}
+    folded = scene("folded", "planar", "fixed", links=2, **given)
+    runtime = scene("given", "planar", "fixed", links=2, **dict.fromkeys(given, "runtime"))
+    one = compiled(folded)([1, 2], [0, 1], 0.0, 1.0, 1e-14)
+    two = compiled(runtime)([1, 2], [0, 1], 0.0, 1.0, 1e-14, p={k: np.array(x) for k, x in given.items()})
+    assert np.max(np.abs(np.append(one.q - two.q, one.v - two.v))) < 1e-12
+
+
+def test_single_precision() -> None:
+    chain = planar(2, "single", target={"real": "float"})
+    single, double = (compiled(c)([0.4, 0], [0, 0], 0.0, 2.0, 1e-5) for c in (chain, planar(2)))
+    assert single.outcome == "done"
+    assert np.max(np.abs(single.q - double.q)) < 1e-4
+
+
+@pytest.mark.parametrize("tol", [1e-6, 1e-9, 1e-12])
+def test_errors_follow_the_tolerance(tol: float) -> None:
+    go = compiled(planar(2))
+    exact = go([0.4, 0], [0, 0], 0.0, 20.0, 1e-15)
+    found = go([0.4, 0], [0, 0], 0.0, 20.0, tol)
+    assert np.max(np.abs(found.q - exact.q)) < tol
+    assert found.steps < 1.5 * exact.steps and found.order < exact.order
+
+
+# --- trouble ---------------------------------------------------------------------------------------------------------------
+
+
+def test_a_state_that_overflows_is_said() -> None:
+    found = compiled(planar(2))([0.4, 0], [1e200, -1e200], 0.0, 1.0, 1e-12)
+    assert found.outcome == "not finite"
+    assert found.t == 0.0 and found.v[0] == 1e200
+
+
+def test_tolerances_below_round_off_are_raised() -> None:
+    assert compiled(planar(1))([0.4], [0.0], 0.0, 1.0, 1e-30).tol == EPS
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "field"),
+    [
+        ({"q": [0.1]}, ArrayError, "q"),
+        ({"v": [math.nan, 0]}, ArrayError, "v"),
+        ({"tol": 0.0}, ToleranceError, "tol"),
+        ({"tol": math.nan}, ToleranceError, "tol"),
+        ({"t_end": math.inf}, ArrayError, "propagate.t"),
+        ({"times": [0.5, 0.2]}, ArrayError, "times"),
+        ({"times": [2.0]}, ArrayError, "times"),
+        ({"stop": Stop("q", 2)}, ArrayError, "stop.index"),
+    ],
+)
+def test_bad_input_is_refused(change: dict[str, Any], error: type[Exception], field: str) -> None:
+    arguments: dict[str, Any] = {"q": [0.1, 0.2], "v": [0, 0], "t": 0.0, "t_end": 1.0, "tol": 1e-9}
+    with pytest.raises(error, match=field):
+        compiled(planar(2))(**(arguments | change))
+
+
+def test_stops_are_checked_when_they_are_made() -> None:
+    wrong: tuple[dict[str, Any], ...] = ({"scalar": "speed"}, {"direction": 2}, {"value": math.nan})
+    for bad in wrong:
+        with pytest.raises(ArrayError, match="stop"):
+            Stop(**({"scalar": "q", "index": 0} | bad))
+
+
+# --- the text ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("chain", [*CHAINS.values(), planar(1, "single_one", target={"real": "float"})], ids=lambda chain: chain.name)
+def test_strict_compilers_have_nothing_to_say(chain: Scene, tmp_path: Path) -> None:
+    (tmp_path / "flow.c").write_text(unit(chain)[0])
+    done = subprocess.run(["cc", *STRICT, "-O2", "-c", "flow.c"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and not done.stderr, done.stderr[:3000]
+
+
+def test_the_text_is_the_same_every_time() -> None:
+    assert unit(CHAINS["cart"])[0] == unit(CHAINS["cart"])[0]
+
+
+def test_code_in_loops_does_not_grow_with_the_chain() -> None:
+    few, many = (unit(planar(n, "chain"))[0].count("\n") for n in (16, 64))
+    assert many <= few + 10
+
+
+def test_sums_are_vectorised(tmp_path: Path) -> None:
+    """The convolutions are where the time goes: gcc must turn them into vector code under the flags of `build`."""
+    version = subprocess.run(["cc", "--version"], capture_output=True, text=True, check=True).stdout
+    if "Free Software Foundation" not in version:
+        pytest.skip("reads gcc's own notes")
+    text = unit(planar(2))[0]
+    (tmp_path / "flow.c").write_text(text)
+    flags = ["-std=c99", "-O3", "-fno-trapping-math", "-fno-tree-slp-vectorize", "-fopt-info-vec", "-c", "flow.c"]
+    notes = subprocess.run(["cc", *flags], cwd=tmp_path, capture_output=True, text=True, check=True).stderr
+    lines = text.splitlines()
+    vectorised = [lines[int(note.split(":")[1]) - 1] for note in notes.splitlines() if "loop vectorized" in note]
+    assert any("chain2_flow_products" in line for line in vectorised), notes
