@@ -1,7 +1,7 @@
 """Systems made by hand from small dense NumPy formulas: the numerics' tests need no emitted code.
 
-The formulas are the closed forms of design 1.1 (dense mass matrix, Coriolis and gravity vectors), solved with
-LAPACK, and of design 1.4 (Phi with SciPy's Bessel functions): an independent route to what the emitted code
+The formulas are the closed forms of docs/theory.md, section 1 (dense mass matrix, Coriolis and gravity vectors), solved with
+LAPACK, and of its section 6 (Phi with SciPy's Bessel functions): an independent route to what the emitted code
 computes by O(N) sweeps. Jacobians of the plane come from the complex step, exact to round-off.
 """
 
@@ -19,7 +19,7 @@ GRAVITY = 9.81
 
 
 def coefficients(mass: np.ndarray, length: np.ndarray, com: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """mu_k and c_ij of design 1.1."""
+    """mu_k and c_ij of section 1 of docs/theory.md."""
     outer = mass.sum() - np.cumsum(mass)
     mu = mass * com + length * outer
     n = len(mass)
@@ -29,7 +29,7 @@ def coefficients(mass: np.ndarray, length: np.ndarray, com: np.ndarray) -> tuple
 
 
 def angle_map(n: int, angles: str) -> np.ndarray:
-    """S with phi = S theta (design 1.2)."""
+    """S with phi = S theta (docs/theory.md, section 2)."""
     if angles == "absolute":
         return np.eye(n)
     if angles == "relative":
@@ -186,7 +186,7 @@ def complex_step(function: Callable[..., np.ndarray], arguments: Sequence[np.nda
 def harmonic(
     mu: np.ndarray, c: np.ndarray, S: np.ndarray, K: np.ndarray, gravity: float, total: float | None
 ) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
-    """Phi of design 1.4 and its Jacobian; `total` is M00 of a chain on a cart."""
+    """Phi of section 6 of docs/theory.md and its Jacobian; `total` is M00 of a chain on a cart."""
     cart = int(total is not None)
 
     def phi(amplitude: np.ndarray, omega: float) -> np.ndarray:

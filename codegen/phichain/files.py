@@ -265,12 +265,23 @@ def _locked_folder(parent: Path, prefix: str, mode: int) -> tuple[Path, int]:
     while True:
         stage = parent / f"{prefix}{secrets.token_hex(8)}"
         stage.mkdir(mode)
-        with suppress(FileNotFoundError):
+        with suppress(FileNotFoundError), _unmade(stage):
             lock = os.open(stage, os.O_RDONLY | os.O_DIRECTORY)
             if _lock(lock) and stage.exists():
                 return stage, lock
             # A sweep in another process came between the folder and its lock.
             os.close(lock)
+
+
+@contextmanager
+def _unmade(stage: Path) -> Iterator[None]:
+    """Remove an empty folder again when it cannot be used, as where too many files are open."""
+    try:
+        yield
+    except OSError:
+        with suppress(OSError):
+            stage.rmdir()
+        raise
 
 
 def _lock(descriptor: int) -> bool:

@@ -48,7 +48,7 @@ PerLink = float | Sequence[float] | Runtime
 
 @dataclass(frozen=True, init=False)
 class Scene:
-    """A chain of N links on a fixed base or a cart, and what is wanted of it (design section 3, "Scene").
+    """A chain of N links on a fixed base or a cart, and what is wanted of it.
 
     Units are the user's, as long as they are consistent (kg, m, s, N throughout the documentation).
 
@@ -63,7 +63,7 @@ class Scene:
             its link's end, which a default `com` and one equal to `length` both mean.
         cart_mass: m_0 [kg], or `"runtime"`; None exactly on a fixed base.
         gravity: g [m/s^2] along the last axis, or `"runtime"`.
-        angles: `"relative"`, `"absolute"` or `"adjacent"` (design 1.2); None exactly on a spatial scene.
+        angles: `"relative"`, `"absolute"` or `"adjacent"` (section 2 of docs/theory.md); None exactly on a spatial scene.
         damping: d_k of every joint [N m s/rad], `"runtime"`, or None for a chain without dampers.
         stiffness: k_k of every joint [N m/rad], `"runtime"`, or None for a chain without springs.
         actuated: `"none"`, `"all"`, `"cart"`, or the joints with a torque, counted from 1.

@@ -203,6 +203,14 @@ def test_an_equilibrium_is_kept() -> None:
     assert found.outcome == "done" and not found.q.any() and not found.v.any()
 
 
+def test_without_gravity_a_link_turns_at_its_rate() -> None:
+    """No linear mode bounds the step, and at rest nothing moves at all."""
+    chain = scene("afloat", "planar", "fixed", links=1, mass=1, length=1, gravity=0)
+    turning, still = (compiled(chain)([0.5], [rate], 0.0, 100.0, 1e-12) for rate in (0.25, 0.0))
+    assert abs(turning.q[0] - 25.5) < 1e-13 and turning.v[0] == 0.25
+    assert still.outcome == "done" and still.q[0] == 0.5
+
+
 def test_small_motions_keep_their_digits() -> None:
     """At 1e-9 rad the motion is the linear one; an absolute tolerance would see nothing of it."""
     go = compiled(planar(1))

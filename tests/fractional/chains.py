@@ -24,7 +24,7 @@ def chain(
     actuated: Any = "none",
     runtime: bool = False,
 ) -> System:
-    """A chain with `coriolis`, `gravity_torque` and `forward_dynamics` by dense formulas (design 1.1, 1.2)."""
+    """A chain with `coriolis`, `gravity_torque` and `forward_dynamics` by dense formulas (docs/theory.md, sections 1 and 2)."""
     m, l = np.asarray(mass, float), np.asarray(length, float)
     r = l if com is None else np.asarray(com, float)
     n, cart = len(m), int(cart_mass is not None)
@@ -93,7 +93,7 @@ def chain(
 
 
 def input_matrix(n: int, cart: int, actuated: Any) -> np.ndarray:
-    """B of the scene's `actuated` (design 3)."""
+    """B of the scene's `actuated`: u = (force, torques) as generalised forces."""
     if actuated == "none":
         return np.zeros((n + cart, 0))
     if actuated in ("all", "cart"):

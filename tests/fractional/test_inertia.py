@@ -162,7 +162,7 @@ def test_runtime_parameters_come_from_the_call_or_the_system() -> None:
 
 
 @pytest.mark.parametrize("angles", ["relative", "absolute", "adjacent"])
-def test_joint_map_is_the_one_of_the_design(angles: str) -> None:
+def test_joint_map_is_that_of_the_scenes_angles(angles: str) -> None:
     assert np.array_equal(joint_map(angles, 5), angle_map(5, angles))
 
 

@@ -97,11 +97,11 @@ def symbols(target: Path) -> Symbols:
     )
 
 
-def text_bytes(target: Path) -> int:
-    """Bytes of machine code, tables of constants not counted."""
-    need("size")
-    sections = [line.split() for line in run("size", "-A", target).splitlines()]
-    return sum(int(words[1]) for words in sections if words and words[0].startswith(".text"))
+def bytes_of_functions(target: Path) -> dict[str, int]:
+    """Bytes of machine code of each exported function."""
+    need("nm")
+    rows = [line.split() for line in run("nm", "--print-size", target).splitlines()]
+    return {words[3]: int(words[1], 16) for words in rows if len(words) == 4 and words[2] == "T"}
 
 
 def need(tool: str) -> None:

@@ -59,21 +59,21 @@ def test_a_committed_scene_compiles_to_what_it_wants_and_mathematics(name: str, 
     assert found.writable == frozenset()
 
 
-@pytest.mark.parametrize("form", ["loops", "unrolled"])
+@pytest.mark.parametrize("code", ["loops", "unrolled"])
 @pytest.mark.parametrize("name", sorted(set(COMMITTED) - {"spatial4_full"}))
 def test_the_other_forms_of_committed_scenes_compile_without_a_warning(
-    name: str, form: str, tmp_path: Path
+    name: str, code: str, tmp_path: Path
 ) -> None:
     """Loops in single, straight-line code in double precision (that of spatial4_full has 20 000 lines)."""
-    real = "float" if form == "loops" else "double"
-    compiled(write_c(replace(committed(name), code=form, real=real), tmp_path), *STRICT, "-O0")
+    form: dict[str, Any] = {"code": code, "real": "float" if code == "loops" else "double"}
+    compiled(write_c(replace(committed(name), **form), tmp_path), *STRICT, "-O0")
 
 
 @pytest.mark.parametrize("scene", kinds_of_one_link(), ids=lambda scene: scene.name)
 def test_one_link_compiles_without_a_warning_in_every_form(scene: Scene, tmp_path: Path) -> None:
     for code, real in product(("loops", "unrolled"), ("double", "float")):
-        variant = replace(scene, name=f"{scene.name}_{code}_{real}", code=code, real=real)
-        compiled(write_c(variant, tmp_path), *STRICT, "-O0")
+        form: dict[str, Any] = {"name": f"{scene.name}_{code}_{real}", "code": code, "real": real}
+        compiled(write_c(replace(scene, **form), tmp_path), *STRICT, "-O0")
 
 
 @pytest.mark.parametrize("name", ["paper_a_2", "firmware_cart_float", "spatial5_cart_forward_only"])

@@ -4,7 +4,7 @@ The unforced chain is conservative: its in-phase oscillations come in one-parame
 modes), which start at the linear modes of the hanging chain and are followed by arclength because they fold.
 For one link the family is known: omega^2 = 2 g J1(A) / (r A).
 
-Phi itself and its Jacobian are the system's callables `phi` and `phi_jacobian` (design 1.4).
+Phi itself and its Jacobian are the system's callables `phi` and `phi_jacobian` (section 6 of docs/theory.md).
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Final
 
 from phichain.emit.c_function import CNames, c_function, declaration, words
+from phichain.emit.c_layout import laid_out
 from phichain.emit.render import render
 from phichain.program.field import vector_field
 from phichain.program.jets import jets
@@ -22,8 +23,11 @@ from phichain.scene import Scene
 HIGHEST: Final = {"double": 28, "float": 14}
 #: Tolerances below this are round-off.
 EPSILON: Final = {"double": Fraction(1, 2**52), "float": Fraction(1, 2**23)}
-#: Order 1 - share * log(tolerance). One half is the optimum when the sums cost most, one when the linear sweep does.
-ORDER_SHARE: Final = Fraction(3, 5)
+#: Order 1 - share * log(local error). One half is the optimum where the sums cost most (Jorba & Zou 2005), as on long
+#: chains; on short ones the linear sweep does, which favours fewer and longer steps.
+ORDER_SHARE: Final = {"long": Fraction(1, 2), "short": Fraction(3, 5)}
+#: Lanes from which on the sums cost most.
+MANY_LANES: Final = 64
 #: The local error aimed at, in units of the tolerance.
 MARGIN: Final = Fraction(1, 256)
 #: Longest step in units of what resolves the fastest linear mode.
@@ -97,12 +101,17 @@ def flow(scene: Scene, known: Collection[str] = ()) -> Flow:
     parts = [_part(scene, program, body.lines) for program, body in zip(programs, bodies, strict=True)]
     uses = frozenset({"math"}).union(*(body.uses for body in bodies))
     return Flow(
-        declarations=_declarations(scene),
-        definitions=_definitions(scene, recurrences, parts, names, "positions" in known),
+        declarations=_broken(_declarations(scene)),
+        definitions=_broken(_definitions(scene, recurrences, parts, names, "positions" in known)),
         includes=("math.h", "string.h"),
         uses=uses,
         recurrences=recurrences,
     )
+
+
+def _broken(text: str) -> str:
+    """The text without lines that are too long."""
+    return "\n".join(line for long in text.split("\n") for line in laid_out(long))
 
 
 def _named(program: Program, name: str) -> Program:
@@ -156,7 +165,7 @@ def _definitions(
         positions=f"{scene.name}_{'positions' if positions_known else 'flow_positions'}", masses=scene.links,
         positions_parameter="p, " if has_params and _reads_parameters(scene) else "",
         axes=2 if scene.is_planar else 3, margin=names.number(MARGIN).text, huge="700" if scene.real == "double" else "80", cap=names.number(CAP).text,
-        order_share=names.number(ORDER_SHARE).text, epsilon=names.number(EPSILON[scene.real]).text,
+        order_share=names.number(ORDER_SHARE["long" if recurrences.products > MANY_LANES else "short"]).text, epsilon=names.number(EPSILON[scene.real]).text,
         definition=", ".join(_arguments(scene, True)), **_libm(names),
     )  # fmt: skip
 

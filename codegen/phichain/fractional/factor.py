@@ -16,7 +16,7 @@ Vector = NDArray[np.float64]
 
 
 def joint_map(angles: str, links: int) -> Vector:
-    """S of phi = S theta (design 1.2): absolute angles from the scene's own, shape (N, N)."""
+    """S of phi = S theta (section 2 of docs/theory.md): absolute angles from the scene's own, shape (N, N)."""
     if angles == "absolute":
         return np.eye(links)
     if angles == "adjacent":

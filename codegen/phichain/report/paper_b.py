@@ -22,6 +22,12 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
+_FILM = 5.6
+"""Width of the film strip over its height."""
+
+_EARLY = 0.4
+"""The share of a steadied motion that its panels show; the errors are shown to the end."""
+
 
 def left_alone(system: System, motion: Trajectory, title: str, moments: Sequence[float]) -> Figure:
     """Fig. 2: snapshots, the cart, the heights of the links, the tip's path seen from the cart, the energies.
@@ -36,9 +42,10 @@ def left_alone(system: System, motion: Trajectory, title: str, moments: Sequence
         drawing, cells = _sheet(title, system.links, ("cart", "energies", "drift"))
         _film(cells["film"], system, motion, moments)
         _cart(cells["cart"], system, motion)
-        _heights(cells["heights"], system, motion)
+        _heights(cells["links"], system, motion)
         _energies(cells["energies"], system, motion)
         panels.energy_error(cells["drift"], motion.t, _total(motion))
+        cells["drift"].set_ylabel("error of $T + V$")
         _tip(cells["side"], system, motion)
     return drawing
 
@@ -57,11 +64,14 @@ def steadied(system: System, motion: Trajectory, gains: Gains, title: str, momen
         drawing, cells = _sheet(title, system.links, ("cart", "energies", "force"))
         _film(cells["film"], system, motion, moments)
         _cart(cells["cart"], system, motion)
-        _heights(cells["heights"], system, motion)
+        _tilts(cells["links"], system, motion, gains)
         _energies(cells["energies"], system, motion)
         assert motion.u is not None
         panels.against_time(cells["force"], motion.t, motion.u, ["$u_1$", "$u_2$"], "force (N)")
         cells["force"].set_xlabel("t (s)")
+        span = motion.t[-1] - motion.t[0]
+        for axes in (cells["cart"], cells["energies"], cells["force"], *cells["links"]):
+            axes.set_xlim(motion.t[0], motion.t[0] + _EARLY * span)
         _decay(cells["side"], system, motion, gains)
     return drawing
 
@@ -76,7 +86,7 @@ def _sheet(title: str, links: int, middle: tuple[str, ...]) -> tuple[Figure, dic
     for row, name in enumerate(middle):
         cells[name] = drawing.add_subplot(column[row])
     rows = grid[1, 2].subgridspec(links, 1)
-    cells["heights"] = [drawing.add_subplot(rows[k]) for k in range(links)]
+    cells["links"] = [drawing.add_subplot(rows[k]) for k in range(links)]
     return drawing, cells
 
 
@@ -85,20 +95,21 @@ def _film(axes: Any, system: System, motion: Trajectory, moments: Sequence[float
     points = joints(system, motion.q)
     seen = points - points[:, :1]
     across = int(np.argmax(np.ptp(seen[:, -1, :2], axis=0)))
-    reach = float(np.max(np.abs(seen[..., across]))) or 0.1
-    spacing = 2.2 * reach
-    for rank, moment in enumerate(moments):
-        k = int(np.argmin(np.abs(motion.t - moment)))
-        axes.plot(seen[k, :, across] + rank * spacing, -seen[k, :, 2], "-o", color=INK, linewidth=1.4, markersize=3.5)
-        axes.plot(rank * spacing, 0.0, "s", color=ACCENT, markersize=8, zorder=3)
-        axes.text(rank * spacing, 0.02, f"{moment:g} s", ha="center", va="bottom", color=SOFT, fontsize=8,
-                  transform=axes.get_xaxis_transform())  # fmt: skip
+    frames = seen[[int(np.argmin(np.abs(motion.t - moment))) for moment in moments]]
+    low, high = min(-float(frames[..., 2].max()), 0.0), max(-float(frames[..., 2].min()), 0.0)
+    margin = 0.12 * (high - low)
+    spacing = max(2.1 * float(np.max(np.abs(frames[..., across]))), _FILM * (high - low + 3 * margin) / len(moments))
+    for rank, (frame, moment) in enumerate(zip(frames, moments, strict=True)):
+        axes.plot(frame[:, across] + rank * spacing, -frame[:, 2], "-o", color=INK, linewidth=1.3, markersize=3.0)
+        axes.plot(rank * spacing, 0.0, "s", color=ACCENT, markersize=6, zorder=3)
+        axes.text(rank * spacing, low - 1.7 * margin, f"{moment:g} s", ha="center", color=SOFT, fontsize=8)
     axes.axhline(0.0, color=SOFT, linewidth=0.8, zorder=0)
+    axes.set(xlim=(-0.6 * spacing, (len(moments) - 0.4) * spacing), ylim=(low - 2 * margin, high + margin))
+    # Limits that may give way to the aspect, without a warning about it.
+    axes.set_autoscale_on(True)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set(ylabel="height (m)", xticks=[])
     axes.set_title(f"seen from the cart, across $e_{across + 1}$", fontsize=9, color=SOFT)
-    low, high = axes.get_ylim()
-    axes.set_ylim(low - 0.2 * (high - low), high)
     axes.grid(False)
 
 
@@ -110,11 +121,27 @@ def _cart(axes: Any, system: System, motion: Trajectory) -> None:
 def _heights(cells: Sequence[Any], system: System, motion: Trajectory) -> None:
     """e_3 . q_i over time: 1 hangs, -1 stands."""
     down = directions(system, motion.q)[..., 2]
-    for k, (axes, colour) in enumerate(zip(cells, shades(len(cells)), strict=True)):
-        axes.plot(motion.t, down[:, k], color=colour, linewidth=0.9)
-        axes.set(ylim=(-1.15, 1.15), yticks=[-1, 0, 1], xlim=(motion.t[0], motion.t[-1]))
-        axes.set_ylabel(rf"$e_3 \cdot q_{k + 1}$", fontsize=8)
-        axes.tick_params(labelbottom=k == len(cells) - 1)
+    names = [rf"$e_3 \cdot q_{k + 1}$" for k in range(system.links)]
+    _stack(cells, motion.t, down, names)
+    for axes in cells:
+        axes.set(ylim=(-1.15, 1.15), yticks=[-1, 0, 1])
+
+
+def _tilts(cells: Sequence[Any], system: System, motion: Trajectory, gains: Gains) -> None:
+    """The angle of every link from where it is to point, in degrees."""
+    links = directions(system, motion.q)
+    sideways = np.hypot(links[..., 0], links[..., 1])
+    tilt = np.degrees(np.arctan2(sideways, np.array(gains.s) * links[..., 2]))
+    _stack(cells, motion.t, tilt, [f"$q_{k + 1}$ off (deg)" for k in range(system.links)])
+
+
+def _stack(cells: Sequence[Any], t: Vector, values: Vector, names: Sequence[str]) -> None:
+    """One low panel per link."""
+    for axes, curve, colour, name in zip(cells, values.T, shades(len(cells)), names, strict=True):
+        axes.plot(t, curve, color=colour, linewidth=0.9)
+        axes.set(xlim=(t[0], t[-1]))
+        axes.set_ylabel(name, fontsize=8)
+        axes.tick_params(labelbottom=axes is cells[-1])
     cells[-1].set_xlabel("t (s)")
 
 

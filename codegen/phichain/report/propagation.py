@@ -40,6 +40,8 @@ _HEADS = (
     r"$\psi = D^\alpha \ddot\theta$: black $\theta$, red $\ddot\theta$",
     "both, every order over its own size (right)",
 )
+_WHOLE = ("$u$", r"$\ddot\theta$", r"$\dot\theta$", r"$\theta$")
+_BARE = ("$u$", r"$\ddot\theta$", r"$D^{-1}$", r"$D^{-2}$")
 _HUES = "RdBu_r"
 _SEEN = 320
 
@@ -127,7 +129,7 @@ def paths(result: Propagation, title: str) -> Figure:
             for column, (path, wave) in enumerate(waves.items()):
                 inner = grid[row, column].subgridspec(2, 1, height_ratios=(1, 2), hspace=0.0)
                 cells = [drawing.add_subplot(inner[r]) for r in range(2)]
-                _map(cells, wave, (common[0], common[1]), labels=column == 0)
+                _map(cells, wave, (common[0], common[1]), _BARE if column == 0 else ())
                 cells[1].tick_params(labelbottom=row == rows - 1)
                 if row == 0:
                     cells[0].set_title(PATH_NAMES[path], fontsize=9, color=SOFT, loc="center")
@@ -190,7 +192,7 @@ def _ticks(largest: float, usual: float) -> list[float]:
 
 def _wave(cells: list[list[Any]], wave: Wave, last: bool) -> None:
     """The map of one wave, and the sizes it was divided by."""
-    _map([cells[0][0], cells[1][0]], wave, wave.sizes, labels=True)
+    _map([cells[0][0], cells[1][0]], wave, wave.sizes, _WHOLE)
     cells[1][0].tick_params(labelbottom=last)
     if last:
         cells[1][0].set_xlabel("t (s)")
@@ -211,7 +213,7 @@ def _wave(cells: list[list[Any]], wave: Wave, last: bool) -> None:
         cells[1][1].set_xlabel("size", fontsize=8)
 
 
-def _map(cells: list[Any], wave: Wave, sizes: tuple[Vector, Vector], labels: bool) -> None:
+def _map(cells: list[Any], wave: Wave, sizes: tuple[Vector, Vector], labels: tuple[str, ...]) -> None:
     """theta_p above psi on one time axis: the force on top, the acceleration where they meet, the angle at the foot."""
     for axes, order, values, size in zip(
         cells, (wave.p, wave.alpha), (wave.theta_p, wave.psi), sizes, strict=True
@@ -221,7 +223,7 @@ def _map(cells: list[Any], wave: Wave, sizes: tuple[Vector, Vector], labels: boo
         )
         axes.grid(False)
         axes.set_xlim(wave.time[0], wave.time[-1])
-        axes.tick_params(labelleft=labels, labelsize=7.5)
+        axes.tick_params(labelleft=bool(labels), labelsize=7.5)
         for side in axes.spines.values():
             side.set_visible(True)
             side.set_linewidth(0.6)
@@ -230,8 +232,8 @@ def _map(cells: list[Any], wave: Wave, sizes: tuple[Vector, Vector], labels: boo
     cells[1].set_ylim(wave.alpha[0], wave.alpha[-1])
     cells[0].tick_params(labelbottom=False, bottom=False)
     if labels:
-        cells[0].set_yticks([wave.p[0], wave.p[-1]], ["$u$", r"$\ddot\theta$"])
-        cells[1].set_yticks([-1.0, wave.alpha[0]], [r"$\dot\theta$", r"$\theta$"])
+        cells[0].set_yticks([wave.p[0], wave.p[-1]], labels[:2])
+        cells[1].set_yticks([-1.0, wave.alpha[0]], labels[2:])
         for axes, letter in zip(cells, ("p", r"$\alpha$"), strict=True):
             axes.set_ylabel(letter, fontsize=8, rotation=0)
             axes.yaxis.set_label_coords(-0.035, 0.22)

@@ -35,7 +35,7 @@ class Trajectory:
         a: Accelerations v' (m, nv).
         u: Inputs (m, nu), or None without inputs.
         kinetic: Kinetic energy (m,), J, or None when the system has no `energy`.
-        potential: Potential energy (m,), J, zero as in design 1.1, or None.
+        potential: Potential energy (m,), J, zero as in section 1 of docs/theory.md, or None.
         length_error: Spatial: |q_k| - 1, (m, N); else None. Recorded before any projection.
         tangency_error: Spatial: omega_k . q_k, rad/s, (m, N); else None. Recorded before any projection.
         events: Located crossings in order.
