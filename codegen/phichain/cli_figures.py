@@ -49,12 +49,12 @@ def propagation(
 ) -> None:
     """Follow a chain's signals from forces to angles, over (t, p) and (t, alpha): two PNG sheets and an interactive page."""
     from phichain.library import find_scene
-    from phichain.papers import draw_propagation
+    from phichain.signals import draw_signals, released, signal_system
     from phichain.start import numbers, parameters
 
-    given = [numbers(text, field) for text, field in ((q, "q"), (v, "v"), (u, "u"))]
-    written, summary = draw_propagation(
-        find_scene(scene), out, t, samples, order, lean, *given, params=parameters(settings or [])
-    )
-    typer.echo(summary)
-    typer.echo(f"wrote {', '.join(str(path) for path in written)}")
+    chosen = find_scene(scene)
+    start = {field: numbers(text, field) for field, text in (("q", q), ("v", v), ("u", u))}
+    system = signal_system(chosen, parameters(settings or []))
+    result = released(system, t, samples, order, lean=lean, **start)
+    typer.echo(str(result))
+    typer.echo(f"wrote {', '.join(str(path) for path in draw_signals(chosen, result, out))}")

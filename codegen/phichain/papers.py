@@ -22,16 +22,14 @@ from phichain.continuation import Branch, Options, trace
 from phichain.control import Gains, feedback, lqr
 from phichain.control.computed_torque import computed_torque, in_phase
 from phichain.errors import UnsupportedError
-from phichain.files import write_file
-from phichain.fractional import Propagation, propagation
+from phichain.fractional import Propagation
 from phichain.library import find_scene
 from phichain.pipeline import build
 from phichain.report import charts, paper_b
-from phichain.report import propagation as waves
 from phichain.report.style import save
 from phichain.report.tracking import tracking
-from phichain.report.viewer import viewer
 from phichain.scene import scene_from_dict
+from phichain.signals import released, write_sheets, write_viewer
 from phichain.simulate import Trajectory, simulate
 from phichain.system import System
 
@@ -43,8 +41,7 @@ Vector = NDArray[np.float64]
 START = np.pi / 6
 """theta_1(0) of Figs 3 to 6, rad; the other angles and all rates are 0."""
 
-SECONDS, SAMPLES = 2.0, 4001
-P, ALPHA = np.linspace(0.0, 1.0, 31), np.linspace(-2.0, 0.0, 61)
+SECONDS = 2.0
 CHARTED, SETTLING = (1, 2, 3, 4), (1, 2, 4, 8, 16, 32)
 
 
@@ -100,9 +97,18 @@ def draw(name: str, out: Path) -> list[Path]:
         UnsupportedError: There is no such figure.
         OutputError: The folder cannot be written.
     """
-    if name not in FIGURES:
+    return FIGURES[known(name)](out)
+
+
+def known(name: str) -> str:
+    """The name of a figure, in either case.
+
+    Raises:
+        UnsupportedError: There is no such figure.
+    """
+    if name.upper() not in FIGURES:
         raise UnsupportedError("figure", name, "no figure has that name", f"choose of {', '.join(FIGURES)}, or all")
-    return FIGURES[name](out)
+    return name.upper()
 
 
 def paper_a_chain(links: int, angles: str = "relative", actuated: str = "none") -> System:
@@ -115,30 +121,21 @@ def paper_a_chain(links: int, angles: str = "relative", actuated: str = "none") 
 
 def paper_a_wave(system: System) -> Propagation:
     """The signals of a chain released at rest with the first angle at `START`."""
-    start = np.zeros(system.nq)
-    start[0] = START
-    motion = simulate(system, (start, np.zeros(system.nv)), np.linspace(0.0, SECONDS, SAMPLES), tol=1e-11)
-    return propagation(system, motion, P, ALPHA)
+    return released(system, SECONDS, q=START * np.eye(system.nq)[0], v=np.zeros(system.nv))
 
 
 def _waves(links: int) -> Callable[[Path], list[Path]]:
     """Figs 3 to 6: N = 1 to 4, in one reading of the angles or, where they differ, in both."""
 
     def write(out: Path) -> list[Path]:
-        found, written = {}, []
+        found, written, stem = {}, [], f"A{links + 2}"
         for angles in ("relative",) if links < 3 else ("relative", "adjacent"):
-            wave = paper_a_wave(paper_a_chain(links, angles))
-            title = f"Paper A, N = {links}, {angles} angles: "
+            name = f"N = {links}, {angles} angles"
+            found[name] = paper_a_wave(paper_a_chain(links, angles))
             mark = "" if angles == "relative" else f"_{angles}"
-            sheets = {
-                f"A{links + 2}{mark}": waves.surfaces(wave, title + "from forces to angles"),
-                f"A{links + 2}_feedback{mark}": waves.paths(wave, title + "the feedback path"),
-            }
-            written += [save(sheet, out / f"{name}.png") for name, sheet in sheets.items()]
-            found[f"N = {links}, {angles} angles"] = wave
-        lead = f"From rest at theta_1 = 30 degrees, the other angles zero; m = l = 1/{links}, masses at the middles."
-        page = viewer(f"Signal propagation through {links} link(s)", lead, found)
-        return [*written, write_file(out / f"A{links + 2}.html", page)]
+            written += write_sheets(stem, mark, f"Paper A, {name}", found[name], out)
+        lead = f"Released at theta_1 = 30 degrees, other angles zero; m = l = 1/{links}, masses at the middles."
+        return [*written, write_viewer(stem, f"Signal propagation, N = {links}", lead, found, out)]
 
     return write
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import Any, Literal
 
+from phichain.errors import SceneError
 from phichain.scene_digest import digest_of
 from phichain.scene_functions import FUNCTIONS, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS, wanted
 from phichain.scene_keys import PARAMETERS, PER_LINK, TABLES, flatten
@@ -38,6 +39,7 @@ __all__ = [
     "PLANAR_FUNCTIONS",
     "SPATIAL_FUNCTIONS",
     "Scene",
+    "given_scene",
     "load_scene",
     "scene_from_dict",
     "standard_scene",
@@ -63,7 +65,8 @@ class Scene:
             its link's end, which a default `com` and one equal to `length` both mean.
         cart_mass: m_0 [kg], or `"runtime"`; None exactly on a fixed base.
         gravity: g [m/s^2] along the last axis, or `"runtime"`.
-        angles: `"relative"`, `"absolute"` or `"adjacent"` (section 2 of docs/theory.md); None exactly on a spatial scene.
+        angles: `"relative"`, `"absolute"` or `"adjacent"` (docs/theory.md, section 2); None exactly
+            on a spatial scene.
         damping: d_k of every joint [N m s/rad], `"runtime"`, or None for a chain without dampers.
         stiffness: k_k of every joint [N m/rad], `"runtime"`, or None for a chain without springs.
         actuated: `"none"`, `"all"`, `"cart"`, or the joints with a torque, counted from 1.
@@ -267,6 +270,17 @@ def load_scene(path: str | PathLike[str]) -> Scene:
         UnsupportedError: A wanted function does not exist for such a scene.
     """
     return scene_from_dict(read_toml(path))
+
+
+def given_scene(value: object) -> Scene:
+    """Return a scene that a caller handed over, or say what he must do to what is none.
+
+    Raises:
+        SceneError: It is no `Scene`, such as the path of a scene file.
+    """
+    if isinstance(value, Scene):
+        return value
+    raise SceneError("scene", value, "is not a Scene", "load a file with load_scene(path), or make a Scene")
 
 
 def scene_from_dict(tables: Mapping[str, Any]) -> Scene:

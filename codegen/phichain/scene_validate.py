@@ -139,7 +139,9 @@ def check_inertia(
     com: tuple[float, ...] | Runtime | None,
     real: str,
 ) -> None:
-    """Check that the type holds every link's inertia c_kk = m_k r_k^2 + l_k^2 sum_{a>k} m_a (docs/theory.md, section 1).
+    """Check that the type holds every link's inertia c_kk = m_k r_k^2 + l_k^2 sum_{a>k} m_a.
+
+    It is the diagonal of the inertia matrix in absolute angles (docs/theory.md, section 1).
 
     Raises:
         SceneError: An inertia over- or underflows.

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from phichain.emit.flow import flow
 from phichain.errors import ArrayError, ToleranceError
 from phichain.program.evaluate import evaluate
 from phichain.program.lower import lower_function
@@ -26,7 +27,7 @@ CASES = {
 }
 STRICT = (
     "-std=c99", "-pedantic-errors", "-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Wdouble-promotion",
-    "-Wfloat-conversion", "-Wshadow", "-Wcast-qual", "-Wundef", "-Wvla", "-Werror",
+    "-Wfloat-conversion", "-Wshadow", "-Wcast-qual", "-Wundef", "-Wvla", "-Wfloat-equal", "-Wunreachable-code", "-Werror",
 )  # fmt: skip
 
 
@@ -291,6 +292,27 @@ def test_strict_compilers_have_nothing_to_say(chain: Scene, tmp_path: Path) -> N
     (tmp_path / "flow.c").write_text(unit(chain)[0])
     done = subprocess.run(["cc", *STRICT, "-O2", "-c", "flow.c"], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0 and not done.stderr, done.stderr[:3000]
+
+
+@pytest.mark.parametrize("chain", CHAINS.values(), ids=lambda chain: chain.name)
+def test_lines_are_short_and_every_name_at_file_scope_has_the_prefix(chain: Scene) -> None:
+    made = flow(chain)
+    text = made.declarations + made.definitions
+    assert max(map(len, text.splitlines())) <= 120
+    for line in text.splitlines():
+        if line.startswith(("static ", "int ", "#define ")):
+            assert chain.name in line or chain.name.upper() in line, line
+
+
+def test_a_stop_does_not_stop_the_run_again() -> None:
+    go = compiled(planar(2))
+    q, v, t, lost, met = np.array([0.4, 0]), np.zeros(2), 0.0, None, []
+    while t < 3.0:
+        part = go(q, v, t, 3.0, 1e-13, stop=Stop("q", 1), lost=lost)
+        q, v, t, lost = part.q, part.v, part.t, part.lost
+        met += [t] if part.outcome == "event" else []
+    signs = go([0.4, 0], [0, 0], 0.0, 3.0, 1e-13, times=np.linspace(0, 3, 3001)).q_at[1:, 1] > 0
+    assert len(met) == np.count_nonzero(np.diff(signs))
 
 
 def test_the_text_is_the_same_every_time() -> None:

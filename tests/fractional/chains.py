@@ -24,7 +24,7 @@ def chain(
     actuated: Any = "none",
     runtime: bool = False,
 ) -> System:
-    """A chain with `coriolis`, `gravity_torque` and `forward_dynamics` by dense formulas (docs/theory.md, sections 1 and 2)."""
+    """A chain with `coriolis`, `gravity_torque` and `forward_dynamics` by dense formulas (docs/theory.md, 1, 2)."""
     m, l = np.asarray(mass, float), np.asarray(length, float)
     r = l if com is None else np.asarray(com, float)
     n, cart = len(m), int(cart_mass is not None)

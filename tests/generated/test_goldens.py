@@ -168,7 +168,7 @@ def test_the_c_leaves_small_things_out(name: str) -> None:
     code = code_of(generated(name)[f"{name}.c"])
     assert not re.search(r"\b(malloc|calloc|realloc|free|alloca|pow|powf|printf)\s*\(", code)
     assert not re.search(r"^\s*static (?!const\b|void\b|uint\w+ \w+\(|\w+_real \w+\()", code, re.MULTILINE)
-    assert not re.search(r"[-+*/] -\w|\(-?\d[\d.]*f?\)", re.sub(r"z \* \(-?[\d.]+\)", "", code))
+    assert not re.search(r"[-+*/] -\w|\(\d[\d.]*f?\)", code)
     for function in REFERENCE[name].want:
         (body,) = re.findall(
             rf"^void {name}_{function}\([^)]*\)\n{{\n(.*?)^}}", code, re.MULTILINE | re.DOTALL

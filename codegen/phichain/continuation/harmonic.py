@@ -155,10 +155,10 @@ def trace(
     """
     if not (np.isfinite(amplitude_max) and 0 < amplitude_start < amplitude_max):
         raise ToleranceError(
-            "amplitude_start",
+            "amplitude_start, amplitude_max",
             (amplitude_start, amplitude_max),
-            "amplitudes must be positive, finite and rising from start to max",
-            "use amplitude_start=1e-3",
+            "must be positive, finite and rising",
+            "leave the start at 1e-3, and end at a larger angle in rad, such as 3",
         )
     modes = linear_modes(system, p)
     if not 1 <= mode <= len(modes.omega):

@@ -1,4 +1,4 @@
-"""Planar angles of a System: phi = S theta, for the kind of angles its scene names (section 2 of docs/theory.md)."""
+"""Planar angles of a System: phi = S theta, for the kind of angles its scene names (docs/theory.md, 2)."""
 
 from __future__ import annotations
 

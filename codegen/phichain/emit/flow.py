@@ -29,11 +29,11 @@ ORDER_SHARE: Final = {"long": Fraction(1, 2), "short": Fraction(3, 5)}
 #: Lanes from which on the sums cost most.
 MANY_LANES: Final = 64
 #: The local error aimed at, in units of the tolerance.
-MARGIN: Final = Fraction(1, 256)
+MARGIN: Final = Fraction(1, 512)
 #: Longest step in units of what resolves the fastest linear mode.
 CAP: Final = Fraction(5, 4)
 #: Above this many operations loops are kept.
-UNROLL_LIMIT: Final = 400
+UNROLL_LIMIT: Final = 500
 #: Lanes come in whole vectors, so that no lane is left to scalar code.
 LANES: Final = 8
 
@@ -95,7 +95,7 @@ def flow(scene: Scene, known: Collection[str] = ()) -> Flow:
     tables: Tables = {}
     for program in programs:
         for key in program.tables.items():
-            tables.setdefault(key, f"flow_{key[0]}_{len(tables) + 1}")
+            tables.setdefault(key, f"{scene.name}_flow_{key[0]}_{len(tables) + 1}")
     names = CNames(scene.name, scene.real, tables)
     bodies = [c_function(program, names, {}) for program in programs]
     parts = [_part(scene, program, body.lines) for program, body in zip(programs, bodies, strict=True)]
@@ -193,7 +193,7 @@ def _reads_parameters(scene: Scene) -> bool:
 
 
 def _libm(names: CNames) -> Mapping[str, str]:
-    functions = {"abs": "fabs", **{name: name for name in ("exp", "log", "ceil", "lgamma")}}
+    functions = {"abs": "fabs", **{name: name for name in ("exp", "log", "ceil")}}
     return {key: names.libm(function) for key, function in functions.items()}
 
 

@@ -161,8 +161,10 @@ def _series(coefficients: Sequence[float], real: str, indent: str) -> str:
     pairs = [coefficients[i : i + 2] for i in range(0, len(coefficients), 2)]
     terms = [literal(pair[0], real) + "".join(_signed_term(c, real) for c in pair[1:]) for pair in pairs]
     text = terms[-1]
+    factor = text if len(pairs[-1]) == 1 and pairs[-1][0] > 0.0 else f"({text})"
     for term in reversed(terms[:-1]):
-        text = f"({term})\n{indent}+ r4 * ({text})"
+        text = f"({term})\n{indent}+ r4 * {factor}"
+        factor = f"({text})"
     return text
 
 

@@ -1,6 +1,6 @@
 r"""Bessel functions J0..J4 of one argument from arithmetic alone: the mathematics of the emitted `bessel`.
 
-Single-harmonic balance (section 6 of docs/theory.md) needs J0..J3 and, for its derivatives, J4; neither C99 nor CasADi has
+Single-harmonic balance (docs/theory.md, section 6) needs J0..J3 and, for its derivatives, J4; neither C99 nor CasADi has
 them. Two regions meet at |x| = X, X = 25 in double and 12 in float.
 
 |x| < X: Miller's backward recurrence. With r_k = J_k(x) / (x/2)^k and y = (x/2)^2,
@@ -108,8 +108,10 @@ def _decimal(value: Fraction | float, real: str) -> str:
 
 def _horner(values: tuple[Fraction, ...], real: str) -> str:
     text = _decimal(values[-1], real)
+    factor = text if values[-1] > 0 else f"({text})"
     for value in reversed(values[:-1]):
-        text = f"{_decimal(value, real)} + z * ({text})"
+        text = f"{_decimal(value, real)} + z * {factor}"
+        factor = f"({text})"
     return text
 
 

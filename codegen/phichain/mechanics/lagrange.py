@@ -20,7 +20,7 @@ from phichain.mechanics.chain import Collected
 from phichain.mechanics.planar import PlanarExpressions
 from phichain.mechanics.spatial import SpatialExpressions
 from phichain.mechanics.symbols import ChainSymbols, Coefficient, expression
-from phichain.scene import Scene
+from phichain.scene import Scene, given_scene
 
 
 @dataclass(frozen=True)
@@ -153,8 +153,12 @@ class Model:
 
 
 def derive(scene: Scene) -> Model:
-    """Return the mechanics of a scene: Lagrangian, exact coefficients, equations (theory sections 1 to 4)."""
-    return Model(scene)
+    """Return the mechanics of a scene: Lagrangian, exact coefficients, equations (docs/theory.md, sections 1 to 4).
+
+    Raises:
+        SceneError: What is given is no `Scene`.
+    """
+    return Model(given_scene(scene))
 
 
 def with_symbols(scene: Scene) -> Scene:

@@ -13,7 +13,7 @@ from phichain.program.builder import Builder, Expr
 
 
 def from_sympy(builder: Builder, expression: sympy.Expr, values: Mapping[sympy.Symbol, Expr]) -> Expr:
-    """Record a SymPy expression of +, *, integer powers, sin, cos, sqrt and besselj of orders 0 to 4.
+    """Record a SymPy expression of +, *, powers by multiples of 1/2, sin, cos and besselj of orders 0 to 4.
 
     Args:
         builder: where the operations go.
@@ -47,10 +47,11 @@ def from_sympy(builder: Builder, expression: sympy.Expr, values: Mapping[sympy.S
 
 
 def _power(builder: Builder, base: Expr, exponent: sympy.Expr) -> Expr:
-    """Small powers as products."""
-    if exponent == sympy.Rational(1, 2):
-        return builder.sqrt(base)
-    if not exponent.is_Integer:
-        raise EmissionError("power", str(exponent), "only integer powers and square roots are emitted", "rewrite the expression")
-    result = reduce(lambda a, b: a * b, [base] * abs(int(exponent)), builder.lift(1))
-    return 1 / result if exponent < 0 else result
+    """Small powers as products, of square roots for odd multiples of a half."""
+    if not exponent.is_Rational or exponent.q > 2:
+        raise EmissionError(
+            "power", str(exponent), "only powers by multiples of 1/2 are emitted", "rewrite the expression"
+        )
+    factor = builder.sqrt(base) if exponent.q == 2 else base
+    result = reduce(lambda a, b: a * b, [factor] * abs(int(exponent.p)), builder.lift(1))
+    return 1 / result if exponent.p < 0 else result

@@ -24,7 +24,7 @@ from phichain.program.passes import prune, total_operations, unroll
 from phichain.program.planar_joints import planar_state
 from phichain.program.step import runge_kutta
 from phichain.program.tangent import Block, jacobian
-from phichain.scene import Scene
+from phichain.scene import Scene, given_scene
 
 #: Above this many operations `auto` keeps loops: beyond it compilers do better with loops that they can vectorise.
 UNROLL_LIMIT = 600
@@ -44,8 +44,12 @@ class Lowered:
 
 
 def lower(scene: Scene) -> Lowered:
-    """Lower every wanted function, and what those call."""
-    lowering = _Lowering(scene)
+    """Lower every wanted function, and what those call.
+
+    Raises:
+        SceneError: What is given is no `Scene`.
+    """
+    lowering = _Lowering(given_scene(scene))
     wanted = {name: lowering.program(name) for name in scene.want}
     called = {callee for program in wanted.values() for callee in program.callees}
     helpers = {name: lowering.program(name) for name in sorted(called - set(wanted))}

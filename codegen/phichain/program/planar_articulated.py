@@ -1,4 +1,4 @@
-"""Planar forward dynamics with masses anywhere on their links: an articulated sweep in link frames (docs/theory.md, section 5).
+"""Planar forward dynamics with masses anywhere on their links: an articulated sweep (docs/theory.md, section 5).
 
 Frames have x along the link and y along its tangent and are turned from joint to joint by the joint's angle. The chain
 beyond a joint asks for the force A a + b there, a the joint's acceleration minus gravity. Everything about a link is in its

@@ -139,7 +139,7 @@ def _settling(axes: Any, slowest: Mapping[int, Branch]) -> None:
     axes.set(xlabel="amplitude of the first link (rad)", ylabel=r"$\omega$ (rad/s)", xlim=(0.0, None))
     axes.set_title("slowest mode, up to its first fold")
     axes.legend(loc="upper right", ncols=2)
-    inset = axes.inset_axes((0.1, 0.09, 0.4, 0.28))
+    inset = axes.inset_axes((0.09, 0.09, 0.34, 0.2))
     counts = np.array(sorted(slowest))
     gaps = [slowest[links].column("omega")[0] - limit for links in counts]
     inset.loglog(counts, gaps, "o", color=INK, markersize=3.5)

@@ -181,9 +181,10 @@ def _surface(axes: Any, time: Vector, order: Vector, values: Vector, label: str)
 
 def _ticks(largest: float, usual: float) -> list[float]:
     """Zero and a few round values on both sides, a decade or more apart."""
-    top = 10.0 ** np.floor(np.log10(largest))
+    decade = 10.0 ** np.floor(np.log10(largest))
+    top = decade * max(step for step in (1, 2, 5) if step * decade <= largest)
     reach = np.arcsinh(largest / usual)
-    high = [top, *(top / 10**k for k in (1, 2, 3, 4))]
+    high = [top / 10**k for k in range(5)]
     # Closer to each other than a sixth of the height, labels would overlap.
     apart = [k for k, value in enumerate(high) if np.arcsinh(value / usual) > 0.35 * reach]
     shown = [high[k] for k in apart[:: max(1, len(apart) // 2)]]

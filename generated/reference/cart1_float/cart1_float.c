@@ -65,9 +65,9 @@ static void cart1_float_sincos(const int n, const cart1_float_real *restrict ang
         const cart1_float_real r2 = r * r;
         const cart1_float_real r4 = r2 * r2;
         const cart1_float_real sine_series = (0x1.555546p-3f - r2 * 0x1.110778p-7f)
-            + r4 * (0x1.9953e4p-13f);
+            + r4 * 0x1.9953e4p-13f;
         const cart1_float_real cosine_series = (0x1.555548p-5f - r2 * 0x1.6c0b3p-10f)
-            + r4 * (0x1.99ad38p-16f);
+            + r4 * 0x1.99ad38p-16f;
         const cart1_float_real half_r2 = 0.5f * r2;
         const cart1_float_real leading = 1.0f - half_r2;
         const uint32_t s = cart1_float_bits_of(r - (r2 * r * sine_series + excess * leading));

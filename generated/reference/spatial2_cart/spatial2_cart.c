@@ -294,10 +294,13 @@ void spatial2_cart_linearization(const spatial2_cart_real s[2], spatial2_cart_re
         weight[k] = 9.81 * spatial2_cart_mu_table[k] * s[k];
     }
 
-    G[14] = weight[0];
-    G[15] = 0.0;
-    G[20] = 0.0;
-    G[21] = weight[0];
+    for (int k = 0; k < 1; ++k) {
+        G[14 * k + 14] = weight[k];
+        G[14 * k + 15] = 0.0;
+        G[14 * k + 20] = 0.0;
+        G[14 * k + 21] = weight[k];
+    }
+
     G[28] = weight[1];
     G[29] = 0.0;
     G[34] = 0.0;

@@ -295,10 +295,11 @@ def _linearization(s):
             M[2 * i + 12 * j + 21] = entry
     for k in range(2):
         weight[k] = 9.81 * _MU[k] * s[k]
-    G[14] = weight[0]
-    G[15] = 0.0
-    G[20] = 0.0
-    G[21] = weight[0]
+    for k in range(1):
+        G[14 * k + 14] = weight[k]
+        G[14 * k + 15] = 0.0
+        G[14 * k + 20] = 0.0
+        G[14 * k + 21] = weight[k]
     G[28] = weight[1]
     G[29] = 0.0
     G[34] = 0.0
