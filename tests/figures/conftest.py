@@ -33,7 +33,15 @@ def runs(cart: System) -> dict:
     return {name: run_on_cart(cart, run, tol) for name, (run, tol) in cases.items()}
 
 
-@pytest.fixture(scope="session", params=[(1, "relative"), (3, "relative"), (3, "adjacent")], ids=str)
+@pytest.fixture(scope="session")
+def single() -> tuple:
+    """Fig. 3: one link, its system and its signals."""
+    system = paper_a_chain(1)
+    return system, paper_a_wave(system)
+
+
+@pytest.fixture(scope="session", params=["relative", "adjacent"])
 def wave(request: pytest.FixtureRequest) -> tuple:
-    system = paper_a_chain(*request.param)
+    """Fig. 5: three links in both readings of the angles."""
+    system = paper_a_chain(3, request.param)
     return system, paper_a_wave(system)

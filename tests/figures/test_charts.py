@@ -48,7 +48,7 @@ def test_the_exact_curve_is_the_pendulum_s() -> None:
 
 
 def test_the_orbits_are_the_reference_s() -> None:
-    reference = json.loads((Path(__file__).parents[1] / "data/limit_cycles.json").read_text())["orbits"]
+    reference = json.loads((Path(__file__).parents[1] / "data/limit_cycles.json").read_text())["points"]
     assert len(known_orbits()) == len(reference) == 13
     for orbit, entry in zip(known_orbits(), reference, strict=True):
         assert (orbit.links, orbit.mode) == (entry["N"], entry["mode"])

@@ -18,7 +18,8 @@ from phichain.library import find_scene
 from phichain.papers import START
 from phichain.report.propagation import Wave, paths, plain_names, size_of_orders, surfaces
 from phichain.report.viewer import pack, viewer
-from phichain.signals import draw_signals, released, signal_system
+from phichain.scene import Scene
+from phichain.signals import draw_signals, released, signal_system, write_sheets, write_viewer
 from phichain.simulate import simulate
 from phichain.system import System
 
@@ -56,11 +57,9 @@ def test_the_signal_ends_as_the_angle(wave: Case) -> None:
         np.testing.assert_allclose(bare[1:, 0], q[1:, k] - q[0, k], rtol=0, atol=1e-5 * np.abs(q).max())
 
 
-def test_one_link_is_a_power_of_a_number(wave: Case) -> None:
-    system, found = wave
-    if system.links > 1:
-        pytest.skip("the closed form is that of one link")
-    theta = motion(wave)[0][:, 0]
+def test_one_link_is_a_power_of_a_number(single: Case) -> None:
+    _, found = single
+    theta = motion(single)[0][:, 0]
     force = -9.81 * 0.5 * np.sin(theta)
     # I = m r^2 = 1/4.
     expected = force[:, None] * 4.0**found.p
@@ -83,11 +82,10 @@ def test_sizes_leave_the_unbounded_start_out() -> None:
     np.testing.assert_allclose(size_of_orders(time, surface), [np.abs(np.cos(9 * time[5:])).max(), 1.0, 1.0])
 
 
-def test_the_sheets_show_every_coordinate_and_part(wave: Case) -> None:
-    system, found = wave
-    n = system.links
+def test_the_sheets_show_every_coordinate_and_part(single: Case) -> None:
+    _, found = single
     sheet, parts = surfaces(found, "title"), paths(found, "title")
-    assert len(sheet.axes) == 6 * n and len(parts.axes) == 2 * 3 * n
+    assert len(sheet.axes) == 6 and len(parts.axes) == 2 * 3
     # The map of the first wave: its mesh holds theta_p over the size of every order.
     first = Wave.of(found, 0)
     mesh = sheet.axes[2].collections[0].get_array()
@@ -111,7 +109,7 @@ def test_the_page_holds_the_surfaces_and_needs_nothing_else(wave: Case) -> None:
     assert "Signals &lt;b&gt;" in page and "A &amp; B" in page
     assert not re.search(r"https?:|src=|@import|url\(", page)
     assert page.count("<script") == page.count("</script>") == 2
-    data = json.loads(re.search(r'id="data">(.*?)</script>', page, re.S)[1])
+    data = json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])
     (stored,) = data["motions"]
     assert stored["coordinates"] == plain_names(found) == [f"\u03b8{k + 1}" for k in range(system.links)]
     assert stored["orders"][0] == 0 and stored["orders"][-1] == 3 and np.all(np.diff(stored["orders"]) > 0)
@@ -129,12 +127,28 @@ def test_the_script_is_well_formed() -> None:
 
 
 def test_any_planar_scene_can_be_followed(tmp_path: Path) -> None:
-    scene = find_scene("planar4_damped_springs")
-    found = released(signal_system(scene), 0.2, 101, u=np.full(scene.nu, 0.1) if scene.nu else None)
-    assert "joints" in found.forces
+    scene = Scene(
+        "sprung", 1, base="cart", mass="runtime", length=0.5, cart_mass=1.0, stiffness=2.0, damping=0.1, real="float"
+    )
+    system = signal_system(scene, {"mass": np.array([0.4])})
+    found = released(system, 0.2, 41, u=[0.3])
+    assert list(found.forces) == ["total", "coriolis", "gravity", "feedback", "input", "joints"]
+    assert system.real == "double" and plain_names(found) == ["cart", "\u03b81"]
+    np.testing.assert_allclose(found.surface("theta_p", 0, "input")[:, 0], 0.3)
+    # The spring alone at the start: -k theta at rest.
+    assert found.forces["joints"][0, 1] == pytest.approx(-2.0 * 0.5)
     written = draw_signals(scene, found, tmp_path)
     assert [path.suffix for path in written] == [".png", ".png", ".html"]
     assert all(path.stat().st_size > 20_000 for path in written)
+
+
+def test_the_same_signals_are_the_same_files(single: Case, tmp_path: Path) -> None:
+    _, found = single
+    for name in ("a", "b"):
+        write_sheets("A3", "", "title", found, tmp_path / name)
+        write_viewer("A3", "title", "lead", {"chain": found}, tmp_path / name)
+    first, second = (sorted((tmp_path / name).iterdir()) for name in ("a", "b"))
+    assert len(first) == 3 and [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
 
 
 def test_a_spatial_scene_is_refused_before_anything_is_built() -> None:

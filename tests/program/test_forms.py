@@ -11,10 +11,9 @@ from tests.program.chains import functions, gap, kinds, label, random_arguments,
 
 SMALL = [
     scene(links, space, base, masses)
-    for links in (1, 2)
+    for links, masses in ((1, "tip"), (1, "mid"), (2, "mid"))
     for space in ("planar", "spatial")
     for base in ("fixed", "cart")
-    for masses in ("tip", "mid")
 ]
 LARGE = [scene(3, "planar", "cart", "mid", "damped", actuated="all"), scene(3, "spatial", "cart", "mid", "damped")]
 

@@ -15,7 +15,16 @@ from hypothesis import strategies as st
 from mpmath import mp
 
 from phichain.errors import EmissionError
-from phichain.program import Block, Program, evaluate, evaluate_exactly, jacobian, prune, total_operations, unroll
+from phichain.program import (
+    Block,
+    Program,
+    evaluate,
+    evaluate_exactly,
+    jacobian,
+    prune,
+    total_operations,
+    unroll,
+)
 from phichain.program.builder import Builder
 from phichain.program.from_sympy import from_sympy
 

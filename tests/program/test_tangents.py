@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from phichain.program import Block, Program, evaluate, evaluate_exactly, jacobian, lower_function, sparsity, unroll
+from phichain.program import (
+    Block,
+    Program,
+    evaluate,
+    evaluate_exactly,
+    jacobian,
+    lower_function,
+    sparsity,
+    unroll,
+)
 from phichain.scene import Scene
 from tests.program.chains import Arguments, gap, kinds, label, random_arguments, scene
 

@@ -29,7 +29,7 @@ ORDER_SHARE: Final = {"long": Fraction(1, 2), "short": Fraction(3, 5)}
 #: Lanes from which on the sums cost most.
 MANY_LANES: Final = 64
 #: The local error aimed at, in units of the tolerance.
-MARGIN: Final = Fraction(1, 512)
+MARGIN: Final = Fraction(1, 256)
 #: Longest step in units of what resolves the fastest linear mode.
 CAP: Final = Fraction(5, 4)
 #: Above this many operations loops are kept.

@@ -8,7 +8,8 @@ from phichain.emit.casadi_external import casadi_external
 from phichain.emit.left_out import left_out
 from phichain.emit.manifest import manifest
 from phichain.emit.render import render
-from phichain.emit.selftest import make_selftest, selftest_source
+from phichain.emit.selftest import make_selftest
+from phichain.emit.selftest_text import selftest_source
 from phichain.files import MANIFEST
 from phichain.program.lower import Lowered
 from phichain.program.passes import total_operations

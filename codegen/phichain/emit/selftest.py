@@ -8,7 +8,6 @@ raised precision. Tolerances are measured: the Program's own error in the scene'
 from __future__ import annotations
 
 import random
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -18,8 +17,6 @@ from typing import Any
 import numpy as np
 from mpmath import mp
 
-from phichain.emit.c_layout import laid_out_text
-from phichain.emit.render import render
 from phichain.errors import EmissionError
 from phichain.mechanics.reference import reference
 from phichain.program.interpret import Algebra, run
@@ -86,16 +83,6 @@ def make_selftest(scene: Scene, lowered: Lowered) -> Selftest:
         tolerances[name] = _one_digit(scene, _MARGIN * max(error, round_off))
         cases += mine
     return Selftest(tuple(cases), tolerances)
-
-
-def selftest_source(scene: Scene, lowered: Lowered, selftest: Selftest) -> str:
-    """The text of selftest.c."""
-    cases = [_rendered(scene, lowered.wanted[case.function], case, i) for i, case in enumerate(selftest.cases, 1)]
-    text = render(
-        "selftest.c.j2", name=scene.name, upper=scene.name.upper(), cases=cases, literal=_literal(scene, 0.0),
-        abs="fabs" if scene.real == "double" else "fabsf",
-    )  # fmt: skip
-    return laid_out_text(text)
 
 
 def _range_remedy(scene: Scene) -> str:
@@ -269,13 +256,13 @@ def _error(scene: Scene, program: Program, case: Case) -> float:
 def _applied(program: Program, case: Case, outputs: Mapping[str, list[Any]]) -> list[float]:
     """Jacobian times direction."""
     total = np.zeros(len(case.expected["slope"]))
-    for output, arguments in _columns(program, case).items():
+    for output, arguments in columns(program, case).items():
         along = np.array([x for name in arguments for x in case.direction[name]])
         total += np.array(outputs[output], dtype=float).reshape(len(total), -1) @ along
     return list(total)
 
 
-def _columns(program: Program, case: Case) -> dict[str, list[str]]:
+def columns(program: Program, case: Case) -> dict[str, list[str]]:
     """Which arguments' directions meet the columns of each output of a Jacobian."""
     if program.name == "phi_jacobian":
         return {"out": ["amplitude", "omega"]}
@@ -306,47 +293,8 @@ def _rounded(scene: Scene, value: Any) -> float:
     return float(nearest)
 
 
-# --- text ------------------------------------------------------------------------------------------------------------
-
-
 def _one_digit(scene: Scene, value: float) -> str:
+    """A tolerance rounded up to one digit, as a literal of the scene's type."""
     exponent = floor(log10(value))
     text = f"{ceil(value / 10.0**exponent)}.0e{exponent}"
     return f"{text}f" if scene.real == "float" else text
-
-
-def _literal(scene: Scene, value: float) -> str:
-    text = re.sub(r"\.?0*p", "p", value.hex()) if value else "0.0"
-    return f"{text}f" if scene.real == "float" else text
-
-
-def _rendered(scene: Scene, program: Program, case: Case, number: int) -> dict[str, Any]:
-    """The case with every number as a literal."""
-
-    def literals(values: Sequence[float]) -> str:
-        return ", ".join(_literal(scene, value) for value in values)
-
-    shapes = {array.name: array for array in (*program.inputs, *program.outputs)}
-    calls = ["&parameters"] if program.params else []
-    for array in program.inputs:
-        calls.append(array.name if array.shape else _literal(scene, case.inputs[array.name][0]))
-    calls += [array.name if array.shape else f"&{array.name}" for array in program.outputs]
-    return {
-        "number": number,
-        "function": case.function,
-        "params": [
-            f".{array.name} = {{{literals(case.params[array.name])}}}" if array.shape
-            else f".{array.name} = {literals(case.params[array.name])}"
-            for array in program.params
-        ],
-        "inputs": [(n, shapes[n].size, literals(v)) for n, v in case.inputs.items() if shapes[n].shape],
-        "outputs": [(array.name, array.size, bool(array.shape)) for array in program.outputs],
-        "call": ", ".join(calls),
-        "expected": [(n, len(v), literals(v), not (n in shapes and not shapes[n].shape)) for n, v in case.expected.items()],
-        "direction": [
-            (output, sum(len(case.direction[a]) for a in arguments),
-             literals([x for a in arguments for x in case.direction[a]]))
-            for output, arguments in (_columns(program, case).items() if case.direction else ())
-        ],
-        "rows": len(case.expected.get("slope", ())),
-    }  # fmt: skip

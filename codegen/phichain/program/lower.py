@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
+from typing import Literal
 
 from phichain.harmonic import kernels
 from phichain.program import (
@@ -56,7 +57,7 @@ def lower(scene: Scene) -> Lowered:
     return Lowered(MappingProxyType(wanted), MappingProxyType(helpers))
 
 
-def lower_function(scene: Scene, name: str, code: str = "auto") -> Program:
+def lower_function(scene: Scene, name: str, code: Literal["auto", "unrolled", "loops"] = "auto") -> Program:
     """One function alone; `code` is "auto", "unrolled" or "loops"."""
     return _Lowering(replace(scene, code=code)).program(name)
 

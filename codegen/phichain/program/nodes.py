@@ -18,12 +18,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-#: Scalar operation kinds and their number of arguments.
-ARITY: dict[str, int] = {
-    "add": 2, "sub": 2, "mul": 2, "div": 2, "neg": 1, "sqrt": 1, "sin": 1, "cos": 1,
-    "besselj0": 1, "besselj1": 1, "besselj2": 1, "besselj3": 1, "besselj4": 1,
-}  # fmt: skip
-
 
 @dataclass(frozen=True, slots=True)
 class Const:
@@ -96,7 +90,7 @@ Operand = Const | Cell | Local
 
 @dataclass(frozen=True, slots=True)
 class Op:
-    """``result = kind(*args)``."""
+    """``result = kind(*args)``; kinds: add, sub, mul, div of two, neg, sqrt, sin, cos, besselj0 to besselj4 of one."""
 
     result: str
     kind: str
