@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from phichain.emit.c_layout import laid_out
+from phichain.emit.c_parts import assignment, first_result, names_in
 from phichain.emit.c_trig import TrigBatches
 from phichain.emit.expressions import Text, double_literal, float_literal, infix
 from phichain.emit.inlining import used_once
@@ -88,12 +89,12 @@ class _Writer:
         self.texts: dict[str, Text] = {}
         self.in_place = used_once(program.body)
         self.stored = {s.value.name for s in walk(program.body) if isinstance(s, Store) and isinstance(s.value, Local)}
-        self.results = _first_result(program) if program.is_straight_line else None
+        self.results = first_result(program) if program.is_straight_line else None
         self.scalars = {a.name for a in (*program.inputs, *program.params) if a.shape == ()}
         self.pointers = {a.name for a in program.outputs if a.shape == ()}
         self.params = {a.name for a in program.params}
         self.trig = TrigBatches(program.body)
-        self.taken = _names(program)
+        self.taken = names_in(program)
         self.numbers: Counter[str] = Counter()
         self.bessel_calls: dict[str, str] = {}
 
@@ -199,7 +200,7 @@ class _Writer:
             if {before for before, _ in moves[:position]} & words(text):
                 moves[position] = (name, self.variable(depth, f"next_{name}", text).text)
         for name, text in moves:
-            self.line(depth, _assignment(name, text))
+            self.line(depth, assignment(name, text))
 
     def sincos(self, statement: SinCos, depth: int) -> None:
         self.uses.add("sincos")
@@ -279,50 +280,6 @@ class _Writer:
 
     def argument(self, name: str) -> str:
         return f"p->{name}" if name in self.params else name
-
-
-def _first_result(program: Program) -> Statement | None:
-    """The first of the stores that close straight-line code."""
-    first = None
-    for statement in reversed(program.body):
-        if not isinstance(statement, Store):
-            break
-        first = statement
-    return first
-
-
-def _names(program: Program) -> set[str]:
-    """Everything a function calls something by."""
-    arrays = (*program.params, *program.inputs, *program.outputs, *program.work)
-    named = {array.name for array in arrays} | {"p"}
-    for statement in walk(program.body):
-        match statement:
-            case Op(result=result):
-                named.add(result)
-            case For(variable=variable, carries=carries):
-                named |= {variable, *(carry.name for carry in carries)}
-            case _:
-                pass
-    return named
-
-
-def _assignment(name: str, text: str) -> str:
-    """``name = text;``, or ``name += rest;`` where the text is the name and one more term, so that no sum is reordered."""
-    for operator in ("+", "-"):
-        start = f"{name} {operator} "
-        if text.startswith(start) and not _has_terms(text.removeprefix(start)):
-            return f"{name} {operator}= {text.removeprefix(start)};"
-    return f"{name} = {text};"
-
-
-def _has_terms(text: str) -> bool:
-    """Whether a sum stands outside all brackets."""
-    depth = 0
-    for position, letter in enumerate(text):
-        depth += (letter in "([") - (letter in ")]")
-        if depth == 0 and text.startswith((" + ", " - "), position):
-            return True
-    return False
 
 
 def words(text: str) -> set[str]:
