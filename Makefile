@@ -68,7 +68,8 @@ layers: $(READY) ## the layer contract alone: who may import whom
 bench: $(PEERS) ## measure against the peers; tables go to benchmarks/results (BENCH=growth: that one alone)
 	@$(PY) -m benchmarks $(BENCH)
 
-figures: $(READY) ## run every example; their figures go to generated/figures
+figures: $(READY) ## every figure of both papers and of the examples, in generated/figures
+	@$(PY) -m phichain figure all --out $(OUT)/figures
 	@for script in examples/*.py; do echo "$$script"; $(PY) "$$script" || exit 1; done
 
 clean: ## remove what was generated and the caches, keep .venv

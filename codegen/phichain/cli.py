@@ -15,6 +15,7 @@ from typing import Annotated, Any
 import typer
 
 import phichain
+from phichain import cli_figures
 from phichain.errors import PhichainError
 
 app = typer.Typer(
@@ -289,3 +290,6 @@ def _environment() -> list[tuple[str, str]]:
         ("cache", asked(lambda: default_cache().info())),
         ("scenes", ", ".join(bundled_scenes())),
     ]
+
+
+cli_figures.register(app)

@@ -1,11 +1,12 @@
 """The figures of both papers, each from its scene to a picture: what `phichain figure` and `make figures` draw.
 
-Paper A's numbers are its own: m = l = 1/N, masses at the middles of the links. It shows single motions without saying
-where they start; here every chain starts at rest with the first angle at pi/6 and the others at zero, which gives both
-readings of the angles the same numbers and keeps four links short of a whip's crack.
+Paper A's chain is its own: m = l = 1/N, masses at the middles of the links. The starts of its Figs 3 to 6 were not at
+hand; here every chain starts at rest with the first angle at pi/6 and the others at zero, which gives both readings of
+the angles the same numbers and keeps four links short of a whip's crack.
 
-Paper B's chain is its own too: five links of 0.1 kg and 0.1 m on a cart of 0.5 kg. `FIG_2`, `FIG_3` and `FIG_4` hold the
-starts and the weights, with what fixes each.
+Paper B's chain is its own too: five links of 0.1 kg and 0.1 m on a cart of 0.5 kg. Targets and weights of Figs 3 and 4
+are those whose closed loops have the printed slowest eigenvalues; `FIG_2`, `FIG_3` and `FIG_4` say what fixes their
+starts and what is a choice.
 """
 
 from __future__ import annotations
@@ -76,18 +77,23 @@ _UP, _DOWN = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
 _TUMBLING = (_UP, leaning(1.0, s=-1), leaning(1.0), _DOWN, _DOWN)
 
 FIG_2 = CartRun(_TUMBLING, (0.1, 0.0), 10.0, (0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 2.0, 4.0, 7.0, 10.0))
-"""Near a saddle, one degree off it, the cart rolling at 0.1 m/s: E = 0.299285058894842 J, the paper's, in all digits."""
+"""Near the saddle (-, -, +, +, +), the cart rolling at 0.1 m/s: E = 0.299285058894842 J, the paper's, in all digits.
+
+The energy fixes the rate of the cart, one degree of lean and how high the links stand together; that it is links 2 and
+3 that lean, as in Fig. 4, is a choice."""
 
 FIG_3 = CartRun(
     _TUMBLING, (0.1, 0.0), 20.0, (0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 20.0), (1, 1, 1, 1, 1), (8.0, 1.0)
 )
-"""The same start brought to hanging; slowest eigenvalue -1.07782602 1/s."""
+"""The same start (a choice) brought to hanging; slowest eigenvalue -1.07782602 1/s, which fixes the weights."""
 
 FIG_4 = CartRun(
     (_UP, leaning(4.0, 1, -1), leaning(4.0, 1, -1), _DOWN, _DOWN), (0.0, 0.0), 20.0,
     (0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 2.0, 4.0, 20.0), (-1, -1, -1, 1, 1), (1.0, 8.0),
 )  # fmt: skip
-"""Steadied with three links up and two folded down, q_2 and q_3 starting four degrees off; slowest -0.77136540 1/s."""
+"""Steadied with three links up and two folded down; slowest eigenvalue -0.77136540 1/s, which fixes target and weights.
+
+q_2 and q_3 start as the paper means them; that the cart and the other links start in place is a choice."""
 
 
 def draw(name: str, out: Path) -> list[Path]:

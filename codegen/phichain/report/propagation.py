@@ -153,7 +153,9 @@ def plain_names(result: Propagation) -> list[str]:
 
 
 def _surface(axes: Any, time: Vector, order: Vector, values: Vector, label: str) -> None:
-    """One surface over a height of asinh; its two ends drawn as curves."""
+    """One surface over a height of asinh; its two ends drawn as curves. It starts where all orders are bounded."""
+    first = int(np.argmin(np.any(np.isnan(values), axis=1)))
+    time, values = time[first:], values[first:]
     usual = float(np.nanmedian(np.abs(values))) or 1.0
     largest = float(np.max(size_of_orders(time, values)))
     high = float(np.arcsinh(largest / usual))

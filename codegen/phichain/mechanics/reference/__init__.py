@@ -114,6 +114,10 @@ def _chosen(scene: Scene, function: str) -> Callable[[Case], Outputs]:
         raise UnsupportedError(
             "function", function, "is for planar scenes", "use forward_dynamics or linearization"
         )
+    if function in ("phi", "phi_jacobian") and scene.damping is not None:
+        raise UnsupportedError(
+            "function", function, "has no meaning with dampers: there is no in-phase motion", "remove the dampers"
+        )
     if scene.is_planar and function == "project":
         raise UnsupportedError(
             "function", function, "is for spatial scenes", "planar states need no projection"
