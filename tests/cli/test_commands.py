@@ -15,7 +15,7 @@ from phichain.cli import app
 from phichain.scene import Scene
 from tests.cli.conftest import Command
 
-VERBS = ["show", "generate", "build", "simulate", "trace", "lqr", "tour", "info"]
+VERBS = ["show", "generate", "build", "simulate", "trace", "lqr", "tour", "info", "figure", "propagation"]
 
 
 def test_help_names_every_command(command: Command) -> None:
