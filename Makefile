@@ -9,6 +9,7 @@ SCENE  ?= planar$(N)
 JOBS   ?= auto
 PYTEST ?=
 BENCH  ?=
+QUICK  ?=
 
 PY    := $(VENV)/bin/python
 READY := $(VENV)/.ready
@@ -18,7 +19,7 @@ PIP   := $(PY) -m pip install --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup run test generate lint types layers bench figures clean distclean
+.PHONY: help setup run test generate lint types layers bench report stability figures clean distclean
 
 help: ## list the targets
 	@echo "phichain: from a Lagrangian to firmware, for pendulum chains"
@@ -67,6 +68,12 @@ layers: $(READY) ## the layer contract alone: who may import whom
 
 bench: $(PEERS) ## measure against the peers; tables go to benchmarks/results (BENCH=growth: that one alone)
 	@$(PY) -m benchmarks $(BENCH)
+
+report: $(PEERS) ## error against run time, beside the peers: tables and generated/report/work_precision.html (QUICK=1: minutes)
+	@$(PY) -m benchmarks.work_precision --out '$(OUT)/report' $(if $(QUICK),--quick,--write)
+
+stability: $(PEERS) ## stiff and extreme cases, case by method: table and generated/report/stability.html (QUICK=1: minutes)
+	@$(PY) -m benchmarks.stability --out '$(OUT)/report' $(if $(QUICK),--quick,--write)
 
 figures: $(READY) ## every figure of both papers and of the examples, in generated/figures
 	@$(PY) -m phichain figure all --out $(OUT)/figures

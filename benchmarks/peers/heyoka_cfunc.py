@@ -52,11 +52,11 @@ def build(chain: Chain, folder: Path, form: str = "tension", slp: bool = False) 
     ]  # the modules are: one evaluation, one evaluation with strides, a SIMD batch
     stem.with_suffix(".o").write_bytes(scalar.object_code)
     library = stem.with_suffix(".so")
-    run_compiler(["cc", "-shared", str(stem.with_suffix(".o")), _own_library(), "-o", str(library), "-lm"])
+    run_compiler(["cc", "-shared", str(stem.with_suffix(".o")), own_library(), "-o", str(library), "-lm"])
     return Candidate(name, library, "cfunc", abi="flat", kind="hybrid" if form == "twisted" else "peer")
 
 
-def _own_library() -> str:
+def own_library() -> str:
     """Path of heyoka's library in this process, where the vector sine and cosine its code may call live."""
     paths = {
         line.split()[-1] for line in Path("/proc/self/maps").read_text().splitlines() if "libheyoka" in line

@@ -135,7 +135,7 @@ def simulate(
     v: Annotated[str | None, typer.Option(metavar="A,B,...", help="Start with these rates (nv numbers).")] = None,
     u: Annotated[str | None, typer.Option(metavar="A,B,...", help="A constant input (nu numbers).")] = None,
     method: Annotated[str, typer.Option(help="auto, or a method by name.")] = "auto",
-    tol: Annotated[float, typer.Option(help="Relative tolerance of a step.")] = 1e-9,
+    tol: Annotated[float | None, typer.Option(help="Relative tolerance of a step.")] = None,
     h: Annotated[float | None, typer.Option("--step", metavar="S", help="Step of a fixed-step method.")] = None,
     settings: Settings = None,
     out: OutFiles = None,

@@ -11,7 +11,8 @@ FigureNames = Annotated[
     list[str], typer.Argument(metavar="NAME...", help="A2 .. A7 of paper A, B2 .. B4 of paper B, or all.")
 ]
 PlanarScene = Annotated[
-    str, typer.Argument(metavar="SCENE", help="A planar chain: a TOML file, a bundled scene's name, or planarN.")
+    str,
+    typer.Argument(metavar="SCENE", help="A planar chain: a TOML file, a bundled scene's name, or planarN."),
 ]
 Folder = Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write into.")]
 
@@ -34,16 +35,21 @@ def figure(names: FigureNames, out: Folder = Path("generated/figures")) -> None:
 def propagation(
     scene: PlanarScene,
     t: Annotated[float, typer.Option("--t", metavar="S", help="Final time in seconds.")] = 2.0,
-    samples: Annotated[int, typer.Option(min=21, help="Samples of the motion; the quadrature converges with them.")] = 4001,
+    samples: Annotated[
+        int, typer.Option(min=21, help="Samples of the motion; the quadrature converges with them.")
+    ] = 4001,
     order: Annotated[int, typer.Option(min=1, max=6, help="Order of the quadrature.")] = 4,
     lean: Annotated[
         float, typer.Option(metavar="RAD", help="Start at rest, the straight chain leaning by this angle.")
     ] = 0.5,
     q: Annotated[str | None, typer.Option(metavar="A,B,...", help="Start here instead (nq numbers).")] = None,
-    v: Annotated[str | None, typer.Option(metavar="A,B,...", help="Start with these rates (nv numbers).")] = None,
+    v: Annotated[
+        str | None, typer.Option(metavar="A,B,...", help="Start with these rates (nv numbers).")
+    ] = None,
     u: Annotated[str | None, typer.Option(metavar="A,B,...", help="A constant input (nu numbers).")] = None,
     settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable."),
     ] = None,
     out: Folder = Path("generated/figures"),
 ) -> None:

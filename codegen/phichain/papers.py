@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phichain.continuation import Branch, Options, trace
-from phichain.control import Gains, feedback, lqr
-from phichain.control.computed_torque import computed_torque, in_phase
+from phichain.control import Gains, computed_torque, feedback, in_phase, lqr
 from phichain.errors import UnsupportedError
 from phichain.fractional import Propagation
 from phichain.library import find_scene
@@ -83,7 +82,12 @@ The energy fixes the rate of the cart, one degree of lean and how high the links
 3 that lean, as in Fig. 4, is a choice."""
 
 FIG_3 = CartRun(
-    _TUMBLING, (0.1, 0.0), 20.0, (0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 20.0), (1, 1, 1, 1, 1), (8.0, 1.0)
+    _TUMBLING,
+    (0.1, 0.0),
+    20.0,
+    (0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 20.0),
+    (1, 1, 1, 1, 1),
+    (8.0, 1.0),
 )
 """The same start (a choice) brought to hanging; slowest eigenvalue -1.07782602 1/s, which fixes the weights."""
 
@@ -113,7 +117,9 @@ def known(name: str) -> str:
         UnsupportedError: There is no such figure.
     """
     if name.upper() not in FIGURES:
-        raise UnsupportedError("figure", name, "no figure has that name", f"choose of {', '.join(FIGURES)}, or all")
+        raise UnsupportedError(
+            "figure", name, "no figure has that name", f"choose of {', '.join(FIGURES)}, or all"
+        )
     return name.upper()
 
 
@@ -140,7 +146,9 @@ def _waves(links: int) -> Callable[[Path], list[Path]]:
             found[name] = paper_a_wave(paper_a_chain(links, angles))
             mark = "" if angles == "relative" else f"_{angles}"
             written += write_sheets(stem, mark, f"Paper A, {name}", found[name], out)
-        lead = f"Released at theta_1 = 30 degrees, other angles zero; m = l = 1/{links}, masses at the middles."
+        lead = (
+            f"Released at theta_1 = 30 degrees, other angles zero; m = l = 1/{links}, masses at the middles."
+        )
         return [*written, write_viewer(stem, f"Signal propagation, N = {links}", lead, found, out)]
 
     return write
@@ -151,7 +159,11 @@ def _tracking(out: Path) -> list[Path]:
     system, wanted = paper_a_chain(3, actuated="all"), in_phase([0.5, 0.3, -0.2], 3.0)
     start, grid = wanted(0.0)[:2], np.linspace(0.0, 6.0, 601)
     law = computed_torque(system, wanted, 5.0)
-    runs = {"fed forward, tolerance 1e-12": simulate(system, start, grid, tol=1e-12, u=computed_torque(system, wanted))}
+    runs = {
+        "fed forward, tolerance 1e-12": simulate(
+            system, start, grid, tol=1e-12, u=computed_torque(system, wanted)
+        )
+    }
     for tol in (1e-6, 1e-9, 1e-12):
         runs[f"computed torque, tolerance {tol:.0e}"] = simulate(system, start, grid, tol=tol, u=law)
     beside = simulate(system, (start[0] + 0.3, start[1]), grid, tol=1e-12, u=law)
@@ -168,7 +180,9 @@ def families(links: int) -> list[Branch]:
 def slowest_family(links: int) -> Branch:
     """The family of mode 1 of N links, m = l = 1/N, up to 1.5 rad."""
     chain = {"links": links, "mass": 1 / links, "length": 1 / links, "com": 0.5 / links}
-    scene = scene_from_dict({"name": f"long{links}", "chain": chain, "functions": {"want": ["phi", "phi_jacobian"]}})
+    scene = scene_from_dict(
+        {"name": f"long{links}", "chain": chain, "functions": {"want": ["phi", "phi_jacobian"]}}
+    )
     return trace(build(scene), 1, 1.5, options=Options(step_max=0.05, max_points=4000))
 
 

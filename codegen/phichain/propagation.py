@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
@@ -34,9 +34,13 @@ class Stop:
 
     def __post_init__(self) -> None:
         if self.scalar not in _SCALARS:
-            raise ArrayError("stop.scalar", self.scalar, "is no scalar of the flow", 'use "q", "v" or "depth"')
+            raise ArrayError(
+                "stop.scalar", self.scalar, "is no scalar of the flow", 'use "q", "v" or "depth"'
+            )
         if self.direction not in (-1, 0, 1):
-            raise ArrayError("stop.direction", self.direction, "is none of -1, 0, 1", "use 0 for both directions")
+            raise ArrayError(
+                "stop.direction", self.direction, "is none of -1, 0, 1", "use 0 for both directions"
+            )
         if not np.isfinite(self.value):
             raise ArrayError("stop.value", self.value, "is not finite", "give a finite value")
 
@@ -61,6 +65,7 @@ class Propagation:
         order: order of the Taylor series.
         steps: steps taken.
         lost: what rounding took from t and from the state (1 + nq + nv,); the next call goes on with it.
+        transition: the derivatives of (q, v) that were given (nq + nv, m), carried to where it ended; None where none were.
     """
 
     outcome: str
@@ -73,6 +78,20 @@ class Propagation:
     order: int
     steps: int
     lost: NDArray[np.float64]
+    transition: NDArray[np.float64] | None = field(default=None, kw_only=True)
 
     def __str__(self) -> str:
         return f"{self.outcome} at t = {self.t:g} s: {self.steps} steps of order {self.order}, tolerance {self.tol:g}"
+
+
+@dataclass(frozen=True, eq=False)
+class StiffPropagation(Propagation):
+    """The same of the implicit flow.
+
+    Attributes:
+        refused: steps tried and not taken.
+        memory: size of the next step, s, and error of the last one over what was aimed at: where the next call goes on.
+    """
+
+    refused: int
+    memory: tuple[float, float]

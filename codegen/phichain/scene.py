@@ -32,6 +32,7 @@ from phichain.scene_validate import (
     link_count,
     per_link,
     scalar,
+    variational_equations,
 )
 
 __all__ = [
@@ -71,6 +72,7 @@ class Scene:
         stiffness: k_k of every joint [N m/rad], `"runtime"`, or None for a chain without springs.
         actuated: `"none"`, `"all"`, `"cart"`, or the joints with a torque, counted from 1.
         want: The wanted functions, in the contract's order.
+        variational: Whether `propagate` carries the variational equations along.
         real: `"double"` or `"float"`, the type of the emitted C.
         code: `"unrolled"`, `"loops"`, or `"auto"` (by operation count).
     """
@@ -89,6 +91,7 @@ class Scene:
     stiffness: tuple[float, ...] | Runtime | None
     actuated: Literal["none", "all", "cart"] | tuple[int, ...]
     want: tuple[str, ...]
+    variational: bool
     real: Literal["double", "float"]
     code: Literal["auto", "unrolled", "loops"]
 
@@ -109,6 +112,7 @@ class Scene:
         stiffness: PerLink | None = None,
         actuated: str | Sequence[int] | None = None,
         want: Sequence[str] = ("forward_dynamics",),
+        variational: bool = False,
         real: str = "double",
         code: str = "auto",
     ) -> None:
@@ -128,6 +132,7 @@ class Scene:
         com = None if com is None else centre_of_mass(per_link("com", com, links, POSITIVE, real), length)
         check_inertia(mass, length, com, real)
         damping = joint_law("damping", damping, links, real)
+        want = wanted(want, space, damped=damping is not None)
         values = {
             "name": name,
             "links": links,
@@ -142,7 +147,8 @@ class Scene:
             "damping": damping,
             "stiffness": joint_law("stiffness", stiffness, links, real),
             "actuated": actuation(actuated, space, base, links, angles),
-            "want": wanted(want, space, damped=damping is not None),
+            "want": want,
+            "variational": variational_equations(variational, want),
             "real": real,
             "code": choice("code", code, ("auto", "unrolled", "loops")),
         }
@@ -242,15 +248,19 @@ class Scene:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the scene as plain nested tables, as a TOML file holds them; absent values are left out."""
-        return {"name": self.name} | {table: self._table(keys) for table, keys in TABLES.items()}
+        tables = {table: self._table(keys) for table, keys in TABLES.items()}
+        return {"name": self.name} | {table: entries for table, entries in tables.items() if entries}
 
     def _table(self, keys: Sequence[str]) -> dict[str, Any]:
-        """Return the present ones of some keys, tuples as the lists that TOML and JSON know."""
+        """Return the present ones of some keys, tuples as the lists that TOML and JSON know.
+
+        What a scene does not ask for is left out, so that it has the digest of one that does not know the key.
+        """
         values = {key: getattr(self, key) for key in keys}
         return {
             key: list(value) if isinstance(value, tuple) else value
             for key, value in values.items()
-            if value is not None
+            if value is not None and value is not False
         }
 
     def to_toml(self) -> str:

@@ -10,6 +10,8 @@ from phichain.scene_keys import nearest
 
 FUNCTIONS: Final[tuple[str, ...]] = (
     "forward_dynamics",
+    "forward_dynamics_batch",
+    "direction_dynamics",
     "inverse_dynamics",
     "mass_matrix",
     "coriolis",
@@ -21,20 +23,35 @@ FUNCTIONS: Final[tuple[str, ...]] = (
     "phi",
     "phi_jacobian",
     "step",
+    "step_lie4",
+    "step_variational",
+    "step_rosenbrock",
+    "propagate",
+    "propagate_stiff",
+    "propagate_batch",
     "project",
 )
 """Every function of the contract, in the order of its table; `want` is kept in this order."""
 
-PLANAR_FUNCTIONS: Final = tuple(name for name in FUNCTIONS if name != "project")
-"""The functions of an undamped planar scene."""
+ON_REQUEST: Final = (
+    "forward_dynamics_batch", "step_lie4", "step_variational", "step_rosenbrock", "propagate_stiff", "propagate_batch",
+)  # fmt: skip
+"""Further steps, flows and forms for many trajectories: asked for by name, and in no list of all functions."""
+
+FLOWS: Final = ("forward_dynamics_batch", "propagate", "propagate_stiff", "propagate_batch")
+"""Those that run over many steps or states: C around Programs, where every other function is one Program."""
+
+PLANAR_FUNCTIONS: Final = tuple(
+    name for name in FUNCTIONS if name not in ("direction_dynamics", "project", *ON_REQUEST)
+)
+"""The functions of an undamped planar scene, but for those on request."""
 
 SPATIAL_FUNCTIONS: Final = tuple(
-    name for name in FUNCTIONS if name not in ("inverse_dynamics", "phi", "phi_jacobian")
+    name for name in FUNCTIONS if name not in ("inverse_dynamics", "phi", "phi_jacobian", *ON_REQUEST)
 )
-"""The functions of a spatial scene."""
+"""The functions of a spatial scene, but for those on request."""
 
 _PLANNED: Final = {
-    "propagate": 'integrate with "step", or with "forward_dynamics" in any integrator, until then',
     "controller": 'compute the gains from "linearization" until then',
 }
 
@@ -83,6 +100,11 @@ def _why_not(name: str, space: str, damped: bool) -> tuple[str, str] | None:
         return (
             "has no meaning on a planar scene, whose angles need no projection",
             "remove it; project belongs to the unit vectors of spatial scenes",
+        )
+    if name == "direction_dynamics" and space == "planar":
+        return (
+            "is defined on spatial scenes alone, since a planar link has an angle and no unit vector",
+            'use "forward_dynamics", whose accelerations are those of the angles',
         )
     if name == "inverse_dynamics" and space == "spatial":
         return (

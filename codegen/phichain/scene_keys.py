@@ -12,6 +12,7 @@ TABLES: Final[dict[str, tuple[str, ...]]] = {
     "chain": ("links", "space", "base", "mass", "length", "com", "cart_mass", "gravity"),
     "joints": ("angles", "damping", "stiffness", "actuated"),
     "functions": ("want",),
+    "flow": ("variational",),
     "target": ("real", "code"),
 }
 """The tables of a scene and their keys; `name` stands before the first table."""
@@ -29,7 +30,6 @@ _LABELS: Final = {"name": "name"} | {key: f"{table}.{key}" for table, keys in TA
 
 _PLANNED_TABLES: Final = {
     "control": "the function controller",
-    "flow": "the function propagate",
     "forcing": "forced scenes",
     "fractional": "fractional operators",
 }

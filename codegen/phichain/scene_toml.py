@@ -68,5 +68,7 @@ def _line(key: str, value: object) -> str:
 
 
 def _atom(value: object) -> str:
-    """Return a string, whole number or float as TOML; `repr` gives floats their shortest exact digits."""
+    """Return a string, truth value or number as TOML; `repr` gives floats their shortest exact digits."""
+    if isinstance(value, bool):
+        return str(value).lower()
     return json.dumps(value) if isinstance(value, str) else repr(value)

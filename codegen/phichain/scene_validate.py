@@ -215,6 +215,18 @@ _NO_CART: Final = "needs a cart, and the base is fixed"
 _SPATIAL_JOINTS: Final = "asks for joint torques, and spatial joints are not actuated"
 
 
+def variational_equations(value: object, want: Sequence[str]) -> bool:
+    """Return whether the flow carries the variational equations along; only a scene with a flow can ask for them."""
+    plain, key = _plain(value), label("variational")
+    if not isinstance(plain, bool):
+        raise SceneError(key, value, "is neither true nor false", "write variational = true, or remove it")
+    if plain and "propagate" not in want:
+        raise SceneError(
+            key, value, "asks for derivatives of a flow that is not wanted", 'add "propagate" to want'
+        )
+    return plain
+
+
 def _joints(
     value: object, joints: Sequence[Any], space: str, links: int, angles: str | None, default: str
 ) -> str | tuple[int, ...]:

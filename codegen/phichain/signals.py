@@ -40,7 +40,10 @@ def signal_system(scene: Scene, params: Parameters | None = None) -> System:
     """
     if not scene.is_planar:
         raise UnsupportedError(
-            "space", "spatial", "has no signal propagation: omega' has no second integral that is q", "use a planar scene"
+            "space",
+            "spatial",
+            "has no signal propagation: omega' has no second integral that is q",
+            "use a planar scene",
         )
     wanted = scene.to_dict()
     wanted["functions"] = {"want": list(_WANTED)}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,13 +10,16 @@ from numpy.typing import NDArray
 
 from phichain.program.nodes import Array, Program
 from phichain.scene import Scene
-from phichain.scene_functions import PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.scene_functions import FLOWS, ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 
 Arguments = dict[str, NDArray[np.float64]]
 
 
-def make(name: str, links: int, space: str, base: str, **keys: Any) -> Scene:
-    """A scene with every function it can have, and uneven numbers where none are given."""
+STEPS = tuple(name for name in ON_REQUEST if name not in FLOWS)
+
+
+def make(name: str, links: int, space: str, base: str, more: Sequence[str] = (), **keys: Any) -> Scene:
+    """A scene with every Program it can have, those on request as given, and uneven numbers where none are given."""
     numbers: dict[str, Any] = {
         "mass": [0.7 + 0.3 * (k % 4) for k in range(links)],
         "length": [1.1 - 0.2 * (k % 3) for k in range(links)],
@@ -24,8 +28,8 @@ def make(name: str, links: int, space: str, base: str, **keys: Any) -> Scene:
         numbers["cart_mass"] = 1.9
     no_phi = "damping" in keys or space == "spatial"
     functions = SPATIAL_FUNCTIONS if space == "spatial" else PLANAR_FUNCTIONS
-    want = [name for name in functions if not (no_phi and name.startswith("phi"))]
-    return Scene(name, links, space=space, base=base, want=want, **(numbers | keys))
+    want = [name for name in functions if name not in FLOWS and not (no_phi and name.startswith("phi"))]
+    return Scene(name, links, space=space, base=base, want=[*want, *more], **(numbers | keys))
 
 
 def _mid(links: int) -> list[float]:
@@ -43,23 +47,24 @@ SCENES = (
     make("planar_uniform", 3, "planar", "fixed", mass=0.3, length=0.4, com=0.2, actuated="all", code="unrolled"),
     make("planar_runtime", 3, "planar", "fixed", angles="absolute", stiffness="runtime", actuated="all", code="loops",
          **_ALL_RUNTIME),
-    make("planar_cart_tip", 3, "planar", "cart", angles="adjacent", damping=_joint(3, 0.4), actuated="all", code="loops"),
-    make("planar_cart_mid", 3, "planar", "cart", angles="absolute", com=_mid(3), code="unrolled"),
+    make("planar_cart_tip", 3, "planar", "cart", STEPS, angles="adjacent", damping=_joint(3, 0.4), actuated="all",
+         code="loops"),
+    make("planar_cart_mid", 3, "planar", "cart", STEPS, angles="absolute", com=_mid(3), code="unrolled"),
     make("planar_cart_passive", 3, "planar", "cart", com=_mid(3), stiffness=_joint(3, 2.0), damping=_joint(3, 0.3),
          actuated=[1, 3], code="loops"),
     make("planar_cart_runtime", 2, "planar", "cart", mass="runtime", length="runtime", cart_mass="runtime",
          angles="adjacent", stiffness=_joint(2, 1.5), code="unrolled"),
-    make("spatial_tip", 3, "spatial", "fixed", code="unrolled"),
+    make("spatial_tip", 3, "spatial", "fixed", STEPS, code="loops"),
     make("spatial_runtime", 2, "spatial", "fixed", stiffness="runtime", damping="runtime", code="unrolled", **_ALL_RUNTIME),
     make("spatial_cart_tip", 5, "spatial", "cart", code="loops"),
     make("spatial_cart_springs", 4, "spatial", "cart", mass="runtime", length="runtime", cart_mass="runtime",
          stiffness=_joint(4, 2.0), code="loops"),
-    make("spatial_cart_mid", 2, "spatial", "cart", com=_mid(2), damping=_joint(2, 0.3), code="loops"),
+    make("spatial_cart_mid", 2, "spatial", "cart", STEPS, com=_mid(2), damping=_joint(2, 0.3), code="loops"),
 )  # fmt: skip
 """In double precision."""
 
 FLOAT_SCENES = (
-    make("float_planar", 2, "planar", "fixed", com=_mid(2), actuated="all", code="loops", real="float"),
+    make("float_planar", 2, "planar", "fixed", STEPS, com=_mid(2), actuated="all", code="loops", real="float"),
     make("float_planar_cart", 2, "planar", "cart", stiffness="runtime", damping="runtime", cart_mass="runtime",
          code="unrolled", real="float", **_ALL_RUNTIME),
     make("float_spatial_cart", 3, "spatial", "cart", code="unrolled", real="float"),
@@ -68,7 +73,7 @@ FLOAT_SCENES = (
 
 
 def random_states(scene: Scene, programs: dict[str, Program], count: int, seed: int) -> Arguments:
-    """Parameters once and every input `count` times, by name: directions unit, angular velocities tangent."""
+    """Parameters once and every input `count` times, by name: directions unit, rates tangent to them."""
     rng = np.random.default_rng(seed)
     arrays = {a.name: a for program in programs.values() for a in program.inputs}
     states = {name: _rounded(scene, _drawn(array, count, rng)) for name, array in arrays.items()}
@@ -98,8 +103,9 @@ def _parameter(array: Array, rng: np.random.Generator) -> NDArray[np.float64]:
 def _onto_spheres(states: Arguments, cart: int) -> None:
     q = states["q"][:, cart:].reshape(len(states["q"]), -1, 3)
     q /= np.linalg.norm(q, axis=-1, keepdims=True)
-    omega = states["v"][:, cart:].reshape(q.shape)
-    omega -= q * np.sum(q * omega, axis=-1, keepdims=True)
+    for name in states.keys() & {"v", "q_dot"}:
+        rate = states[name][:, cart:].reshape(q.shape)
+        rate -= q * np.sum(q * rate, axis=-1, keepdims=True)
 
 
 def _rounded(scene: Scene, values: NDArray[np.float64]) -> NDArray[np.float64]:

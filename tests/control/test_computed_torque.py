@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from phichain.control.computed_torque import computed_torque, in_phase, tracking_error
+from phichain.control import computed_torque, in_phase, tracking_error
 from phichain.errors import ArrayError, ControlError, UnsupportedError
 from phichain.simulate import simulate
 from phichain.system import AbsentFunctionError, System
@@ -34,7 +34,9 @@ def test_one_link_needs_the_torque_of_the_book() -> None:
     law = computed_torque(chain(1), wanted)
     for t in (0.0, 0.3, 1.7):
         angle, _, acceleration = wanted(t)
-        assert law(t, np.zeros(2)) == pytest.approx(0.25 * acceleration + GRAVITY * 0.5 * np.sin(angle), rel=1e-15)
+        assert law(t, np.zeros(2)) == pytest.approx(
+            0.25 * acceleration + GRAVITY * 0.5 * np.sin(angle), rel=1e-15
+        )
 
 
 @pytest.mark.parametrize("rate", [None, 5.0])
@@ -101,6 +103,17 @@ def test_what_cannot_follow_is_refused() -> None:
     for rate in (0.0, -1.0, float("nan")):
         with pytest.raises(ControlError, match="positive"):
             computed_torque(chain(2), wanted, rate)
-    for bad in (in_phase([0.1], 1.0), lambda t: (wanted(t)[0] * np.nan, *wanted(t)[1:]), lambda t: wanted(t)[:2]):
+    with pytest.raises(ControlError, match="rate: does not hold real numbers"):
+        computed_torque(chain(2), wanted, "fast")  # type: ignore[arg-type]
+    with pytest.raises(ArrayError, match="no function of time"):
+        computed_torque(chain(2), wanted(0.0))  # type: ignore[arg-type]
+    for bad in (lambda t: 1.0, lambda t: (*wanted(t)[:2], "rest")):
+        with pytest.raises(ArrayError, match="three finite vectors"):
+            computed_torque(chain(2), bad)  # type: ignore[arg-type]
+    for bad in (
+        in_phase([0.1], 1.0),
+        lambda t: (wanted(t)[0] * np.nan, *wanted(t)[1:]),
+        lambda t: wanted(t)[:2],
+    ):
         with pytest.raises(ArrayError, match="three finite vectors"):
             computed_torque(chain(2), bad)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from phichain.control import controllability, equilibria, equilibrium, linearize, lqr
+from phichain.control import controllability, equilibria, equilibrium, feedback, linearize, lqr
 from phichain.errors import ControlError, UnsupportedError
 from phichain.system import AbsentFunctionError, System, rhs_jacobian
 from tests.handmade import GRAVITY, paper_b, planar, spatial, uniform_planar
@@ -130,6 +132,32 @@ def test_a_folded_chain_that_no_force_on_the_cart_can_reach(s, angles) -> None:
     assert np.linalg.svd(pencil, compute_uv=False)[-1] < 1e-13
 
 
+@pytest.mark.parametrize("s", [(1, 1, -1), (-1, 1, -1), (1, -1, 1), (-1, -1, 1)])
+def test_two_folded_links_at_the_tip_keep_their_mode(s) -> None:
+    """Links 2 and 3 as above, under any first link: lambda^2 = s_2 g mu_2 / (m_2 r_2 (l_2 - r_2))."""
+    system = planar([0.5, 0.4, 0.3], [0.7, 1.0, 0.9], [0.3, 0.4, 0.6], cart_mass=0.8, actuated="cart")
+    found = controllability(system, s)
+    assert not found.is_controllable
+    assert found.modes[found.worst] ** 2 == pytest.approx(
+        s[1] * GRAVITY * (0.4 * 0.4 + 0.3) / (0.4 * 0.4 * 0.6)
+    )
+
+
+@settings(max_examples=30)
+@given(
+    st.lists(st.tuples(st.floats(0.5, 2.0), st.floats(0.5, 2.0)), min_size=2, max_size=4),
+    st.floats(0.2, 1.0),
+    st.data(),
+)
+def test_the_last_mass_alone_may_sit_anywhere(links, share: float, data) -> None:
+    """The theorem of theory section 3: r_k = l_k for k < N suffices, at every equilibrium."""
+    mass, length = (list(values) for values in zip(*links, strict=True))
+    s = data.draw(st.tuples(*[st.sampled_from((1, -1))] * len(links)))
+    com = [*length[:-1], share * length[-1]]
+    system = planar(mass, length, com, cart_mass=1.0, actuated="cart")
+    assert controllability(system, s).margin > 1e-6
+
+
 def test_the_margin_measures_the_distance_from_it() -> None:
     gaps = np.array([1e-2, 1e-3, 1e-4])
     margins = np.array([controllability(folded(gap), (1, -1)).margin for gap in gaps])
@@ -191,6 +219,12 @@ def test_joint_torques_on_a_fixed_base() -> None:
         (lambda: lqr(PAPER_B, Q=np.nan), "not finite"),
         (lambda: lqr(PAPER_B, (1,) * 5, Q=[0, 0] + [1] * 22), "Q: does not weigh the mode lambda = "),
         (lambda: lqr(uniform_planar(2), (1, 1)), "no input"),
+        (lambda: lqr(PAPER_B, "up"), "s: does not hold real numbers"),
+        (lambda: lqr(PAPER_B, [1, [1, 1]]), "s: does not hold real numbers"),
+        (lambda: lqr(PAPER_B, Q="identity"), "Q: does not hold real numbers"),
+        (lambda: lqr(PAPER_B, R=[[1.0], [1.0, 2.0]]), "R: does not hold real numbers"),
+        (lambda: lqr(PAPER_B, R=1j), "R: does not hold real numbers"),
+        (lambda: feedback(PAPER_B, lqr(PAPER_B), ["here", "there"]), "target: does not hold real numbers"),
     ],
 )
 def test_bad_input_is_one_control_error(call, words) -> None:

@@ -10,16 +10,18 @@ from numpy.typing import NDArray
 
 from phichain.program.nodes import Program
 from phichain.scene import FUNCTIONS, Scene
-from phichain.scene_functions import PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.scene_functions import FLOWS, ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 
 _ANGLES = ("relative", "absolute", "adjacent")
 
 
 def functions_of(space: str, damped: bool) -> tuple[str, ...]:
-    """Every function such a scene has."""
+    """Every function such a scene has and CasADi can call."""
     if space == "spatial":
-        return SPATIAL_FUNCTIONS
-    return tuple(name for name in PLANAR_FUNCTIONS if not (damped and name.startswith("phi")))
+        return tuple(name for name in SPATIAL_FUNCTIONS if name not in FLOWS)
+    return tuple(
+        name for name in PLANAR_FUNCTIONS if name not in FLOWS and not (damped and name.startswith("phi"))
+    )
 
 
 def make_scene(name: str, links: int, space: str = "planar", base: str = "fixed", **keys: Any) -> Scene:
@@ -73,7 +75,7 @@ SINGLE = (
 def random_arguments(
     program: Program, rng: np.random.Generator, space: str
 ) -> dict[str, NDArray[np.float64]]:
-    """Arguments of a Program in which nothing is special; directions are unit, angular velocities tangent."""
+    """Arguments of a Program in which nothing is special; directions are unit, rates tangent."""
     arguments = {array.name: rng.uniform(0.5, 1.5, array.shape) for array in program.params}
     if {"com", "length"} <= arguments.keys():
         arguments["com"] = arguments["length"] * rng.uniform(0.2, 0.9, arguments["com"].shape)
@@ -94,9 +96,9 @@ def _make_tangent(arguments: dict[str, NDArray[np.float64]]) -> None:
     cart = arguments["q"].size % 3
     q = arguments["q"][cart:].reshape(-1, 3)
     q /= np.linalg.norm(q, axis=1, keepdims=True)
-    if "v" in arguments:
-        omega = arguments["v"][cart:].reshape(-1, 3)
-        omega -= q * np.sum(q * omega, axis=1, keepdims=True)
+    for name in arguments.keys() & {"v", "q_dot"}:
+        rate = arguments[name][cart:].reshape(-1, 3)
+        rate -= q * np.sum(q * rate, axis=1, keepdims=True)
 
 
 def random_batch(
@@ -126,4 +128,4 @@ def relative_error(actual: Any, expected: Any) -> float:
     return float(error / scale if scale > 1e-14 else error)
 
 
-assert set(FUNCTIONS) == set(PLANAR_FUNCTIONS) | set(SPATIAL_FUNCTIONS)
+assert set(FUNCTIONS) - set(ON_REQUEST) == set(PLANAR_FUNCTIONS) | set(SPATIAL_FUNCTIONS)

@@ -38,7 +38,9 @@ def test_figure_2_keeps_the_horizontal_momentum(runs: dict, cart: System) -> Non
 
 
 @pytest.mark.parametrize(("name", "run", "slowest"), [("B3", FIG_3, -1.07782602), ("B4", FIG_4, -0.77136540)])
-def test_figures_3_and_4_have_the_paper_s_spectrum_and_settle(name, run, slowest, runs: dict, cart: System) -> None:
+def test_figures_3_and_4_have_the_paper_s_spectrum_and_settle(
+    name, run, slowest, runs: dict, cart: System
+) -> None:
     motion, gains = runs[name]
     assert gains.s == run.s
     assert gains.poles.real.max() == pytest.approx(slowest, abs=5e-9)
@@ -78,7 +80,9 @@ def test_the_sheets_have_the_paper_s_panels(runs: dict, cart: System) -> None:
     assert {"height (m)", "cart (m)", "energy (J)", "error of $T + V$"} <= set(labels)
     held = steadied(cart, *runs["B4"], "title", FIG_4.moments)
     labels = [axes.get_ylabel() for axes in held.axes]
-    assert {"cart (m)", "energy (J)", "force (N)"} <= set(labels) and sum("off" in label for label in labels) == 5
+    assert {"cart (m)", "energy (J)", "force (N)"} <= set(labels) and sum(
+        "off" in label for label in labels
+    ) == 5
     curves = {line.get_label(): line.get_ydata() for axes in held.axes for line in axes.get_lines()}
     assert curves["$e_q$"][0] == pytest.approx(4 * np.sin(np.radians(2)))
     np.testing.assert_array_equal(curves["$u_2$"], runs["B4"][0].u[:, 1])

@@ -68,7 +68,9 @@ def test_the_slowest_mode_tends_to_the_hanging_chain() -> None:
     limit = hanging_chain_frequency()
     assert limit == pytest.approx(2.404825557695773 / 2 * np.sqrt(9.81), rel=1e-15)
     gaps = {links: slowest_family(links).column("omega")[0] - limit for links in (8, 16, 32)}
-    assert gaps[8] / gaps[16] == pytest.approx(4, abs=0.1) and gaps[16] / gaps[32] == pytest.approx(4, abs=0.05)
+    assert gaps[8] / gaps[16] == pytest.approx(4, abs=0.1) and gaps[16] / gaps[32] == pytest.approx(
+        4, abs=0.05
+    )
     assert 0 < gaps[32] < 1e-3
 
 
@@ -78,9 +80,13 @@ def test_the_sheet_shows_families_orbits_and_the_exact_curve(short: dict) -> Non
     first, second = sheet.axes[0], sheet.axes[1]
     shown = [line.get_xydata() for line in first.get_lines()]
     family = short[1][0]
-    np.testing.assert_array_equal(shown[0], np.column_stack([family.column("amplitude_theta_1"), family.column("omega")]))
+    np.testing.assert_array_equal(
+        shown[0], np.column_stack([family.column("amplitude_theta_1"), family.column("omega")])
+    )
     points = [data[0] for data in shown if len(data) == 1]
-    assert len(points) == 4 and points[0][1] == pytest.approx(pendulum_frequency(points[0][0], OMEGA_0), rel=1e-12)
+    assert len(points) == 4 and points[0][1] == pytest.approx(
+        pendulum_frequency(points[0][0], OMEGA_0), rel=1e-12
+    )
     assert any(line.get_linestyle() == "--" for line in first.get_lines())
     # Two angles of three orbits, one of them unstable, so hollow.
     orbits = [line for line in second.get_lines() if len(line.get_xdata()) == 1]

@@ -26,7 +26,9 @@ def app() -> typer.Typer:
 
 def is_a_picture(path: Path) -> bool:
     pixels = imread(path)
-    return pixels.shape[0] > 300 and pixels.shape[1] > 800 and 0.05 < float(np.mean(pixels[..., :3].std())) < 0.5
+    return (
+        pixels.shape[0] > 300 and pixels.shape[1] > 800 and 0.05 < float(np.mean(pixels[..., :3].std())) < 0.5
+    )
 
 
 def test_every_figure_of_both_papers_has_a_name() -> None:
@@ -44,7 +46,18 @@ def test_a_figure_is_one_command_away(app: typer.Typer, name: str, tmp_path: Pat
 
 
 def test_propagation_takes_any_planar_scene(app: typer.Typer, tmp_path: Path) -> None:
-    words = ["propagation", "planar2", "--t", "0.3", "--samples", "61", "--q", "0.3,0.1", "--out", str(tmp_path)]
+    words = [
+        "propagation",
+        "planar2",
+        "--t",
+        "0.3",
+        "--samples",
+        "61",
+        "--q",
+        "0.3,0.1",
+        "--out",
+        str(tmp_path),
+    ]
     answer = RUNNER.invoke(app, words)
     assert answer.exit_code == 0, answer.output
     assert "61 times" in answer.output and "with initial terms" in answer.output

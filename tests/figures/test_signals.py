@@ -115,7 +115,10 @@ def test_the_page_holds_the_surfaces_and_needs_nothing_else(wave: Case) -> None:
     assert stored["orders"][0] == 0 and stored["orders"][-1] == 3 and np.all(np.diff(stored["orders"]) > 0)
     wave_of = Wave.of(found, 0)
     kept = stored["waves"]["total"][0]
-    values = unpacked(kept["values"]).reshape(len(stored["orders"]), stored["times"]) * np.array(kept["sizes"])[:, None]
+    values = (
+        unpacked(kept["values"]).reshape(len(stored["orders"]), stored["times"])
+        * np.array(kept["sizes"])[:, None]
+    )
     np.testing.assert_allclose(values[30], wave_of.theta_p[:, -1], atol=1e-4 * kept["sizes"][30])
     np.testing.assert_allclose(values[-1], wave_of.psi[:, 0], atol=1e-4 * kept["sizes"][-1])
 
@@ -126,9 +129,39 @@ def test_the_script_is_well_formed() -> None:
     subprocess.run(["node", "--check", str(script)], check=True)
 
 
+@pytest.mark.skipif(shutil.which("node") is None, reason="no JavaScript engine here")
+def test_the_page_works_without_a_server(wave: Case, single: Case, tmp_path: Path) -> None:
+    """Its script alone, in a document of stubs: every control is worked, and what is drawn is finite."""
+    page = tmp_path / "page.html"
+    page.write_text(viewer("title", "lead", {"three": wave[1], "one": single[1]}))
+    run = subprocess.run(
+        ["node", str(Path(__file__).with_name("viewer_dom.js")), str(page)],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    seen = json.loads(run.stdout)
+    assert seen["bad"] == [] and all(count > 0 for count in seen["strokes"].values())
+    first, last, *_, clicked, played = seen["readings"]
+    assert (
+        first.startswith("θ1 at p = 0.000")
+        and last.startswith("θ1 at α = -2.000")
+        and "initial terms" in last
+    )
+    assert clicked != played and all(reading.endswith("in SI units") for reading in seen["readings"])
+
+
 def test_any_planar_scene_can_be_followed(tmp_path: Path) -> None:
     scene = Scene(
-        "sprung", 1, base="cart", mass="runtime", length=0.5, cart_mass=1.0, stiffness=2.0, damping=0.1, real="float"
+        "sprung",
+        1,
+        base="cart",
+        mass="runtime",
+        length=0.5,
+        cart_mass=1.0,
+        stiffness=2.0,
+        damping=0.1,
+        real="float",
     )
     system = signal_system(scene, {"mass": np.array([0.4])})
     found = released(system, 0.2, 41, u=[0.3])

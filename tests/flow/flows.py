@@ -16,6 +16,12 @@ from phichain.emit.c import sincos_kernel
 from phichain.emit.flow import Flow, flow
 from phichain.scene import Scene, scene_from_dict
 
+#: Warnings that no line may cause.
+STRICT = (
+    "-std=c99", "-pedantic-errors", "-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Wdouble-promotion",
+    "-Wfloat-conversion", "-Wshadow", "-Wcast-qual", "-Wundef", "-Wvla", "-Wfloat-equal", "-Wunreachable-code", "-Werror",
+)  # fmt: skip
+
 FAST = ("-std=c99", "-O2", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math")
 
 
@@ -48,7 +54,10 @@ def unit(chain: Scene) -> tuple[str, Flow]:
 
 
 def _fields(chain: Scene) -> list[tuple[str, str]]:
-    return [(array.name, f"[{array.size}]" if array.shape else "") for array in flow(chain).recurrences.start.params]
+    return [
+        (array.name, f"[{array.size}]" if array.shape else "")
+        for array in flow(chain).recurrences.start.params
+    ]
 
 
 @cache
@@ -57,8 +66,21 @@ def compiled(chain: Scene, flags: tuple[str, ...] = FAST) -> Propagate:
     folder = Path(mkdtemp(prefix="flow-"))
     text, made = unit(chain)
     (folder / "flow.c").write_text(text)
-    subprocess.run(["cc", *flags, "-fPIC", "-shared", "flow.c", "-o", "flow.so", "-lm"], cwd=folder, check=True)
+    subprocess.run(
+        ["cc", *flags, "-fPIC", "-shared", "flow.c", "-o", "flow.so", "-lm"], cwd=folder, check=True
+    )
     library = ctypes.CDLL(str(folder / "flow.so"))
     parameters = [Argument(array.name, array.shape) for array in made.recurrences.start.params]
     function = library[f"{chain.name}_propagate"]
-    return make_propagate(chain.name, (chain.nq, chain.nv, chain.nu), chain.links, parameters, function, chain.real)
+    sizes = (chain.nq, chain.nv, chain.nu)
+    return make_propagate(
+        chain.name, sizes, chain.links, parameters, function, chain.real, variational=chain.variational
+    )
+
+
+#: Scenes that differ in every way the printer knows.
+CHAINS = {
+    "arms": planar(3, "arms", joints={"stiffness": [5.0, 0, 1], "angles": "absolute", "actuated": "all"}),
+    "loops": planar(4, "looped", target={"code": "loops"}),
+    "cart": scene("carted", "planar", "cart", links=2, mass=1, length=[0.5, 1], cart_mass=0.7),
+}

@@ -22,11 +22,46 @@ DIGITS = 80
 ORDERS = 6
 
 SCENES: dict[str, dict[str, Any]] = {
-    "arms": {"links": 3, "space": "planar", "base": "fixed", "mass": [1, 2, 0.5], "length": [1, 0.7, 2], "com": [0.5, 0.3, 1]},
-    "tips": {"links": 4, "space": "planar", "base": "cart", "mass": [1, 2, 0.5, 3], "length": 1, "cart_mass": 0.7},
-    "spatial": {"links": 2, "space": "spatial", "base": "cart", "mass": 0.1, "length": [0.1, 0.3], "cart_mass": 0.5},
-    "runtime": {"links": 2, "space": "planar", "base": "fixed", "mass": "runtime", "length": "runtime", "com": "runtime"},
-    "spatial_arms": {"links": 2, "space": "spatial", "base": "fixed", "mass": [1, 2], "length": 1, "com": 0.5},
+    "arms": {
+        "links": 3,
+        "space": "planar",
+        "base": "fixed",
+        "mass": [1, 2, 0.5],
+        "length": [1, 0.7, 2],
+        "com": [0.5, 0.3, 1],
+    },
+    "tips": {
+        "links": 4,
+        "space": "planar",
+        "base": "cart",
+        "mass": [1, 2, 0.5, 3],
+        "length": 1,
+        "cart_mass": 0.7,
+    },
+    "spatial": {
+        "links": 2,
+        "space": "spatial",
+        "base": "cart",
+        "mass": 0.1,
+        "length": [0.1, 0.3],
+        "cart_mass": 0.5,
+    },
+    "runtime": {
+        "links": 2,
+        "space": "planar",
+        "base": "fixed",
+        "mass": "runtime",
+        "length": "runtime",
+        "com": "runtime",
+    },
+    "spatial_arms": {
+        "links": 2,
+        "space": "spatial",
+        "base": "fixed",
+        "mass": [1, 2],
+        "length": 1,
+        "com": 0.5,
+    },
 }
 JOINTS: dict[str, dict[str, Any]] = {
     "arms": {"actuated": "all", "angles": "adjacent", "stiffness": [1, 2, 3], "damping": 0.1},
@@ -44,7 +79,10 @@ def scene_of(name: str) -> Scene:
 def coefficients(count: int, seed: int) -> list[list[mpmath.mpf]]:
     """Rows of ORDERS + 1 numbers of order one, decaying, the same on every machine."""
     return [
-        [mpmath.mpf((7919 * (seed + 31 * i + 17 * n)) % 1013 - 500) / 700 / (n + 1) for n in range(ORDERS + 1)]
+        [
+            mpmath.mpf((7919 * (seed + 31 * i + 17 * n)) % 1013 - 500) / 700 / (n + 1)
+            for n in range(ORDERS + 1)
+        ]
         for i in range(count)
     ]
 
@@ -55,12 +93,16 @@ def constants(program: Program) -> dict[str, list[mpmath.mpf]]:
     return {a.name: [mpmath.mpf(3 + (5 * i + len(a.name)) % 7) / 5 for i in range(a.size)] for a in held}
 
 
-def by_recurrence(program: Program, given: dict[str, list[list[mpmath.mpf]]]) -> dict[str, list[list[mpmath.mpf]]]:
+def by_recurrence(
+    program: Program, given: dict[str, list[list[mpmath.mpf]]]
+) -> dict[str, list[list[mpmath.mpf]]]:
     """Coefficients of every output, driven as the emitted C drives them."""
     made = jets(program)
     with mpmath.workdps(DIGITS):
         fixed = constants(program)
-        found = evaluate_exactly(made.start, fixed | {k: [row[0] for row in rows] for k, rows in given.items()}, DIGITS)
+        found = evaluate_exactly(
+            made.start, fixed | {k: [row[0] for row in rows] for k, rows in given.items()}, DIGITS
+        )
         held = {a.name: found[a.name] for a in made.start.outputs if a.name not in (LEFT, RIGHT)}
         left, right = [found.get(LEFT, [])], [found.get(RIGHT, [])]
         series = {array.name: [[value] for value in found[array.name]] for array in program.outputs}
@@ -82,18 +124,25 @@ def sums(left: list[list[Any]], right: list[list[Any]], n: int) -> list[Any]:
     return [mpmath.fsum(left[j][lane] * right[n - j][lane] for j in range(1, n)) for lane in lanes]
 
 
-def by_contour(program: Program, given: dict[str, list[list[mpmath.mpf]]]) -> dict[str, list[list[mpmath.mpf]]]:
+def by_contour(
+    program: Program, given: dict[str, list[list[mpmath.mpf]]]
+) -> dict[str, list[list[mpmath.mpf]]]:
     """Coefficients of t -> program(q(t), v(t)) from its values on a small circle (Cauchy's formula, error radius^16)."""
     points, radius = 16, mpmath.mpf(10) ** -4
     with mpmath.workdps(DIGITS):
         fixed, values = constants(program), []
         roots = [mpmath.expjpi(mpmath.mpf(2 * k) / points) for k in range(points)]
         for root in roots:
-            moved = {k: [mpmath.polyval(row[::-1], radius * root) for row in rows] for k, rows in given.items()}
+            moved = {
+                k: [mpmath.polyval(row[::-1], radius * root) for row in rows] for k, rows in given.items()
+            }
             values.append(evaluate_exactly(program, fixed | moved, DIGITS))
 
         def series(name: str, cell: int) -> list[mpmath.mpf]:
-            terms = [[f[name][cell] * root**-n for f, root in zip(values, roots, strict=True)] for n in range(ORDERS + 1)]
+            terms = [
+                [f[name][cell] * root**-n for f, root in zip(values, roots, strict=True)]
+                for n in range(ORDERS + 1)
+            ]
             return [mpmath.re(mpmath.fsum(row)) / points / radius**n for n, row in enumerate(terms)]
 
         return {array.name: [series(array.name, i) for i in range(array.size)] for array in program.outputs}

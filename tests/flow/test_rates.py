@@ -45,15 +45,21 @@ def test_a_stiff_joint_is_the_fastest() -> None:
 def test_the_bound_for_runtime_parameters_is_above_and_not_far(links: int, half_way: bool) -> None:
     names = ("mass", "length", "com")[: 2 + half_way]
     given = scene("given", "planar", "fixed", links=links, **dict.fromkeys(names, "runtime"))
-    folded = planar(links) if half_way else scene("tips", "planar", "fixed", links=links, mass=1, length=1 / links)
+    folded = (
+        planar(links) if half_way else scene("tips", "planar", "fixed", links=links, mass=1, length=1 / links)
+    )
     assert fastest_rate(given) is None and reach(given) is None
     numbers = {"mass": 1 / links, "length": 1 / links, "com": 0.5 / links}
-    bound, length = evaluate(scales_program(given), {name: np.full(links, numbers[name]) for name in names})["scales"]
+    bound, length = evaluate(scales_program(given), {name: np.full(links, numbers[name]) for name in names})[
+        "scales"
+    ]
     assert length == pytest.approx(1.0)
     assert rate(folded) <= 1.01 * bound <= 6 * rate(folded)
 
 
 def test_masses_that_spread_beyond_double_precision_still_have_a_bound() -> None:
     masses = [10.0 ** (8 * (-1) ** k) for k in range(32)]
-    chain = scene("spread", "planar", "fixed", links=32, mass=masses, length=[1e4 if k % 2 else 1e-4 for k in range(32)])
+    chain = scene(
+        "spread", "planar", "fixed", links=32, mass=masses, length=[1e4 if k % 2 else 1e-4 for k in range(32)]
+    )
     assert math.isfinite(rate(chain)) and rate(chain) > 1.0

@@ -187,6 +187,9 @@ def test_shifted_time_and_long_grids_count_from_the_first_sample() -> None:
             ArrayError,
             "per channel",
         ),
+        ((np.linspace(0, 1, 50), np.ones(50), -1.0), {"initial": (0.0, 1.0, 2.0)}, ArrayError, "no pair"),
+        ((np.linspace(0, 1, 50), np.ones(50), -1.0), {"initial": 1.0}, ArrayError, "no pair"),
+        ((np.linspace(0, 1, 50), np.ones(50), -1.0), {"order": True}, SignalError, "no such quadrature"),
         ((np.linspace(0, 1, 50), np.ones(50), -1.0), {"workers": 0}, ArrayError, "at least 1"),
     ],
 )

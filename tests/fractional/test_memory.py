@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from phichain.errors import SignalError, ToleranceError
+from phichain.errors import ArrayError, SignalError, ToleranceError
 from phichain.fractional import grunwald_letnikov, implied_error, memory_length, short_memory
 
 TIME = np.linspace(0.0, 8.0, 801)
@@ -91,8 +91,17 @@ def test_channels_and_long_memories() -> None:
         ({"length": np.nan}, SignalError),
         ({"tolerance": 0.0}, ToleranceError),
         ({"tolerance": np.nan}, ToleranceError),
+        ({"length": "long"}, ArrayError),
+        ({"tolerance": [1e-3]}, ArrayError),
     ],
 )
 def test_bad_lengths_and_tolerances(options: dict, error: type[Exception]) -> None:
     with pytest.raises(error):
         short_memory(TIME, np.ones(TIME.size), 0.5, **options)
+
+
+def test_an_order_that_hardly_forgets_says_so() -> None:
+    with pytest.raises(ToleranceError, match="no finite memory keeps it for alpha = 1e-06"):
+        short_memory(TIME, np.ones(TIME.size), 1e-6, tolerance=1e-3)
+    with pytest.raises(ArrayError, match="one real number"):
+        short_memory(TIME, np.ones(TIME.size), [0.3, 0.4], length=1.0)  # type: ignore[arg-type]

@@ -26,10 +26,12 @@ from tests.generated.compiling import (
     write_c,
 )
 
-#: What C files may ask of the C library: mathematics, and the copying of bits (which compilers do themselves).
-LIBRARY = {f"{name}{suffix}" for name in ("sin", "cos", "sincos", "sqrt", "fabs") for suffix in ("", "f")} | {
-    "memcpy"
-}
+#: What C files may ask of the C library: mathematics, and the copying and clearing of bits (which compilers do themselves).
+LIBRARY = {
+    f"{name}{suffix}"
+    for name in ("sin", "cos", "sincos", "sqrt", "fabs", "exp", "log", "pow", "ceil", "floor", "fma")
+    for suffix in ("", "f")
+} | {"memcpy", "memset"}
 
 
 def kinds_of_one_link() -> list[Scene]:

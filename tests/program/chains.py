@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from phichain.program import Program
 from phichain.scene import Scene
-from phichain.scene_functions import PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.scene_functions import FLOWS, ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 
 Arguments = dict[str, NDArray[np.float64]]
 
@@ -67,21 +67,24 @@ def label(chain: Scene) -> str:
 
 
 def functions(chain: Scene) -> tuple[str, ...]:
-    """Every function a scene has."""
+    """Every function of a scene that is a Program."""
     if not chain.is_planar:
-        return SPATIAL_FUNCTIONS
-    return tuple(f for f in PLANAR_FUNCTIONS if chain.damping is None or not f.startswith("phi"))
+        return tuple(f for f in (*SPATIAL_FUNCTIONS, *ON_REQUEST) if f not in FLOWS)
+    damped = chain.damping is not None
+    known = (*PLANAR_FUNCTIONS, *ON_REQUEST)
+    return tuple(f for f in known if f not in FLOWS and not (damped and f.startswith("phi")))
 
 
 def random_arguments(chain: Scene, program: Program, seed: int = 0) -> Arguments:
-    """Random parameters and inputs by name; directions are unit and angular velocities tangent to rounding."""
+    """Random parameters and inputs by name; directions are unit and rates tangent to rounding."""
     rng = np.random.default_rng(seed)
-    state = {"q": rng.normal(size=chain.nq), "v": rng.normal(size=chain.nv)}
+    state = {"q": rng.normal(size=chain.nq), "v": rng.normal(size=chain.nv), "q_dot": rng.normal(size=chain.nq)}
     if not chain.is_planar:
         start = 2 * chain.has_cart
-        q, omega = (state[name][start:].reshape(-1, 3) for name in ("q", "v"))
+        q, omega, q_dot = (state[name][start:].reshape(-1, 3) for name in ("q", "v", "q_dot"))
         q /= np.linalg.norm(q, axis=1)[:, None]
-        omega -= q * np.sum(q * omega, axis=1)[:, None]
+        for rate in (omega, q_dot):
+            rate -= q * np.sum(q * rate, axis=1)[:, None]
     drawn = {array.name: rng.normal(size=array.shape) for array in program.inputs}
     drawn |= {array.name: rng.uniform(0.6, 1.0, array.shape) for array in program.params}
     if "com" in drawn:

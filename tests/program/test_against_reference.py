@@ -50,6 +50,10 @@ def test_every_function(chain: Scene) -> None:
         found, expected = evaluate(program, arguments), truth(chain, name, arguments)
         assert set(found) == set(expected), name
         for output in found:
+            if output.endswith("_error"):  # an estimate far below the state it belongs to, from which it is formed
+                apart = np.abs(found[output] - _floats(expected[output]))
+                assert np.max(apart) < 1e-14 * np.max(np.abs(found["v_next"])), (name, output)
+                continue
             assert error(found[output], expected[output]) < 1e-12, (name, output)
 
 

@@ -1,9 +1,12 @@
 """Functions that a scene does not have: the refusal names what to use instead."""
 
+from pathlib import Path
+
 import pytest
 
 from phichain.errors import UnsupportedError
 from phichain.scene import Scene
+from phichain.scene_functions import ON_REQUEST, FUNCTIONS, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 
 
 def make(**changes):
@@ -54,11 +57,19 @@ SPATIAL = {"space": "spatial"}
             ),
         ),
         (
-            "propagate",
+            "direction_dynamics",
             {},
             (
-                "functions.want: is not available in this version (got 'propagate'); "
-                'integrate with "step", or with "forward_dynamics" in any integrator, until then'
+                "functions.want: is defined on spatial scenes alone, since a planar link has an angle and no unit vector "
+                "(got 'direction_dynamics'); use \"forward_dynamics\", whose accelerations are those of the angles"
+            ),
+        ),
+        (
+            "controller",
+            {},
+            (
+                "functions.want: is not available in this version (got 'controller'); "
+                'compute the gains from "linearization" until then'
             ),
         ),
         ("controller", SPATIAL | CART, None),
@@ -74,3 +85,19 @@ def test_functions_that_a_scene_does_not_have_name_what_to_use_instead(name, cha
 @pytest.mark.parametrize("name", ["phi", "phi_jacobian"])
 def test_phi_is_there_again_when_every_damper_is_zero(name):
     assert make(want=[name], damping=0.0, stiffness=1.0).want == (name,)
+
+
+def test_the_documentation_lists_every_function_and_where_it_is():
+    """docs/functions.md, one row each in the contract's order."""
+    page = (Path(__file__).parents[2] / "docs" / "functions.md").read_text()
+    table = page[page.index("| function |") :]
+    rows = {
+        row.split("`")[1]: row.rsplit("|", 2)[1].strip()
+        for row in table.splitlines()
+        if row.startswith("| `")
+    }
+    assert list(rows) == list(FUNCTIONS)
+    for name in rows.keys() - set(ON_REQUEST):
+        both = name in PLANAR_FUNCTIONS, name in SPATIAL_FUNCTIONS
+        expected = {(True, True): "all", (True, False): "planar", (False, True): "spatial"}[both]
+        assert rows[name].split(",")[0] == expected, name

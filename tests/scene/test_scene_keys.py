@@ -15,7 +15,7 @@ TABLES = {"name": "chain", "chain": {"links": 2, "mass": 1, "length": 1}}
             {"chian": {}},
             (
                 'chian: is not a key of a scene (got {}); did you mean "chain"? '
-                "The keys of a scene are name, chain, joints, functions, target"
+                "The keys of a scene are name, chain, joints, functions, flow, target"
             ),
         ),
         (
@@ -44,8 +44,8 @@ TABLES = {"name": "chain", "chain": {"links": 2, "mass": 1, "length": 1}}
         (
             {"flow": {"variational": True}},
             (
-                "flow: is a table for the function propagate, which this version does not have "
-                "(got {'variational': True}); remove [flow]"
+                "flow.variational: asks for derivatives of a flow that is not wanted (got True); "
+                'add "propagate" to want'
             ),
         ),
         ({"control": {}}, None),

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from phichain.build.arrays import REAL
 from phichain.build.cache import Cache, default_cache
 from phichain.build.callables import make_callable
 from phichain.build.compiler import CompilerOptions
+from phichain.build.forward_dynamics_batch import make_forward_dynamics_batch
 from phichain.build.library import load_library, shared_object
+from phichain.build.propagate import make_propagate
+from phichain.build.propagate_batch import make_propagate_batch
+from phichain.build.propagate_stiff import make_propagate_stiff
 from phichain.build.rows import rows_source, rows_symbol
 from phichain.build.signature import Manifest, read_manifest
 from phichain.build.symbolic import casadi_dynamics
-from phichain.scene import scene_from_dict
+from phichain.scene import Scene, scene_from_dict
 from phichain.system import System
 
 
@@ -75,6 +79,36 @@ def build_casadi(
     return shared_object(manifest.name, sources, cache or default_cache(), options)
 
 
+def _propagate(manifest: Manifest, scene: Scene, function: Any) -> Callable[..., Any]:
+    sizes = (scene.nq, scene.nv, scene.nu)
+    return make_propagate(
+        manifest.name, sizes, scene.links, manifest.parameters, function, manifest.real, scene.variational
+    )
+
+
+def _propagate_stiff(manifest: Manifest, scene: Scene, function: Any) -> Callable[..., Any]:
+    sizes = (scene.nq, scene.nv, scene.nu)
+    return make_propagate_stiff(manifest.name, sizes, manifest.parameters, function, manifest.real)
+
+
+def _propagate_batch(manifest: Manifest, scene: Scene, function: Any) -> Callable[..., Any]:
+    sizes = (scene.nq, scene.nv, scene.nu)
+    return make_propagate_batch(manifest.name, sizes, scene.links, manifest.parameters, function, manifest.real)
+
+
+def _forward_dynamics_batch(manifest: Manifest, scene: Scene, function: Any) -> Callable[..., Any]:
+    sizes = (scene.nq, scene.nv, scene.nu)
+    return make_forward_dynamics_batch(sizes, manifest.parameters, function, manifest.real)
+
+
+_FLOWS: Final[Mapping[str, Callable[[Manifest, Scene, Any], Callable[..., Any]]]] = {
+    "propagate": _propagate,
+    "propagate_stiff": _propagate_stiff,
+    "propagate_batch": _propagate_batch,
+    "forward_dynamics_batch": _forward_dynamics_batch,
+}
+
+
 def _system(manifest: Manifest, path: Path) -> System:
     library, scene = load_library(path), scene_from_dict(dict(manifest.scene))
     functions: dict[str, Callable[..., Any]] = {}
@@ -82,6 +116,8 @@ def _system(manifest: Manifest, path: Path) -> System:
         function, row_loop = library[signature.symbol], library[rows_symbol(manifest.name, signature)]
         function.restype = row_loop.restype = None
         functions[name] = make_callable(signature, function, row_loop, REAL[manifest.real])
+    for name, symbol in manifest.flows.items():
+        functions[name] = _FLOWS[name](manifest, scene, library[symbol])
     dynamics = casadi_dynamics(manifest)
     if dynamics is not None:
         functions["casadi"] = dynamics

@@ -73,6 +73,7 @@ class Manifest:
         real: ``"double"`` or ``"float"``.
         parameters: The runtime parameters in the order of the C struct.
         functions: Signatures by contract name.
+        flows: Symbols of what runs over many steps, by contract name.
         files: SHA-256 by file name.
     """
 
@@ -83,6 +84,7 @@ class Manifest:
     real: str
     parameters: tuple[Argument, ...]
     functions: Mapping[str, Signature]
+    flows: Mapping[str, str]
     files: Mapping[str, str]
 
     def source(self, name: str) -> bytes:
@@ -129,6 +131,7 @@ def _manifest(folder: Path, data: Mapping[str, Any]) -> Manifest:
         real=data["real"],
         parameters=parameters,
         functions=MappingProxyType(functions),
+        flows=MappingProxyType({name: _identifier(entry["symbol"]) for name, entry in data.get("flows", {}).items()}),
         files=MappingProxyType(dict(data["files"])),
     )
 

@@ -1,5 +1,6 @@
-"""Control: equilibria, controllability with its margin, linear regulators, and their control law."""
+"""Control: equilibria, controllability with its margin, linear regulators and their law, computed torque."""
 
+from phichain.control.computed_torque import computed_torque, in_phase, tracking_error
 from phichain.control.controllability import Controllability, controllability
 from phichain.control.equilibria import Equilibrium, equilibria, equilibrium
 from phichain.control.feedback import deviation, errors, feedback
@@ -11,12 +12,15 @@ __all__ = [
     "Equilibrium",
     "Gains",
     "LinearSystem",
+    "computed_torque",
     "controllability",
     "deviation",
     "equilibria",
     "equilibrium",
     "errors",
     "feedback",
+    "in_phase",
     "linearize",
     "lqr",
+    "tracking_error",
 ]

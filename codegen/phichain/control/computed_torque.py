@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from phichain.control.weights import real_numbers
 from phichain.errors import ArrayError, ControlError, UnsupportedError
 from phichain.system import Parameters, System, Vector, unpack
 
@@ -98,7 +99,10 @@ def tracking_error(reference: Reference, t: Vector, q: Vector) -> Vector:
 def _check(system: System, rate: float | None) -> None:
     if not system.is_planar:
         raise UnsupportedError(
-            "system", system.name, "a spatial chain has no joint torques", "use a planar scene, or `lqr` on a cart"
+            "system",
+            system.name,
+            "a spatial chain has no joint torques",
+            "use a planar scene, or `lqr` on a cart",
         )
     if system.nu < system.nv:
         raise ControlError(
@@ -107,22 +111,41 @@ def _check(system: System, rate: float | None) -> None:
             f"leaves {system.nv - system.nu} of {system.nv} coordinates without an input of their own",
             'set actuated = "all" in the scene',
         )
-    if rate is not None and not (math.isfinite(rate) and rate > 0):
-        raise ControlError("rate", rate, "is not a positive number", "give how fast errors are to die out, in 1/s")
+    if rate is None:
+        return
+    given = real_numbers("rate", rate, "give how fast errors are to die out, in 1/s")
+    if given.shape or not (np.isfinite(given) and given > 0):
+        raise ControlError(
+            "rate", rate, "is not a positive number", "give how fast errors are to die out, in 1/s"
+        )
 
 
 def _checked(system: System, reference: Reference) -> Reference:
     """The reference with its shapes looked at whenever it is asked."""
 
+    if not callable(reference):
+        raise ArrayError("reference", reference, "is no function of time", "pass t -> (q, q', q'')")
+
+    shape = (system.nq,)
+
     def follow(t: float) -> tuple[Vector, Vector, Vector]:
-        parts = tuple(np.asarray(part, dtype=float) for part in reference(t))
-        if len(parts) != 3 or any(part.shape != (system.nq,) or not np.all(np.isfinite(part)) for part in parts):
-            raise ArrayError(
-                "reference",
-                [part.shape for part in parts],
-                f"must give three finite vectors of {system.nq} numbers",
-                "return (q, q', q'') at t",
-            )
-        return parts
+        given = reference(t)
+        try:
+            q, v, a = (np.asarray(part, dtype=float) for part in given)
+        except (TypeError, ValueError):
+            raise _no_reference(system, given) from None
+        # A sum is not finite where an entry is not, and costs less than looking at each: the law is asked at every stage.
+        if not (q.shape == v.shape == a.shape == shape and math.isfinite(q.sum() + v.sum() + a.sum())):
+            raise _no_reference(system, [part.shape for part in (q, v, a)])
+        return q, v, a
 
     return follow
+
+
+def _no_reference(system: System, given: object) -> ArrayError:
+    return ArrayError(
+        "reference",
+        given,
+        f"must give three finite vectors of {system.nq} numbers",
+        "return (q, q', q'') at t",
+    )

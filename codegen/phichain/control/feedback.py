@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from phichain.control.angles import absolute_angles
 from phichain.control.gains import Gains
+from phichain.control.weights import real_numbers
 from phichain.errors import ArrayError
 from phichain.system import System, Vector, angular_velocities, unit_vectors, unpack
 
@@ -27,6 +28,7 @@ def feedback(system: System, gains: Gains, target: ArrayLike | None = None) -> L
 
     Raises:
         ArrayError: The gains belong to another kind of chain, or the target has the wrong shape.
+        ControlError: The target holds no real numbers.
     """
     deviation_of = deviation(system, gains, target)
     K = gains.K
@@ -40,6 +42,7 @@ def deviation(system: System, gains: Gains, target: ArrayLike | None = None) -> 
 
     Raises:
         ArrayError: The gains belong to another kind of chain, or the target has the wrong shape.
+        ControlError: The target holds no real numbers.
     """
     fits = gains.space == system.space and len(gains.s) == system.links and gains.cart == system.cart_size
     if not fits:
@@ -47,7 +50,8 @@ def deviation(system: System, gains: Gains, target: ArrayLike | None = None) -> 
         raise ArrayError(
             "gains", gains.name, f"were made for a {kind}", "make gains for this system: lqr(system, s)"
         )
-    place = np.zeros(system.cart_size) if target is None else np.atleast_1d(np.asarray(target, dtype=float))
+    wanted = np.zeros(system.cart_size) if target is None else target
+    place = np.atleast_1d(real_numbers("target", wanted, "give where the cart goes"))
     if place.shape != (system.cart_size,) or not np.all(np.isfinite(place)):
         raise ArrayError(
             "target", place, f"must hold {system.cart_size} finite position(s)", "give where the cart goes"

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from phichain.control.weights import solve
+from phichain.control.weights import real_numbers, solve
 from phichain.errors import ControlError
 from phichain.system import Parameters, System, Vector
 
@@ -99,7 +99,7 @@ def check_signs(system: System, s: Sequence[int]) -> Signs:
     Raises:
         ControlError: Not one +1 or -1 per link.
     """
-    values = np.asarray(s, dtype=float)
+    values = real_numbers("s", s, "give +1 for a hanging and -1 for an upright link")
     if values.shape != (system.links,) or not np.all(np.abs(values) == 1):
         raise ControlError(
             "s",

@@ -25,7 +25,9 @@ def weight(field: str, value: ArrayLike | None, size: int, *, strict: bool) -> V
     Raises:
         ControlError: Wrong shape, not finite, not symmetric, or not positive.
     """
-    given = np.asarray(1.0 if value is None else value, dtype=float)
+    given = real_numbers(
+        field, 1.0 if value is None else value, "give one number, the diagonal or the matrix"
+    )
     if given.ndim == 0:
         given = np.full(size, float(given))
     matrix = np.diag(given) if given.ndim == 1 else given
@@ -46,6 +48,21 @@ def weight(field: str, value: ArrayLike | None, size: int, *, strict: bool) -> V
             field, given, f"must be {kind}: its smallest eigenvalue is {smallest:.3g}", "raise its diagonal"
         )
     return (matrix + matrix.T) / 2
+
+
+def real_numbers(field: str, values: object, remedy: str) -> Vector:
+    """Values as an array of doubles.
+
+    Raises:
+        ControlError: They are complex, ragged or no numbers.
+    """
+    try:
+        array = np.asarray(values)
+        if np.iscomplexobj(array):
+            raise TypeError("complex")
+        return np.asarray(array, dtype=float)
+    except (TypeError, ValueError) as failure:
+        raise ControlError(field, values, "does not hold real numbers", remedy) from failure
 
 
 def spectrum(A: Vector) -> Spectrum:

@@ -20,6 +20,9 @@ _OF_ANY = {
     "h": "step, s",
     "q_next": "configuration after the step",
     "v_next": "rates after the step",
+    "q_error": "estimated error of q_next: its difference to an embedded step of order 4",
+    "v_error": "estimated error of v_next, likewise",
+    "residual": "norm of (|q_k|^2 - 1) over the links before they are made unit: round-off when the iteration was enough",
     "q_out": "configuration with unit vectors",
     "v_out": "rates with every angular velocity orthogonal to its link",
 }
@@ -48,6 +51,8 @@ def _of_function(scene: Scene, function: str) -> dict[str, str]:
     """Arguments that one function explains otherwise."""
     force = _units(scene, "N", "N m")
     match function:
+        case "direction_dynamics":
+            return {"q_dot": _direction_rates(scene), "q_ddot": f"the rates of q_dot, {_units(scene, 'm/s^2', '1/s^2')}"}
         case "inverse_dynamics":
             return {"u": f"generalised force conjugate to q, {force}"}
         case "mass_matrix":
@@ -82,6 +87,11 @@ def _rates(scene: Scene) -> str:
     if not scene.is_planar:
         return f"{cart}the angular velocity of each link, three components each, orthogonal to the link, rad/s"
     return f"{cart}the rate of each angle, rad/s"
+
+
+def _direction_rates(scene: Scene) -> str:
+    cart = "velocity of the cart, m/s; then " if scene.has_cart else ""
+    return f"{cart}the rate of each unit vector, three components each, orthogonal to it, 1/s"
 
 
 def _inputs(scene: Scene) -> str:

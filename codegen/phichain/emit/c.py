@@ -9,12 +9,14 @@ from textwrap import wrap
 
 from phichain.emit import trig
 from phichain.emit.arguments import meaning, state_meanings
-from phichain.emit.c_function import CFunction, CNames, c_function, declaration, words
+from phichain.emit.c_function import CFunction, CNames, c_function
 from phichain.emit.c_layout import WIDTH, aligned, laid_out, laid_out_text
+from phichain.emit.c_parts import declaration, words
+from phichain.emit.flows import flows
 from phichain.emit.render import render
 from phichain.harmonic import bessel
 from phichain.program.lower import Lowered
-from phichain.program.nodes import Array, Program
+from phichain.program.nodes import Program
 from phichain.program.passes import total_operations
 from phichain.scene import Scene
 
@@ -43,21 +45,25 @@ class _Function:
 def header(scene: Scene, lowered: Lowered, tolerances: Mapping[str, str]) -> str:
     """NAME.h: sizes, the params struct, and one documented prototype a wanted function."""
     upper = scene.name.upper()
+    declared = [flow.text.declarations for flow in flows(scene, lowered)]
     return render(
         "header.h.j2", name=scene.name, upper=upper, real=scene.real, sketch=_sketch(scene), digest=scene.digest,
-        sizes=_sizes(scene), state=_explained(list(state_meanings(scene).items())), params=_params(lowered), functions=_functions(scene, lowered),
+        sizes=_sizes(scene), state=_explained(list(state_meanings(scene).items())), params=_params(lowered),
+        functions=_functions(scene, lowered), flows=declared,
+        sizes_come_as_size_t=any("size_t" in text for text in declared),
         tolerances=aligned((f"#define {upper}_{name.upper()}_TOLERANCE", value) for name, value in tolerances.items()),
     )  # fmt: skip
 
 
 def source(scene: Scene, lowered: Lowered) -> str:
     """NAME.c: kernels, tables and functions, each only where something needs it."""
-    functions = _functions(scene, lowered)
-    uses = set().union(*(function.uses for function in functions))
+    functions, made = _functions(scene, lowered), [flow.text for flow in flows(scene, lowered)]
+    uses = set().union(*(function.uses for function in functions), *(flow.uses for flow in made))
     return render(
         "source.c.j2", name=scene.name, functions=functions, tables=_table_lines(scene, lowered),
-        includes=_includes(uses), sincos=sincos_kernel(scene) if "sincos" in uses else "",
+        includes=sorted(set(_includes(uses)).union(*(flow.includes for flow in made))), sincos=sincos_kernel(scene) if "sincos" in uses else "",
         bessel=bessel_kernel(scene) if "bessel" in uses else "",
+        flows=[flow.definitions for flow in made],
     )  # fmt: skip
 
 
@@ -207,10 +213,9 @@ def _listed(names: tuple[str, ...]) -> str:
 
 def _params(lowered: Lowered) -> list[tuple[str, str]]:
     """(declarator, doc) of every field of the params struct."""
-    params: tuple[Array, ...] = next(iter(lowered.wanted.values())).params
-    fields = [f"{array.name}{f'[{array.size}]' if array.shape else ''};" for array in params]
+    fields = [f"{array.name}{f'[{array.size}]' if array.shape else ''};" for array in lowered.params]
     width = max(map(len, fields), default=0)
-    return [(f"{field:{width}}", array.doc) for field, array in zip(fields, params, strict=True)]
+    return [(f"{field:{width}}", array.doc) for field, array in zip(fields, lowered.params, strict=True)]
 
 
 def _sketch(scene: Scene) -> list[str]:

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from phichain.emit.c_layout import laid_out
-from phichain.emit.c_parts import assignment, first_result, names_in
-from phichain.emit.c_trig import TrigBatches
+from phichain.emit.c_parts import assignment, first_result, names_in, words
+from phichain.emit.c_trig import TrigBatch, TrigBatches
 from phichain.emit.expressions import Text, double_literal, float_literal, infix
 from phichain.emit.inlining import used_once
 from phichain.program.nodes import (
-    Array,
     Call,
     Cell,
     Const,
@@ -74,15 +73,19 @@ def c_function(program: Program, names: CNames, callees: dict[str, str]) -> CFun
         names: spelling.
         callees: C name of every Program that this one calls.
     """
-    writer = _Writer(program, names, callees)
+    writer = Writer(program, names, callees)
     writer.arrays()
     writer.block(program.body, 1)
     return CFunction(tuple(writer.lines), frozenset(writer.uses))
 
 
-class _Writer:
+class Writer:
+    """Prints one Program; `c_lanes` prints the same for several trajectories at once."""
+
     def __init__(self, program: Program, names: CNames, callees: dict[str, str]) -> None:
         self.program, self.names, self.callees = program, names, callees
+        #: C type of what the inputs determine, and the kernel for its sines and cosines.
+        self.element, self.sincos_symbol = names.real, f"{names.prefix}_sincos"
         self.lines: list[str] = []
         self.wants_gap = False
         self.uses: set[str] = set()
@@ -110,9 +113,17 @@ class _Writer:
         """A blank line before what comes next, between the parts of a function."""
         self.wants_gap = self.wants_gap or depth == 1
 
-    def variable(self, depth: int, name: str, text: str) -> Text:
+    def kind(self, value: str) -> str:
+        """C type of a result, a carried scalar or an array's elements."""
+        return self.element
+
+    def given(self, value: str, operand: Operand) -> str:
+        """An operand as what the named value is set to."""
+        return self.operand(operand).text
+
+    def variable(self, depth: int, name: str, text: str, kind: str) -> Text:
         """A `const` variable."""
-        self.line(depth, f"const {self.names.real} {name} = {text};")
+        self.line(depth, f"const {kind} {name} = {text};")
         return Text(name)
 
     def fresh(self, stem: str) -> str:
@@ -127,7 +138,7 @@ class _Writer:
 
     def arrays(self) -> None:
         for array in self.program.work:
-            self.line(1, f"{self.names.real} {array.name}[{array.size}];")
+            self.line(1, f"{self.kind(array.name)} {array.name}[{array.size}];")
         self.gap(1)
 
     def block(self, statements: tuple[Statement, ...], depth: int) -> None:
@@ -144,7 +155,7 @@ class _Writer:
                 if statement.result not in self.texts:
                     self.op(statement, depth)
             case Store(cell, value):
-                self.line(depth, f"{self.target(cell)} = {self.operand(value).text};")
+                self.line(depth, f"{self.target(cell)} = {self.given(cell.array, value)};")
             case SinCos():
                 self.sincos(statement, depth)
             case For():
@@ -166,7 +177,7 @@ class _Writer:
             self.texts[op.result] = text
             return
         name = self.fresh("t") if op.result.startswith("_") else op.result
-        self.texts[op.result] = self.variable(depth, name, text.text)
+        self.texts[op.result] = self.variable(depth, name, text.text, self.kind(op.result))
 
     def expression(self, op: Op) -> Text:
         args = [self.operand(arg) for arg in op.args]
@@ -181,7 +192,7 @@ class _Writer:
     def loop(self, loop: For, depth: int) -> None:
         self.gap(depth)
         for carry in loop.carries:
-            self.line(depth, f"{self.names.real} {carry.name} = {self.operand(carry.initial).text};")
+            self.line(depth, f"{self.kind(carry.name)} {carry.name} = {self.given(carry.name, carry.initial)};")
             self.texts[carry.name] = Text(carry.name)
         if not loop.body:
             return
@@ -195,10 +206,10 @@ class _Writer:
 
     def advance(self, loop: For, depth: int) -> None:
         """Carried scalars move on together: what still needs an old value is put aside first."""
-        moves = [(c.name, self.operand(c.following).text) for c in loop.carries if c.following != Local(c.name)]
+        moves = [(c.name, self.given(c.name, c.following)) for c in loop.carries if c.following != Local(c.name)]
         for position, (name, text) in enumerate(moves):
             if {before for before, _ in moves[:position]} & words(text):
-                moves[position] = (name, self.variable(depth, f"next_{name}", text).text)
+                moves[position] = (name, self.variable(depth, f"next_{name}", text, self.kind(name)).text)
         for name, text in moves:
             self.line(depth, assignment(name, text))
 
@@ -206,7 +217,7 @@ class _Writer:
         self.uses.add("sincos")
         angle = statement.angle if not statement.offset else f"&{statement.angle}[{statement.offset}]"
         arguments = f"{statement.count}, {angle}, {statement.sine}, {statement.cosine}"
-        self.line(depth, f"{self.names.prefix}_sincos({arguments});")
+        self.line(depth, f"{self.sincos_symbol}({arguments});")
 
     # --- sines, cosines and Bessel functions of straight-line code ---------------------------------------------------
 
@@ -214,20 +225,24 @@ class _Writer:
         """Compute all sines and cosines of this operation's generation, once."""
         self.uses.add("sincos")
         batch = self.trig.batch_of(op)
-        suffix = "" if batch.number == 0 else f"_{batch.number + 1}"
-        real, count = self.names.real, len(batch.angles)
-        angle = self.run_of_cells(batch.angles)
-        if angle is None:
-            angle = f"angle{suffix}"
-            texts = [self.ensured(operand, depth).text for operand in batch.angles]
-            self.line(depth, f"const {real} {angle}[{count}] = {{{', '.join(texts)}}};")
-        self.line(depth, f"{real} sine{suffix}[{count}], cosine{suffix}[{count}];")
-        self.line(depth, f"{self.names.prefix}_sincos({count}, {angle}, sine{suffix}, cosine{suffix});")
+        suffix = self.trig.suffix(batch)
+        count, angle = len(batch.angles), self.angles(batch, suffix, depth)
+        self.line(depth, f"{self.element} sine{suffix}[{count}], cosine{suffix}[{count}];")
+        self.line(depth, f"{self.sincos_symbol}({count}, {angle}, sine{suffix}, cosine{suffix});")
         self.gap(depth)
         for position, operand in enumerate(batch.angles):
             for result, kind in self.trig.results[operand]:
                 array = "sine" if kind == "sin" else "cosine"
                 self.texts[result] = Text(f"{array}{suffix}[{position}]")
+
+    def angles(self, batch: TrigBatch, suffix: str, depth: int) -> str:
+        """The array where the angles of a generation stand side by side."""
+        angle = self.run_of_cells(batch.angles)
+        if angle is None:
+            angle = f"angle{suffix}"
+            texts = [self.ensured(operand, depth).text for operand in batch.angles]
+            self.line(depth, f"const {self.element} {angle}[{len(texts)}] = {{{', '.join(texts)}}};")
+        return angle
 
     def run_of_cells(self, angles: list[Operand]) -> str | None:
         """The array where the angles lie side by side, if they do."""
@@ -244,11 +259,18 @@ class _Writer:
 
     def ensured(self, operand: Operand, depth: int) -> Text:
         """An operand of a batch, computed now even when its turn comes later."""
-        if isinstance(operand, Local) and operand.name not in self.texts:
-            op = self.trig.definitions[operand.name]
-            for arg in op.args:
-                self.ensured(arg, depth)
-            self.op(op, depth)
+        waiting = [operand]
+        while waiting:  # chains of operations may be longer than Python's stack
+            last = waiting[-1]
+            if not isinstance(last, Local) or last.name in self.texts:
+                waiting.pop()
+                continue
+            op = self.trig.definitions[last.name]
+            missing = [a for a in op.args if isinstance(a, Local) and a.name not in self.texts]
+            if missing:
+                waiting += reversed(missing)
+            else:
+                self.op(op, depth)
         return self.operand(operand)
 
     def bessel(self, op: Op, depth: int) -> None:
@@ -280,19 +302,3 @@ class _Writer:
 
     def argument(self, name: str) -> str:
         return f"p->{name}" if name in self.params else name
-
-
-def words(text: str) -> set[str]:
-    """The identifiers in a piece of C."""
-    cleaned = "".join(c if c.isalnum() or c == "_" else " " for c in text)
-    return set(cleaned.split())
-
-
-def declaration(array: Array, prefix: str, is_output: bool, definition: bool) -> str:
-    """How an argument is declared: scalars by value or pointer, arrays with their extent."""
-    if array.shape == () and not is_output:
-        return f"{'const ' if definition else ''}{prefix}_real {array.name}"
-    if array.shape == ():
-        return f"{prefix}_real *{array.name}"
-    restrict = "restrict " if definition and is_output else ""
-    return f"{'' if is_output else 'const '}{prefix}_real {array.name}[{restrict}{array.size}]"

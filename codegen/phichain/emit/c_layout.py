@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from textwrap import wrap
 
 #: Longest line of an emitted file.
 WIDTH = 110
@@ -15,8 +17,46 @@ _LEVEL, _TORN_PRODUCT, _EMPTY = 1.25, 3.0, 5.0
 
 
 def laid_out_text(text: str) -> str:
-    """A whole text with its long lines broken."""
-    return "".join(f"{line}\n" for whole in text.splitlines() for line in laid_out(whole))
+    """A whole text with its long lines broken and its long comments filled anew."""
+    lines: list[str] = []
+    comment: list[str] = []
+    for line in text.splitlines():
+        if comment or line.lstrip().startswith("/*"):
+            comment.append(line)
+            if "*/" in line:
+                lines += _filled(comment)
+                comment = []
+        elif len(line) > WIDTH and line.endswith("*/"):
+            # A remark too long to stand beside what it explains goes above it.
+            code, remark = line.split("/*", 1)
+            indent = line[: len(line) - len(line.lstrip())]
+            lines += [*_filled([f"{indent}/*{remark}"]), code.rstrip()]
+        else:
+            lines += laid_out(line)
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _filled(comment: list[str]) -> list[str]:
+    """A comment, its paragraphs filled anew if a line of it is too long; lines set further in are kept."""
+    if max(map(len, comment)) <= WIDTH:
+        return comment
+    indent = comment[0][: len(comment[0]) - len(comment[0].lstrip())]
+    ends_alone = comment[-1].strip() == "*/"
+    bodies = [re.sub(r"^\s*(/\*|\*(?!/))? ?", "", line) for line in comment[: -1 if ends_alone else None]]
+    bodies[-1] = bodies[-1].rstrip().removesuffix("*/").rstrip()
+    lines: list[str] = []
+    paragraph: list[str] = []
+    for body in [*bodies, ""]:
+        if body and not body.startswith(" "):
+            paragraph.append(body)
+            continue
+        lines += wrap(" ".join(paragraph), WIDTH - len(indent) - 6, break_on_hyphens=False, break_long_words=False)
+        paragraph = []
+        lines.append(body)
+    lines.pop()
+    first, *rest = lines
+    text = [f"{indent}/* {first}", *(f"{indent} * {line}".rstrip() for line in rest)]
+    return [*text, f"{indent} */"] if ends_alone else [*text[:-1], f"{text[-1]} */"]
 
 
 def laid_out(text: str) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phichain.program.nodes import For, Op, Program, Statement, Store, walk
+from phichain.program.nodes import Array, For, Op, Program, Statement, Store, walk
 
 
 def names_in(program: Program) -> set[str]:
@@ -47,3 +47,19 @@ def _has_terms(text: str) -> bool:
         if depth == 0 and text.startswith((" + ", " - "), position):
             return True
     return False
+
+
+def words(text: str) -> set[str]:
+    """The identifiers in a piece of C."""
+    cleaned = "".join(c if c.isalnum() or c == "_" else " " for c in text)
+    return set(cleaned.split())
+
+
+def declaration(array: Array, prefix: str, is_output: bool, definition: bool) -> str:
+    """How an argument is declared: scalars by value or pointer, arrays with their extent."""
+    if array.shape == () and not is_output:
+        return f"{'const ' if definition else ''}{prefix}_real {array.name}"
+    if array.shape == ():
+        return f"{prefix}_real *{array.name}"
+    restrict = "restrict " if definition and is_output else ""
+    return f"{'' if is_output else 'const '}{prefix}_real {array.name}[{restrict}{array.size}]"

@@ -41,6 +41,14 @@ class TrigBatches:
         """The batch of the angle of a sine or cosine."""
         return self._of_angle[op.args[0]]
 
+    def suffix(self, batch: TrigBatch) -> str:
+        """What tells a batch's arrays `sine`, `cosine` and `angle` from others, and from values of such names."""
+        suffix = "" if batch.number == 0 else f"_{batch.number + 1}"
+        named = {name for name, op in self.definitions.items() if op.kind not in ("sin", "cos")}
+        while any(f"{stem}{suffix}" in named for stem in ("sine", "cosine", "angle")):
+            suffix = f"_of_batch{suffix}"
+        return suffix
+
     def _gather(self, op: Op, below: int) -> None:
         batch = self._batches.setdefault(below, TrigBatch(len(self._batches), []))
         angle = op.args[0]

@@ -13,8 +13,8 @@ from itertools import accumulate, product
 from types import MappingProxyType
 
 from phichain.emit.c import _bodies, _functions, _includes, _table_lines, bessel_kernel, sincos_kernel
-from phichain.emit.c_function import words
 from phichain.emit.c_layout import laid_out
+from phichain.emit.c_parts import words
 from phichain.emit.casadi_tangent import Cells, Tangent, block_name, make_tangent, stacked_inputs
 from phichain.emit.render import render
 from phichain.errors import UnsupportedError
@@ -54,7 +54,7 @@ def casadi_external(scene: Scene, lowered: Lowered) -> str:
         lowered: its Programs.
 
     Raises:
-        UnsupportedError: the scene is in single precision.
+        UnsupportedError: the scene is in single precision, or wants flows alone.
     """
     if scene.real != "double":
         raise UnsupportedError(
@@ -62,6 +62,11 @@ def casadi_external(scene: Scene, lowered: Lowered) -> str:
             f'set target.real = "double", or use {scene.name}_casadi.py',
         )  # fmt: skip
     programs = lowered.wanted
+    if not programs:
+        raise UnsupportedError(
+            "functions.want", scene.want, "holds nothing that CasADi could call",
+            "want forward_dynamics too, or leave out the C for CasADi",
+        )  # fmt: skip
     tangents = {name: tangent for name in programs if (tangent := make_tangent(scene, name)) is not None}
     writer = _Writer(scene.name)
     functions = []
@@ -88,7 +93,7 @@ def casadi_external(scene: Scene, lowered: Lowered) -> str:
 def _definitions(scene: Scene, tangents: Iterable[Tangent]) -> dict[str, object]:
     """The static functions that compute Jacobians, and what those lean on."""
     programs = {t.program.name: t.program for t in tangents if t.program is not None}
-    lowered = Lowered(wanted=MappingProxyType({}), helpers=MappingProxyType(programs))
+    lowered = Lowered(wanted=MappingProxyType({}), helpers=MappingProxyType(programs), params=())
     uses = set().union(*(body.uses for body in _bodies(scene, lowered).values()))
     return {
         "tangents": _functions(scene, lowered),

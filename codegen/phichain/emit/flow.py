@@ -7,8 +7,21 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Final
 
-from phichain.emit.c_function import CNames, c_function, declaration, words
-from phichain.emit.c_layout import laid_out
+import numpy as np
+
+from phichain.emit.c_function import CNames, c_function
+from phichain.emit.c_layout import laid_out_text
+from phichain.emit.c_parts import declaration, words
+from phichain.emit.flow_columns import column_program, columns_at_once
+from phichain.emit.flow_header import (
+    HIGHEST,
+    arguments,
+    declarations,
+    on_stack,
+    padded,
+    turns,
+    words_of,
+)
 from phichain.emit.render import render
 from phichain.program.field import vector_field
 from phichain.program.jets import jets
@@ -19,8 +32,6 @@ from phichain.program.passes import total_operations, unroll
 from phichain.program.rates import fastest_rate, reach, scales_program
 from phichain.scene import Scene
 
-#: Highest order of the Taylor series, for which the stack has room.
-HIGHEST: Final = {"double": 28, "float": 14}
 #: Tolerances below this are round-off.
 EPSILON: Final = {"double": Fraction(1, 2**52), "float": Fraction(1, 2**23)}
 #: Order 1 - share * log(local error). One half is the optimum where the sums cost most (Jorba & Zou 2005), as on long
@@ -28,14 +39,22 @@ EPSILON: Final = {"double": Fraction(1, 2**52), "float": Fraction(1, 2**23)}
 ORDER_SHARE: Final = {"long": Fraction(1, 2), "short": Fraction(3, 5)}
 #: Lanes from which on the sums cost most.
 MANY_LANES: Final = 64
-#: The local error aimed at, in units of the tolerance.
+#: The local error aimed at, in units of the tolerance: over a chain's links errors add up, too.
 MARGIN: Final = Fraction(1, 256)
-#: Longest step in units of what resolves the fastest linear mode.
-CAP: Final = Fraction(5, 4)
-#: Above this many operations loops are kept.
-UNROLL_LIMIT: Final = 500
-#: Lanes come in whole vectors, so that no lane is left to scalar code.
-LANES: Final = 8
+CHAIN_MARGIN: Final = Fraction(1, 1024)
+#: Of several blocks of columns the later ones accept steps longer than theirs by this, an error four times the goal.
+SLACK: Final = Fraction(15, 16)
+#: Difference of the slopes at a step's end that passes, in units of the local error aimed at. The term behind the last
+#: enters the slope times the order: some ten of these are common.
+ROOM: Final = 64
+#: Relative differences below this may be rounding of the equations themselves.
+NOISE: Final = {"double": Fraction(1, 2**26), "float": Fraction(1, 2**12)}
+#: Above this many operations loops are kept: a few percent slower there, and compiled in half the time.
+UNROLL_LIMIT: Final = 300
+#: 2 pi to twice the precision.
+TURN: Final = Fraction(6283185307179586476925286766559005768394338798750, 10**48)
+
+__all__ = ["EPSILON", "HIGHEST", "MARGIN", "NOISE", "ROOM", "Flow", "Tables", "flow", "flow_program"]
 
 Tables = dict[tuple[str, tuple[Fraction, ...]], str]
 
@@ -86,8 +105,12 @@ def flow(scene: Scene, known: Collection[str] = ()) -> Flow:
         known: functions of NAME.c that stand before the flow and that it may call.
     """
     made = jets(flow_program(scene))
-    recurrences = replace(made, start=_named(made.start, "flow_start"), follow=_named(made.follow, "flow_follow"))
+    recurrences = replace(
+        made, start=_named(made.start, "flow_start"), follow=_named(made.follow, "flow_follow")
+    )
     programs = [recurrences.start, recurrences.follow]
+    if scene.variational:
+        programs.append(column_program(scene, recurrences))
     if scene.runtime:
         programs.append(scales_program(scene))
     if "positions" not in known:
@@ -101,17 +124,12 @@ def flow(scene: Scene, known: Collection[str] = ()) -> Flow:
     parts = [_part(scene, program, body.lines) for program, body in zip(programs, bodies, strict=True)]
     uses = frozenset({"math"}).union(*(body.uses for body in bodies))
     return Flow(
-        declarations=_broken(_declarations(scene)),
-        definitions=_broken(_definitions(scene, recurrences, parts, names, "positions" in known)),
+        declarations=laid_out_text(declarations(scene, recurrences)),
+        definitions=laid_out_text(_definitions(scene, recurrences, parts, names, "positions" in known)),
         includes=("math.h", "string.h"),
         uses=uses,
         recurrences=recurrences,
     )
-
-
-def _broken(text: str) -> str:
-    """The text without lines that are too long."""
-    return "\n".join(line for long in text.split("\n") for line in laid_out(long))
 
 
 def _named(program: Program, name: str) -> Program:
@@ -129,16 +147,33 @@ def _part(scene: Scene, program: Program, lines: tuple[str, ...]) -> _Part:
 
 
 def _call(scene: Scene, program: Program, order: str) -> str:
-    """The call of a sweep at an order, on the arrays of the jets."""
+    """The call of a sweep at an order, on the arrays of the workspace."""
+    real = f"{scene.name}_real"
     row = {
-        "q": f"jet->x[{order}]", "v": f"jet->x[{order}] + {scene.nq}", "u": "u",
-        LEFT + FIRST: "jet->left[0]", RIGHT + FIRST: "jet->right[0]",
-        SUMS: "jet->sum", ORDER: f"({scene.name}_real){order}", INVERSE_ORDER: f"1 / ({scene.name}_real){order}",
-        LEFT: f"jet->left[{order}]", RIGHT: f"jet->right[{order}]",
+        "q": f"work->x[{order}]", "v": f"work->x[{order}] + {scene.nq}", "u": "u",
+        LEFT + FIRST: "work->left[0]", RIGHT + FIRST: "work->right[0]",
+        SUMS: "work->sum", ORDER: f"({real}){order}", INVERSE_ORDER: f"1 / ({real}){order}",
+        LEFT: f"work->left[{order}]", RIGHT: f"work->right[{order}]",
         "a": f"slope + {scene.nq}", "q_dot": "slope",
     }  # fmt: skip
+    return _filled(scene, program, row)
+
+
+def _column_call(scene: Scene, program: Program, width: int) -> str:
+    """The call of the sweep for columns."""
+    real, first = f"{scene.name}_real", scene.nq * width
+    row = {
+        "q": "work->d_x[n]", "v": f"work->d_x[n] + {first}", "u": "u",
+        LEFT + FIRST: "work->left[0]", RIGHT + FIRST: "work->right[0]",
+        SUMS: "work->d_sum[n % 4]", ORDER: f"({real})n", INVERSE_ORDER: f"n > 0 ? 1 / ({real})n : 0",
+        LEFT: "work->d_left[n]", RIGHT: "work->d_right[n]", "a": f"slope + {first}", "q_dot": "slope",
+    }  # fmt: skip
+    return _filled(scene, program, row)
+
+
+def _filled(scene: Scene, program: Program, row: Mapping[str, str]) -> str:
     arguments = [*(["p"] if program.params else [])]
-    arguments += [row.get(array.name, f"jet->{array.name}") for array in (*program.inputs, *program.outputs)]
+    arguments += [row.get(array.name, f"work->{array.name}") for array in (*program.inputs, *program.outputs)]
     return f"{scene.name}_{program.name}({', '.join(arguments)})"
 
 
@@ -148,39 +183,52 @@ def _definitions(
     has_params, has_input = bool(scene.runtime), scene.nu > 0
     parameter = f"const {scene.name}_params *p, " if has_params else ""
     given = f"const {scene.name}_real u[{scene.nu}], " if has_input else ""
-    of_q = f"jet->x[n][{scene.nq} + i]" if scene.is_planar else "slope[i]"
     tables = [
         (table, len(values), ", ".join(names.number(value).text for value in values))
         for (_, values), table in names.tables.items()
     ]
+    size = "long" if recurrences.products > MANY_LANES else "short"
+    high = Fraction(float(TURN)) if scene.real == "double" else Fraction(float(np.float32(float(TURN))))
     return render(
         "flow.c.j2", name=scene.name, upper=scene.name.upper(), real=f"{scene.name}_real", nq=scene.nq, nv=scene.nv,
-        highest=HIGHEST[scene.real], products=_padded(recurrences.products),
-        held=_held(recurrences), tables=tables, functions=parts, parameter=parameter,
-        pass_parameter="p, " if has_params else "", context=parameter + given,
+        highest=HIGHEST[scene.real], products=padded(recurrences.products), tables=tables, functions=parts,
+        parameter=parameter, pass_parameter="p, " if has_params else "", context=parameter + given,
         pass_context=("p, " if has_params else "") + ("u, " if has_input else ""),
         start_call=_call(scene, recurrences.start, "0"), follow_call=_call(scene, recurrences.follow, "n"),
-        slopes=[(0, scene.nq, of_q), (scene.nq, scene.nq + scene.nv, "slope[i]")],
-        cart=(1 if scene.is_planar else 2) if scene.has_cart else 0, scales=_scales(scene, names),
-        positions=f"{scene.name}_{'positions' if positions_known else 'flow_positions'}", masses=scene.links,
-        positions_parameter="p, " if has_params and _reads_parameters(scene) else "",
-        axes=2 if scene.is_planar else 3, margin=names.number(MARGIN).text, huge="700" if scene.real == "double" else "80", cap=names.number(CAP).text,
-        order_share=names.number(ORDER_SHARE["long" if recurrences.products > MANY_LANES else "short"]).text, epsilon=names.number(EPSILON[scene.real]).text,
-        definition=", ".join(_arguments(scene, True)), **_libm(names),
+        slopes=_slopes(scene, 1, "work->x[n]"), cart=(1 if scene.is_planar else 2) if scene.has_cart else 0,
+        scales=scales_literals(scene, names), masses=scene.links, axes=2 if scene.is_planar else 3,
+        positions=f"{scene.name}_{'positions' if positions_known else 'flow_positions'}",
+        positions_parameter="p, " if has_params and positions_read_parameters(scene) else "",
+        margin=names.number(CHAIN_MARGIN if size == "long" else MARGIN).text, huge="700" if scene.real == "double" else "80", room=ROOM,
+        noise=names.number(NOISE[scene.real]).text, planar=scene.is_planar,
+        order_share=names.number(ORDER_SHARE[size]).text,
+        epsilon=names.number(EPSILON[scene.real]).text, definition=", ".join(arguments(scene, True)),
+        pass_all=", ".join(words_of(arguments(scene, True))), on_stack=on_stack(scene, recurrences),
+        turns=turns(scene), turn_high=names.number(high).text, turn_low=names.number(TURN - high).text,
+        half=names.number(Fraction(1, 2)).text, **_column_names(scene, recurrences, parts, names), **libm_names(names),
     )  # fmt: skip
 
 
-def _padded(count: int) -> int:
-    return -(-count // LANES) * LANES
+def _column_names(scene: Scene, recurrences: Jets, parts: list[_Part], names: CNames) -> dict[str, object]:
+    """What the template wants to know of the variational equations."""
+    if not scene.variational:
+        return {"columns": 0}
+    width = columns_at_once(scene, recurrences)
+    return {
+        "columns": width, "lanes": max(recurrences.products, 1), "slack": names.number(SLACK).text,
+        "column_call": _column_call(scene, column_program(scene, recurrences), width),
+        "column_slopes": _slopes(scene, width, "work->d_x[n]"),
+    }  # fmt: skip
 
 
-def _held(recurrences: Jets) -> list[tuple[str, int]]:
-    """What `start` computes once for all orders."""
-    rows = {LEFT, RIGHT, "a", "q_dot"}
-    return [(array.name, array.size) for array in recurrences.start.outputs if array.name not in rows]
+def _slopes(scene: Scene, width: int, row: str) -> list[tuple[int, int, str]]:
+    """Which entries of the next coefficient come from where."""
+    of_q = f"{row}[{scene.nq * width} + i]" if scene.is_planar else "slope[i]"
+    first, last = scene.nq * width, (scene.nq + scene.nv) * width
+    return [(0, first, of_q), (first, last, "slope[i]")]
 
 
-def _scales(scene: Scene, names: CNames) -> tuple[str, str] | None:
+def scales_literals(scene: Scene, names: CNames) -> tuple[str, str] | None:
     """Fastest linear rate and length of the chain as literals; None where they are computed."""
     rate, length = fastest_rate(scene), reach(scene)
     if rate is None or length is None:
@@ -188,52 +236,12 @@ def _scales(scene: Scene, names: CNames) -> tuple[str, str] | None:
     return names.number(rate).text, names.number(length).text
 
 
-def _reads_parameters(scene: Scene) -> bool:
+def positions_read_parameters(scene: Scene) -> bool:
+    """Whether positions lean on runtime parameters."""
     return bool(lower_function(scene, "positions", "loops").params)
 
 
-def _libm(names: CNames) -> Mapping[str, str]:
-    functions = {"abs": "fabs", **{name: name for name in ("exp", "log", "ceil")}}
+def libm_names(names: CNames) -> Mapping[str, str]:
+    """The C library's functions as the templates call them, for the scene's type."""
+    functions = {"abs": "fabs", **{name: name for name in ("exp", "log", "ceil", "floor", "fma")}}
     return {key: names.libm(function) for key, function in functions.items()}
-
-
-def _declarations(scene: Scene) -> str:
-    return render(
-        "flow.h.j2", name=scene.name, upper=scene.name.upper(), prototype=", ".join(_arguments(scene, False)),
-        arguments=_documented(scene), size=scene.nq + scene.nv,
-    )  # fmt: skip
-
-
-def _arguments(scene: Scene, definition: bool) -> list[str]:
-    real, restrict = f"{scene.name}_real", "restrict " if definition else ""
-    return [
-        *([f"const {scene.name}_params *p"] if scene.runtime else []),
-        f"{scene.name}_flow *flow",
-        f"{real} t_end",
-        "unsigned long max_steps",
-        *([f"const {real} u[{scene.nu}]"] if scene.nu else []),
-        f"{real} q[{restrict}{scene.nq}]",
-        f"{real} v[{restrict}{scene.nv}]",
-        f"const {scene.name}_event *event",
-        "unsigned long count",
-        f"const {real} *times",
-        f"{real} *q_out",
-        f"{real} *v_out",
-    ]
-
-
-def _documented(scene: Scene) -> list[tuple[str, str, str]]:
-    rows = [
-        ("p", "in", "parameters") if scene.runtime else None,
-        ("flow", "in, out", "start time and tolerance; what was done"),
-        ("t_end", "in", "final time, s"),
-        ("max_steps", "in", "step budget; called again, it goes on from where it stopped"),
-        ("u", "in", "inputs, held constant") if scene.nu else None,
-        ("q, v", "in, out", "state"),
-        ("event", "in", "where to stop, or NULL"),
-        ("count", "in", "number of times"),
-        ("times", "in", "times on the way, in its order, at which the state is wanted, or NULL"),
-        ("q_out", "out", f"configurations there, count x {scene.nq}, or NULL"),
-        ("v_out", "out", f"rates there, count x {scene.nv}, or NULL"),
-    ]
-    return [row for row in rows if row is not None]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from phichain.emit.c import header, source
 from phichain.emit.casadi import casadi_module
 from phichain.emit.casadi_external import casadi_external
+from phichain.emit.flows import flows
 from phichain.emit.left_out import left_out
 from phichain.emit.manifest import manifest
 from phichain.emit.render import render
@@ -18,11 +19,8 @@ from phichain.scene import Scene
 
 def library_files(scene: Scene, lowered: Lowered) -> dict[str, str]:
     """What a compiled System is made of: the C, the CasADi module and the manifest, by file name."""
-    files = {
-        f"{scene.name}.h": header(scene, lowered, {}),
-        f"{scene.name}.c": source(scene, lowered),
-        f"{scene.name}_casadi.py": casadi_module(scene, lowered),
-    }
+    files = {f"{scene.name}.h": header(scene, lowered, {}), f"{scene.name}.c": source(scene, lowered)}
+    files |= _casadi(scene, lowered)
     return files | {MANIFEST: manifest(scene, lowered, {}, files)}
 
 
@@ -38,7 +36,7 @@ def folder_files(scene: Scene, lowered: Lowered, with_casadi_c: bool = False) ->
     files = {
         f"{scene.name}.h": header(scene, lowered, selftest.tolerances),
         f"{scene.name}.c": source(scene, lowered),
-        f"{scene.name}_casadi.py": casadi_module(scene, lowered),
+        **_casadi(scene, lowered),
         "selftest.c": selftest_source(scene, lowered, selftest),
         "CMakeLists.txt": render("CMakeLists.txt.j2", name=scene.name),
         "README.md": _readme(scene, lowered),
@@ -48,9 +46,15 @@ def folder_files(scene: Scene, lowered: Lowered, with_casadi_c: bool = False) ->
     return files | {MANIFEST: manifest(scene, lowered, selftest.tolerances, files)}
 
 
+def _casadi(scene: Scene, lowered: Lowered) -> dict[str, str]:
+    """The CasADi module, unless the scene wants nothing but flows, which CasADi has no form for."""
+    return {f"{scene.name}_casadi.py": casadi_module(scene, lowered)} if lowered.wanted else {}
+
+
 def _readme(scene: Scene, lowered: Lowered) -> str:
-    functions = [(p.name, p.doc, total_operations(p)) for p in lowered.wanted.values()]
+    functions = [(p.name, p.doc, str(total_operations(p))) for p in lowered.wanted.values()]
+    functions += [(flow.name, flow.doc, "") for flow in flows(scene, lowered)]
     return render(
         "generated_readme.md.j2", name=scene.name, real=scene.real, sketch=str(scene), functions=functions,
-        left_out=left_out(scene, lowered), digest=scene.digest, runtime=list(scene.runtime),
+        left_out=left_out(scene, lowered), has_casadi=bool(lowered.wanted), digest=scene.digest, runtime=list(scene.runtime),
     )  # fmt: skip

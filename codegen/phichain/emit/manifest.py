@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+from phichain.emit.flows import flows
 from phichain.emit.left_out import left_out
 from phichain.program.lower import Lowered
 from phichain.program.nodes import Array, Program
@@ -18,17 +19,17 @@ from phichain.scene import Scene
 
 def manifest(scene: Scene, lowered: Lowered, tolerances: Mapping[str, str], files: Mapping[str, str]) -> str:
     """The manifest as JSON text, keys in a fixed order."""
-    first = next(iter(lowered.wanted.values()))
     record = {
         "name": scene.name,
         "scene": scene.to_dict(),
         "digest": scene.digest,
         "generator": {"phichain": _version("phichain"), "sympy": _version("sympy"), "jinja2": _version("jinja2")},
         "real": scene.real,
-        "params": [_argument(array) for array in first.params],
+        "params": [_argument(array) for array in lowered.params],
         "functions": {
             name: _function(scene, program, tolerances.get(name)) for name, program in lowered.wanted.items()
         },
+        "flows": {flow.name: {"symbol": flow.symbol, "doc": flow.doc} for flow in flows(scene, lowered)},
         "helpers": sorted(lowered.helpers),
         "left_out": left_out(scene, lowered),
         "files": {name: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},

@@ -145,7 +145,7 @@ def differintegrate(
         SignalError: The grid is not uniform, the signal too short or not finite, alpha or the order unsupported.
         ArrayError: Shapes that do not fit, or values that are not real.
     """
-    if order not in lubich.ORDERS:
+    if isinstance(order, bool) or order not in lubich.ORDERS:
         raise SignalError("order", order, "there is no such quadrature", f"choose one of {lubich.ORDERS}")
     return _quadrature(time, signal, alpha, order, True, initial, workers)
 
@@ -245,6 +245,8 @@ def _add_initial_terms(
 ) -> None:
     """Add theta'(0) t^(-1-alpha) / Gamma(-alpha) + theta(0) t^(-2-alpha) / Gamma(-1-alpha) to values (C, A, n)."""
     supported_orders(orders, -2.0, 0.0)
+    if not isinstance(initial, (tuple, list)) or len(initial) != 2:
+        raise ArrayError("initial", initial, "is no pair of initial values", "pass (theta(0), theta'(0))")
     start, rate = (_per_channel("initial", part, values.shape[0]) for part in initial)
     by_rate, by_start = rgamma(-orders), rgamma(-1.0 - orders)
     log_t = np.log(elapsed[1:])

@@ -185,7 +185,7 @@ def _is_real(a: Matrix, spectrum: Spectrum, exponents: Matrix) -> bool:
 
 
 def _square(matrix: ArrayLike) -> Matrix:
-    a = np.asarray(matrix)
+    a = _numbers(matrix)
     if a.dtype.kind not in "biufc" or a.ndim != 2 or a.shape[0] != a.shape[1] or a.size == 0:
         raise ArrayError(
             "matrix", matrix, "must be a square matrix of numbers", "pass an array of shape (n, n)"
@@ -195,8 +195,16 @@ def _square(matrix: ArrayLike) -> Matrix:
     return a.astype(complex if np.iscomplexobj(a) else float)
 
 
+def _numbers(values: ArrayLike) -> Matrix:
+    """The values as an array; ragged ones become an array of objects, which nobody takes."""
+    try:
+        return np.asarray(values)
+    except ValueError:
+        return np.empty(0, dtype=object)
+
+
 def _exponents(p: ArrayLike) -> Matrix:
-    exponents = np.asarray(p)
+    exponents = _numbers(p)
     if exponents.dtype.kind not in "biufc" or not np.all(np.isfinite(exponents)):
         raise ArrayError(
             "p", p, "must be finite real or complex numbers", "pass one exponent or an array of them"

@@ -26,7 +26,7 @@ from scipy.signal import oaconvolve
 from scipy.special import poch, rgamma
 
 from phichain.errors import SignalError, ToleranceError
-from phichain.fractional.signals import finite_signal, supported_orders, uniform_step
+from phichain.fractional.signals import finite_signal, real_number, supported_orders, uniform_step
 
 Vector = NDArray[np.float64]
 
@@ -62,14 +62,24 @@ def memory_length(alpha: float, tolerance: float) -> float:
 
     Raises:
         SignalError: alpha <= 0 or above the supported range.
-        ToleranceError: The tolerance is not positive.
+        ToleranceError: The tolerance is not positive, or no memory of a finite length keeps it.
+        ArrayError: An argument is no number.
     """
     _refuse_integrals(alpha)
-    if not 0.0 < tolerance < np.inf:
+    if not 0.0 < real_number("tolerance", tolerance) < np.inf:
         raise ToleranceError(
             "tolerance", tolerance, "must be positive and finite", "pass a relative error such as 1e-3"
         )
-    return float((abs(rgamma(1.0 - alpha)) / tolerance) ** (1.0 / alpha))
+    with np.errstate(over="ignore"):
+        length = float((abs(rgamma(1.0 - alpha)) / np.float64(tolerance)) ** (1.0 / alpha))
+    if length == np.inf:
+        raise ToleranceError(
+            "tolerance",
+            tolerance,
+            f"no finite memory keeps it for alpha = {alpha:g}, which hardly forgets",
+            "use `differintegrate`, which keeps the whole past",
+        )
+    return length
 
 
 def implied_error(alpha: float, length: float) -> float:
@@ -77,9 +87,10 @@ def implied_error(alpha: float, length: float) -> float:
 
     Raises:
         SignalError: alpha <= 0 or above the supported range, or a length that is not positive.
+        ArrayError: An argument is no number.
     """
     _refuse_integrals(alpha)
-    if not 0.0 < length < np.inf:
+    if not 0.0 < real_number("length", length) < np.inf:
         raise SignalError("length", length, "a memory must be positive and finite", "pass seconds")
     return float(abs(rgamma(1.0 - alpha)) * length**-alpha)
 
@@ -152,7 +163,8 @@ def _tail(alpha: float, last: int) -> float:
 
 
 def _refuse_integrals(alpha: float) -> None:
-    if supported_orders(alpha).size == 1 and alpha <= 0.0:
+    supported_orders(alpha)
+    if real_number("alpha", alpha) <= 0.0:
         raise SignalError(
             "alpha",
             alpha,

@@ -117,6 +117,17 @@ def supported_orders(alpha: ArrayLike, low: float = ALPHA_MIN, high: float = ALP
     return orders
 
 
+def real_number(field: str, value: object) -> float:
+    """One number as a double.
+
+    Raises:
+        ArrayError: It is no single real number.
+    """
+    if isinstance(value, (int, float, np.floating, np.integer)) and not isinstance(value, bool):
+        return float(value)
+    raise ArrayError(field, value, "must be one real number", "pass a float")
+
+
 def real_array(field: str, values: ArrayLike) -> Vector:
     """Values as doubles.
 

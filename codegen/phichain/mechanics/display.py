@@ -41,6 +41,9 @@ class _Forms:
     joint: str
     joint_springs: str
     joint_dampers: str
+    cart_row: str
+    directions: tuple[str, str, str, str] | None = None
+    """The same equation in q_i'' alone, (15) of paper B: its head, what a cart adds, its end, what joints add."""
 
 
 _TEXT = {
@@ -56,6 +59,7 @@ _TEXT = {
         joint="J_k =",
         joint_springs=" + k_k (phi_k - phi_{k-1})",
         joint_dampers=" + d_k (phi_k' - phi_{k-1}')",
+        cart_row="F = M00 x'' + sum_k mu_k [cos(phi_k) phi_k'' - sin(phi_k) phi_k'^2]",
     ),
     "spatial": _Forms(
         kinetic="T = 1/2 sum_ij c_ij q_i'.q_j'",
@@ -69,6 +73,13 @@ _TEXT = {
         joint="J_k =",
         joint_springs=" + k_k q_{k-1} x q_k",
         joint_dampers=" + d_k (omega_k - omega_{k-1})",
+        cart_row="u = M00 x'' + sum_k mu_k C^T q_k''",
+        directions=(
+            "0 = c_ii (q_i'' + |q_i'|^2 q_i) + (I - q_i q_i^T) (sum_{j != i} c_ij q_j'' - g mu_i e_3",
+            " + mu_i C x''",
+            ")",
+            " + (J_i - J_{i+1}) x q_i",
+        ),
     ),
 }
 
@@ -85,6 +96,7 @@ _LATEX = {
         joint="J_k &=",
         joint_springs=r" + k_k (\phi_k - \phi_{k-1})",
         joint_dampers=r" + d_k (\dot\phi_k - \dot\phi_{k-1})",
+        cart_row=r"F &= M_{00} \ddot x + \sum_k \mu_k \left[\cos(\phi_k)\, \ddot\phi_k - \sin(\phi_k)\, \dot\phi_k^2\right]",
     ),
     "spatial": _Forms(
         kinetic=r"T &= \tfrac12 \sum_{i,j} c_{ij}\, \dot q_i \cdot \dot q_j",
@@ -98,6 +110,16 @@ _LATEX = {
         joint="J_k &=",
         joint_springs=r" + k_k\, q_{k-1} \times q_k",
         joint_dampers=r" + d_k (\omega_k - \omega_{k-1})",
+        cart_row=r"u &= M_{00} \ddot x + \sum_k \mu_k C^T \ddot q_k",
+        directions=(
+            (
+                r"0 &= c_{ii} (\ddot q_i + \|\dot q_i\|^2 q_i)"
+                r" + (I - q_i q_i^T) \Big(\sum_{j \ne i} c_{ij} \ddot q_j - g \mu_i e_3"
+            ),
+            r" + \mu_i C \ddot x",
+            r"\Big)",
+            r" + (J_i - J_{i+1}) \times q_i",
+        ),
     ),
 }
 
@@ -141,7 +163,7 @@ def plain(value: Any) -> str:
 
 
 def _general(model: Model, forms: _Forms) -> list[str]:
-    """Return T, V and a link's equation in index form."""
+    """Return T, V, a link's equation (in space also without angular velocities) and the cart's, in index form."""
     scene = model.scene
     sprung, damped = scene.stiffness is not None, scene.damping is not None
     kinetic = forms.kinetic + forms.kinetic_cart * scene.has_cart
@@ -150,7 +172,13 @@ def _general(model: Model, forms: _Forms) -> list[str]:
         forms.equation + forms.equation_cart * scene.has_cart + forms.equation_joints * (sprung or damped)
     )
     joint = forms.joint_springs * sprung + forms.joint_dampers * damped
-    return [kinetic, potential, equation, *([forms.joint + joint.removeprefix(" +")] if joint else [])]
+    lines = [kinetic, potential, equation]
+    if forms.directions is not None:
+        head, cart, end, joints = forms.directions
+        lines.append(head + cart * scene.has_cart + end + joints * (sprung or damped))
+    if scene.has_cart:
+        lines.append(forms.cart_row)
+    return [*lines, *([forms.joint + joint.removeprefix(" +")] if joint else [])]
 
 
 def _coordinates(scene: Scene) -> str:

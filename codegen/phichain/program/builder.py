@@ -277,7 +277,10 @@ class Builder:
         if count is None:
             return name
         candidate = f"{name}_{count + 2}" if name else ""
-        return candidate if candidate not in self._names else self.fresh(candidate)
+        if candidate in self._names:
+            return self.fresh(candidate)
+        self._names[candidate] = 0
+        return candidate
 
     def finish(self) -> Program:
         """The finished, immutable Program."""

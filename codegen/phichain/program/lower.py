@@ -14,19 +14,26 @@ from phichain.program import (
     planar_articulated,
     planar_functions,
     planar_tension,
+    rosenbrock,
     spatial_articulated,
     spatial_functions,
+    spatial_rates,
     spatial_tension,
+    step_lie4,
+    step_variational,
 )
 from phichain.program.builder import ArrayRef, Builder
-from phichain.program.nodes import Program
+from phichain.program.nodes import Array, Program
 from phichain.program.parameters import Parameters
 from phichain.program.passes import prune, total_operations, unroll
 from phichain.program.planar_joints import planar_state
 from phichain.program.step import runge_kutta
 from phichain.program.tangent import Block, jacobian
 from phichain.scene import Scene, given_scene
+from phichain.scene_functions import FLOWS
 
+#: What the sweeps compute, in units of their own where they solve for tensions.
+_BY_SWEEPS = ("forward_dynamics", "direction_dynamics")
 #: Above this many operations `auto` keeps loops: beyond it compilers do better with loops that they can vectorise.
 UNROLL_LIMIT = 600
 #: The same for Jacobians: straight-line code leaves out the zeros that loops compute, but takes longer to compile.
@@ -35,10 +42,14 @@ JACOBIAN_UNROLL_LIMIT = 2500
 
 @dataclass(frozen=True)
 class Lowered:
-    """The Programs of a scene: the wanted functions, and the helpers they call."""
+    """The Programs of a scene: the wanted functions, the helpers they call, and the runtime parameters of all.
+
+    What runs over many steps (`FLOWS`) is no Program: `emit.flows` writes it around Programs of its own.
+    """
 
     wanted: MappingProxyType[str, Program]
     helpers: MappingProxyType[str, Program]
+    params: tuple[Array, ...]
 
     def __str__(self) -> str:
         return "\n\n".join(str(program) for program in (*self.wanted.values(), *self.helpers.values()))
@@ -51,10 +62,10 @@ def lower(scene: Scene) -> Lowered:
         SceneError: What is given is no `Scene`.
     """
     lowering = _Lowering(given_scene(scene))
-    wanted = {name: lowering.program(name) for name in scene.want}
+    wanted = {name: lowering.program(name) for name in scene.want if name not in FLOWS}
     called = {callee for program in wanted.values() for callee in program.callees}
     helpers = {name: lowering.program(name) for name in sorted(called - set(wanted))}
-    return Lowered(MappingProxyType(wanted), MappingProxyType(helpers))
+    return Lowered(MappingProxyType(wanted), MappingProxyType(helpers), lowering.params)
 
 
 def lower_function(scene: Scene, name: str, code: Literal["auto", "unrolled", "loops"] = "auto") -> Program:
@@ -66,6 +77,13 @@ class _Lowering:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self._made: dict[str, Program] = {}
+
+    @property
+    def params(self) -> tuple[Array, ...]:
+        """Fields of the struct of runtime parameters, the same for every function."""
+        builder = Builder("params", "")
+        Parameters(builder, self.scene)
+        return builder.finish().params
 
     def program(self, name: str) -> Program:
         if name not in self._made:
@@ -104,7 +122,7 @@ class _Lowering:
     def loops(self, name: str) -> Program:
         """The structured form of a function."""
         builder = Builder(name, _DOC[name])
-        parameters = Parameters(builder, self.scene, own_units=name == "forward_dynamics" and self._by_tensions)
+        parameters = Parameters(builder, self.scene, own_units=name in _BY_SWEEPS and self._by_tensions)
         writer: Callable[[Builder, Parameters], None] = getattr(self, f"_{name}")
         writer(builder, parameters)
         return prune(builder.finish())
@@ -139,8 +157,20 @@ class _Lowering:
             planar = planar_tension if self._by_tensions else planar_articulated
             planar.accelerations(builder, scene, parameters, planar_state(builder, scene, q, v), u, a)
         else:
-            spatial = spatial_tension if self._by_tensions else spatial_articulated
-            spatial.accelerations(builder, scene, parameters, q, v, u, a)
+            self._sweep(builder, parameters, q, spatial_rates.AngularVelocities(scene, v, a), u)
+
+    def _direction_dynamics(self, builder: Builder, parameters: Parameters) -> None:
+        scene, q = self.scene, self._q(builder)
+        q_dot, u = builder.input("q_dot", (scene.nq,), "rate of q"), self._u(builder)
+        q_ddot = builder.output("q_ddot", (scene.nq,), "second derivative of q")
+        self._sweep(builder, parameters, q, spatial_rates.DirectionRates(builder, scene, q, q_dot, q_ddot), u)
+
+    def _sweep(
+        self, builder: Builder, parameters: Parameters, q: ArrayRef, rates: spatial_rates.Rates, u: ArrayRef | None
+    ) -> None:
+        """Either form of a spatial scene's accelerations."""
+        spatial = spatial_tension if self._by_tensions else spatial_articulated
+        spatial.accelerations(builder, self.scene, parameters, q, rates, u)
 
     def _inverse_dynamics(self, builder: Builder, parameters: Parameters) -> None:
         q, v = self._q(builder), self._v(builder)
@@ -196,6 +226,11 @@ class _Lowering:
         harmonic_balance.phi(builder, self.scene, parameters, kernels(), amplitude, omega[0], out)
 
     def _step(self, builder: Builder, parameters: Parameters) -> None:
+        arguments = self._step_arguments(builder)
+        runge_kutta(builder, self.scene, self.program("forward_dynamics"), arguments)
+
+    def _step_arguments(self, builder: Builder) -> dict[str, ArrayRef]:
+        """h, q, v[, u] and q_next, v_next, those of every step."""
         scene = self.scene
         arguments = {"h": builder.input("h", (), "step, s"), "q": self._q(builder), "v": self._v(builder)}
         u = self._u(builder)
@@ -203,7 +238,42 @@ class _Lowering:
             arguments["u"] = u
         arguments["q_next"] = builder.output("q_next", (scene.nq,), "configuration after the step")
         arguments["v_next"] = builder.output("v_next", (scene.nv,), "rates after the step")
-        runge_kutta(builder, scene, self.program("forward_dynamics"), arguments)
+        return arguments
+
+    def _step_lie4(self, builder: Builder, parameters: Parameters) -> None:
+        arguments, forward = self._step_arguments(builder), self.program("forward_dynamics")
+        if self.scene.is_planar:  # turns of the plane commute: the method is Runge-Kutta on the angles
+            runge_kutta(builder, self.scene, forward, arguments)
+        else:
+            step_lie4.Step(builder, self.scene, forward, arguments).run()
+
+    def _step_variational(self, builder: Builder, parameters: Parameters) -> None:
+        arguments = self._step_arguments(builder)
+        arguments["residual"] = builder.output("residual", (), "what the iteration left of the links' lengths")
+        solver = self.program("constrained_accelerations")
+        step_variational.Step(builder, self.scene, parameters, solver, arguments).run()
+
+    def _constrained_accelerations(self, builder: Builder, parameters: Parameters) -> None:
+        step_variational.constrained_accelerations(builder, self.scene, parameters)
+
+    def _step_rosenbrock(self, builder: Builder, parameters: Parameters) -> None:
+        arguments = self._step_arguments(builder)
+        for name, size in (("q_error", self.scene.nq), ("v_error", self.scene.nv)):
+            arguments[name] = builder.output(name, (size,), "estimated error of the step")
+        rosenbrock.step(builder, self.scene, self._implicit_callees, arguments)
+
+    def _rosenbrock_increment(self, builder: Builder, parameters: Parameters) -> None:
+        rosenbrock.write_increment(builder, self.scene, self._implicit_callees)
+
+    @property
+    def _implicit_callees(self) -> rosenbrock.Callees:
+        return rosenbrock.Callees(*map(self.program, rosenbrock.CALLEES))
+
+    def _implicit_factors(self, builder: Builder, parameters: Parameters) -> None:
+        rosenbrock.write_factors(builder, self.scene, parameters)
+
+    def _implicit_solution(self, builder: Builder, parameters: Parameters) -> None:
+        rosenbrock.write_solution(builder, self.scene, parameters)
 
     def _project(self, builder: Builder, parameters: Parameters) -> None:
         scene = self.scene
@@ -215,6 +285,7 @@ class _Lowering:
 
 _DOC = {
     "forward_dynamics": "Accelerations: the equations of motion solved.",
+    "direction_dynamics": "Accelerations of the unit vectors themselves: the equations of motion without angular velocities.",
     "inverse_dynamics": "Generalised force that produces given accelerations.",
     "mass_matrix": "Mass matrix of the equations of motion.",
     "coriolis": "Velocity terms of the equations of motion.",
@@ -226,5 +297,12 @@ _DOC = {
     "phi": "Residuals of the single-harmonic balance.",
     "phi_jacobian": "Exact derivatives of phi, columns [amplitude, omega].",
     "step": "One Runge-Kutta step of order 4.",
+    "step_rosenbrock": "One L-stable Rosenbrock step of order 5 (Rodas5P), with an error estimate.",
+    "rosenbrock_increment": "What one Rosenbrock step of order 5 adds to the state, and its error estimate.",
+    "implicit_factors": "The linearised chain of an implicit step, eliminated from the tip to the base.",
+    "implicit_solution": "One right side of an implicit step: forces inwards, motions outwards.",
+    "step_lie4": "One Runge-Kutta-Munthe-Kaas step of order 4: unit vectors turn, and stay unit.",
+    "step_variational": "One step of the variational integrator of order 2, symplectic and reversible.",
+    "constrained_accelerations": "Accelerations with prescribed components, by multipliers along the unit vectors.",
     "project": "Unit vectors made unit, angular velocities made tangent.",
 }

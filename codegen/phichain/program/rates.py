@@ -1,4 +1,4 @@
-"""The fastest linear mode of the hanging chain, which no step of a Taylor series may step over.
+"""The fastest linear mode of the hanging chain, by which angles and rates are weighed against each other.
 
 Small motions about hanging obey M x'' + G x = 0, M_ij = c_ij, G_ii = g mu_i, and springs add k_k (x_k - x_{k-1})^2; their
 largest frequency bounds how fast a chain swings without being driven. Where parameters come at run time
@@ -13,6 +13,7 @@ factor is an estimate: with masses half-way zigzags of N links hardly move them,
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 import scipy.linalg
@@ -28,6 +29,7 @@ from phichain.scene import Scene
 _DIGITS = 3
 
 
+@lru_cache(maxsize=8)
 def fastest_rate(scene: Scene) -> Fraction | None:
     """Largest linear frequency of the hanging chain, rad/s, rounded up; None where parameters come at run time."""
     if scene.runtime:

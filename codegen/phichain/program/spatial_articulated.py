@@ -27,6 +27,7 @@ from phichain.program.link_units import LinkUnits
 from phichain.program.parameters import Parameters
 from phichain.program.spatial_links import couples, directions
 from phichain.program.spatial_outer import Outer, Seen
+from phichain.program.spatial_rates import Rates
 from phichain.program.vector import (
     Symmetric,
     Vector,
@@ -62,10 +63,10 @@ class _Pivot:
 
 
 def accelerations(
-    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, u: ArrayRef | None, a: ArrayRef
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, u: ArrayRef | None
 ) -> None:
-    """Write the accelerations [x'', omega'] into `a`."""
-    sweep = _Sweep(builder, scene, parameters, q, v)
+    """Write x'' and the omega_k' through `rates`."""
+    sweep = _Sweep(builder, scene, parameters, q, rates)
     chain = sweep.inwards()
     nothing = builder.lift(0)
     base: Vector = (nothing, nothing, -parameters.gravity)
@@ -73,20 +74,22 @@ def accelerations(
         unit = parameters.units
         force = (u[0] / unit.force, u[1] / unit.force, nothing) if u is not None else (nothing, nothing, nothing)
         x, y, _ = sweep.close_on_cart(chain, force)
-        a[0], a[1] = x * unit.length, y * unit.length
+        rates.write_cart((x * unit.length, y * unit.length))
         base = (x, y, base[2])
     else:
         sweep.pivot(Seen(chain, load(sweep.direction, 0)), 0)
-    sweep.outwards(base, directions(scene, a))
+    sweep.outwards(base)
 
 
 class _Sweep:
     """The inward elimination and the outward substitution; work arrays carry one to the other."""
 
-    def __init__(self, builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef) -> None:
+    def __init__(
+        self, builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates
+    ) -> None:
         self.builder, self.scene, self.parameters = builder, scene, parameters
-        self.direction, self.omega = directions(scene, q), directions(scene, v)
-        self.couple = couples(builder, scene, parameters, self.direction, self.omega)
+        self.direction, self.rates = directions(scene, q), rates
+        self.couple = couples(builder, scene, parameters, self.direction, rates.angular)
         self.units = LinkUnits(builder, scene, parameters)
         self.free = builder.array("free", 3 * scene.links)
         self.slope = builder.array("slope", 3 * scene.links)
@@ -112,9 +115,9 @@ class _Sweep:
 
     def pivot(self, seen: Seen, k: Index) -> _Pivot:
         """Eliminate the rotation of link k: a + t = free - slope (q.a) - gain a."""
-        overhang, omega = self.units.overhang[k], load(self.omega, k)
+        overhang = self.units.overhang[k]
         inverse = self.builder.let("inverse_pivot", 1 / (1 + seen.trace + seen.adjugate_axial))
-        rate_squared = self.builder.let("rate_squared", dot(omega, omega))
+        rate_squared = self.builder.let("rate_squared", self.rates.squared(k))
         sigma = scale(inverse, sub(seen.mixed, seen.adjugate_mixed))
         eta = scale(inverse, add(seen.force, seen.turned_force))
         free = sub(scale(rate_squared, sigma), eta)
@@ -213,7 +216,7 @@ class _Sweep:
         x, y, _ = scale(length * inverse, add(scale(cart, push), turned))
         return self.builder.let("cart_acceleration_0", x), self.builder.let("cart_acceleration_1", y), nothing
 
-    def outwards(self, base: Vector, rates: ArrayRef) -> None:
+    def outwards(self, base: Vector) -> None:
         """omega_k' = q_k x t_k, and on to the next joint, in units of each link's length."""
         builder, units = self.builder, self.units
         start = scale(1 / self.parameters.length[0], base)
@@ -225,7 +228,7 @@ class _Sweep:
             first, second = load(self.gain, 2 * k), load(self.gain, 2 * k + 1)
             moved = sub(load(self.free, k), scale(dot(q, joint), load(self.slope, k)))
             moved = sub(moved, times((*first, *second), joint))
-            store(rates, k, cross(q, sub(moved, joint)))
+            self.rates.write(k, cross(q, sub(moved, joint)))
             tip = sub(moved, scale(self.rate_squared[k], q))
             for before, after in zip(carried, tip, strict=True):
                 loop.follow(before, after)

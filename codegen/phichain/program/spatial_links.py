@@ -6,9 +6,11 @@ act on link k through the tangent vector n_k (a force times a length) with q_k''
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from phichain.program.builder import ArrayRef, Builder, Index
 from phichain.program.parameters import Parameters
-from phichain.program.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.program.vector import Vector, cross, dot, load, scale, store, sub
 from phichain.scene import Scene
 
 
@@ -35,9 +37,12 @@ def neighbours(builder: Builder, direction: ArrayRef, links: int) -> tuple[Array
 
 
 def couples(
-    builder: Builder, scene: Scene, parameters: Parameters, direction: ArrayRef, omega: ArrayRef
+    builder: Builder, scene: Scene, parameters: Parameters, direction: ArrayRef, angular: Callable[[], ArrayRef]
 ) -> ArrayRef | None:
-    """n_k of springs and dampers, tangent to q_k, three cells a link; None on a scene without either."""
+    """n_k of springs and dampers, tangent to q_k, three cells a link; None on a scene without either.
+
+    `angular` gives the omega_k and is asked where there are dampers alone.
+    """
     if scene.stiffness is None and scene.damping is None:
         return None
     links = scene.links
@@ -45,11 +50,13 @@ def couples(
     nothing = builder.lift(0)
     upright: Vector = (nothing, nothing, builder.lift(1))
     still: Vector = (nothing, nothing, nothing)
-    store(moment, 0, _moment(parameters, 0, upright, load(direction, 0), still, load(omega, 0)))
+    omega = None if scene.damping is None else angular()
+    first = still if omega is None else load(omega, 0)
+    store(moment, 0, _moment(parameters, 0, upright, load(direction, 0), first))
     with builder.loop("k", 1, links) as loop:
         k = loop.index
-        neighbour, turning = load(direction, k - 1), load(omega, k - 1)
-        store(moment, k, _moment(parameters, k, neighbour, load(direction, k), turning, load(omega, k)))
+        bending = still if omega is None else sub(load(omega, k), load(omega, k - 1))
+        store(moment, k, _moment(parameters, k, load(direction, k - 1), load(direction, k), bending))
     store(moment, links, still)
     couple = builder.array("couple", 3 * links)
     with builder.loop("k", 0, links) as loop:
@@ -59,14 +66,11 @@ def couples(
     return couple
 
 
-def _moment(
-    parameters: Parameters, k: Index, inner: Vector, outer: Vector, omega_inner: Vector, omega_outer: Vector
-) -> Vector:
-    """Moment of joint k on the link beyond it: k_k q_k x q_{k-1} - d_k (omega_k - omega_{k-1})."""
+def _moment(parameters: Parameters, k: Index, inner: Vector, outer: Vector, bending: Vector) -> Vector:
+    """Moment of joint k on the link beyond it: k_k q_k x q_{k-1} - d_k bending, bending = omega_k - omega_{k-1}."""
     stiffness, damping = parameters.stiffness, parameters.damping
     spring = None if stiffness is None else scale(stiffness[k], cross(outer, inner))
     if damping is None:
         assert spring is not None
         return spring
-    drag = scale(damping[k], sub(omega_inner, omega_outer))
-    return drag if spring is None else add(spring, drag)
+    return scale(-damping[k], bending) if spring is None else sub(spring, scale(damping[k], bending))

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from phichain.program.builder import ArrayRef, Builder, Expr, Index
 from phichain.program.parameters import Parameters
 from phichain.program.spatial_links import couples, directions, neighbours
+from phichain.program.spatial_rates import Rates
 from phichain.program.tensions import Joints, solve_tensions
 from phichain.program.vector import Vector, add, cross, dot, load, scale, store, sub
 from phichain.scene import Scene
@@ -31,34 +32,33 @@ class _Chain:
     builder: Builder
     parameters: Parameters
     direction: ArrayRef
-    omega: ArrayRef
+    rates: Rates
     crosses: ArrayRef
     pair: ArrayRef | None
     horizontal: tuple[Expr, Expr] | None
 
 
 def accelerations(
-    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, u: ArrayRef | None, a: ArrayRef
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, u: ArrayRef | None
 ) -> None:
-    """Write the accelerations [x'', omega'] into `a`."""
-    direction, omega = directions(scene, q), directions(scene, v)
+    """Write x'' and the omega_k' through `rates`."""
+    direction = directions(scene, q)
     cosine, crosses = neighbours(builder, direction, scene.links)
-    pair = _force_pairs(builder, scene, parameters, direction, omega)
+    pair = _force_pairs(builder, scene, parameters, direction, rates)
     horizontal = _horizontal(builder, scene, parameters, u, pair)
-    chain = _Chain(builder, parameters, direction, omega, crosses, pair, horizontal)
+    chain = _Chain(builder, parameters, direction, rates, crosses, pair, horizontal)
     tension = solve_tensions(builder, parameters, _joints(chain, cosine))
     cart = _cart(chain, cosine, tension)
     if cart is not None:
-        a[0], a[1] = cart[0] * parameters.units.length, cart[1] * parameters.units.length
-    rates = directions(scene, a)
-    _first(chain, tension, cart, rates)
-    _beyond(chain, tension, rates)
+        rates.write_cart((cart[0] * parameters.units.length, cart[1] * parameters.units.length))
+    _first(chain, tension, cart)
+    _beyond(chain, tension)
 
 
 def _force_pairs(
-    builder: Builder, scene: Scene, parameters: Parameters, direction: ArrayRef, omega: ArrayRef
+    builder: Builder, scene: Scene, parameters: Parameters, direction: ArrayRef, rates: Rates
 ) -> ArrayRef | None:
-    couple = couples(builder, scene, parameters, direction, omega)
+    couple = couples(builder, scene, parameters, direction, rates.angular)
     if couple is None:
         return None
     inverse_length = parameters.derived("inverse_length", lambda k: 1 / parameters.length[k])
@@ -103,8 +103,8 @@ def _joints(chain: _Chain, cosine: ArrayRef) -> Joints:
 
 
 def _right_side(chain: _Chain, k: Index) -> Expr:
-    parameters, omega = chain.parameters, load(chain.omega, k)
-    value = parameters.length[k] * dot(omega, omega)
+    parameters = chain.parameters
+    value = parameters.length[k] * chain.rates.squared(k)
     if chain.pair is None:
         return value
     here = load(chain.direction, k)
@@ -122,8 +122,8 @@ def _first_right_side(chain: _Chain) -> Expr:
 def _still_right_side(chain: _Chain) -> Expr:
     """b_0 over a base that stands still."""
     parameters = chain.parameters
-    omega, here = load(chain.omega, 0), load(chain.direction, 0)
-    value = parameters.length[0] * dot(omega, omega) + parameters.gravity * here[2]
+    here = load(chain.direction, 0)
+    value = parameters.length[0] * chain.rates.squared(0) + parameters.gravity * here[2]
     if chain.pair is not None:
         value = value - dot(here, load(chain.pair, 1)) / parameters.mass[0]
     return value
@@ -147,7 +147,7 @@ def _cart(chain: _Chain, cosine: ArrayRef, tension: ArrayRef) -> tuple[Expr, Exp
     return first, second
 
 
-def _first(chain: _Chain, tension: ArrayRef, cart: tuple[Expr, Expr] | None, rates: ArrayRef) -> None:
+def _first(chain: _Chain, tension: ArrayRef, cart: tuple[Expr, Expr] | None) -> None:
     """l_0 omega_0' = (lambda_1 / m_0) X_1 + q_0 x (g e_3 - C x'' + couples)."""
     parameters, builder = chain.parameters, chain.builder
     inverse = 1 / parameters.length[0]
@@ -160,10 +160,10 @@ def _first(chain: _Chain, tension: ArrayRef, cart: tuple[Expr, Expr] | None, rat
         own = sub(load(chain.pair, 0), load(chain.pair, 1))
         fall = add(fall, scale(inverse / parameters.mass[0], own))
     pull = tension[1] * (parameters.mass_ratio[1] * inverse)
-    store(rates, 0, add(scale(pull, load(chain.crosses, 1)), cross(here, fall)))
+    chain.rates.write(0, add(scale(pull, load(chain.crosses, 1)), cross(here, fall)))
 
 
-def _beyond(chain: _Chain, tension: ArrayRef, rates: ArrayRef) -> None:
+def _beyond(chain: _Chain, tension: ArrayRef) -> None:
     parameters, builder = chain.parameters, chain.builder
     inverse_length = parameters.derived("inverse_length", lambda k: 1 / parameters.length[k])
     with builder.loop("k", 1, parameters.links) as loop:
@@ -173,7 +173,7 @@ def _beyond(chain: _Chain, tension: ArrayRef, rates: ArrayRef) -> None:
         rate = sub(scale(outer, load(chain.crosses, k + 1)), scale(inner, load(chain.crosses, k)))
         if chain.pair is not None:
             rate = add(rate, _couple_rate(chain, k))
-        store(rates, k, rate)
+        chain.rates.write(k, rate)
 
 
 def _couple_rate(chain: _Chain, k: Index) -> Vector:

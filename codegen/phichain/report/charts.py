@@ -107,7 +107,15 @@ def _chart(axes: Any, branch: Branch, known: Sequence[Orbit]) -> None:
         axes.plot(branch.column(name), omega, color=colour)
         for orbit in known:
             face = colour if orbit.stable else "white"
-            axes.plot(orbit.theta0[k], orbit.omega, "o", color=colour, markerfacecolor=face, markersize=4.5, zorder=5)
+            axes.plot(
+                orbit.theta0[k],
+                orbit.omega,
+                "o",
+                color=colour,
+                markerfacecolor=face,
+                markersize=4.5,
+                zorder=5,
+            )
     axes.axvline(0.0, color=SOFT, linewidth=0.6)
     axes.margins(y=0.08)
 

@@ -59,16 +59,22 @@ def closed_loop(system: System, trajectory: Trajectory, direction_error: Any, ra
         axes["errors"].set_xlabel("")
         if system.has_cart:
             place = trajectory.q[:, : system.cart_size]
-            panels.against_time(axes["cart"], trajectory.t, place, system.q_names[: system.cart_size], "cart (m)")
+            panels.against_time(
+                axes["cart"], trajectory.t, place, system.q_names[: system.cart_size], "cart (m)"
+            )
         if trajectory.u is not None:
-            panels.against_time(axes["input"], trajectory.t, trajectory.u, system.u_names, _input_label(system))
+            panels.against_time(
+                axes["input"], trajectory.t, trajectory.u, system.u_names, _input_label(system)
+            )
         axes["input"].set_xlabel("t (s)")
     return drawing
 
 
 def _input_label(system: System) -> str:
     kinds = {name.partition("_")[0] for name in system.u_names}
-    return {frozenset({"force"}): "force (N)", frozenset({"torque"}): "torque (N m)"}.get(frozenset(kinds), "input (N, N m)")
+    return {frozenset({"force"}): "force (N)", frozenset({"torque"}): "torque (N m)"}.get(
+        frozenset(kinds), "input (N, N m)"
+    )
 
 
 def family(branch: Branch) -> Figure:

@@ -24,7 +24,9 @@ def link_lengths(system: System) -> Points:
     if value == "runtime":
         value = (system.params or {}).get("length")
     if value is None:
-        raise ArrayError("length", value, "is a runtime parameter without a value", "build the system with params")
+        raise ArrayError(
+            "length", value, "is a runtime parameter without a value", "build the system with params"
+        )
     return np.broadcast_to(np.asarray(value, dtype=float), (system.links,))
 
 

@@ -67,7 +67,9 @@ def _section(section: Section) -> str:
     if section.text:
         parts.append(f"<p>{escape(section.text)}</p>")
     if section.rows:
-        rows = "\n".join(f"<tr><th>{escape(what)}</th><td>{escape(value)}</td></tr>" for what, value in section.rows)
+        rows = "\n".join(
+            f"<tr><th>{escape(what)}</th><td>{escape(value)}</td></tr>" for what, value in section.rows
+        )
         parts.append(f"<table>\n{rows}\n</table>")
     if section.figure:
         source, words = escape(section.figure), escape(section.caption)

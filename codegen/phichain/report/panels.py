@@ -116,7 +116,9 @@ def family(axes: Any, branch: Branch) -> None:
         column = branch.names.index(name)
         folds = np.array([event.z for event in branch.located(f"fold in {name}")])
         if folds.size:
-            axes.plot(folds[:, column], folds[:, -1], "o", color=colour, markersize=4, markerfacecolor="white")
+            axes.plot(
+                folds[:, column], folds[:, -1], "o", color=colour, markersize=4, markerfacecolor="white"
+            )
     axes.axhline(omega[0], color=SOFT, linewidth=0.8, linestyle=":", label="small motions")
     axes.set(xlabel="amplitude (rad)", ylabel=r"$\omega$ (rad/s)")
     _legend_above(axes, len(angles) + 1)

@@ -50,7 +50,9 @@ def left_alone(system: System, motion: Trajectory, title: str, moments: Sequence
     return drawing
 
 
-def steadied(system: System, motion: Trajectory, gains: Gains, title: str, moments: Sequence[float]) -> Figure:
+def steadied(
+    system: System, motion: Trajectory, gains: Gains, title: str, moments: Sequence[float]
+) -> Figure:
     """Figs 3 and 4: snapshots, the cart, the heights of the links, the energies, e_q and e_omega, the control force.
 
     Args:
@@ -98,9 +100,13 @@ def _film(axes: Any, system: System, motion: Trajectory, moments: Sequence[float
     frames = seen[[int(np.argmin(np.abs(motion.t - moment))) for moment in moments]]
     low, high = min(-float(frames[..., 2].max()), 0.0), max(-float(frames[..., 2].min()), 0.0)
     margin = 0.12 * (high - low)
-    spacing = max(2.1 * float(np.max(np.abs(frames[..., across]))), _FILM * (high - low + 3 * margin) / len(moments))
+    spacing = max(
+        2.1 * float(np.max(np.abs(frames[..., across]))), _FILM * (high - low + 3 * margin) / len(moments)
+    )
     for rank, (frame, moment) in enumerate(zip(frames, moments, strict=True)):
-        axes.plot(frame[:, across] + rank * spacing, -frame[:, 2], "-o", color=INK, linewidth=1.3, markersize=3.0)
+        axes.plot(
+            frame[:, across] + rank * spacing, -frame[:, 2], "-o", color=INK, linewidth=1.3, markersize=3.0
+        )
         axes.plot(rank * spacing, 0.0, "s", color=ACCENT, markersize=6, zorder=3)
         axes.text(rank * spacing, low - 1.7 * margin, f"{moment:g} s", ha="center", color=SOFT, fontsize=8)
     axes.axhline(0.0, color=SOFT, linewidth=0.8, zorder=0)
@@ -189,6 +195,8 @@ def _decay(axes: Any, system: System, motion: Trajectory, gains: Gains) -> None:
     slowest = float(gains.poles[0].real)
     guide = direction[-1] * np.exp(slowest * (motion.t - motion.t[-1]))
     shown = guide < 3.0 * np.max(direction)
-    axes.semilogy(motion.t[shown], 3.0 * guide[shown], color=SOFT, linestyle="--", label=f"$e^{{{slowest:.4f} t}}$")
+    axes.semilogy(
+        motion.t[shown], 3.0 * guide[shown], color=SOFT, linestyle="--", label=f"$e^{{{slowest:.4f} t}}$"
+    )
     axes.legend(loc="upper right")
     axes.set_title("errors", fontsize=9, color=SOFT)

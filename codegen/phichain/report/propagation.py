@@ -40,6 +40,7 @@ _HEADS = (
     r"$\psi = D^\alpha \ddot\theta$: black $\theta$, red $\ddot\theta$",
     "both, every order over its own size (right)",
 )
+_HEIGHTS = "heights in SI units, linear near zero and logarithmic beyond"
 _WHOLE = ("$u$", r"$\ddot\theta$", r"$\dot\theta$", r"$\theta$")
 _BARE = ("$u$", r"$\ddot\theta$", r"$D^{-1}$", r"$D^{-2}$")
 _HUES = "RdBu_r"
@@ -101,12 +102,21 @@ def surfaces(result: Propagation, title: str) -> Figure:
             left = drawing.add_subplot(grid[row, 0], projection="3d")
             _surface(left, wave.time, wave.p, wave.theta_p, "p")
             left.text2D(0.02, 0.95, name, transform=left.transAxes, fontsize=10)
-            _surface(drawing.add_subplot(grid[row, 1], projection="3d"), wave.time, wave.alpha, wave.psi, r"$\alpha$")
-            inner = grid[row, 2].subgridspec(2, 2, height_ratios=(1, 2), width_ratios=(1, 0.22), hspace=0.0, wspace=0.06)
+            _surface(
+                drawing.add_subplot(grid[row, 1], projection="3d"),
+                wave.time,
+                wave.alpha,
+                wave.psi,
+                r"$\alpha$",
+            )
+            inner = grid[row, 2].subgridspec(
+                2, 2, height_ratios=(1, 2), width_ratios=(1, 0.22), hspace=0.0, wspace=0.06
+            )
             cells = [[drawing.add_subplot(inner[r, c]) for c in range(2)] for r in range(2)]
             _wave(cells, wave, last=row == rows - 1)
         for across, words in zip((0.155, 0.455, 0.78), _HEADS, strict=True):
             drawing.text(across, 1 - 0.6 / height, words, ha="center", color=SOFT, fontsize=9)
+        drawing.text(0.012, 0.05 / height, _HEIGHTS, color=SOFT, fontsize=8)
     return drawing
 
 
@@ -130,6 +140,10 @@ def paths(result: Propagation, title: str) -> Figure:
                 inner = grid[row, column].subgridspec(2, 1, height_ratios=(1, 2), hspace=0.0)
                 cells = [drawing.add_subplot(inner[r]) for r in range(2)]
                 _map(cells, wave, (common[0], common[1]), _BARE if column == 0 else ())
+                if not np.any(wave.theta_p):
+                    cells[1].text(
+                        0.5, 0.7, "zero", transform=cells[1].transAxes, ha="center", color=SOFT, fontsize=9
+                    )
                 cells[1].tick_params(labelbottom=row == rows - 1)
                 if row == 0:
                     cells[0].set_title(PATH_NAMES[path], fontsize=9, color=SOFT, loc="center")
@@ -166,7 +180,9 @@ def _surface(axes: Any, time: Vector, order: Vector, values: Vector, label: str)
         antialiased=False, rasterized=True,
     )  # fmt: skip
     for end, colour in ((0, INK), (-1, ACCENT)):
-        axes.plot(time, np.full(time.shape, order[end]), height[:, end], color=colour, linewidth=0.8, zorder=9)
+        axes.plot(
+            time, np.full(time.shape, order[end]), height[:, end], color=colour, linewidth=0.8, zorder=9
+        )
     ticks = _ticks(largest, usual)
     axes.set_zticks(np.arcsinh(np.array(ticks) / usual), [f"{tick:g}" for tick in ticks])
     axes.set(xlim=(time[0], time[-1]), ylim=(order[0], order[-1]), zlim=(-high, high))
@@ -222,7 +238,14 @@ def _map(cells: list[Any], wave: Wave, sizes: tuple[Vector, Vector], labels: tup
         cells, (wave.p, wave.alpha), (wave.theta_p, wave.psi), sizes, strict=True
     ):
         axes.pcolormesh(
-            wave.time, order, (values / size).T, cmap=_HUES, vmin=-1, vmax=1, shading="gouraud", rasterized=True
+            wave.time,
+            order,
+            (values / size).T,
+            cmap=_HUES,
+            vmin=-1,
+            vmax=1,
+            shading="gouraud",
+            rasterized=True,
         )
         axes.grid(False)
         axes.set_xlim(wave.time[0], wave.time[-1])

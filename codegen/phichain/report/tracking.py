@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 _SMALLEST = 1e-17
 
 
-def tracking(reference: Reference, runs: Mapping[str, Trajectory], displaced: Trajectory, title: str) -> Figure:
+def tracking(
+    reference: Reference, runs: Mapping[str, Trajectory], displaced: Trajectory, title: str
+) -> Figure:
     """The block diagram, the torques, the tracking errors of several runs, and how an initial error dies out.
 
     Args:

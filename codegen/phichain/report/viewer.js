@@ -96,8 +96,14 @@ function drawSurface() {
   pen.fillStyle = colour("--soft");
   for (const [words, x, y] of [["t = 0", -1.2, 0], [`t = ${motion.end} s`, 1.2, 0], ["u", 0, -0.97], ["\u03b8", 0, 0.97]]) {
     const [left, top] = project(x, y, -0.38);
-    pen.textAlign = "center"; pen.fillText(words, left, top);
+    halo(pen, words, left, top);
   }
+}
+
+// Words that stay readable in front of the surface.
+function halo(pen, words, left, top) {
+  pen.textAlign = "center"; pen.lineJoin = "round"; pen.lineWidth = 4; pen.strokeStyle = colour("--paper");
+  pen.strokeText(words, left, top); pen.fillText(words, left, top);
 }
 
 function drawMap() {

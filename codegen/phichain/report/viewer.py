@@ -56,7 +56,8 @@ def _asset(name: str) -> str:
 def _motion(name: str, result: Propagation) -> dict[str, Any]:
     coordinates = range(len(result.coordinates))
     waves = {
-        path: [_packed(Wave.of(result, coordinate, path)) for coordinate in coordinates] for path in result.forces
+        path: [_packed(Wave.of(result, coordinate, path)) for coordinate in coordinates]
+        for path in result.forces
     }
     thinned = Wave.of(result, 0, next(iter(result.forces)))
     orders = [*thinned.p.tolist(), *(1.0 - thinned.alpha[::-1][1:]).tolist()]
@@ -82,4 +83,3 @@ def pack(values: NDArray[np.float64]) -> str:
     whole = np.round(np.clip(np.nan_to_num(values), -2.0, 2.0) * FULL)
     whole = np.where(np.isnan(values), NOTHING, whole)
     return base64.b64encode(whole.astype("<i2").tobytes()).decode("ascii")
-

@@ -12,8 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from phichain.simulate import rosenbrock, taylor
 from phichain.simulate.problem import Problem, differences
 from phichain.system import angular_velocities
+
+ROUND_OFF = float(np.finfo(float).eps)
+"""Tolerance of a method run as exactly as double precision allows."""
 
 SAFETY = 10.0
 """How far `auto` keeps the local error below the tolerance: errors add up over the steps."""
@@ -81,8 +85,9 @@ def _motion(problem: Problem) -> float:
 def choose(problem: Problem) -> tuple[str, str]:
     """The method `auto` takes, and why.
 
-    Not stiff: DOP853, or RK45 where few digits are asked. Stiff: CVODES when the system carries a CasADi function
-    and its input is constant, else Radau, or BDF where few digits are asked.
+    Not stiff: the Taylor flow where the system has it and the input is constant, else DOP853, or RK45 where few digits
+    are asked. Stiff: the emitted implicit flow, likewise; else CVODES when the system carries a CasADi function and its
+    input is constant, else Radau, or BDF where few digits are asked.
     """
     found = measure(problem)
     few_digits = problem.tol > 1e-4
@@ -91,10 +96,12 @@ def choose(problem: Problem) -> tuple[str, str]:
         f"{found.stability_steps:.0f} explicit steps for stability, {found.accuracy_steps:.0f} for accuracy"
     )
     if not found.is_stiff:
-        method = "RK45" if few_digits else "DOP853"
+        method = "taylor" if taylor.is_possible(problem) else "RK45" if few_digits else "DOP853"
         return method, f"auto took {method} with local tolerance {problem.tol:g}: not stiff, {finding}"
     constant_input = problem.control is None or problem.held is not None
-    if problem.system.has("casadi") and constant_input and problem.tol >= 1e-11:
+    if rosenbrock.is_possible(problem):
+        method = "rosenbrock"
+    elif problem.system.has("casadi") and constant_input and problem.tol >= 1e-11:
         method = "cvodes"
     else:
         method = "BDF" if few_digits else "Radau"

@@ -1,4 +1,7 @@
-"""The emitted fixed-step methods: `step` (classical Runge-Kutta) and any other named `step_METHOD`."""
+"""The emitted fixed-step methods: `step` (classical Runge-Kutta), `step_lie4`, `step_variational`, any other `step_METHOD`.
+
+An implicit step runs a fixed number of iterations and returns, after the state, the residual they left.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,12 @@ from phichain.simulate.path import Segment, StalledError, StateAt
 from phichain.simulate.problem import Problem
 from phichain.system import Vector, unpack
 
+CONVERGED = 1000.0
+"""Residuals above this many units of round-off say that a step's iteration was not enough."""
+
+HOPELESS = 1e-3
+"""With residuals above this the result is no solution of the step's equations, nor near one."""
+
 
 def segments(problem: Problem, name: str) -> Iterator[Segment]:
     """Equal steps of size at most h between successive outputs, the input held over each.
@@ -21,10 +30,11 @@ def segments(problem: Problem, name: str) -> Iterator[Segment]:
     Raises:
         ToleranceError: h is missing, not finite or not positive.
         AbsentFunctionError: The system has no such step.
-        StalledError: The state stopped being finite.
+        StalledError: The state stopped being finite, or the step's equations were not solved.
     """
     h = check_step(problem.h)
-    advance = _advance(problem, name)
+    residuals = _Residuals(problem, name)
+    advance = _advance(problem, name, residuals)
     x = problem.x0
     for start, stop in zip(problem.t[:-1], problem.t[1:], strict=True):
         count = max(1, math.ceil(abs(stop - start) / h * (1 - 1e-12)))
@@ -35,6 +45,8 @@ def segments(problem: Problem, name: str) -> Iterator[Segment]:
             x1 = advance(t0, x, float(size))
             if not np.all(np.isfinite(x1)):
                 raise StalledError(f"{name} left the finite numbers with h = {abs(size):.6g} s")
+            if residuals.largest > HOPELESS:
+                raise StalledError(f"the iteration of {name} does not converge with h = {abs(size):.6g} s")
             yield Segment(t0, t1, x1, _inside(advance, t0, x), parts=1)
             x = x1
 
@@ -57,7 +69,26 @@ def check_step(h: float | None) -> float:
     return value
 
 
-def _advance(problem: Problem, name: str) -> Callable[[float, Vector, float], Vector]:
+class _Residuals:
+    """The largest residual of an implicit step so far, kept among the problem's remarks."""
+
+    def __init__(self, problem: Problem, name: str) -> None:
+        self.problem, self.name = problem, name
+        self.bound = CONVERGED * float(np.finfo(np.float32 if problem.system.real == "float" else float).eps)
+        self.largest = 0.0
+
+    def add(self, residual: float) -> None:
+        """Take note of one step's residual."""
+        if self.problem.remarks and residual <= self.largest:
+            return
+        self.largest = max(self.largest, residual)
+        text = f"largest residual of {self.name} {self.largest:.2g}"
+        if self.largest > self.bound:
+            text += f", above {self.bound:.2g}: its iteration was not enough, shorten h"
+        self.problem.remarks[:] = [text]
+
+
+def _advance(problem: Problem, name: str, residuals: _Residuals) -> Callable[[float, Vector, float], Vector]:
     system = problem.system
     step = system.function(name)
     parameters = system.parameters(problem.p)
@@ -65,7 +96,12 @@ def _advance(problem: Problem, name: str) -> Callable[[float, Vector, float], Ve
     def advance(t: float, x: Vector, h: float) -> Vector:
         q, v = unpack(system, x)
         u = () if problem.control is None else (problem.control(t, x),)
-        return np.concatenate(step(h, q, v, *u, **parameters), axis=-1)
+        q_next, v_next, *more = step(h, q, v, *u, **parameters)
+        if (
+            len(more) == 1
+        ):  # an iteration's residual; a pair is the error estimate, which fixed steps have no use for
+            residuals.add(float(more[0]))
+        return np.concatenate((q_next, v_next), axis=-1)
 
     return advance
 

@@ -66,6 +66,7 @@ class Problem:
         progress: Called with (fraction done, t), or None.
         notes: What was done to the arguments, for the Trajectory's reason.
         counts: Filled by methods that count for themselves.
+        remarks: Filled by methods that have something to say of their run, for the Trajectory's reason.
     """
 
     system: System
@@ -84,6 +85,7 @@ class Problem:
     progress: Progress | None
     notes: tuple[str, ...] = ()
     counts: dict[str, int] = dataclasses.field(default_factory=dict)
+    remarks: list[str] = dataclasses.field(default_factory=list)
 
     @property
     def own_steps(self) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from phichain.errors import ConvergenceError, ToleranceError, UnsupportedError
-from phichain.simulate import choose, fixed_step, scipy_methods, sundials
+from phichain.simulate import choose, fixed_step, rosenbrock, scipy_methods, sundials, taylor
 from phichain.simulate.events import Event, Scalar, as_events
 from phichain.simulate.manifold import project_state, violations
 from phichain.simulate.path import Path, Segment, collect
@@ -27,21 +27,43 @@ from phichain.simulate.trajectory import Trajectory
 from phichain.system import Parameters, System, Vector, acceleration
 
 EPS = float(np.finfo(float).eps)
+USUAL = 1e-9
+"""The tolerance where none is given."""
 SINGLE_FLOOR = 2e-6
 """A right-hand side in single precision is noise below this: error control would shrink steps for nothing."""
 
 
 @dataclass(frozen=True)
 class Method:
-    """One integrator: its steps, the smallest tolerance its arithmetic can keep, and what it is."""
+    """One integrator.
+
+    Attributes:
+        segments: Its steps one by one.
+        floor: The smallest tolerance its arithmetic can keep.
+        summary: What it is.
+        fixed: Whether its steps are of one size, with no tolerance.
+        path: How it runs a whole problem in compiled code, where nothing has to be watched step by step.
+        usual: The tolerance it takes when none is given.
+    """
 
     segments: Callable[[Problem, str], Iterator[Segment]]
     floor: float
     summary: str
     fixed: bool = False
+    path: Callable[[Problem, str], Path] | None = None
+    usual: float = USUAL
 
 
 METHODS: dict[str, Method] = {
+    "taylor": Method(
+        taylor.segments, EPS, "the emitted Taylor flow, of variable order", path=taylor.path, usual=choose.ROUND_OFF
+    ),
+    "rosenbrock": Method(
+        rosenbrock.segments,
+        64 * EPS,
+        "the emitted implicit flow: Rosenbrock of order 5, L-stable",
+        path=rosenbrock.path,
+    ),
     "DOP853": Method(scipy_methods.segments, 100 * EPS, "explicit Runge-Kutta of order 8 (SciPy)"),
     "RK45": Method(scipy_methods.segments, 100 * EPS, "explicit Runge-Kutta of order 5 (SciPy)"),
     "Radau": Method(scipy_methods.segments, 100 * EPS, "implicit Runge-Kutta of order 5, L-stable (SciPy)"),
@@ -53,6 +75,12 @@ METHODS: dict[str, Method] = {
     "step": Method(
         fixed_step.segments, 0.0, "the emitted fixed step: classical Runge-Kutta of order 4", fixed=True
     ),
+    "step_lie4": Method(
+        fixed_step.segments, 0.0, "the emitted fixed step: Runge-Kutta-Munthe-Kaas of order 4", fixed=True
+    ),
+    "step_variational": Method(
+        fixed_step.segments, 0.0, "the emitted fixed step: variational, of order 2, symplectic", fixed=True
+    ),
 }
 
 
@@ -61,7 +89,7 @@ def simulate(
     x0: ArrayLike | Sequence[ArrayLike],
     t: ArrayLike,
     method: str = "auto",
-    tol: float = 1e-9,
+    tol: float | None = None,
     *,
     u: ArrayLike | Control | None = None,
     p: Parameters | None = None,
@@ -81,12 +109,15 @@ def simulate(
         t: A final time (from 0), a span (t0, t1) for output at the method's own steps, or a grid of output times;
             s, increasing or decreasing.
         method: A key of METHODS, "auto", or the name of an emitted step (`step_...`).
-        tol: Relative tolerance. A named method takes it for its local error per step; auto keeps the local error
-            ten times below it, so that it is about the error of a short run. Values below what the method's
-            arithmetic can keep are raised to it and the reason says so.
+        tol: Relative tolerance, 1e-9 unless given. A named method takes it for its local error per step; auto keeps
+            the local error ten times below it, so that it is about the error of a short run. The Taylor flow, named
+            or taken by auto, runs at round-off unless a tolerance is given: that costs about a third more, and starts
+            beside a separatrix stay on their side. Values below what the method's arithmetic can keep are raised to it
+            and the reason says so.
         u: Input: None (zero), a constant (nu,), or a callable u(t, x).
         p: Runtime parameters by name.
-        h: Step size of a fixed-step method, s.
+        h: Step size of a fixed-step method (step, step_lie4, step_variational), s. An implicit step's largest residual
+            stands in the reason, with a warning where its iteration was not enough.
         events: Event records or callables g(t, x), located at their sign changes.
         atol: Absolute tolerance of the local error in the units of the state; default a hundredth of the relative
             one, so that small motions keep digits.
@@ -105,30 +136,33 @@ def simulate(
     """
     times = check_times(t)
     state, notes = check_state(system, x0)
-    tol = check_tolerance(tol)
+    asked = (METHODS[method].usual if method in METHODS else USUAL) if tol is None else check_tolerance(tol)
     watched = as_events(events)
     field, jacobian, control, held = bind(system, u, p, float(times[0]), state)
     problem = Problem(
-        system, field, jacobian, control, held, p, state, times, tol, tol / 100, h, watched,
+        system, field, jacobian, control, held, p, state, times, asked, asked / 100, h, watched,
         _budget(max_steps), progress, notes,
     )  # fmt: skip
     if method == "auto":
-        problem = replace(problem, tol=tol / choose.SAFETY)
+        problem = replace(problem, tol=asked / choose.SAFETY)
         name, why = choose.choose(problem)
+        if name == "taylor" and tol is None:
+            problem, why = replace(problem, tol=choose.ROUND_OFF), f"{why}; at round-off, as no tolerance was given"
     else:
         name, why = method, f"{method} as asked"
     engine = _method(system, name)
     problem, clamped = _clamp(problem, engine, name, atol)
-    path = collect(problem, engine.segments(problem, name))
+    path = _run(problem, engine, name)
     reasons = [why, *notes, *clamped]
     if project and not system.is_planar:
         reasons.append("outputs were projected on the manifold")
+    reasons += problem.remarks
     trajectory = _record(
         problem, path, name, engine, "; ".join(filter(None, [*reasons, path.message])), project
     )
     if path.status in ("blow-up", "stalled"):
         raise ConvergenceError(
-            "simulate", name, path.message, _remedy(path.status), t=float(path.t[-1]), status=path.status,
+            "simulate", name, path.message, _remedy(path.status, engine), t=float(path.t[-1]), status=path.status,
             trajectory=trajectory,
         )  # fmt: skip
     return trajectory
@@ -149,6 +183,12 @@ def _method(system: System, name: str) -> Method:
     raise UnsupportedError("method", name, "no such method", f"use auto or one of {', '.join(METHODS)}")
 
 
+def _run(problem: Problem, engine: Method, name: str) -> Path:
+    if engine.path is not None and taylor.runs_whole(problem):
+        return engine.path(problem, name)
+    return collect(problem, engine.segments(problem, name))
+
+
 def _clamp(problem: Problem, engine: Method, name: str, atol: float | None) -> tuple[Problem, list[str]]:
     single = problem.system.real == "float" and not engine.fixed
     tol = max(problem.tol, engine.floor, SINGLE_FLOOR if single else 0.0)
@@ -162,10 +202,12 @@ def _clamp(problem: Problem, engine: Method, name: str, atol: float | None) -> t
     return replace(problem, tol=tol, atol=absolute), said
 
 
-def _remedy(status: str) -> str:
+def _remedy(status: str, engine: Method) -> str:
+    if engine.fixed and status == "stalled":
+        return "shorten h, or let auto choose the step; the trajectory up to there is in `.trajectory`"
     if status == "blow-up":
         return "look at the input or the parameters that drive it; the trajectory up to there is in `.trajectory`"
-    return "loosen tol, or try an implicit method (Radau, cvodes); the trajectory up to there is in `.trajectory`"
+    return "loosen tol, or try an implicit method (rosenbrock, Radau, cvodes); the trajectory up to there is in `.trajectory`"
 
 
 def _record(

@@ -80,7 +80,8 @@ def _inside(flow: _Flow, t0: float, x0: Vector) -> Callable[[], StateAt]:
 class _Flow:
     """x(t_1), x(t_2), ... from x(t_0): CasADi integrators over a time scaled by the length of the span."""
 
-    make: Callable[[Sequence[float]], Any]
+    make: Callable[[Sequence[float], Vector], Any]
+    slope: Callable[[Vector], Vector] | None
     values: Vector
     made: dict[tuple[float, ...], Any]
     counts: dict[str, int]
@@ -93,9 +94,11 @@ class _Flow:
         """
         span = float(times[-1] - times[0])
         grid = tuple(((times[1:] - times[0]) / span).tolist())
-        if grid not in self.made:
-            self.made[grid] = self.make(grid)
-        integrator = self.made[grid]
+        start = np.zeros(0) if self.slope is None else span * self.slope(x0)
+        made = (*grid, *start.tolist())
+        if made not in self.made:
+            self.made[made] = self.make(grid, start)
+        integrator = self.made[made]
         final = integrator(x0=x0, p=np.concatenate([[span], self.values]))["xf"]
         stats = integrator.stats()
         for key, name in (("steps", "nsteps"), ("rhs", "nfevals"), ("jacobian", "nlinsetups")):
@@ -124,12 +127,16 @@ def _flow(problem: Problem, name: str) -> _Flow:
     shared = {"reltol": problem.tol, "abstol": problem.atol, "max_num_steps": problem.max_steps}
     equations = {"x": x, "p": casadi.vertcat(span, u), "ode": ode}
 
-    def make(grid: Sequence[float]) -> Any:
+    def make(grid: Sequence[float], slope: Vector) -> Any:
         quiet = {"disable_internal_warnings": True, **options, **shared}
+        if plugin == "idas":
+            # IDAS starts from x' as well: what it would search for by itself, and miss on stiff chains, is known.
+            quiet |= {"calc_ic": False, "init_xdot": slope.tolist()}
         return casadi.integrator("flow", plugin, equations, 0.0, list(grid), quiet)
 
     held = np.zeros(0) if problem.held is None else problem.held
-    return _Flow(make, held, {}, problem.counts)
+    slope = (lambda x0: problem.field.function(0.0, x0)) if plugin == "idas" else None
+    return _Flow(make, slope, held, {}, problem.counts)
 
 
 def _velocity(casadi: Any, system: System, q: Any, v: Any) -> Any:

@@ -559,3 +559,599 @@ void planar2_step(const planar2_real h, const planar2_real q[2], const planar2_r
     v_next[0] = v[0] + t29 * (t6 + t28 + 2.0 * (t12 + t22));
     v_next[1] = v[1] + t29 * (t7 + (tip_y_1_4 - joint_y_1_4 - t28) + 2.0 * (t13 + t23));
 }
+
+/* --- Taylor flow --- */
+
+/* Rows on cache lines; and the inner loop as a function of its own, where nothing else asks for registers. */
+#if defined(__GNUC__)
+#define PLANAR2_ALIGNED __attribute__((aligned(64)))
+#define PLANAR2_APART __attribute__((noinline))
+#else
+#define PLANAR2_ALIGNED
+#define PLANAR2_APART
+#endif
+
+enum {
+    planar2_flow_q = 2,
+    planar2_flow_x = 4,
+    planar2_flow_highest = 22,
+    planar2_flow_products = 24,
+    planar2_flow_looks = 4
+};
+
+/* Order 0 of the Taylor series. */
+static void planar2_flow_start(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
+    planar2_real a[restrict 2], planar2_real jet_left[restrict 17], planar2_real jet_right[restrict 17],
+    planar2_real jet_held[restrict 1])
+{
+    const double link_rate_1 = v[0] + v[1];
+    const double link_couple_0 = u[0] - u[1];
+    double sine[2], cosine[2];
+    planar2_sincos(2, q, sine, cosine);
+
+    jet_left[0] = 0.0;
+    jet_right[0] = cosine[0];
+    jet_left[1] = 0.0;
+    jet_right[1] = sine[0];
+    jet_left[2] = 0.0;
+    jet_right[2] = cosine[1];
+    jet_left[3] = 0.0;
+    jet_right[3] = sine[1];
+    const double rate_squared_end = link_rate_1 * link_rate_1;
+    jet_left[4] = link_rate_1;
+    jet_right[4] = link_rate_1;
+    const double drive_end = 32.0 * u[1];
+    const double link_force_x = -2.0 * rate_squared_end;
+    const double link_force_y = drive_end + drive_end;
+    jet_held[0] = link_force_y;
+    const double shear = 4.0 * sine[1];
+    const double lean = sine[1] * shear;
+    jet_left[5] = sine[1];
+    jet_right[5] = shear;
+    const double outer_xy = cosine[1] * shear;
+    jet_left[6] = cosine[1];
+    jet_right[6] = shear;
+    jet_left[7] = sine[1];
+    jet_right[7] = link_force_x;
+    const double outer_force_y = sine[1] * link_force_x + cosine[1] * link_force_y;
+    const double rate_squared_end_2 = v[0] * v[0];
+    jet_left[8] = v[0];
+    jet_right[8] = v[0];
+    const double t1 = 1.0 + lean;
+    const double inverse_pivot = 1.0 / t1;
+    jet_left[9] = inverse_pivot;
+    jet_right[9] = t1;
+    const double swing = rate_squared_end_2 * outer_xy;
+    jet_left[10] = rate_squared_end_2;
+    jet_right[10] = outer_xy;
+    const double drive_end_2 = 32.0 * link_couple_0;
+    const double t2 = drive_end_2 + (swing - outer_force_y);
+    const double free_end = t2 * inverse_pivot;
+    jet_left[11] = t2;
+    jet_right[11] = inverse_pivot;
+    const double gain_x_end = outer_xy * inverse_pivot;
+    jet_left[12] = outer_xy;
+    jet_right[12] = inverse_pivot;
+    const double t3 = -19.62 * cosine[0];
+    const double t4 = 19.62 * sine[0];
+    jet_left[13] = gain_x_end;
+    jet_right[13] = t3;
+    jet_left[14] = inverse_pivot;
+    jet_right[14] = t4;
+    const double tip_y_0 = free_end - gain_x_end * t3 - inverse_pivot * t4;
+    const double t5 = tip_y_0 - t4;
+    const double t6 = t3 - rate_squared_end_2;
+    jet_left[15] = cosine[1];
+    jet_right[15] = tip_y_0;
+    jet_left[16] = sine[1];
+    jet_right[16] = t6;
+    const double joint_y_1 = cosine[1] * tip_y_0 - sine[1] * t6;
+    const double tip_y_1 = drive_end - joint_y_1;
+
+    a[0] = t5;
+    a[1] = tip_y_1 - joint_y_1 - t5;
+}
+
+/* Order n of the Taylor series from the orders below. */
+static void planar2_flow_follow(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
+    const planar2_real jet_left_0[17], const planar2_real jet_right_0[17], const planar2_real jet_sum[17],
+    const planar2_real jet_held[1], const planar2_real jet_order, const planar2_real jet_inverse_order,
+    planar2_real a[restrict 2], planar2_real jet_left[restrict 17], planar2_real jet_right[restrict 17])
+{
+    (void)u;
+    const double link_rate_1 = v[0] + v[1];
+    const double t1 = jet_order * q[0];
+    const double t2 = q[0] * jet_right_0[0] + jet_inverse_order * jet_sum[0];
+    const double t3 = q[0] * jet_right_0[1] + jet_inverse_order * jet_sum[1];
+    jet_left[0] = t1;
+    jet_right[0] = -t3;
+    jet_left[1] = t1;
+    jet_right[1] = t2;
+    const double t4 = jet_order * q[1];
+    const double t5 = q[1] * jet_right_0[2] + jet_inverse_order * jet_sum[2];
+    const double t6 = q[1] * jet_right_0[3] + jet_inverse_order * jet_sum[3];
+    const double t7 = -t6;
+    jet_left[2] = t4;
+    jet_right[2] = t7;
+    jet_left[3] = t4;
+    jet_right[3] = t5;
+    jet_left[4] = link_rate_1;
+    jet_right[4] = link_rate_1;
+    const double rate_squared_end = jet_sum[4] + (jet_left_0[4] + jet_left_0[4]) * link_rate_1;
+    const double link_force_x = -2.0 * rate_squared_end;
+    const double shear = 4.0 * t5;
+    jet_left[5] = t5;
+    jet_right[5] = shear;
+    const double lean = jet_sum[5] + jet_left_0[5] * shear + jet_right_0[5] * t5;
+    jet_left[6] = t7;
+    jet_right[6] = shear;
+    const double outer_xy = jet_sum[6] + jet_left_0[6] * shear - jet_right_0[6] * t6;
+    jet_left[7] = t5;
+    jet_right[7] = link_force_x;
+    const double outer_force_y = jet_sum[7] + jet_left_0[7] * link_force_x + jet_right_0[7] * t5
+        - jet_held[0] * t6;
+    jet_left[8] = v[0];
+    jet_right[8] = v[0];
+    const double rate_squared_end_2 = jet_sum[8] + (jet_left_0[8] + jet_left_0[8]) * v[0];
+    const double t8 = (jet_sum[9] + jet_left_0[9] * lean) * jet_left_0[9];
+    const double t9 = -t8;
+    jet_left[9] = t9;
+    jet_right[9] = lean;
+    jet_left[10] = rate_squared_end_2;
+    jet_right[10] = outer_xy;
+    const double swing = jet_sum[10] + jet_left_0[10] * outer_xy + jet_right_0[10] * rate_squared_end_2;
+    const double t10 = swing - outer_force_y;
+    jet_left[11] = t10;
+    jet_right[11] = t9;
+    const double free_end = jet_sum[11] - jet_left_0[11] * t8 + jet_right_0[11] * t10;
+    jet_left[12] = outer_xy;
+    jet_right[12] = t9;
+    const double gain_x_end = jet_sum[12] - jet_left_0[12] * t8 + jet_right_0[12] * outer_xy;
+    const double t11 = 19.62 * t3;
+    const double t12 = 19.62 * t2;
+    jet_left[13] = gain_x_end;
+    jet_right[13] = t11;
+    jet_left[14] = t9;
+    jet_right[14] = t12;
+    const double tip_y_0 = free_end - (jet_sum[13] + jet_left_0[13] * t11 + jet_right_0[13] * gain_x_end)
+        - (jet_sum[14] + jet_left_0[14] * t12 - jet_right_0[14] * t8);
+    const double t13 = tip_y_0 - t12;
+    const double t14 = t11 - rate_squared_end_2;
+    jet_left[15] = t7;
+    jet_right[15] = tip_y_0;
+    const double t15 = jet_sum[15] + jet_left_0[15] * tip_y_0 - jet_right_0[15] * t6;
+    jet_left[16] = t5;
+    jet_right[16] = t14;
+    const double t16 = jet_sum[16] + jet_left_0[16] * t14 + jet_right_0[16] * t5;
+    const double joint_y_1 = t15 - t16;
+    const double tip_y_1 = t16 - t15;
+
+    a[0] = t13;
+    a[1] = tip_y_1 - joint_y_1 - t13;
+}
+
+/* S_n of all products, sum of left_j right_{n-j} over 0 < j < n, and of S_{n+1} what needs no order above
+ * n - 1: two at a time, since reading the coefficients is what takes long. The newest come last, so that
+ * the rest need not wait for them. From n = 6 on, n even. */
+static void planar2_flow_two_sums(int n, planar2_workspace *work)
+{
+    for (int lane = 0; lane < planar2_flow_products; ++lane) {
+        planar2_real sum = work->left[2][lane] * work->right[n - 2][lane], next = 0;
+        int j = 3;
+        do {
+            sum += work->left[j][lane] * work->right[n - j][lane];
+            next += work->left[j][lane] * work->right[n + 1 - j][lane];
+        } while (++j < n - 1);
+        next += work->left[2][lane] * work->right[n - 1][lane];
+        next += work->left[n - 1][lane] * work->right[2][lane];
+        sum += work->left[1][lane] * work->right[n - 1][lane];
+        work->sum[lane] = sum + work->left[n - 1][lane] * work->right[1][lane];
+        work->next_sum[lane] = next;
+    }
+}
+
+static void planar2_flow_sums(int n, planar2_workspace *work)
+{
+    if (n >= 6 && n % 2 == 0) {
+        planar2_flow_two_sums(n, work);
+    } else if (n > 6) {
+        for (int lane = 0; lane < planar2_flow_products; ++lane) {
+            const planar2_real sum = work->next_sum[lane] + work->left[1][lane] * work->right[n - 1][lane];
+            work->sum[lane] = sum + work->left[n - 1][lane] * work->right[1][lane];
+        }
+    } else {
+        memset(work->sum, 0, sizeof work->sum);
+        for (int j = 1; j < n; ++j) {
+            for (int lane = 0; lane < planar2_flow_products; ++lane) {
+                work->sum[lane] += work->left[j][lane] * work->right[n - j][lane];
+            }
+        }
+    }
+}
+
+/* The slope of the state at work->x[0], and what belongs to order 0. */
+static void planar2_flow_begin(const planar2_real u[2], planar2_workspace *work)
+{
+    planar2_real *slope = work->slope;
+    planar2_flow_start(work->x[0], work->x[0] + 2, u, slope + 2, work->left[0], work->right[0],
+        work->jet_held);
+    memcpy(slope, work->x[0] + 2, 2 * sizeof *slope);
+}
+
+/* The coefficients of the state up to the given order, from work->x[0] and what belongs to it. */
+static PLANAR2_APART void planar2_flow_expand(const planar2_real u[2], int order,
+    planar2_workspace *restrict work)
+{
+    planar2_real slope[planar2_flow_x];
+    memcpy(slope, work->slope, sizeof slope);
+    for (int n = 0;;) {
+        planar2_real *restrict next = work->x[n + 1];
+        const planar2_real share = 1 / (planar2_real)(n + 1);
+        for (int i = 0; i < 2; ++i) {
+            next[i] = share * work->x[n][2 + i];
+        }
+        for (int i = 2; i < 4; ++i) {
+            next[i] = share * slope[i];
+        }
+        if (++n == order) {
+            return;
+        }
+        planar2_flow_sums(n, work);
+        planar2_flow_follow(work->x[n], work->x[n] + 2, u, work->left[0], work->right[0], work->sum,
+            work->jet_held, (planar2_real)n, 1 / (planar2_real)n, slope + 2, work->left[n], work->right[n]);
+    }
+}
+
+/* Forces repeat every turn, and large angles have no digits to spare: angles are followed within a turn of
+ * the hanging chain, whole turns are counted apart. 2 pi = turn_high + turn_low to twice the precision. */
+static const planar2_real planar2_flow_turn_high = 6.283185307179586,
+    planar2_flow_turn_low = 2.4492935982947064e-16;
+
+static planar2_real planar2_flow_turned(planar2_real x, planar2_real turns)
+{
+    if (!(turns > 0 || turns < 0)) {
+        return x;
+    }
+    return fma(turns, planar2_flow_turn_high, x + turns * planar2_flow_turn_low);
+}
+
+/* Take whole turns out of the angles, to the last bit that `lost` can hold. */
+static void planar2_flow_wind(planar2_workspace *work, planar2_real lost[])
+{
+    for (int i = 0; i < planar2_flow_q; ++i) {
+        const planar2_real x = work->x[0][i];
+        if (fabs(x) > 4) {
+            const planar2_real turns = floor(x / planar2_flow_turn_high + 0.5);
+            const planar2_real rest = fma(-turns, planar2_flow_turn_high, x);
+            const planar2_real whole = lost[i] - turns * planar2_flow_turn_low;
+            work->x[0][i] = rest + whole;
+            lost[i] = whole - (work->x[0][i] - rest);
+            work->turns[i] += turns;
+        }
+    }
+}
+
+/* The angles as they are, rounded; `lost` holds the rest. */
+static void planar2_flow_unwind(planar2_workspace *work, planar2_real lost[])
+{
+    for (int i = 0; i < planar2_flow_q; ++i) {
+        const planar2_real turns = work->turns[i], x = work->x[0][i];
+        if (turns > 0 || turns < 0) {
+            const planar2_real large = turns * planar2_flow_turn_high, sum = large + x, part = sum - large;
+            const planar2_real rest = fma(turns, planar2_flow_turn_high, -large)
+                + turns * planar2_flow_turn_low;
+            const planar2_real whole = ((large - (sum - part)) + (x - part)) + (rest + lost[i]);
+            work->x[0][i] = sum + whole;
+            lost[i] = whole - (work->x[0][i] - sum);
+        }
+    }
+}
+
+/* The state at a time h into the step: x_0 + (h x_1 + h^2 x_2 + ...), the bracket by Horner's rule. */
+static void planar2_flow_increment(int order, const planar2_workspace *work, planar2_real h,
+    planar2_real increment[restrict planar2_flow_x])
+{
+    for (int i = 0; i < planar2_flow_x; ++i) {
+        planar2_real sum = work->x[order][i];
+        for (int n = order - 1; n > 0; --n) {
+            sum = sum * h + work->x[n][i];
+        }
+        increment[i] = sum * h;
+    }
+}
+
+static void planar2_flow_at(int order, const planar2_workspace *work, planar2_real h,
+    const planar2_real lost[], planar2_real x[restrict planar2_flow_x])
+{
+    planar2_flow_increment(order, work, h, x);
+    for (int i = 0; i < planar2_flow_x; ++i) {
+        x[i] = work->x[0][i] + (x[i] + lost[i]);
+    }
+    for (int i = 0; i < planar2_flow_q; ++i) {
+        x[i] = planar2_flow_turned(x[i], work->turns[i]);
+    }
+}
+
+static planar2_real planar2_flow_larger(planar2_real a, planar2_real b)
+{
+    return a > b ? a : b;
+}
+
+/* Largest angle and rate of a coefficient, the cart's in lengths of the chain; an entry every `stride`. */
+static void planar2_flow_norms(planar2_real reach, const planar2_real x[], int stride, planar2_real norm[2])
+{
+    norm[0] = norm[1] = 0;
+    (void)reach;
+    for (int i = 0; i < 2; ++i) {
+        norm[0] = planar2_flow_larger(fabs(x[i * stride]), norm[0]);
+    }
+    for (int i = 2; i < 4; ++i) {
+        norm[1] = planar2_flow_larger(fabs(x[i * stride]), norm[1]);
+    }
+}
+
+/* The time at which neither of the last two terms exceeds the goal; given are their sizes over the goal. */
+static planar2_real planar2_flow_radius(int order, planar2_real end, planar2_real next)
+{
+    const planar2_real of_end = end > 0 ? log(end) / (planar2_real)order : -700;
+    const planar2_real of_next = next > 0 ? log(next) / (planar2_real)(order - 1) : -700;
+    return exp(-planar2_flow_larger(of_end, of_next));
+}
+
+static int planar2_flow_is_finite(const planar2_real x[], int count)
+{
+    planar2_real sum = 0;
+    for (int i = 0; i < count; ++i) {
+        sum += 0 * x[i];
+    }
+    return sum >= 0 && sum <= 0;
+}
+
+/* Step length: each of the last two terms within the goal, relative to the motion (Jorba and Zou 2005).
+ * Zero when a coefficient is not finite. */
+static planar2_real planar2_flow_length(int order, const planar2_workspace *work, planar2_real goal,
+    const planar2_real scales[2])
+{
+    planar2_real state[2], last[2], before[2];
+    if (!planar2_flow_is_finite(work->x[order], planar2_flow_x)) {
+        return 0;
+    }
+    planar2_flow_norms(scales[1], work->x[0], 1, state);
+    planar2_flow_norms(scales[1], work->x[order], 1, last);
+    planar2_flow_norms(scales[1], work->x[order - 1], 1, before);
+    const planar2_real wide = planar2_flow_larger(state[0], state[1] / scales[0]);
+    const planar2_real angle = goal * (wide < 1 ? wide : 1);
+    const planar2_real rate = planar2_flow_larger(angle * scales[0], goal * state[1]);
+    const planar2_real end = planar2_flow_larger(last[0] / angle, last[1] / rate);
+    const planar2_real next = planar2_flow_larger(before[0] / angle, before[1] / rate);
+    return planar2_flow_radius(order, end, next);
+}
+
+/* How far the series is from the equations at its end: h times the difference of the two slopes there,
+ * `apart`, over what is allowed. Expects the equations' slope in work->slope. */
+static planar2_real planar2_flow_defect(const planar2_workspace *work, const planar2_real apart[],
+    planar2_real h, planar2_real room, const planar2_real scales[2])
+{
+    planar2_real state[2], motion[2], off[2];
+    planar2_flow_norms(scales[1], work->x[0], 1, state);
+    planar2_flow_norms(scales[1], work->slope, 1, motion);
+    planar2_flow_norms(scales[1], apart, 1, off);
+    const planar2_real wide = planar2_flow_larger(state[0], state[1] / scales[0]);
+    const planar2_real angle = wide < 1 ? wide : 1;
+    const planar2_real rate = planar2_flow_larger(angle * scales[0], state[1]);
+    const planar2_real of_angle = off[0] / planar2_flow_larger(angle, fabs(h) * motion[0]);
+    /* A large angle is known to as many digits only, and so is its acceleration. */
+    const planar2_real digits = planar2_flow_larger(state[0], 1);
+    const planar2_real of_rate = off[1] / planar2_flow_larger(rate, fabs(h) * motion[1] * digits);
+    return planar2_flow_larger(of_angle, of_rate) / room;
+}
+
+/* The first of h, h/2, h/4, ... at whose end the series keeps to the equations; what belongs to order 0 is
+ * left as it is there, and the way there in work->increment. Coefficients alone mislead where they have
+ * not seen yet what moves next: when a chain is released from rest, its outer links enter at an order that
+ * no series reaches. A defect that shrinks no faster than the step is rounding: no shorter step would
+ * help. */
+static planar2_real planar2_flow_checked(const planar2_real u[2], int order, planar2_workspace *work,
+    planar2_real h, planar2_real goal, const planar2_real scales[2], const planar2_real lost[])
+{
+    const planar2_real room = 64 * planar2_flow_larger(goal, 2.220446049250313e-16);
+    planar2_real before[planar2_flow_x], slope[planar2_flow_x];
+    planar2_real last = 0;
+    memcpy(before, work->x[0], sizeof before);
+    for (int slow = 0; slow < 3; h /= 2) {
+        for (int i = 0; i < planar2_flow_x; ++i) {
+            planar2_real sum = work->x[order][i], derivative = 0;
+            for (int n = order - 1; n > 0; --n) {
+                derivative = derivative * h + sum;
+                sum = sum * h + work->x[n][i];
+            }
+            work->increment[i] = sum * h;
+            slope[i] = derivative * h + sum;
+            work->x[0][i] = before[i] + (work->increment[i] + lost[i]);
+        }
+        planar2_flow_begin(u, work);
+        memcpy(work->x[0], before, sizeof before);
+        for (int i = 0; i < planar2_flow_x; ++i) {
+            slope[i] = h * (slope[i] - work->slope[i]);
+        }
+        const planar2_real defect = planar2_flow_defect(work, slope, h, room, scales);
+        if (!(defect > 1)) {
+            return h;
+        }
+        slow = 4 * defect > last && defect * room < 1.4901161193847656e-08 ? slow + 1 : 0;
+        last = defect;
+    }
+    return 2 * h;
+}
+
+static planar2_real planar2_flow_scalar(const planar2_event *event, const planar2_real x[])
+{
+    if (event->scalar != PLANAR2_OF_DEPTH) {
+        return x[event->index + (event->scalar == PLANAR2_OF_V ? 2 : 0)] - event->value;
+    }
+    planar2_real place[4];
+    planar2_positions(x, place);
+    return place[2 * event->index + 1] - event->value;
+}
+
+static int planar2_flow_between(planar2_real low, planar2_real middle, planar2_real high)
+{
+    return (low < middle && middle < high) || (high < middle && middle < low);
+}
+
+/* Time into the step at which the event's scalar changes sign, or 2 h when it does not; x is where it
+ * begins. */
+static planar2_real planar2_flow_crossing(int order, const planar2_workspace *work, planar2_real h,
+    const planar2_real lost[], const planar2_event *event, planar2_real x[planar2_flow_x])
+{
+    planar2_real low = 0;
+    planar2_real at_low = planar2_flow_scalar(event, x);
+    for (int look = 1; look <= planar2_flow_looks; ++look) {
+        planar2_real high = look == planar2_flow_looks ? h : h * (planar2_real)look / planar2_flow_looks;
+        planar2_flow_at(order, work, high, lost, x);
+        planar2_real at_high = planar2_flow_scalar(event, x);
+        const int rises = at_low < 0 && at_high >= 0, falls = at_low > 0 && at_high <= 0;
+        if ((rises && event->direction >= 0) || (falls && event->direction <= 0)) {
+            /* Illinois: regula falsi that halves the value of an end that stays. */
+            for (int turn = 0; turn < 100 && (at_high > 0 || at_high < 0); ++turn) {
+                planar2_real middle = high - at_high * ((high - low) / (at_high - at_low));
+                if (turn > 60 || !planar2_flow_between(low, middle, high)) {
+                    middle = low + (high - low) / 2;
+                    if (!planar2_flow_between(low, middle, high)) {
+                        break;
+                    }
+                }
+                planar2_flow_at(order, work, middle, lost, x);
+                const planar2_real at_middle = planar2_flow_scalar(event, x);
+                if (rises ? at_middle < 0 : at_middle > 0) {
+                    at_high /= 2;
+                    low = middle;
+                    at_low = at_middle;
+                } else {
+                    at_low /= 2;
+                    high = middle;
+                    at_high = at_middle;
+                }
+            }
+            return high;
+        }
+        low = high;
+        at_low = at_high;
+    }
+    return 2 * h;
+}
+
+/* The whole way, in a workspace. */
+static PLANAR2_APART int planar2_flow_run(planar2_flow *flow, planar2_real t_end, unsigned long max_steps,
+    const planar2_real u[2], planar2_real q[restrict 2], planar2_real v[restrict 2],
+    const planar2_event *event, unsigned long count, const planar2_real *times, planar2_real *q_out,
+    planar2_real *v_out, planar2_workspace *work)
+{
+    planar2_real *lost = flow->lost;
+    const planar2_real at_least = planar2_flow_larger(flow->tolerance, 2.220446049250313e-16);
+    const planar2_real tolerance = at_least < 1 ? at_least : 1;
+    /* Errors add up over the steps: each aims below the tolerance. */
+    const planar2_real goal = tolerance * 0.00390625;
+    int order = (int)ceil(1 - 0.6 * log(goal));
+    order = order < 4 ? 4 : order > planar2_flow_highest ? planar2_flow_highest : order;
+    const planar2_real way = t_end < flow->t ? -1 : 1;
+    int result = PLANAR2_STEP_BUDGET;
+    const planar2_real scales[2] = {17.3, 1.0}; /* fastest linear rate, length of the chain */
+
+    memset(work->left, 0, sizeof work->left);
+    memset(work->right, 0, sizeof work->right);
+    memcpy(work->x[0], q, 2 * sizeof *q);
+    memcpy(work->x[0] + 2, v, 2 * sizeof *v);
+    planar2_real start[planar2_flow_x]; /* of a step, as the event sees it */
+    memcpy(start, work->x[0], sizeof start);
+    memset(work->turns, 0, sizeof work->turns);
+    planar2_flow_wind(work, lost);
+    planar2_flow_begin(u, work);
+    flow->tolerance = tolerance;
+    flow->order = order;
+    flow->steps = 0;
+    flow->written = 0;
+    while (result == PLANAR2_STEP_BUDGET) {
+        const planar2_real left = (t_end - flow->t) - flow->t_lost;
+        if (!(left * way > 0)) {
+            result = PLANAR2_DONE;
+            break;
+        }
+        if (flow->steps == max_steps) {
+            break;
+        }
+        planar2_flow_expand(u, order, work);
+        planar2_real h = way * planar2_flow_length(order, work, goal, scales);
+        const planar2_real ahead = flow->t + 1024 * h;
+        if (!(ahead * way > flow->t * way)) {
+            result = PLANAR2_NOT_FINITE;
+            break;
+        }
+        h = planar2_flow_checked(u, order, work, h * way < left * way ? h : left, goal, scales, lost);
+        if (!(h * way < left * way)) {
+            result = PLANAR2_DONE;
+        }
+        if (event != NULL) {
+            const planar2_real crossing = planar2_flow_crossing(order, work, h, lost, event, start);
+            if (crossing * way <= h * way) {
+                h = crossing;
+                result = PLANAR2_EVENT;
+                planar2_flow_increment(order, work, h, work->increment);
+            }
+        }
+        while (flow->written < count) {
+            const planar2_real inside = (times[flow->written] - flow->t) - flow->t_lost;
+            if (!(inside * way <= h * way)) {
+                break;
+            }
+            planar2_real x[planar2_flow_x];
+            planar2_flow_at(order, work, inside, lost, x);
+            memcpy(q_out + flow->written * 2, x, 2 * sizeof *x);
+            memcpy(v_out + flow->written * 2, x + 2, 2 * sizeof *x);
+            ++flow->written;
+        }
+        if (event != NULL) {
+            planar2_flow_at(order, work, h, lost, start);
+        }
+        for (int i = 0; i < planar2_flow_x; ++i) {
+            const planar2_real whole = work->increment[i] + lost[i], before = work->x[0][i], after = before
+                + whole;
+            lost[i] = (before - (after - (after - before))) + (whole - (after - before));
+            work->x[0][i] = after;
+        }
+        planar2_flow_wind(work, lost);
+        const planar2_real whole = h + flow->t_lost, after = flow->t + whole;
+        flow->t_lost = whole - (after - flow->t);
+        flow->t = after;
+        if (result == PLANAR2_DONE) {
+            flow->t = t_end;
+            flow->t_lost = 0;
+        }
+        ++flow->steps;
+    }
+    planar2_flow_unwind(work, lost);
+    memcpy(q, work->x[0], 2 * sizeof *q);
+    memcpy(v, work->x[0] + 2, 2 * sizeof *v);
+    return result;
+}
+
+static PLANAR2_APART int planar2_flow_run_on_stack(planar2_flow *flow, planar2_real t_end,
+    unsigned long max_steps, const planar2_real u[2], planar2_real q[restrict 2], planar2_real v[restrict 2],
+    const planar2_event *event, unsigned long count, const planar2_real *times, planar2_real *q_out,
+    planar2_real *v_out)
+{
+    planar2_workspace work PLANAR2_ALIGNED;
+    return planar2_flow_run(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out, &work);
+}
+
+int planar2_propagate(planar2_flow *flow, planar2_real t_end, unsigned long max_steps,
+    const planar2_real u[2], planar2_real q[restrict 2], planar2_real v[restrict 2],
+    const planar2_event *event, unsigned long count, const planar2_real *times, planar2_real *q_out,
+    planar2_real *v_out)
+{
+    if (flow->work != NULL) {
+        return planar2_flow_run(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out,
+            flow->work);
+    }
+    return planar2_flow_run_on_stack(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out);
+}

@@ -15,7 +15,7 @@ q        (2)  theta_1, theta_2
 v        (2)  theta_dot_1, theta_dot_2
 u        (2)  torque_1, torque_2
 runtime  none
-want     forward_dynamics, inverse_dynamics, mass_matrix, coriolis, gravity_torque, energy, positions, linearization, state_jacobian, phi, phi_jacobian, step
+want     forward_dynamics, inverse_dynamics, mass_matrix, coriolis, gravity_torque, energy, positions, linearization, state_jacobian, phi, phi_jacobian, step, propagate
 target   double, auto
 
 q: theta_k, rad: each angle counted from the link before, the first from the hanging vertical

@@ -6,6 +6,7 @@
 #include "planar2.h"
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 /* Largest error over largest expected entry; NaN fails. Returns the number of failures, 0 or 1. */
 static int compare(const char *what, int count, const planar2_real *found, const planar2_real *expected,
@@ -33,10 +34,10 @@ static int compare(const char *what, int count, const planar2_real *found, const
 
 static int case_1(void)
 {
-    static const planar2_real q[2] = {0x1.dd0717495f2ap-3, -0x1.e16442ead4f04p-1};
-    static const planar2_real v[2] = {0x1.0909d5f98f9fp-1, 0x1.0dba7055a5efp-1};
-    static const planar2_real u[2] = {-0x1.deb3739b4f514p+0, 0x1.a7a599d82a226p+0};
-    static const planar2_real a_expected[2] = {-0x1.042795dbebc19p+6, 0x1.b93d5ef571d88p+7};
+    static const planar2_real q[2] = {-0x1.29660004d562p-2, 0x1.2c5825afdba8p-6};
+    static const planar2_real v[2] = {-0x1.f07946d8c10f2p+0, -0x1.2f4e150139608p-2};
+    static const planar2_real u[2] = {-0x1.6fd87cb47aaaap+0, -0x1.bbce8ef03f34p-2};
+    static const planar2_real a_expected[2] = {0x1.161f31772d3f9p+3, -0x1.d88340b05522cp+4};
     planar2_real a[2];
     int failures = 0;
 
@@ -47,10 +48,10 @@ static int case_1(void)
 
 static int case_2(void)
 {
-    static const planar2_real q[2] = {0x1.53decd0e8e6acp+0, 0x1.f533cf26c760cp+0};
-    static const planar2_real v[2] = {0x1.7b8491aff572cp+0, -0x1.8eafaecbae1ep-1};
-    static const planar2_real u[2] = {0x1.feb8b10e75eaep+0, -0x1.4ccefb37bdf04p-1};
-    static const planar2_real a_expected[2] = {-0x1.383ba64192517p+3, -0x1.0daa3848ee097p+4};
+    static const planar2_real q[2] = {-0x1.54c03368e4c8p-3, 0x1.79da8b356368p-1};
+    static const planar2_real v[2] = {0x1.0442d824c351cp-1, -0x1.474c2ca955f88p-2};
+    static const planar2_real u[2] = {-0x1.d6f76ab3b29c4p-1, 0x1.2a62d163a25p-3};
+    static const planar2_real a_expected[2] = {0x1.dcf0e2d37fec9p+1, -0x1.a2739ae79ca23p+4};
     planar2_real a[2];
     int failures = 0;
 
@@ -61,10 +62,10 @@ static int case_2(void)
 
 static int case_3(void)
 {
-    static const planar2_real q[2] = {-0x1.700e8b0d0a424p-1, 0x1.a7b7c74a237ccp-1};
-    static const planar2_real v[2] = {0x1.e58f8a2065322p+0, 0x1.f662ec568da5cp-1};
-    static const planar2_real u[2] = {-0x1.51970d772f098p-1, -0x1.bf4cc8309a06p-3};
-    static const planar2_real a_expected[2] = {0x1.eedc9551267f6p+4, -0x1.6551ead872a62p+6};
+    static const planar2_real q[2] = {0x1.8879c24969d48p-2, -0x1.3da005ac9328ap+0};
+    static const planar2_real v[2] = {-0x1.8dd1b56f14304p+0, 0x1.2377ad63df8b2p+0};
+    static const planar2_real u[2] = {0x1.25286acc1233p-3, -0x1.c0851d59dc22ap+0};
+    static const planar2_real a_expected[2] = {0x1.a96c0bd659c12p+2, -0x1.063d22436fff8p+5};
     planar2_real a[2];
     int failures = 0;
 
@@ -75,10 +76,10 @@ static int case_3(void)
 
 static int case_4(void)
 {
-    static const planar2_real q[2] = {0x1.2791da61157fcp-1, -0x1.0432a529964b8p+0};
-    static const planar2_real v[2] = {-0x1.61ee4394f70c8p+0, -0x1.b8527d2eb09b4p-1};
-    static const planar2_real a[2] = {-0x1.7e6205d6493fp-2, -0x1.819cca39c015p-3};
-    static const planar2_real u_expected[2] = {0x1.8b9c3664c3c07p+0, -0x1.4e3328496a26ap-1};
+    static const planar2_real q[2] = {-0x1.d1506324532ap-3, -0x1.85caf6e79d8e2p+0};
+    static const planar2_real v[2] = {0x1.ddf2202c4741ap+0, 0x1.4b5db453b4ad6p+0};
+    static const planar2_real a[2] = {0x1.d3115f4755ad2p+0, -0x1.2770f5545c36p-2};
+    static const planar2_real u_expected[2] = {-0x1.4929e231893cfp+0, -0x1.5ee9f120778c4p+0};
     planar2_real u[2];
     int failures = 0;
 
@@ -89,10 +90,10 @@ static int case_4(void)
 
 static int case_5(void)
 {
-    static const planar2_real q[2] = {0x1.fa8cc8bf1e96ep+0, 0x1.87bfea5ba58f8p+0};
-    static const planar2_real v[2] = {0x1.f48f6fe0501cp-3, -0x1.6f2a29012ef56p+0};
-    static const planar2_real a[2] = {-0x1.023b7796fe9a4p-1, 0x1.272fd825287ap-4};
-    static const planar2_real u_expected[2] = {0x1.60e8a532dc3b5p+1, -0x1.ce565efda9bcfp-2};
+    static const planar2_real q[2] = {0x1.29bec306d62fp-2, -0x1.83def40af4d26p+0};
+    static const planar2_real v[2] = {-0x1.97a459894f3fp-2, 0x1.0efe657448d98p-1};
+    static const planar2_real a[2] = {-0x1.5d14b00c1de2p-2, 0x1.9c2ab08a90264p+0};
+    static const planar2_real u_expected[2] = {-0x1.e312149c8d728p-4, -0x1.1ff37d0d0088ep+0};
     planar2_real u[2];
     int failures = 0;
 
@@ -103,10 +104,10 @@ static int case_5(void)
 
 static int case_6(void)
 {
-    static const planar2_real q[2] = {0x1.0a8e3366ee288p-1, 0x1.e61b61defaebp-2};
-    static const planar2_real v[2] = {-0x1.8742079a9cf5cp-1, 0x1.93804f595f86ep+0};
-    static const planar2_real a[2] = {0x1.2b48c0c4bc31p-1, 0x1.a3b978b9f43p-1};
-    static const planar2_real u_expected[2] = {0x1.8d16197ac880fp+1, 0x1.1f2eeca0ee583p+0};
+    static const planar2_real q[2] = {-0x1.90da633eaac2ep+0, -0x1.5e147f89d9f9ap+0};
+    static const planar2_real v[2] = {0x1.0388dae9fff2p+0, -0x1.78aca93578354p-1};
+    static const planar2_real a[2] = {0x1.d34c7769b190ap+0, 0x1.1a4fae8467f8p-6};
+    static const planar2_real u_expected[2] = {-0x1.ccf8a64ecf548p+1, -0x1.e2fe00e5bfdeap-3};
     planar2_real u[2];
     int failures = 0;
 
@@ -117,9 +118,9 @@ static int case_6(void)
 
 static int case_7(void)
 {
-    static const planar2_real q[2] = {0x1.36d9fd09215a4p+0, 0x1.e0ff965135ed8p-1};
-    static const planar2_real out_expected[4] = {0x1.0b8cb9d25abcbp-2, 0x1.171973a4b5795p-4,
-        0x1.171973a4b5795p-4, 0x1p-5};
+    static const planar2_real q[2] = {-0x1.e4eb2ffed137ep+0, 0x1.33766e7e7bb1p+0};
+    static const planar2_real out_expected[4] = {0x1.dc84cd85699c8p-3, 0x1.b9099b0ad339p-5,
+        0x1.b9099b0ad339p-5, 0x1p-5};
     planar2_real out[4];
     int failures = 0;
 
@@ -130,9 +131,9 @@ static int case_7(void)
 
 static int case_8(void)
 {
-    static const planar2_real q[2] = {-0x1.9c0c94cc009a6p+0, 0x1.ecb7cd444d5f6p+0};
-    static const planar2_real out_expected[4] = {0x1.2748f470a1407p-3, 0x1.3a47a3850a034p-7,
-        0x1.3a47a3850a034p-7, 0x1p-5};
+    static const planar2_real q[2] = {0x1.5e93675fa029p+0, -0x1.3cbf3faa07836p+0};
+    static const planar2_real out_expected[4] = {0x1.d3cd8b83c907bp-3, 0x1.a79b1707920f5p-5,
+        0x1.a79b1707920f5p-5, 0x1p-5};
     planar2_real out[4];
     int failures = 0;
 
@@ -143,9 +144,9 @@ static int case_8(void)
 
 static int case_9(void)
 {
-    static const planar2_real q[2] = {0x1.1e3202c48bf4ap+0, -0x1.9c6e20ee981fp+0};
-    static const planar2_real out_expected[4] = {0x1.75b24ac6ea8a6p-3, 0x1.d6c92b1baa297p-6,
-        0x1.d6c92b1baa297p-6, 0x1p-5};
+    static const planar2_real q[2] = {-0x1.bfc8817baa4d2p+0, 0x1.9b0f53f23ac1ep+0};
+    static const planar2_real out_expected[4] = {0x1.7710d83d7c4c9p-3, 0x1.dc4360f5f1322p-6,
+        0x1.dc4360f5f1322p-6, 0x1p-5};
     planar2_real out[4];
     int failures = 0;
 
@@ -156,9 +157,9 @@ static int case_9(void)
 
 static int case_10(void)
 {
-    static const planar2_real q[2] = {0x1.9ac5e11fceea8p-1, 0x1.405cc5a99b16p+0};
-    static const planar2_real v[2] = {0x1.022c12e62146p-2, -0x1.dc55cd1c446p+0};
-    static const planar2_real out_expected[2] = {-0x1.32b9294ed4d23p-3, 0x1.ee64773cb9deap-9};
+    static const planar2_real q[2] = {-0x1.e9516c30eb244p-1, 0x1.698ef30a157bp-2};
+    static const planar2_real v[2] = {0x1.5c0291d7f6f36p+0, -0x1.4bbbc8a919522p+0};
+    static const planar2_real out_expected[2] = {0x1.4677938fbdfe9p-5, 0x1.472ecb7f18e4dp-5};
     planar2_real out[2];
     int failures = 0;
 
@@ -169,9 +170,9 @@ static int case_10(void)
 
 static int case_11(void)
 {
-    static const planar2_real q[2] = {-0x1.a5c69931f2158p-1, 0x1.5dda97ee118e8p-2};
-    static const planar2_real v[2] = {0x1.565ffe313e5dep+0, -0x1.3a3da14fec5dp-2};
-    static const planar2_real out_expected[2] = {0x1.f29d8cc00443ep-7, 0x1.32d4a11cb40e5p-5};
+    static const planar2_real q[2] = {0x1.a630ed60e4996p+0, 0x1.ce0c340dc37ep-4};
+    static const planar2_real v[2] = {0x1.2f2b54beae63p-1, -0x1.0a2cea6a82136p+0};
+    static const planar2_real out_expected[2] = {0x1.151a91a05c25p-10, 0x1.43509e5e9eabdp-9};
     planar2_real out[2];
     int failures = 0;
 
@@ -182,9 +183,9 @@ static int case_11(void)
 
 static int case_12(void)
 {
-    static const planar2_real q[2] = {-0x1.1e14839298ab4p+0, -0x1.af4241f73e5dcp+0};
-    static const planar2_real v[2] = {-0x1.aed333b3dde2p-4, 0x1.9502541402f34p+0};
-    static const planar2_real out_expected[2] = {0x1.13faa6ee0f061p-3, -0x1.682cb835cfb2dp-11};
+    static const planar2_real q[2] = {0x1.a774065d46d62p+0, 0x1.cfc891993681p-1};
+    static const planar2_real v[2] = {-0x1.faa20a79f3cap-2, 0x1.7dbf44fa305b4p-1};
+    static const planar2_real out_expected[2] = {0x1.251a05e277c08p-7, 0x1.8a8224d78a419p-7};
     planar2_real out[2];
     int failures = 0;
 
@@ -195,8 +196,8 @@ static int case_12(void)
 
 static int case_13(void)
 {
-    static const planar2_real q[2] = {0x1.974063c184a98p+0, -0x1.68380f417eaap-2};
-    static const planar2_real out_expected[2] = {0x1.3597f96924d7ep+2, 0x1.28cdb2ae2cf96p+0};
+    static const planar2_real q[2] = {-0x1.84b7e07336368p-2, 0x1.98c0f2023d36p-1};
+    static const planar2_real out_expected[2] = {-0x1.baaa16e0c903dp-1, 0x1.fe92247e2b338p-2};
     planar2_real out[2];
     int failures = 0;
 
@@ -207,8 +208,8 @@ static int case_13(void)
 
 static int case_14(void)
 {
-    static const planar2_real q[2] = {-0x1.36d419db193f4p+0, 0x1.dc4d24326a96p-2};
-    static const planar2_real out_expected[2] = {-0x1.1210e8823c05p+2, -0x1.ab8458dcea869p-1};
+    static const planar2_real q[2] = {-0x1.ffbd2563b0638p-2, 0x1.e76a84c6680e8p+0};
+    static const planar2_real out_expected[2] = {-0x1.1b6f9e7cce5ffp-1, 0x1.35933349867fbp+0};
     planar2_real out[2];
     int failures = 0;
 
@@ -219,8 +220,8 @@ static int case_14(void)
 
 static int case_15(void)
 {
-    static const planar2_real q[2] = {-0x1.a5aed2ba23b48p-1, 0x1.f14b1bd8a9666p+0};
-    static const planar2_real out_expected[2] = {-0x1.9874b2c7b6127p+0, 0x1.1a6a89c267438p+0};
+    static const planar2_real q[2] = {-0x1.1ce22f0a8beaap+0, -0x1.e23f04cf665dp-1};
+    static const planar2_real out_expected[2] = {-0x1.18a5b0061db58p+2, -0x1.15e020747a65fp+0};
     planar2_real out[2];
     int failures = 0;
 
@@ -231,10 +232,10 @@ static int case_15(void)
 
 static int case_16(void)
 {
-    static const planar2_real q[2] = {-0x1.86d59406b79b8p+0, 0x1.cef8e051d0126p+0};
-    static const planar2_real v[2] = {0x1.7edb51ca056f8p+0, 0x1.482cb5c3c36dp-1};
-    static const planar2_real kinetic_expected[1] = {0x1.97a1075a80462p-3};
-    static const planar2_real potential_expected[1] = {-0x1.570e921c3fb61p+0};
+    static const planar2_real q[2] = {-0x1.88e2a6a0086cep+0, 0x1.3eabb1efe292p-1};
+    static const planar2_real v[2] = {-0x1.705419a663554p+0, 0x1.8257cdfe5491ep+0};
+    static const planar2_real kinetic_expected[1] = {0x1.40d84029cfdc3p-3};
+    static const planar2_real potential_expected[1] = {-0x1.c425f2d6c2e6bp-1};
     planar2_real kinetic;
     planar2_real potential;
     int failures = 0;
@@ -247,10 +248,10 @@ static int case_16(void)
 
 static int case_17(void)
 {
-    static const planar2_real q[2] = {-0x1.df9b060d7849cp+0, 0x1.bbdb331df0ab4p-1};
-    static const planar2_real v[2] = {0x1.29977567166eap+0, -0x1.7e4b97cea5e8ep+0};
-    static const planar2_real kinetic_expected[1] = {0x1.77b4eded1232dp-4};
-    static const planar2_real potential_expected[1] = {0x1.c34e8fbfc1479p-2};
+    static const planar2_real q[2] = {-0x1.45e4b0ea610ap-3, 0x1.2790a8fe8a932p+0};
+    static const planar2_real v[2] = {-0x1.8a7932865caf8p-2, 0x1.6ed2332a9063ap+0};
+    static const planar2_real kinetic_expected[1] = {0x1.2fd70c70c1738p-6};
+    static const planar2_real potential_expected[1] = {-0x1.132b8dd9df81dp+2};
     planar2_real kinetic;
     planar2_real potential;
     int failures = 0;
@@ -263,10 +264,10 @@ static int case_17(void)
 
 static int case_18(void)
 {
-    static const planar2_real q[2] = {0x1.2a09e1bd8f17ep+0, -0x1.d07cb5b83d384p-1};
-    static const planar2_real v[2] = {0x1.e444f7695d604p+0, 0x1.5e326bb1707p-2};
-    static const planar2_real kinetic_expected[1] = {0x1.0a560a5c09c28p-1};
-    static const planar2_real potential_expected[1] = {-0x1.5206609ebe572p+1};
+    static const planar2_real q[2] = {0x1.0518f9e2ce68p-4, 0x1.dfd40a07e85cep+0};
+    static const planar2_real v[2] = {0x1.2d8e4b3849758p+0, -0x1.4ad9d2ab9193ep+0};
+    static const planar2_real kinetic_expected[1] = {0x1.c72ce73f2769p-4};
+    static const planar2_real potential_expected[1] = {-0x1.9d90286359513p+1};
     planar2_real kinetic;
     planar2_real potential;
     int failures = 0;
@@ -279,9 +280,9 @@ static int case_18(void)
 
 static int case_19(void)
 {
-    static const planar2_real q[2] = {0x1.a12520cb4a8b6p+0, 0x1.1fd3efecd5aap-3};
-    static const planar2_real out_expected[4] = {0x1.ff1e6ddaee789p-3, -0x1.e066d7a9db12fp-7,
-        0x1.7d071efa548abp-1, -0x1.42c09b17102c8p-4};
+    static const planar2_real q[2] = {0x1.06adef84c3b14p-1, 0x1.3a05206950238p-2};
+    static const planar2_real out_expected[4] = {0x1.f69cf7d06be2p-4, 0x1.be14f3282eed5p-3,
+        0x1.b66db55107a1ap-2, 0x1.36648b12df91fp-1};
     planar2_real out[4];
     int failures = 0;
 
@@ -292,9 +293,9 @@ static int case_19(void)
 
 static int case_20(void)
 {
-    static const planar2_real q[2] = {0x1.692e257c5f3dp-2, 0x1.5b07595f6c812p+0};
-    static const planar2_real out_expected[4] = {0x1.61bcdda9c9085p-4, 0x1.e07afa7850394p-3,
-        0x1.ae73e4362c861p-2, 0x1.bd642b1aca7efp-2};
+    static const planar2_real q[2] = {-0x1.7e0fed0bb6ebcp-1, -0x1.c094f37fe7834p+0};
+    static const planar2_real out_expected[4] = {-0x1.5b94250969e96p-3, 0x1.77f161081f986p-3,
+        -0x1.f518f3c68007bp-2, 0x1.5629fb78029f1p-3};
     planar2_real out[4];
     int failures = 0;
 
@@ -305,9 +306,9 @@ static int case_20(void)
 
 static int case_21(void)
 {
-    static const planar2_real q[2] = {-0x1.d4a10c2b66c7ep+0, -0x1.64fa68f0f7c62p+0};
-    static const planar2_real out_expected[4] = {-0x1.eed1df8567b35p-3, -0x1.0709ece92f77cp-4,
-        -0x1.d97c2c856ba33p-2, -0x1.82a0fae96276p-2};
+    static const planar2_real q[2] = {0x1.69718fbb3f9ep-3, -0x1.982abb9796978p-2};
+    static const planar2_real out_expected[4] = {0x1.6791f794e925ep-5, 0x1.f80c0511b01fdp-3,
+        0x1.0bfb315ad85f1p-5, 0x1.78e106b6de4fcp-1};
     planar2_real out[4];
     int failures = 0;
 
@@ -318,10 +319,10 @@ static int case_21(void)
 
 static int case_22(void)
 {
-    static const planar2_real s[2] = {0x1p+0, -0x1p+0};
-    static const planar2_real M_expected[4] = {0x1p-4, -0x1p-5, -0x1p-5, 0x1p-5};
-    static const planar2_real G_expected[4] = {0x1.39eb851eb851fp+1, -0x1.39eb851eb851fp+0,
-        -0x1.39eb851eb851fp+0, -0x1.39eb851eb851fp+0};
+    static const planar2_real s[2] = {0x1p+0, 0x1p+0};
+    static const planar2_real M_expected[4] = {0x1.4p-2, 0x1.8p-4, 0x1.8p-4, 0x1p-5};
+    static const planar2_real G_expected[4] = {0x1.39eb851eb851fp+2, 0x1.39eb851eb851fp+0,
+        0x1.39eb851eb851fp+0, 0x1.39eb851eb851fp+0};
     static const planar2_real B_expected[4] = {0x1p+0, 0.0, 0.0, 0x1p+0};
     planar2_real M[4];
     planar2_real G[4];
@@ -337,10 +338,10 @@ static int case_22(void)
 
 static int case_23(void)
 {
-    static const planar2_real s[2] = {-0x1p+0, -0x1p+0};
-    static const planar2_real M_expected[4] = {0x1.4p-2, 0x1.8p-4, 0x1.8p-4, 0x1p-5};
-    static const planar2_real G_expected[4] = {-0x1.39eb851eb851fp+2, -0x1.39eb851eb851fp+0,
-        -0x1.39eb851eb851fp+0, -0x1.39eb851eb851fp+0};
+    static const planar2_real s[2] = {-0x1p+0, 0x1p+0};
+    static const planar2_real M_expected[4] = {0x1p-4, -0x1p-5, -0x1p-5, 0x1p-5};
+    static const planar2_real G_expected[4] = {-0x1.39eb851eb851fp+1, 0x1.39eb851eb851fp+0,
+        0x1.39eb851eb851fp+0, 0x1.39eb851eb851fp+0};
     static const planar2_real B_expected[4] = {0x1p+0, 0.0, 0.0, 0x1p+0};
     planar2_real M[4];
     planar2_real G[4];
@@ -375,13 +376,13 @@ static int case_24(void)
 
 static int case_25(void)
 {
-    static const planar2_real q[2] = {0x1.9ca42a898594ep+0, 0x1.81f7fa2ba2b4p-3};
-    static const planar2_real v[2] = {-0x1.f5f7344285e38p-1, -0x1.ca6f3d001a808p-1};
-    static const planar2_real u[2] = {-0x1.3293e055a2b5ep+0, -0x1.336605c2265d8p-2};
-    static const planar2_real slope_expected[2] = {-0x1.953f7955af57ap+5, 0x1.5b3e22bbda0f7p+7};
-    static const planar2_real dadq_direction[2] = {-0x1.837c1003adaf8p-3, -0x1.d5c9b750dcce6p-1};
-    static const planar2_real dadv_direction[2] = {0x1.30c15053e48p-7, 0x1.512bb9cb2935p-4};
-    static const planar2_real dadu_direction[2] = {0x1.95b256fa64de4p-1, 0x1.067678172413ap-1};
+    static const planar2_real q[2] = {-0x1.4b05e1f7be398p-2, -0x1.47d9c49ebd224p-1};
+    static const planar2_real v[2] = {0x1.b4c1b4611d4dp+0, 0x1.0709f0234ec38p-2};
+    static const planar2_real u[2] = {-0x1.671f4042a51f4p+0, 0x1.b4aae53b49696p+0};
+    static const planar2_real slope_expected[2] = {0x1.ac90115d803a1p+5, -0x1.7777d93959744p+7};
+    static const planar2_real dadq_direction[2] = {0x1.6ca8e983186ecp-2, -0x1.a03ca6aa43d58p-2};
+    static const planar2_real dadv_direction[2] = {0x1.73b76b2fb26ep-2, 0x1.7a61d1addb3ecp-1};
+    static const planar2_real dadu_direction[2] = {-0x1.60a688eff307ep-1, -0x1.4e3218e49e384p-2};
     planar2_real dadq[4];
     planar2_real dadv[4];
     planar2_real dadu[4];
@@ -407,13 +408,13 @@ static int case_25(void)
 
 static int case_26(void)
 {
-    static const planar2_real q[2] = {0x1.a93fbbd4be3dcp-1, -0x1.325f1448b77bep+0};
-    static const planar2_real v[2] = {-0x1.db76e6f766038p+0, 0x1.b32ab6e9346dcp-1};
-    static const planar2_real u[2] = {0x1.7c10ada1be7b8p-2, 0x1.3bfd2b633b55p-1};
-    static const planar2_real slope_expected[2] = {-0x1.bd76d1d315a0cp+3, 0x1.ca5a8e6daef16p+4};
-    static const planar2_real dadq_direction[2] = {0x1.9a303649aaccp-4, 0x1.5cb3188eb23acp-2};
-    static const planar2_real dadv_direction[2] = {-0x1.17a632eac0ab4p-1, -0x1.449ac2f5591c4p-1};
-    static const planar2_real dadu_direction[2] = {-0x1.0831695601104p-2, -0x1.d87a223d3fcp-9};
+    static const planar2_real q[2] = {-0x1.7732a460f60bp-1, -0x1.b852a765f029ep+0};
+    static const planar2_real v[2] = {0x1.30db2f8e3278p-3, -0x1.ebb4a7df4643ap+0};
+    static const planar2_real u[2] = {0x1.c5afa94945d66p+0, -0x1.1d2ad0d8488cap+0};
+    static const planar2_real slope_expected[2] = {0x1.b41fcfdd5bbd1p+2, 0x1.529fa1775b49ep-2};
+    static const planar2_real dadq_direction[2] = {-0x1.d2ef333d20ba8p-2, -0x1.77b57a3e6fb0cp-2};
+    static const planar2_real dadv_direction[2] = {-0x1.e81f29dfd9f1ap-1, -0x1.350f12132d088p-2};
+    static const planar2_real dadu_direction[2] = {0x1.f69573a85fe38p-3, 0x1.adefecc5d44d8p-3};
     planar2_real dadq[4];
     planar2_real dadv[4];
     planar2_real dadu[4];
@@ -439,13 +440,13 @@ static int case_26(void)
 
 static int case_27(void)
 {
-    static const planar2_real q[2] = {0x1.0af446c4f12cap+0, -0x1.c080a751bd36cp+0};
-    static const planar2_real v[2] = {-0x1.7e9e043130d82p+0, -0x1.70086c307150ep+0};
-    static const planar2_real u[2] = {0x1.32ba0202feff6p+0, 0x1.9f985449cfcf8p-2};
-    static const planar2_real slope_expected[2] = {-0x1.0fb1c9d360842p+4, -0x1.c207099c9d4e6p+4};
-    static const planar2_real dadq_direction[2] = {0x1.e63a810ebf404p-2, 0x1.5399c9ad2e54ep-1};
-    static const planar2_real dadv_direction[2] = {-0x1.3d14d14df5bap-2, 0x1.cbba97e1a0edp-4};
-    static const planar2_real dadu_direction[2] = {-0x1.fdc642a8f8c5cp-2, -0x1.c4a3559537b42p-1};
+    static const planar2_real q[2] = {-0x1.a04d18d7a919ap+0, -0x1.6f6bf404e310cp+0};
+    static const planar2_real v[2] = {-0x1.0e8413cb0b7b8p-1, -0x1.35241de8445a4p+0};
+    static const planar2_real u[2] = {0x1.67ac3f42985fcp+0, -0x1.aaedbbee19844p+0};
+    static const planar2_real slope_expected[2] = {0x1.2767cc4ba31cap+5, -0x1.a553be7c573c4p+6};
+    static const planar2_real dadq_direction[2] = {0x1.23ba35b380cfp-2, 0x1.f88103da5cb74p-1};
+    static const planar2_real dadv_direction[2] = {-0x1.94d3d96b3f1a4p-2, 0x1.840822b72f4cep-1};
+    static const planar2_real dadu_direction[2] = {0x1.3b7e9aea31e9p-1, -0x1.45bd5bc430176p-1};
     planar2_real dadq[4];
     planar2_real dadv[4];
     planar2_real dadu[4];
@@ -471,51 +472,51 @@ static int case_27(void)
 
 static int case_28(void)
 {
-    static const planar2_real amplitude[2] = {0x1.0a0949a41b2fcp-1, 0x1.68f22d7e40fecp+0};
-    static const planar2_real out_expected[2] = {0x1.49879e78541cdp+1, 0x1.3e81697d397acp+0};
+    static const planar2_real amplitude[2] = {-0x1.8df70a74969ep+0, 0x1.0e4bb5acbc3bp-2};
+    static const planar2_real out_expected[2] = {-0x1.07fd6b7b5544dp+2, -0x1.b9e679c93f348p-1};
     planar2_real out[2];
     int failures = 0;
 
-    planar2_phi(amplitude, 0x1.a3530b65569dp+0, out);
+    planar2_phi(amplitude, 0x1.afc2834adaa66p+0, out);
     failures += compare("phi", 2, out, out_expected, PLANAR2_PHI_TOLERANCE);
     return failures;
 }
 
 static int case_29(void)
 {
-    static const planar2_real amplitude[2] = {0x1.eb4c7eee8c2cp+0, 0x1.b2e0544652ea6p+0};
-    static const planar2_real out_expected[2] = {-0x1.c8f6602ac201fp+1, -0x1.aa44f5bf05f3bp-2};
+    static const planar2_real amplitude[2] = {-0x1.1808ec91bffc4p+0, -0x1.623327f4cb67cp+0};
+    static const planar2_real out_expected[2] = {-0x1.6e315e3abd368p+1, -0x1.c439cd59bdd4fp-1};
     planar2_real out[2];
     int failures = 0;
 
-    planar2_phi(amplitude, 0x1.c3438213c8eb5p+1, out);
+    planar2_phi(amplitude, 0x1.09fb2a999b9ffp+1, out);
     failures += compare("phi", 2, out, out_expected, PLANAR2_PHI_TOLERANCE);
     return failures;
 }
 
 static int case_30(void)
 {
-    static const planar2_real amplitude[2] = {-0x1.e5e3c1ae362p-6, 0x1.05a838e73b694p+0};
-    static const planar2_real out_expected[2] = {0x1.b0604c9120d62p-1, 0x1.072dbe61b7061p+0};
+    static const planar2_real amplitude[2] = {-0x1.f71347ef64418p-2, -0x1.1250a4b69ce44p+0};
+    static const planar2_real out_expected[2] = {-0x1.dd4931fa36d4p-2, -0x1.55b9e41e4b82bp-1};
     planar2_real out[2];
     int failures = 0;
 
-    planar2_phi(amplitude, 0x1.3aeddc9c315e5p+0, out);
+    planar2_phi(amplitude, 0x1.ae9229f59a66dp+1, out);
     failures += compare("phi", 2, out, out_expected, PLANAR2_PHI_TOLERANCE);
     return failures;
 }
 
 static int case_31(void)
 {
-    static const planar2_real amplitude[2] = {-0x1.79209a6b1e45cp+0, 0x1.6da025fcb99dp+0};
-    static const planar2_real slope_expected[2] = {-0x1.002cd1d207c6fp-1, 0x1.ae69190fe803ep-2};
-    static const planar2_real out_direction[3] = {0x1.bc79d9c7c40e4p-1, 0x1.ad153b855f80ap-1,
-        -0x1.53f8333f5a188p-3};
+    static const planar2_real amplitude[2] = {-0x1.e3ed356141064p+0, 0x1.2d993c76865cep+0};
+    static const planar2_real slope_expected[2] = {-0x1.4c9ab7cc4a4e2p+1, -0x1.32fd0d36fece5p-1};
+    static const planar2_real out_direction[3] = {0x1.744d1ff9e4efcp-2, 0x1.04291c4543e14p-2,
+        -0x1.42e5768bb40a4p-1};
     planar2_real out[6];
     planar2_real slope[2];
     int failures = 0;
 
-    planar2_phi_jacobian(amplitude, 0x1.8d6f874fad1fdp+1, out);
+    planar2_phi_jacobian(amplitude, 0x1.923bcfde6fc86p+1, out);
     for (int i = 0; i < 2; ++i) {
         slope[i] = 0.0;
         for (int j = 0; j < 3; ++j) {
@@ -528,15 +529,15 @@ static int case_31(void)
 
 static int case_32(void)
 {
-    static const planar2_real amplitude[2] = {0x1.7dee87f9d5be8p+0, -0x1.d39aa2cc4ef84p+0};
-    static const planar2_real slope_expected[2] = {-0x1.2d32fa46a4b84p+0, -0x1.0466b3684d168p-3};
-    static const planar2_real out_direction[3] = {0x1.a4793e25bb3e8p-1, -0x1.7f4034759e7dcp-1,
-        0x1.ea995ef842dbap-1};
+    static const planar2_real amplitude[2] = {0x1.39607ba7efe48p+0, 0x1.ca5dcb920ad98p-2};
+    static const planar2_real slope_expected[2] = {-0x1.cbdf532b841ap-4, 0x1.5e2e25cd6dfa9p-4};
+    static const planar2_real out_direction[3] = {-0x1.a541f77dd55e4p-2, 0x1.bdb781108258p-6,
+        0x1.d937b66ecbf78p-3};
     planar2_real out[6];
     planar2_real slope[2];
     int failures = 0;
 
-    planar2_phi_jacobian(amplitude, 0x1.3765d621ca95fp+1, out);
+    planar2_phi_jacobian(amplitude, 0x1.a1b62cb89f182p+1, out);
     for (int i = 0; i < 2; ++i) {
         slope[i] = 0.0;
         for (int j = 0; j < 3; ++j) {
@@ -549,15 +550,15 @@ static int case_32(void)
 
 static int case_33(void)
 {
-    static const planar2_real amplitude[2] = {-0x1.be2859f04d036p+0, 0x1.a87ee63e44482p+0};
-    static const planar2_real slope_expected[2] = {0x1.0b72a9b952c1fp+0, 0x1.b386a27bede31p-2};
-    static const planar2_real out_direction[3] = {0x1.a68357f5df9dap-1, -0x1.f1b6cf4a8137p-1,
-        0x1.f01fb236b1ce2p-1};
+    static const planar2_real amplitude[2] = {0x1.2db7943040eb8p-1, 0x1.2e5f40802f632p+0};
+    static const planar2_real slope_expected[2] = {0x1.4b6f4b5abd04dp-1, 0x1.581a9d31eae2ap-2};
+    static const planar2_real out_direction[3] = {-0x1.1109eb3d91224p-2, 0x1.91c826b591508p-2,
+        -0x1.3e9b332131678p-2};
     planar2_real out[6];
     planar2_real slope[2];
     int failures = 0;
 
-    planar2_phi_jacobian(amplitude, 0x1.b0b24247a15e5p+1, out);
+    planar2_phi_jacobian(amplitude, 0x1.e32cf9eaf2398p+1, out);
     for (int i = 0; i < 2; ++i) {
         slope[i] = 0.0;
         for (int j = 0; j < 3; ++j) {
@@ -570,11 +571,11 @@ static int case_33(void)
 
 static int case_34(void)
 {
-    static const planar2_real q[2] = {0x1.bfedb6d01aeacp+0, 0x1.71c9a23199cp-5};
-    static const planar2_real v[2] = {-0x1.ddd224e9e35a4p+0, 0x1.0108e476e87ep+0};
-    static const planar2_real u[2] = {-0x1.ca4a1c499e108p-1, -0x1.99fe2d8062c74p+0};
-    static const planar2_real q_next_expected[2] = {0x1.bfe642344c4d1p+0, 0x1.7248cc341ca53p-5};
-    static const planar2_real v_next_expected[2] = {-0x1.dc7bc30dfd517p+0, 0x1.f73e4f944e754p-1};
+    static const planar2_real q[2] = {0x1.9b43393f2ed3p+0, -0x1.7954313543a34p-1};
+    static const planar2_real v[2] = {0x1.c8af6567e0d6p-2, -0x1.d16bce1c7c18ep+0};
+    static const planar2_real u[2] = {0x1.151b41cf138a8p+0, -0x1.cd69502135f7cp-1};
+    static const planar2_real q_next_expected[2] = {0x1.9b4502441af4ep+0, -0x1.7962c1e4e1f0fp-1};
+    static const planar2_real v_next_expected[2] = {0x1.c95a6a653ea37p-2, -0x1.d2c01370f8edbp+0};
     planar2_real q_next[2];
     planar2_real v_next[2];
     int failures = 0;
@@ -587,11 +588,11 @@ static int case_34(void)
 
 static int case_35(void)
 {
-    static const planar2_real q[2] = {-0x1.d9730913d6b04p+0, -0x1.f5044d84e2ca4p+0};
-    static const planar2_real v[2] = {0x1.bdb4db05050dap+0, 0x1.7ecf8b1c1852p-2};
-    static const planar2_real u[2] = {0x1.f40a3fd2949bcp+0, 0x1.c84957a1ac4ap-2};
-    static const planar2_real q_next_expected[2] = {-0x1.d96c1131e5afdp+0, -0x1.f502cf1aaa1dbp+0};
-    static const planar2_real v_next_expected[2] = {0x1.be3c1da62a00cp+0, 0x1.7e04f0f35793ep-2};
+    static const planar2_real q[2] = {-0x1.18c75393c948p-4, -0x1.cf244357373d8p-1};
+    static const planar2_real v[2] = {-0x1.25af1f474f3ep-4, 0x1.06dad56837fcap+0};
+    static const planar2_real u[2] = {-0x1.0047dc1a53f8ep+0, -0x1.251b8ef1a4c14p-1};
+    static const planar2_real q_next_expected[2] = {-0x1.18cbedd94571bp-4, -0x1.cf1c0aa1930eap-1};
+    static const planar2_real v_next_expected[2] = {-0x1.2773a2ef23a72p-4, 0x1.07529421bd4b9p+0};
     planar2_real q_next[2];
     planar2_real v_next[2];
     int failures = 0;
@@ -604,11 +605,11 @@ static int case_35(void)
 
 static int case_36(void)
 {
-    static const planar2_real q[2] = {0x1.65877f58b3f84p+0, -0x1.b23c8fab5b49cp+0};
-    static const planar2_real v[2] = {-0x1.9af0f1ba17898p-1, -0x1.8ca51a1dda62cp+0};
-    static const planar2_real u[2] = {-0x1.fc627065eb75ap+0, 0x1.93589fa1f2b34p-1};
-    static const planar2_real q_next_expected[2] = {0x1.65844828cf572p+0, -0x1.b242c014c2a28p+0};
-    static const planar2_real v_next_expected[2] = {-0x1.9c3ef147cab23p-1, -0x1.8b8f993264db6p+0};
+    static const planar2_real q[2] = {0x1.51c815da96808p-1, 0x1.9777376f666c4p+0};
+    static const planar2_real v[2] = {0x1.db91dea13d9e8p-2, 0x1.a4938e2ca8dbp-1};
+    static const planar2_real u[2] = {0x1.39e28da032e26p+0, -0x1.131118ceaf89p+0};
+    static const planar2_real q_next_expected[2] = {0x1.51cbcd04da8edp-1, 0x1.977a7e88e4d78p+0};
+    static const planar2_real v_next_expected[2] = {0x1.db986163db422p-2, 0x1.a285f2d640184p-1};
     planar2_real q_next[2];
     planar2_real v_next[2];
     int failures = 0;
@@ -616,6 +617,31 @@ static int case_36(void)
     planar2_step(0x1p-14, q, v, u, q_next, v_next);
     failures += compare("step, q_next", 2, q_next, q_next_expected, PLANAR2_STEP_TOLERANCE);
     failures += compare("step, v_next", 2, v_next, v_next_expected, PLANAR2_STEP_TOLERANCE);
+    return failures;
+}
+
+/* A short motion, its end compared, and the way back to its start. */
+static int motion_1(void)
+{
+    static const planar2_real q_start[2] = {-0x1.8cf9fdef2b47ap+0, -0x1.1eb427880bd16p+0};
+    static const planar2_real v_start[2] = {-0x1.4671c7a22a0d8p-1, 0x1.24bbbeef6d8fap+0};
+    static const planar2_real u[2] = {-0x1.0a3ce5592823cp-1, -0x1.b2a89e16cf9a4p+0};
+    static const planar2_real q_expected[PLANAR2_NQ] = {-0x1.8c920e339bc7ep+0, -0x1.246c2ba5135e5p+0};
+    static const planar2_real v_expected[PLANAR2_NV] = {0x1.745b5a6908ec6p-1, -0x1.45b4643534db6p+1};
+    static planar2_workspace work;
+    planar2_flow flow = {.tolerance = 0x1p-52, .work = &work};
+    planar2_real q[PLANAR2_NQ];
+    planar2_real v[PLANAR2_NV];
+    int failures = 0;
+
+    memcpy(q, q_start, sizeof q);
+    memcpy(v, v_start, sizeof v);
+    failures += planar2_propagate(&flow, 0x1p-5, 1000000, u, q, v, NULL, 0, NULL, NULL, NULL) != PLANAR2_DONE;
+    failures += compare("propagate, q", PLANAR2_NQ, q, q_expected, PLANAR2_PROPAGATE_TOLERANCE);
+    failures += compare("propagate, v", PLANAR2_NV, v, v_expected, PLANAR2_PROPAGATE_TOLERANCE);
+    failures += planar2_propagate(&flow, 0.0, 1000000, u, q, v, NULL, 0, NULL, NULL, NULL) != PLANAR2_DONE;
+    failures += compare("propagate and back, q", PLANAR2_NQ, q, q_start, PLANAR2_PROPAGATE_TOLERANCE);
+    failures += compare("propagate and back, v", PLANAR2_NV, v, v_start, PLANAR2_PROPAGATE_TOLERANCE);
     return failures;
 }
 
@@ -659,6 +685,7 @@ int main(void)
     failures += case_34();
     failures += case_35();
     failures += case_36();
+    failures += motion_1();
     printf("%s\n", failures ? "FAILED" : "all passed");
     return failures;
 }

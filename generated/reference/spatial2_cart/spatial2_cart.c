@@ -3,6 +3,7 @@
  */
 #include "spatial2_cart.h"
 #include <math.h>
+#include <string.h>
 
 static const double spatial2_cart_length_table[2] = {0.3, 0.2};
 static const double spatial2_cart_inverse_length_table[2] = {3.3333333333333335, 5.0};
@@ -88,6 +89,92 @@ void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial
         a[3 * k + 2] = cross[3 * k + 3] * outer_pull - cross[3 * k] * inner_pull;
         a[3 * k + 3] = cross[3 * k + 4] * outer_pull - cross[3 * k + 1] * inner_pull;
         a[3 * k + 4] = cross[3 * k + 5] * outer_pull - cross[3 * k + 2] * inner_pull;
+    }
+}
+
+void spatial2_cart_direction_dynamics(const spatial2_cart_real q[8], const spatial2_cart_real q_dot[8],
+    const spatial2_cart_real u[2], spatial2_cart_real q_ddot[restrict 8])
+{
+    double cosine[2];
+    double cross[9];
+    double right_side[2];
+    double sine_squared[2];
+    double particular[2];
+    double coupling[2];
+    double tension[3];
+
+    for (int k = 1; k < 2; ++k) {
+        const double cosine_k = q[3 * k - 1] * q[3 * k + 2] + q[3 * k] * q[3 * k + 3]
+            + q[3 * k + 1] * q[3 * k + 4];
+        cosine[k] = cosine_k;
+        const double cross_x = q[3 * k] * q[3 * k + 4] - q[3 * k + 1] * q[3 * k + 3];
+        const double cross_y = q[3 * k + 1] * q[3 * k + 2] - q[3 * k - 1] * q[3 * k + 4];
+        const double cross_z = q[3 * k - 1] * q[3 * k + 3] - q[3 * k] * q[3 * k + 2];
+        cross[3 * k] = cross_x;
+        cross[3 * k + 1] = cross_y;
+        cross[3 * k + 2] = cross_z;
+    }
+
+    cross[6] = 0.0;
+    cross[7] = 0.0;
+    cross[8] = 0.0;
+    const double free_cart_acceleration = 2.0 * u[0];
+    const double free_cart_acceleration_2 = 2.0 * u[1];
+    const double t1 = q_dot[2] * q_dot[2] + q_dot[3] * q_dot[3] + q_dot[4] * q_dot[4];
+    const double t2 = 0.3 * t1 + 9.81 * q[4];
+    right_side[0] = t2 - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
+
+    for (int k = 1; k < 2; ++k) {
+        const double t3 = q_dot[3 * k + 2] * q_dot[3 * k + 2] + q_dot[3 * k + 3] * q_dot[3 * k + 3]
+            + q_dot[3 * k + 4] * q_dot[3 * k + 4];
+        right_side[k] = spatial2_cart_length_table[k] * t3;
+    }
+
+    for (int k = 1; k < 2; ++k) {
+        sine_squared[k] = cross[3 * k] * cross[3 * k] + cross[3 * k + 1] * cross[3 * k + 1]
+            + cross[3 * k + 2] * cross[3 * k + 2];
+    }
+
+    const double t4 = 0.4 * (q[2] * q[2] + q[3] * q[3]);
+    const double t5 = 1.0 + t4;
+    const double base_inverse_pivot = 1.0 / t5;
+    particular[0] = right_side[0] * base_inverse_pivot;
+    coupling[0] = 0.5 * (cosine[1] * base_inverse_pivot);
+    const double middle_tension = (right_side[1] * t5 + cosine[1] * right_side[0])
+        / (0.5 * (sine_squared[1] + t4) + t5);
+    tension[1] = middle_tension;
+    const double inner_tension_next = particular[0] + coupling[0] * middle_tension;
+    tension[0] = inner_tension_next;
+    tension[2] = 0.0;
+    const double pull_along = 0.4 * (t2 + cosine[1] * (0.5 * tension[1]));
+    const double push_across = 0.4 * (q[2] * free_cart_acceleration_2 - q[3] * free_cart_acceleration);
+    const double cart_acceleration = (free_cart_acceleration + q[2] * pull_along - q[3] * push_across)
+        * base_inverse_pivot;
+    const double cart_acceleration_2 = (free_cart_acceleration_2 + q[3] * pull_along + q[2] * push_across)
+        * base_inverse_pivot;
+    q_ddot[0] = cart_acceleration;
+    q_ddot[1] = cart_acceleration_2;
+    const double t6 = -3.3333333333333335 * cart_acceleration;
+    const double t7 = -3.3333333333333335 * cart_acceleration_2;
+    const double t8 = 1.6666666666666667 * tension[1];
+    const double turning_x = cross[3] * t8 + (32.7 * q[3] - q[4] * t7);
+    const double turning_y = cross[4] * t8 + (q[4] * t6 - 32.7 * q[2]);
+    const double turning_z = cross[5] * t8 + (q[2] * t7 - q[3] * t6);
+    q_ddot[2] = turning_y * q[4] - turning_z * q[3] - q[2] * t1;
+    q_ddot[3] = turning_z * q[2] - turning_x * q[4] - q[3] * t1;
+    q_ddot[4] = turning_x * q[3] - turning_y * q[2] - q[4] * t1;
+
+    for (int k = 1; k < 2; ++k) {
+        const double outer_pull = tension[k + 1] * (0.5 * spatial2_cart_inverse_length_table[k]);
+        const double inner_pull = tension[k - 1] * spatial2_cart_inverse_length_table[k];
+        const double turning_x_k = cross[3 * k + 3] * outer_pull - cross[3 * k] * inner_pull;
+        const double turning_y_k = cross[3 * k + 4] * outer_pull - cross[3 * k + 1] * inner_pull;
+        const double turning_z_k = cross[3 * k + 5] * outer_pull - cross[3 * k + 2] * inner_pull;
+        const double t9 = q_dot[3 * k + 2] * q_dot[3 * k + 2] + q_dot[3 * k + 3] * q_dot[3 * k + 3]
+            + q_dot[3 * k + 4] * q_dot[3 * k + 4];
+        q_ddot[3 * k + 2] = turning_y_k * q[3 * k + 4] - turning_z_k * q[3 * k + 3] - q[3 * k + 2] * t9;
+        q_ddot[3 * k + 3] = turning_z_k * q[3 * k + 2] - turning_x_k * q[3 * k + 4] - q[3 * k + 3] * t9;
+        q_ddot[3 * k + 4] = turning_x_k * q[3 * k + 3] - turning_y_k * q[3 * k + 2] - q[3 * k + 4] * t9;
     }
 }
 
@@ -762,4 +849,852 @@ void spatial2_cart_project(const spatial2_cart_real q[8], const spatial2_cart_re
         v_out[3 * k + 3] = v[3 * k + 3] - t3 * t5;
         v_out[3 * k + 4] = v[3 * k + 4] - t4 * t5;
     }
+}
+
+/* --- Taylor flow --- */
+
+/* Rows on cache lines; and the inner loop as a function of its own, where nothing else asks for registers. */
+#if defined(__GNUC__)
+#define SPATIAL2_CART_ALIGNED __attribute__((aligned(64)))
+#define SPATIAL2_CART_APART __attribute__((noinline))
+#else
+#define SPATIAL2_CART_ALIGNED
+#define SPATIAL2_CART_APART
+#endif
+
+enum {
+    spatial2_cart_flow_q = 8,
+    spatial2_cart_flow_x = 16,
+    spatial2_cart_flow_highest = 22,
+    spatial2_cart_flow_products = 64,
+    spatial2_cart_flow_looks = 4
+};
+
+static const spatial2_cart_real spatial2_cart_flow_length_1[2] = {0.3, 0.2};
+static const spatial2_cart_real spatial2_cart_flow_inverse_length_2[2] = {3.3333333333333335, 5.0};
+
+/* Order 0 of the Taylor series. */
+static void spatial2_cart_flow_start(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
+    const spatial2_cart_real u[2], spatial2_cart_real a[restrict 8], spatial2_cart_real q_dot[restrict 8],
+    spatial2_cart_real jet_left[restrict 59], spatial2_cart_real jet_right[restrict 59],
+    spatial2_cart_real jet_held[restrict 4])
+{
+    double cosine[2];
+    double cross[9];
+    double right_side[2];
+    double sine_squared[2];
+    double particular[2];
+    double coupling[2];
+    double tension[3];
+
+    q_dot[0] = v[0];
+    q_dot[1] = v[1];
+
+    for (int k = 0; k < 2; ++k) {
+        jet_left[k] = v[3 * k + 3];
+        jet_right[k] = q[3 * k + 4];
+        jet_left[k + 2] = v[3 * k + 4];
+        jet_right[k + 2] = q[3 * k + 3];
+        jet_left[k + 4] = v[3 * k + 4];
+        jet_right[k + 4] = q[3 * k + 2];
+        jet_left[k + 6] = v[3 * k + 2];
+        jet_right[k + 6] = q[3 * k + 4];
+        jet_left[k + 8] = v[3 * k + 2];
+        jet_right[k + 8] = q[3 * k + 3];
+        jet_left[k + 10] = v[3 * k + 3];
+        jet_right[k + 10] = q[3 * k + 2];
+        q_dot[3 * k + 2] = v[3 * k + 3] * q[3 * k + 4] - v[3 * k + 4] * q[3 * k + 3];
+        q_dot[3 * k + 3] = v[3 * k + 4] * q[3 * k + 2] - v[3 * k + 2] * q[3 * k + 4];
+        q_dot[3 * k + 4] = v[3 * k + 2] * q[3 * k + 3] - v[3 * k + 3] * q[3 * k + 2];
+    }
+
+    for (int k = 1; k < 2; ++k) {
+        jet_left[k + 11] = q[3 * k - 1];
+        jet_right[k + 11] = q[3 * k + 2];
+        jet_left[k + 12] = q[3 * k];
+        jet_right[k + 12] = q[3 * k + 3];
+        jet_left[k + 13] = q[3 * k + 1];
+        jet_right[k + 13] = q[3 * k + 4];
+        const double cosine_k = q[3 * k - 1] * q[3 * k + 2] + q[3 * k] * q[3 * k + 3]
+            + q[3 * k + 1] * q[3 * k + 4];
+        cosine[k] = cosine_k;
+        jet_left[k + 14] = q[3 * k];
+        jet_right[k + 14] = q[3 * k + 4];
+        jet_left[k + 15] = q[3 * k + 1];
+        jet_right[k + 15] = q[3 * k + 3];
+        const double cross_x = q[3 * k] * q[3 * k + 4] - q[3 * k + 1] * q[3 * k + 3];
+        jet_left[k + 16] = q[3 * k + 1];
+        jet_right[k + 16] = q[3 * k + 2];
+        jet_left[k + 17] = q[3 * k - 1];
+        jet_right[k + 17] = q[3 * k + 4];
+        const double cross_y = q[3 * k + 1] * q[3 * k + 2] - q[3 * k - 1] * q[3 * k + 4];
+        jet_left[k + 18] = q[3 * k - 1];
+        jet_right[k + 18] = q[3 * k + 3];
+        jet_left[k + 19] = q[3 * k];
+        jet_right[k + 19] = q[3 * k + 2];
+        const double cross_z = q[3 * k - 1] * q[3 * k + 3] - q[3 * k] * q[3 * k + 2];
+        cross[3 * k] = cross_x;
+        cross[3 * k + 1] = cross_y;
+        cross[3 * k + 2] = cross_z;
+    }
+
+    cross[6] = 0.0;
+    cross[7] = 0.0;
+    cross[8] = 0.0;
+    const double free_cart_acceleration = 2.0 * u[0];
+    jet_held[0] = free_cart_acceleration;
+    const double free_cart_acceleration_2 = 2.0 * u[1];
+    jet_held[1] = free_cart_acceleration_2;
+    jet_left[21] = v[2];
+    jet_right[21] = v[2];
+    jet_left[22] = v[3];
+    jet_right[22] = v[3];
+    jet_left[23] = v[4];
+    jet_right[23] = v[4];
+    const double t1 = 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]) + 9.81 * q[4];
+    right_side[0] = t1 - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
+
+    for (int k = 1; k < 2; ++k) {
+        jet_left[k + 23] = v[3 * k + 2];
+        jet_right[k + 23] = v[3 * k + 2];
+        jet_left[k + 24] = v[3 * k + 3];
+        jet_right[k + 24] = v[3 * k + 3];
+        jet_left[k + 25] = v[3 * k + 4];
+        jet_right[k + 25] = v[3 * k + 4];
+        right_side[k] = spatial2_cart_flow_length_1[k]
+            * (v[3 * k + 2] * v[3 * k + 2] + v[3 * k + 3] * v[3 * k + 3] + v[3 * k + 4] * v[3 * k + 4]);
+    }
+
+    for (int k = 1; k < 2; ++k) {
+        jet_left[k + 26] = cross[3 * k];
+        jet_right[k + 26] = cross[3 * k];
+        jet_left[k + 27] = cross[3 * k + 1];
+        jet_right[k + 27] = cross[3 * k + 1];
+        jet_left[k + 28] = cross[3 * k + 2];
+        jet_right[k + 28] = cross[3 * k + 2];
+        sine_squared[k] = cross[3 * k] * cross[3 * k] + cross[3 * k + 1] * cross[3 * k + 1]
+            + cross[3 * k + 2] * cross[3 * k + 2];
+    }
+
+    jet_left[30] = q[2];
+    jet_right[30] = q[2];
+    jet_left[31] = q[3];
+    jet_right[31] = q[3];
+    const double t2 = 0.4 * (q[2] * q[2] + q[3] * q[3]);
+    const double t3 = 1.0 + t2;
+    const double base_inverse_pivot = 1.0 / t3;
+    jet_left[32] = base_inverse_pivot;
+    jet_right[32] = t3;
+    jet_left[33] = right_side[0];
+    jet_right[33] = base_inverse_pivot;
+    particular[0] = right_side[0] * base_inverse_pivot;
+    jet_left[34] = cosine[1];
+    jet_right[34] = base_inverse_pivot;
+    coupling[0] = 0.5 * (cosine[1] * base_inverse_pivot);
+    jet_left[35] = cosine[1];
+    jet_right[35] = right_side[0];
+    jet_left[36] = right_side[1];
+    jet_right[36] = t3;
+    const double t4 = 0.5 * (sine_squared[1] + t2) + t3;
+    const double middle_tension = (right_side[1] * t3 + cosine[1] * right_side[0]) / t4;
+    jet_left[37] = middle_tension;
+    jet_right[37] = t4;
+    jet_held[2] = 1.0 / t4;
+    tension[1] = middle_tension;
+    jet_left[38] = coupling[0];
+    jet_right[38] = middle_tension;
+    const double inner_tension_next = particular[0] + coupling[0] * middle_tension;
+    tension[0] = inner_tension_next;
+    tension[2] = 0.0;
+    const double t5 = 0.5 * tension[1];
+    jet_left[39] = cosine[1];
+    jet_right[39] = t5;
+    const double pull_along = 0.4 * (t1 + cosine[1] * t5);
+    const double push_across = 0.4 * (q[2] * free_cart_acceleration_2 - q[3] * free_cart_acceleration);
+    jet_left[40] = q[2];
+    jet_right[40] = pull_along;
+    jet_left[41] = q[3];
+    jet_right[41] = push_across;
+    const double t6 = free_cart_acceleration + q[2] * pull_along - q[3] * push_across;
+    const double cart_acceleration = t6 * base_inverse_pivot;
+    jet_left[42] = t6;
+    jet_right[42] = base_inverse_pivot;
+    jet_left[43] = q[3];
+    jet_right[43] = pull_along;
+    jet_left[44] = q[2];
+    jet_right[44] = push_across;
+    const double t7 = free_cart_acceleration_2 + q[3] * pull_along + q[2] * push_across;
+    const double cart_acceleration_2 = t7 * base_inverse_pivot;
+    jet_left[45] = t7;
+    jet_right[45] = base_inverse_pivot;
+    a[0] = cart_acceleration;
+    a[1] = cart_acceleration_2;
+    const double t8 = -3.3333333333333335 * cart_acceleration;
+    const double t9 = -3.3333333333333335 * cart_acceleration_2;
+    const double t10 = 1.6666666666666667 * tension[1];
+    jet_left[46] = cross[3];
+    jet_right[46] = t10;
+    jet_left[47] = cross[4];
+    jet_right[47] = t10;
+    jet_left[48] = cross[5];
+    jet_right[48] = t10;
+    jet_left[49] = q[4];
+    jet_right[49] = t9;
+    jet_left[50] = q[4];
+    jet_right[50] = t8;
+    jet_left[51] = q[2];
+    jet_right[51] = t9;
+    jet_left[52] = q[3];
+    jet_right[52] = t8;
+    a[2] = cross[3] * t10 + (32.7 * q[3] - q[4] * t9);
+    a[3] = cross[4] * t10 + (q[4] * t8 - 32.7 * q[2]);
+    a[4] = cross[5] * t10 + (q[2] * t9 - q[3] * t8);
+
+    for (int k = 1; k < 2; ++k) {
+        const double t11 = 0.5 * spatial2_cart_flow_inverse_length_2[k];
+        jet_held[k + 2] = t11;
+        const double outer_pull = tension[k + 1] * t11;
+        const double inner_pull = tension[k - 1] * spatial2_cart_flow_inverse_length_2[k];
+        jet_left[k + 52] = cross[3 * k + 3];
+        jet_right[k + 52] = outer_pull;
+        jet_left[k + 53] = cross[3 * k + 4];
+        jet_right[k + 53] = outer_pull;
+        jet_left[k + 54] = cross[3 * k + 5];
+        jet_right[k + 54] = outer_pull;
+        jet_left[k + 55] = cross[3 * k];
+        jet_right[k + 55] = inner_pull;
+        jet_left[k + 56] = cross[3 * k + 1];
+        jet_right[k + 56] = inner_pull;
+        jet_left[k + 57] = cross[3 * k + 2];
+        jet_right[k + 57] = inner_pull;
+        a[3 * k + 2] = cross[3 * k + 3] * outer_pull - cross[3 * k] * inner_pull;
+        a[3 * k + 3] = cross[3 * k + 4] * outer_pull - cross[3 * k + 1] * inner_pull;
+        a[3 * k + 4] = cross[3 * k + 5] * outer_pull - cross[3 * k + 2] * inner_pull;
+    }
+}
+
+/* Order n of the Taylor series from the orders below. */
+static void spatial2_cart_flow_follow(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
+    const spatial2_cart_real u[2], const spatial2_cart_real jet_left_0[59],
+    const spatial2_cart_real jet_right_0[59], const spatial2_cart_real jet_sum[59],
+    const spatial2_cart_real jet_held[4], const spatial2_cart_real jet_order,
+    const spatial2_cart_real jet_inverse_order, spatial2_cart_real a[restrict 8],
+    spatial2_cart_real q_dot[restrict 8], spatial2_cart_real jet_left[restrict 59],
+    spatial2_cart_real jet_right[restrict 59])
+{
+    (void)u;
+    (void)jet_order;
+    (void)jet_inverse_order;
+    double cosine[2];
+    double cross[9];
+    double right_side[2];
+    double sine_squared[2];
+    double particular[2];
+    double coupling[2];
+    double tension[3];
+
+    q_dot[0] = v[0];
+    q_dot[1] = v[1];
+
+    for (int k = 0; k < 2; ++k) {
+        jet_left[k] = v[3 * k + 3];
+        jet_right[k] = q[3 * k + 4];
+        jet_left[k + 2] = v[3 * k + 4];
+        jet_right[k + 2] = q[3 * k + 3];
+        jet_left[k + 4] = v[3 * k + 4];
+        jet_right[k + 4] = q[3 * k + 2];
+        jet_left[k + 6] = v[3 * k + 2];
+        jet_right[k + 6] = q[3 * k + 4];
+        jet_left[k + 8] = v[3 * k + 2];
+        jet_right[k + 8] = q[3 * k + 3];
+        jet_left[k + 10] = v[3 * k + 3];
+        jet_right[k + 10] = q[3 * k + 2];
+        q_dot[3 * k + 2] = jet_sum[k] + jet_left_0[k] * q[3 * k + 4] + jet_right_0[k] * v[3 * k + 3]
+            - (jet_sum[k + 2] + jet_left_0[k + 2] * q[3 * k + 3] + jet_right_0[k + 2] * v[3 * k + 4]);
+        q_dot[3 * k + 3] = jet_sum[k + 4] + jet_left_0[k + 4] * q[3 * k + 2]
+            + jet_right_0[k + 4] * v[3 * k + 4] - (jet_sum[k + 6] + jet_left_0[k + 6] * q[3 * k + 4]
+            + jet_right_0[k + 6] * v[3 * k + 2]);
+        q_dot[3 * k + 4] = jet_sum[k + 8] + jet_left_0[k + 8] * q[3 * k + 3]
+            + jet_right_0[k + 8] * v[3 * k + 2] - (jet_sum[k + 10] + jet_left_0[k + 10] * q[3 * k + 2]
+            + jet_right_0[k + 10] * v[3 * k + 3]);
+    }
+
+    for (int k = 1; k < 2; ++k) {
+        jet_left[k + 11] = q[3 * k - 1];
+        jet_right[k + 11] = q[3 * k + 2];
+        jet_left[k + 12] = q[3 * k];
+        jet_right[k + 12] = q[3 * k + 3];
+        const double t1 = jet_sum[k + 11] + jet_left_0[k + 11] * q[3 * k + 2]
+            + jet_right_0[k + 11] * q[3 * k - 1] + (jet_sum[k + 12] + jet_left_0[k + 12] * q[3 * k + 3]
+            + jet_right_0[k + 12] * q[3 * k]);
+        jet_left[k + 13] = q[3 * k + 1];
+        jet_right[k + 13] = q[3 * k + 4];
+        const double cosine_k = t1 + (jet_sum[k + 13] + jet_left_0[k + 13] * q[3 * k + 4]
+            + jet_right_0[k + 13] * q[3 * k + 1]);
+        cosine[k] = cosine_k;
+        jet_left[k + 14] = q[3 * k];
+        jet_right[k + 14] = q[3 * k + 4];
+        jet_left[k + 15] = q[3 * k + 1];
+        jet_right[k + 15] = q[3 * k + 3];
+        const double cross_x = jet_sum[k + 14] + jet_left_0[k + 14] * q[3 * k + 4]
+            + jet_right_0[k + 14] * q[3 * k] - (jet_sum[k + 15] + jet_left_0[k + 15] * q[3 * k + 3]
+            + jet_right_0[k + 15] * q[3 * k + 1]);
+        jet_left[k + 16] = q[3 * k + 1];
+        jet_right[k + 16] = q[3 * k + 2];
+        jet_left[k + 17] = q[3 * k - 1];
+        jet_right[k + 17] = q[3 * k + 4];
+        const double cross_y = jet_sum[k + 16] + jet_left_0[k + 16] * q[3 * k + 2]
+            + jet_right_0[k + 16] * q[3 * k + 1] - (jet_sum[k + 17] + jet_left_0[k + 17] * q[3 * k + 4]
+            + jet_right_0[k + 17] * q[3 * k - 1]);
+        jet_left[k + 18] = q[3 * k - 1];
+        jet_right[k + 18] = q[3 * k + 3];
+        jet_left[k + 19] = q[3 * k];
+        jet_right[k + 19] = q[3 * k + 2];
+        const double cross_z = jet_sum[k + 18] + jet_left_0[k + 18] * q[3 * k + 3]
+            + jet_right_0[k + 18] * q[3 * k - 1] - (jet_sum[k + 19] + jet_left_0[k + 19] * q[3 * k + 2]
+            + jet_right_0[k + 19] * q[3 * k]);
+        cross[3 * k] = cross_x;
+        cross[3 * k + 1] = cross_y;
+        cross[3 * k + 2] = cross_z;
+    }
+
+    cross[6] = 0.0;
+    cross[7] = 0.0;
+    cross[8] = 0.0;
+    jet_left[21] = v[2];
+    jet_right[21] = v[2];
+    jet_left[22] = v[3];
+    jet_right[22] = v[3];
+    const double t2 = jet_sum[21] + (jet_left_0[21] + jet_left_0[21]) * v[2]
+        + (jet_sum[22] + (jet_left_0[22] + jet_left_0[22]) * v[3]);
+    jet_left[23] = v[4];
+    jet_right[23] = v[4];
+    const double t3 = 0.3 * (t2 + (jet_sum[23] + (jet_left_0[23] + jet_left_0[23]) * v[4])) + 9.81 * q[4];
+    right_side[0] = t3 - (jet_held[0] * q[2] + jet_held[1] * q[3]);
+
+    for (int k = 1; k < 2; ++k) {
+        jet_left[k + 23] = v[3 * k + 2];
+        jet_right[k + 23] = v[3 * k + 2];
+        jet_left[k + 24] = v[3 * k + 3];
+        jet_right[k + 24] = v[3 * k + 3];
+        const double t4 = jet_sum[k + 23] + (jet_left_0[k + 23] + jet_left_0[k + 23]) * v[3 * k + 2]
+            + (jet_sum[k + 24] + (jet_left_0[k + 24] + jet_left_0[k + 24]) * v[3 * k + 3]);
+        jet_left[k + 25] = v[3 * k + 4];
+        jet_right[k + 25] = v[3 * k + 4];
+        right_side[k] = spatial2_cart_flow_length_1[k]
+            * (t4 + (jet_sum[k + 25] + (jet_left_0[k + 25] + jet_left_0[k + 25]) * v[3 * k + 4]));
+    }
+
+    for (int k = 1; k < 2; ++k) {
+        jet_left[k + 26] = cross[3 * k];
+        jet_right[k + 26] = cross[3 * k];
+        jet_left[k + 27] = cross[3 * k + 1];
+        jet_right[k + 27] = cross[3 * k + 1];
+        const double t5 = jet_sum[k + 26] + (jet_left_0[k + 26] + jet_left_0[k + 26]) * cross[3 * k]
+            + (jet_sum[k + 27] + (jet_left_0[k + 27] + jet_left_0[k + 27]) * cross[3 * k + 1]);
+        jet_left[k + 28] = cross[3 * k + 2];
+        jet_right[k + 28] = cross[3 * k + 2];
+        sine_squared[k] = t5
+            + (jet_sum[k + 28] + (jet_left_0[k + 28] + jet_left_0[k + 28]) * cross[3 * k + 2]);
+    }
+
+    jet_left[30] = q[2];
+    jet_right[30] = q[2];
+    jet_left[31] = q[3];
+    jet_right[31] = q[3];
+    const double t6 = jet_sum[30] + (jet_left_0[30] + jet_left_0[30]) * q[2]
+        + (jet_sum[31] + (jet_left_0[31] + jet_left_0[31]) * q[3]);
+    const double t7 = 0.4 * t6;
+    const double t8 = (jet_sum[32] + jet_left_0[32] * t7) * jet_left_0[32];
+    const double t9 = -t8;
+    jet_left[32] = t9;
+    jet_right[32] = t7;
+    jet_left[33] = right_side[0];
+    jet_right[33] = t9;
+    particular[0] = jet_sum[33] - jet_left_0[33] * t8 + jet_right_0[33] * right_side[0];
+    jet_left[34] = cosine[1];
+    jet_right[34] = t9;
+    coupling[0] = 0.5 * (jet_sum[34] - jet_left_0[34] * t8 + jet_right_0[34] * cosine[1]);
+    jet_left[35] = cosine[1];
+    jet_right[35] = right_side[0];
+    jet_left[36] = right_side[1];
+    jet_right[36] = t7;
+    const double t10 = jet_sum[36] + jet_left_0[36] * t7 + jet_right_0[36] * right_side[1]
+        + (jet_sum[35] + jet_left_0[35] * right_side[0] + jet_right_0[35] * cosine[1]);
+    const double t11 = 0.5 * (sine_squared[1] + t7) + t7;
+    const double t12 = (t10 - (jet_sum[37] + jet_left_0[37] * t11)) * jet_held[2];
+    jet_left[37] = t12;
+    jet_right[37] = t11;
+    tension[1] = t12;
+    jet_left[38] = coupling[0];
+    jet_right[38] = t12;
+    const double inner_tension_next = particular[0] + (jet_sum[38] + jet_left_0[38] * t12
+        + jet_right_0[38] * coupling[0]);
+    tension[0] = inner_tension_next;
+    tension[2] = 0.0;
+    const double t13 = 0.5 * tension[1];
+    jet_left[39] = cosine[1];
+    jet_right[39] = t13;
+    const double pull_along = 0.4 * (t3 + (jet_sum[39] + jet_left_0[39] * t13 + jet_right_0[39] * cosine[1]));
+    const double push_across = 0.4 * (jet_held[1] * q[2] - jet_held[0] * q[3]);
+    jet_left[40] = q[2];
+    jet_right[40] = pull_along;
+    jet_left[41] = q[3];
+    jet_right[41] = push_across;
+    const double t14 = jet_sum[40] + jet_left_0[40] * pull_along + jet_right_0[40] * q[2]
+        - (jet_sum[41] + jet_left_0[41] * push_across + jet_right_0[41] * q[3]);
+    jet_left[42] = t14;
+    jet_right[42] = t9;
+    const double cart_acceleration = jet_sum[42] - jet_left_0[42] * t8 + jet_right_0[42] * t14;
+    jet_left[43] = q[3];
+    jet_right[43] = pull_along;
+    jet_left[44] = q[2];
+    jet_right[44] = push_across;
+    const double t15 = jet_sum[43] + jet_left_0[43] * pull_along + jet_right_0[43] * q[3]
+        + (jet_sum[44] + jet_left_0[44] * push_across + jet_right_0[44] * q[2]);
+    jet_left[45] = t15;
+    jet_right[45] = t9;
+    const double cart_acceleration_2 = jet_sum[45] - jet_left_0[45] * t8 + jet_right_0[45] * t15;
+    a[0] = cart_acceleration;
+    a[1] = cart_acceleration_2;
+    const double t16 = -3.3333333333333335 * cart_acceleration;
+    const double t17 = -3.3333333333333335 * cart_acceleration_2;
+    const double t18 = 1.6666666666666667 * tension[1];
+    jet_left[46] = cross[3];
+    jet_right[46] = t18;
+    jet_left[47] = cross[4];
+    jet_right[47] = t18;
+    jet_left[48] = cross[5];
+    jet_right[48] = t18;
+    jet_left[49] = q[4];
+    jet_right[49] = t17;
+    jet_left[50] = q[4];
+    jet_right[50] = t16;
+    jet_left[51] = q[2];
+    jet_right[51] = t17;
+    jet_left[52] = q[3];
+    jet_right[52] = t16;
+    const double t19 = jet_sum[51] + jet_left_0[51] * t17 + jet_right_0[51] * q[2]
+        - (jet_sum[52] + jet_left_0[52] * t16 + jet_right_0[52] * q[3]);
+    a[2] = jet_sum[46] + jet_left_0[46] * t18 + jet_right_0[46] * cross[3]
+        + (32.7 * q[3] - (jet_sum[49] + jet_left_0[49] * t17 + jet_right_0[49] * q[4]));
+    a[3] = jet_sum[47] + jet_left_0[47] * t18 + jet_right_0[47] * cross[4]
+        + (jet_sum[50] + jet_left_0[50] * t16 + jet_right_0[50] * q[4] - 32.7 * q[2]);
+    a[4] = jet_sum[48] + jet_left_0[48] * t18 + jet_right_0[48] * cross[5] + t19;
+
+    for (int k = 1; k < 2; ++k) {
+        const double outer_pull = jet_held[k + 2] * tension[k + 1];
+        const double inner_pull = spatial2_cart_flow_inverse_length_2[k] * tension[k - 1];
+        jet_left[k + 52] = cross[3 * k + 3];
+        jet_right[k + 52] = outer_pull;
+        jet_left[k + 53] = cross[3 * k + 4];
+        jet_right[k + 53] = outer_pull;
+        jet_left[k + 54] = cross[3 * k + 5];
+        jet_right[k + 54] = outer_pull;
+        jet_left[k + 55] = cross[3 * k];
+        jet_right[k + 55] = inner_pull;
+        jet_left[k + 56] = cross[3 * k + 1];
+        jet_right[k + 56] = inner_pull;
+        jet_left[k + 57] = cross[3 * k + 2];
+        jet_right[k + 57] = inner_pull;
+        a[3 * k + 2] = jet_sum[k + 52] + jet_left_0[k + 52] * outer_pull
+            + jet_right_0[k + 52] * cross[3 * k + 3] - (jet_sum[k + 55] + jet_left_0[k + 55] * inner_pull
+            + jet_right_0[k + 55] * cross[3 * k]);
+        a[3 * k + 3] = jet_sum[k + 53] + jet_left_0[k + 53] * outer_pull
+            + jet_right_0[k + 53] * cross[3 * k + 4] - (jet_sum[k + 56] + jet_left_0[k + 56] * inner_pull
+            + jet_right_0[k + 56] * cross[3 * k + 1]);
+        a[3 * k + 4] = jet_sum[k + 54] + jet_left_0[k + 54] * outer_pull
+            + jet_right_0[k + 54] * cross[3 * k + 5] - (jet_sum[k + 57] + jet_left_0[k + 57] * inner_pull
+            + jet_right_0[k + 57] * cross[3 * k + 2]);
+    }
+}
+
+/* S_n of all products, sum of left_j right_{n-j} over 0 < j < n, and of S_{n+1} what needs no order above
+ * n - 1: two at a time, since reading the coefficients is what takes long. The newest come last, so that
+ * the rest need not wait for them. From n = 6 on, n even. */
+static void spatial2_cart_flow_two_sums(int n, spatial2_cart_workspace *work)
+{
+    for (int lane = 0; lane < spatial2_cart_flow_products; ++lane) {
+        spatial2_cart_real sum = work->left[2][lane] * work->right[n - 2][lane], next = 0;
+        int j = 3;
+        do {
+            sum += work->left[j][lane] * work->right[n - j][lane];
+            next += work->left[j][lane] * work->right[n + 1 - j][lane];
+        } while (++j < n - 1);
+        next += work->left[2][lane] * work->right[n - 1][lane];
+        next += work->left[n - 1][lane] * work->right[2][lane];
+        sum += work->left[1][lane] * work->right[n - 1][lane];
+        work->sum[lane] = sum + work->left[n - 1][lane] * work->right[1][lane];
+        work->next_sum[lane] = next;
+    }
+}
+
+static void spatial2_cart_flow_sums(int n, spatial2_cart_workspace *work)
+{
+    if (n >= 6 && n % 2 == 0) {
+        spatial2_cart_flow_two_sums(n, work);
+    } else if (n > 6) {
+        for (int lane = 0; lane < spatial2_cart_flow_products; ++lane) {
+            const spatial2_cart_real sum = work->next_sum[lane]
+                + work->left[1][lane] * work->right[n - 1][lane];
+            work->sum[lane] = sum + work->left[n - 1][lane] * work->right[1][lane];
+        }
+    } else {
+        memset(work->sum, 0, sizeof work->sum);
+        for (int j = 1; j < n; ++j) {
+            for (int lane = 0; lane < spatial2_cart_flow_products; ++lane) {
+                work->sum[lane] += work->left[j][lane] * work->right[n - j][lane];
+            }
+        }
+    }
+}
+
+/* The slope of the state at work->x[0], and what belongs to order 0. */
+static void spatial2_cart_flow_begin(const spatial2_cart_real u[2], spatial2_cart_workspace *work)
+{
+    spatial2_cart_real *slope = work->slope;
+    spatial2_cart_flow_start(work->x[0], work->x[0] + 8, u, slope + 8, slope, work->left[0], work->right[0],
+        work->jet_held);
+}
+
+/* The coefficients of the state up to the given order, from work->x[0] and what belongs to it. */
+static SPATIAL2_CART_APART void spatial2_cart_flow_expand(const spatial2_cart_real u[2], int order,
+    spatial2_cart_workspace *restrict work)
+{
+    spatial2_cart_real slope[spatial2_cart_flow_x];
+    memcpy(slope, work->slope, sizeof slope);
+    for (int n = 0;;) {
+        spatial2_cart_real *restrict next = work->x[n + 1];
+        const spatial2_cart_real share = 1 / (spatial2_cart_real)(n + 1);
+        for (int i = 0; i < 8; ++i) {
+            next[i] = share * slope[i];
+        }
+        for (int i = 8; i < 16; ++i) {
+            next[i] = share * slope[i];
+        }
+        if (++n == order) {
+            return;
+        }
+        spatial2_cart_flow_sums(n, work);
+        spatial2_cart_flow_follow(work->x[n], work->x[n] + 8, u, work->left[0], work->right[0], work->sum,
+            work->jet_held, (spatial2_cart_real)n, 1 / (spatial2_cart_real)n, slope + 8, slope, work->left[n],
+            work->right[n]);
+    }
+}
+
+/* The state at a time h into the step: x_0 + (h x_1 + h^2 x_2 + ...), the bracket by Horner's rule. */
+static void spatial2_cart_flow_increment(int order, const spatial2_cart_workspace *work, spatial2_cart_real h,
+    spatial2_cart_real increment[restrict spatial2_cart_flow_x])
+{
+    for (int i = 0; i < spatial2_cart_flow_x; ++i) {
+        spatial2_cart_real sum = work->x[order][i];
+        for (int n = order - 1; n > 0; --n) {
+            sum = sum * h + work->x[n][i];
+        }
+        increment[i] = sum * h;
+    }
+}
+
+static void spatial2_cart_flow_at(int order, const spatial2_cart_workspace *work, spatial2_cart_real h,
+    const spatial2_cart_real lost[], spatial2_cart_real x[restrict spatial2_cart_flow_x])
+{
+    spatial2_cart_flow_increment(order, work, h, x);
+    for (int i = 0; i < spatial2_cart_flow_x; ++i) {
+        x[i] = work->x[0][i] + (x[i] + lost[i]);
+    }
+}
+
+static spatial2_cart_real spatial2_cart_flow_larger(spatial2_cart_real a, spatial2_cart_real b)
+{
+    return a > b ? a : b;
+}
+
+/* Largest angle and rate of a coefficient, the cart's in lengths of the chain; an entry every `stride`. */
+static void spatial2_cart_flow_norms(spatial2_cart_real reach, const spatial2_cart_real x[], int stride,
+    spatial2_cart_real norm[2])
+{
+    norm[0] = norm[1] = 0;
+    for (int i = 0; i < 2; ++i) {
+        norm[0] = spatial2_cart_flow_larger(fabs(x[i * stride]) / reach, norm[0]);
+        norm[1] = spatial2_cart_flow_larger(fabs(x[(i + 8) * stride]) / reach, norm[1]);
+    }
+    for (int i = 2; i < 8; ++i) {
+        norm[0] = spatial2_cart_flow_larger(fabs(x[i * stride]), norm[0]);
+    }
+    for (int i = 10; i < 16; ++i) {
+        norm[1] = spatial2_cart_flow_larger(fabs(x[i * stride]), norm[1]);
+    }
+}
+
+/* The time at which neither of the last two terms exceeds the goal; given are their sizes over the goal. */
+static spatial2_cart_real spatial2_cart_flow_radius(int order, spatial2_cart_real end,
+    spatial2_cart_real next)
+{
+    const spatial2_cart_real of_end = end > 0 ? log(end) / (spatial2_cart_real)order : -700;
+    const spatial2_cart_real of_next = next > 0 ? log(next) / (spatial2_cart_real)(order - 1) : -700;
+    return exp(-spatial2_cart_flow_larger(of_end, of_next));
+}
+
+static int spatial2_cart_flow_is_finite(const spatial2_cart_real x[], int count)
+{
+    spatial2_cart_real sum = 0;
+    for (int i = 0; i < count; ++i) {
+        sum += 0 * x[i];
+    }
+    return sum >= 0 && sum <= 0;
+}
+
+/* Step length: each of the last two terms within the goal, relative to the motion (Jorba and Zou 2005).
+ * Zero when a coefficient is not finite. */
+static spatial2_cart_real spatial2_cart_flow_length(int order, const spatial2_cart_workspace *work,
+    spatial2_cart_real goal, const spatial2_cart_real scales[2])
+{
+    spatial2_cart_real state[2], last[2], before[2];
+    if (!spatial2_cart_flow_is_finite(work->x[order], spatial2_cart_flow_x)) {
+        return 0;
+    }
+    spatial2_cart_flow_norms(scales[1], work->x[0], 1, state);
+    spatial2_cart_flow_norms(scales[1], work->x[order], 1, last);
+    spatial2_cart_flow_norms(scales[1], work->x[order - 1], 1, before);
+    const spatial2_cart_real wide = spatial2_cart_flow_larger(state[0], state[1] / scales[0]);
+    const spatial2_cart_real angle = goal * (wide < 1 ? wide : 1);
+    const spatial2_cart_real rate = spatial2_cart_flow_larger(angle * scales[0], goal * state[1]);
+    const spatial2_cart_real end = spatial2_cart_flow_larger(last[0] / angle, last[1] / rate);
+    const spatial2_cart_real next = spatial2_cart_flow_larger(before[0] / angle, before[1] / rate);
+    return spatial2_cart_flow_radius(order, end, next);
+}
+
+/* How far the series is from the equations at its end: h times the difference of the two slopes there,
+ * `apart`, over what is allowed. Expects the equations' slope in work->slope. */
+static spatial2_cart_real spatial2_cart_flow_defect(const spatial2_cart_workspace *work,
+    const spatial2_cart_real apart[], spatial2_cart_real h, spatial2_cart_real room,
+    const spatial2_cart_real scales[2])
+{
+    spatial2_cart_real state[2], motion[2], off[2];
+    spatial2_cart_flow_norms(scales[1], work->x[0], 1, state);
+    spatial2_cart_flow_norms(scales[1], work->slope, 1, motion);
+    spatial2_cart_flow_norms(scales[1], apart, 1, off);
+    const spatial2_cart_real wide = spatial2_cart_flow_larger(state[0], state[1] / scales[0]);
+    const spatial2_cart_real angle = wide < 1 ? wide : 1;
+    const spatial2_cart_real rate = spatial2_cart_flow_larger(angle * scales[0], state[1]);
+    const spatial2_cart_real of_angle = off[0] / spatial2_cart_flow_larger(angle, fabs(h) * motion[0]);
+    /* A large angle is known to as many digits only, and so is its acceleration. */
+    const spatial2_cart_real digits = spatial2_cart_flow_larger(state[0], 1);
+    const spatial2_cart_real of_rate = off[1] / spatial2_cart_flow_larger(rate, fabs(h) * motion[1] * digits);
+    return spatial2_cart_flow_larger(of_angle, of_rate) / room;
+}
+
+/* The first of h, h/2, h/4, ... at whose end the series keeps to the equations; what belongs to order 0 is
+ * left as it is there, and the way there in work->increment. Coefficients alone mislead where they have
+ * not seen yet what moves next: when a chain is released from rest, its outer links enter at an order that
+ * no series reaches. A defect that shrinks no faster than the step is rounding: no shorter step would
+ * help. */
+static spatial2_cart_real spatial2_cart_flow_checked(const spatial2_cart_real u[2], int order,
+    spatial2_cart_workspace *work, spatial2_cart_real h, spatial2_cart_real goal,
+    const spatial2_cart_real scales[2], const spatial2_cart_real lost[])
+{
+    const spatial2_cart_real room = 64 * spatial2_cart_flow_larger(goal, 2.220446049250313e-16);
+    spatial2_cart_real before[spatial2_cart_flow_x], slope[spatial2_cart_flow_x];
+    spatial2_cart_real last = 0;
+    memcpy(before, work->x[0], sizeof before);
+    for (int slow = 0; slow < 3; h /= 2) {
+        for (int i = 0; i < spatial2_cart_flow_x; ++i) {
+            spatial2_cart_real sum = work->x[order][i], derivative = 0;
+            for (int n = order - 1; n > 0; --n) {
+                derivative = derivative * h + sum;
+                sum = sum * h + work->x[n][i];
+            }
+            work->increment[i] = sum * h;
+            slope[i] = derivative * h + sum;
+            work->x[0][i] = before[i] + (work->increment[i] + lost[i]);
+        }
+        spatial2_cart_flow_begin(u, work);
+        memcpy(work->x[0], before, sizeof before);
+        for (int i = 0; i < spatial2_cart_flow_x; ++i) {
+            slope[i] = h * (slope[i] - work->slope[i]);
+        }
+        const spatial2_cart_real defect = spatial2_cart_flow_defect(work, slope, h, room, scales);
+        if (!(defect > 1)) {
+            return h;
+        }
+        slow = 4 * defect > last && defect * room < 1.4901161193847656e-08 ? slow + 1 : 0;
+        last = defect;
+    }
+    return 2 * h;
+}
+
+static spatial2_cart_real spatial2_cart_flow_scalar(const spatial2_cart_event *event,
+    const spatial2_cart_real x[])
+{
+    if (event->scalar != SPATIAL2_CART_OF_DEPTH) {
+        return x[event->index + (event->scalar == SPATIAL2_CART_OF_V ? 8 : 0)] - event->value;
+    }
+    spatial2_cart_real place[6];
+    spatial2_cart_positions(x, place);
+    return place[3 * event->index + 2] - event->value;
+}
+
+static int spatial2_cart_flow_between(spatial2_cart_real low, spatial2_cart_real middle,
+    spatial2_cart_real high)
+{
+    return (low < middle && middle < high) || (high < middle && middle < low);
+}
+
+/* Time into the step at which the event's scalar changes sign, or 2 h when it does not; x is where it
+ * begins. */
+static spatial2_cart_real spatial2_cart_flow_crossing(int order, const spatial2_cart_workspace *work,
+    spatial2_cart_real h, const spatial2_cart_real lost[], const spatial2_cart_event *event,
+    spatial2_cart_real x[spatial2_cart_flow_x])
+{
+    spatial2_cart_real low = 0;
+    spatial2_cart_real at_low = spatial2_cart_flow_scalar(event, x);
+    for (int look = 1; look <= spatial2_cart_flow_looks; ++look) {
+        spatial2_cart_real high = look == spatial2_cart_flow_looks ? h : h * (spatial2_cart_real)look
+            / spatial2_cart_flow_looks;
+        spatial2_cart_flow_at(order, work, high, lost, x);
+        spatial2_cart_real at_high = spatial2_cart_flow_scalar(event, x);
+        const int rises = at_low < 0 && at_high >= 0, falls = at_low > 0 && at_high <= 0;
+        if ((rises && event->direction >= 0) || (falls && event->direction <= 0)) {
+            /* Illinois: regula falsi that halves the value of an end that stays. */
+            for (int turn = 0; turn < 100 && (at_high > 0 || at_high < 0); ++turn) {
+                spatial2_cart_real middle = high - at_high * ((high - low) / (at_high - at_low));
+                if (turn > 60 || !spatial2_cart_flow_between(low, middle, high)) {
+                    middle = low + (high - low) / 2;
+                    if (!spatial2_cart_flow_between(low, middle, high)) {
+                        break;
+                    }
+                }
+                spatial2_cart_flow_at(order, work, middle, lost, x);
+                const spatial2_cart_real at_middle = spatial2_cart_flow_scalar(event, x);
+                if (rises ? at_middle < 0 : at_middle > 0) {
+                    at_high /= 2;
+                    low = middle;
+                    at_low = at_middle;
+                } else {
+                    at_low /= 2;
+                    high = middle;
+                    at_high = at_middle;
+                }
+            }
+            return high;
+        }
+        low = high;
+        at_low = at_high;
+    }
+    return 2 * h;
+}
+
+/* The whole way, in a workspace. */
+static SPATIAL2_CART_APART int spatial2_cart_flow_run(spatial2_cart_flow *flow, spatial2_cart_real t_end,
+    unsigned long max_steps, const spatial2_cart_real u[2], spatial2_cart_real q[restrict 8],
+    spatial2_cart_real v[restrict 8], const spatial2_cart_event *event, unsigned long count,
+    const spatial2_cart_real *times, spatial2_cart_real *q_out, spatial2_cart_real *v_out,
+    spatial2_cart_workspace *work)
+{
+    spatial2_cart_real *lost = flow->lost;
+    const spatial2_cart_real at_least = spatial2_cart_flow_larger(flow->tolerance, 2.220446049250313e-16);
+    const spatial2_cart_real tolerance = at_least < 1 ? at_least : 1;
+    /* Errors add up over the steps: each aims below the tolerance. */
+    const spatial2_cart_real goal = tolerance * 0.00390625;
+    int order = (int)ceil(1 - 0.6 * log(goal));
+    order = order < 4 ? 4 : order > spatial2_cart_flow_highest ? spatial2_cart_flow_highest : order;
+    const spatial2_cart_real way = t_end < flow->t ? -1 : 1;
+    int result = SPATIAL2_CART_STEP_BUDGET;
+    const spatial2_cart_real scales[2] = {10.3, 0.5}; /* fastest linear rate, length of the chain */
+
+    memset(work->left, 0, sizeof work->left);
+    memset(work->right, 0, sizeof work->right);
+    memcpy(work->x[0], q, 8 * sizeof *q);
+    memcpy(work->x[0] + 8, v, 8 * sizeof *v);
+    spatial2_cart_real start[spatial2_cart_flow_x]; /* of a step, as the event sees it */
+    memcpy(start, work->x[0], sizeof start);
+    spatial2_cart_flow_begin(u, work);
+    flow->tolerance = tolerance;
+    flow->order = order;
+    flow->steps = 0;
+    flow->written = 0;
+    while (result == SPATIAL2_CART_STEP_BUDGET) {
+        const spatial2_cart_real left = (t_end - flow->t) - flow->t_lost;
+        if (!(left * way > 0)) {
+            result = SPATIAL2_CART_DONE;
+            break;
+        }
+        if (flow->steps == max_steps) {
+            break;
+        }
+        spatial2_cart_flow_expand(u, order, work);
+        spatial2_cart_real h = way * spatial2_cart_flow_length(order, work, goal, scales);
+        const spatial2_cart_real ahead = flow->t + 1024 * h;
+        if (!(ahead * way > flow->t * way)) {
+            result = SPATIAL2_CART_NOT_FINITE;
+            break;
+        }
+        h = spatial2_cart_flow_checked(u, order, work, h * way < left * way ? h : left, goal, scales, lost);
+        if (!(h * way < left * way)) {
+            result = SPATIAL2_CART_DONE;
+        }
+        if (event != NULL) {
+            const spatial2_cart_real crossing = spatial2_cart_flow_crossing(order, work, h, lost, event,
+                start);
+            if (crossing * way <= h * way) {
+                h = crossing;
+                result = SPATIAL2_CART_EVENT;
+                spatial2_cart_flow_increment(order, work, h, work->increment);
+            }
+        }
+        while (flow->written < count) {
+            const spatial2_cart_real inside = (times[flow->written] - flow->t) - flow->t_lost;
+            if (!(inside * way <= h * way)) {
+                break;
+            }
+            spatial2_cart_real x[spatial2_cart_flow_x];
+            spatial2_cart_flow_at(order, work, inside, lost, x);
+            memcpy(q_out + flow->written * 8, x, 8 * sizeof *x);
+            memcpy(v_out + flow->written * 8, x + 8, 8 * sizeof *x);
+            ++flow->written;
+        }
+        if (event != NULL) {
+            spatial2_cart_flow_at(order, work, h, lost, start);
+        }
+        for (int i = 0; i < spatial2_cart_flow_x; ++i) {
+            const spatial2_cart_real whole = work->increment[i] + lost[i], before = work->x[0][i],
+                after = before + whole;
+            lost[i] = (before - (after - (after - before))) + (whole - (after - before));
+            work->x[0][i] = after;
+        }
+        const spatial2_cart_real whole = h + flow->t_lost, after = flow->t + whole;
+        flow->t_lost = whole - (after - flow->t);
+        flow->t = after;
+        if (result == SPATIAL2_CART_DONE) {
+            flow->t = t_end;
+            flow->t_lost = 0;
+        }
+        ++flow->steps;
+    }
+    memcpy(q, work->x[0], 8 * sizeof *q);
+    memcpy(v, work->x[0] + 8, 8 * sizeof *v);
+    return result;
+}
+
+static SPATIAL2_CART_APART int spatial2_cart_flow_run_on_stack(spatial2_cart_flow *flow,
+    spatial2_cart_real t_end, unsigned long max_steps, const spatial2_cart_real u[2],
+    spatial2_cart_real q[restrict 8], spatial2_cart_real v[restrict 8], const spatial2_cart_event *event,
+    unsigned long count, const spatial2_cart_real *times, spatial2_cart_real *q_out,
+    spatial2_cart_real *v_out)
+{
+    spatial2_cart_workspace work SPATIAL2_CART_ALIGNED;
+    return spatial2_cart_flow_run(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out, &work);
+}
+
+int spatial2_cart_propagate(spatial2_cart_flow *flow, spatial2_cart_real t_end, unsigned long max_steps,
+    const spatial2_cart_real u[2], spatial2_cart_real q[restrict 8], spatial2_cart_real v[restrict 8],
+    const spatial2_cart_event *event, unsigned long count, const spatial2_cart_real *times,
+    spatial2_cart_real *q_out, spatial2_cart_real *v_out)
+{
+    if (flow->work != NULL) {
+        return spatial2_cart_flow_run(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out,
+            flow->work);
+    }
+    return spatial2_cart_flow_run_on_stack(flow, t_end, max_steps, u, q, v, event, count, times, q_out,
+        v_out);
 }

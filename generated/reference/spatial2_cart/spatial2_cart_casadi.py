@@ -17,7 +17,7 @@ q        (8)  x_1, x_2, ..., q_2_3
 v        (8)  x_dot_1, x_dot_2, ..., omega_2_3
 u        (2)  force_1, force_2
 runtime  none
-want     forward_dynamics, mass_matrix, coriolis, gravity_torque, energy, positions, linearization, state_jacobian, step, project
+want     forward_dynamics, direction_dynamics, mass_matrix, coriolis, gravity_torque, energy, positions, linearization, state_jacobian, step, propagate, project
 target   double, loops
 
 q: position of the cart, m; then the unit vector along each link, three components each, the last one down
@@ -108,6 +108,81 @@ def _forward_dynamics(q, v, u):
         a[3 * k + 3] = cross[3 * k + 4] * outer_pull - cross[3 * k + 1] * inner_pull
         a[3 * k + 4] = cross[3 * k + 5] * outer_pull - cross[3 * k + 2] * inner_pull
     return a
+
+
+def _direction_dynamics(q, q_dot, u):
+    """Accelerations of the unit vectors themselves: the equations of motion without angular velocities."""
+    cosine = [None] * 2
+    cross = [None] * 9
+    right_side = [None] * 2
+    sine_squared = [None] * 2
+    particular = [None] * 2
+    coupling = [None] * 2
+    tension = [None] * 3
+    q_ddot = [None] * 8
+    for k in range(1, 2):
+        cosine_k = q[3 * k - 1] * q[3 * k + 2] + q[3 * k] * q[3 * k + 3] + q[3 * k + 1] * q[3 * k + 4]
+        cosine[k] = cosine_k
+        cross_x = q[3 * k] * q[3 * k + 4] - q[3 * k + 1] * q[3 * k + 3]
+        cross_y = q[3 * k + 1] * q[3 * k + 2] - q[3 * k - 1] * q[3 * k + 4]
+        cross_z = q[3 * k - 1] * q[3 * k + 3] - q[3 * k] * q[3 * k + 2]
+        cross[3 * k] = cross_x
+        cross[3 * k + 1] = cross_y
+        cross[3 * k + 2] = cross_z
+    cross[6] = 0.0
+    cross[7] = 0.0
+    cross[8] = 0.0
+    free_cart_acceleration = 2.0 * u[0]
+    free_cart_acceleration_2 = 2.0 * u[1]
+    t1 = q_dot[2] * q_dot[2] + q_dot[3] * q_dot[3] + q_dot[4] * q_dot[4]
+    t2 = 0.3 * t1 + 9.81 * q[4]
+    right_side[0] = t2 - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2)
+    for k in range(1, 2):
+        t3 = q_dot[3 * k + 2] * q_dot[3 * k + 2] + q_dot[3 * k + 3] * q_dot[3 * k + 3]
+        right_side[k] = _LENGTH[k] * (t3 + q_dot[3 * k + 4] * q_dot[3 * k + 4])
+    for k in range(1, 2):
+        t4 = cross[3 * k] * cross[3 * k] + cross[3 * k + 1] * cross[3 * k + 1] + cross[3 * k + 2] * cross[3 * k + 2]
+        sine_squared[k] = t4
+    t5 = 0.4 * (q[2] * q[2] + q[3] * q[3])
+    t6 = 1.0 + t5
+    base_inverse_pivot = 1.0 / t6
+    particular[0] = right_side[0] * base_inverse_pivot
+    coupling[0] = 0.5 * (cosine[1] * base_inverse_pivot)
+    middle_tension = (right_side[1] * t6 + cosine[1] * right_side[0]) / (0.5 * (sine_squared[1] + t5) + t6)
+    tension[1] = middle_tension
+    inner_tension_next = particular[0] + coupling[0] * middle_tension
+    tension[0] = inner_tension_next
+    tension[2] = 0.0
+    pull_along = 0.4 * (t2 + cosine[1] * (0.5 * tension[1]))
+    push_across = 0.4 * (q[2] * free_cart_acceleration_2 - q[3] * free_cart_acceleration)
+    cart_acceleration = (free_cart_acceleration + q[2] * pull_along - q[3] * push_across) * base_inverse_pivot
+    cart_acceleration_2 = (free_cart_acceleration_2 + q[3] * pull_along + q[2] * push_across) * base_inverse_pivot
+    q_ddot[0] = cart_acceleration
+    q_ddot[1] = cart_acceleration_2
+    t7 = -3.3333333333333335 * cart_acceleration
+    t8 = -3.3333333333333335 * cart_acceleration_2
+    t9 = 1.6666666666666667 * tension[1]
+    turning_x = cross[3] * t9 + (32.7 * q[3] - q[4] * t8)
+    turning_y = cross[4] * t9 + (q[4] * t7 - 32.7 * q[2])
+    turning_z = cross[5] * t9 + (q[2] * t8 - q[3] * t7)
+    q_ddot[2] = turning_y * q[4] - turning_z * q[3] - q[2] * t1
+    q_ddot[3] = turning_z * q[2] - turning_x * q[4] - q[3] * t1
+    q_ddot[4] = turning_x * q[3] - turning_y * q[2] - q[4] * t1
+    for k in range(1, 2):
+        outer_pull = tension[k + 1] * (0.5 * _INVERSE_LENGTH[k])
+        inner_pull = tension[k - 1] * _INVERSE_LENGTH[k]
+        turning_x_k = cross[3 * k + 3] * outer_pull - cross[3 * k] * inner_pull
+        turning_y_k = cross[3 * k + 4] * outer_pull - cross[3 * k + 1] * inner_pull
+        turning_z_k = cross[3 * k + 5] * outer_pull - cross[3 * k + 2] * inner_pull
+        t10 = q_dot[3 * k + 2] * q_dot[3 * k + 2] + q_dot[3 * k + 3] * q_dot[3 * k + 3]
+        t11 = t10 + q_dot[3 * k + 4] * q_dot[3 * k + 4]
+        t12 = turning_y_k * q[3 * k + 4] - turning_z_k * q[3 * k + 3] - q[3 * k + 2] * t11
+        t13 = turning_z_k * q[3 * k + 2] - turning_x_k * q[3 * k + 4] - q[3 * k + 3] * t11
+        t14 = turning_x_k * q[3 * k + 3] - turning_y_k * q[3 * k + 2] - q[3 * k + 4] * t11
+        q_ddot[3 * k + 2] = t12
+        q_ddot[3 * k + 3] = t13
+        q_ddot[3 * k + 4] = t14
+    return q_ddot
 
 
 def _mass_matrix(q):
@@ -695,6 +770,31 @@ def forward_dynamics() -> casadi.Function:
         [casadi.vertcat(*a)],
         ["q", "v", "u"],
         ["a"],
+        _OPTIONS,
+    )
+
+
+def direction_dynamics() -> casadi.Function:
+    """Accelerations of the unit vectors themselves: the equations of motion without angular velocities.
+
+    Arguments:
+        q (8): configuration
+        q_dot (8): velocity of the cart, m/s; then the rate of each unit vector, three components each, orthogonal to it, 1/s
+        u (2): inputs
+
+    Results:
+        q_ddot (8): the rates of q_dot, m/s^2 for the cart, 1/s^2 for the links
+    """
+    q = casadi.SX.sym("q", 8)
+    q_dot = casadi.SX.sym("q_dot", 8)
+    u = casadi.SX.sym("u", 2)
+    q_ddot = _direction_dynamics(casadi.vertsplit(q), casadi.vertsplit(q_dot), casadi.vertsplit(u))
+    return casadi.Function(
+        "direction_dynamics",
+        [q, q_dot, u],
+        [casadi.vertcat(*q_ddot)],
+        ["q", "q_dot", "u"],
+        ["q_ddot"],
         _OPTIONS,
     )
 

@@ -23,7 +23,7 @@ from typing import Any
 from mpmath import mp
 
 from phichain.errors import ArrayError, UnsupportedError
-from phichain.mechanics.reference import derived, motion
+from phichain.mechanics.reference import derived, directions, motion, rosenbrock, steps
 from phichain.mechanics.reference.algebra import Vector
 from phichain.mechanics.reference.motion import Case, Outputs
 from phichain.mechanics.reference.pose import exact, parameters
@@ -33,6 +33,7 @@ _GUARD = 60
 
 _FUNCTIONS: dict[str, tuple[Callable[[Case], Outputs], tuple[str, ...]]] = {
     "forward_dynamics": (motion.forward_dynamics, ("q", "v", "u")),
+    "direction_dynamics": (directions.direction_dynamics, ("q", "q_dot", "u")),
     "inverse_dynamics": (motion.inverse_dynamics, ("q", "v", "a")),
     "mass_matrix": (motion.mass_matrix, ("q",)),
     "coriolis": (motion.coriolis, ("q", "v")),
@@ -44,10 +45,14 @@ _FUNCTIONS: dict[str, tuple[Callable[[Case], Outputs], tuple[str, ...]]] = {
     "phi": (derived.phi, ("amplitude", "omega")),
     "phi_jacobian": (derived.phi_jacobian, ("amplitude", "omega")),
     "step": (derived.step, ("h", "q", "v", "u")),
+    "step_lie4": (steps.step_lie4, ("h", "q", "v", "u")),
+    "step_variational": (steps.step_variational, ("h", "q", "v", "u")),
+    "step_rosenbrock": (rosenbrock.step_rosenbrock, ("h", "q", "v", "u")),
     "project": (motion.project_state, ("q", "v")),
 }
 
 _PLANAR_ONLY = ("inverse_dynamics", "phi", "phi_jacobian")
+_SPATIAL_ONLY = ("direction_dynamics", "project")
 
 
 def reference(
@@ -62,7 +67,7 @@ def reference(
     Args:
         scene: The chain; which functions it wants does not matter here.
         function: A name of `phichain.scene.FUNCTIONS`, e.g. "forward_dynamics".
-        inputs: The C arguments by name (q, v, u, a, s, amplitude, omega, h): flat sequences, numbers for
+        inputs: The C arguments by name (q, v, q_dot, u, a, s, amplitude, omega, h): flat sequences, numbers for
             scalars, in SI units. A missing `u` is zero.
         digits: Significant digits of the outputs; guard digits are added for mass and length ratios.
         params: Values of the runtime parameters by name.
@@ -70,7 +75,8 @@ def reference(
     Returns:
         mpf or nested lists of mpf by output name: "a", "u", "M", "N", "G", "kinetic" and "potential", "r"; "M",
         "G", "B" (and "D" when damped) of the linearisation; "dadq", "dadv", "dadu" (spatial: "tangent" and
-        "dadu"), "phi", "dphi", "q_next" and "v_next", "q_out" and "v_out".
+        "dadu"), "q_ddot", "phi", "dphi", "q_next" and "v_next" (and "residual",
+        or "q_error" and "v_error"), "q_out" and "v_out".
 
     Raises:
         UnsupportedError: There is no such function, or none for this kind of scene.
@@ -118,9 +124,9 @@ def _chosen(scene: Scene, function: str) -> Callable[[Case], Outputs]:
         raise UnsupportedError(
             "function", function, "has no meaning with dampers: there is no in-phase motion", "remove the dampers"
         )
-    if scene.is_planar and function == "project":
+    if scene.is_planar and function in _SPATIAL_ONLY:
         raise UnsupportedError(
-            "function", function, "is for spatial scenes", "planar states need no projection"
+            "function", function, "is for spatial scenes", "planar states are angles, with no unit vectors"
         )
     return _FUNCTIONS[function][0]
 
@@ -130,6 +136,7 @@ def _read(scene: Scene, function: str, inputs: Mapping[str, Any]) -> dict[str, A
     lengths = {
         "q": scene.nq,
         "v": scene.nv,
+        "q_dot": scene.nq,
         "a": scene.nv,
         "u": scene.nu,
         "s": scene.links,

@@ -1,0 +1,147 @@
+"""The stability table as Markdown, and its overview as one picture and one page."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.stability.case import Case
+from benchmarks.stability.verdict import (
+    INACCURATE,
+    LIMIT,
+    REFUSED,
+    RIGHT,
+    SLACK,
+    UNFINISHED,
+    WRONG,
+    Answer,
+    Judgement,
+)
+from benchmarks.table import Table
+
+_ORDER = (RIGHT, INACCURATE, WRONG, REFUSED, UNFINISHED)
+_LONGEST = 160
+_SHORT = 52
+
+
+@dataclass(frozen=True)
+class Result:
+    """One method on one case."""
+
+    case: Case
+    method: str
+    own: bool
+    answer: Answer
+    judgement: Judgement
+
+    def line(self) -> str:
+        """One line for the terminal."""
+        return f"{self.case.id:4} {self.method:26} {self.error:9} {self.attainable:9} {self.steps:>9} {self.words}"
+
+    @property
+    def error(self) -> str:
+        return "-" if self.judgement.error != self.judgement.error else f"{self.judgement.error:.1e}"
+
+    @property
+    def attainable(self) -> str:
+        return f"{self.judgement.attainable:.1e}"
+
+    @property
+    def steps(self) -> str:
+        return "-" if self.answer.steps is None else str(self.answer.steps)
+
+    @property
+    def words(self) -> str:
+        """The verdict, and what was said where there is no answer."""
+        if self.judgement.verdict not in (REFUSED, UNFINISHED):
+            return self.judgement.verdict
+        said = " ".join(self.answer.said.split())
+        return f"{self.judgement.verdict}: {said if len(said) <= _LONGEST else said[:_LONGEST] + ' ...'}"
+
+
+def markdown_tables(results: Sequence[Result], seconds: float) -> list[Table]:
+    """A summary by method, then one table per kind of case."""
+    tables = [_summary(results, True), _summary(results, False)]
+    kinds = {
+        "Forward dynamics": ("dynamics",), "Motion": ("motion",), "Energy over long times": ("energy",),
+        "Frequency": ("period",),
+    }  # fmt: skip
+    for title, chosen in kinds.items():
+        rows = [result for result in results if result.case.kind in chosen]
+        if rows:
+            tables.append(_details(title, rows))
+    return [*tables, _legend(seconds)]
+
+
+def _summary(results: Sequence[Result], own: bool) -> Table:
+    chosen = [result for result in results if result.own == own]
+    methods = list(dict.fromkeys(result.method for result in chosen))
+    rows = []
+    for method in methods:
+        counts = Counter(result.judgement.verdict for result in chosen if result.method == method)
+        rows.append((method, *(str(counts[verdict]) if counts[verdict] else "" for verdict in _ORDER)))
+    return Table(
+        "Verdicts of phichain's methods" if own else "Verdicts of the peers", ("method", *_ORDER), tuple(rows)
+    )
+
+
+def _details(title: str, results: Sequence[Result]) -> Table:
+    rows, before = [], ""
+    for result in results:
+        case = f"**{result.case.id}** {result.case.title}" if result.case.id != before else ""
+        before = result.case.id
+        method = f"**{result.method}**" if result.own else result.method
+        seconds = f"{result.answer.seconds:.2g}" if result.answer.status == "ok" else "-"
+        words = result.words.replace("|", "/")
+        rows.append((case, method, result.error, result.attainable, result.steps, seconds, words))
+    return Table(title, ("case", "method", "error", "attainable", "steps", "s", "verdict"), tuple(rows))
+
+
+def _legend(seconds: float) -> Table:
+    rows = (
+        (RIGHT, f"error within {SLACK:.0e} of the attainable one"),
+        (
+            INACCURATE,
+            f"beyond that, within what its tolerance says and within {LIMIT:g}; a fixed step: within ten times what halving it shows",
+        ),
+        (
+            WRONG,
+            f"reported success with an error above {LIMIT:g}, beyond what its tolerance says, or past a separatrix",
+        ),
+        (REFUSED, "an error that says what is the matter"),
+        (UNFINISHED, f"not done within {seconds:g} s, or gave up and said so"),
+    )
+    return Table(
+        "How to read it", ("verdict", "meaning"), rows,
+        (
+            ("Error: accelerations and frequencies max norm over max norm; motions the worse of positions over "
+            "max(1, largest position) and rates over the fastest rate of the motion, at the time that decides the verdict; energies the largest change over the height above the hanging rest. "
+            "Attainable: unit round-off times the condition number (amplification of a relative change of every number "
+            "of the problem). References and how each was made and cross-checked: benchmarks/stability/references.json."),
+            ("**Bold**: phichain. DOP853, RK45, Radau, BDF and LSODA are SciPy's, cvodes and idas SUNDIALS', on phichain's "
+            "right-hand side and Jacobian. A fixed-step method takes 20 000 steps; 10 000 tell its own estimate. "
+            "A-, B-, C-cases: tests/data/extreme_cases.json."),
+        ),
+    )  # fmt: skip
+
+
+def _label(case: Case) -> str:
+    return f"{case.id}  {case.title[:_SHORT]}{'' if len(case.title) <= _SHORT else ' ...'}"
+
+
+def page(results: Sequence[Result], folder: Path, command: str) -> Path:
+    """Write stability.html and stability.png."""
+    from benchmarks.pages import Figure, write_page
+    from phichain.report.verdicts import draw_verdicts
+
+    cases = list(dict.fromkeys(_label(result.case) for result in results))
+    methods = list(dict.fromkeys(result.method for result in sorted(results, key=lambda r: not r.own)))
+    cells = {(_label(r.case), r.method): r.judgement.verdict for r in results}
+    picture = draw_verdicts(folder / "stability.png", cases, methods, cells, _ORDER)
+    caption = "Every method on every case; an empty cell was not run."
+    return write_page(
+        folder / "stability.html", "Stiff and extreme cases", f"Made by {command}.",
+        [Figure(picture, caption)], markdown_tables(results, 0.0)[:-1],
+    )  # fmt: skip
