@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -13,7 +12,7 @@ from benchmarks.stability.others import absolute, mujoco_model
 from benchmarks.stability.references import gap, references
 from benchmarks.work_precision.problems import Work
 from benchmarks.work_precision.rows import Candidate
-from benchmarks.work_precision.setup import built_afresh
+from benchmarks.work_precision.setup import built_afresh, processor_seconds
 from phichain import build
 from phichain.scene import Scene
 from phichain.simulate import METHODS, simulate
@@ -67,7 +66,7 @@ def _ours(work: Work, error: Error, quick: bool) -> Iterator[Candidate]:
             )
     if not work.stiff:
         for name in _fixed(system):
-            for count in (1000, 4000) if quick else (1000, 4000, 16000):
+            for count in (1000,) if quick else (1000, 4000):
                 solve = _simulated(system, case, name, None, end / count)
                 yield Candidate(f"phichain {name}", f"{count} steps", True, solve, error)
 
@@ -87,7 +86,7 @@ def _named(work: Work, quick: bool) -> list[tuple[str, tuple[float, ...]]]:
             ("Radau", (1e-6, 1e-9)),
         ]
     else:
-        wanted = [("auto", _FEWER), ("rosenbrock", (1e-4, 1e-6)), ("DOP853", (1e-6, 1e-9))]
+        wanted = [("auto", _FEWER), ("rosenbrock", (1e-4, 1e-6)), ("DOP853", (1e-6,))]
     return [
         (name, tolerances[:2] if quick else tolerances)
         for name, tolerances in wanted
@@ -136,9 +135,9 @@ def _heyoka(work: Work, error: Error, quick: bool) -> Iterator[Candidate]:
             initial = start(np.array([*case.q, *case.v]))
             for tol in (1e-12,) if work.stiff else (1e-9, 1e-12) if quick else TOLERANCES[1:]:
                 hy.llvm_state.clear_memcache()
-                begin = time.perf_counter()
+                begin = processor_seconds()
                 flow = hy.taylor_adaptive(equations(scene, form), initial, tol=tol, compact_mode=compact)
-                setup = time.perf_counter() - begin
+                setup = processor_seconds() - begin
 
                 def solve(flow: Any = flow, initial: np.ndarray = initial, stop: Any = stop) -> Any:
                     flow.time = 0.0
@@ -157,7 +156,7 @@ def _sundials(work: Work, error: Error, quick: bool) -> Iterator[Candidate]:
 
     case, end = work.case, work.case.times[-1]
     x, f = right_hand_side(case.plain())
-    kinds = ("bdf",) if work.stiff else ("adams",) if quick else ("adams", "bdf")
+    kinds = ("bdf",) if work.stiff else ("adams",)
     for kind in kinds:
         for tol in (1e-9, 1e-12) if quick else (1e-8, 1e-10, 1e-12, 1e-14):
             options = {
@@ -166,9 +165,9 @@ def _sundials(work: Work, error: Error, quick: bool) -> Iterator[Candidate]:
             }  # fmt: skip
             if kind == "adams":
                 options["nonlinear_solver_iteration"] = "functional"
-            begin = time.perf_counter()
+            begin = processor_seconds()
             flow = ca.integrator("flow", "cvodes", {"x": x, "ode": f}, 0.0, end, options)
-            setup = time.perf_counter() - begin
+            setup = processor_seconds() - begin
             initial = ca.DM([*case.q, *case.v])
             yield Candidate(
                 f"CVODES {'Adams' if kind == 'adams' else 'BDF'} (jit)", f"{tol:.0e}", False,
@@ -180,9 +179,9 @@ def _scipy(work: Work, error: Error, quick: bool) -> Iterator[Candidate]:
     from scipy.integrate import solve_ivp
 
     case, end, initial = work.case, work.case.times[-1], np.array([*work.case.q, *work.case.v])
-    begin = time.perf_counter()
+    begin = processor_seconds()
     f = _compiled_field(work)
-    setup = time.perf_counter() - begin
+    setup = processor_seconds() - begin
     if work.stiff:
         system = build(case.scene())
         slope = rhs_jacobian(system)
@@ -215,7 +214,7 @@ def _compiled_field(work: Work) -> Callable[[float, np.ndarray], np.ndarray]:
     form = next(form for form in reversed(work.forms))
     system = equations(work.case.plain(), form)
     function = hy.cfunc([right for _, right in system], vars=[left for left, _ in system], fast_math=True)
-    return lambda t, x: function(x)
+    return lambda t, x: function(np.ascontiguousarray(x))
 
 
 def _mujoco(work: Work, error: Error, quick: bool) -> Iterator[Candidate]:
@@ -224,10 +223,10 @@ def _mujoco(work: Work, error: Error, quick: bool) -> Iterator[Candidate]:
     if work.stiff:
         raise BenchmarkError("MuJoCo resets itself on the stiff scene (see the stability table)")
     case, end = work.case, work.case.times[-1]
-    begin = time.perf_counter()
+    begin = processor_seconds()
     model = mujoco_model(case.plain(), "RK4")
-    setup = time.perf_counter() - begin
-    for step in (1e-3,) if quick else (2e-3, 5e-4):
+    setup = processor_seconds() - begin
+    for step in (1e-3,) if quick else (2e-3, 1e-3):
 
         def solve(step: float = step) -> Any:
             data = mujoco.MjData(model)

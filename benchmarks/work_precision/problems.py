@@ -67,11 +67,11 @@ def problems() -> list[Work]:
     return [
         Work(_released("W1", "N = 2, theta = (0.4, 0), T = 100 s", 2, 0.4, 100.0), "regular", small),
         Work(_released("W2", "N = 2, theta = (2, 0), T = 10 s", 2, 2.0, 10.0), "chaotic", small),
+        Work(_tumbling(), "spatial", ("tension",)),
+        Work(_stiff(), "stiff", small, stiff=True),
         Work(
             _released("W3", "N = 8, theta = (0.4, 0, ...), T = 100 s", 8, 0.4, 100.0), "eight links", planar
         ),
-        Work(_tumbling(), "spatial", ("tension",)),
-        Work(_stiff(), "stiff", small, stiff=True),
     ]
 
 

@@ -18,6 +18,10 @@ SMALL = [
 LARGE = [scene(3, "planar", "cart", "mid", "damped", actuated="all"), scene(3, "spatial", "cart", "mid", "damped")]
 
 
+DIFFERENCES = ("q_error", "v_error", "residual")
+"""What a step says about itself: small differences, good to the rounding of the state they are taken of."""
+
+
 @pytest.mark.parametrize("chain", [*kinds(), *SMALL], ids=label)
 def test_loops_and_straight_line_code_agree(chain: Scene) -> None:
     for name in functions(chain):
@@ -38,7 +42,11 @@ def _check(chain: Scene, name: str) -> None:
     by_loops, by_flat = evaluate(loops, arguments), evaluate(flat, arguments)
     for output, expected in by_flat.items():
         assert np.all(np.isfinite(expected))
-        assert gap(by_loops[output], expected) < 1e-13, (name, output)
+        if output in DIFFERENCES:
+            scale = max(1.0, *(np.max(np.abs(by_flat[state])) for state in ("q_next", "v_next")))
+            assert np.max(np.abs(by_loops[output] - expected)) < 1e-13 * scale, (name, output)
+        else:
+            assert gap(by_loops[output], expected) < 1e-13, (name, output)
 
 
 @pytest.mark.parametrize("chain", LARGE, ids=label)

@@ -6,7 +6,7 @@ import pytest
 
 from phichain.errors import UnsupportedError
 from phichain.scene import Scene
-from phichain.scene_functions import ON_REQUEST, FUNCTIONS, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.scene_functions import FUNCTIONS, ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 
 
 def make(**changes):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -60,10 +59,10 @@ def test_a_candidate_that_fails_becomes_a_row_that_says_so() -> None:
     def error(value: object) -> float:
         return 0.5
 
-    good = Candidate("good", "", True, lambda: time.sleep(1e-4), error)
+    good = Candidate("good", "", True, lambda: 1, error)
     bad = Candidate("bad", "", False, broken, error)
     found = measure([good, bad], rounds=3, patience=1.0)
-    assert found[0].error == 0.5 and found[0].seconds >= 1e-4
+    assert found[0].error == 0.5 and found[0].seconds >= 0
     assert found[1].note == "no such thing" and np.isnan(found[1].seconds)
 
 

@@ -58,10 +58,9 @@ def draw_work_precision(
             good = np.isfinite(seconds) & np.isfinite(errors)
             if not good.any():
                 continue
-            order = np.argsort(errors[good])
             style = "-" if curve.own else "--"
             axes.plot(
-                seconds[good][order], errors[good][order], style, marker=_MARKS[k % len(_MARKS)], color=colour, label=curve.label,
+                seconds[good], errors[good], style, marker=_MARKS[k % len(_MARKS)], color=colour, label=curve.label,
                 markersize=4.5, linewidth=1.8 if curve.own else 1.0,
             )  # fmt: skip
         if floor is not None:
@@ -77,7 +76,7 @@ def draw_work_precision(
             )
         axes.set_xscale("log")
         axes.set_yscale("log")
-        axes.set_xlabel("time, s")
+        axes.set_xlabel("processor time, s")
         axes.set_ylabel("error")
         axes.set_title(title)
         drawing.legend(loc="outside right upper", fontsize=7)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from phichain.errors import ConvergenceError, ToleranceError, UnsupportedError
 from phichain.simulate import choose, fixed_step, rosenbrock, scipy_methods, sundials, taylor
+from phichain.simulate.doubts import doubts
 from phichain.simulate.events import Event, Scalar, as_events
 from phichain.simulate.manifold import project_state, violations
 from phichain.simulate.path import Path, Segment, collect
@@ -126,7 +127,8 @@ def simulate(
         progress: Called with (fraction done, t) about every hundredth.
 
     Returns:
-        The Trajectory, with the method taken and why.
+        The Trajectory, with the method taken and why. Its status is "complete", "event", "step budget" or, where the run
+        cannot vouch for the side of a separatrix it took, "doubtful", and the reason says more.
 
     Raises:
         ArrayError: Bad x0, t, u or event.
@@ -157,6 +159,8 @@ def simulate(
     if project and not system.is_planar:
         reasons.append("outputs were projected on the manifold")
     reasons += problem.remarks
+    if path.status == "complete" and (found := doubts(problem, path, name)):
+        path, reasons = replace(path, status="doubtful"), [*reasons, *found]
     trajectory = _record(
         problem, path, name, engine, "; ".join(filter(None, [*reasons, path.message])), project
     )
