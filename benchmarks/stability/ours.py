@@ -95,7 +95,7 @@ def _motion(case: Case, system: System, method: Method, known: Reference) -> Ans
         return path, [path.x[int(np.argmin(np.abs(path.t - t)))].tolist() for t in case.times]
 
     path, rows = at(FIXED_STEPS)
-    if path.status != "complete":
+    if path.status not in ("complete", "doubtful"):
         return Answer("unfinished", said=path.reason)
     errors = tuple(gap([exact], [row], known.fastest) for exact, row in zip(known.rows, rows, strict=True))
     estimate = 0.0 if method.tolerance else gap(rows, at(FIXED_STEPS // 2)[1], known.fastest)
@@ -107,6 +107,7 @@ def _motion(case: Case, system: System, method: Method, known: Reference) -> Ans
         estimate,
         same_side(case, known, rows),
         path.counts.get("steps"),
+        doubted=path.status == "doubtful",
     )
 
 
@@ -131,10 +132,10 @@ def _energy(case: Case, system: System, method: Method, known: Reference) -> Ans
         return path, path.energy_drift / (path.energy[0] - rest)
 
     path, drift = at(FIXED_STEPS)
-    if path.status != "complete":
+    if path.status not in ("complete", "doubtful"):
         return Answer("unfinished", said=path.reason)
     estimate = 0.0 if method.tolerance else abs(at(FIXED_STEPS // 2)[1] - drift)
-    return Answer("ok", path.reason, (drift,), method.tolerance, estimate, True, path.counts.get("steps"))
+    return Answer("ok", path.reason, (drift,), method.tolerance, estimate, True, path.counts.get("steps"), doubted=path.status == "doubtful")
 
 
 def _period(case: Case, system: System, method: Method, known: Reference) -> Answer:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from benchmarks.stability.case import Case
 from benchmarks.stability.verdict import (
+    DOUBTED,
     INACCURATE,
     LIMIT,
     REFUSED,
@@ -21,7 +22,7 @@ from benchmarks.stability.verdict import (
 )
 from benchmarks.table import Table
 
-_ORDER = (RIGHT, INACCURATE, WRONG, REFUSED, UNFINISHED)
+_ORDER = (RIGHT, INACCURATE, WRONG, DOUBTED, REFUSED, UNFINISHED)
 _LONGEST = 160
 _SHORT = 52
 
@@ -110,6 +111,7 @@ def _legend(seconds: float) -> Table:
             WRONG,
             f"reported success with an error above {LIMIT:g}, beyond what its tolerance says, or past a separatrix",
         ),
+        (DOUBTED, "the same, but it ended with status doubtful and said why"),
         (REFUSED, "an error that says what is the matter"),
         (UNFINISHED, f"not done within {seconds:g} s, or gave up and said so"),
     )

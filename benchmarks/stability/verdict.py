@@ -1,4 +1,4 @@
-"""What a run is worth: right, inaccurate, silently wrong, refused, not finished."""
+"""What a run is worth: right, inaccurate, silently wrong, wrong and says so, refused, not finished."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isnan
 
-RIGHT, INACCURATE, WRONG, REFUSED, UNFINISHED = (
+RIGHT, INACCURATE, WRONG, DOUBTED, REFUSED, UNFINISHED = (
     "right",
     "inaccurate",
     "SILENTLY WRONG",
+    "wrong, and says so",
     "refuses",
     "does not finish",
 )
@@ -32,6 +33,7 @@ class Answer:
         same_side: False when it ended on the other side of a separatrix.
         steps: steps it took, or None.
         seconds: wall time.
+        doubted: whether it ended with words of doubt about its own answer.
     """
 
     status: str
@@ -42,6 +44,7 @@ class Answer:
     same_side: bool = True
     steps: int | None = None
     seconds: float = 0.0
+    doubted: bool = False
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,8 @@ def judge(answer: Answer, kappa: Sequence[float], round_off: float) -> Judgement
     SLACK times that, and within LIMIT. Beyond, it is inaccurate as long as its tolerance (times the condition and the
     larger of SLACK and its steps, since local errors add up) says so, and within LIMIT. A fixed step promises nothing:
     its estimate, the difference to half as many steps, says how inaccurate it is. It is silently wrong when they do not
-    say so, when it is off by more than LIMIT although a double could do better, or past a separatrix.
+    say so, when it is off by more than LIMIT although a double could do better, or past a separatrix; silently no more
+    when it ended with status "doubtful".
     """
     if answer.status == "refused":
         return Judgement(REFUSED, float("nan"), _attainable(kappa, round_off))
@@ -77,7 +81,7 @@ def judge(answer: Answer, kappa: Sequence[float], round_off: float) -> Judgement
     rows = list(zip(answer.errors, bounds, limits, said, strict=True))
     if any(_times(error, most) > 1 for error, _, _, most in rows) or not answer.same_side:
         error, bound, _, _ = max(rows, key=lambda row: _times(row[0], row[3]))
-        return Judgement(WRONG, error, bound)
+        return Judgement(DOUBTED if answer.doubted else WRONG, error, bound)
     error, bound, limit, _ = max(rows, key=lambda row: _times(row[0], row[2]))
     return Judgement(RIGHT if error <= limit else INACCURATE, error, bound)
 

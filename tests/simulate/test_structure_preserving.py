@@ -199,7 +199,7 @@ def test_the_trajectory_tells_the_residual(systems: dict[str, System]) -> None:
     assert "largest residual of step_variational" in run.reason and "not enough" not in run.reason
     turning = np.zeros(2), np.array([9.5, 0.0])  # 0.95 is near the largest sine of a turn there is
     coarse = simulate(system, turning, 0.1, "step_variational", h=0.1)
-    assert coarse.status == "complete" and "its iteration was not enough, shorten h" in coarse.reason
+    assert coarse.status in ("complete", "doubtful") and "its iteration was not enough, shorten h" in coarse.reason
     with pytest.raises(ConvergenceError, match=r"does not converge with h = 0.1 s.*shorten h"):
         simulate(system, (turning[0], 1.2 * turning[1]), 0.1, "step_variational", h=0.1)
 

@@ -3,10 +3,21 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
-from benchmarks.stability.verdict import INACCURATE, LIMIT, REFUSED, RIGHT, UNFINISHED, WRONG, Answer, judge
+from benchmarks.stability.verdict import (
+    DOUBTED,
+    INACCURATE,
+    LIMIT,
+    REFUSED,
+    RIGHT,
+    UNFINISHED,
+    WRONG,
+    Answer,
+    judge,
+)
 
 EPS = 2.0**-53
 
@@ -62,3 +73,10 @@ def test_no_answer_is_no_wrong_answer() -> None:
     assert judge(Answer("refused", said="no"), [3.0], EPS).verdict == REFUSED
     assert judge(Answer("unfinished"), [3.0], EPS).verdict == UNFINISHED
     assert judge(Answer("unfinished"), [3.0], EPS).attainable == 3 * EPS
+
+
+def test_a_wrong_answer_that_was_doubted_is_not_silent() -> None:
+    wrong = Answer("ok", errors=(1.0,), tolerance=1e-9)
+    assert judge(wrong, [1.0], EPS).verdict == WRONG
+    assert judge(replace(wrong, doubted=True), [1.0], EPS).verdict == DOUBTED
+    assert judge(Answer("ok", errors=(0.0,), doubted=True), [1.0], EPS).verdict == RIGHT

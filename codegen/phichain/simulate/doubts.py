@@ -1,8 +1,10 @@
-"""What a finished run cannot vouch for, beside the energies of the upright equilibria: which side of them the motion takes.
+"""What a finished run cannot vouch for: its phase, and which side of a separatrix it took.
 
 An undamped chain without input keeps its energy, and a separatrix runs at the energy of each unstable equilibrium. A run
-whose energy drifted by more than its distance to one of them may have crossed over; and a start so near to an equilibrium
-that a step's increment is lost in rounding stays there. Both end with status "doubtful" and say why.
+whose energy drifted by more than its distance to one of them may have crossed over. Beside a separatrix the period changes
+with the logarithm of that distance, so that a drift dE over a time T puts the phase off by about T |v| dE / distance, and
+farther away by less. And a start so near to an equilibrium that a step's increment is lost in rounding stays there. Such
+runs end with status "doubtful" and say why.
 """
 
 from __future__ import annotations
@@ -24,6 +26,8 @@ MOST_LINKS: Final = 8
 ROUND_OFF_DRIFT: Final = 100.0
 #: Nearer to an unstable equilibrium than this (rad), plain sums lose what moves the chain away from it.
 TOO_NEAR: Final = 1e-12
+#: Phase errors up to this are what a tolerance is chosen for, rad.
+MOST_PHASE: Final = 0.01
 #: Methods that sum with compensation and measure their errors by the motion.
 COMPENSATED: Final = ("taylor",)
 
@@ -54,11 +58,16 @@ def _drifted(problem: Problem, path: Path, upright: list[tuple[int, ...]]) -> li
     drift = float(np.max(np.abs(energies - energies[0])))
     gap = float(np.min(np.abs(levels - energies[0])))
     scale = float(max(np.max(np.abs(energies)), np.max(np.abs(levels))))
-    if drift <= ROUND_OFF_DRIFT * np.finfo(float).eps * scale or drift <= gap:
+    if drift <= ROUND_OFF_DRIFT * np.finfo(float).eps * scale:
         return []
     why = f"the energy drifted by {drift:.2g} J and an unstable equilibrium's is {gap:.2g} J away"
     remedy = "lower tol, or use the Taylor flow (propagate) at round-off"
-    return [f"doubtful: {why}, so which side of it the motion takes is not known; {remedy}"]
+    if drift >= gap:
+        return [f"doubtful: {why}, so which side of it the motion takes is not known; {remedy}"]
+    phase = float(abs(path.t[-1] - path.t[0]) * np.max(np.abs(path.x[:, problem.system.nq :])) * drift / gap)
+    if phase > MOST_PHASE:
+        return [f"doubtful: {why}, which puts the motion's phase off by some {phase:.2g} rad; {remedy}"]
+    return []
 
 
 def _is_conservative(problem: Problem) -> bool:
@@ -71,9 +80,7 @@ def _is_conservative(problem: Problem) -> bool:
 
 def _energies(problem: Problem, x: Vector) -> Vector:
     system = problem.system
-    kinetic, potential = system.energy(
-        x[:, : system.nq], x[:, system.nq :], **system.parameters(problem.p)
-    )
+    kinetic, potential = system.energy(x[:, : system.nq], x[:, system.nq :], **system.parameters(problem.p))
     return np.asarray(kinetic + potential, dtype=float)
 
 
