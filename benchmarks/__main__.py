@@ -25,7 +25,9 @@ MODULES = {
 
 def main() -> int:
     p = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    p.add_argument("tables", nargs="*", help=f"any of {', '.join([*MODULES, *APART])}; by default {', '.join(MODULES)}")
+    p.add_argument(
+        "tables", nargs="*", help=f"any of {', '.join([*MODULES, *APART])}; by default {', '.join(MODULES)}"
+    )
     names = p.parse_args().tables or list(MODULES)
     every = MODULES | APART
     unknown = [name for name in names if name not in every]

@@ -121,7 +121,7 @@ def _legend(seconds: float) -> Table:
             ("Error: accelerations and frequencies max norm over max norm; motions the worse of positions over "
             "max(1, largest position) and rates over the fastest rate of the motion, at the time that decides the verdict; energies the largest change over the height above the hanging rest. "
             "Attainable: unit round-off times the condition number (amplification of a relative change of every number "
-            "of the problem). References and how each was made and cross-checked: benchmarks/stability/references.json."),
+            "of the problem; for motions also of the state on the way, by one ulp). References and how each was made and cross-checked: benchmarks/stability/references.json."),
             ("**Bold**: phichain. DOP853, RK45, Radau, BDF and LSODA are SciPy's, cvodes and idas SUNDIALS', on phichain's "
             "right-hand side and Jacobian. A fixed-step method takes 20 000 steps; 10 000 tell its own estimate. "
             "A-, B-, C-cases: tests/data/extreme_cases.json."),

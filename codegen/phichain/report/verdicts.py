@@ -7,7 +7,7 @@ from pathlib import Path
 
 from phichain.report.style import figure, look, save
 
-COLOURS = ("#2f7d4f", "#d9b44a", "#b42318", "#6b7fa3", "#c9d0d9")
+COLOURS = ("#2f7d4f", "#d9b44a", "#b42318", "#e07b39", "#6b7fa3", "#c9d0d9")
 
 
 def draw_verdicts(
