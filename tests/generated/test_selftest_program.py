@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from phichain.scene import Scene
-from phichain.scene_functions import PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.scene_functions import ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 from tests.generated.compiling import COMMITTED, STRICT, committed, need, run, selftest_program, write_all
 from tests.generated.reference_scenes import FOLDER, REFERENCE
 
@@ -21,10 +21,10 @@ SANITIZERS = (
 
 RUNTIME: dict[str, Any] = dict.fromkeys(("mass", "length", "com", "cart_mass", "gravity", "stiffness"), "runtime")
 SANITIZED = (
-    Scene("planar3_full", 3, base="cart", actuated="all", want=PLANAR_FUNCTIONS, code="loops", **RUNTIME),
+    Scene("planar3_full", 3, base="cart", actuated="all", want=(*PLANAR_FUNCTIONS, *ON_REQUEST), code="loops", **RUNTIME),
     committed("paper_a_2"),
     Scene(
-        "spatial2_full", 2, space="spatial", base="cart", want=SPATIAL_FUNCTIONS, code="loops", damping="runtime",
+        "spatial2_full", 2, space="spatial", base="cart", want=(*SPATIAL_FUNCTIONS, *ON_REQUEST), code="loops", damping="runtime",
         **RUNTIME,
     ),
     committed("spatial5_cart_forward_only"),

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Final
 
-import numpy as np
 from mpmath import mp
 
 from phichain.emit.selftest_states import draw_inputs, draw_parameter, rounded, shaped, step_length
@@ -29,8 +28,34 @@ _STEPS: Final = 2048
 _ROWS: Final = tuple(range(2, 26, 2))
 #: A reference is taken when its last two extrapolations agree to this, relative to the largest entry.
 _AGREEMENT: Final = Fraction(1, 10**20)
-#: Accepted error over the largest entry, in units of the type's round-off.
-_ACCEPTED: Final = {"propagate": 64}
+
+
+@dataclass(frozen=True)
+class FlowKind:
+    """How a flow is called in C, and what is asked of it.
+
+    Attributes:
+        struct: ending of its struct's name.
+        done: ending of the name of what it returns at t_end.
+        has_workspace: whether the struct holds a workspace and the call an event.
+        tolerance: what is asked, by type.
+        accepted: error over the largest entry that passes, by type.
+    """
+
+    struct: str
+    done: str
+    has_workspace: bool
+    tolerance: Mapping[str, float]
+    accepted: Mapping[str, float]
+
+
+_ROUND_OFF: Final = {"double": 2.0**-52, "float": 2.0**-23}
+KINDS: Final[Mapping[str, FlowKind]] = {
+    "propagate": FlowKind("flow", "DONE", True, _ROUND_OFF, {name: 64 * x for name, x in _ROUND_OFF.items()}),
+    "propagate_stiff": FlowKind(
+        "stiff", "STIFF_DONE", False, {"double": 1e-11, "float": 1e-4}, {"double": 1e-9, "float": 1e-3}
+    ),
+}
 
 
 @dataclass(frozen=True)
@@ -57,8 +82,8 @@ class FlowCase:
 
 
 def flow_cases(scene: Scene, lowered: Lowered) -> tuple[FlowCase, ...]:
-    """One motion for each flow that the scene wants and that has a tolerance, drawn from the scene's digest."""
-    return tuple(_case(scene, lowered, name) for name in scene.want if name in _ACCEPTED)
+    """One motion for each flow that the scene wants, drawn from the scene's digest; batch forms have none."""
+    return tuple(_case(scene, lowered, name) for name in scene.want if name in KINDS)
 
 
 def _case(scene: Scene, lowered: Lowered, name: str) -> FlowCase:
@@ -76,9 +101,9 @@ def _case(scene: Scene, lowered: Lowered, name: str) -> FlowCase:
         t_end /= 2
         ends = exact_motion(scene, shaped(lowered.params, values), inputs, t_end)
         if ends is not None:
-            expected = {name: [rounded(scene, x) for x in end] for name, end in ends.items()}
-    epsilon = float(np.finfo(np.float32 if scene.real == "float" else np.float64).eps)
-    return FlowCase(name, values, inputs, t_end, expected, epsilon, _ACCEPTED[name] * epsilon)
+            expected = {part: [rounded(scene, x) for x in end] for part, end in ends.items()}
+    kind = KINDS[name]
+    return FlowCase(name, values, inputs, t_end, expected, kind.tolerance[scene.real], kind.accepted[scene.real])
 
 
 def exact_motion(

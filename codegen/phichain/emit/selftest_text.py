@@ -9,7 +9,8 @@ from typing import Any
 from phichain.emit.c_layout import laid_out_text
 from phichain.emit.render import render
 from phichain.emit.selftest import Case, Selftest, columns
-from phichain.emit.selftest_flow import FlowCase
+from phichain.emit.selftest_flow import KINDS, FlowCase
+from phichain.emit.selftest_states import rounded
 from phichain.program.lower import Lowered
 from phichain.program.nodes import Array, Program
 from phichain.scene import Scene
@@ -41,7 +42,8 @@ def _motion(scene: Scene, lowered: Lowered, motion: FlowCase) -> dict[str, Any]:
         "start": [(name, len(values), _literals(scene, values)) for name, values in motion.inputs.items()],
         "expected": {name: _literals(scene, values) for name, values in (motion.expected or {}).items()},
         "t_end": _literal(scene, motion.t_end),
-        "tolerance": _literal(scene, motion.tolerance),
+        "tolerance": _literal(scene, rounded(scene, motion.tolerance)),
+        "kind": KINDS[motion.function],
         "has_input": "u" in motion.inputs,
     }
 
