@@ -118,11 +118,11 @@ def _code(name: str, out: Path) -> tuple[System, Stop]:
     scene = find_scene(name)
     folder = generate(scene, out)
     system = build(scene)
-    functions = json.loads((folder / "manifest.json").read_bytes())["functions"]
-    operations = functions["forward_dynamics"]["operations"]["total"]
+    manifest = json.loads((folder / "manifest.json").read_bytes())
+    operations = manifest["functions"]["forward_dynamics"]["operations"]["total"]
     facts = (
         ("written", f"{out / scene.name} (C99, CasADi, self-test)"),
-        ("functions", ", ".join(functions)),
+        ("functions", ", ".join(manifest["scene"]["functions"]["want"])),
         ("forward dynamics", f"{operations} operations, exact to round-off in O(N)"),
         ("one evaluation", f"{_nanoseconds(system):.0f} ns in compiled C"),
     )
