@@ -84,12 +84,16 @@ def _motion(problem: Problem) -> float:
     return float(np.max(np.linalg.norm(angular_velocities(system, rates), axis=-1)))
 
 
-def choose(problem: Problem) -> tuple[str, str]:
+def choose(problem: Problem, free: bool = False) -> tuple[str, str]:
     """The method `auto` takes, and why.
 
     Not stiff: the Taylor flow where the system has it and the input is constant, else DOP853, or RK45 where few digits
     are asked. Stiff: the emitted implicit flow, likewise; else CVODES when the system carries a CasADi function and its
     input is constant, else Radau, or BDF where few digits are asked.
+
+    Args:
+        problem: What is to be integrated.
+        free: Whether no tolerance was given, so that the Taylor flow may run at round-off.
     """
     found = measure(problem)
     few_digits = problem.tol > 1e-4
@@ -99,7 +103,9 @@ def choose(problem: Problem) -> tuple[str, str]:
     )
     if not found.is_stiff:
         method = "taylor" if taylor.is_possible(problem) else "RK45" if few_digits else "DOP853"
-        return method, f"auto took {method} with local tolerance {problem.tol:g}: not stiff, {finding}"
+        at_round_off = free and method == "taylor"
+        how = "at round-off, as no tolerance was given" if at_round_off else f"with local tolerance {problem.tol:g}"
+        return method, f"auto took {method} {how}: not stiff, {finding}"
     constant_input = problem.control is None or problem.held is not None
     if rosenbrock.is_possible(problem):
         method = "rosenbrock"

@@ -147,9 +147,9 @@ def simulate(
     )  # fmt: skip
     if method == "auto":
         problem = replace(problem, tol=asked / choose.SAFETY)
-        name, why = choose.choose(problem)
+        name, why = choose.choose(problem, free=tol is None)
         if name == "taylor" and tol is None:
-            problem, why = replace(problem, tol=choose.ROUND_OFF), f"{why}; at round-off, as no tolerance was given"
+            problem = replace(problem, tol=choose.ROUND_OFF)
     else:
         name, why = method, f"{method} as asked"
     engine = _method(system, name)
