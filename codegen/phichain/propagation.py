@@ -80,6 +80,11 @@ class Propagation:
     lost: NDArray[np.float64]
     transition: NDArray[np.float64] | None = field(default=None, kw_only=True)
 
+    @property
+    def tried(self) -> int:
+        """Steps tried, whether taken or not: what counts against the budget."""
+        return self.steps
+
     def __str__(self) -> str:
         return f"{self.outcome} at t = {self.t:g} s: {self.steps} steps of order {self.order}, tolerance {self.tol:g}"
 
@@ -95,3 +100,8 @@ class StiffPropagation(Propagation):
 
     refused: int
     memory: tuple[float, float]
+
+    @property
+    def tried(self) -> int:
+        """Steps tried, whether taken or not: what counts against the budget."""
+        return self.steps + self.refused

@@ -14,6 +14,7 @@ from phichain.program.evaluate import evaluate
 from phichain.program.lower import lower_function
 from phichain.scene import Scene
 from phichain.simulate import taylor
+from phichain.simulate.emitted_flow import runs_whole
 from phichain.simulate.events import Event, as_events
 from phichain.simulate.path import StalledError, collect
 from phichain.simulate.problem import Problem, bind
@@ -48,7 +49,7 @@ def problem(t: Any, chain: Scene = CHAIN, x0: Any = (0.4, 0, 0, 0), u: Any = Non
 
 def test_whole_runs_and_single_steps_agree() -> None:
     grid = problem(np.linspace(0, 5, 11))
-    assert taylor.runs_whole(grid)
+    assert runs_whole(grid)
     whole, single = taylor.path(grid, "taylor"), collect(grid, taylor.segments(grid, "taylor"))
     assert whole.status == single.status == "complete"
     assert whole.t.tolist() == single.t.tolist() == grid.t.tolist()
@@ -64,7 +65,7 @@ def test_backwards_from_where_it_came_to() -> None:
 
 def test_own_steps_have_the_series_between_them() -> None:
     asked = problem([0, 2])
-    assert not taylor.runs_whole(asked)
+    assert not runs_whole(asked)
     found = collect(asked, taylor.segments(asked, "taylor"))
     assert found.dense is not None
     times = np.linspace(0.1, 1.9, 7)

@@ -155,7 +155,7 @@ def collect(problem: Problem, segments: Iterator[Segment]) -> Path:
                 break
             recorder.keep(inside, segment.t1, segment.x1)
             last = (segment.t1, segment.x1)
-            told = _tell(problem, segment.t1, told)
+            told = tell(problem, segment.t1, told)
             if steps >= problem.max_steps and segment.t1 != t_end:
                 status = "step budget"
                 message = f"{steps} steps, the budget, brought it to t = {segment.t1:.6g} s of {t_end:.6g} s"
@@ -178,8 +178,8 @@ def _knots(segment: Segment, problem: Problem) -> list[float]:
     return [segment.t0, *inner, segment.t1]
 
 
-def _tell(problem: Problem, t: float, told: float) -> float:
-    """Report progress whenever another hundredth is done."""
+def tell(problem: Problem, t: float, told: float) -> float:
+    """Report progress whenever another hundredth is done; returns what was told last."""
     if problem.progress is None:
         return told
     done = (t - problem.t[0]) / (problem.t[-1] - problem.t[0])

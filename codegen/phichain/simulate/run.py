@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from phichain.errors import ConvergenceError, ToleranceError, UnsupportedError
 from phichain.simulate import choose, fixed_step, rosenbrock, scipy_methods, sundials, taylor
 from phichain.simulate.doubts import doubts
+from phichain.simulate.emitted_flow import runs_whole
 from phichain.simulate.events import Event, Scalar, as_events
 from phichain.simulate.manifold import project_state, violations
 from phichain.simulate.path import Path, Segment, collect
@@ -188,7 +189,7 @@ def _method(system: System, name: str) -> Method:
 
 
 def _run(problem: Problem, engine: Method, name: str) -> Path:
-    if engine.path is not None and taylor.runs_whole(problem):
+    if engine.path is not None and runs_whole(problem):
         return engine.path(problem, name)
     return collect(problem, engine.segments(problem, name))
 
