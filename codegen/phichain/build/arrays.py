@@ -7,6 +7,7 @@ leading axis.
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
@@ -18,6 +19,7 @@ from phichain.build.signature import Argument, Signature
 from phichain.errors import ArrayError
 
 REAL: Final[dict[str, np.dtype[Any]]] = {"double": np.dtype(np.float64), "float": np.dtype(np.float32)}
+SCALAR: Final[dict[str, type]] = {"float64": ctypes.c_double, "float32": ctypes.c_float}
 
 
 @dataclass(frozen=True)
@@ -117,6 +119,26 @@ def parameter_values(
             raise _wrong_shape(f"{field}[{parameter.name!r}]", parameter, value, array, batch=False)
         values.append(array)
     return values
+
+
+def flat_parameters(
+    signature: Signature, p: Mapping[str, Any] | None, real: np.dtype[Any]
+) -> list[NDArray[Any]]:
+    """The C struct of the runtime parameters as one flat array; nothing where the scene has none.
+
+    Raises:
+        ArrayError: One is missing, unknown, or has another shape.
+    """
+    if not signature.parameters and p is None:
+        return []
+    fields = parameter_values(signature, p, real)
+    return [np.concatenate([np.ravel(field) for field in fields])] if fields else []
+
+
+def address(array: NDArray[Any]) -> ctypes.c_void_p:
+    """Where an array's entries begin, as C takes it."""
+    # Five times as fast as array.ctypes, and a quarter period of a pendulum takes microseconds.
+    return ctypes.c_void_p(array.__array_interface__["data"][0])
 
 
 def converted(field: str, value: Any, real: np.dtype[Any]) -> NDArray[Any]:

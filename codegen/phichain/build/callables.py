@@ -12,20 +12,18 @@ from __future__ import annotations
 import ctypes
 import inspect
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, Final, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy import ndarray
 from numpy.typing import NDArray
 
-from phichain.build.arrays import Rows, parameter_values, row_count, rows_of
+from phichain.build.arrays import SCALAR, Rows, address, parameter_values, row_count, rows_of
 from phichain.build.signature import Argument, Signature
 from phichain.errors import ArrayError
 
 Arrays = Any
 """One array, or a tuple of arrays for functions with several outputs."""
-
-_SCALAR: Final = {"float64": ctypes.c_double, "float32": ctypes.c_float}
 
 _Slot = tuple[tuple[int, ...], NDArray[Any]]
 """A buffer that C reads and the shape it takes."""
@@ -99,13 +97,13 @@ class _Frame:
         block, self.parameters = _parameter_block(signature, real)
         self.fields: list[_Slot] = [(field.shape, field) for field in self.parameters]
         self.slots: list[_Slot] = []
-        arguments: list[Any] = [_pointer(block)] if signature.takes_parameters else []
+        arguments: list[Any] = [address(block)] if signature.takes_parameters else []
         for item in signature.inputs:
             buffer, argument = _buffer(item, real)
             self.slots.append((item.shape, buffer))
             arguments.append(argument)
         outputs = [np.zeros(item.shape, real) for item in signature.outputs]
-        self.arguments = (*arguments, *map(_pointer, outputs))
+        self.arguments = (*arguments, *map(address, outputs))
         self.result = _reader(outputs)
 
     def take(self, inputs: list[Rows]) -> None:
@@ -118,8 +116,8 @@ def _buffer(item: Argument, real: np.dtype[Any]) -> tuple[NDArray[Any], Any]:
     """Memory for one input and the C argument that stands for it: its address, or a scalar's value itself."""
     if item.shape:
         buffer = np.zeros(item.shape, real)
-        return buffer, _pointer(buffer)
-    scalar = _SCALAR[real.name]()
+        return buffer, address(buffer)
+    scalar = SCALAR[real.name]()
     return np.ctypeslib.as_array(scalar), scalar
 
 
@@ -151,14 +149,10 @@ def _row_arguments(
     """The row loop's arguments in C order."""
     arguments: list[Any] = [ctypes.c_size_t(rows)]
     if signature.takes_parameters:
-        arguments.append(_pointer(block))
+        arguments.append(address(block))
     for item in inputs:
-        arguments += [_pointer(item.values), ctypes.c_size_t(item.stride)]
-    return (*arguments, *map(_pointer, outputs))
-
-
-def _pointer(array: NDArray[Any]) -> ctypes.c_void_p:
-    return ctypes.c_void_p(array.ctypes.data)
+        arguments += [address(item.values), ctypes.c_size_t(item.stride)]
+    return (*arguments, *map(address, outputs))
 
 
 def _parameter_block(

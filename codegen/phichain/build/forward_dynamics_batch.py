@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.build.arrays import REAL, converted, parameter_values
+from phichain.build.arrays import REAL, address, converted, flat_parameters
 from phichain.build.signature import Argument, Signature
 from phichain.errors import ArrayError
 
@@ -49,12 +49,9 @@ def make_forward_dynamics_batch(
             _columns(name, value, (n, size), kind)
             for (name, size), value in zip(shapes.items(), values, strict=True)
         ]
-        before = []
-        if parameters or p is not None:
-            fields = parameter_values(signature, p, kind)
-            before = [np.concatenate([np.ravel(field) for field in fields])] if fields else []
+        before = flat_parameters(signature, p, kind)
         a = np.empty((nv, n), kind)
-        function(*map(_at, before), ctypes.c_size_t(n), *map(_at, columns), _at(a))
+        function(*map(address, before), ctypes.c_size_t(n), *map(address, columns), address(a))
         return a.T
 
     return forward_dynamics_batch
@@ -67,7 +64,3 @@ def _columns(name: str, value: ArrayLike, shape: tuple[int, int], kind: np.dtype
         problem = f"has shape {array.shape} where {shape} is expected"
         raise ArrayError(f"{_NAME}.{name}", array.shape, problem, "give a row per state in each")
     return np.require(array.T, requirements=["C", "A"])
-
-
-def _at(array: NDArray[Any]) -> ctypes.c_void_p:
-    return ctypes.c_void_p(array.ctypes.data)

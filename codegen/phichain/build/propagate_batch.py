@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.build.arrays import REAL, parameter_values
-from phichain.build.propagate import checked_index, checked_tolerance
+from phichain.build.arrays import REAL, SCALAR, address, flat_parameters
+from phichain.build.flow_call import checked_tolerance, event_argument, finite
 from phichain.build.signature import Argument, Signature
 from phichain.errors import ArrayError
 from phichain.propagation import OUTCOMES, Stop
@@ -47,8 +47,8 @@ def make_propagate_batch(
         in the order of travel, the same for all.
     """
     nq, nv, nu = sizes
-    kind, number = REAL[real], ctypes.c_double if real == "double" else ctypes.c_float
-    flow_type, event_type = _flow_struct(number), _event_struct(number)
+    kind, number = REAL[real], SCALAR[REAL[real].name]
+    flow_type = _flow_struct(number)
     signature = Signature(
         "propagate_batch", f"{name}_propagate_batch", (), (), tuple(parameters), bool(parameters)
     )
@@ -78,24 +78,19 @@ def make_propagate_batch(
         steps, written = np.zeros(n, np.dtype("ulong")), np.zeros(n, np.dtype("ulong"))
         result, space = np.zeros(n, np.intc), np.empty(work, kind)
         flow = flow_type(
-            checked_tolerance("propagate_batch.tol", tol), 0, *map(_at, (start, kept, steps, written, result))
+            checked_tolerance("propagate_batch.tol", tol), 0, *map(address, (start, kept, steps, written, result))
         )
-        before, after = [], []
-        if parameters:
-            before.append(np.concatenate([np.ravel(field) for field in parameter_values(signature, p, kind)]))
+        before, after = flat_parameters(signature, p, kind), []
         if nu:
             given = np.zeros(nu) if u is None else np.asarray(u)
             after.append(
                 _columns("u", np.broadcast_to(given, (n, nu)) if given.ndim == 1 else given, (n, nu), kind)
             )
-        event = None
-        if stop is not None:
-            checked_index(stop, nq, nv, links)
-            event = ctypes.byref(event_type(stop.number, stop.index, stop.value, stop.direction))
+        event = event_argument(stop, (nq, nv, links), number)
         function(
-            *map(_at, before), ctypes.c_size_t(n), ctypes.byref(flow), _at(end), ctypes.c_ulong(max_steps),
-            *map(_at, after), _at(state_q), _at(state_v), event, ctypes.c_ulong(len(grid)), _at(grid), _at(q_at),
-            _at(v_at), _at(space),
+            *map(address, before), ctypes.c_size_t(n), ctypes.byref(flow), address(end), ctypes.c_ulong(max_steps),
+            *map(address, after), address(state_q), address(state_v), event, ctypes.c_ulong(len(grid)), address(grid), address(q_at),
+            address(v_at), address(space),
         )  # fmt: skip
         return PropagationBatch(
             tuple(OUTCOMES[number] for number in result), _wide(start), _wide(state_q.T), _wide(state_v.T),
@@ -122,22 +117,6 @@ def _flow_struct(number: type) -> type[ctypes.Structure]:
     return type("FlowBatch", (ctypes.Structure,), {"_fields_": fields})
 
 
-@cache
-def _event_struct(number: type) -> type[ctypes.Structure]:
-    """NAME_batch_event of the header."""
-    fields = [
-        ("scalar", ctypes.c_int),
-        ("index", ctypes.c_int),
-        ("value", number),
-        ("direction", ctypes.c_int),
-    ]
-    return type("BatchEvent", (ctypes.Structure,), {"_fields_": fields})
-
-
-def _at(array: NDArray[Any]) -> ctypes.c_void_p:
-    return ctypes.c_void_p(array.ctypes.data)
-
-
 def _wide(array: NDArray[Any]) -> NDArray[np.float64]:
     return np.ascontiguousarray(array, dtype=np.float64)
 
@@ -160,9 +139,7 @@ def _columns(name: str, value: ArrayLike, shape: tuple[int, int], kind: np.dtype
         raise ArrayError(
             f"propagate_batch.{name}", array.shape, f"must have shape {shape}", "give a row per trajectory"
         )
-    if not np.all(np.isfinite(array)):
-        raise ArrayError(f"propagate_batch.{name}", array.tolist(), "is not finite", "give finite values")
-    return np.ascontiguousarray(array.T).copy()
+    return np.ascontiguousarray(finite(f"propagate_batch.{name}", array).T).copy()
 
 
 def _each(name: str, value: ArrayLike, n: int, kind: np.dtype[Any]) -> NDArray[Any]:
@@ -171,9 +148,7 @@ def _each(name: str, value: ArrayLike, n: int, kind: np.dtype[Any]) -> NDArray[A
     if array.shape not in ((), (n,)):
         problem = f"must be one number or have shape ({n},)"
         raise ArrayError(f"propagate_batch.{name}", array.shape, problem, "give one number per trajectory")
-    if not np.all(np.isfinite(array)):
-        raise ArrayError(f"propagate_batch.{name}", array.tolist(), "is not finite", "give finite times")
-    return np.broadcast_to(array, (n,)).copy()
+    return np.broadcast_to(finite(f"propagate_batch.{name}", array, "give finite times"), (n,)).copy()
 
 
 def _times(times: ArrayLike, start: NDArray[Any], end: NDArray[Any], kind: np.dtype[Any]) -> NDArray[Any]:
