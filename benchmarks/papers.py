@@ -28,10 +28,10 @@ from benchmarks import table
 from benchmarks.fractional_powers import fastest
 from benchmarks.regulators import gains_table
 from phichain.control import computed_torque, in_phase
-from phichain.library import find_scene
-from phichain.papers import FIG_2, paper_a_chain
+from phichain.motion import simulate
+from phichain.papers.figures import FIG_2, paper_a_chain
 from phichain.pipeline import build
-from phichain.simulate import simulate
+from phichain.scene.library import find_scene
 from phichain.system import System, pack, rhs
 
 Vector = NDArray[np.float64]

@@ -15,8 +15,8 @@ from benchmarks import table
 from benchmarks.fractional_powers import fastest
 from phichain.control import Gains, lqr
 from phichain.control.riccati import riccati
-from phichain.library import find_scene
 from phichain.pipeline import build
+from phichain.scene.library import find_scene
 
 Vector = NDArray[np.float64]
 ALONG_1 = [0, 3, 5, 7, 9, 11, 12, 15, 17, 19, 21, 23]

@@ -5,12 +5,14 @@
 
 import numpy as np
 
-from phichain import build, lqr, simulate
+from phichain import lqr
+from phichain import motion as simulate
+from phichain import native as build
 from phichain.control import errors, feedback
-from phichain.library import find_scene
 from phichain.report import figures
 from phichain.report.style import save
-from phichain.start import leaning
+from phichain.scene.library import find_scene
+from phichain.system.starts import leaning
 
 system = build(find_scene("paper_b"))
 upright = [-1] * system.links

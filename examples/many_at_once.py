@@ -8,7 +8,8 @@ Runge-Kutta step; the batch axis comes first everywhere.
 
 import numpy as np
 
-from phichain import build, standard_scene
+from phichain import native as build
+from phichain import standard_scene
 
 system = build(standard_scene(2))
 

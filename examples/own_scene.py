@@ -5,7 +5,9 @@
 
 import numpy as np
 
-from phichain import Scene, build, simulate
+from phichain import Scene
+from phichain import motion as simulate
+from phichain import native as build
 
 crane = Scene(
     "crane",

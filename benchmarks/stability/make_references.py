@@ -5,7 +5,7 @@
     python -m benchmarks.stability.make_references --kappa    # condition numbers of motions alone
 
 Each reference comes from the engine (dense Lagrangian in binary128), from closed forms or from the 50-digit oracle of
-phichain.mechanics.reference, and is checked by a second way: another order and tolerance in 80-bit arithmetic, the
+phichain.reference, and is checked by a second way: another order and tolerance in 80-bit arithmetic, the
 closed form against the engine, the oracle against the engine, heyoka's Taylor method in binary128 on another
 formulation. The condition number is the amplification of a relative change, signs at random, the worst of three, in the
 norms that errors are measured in: of every parameter and entry of the state for forward dynamics; for motions of the state,
@@ -26,7 +26,7 @@ from benchmarks.stability import elliptic, engine, quad_taylor, shared_cases
 from benchmarks.stability.case import Case
 from benchmarks.stability.references import FILE, gap, read
 from benchmarks.stability.table_of_cases import all_cases, work_cases
-from phichain.mechanics.reference import reference as oracle
+from phichain.reference import reference as oracle
 
 AMOUNT = 1e-8
 DRAWS = 3
@@ -94,7 +94,7 @@ def _dynamics(case: Case) -> dict[str, Any]:
     elif case.means == "oracle":
         inputs = {"q": case.q, "v": case.v, "u": case.u}
         exact = oracle(scene, "forward_dynamics", inputs, digits=40)["a"]
-        made, rows = "phichain.mechanics.reference, 40 digits, dense", [mp.nstr(x, 34) for x in exact]
+        made, rows = "phichain.reference, 40 digits, dense", [mp.nstr(x, 34) for x in exact]
         checks["the engine (binary128, dense)"] = _relative(exact, by_engine)
     else:
         made, rows = "the engine: dense Lagrangian, binary128", [mp.nstr(x, 34) for x in by_engine]

@@ -13,7 +13,7 @@ from benchmarks.stability.case import Case
 from benchmarks.stability.references import Reference, gap, relative_gap
 from benchmarks.stability.verdict import Answer
 from phichain.errors import PhichainError
-from phichain.simulate import METHODS, Event, Trajectory, simulate
+from phichain.motion import METHODS, Event, Trajectory, simulate
 from phichain.system import System
 
 FIXED_STEPS = 20_000

@@ -10,8 +10,8 @@ from benchmarks.table import Table
 from benchmarks.work_precision.integrators import TAYLOR
 from benchmarks.work_precision.problems import problems
 from benchmarks.work_precision.rows import Row, best_time
-from phichain import build
-from phichain.simulate import simulate
+from phichain import native as build
+from phichain.motion import simulate
 
 _ASKED = (
     ("regular", "1e-12", "heyoka", "at most 1.0"),

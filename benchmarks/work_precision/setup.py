@@ -6,10 +6,10 @@ import os
 import tempfile
 from pathlib import Path
 
-from phichain.build import build_folder
-from phichain.build.cache import Cache
 from phichain.emit import library_files
 from phichain.files import write_folder
+from phichain.native import build_folder
+from phichain.native.cache import Cache
 from phichain.pipeline import derived_and_lowered
 from phichain.scene import Scene, standard_scene
 from phichain.system import System

@@ -12,27 +12,25 @@ callables, and `simulate`, `trace` and `lqr` take that System. Names are importe
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from phichain._version import __version__ as __version__
 
 if TYPE_CHECKING:
     from phichain.continuation import Branch as Branch
     from phichain.continuation import trace as trace
     from phichain.control import lqr as lqr
     from phichain.errors import PhichainError as PhichainError
+    from phichain.lowering import lower as lower
     from phichain.mechanics import derive as derive
+    from phichain.motion import Trajectory as Trajectory
+    from phichain.motion import simulate as simulate
     from phichain.pipeline import build as build
     from phichain.pipeline import generate as generate
-    from phichain.program import lower as lower
     from phichain.scene import Scene as Scene
     from phichain.scene import load_scene as load_scene
     from phichain.scene import standard_scene as standard_scene
-    from phichain.simulate import Trajectory as Trajectory
-    from phichain.simulate import simulate as simulate
     from phichain.system import System as System
 
 _HOME = {
@@ -40,50 +38,24 @@ _HOME = {
     "load_scene": "phichain.scene",
     "standard_scene": "phichain.scene",
     "derive": "phichain.mechanics",
-    "lower": "phichain.program",
+    "lower": "phichain.lowering",
     "generate": "phichain.pipeline",
     "build": "phichain.pipeline",
     "System": "phichain.system",
-    "simulate": "phichain.simulate",
-    "Trajectory": "phichain.simulate",
+    "simulate": "phichain.motion",
+    "Trajectory": "phichain.motion",
     "trace": "phichain.continuation",
     "Branch": "phichain.continuation",
     "lqr": "phichain.control",
     "PhichainError": "phichain.errors",
 }
-_VERBS = ("build", "simulate")
 
 __all__ = list(_HOME)
 
 
-class _Verb(ModuleType):
-    """A subpackage that shares its name with a public function answers to calls as that function."""
-
-    def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        return _public(self.__name__.rpartition(".")[2])(*args, **kwargs)
-
-
-class _Package(ModuleType):
-    """Makes `phichain.simulate(...)` mean the function however the subpackage came to be imported."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if name in _VERBS and isinstance(value, ModuleType):
-            value.__class__ = _Verb
-        super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package
-
-
-def _public(name: str) -> Any:
-    return getattr(import_module(_HOME[name]), name)
-
-
 def __getattr__(name: str) -> Any:
-    if name in _VERBS:
-        return import_module(f"{__name__}.{name}")
     if name in _HOME:
-        return _public(name)
+        return getattr(import_module(_HOME[name]), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -1,6 +1,6 @@
 """Run the command line with `python -m phichain`."""
 
-from phichain.cli import main
+from phichain.app.cli import main
 
 if __name__ == "__main__":
     main()

@@ -5,12 +5,12 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from phichain.build import build_folder
 from phichain.emit import folder_files, library_files
 from phichain.files import write_folder
+from phichain.lowering import Lowered, lower
+from phichain.lowering.crosscheck import check_coefficients
 from phichain.mechanics import derive
-from phichain.program import Lowered, lower
-from phichain.program.crosscheck import check_coefficients
+from phichain.native import build_folder
 from phichain.scene import Scene
 from phichain.system import System
 

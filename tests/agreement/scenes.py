@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.program.nodes import Array, Program
+from phichain.contract.functions import FLOWS, ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.ir.nodes import Array, Program
 from phichain.scene import Scene
-from phichain.scene_functions import FLOWS, ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 
 Arguments = dict[str, NDArray[np.float64]]
 

@@ -17,10 +17,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from phichain.build import Cache, CompilerOptions, build_folder
 from phichain.emit import library_files
 from phichain.files import write_folder
-from phichain.program import Program, evaluate, evaluate_exactly, lower
+from phichain.ir import Program, evaluate, evaluate_exactly
+from phichain.lowering import lower
+from phichain.native import Cache, CompilerOptions, build_folder
 from phichain.scene import Scene
 from phichain.system import System
 from tests.agreement.scenes import FLOAT_SCENES, SCENES, Arguments, random_states

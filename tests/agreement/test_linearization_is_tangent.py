@@ -7,8 +7,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from phichain.library import find_scene
 from phichain.pipeline import build
+from phichain.scene.library import find_scene
 from phichain.system import System
 
 LINKS = 5

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from phichain.cli import main
+from phichain.app.cli import main
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import phichain
-from phichain.cli import app
+from phichain.app.cli import app
 from phichain.scene import Scene
 from tests.cli.conftest import Command
 

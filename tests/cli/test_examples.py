@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from phichain.cli import main
+from phichain.app.cli import main
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from phichain.errors import SceneError
-from phichain.library import bundled_scenes, find_scene
 from phichain.scene import Scene, standard_scene
+from phichain.scene.library import bundled_scenes, find_scene
 
 
 def test_planar_n_is_paper_a_chain() -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from phichain.cli import app, main
+from phichain.app.cli import app, main
 from tests.cli.conftest import Answer, Command
 
 TABLES = {
@@ -139,7 +139,7 @@ def test_a_fault_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) ->
     def broken(word: str) -> None:
         raise RuntimeError("a fault")
 
-    monkeypatch.setattr("phichain.library.find_scene", broken)
+    monkeypatch.setattr("phichain.scene.library.find_scene", broken)
     with pytest.raises(RuntimeError, match="a fault"):
         main(["generate", "planar1"])
 

@@ -7,8 +7,8 @@ import pytest
 
 from phichain.errors import ArrayError
 from phichain.report.geometry import directions
-from phichain.start import leaning, numbers, parameters
 from phichain.system import System
+from phichain.system.starts import leaning, numbers, parameters
 
 
 def system(space: str, base: str, angles: str = "relative", links: int = 5) -> System:

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from phichain.control import computed_torque, in_phase, tracking_error
 from phichain.errors import ArrayError, ControlError, UnsupportedError
-from phichain.simulate import simulate
+from phichain.motion import simulate
 from phichain.system import AbsentFunctionError, System
 from tests.fractional.chains import chain as dense_chain
 from tests.handmade import GRAVITY, paper_b, planar

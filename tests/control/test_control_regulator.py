@@ -15,7 +15,7 @@ from scipy.integrate import simpson
 from phichain.control import Gains, deviation, errors, feedback, lqr
 from phichain.control.riccati import ordered_schur
 from phichain.errors import ArrayError, OutputError
-from phichain.simulate import simulate
+from phichain.motion import simulate
 from tests.handmade import paper_b, planar, spatial
 
 PAPER_B = paper_b()

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.program.nodes import Program
+from phichain.contract.functions import FLOWS, ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.ir.nodes import Program
 from phichain.scene import FUNCTIONS, Scene
-from phichain.scene_functions import FLOWS, ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 
 _ANGLES = ("relative", "absolute", "adjacent")
 

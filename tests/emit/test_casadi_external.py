@@ -16,15 +16,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from phichain.emit.c import header, source
-from phichain.emit.casadi_external import casadi_external
-from phichain.emit.casadi_tangent import make_tangent
+from phichain.contract.functions import FLOWS
+from phichain.emit.c.text import header, source
+from phichain.emit.casadi.external import casadi_external
+from phichain.emit.casadi.tangent import make_tangent
 from phichain.errors import UnsupportedError
-from phichain.program.evaluate import evaluate, evaluate_exactly
-from phichain.program.lower import Lowered, lower
-from phichain.program.nodes import Program
+from phichain.ir.evaluate import evaluate, evaluate_exactly
+from phichain.ir.nodes import Program
+from phichain.lowering.lower import Lowered, lower
 from phichain.scene import Scene, standard_scene
-from phichain.scene_functions import FLOWS
 from tests.emit.casadi_scenes import (
     SCENES,
     make_scene,

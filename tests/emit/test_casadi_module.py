@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from phichain.emit.casadi import casadi_module
-from phichain.program.evaluate import evaluate
-from phichain.program.lower import Lowered, lower
-from phichain.program.nodes import Program
-from phichain.program.passes import unroll
+from phichain.emit.casadi.module import casadi_module
+from phichain.ir.evaluate import evaluate
+from phichain.ir.nodes import Program
+from phichain.ir.passes import unroll
+from phichain.lowering.lower import Lowered, lower
 from phichain.scene import Scene, standard_scene
 from tests.emit.casadi_scenes import (
     SCENES,

@@ -12,10 +12,10 @@ import scipy.special
 from hypothesis import given
 from hypothesis import strategies as st
 
-from phichain.emit.python_function import python_function
-from phichain.program.builder import Builder, Expr
-from phichain.program.evaluate import evaluate
-from phichain.program.nodes import Program
+from phichain.emit.casadi.python_function import python_function
+from phichain.ir.builder import Builder, Expr
+from phichain.ir.evaluate import evaluate
+from phichain.ir.nodes import Program
 
 
 def printed(program: Program) -> str:

@@ -19,7 +19,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from phichain.emit import trig
+from phichain.emit.c import sincos as trig
 
 REALS = ("double", "float")
 DTYPE = {"double": np.float64, "float": np.float32}

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from phichain.library import find_scene
-from phichain.papers import FIG_2, FIG_3, FIG_4, paper_a_chain, paper_a_wave, run_on_cart
+from phichain.papers.figures import FIG_2, FIG_3, FIG_4, paper_a_chain, paper_a_wave, run_on_cart
 from phichain.pipeline import build
+from phichain.scene.library import find_scene
 from phichain.system import System
 
 pytest.importorskip("matplotlib")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from phichain.control import errors, lqr
-from phichain.papers import FIG_2, FIG_3, FIG_4
+from phichain.papers.figures import FIG_2, FIG_3, FIG_4
 from phichain.report.paper_b import chain_kinetic_energy, left_alone, steadied
 from phichain.system import System, angular_velocities, unit_vectors
 from tests.handmade import coefficients

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from scipy.special import jv
 
-from phichain.papers import families, paper_a_chain, slowest_family
+from phichain.motion import simulate
+from phichain.papers.figures import families, paper_a_chain, slowest_family
 from phichain.report.charts import charts, hanging_chain_frequency, known_orbits, pendulum_frequency
-from phichain.simulate import simulate
 
 OMEGA_0 = np.sqrt(9.81 / 0.5)
 

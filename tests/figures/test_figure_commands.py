@@ -10,9 +10,9 @@ import typer
 from matplotlib.image import imread
 from typer.testing import CliRunner
 
-from phichain.cli_figures import register
+from phichain.app.cli_figures import register
 from phichain.errors import UnsupportedError
-from phichain.papers import FIGURES
+from phichain.papers.figures import FIGURES
 
 RUNNER = CliRunner()
 

@@ -14,13 +14,13 @@ import pytest
 
 from phichain.errors import UnsupportedError
 from phichain.fractional import Propagation
-from phichain.library import find_scene
-from phichain.papers import START
+from phichain.motion import simulate
+from phichain.papers.figures import START
+from phichain.papers.signals import draw_signals, released, signal_system, write_sheets, write_viewer
 from phichain.report.propagation import Wave, paths, plain_names, size_of_orders, surfaces
 from phichain.report.viewer import pack, viewer
 from phichain.scene import Scene
-from phichain.signals import draw_signals, released, signal_system, write_sheets, write_viewer
-from phichain.simulate import simulate
+from phichain.scene.library import find_scene
 from phichain.system import System
 
 Case = tuple[System, Propagation]

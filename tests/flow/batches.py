@@ -9,18 +9,18 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
 
-from phichain.build.forward_dynamics_batch import make_forward_dynamics_batch
-from phichain.build.propagate_batch import PropagateBatch, make_propagate_batch
-from phichain.build.signature import Argument
-from phichain.emit import trig
-from phichain.emit.c import sincos_kernel
-from phichain.emit.c_function import CNames, c_function
-from phichain.emit.c_parts import declaration
-from phichain.emit.flow_batch import flow_batch
-from phichain.emit.forward_dynamics_batch import forward_dynamics_batch
-from phichain.program.lower import lower_function
-from phichain.program.nodes import Array
-from phichain.program.rates import scales_program
+from phichain.emit.c import sincos as trig
+from phichain.emit.c.function import CNames, c_function
+from phichain.emit.c.parts import declaration
+from phichain.emit.c.text import sincos_kernel
+from phichain.emit.flow.forward_dynamics_batch import forward_dynamics_batch
+from phichain.emit.flow.propagate_batch import flow_batch
+from phichain.ir.nodes import Array
+from phichain.lowering.lower import lower_function
+from phichain.lowering.rates import scales_program
+from phichain.native.flows.forward_dynamics_batch import make_forward_dynamics_batch
+from phichain.native.flows.propagate_batch import PropagateBatch, make_propagate_batch
+from phichain.native.signature import Argument
 from phichain.scene import Scene
 from tests.flow.flows import FAST
 

@@ -9,11 +9,11 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
 
-from phichain.build.propagate import Propagate, make_propagate
-from phichain.build.signature import Argument
-from phichain.emit import trig
-from phichain.emit.c import sincos_kernel
-from phichain.emit.flow import Flow, flow
+from phichain.emit.c import sincos as trig
+from phichain.emit.c.text import sincos_kernel
+from phichain.emit.flow.propagate import Flow, flow
+from phichain.native.flows.propagate import Propagate, make_propagate
+from phichain.native.signature import Argument
 from phichain.scene import Scene, scene_from_dict
 
 #: Warnings that no line may cause.

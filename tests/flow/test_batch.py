@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from phichain.errors import ArrayError, ToleranceError
 from phichain.pipeline import build
-from phichain.propagation import Stop
 from phichain.scene import Scene, scene_from_dict
+from phichain.system.propagation import Stop
 from tests.flow.batches import EXACT, WRITERS, dynamics, flow, parameters, unit
 from tests.flow.flows import compiled, planar, scene
 

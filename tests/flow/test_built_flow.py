@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from phichain.emit.selftest_flow import exact_motion
+from phichain.emit.selftest.flow import exact_motion
 from phichain.errors import UnsupportedError
 from phichain.files import MANIFEST
+from phichain.motion import simulate
 from phichain.pipeline import build, generate
 from phichain.scene import Scene, scene_from_dict
-from phichain.simulate import simulate
 
 
 def chain(*want: str, **more: Any) -> Scene:

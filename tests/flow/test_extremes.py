@@ -11,10 +11,10 @@ import mpmath
 import numpy as np
 import pytest
 
-from phichain.emit.flow import flow
-from phichain.emit.flow_header import ON_STACK
-from phichain.propagation import Stop
+from phichain.emit.flow.header import ON_STACK
+from phichain.emit.flow.propagate import flow
 from phichain.scene import Scene
+from phichain.system.propagation import Stop
 from tests.flow.flows import compiled, planar, scene, unit
 
 PENDULUM = scene("turning", "planar", "fixed", links=1, mass=1, length=1)

@@ -12,10 +12,10 @@ import pytest
 from numpy.typing import NDArray
 
 from phichain.errors import ArrayError, ToleranceError
-from phichain.program.evaluate import evaluate
-from phichain.program.lower import lower_function
-from phichain.propagation import Stop
+from phichain.ir.evaluate import evaluate
+from phichain.lowering.lower import lower_function
 from phichain.scene import Scene
+from phichain.system.propagation import Stop
 from tests.flow.flows import CHAINS, compiled, planar, scene
 
 EPS = float(np.finfo(float).eps)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from phichain.emit.flow import flow
+from phichain.emit.flow.propagate import flow
 from phichain.scene import Scene
 from tests.flow.flows import CHAINS, STRICT, planar, unit
 

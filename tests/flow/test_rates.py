@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from phichain.program.evaluate import evaluate
-from phichain.program.rates import fastest_rate, reach, scales_program
+from phichain.ir.evaluate import evaluate
+from phichain.lowering.rates import fastest_rate, reach, scales_program
 from phichain.scene import Scene
 from tests.flow.flows import planar, scene
 

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from phichain.errors import UnsupportedError
-from phichain.program.evaluate import evaluate
-from phichain.program.lower import lower_function
+from phichain.ir.evaluate import evaluate
+from phichain.lowering.lower import lower_function
+from phichain.motion.events import Event, as_events
+from phichain.motion.methods import taylor
+from phichain.motion.methods.emitted_flow import runs_whole
+from phichain.motion.path import StalledError, collect
+from phichain.motion.problem import Problem, bind
 from phichain.scene import Scene
-from phichain.simulate import taylor
-from phichain.simulate.emitted_flow import runs_whole
-from phichain.simulate.events import Event, as_events
-from phichain.simulate.path import StalledError, collect
-from phichain.simulate.problem import Problem, bind
 from phichain.system import System
 from tests.flow.flows import compiled, planar
 

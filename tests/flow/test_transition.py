@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from phichain import build
-from phichain.build.propagate import Propagate
-from phichain.emit.flow import flow
+from phichain import native as build
+from phichain.emit.flow.propagate import flow
 from phichain.errors import ArrayError, UnsupportedError
-from phichain.program.evaluate import evaluate_exactly
-from phichain.program.lower import lower_function
-from phichain.propagation import Stop
+from phichain.ir.evaluate import evaluate_exactly
+from phichain.lowering.lower import lower_function
+from phichain.native.flows.propagate import Propagate
 from phichain.scene import Scene, scene_from_dict
+from phichain.system.propagation import Stop
 from tests.flow.flows import STRICT, compiled, planar, unit
 
 Vector = NDArray[np.float64]

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from phichain.emit import folder_files
-from phichain.emit.c import header, source
+from phichain.emit.c.text import header, source
 from phichain.files import write_folder
 from phichain.pipeline import derived_and_lowered
-from phichain.program import Lowered, lower
+from phichain.lowering import Lowered, lower
 from phichain.scene import Scene, load_scene
 
 SCENES_FOLDER = Path(__file__).parents[2] / "scenes"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from phichain.scene import Scene, standard_scene
-from phichain.scene_functions import SPATIAL_FUNCTIONS
+from phichain.contract.functions import SPATIAL_FUNCTIONS
 
 FOLDER = Path(__file__).parents[2] / "generated" / "reference"
 

@@ -13,14 +13,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from phichain.build import Cache, CompilerOptions, build_folder
+from phichain.native import Cache, CompilerOptions, build_folder
 from phichain.emit import library_files
 from phichain.errors import CompilerError, OutputError
 from phichain.files import write_folder
 from phichain.pipeline import build, generate
-from phichain.program import lower
+from phichain.lowering import lower
 from phichain.scene import Scene, standard_scene
-from phichain.scene_functions import PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.contract.functions import PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 from phichain.system import System
 
 ROOT = Path(__file__).parents[2]
@@ -39,7 +39,7 @@ def phichain(
     *words: object, cwd: Path, before: str = "", **environment: str
 ) -> subprocess.CompletedProcess[str]:
     """The command in a process of its own, which runs a line of Python first."""
-    script = f"import sys\n{before}\nfrom phichain.cli import main\nmain(sys.argv[1:])"
+    script = f"import sys\n{before}\nfrom phichain.app.cli import main\nmain(sys.argv[1:])"
     variables = {**os.environ, "PYTHONPATH": str(ROOT / "codegen"), **environment}
     command = [sys.executable, "-c", script, *map(str, words)]
     return subprocess.run(

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from phichain.emit.c_layout import WIDTH, aligned, laid_out
-from phichain.emit.c_parts import assignment
+from phichain.emit.c.layout import WIDTH, aligned, laid_out
+from phichain.emit.c.parts import assignment
 from phichain.emit.expressions import Text, double_literal, float_literal, infix
 from phichain.errors import EmissionError
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from phichain.scene import Scene
-from phichain.scene_functions import PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.contract.functions import PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 from tests.generated.compiling import bytes_of_functions, compiled, write_c
 
 _RUNTIME = {"mass": "runtime", "length": "runtime", "com": "runtime", "gravity": "runtime"}

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from phichain.emit.selftest import make_selftest
+from phichain.emit.selftest.cases import make_selftest
 from phichain.errors import EmissionError
-from phichain.program import lower
+from phichain.lowering import lower
 from phichain.scene import Scene
 from tests.generated.compiling import run, write_all
 

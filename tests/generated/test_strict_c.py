@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from phichain.emit.c import header
+from phichain.emit.c.text import header
 from phichain.scene import Scene
-from phichain.scene_functions import PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.contract.functions import PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 from tests.generated.compiling import (
     COMMITTED,
     PLAIN,

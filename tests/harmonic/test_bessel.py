@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import scipy.special
 
-from phichain.harmonic import bessel
+from phichain.emit import bessel
 
 REALS = ("double", "float")
 DTYPE = {"double": np.float64, "float": np.float32}

@@ -26,7 +26,7 @@ from phichain.harmonic.series import COSINE, SINE_SQUARED, cosine_of, sine_of
 from phichain.mechanics import derive, with_symbols
 from phichain.mechanics.coordinates import angle_map
 from phichain.mechanics.linearization import linearize
-from phichain.mechanics.reference import reference
+from phichain.reference import reference
 from phichain.scene import Scene, standard_scene
 from tests.reference_cases import relative_error
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from mpmath import mpf
 
-from phichain.mechanics.reference import reference
+from phichain.reference import reference
 from phichain.scene import Scene
 
 JOINTS: dict[str, Any] = {"damping": [0.3, 0.1, 0.2], "stiffness": [2.0, 0.5, 1.5]}

@@ -15,7 +15,7 @@ from phichain.errors import ArrayError, UnsupportedError
 from phichain.mechanics import derive, with_symbols
 from phichain.mechanics.equilibria import equilibria, equilibrium
 from phichain.mechanics.linearization import linearize
-from phichain.mechanics.reference import reference
+from phichain.reference import reference
 from phichain.scene import Scene, standard_scene
 
 PAPER_B: dict[str, Any] = {"mass": 0.1, "length": 0.1, "base": "cart", "cart_mass": 0.5}

@@ -12,7 +12,7 @@ from mpmath import mp
 from phichain.mechanics import derive
 from phichain.mechanics.coordinates import absolute_angles, joint_angles
 from phichain.mechanics.linearization import QUARTER_TURN, linearize
-from phichain.mechanics.reference import reference
+from phichain.reference import reference
 from phichain.scene import Scene
 
 CHAIN = Scene("b", 3, "spatial", "cart", mass=[0.1, 0.3, 0.2], length=[0.4, 0.1, 0.25], cart_mass=0.5)

@@ -16,7 +16,7 @@ from mpmath import mp
 from phichain.errors import UnsupportedError
 from phichain.mechanics import derive, with_symbols
 from phichain.mechanics.lagrange import Model
-from phichain.mechanics.reference import reference
+from phichain.reference import reference
 from phichain.scene import Scene, standard_scene
 from tests.reference_cases import relative_error
 

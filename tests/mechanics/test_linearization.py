@@ -12,7 +12,7 @@ from mpmath import mpf
 from phichain.errors import ArrayError
 from phichain.mechanics import derive
 from phichain.mechanics.linearization import linearize
-from phichain.mechanics.reference import reference
+from phichain.reference import reference
 from phichain.scene import Scene
 from tests.reference_cases import relative_error
 

@@ -11,11 +11,11 @@ import pytest
 
 from phichain.continuation import trace
 from phichain.errors import OutputError, UnsupportedError
+from phichain.motion import Trajectory, simulate
 from phichain.report import figures
 from phichain.report.style import look, save
-from phichain.simulate import Trajectory, simulate
-from phichain.start import leaning
 from phichain.system import System
+from phichain.system.starts import leaning
 from tests.handmade import paper_b, uniform_planar
 
 matplotlib = pytest.importorskip("matplotlib")

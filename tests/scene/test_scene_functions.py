@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from phichain.contract.functions import FUNCTIONS, ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 from phichain.errors import UnsupportedError
 from phichain.scene import Scene
-from phichain.scene_functions import FUNCTIONS, ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 
 
 def make(**changes):

@@ -8,8 +8,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from phichain.contract.functions import ON_REQUEST
 from phichain.scene import FUNCTIONS, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS, Scene, standard_scene
-from phichain.scene_functions import ON_REQUEST
 
 
 def planar(links=3, **changes):

@@ -13,7 +13,7 @@ from benchmarks.stability import elliptic, engine
 from benchmarks.stability.case import Case
 from benchmarks.stability.references import gap, read, references, relative_gap
 from benchmarks.stability.table_of_cases import all_cases, work_cases
-from phichain.mechanics.reference import reference
+from phichain.reference import reference
 from phichain.scene import Scene
 
 CASES = {case.id: case for case in [*all_cases(), *work_cases()]}

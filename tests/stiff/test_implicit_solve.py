@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from phichain.program import evaluate, lower_function
-from phichain.program.passes import total_operations
+from phichain.ir import evaluate
+from phichain.ir.passes import total_operations
+from phichain.lowering import lower_function
 from phichain.scene import Scene
-from tests.program.chains import Arguments, kinds, label, random_arguments, scene
+from tests.lowering.chains import Arguments, kinds, label, random_arguments, scene
 
 lowered = cache(lower_function)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from phichain.mechanics.reference import reference
+from phichain.reference import reference
 from tests.stiff.systems import SCENES, spatial_start, system
 
 Vector = NDArray[np.float64]

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from phichain.errors import UnsupportedError
-from phichain.program.evaluate import evaluate
-from phichain.program.lower import lower_function
-from phichain.simulate import Event, simulate
+from phichain.ir.evaluate import evaluate
+from phichain.lowering.lower import lower_function
+from phichain.motion import Event, simulate
 from phichain.system import rhs_jacobian
 from tests.stiff.systems import SCENES, spatial_start, system
 

@@ -15,7 +15,7 @@ from phichain.errors import ArrayError, ToleranceError
 from phichain.scene import Scene
 from phichain.system import rhs, rhs_jacobian
 from tests.generated.compiling import STRICT, compiled, write_c
-from tests.program.chains import scene
+from tests.lowering.chains import scene
 from tests.stiff.systems import spatial_start, system
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "extreme_cases.json").read_text())["cases"]

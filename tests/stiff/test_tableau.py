@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from phichain.rosenbrock_tableau import EMBEDDED_ORDER, GAMMA, ORDER, STAGES, A, C, M
+from phichain.contract.rodas5p import EMBEDDED_ORDER, GAMMA, ORDER, STAGES, A, C, M
 
 Tree = tuple["Tree", ...]
 #: The coefficients are published with 16 digits, and some exceed 100.

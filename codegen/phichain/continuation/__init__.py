@@ -1,7 +1,8 @@
 """Continuation: problem x predictor x corrector x events -> Branch, and the families of oscillations it follows."""
 
 from phichain.continuation.branch import Branch, Special
-from phichain.continuation.core import Engine, follow, start_on, walk
+from phichain.continuation.core import follow, start_on, walk
+from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Extremum, Fold, Level
 from phichain.continuation.harmonic import LinearModes, harmonic_problem, linear_modes, trace
 from phichain.continuation.options import Options

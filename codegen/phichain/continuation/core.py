@@ -12,33 +12,22 @@ how a run leaves its branch for a neighbour. The last one tells an avoided cross
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from phichain.continuation import correctors, predictors
 from phichain.continuation.branch import Branch, Special
-from phichain.continuation.correctors import Correction, Corrector
+from phichain.continuation.correctors import Correction
+from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Fold, TestFunction
 from phichain.continuation.locate import is_crossed_smoothly, locate
 from phichain.continuation.options import Options
 from phichain.continuation.point import Point, tangent_of
-from phichain.continuation.predictors import Predictor
 from phichain.continuation.problem import Problem
 from phichain.errors import ConvergenceError
 from phichain.system import Vector
 
 SHORT = 1e-4
 """Steps below this share of step_max resolve what they cross: a change of the determinant's sign is believed there."""
-
-
-@dataclass(frozen=True)
-class Engine:
-    """The freely chosen parts of a run."""
-
-    predictor: Predictor = predictors.tangent
-    corrector: Corrector = correctors.pseudo_arclength
-    options: Options = Options()  # noqa: RUF009 - a frozen record
 
 
 def start_on(problem: Problem, z: Vector, direction: Vector, engine: Engine, *, fixed: bool = False) -> Point:

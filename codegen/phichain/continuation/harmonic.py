@@ -16,7 +16,8 @@ import numpy as np
 from scipy.linalg import eigh
 
 from phichain.continuation.branch import Branch
-from phichain.continuation.core import Engine, follow, start_on
+from phichain.continuation.core import follow, start_on
+from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Extremum, Fold, Level, TestFunction
 from phichain.continuation.options import Options
 from phichain.continuation.problem import Problem

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
 
 from phichain.continuation.branch import Special
+from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, TestFunction
 from phichain.continuation.point import Point, scaled_jacobian, tangent_of
 from phichain.continuation.predictors import hermite
@@ -17,9 +17,6 @@ from phichain.continuation.problem import Problem, relative_residual
 
 NEIGHBOURHOOD = 1e-5
 """How close to a zero of det [J; t^T], in steps, it is looked at to see whether it vanishes or jumps."""
-
-if TYPE_CHECKING:
-    from phichain.continuation.core import Engine
 
 
 def locate(

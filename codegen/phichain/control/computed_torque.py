@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phichain.control.weights import real_numbers
 from phichain.errors import ArrayError, ControlError, UnsupportedError
 from phichain.system import Parameters, System, Vector, unpack
+from phichain.system.arrays import real_numbers
 
 if TYPE_CHECKING:
     from phichain.control.feedback import Law

@@ -15,11 +15,11 @@ from itertools import product
 import numpy as np
 from scipy.linalg import eigh
 
-from phichain.control.angles import scene_angles
-from phichain.control.linear import LinearSystem, Signs, check_signs, linearize
+from phichain.control.linear import LinearSystem, linearize
 from phichain.control.weights import Spectrum, spectrum
 from phichain.errors import ControlError, UnsupportedError
 from phichain.system import Parameters, System, Vector
+from phichain.system.vertical import Signs, check_signs, configuration
 
 MOST_LINKS = 16
 """2^16 equilibria are listed in one go; more would only fill memory."""
@@ -100,17 +100,6 @@ def _falling(linear: LinearSystem) -> int:
     """Negative directions of G among the links; by Sylvester's law as many as unstable modes."""
     links = linear.G[linear.cart :, linear.cart :]
     return int(np.sum(np.linalg.eigvalsh(links) < 0))
-
-
-def configuration(system: System, s: Sequence[int]) -> Vector:
-    """q of the equilibrium s (nq,), the cart at the origin; planar angles are 0 or +-pi links apart."""
-    signs = np.array(check_signs(system, s), dtype=float)
-    still = np.zeros(system.cart_size)
-    if not system.is_planar:
-        directions = np.zeros((system.links, 3))
-        directions[:, 2] = signs
-        return np.concatenate([still, directions.ravel()])
-    return np.concatenate([still, scene_angles(system, np.where(signs > 0, 0.0, np.pi))])
 
 
 def demand_equilibrium(system: System, s: Sequence[int], p: Parameters | None = None) -> Signs:

@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phichain.control.angles import absolute_angles
 from phichain.control.gains import Gains
-from phichain.control.weights import real_numbers
 from phichain.errors import ArrayError
 from phichain.system import System, Vector, angular_velocities, unit_vectors, unpack
+from phichain.system.angles import absolute_angles
+from phichain.system.arrays import real_numbers
 
 Law = Callable[[float, Vector], Vector]
 

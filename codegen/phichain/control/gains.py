@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from phichain.control.controllability import Controllability, margins_of
-from phichain.control.equilibria import configuration, demand_equilibrium
-from phichain.control.linear import Signs, linearize
+from phichain.control.equilibria import demand_equilibrium
+from phichain.control.linear import linearize
 from phichain.control.riccati import riccati
 from phichain.control.weights import Spectrum, spectrum, weight
 from phichain.records import read_npz, write_csv, write_npz
 from phichain.system import Parameters, System, Vector
+from phichain.system.vertical import Signs, configuration
 
 _ARRAYS = ("K", "S", "A", "B", "Q", "R", "poles", "modes", "margins", "equilibrium")
 _PLAIN = ("name", "space", "cart", "residual", "iterations")

@@ -13,11 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from phichain.control.weights import real_numbers, solve
-from phichain.errors import ControlError
+from phichain.control.weights import solve
 from phichain.system import Parameters, System, Vector
-
-Signs = tuple[int, ...]
+from phichain.system.vertical import Signs, check_signs
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,23 +89,6 @@ def linearize(system: System, s: Sequence[int], p: Parameters | None = None) -> 
 def _parts(system: System, signs: Signs, p: Parameters | None) -> tuple[Vector, ...]:
     result: tuple[Vector, ...] = system.linearization(np.array(signs, dtype=float), **system.parameters(p))
     return result
-
-
-def check_signs(system: System, s: Sequence[int]) -> Signs:
-    """The directions as plain integers.
-
-    Raises:
-        ControlError: Not one +1 or -1 per link.
-    """
-    values = real_numbers("s", s, "give +1 for a hanging and -1 for an upright link")
-    if values.shape != (system.links,) or not np.all(np.abs(values) == 1):
-        raise ControlError(
-            "s",
-            values.tolist(),
-            f"is no equilibrium: a vertical chain has one sign per link, {system.links} of them",
-            "give +1 for a hanging and -1 for an upright link",
-        )
-    return tuple(int(value) for value in values)
 
 
 def _names(system: System) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from phichain.errors import ControlError
 from phichain.system import Vector
+from phichain.system.arrays import real_numbers
 
 Spectrum = NDArray[np.complex128]
 
@@ -48,21 +49,6 @@ def weight(field: str, value: ArrayLike | None, size: int, *, strict: bool) -> V
             field, given, f"must be {kind}: its smallest eigenvalue is {smallest:.3g}", "raise its diagonal"
         )
     return (matrix + matrix.T) / 2
-
-
-def real_numbers(field: str, values: object, remedy: str) -> Vector:
-    """Values as an array of doubles.
-
-    Raises:
-        ControlError: They are complex, ragged or no numbers.
-    """
-    try:
-        array = np.asarray(values)
-        if np.iscomplexobj(array):
-            raise TypeError("complex")
-        return np.asarray(array, dtype=float)
-    except (TypeError, ValueError) as failure:
-        raise ControlError(field, values, "does not hold real numbers", remedy) from failure
 
 
 def spectrum(A: Vector) -> Spectrum:

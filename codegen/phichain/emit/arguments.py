@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phichain.program.nodes import Array
+from phichain.ir.nodes import Array
 from phichain.scene import Scene
 
 _ANGLES = {

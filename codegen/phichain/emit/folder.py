@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from phichain.emit.c import header, source
-from phichain.emit.casadi import casadi_module
-from phichain.emit.casadi_external import casadi_external
-from phichain.emit.flows import flows
+from phichain.emit.c.text import header, source
+from phichain.emit.casadi.external import casadi_external
+from phichain.emit.casadi.module import casadi_module
+from phichain.emit.flow.flows import flows
 from phichain.emit.left_out import left_out
 from phichain.emit.manifest import manifest
 from phichain.emit.render import render
-from phichain.emit.selftest import make_selftest
-from phichain.emit.selftest_text import selftest_source
+from phichain.emit.selftest.cases import make_selftest
+from phichain.emit.selftest.text import selftest_source
 from phichain.files import MANIFEST
-from phichain.program.lower import Lowered
-from phichain.program.passes import total_operations
+from phichain.ir.passes import total_operations
+from phichain.lowering.lower import Lowered
 from phichain.scene import Scene
 
 

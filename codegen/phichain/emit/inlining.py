@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
-from phichain.program.nodes import For, Local, Op, Operand, Statement, Store
+from phichain.ir.nodes import For, Local, Op, Operand, Statement, Store
 
 
 def used_once(statements: tuple[Statement, ...]) -> frozenset[str]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from phichain.program.lower import Lowered
-from phichain.program.passes import count_operations
+from phichain.ir.passes import count_operations
+from phichain.lowering.lower import Lowered
 from phichain.scene import FUNCTIONS, Scene
 
 

@@ -8,13 +8,13 @@ from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from phichain.emit.flows import flows
+from phichain.emit.flow.flows import flows
 from phichain.emit.left_out import left_out
-from phichain.program.lower import Lowered
-from phichain.program.nodes import Array, Program
-from phichain.program.passes import count_operations
-from phichain.program.tangent import sparsity
+from phichain.ir.nodes import Array, Program
+from phichain.ir.passes import count_operations
+from phichain.lowering.lower import Lowered
 from phichain.scene import Scene
+from phichain.transform.tangent import sparsity
 
 
 def manifest(scene: Scene, lowered: Lowered, tolerances: Mapping[str, str], files: Mapping[str, str]) -> str:
@@ -64,6 +64,6 @@ def _version(package: str) -> str:
     try:
         return version(package)
     except PackageNotFoundError:
-        from phichain import __version__
+        from phichain._version import __version__
 
         return __version__

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import sympy
 
 from phichain.mechanics.symbols import expression
 from phichain.scene import Scene
-
-if TYPE_CHECKING:
-    from phichain.mechanics.lagrange import Model
 
 _WRITTEN_OUT = {"planar": 3, "spatial": 1}
 """Up to how many links the equations are printed in full."""
@@ -25,6 +22,25 @@ _ANGLES = {
     "relative": "phi_k = theta_1 + ... + theta_k",
     "adjacent": "phi_k = theta_k + theta_{k-1}",
 }
+
+
+class Mechanics(Protocol):
+    """What is printed of a `Model`."""
+
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def mu(self) -> tuple[Any, ...]: ...
+    @property
+    def c(self) -> tuple[tuple[Any, ...], ...]: ...
+    @property
+    def total_mass(self) -> Any: ...
+    @property
+    def kinetic(self) -> sympy.Expr: ...
+    @property
+    def potential(self) -> sympy.Expr: ...
+    @property
+    def equations(self) -> tuple[sympy.Eq, ...]: ...
 
 
 @dataclass(frozen=True)
@@ -124,7 +140,7 @@ _LATEX = {
 }
 
 
-def text(model: Model) -> str:
+def text(model: Mechanics) -> str:
     """Return a model as text: the form of any such chain, its coefficients, and short chains written out."""
     scene = model.scene
     links = "1 link" if scene.links == 1 else f"{scene.links} links"
@@ -137,7 +153,7 @@ def text(model: Model) -> str:
     return "\n".join(lines)
 
 
-def latex(model: Model) -> str:
+def latex(model: Mechanics) -> str:
     """Return a model as one aligned LaTeX block: the general form, or short chains in full."""
     if model.scene.links <= _WRITTEN_OUT[model.scene.space]:
         rows = [f"T &= {sympy.latex(model.kinetic)}", f"V &= {sympy.latex(model.potential)}"]
@@ -162,7 +178,7 @@ def plain(value: Any) -> str:
     return str(sympy.sstr(expression(value), full_prec=False))
 
 
-def _general(model: Model, forms: _Forms) -> list[str]:
+def _general(model: Mechanics, forms: _Forms) -> list[str]:
     """Return T, V, a link's equation (in space also without angular velocities) and the cart's, in index form."""
     scene = model.scene
     sprung, damped = scene.stiffness is not None, scene.damping is not None
@@ -188,7 +204,7 @@ def _coordinates(scene: Scene) -> str:
     return "unit vectors, q_k' = omega_k x q_k"
 
 
-def _coefficients(model: Model) -> list[str]:
+def _coefficients(model: Mechanics) -> list[str]:
     """Return mu_k, c_ij and M00, shortened for long chains."""
     lines = [f"mu = {_row(model.mu)}"]
     lines += [f"{'c  =' if i == 0 else '    '} {_row(row)}" for i, row in enumerate(model.c[:_COLUMNS])]

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from phichain.continuation import Branch
-    from phichain.simulate import Trajectory
+    from phichain.motion import Trajectory
     from phichain.system import System
 
 

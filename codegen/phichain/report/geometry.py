@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.control.angles import absolute_angles
 from phichain.errors import ArrayError
 from phichain.system import System, unit_vectors
+from phichain.system.angles import absolute_angles
 
 Points = NDArray[np.float64]
 

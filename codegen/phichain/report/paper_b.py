@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from phichain.control import Gains
-    from phichain.simulate import Trajectory
+    from phichain.motion import Trajectory
     from phichain.system import System
 
 Vector = NDArray[np.float64]

@@ -14,7 +14,7 @@ from phichain.report.style import ACCENT, INK, SOFT, figure, look, shades
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from phichain.simulate import Trajectory
+    from phichain.motion import Trajectory
 
 _SMALLEST = 1e-17
 

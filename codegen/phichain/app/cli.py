@@ -1,0 +1,295 @@
+"""The command `phichain`: one subcommand per verb, each a few lines around a function that Python users call too.
+
+Errors that phichain raises on purpose end as one line on stderr and exit code 2; anything else keeps its traceback,
+because then the fault is ours and the traceback is what a report needs.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import phichain
+from phichain.app import cli_figures
+from phichain.errors import PhichainError
+
+app = typer.Typer(
+    name="phichain",
+    help="From a Lagrangian to firmware: pendulum chains derived, emitted as C and CasADi, simulated and controlled.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+SceneWord = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENE", help="A TOML file, a bundled scene's name, or planarN: paper A's chain of N links."
+    ),
+]
+OutFolder = Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write into.")]
+OutFiles = Annotated[
+    list[Path] | None,
+    typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz or .png by its name; repeatable."),
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable."),
+]
+Lean = Annotated[float, typer.Option(metavar="RAD", help="Start at rest, the straight chain leaning by this angle.")]
+
+
+TRIAL_STEPS = 5_000
+"""A regulator that fails flings the chain about; its trial is not worth more steps than this."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run one command and leave with its exit code: 0 done, 2 refused with one line that says why."""
+    warnings.showwarning = _one_line
+    try:
+        app(args=None if arguments is None else list(arguments), prog_name="phichain")
+    except PhichainError as refusal:
+        typer.secho(f"phichain: {refusal}", fg=typer.colors.RED, err=True)
+        sys.exit(2)
+
+
+def _one_line(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
+    typer.secho(f"phichain: warning: {message}", fg=typer.colors.YELLOW, err=True)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"phichain {phichain.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Say it and stop.")] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def show(
+    scene: SceneWord,
+    phi: Annotated[bool, typer.Option("--phi", help="Also the single-harmonic balance Phi_k of paper A.")] = False,
+    latex: Annotated[bool, typer.Option("--latex", help="Equations as LaTeX.")] = False,
+    symbols: Annotated[bool, typer.Option("--symbols", help="Letters m_k, l_k, ... instead of numbers.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="Write out chains of more than three links too.")] = False,
+    program: Annotated[
+        str | None, typer.Option(metavar="FUNCTION", help="Instead, the list of operations of one function.")
+    ] = None,
+) -> None:
+    """Show a chain: its sketch, Lagrangian, mass matrix and equations of motion."""
+    from phichain.app.show import equations, operations
+    from phichain.scene.library import find_scene
+
+    chosen = find_scene(scene)
+    if program:
+        typer.echo(operations(chosen, program))
+    else:
+        typer.echo(equations(chosen, latex=latex, phi=phi, symbols=symbols, full=full))
+
+
+@app.command()
+def generate(
+    scene: SceneWord,
+    out: OutFolder = Path("generated"),
+    casadi_c: Annotated[
+        bool, typer.Option("--casadi-c", help="Also NAME_casadi.c, for CasADi's external with exact Jacobians.")
+    ] = False,
+) -> None:
+    """Write the stand-alone C and CasADi folder of a scene, DIR/NAME."""
+    from phichain.pipeline import generate as written
+    from phichain.scene.library import find_scene
+
+    folder = written(find_scene(scene), out, with_casadi_c=casadi_c)
+    typer.echo(f"wrote {folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}")
+
+
+@app.command()
+def build(scene: SceneWord) -> None:
+    """Compile a scene, or find it compiled, and list the functions that can be called."""
+    from phichain.app.console import functions
+    from phichain.pipeline import build as built
+    from phichain.scene.library import find_scene
+
+    system = built(find_scene(scene))
+    typer.echo(str(system).partition("; functions")[0])
+    typer.echo(functions(system))
+
+
+@app.command()
+def simulate(
+    scene: SceneWord,
+    t: Annotated[float, typer.Option("--t", metavar="S", help="Final time in seconds.")] = 10.0,
+    points: Annotated[int, typer.Option(min=2, max=10_000_000, help="Output times, evenly spaced.")] = 1001,
+    lean: Lean = 0.5,
+    q: Annotated[str | None, typer.Option(metavar="A,B,...", help="Start here instead (nq numbers).")] = None,
+    v: Annotated[str | None, typer.Option(metavar="A,B,...", help="Start with these rates (nv numbers).")] = None,
+    u: Annotated[str | None, typer.Option(metavar="A,B,...", help="A constant input (nu numbers).")] = None,
+    method: Annotated[str, typer.Option(help="auto, or a method by name.")] = "auto",
+    tol: Annotated[float | None, typer.Option(help="Relative tolerance of a step.")] = None,
+    h: Annotated[float | None, typer.Option("--step", metavar="S", help="Step of a fixed-step method.")] = None,
+    settings: Settings = None,
+    out: OutFiles = None,
+) -> None:
+    """Simulate a chain from a given start and say how well its energy was kept."""
+    import numpy as np
+
+    from phichain.motion import simulate as simulated
+    from phichain.pipeline import build as built
+    from phichain.scene.library import find_scene
+    from phichain.system.starts import leaning, numbers, parameters
+
+    files = _named(out)
+    system = _with(built(find_scene(scene)), parameters(settings or []))
+    rest = leaning(system, lean)
+    start = [rest[k] if given is None else given for k, given in enumerate((numbers(q, "q"), numbers(v, "v")))]
+    with np.errstate(invalid="ignore"):  # a time that is not finite is refused in words below
+        grid = np.linspace(0.0, t, points)
+    trajectory = simulated(system, (start[0], start[1]), grid, method, tol, u=numbers(u, "u"), h=h)
+    typer.echo(str(trajectory))
+    _write(trajectory, files, lambda: _figures().motion(system, trajectory))
+
+
+def _with(system: Any, values: Any) -> Any:
+    """The same system with values for its runtime parameters."""
+    from dataclasses import replace
+
+    return system if values is None else replace(system, params=values)
+
+
+def _figures() -> Any:
+    from phichain.report import figures
+
+    return figures
+
+
+def _named(files: list[Path] | None) -> list[Path]:
+    """The files to write, refused before any work when a name does not say what to write."""
+    from phichain.errors import OutputError
+
+    for path in files or []:
+        if path.suffix not in (".csv", ".npz", ".png"):
+            raise OutputError("out", str(path), "has no suffix that says what to write", "name it .csv, .npz or .png")
+    return files or []
+
+
+def _write(record: Any, files: list[Path], draw: Any) -> None:
+    for path in files:
+        if path.suffix == ".csv":
+            record.to_csv(path)
+        elif path.suffix == ".npz":
+            record.to_npz(path)
+        else:
+            from phichain.report.style import save
+
+            save(draw(), path)
+        typer.echo(f"wrote {path}")
+
+
+@app.command()
+def trace(
+    scene: SceneWord,
+    mode: Annotated[int, typer.Option(min=1, help="Mode to start from, by rising linear frequency.")] = 1,
+    amplitude_max: Annotated[float, typer.Option(metavar="RAD", help="Stop where a link swings as far.")] = 3.0,
+    settings: Settings = None,
+    out: OutFiles = None,
+) -> None:
+    """Follow a family of limit cycles from small amplitudes, by its single harmonic."""
+    from phichain.continuation import trace as traced
+    from phichain.pipeline import build as built
+    from phichain.scene.library import find_scene
+    from phichain.system.starts import parameters
+
+    files = _named(out)
+    system = _with(built(find_scene(scene)), parameters(settings or []))
+    branch = traced(system, mode, amplitude_max)
+    typer.echo(str(branch))
+    _write(branch, files, lambda: _figures().family(branch))
+
+
+@app.command()
+def lqr(
+    scene: SceneWord,
+    up: Annotated[str, typer.Option(metavar="LINKS", help="Links that stand upright: all, none, or 2,3.")] = "all",
+    state_weight: Annotated[float, typer.Option("--q", metavar="W", help="Weight of the state.")] = 1.0,
+    input_weight: Annotated[float, typer.Option("--r", metavar="W", help="Weight of the input.")] = 1.0,
+    lean: Annotated[float, typer.Option(metavar="RAD", help="Try it with every link this far off.")] = 1e-3,
+    t: Annotated[float, typer.Option("--t", metavar="S", help="How long to try it.")] = 20.0,
+    settings: Settings = None,
+    out: OutFiles = None,
+) -> None:
+    """Synthesise the linear regulator of an equilibrium, and try it on the nonlinear chain."""
+    import numpy as np
+
+    from phichain import control
+    from phichain.motion import simulate as simulated
+    from phichain.pipeline import build as built
+    from phichain.scene.library import find_scene
+    from phichain.system.starts import leaning, parameters, upright
+
+    files = _named(out)
+    system = _with(built(find_scene(scene)), parameters(settings or []))
+    gains = control.lqr(system, upright(up, system.links), state_weight, input_weight)
+    typer.echo(str(gains))
+    law = control.feedback(system, gains)
+    start = leaning(system, lean, gains.s)
+    motion = simulated(system, start, np.linspace(0.0, t, 1001), tol=1e-8, u=law, max_steps=TRIAL_STEPS)
+    off, rate = control.errors(system, gains, motion.x)
+    verdict = "brought back" if motion.status == "complete" and off[-1] < 0.1 * off[0] else "not brought back"
+    typer.echo(
+        f"tried from {lean:g} rad off: {verdict}, e_q = {off[0]:.3g} at first, {off[-1]:.3g} at {motion.t[-1]:g} s,"
+        f" largest input {np.max(np.abs(np.asarray(motion.u))):.3g}"
+    )
+    _write(gains, files, lambda: _figures().closed_loop(system, motion, off, rate))
+
+
+@app.command()
+def tour(out: OutFolder = Path("generated")) -> None:
+    """Take the whole path once with both papers' chains, and leave a report in DIR/report."""
+    from phichain.app.tour import tour as taken
+
+    typer.echo(f"report: {taken(out)}")
+
+
+@app.command()
+def info() -> None:
+    """Say which versions, compiler and cache are in use."""
+    from phichain.app.console import columns
+
+    typer.echo(columns(_environment()))
+
+
+def _environment() -> list[tuple[str, str]]:
+    import platform
+
+    from phichain.app.console import versions
+    from phichain.native import default_cache, find_compiler
+    from phichain.scene.library import bundled_scenes
+
+    def asked(question: Any) -> str:
+        try:
+            return str(question())
+        except PhichainError as refusal:
+            return str(refusal)
+
+    packages = ("numpy", "scipy", "sympy", "mpmath", "jinja2", "typer", "rich", "casadi", "matplotlib")
+    return [
+        ("phichain", phichain.__version__),
+        ("python", platform.python_version()),
+        *versions(packages).items(),
+        ("compiler", asked(lambda: find_compiler().version)),
+        ("cache", asked(lambda: default_cache().info())),
+        ("scenes", ", ".join(bundled_scenes())),
+    ]
+
+
+cli_figures.register(app)

@@ -1,0 +1,1 @@
+"""The contract: what every generated folder promises, said once, and read by whoever keeps it."""

@@ -1,0 +1,1 @@
+"""Programs -> NAME.h and NAME.c."""

@@ -1,0 +1,304 @@
+"""One Program as the body of one C99 function.
+
+Values used once and without a name of their own are written where they are used; everything else becomes a `const`
+variable. Sines and cosines of one generation are computed together, so that the kernel can run on vectors.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from fractions import Fraction
+
+from phichain.emit.c.layout import laid_out
+from phichain.emit.c.parts import assignment, first_result, names_in, words
+from phichain.emit.c.trig_batches import TrigBatch, TrigBatches
+from phichain.emit.expressions import Text, double_literal, float_literal, infix
+from phichain.emit.inlining import used_once
+from phichain.ir.nodes import (
+    Call,
+    Cell,
+    Const,
+    For,
+    Local,
+    Op,
+    Operand,
+    Program,
+    SinCos,
+    Statement,
+    Store,
+    walk,
+)
+
+#: Longest expression that is written in place instead of getting a variable (twice that where it is all there is).
+_LONGEST = 96
+
+
+@dataclass(frozen=True)
+class CFunction:
+    """The text of one function body and what it leans on."""
+
+    lines: tuple[str, ...]
+    uses: frozenset[str]
+
+
+@dataclass(frozen=True)
+class CNames:
+    """How a scene's C is spelt.
+
+    Attributes:
+        prefix: the scene's name, before everything at file scope.
+        real: "double" or "float".
+        tables: file-scope name of each table, by (name, values).
+    """
+
+    prefix: str
+    real: str
+    tables: dict[tuple[str, tuple[Fraction, ...]], str]
+
+    def number(self, value: Fraction) -> Text:
+        """A numeric literal of the scene's type."""
+        return float_literal(value) if self.real == "float" else double_literal(value)
+
+    def libm(self, name: str) -> str:
+        """The C library's function for the scene's type."""
+        return f"{name}f" if self.real == "float" else name
+
+
+def c_function(program: Program, names: CNames, callees: dict[str, str]) -> CFunction:
+    """Print a Program.
+
+    Args:
+        program: the function; straight-line or with loops.
+        names: spelling.
+        callees: C name of every Program that this one calls.
+    """
+    writer = Writer(program, names, callees)
+    writer.arrays()
+    writer.block(program.body, 1)
+    return CFunction(tuple(writer.lines), frozenset(writer.uses))
+
+
+class Writer:
+    """Prints one Program; `c_lanes` prints the same for several trajectories at once."""
+
+    def __init__(self, program: Program, names: CNames, callees: dict[str, str]) -> None:
+        self.program, self.names, self.callees = program, names, callees
+        #: C type of what the inputs determine, and the kernel for its sines and cosines.
+        self.element, self.sincos_symbol = names.real, f"{names.prefix}_sincos"
+        self.lines: list[str] = []
+        self.wants_gap = False
+        self.uses: set[str] = set()
+        self.texts: dict[str, Text] = {}
+        self.in_place = used_once(program.body)
+        self.stored = {s.value.name for s in walk(program.body) if isinstance(s, Store) and isinstance(s.value, Local)}
+        self.results = first_result(program) if program.is_straight_line else None
+        self.scalars = {a.name for a in (*program.inputs, *program.params) if a.shape == ()}
+        self.pointers = {a.name for a in program.outputs if a.shape == ()}
+        self.params = {a.name for a in program.params}
+        self.trig = TrigBatches(program.body)
+        self.taken = names_in(program)
+        self.numbers: Counter[str] = Counter()
+        self.bessel_calls: dict[str, str] = {}
+
+    # --- lines ------------------------------------------------------------------------------------------------------
+
+    def line(self, depth: int, text: str) -> None:
+        if self.wants_gap and self.lines:
+            self.lines.append("")
+        self.wants_gap = False
+        self.lines += laid_out("    " * depth + text)
+
+    def gap(self, depth: int) -> None:
+        """A blank line before what comes next, between the parts of a function."""
+        self.wants_gap = self.wants_gap or depth == 1
+
+    def kind(self, value: str) -> str:
+        """C type of a result, a carried scalar or an array's elements."""
+        return self.element
+
+    def given(self, value: str, operand: Operand) -> str:
+        """An operand as what the named value is set to."""
+        return self.operand(operand).text
+
+    def variable(self, depth: int, name: str, text: str, kind: str) -> Text:
+        """A `const` variable."""
+        self.line(depth, f"const {kind} {name} = {text};")
+        return Text(name)
+
+    def fresh(self, stem: str) -> str:
+        """The stem with the next number that nothing in this function is called by."""
+        while True:
+            self.numbers[stem] += 1
+            name = f"{stem}{self.numbers[stem]}"
+            if name not in self.taken:
+                return name
+
+    # --- statements -------------------------------------------------------------------------------------------------
+
+    def arrays(self) -> None:
+        for array in self.program.work:
+            self.line(1, f"{self.kind(array.name)} {array.name}[{array.size}];")
+        self.gap(1)
+
+    def block(self, statements: tuple[Statement, ...], depth: int) -> None:
+        outside, self.bessel_calls = self.bessel_calls, {}
+        for statement in statements:
+            if statement is self.results:
+                self.gap(depth)
+            self.statement(statement, depth)
+        self.bessel_calls = outside
+
+    def statement(self, statement: Statement, depth: int) -> None:
+        match statement:
+            case Op():
+                if statement.result not in self.texts:
+                    self.op(statement, depth)
+            case Store(cell, value):
+                self.line(depth, f"{self.target(cell)} = {self.given(cell.array, value)};")
+            case SinCos():
+                self.sincos(statement, depth)
+            case For():
+                self.loop(statement, depth)
+            case Call(callee, inputs, outputs):
+                arguments = [*(["p"] if self.program.params else []), *map(self.argument, inputs), *outputs]
+                self.line(depth, f"{self.callees[callee]}({', '.join(arguments)});")
+                self.uses.add(callee)
+
+    def op(self, op: Op, depth: int) -> None:
+        if op.kind in ("sin", "cos"):
+            self.trig_batch(op, depth)
+            return
+        if op.kind.startswith("besselj"):
+            self.bessel(op, depth)
+            return
+        text = self.expression(op)
+        if op.result in self.in_place and len(text.text) <= _LONGEST * (2 if op.result in self.stored else 1):
+            self.texts[op.result] = text
+            return
+        name = self.fresh("t") if op.result.startswith("_") else op.result
+        self.texts[op.result] = self.variable(depth, name, text.text, self.kind(op.result))
+
+    def expression(self, op: Op) -> Text:
+        args = [self.operand(arg) for arg in op.args]
+        text = infix(op.kind, args)
+        if text is not None:
+            return text
+        self.uses.add("math")
+        return Text(f"{self.names.libm(op.kind)}({args[0].text})")
+
+    # --- loops ------------------------------------------------------------------------------------------------------
+
+    def loop(self, loop: For, depth: int) -> None:
+        self.gap(depth)
+        for carry in loop.carries:
+            self.line(depth, f"{self.kind(carry.name)} {carry.name} = {self.given(carry.name, carry.initial)};")
+            self.texts[carry.name] = Text(carry.name)
+        if not loop.body:
+            return
+        variable = loop.variable
+        condition, advance = (f"< {loop.stop}", "++") if loop.step > 0 else (f">= {loop.stop + 1}", "--")
+        self.line(depth, f"for (int {variable} = {loop.start}; {variable} {condition}; {advance}{variable}) {{")
+        self.block(loop.body, depth + 1)
+        self.advance(loop, depth + 1)
+        self.line(depth, "}")
+        self.gap(depth)
+
+    def advance(self, loop: For, depth: int) -> None:
+        """Carried scalars move on together: what still needs an old value is put aside first."""
+        moves = [(c.name, self.given(c.name, c.following)) for c in loop.carries if c.following != Local(c.name)]
+        for position, (name, text) in enumerate(moves):
+            if {before for before, _ in moves[:position]} & words(text):
+                moves[position] = (name, self.variable(depth, f"next_{name}", text, self.kind(name)).text)
+        for name, text in moves:
+            self.line(depth, assignment(name, text))
+
+    def sincos(self, statement: SinCos, depth: int) -> None:
+        self.uses.add("sincos")
+        angle = statement.angle if not statement.offset else f"&{statement.angle}[{statement.offset}]"
+        arguments = f"{statement.count}, {angle}, {statement.sine}, {statement.cosine}"
+        self.line(depth, f"{self.sincos_symbol}({arguments});")
+
+    # --- sines, cosines and Bessel functions of straight-line code ---------------------------------------------------
+
+    def trig_batch(self, op: Op, depth: int) -> None:
+        """Compute all sines and cosines of this operation's generation, once."""
+        self.uses.add("sincos")
+        batch = self.trig.batch_of(op)
+        suffix = self.trig.suffix(batch)
+        count, angle = len(batch.angles), self.angles(batch, suffix, depth)
+        self.line(depth, f"{self.element} sine{suffix}[{count}], cosine{suffix}[{count}];")
+        self.line(depth, f"{self.sincos_symbol}({count}, {angle}, sine{suffix}, cosine{suffix});")
+        self.gap(depth)
+        for position, operand in enumerate(batch.angles):
+            for result, kind in self.trig.results[operand]:
+                array = "sine" if kind == "sin" else "cosine"
+                self.texts[result] = Text(f"{array}{suffix}[{position}]")
+
+    def angles(self, batch: TrigBatch, suffix: str, depth: int) -> str:
+        """The array where the angles of a generation stand side by side."""
+        angle = self.run_of_cells(batch.angles)
+        if angle is None:
+            angle = f"angle{suffix}"
+            texts = [self.ensured(operand, depth).text for operand in batch.angles]
+            self.line(depth, f"const {self.element} {angle}[{len(texts)}] = {{{', '.join(texts)}}};")
+        return angle
+
+    def run_of_cells(self, angles: list[Operand]) -> str | None:
+        """The array where the angles lie side by side, if they do."""
+        first = angles[0]
+        if not isinstance(first, Cell) or first.array in self.scalars or first.array in self.params:
+            return None
+        for position, angle in enumerate(angles):
+            if not isinstance(angle, Cell) or angle.array != first.array:
+                return None
+            if angle.index != first.index + position:
+                return None
+        start = first.index.offset
+        return f"&{first.array}[{start}]" if start else first.array
+
+    def ensured(self, operand: Operand, depth: int) -> Text:
+        """An operand of a batch, computed now even when its turn comes later."""
+        waiting = [operand]
+        while waiting:  # chains of operations may be longer than Python's stack
+            last = waiting[-1]
+            if not isinstance(last, Local) or last.name in self.texts:
+                waiting.pop()
+                continue
+            op = self.trig.definitions[last.name]
+            missing = [a for a in op.args if isinstance(a, Local) and a.name not in self.texts]
+            if missing:
+                waiting += reversed(missing)
+            else:
+                self.op(op, depth)
+        return self.operand(operand)
+
+    def bessel(self, op: Op, depth: int) -> None:
+        """J_0 to J_4 of one argument come from one call a block."""
+        self.uses.add("bessel")
+        argument = self.operand(op.args[0]).text
+        if argument not in self.bessel_calls:
+            array = self.bessel_calls[argument] = self.fresh("bessel_")
+            self.line(depth, f"{self.names.real} {array}[5];")
+            self.line(depth, f"{self.names.prefix}_bessel({argument}, {array});")
+        self.texts[op.result] = Text(f"{self.bessel_calls[argument]}[{op.kind[-1]}]")
+
+    # --- operands ---------------------------------------------------------------------------------------------------
+
+    def operand(self, operand: Operand) -> Text:
+        if isinstance(operand, Const):
+            return self.names.number(operand.value)
+        if isinstance(operand, Local):
+            return self.texts[operand.name]
+        return Text(self.target(operand))
+
+    def target(self, cell: Cell) -> str:
+        if cell.array in self.pointers:
+            return f"*{cell.array}"
+        owner = f"p->{cell.array}" if cell.array in self.params else cell.array
+        if cell.array in self.program.tables:
+            owner = self.names.tables[cell.array, self.program.tables[cell.array]]
+        return owner if cell.array in self.scalars else f"{owner}[{cell.index}]"
+
+    def argument(self, name: str) -> str:
+        return f"p->{name}" if name in self.params else name

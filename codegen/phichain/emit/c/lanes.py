@@ -1,0 +1,109 @@
+"""One Program as the body of one C function for several trajectories at once, a lane each.
+
+What depends on the inputs is of type STEM_lanes, a vector of the compiler's where it has vectors and one number where it
+has none; what depends on parameters and constants alone stays a number. The text of an expression is the scalar one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from phichain.emit.c import sincos as trig
+from phichain.emit.c.function import CFunction, CNames, Writer
+from phichain.emit.c.layout import laid_out_text
+from phichain.emit.expressions import Text
+from phichain.emit.render import render
+from phichain.ir.inline import inline
+from phichain.ir.nodes import Array, Cell, Const, Local, Op, Operand, Program
+from phichain.ir.varying import varying
+from phichain.scene import Scene
+
+
+def lanes_kernel(scene: Scene, stem: str, uses: Collection[str], registers: int | None) -> str:
+    """The type of lanes and what is used of it: sines and cosines, roots, the way from arrays to lanes and back.
+
+    Args:
+        scene: the scene.
+        stem: prefix of the type and of its functions.
+        uses: "lanes_sincos", "lanes_sqrt", "lanes_move".
+        registers: how many vector registers of the machine a value takes; None for 64 bytes on any machine.
+    """
+    text = render(
+        "lanes.c.j2", name=scene.name, stem=stem, upper=stem.upper(), uses=uses, registers=registers,
+        sqrt="sqrtf" if scene.real == "float" else "sqrt", **trig.coefficients(scene.real),
+    )  # fmt: skip
+    return laid_out_text(text)
+
+
+def lane_function(program: Program, names: CNames, stem: str, uniform: Collection[str] = ()) -> CFunction:
+    """Print a Program for lanes.
+
+    Args:
+        program: the function; calls are put in place.
+        names: spelling.
+        stem: prefix of the type of lanes and its functions.
+        uniform: inputs, and outputs, that are one number for all lanes.
+    """
+    writer = _LaneWriter(inline(program), names, stem, frozenset(uniform))
+    writer.arrays()
+    writer.block(writer.program.body, 1)
+    own = ("lanes_sincos",) if "sincos" in writer.uses else ()
+    return CFunction(tuple(writer.lines), frozenset({*writer.uses, *own}))
+
+
+def lane_declaration(array: Array, prefix: str, stem: str, is_output: bool, is_uniform: bool) -> str:
+    """How an argument is declared: numbers by value, everything else as an array."""
+    if is_uniform and array.shape == ():
+        return f"const {prefix}_real {array.name}"
+    element = f"{prefix}_real" if is_uniform else f"{stem}_lanes"
+    if is_output:
+        return f"{element} {array.name}[restrict {max(array.size, 1)}]"
+    return f"const {element} {array.name}[{max(array.size, 1)}]"
+
+
+class _LaneWriter(Writer):
+    def __init__(self, program: Program, names: CNames, stem: str, uniform: frozenset[str]) -> None:
+        super().__init__(program, names, {})
+        self.stem, self.element, self.sincos_symbol = stem, f"{stem}_lanes", f"{stem}_sincos"
+        self.lanes = varying(program, {array.name for array in program.inputs} - uniform)
+        self.lanes |= {array.name for array in program.outputs if array.name not in uniform}
+        # Numbers come by value and lanes by address.
+        self.scalars -= self.lanes
+        self.pointers = set()
+
+    def kind(self, value: str) -> str:
+        return self.element if value in self.lanes else self.names.real
+
+    def given(self, value: str, operand: Operand) -> str:
+        text = super().given(value, operand)
+        if value in self.lanes and not self.differs(operand):
+            return f"{self.stem.upper()}_EVERY({text})"
+        return text
+
+    def differs(self, operand: Operand) -> bool:
+        """Whether an operand differs from lane to lane."""
+        match operand:
+            case Const():
+                return False
+            case Local(name):
+                return name in self.lanes
+            case Cell(array, _):
+                return array in self.lanes
+
+    def op(self, op: Op, depth: int) -> None:
+        if op.kind == "sqrt" and op.result in self.lanes:
+            self.root(op, depth)
+            return
+        super().op(op, depth)
+
+    def root(self, op: Op, depth: int) -> None:
+        """Roots have no operator: they are taken through memory."""
+        self.uses |= {"math", "lanes_sqrt"}
+        radicand, root = (
+            self.fresh("radicand"),
+            self.fresh("root") if op.result.startswith("_") else op.result,
+        )
+        self.variable(depth, radicand, self.operand(op.args[0]).text, self.element)
+        self.line(depth, f"{self.element} {root};")
+        self.line(depth, f"{self.stem}_sqrt(&{radicand}, &{root});")
+        self.texts[op.result] = Text(root)

@@ -1,0 +1,1 @@
+"""C around Programs: what runs over many steps or many states."""

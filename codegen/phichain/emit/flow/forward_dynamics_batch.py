@@ -1,0 +1,103 @@
+"""The forward dynamics of many trajectories as C: ``NAME_forward_dynamics_batch``, on component-major arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Final
+
+from phichain.emit.arguments import meaning
+from phichain.emit.c.function import CNames
+from phichain.emit.c.lanes import lane_function, lanes_kernel
+from phichain.emit.c.layout import laid_out_text
+from phichain.emit.c.parts import words
+from phichain.emit.render import render
+from phichain.ir.nodes import Program
+from phichain.ir.passes import total_operations
+from phichain.lowering.lower import lower_function
+from phichain.scene import Scene
+
+#: Vector registers a value takes: sweeps are bound by latency, and this many do not wait for each other.
+REGISTERS: Final = 4
+#: Up to this many operations `auto` takes straight-line code: there is no loop over links left to vectorise, and what a
+#: link hands to the next stays in registers.
+UNROLL_LIMIT: Final = 1200
+
+
+@dataclass(frozen=True)
+class BatchText:
+    """A batch form as text; see `emit.flows.FlowText`."""
+
+    declarations: str
+    definitions: str
+    includes: tuple[str, ...]
+    uses: frozenset[str]
+
+
+def forward_dynamics_batch(scene: Scene, known: Collection[str] = ()) -> BatchText:
+    """Print the batch form of the forward dynamics.
+
+    Args:
+        scene: the scene.
+        known: functions of NAME.c that stand before; this one needs none of them.
+    """
+    program = _program(scene)
+    tables = table_names(scene, program)
+    names = CNames(scene.name, scene.real, tables)
+    stem = f"{scene.name}_batch"
+    body = lane_function(program, names, stem)
+    uses = body.uses | {"lanes_move"}
+    used = words("\n".join(body.lines))
+    inputs = [(array.name, array.size) for array in program.inputs]
+    arguments = ["p"] if program.params else []
+    text = render(
+        "forward_dynamics_batch.c.j2", name=scene.name, stem=stem, kernel=lanes_kernel(scene, stem, uses, REGISTERS), real=f"{scene.name}_real", nv=scene.nv, inputs=inputs,
+        tables=[(table, len(values), ", ".join(names.number(value).text for value in values)) for (_, values), table in tables.items()],
+        parameter=f"const {scene.name}_params *p, " if program.params else "", lines=body.lines,
+        pass_parameter="p, " if program.params else "",
+        ignored=[name for name in arguments if name not in used],
+        definition=", ".join(_arguments(scene, "restrict ")),
+    )  # fmt: skip
+    return BatchText(
+        declarations=laid_out_text(_declarations(scene, program)),
+        definitions=laid_out_text(text),
+        includes=("stddef.h", "string.h", *(("math.h",) if "math" in body.uses else ())),
+        uses=uses,
+    )
+
+
+def _program(scene: Scene) -> Program:
+    """The forward dynamics in the form that lanes run fastest."""
+    program = lower_function(scene, "forward_dynamics", scene.code)
+    if scene.code == "auto" and not program.is_straight_line and total_operations(program) <= UNROLL_LIMIT:
+        return lower_function(scene, "forward_dynamics", "unrolled")
+    return program
+
+
+def table_names(scene: Scene, program: Program) -> dict[tuple[str, tuple[Fraction, ...]], str]:
+    """File-scope names of a Program's tables, apart from those of the scalar functions."""
+    return {
+        key: f"{scene.name}_lanes_{key[0]}_{number}" for number, key in enumerate(program.tables.items(), 1)
+    }
+
+
+def _arguments(scene: Scene, restrict: str) -> list[str]:
+    real = f"{scene.name}_real"
+    return [
+        *([f"const {scene.name}_params *p"] if scene.runtime else []),
+        "size_t n",
+        *(f"const {real} {name}[]" for name in ("q", "v", *(("u",) if scene.nu else ()))),
+        f"{real} a[{restrict.strip()}]",
+    ]
+
+
+def _declarations(scene: Scene, program: Program) -> str:
+    rows = [("p", "in", "runtime parameters, the same for all")] if scene.runtime else []
+    rows.append(("n", "in", "number of states"))
+    for array in program.inputs:
+        rows.append((array.name, "in", f"{array.size} x n, {meaning(scene, 'forward_dynamics', array)}"))
+    rows.append(("a", "out", f"{scene.nv} x n, accelerations"))
+    return render(
+        "forward_dynamics_batch.h.j2", name=scene.name, arguments=rows, prototype=", ".join(_arguments(scene, "")),
+    )  # fmt: skip

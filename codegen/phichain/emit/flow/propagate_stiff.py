@@ -1,0 +1,163 @@
+"""The implicit flow of a scene as C: ``NAME_propagate_stiff``, its types, and what it is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Final
+
+from phichain.contract.rodas5p import EMBEDDED_ORDER
+from phichain.emit.c.function import CNames, c_function
+from phichain.emit.c.layout import laid_out_text
+from phichain.emit.c.parts import declaration, words
+from phichain.emit.render import render
+from phichain.ir.nodes import Program
+from phichain.lowering.lower import lower_function
+from phichain.lowering.stiff_scales import scales_program
+from phichain.scene import Scene
+
+#: Tolerances below this are round-off.
+LEAST_TOLERANCE: Final = {"double": Fraction(1, 2**46), "float": Fraction(1, 2**17)}
+#: The local error aimed at, in units of the tolerance: errors add up over the steps.
+MARGIN: Final = Fraction(1, 16)
+#: What the step size is multiplied by, at least and at most, and the share of it that is taken.
+LEAST_FACTOR: Final = Fraction(1, 10)
+LARGEST_FACTOR: Final = Fraction(5)
+SAFETY: Final = Fraction(9, 10)
+#: Exponents of the error and of the one before it (Gustafsson's PI control; Hairer & Wanner, Solving ODEs II, IV.2).
+PROPORTIONAL: Final = Fraction(7, 10) / (EMBEDDED_ORDER + 1)
+INTEGRAL: Final = Fraction(4, 10) / (EMBEDDED_ORDER + 1)
+
+Tables = dict[tuple[str, tuple[Fraction, ...]], str]
+
+
+@dataclass(frozen=True)
+class Stiff:
+    """The implicit flow of a scene as text.
+
+    Attributes:
+        declarations: types and prototype, for NAME.h after its own types.
+        definitions: for NAME.c, after the kernels and the functions that were named as known.
+        includes: standard headers that the definitions want.
+        uses: kernels that the definitions lean on: "sincos", "math".
+    """
+
+    declarations: str
+    definitions: str
+    includes: tuple[str, ...]
+    uses: frozenset[str]
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One static function as the template sees it."""
+
+    doc: str
+    symbol: str
+    definition: str
+    ignored: tuple[str, ...]
+    lines: tuple[str, ...]
+
+
+def stiff(scene: Scene, known: Collection[str] = ()) -> Stiff:
+    """Print the implicit flow of a scene.
+
+    Args:
+        scene: the scene.
+        known: functions of NAME.c that stand before the flow and that it may call.
+    """
+    step = lower_function(scene, "rosenbrock_increment")
+    symbols = {
+        name: f"{scene.name}_{name}" if name in known else f"{scene.name}_stiff_{name}"
+        for name in step.callees
+    }
+    programs = {symbols[name]: callee for name, callee in step.callees.items() if name not in known}
+    programs |= {f"{scene.name}_stiff_step": step, f"{scene.name}_stiff_scales": scales_program(scene)}
+    tables: Tables = {}
+    for program in programs.values():
+        for key in program.tables.items():
+            tables.setdefault(key, f"{scene.name}_stiff_{key[0]}_{len(tables) + 1}")
+    names = CNames(scene.name, scene.real, tables)
+    bodies = {symbol: c_function(program, names, symbols) for symbol, program in programs.items()}
+    parts = [_part(scene, symbol, programs[symbol], body.lines) for symbol, body in bodies.items()]
+    return Stiff(
+        declarations=laid_out_text(_declarations(scene)),
+        definitions=laid_out_text(_definitions(scene, parts, names)),
+        includes=("math.h", "string.h"),
+        uses=frozenset({"math"}).union(*(body.uses for body in bodies.values())),
+    )
+
+
+def _part(scene: Scene, symbol: str, program: Program, lines: tuple[str, ...]) -> _Part:
+    declared = [f"const {scene.name}_params *p"] if program.params else []
+    declared += [declaration(array, scene.name, False, True) for array in program.inputs]
+    declared += [declaration(array, scene.name, True, True) for array in program.outputs]
+    used = words("\n".join(lines))
+    arguments = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
+    ignored = tuple(name for name in arguments if name not in used)
+    return _Part(program.doc, symbol, ", ".join(declared), ignored, lines)
+
+
+def _definitions(scene: Scene, parts: list[_Part], names: CNames) -> str:
+    number = names.number
+    tables = [
+        (table, len(values), ", ".join(number(value).text for value in values))
+        for (_, values), table in names.tables.items()
+    ]
+    return render(
+        "stiff.c.j2", name=scene.name, upper=scene.name.upper(), real=f"{scene.name}_real", size=scene.nq,
+        tables=tables, functions=parts, cart=(1 if scene.is_planar else 2) if scene.has_cart else 0,
+        parameter="p, " if scene.runtime else "",
+        given="u, " if scene.nu else "", definition=", ".join(_arguments(scene, True)),
+        least=number(LEAST_TOLERANCE[scene.real]).text, margin=number(MARGIN).text,
+        smallest=number(LEAST_FACTOR).text, largest=number(LARGEST_FACTOR).text, safety=number(SAFETY).text,
+        proportional=number(PROPORTIONAL).text, integral=number(INTEGRAL).text,
+        one_over_order=number(Fraction(1, EMBEDDED_ORDER + 1)).text,
+        floor="1e-8" if scene.real == "double" else "1e-4f", tiny="1e-290" if scene.real == "double" else "1e-30f",
+        abs=names.libm("fabs"), pow=names.libm("pow"),
+    )  # fmt: skip
+
+
+def _declarations(scene: Scene) -> str:
+    return render(
+        "stiff.h.j2", name=scene.name, upper=scene.name.upper(), prototype=", ".join(_arguments(scene, False)),
+        arguments=_documented(scene), size=2 * scene.nq,
+    )  # fmt: skip
+
+
+def _arguments(scene: Scene, definition: bool) -> list[str]:
+    real, restrict = f"{scene.name}_real", "restrict " if definition else ""
+    return [
+        *([f"const {scene.name}_params *p"] if scene.runtime else []),
+        f"{scene.name}_stiff *flow",
+        f"{real} t_end",
+        "unsigned long max_steps",
+        *([f"const {real} u[{scene.nu}]"] if scene.nu else []),
+        f"{real} q[{restrict}{scene.nq}]",
+        f"{real} v[{restrict}{scene.nv}]",
+        "unsigned long count",
+        f"const {real} *times",
+        f"{real} *q_out",
+        f"{real} *v_out",
+    ]
+
+
+def _documented(scene: Scene) -> list[tuple[str, str, str]]:
+    rows = [
+        ("p", "in", "parameters") if scene.runtime else None,
+        ("flow", "in, out", "start time and tolerance; what was done"),
+        ("t_end", "in", "final time, s"),
+        (
+            "max_steps",
+            "in",
+            "step budget, refused steps included; called again, it goes on from where it stopped",
+        ),
+        ("u", "in", "inputs, held constant") if scene.nu else None,
+        ("q, v", "in, out", "state"),
+        ("count", "in", "number of times"),
+        ("times", "in", "times on the way, in its order, at which the state is wanted, or NULL"),
+        ("q_out", "out", f"configurations there, count x {scene.nq}, or NULL"),
+        ("v_out", "out", f"rates there, count x {scene.nv}, or NULL"),
+    ]
+    return [row for row in rows if row is not None]

@@ -1,0 +1,164 @@
+"""The self-test of what runs over many steps: a short motion against the un-lowered Lagrangian, and back to its start.
+
+The expected end is that of Gragg's midpoint rule extrapolated in the step size (Gragg 1965), on the accelerations of
+`mechanics.reference` in 50 digits: another method on other equations than the emitted ones.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Final
+
+from mpmath import mp
+
+from phichain.emit.selftest.states import draw_inputs, draw_parameter, rounded, shaped, step_length
+from phichain.ir.nodes import Array
+from phichain.lowering.lower import Lowered
+from phichain.reference import reference
+from phichain.scene import Scene
+
+#: The reference's cost grows with the cube of the links: longer chains only go there and back.
+LONGEST_REFERENCE: Final = 8
+#: Longest motion in units of the step that the one-step functions are tested with.
+_STEPS: Final = 2048
+#: Midpoint substeps of the extrapolated rows.
+_ROWS: Final = tuple(range(2, 26, 2))
+#: A reference is taken when its last two extrapolations agree to this, relative to the largest entry.
+_AGREEMENT: Final = Fraction(1, 10**20)
+
+
+@dataclass(frozen=True)
+class FlowKind:
+    """How a flow is called in C, and what is asked of it.
+
+    Attributes:
+        struct: ending of its struct's name.
+        done: ending of the name of what it returns at t_end.
+        has_workspace: whether the struct holds a workspace and the call an event.
+        tolerance: what is asked, by type.
+        accepted: error over the largest entry that passes, by type.
+    """
+
+    struct: str
+    done: str
+    has_workspace: bool
+    tolerance: Mapping[str, float]
+    accepted: Mapping[str, float]
+
+
+_ROUND_OFF: Final = {"double": 2.0**-52, "float": 2.0**-23}
+KINDS: Final[Mapping[str, FlowKind]] = {
+    "propagate": FlowKind("flow", "DONE", True, _ROUND_OFF, {name: 64 * x for name, x in _ROUND_OFF.items()}),
+    "propagate_stiff": FlowKind(
+        "stiff", "STIFF_DONE", False, {"double": 1e-11, "float": 1e-4}, {"double": 1e-9, "float": 1e-3}
+    ),
+}
+
+
+@dataclass(frozen=True)
+class FlowCase:
+    """A motion over t_end from (q, v), u held.
+
+    Attributes:
+        function: the flow's name in the contract.
+        params: values of the runtime parameters, by name.
+        inputs: q, v and, where the scene has one, u.
+        t_end: its length, s.
+        expected: q and v at its end; None where they would take too long to compute.
+        tolerance: what is asked of the flow.
+        accepted: error over the largest entry that passes.
+    """
+
+    function: str
+    params: Mapping[str, list[float]]
+    inputs: Mapping[str, list[float]]
+    t_end: float
+    expected: Mapping[str, list[float]] | None
+    tolerance: float
+    accepted: float
+
+
+def flow_cases(scene: Scene, lowered: Lowered) -> tuple[FlowCase, ...]:
+    """One motion for each flow that the scene wants, drawn from the scene's digest; batch forms have none."""
+    return tuple(_case(scene, lowered, name) for name in scene.want if name in KINDS)
+
+
+def _case(scene: Scene, lowered: Lowered, name: str) -> FlowCase:
+    source = random.Random(f"{name} {scene.digest}")
+    values = {array.name: draw_parameter(scene, array, source) for array in lowered.params}
+    state = [
+        Array("q", (scene.nq,)),
+        Array("v", (scene.nv,)),
+        *([Array("u", (scene.nu,))] if scene.nu else []),
+    ]
+    inputs = draw_inputs(scene, state, source)
+    t_end = _STEPS * step_length(scene, values, inputs)
+    expected = None
+    while scene.links <= LONGEST_REFERENCE and expected is None:
+        t_end /= 2
+        ends = exact_motion(scene, shaped(lowered.params, values), inputs, t_end)
+        if ends is not None:
+            expected = {part: [rounded(scene, x) for x in end] for part, end in ends.items()}
+    kind = KINDS[name]
+    return FlowCase(name, values, inputs, t_end, expected, kind.tolerance[scene.real], kind.accepted[scene.real])
+
+
+def exact_motion(
+    scene: Scene, params: Mapping[str, Any], inputs: Mapping[str, Sequence[float]], t_end: float
+) -> dict[str, list[Any]] | None:
+    """q and v at t_end to twenty digits, or None where t_end is too long for the extrapolation."""
+    with mp.workdps(50):
+        start = [mp.mpf(x) for x in (*inputs["q"], *inputs["v"])]
+        u = {"u": list(inputs["u"])} if "u" in inputs else {}
+
+        def slope(state: list[Any]) -> list[Any]:
+            q, v = state[: scene.nq], state[scene.nq :]
+            a = reference(scene, "forward_dynamics", {"q": q, "v": v, **u}, params=params)["a"]
+            return [*_velocity(scene, q, v), *a]
+
+        end, before = _extrapolated(slope, start, mp.mpf(t_end))
+        parts = {"q": slice(0, scene.nq), "v": slice(scene.nq, None)}
+        for part in parts.values():
+            apart = max(abs(x - y) for x, y in zip(end[part], before[part], strict=True))
+            if apart * _AGREEMENT.denominator > max(map(abs, end[part])):
+                return None
+        return {name: end[part] for name, part in parts.items()}
+
+
+def _velocity(scene: Scene, q: list[Any], v: list[Any]) -> list[Any]:
+    """q' of a state: v in the plane, omega_k x q_k on the sphere."""
+    if scene.is_planar:
+        return v
+    first = 2 if scene.has_cart else 0
+    velocity = v[:first]
+    for k in range(first, scene.nq, 3):
+        (a, b, c), (x, y, z) = v[k : k + 3], q[k : k + 3]
+        velocity += [b * z - c * y, c * x - a * z, a * y - b * x]
+    return velocity
+
+
+def _extrapolated(
+    slope: Callable[[list[Any]], list[Any]], start: list[Any], t_end: Any
+) -> tuple[list[Any], list[Any]]:
+    """Aitken-Neville extrapolation in h^2 of the midpoint rule's results: the last two of the diagonal."""
+    first = slope(start)
+    row: list[list[Any]] = []
+    for k, count in enumerate(_ROWS):
+        new = [_midpoint(slope, start, first, t_end / count, count)]
+        for j, before in enumerate(row):
+            ratio = mp.mpf(count) / _ROWS[k - 1 - j]
+            new.append([x + (x - y) / (ratio**2 - 1) for x, y in zip(new[-1], before, strict=True)])
+        row, last = new, row[-1] if row else start
+    return row[-1], last
+
+
+def _midpoint(
+    slope: Callable[[list[Any]], list[Any]], start: list[Any], first: list[Any], h: Any, count: int
+) -> list[Any]:
+    before, now = start, [x + h * y for x, y in zip(start, first, strict=True)]
+    for _ in range(count - 1):
+        before, now = now, [x + 2 * h * y for x, y in zip(before, slope(now), strict=True)]
+    return now

@@ -1,0 +1,106 @@
+"""The states that self-tests are made at: moderate, drawn from a seeded source, rounded once to the scene's type."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from mpmath import mp
+
+from phichain.ir.nodes import Array
+from phichain.reference import reference
+from phichain.scene import Scene
+
+#: [s] A spatial step's stages leave the sphere by O(h^2), and the reference's do not.
+_LONGEST_STEP = 2.0**-14
+
+
+def draw_parameter(scene: Scene, array: Array, source: random.Random) -> list[float]:
+    """Moderate values; com stays below length."""
+    if array.name in ("com", "length"):
+        low, high = (0.25, 0.5) if array.name == "com" else (0.5, 1.0)
+        return [rounded(scene, source.uniform(low, high)) for _ in range(array.size)]
+    return [rounded(scene, source.uniform(0.5, 2.0)) for _ in range(array.size)]
+
+
+def draw_inputs(scene: Scene, arrays: Sequence[Array], source: random.Random) -> dict[str, list[float]]:
+    """A value for every input: unit vectors, tangent rates, signs, steps and frequencies where those belong."""
+    inputs = {}
+    for array in arrays:
+        draw: Callable[[], float] = lambda: source.uniform(-2.0, 2.0)
+        if array.name == "s":
+            draw = lambda: source.choice((-1.0, 1.0))
+        elif array.name == "h":
+            draw = lambda: _LONGEST_STEP
+        elif array.name == "omega":
+            draw = lambda: source.uniform(1.0, 4.0)
+        inputs[array.name] = [rounded(scene, draw()) for _ in range(array.size)]
+    if not scene.is_planar and "q" in inputs:
+        _on_sphere(scene, inputs)
+    return inputs
+
+
+def step_length(scene: Scene, params: Mapping[str, list[float]], inputs: Mapping[str, list[float]]) -> float:
+    """A step h [s], a power of two, well within the stability of RK4: h^2 |a| <= 2^-14 and h |a| <= 2^-5 max(1, |v|).
+
+    Beyond it a light link's joint makes the step grow without bound, and its result says nothing about the code.
+    """
+    state = {name: inputs[name] for name in ("q", "v", "u") if name in inputs}
+    acceleration = max(
+        map(abs, reference(scene, "forward_dynamics", state, params=by_shape(scene, params))["a"])
+    )
+    fastest = max(1.0, *map(abs, inputs["v"]))
+    h = _LONGEST_STEP
+    while h * h * acceleration > 2.0**-14 or h * acceleration > 2.0**-5 * fastest:
+        h /= 2.0
+    return h
+
+
+def _on_sphere(scene: Scene, inputs: dict[str, list[float]]) -> None:
+    """Unit vectors and tangent rates, each rounded once."""
+    first = 2 if scene.has_cart else 0
+    for start in range(first, scene.nq, 3):
+        q = inputs["q"][start : start + 3]
+        with mp.workdps(50):
+            norm = mp.sqrt(mp.fsum(mp.mpf(x) ** 2 for x in q))
+            unit = [mp.mpf(x) / norm for x in q]
+        inputs["q"][start : start + 3] = [rounded(scene, x) for x in unit]
+        for name in ("v", "q_dot"):
+            if name not in inputs:
+                continue
+            rate = inputs[name][start : start + 3]
+            with mp.workdps(50):
+                along = mp.fsum(a * b for a, b in zip(unit, rate, strict=True))
+                rate = [rounded(scene, w - along * x) for w, x in zip(rate, unit, strict=True)]
+            inputs[name][start : start + 3] = rate
+
+
+def shaped(arrays: Sequence[Array], values: Mapping[str, list[float]]) -> dict[str, Any]:
+    """Values as the reference takes them: lists for arrays, numbers for scalars."""
+    return {array.name: values[array.name] if array.shape else values[array.name][0] for array in arrays}
+
+
+def by_shape(scene: Scene, values: Mapping[str, list[float]]) -> dict[str, Any]:
+    """The same for values of runtime parameters."""
+    return {name: given if scene.runtime_shapes[name] else given[0] for name, given in values.items()}
+
+
+def kind_of(scene: Scene) -> Any:
+    """NumPy's type for the scene's."""
+    return np.float32 if scene.real == "float" else np.float64
+
+
+def rounded(scene: Scene, value: Any) -> float:
+    """The nearest number of the scene's type (a mpf is rounded once)."""
+    number = float(value)
+    if scene.real == "double":
+        return number
+    with np.errstate(over="ignore"):  # an infinite expectation makes an infinite error, which is refused
+        nearest = np.float32(number)
+    if float(nearest) != number and isinstance(value, mp.mpf):
+        # double rounding: decide between the two neighbours by the exact value
+        other = np.nextafter(nearest, np.float32(np.inf if value > float(nearest) else -np.inf))
+        nearest = min((nearest, other), key=lambda x: abs(mp.mpf(float(x)) - value))
+    return float(nearest)

@@ -1,0 +1,1 @@
+"""Vectors and small matrices of Program scalars, free of cancellation."""

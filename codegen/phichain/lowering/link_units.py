@@ -1,0 +1,47 @@
+"""Each link's own units in the articulated sweeps: m (r / l)^2 of mass and l of length, which leave the fewest factors.
+
+What link k passes on to link k - 1 changes units on the way; the conversion is folded into factors that are there anyway
+and vanishes where links are alike. Link 0 keeps its own units.
+"""
+
+from __future__ import annotations
+
+from phichain.ir.builder import ArrayRef, Builder
+from phichain.lowering.parameters import Parameters
+from phichain.scene import Scene
+
+
+class LinkUnits:
+    """Per-link numbers of the articulated sweeps.
+
+    Attributes:
+        leverage: lambda = l / r.
+        overhang: lambda - 1 = (l - r) / r, structurally zero where every mass sits at its link's end.
+        mass_unit: m (r / l)^2, kg.
+        inverse_torque: 1 / (m r^2), takes a couple into the link's units.
+        mass: takes a mass from link k to link k - 1.
+        length: takes a length or an acceleration from link k to link k - 1.
+        leverage_step: lambda_k / lambda_{k-1}.
+        outward: takes a length or an acceleration from link k - 1 to link k.
+    """
+
+    def __init__(self, builder: Builder, scene: Scene, parameters: Parameters) -> None:
+        self._parameters = parameters
+        mass, length, com = parameters.mass, parameters.length, parameters.com
+        derived, steps, one = parameters.derived, parameters.steps, builder.lift(1)
+        self.leverage = leverage = derived("leverage", lambda k: one if scene.tip_masses else length[k] / com[k])
+        self.overhang = derived("overhang", lambda k: (length[k] - com[k]) / com[k])
+        self.inverse_torque = derived("inverse_torque", lambda k: 1 / (mass[k] * com[k] * com[k]))
+        self.mass_unit = mass_unit = derived("mass_unit", lambda k: mass[k] / (leverage[k] * leverage[k]))
+        self.mass = steps("mass_step", lambda k: mass_unit[k])
+        self.length = steps("length_step", lambda k: length[k])
+        self.leverage_step = steps("leverage_step", lambda k: leverage[k])
+        self.outward = steps("outward_step", lambda k: 1 / length[k])
+
+    def product(self, name: str, *factors: ArrayRef) -> ArrayRef:
+        """The product of per-link numbers."""
+        first, *others = factors
+        if not others:
+            return first
+        rest = self.product(f"{name}_rest", *others) if len(others) > 1 else others[0]
+        return self._parameters.derived(name, lambda k: first[k] * rest[k])

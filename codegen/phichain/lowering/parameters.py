@@ -1,0 +1,220 @@
+"""The numbers of a scene inside a Program: exact constants where they are known, cells of the params struct where not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+from math import inf, prod
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.scene import Scene
+
+_PER_LINK = ("mass", "length", "com", "damping", "stiffness")
+
+_DOC = {
+    "mass": "point mass of each link, kg",
+    "length": "length of each link, m",
+    "com": "distance of each point mass from its base joint, m",
+    "cart_mass": "mass of the cart, kg",
+    "gravity": "gravitational acceleration, m/s^2",
+    "damping": "damping of each joint, N m s/rad",
+    "stiffness": "stiffness of each joint, N m/rad",
+}
+
+
+@dataclass(frozen=True)
+class Units:
+    """Units of mass and length that a Program computes in, kg and m; time stays in seconds."""
+
+    mass: Fraction = Fraction(1)
+    length: Fraction = Fraction(1)
+
+    @property
+    def force(self) -> Fraction:
+        """Unit of force, N."""
+        return self.mass * self.length
+
+    @property
+    def torque(self) -> Fraction:
+        """Unit of torque, N m."""
+        return self.mass * self.length**2
+
+    def of(self, parameter: str) -> Fraction:
+        """Unit of a parameter of the scene."""
+        match parameter:
+            case "mass" | "cart_mass":
+                return self.mass
+            case "length" | "com" | "gravity":
+                return self.length
+        return self.torque
+
+
+def _own_units(scene: Scene) -> Units:
+    """Mass and length of a uniform chain's links; SI units where links differ or numbers come at run time."""
+    if scene.runtime or len(set(scene.mass)) > 1 or len(set(scene.length)) > 1:
+        return Units()
+    return Units(Fraction(scene.mass[0]), Fraction(scene.length[0]))
+
+
+class Parameters:
+    """Per-link parameters and the sums of theory section 1 that lowering needs, each made on first use.
+
+    Links are counted from 0. ``outer_mass[k]`` is the mass beyond link k, ``mu[k] = m_k r_k + l_k outer_mass[k]``,
+    ``c_diagonal[k] = m_k r_k^2 + l_k^2 outer_mass[k]``; for i != j ``c_ij = length[min(i, j)] * mu[max(i, j)]``.
+    """
+
+    def __init__(self, builder: Builder, scene: Scene, own_units: bool = False) -> None:
+        """Declare the runtime parameters and read the numbers.
+
+        Args:
+            builder: where the Program is recorded.
+            scene: the chain.
+            own_units: measure a uniform chain in units of its own mass and length, so that they vanish from the code;
+                the caller converts inputs and results by `units`.
+        """
+        self._builder, self._scene = builder, scene
+        self.units = _own_units(scene) if own_units else Units()
+        self._made: dict[str, ArrayRef] = {}
+        self.links = scene.links
+        for name in scene.runtime:
+            shape = (scene.links,) if name in _PER_LINK else ()
+            self._made[name] = builder.param(name, shape, _DOC[name])
+        self.mass = self._given("mass")
+        self.length = self._given("length")
+        self.com = self.length if scene.com is None else self._given("com")
+
+    @property
+    def damping(self) -> ArrayRef | None:
+        """Joint damping, or None on an undamped scene."""
+        return None if self._scene.damping is None else self._given("damping")
+
+    @property
+    def stiffness(self) -> ArrayRef | None:
+        """Joint stiffness, or None on a scene without springs."""
+        return None if self._scene.stiffness is None else self._given("stiffness")
+
+    @property
+    def gravity(self) -> Expr:
+        """Gravitational acceleration."""
+        return self._scalar("gravity")
+
+    @property
+    def cart_mass(self) -> Expr:
+        """Mass of the cart."""
+        return self._scalar("cart_mass")
+
+    @property
+    def outer_mass(self) -> ArrayRef:
+        """The mass beyond each link, sum of m_a over a > k."""
+        return self._once("outer_mass", self._outer_mass)
+
+    @property
+    def total_mass(self) -> Expr:
+        """M_00 = m_0 + sum of all m_a."""
+        chain = self.outer_mass[0] + self.mass[0]
+        return chain + self.cart_mass if self._scene.has_cart else chain
+
+    @property
+    def mu(self) -> ArrayRef:
+        """First moments mu_k."""
+        return self.derived("mu", lambda k: self.mass[k] * self.com[k] + self.length[k] * self.outer_mass[k])
+
+    @property
+    def c_diagonal(self) -> ArrayRef:
+        """Second moments c_kk."""
+        length, com = self.length, self.com
+        return self.derived(
+            "c_diagonal", lambda k: self.mass[k] * com[k] * com[k] + length[k] * length[k] * self.outer_mass[k]
+        )
+
+    @property
+    def mass_ratio(self) -> ArrayRef:
+        """rho_k = m_k / m_{k-1} for k = 1..N; the last, beyond the tip (where the tension is zero), repeats its neighbour."""
+        return self._between("mass_ratio", lambda k: self.mass[k + 1] / self.mass[k])
+
+    @property
+    def inverse_mass_ratio(self) -> ArrayRef:
+        """1 / rho_k = m_{k-1} / m_k for k = 1..N, padded likewise."""
+        return self._between("inverse_mass_ratio", lambda k: self.mass[k] / self.mass[k + 1])
+
+    @property
+    def real(self) -> str:
+        """The scene's number type."""
+        return self._scene.real
+
+    @property
+    def pivot_growth(self) -> float:
+        """Bound of how far pivots of the tension system grow on either side; infinite where masses are runtime."""
+        scene = self._scene
+        if isinstance(scene.mass, str) or isinstance(scene.cart_mass, str):
+            return inf
+        ratios = [outer / inner for inner, outer in pairwise((scene.cart_mass or scene.mass[0], *scene.mass))]
+        middle = self.links // 2
+        return max(prod(1 + ratio for ratio in ratios[:middle]), prod(1 + 1 / ratio for ratio in ratios[middle + 1 :]))
+
+    def derived(self, name: str, entry: Callable[[Index], Expr], count: int | None = None) -> ArrayRef:
+        """A table of per-link values made once per Program."""
+        return self._once(name, lambda: self._builder.table(name, count or self.links, entry))
+
+    def steps(self, name: str, unit: Callable[[Index], Expr]) -> ArrayRef:
+        """unit(k) / unit(k - 1) for each link, 1 for the link at the base."""
+        if not {"mass", "length", "com"} & set(self._scene.runtime):
+            return self.derived(name, lambda k: unit(k) / unit(k - 1) if k else self._builder.lift(1))
+        return self._once(name, lambda: self._step_cells(name, unit))
+
+    def _step_cells(self, name: str, unit: Callable[[Index], Expr]) -> ArrayRef:
+        builder = self._builder
+        cells = builder.array(name, self.links)
+        cells[0] = builder.lift(1)
+        with builder.loop("k", 1, self.links) as loop:
+            cells[loop.index] = unit(loop.index) / unit(loop.index - 1)
+        return cells
+
+    def _between(self, name: str, entry: Callable[[Index], Expr]) -> ArrayRef:
+        """entry(k - 1) for the neighbours k - 1 and k, k = 1..N-1, and a repeated entry for k = N."""
+        if isinstance(self._scene.mass, str) and self.links > 1:
+            return self._once(name, lambda: self._padded(name, entry)).shifted(-1)
+        known = [entry(k).constant or Fraction(1) for k in range(self.links - 1)]
+        padded = [*known, known[-1] if known else Fraction(1)]
+        return self._once(name, lambda: self._builder.constants(name, padded)).shifted(-1)
+
+    def _padded(self, name: str, entry: Callable[[Index], Expr]) -> ArrayRef:
+        builder, last = self._builder, self.links - 1
+        cells = builder.array(name, self.links)
+        with builder.loop("k", 0, last) as loop:
+            cells[loop.index] = entry(loop.index)
+        cells[last] = builder.lift(1)
+        return cells
+
+    def _outer_mass(self) -> ArrayRef:
+        builder, links = self._builder, self.links
+        if self._scene.mass != "runtime":
+            exact = [self.mass[k].constant or Fraction(0) for k in range(links)]
+            return builder.constants("outer_mass", [sum(exact[k + 1 :], Fraction(0)) for k in range(links)])
+        outer = builder.array("outer_mass", links)
+        outer[links - 1] = builder.lift(0)
+        with builder.loop("k", links - 1, 0, -1) as loop:
+            k = loop.index
+            beyond = loop.carry("beyond", 0)
+            following = beyond + self.mass[k]
+            outer[k - 1] = following
+            loop.follow(beyond, following)
+        return outer
+
+    def _given(self, name: str) -> ArrayRef:
+        unit = self.units.of(name)
+        exact = [Fraction(value) / unit for value in getattr(self._scene, name)] if name not in self._made else []
+        return self._once(name, lambda: self._builder.constants(name, exact))
+
+    def _scalar(self, name: str) -> Expr:
+        if name in self._made:
+            return self._made[name][0]
+        return self._builder.lift(Fraction(getattr(self._scene, name)) / self.units.of(name))
+
+    def _once(self, name: str, make: Callable[[], ArrayRef]) -> ArrayRef:
+        if name not in self._made:
+            with self._builder.first_of_all():
+                self._made[name] = make()
+        return self._made[name]

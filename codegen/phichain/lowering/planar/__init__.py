@@ -1,0 +1,1 @@
+"""Chains in the plane: angles, and the sweeps over them."""

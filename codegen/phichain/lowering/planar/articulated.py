@@ -1,0 +1,236 @@
+"""Planar forward dynamics with masses anywhere on their links: an articulated sweep (docs/theory.md, section 5).
+
+Frames have x along the link and y along its tangent and are turned from joint to joint by the joint's angle. The chain
+beyond a joint asks for the force A a + b there, a the joint's acceleration minus gravity. Everything about a link is in its
+own units, m (r / l)^2 of mass and l of length, with lambda = l / r, E = det A, k = adj(A) b, w the absolute rate and tau the
+couple on the link. In the frame of the link, before and after it is eliminated,
+
+    D = 1 + A_yy,   A'_xx = lambda^2 + (A_xx + E) / D,   A'_xy = -(lambda - 1) A_xy / D,   A'_yy = (lambda - 1)^2 A_yy / D
+    E' = (lambda - 1)^2 (lambda^2 A_yy + E) / D
+    free = (tau - b_y + w^2 A_xy) / D,   b'_y = tau + (lambda - 1) free
+    b'_x = (b_x + k_x + tau A_xy) / D - w^2 (lambda + (A_xx + E) / D)
+    k'_x = (lambda - 1) ((lambda - 1) (k_x - w^2 (E + lambda A_yy)) + lambda tau A_xy) / D
+    k'_y = lambda^2 b'_y + (tau (lambda A_xx + E) - (lambda - 1) (k_y + lambda w^2 A_xy)) / D
+
+and outwards the link's tip is accelerated by free - (A_xy a_x + (lambda - 1) a_y) / D along its tangent, a_y + phi''. On a cart
+(m_c + A_yy) x'' = u - b_y + g A_xy.
+
+E and k are carried because A and b alone cancel: b_x + k_x stands for b_x D - A_xy b_y, whose terms are as large as the
+heaviest mass beyond while their difference is as small as the lightest. Carried are E / lambda and k / lambda, which leaves
+no factor in the usual case r = l / 2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.link_units import LinkUnits
+from phichain.lowering.parameters import Parameters
+from phichain.lowering.planar.joints import PlanarState, couples, from_absolute
+from phichain.scene import Scene
+
+#: So many links at the tip stand outside the loop: the zeros beyond the tip save most of their operations.
+_TIP_LINKS = 2
+
+
+@dataclass(frozen=True)
+class _Outer:
+    """The chain beyond a joint: inertia A, E / lambda, force b and k / lambda."""
+
+    xx: Expr
+    xy: Expr
+    yy: Expr
+    determinant: Expr
+    force_x: Expr
+    force_y: Expr
+    minor_x: Expr
+    minor_y: Expr
+
+    def scalars(self) -> dict[str, Expr]:
+        """The scalars by name; what is known to be zero stays a number and is not among them."""
+        named = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: value for name, value in named.items() if not value.is_zero}
+
+
+@dataclass(frozen=True)
+class _Factors:
+    """What takes the results of a link into the units of the link before."""
+
+    mass: ArrayRef
+    axial: ArrayRef
+    skew: ArrayRef
+    lever: ArrayRef
+    determinant: ArrayRef
+    force: ArrayRef
+    minor: ArrayRef
+    minor_x: ArrayRef
+    minor_force: ArrayRef
+
+
+@dataclass(frozen=True)
+class _Pivot:
+    """What the elimination of a link leaves for the rest of its step."""
+
+    rate_squared: Expr
+    swing: Expr
+    drive: Expr
+    inverse: Expr
+    free: Expr
+    gain_x: Expr
+
+
+def accelerations(
+    builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None, a: ArrayRef
+) -> None:
+    """Write the accelerations [x'', theta''] into `a`."""
+    sweep = _Sweep(builder, scene, parameters, state, couples(builder, scene, parameters, state, u))
+    outer = sweep.inwards()
+    base_y = builder.lift(0)
+    if scene.has_cart:
+        force = u[0] / parameters.units.force if u is not None and scene.has_force else builder.lift(0)
+        base_y = sweep.cart_acceleration(outer, force)
+        a[0] = base_y * parameters.units.length
+    else:
+        sweep.pivot(outer, 0)
+    sweep.outwards(-parameters.gravity, base_y, a.shifted(int(scene.has_cart)))
+
+
+class _Sweep:
+    """The inward elimination and the outward substitution; work arrays carry one to the other."""
+
+    def __init__(
+        self, builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, couple: ArrayRef | None
+    ) -> None:
+        self.builder, self.scene, self.parameters, self.state, self.couple = builder, scene, parameters, state, couple
+        self.units = LinkUnits(builder, scene, parameters)
+        self.factors = _factors(self.units)
+        self.sine, self.cosine = builder.sincos(state.angle, scene.links)
+        self.free, self.gain_x, self.gain_y, self.rate_squared = (
+            builder.array(name, scene.links) for name in ("free", "gain_x", "gain_y", "rate_squared")
+        )
+
+    def inwards(self) -> _Outer:
+        """The chain beyond the cart, or beyond link 0 of a chain on a fixed base, which passes nothing on."""
+        links, last = self.scene.links, 0 if self.scene.has_cart else 1
+        outer = _Outer(*(self.builder.lift(0) for _ in fields(_Outer)))
+        inner = max(links - _TIP_LINKS, last)
+        for k in range(links - 1, inner - 1, -1):
+            outer = self.eliminate(outer, k)
+        if inner == last:
+            return outer
+        with self.builder.loop("k", inner - 1, last - 1, -1) as loop:
+            carried = {name: loop.carry(f"outer_{name}", value) for name, value in self._scalars(outer).items()}
+            known = {field.name: self.builder.lift(0) for field in fields(_Outer)}
+            before = _Outer(**(known | carried))
+            after = self.eliminate(before, loop.index)
+            for name, value in carried.items():
+                loop.follow(value, getattr(after, name))
+        return before
+
+    def _scalars(self, outer: _Outer) -> dict[str, Expr]:
+        """What changes from link to link; E is zero throughout where every mass sits at its link's end."""
+        names = {field.name for field in fields(_Outer)} - ({"determinant"} if self.scene.tip_masses else set())
+        return {field.name: getattr(outer, field.name) for field in fields(_Outer) if field.name in names}
+
+    def pivot(self, outer: _Outer, k: Index) -> _Pivot:
+        """Eliminate the rotation of link k: its tip accelerates by free - gain_x a_x - gain_y a_y along its tangent."""
+        let = self.builder.let
+        rate_squared = let("rate_squared", self.state.rate[k] * self.state.rate[k])
+        inverse = let("inverse_pivot", 1 / (1 + outer.yy))
+        swing = let("swing", rate_squared * outer.xy)
+        push = swing - outer.force_y
+        drive = self.builder.lift(0)
+        if self.couple is not None:
+            drive = let("drive", self.couple[k] * self.units.inverse_torque[k])
+        free = let("free", (drive + push) * inverse)
+        gain_x = let("gain_x", outer.xy * inverse)
+        self.rate_squared[k], self.free[k], self.gain_x[k] = rate_squared, free, gain_x
+        self.gain_y[k] = self.units.overhang[k] * inverse
+        return _Pivot(rate_squared, swing, drive, inverse, free, gain_x)
+
+    def eliminate(self, outer: _Outer, k: Index) -> _Outer:
+        """Link k and all beyond it, seen from the link before."""
+        return self._turned(self._with_link(outer, self.pivot(outer, k), k), k)
+
+    def _with_link(self, outer: _Outer, pivot: _Pivot, k: Index) -> _Outer:
+        """Link k and all beyond it in the frame of link k, in units of the link before."""
+        let, factors = self.builder.let, self.factors
+        leverage, overhang = self.units.leverage[k], self.units.overhang[k]
+        inverse, rate_squared, drive = pivot.inverse, pivot.rate_squared, pivot.drive
+        across, along = outer.yy + outer.determinant, outer.xx + outer.determinant
+        shared = overhang * outer.minor_x + outer.xy * drive
+        axial = let("axial", (along + overhang * outer.determinant) * inverse)
+        determinant = (across + overhang * outer.yy) * inverse
+        force_x = (outer.force_x + outer.minor_x + shared) * inverse - rate_squared * (leverage + axial)
+        force_y = let("link_force_y", drive + overhang * pivot.free)
+        minor_x = (shared - overhang * (rate_squared * across)) * inverse
+        minor_y = (drive * along - overhang * (outer.minor_y + pivot.swing)) * inverse
+        return _Outer(
+            xx=let("link_xx", factors.axial[k] + factors.mass[k] * axial),
+            xy=-(factors.skew[k] * pivot.gain_x),
+            yy=let("link_yy", factors.lever[k] * (outer.yy * inverse)),
+            determinant=let("link_determinant", factors.determinant[k] * determinant),
+            force_x=let("link_force_x", factors.force[k] * force_x),
+            force_y=factors.force[k] * force_y,
+            minor_x=let("link_minor_x", factors.minor_x[k] * minor_x),
+            minor_y=let("link_minor_y", factors.minor_force[k] * force_y + factors.minor[k] * minor_y),
+        )
+
+    def _turned(self, link: _Outer, k: Index) -> _Outer:
+        """The same in the frame of the link before; determinants do not change."""
+        let, sine, cosine = self.builder.let, self.sine[k], self.cosine[k]
+        shear = let("shear", sine * (link.xx - link.yy) + cosine * (link.xy + link.xy))
+        lean = let("lean", sine * shear)
+        return _Outer(
+            xx=let("outer_xx", link.xx - lean),
+            xy=let("outer_xy", cosine * shear - link.xy),
+            yy=let("outer_yy", link.yy + lean),
+            determinant=link.determinant,
+            force_x=let("outer_force_x", cosine * link.force_x - sine * link.force_y),
+            force_y=let("outer_force_y", sine * link.force_x + cosine * link.force_y),
+            minor_x=let("outer_minor_x", cosine * link.minor_x - sine * link.minor_y),
+            minor_y=let("outer_minor_y", sine * link.minor_x + cosine * link.minor_y),
+        )
+
+    def cart_acceleration(self, outer: _Outer, force: Expr) -> Expr:
+        """(m_c + A_yy) x'' = u - b_y + g A_xy, in the units of the scene's parameters."""
+        parameters, unit = self.parameters, self.units.mass_unit[0]
+        push = force + parameters.gravity * (unit * outer.xy) - (unit * parameters.length[0]) * outer.force_y
+        return self.builder.let("cart_acceleration", push / (parameters.cart_mass + unit * outer.yy))
+
+    def outwards(self, base_x: Expr, base_y: Expr, theta_ddot: ArrayRef) -> None:
+        """From the base's acceleration to all others, in units of each link's length."""
+        builder, let = self.builder, self.builder.let
+        alpha = builder.array("acceleration", self.scene.links)
+        inverse = 1 / self.parameters.length[0]
+        with builder.loop("k", 0, self.scene.links) as loop:
+            k = loop.index
+            carried_x, carried_y = loop.carry("base_x", inverse * base_x), loop.carry("base_y", inverse * base_y)
+            before_x, before_y = self.units.outward[k] * carried_x, self.units.outward[k] * carried_y
+            joint_x = let("joint_x", self.cosine[k] * before_x + self.sine[k] * before_y)
+            joint_y = let("joint_y", self.cosine[k] * before_y - self.sine[k] * before_x)
+            tip_y = let("tip_y", self.free[k] - self.gain_x[k] * joint_x - self.gain_y[k] * joint_y)
+            alpha[k] = tip_y - joint_y
+            loop.follow(carried_x, joint_x - self.rate_squared[k])
+            loop.follow(carried_y, tip_y)
+        from_absolute(builder, self.scene, alpha, theta_ddot)
+
+
+def _factors(units: LinkUnits) -> _Factors:
+    product = units.product
+    skew = product("skew_step", units.mass, units.overhang)
+    force = product("force_step", units.mass, units.length)
+    determinant = product("determinant_step", units.mass, units.mass, units.leverage_step)
+    minor = product("minor_step", determinant, units.length)
+    return _Factors(
+        mass=units.mass,
+        axial=product("axial_step", units.mass, units.leverage, units.leverage),
+        skew=skew,
+        lever=product("lever_step", skew, units.overhang),
+        determinant=product("determinant_lever", determinant, units.overhang, units.overhang),
+        force=force,
+        minor=minor,
+        minor_x=product("minor_lever", minor, units.overhang),
+        minor_force=product("minor_leverage", minor, units.leverage),
+    )

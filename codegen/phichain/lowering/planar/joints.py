@@ -1,0 +1,160 @@
+"""Planar coordinates at the joints (theory section 2): relative angles, absolute rates, couples on the links, and the way back.
+
+Sweeps work in joint terms whatever the scene's angles are: the angle of joint k is that of link k against link k-1 (of
+link 0 against the hanging vertical), ``rate[k]`` is the absolute rate of link k, ``couple[k]`` the generalised force
+conjugate to its absolute angle phi_k. With phi = S theta, tau_phi = S^-T tau_theta and theta'' = S^-1 phi''.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
+from phichain.lowering.parameters import Parameters
+from phichain.scene import Scene
+
+
+@dataclass(frozen=True)
+class PlanarState:
+    """The input arrays of a planar function, seen at the joints.
+
+    Attributes:
+        angle: joint angles, N cells.
+        rate: absolute rates of the links, N cells.
+        joint_rate: rates of the joint angles, N cells.
+    """
+
+    angle: ArrayRef
+    rate: ArrayRef
+    joint_rate: ArrayRef
+
+
+def difference(builder: Builder, scene: Scene, name: str, theta: ArrayRef) -> ArrayRef:
+    """Joint values of the scene's own angles (or rates): the angle of each link against the one before it."""
+    lag = {"relative": 0, "absolute": 1, "adjacent": 2}[str(scene.angles)]
+    if lag == 0:
+        return theta
+    joint = builder.array(name, scene.links)
+    for k in range(min(lag, scene.links)):
+        joint[k] = theta[k]
+    with builder.loop("k", min(lag, scene.links), scene.links) as loop:
+        joint[loop.index] = theta[loop.index] - theta[loop.index - lag]
+    return joint
+
+
+def absolute(builder: Builder, scene: Scene, name: str, theta: ArrayRef) -> ArrayRef:
+    """phi = S theta: absolute values of the scene's own angles, rates or accelerations."""
+    if scene.angles == "absolute":
+        return theta
+    phi = builder.array(name, scene.links)
+    with builder.loop("k", 0, scene.links) as loop:
+        k = loop.index
+        previous = loop.carry(f"{name}_before", 0)
+        phi[k] = value = builder.let(f"link_{name}", previous + theta[k])
+        loop.follow(previous, theta[k] if scene.angles == "adjacent" else value)
+    return phi
+
+
+def from_absolute(builder: Builder, scene: Scene, phi: ArrayRef, theta: ArrayRef) -> None:
+    """theta = S^-1 phi, written into the cells of `theta`."""
+    with builder.loop("k", 0, scene.links) as loop:
+        k = loop.index
+        if scene.angles == "absolute":
+            theta[k] = phi[k]
+            return
+        previous = loop.carry("before", 0)
+        value = phi[k] - previous
+        theta[k] = value
+        loop.follow(previous, value if scene.angles == "adjacent" else phi[k])
+
+
+def to_generalised(builder: Builder, scene: Scene, tau: ArrayRef, out: ArrayRef) -> None:
+    """tau_theta = S^T tau_phi, written into the cells of `out`."""
+    with builder.loop("k", scene.links - 1, -1, -1) as loop:
+        k = loop.index
+        if scene.angles == "absolute":
+            out[k] = tau[k]
+            return
+        beyond = loop.carry("beyond", 0)
+        value = tau[k] + beyond
+        out[k] = value
+        loop.follow(beyond, tau[k] if scene.angles == "adjacent" else value)
+
+
+def planar_state(builder: Builder, scene: Scene, q: ArrayRef, v: ArrayRef) -> PlanarState:
+    """Joint angles and rates of the argument arrays q and v (the cart's coordinate, if any, comes first in both)."""
+    offset = int(scene.has_cart)
+    theta, theta_dot = q.shifted(offset), v.shifted(offset)
+    damped = scene.damping is not None
+    return PlanarState(
+        angle=difference(builder, scene, "joint_angle", theta),
+        rate=absolute(builder, scene, "rate", theta_dot),
+        joint_rate=difference(builder, scene, "joint_rate", theta_dot) if damped else theta_dot,
+    )
+
+
+def passive_torque(parameters: Parameters, state: PlanarState, k: Index) -> Expr | None:
+    """Torque -k_k theta_k - d_k theta_k' of the spring and damper at joint k; None where there is neither."""
+    torque = None
+    if parameters.stiffness is not None:
+        torque = -(parameters.stiffness[k] * state.angle[k])
+    if parameters.damping is not None:
+        drag = parameters.damping[k] * state.joint_rate[k]
+        torque = -drag if torque is None else torque - drag
+    return torque
+
+
+def couples(
+    builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None
+) -> ArrayRef | None:
+    """tau_phi of all inputs, springs and dampers, N cells; None on an unforced chain without springs and dampers."""
+    drive = _drive(builder, scene, parameters, u)
+    has_passive = scene.stiffness is not None or scene.damping is not None
+    if drive is None and not has_passive:
+        return None
+    couple = builder.array("couple", scene.links)
+    with builder.loop("k", scene.links - 1, -1, -1) as loop:
+        k = loop.index
+        couple[k] = _couple(builder, loop, scene, drive, passive_torque(parameters, state, k), k)
+    return couple
+
+
+def _couple(
+    builder: Builder, loop: Loop, scene: Scene, drive: ArrayRef | None, passive: Expr | None, k: Index
+) -> Expr:
+    """tau_phi,k = (S^-T T)_k + J_k - J_{k+1}, J the passive joint torques; loops run from the tip inwards."""
+    if drive is not None and scene.angles == "relative":
+        torque = drive[k] if passive is None else drive[k] + passive
+        beyond = loop.carry("torque_beyond", 0)
+        loop.follow(beyond, torque)
+        return builder.let("link_couple", torque - beyond)
+    total = None
+    if drive is not None and scene.angles == "absolute":
+        total = drive[k]
+    elif drive is not None:
+        beyond = loop.carry("couple_beyond", 0)
+        total = drive[k] - beyond
+        loop.follow(beyond, total)
+    if passive is None:
+        assert total is not None
+        return total
+    outer = loop.carry("passive_beyond", 0)
+    loop.follow(outer, passive)
+    return passive - outer if total is None else total + (passive - outer)
+
+
+def _drive(builder: Builder, scene: Scene, parameters: Parameters, u: ArrayRef | None) -> ArrayRef | None:
+    """The torque inputs conjugate to the scene's angles, one cell a joint; None when no joint is actuated."""
+    joints = scene.actuated_joints
+    if u is None or not joints:
+        return None
+    u = u.shifted(int(scene.has_force))
+    unit = parameters.units.torque
+    drive = builder.array("drive", scene.links)
+    if len(joints) == scene.links:
+        with builder.loop("k", 0, scene.links) as loop:
+            drive[loop.index] = u[loop.index] / unit
+        return u if unit == 1 else drive
+    for k in range(scene.links):
+        drive[k] = u[joints.index(k + 1)] / unit if k + 1 in joints else builder.lift(0)
+    return drive

@@ -1,0 +1,1 @@
+"""Chains in space: unit vectors, and the sweeps over them."""

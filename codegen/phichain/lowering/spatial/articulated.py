@@ -1,0 +1,234 @@
+"""Spatial forward dynamics with masses anywhere on their links: an articulated sweep on unit vectors.
+
+The chain beyond a joint is carried as `spatial_outer` has it. A link of direction q, lambda = l / r, rate w and couple n (of
+springs and dampers), in units m (r / l)^2 of mass and l of length, turns as q'' = t - w^2 q with
+
+    (P + Gamma) t = n - P (f - w^2 A q) - P A q (q.a) - (lambda P + Gamma) a,   Gamma = P A P, and is eliminated:
+    D = det(P + Gamma) = 1 + tr Gamma + K_qq,   (P + Gamma)^-1 = (P + turned(A)) / D
+    sigma = (P + Gamma)^-1 P A q = P (A - K) q / D,   eta = (P + Gamma)^-1 f,   mu = (P + Gamma)^-1 n
+    X = (q.A q + tr P K P + E) / D,   alpha' = lambda^2 + X,   nu' = -(lambda - 1) sigma / alpha'
+    G' = (lambda - 1)^2 (lambda^2 (Gamma + K_qq P) + turned(K) + E P) / (alpha' D),   o' = q
+    g' = (lambda - 1)^4 (lambda^2 K_qq + E) / (alpha' D)
+    alpha' c' = c (X q.o + sigma.o) + q.(d + (tr A - A) d + K d) / D - w^2 (lambda + X) + sigma.n
+    d' = n + (lambda - 1) (mu - (lambda^2 eta - lambda (lambda - 1) w^2 sigma + (Y + A Y) x q / D - (sigma.n) sigma) / alpha')
+    rho' = (lambda - 1)^2 (-(lambda - 1) P (lambda^2 turned(A) f + K f + lambda (lambda - 1) w^2 K q)
+                           + lambda P (lambda^2 turned(A) + K) n + (lambda^2 K_qq + E) n) / (alpha' D)
+
+Outwards a + t = free - (sigma - q) (q.a) - (lambda - 1) / D (P + turned(A)) a with free = mu - eta + w^2 sigma, and
+omega' = q x t. A cart closes the chain as a link of direction e_3 would: (m_c P + Gamma) x'' = u - P f + g P A e_3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.algebra.vector import (
+    Symmetric,
+    Vector,
+    add,
+    combine,
+    cross,
+    dot,
+    load,
+    outer,
+    scale,
+    store,
+    sub,
+    symmetric_outer,
+    times,
+)
+from phichain.lowering.link_units import LinkUnits
+from phichain.lowering.parameters import Parameters
+from phichain.lowering.spatial.links import couples, directions
+from phichain.lowering.spatial.outer import Outer, Seen
+from phichain.lowering.spatial.rates import Rates
+from phichain.scene import Scene
+
+#: So many links at the tip stand outside the loop: the zeros beyond the tip save most of their operations.
+_TIP_LINKS = 2
+
+
+@dataclass(frozen=True)
+class _Pivot:
+    """What the elimination of a link leaves for the rest of its step; without couples `drive` and `yielding` are None."""
+
+    inverse: Expr
+    rate_squared: Expr
+    sigma: Vector
+    eta: Vector
+    drive: Vector | None
+    turned_drive: Vector | None
+    yielding: Vector | None
+
+
+def accelerations(
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, u: ArrayRef | None
+) -> None:
+    """Write x'' and the omega_k' through `rates`."""
+    sweep = _Sweep(builder, scene, parameters, q, rates)
+    chain = sweep.inwards()
+    nothing = builder.lift(0)
+    base: Vector = (nothing, nothing, -parameters.gravity)
+    if scene.has_cart:
+        unit = parameters.units
+        force = (u[0] / unit.force, u[1] / unit.force, nothing) if u is not None else (nothing, nothing, nothing)
+        x, y, _ = sweep.close_on_cart(chain, force)
+        rates.write_cart((x * unit.length, y * unit.length))
+        base = (x, y, base[2])
+    else:
+        sweep.pivot(Seen(chain, load(sweep.direction, 0)), 0)
+    sweep.outwards(base)
+
+
+class _Sweep:
+    """The inward elimination and the outward substitution; work arrays carry one to the other."""
+
+    def __init__(
+        self, builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates
+    ) -> None:
+        self.builder, self.scene, self.parameters = builder, scene, parameters
+        self.direction, self.rates = directions(scene, q), rates
+        self.couple = couples(builder, scene, parameters, self.direction, rates.angular)
+        self.units = LinkUnits(builder, scene, parameters)
+        self.free = builder.array("free", 3 * scene.links)
+        self.slope = builder.array("slope", 3 * scene.links)
+        self.gain = builder.array("gain", 6 * scene.links)
+        self.rate_squared = builder.array("rate_squared", scene.links)
+
+    def inwards(self) -> Outer:
+        """The chain beyond the cart, or beyond link 0 of a chain on a fixed base, which passes nothing on."""
+        links, last = self.scene.links, 0 if self.scene.has_cart else 1
+        nothing = self.builder.lift(0)
+        chain = Outer.from_flat([nothing] * 21)
+        inner = max(links - _TIP_LINKS, last)
+        for k in range(links - 1, inner - 1, -1):
+            chain = self.eliminate(chain, k)
+        if inner == last:
+            return chain
+        with self.builder.loop("k", inner - 1, last - 1, -1) as loop:
+            carried = [loop.carry("outer", value) for value in chain.flat()]
+            following = self.eliminate(Outer.from_flat(carried), loop.index)
+            for before, after in zip(carried, following.flat(), strict=True):
+                loop.follow(before, after)
+        return Outer.from_flat(carried)
+
+    def pivot(self, seen: Seen, k: Index) -> _Pivot:
+        """Eliminate the rotation of link k: a + t = free - slope (q.a) - gain a."""
+        overhang = self.units.overhang[k]
+        inverse = self.builder.let("inverse_pivot", 1 / (1 + seen.trace + seen.adjugate_axial))
+        rate_squared = self.builder.let("rate_squared", self.rates.squared(k))
+        sigma = scale(inverse, sub(seen.mixed, seen.adjugate_mixed))
+        eta = scale(inverse, add(seen.force, seen.turned_force))
+        free = sub(scale(rate_squared, sigma), eta)
+        drive = turned_drive = yielding = None
+        if self.couple is not None:
+            drive = scale(self.units.inverse_torque[k], load(self.couple, k))
+            turned_drive = seen.turned(drive)
+            yielding = scale(inverse, add(drive, turned_drive))
+            free = add(free, yielding)
+        # turned(A) = alpha x x^T + turned(G), turned(G) = tr(P G P) P - P G P
+        freed = overhang * inverse
+        gain = combine(
+            (freed + freed * seen.tangent_trace, seen.projector),
+            (freed * seen.outer.axial, outer(seen.x)), (-freed, seen.tangent),
+        )  # fmt: skip
+        self.rate_squared[k] = rate_squared
+        store(self.free, k, free)
+        store(self.slope, k, sub(sigma, seen.q))
+        for i in range(6):
+            self.gain[6 * k + i] = gain[i]
+        return _Pivot(inverse, rate_squared, sigma, eta, drive, turned_drive, yielding)
+
+    def eliminate(self, chain: Outer, k: Index) -> Outer:
+        """Link k and all beyond it, in the units of the link before."""
+        seen = Seen(chain, load(self.direction, k))
+        pivot = self.pivot(seen, k)
+        units, leverage, overhang = self.units, self.units.leverage[k], self.units.overhang[k]
+        added = self.builder.let("axial", (seen.axial + seen.adjugate_trace + seen.determinant) * pivot.inverse)
+        axial = leverage * leverage + added
+        inverse_axial = self.builder.let("inverse_axial", 1 / axial)
+        passed = overhang * overhang * (pivot.inverse * inverse_axial)
+        planar = leverage * leverage * seen.adjugate_axial + seen.determinant
+        mass, length = units.mass[k], units.length[k]
+        return Outer(
+            direction=seen.q,
+            axial=mass * axial,
+            lean=scale(-(overhang * inverse_axial), pivot.sigma),
+            tangent=combine((mass * passed, self._tangent(seen, leverage, planar))),
+            area=mass * mass * (overhang * overhang * (passed * planar)),
+            pull=length * (self._pull(seen, pivot, leverage, added) * inverse_axial),
+            push=scale(mass * length, self._push(seen, pivot, k, inverse_axial)),
+            minor=scale(mass * mass * length * passed, self._minor(seen, pivot, k, planar)),
+        )
+
+    def _tangent(self, seen: Seen, leverage: Expr, planar: Expr) -> Symmetric:
+        """lambda^2 (Gamma + K_qq P) + turned(K) + E P, with `planar` = lambda^2 K_qq + E."""
+        axial, squared = seen.outer.axial, leverage * leverage
+        return combine(
+            (axial * (squared + seen.tangent_qq), outer(seen.tangent_u)),
+            (squared + axial * (seen.along_u * seen.along_u), seen.tangent),
+            (-(axial * seen.along_u), symmetric_outer(seen.tangent_u, seen.pressed)),
+            (seen.outer.area, outer(seen.across_o)),
+            (planar, seen.projector),
+        )
+
+    def _pull(self, seen: Seen, pivot: _Pivot, leverage: Expr, added: Expr) -> Expr:
+        """alpha' c'."""
+        along = added * seen.along_o + dot(pivot.sigma, seen.outer.direction)
+        pull = seen.outer.pull * along + seen.axial_push * pivot.inverse - pivot.rate_squared * (leverage + added)
+        return pull if pivot.drive is None else pull + dot(pivot.sigma, pivot.drive)
+
+    def _push(self, seen: Seen, pivot: _Pivot, k: Index, inverse_axial: Expr) -> Vector:
+        """d'."""
+        leverage, overhang = self.units.leverage[k], self.units.overhang[k]
+        held = sub(
+            scale(leverage * leverage, pivot.eta), scale(leverage * overhang * pivot.rate_squared, pivot.sigma)
+        )
+        held = add(held, scale(pivot.inverse, cross(seen.crossed, seen.q)))
+        if pivot.drive is None or pivot.yielding is None:
+            return scale(-(overhang * inverse_axial), held)
+        held = sub(held, scale(dot(pivot.sigma, pivot.drive), pivot.sigma))
+        return add(pivot.drive, scale(overhang, sub(pivot.yielding, scale(inverse_axial, held))))
+
+    def _minor(self, seen: Seen, pivot: _Pivot, k: Index, planar: Expr) -> Vector:
+        """rho' but for its factor (lambda - 1)^2 / (alpha' D)."""
+        leverage, overhang = self.units.leverage[k], self.units.overhang[k]
+        squared = leverage * leverage
+        held = add(scale(squared, seen.turned_force), seen.adjugate_force)
+        held = add(held, scale(leverage * overhang * pivot.rate_squared, seen.adjugate_mixed))
+        held = scale(-overhang, held)
+        if pivot.drive is None or pivot.turned_drive is None:
+            return held
+        driven = add(scale(squared, pivot.turned_drive), seen.adjugate(pivot.drive))
+        return add(add(held, scale(leverage, driven)), scale(planar, pivot.drive))
+
+    def close_on_cart(self, chain: Outer, force: Vector) -> Vector:
+        """(m_c P + Gamma) x'' = u - P f + g P A e_3, seen from e_3; its inverse is (m_c P + turned(A)) / det."""
+        parameters, nothing = self.parameters, self.builder.lift(0)
+        seen = Seen(chain, (nothing, nothing, self.builder.lift(1)))
+        mass, length = self.units.mass_unit[0], parameters.length[0]
+        cart, gravity = parameters.cart_mass / mass, parameters.gravity / length
+        inverse = self.builder.let("inverse_cart_pivot", 1 / (cart * cart + cart * seen.trace + seen.adjugate_axial))
+        given = scale(1 / (mass * length), force)
+        push = add(sub(given, seen.force), scale(gravity, seen.mixed))
+        turned = sub(sub(seen.turned(given), seen.turned_force), scale(gravity, seen.adjugate_mixed))
+        x, y, _ = scale(length * inverse, add(scale(cart, push), turned))
+        return self.builder.let("cart_acceleration_0", x), self.builder.let("cart_acceleration_1", y), nothing
+
+    def outwards(self, base: Vector) -> None:
+        """omega_k' = q_k x t_k, and on to the next joint, in units of each link's length."""
+        builder, units = self.builder, self.units
+        start = scale(1 / self.parameters.length[0], base)
+        with builder.loop("k", 0, self.scene.links) as loop:
+            k = loop.index
+            carried = tuple(loop.carry(f"joint_{axis}", part) for axis, part in zip("xyz", start, strict=True))
+            x, y, z = (units.outward[k] * part for part in carried)
+            joint, q = (x, y, z), load(self.direction, k)
+            first, second = load(self.gain, 2 * k), load(self.gain, 2 * k + 1)
+            moved = sub(load(self.free, k), scale(dot(q, joint), load(self.slope, k)))
+            moved = sub(moved, times((*first, *second), joint))
+            self.rates.write(k, cross(q, sub(moved, joint)))
+            tip = sub(moved, scale(self.rate_squared[k], q))
+            for before, after in zip(carried, tip, strict=True):
+                loop.follow(before, after)

@@ -1,0 +1,76 @@
+"""Unit vectors of a spatial chain: the products between neighbours that every sweep shares, and the couples on the links.
+
+Springs: V = sum k_k (1 - q_{k-1}.q_k), q_{-1} = e_3; dampers: the couple -d_k (omega_k - omega_{k-1}) between neighbours. Both
+act on link k through the tangent vector n_k (a force times a length) with q_k'' gaining n_k / inertia along it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from phichain.ir.builder import ArrayRef, Builder, Index
+from phichain.lowering.algebra.vector import Vector, cross, dot, load, scale, store, sub
+from phichain.lowering.parameters import Parameters
+from phichain.scene import Scene
+
+
+def directions(scene: Scene, q: ArrayRef) -> ArrayRef:
+    """The unit vectors within q, three cells a link."""
+    return q.shifted(2 if scene.has_cart else 0)
+
+
+def neighbours(builder: Builder, direction: ArrayRef, links: int) -> tuple[ArrayRef, ArrayRef]:
+    """Cosines q_{k-1}.q_k and crosses q_{k-1} x q_k for k = 1..N-1; crosses are zero beyond the tip (k = N)."""
+    cosine = builder.array("cosine", links)
+    crosses = builder.array("cross", 3 * links + 3)
+    with builder.loop("k", 1, links) as loop:
+        k = loop.index
+        before, here = load(direction, k - 1), load(direction, k)
+        cosine[k] = builder.let("cosine_k", dot(before, here))
+        across = cross(before, here)
+        store(crosses, k, (
+            builder.let("cross_x", across[0]), builder.let("cross_y", across[1]), builder.let("cross_z", across[2]),
+        ))  # fmt: skip
+    nothing = builder.lift(0)
+    store(crosses, links, (nothing, nothing, nothing))
+    return cosine, crosses
+
+
+def couples(
+    builder: Builder, scene: Scene, parameters: Parameters, direction: ArrayRef, angular: Callable[[], ArrayRef]
+) -> ArrayRef | None:
+    """n_k of springs and dampers, tangent to q_k, three cells a link; None on a scene without either.
+
+    `angular` gives the omega_k and is asked where there are dampers alone.
+    """
+    if scene.stiffness is None and scene.damping is None:
+        return None
+    links = scene.links
+    moment = builder.array("joint_moment", 3 * links + 3)
+    nothing = builder.lift(0)
+    upright: Vector = (nothing, nothing, builder.lift(1))
+    still: Vector = (nothing, nothing, nothing)
+    omega = None if scene.damping is None else angular()
+    first = still if omega is None else load(omega, 0)
+    store(moment, 0, _moment(parameters, 0, upright, load(direction, 0), first))
+    with builder.loop("k", 1, links) as loop:
+        k = loop.index
+        bending = still if omega is None else sub(load(omega, k), load(omega, k - 1))
+        store(moment, k, _moment(parameters, k, load(direction, k - 1), load(direction, k), bending))
+    store(moment, links, still)
+    couple = builder.array("couple", 3 * links)
+    with builder.loop("k", 0, links) as loop:
+        k = loop.index
+        net = sub(load(moment, k), load(moment, k + 1))
+        store(couple, k, cross(net, load(direction, k)))
+    return couple
+
+
+def _moment(parameters: Parameters, k: Index, inner: Vector, outer: Vector, bending: Vector) -> Vector:
+    """Moment of joint k on the link beyond it: k_k q_k x q_{k-1} - d_k bending, bending = omega_k - omega_{k-1}."""
+    stiffness, damping = parameters.stiffness, parameters.damping
+    spring = None if stiffness is None else scale(stiffness[k], cross(outer, inner))
+    if damping is None:
+        assert spring is not None
+        return spring
+    return scale(-damping[k], bending) if spring is None else sub(spring, scale(damping[k], bending))

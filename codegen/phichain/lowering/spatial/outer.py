@@ -1,0 +1,236 @@
+"""The chain beyond a joint of a spatial articulated sweep, and how it looks from the next link inwards.
+
+It asks for the force A a + f at the joint, a the joint's acceleration minus gravity. Split at its own first link, of direction o,
+
+    A = alpha u u^T + G,   f = c A o + d,   u = o + nu;   nu, d and G tangent to o,   g = det G,   rho = adj(G) d,
+
+det and adj those of the tangent plane. All of alpha, G and g are sums of positive terms, and a chain that only pulls along o
+has nu, d, G and rho zero. With K = adj A = g o o^T + alpha hat(u) G hat(u)^T and E = det A = alpha g, everything that a link of
+another direction q needs follows without a difference of large numbers: with x = q x u, P = I - q q^T and
+turned(S) = hat(q) S hat(q)^T,
+
+    P A q = alpha (q.u) P u + P G q,   K q = g (q.o) o + alpha u x G x,   K_qq = g (q.o)^2 + alpha x.G x
+    K f = c E o + alpha (rho - (nu.rho) o),   turned(A) f = alpha (d.x) x - c alpha q x G x + (q.o) ((q.o) rho - (q.rho) o)
+    Y = A q x f = alpha (q.u) u x d + c alpha G q x u + y o,   A Y = alpha (y u + (q.u) o x rho + c g q x o),   y = rho.(o x q)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from phichain.ir.builder import Expr
+from phichain.lowering.algebra.vector import (
+    Symmetric,
+    Vector,
+    add,
+    combine,
+    cross,
+    dot,
+    outer,
+    scale,
+    sub,
+    symmetric_outer,
+    times,
+)
+
+
+@dataclass(frozen=True)
+class Outer:
+    """The chain beyond a joint, split at its first link: o, alpha, nu, G, g, c, d and rho in this order."""
+
+    direction: Vector
+    axial: Expr
+    lean: Vector
+    tangent: Symmetric
+    area: Expr
+    pull: Expr
+    push: Vector
+    minor: Vector
+
+    def flat(self) -> list[Expr]:
+        """All scalars in a fixed order, for a loop to carry."""
+        return [
+            *self.direction, self.axial, *self.lean, *self.tangent, self.area, self.pull, *self.push, *self.minor,
+        ]  # fmt: skip
+
+    @staticmethod
+    def from_flat(values: Sequence[Expr]) -> Outer:
+        """The inverse of `flat`."""
+        take = iter(values)
+
+        def vector() -> Vector:
+            return next(take), next(take), next(take)
+
+        direction, axial, lean = vector(), next(take), vector()
+        return Outer(direction, axial, lean, (*vector(), *vector()), next(take), next(take), vector(), vector())
+
+
+class Seen:
+    """An `Outer` as a link of direction q meets it; every quantity is made on first use."""
+
+    def __init__(self, outer_chain: Outer, q: Vector) -> None:
+        self.outer, self.q = outer_chain, q
+        self.u = add(outer_chain.direction, outer_chain.lean)
+        self.along_o = dot(q, outer_chain.direction)
+        self.tangent_o = cross(cross(q, outer_chain.direction), q)
+        self.across_o = cross(q, self.tangent_o)
+        self.along_u = self.along_o + dot(q, outer_chain.lean)
+        self.x = add(self.across_o, cross(q, outer_chain.lean))
+        self.tangent_q = times(outer_chain.tangent, q)
+        self.tangent_x = times(outer_chain.tangent, self.x)
+        self.tangent_qq = dot(q, self.tangent_q)
+        self.tangent_xx = dot(self.x, self.tangent_x)
+
+    def projected(self, vector: Vector, along: Expr | None = None) -> Vector:
+        """P vector; `along` is q.vector where it is known."""
+        return sub(vector, scale(dot(self.q, vector) if along is None else along, self.q))
+
+    @cached_property
+    def projector(self) -> Symmetric:
+        """P."""
+        one, nothing = self.q[0].builder.lift(1), self.q[0].builder.lift(0)
+        return combine((1, (one, nothing, nothing, one, nothing, one)), (-1, outer(self.q)))
+
+    @cached_property
+    def tangent_u(self) -> Vector:
+        """P u."""
+        return cross(self.x, self.q)
+
+    @cached_property
+    def pressed(self) -> Vector:
+        """P G q."""
+        return self.projected(self.tangent_q, self.tangent_qq)
+
+    @cached_property
+    def tangent(self) -> Symmetric:
+        """P G P."""
+        return combine(
+            (1, self.outer.tangent), (-1, symmetric_outer(self.q, self.tangent_q)), (self.tangent_qq, outer(self.q))
+        )
+
+    @cached_property
+    def tangent_trace(self) -> Expr:
+        """tr P G P."""
+        xx, _, _, yy, _, zz = self.outer.tangent
+        return xx + yy + zz - self.tangent_qq
+
+    @cached_property
+    def trace(self) -> Expr:
+        """tr P A P."""
+        return self.outer.axial * dot(self.x, self.x) + self.tangent_trace
+
+    @cached_property
+    def mixed(self) -> Vector:
+        """P A q."""
+        return add(scale(self.outer.axial * self.along_u, self.tangent_u), self.pressed)
+
+    @cached_property
+    def axial(self) -> Expr:
+        """q.A q"""
+        return self.outer.axial * (self.along_u * self.along_u) + self.tangent_qq
+
+    @cached_property
+    def determinant(self) -> Expr:
+        """E."""
+        return self.outer.axial * self.outer.area
+
+    @cached_property
+    def adjugate_axial(self) -> Expr:
+        """K_qq = det of A in the plane across q."""
+        return self.outer.area * (self.along_o * self.along_o) + self.outer.axial * self.tangent_xx
+
+    @cached_property
+    def adjugate_mixed(self) -> Vector:
+        """P K q."""
+        beyond = self.projected(cross(self.u, self.tangent_x), self.tangent_xx)
+        return add(scale(self.outer.area * self.along_o, self.tangent_o), scale(self.outer.axial, beyond))
+
+    @cached_property
+    def adjugate_trace(self) -> Expr:
+        """tr P K P."""
+        squared, pressed = self.along_u * self.along_u, dot(self.tangent_u, self.tangent_q)
+        spread = self.tangent_qq * dot(self.x, self.x) - 2 * (self.along_u * pressed) + squared * self.tangent_trace
+        return self.outer.area * dot(self.across_o, self.across_o) + self.outer.axial * spread
+
+    def turned(self, vector: Vector) -> Vector:
+        """turned(A) of a vector tangent to q."""
+        beyond = cross(self.q, times(self.outer.tangent, cross(vector, self.q)))
+        return add(scale(self.outer.axial * dot(self.x, vector), self.x), beyond)
+
+    def adjugate(self, vector: Vector) -> Vector:
+        """P K of any vector."""
+        o, u = self.outer.direction, self.u
+        beyond = cross(u, times(self.outer.tangent, cross(vector, u)))
+        return self.projected(add(scale(self.outer.area * dot(o, vector), o), scale(self.outer.axial, beyond)))
+
+    # --- the bias force f ---------------------------------------------------------------------------------------------
+
+    @cached_property
+    def heavy_pull(self) -> Expr:
+        """alpha c."""
+        return self.outer.axial * self.outer.pull
+
+    @cached_property
+    def push_along(self) -> Expr:
+        """q.d"""
+        return dot(self.q, self.outer.push)
+
+    @cached_property
+    def minor_along(self) -> Expr:
+        """q.rho"""
+        return dot(self.q, self.outer.minor)
+
+    @cached_property
+    def minor_lean(self) -> Expr:
+        """nu.rho"""
+        return dot(self.outer.lean, self.outer.minor)
+
+    @cached_property
+    def push_across(self) -> Vector:
+        """u x d"""
+        return cross(self.u, self.outer.push)
+
+    @cached_property
+    def force(self) -> Vector:
+        """P f."""
+        return add(scale(self.heavy_pull, self.tangent_u), self.projected(self.outer.push, self.push_along))
+
+    @cached_property
+    def turned_force(self) -> Vector:
+        """turned(A) f."""
+        push_x = dot(self.outer.push, self.x)
+        straight = sub(
+            scale(self.outer.axial * push_x, self.x), scale(self.heavy_pull, cross(self.q, self.tangent_x))
+        )
+        minor = sub(scale(self.along_o, self.outer.minor), scale(self.minor_along, self.outer.direction))
+        return add(straight, scale(self.along_o, minor))
+
+    @cached_property
+    def adjugate_force(self) -> Vector:
+        """P K f."""
+        minor = self.projected(self.outer.minor, self.minor_along)
+        return add(scale(self._pull_minor, self.tangent_o), scale(self.outer.axial, minor))
+
+    @cached_property
+    def _pull_minor(self) -> Expr:
+        """c E - alpha nu.rho, the part of K f along o."""
+        return self.outer.pull * self.determinant - self.outer.axial * self.minor_lean
+
+    @cached_property
+    def axial_push(self) -> Expr:
+        """q.(d + (tr A - A) d + K d): what d leaves of the force along q once the link has turned."""
+        lifted = self.push_along - self.outer.axial * dot(self.x, self.push_across) + self.minor_along
+        return lifted + self.outer.axial * (self.minor_along - self.minor_lean * self.along_o)
+
+    @cached_property
+    def crossed(self) -> Vector:
+        """Y + A Y, Y = A q x f."""
+        outer_chain, axial = self.outer, self.outer.axial
+        o, rho = outer_chain.direction, outer_chain.minor
+        y = -dot(rho, self.across_o)
+        first = add(scale(axial * self.along_u, self.push_across), scale(self.heavy_pull, cross(self.tangent_q, self.u)))
+        heavy = add(scale(y, self.u), scale(self.along_u, cross(o, rho)))
+        heavy = add(heavy, scale(outer_chain.pull * outer_chain.area, self.across_o))
+        return add(add(first, scale(y, o)), scale(axial, heavy))

@@ -1,0 +1,185 @@
+"""Spatial forward dynamics with every mass at its link's end (r = l), theory section 5: tensions on unit vectors, no trigonometry.
+
+With X_k = q_{k-1} x q_k and N_k = n_k / l_k the force pairs of springs and dampers, f the horizontal force left for the cart,
+
+    b_k = l_k |omega_k|^2 - q_k.N_{k+1} / m_k - q_k.N_{k-1} / m_{k-1},   b_0 gains (g e_3 - C f / m_c).q_0
+    l_k omega_k' = (lambda_{k+1} / m_k) X_{k+1} - (lambda_{k-1} / m_{k-1}) X_k
+                   + q_k x (N_k (1/m_k + 1/m_{k-1}) - N_{k+1} / m_k - N_{k-1} / m_{k-1})
+    (m_c + m_0 |h|^2) x'' = f + h (m_0 (b_0 + h.f / m_c) + c_1 lambda_1) + (m_0 / m_c) h* (h*.f),   h = C^T q_0,   f = u - C^T N_0
+    l_0 omega_0' gains q_0 x (g e_3 - C x'')
+
+h* is h turned by a right angle. The cart's equation is m_c x'' = f + lambda_0 h with lambda_0 put in: on a light cart the two
+forces all but cancel along h.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.lowering.parameters import Parameters
+from phichain.lowering.spatial.links import couples, directions, neighbours
+from phichain.lowering.spatial.rates import Rates
+from phichain.lowering.tensions import Joints, solve_tensions
+from phichain.scene import Scene
+
+
+@dataclass(frozen=True)
+class _Chain:
+    """What both halves of the computation share: `pair` is zero beyond the tip, `horizontal` is f / m_c."""
+
+    builder: Builder
+    parameters: Parameters
+    direction: ArrayRef
+    rates: Rates
+    crosses: ArrayRef
+    pair: ArrayRef | None
+    horizontal: tuple[Expr, Expr] | None
+
+
+def accelerations(
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, u: ArrayRef | None
+) -> None:
+    """Write x'' and the omega_k' through `rates`."""
+    direction = directions(scene, q)
+    cosine, crosses = neighbours(builder, direction, scene.links)
+    pair = _force_pairs(builder, scene, parameters, direction, rates)
+    horizontal = _horizontal(builder, scene, parameters, u, pair)
+    chain = _Chain(builder, parameters, direction, rates, crosses, pair, horizontal)
+    tension = solve_tensions(builder, parameters, _joints(chain, cosine))
+    cart = _cart(chain, cosine, tension)
+    if cart is not None:
+        rates.write_cart((cart[0] * parameters.units.length, cart[1] * parameters.units.length))
+    _first(chain, tension, cart)
+    _beyond(chain, tension)
+
+
+def _force_pairs(
+    builder: Builder, scene: Scene, parameters: Parameters, direction: ArrayRef, rates: Rates
+) -> ArrayRef | None:
+    couple = couples(builder, scene, parameters, direction, rates.angular)
+    if couple is None:
+        return None
+    inverse_length = parameters.derived("inverse_length", lambda k: 1 / parameters.length[k])
+    pair = builder.array("force_pair", 3 * scene.links + 3)
+    with builder.loop("k", 0, scene.links) as loop:
+        store(pair, loop.index, scale(inverse_length[loop.index], load(couple, loop.index)))
+    nothing = builder.lift(0)
+    store(pair, scene.links, (nothing, nothing, nothing))
+    return pair
+
+
+def _horizontal(
+    builder: Builder, scene: Scene, parameters: Parameters, u: ArrayRef | None, pair: ArrayRef | None
+) -> tuple[Expr, Expr] | None:
+    """f / m_c, what the cart's acceleration would be without the first tension."""
+    if not scene.has_cart:
+        return None
+    total = []
+    for i in range(2):
+        force = builder.lift(0) if u is None else u[i] * (1 / (parameters.cart_mass * parameters.units.force))
+        pull = builder.lift(0) if pair is None else pair[i] / parameters.cart_mass
+        total.append(builder.let("free_cart_acceleration", force - pull))
+    return total[0], total[1]
+
+
+def _joints(chain: _Chain, cosine: ArrayRef) -> Joints:
+    builder, parameters = chain.builder, chain.parameters
+    links = parameters.links
+    right_side = builder.array("right_side", links)
+    right_side[0] = _first_right_side(chain)
+    with builder.loop("k", 1, links) as loop:
+        right_side[loop.index] = _right_side(chain, loop.index)
+    squared = builder.array("sine_squared", links)
+    with builder.loop("k", 1, links) as loop:
+        across = load(chain.crosses, loop.index)
+        squared[loop.index] = dot(across, across)
+    base_slack = builder.lift(0)
+    if chain.horizontal is not None:
+        x, y, _ = load(chain.direction, 0)
+        base_slack = parameters.mass[0] / parameters.cart_mass * (x * x + y * y)
+    return Joints(cosine, squared, base_slack, right_side)
+
+
+def _right_side(chain: _Chain, k: Index) -> Expr:
+    parameters = chain.parameters
+    value = parameters.length[k] * chain.rates.squared(k)
+    if chain.pair is None:
+        return value
+    here = load(chain.direction, k)
+    value = value - dot(here, load(chain.pair, k + 1)) / parameters.mass[k]
+    return value - dot(here, load(chain.pair, k - 1)) / parameters.mass[k - 1]
+
+
+def _first_right_side(chain: _Chain) -> Expr:
+    value = _still_right_side(chain)
+    if chain.horizontal is None:
+        return value
+    return value - (chain.direction[0] * chain.horizontal[0] + chain.direction[1] * chain.horizontal[1])
+
+
+def _still_right_side(chain: _Chain) -> Expr:
+    """b_0 over a base that stands still."""
+    parameters = chain.parameters
+    here = load(chain.direction, 0)
+    value = parameters.length[0] * chain.rates.squared(0) + parameters.gravity * here[2]
+    if chain.pair is not None:
+        value = value - dot(here, load(chain.pair, 1)) / parameters.mass[0]
+    return value
+
+
+def _cart(chain: _Chain, cosine: ArrayRef, tension: ArrayRef) -> tuple[Expr, Expr] | None:
+    """x''; the part of the force across C^T q_0 is met by the cart alone, the part along it by the first mass as well."""
+    if chain.horizontal is None:
+        return None
+    builder, parameters = chain.builder, chain.parameters
+    (x, y), (free_x, free_y) = (chain.direction[0], chain.direction[1]), chain.horizontal
+    ratio = parameters.mass[0] / parameters.cart_mass
+    value = _still_right_side(chain)
+    if parameters.links > 1:
+        value = value + cosine[1] * (tension[1] * parameters.mass_ratio[1])
+    along = builder.let("pull_along", ratio * value)
+    across = builder.let("push_across", ratio * (x * free_y - y * free_x))
+    inverse = builder.let("inverse_cart_pivot", 1 / (1 + ratio * (x * x + y * y)))
+    first = builder.let("cart_acceleration", (free_x + x * along - y * across) * inverse)
+    second = builder.let("cart_acceleration", (free_y + y * along + x * across) * inverse)
+    return first, second
+
+
+def _first(chain: _Chain, tension: ArrayRef, cart: tuple[Expr, Expr] | None) -> None:
+    """l_0 omega_0' = (lambda_1 / m_0) X_1 + q_0 x (g e_3 - C x'' + couples)."""
+    parameters, builder = chain.parameters, chain.builder
+    inverse = 1 / parameters.length[0]
+    here = load(chain.direction, 0)
+    nothing = builder.lift(0)
+    fall: Vector = (nothing, nothing, parameters.gravity * inverse)
+    if cart is not None:
+        fall = (-(cart[0] * inverse), -(cart[1] * inverse), fall[2])
+    if chain.pair is not None:
+        own = sub(load(chain.pair, 0), load(chain.pair, 1))
+        fall = add(fall, scale(inverse / parameters.mass[0], own))
+    pull = tension[1] * (parameters.mass_ratio[1] * inverse)
+    chain.rates.write(0, add(scale(pull, load(chain.crosses, 1)), cross(here, fall)))
+
+
+def _beyond(chain: _Chain, tension: ArrayRef) -> None:
+    parameters, builder = chain.parameters, chain.builder
+    inverse_length = parameters.derived("inverse_length", lambda k: 1 / parameters.length[k])
+    with builder.loop("k", 1, parameters.links) as loop:
+        k = loop.index
+        outer = builder.let("outer_pull", tension[k + 1] * (parameters.mass_ratio[k + 1] * inverse_length[k]))
+        inner = builder.let("inner_pull", tension[k - 1] * inverse_length[k])
+        rate = sub(scale(outer, load(chain.crosses, k + 1)), scale(inner, load(chain.crosses, k)))
+        if chain.pair is not None:
+            rate = add(rate, _couple_rate(chain, k))
+        chain.rates.write(k, rate)
+
+
+def _couple_rate(chain: _Chain, k: Index) -> Vector:
+    assert chain.pair is not None
+    parameters = chain.parameters
+    own = load(chain.pair, k)
+    beyond = scale(1 / parameters.mass[k], sub(own, load(chain.pair, k + 1)))
+    before = scale(1 / parameters.mass[k - 1], sub(own, load(chain.pair, k - 1)))
+    return scale(1 / parameters.length[k], cross(load(chain.direction, k), add(beyond, before)))

@@ -1,0 +1,1 @@
+"""One step in time as a Program: explicit, structure-preserving, implicit."""

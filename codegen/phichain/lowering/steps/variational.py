@@ -1,0 +1,151 @@
+"""The variational integrator of Lee, Leok & McClamroch (2009) for chains of unit vectors, in (q, v) form: theory section 8.
+
+The discrete Lagrangian of z = [x, q_1 .. q_N] (unit vectors in the plane, too) with the constant inertia M on vectors,
+
+    L_d = |z_1 - z_0|_M^2 / (2 h) - h/2 (V(z_0) + V(z_1)),   forces h/2 F at either end,
+
+gives a map (z_0, z_0') -> (z_1, z_1') through both discrete Legendre transforms:
+
+    w = z_0' + h/2 a,          M a = F_0 - dV_0 + lambda q_0,    |q_0 + h w|^2 = 1       (N unknown lambda: Newton)
+    z_1 = z_0 + h w
+    z_1' = w + h/2 a_1,      M a_1 = F_1 - dV_1 + kappa q_1,     q_1.z_1' = 0            (linear)
+
+Both lines of multipliers are one call of `constrained_accelerations` an iteration; the second asks for q_1.a_1 = -|w|^2. Newton's method
+on q.a + |w|^2 = 0, w = z_0' + h/2 a, asks for (q + h w).a_next = h w.a - |w|^2. Dampers act through the rates at either end,
+z_0' and 2 w - z_0' = z_1' + O(h^2).
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from phichain.ir.builder import ArrayRef, Builder, Expr
+from phichain.ir.nodes import Program
+from phichain.lowering.algebra.euclid import add, ambient_size, cart_size, dimension, dot, named, scale
+from phichain.lowering.parameters import Parameters
+from phichain.lowering.steps.ambient import Ambient, has_couples
+from phichain.lowering.steps.articulated_links import sweep
+from phichain.lowering.steps.link_multipliers import Links, tensions
+from phichain.scene import Scene
+
+#: Newton steps: their errors go as a^(2^n - 1) with a = h^2 |q''| / 4, small however fast a link turns steadily.
+ITERATIONS = 5
+#: Added to the squared residual so that its root has a derivative at rest; far below round-off, in single precision too.
+_LEAST = Fraction(1, 2**126)
+_HALF = Fraction(1, 2)
+
+
+def constrained_accelerations(builder: Builder, scene: Scene, parameters: Parameters) -> None:
+    """Declare the arguments of one Newton step, linearise the links' lengths, and solve for its accelerations."""
+    size, links = ambient_size(scene), scene.links
+    h = builder.input("step", (1,), "step, s")[0]
+    place = builder.input(
+        "place", (size,), "position of the cart and unit vectors, along which the multipliers act"
+    )
+    rate = builder.input("rate", (size,), "their rates")
+    guess = builder.input("guess", (size,), "accelerations to linearise at")
+    couple = None
+    if has_couples(scene):
+        couple = builder.input("force", (dimension(scene) * links,), "forces conjugate to the unit vectors")
+    push = None
+    if scene.has_force:
+        u = builder.input("u", (scene.nu,), "inputs")
+        push = tuple(u[i] for i in range(cart_size(scene)))
+    out = builder.output("acceleration", (size,), "accelerations of the cart and of the unit vectors")
+    vectors = Ambient(builder, scene, parameters)
+    normal, along = builder.array("normal", size), builder.array("along", links)
+    with builder.loop("k", 0, links) as loop:
+        k = loop.index
+        turning = vectors.at(guess, k)
+        speed = named(builder, "speed", add(vectors.at(rate, k), scale(_HALF * h, turning)))
+        vectors.put(normal, k, add(vectors.at(place, k), scale(h, speed)))
+        along[k] = h * dot(speed, turning) - dot(speed, speed)
+    (tensions if scene.tip_masses else sweep)(
+        Links(builder, scene, parameters, place, normal, along, couple, push, out)
+    )
+
+
+class Step:
+    """The step being written: `run` is the whole of it."""
+
+    def __init__(
+        self,
+        builder: Builder,
+        scene: Scene,
+        parameters: Parameters,
+        solver: Program,
+        arguments: dict[str, ArrayRef],
+    ) -> None:
+        self.builder, self.scene, self.solver, self.arguments = builder, scene, solver, arguments
+        self.u, self.h = arguments.get("u"), arguments["h"][0]
+        self.vectors = Ambient(builder, scene, parameters)
+        self.place = self.vectors.place("", arguments["q"])
+        self.rate = self.vectors.rate(self.place, arguments["v"])
+        self.half, self.moved = (builder.array(name, ambient_size(scene)) for name in ("half_rate", "moved"))
+
+    def run(self) -> None:
+        """Write q_next, v_next and residual."""
+        builder, vectors, arguments = self.builder, self.vectors, self.arguments
+        force = vectors.couple(arguments["q"], arguments["v"], self.place, self.u, "force")
+        step, acceleration = self._scalar("step", self.h), builder.array("guess", ambient_size(self.scene))
+        with builder.loop("i", 0, ambient_size(self.scene)) as loop:
+            acceleration[loop.index] = 0
+        for _ in range(ITERATIONS):
+            acceleration = self._solve(step, self.place, self.rate, acceleration, force)
+        self._drift(acceleration)
+        arrived = builder.array("arrived", self.scene.nq)
+        vectors.arrive(arguments["q"], self.place, self.moved, arrived)
+        with builder.loop("i", 0, self.scene.nq) as loop:
+            arguments["q_next"][loop.index] = arrived[loop.index]
+        place = vectors.place("_next", arrived)
+        force = vectors.couple(arrived, self._predicted(place), place, self.u, "force_next")
+        # Newton's step of no length asks for q.a = -|w|^2: the links' rates shall be tangent.
+        acceleration = self._solve(self._scalar("no_step", 0), place, self.half, acceleration, force)
+        rate = builder.array("rate_next", ambient_size(self.scene))
+        with builder.loop("i", 0, ambient_size(self.scene)) as loop:
+            rate[loop.index] = self.half[loop.index] + _HALF * self.h * acceleration[loop.index]
+        vectors.write_rates(rate, place, arguments["v_next"], "next")
+
+    def _scalar(self, name: str, value: Expr | int) -> ArrayRef:
+        array = self.builder.array(name, 1)
+        array[0] = value
+        return array
+
+    def _solve(
+        self, step: ArrayRef, place: ArrayRef, rate: ArrayRef, guess: ArrayRef, force: ArrayRef | None
+    ) -> ArrayRef:
+        given = [step, place, rate, guess]
+        given += [] if force is None else [force]
+        given += [self.u] if self.scene.has_force and self.u is not None else []
+        (acceleration,) = self.builder.call(self.solver, given, {"acceleration": ambient_size(self.scene)})
+        return acceleration
+
+    def _drift(self, acceleration: ArrayRef) -> None:
+        """Write w, z_0 + h w, and the norm of |q_k + h w_k|^2 - 1 = h^2 (q_k.a_k + |w_k|^2), formed without subtracting the one."""
+        builder, h, vectors = self.builder, self.h, self.vectors
+        for i in range(vectors.cart):
+            slide = self.rate[i] + _HALF * h * acceleration[i]
+            self.half[i] = slide
+            self.moved[i] = self.place[i] + h * slide
+        with builder.loop("k", 0, self.scene.links) as loop:
+            k = loop.index
+            total = loop.carry("squared_error", 0)
+            here, turning = vectors.at(self.place, k), vectors.at(acceleration, k)
+            speed = named(builder, "speed", add(vectors.at(self.rate, k), scale(_HALF * h, turning)))
+            vectors.put(self.half, k, speed)
+            vectors.put(self.moved, k, add(here, scale(h, speed)))
+            error = builder.let("length_error", h * h * (dot(here, turning) + dot(speed, speed)))
+            loop.follow(total, total + error * error)
+        self.arguments["residual"][0] = builder.sqrt(total + _LEAST)
+
+    def _predicted(self, place: ArrayRef) -> ArrayRef:
+        """v at the end to second order, which dampers look at."""
+        builder, size = self.builder, ambient_size(self.scene)
+        if self.scene.damping is None:
+            return self.arguments["v"]
+        ahead = builder.array("rate_ahead", size)
+        with builder.loop("i", 0, size) as loop:
+            ahead[loop.index] = 2 * self.half[loop.index] - self.rate[loop.index]
+        predicted = builder.array("v_predicted", self.scene.nv)
+        self.vectors.write_rates(ahead, place, predicted, "predicted")
+        return predicted

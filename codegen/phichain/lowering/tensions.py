@@ -1,0 +1,164 @@
+"""Tensions of a chain whose masses sit at the link ends (theory section 5): one symmetric tridiagonal system, free of cancellation.
+
+The links are distance constraints. Link k (from 0) joins mass k-1 to mass k, mass -1 being the cart. With c_k = q_{k-1}.q_k,
+s_k^2 = |q_{k-1} x q_k|^2 and s_0^2 = |C^T q_0|^2 the tensions lambda solve
+
+    -(c_k / m_{k-1}) lambda_{k-1} + (1/m_{k-1} + 1/m_k) lambda_k - (c_{k+1} / m_k) lambda_{k+1} = b_k
+
+(first row: s_0^2/m_{-1} + 1/m_0 on the diagonal). Eliminating from the base and from the tip towards the middle (a twisted
+factorisation) halves the chain of dependent operations; writing pivots as 1/m_k + x_k, x_k > 0, from s_k^2 and never from
+1 - c_k^2 keeps every term positive. Everything is scaled by the masses, so equal masses cost nothing. With
+rho_k = m_k / m_{k-1}, the slacks t_k = m_k x_k (from the base) and Y_k = m_k y_k (from the tip) follow
+
+    t_{k+1} = rho_{k+1} (s_{k+1}^2 + t_k) / (1 + t_k),    t_0 = rho_0 s_0^2
+    Y_{k-1} = (s_k^2 + z_k) / (1 + z_k),  z_k = Y_k / rho_k,    Y_{N-1} = 1
+
+Both are fractions of numbers that obey linear recurrences (t = n / d: d' = d + n, n' = rho (s^2 d + n)), as do the right sides
+scaled by d. Carrying numerator and denominator takes the divisions off the chain of dependent operations. Since t_k <= rho_k
+and z_k <= 1 / rho_k, the growth of d is bounded beforehand; where the bound is too large, or unknown because the masses are
+runtime parameters, every step divides instead and d stays 1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
+from phichain.lowering.parameters import Parameters
+
+#: Largest growth of a denominator that leaves the scaled loads far from overflow.
+_LARGEST_GROWTH = {"double": 1e100, "float": 1e12}
+
+
+@dataclass(frozen=True)
+class Joints:
+    """What the tridiagonal system needs of the joints.
+
+    Attributes:
+        cosine: q_{k-1}.q_k for k >= 1.
+        sine_squared: |q_{k-1} x q_k|^2 for k >= 1.
+        base_slack: rho_0 s_0^2, zero on a fixed base.
+        right_side: b_k.
+    """
+
+    cosine: ArrayRef
+    sine_squared: ArrayRef
+    base_slack: Expr
+    right_side: ArrayRef
+
+
+@dataclass(frozen=True)
+class _Front:
+    """An elimination front: its slack as a fraction, and the scaled load that the eliminated links pass on."""
+
+    numerator: Expr
+    denominator: Expr
+    incoming: Expr
+    #: Whether the denominator grows, instead of every step dividing.
+    scaled: bool
+
+    def carried(self, loop: Loop, side: str) -> _Front:
+        """The same front as loop-carried scalars (a denominator that is 1 throughout is not carried)."""
+        denominator = self.denominator
+        if self.scaled:
+            denominator = loop.carry(f"{side}_denominator", self.denominator)
+        return replace(
+            self, numerator=loop.carry(f"{side}_numerator", self.numerator), denominator=denominator,
+            incoming=loop.carry(f"{side}_incoming", self.incoming),
+        )  # fmt: skip
+
+    def followed(self, loop: Loop, after: _Front) -> None:
+        """Say what the front is on the next turn."""
+        loop.follow(self.numerator, after.numerator)
+        loop.follow(self.incoming, after.incoming)
+        if self.scaled:
+            loop.follow(self.denominator, after.denominator)
+
+
+def solve_tensions(builder: Builder, parameters: Parameters, joints: Joints) -> ArrayRef:
+    """Scaled tensions lambda_k / m_k, N + 1 cells, the last one (beyond the tip) zero."""
+    links = parameters.links
+    middle = links // 2
+    paired = links - 1 - middle
+    sweep = _Sweep(builder, parameters, joints)
+    scaled = parameters.pivot_growth <= _LARGEST_GROWTH[parameters.real]
+    one, nothing = builder.lift(1), builder.lift(0)
+    base = _Front(joints.base_slack, one, nothing, scaled)
+    tip = _Front(one, one, nothing, scaled)
+    if paired:
+        with builder.loop("i", 0, paired) as loop:
+            base, tip = base.carried(loop, "base"), tip.carried(loop, "tip")
+            base.followed(loop, sweep.from_base(base, loop.index))
+            tip.followed(loop, sweep.from_tip(tip, links - 1 - loop.index))
+    if middle > paired:
+        base = sweep.from_base(base, middle - 1)
+    return sweep.substitute_back(base, tip, middle, paired)
+
+
+class _Sweep:
+    """Elimination steps and back substitution; `particular` and `coupling` carry one to the other."""
+
+    def __init__(self, builder: Builder, parameters: Parameters, joints: Joints) -> None:
+        self.builder, self.joints = builder, joints
+        self.links = parameters.links
+        self.ratio, self.inverse_ratio = parameters.mass_ratio, parameters.inverse_mass_ratio
+        self.particular = builder.array("particular", self.links)
+        self.coupling = builder.array("coupling", self.links)
+
+    def from_base(self, front: _Front, k: Index) -> _Front:
+        """Eliminate link k from the base side."""
+        ratio = self.ratio[k + 1]
+        load = self.builder.let("base_load", self.joints.right_side[k] * front.denominator + front.incoming)
+        inverse = self._eliminate("base", front, front.numerator, load, k, self.joints.cosine[k + 1], (None, ratio))
+        numerator = ratio * (self.joints.sine_squared[k + 1] * front.denominator + front.numerator)
+        return self._passed_on(front, front.numerator, numerator, self.joints.cosine[k + 1] * load, inverse)
+
+    def from_tip(self, front: _Front, k: Index) -> _Front:
+        """Eliminate link k from the tip side."""
+        ratio = self.inverse_ratio[k]
+        slack = ratio * front.numerator
+        load = self.builder.let("tip_load", self.joints.right_side[k] * front.denominator + front.incoming)
+        inverse = self._eliminate("tip", front, slack, load, k, self.joints.cosine[k], (ratio, ratio))
+        numerator = self.joints.sine_squared[k] * front.denominator + slack
+        return self._passed_on(front, slack, numerator, self.joints.cosine[k] * load, inverse)
+
+    def _eliminate(
+        self, side: str, front: _Front, slack: Expr, load: Expr, k: Index, cosine: Expr, ratios: tuple[Expr | None, Expr]
+    ) -> Expr:
+        """Store what back substitution needs; returns 1 / (d + n)."""
+        inverse = self.builder.let(f"{side}_inverse_pivot", 1 / (front.denominator + slack))
+        particular = load * inverse
+        self.particular[k] = particular if ratios[0] is None else ratios[0] * particular
+        self.coupling[k] = ratios[1] * (cosine * front.denominator * inverse)
+        return inverse
+
+    def _passed_on(self, front: _Front, slack: Expr, numerator: Expr, incoming: Expr, inverse: Expr) -> _Front:
+        """The next front: d + n below the fraction, or everything divided by it."""
+        if front.scaled:
+            return replace(front, numerator=numerator, denominator=front.denominator + slack, incoming=incoming)
+        return replace(front, numerator=numerator * inverse, incoming=incoming * inverse)
+
+    def substitute_back(self, base: _Front, tip: _Front, middle: int, paired: int) -> ArrayRef:
+        """Where the fronts meet the pivot is t + Y; then outwards on both sides."""
+        builder = self.builder
+        tension = builder.array("tension", self.links + 1)
+        load = self.joints.right_side[middle] * (base.denominator * tip.denominator)
+        load = load + base.incoming * tip.denominator + tip.incoming * base.denominator
+        pivot = base.numerator * tip.denominator + tip.numerator * base.denominator
+        tension[middle] = met = builder.let("middle_tension", load / pivot)
+        inner = met
+        if paired:
+            with builder.loop("i", 0, paired) as loop:
+                inner = loop.carry("inner_tension", met)
+                outer = loop.carry("outer_tension", met)
+                loop.follow(inner, self._outwards("inner", tension, middle - 1 - loop.index, inner))
+                loop.follow(outer, self._outwards("outer", tension, middle + 1 + loop.index, outer))
+        if middle > paired:
+            self._outwards("inner", tension, 0, inner)
+        tension[self.links] = builder.lift(0)
+        return tension
+
+    def _outwards(self, side: str, tension: ArrayRef, k: Index, neighbour: Expr) -> Expr:
+        value = self.builder.let(f"{side}_tension_next", self.particular[k] + self.coupling[k] * neighbour)
+        tension[k] = value
+        return value

@@ -1,0 +1,116 @@
+"""Which method `auto` takes: by stiffness and tolerance, and it says why.
+
+A problem is called stiff when an explicit method would take steps for stability rather than for accuracy. With
+eigenvalues lambda of df/dx at the start, an explicit method of order 8 needs about T max(-Re lambda) / 6 steps to
+stay stable (its real stability interval; of the decay counts what exceeds the fastest growth, since a chain that keeps
+its energy has every decay paired with a growth), and about T omega tol^(-1/8) / 10 steps to follow oscillations of rate
+omega, the fastest of the lightly damped eigenvalues, of the motion itself and of 1/T.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from phichain.motion.methods import rosenbrock, taylor
+from phichain.motion.problem import Problem, differences
+from phichain.system import angular_velocities
+
+ROUND_OFF = float(np.finfo(float).eps)
+"""Tolerance of a method run as exactly as double precision allows."""
+
+SAFETY = 10.0
+"""How far `auto` keeps the local error below the tolerance: errors add up over the steps."""
+
+STABLE_INTERVAL = 6.0
+WORTH_IT = 1000.0
+"""Fewer stability-limited steps than this are taken explicitly: an implicit step costs more."""
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """How stiff a problem is at its start.
+
+    Attributes:
+        decay: Fastest decay rate max(-Re lambda), 1/s, less the fastest growth.
+        rate: Fastest rate that has to be followed, rad/s.
+        stability_steps: Steps an explicit method needs to stay stable.
+        accuracy_steps: Steps it needs to follow the motion.
+        source: Where the eigenvalues come from.
+    """
+
+    decay: float
+    rate: float
+    stability_steps: float
+    accuracy_steps: float
+    source: str
+
+    @property
+    def is_stiff(self) -> bool:
+        """True when stability would cost ten times the steps of accuracy, and more than a few."""
+        return self.stability_steps > max(WORTH_IT, 10 * self.accuracy_steps)
+
+
+def measure(problem: Problem) -> Stiffness:
+    """Estimate the stiffness at the initial state from the eigenvalues of df/dx.
+
+    The Jacobian is the exact one when the system has a `state_jacobian`, else forward differences.
+    """
+    t0, x0 = float(problem.t[0]), problem.x0
+    span = abs(float(problem.t[-1]) - t0)
+    if problem.jacobian is not None:
+        slope, source = problem.jacobian(t0, x0), "exact Jacobian"
+    else:
+        noise = float(np.finfo(np.float32 if problem.system.real == "float" else np.float64).eps)
+        slope = differences(lambda x: problem.field(t0, x), x0, problem.field(t0, x0), noise)
+        source = "differenced Jacobian"
+    if not np.all(np.isfinite(slope)):
+        return Stiffness(float("nan"), float("nan"), 0.0, 0.0, f"{source}, not finite")
+    eigenvalues = np.linalg.eigvals(slope) * np.sign(problem.t[-1] - t0)
+    # Every growth has its decay where energy is kept (a saddle's pair): only what decays faster is stiff.
+    decay = float(max(0.0, np.max(-eigenvalues.real) - max(0.0, np.max(eigenvalues.real))))
+    light = eigenvalues[np.abs(eigenvalues.imag) >= np.abs(eigenvalues.real)]
+    rate = max(float(np.max(np.abs(light.imag), initial=0.0)), _motion(problem), 1 / span)
+    accuracy = span * rate * problem.tol ** (-1 / 8) / 10
+    return Stiffness(decay, rate, span * decay / STABLE_INTERVAL, accuracy, source)
+
+
+def _motion(problem: Problem) -> float:
+    system = problem.system
+    rates = problem.x0[system.nq :]
+    if system.is_planar:
+        return float(np.max(np.abs(rates[system.cart_size :])))
+    return float(np.max(np.linalg.norm(angular_velocities(system, rates), axis=-1)))
+
+
+def choose(problem: Problem, free: bool = False) -> tuple[str, str]:
+    """The method `auto` takes, and why.
+
+    Not stiff: the Taylor flow where the system has it and the input is constant, else DOP853, or RK45 where few digits
+    are asked. Stiff: the emitted implicit flow, likewise; else CVODES when the system carries a CasADi function and its
+    input is constant, else Radau, or BDF where few digits are asked.
+
+    Args:
+        problem: What is to be integrated.
+        free: Whether no tolerance was given, so that the Taylor flow may run at round-off.
+    """
+    found = measure(problem)
+    few_digits = problem.tol > 1e-4
+    finding = (
+        f"fastest decay {found.decay:.3g}/s and rate {found.rate:.3g} rad/s ({found.source}) ask about "
+        f"{found.stability_steps:.0f} explicit steps for stability, {found.accuracy_steps:.0f} for accuracy"
+    )
+    if not found.is_stiff:
+        method = "taylor" if taylor.is_possible(problem) else "RK45" if few_digits else "DOP853"
+        at_round_off = free and method == "taylor"
+        how = "at round-off, as no tolerance was given" if at_round_off else f"with local tolerance {problem.tol:g}"
+        return method, f"auto took {method} {how}: not stiff, {finding}"
+    constant_input = problem.control is None or problem.held is not None
+    if rosenbrock.is_possible(problem):
+        method = "rosenbrock"
+    elif problem.system.has("casadi") and constant_input and problem.tol >= 1e-11:
+        method = "cvodes"
+    else:
+        method = "BDF" if few_digits else "Radau"
+    return method, f"auto took {method} with local tolerance {problem.tol:g}: stiff, {finding}"

@@ -1,0 +1,1 @@
+"""The integrators behind `simulate`, one file each."""

@@ -1,0 +1,76 @@
+"""The emitted implicit flow: an L-stable Rosenbrock method of order 5 (Rodas5P, Steinebach 2023), for stiff chains.
+
+``path`` runs a whole problem in compiled code when nothing has to be watched step by step; ``segments`` gives the steps
+one by one, for events that are Python functions and for outputs at the method's own steps. A state inside a step is the end
+of a shorter step from the same start, so it has the method's own order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from phichain.motion.methods import emitted_flow
+from phichain.motion.methods.emitted_flow import EmittedFlow
+from phichain.motion.path import Path, Segment, StalledError, StateAt
+from phichain.motion.problem import Problem
+from phichain.system import Vector, pack
+from phichain.system.propagation import StiffPropagation
+
+
+def is_possible(problem: Problem) -> bool:
+    """Whether the system has the flow and its input, if any, is constant."""
+    return emitted_flow.is_possible(problem, "propagate_stiff")
+
+
+def segments(problem: Problem, name: str) -> Iterator[Segment]:
+    """The flow's steps, one by one.
+
+    Raises:
+        UnsupportedError: the input is a function, or the system has no flow.
+        StalledError: no step, however short, led to finite numbers within the tolerance.
+    """
+    run = _run(problem, name)
+    t_end = float(problem.t[-1])
+    t, x = float(problem.t[0]), problem.x0
+    refused = 0
+    while t != t_end:
+        start = run.carried
+        step = run(t, x, t_end, max_steps=1)
+        if step.outcome == "not finite":
+            raise StalledError(f"{name} left the finite numbers")
+        refused += step.refused
+        problem.counts.update(refused=refused, order=step.order)
+        if not step.steps:
+            continue
+        after = pack(step.q, step.v)
+        problem.counts["steps"] = problem.counts.get("steps", 0) + 1
+        yield Segment(t, step.t, after, emitted_flow.dense(_inside(run, t, x, start)))
+        t, x = step.t, after
+
+
+def path(problem: Problem, name: str) -> Path:
+    """The states at the problem's times, in compiled code from end to end.
+
+    Raises:
+        UnsupportedError: the input is a function, or the system has no flow.
+    """
+    run = _run(problem, name)
+    found, refused = emitted_flow.whole_path(problem, run)
+    problem.counts.update(steps=found.steps, refused=refused, order=run.order)
+    return found
+
+
+def _run(problem: Problem, name: str) -> EmittedFlow[StiffPropagation]:
+    return EmittedFlow(
+        problem, name, "propagate_stiff", "Radau", lambda found: {"lost": found.lost, "memory": found.memory}
+    )
+
+
+def _inside(run: EmittedFlow[StiffPropagation], t0: float, x0: Vector, start: dict[str, Any]) -> StateAt:
+    def at(t: float) -> Vector:
+        # A step that ends there: shorter than the one that was taken, so within the tolerance as well.
+        found = run.once(t0, x0, t, **(start | {"memory": (t - t0, 0.0)}))
+        return pack(found.q, found.v)
+
+    return at

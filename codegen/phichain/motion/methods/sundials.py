@@ -1,0 +1,183 @@
+"""CVODES and IDAS of SUNDIALS through CasADi, on the CasADi function of the forward dynamics.
+
+The system's entry `casadi` is a casadi.Function of the forward dynamics (or a callable that makes it) with inputs
+named q, v and, with actuators, u; further inputs carry runtime parameters under their names. CasADi differentiates
+it, so the Newton iterations use the exact Jacobian. casadi is imported here and nowhere else in `simulate`.
+
+Reference: Hindmarsh et al., SUNDIALS, ACM TOMS 31 (2005).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from phichain.errors import UnsupportedError
+from phichain.motion.path import BudgetError, Segment, StalledError, StateAt
+from phichain.motion.problem import Problem
+from phichain.system import System, Vector
+
+OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
+    "cvodes": ("cvodes", {"linear_multistep_method": "bdf"}),
+    "cvodes_adams": ("cvodes", {"linear_multistep_method": "adams"}),
+    "idas": ("idas", {}),
+}
+POINTS = 200
+"""Output intervals when none are asked for: SUNDIALS' own steps do not come out of CasADi."""
+
+
+def segments(problem: Problem, name: str) -> Iterator[Segment]:
+    """One segment per output interval.
+
+    The whole grid is integrated at once, so the multistep history is kept across outputs. When that fails, the
+    intervals are walked one by one to bring back what there is before the failure.
+
+    Raises:
+        UnsupportedError: The system has no CasADi function, casadi is not installed, or u is a control law.
+        BudgetError: An output interval takes more than `max_steps` steps.
+        StalledError: SUNDIALS gave up.
+    """
+    times = problem.t if not problem.own_steps else np.linspace(problem.t[0], problem.t[-1], POINTS + 1)
+    flow = _flow(problem, name)
+    try:
+        states = flow.along(problem.x0, times)
+    except RuntimeError:
+        yield from _walk(problem, flow, times)
+        return
+    x = problem.x0
+    for start, stop, after in zip(times[:-1], times[1:], states, strict=True):
+        yield Segment(float(start), float(stop), after, _inside(flow, float(start), x))
+        x = after
+
+
+def _walk(problem: Problem, flow: _Flow, times: Vector) -> Iterator[Segment]:
+    x = problem.x0
+    for start, stop in pairwise(times):
+        try:
+            after = flow.along(x, np.array([start, stop]))[-1]
+        except RuntimeError as failure:
+            raise _explained(failure) from failure
+        yield Segment(float(start), float(stop), after, _inside(flow, float(start), x))
+        x = after
+
+
+def _explained(failure: RuntimeError) -> StalledError:
+    found = re.search(r"(CV|IDA)_[A-Z_]+", str(failure))
+    flag = found[0] if found else "no reason"
+    return BudgetError(flag) if "TOO_MUCH_WORK" in flag else StalledError(f"SUNDIALS gave up with {flag}")
+
+
+def _inside(flow: _Flow, t0: float, x0: Vector) -> Callable[[], StateAt]:
+    return lambda: lambda t: x0 if t == t0 else flow.along(x0, np.array([t0, t]))[-1]
+
+
+@dataclass(frozen=True, eq=False)
+class _Flow:
+    """x(t_1), x(t_2), ... from x(t_0): CasADi integrators over a time scaled by the length of the span."""
+
+    make: Callable[[Sequence[float], Vector], Any]
+    slope: Callable[[Vector], Vector] | None
+    values: Vector
+    made: dict[tuple[float, ...], Any]
+    counts: dict[str, int]
+
+    def along(self, x0: Vector, times: Vector) -> Vector:
+        """States at times[1:], starting from x0 at times[0]; shape (len(times) - 1, nx).
+
+        Raises:
+            RuntimeError: SUNDIALS gave up.
+        """
+        span = float(times[-1] - times[0])
+        grid = tuple(((times[1:] - times[0]) / span).tolist())
+        start = np.zeros(0) if self.slope is None else span * self.slope(x0)
+        made = (*grid, *start.tolist())
+        if made not in self.made:
+            self.made[made] = self.make(grid, start)
+        integrator = self.made[made]
+        final = integrator(x0=x0, p=np.concatenate([[span], self.values]))["xf"]
+        stats = integrator.stats()
+        for key, name in (("steps", "nsteps"), ("rhs", "nfevals"), ("jacobian", "nlinsetups")):
+            self.counts[key] = self.counts.get(key, 0) + int(stats[name])
+        return np.asarray(final).T
+
+
+def _flow(problem: Problem, name: str) -> _Flow:
+    system = problem.system
+    if problem.control is not None and problem.held is None:
+        raise UnsupportedError(
+            "u",
+            problem.control,
+            f"{name} integrates a CasADi graph and cannot call a Python control law",
+            "use method='DOP853' or 'Radau', or hold u constant over shorter spans",
+        )
+    casadi, dynamics = _dynamics(system, name)
+    x, span = casadi.MX.sym("x", system.nx), casadi.MX.sym("span")
+    u = casadi.MX.sym("u", system.nu)
+    q, v = x[: system.nq], x[system.nq :]
+    known = {"q": q, "v": v, "u": u}
+    values = system.parameters(problem.p).get("p", {})
+    arguments = [known[i] if i in known else _parameter(casadi, i, values) for i in dynamics.name_in()]
+    ode = span * casadi.vertcat(_velocity(casadi, system, q, v), dynamics(*arguments))
+    plugin, options = OPTIONS[name]
+    shared = {"reltol": problem.tol, "abstol": problem.atol, "max_num_steps": problem.max_steps}
+    equations = {"x": x, "p": casadi.vertcat(span, u), "ode": ode}
+
+    def make(grid: Sequence[float], slope: Vector) -> Any:
+        quiet = {"disable_internal_warnings": True, **options, **shared}
+        if plugin == "idas":
+            # IDAS starts from x' as well: what it would search for by itself, and miss on stiff chains, is known.
+            quiet |= {"calc_ic": False, "init_xdot": slope.tolist()}
+        return casadi.integrator("flow", plugin, equations, 0.0, list(grid), quiet)
+
+    held = np.zeros(0) if problem.held is None else problem.held
+    slope = (lambda x0: problem.field.function(0.0, x0)) if plugin == "idas" else None
+    return _Flow(make, slope, held, {}, problem.counts)
+
+
+def _velocity(casadi: Any, system: System, q: Any, v: Any) -> Any:
+    if system.is_planar:
+        return v
+    cart = system.cart_size
+    spins = [casadi.cross(v[k : k + 3], q[k : k + 3]) for k in range(cart, system.nq, 3)]
+    return casadi.vertcat(v[:cart], *spins)
+
+
+def _parameter(casadi: Any, name: str, values: dict[str, Any]) -> Any:
+    if name in values:
+        return casadi.DM(np.asarray(values[name], dtype=float))
+    if name == "p" and values:
+        return casadi.DM(
+            np.concatenate([np.ravel(np.asarray(value, dtype=float)) for value in values.values()])
+        )
+    raise UnsupportedError(
+        "p",
+        sorted(values),
+        f"the CasADi function wants the runtime parameter '{name}'",
+        f"give p={{'{name}': ...}}",
+    )
+
+
+def _dynamics(system: System, name: str) -> tuple[Any, Any]:
+    if not system.has("casadi"):
+        raise UnsupportedError(
+            "method",
+            name,
+            f"system '{system.name}' carries no CasADi function of its forward dynamics",
+            "build it with its CasADi module (functions['casadi']), or use method='Radau' or 'DOP853'",
+        )
+    try:
+        import casadi
+    except ImportError as failure:
+        raise UnsupportedError(
+            "method",
+            name,
+            "SUNDIALS comes with CasADi, which is not installed",
+            "pip install casadi, or use method='Radau' or 'DOP853'",
+        ) from failure
+    given = system.function("casadi")
+    return casadi, given if isinstance(given, casadi.Function) else given()

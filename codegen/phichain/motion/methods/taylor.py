@@ -1,0 +1,69 @@
+"""The emitted Taylor flow, order and steps chosen from the tolerance (Jorba and Zou 2005).
+
+``path`` runs a whole problem in compiled code when nothing has to be watched step by step; ``segments`` gives the steps
+one by one, for events that are Python functions and for outputs at the method's own steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from phichain.motion.methods import emitted_flow
+from phichain.motion.methods.emitted_flow import EmittedFlow
+from phichain.motion.path import Path, Segment, StalledError, StateAt
+from phichain.motion.problem import Problem
+from phichain.system import Vector, pack
+from phichain.system.propagation import Propagation
+
+
+def is_possible(problem: Problem) -> bool:
+    """Whether the system has the flow and its input, if any, is constant."""
+    return emitted_flow.is_possible(problem, "propagate")
+
+
+def segments(problem: Problem, name: str) -> Iterator[Segment]:
+    """The flow's steps, one call each; a state within one is the flow's own series.
+
+    Raises:
+        UnsupportedError: the input is a function, or the system has no flow.
+        StalledError: the state or its series stopped being finite.
+    """
+    run = _run(problem, name)
+    t_end = float(problem.t[-1])
+    t, x = float(problem.t[0]), problem.x0
+    while t != t_end:
+        start = run.carried
+        step = run(t, x, t_end, max_steps=1)
+        if step.outcome == "not finite":
+            raise StalledError(f"{name} left the finite numbers")
+        after = pack(step.q, step.v)
+        yield Segment(t, step.t, after, emitted_flow.dense(_inside(run, t, x, step.t, start)))
+        t, x = step.t, after
+
+
+def path(problem: Problem, name: str) -> Path:
+    """The states at the problem's times, in compiled code from end to end.
+
+    Raises:
+        UnsupportedError: the input is a function, or the system has no flow.
+    """
+    run = _run(problem, name)
+    found, _ = emitted_flow.whole_path(problem, run)
+    problem.counts.update(steps=found.steps, order=run.order)
+    return found
+
+
+def _run(problem: Problem, name: str) -> EmittedFlow[Propagation]:
+    return EmittedFlow(problem, name, "propagate", "DOP853", lambda found: {"lost": found.lost})
+
+
+def _inside(
+    run: EmittedFlow[Propagation], t0: float, x0: Vector, t1: float, start: dict[str, Any]
+) -> StateAt:
+    def at(t: float) -> Vector:
+        # From the same state the same series: one step of the flow that is asked for a state on its way.
+        found = run.once(t0, x0, t1, **start, max_steps=1, times=[t])
+        return pack(found.q_at[0], found.v_at[0])
+
+    return at

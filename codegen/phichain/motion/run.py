@@ -1,0 +1,275 @@
+"""simulate: one interface to every integrator."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from phichain.errors import ConvergenceError, ToleranceError, UnsupportedError
+from phichain.motion import choose
+from phichain.motion.doubts import doubts
+from phichain.motion.events import Event, Scalar, as_events
+from phichain.motion.manifold import project_state, violations
+from phichain.motion.methods import fixed_step, rosenbrock, scipy_methods, sundials, taylor
+from phichain.motion.methods.emitted_flow import runs_whole
+from phichain.motion.path import Path, Segment, collect
+from phichain.motion.problem import (
+    Control,
+    Problem,
+    Progress,
+    bind,
+    check_state,
+    check_times,
+    check_tolerance,
+)
+from phichain.motion.trajectory import Trajectory
+from phichain.system import Parameters, System, Vector, acceleration
+
+EPS = float(np.finfo(float).eps)
+USUAL = 1e-9
+"""The tolerance where none is given."""
+SINGLE_FLOOR = 2e-6
+"""A right-hand side in single precision is noise below this: error control would shrink steps for nothing."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """One integrator.
+
+    Attributes:
+        segments: Its steps one by one.
+        floor: The smallest tolerance its arithmetic can keep.
+        summary: What it is.
+        fixed: Whether its steps are of one size, with no tolerance.
+        path: How it runs a whole problem in compiled code, where nothing has to be watched step by step.
+        usual: The tolerance it takes when none is given.
+    """
+
+    segments: Callable[[Problem, str], Iterator[Segment]]
+    floor: float
+    summary: str
+    fixed: bool = False
+    path: Callable[[Problem, str], Path] | None = None
+    usual: float = USUAL
+
+
+METHODS: dict[str, Method] = {
+    "taylor": Method(
+        taylor.segments, EPS, "the emitted Taylor flow, of variable order", path=taylor.path, usual=choose.ROUND_OFF
+    ),
+    "rosenbrock": Method(
+        rosenbrock.segments,
+        64 * EPS,
+        "the emitted implicit flow: Rosenbrock of order 5, L-stable",
+        path=rosenbrock.path,
+    ),
+    "DOP853": Method(scipy_methods.segments, 100 * EPS, "explicit Runge-Kutta of order 8 (SciPy)"),
+    "RK45": Method(scipy_methods.segments, 100 * EPS, "explicit Runge-Kutta of order 5 (SciPy)"),
+    "Radau": Method(scipy_methods.segments, 100 * EPS, "implicit Runge-Kutta of order 5, L-stable (SciPy)"),
+    "BDF": Method(scipy_methods.segments, 100 * EPS, "backward differentiation, orders 1-5 (SciPy)"),
+    "LSODA": Method(scipy_methods.segments, 100 * EPS, "Adams or BDF by stiffness (SciPy)"),
+    "cvodes": Method(sundials.segments, 1e-13, "CVODES, BDF with Newton (SUNDIALS through CasADi)"),
+    "cvodes_adams": Method(sundials.segments, 1e-13, "CVODES, Adams (SUNDIALS through CasADi)"),
+    "idas": Method(sundials.segments, 1e-13, "IDAS, BDF (SUNDIALS through CasADi)"),
+    "step": Method(
+        fixed_step.segments, 0.0, "the emitted fixed step: classical Runge-Kutta of order 4", fixed=True
+    ),
+    "step_lie4": Method(
+        fixed_step.segments, 0.0, "the emitted fixed step: Runge-Kutta-Munthe-Kaas of order 4", fixed=True
+    ),
+    "step_variational": Method(
+        fixed_step.segments, 0.0, "the emitted fixed step: variational, of order 2, symplectic", fixed=True
+    ),
+}
+
+
+def simulate(
+    system: System,
+    x0: ArrayLike | Sequence[ArrayLike],
+    t: ArrayLike,
+    method: str = "auto",
+    tol: float | None = None,
+    *,
+    u: ArrayLike | Control | None = None,
+    p: Parameters | None = None,
+    h: float | None = None,
+    events: Iterable[Event | Scalar] | Event | Scalar | None = None,
+    atol: float | None = None,
+    max_steps: int = 1_000_000,
+    project: bool = False,
+    progress: Progress | None = None,
+) -> Trajectory:
+    """Integrate the chain's equations of motion from one state.
+
+    Args:
+        system: The chain.
+        x0: Initial state (q, v): one flat vector (nq + nv,) or the pair. Spatial states within 1e-6 of the manifold
+            are projected on it and the reason says so; others are refused.
+        t: A final time (from 0), a span (t0, t1) for output at the method's own steps, or a grid of output times;
+            s, increasing or decreasing.
+        method: A key of METHODS, "auto", or the name of an emitted step (`step_...`).
+        tol: Relative tolerance, 1e-9 unless given. A named method takes it for its local error per step; auto keeps
+            the local error ten times below it, so that it is about the error of a short run. The Taylor flow, named
+            or taken by auto, runs at round-off unless a tolerance is given: that costs about a third more, and starts
+            beside a separatrix stay on their side. Values below what the method's arithmetic can keep are raised to it
+            and the reason says so.
+        u: Input: None (zero), a constant (nu,), or a callable u(t, x).
+        p: Runtime parameters by name.
+        h: Step size of a fixed-step method (step, step_lie4, step_variational), s. An implicit step's largest residual
+            stands in the reason, with a warning where its iteration was not enough.
+        events: Event records or callables g(t, x), located at their sign changes.
+        atol: Absolute tolerance of the local error in the units of the state; default a hundredth of the relative
+            one, so that small motions keep digits.
+        max_steps: Step budget; when it runs out the trajectory so far comes back with status "step budget".
+        project: Put spatial outputs on the manifold (unit q, tangent omega). The violation is recorded before.
+        progress: Called with (fraction done, t) about every hundredth.
+
+    Returns:
+        The Trajectory, with the method taken and why. Its status is "complete", "event", "step budget" or, where the run
+        cannot vouch for the side of a separatrix it took, "doubtful", and the reason says more.
+
+    Raises:
+        ArrayError: Bad x0, t, u or event.
+        ToleranceError: tol, atol, h or max_steps not positive.
+        UnsupportedError: Unknown method, or one this system has not the functions for.
+        ConvergenceError: Finite-time blow-up, or a tolerance that cannot be kept; `trajectory` is what there is.
+    """
+    times = check_times(t)
+    state, notes = check_state(system, x0)
+    asked = (METHODS[method].usual if method in METHODS else USUAL) if tol is None else check_tolerance(tol)
+    watched = as_events(events)
+    field, jacobian, control, held = bind(system, u, p, float(times[0]), state)
+    problem = Problem(
+        system, field, jacobian, control, held, p, state, times, asked, asked / 100, h, watched,
+        _budget(max_steps), progress, notes,
+    )  # fmt: skip
+    if method == "auto":
+        problem = replace(problem, tol=asked / choose.SAFETY)
+        name, why = choose.choose(problem, free=tol is None)
+        if name == "taylor" and tol is None:
+            problem = replace(problem, tol=choose.ROUND_OFF)
+    else:
+        name, why = method, f"{method} as asked"
+    engine = _method(system, name)
+    problem, clamped = _clamp(problem, engine, name, atol)
+    path = _run(problem, engine, name)
+    reasons = [why, *notes, *clamped]
+    if project and not system.is_planar:
+        reasons.append("outputs were projected on the manifold")
+    reasons += problem.remarks
+    if path.status == "complete" and (found := doubts(problem, path, name)):
+        path, reasons = replace(path, status="doubtful"), [*reasons, *found]
+    trajectory = _record(
+        problem, path, name, engine, "; ".join(filter(None, [*reasons, path.message])), project
+    )
+    if path.status in ("blow-up", "stalled"):
+        raise ConvergenceError(
+            "simulate", name, path.message, _remedy(path.status, engine), t=float(path.t[-1]), status=path.status,
+            trajectory=trajectory,
+        )  # fmt: skip
+    return trajectory
+
+
+def _budget(max_steps: int) -> int:
+    if int(max_steps) < 1:
+        raise ToleranceError("max_steps", max_steps, "must be at least 1", "leave it out for a million steps")
+    return int(max_steps)
+
+
+def _method(system: System, name: str) -> Method:
+    if name in METHODS:
+        return METHODS[name]
+    if name.startswith("step_"):
+        system.function(name)
+        return replace(METHODS["step"], summary=f"the emitted fixed step {name}")
+    raise UnsupportedError("method", name, "no such method", f"use auto or one of {', '.join(METHODS)}")
+
+
+def _run(problem: Problem, engine: Method, name: str) -> Path:
+    if engine.path is not None and runs_whole(problem):
+        return engine.path(problem, name)
+    return collect(problem, engine.segments(problem, name))
+
+
+def _clamp(problem: Problem, engine: Method, name: str, atol: float | None) -> tuple[Problem, list[str]]:
+    single = problem.system.real == "float" and not engine.fixed
+    tol = max(problem.tol, engine.floor, SINGLE_FLOOR if single else 0.0)
+    whose = "single precision" if single else name
+    said = (
+        [f"tol {problem.tol:g} was raised to {tol:.2g}, the round-off floor of {whose}"]
+        if tol != problem.tol
+        else []
+    )
+    absolute = tol / 100 if atol is None else check_tolerance(atol, "atol")
+    return replace(problem, tol=tol, atol=absolute), said
+
+
+def _remedy(status: str, engine: Method) -> str:
+    if engine.fixed and status == "stalled":
+        return "shorten h, or let auto choose the step; the trajectory up to there is in `.trajectory`"
+    if status == "blow-up":
+        return "look at the input or the parameters that drive it; the trajectory up to there is in `.trajectory`"
+    return "loosen tol, or try an implicit method (rosenbrock, Radau, cvodes); the trajectory up to there is in `.trajectory`"
+
+
+def _record(
+    problem: Problem, path: Path, name: str, engine: Method, reason: str, project: bool
+) -> Trajectory:
+    system = problem.system
+    dense = path.dense
+
+    def at(t: Vector, x: Vector, refined: bool) -> Trajectory:
+        q, v = x[:, : system.nq], x[:, system.nq :]
+        length_error, tangency_error = violations(system, q, v)
+        if project and not system.is_planar:
+            q, v = project_state(system, q, v)
+        u = _inputs(problem, t, x)
+        energies = (
+            system.energy(q, v, **system.parameters(problem.p)) if system.has("energy") else (None, None)
+        )
+        return Trajectory(
+            name=system.name,
+            space=system.space,
+            t=t,
+            q=q,
+            v=v,
+            a=acceleration(system, q, v, u, problem.p),
+            u=u,
+            kinetic=energies[0],
+            potential=energies[1],
+            length_error=length_error,
+            tangency_error=tangency_error,
+            events=path.crossings,
+            method=name,
+            status=path.status,
+            reason=f"{reason}; resampled by {name}'s own interpolant" if refined else reason,
+            tol=math.nan if engine.fixed else problem.tol,
+            counts=_counts(problem, path, engine),
+            q_names=system.q_names,
+            v_names=system.v_names,
+            u_names=system.u_names,
+            refine=None if dense is None else lambda grid: at(grid, np.array([dense(s) for s in grid]), True),
+        )
+
+    return at(path.t, path.x, False)
+
+
+def _inputs(problem: Problem, t: Vector, x: Vector) -> Vector | None:
+    if problem.control is None:
+        return None
+    return np.array([problem.control(float(s), y) for s, y in zip(t, x, strict=True)]).reshape(len(t), -1)
+
+
+def _counts(problem: Problem, path: Path, engine: Method) -> dict[str, int]:
+    if problem.counts:
+        return dict(problem.counts)
+    counts = {"steps": path.steps}
+    if not engine.fixed:
+        counts["rhs"] = problem.field.calls
+        if problem.jacobian is not None:
+            counts["jacobian"] = problem.jacobian.calls
+    return counts

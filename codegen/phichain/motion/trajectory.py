@@ -1,0 +1,204 @@
+"""Trajectory: the frozen record of one simulation."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import BPoly
+
+from phichain.errors import ArrayError
+from phichain.motion.events import Crossing
+from phichain.records import columns_of, read_npz, write_csv, write_npz
+from phichain.system import Vector
+
+_ARRAYS = ("t", "q", "v", "a", "u", "kinetic", "potential", "length_error", "tangency_error")
+_PLAIN = ("name", "space", "method", "status", "reason", "tol", "q_names", "v_names", "u_names")
+_KIND = "Trajectory"
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """What a simulation found, and how.
+
+    Attributes:
+        name: Name of the system.
+        space: "planar" or "spatial".
+        t: Times (m,), s.
+        q: Configurations (m, nq).
+        v: Rates (m, nv).
+        a: Accelerations v' (m, nv).
+        u: Inputs (m, nu), or None without inputs.
+        kinetic: Kinetic energy (m,), J, or None when the system has no `energy`.
+        potential: Potential energy (m,), J, zero as in section 1 of docs/theory.md, or None.
+        length_error: Spatial: |q_k| - 1, (m, N); else None. Recorded before any projection.
+        tangency_error: Spatial: omega_k . q_k, rad/s, (m, N); else None. Recorded before any projection.
+        events: Located crossings in order.
+        method: The method that ran.
+        status: "complete", "event" (a terminal event ended it), "step budget"; an error carries "blow-up" or "stalled".
+        reason: Why this method, what was done to the arguments, why it ended.
+        tol: Relative tolerance used; NaN for fixed steps.
+        counts: Accepted steps, evaluations of the right-hand side and of its Jacobian, as far as the method counts.
+        q_names, v_names, u_names: Column names.
+        refine: Builds the Trajectory of the same run at other times from the method's own interpolant; only when
+            the outputs were the method's own steps, and not kept in files.
+    """
+
+    name: str
+    space: str
+    t: Vector
+    q: Vector
+    v: Vector
+    a: Vector
+    u: Vector | None
+    kinetic: Vector | None
+    potential: Vector | None
+    length_error: Vector | None
+    tangency_error: Vector | None
+    events: tuple[Crossing, ...]
+    method: str
+    status: str
+    reason: str
+    tol: float
+    counts: Mapping[str, int]
+    q_names: tuple[str, ...] = ()
+    v_names: tuple[str, ...] = ()
+    u_names: tuple[str, ...] = ()
+    refine: Callable[[Vector], Trajectory] | None = field(default=None, repr=False)
+
+    def __str__(self) -> str:
+        counts = ", ".join(f"{value} {name}" for name, value in self.counts.items())
+        drift = "" if self.energy is None else f", energy drift {self.energy_drift:.2e} J"
+        return (
+            f"{self.name}: {self.status}, t = {self.t[0]:g} .. {self.t[-1]:g} s in {len(self.t)} points by "
+            f"{self.method} ({counts}){drift}\n  {self.reason}"
+        )
+
+    @property
+    def x(self) -> Vector:
+        """States (q, v), shape (m, nq + nv)."""
+        return np.concatenate([self.q, self.v], axis=1)
+
+    @property
+    def energy(self) -> Vector | None:
+        """Total energy (m,), J, or None."""
+        return None if self.kinetic is None or self.potential is None else self.kinetic + self.potential
+
+    @property
+    def energy_drift(self) -> float:
+        """Largest departure of the total energy from its first value, J; NaN when no energy was recorded."""
+        return float("nan") if self.energy is None else float(np.max(np.abs(self.energy - self.energy[0])))
+
+    def resample(self, times: int | ArrayLike) -> Trajectory:
+        """The same motion at other times, for tools that need a uniform grid.
+
+        With the method's own interpolant at hand (outputs were its own steps) everything is evaluated anew from
+        it. Else q is interpolated by quintics through (q, q', q'') and v by cubics through (v, a), which hold to
+        the sixth and fourth power of the spacing; inputs and energies between samples are then not known (None).
+
+        Args:
+            times: A number of equally spaced points from start to end, or the times themselves.
+
+        Raises:
+            ArrayError: Fewer than two points, or times outside the trajectory.
+        """
+        grid = self._grid(times)
+        if self.refine is not None:
+            return self.refine(grid)
+        q_dot, q_ddot = self._rates()
+        order = np.argsort(self.t)
+        quintic = BPoly.from_derivatives(self.t[order], np.stack([self.q, q_dot, q_ddot], axis=1)[order])
+        cubic = BPoly.from_derivatives(self.t[order], np.stack([self.v, self.a], axis=1)[order])
+        q, planar = quintic(grid), self.space == "planar"
+        return dataclasses.replace(
+            self,
+            t=grid,
+            q=q,
+            v=quintic(grid, 1) if planar else cubic(grid),
+            a=quintic(grid, 2) if planar else cubic(grid, 1),
+            u=None,
+            kinetic=None,
+            potential=None,
+            length_error=None,
+            tangency_error=None,
+            reason=f"{self.reason}; resampled by quintic (q) and cubic (v) Hermite pieces between {len(self.t)} outputs",
+        )
+
+    def _grid(self, times: int | ArrayLike) -> Vector:
+        if isinstance(times, int | np.integer):
+            if times < 2:
+                raise ArrayError("times", times, "a trajectory needs two points", "ask for two or more")
+            return np.linspace(self.t[0], self.t[-1], int(times))
+        grid = np.atleast_1d(np.asarray(times, dtype=float))
+        low, high = min(self.t[0], self.t[-1]), max(self.t[0], self.t[-1])
+        if not np.all((grid >= low) & (grid <= high)):
+            raise ArrayError(
+                "times", grid, f"leave the trajectory's span {low:g} .. {high:g} s", "stay within it"
+            )
+        return grid
+
+    def _rates(self) -> tuple[Vector, Vector]:
+        """q' and q'' at the outputs."""
+        if self.space == "planar":
+            return self.v, self.a
+        links = 3 * (self.q.shape[1] // 3)
+        cart = self.q.shape[1] - links
+
+        def triples(stacked: Vector) -> Vector:
+            return stacked[:, cart:].reshape(len(stacked), -1, 3)
+
+        directions, rates = triples(self.q), triples(self.v)
+        moving = np.cross(rates, directions)
+        turning = np.cross(triples(self.a), directions) + np.cross(rates, moving)
+        flat = (len(self.t), links)
+        q_dot = np.concatenate([self.v[:, :cart], moving.reshape(flat)], axis=1)
+        return q_dot, np.concatenate([self.a[:, :cart], turning.reshape(flat)], axis=1)
+
+    def to_csv(self, path: Path | str) -> Path:
+        """Write one row per output: t, q, v, u, energies, largest constraint violations; 17 digits."""
+        columns: dict[str, Any] = {
+            "t": self.t,
+            **columns_of(self.q_names, self.q),
+            **columns_of(self.v_names, self.v),
+        }
+        columns |= columns_of(self.u_names, self.u)
+        columns |= {
+            name: getattr(self, name) for name in ("kinetic", "potential") if getattr(self, name) is not None
+        }
+        for name in ("length_error", "tangency_error"):
+            if getattr(self, name) is not None:
+                columns[name] = np.max(np.abs(getattr(self, name)), axis=1)
+        return write_csv(path, columns)
+
+    def to_npz(self, path: Path | str) -> Path:
+        """Write everything but `refine`; `from_npz` reads it back."""
+        arrays = {name: getattr(self, name) for name in _ARRAYS if getattr(self, name) is not None}
+        arrays["event_t"] = np.array([crossing.t for crossing in self.events])
+        arrays["event_x"] = np.array([crossing.x for crossing in self.events])
+        meta = {name: getattr(self, name) for name in _PLAIN}
+        meta |= {
+            "kind": _KIND,
+            "counts": dict(self.counts),
+            "event_names": [crossing.name for crossing in self.events],
+        }
+        return write_npz(path, arrays, meta)
+
+    @classmethod
+    def from_npz(cls, path: Path | str) -> Trajectory:
+        """Read what `to_npz` wrote.
+
+        Raises:
+            OutputError: The file is missing or holds no Trajectory.
+        """
+        arrays, meta = read_npz(path, _KIND)
+        found = zip(meta.pop("event_names"), arrays.pop("event_t"), arrays.pop("event_x"), strict=True)
+        events = tuple(Crossing(name, float(t), x) for name, t, x in found)
+        names: dict[str, Any] = {key: tuple(meta.pop(key)) for key in ("q_names", "v_names", "u_names")}
+        held: dict[str, Any] = {name: arrays.get(name) for name in _ARRAYS}
+        meta.pop("kind")
+        return cls(**held, events=events, **names, **meta)

@@ -1,0 +1,17 @@
+"""Build: a generated folder compiled by the system C compiler, cached, verified, loaded and made callable."""
+
+from phichain.native.cache import Cache, CacheInfo, CacheWarning, default_cache
+from phichain.native.compiler import Compiler, CompilerOptions, find_compiler
+from phichain.native.load import build_casadi, build_folder
+
+__all__ = [
+    "Cache",
+    "CacheInfo",
+    "CacheWarning",
+    "Compiler",
+    "CompilerOptions",
+    "build_casadi",
+    "build_folder",
+    "default_cache",
+    "find_compiler",
+]

@@ -1,0 +1,187 @@
+"""Arrays on their way to C: converted without loss of kind, checked, and laid out in rows.
+
+Accepted is whatever NumPy converts within its kind or to a wider one: lists, integers, either precision.
+Complex numbers, objects and text are refused, and so is every shape but the expected one, with or without a
+leading axis.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phichain.errors import ArrayError
+from phichain.native.signature import Argument, Signature
+
+REAL: Final[dict[str, np.dtype[Any]]] = {"double": np.dtype(np.float64), "float": np.dtype(np.float32)}
+SCALAR: Final[dict[str, type]] = {"float64": ctypes.c_double, "float32": ctypes.c_float}
+
+
+@dataclass(frozen=True)
+class Rows:
+    """One input as C reads it.
+
+    Attributes:
+        values: Aligned array whose rows are contiguous; kept alive while C reads it.
+        stride: Entries from one row to the next; 0 when all rows share the values.
+        count: Number of rows, or None when all rows share the values.
+    """
+
+    values: NDArray[Any]
+    stride: int
+    count: int | None
+
+
+def rows_of(function: str, argument: Argument, value: Any, real: np.dtype[Any]) -> Rows:
+    """One input, with or without a leading batch axis.
+
+    Args:
+        function: Name of the function, for messages.
+        argument: What it expects.
+        value: What it got.
+        real: The type that C computes in.
+
+    Raises:
+        ArrayError: The type has no loss-free conversion, or the shape is another.
+    """
+    array = converted(f"{function}.{argument.name}", value, real)
+    if array.shape == argument.shape:
+        return Rows(_packed(array), 0, None)
+    if array.shape[1:] != argument.shape or array.ndim != len(argument.shape) + 1:
+        raise _wrong_shape(f"{function}.{argument.name}", argument, value, array, batch=True)
+    array = _rows_packed(array)
+    return Rows(array, array.strides[0] // array.itemsize, len(array))
+
+
+def row_count(signature: Signature, inputs: Sequence[Rows]) -> int | None:
+    """The common number of rows, or None when no input has a batch axis.
+
+    Raises:
+        ArrayError: Two inputs disagree.
+    """
+    batched = [
+        (argument, rows.count)
+        for argument, rows in zip(signature.inputs, inputs, strict=True)
+        if rows.count is not None
+    ]
+    for argument, count in batched[1:]:
+        if count != batched[0][1]:
+            first = f"{batched[0][0].name} has {batched[0][1]}"
+            problem = f"has {count} rows where {first}"
+            remedy = (
+                "give both the same number, or leave the batch axis of one away to share it between all rows"
+            )
+            raise ArrayError(f"{signature.name}.{argument.name}", count, problem, remedy)
+    return batched[0][1] if batched else None
+
+
+def parameter_values(
+    signature: Signature, p: Mapping[str, Any] | None, real: np.dtype[Any]
+) -> list[NDArray[Any]]:
+    """The runtime parameters, one array each in the order of the C struct.
+
+    A function that reads none of them takes them all the same, so that one set serves every function of a
+    system.
+
+    Raises:
+        ArrayError: One is missing, unknown, or has another shape.
+    """
+    names = [parameter.name for parameter in signature.parameters]
+    if not names and isinstance(p, Mapping) and not p:
+        return []
+    if not names:
+        problem, remedy = (
+            "this scene has no runtime parameters",
+            'leave p out, or make them "runtime" in the scene',
+        )
+        raise ArrayError(f"{signature.name}.p", p, problem, remedy)
+    field, example = f"{signature.name}.p", ", ".join(f"'{name}': ..." for name in names)
+    if not isinstance(p, Mapping):
+        problem = f"the runtime parameters {', '.join(names)} are missing"
+        raise ArrayError(field, p, problem, f"pass them by name, p={{{example}}}")
+    if p.keys() != set(names):
+        missing, unknown = (
+            [name for name in names if name not in p],
+            [name for name in p if name not in names],
+        )
+        problem = f"must hold exactly {', '.join(names)}"
+        raise ArrayError(field, list(p), problem, f"pass p={{{example}}}", missing=missing, unknown=unknown)
+    values = []
+    for parameter in signature.parameters:
+        value = p[parameter.name]
+        array = converted(f"{field}[{parameter.name!r}]", value, real)
+        if array.shape != parameter.shape:
+            raise _wrong_shape(f"{field}[{parameter.name!r}]", parameter, value, array, batch=False)
+        values.append(array)
+    return values
+
+
+def flat_parameters(
+    signature: Signature, p: Mapping[str, Any] | None, real: np.dtype[Any]
+) -> list[NDArray[Any]]:
+    """The C struct of the runtime parameters as one flat array; nothing where the scene has none.
+
+    Raises:
+        ArrayError: One is missing, unknown, or has another shape.
+    """
+    if not signature.parameters and p is None:
+        return []
+    fields = parameter_values(signature, p, real)
+    return [np.concatenate([np.ravel(field) for field in fields])] if fields else []
+
+
+def address(array: NDArray[Any]) -> ctypes.c_void_p:
+    """Where an array's entries begin, as C takes it."""
+    # Five times as fast as array.ctypes, and a quarter period of a pendulum takes microseconds.
+    return ctypes.c_void_p(array.__array_interface__["data"][0])
+
+
+def converted(field: str, value: Any, real: np.dtype[Any]) -> NDArray[Any]:
+    """A value as an array of type `real`.
+
+    Raises:
+        ArrayError: It is ragged, or of a kind that real numbers cannot hold.
+    """
+    try:
+        array = np.asarray(value)
+    except (ValueError, TypeError) as error:
+        problem = "cannot be read as an array of numbers"
+        raise ArrayError(field, value, problem, "give rows of equal length") from error
+    if array.dtype == real:
+        return array.astype(real, copy=False)
+    if not np.can_cast(array.dtype, real, "same_kind"):
+        problem, remedy = f"holds {array.dtype} where real numbers are expected", f"convert it to {real}"
+        raise ArrayError(field, value, problem, remedy, dtype=array.dtype)
+    return array.astype(real)
+
+
+def _wrong_shape(field: str, argument: Argument, value: Any, array: NDArray[Any], batch: bool) -> ArrayError:
+    alone = str(argument.shape) if argument.shape else "a single number"
+    inner = "".join(f", {size}" for size in argument.shape) or ","
+    wanted = f"{alone}, or (n{inner}) for n rows at once" if batch else alone
+    return ArrayError(
+        field,
+        value,
+        f"has shape {array.shape} where {alone} is expected",
+        f"pass {wanted}",
+        expected=argument.shape,
+        shape=array.shape,
+    )
+
+
+def _packed(array: NDArray[Any]) -> NDArray[Any]:
+    return np.require(array, requirements=["C", "A"])
+
+
+def _rows_packed(array: NDArray[Any]) -> NDArray[Any]:
+    """The array itself where C can step through its rows (as in x[:, :nq]), a packed copy otherwise."""
+    stride = array.strides[0]
+    steppable = stride >= 0 and stride % array.itemsize == 0 and array.flags.aligned
+    if steppable and len(array) > 0 and array[0].flags.c_contiguous:
+        return array
+    return _packed(array)

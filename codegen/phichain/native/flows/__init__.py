@@ -1,0 +1,1 @@
+"""The emitted flows as Python callables."""

@@ -1,0 +1,165 @@
+"""The batch flow as a Python callable: ``propagate_batch(q, v, t, t_end, tol, ...)`` around NAME_propagate_batch.
+
+In Python the batch axis is first, in C it is last: arrays are transposed on the way.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from phichain.errors import ArrayError
+from phichain.native.arrays import REAL, SCALAR, address, flat_parameters
+from phichain.native.flows.call import checked_tolerance, event_argument, finite
+from phichain.native.signature import Argument, Signature
+from phichain.system.propagation import OUTCOMES, Stop
+from phichain.system.propagation_batch import PropagationBatch
+
+PropagateBatch = Callable[..., PropagationBatch]
+
+
+def make_propagate_batch(
+    name: str,
+    sizes: tuple[int, int, int],
+    links: int,
+    parameters: Sequence[Argument],
+    function: Any,
+    real: str = "double",
+) -> PropagateBatch:
+    """Wrap NAME_propagate_batch.
+
+    Args:
+        name: Name of the scene.
+        sizes: nq, nv and nu.
+        links: Number of links.
+        parameters: The scene's runtime parameters in the order of the C struct.
+        function: The foreign function; its result type is set here.
+        real: ``"double"`` or ``"float"``.
+
+    Returns:
+        ``propagate_batch(q, v, t, t_end, tol, *, u, times, stop, max_steps, lost, p) -> PropagationBatch``: from (q, v)
+        of shapes (n, nq) and (n, nv) at times t to t_end, each one number or n; u, (nu,) or (n, nu), is held; `times`
+        in the order of travel, the same for all.
+    """
+    nq, nv, nu = sizes
+    kind, number = REAL[real], SCALAR[REAL[real].name]
+    flow_type = _flow_struct(number)
+    signature = Signature(
+        "propagate_batch", f"{name}_propagate_batch", (), (), tuple(parameters), bool(parameters)
+    )
+    function.restype = ctypes.c_size_t
+    work = _work(function, bool(parameters), bool(nu))
+
+    def propagate_batch(
+        q: ArrayLike,
+        v: ArrayLike,
+        t: ArrayLike,
+        t_end: ArrayLike,
+        tol: float,
+        *,
+        u: ArrayLike | None = None,
+        times: ArrayLike = (),
+        stop: Stop | None = None,
+        max_steps: int = 1_000_000,
+        lost: ArrayLike | None = None,
+        p: Mapping[str, Any] | None = None,
+    ) -> PropagationBatch:
+        n = _count(q)
+        state_q, state_v = _columns("q", q, (n, nq), kind), _columns("v", v, (n, nv), kind)
+        start, end = _each("t", t, n, kind), _each("t_end", t_end, n, kind)
+        grid = _times(times, start, end, kind)
+        kept = _columns("lost", np.zeros((n, 1 + nq + nv)) if lost is None else lost, (n, 1 + nq + nv), kind)
+        q_at, v_at = np.full((len(grid), nq, n), np.nan, kind), np.full((len(grid), nv, n), np.nan, kind)
+        steps, written = np.zeros(n, np.dtype("ulong")), np.zeros(n, np.dtype("ulong"))
+        result, space = np.zeros(n, np.intc), np.empty(work, kind)
+        flow = flow_type(
+            checked_tolerance("propagate_batch.tol", tol), 0, *map(address, (start, kept, steps, written, result))
+        )
+        before, after = flat_parameters(signature, p, kind), []
+        if nu:
+            given = np.zeros(nu) if u is None else np.asarray(u)
+            after.append(
+                _columns("u", np.broadcast_to(given, (n, nu)) if given.ndim == 1 else given, (n, nu), kind)
+            )
+        event = event_argument(stop, (nq, nv, links), number)
+        function(
+            *map(address, before), ctypes.c_size_t(n), ctypes.byref(flow), address(end), ctypes.c_ulong(max_steps),
+            *map(address, after), address(state_q), address(state_v), event, ctypes.c_ulong(len(grid)), address(grid), address(q_at),
+            address(v_at), address(space),
+        )  # fmt: skip
+        return PropagationBatch(
+            tuple(OUTCOMES[number] for number in result), _wide(start), _wide(state_q.T), _wide(state_v.T),
+            _wide(q_at.transpose(2, 0, 1)), _wide(v_at.transpose(2, 0, 1)), flow.tolerance, flow.order,
+            steps.astype(np.int64), written.astype(np.int64), _wide(kept.T),
+        )  # fmt: skip
+
+    return propagate_batch
+
+
+def _work(function: Any, has_parameters: bool, has_input: bool) -> int:
+    """How many numbers the function works on: what it says when it is given none."""
+    nothing = ctypes.c_void_p(None)
+    zero, number = ctypes.c_size_t(0), ctypes.c_ulong(0)
+    head = [*[nothing] * has_parameters, zero, nothing, nothing, number, *[nothing] * has_input]
+    return int(function(*head, nothing, nothing, nothing, number, nothing, nothing, nothing, nothing))
+
+
+@cache
+def _flow_struct(number: type) -> type[ctypes.Structure]:
+    """NAME_flow_batch of the header."""
+    pointers = [(name, ctypes.c_void_p) for name in ("t", "lost", "steps", "written", "result")]
+    fields = [("tolerance", number), ("order", ctypes.c_int), *pointers]
+    return type("FlowBatch", (ctypes.Structure,), {"_fields_": fields})
+
+
+def _wide(array: NDArray[Any]) -> NDArray[np.float64]:
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _count(q: ArrayLike) -> int:
+    """Number of trajectories."""
+    shape = np.shape(q)
+    if len(shape) != 2 or shape[0] == 0:
+        problem = "has no row per trajectory"
+        raise ArrayError(
+            "propagate_batch.q", shape, problem, "give shape (n, nq); use propagate for a single state"
+        )
+    return int(shape[0])
+
+
+def _columns(name: str, value: ArrayLike, shape: tuple[int, int], kind: np.dtype[Any]) -> NDArray[Any]:
+    """A component-major copy of finite rows that C may change."""
+    array = np.array(value, dtype=kind, order="C")
+    if array.shape != shape:
+        raise ArrayError(
+            f"propagate_batch.{name}", array.shape, f"must have shape {shape}", "give a row per trajectory"
+        )
+    return np.ascontiguousarray(finite(f"propagate_batch.{name}", array).T).copy()
+
+
+def _each(name: str, value: ArrayLike, n: int, kind: np.dtype[Any]) -> NDArray[Any]:
+    """One finite number per trajectory."""
+    array = np.array(value, dtype=kind)
+    if array.shape not in ((), (n,)):
+        problem = f"must be one number or have shape ({n},)"
+        raise ArrayError(f"propagate_batch.{name}", array.shape, problem, "give one number per trajectory")
+    return np.broadcast_to(finite(f"propagate_batch.{name}", array, "give finite times"), (n,)).copy()
+
+
+def _times(times: ArrayLike, start: NDArray[Any], end: NDArray[Any], kind: np.dtype[Any]) -> NDArray[Any]:
+    grid = np.array(times, dtype=kind, order="C", ndmin=1)
+    if not np.all(np.isfinite(grid)):
+        raise ArrayError("propagate_batch.times", grid, "is not finite", "give finite times")
+    if len(grid) == 0:
+        return grid
+    path = np.column_stack([start, np.broadcast_to(grid, (len(start), len(grid))), end])
+    gaps = np.diff(path, axis=1)
+    if not np.all(np.all(gaps >= 0, axis=1) | np.all(gaps <= 0, axis=1)):
+        problem = "do not lie between t and t_end of every trajectory, in the order of travel"
+        raise ArrayError("propagate_batch.times", grid, problem, "sort them")
+    return grid

@@ -1,0 +1,140 @@
+"""From a generated folder to a System of compiled callables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from phichain.native.arrays import REAL
+from phichain.native.cache import Cache, default_cache
+from phichain.native.callables import make_callable
+from phichain.native.compiler import CompilerOptions
+from phichain.native.flows.forward_dynamics_batch import make_forward_dynamics_batch
+from phichain.native.flows.propagate import make_propagate
+from phichain.native.flows.propagate_batch import make_propagate_batch
+from phichain.native.flows.propagate_stiff import make_propagate_stiff
+from phichain.native.library import load_library, shared_object
+from phichain.native.rows import rows_source, rows_symbol
+from phichain.native.signature import Manifest, read_manifest
+from phichain.native.symbolic import casadi_dynamics
+from phichain.scene import Scene, scene_from_dict
+from phichain.system import System
+
+
+def build_folder(
+    folder: Path | str, options: CompilerOptions | None = None, cache: Cache | None = None
+) -> System:
+    """Compile a generated folder, or find it compiled, and load it.
+
+    The folder is only read. Its NAME.c is compiled together with the row loops of `rows_source`.
+
+    Args:
+        folder: ``DIR/NAME`` with manifest.json, NAME.h and NAME.c.
+        options: How to compile.
+        cache: Where compiled objects are kept; the user's cache when None.
+
+    Returns:
+        A System whose callables take arrays of shape (...) or (n, ...), in the order of the C signatures. Its
+        entry ``casadi``, where casadi is installed, makes the casadi.Function of the forward dynamics.
+
+    Raises:
+        OutputError: The folder is not a generated one or was changed; the disk is full.
+        CompilerError: The compiler is missing, failed or hung.
+        CacheError: The cache's folder is not the owner's alone, or the system cannot load from it.
+    """
+    manifest = read_manifest(folder)
+    name = manifest.name
+    sources = {file: manifest.source(file) for file in (f"{name}.h", f"{name}.c")}
+    sources[f"{name}_rows.c"] = rows_source(manifest).encode()
+    return _system(manifest, shared_object(name, sources, cache or default_cache(), options))
+
+
+def build_casadi(
+    folder: Path | str, options: CompilerOptions | None = None, cache: Cache | None = None
+) -> Path:
+    """Compile the opt-in NAME_casadi.c of a generated folder for CasADi's ``external``.
+
+    Use it as ``casadi.external("NAME_casadi_forward_dynamics", str(path))``; the Jacobians come along and are
+    exact.
+
+    Args:
+        folder: ``DIR/NAME`` with manifest.json, NAME.h, NAME.c and NAME_casadi.c.
+        options: How to compile.
+        cache: Where compiled objects are kept; the user's cache when None.
+
+    Returns:
+        The shared object: a verified copy for this process, which lasts until it ends.
+
+    Raises:
+        OutputError: The folder is not a generated one, was changed, or has no NAME_casadi.c; the disk is
+            full.
+        CompilerError: The compiler is missing, failed or hung.
+        CacheError: The cache's folder is not the owner's alone.
+    """
+    manifest = read_manifest(folder)
+    # NAME_casadi.c calls the plain functions of NAME.c.
+    files = (f"{manifest.name}{ending}" for ending in ("_casadi.c", ".h", ".c"))
+    sources = {file: manifest.source(file) for file in files}
+    return shared_object(manifest.name, sources, cache or default_cache(), options)
+
+
+def _propagate(manifest: Manifest, scene: Scene, function: Any) -> Callable[..., Any]:
+    sizes = (scene.nq, scene.nv, scene.nu)
+    return make_propagate(
+        manifest.name, sizes, scene.links, manifest.parameters, function, manifest.real, scene.variational
+    )
+
+
+def _propagate_stiff(manifest: Manifest, scene: Scene, function: Any) -> Callable[..., Any]:
+    sizes = (scene.nq, scene.nv, scene.nu)
+    return make_propagate_stiff(manifest.name, sizes, manifest.parameters, function, manifest.real)
+
+
+def _propagate_batch(manifest: Manifest, scene: Scene, function: Any) -> Callable[..., Any]:
+    sizes = (scene.nq, scene.nv, scene.nu)
+    return make_propagate_batch(manifest.name, sizes, scene.links, manifest.parameters, function, manifest.real)
+
+
+def _forward_dynamics_batch(manifest: Manifest, scene: Scene, function: Any) -> Callable[..., Any]:
+    sizes = (scene.nq, scene.nv, scene.nu)
+    return make_forward_dynamics_batch(sizes, manifest.parameters, function, manifest.real)
+
+
+_FLOWS: Final[Mapping[str, Callable[[Manifest, Scene, Any], Callable[..., Any]]]] = {
+    "propagate": _propagate,
+    "propagate_stiff": _propagate_stiff,
+    "propagate_batch": _propagate_batch,
+    "forward_dynamics_batch": _forward_dynamics_batch,
+}
+
+
+def _system(manifest: Manifest, path: Path) -> System:
+    library, scene = load_library(path), scene_from_dict(dict(manifest.scene))
+    functions: dict[str, Callable[..., Any]] = {}
+    for name, signature in manifest.functions.items():
+        function, row_loop = library[signature.symbol], library[rows_symbol(manifest.name, signature)]
+        function.restype = row_loop.restype = None
+        functions[name] = make_callable(signature, function, row_loop, REAL[manifest.real])
+    for name, symbol in manifest.flows.items():
+        functions[name] = _FLOWS[name](manifest, scene, library[symbol])
+    dynamics = casadi_dynamics(manifest)
+    if dynamics is not None:
+        functions["casadi"] = dynamics
+    return System(
+        name=manifest.name,
+        space=scene.space,
+        base=scene.base,
+        links=scene.links,
+        nq=scene.nq,
+        nv=scene.nv,
+        nu=scene.nu,
+        real=manifest.real,
+        functions=functions,
+        q_names=scene.q_names,
+        v_names=scene.v_names,
+        u_names=scene.u_names,
+        params=None,
+        scene=manifest.scene,
+        digest=manifest.digest,
+    )

@@ -1,0 +1,65 @@
+"""Row loops in C: a function of one state applied to a whole trajectory, without a Python call per row.
+
+For each emitted function ``NAME_f`` the glue holds ``NAME_rows_f``, which steps through arrays whose rows lie
+a stride apart. A stride of 0 gives every row the same values. Scalars come through pointers as well, so they
+can vary along the rows too. The glue is compiled into the loaded shared object and never written into a
+generated folder.
+"""
+
+from __future__ import annotations
+
+from phichain.native.signature import Argument, Manifest, Signature
+
+
+def rows_symbol(name: str, signature: Signature) -> str:
+    """Name of a function's row loop."""
+    return f"{name}_rows_{signature.name}"
+
+
+def rows_source(manifest: Manifest) -> str:
+    """C text of the row loops of every function in the manifest."""
+    name = manifest.name
+    parts = ["#include <stddef.h>", f'#include "{name}.h"', *_layout_checks(name, manifest.parameters)]
+    parts += [_row_loop(name, signature) for signature in manifest.functions.values()]
+    return "\n\n".join(parts) + "\n"
+
+
+def _layout_checks(name: str, parameters: tuple[Argument, ...]) -> list[str]:
+    """Compile-time proof that the parameter struct is one flat array in the manifest's order."""
+    checks, offset = [], 0
+    for parameter in parameters:
+        fits = f"offsetof({name}_params, {parameter.name}) == {offset} * sizeof({name}_real)"
+        checks.append(f"typedef char {name}_rows_{parameter.name}_is_in_place[({fits}) ? 1 : -1];")
+        offset += parameter.size
+    if parameters:
+        fits = f"sizeof({name}_params) == {offset} * sizeof({name}_real)"
+        checks.append(f"typedef char {name}_rows_params_are_flat[({fits}) ? 1 : -1];")
+    return checks
+
+
+def _row_loop(name: str, signature: Signature) -> str:
+    real = f"{name}_real"
+    declared, passed = ["size_t rows"], []
+    if signature.takes_parameters:
+        declared.append(f"const {name}_params *p")
+        passed.append("p")
+    for item in signature.inputs:
+        declared += [f"const {real} *in_{item.name}", f"size_t in_{item.name}_stride"]
+        at = f"row * in_{item.name}_stride"
+        passed.append(f"in_{item.name} + {at}" if item.shape else f"in_{item.name}[{at}]")
+    for item in signature.outputs:
+        declared.append(f"{real} *out_{item.name}")
+        passed.append(f"out_{item.name} + row * {item.size}")
+    head = f"void {rows_symbol(name, signature)}({', '.join(declared)})"
+    return "\n".join(
+        [
+            f"{head};",
+            head,
+            "{",
+            "    size_t row;",
+            "    for (row = 0; row < rows; row++) {",
+            f"        {signature.symbol}({', '.join(passed)});",
+            "    }",
+            "}",
+        ]
+    )

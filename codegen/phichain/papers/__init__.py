@@ -1,0 +1,1 @@
+"""Both papers, figure by figure, from their scenes."""

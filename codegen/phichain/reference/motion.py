@@ -1,0 +1,212 @@
+"""Reference of the functions that are one evaluation of the mechanics: accelerations, forces, (19)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from mpmath import fdot, mpf
+
+from phichain.reference import dense
+from phichain.reference.algebra import Matrix, Vector, product, solve, transposed
+from phichain.reference.pose import (
+    Parameters,
+    Pose,
+    angle_map,
+    cart_axes,
+    planar_pose,
+    project,
+    spatial_pose,
+    straight_pose,
+)
+from phichain.scene import Scene
+
+Outputs = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One evaluation: the scene, its numbers and the inputs, all at the working precision."""
+
+    scene: Scene
+    values: Parameters
+    inputs: Mapping[str, Any]
+
+    def pose(self, ambient: bool = False) -> Pose:
+        """Return the pose at the inputs q and v (v = 0 for a function that takes none)."""
+        q = self.inputs["q"]
+        v = self.inputs.get("v", [mpf(0)] * self.scene.nv)
+        if self.scene.is_planar:
+            return planar_pose(self.scene, q, v)
+        return spatial_pose(self.scene, q, v, ambient)
+
+    def at(self, **inputs: Any) -> Case:
+        """Return the same case with some inputs replaced."""
+        return Case(self.scene, self.values, {**self.inputs, **inputs})
+
+
+def forward_dynamics(case: Case) -> Outputs:
+    """Solve M a = B u - load; omega_k' is put together from the two tangent axes of its link."""
+    pose = case.pose()
+    columns = dense.jacobian(case.scene, case.values, pose)
+    matrix = dense.mass_matrix(case.scene, case.values, columns)
+    push = [fdot(row, case.inputs["u"]) for row in dense.input_matrix(case.scene, len(columns))]
+    rates = solve(matrix, [[a - b for a, b in zip(push, load(case, pose, columns), strict=True)]])[0]
+    if case.scene.is_planar:
+        return {"a": rates}
+    carts = cart_axes(case.scene)
+    turns = [
+        [a * one + b * other for one, other in zip(*axes, strict=True)]
+        for a, b, axes in zip(rates[carts::2], rates[carts + 1 :: 2], pose.axes, strict=True)
+    ]
+    return {"a": rates[:carts] + [entry for turn in turns for entry in turn]}
+
+
+def load(case: Case, pose: Pose, columns: Matrix) -> Vector:
+    """Return coriolis + gravity - joint forces, conjugate to the rates of `columns`."""
+    scene, values = case.scene, case.values
+    fall = [
+        a + b for a, b in zip(dense.centripetal(values, pose), dense.anti_gravity(values, pose), strict=True)
+    ]
+    inertial = dense.conjugate(values, columns, fall)
+    return [a - b for a, b in zip(inertial, dense.joint_force(scene, values, pose), strict=True)]
+
+
+def inverse_dynamics(case: Case) -> Outputs:
+    """u = M a + coriolis + gravity + springs + dampers, the full generalised force (planar).
+
+    The accelerations of the masses are summed up link by link, without the inertia matrix.
+    """
+    pose = case.pose()
+    columns = dense.jacobian(case.scene, case.values, pose)
+    drive = [fdot(row, case.inputs["a"]) for row in transposed(columns)]
+    inertial = dense.conjugate(case.values, columns, drive)
+    carts = cart_axes(case.scene)
+    for axis in range(carts):
+        inertial[axis] += case.values.cart_mass * case.inputs["a"][axis]
+    return {"u": [a + b for a, b in zip(inertial, load(case, pose, columns), strict=True)]}
+
+
+def mass_matrix(case: Case) -> Outputs:
+    """I of (15), or the matrix of (16): J^T m J with c_kk q_k q_k^T added on the diagonal."""
+    pose = case.pose(ambient=True)
+    columns = dense.jacobian(case.scene, case.values, pose)
+    matrix = dense.mass_matrix(case.scene, case.values, columns)
+    if not case.scene.is_planar:
+        for k, link in enumerate(pose.direction):
+            start = cart_axes(case.scene) + 3 * k
+            moment = fdot(case.values.mass, [arm[k] ** 2 for arm in case.values.levers()])
+            for i in range(3):
+                row = matrix[start + i]
+                row[start : start + 3] = [
+                    a + moment * link[i] * b for a, b in zip(row[start:], link, strict=False)
+                ]
+    return {"M": matrix}
+
+
+def coriolis(case: Case) -> Outputs:
+    """N of (15), or the velocity terms of (16)."""
+    pose = case.pose(ambient=True)
+    columns = dense.jacobian(case.scene, case.values, pose)
+    return {"N": dense.conjugate(case.values, columns, dense.centripetal(case.values, pose))}
+
+
+def gravity_torque(case: Case) -> Outputs:
+    """G of (15), or the gravity terms of (16): gravity alone, without springs."""
+    pose = case.pose(ambient=True)
+    columns = dense.jacobian(case.scene, case.values, pose)
+    return {"G": dense.conjugate(case.values, columns, dense.anti_gravity(case.values, pose))}
+
+
+def energy(case: Case) -> Outputs:
+    """T = 1/2 m_0 |x'|^2 + sum 1/2 m_a |r_a'|^2, V = -g sum m_a e_d.r_a + the springs' energy (J)."""
+    values, pose = case.values, case.pose()
+    velocity = _with_cart(dense.stacked(values, pose.rate), pose.cart_rate, len(pose.direction[0]))
+    kinetic = fdot(dense.weighted(values, velocity), velocity) / 2
+    if case.scene.has_cart:
+        kinetic += values.cart_mass * fdot(pose.cart_rate, pose.cart_rate) / 2
+    height = fdot(
+        dense.anti_gravity(values, pose), dense.weighted(values, dense.stacked(values, pose.direction))
+    )
+    return {"kinetic": kinetic, "potential": height + _spring_energy(case, pose)}
+
+
+def positions(case: Case) -> Outputs:
+    """r_a, N x d (m), the last axis along gravity."""
+    pose = case.pose()
+    size = len(pose.direction[0])
+    flat = _with_cart(dense.stacked(case.values, pose.direction), pose.cart_position, size)
+    return {"r": [flat[i : i + size] for i in range(0, len(flat), size)]}
+
+
+def linearization(case: Case) -> Outputs:
+    """(19) at q_k = s_k e_d: M and B of that pose, G and D from second variations of V and the dissipation.
+
+    Along any axis d^2 q_k = -q_k, so gravity curves V by g s_k sum_a m_a lever_ak. Springs curve it by k_k
+    times the square of the difference of neighbouring rotations, in space with the sign s_{k-1} s_k.
+    """
+    scene, values, signs = case.scene, case.values, [int(s) for s in case.inputs["s"]]
+    pose = straight_pose(scene, signs)
+    columns = dense.jacobian(scene, values, pose)
+    size = len(columns)
+    moments = [fdot(values.mass, arms) for arms in transposed(values.levers())]
+    weight = [s * values.gravity * moment for s, moment in zip(signs, moments, strict=True)]
+    align = (
+        [1] * scene.links if scene.is_planar else [a * b for a, b in zip([1, *signs], signs, strict=False)]
+    )
+    spring = _joint_form([k * a for k, a in zip(values.stiffness, align, strict=True)])
+    stiff = [[entry + weight[i] * int(i == j) for j, entry in enumerate(row)] for i, row in enumerate(spring)]
+    outputs = {
+        "M": dense.mass_matrix(scene, values, columns),
+        "G": _in_coordinates(scene, stiff, size),
+        "B": dense.input_matrix(scene, size),
+    }
+    if any(values.damping):
+        outputs["D"] = _in_coordinates(scene, _joint_form(values.damping), size)
+    return outputs
+
+
+def project_state(case: Case) -> Outputs:
+    """Return the nearest unit vectors and tangent rates."""
+    q_out, v_out = project(case.scene, case.inputs["q"], case.inputs["v"])
+    return {"q_out": q_out, "v_out": v_out}
+
+
+def _with_cart(swing: Vector, cart: Vector, size: int) -> Vector:
+    """Add the cart's horizontal vector to N stacked vectors of length `size`."""
+    base = [*cart, mpf(0)] if cart else [mpf(0)] * size
+    return [entry + base[i % size] for i, entry in enumerate(swing)]
+
+
+def _spring_energy(case: Case, pose: Pose) -> Any:
+    """1/2 k theta^2 in the plane, k (1 - q_{k-1}.q_k) in space, computed as k |q_k - q_{k-1}|^2 / 2."""
+    if case.scene.is_planar:
+        bends = [angle for (angle,) in pose.bend]
+        return fdot(case.values.stiffness, [angle**2 for angle in bends]) / 2
+    inner = [[mpf(0), mpf(0), mpf(1)], *pose.direction]
+    gaps = [[a - b for a, b in zip(*pair, strict=True)] for pair in zip(inner, pose.direction, strict=False)]
+    return fdot(case.values.stiffness, [fdot(gap, gap) for gap in gaps]) / 2
+
+
+def _joint_form(weights: Vector) -> Matrix:
+    """Return the N x N matrix of sum_k w_k (xi_k - xi_{k-1})^2 with xi_0 = 0."""
+    links = range(len(weights))
+    differences = [[mpf(int(i == k) - int(i == k - 1)) for i in links] for k in links]
+    scaled = [[w * entry for entry in row] for w, row in zip(weights, differences, strict=True)]
+    return product(transposed(differences), scaled)
+
+
+def _in_coordinates(scene: Scene, form: Matrix, size: int) -> Matrix:
+    """Return a link-by-link form in the coordinates of (19): S^T F S or F times I_2, zeros for the cart."""
+    carts = cart_axes(scene)
+    if scene.is_planar:
+        turn = angle_map(scene)
+        form = product(transposed(turn), product(form, turn))
+    per_link = 1 if scene.is_planar else 2
+    matrix = [[mpf(0)] * size for _ in range(size)]
+    for i, row in enumerate(form):
+        for j, entry in enumerate(row):
+            for axis in range(per_link):
+                matrix[carts + per_link * i + axis][carts + per_link * j + axis] = entry
+    return matrix

@@ -1,0 +1,23 @@
+"""The scene: which chain, with which parameters, and which functions of it are wanted."""
+
+from phichain.scene.scene import (
+    FUNCTIONS,
+    PLANAR_FUNCTIONS,
+    SPATIAL_FUNCTIONS,
+    Scene,
+    given_scene,
+    load_scene,
+    scene_from_dict,
+    standard_scene,
+)
+
+__all__ = [
+    "FUNCTIONS",
+    "PLANAR_FUNCTIONS",
+    "SPATIAL_FUNCTIONS",
+    "Scene",
+    "given_scene",
+    "load_scene",
+    "scene_from_dict",
+    "standard_scene",
+]

@@ -1,0 +1,91 @@
+"""The keys of a scene: which table of the TOML file holds which key, and how an error names them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from phichain.contract.words import nearest
+from phichain.errors import SceneError
+
+TABLES: Final[dict[str, tuple[str, ...]]] = {
+    "chain": ("links", "space", "base", "mass", "length", "com", "cart_mass", "gravity"),
+    "joints": ("angles", "damping", "stiffness", "actuated"),
+    "functions": ("want",),
+    "flow": ("variational",),
+    "target": ("real", "code"),
+}
+"""The tables of a scene and their keys; `name` stands before the first table."""
+
+REQUIRED: Final = ("name", "links", "mass", "length")
+"""The keys without a default value."""
+
+PARAMETERS: Final = ("mass", "length", "com", "cart_mass", "gravity", "damping", "stiffness")
+"""The physical parameters in the order of the emitted `NAME_params`."""
+
+PER_LINK: Final = ("mass", "length", "com", "damping", "stiffness")
+"""The parameters that hold one number per link."""
+
+_LABELS: Final = {"name": "name"} | {key: f"{table}.{key}" for table, keys in TABLES.items() for key in keys}
+
+_PLANNED_TABLES: Final = {
+    "control": "the function controller",
+    "forcing": "forced scenes",
+    "fractional": "fractional operators",
+}
+
+
+def label(key: str) -> str:
+    """Return a key as a scene file names it: `mass` is `chain.mass`."""
+    return _LABELS[key]
+
+
+def flatten(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Check the tables of a scene and return their keys side by side: `{"name": ..., "links": ..., ...}`.
+
+    Raises:
+        SceneError: A table or key is unknown (the nearest one is given), stands in the wrong table,
+            belongs to functions that this version does not have, or a required key is missing.
+    """
+    if not isinstance(tables, Mapping):
+        raise SceneError("scene", tables, "is not a table", "give a mapping of the scene's tables")
+    flat: dict[str, Any] = {}
+    for key, value in tables.items():
+        if key == "name":
+            flat["name"] = value
+        elif key in TABLES:
+            flat |= _table(key, value)
+        else:
+            raise _unknown_key("", key, value)
+    for key in REQUIRED:
+        if key not in flat:
+            raise SceneError(label(key), None, "is missing", f"add the key {label(key)}")
+    return flat
+
+
+def _table(table: str, entries: object) -> dict[str, Any]:
+    """Return one table's keys after checking that each belongs there."""
+    if not isinstance(entries, Mapping):
+        raise SceneError(table, entries, "is not a table", f"write [{table}] and its keys below it")
+    for key, value in entries.items():
+        if key not in TABLES[table]:
+            raise _unknown_key(table, key, value)
+    return dict(entries)
+
+
+def _unknown_key(table: str, key: object, value: object) -> SceneError:
+    """Return the error for a key that its table does not know."""
+    name = str(key)
+    where = f"{table}.{name}" if table else name
+    if not table and name in _PLANNED_TABLES:
+        problem = f"is a table for {_PLANNED_TABLES[name]}, which this version does not have"
+        return SceneError(where, value, problem, f"remove [{name}]")
+    if name in _LABELS:
+        best = _LABELS[name]
+        home = f"in [{best.split('.')[0]}]" if "." in best else "before the first table"
+        return SceneError(where, value, "stands in the wrong place", f"write {name} {home}", nearest=best)
+    valid = TABLES[table] if table else ("name", *TABLES)
+    best = nearest(name, valid)
+    holder = f"[{table}]" if table else "a scene"
+    remedy = f'did you mean "{best}"? The keys of {holder} are {", ".join(valid)}'
+    return SceneError(where, value, "is not a key of a scene", remedy, nearest=best)

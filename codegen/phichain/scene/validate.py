@@ -1,0 +1,258 @@
+"""The values of a scene: numbers, lists of one number per link, choices, and the joints with a torque.
+
+Every function is pure: it takes a value as a person wrote it and returns it in the one form a scene keeps,
+or raises a `SceneError` that names the key, the value and the remedy.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any, Final, Literal
+
+from phichain.contract.words import nearest
+from phichain.errors import SceneError
+from phichain.scene.keys import label
+
+Runtime = Literal["runtime"]
+RUNTIME: Final[Runtime] = "runtime"
+
+# At 4096 links the looped C stays within 1 MiB of stack (some thirty arrays with a double per link); far longer
+# chains would need another method anyway, and a slip such as 10^9 must not exhaust the memory.
+MOST_LINKS: Final = 4096
+
+_SMALLEST_NORMAL: Final = {"double": 2.0**-1022, "float": 2.0**-126}
+_LARGEST: Final = {"double": (2.0 - 2.0**-52) * 2.0**1023, "float": (2.0 - 2.0**-23) * 2.0**127}
+
+
+@dataclass(frozen=True)
+class Sign:
+    """Which numbers a parameter admits, and how a message says so."""
+
+    holds: Callable[[float], bool]
+    broken: str
+    remedy: str
+
+
+POSITIVE: Final = Sign(lambda x: x > 0.0, "is not positive", "use a number above zero")
+NOT_NEGATIVE: Final = Sign(lambda x: x >= 0.0, "is negative", "use zero or a number above it")
+ANY: Final = Sign(lambda x: True, "", "")
+
+
+def link_count(value: object) -> int:
+    """Return the number of links, a whole number from 1 to `MOST_LINKS`."""
+    plain = _plain(value)
+    remedy = f"use a whole number from 1 to {MOST_LINKS}"
+    if isinstance(plain, bool) or not isinstance(plain, int):
+        raise SceneError(label("links"), value, "is not a whole number", remedy)
+    if plain < 1:
+        raise SceneError(label("links"), value, "is below 1", remedy)
+    if plain > MOST_LINKS:
+        raise SceneError(label("links"), value, f"is above {MOST_LINKS}", remedy)
+    return plain
+
+
+def choice(key: str, value: object, allowed: Sequence[str]) -> str:
+    """Return a word after checking that it is one of those allowed."""
+    if isinstance(value, str) and value in allowed:
+        return str(value)
+    remedy = "use " + " or ".join(f'"{word}"' for word in allowed)
+    if isinstance(value, str):
+        remedy += f' (did you mean "{nearest(value, allowed)}"?)'
+    raise SceneError(label(key), value, "is not one of the choices", remedy)
+
+
+def scalar(key: str, value: object, sign: Sign, real: str) -> float | Runtime:
+    """Return a parameter of the whole chain: a number or "runtime"."""
+    if isinstance(value, str) and value == RUNTIME:
+        return RUNTIME
+    return _number(key, value, "", sign, real)
+
+
+def per_link(key: str, value: object, links: int, sign: Sign, real: str) -> tuple[float, ...] | Runtime:
+    """Return a parameter of the links: one number each, or "runtime"; a single number is meant for all."""
+    if isinstance(value, str) and value == RUNTIME:
+        return RUNTIME
+    plain = _plain(value)
+    if not isinstance(plain, list):
+        return (_number(key, plain, "", sign, real),) * links
+    if len(plain) != links:
+        problem = f"is a list of length {len(plain)}, and links = {links}"
+        raise SceneError(label(key), value, problem, "give one number for all links, or one per link")
+    return tuple(_number(key, entry, f"entry {k} ", sign, real) for k, entry in enumerate(plain, start=1))
+
+
+def _number(key: str, value: object, whose: str, sign: Sign, real: str) -> float:
+    """Return a finite number of the wanted sign that the target's `real` can hold.
+
+    `whose` is empty or tells in a message which entry of a list is meant, e.g. "entry 2 ".
+    """
+    plain = _plain(value)
+    if isinstance(plain, bool) or not isinstance(plain, Real):
+        remedy = f'use numbers, or {key} = "{RUNTIME}"' if whose else f'use a number or "{RUNTIME}"'
+        raise SceneError(label(key), value, f"{whose}is not a number", remedy)
+    try:
+        result = float(plain) + 0.0  # turns -0.0 into 0.0: equal scenes have one digest
+    except OverflowError:
+        result = math.inf
+    if not math.isfinite(result):
+        raise SceneError(label(key), value, f"{whose}is not finite", "use a finite number")
+    if not sign.holds(result):
+        raise SceneError(label(key), value, f"{whose}{sign.broken}", sign.remedy)
+    if not representable(result, real):
+        raise SceneError(label(key), value, f"{whose}is outside the range of {real}", _range_remedy(real))
+    return result
+
+
+def representable(value: float, real: str) -> bool:
+    """Return whether a number is zero or within the normal numbers of the type `real`."""
+    return value == 0.0 or _SMALLEST_NORMAL[real] <= abs(value) <= _LARGEST[real]
+
+
+def _range_remedy(real: str) -> str:
+    """Return the remedy for a number that the type cannot hold."""
+    alternative = ', or real = "double"' if real == "float" else ""
+    return f"choose units that keep it from {_SMALLEST_NORMAL[real]:.2g} to {_LARGEST[real]:.2g}{alternative}"
+
+
+def centre_of_mass(
+    com: tuple[float, ...] | Runtime, length: tuple[float, ...] | Runtime
+) -> tuple[float, ...] | Runtime | None:
+    """Return the distances of the masses from their joints, or None where every mass sits at its link's end.
+
+    Raises:
+        SceneError: A mass lies beyond the end of its link (r_k > l_k).
+    """
+    if com == RUNTIME or length == RUNTIME:
+        return com
+    for k, (r, l) in enumerate(zip(com, length, strict=True), start=1):
+        if r > l:
+            problem = f"puts the mass of link {k} beyond the link's length {l!r}"
+            raise SceneError(label("com"), r, problem, "use 0 < com <= length", link=k)
+    return None if com == length else com
+
+
+def check_inertia(
+    mass: tuple[float, ...] | Runtime,
+    length: tuple[float, ...] | Runtime,
+    com: tuple[float, ...] | Runtime | None,
+    real: str,
+) -> None:
+    """Check that the type holds every link's inertia c_kk = m_k r_k^2 + l_k^2 sum_{a>k} m_a.
+
+    It is the diagonal of the inertia matrix in absolute angles (docs/theory.md, section 1).
+
+    Raises:
+        SceneError: An inertia over- or underflows.
+    """
+    if mass == RUNTIME or length == RUNTIME or com == RUNTIME:
+        return
+    outer = 0.0
+    for k in range(len(mass), 0, -1):
+        m, l, r = mass[k - 1], length[k - 1], (com or length)[k - 1]
+        inertia = m * r * r + outer * l * l
+        if not (inertia and representable(inertia, real)):
+            problem = f"gives link {k} the inertia {inertia:.3g}, outside the range of {real}"
+            raise SceneError(label("mass"), m, problem, _range_remedy(real), link=k)
+        outer += m
+
+
+def cart_mass_of(value: object, base: str, real: str) -> float | Runtime | None:
+    """Return the cart's mass m_0, which a scene has exactly when it has a cart."""
+    key = "cart_mass"
+    if base == "cart":
+        if value is None:
+            raise SceneError(label(key), None, "is missing on a cart", 'give it, or set base = "fixed"')
+        return scalar(key, value, POSITIVE, real)
+    if value is not None:
+        raise SceneError(label(key), value, _NO_CART, 'remove it, or set base = "cart"')
+    return None
+
+
+def joint_law(key: str, value: object, links: int, real: str) -> tuple[float, ...] | Runtime | None:
+    """Return the joints' dampers or springs; all zero means that there are none."""
+    values = None if value is None else per_link(key, value, links, NOT_NEGATIVE, real)
+    return None if values is None or not any(values) else values
+
+
+def angle_kind(value: object, space: str) -> str | None:
+    """Return the kind of joint angles of a planar scene; a spatial scene has none."""
+    kinds = ("relative", "absolute", "adjacent")
+    if space == "planar":
+        return kinds[0] if value is None else choice("angles", value, kinds)
+    if value is not None:
+        problem = "is a choice of planar scenes, the links of a spatial one being unit vectors"
+        raise SceneError(label("angles"), value, problem, 'remove it, or set space = "planar"')
+    return None
+
+
+def actuation(value: object, space: str, base: str, links: int, angles: str | None) -> str | tuple[int, ...]:
+    """Return "none", "all", "cart", or the joints with a torque, counted from 1 in rising order.
+
+    The list of every joint is "all". On a cart the force comes before the torques, whatever the list.
+
+    Raises:
+        SceneError: The scene has no such actuators.
+    """
+    key, on_cart = "actuated", base == "cart"
+    default = "cart" if on_cart else "none"
+    plain = default if value is None else _plain(value)
+    if isinstance(plain, list):
+        return _joints(value, plain, space, links, angles, default)
+    if isinstance(plain, bool) or not isinstance(plain, str):
+        raise SceneError(label(key), value, "is no kind of actuation", _ACTUATED_REMEDY)
+    word = choice(key, plain, ("none", "all", "cart"))
+    if word == "cart" and not on_cart:
+        raise SceneError(label(key), value, _NO_CART, 'use "none" or "all", or set base = "cart"')
+    if word == "all" and space == "spatial":
+        raise SceneError(label(key), value, _SPATIAL_JOINTS, f'use "{default}"')
+    return word
+
+
+_ACTUATED_REMEDY: Final = 'use "none", "all", "cart" or a list of joints such as [1, 2]'
+_NO_CART: Final = "needs a cart, and the base is fixed"
+_SPATIAL_JOINTS: Final = "asks for joint torques, and spatial joints are not actuated"
+
+
+def variational_equations(value: object, want: Sequence[str]) -> bool:
+    """Return whether the flow carries the variational equations along; only a scene with a flow can ask for them."""
+    plain, key = _plain(value), label("variational")
+    if not isinstance(plain, bool):
+        raise SceneError(key, value, "is neither true nor false", "write variational = true, or remove it")
+    if plain and "propagate" not in want:
+        raise SceneError(
+            key, value, "asks for derivatives of a flow that is not wanted", 'add "propagate" to want'
+        )
+    return plain
+
+
+def _joints(
+    value: object, joints: Sequence[Any], space: str, links: int, angles: str | None, default: str
+) -> str | tuple[int, ...]:
+    """Return a list of joints with a torque after checking each, or "all" when it names every joint."""
+    key = label("actuated")
+    if space == "spatial":
+        raise SceneError(key, value, _SPATIAL_JOINTS, f'use "{default}"')
+    if angles != "relative":
+        problem = f"lists joints, whose torques belong to relative angles, and the angles are {angles}"
+        raise SceneError(key, value, problem, 'use "all", or set angles = "relative"')
+    if not joints:
+        raise SceneError(key, value, "lists no joint", f'use "{default}"')
+    for joint in joints:
+        if isinstance(joint, bool) or not isinstance(joint, int):
+            raise SceneError(key, joint, "lists what is no joint's number", _ACTUATED_REMEDY)
+        if not 1 <= joint <= links:
+            raise SceneError(key, joint, "is no joint of the chain", f"use joints from 1 to {links}")
+    rising = sorted(set(joints))
+    if list(joints) != rising:
+        raise SceneError(key, value, "is not in rising order, each once", f"use {rising}, the order of u")
+    return "all" if len(rising) == links else tuple(rising)
+
+
+def _plain(value: Any) -> Any:
+    """Return NumPy's scalars as Python's and every kind of list as a list, without importing NumPy."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    return list(value) if isinstance(value, tuple | range) else value

@@ -1,0 +1,34 @@
+"""System: the frozen record of callables and sizes that every numerical package takes, and the state it moves."""
+
+from phichain.system.state import (
+    VectorField,
+    acceleration,
+    angular_velocities,
+    hat,
+    input_arguments,
+    pack,
+    rhs,
+    rhs_jacobian,
+    unit_vectors,
+    unpack,
+    velocity,
+)
+from phichain.system.system import AbsentFunctionError, Parameters, System, Vector
+
+__all__ = [
+    "AbsentFunctionError",
+    "Parameters",
+    "System",
+    "Vector",
+    "VectorField",
+    "acceleration",
+    "angular_velocities",
+    "hat",
+    "input_arguments",
+    "pack",
+    "rhs",
+    "rhs_jacobian",
+    "unit_vectors",
+    "unpack",
+    "velocity",
+]

@@ -1,0 +1,151 @@
+"""System: the frozen record of callables and sizes that every numerical package takes.
+
+`build` makes one from compiled code, a test makes one by hand from a few NumPy functions; `simulate`,
+`continuation`, `control` and `fractional` cannot tell the difference and import nothing above this file.
+
+The state of the numerics is ``x = (q, v)`` in one vector of length ``nq + nv``; callables are ``f(t, x, u, p)``.
+
+* planar:  ``q = [x (cart only), theta_1 .. theta_N]``, ``v = q'``, ``nq = nv``; metres, radians, seconds.
+* spatial: ``q = [x (2, cart only), q_1 .. q_N]`` (unit vectors, 3 each), ``v = [x' (2), omega_1 .. omega_N]`` with
+  ``q_k' = omega_k x q_k`` and ``omega_k . q_k = 0``.
+
+Every array may carry one leading batch axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phichain.errors import UnsupportedError
+
+Vector = NDArray[np.float64]
+Parameters = Mapping[str, Any]
+
+
+class AbsentFunctionError(UnsupportedError, AttributeError):
+    """A function was asked of a System whose scene did not want it.
+
+    It is an `AttributeError` too, so ``hasattr(system, "energy")`` answers instead of raising.
+    """
+
+
+@dataclass(frozen=True)
+class System:
+    """Sizes, names and callables of one chain.
+
+    Attributes:
+        name: Name of the scene.
+        space: ``"planar"`` or ``"spatial"``.
+        base: ``"fixed"`` or ``"cart"``.
+        links: Number of links N.
+        nq: Length of q.
+        nv: Length of v.
+        nu: Length of u; 0 means the callables take no u.
+        real: ``"double"`` or ``"float"``, the type the callables compute in.
+        functions: Contract name -> callable. Positional arguments in the order of the C signature, runtime
+            parameters last as the keyword ``p``; one array or a tuple of arrays comes back. The entry ``casadi``,
+            when there, is a casadi.Function of the forward dynamics (or a callable that makes it).
+        q_names, v_names, u_names: Names of the entries of q, v and u.
+        params: Default values of the runtime parameters, or None.
+        scene: The scene as a plain mapping.
+        digest: The scene's canonical digest.
+    """
+
+    name: str
+    space: str
+    base: str
+    links: int
+    nq: int
+    nv: int
+    nu: int
+    real: str = "double"
+    functions: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
+    q_names: tuple[str, ...] = ()
+    v_names: tuple[str, ...] = ()
+    u_names: tuple[str, ...] = ()
+    params: Parameters | None = None
+    scene: Mapping[str, Any] = field(default_factory=dict)
+    digest: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "functions", MappingProxyType(dict(self.functions)))
+        object.__setattr__(self, "scene", MappingProxyType(dict(self.scene)))
+
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        # Dunder look-ups (copy, pickle) come before `functions` exists and must fail the ordinary way.
+        if name.startswith("_") or "functions" not in self.__dict__:
+            raise AttributeError(name)
+        return self.function(name)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A mapping proxy cannot be pickled; rebuild from plain dictionaries.
+        fields = dict(self.__dict__, functions=dict(self.functions), scene=dict(self.scene))
+        return partial(System, **fields), ()
+
+    def __str__(self) -> str:
+        wanted = ", ".join(self.functions) or "none"
+        return (
+            f"{self.name}: {self.space} chain of {self.links} link(s), {self.base} base, "
+            f"nq={self.nq}, nv={self.nv}, nu={self.nu}, {self.real}; functions: {wanted}"
+        )
+
+    @property
+    def nx(self) -> int:
+        """Length of the state x = (q, v)."""
+        return self.nq + self.nv
+
+    @property
+    def is_planar(self) -> bool:
+        """True for a chain in the vertical plane."""
+        return self.space == "planar"
+
+    @property
+    def has_cart(self) -> bool:
+        """True when the base is a cart."""
+        return self.base == "cart"
+
+    @property
+    def cart_size(self) -> int:
+        """Number of cart coordinates at the head of q and of v: 0, 1 (planar) or 2 (spatial)."""
+        if not self.has_cart:
+            return 0
+        return 1 if self.is_planar else 2
+
+    def has(self, name: str) -> bool:
+        """True when the callable `name` is there."""
+        return name in self.functions
+
+    def function(self, name: str) -> Callable[..., Any]:
+        """The callable of that contract name.
+
+        Raises:
+            AbsentFunctionError: It is not among this system's functions.
+        """
+        if name in self.functions:
+            return self.functions[name]
+        raise AbsentFunctionError(
+            "function",
+            name,
+            f"system '{self.name}' has no such function",
+            f'add "{name}" to [functions] want of the scene and build it again'
+            f" (it wants: {', '.join(self.functions) or 'nothing'})",
+            system=self.name,
+            available=tuple(self.functions),
+        )
+
+    def parameters(self, p: Parameters | None = None) -> dict[str, Any]:
+        """Keyword arguments that carry the runtime parameters: ``{}`` or ``{"p": values}``.
+
+        Args:
+            p: Values by name; those left out keep the system's defaults.
+        """
+        if p is None and self.params is None:
+            return {}
+        return {"p": {**(self.params or {}), **(p or {})}}

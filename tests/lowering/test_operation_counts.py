@@ -1,0 +1,84 @@
+"""How many operations forward dynamics takes: + - * / and square roots one each, sines and cosines one each."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from phichain.ir import count_operations, total_operations
+from phichain.lowering import lower_function
+from phichain.scene import Scene
+
+
+def paper_a(links: int, **more: Any) -> Scene:
+    """Paper A's chain, m = l = 1/N, with torques at every joint."""
+    part = 1 / links
+    keys: dict[str, Any] = {"mass": part, "length": part, "com": part / 2, "actuated": "all"}
+    return Scene("a", links, **(keys | more))
+
+
+def unforced(links: int, **more: Any) -> Scene:
+    """The same masses at the ends of their links, left alone."""
+    return paper_a(links, **({"com": 1 / links, "actuated": "none"} | more))
+
+
+def paper_b(links: int, **more: Any) -> Scene:
+    """Paper B's chain on a cart."""
+    return Scene("b", links, space="spatial", base="cart", mass=0.1, length=0.1, cart_mass=0.5, **more)
+
+
+def forward(chain: Scene, code: str = "unrolled") -> Any:
+    return lower_function(chain, "forward_dynamics", code)
+
+
+@pytest.mark.parametrize(("links", "most"), [(2, 61), (4, 213), (8, 529), (32, 2400)])
+def test_paper_a_with_torques(links: int, most: int) -> None:
+    assert total_operations(forward(paper_a(links))) <= most
+
+
+@pytest.mark.parametrize("links", [2, 5, 16, 64])
+def test_paper_b_takes_50_operations_a_link_and_no_trigonometry(links: int) -> None:
+    counts = count_operations(forward(paper_b(links)))
+    assert counts.total() <= 50 * links
+    assert not counts.keys() & {"sin", "cos"}
+
+
+@pytest.mark.parametrize("links", [2, 5, 16, 64])
+def test_tip_masses_in_the_plane_take_34_operations_and_one_sine_cosine_pair(links: int) -> None:
+    counts = count_operations(forward(unforced(links)))
+    assert counts.total() <= 34 * links
+    assert counts["sin"] == counts["cos"] == links
+
+
+@pytest.mark.parametrize("make", [paper_a, unforced, paper_b])
+def test_growth_is_linear(make: Any) -> None:
+    """From 8 to 64 links the operations grow tenfold at most, those of the loops form by eight."""
+    small, large = make(8), make(64)
+    assert total_operations(forward(large)) <= 10 * total_operations(forward(small))
+    assert total_operations(forward(large, "loops")) <= 10 * total_operations(forward(small, "loops"))
+
+
+@pytest.mark.parametrize("make", [paper_a, unforced, paper_b])
+def test_loops_do_not_grow(make: Any) -> None:
+    """The loops form is the same text for every length."""
+    small, large = (str(forward(make(links), "loops")).count("\n") for links in (8, 64))
+    assert small == large
+
+
+def test_spatial_masses_before_the_ends() -> None:
+    counts = count_operations(forward(paper_b(16, com=0.05)))
+    assert counts.total() <= 620 * 16
+    assert not counts.keys() & {"sin", "cos"}
+
+
+def test_what_a_scene_lacks_costs_nothing() -> None:
+    """Torques, springs, dampers, the cart and unequal numbers are paid for by those who have them."""
+    bare = total_operations(forward(unforced(4)))
+    dearer = [
+        unforced(4, actuated="all"), unforced(4, stiffness=1.0), unforced(4, damping=1.0), paper_a(4, actuated="none"),
+        unforced(4, base="cart", cart_mass=1.0), unforced(4, mass=[1.0, 2.0, 3.0, 4.0]), unforced(4, mass="runtime"),
+    ]  # fmt: skip
+    for chain in dearer:
+        assert total_operations(forward(chain)) > bare
+    assert count_operations(forward(unforced(1))) == {"sin": 1, "mul": 1}
