@@ -108,7 +108,7 @@ def starts(chain: Chain) -> Array:
 
 def flows(links: int, rounds: int) -> tuple[str, ...]:
     """One row: ms per trajectory of SPAN seconds, ratio, largest error of an angle at its end."""
-    from phichain import native as build
+    from phichain import build
     from phichain.scene import scene_from_dict
 
     chain = planar_chain(links, forced=False)

@@ -5,9 +5,7 @@
 
 import numpy as np
 
-from phichain import lqr
-from phichain import motion as simulate
-from phichain import native as build
+from phichain import build, lqr, simulate
 from phichain.control import errors, feedback
 from phichain.report import figures
 from phichain.report.style import save

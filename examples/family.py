@@ -3,8 +3,7 @@
     python examples/family.py
 """
 
-from phichain import native as build
-from phichain import standard_scene, trace
+from phichain import build, standard_scene, trace
 from phichain.continuation import linear_modes
 from phichain.report import figures
 from phichain.report.style import save

@@ -8,8 +8,7 @@ Runge-Kutta step; the batch axis comes first everywhere.
 
 import numpy as np
 
-from phichain import native as build
-from phichain import standard_scene
+from phichain import build, standard_scene
 
 system = build(standard_scene(2))
 

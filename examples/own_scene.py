@@ -5,9 +5,7 @@
 
 import numpy as np
 
-from phichain import Scene
-from phichain import motion as simulate
-from phichain import native as build
+from phichain import Scene, build, simulate
 
 crane = Scene(
     "crane",

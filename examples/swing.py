@@ -5,9 +5,7 @@
 
 import numpy as np
 
-from phichain import motion as simulate
-from phichain import native as build
-from phichain import standard_scene
+from phichain import build, simulate, standard_scene
 from phichain.report import figures
 from phichain.report.style import save
 

@@ -26,7 +26,7 @@ from benchmarks.stability.store import keep, kept
 from benchmarks.stability.table_of_cases import all_cases
 from benchmarks.stability.verdict import WRONG, Answer, judge
 from benchmarks.table import write
-from phichain import native as build
+from phichain import build
 from phichain.errors import PhichainError
 
 STORE = "stability.json"

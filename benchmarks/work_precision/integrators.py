@@ -13,7 +13,7 @@ from benchmarks.stability.references import gap, references
 from benchmarks.work_precision.problems import Work
 from benchmarks.work_precision.rows import Candidate
 from benchmarks.work_precision.setup import built_afresh, processor_seconds
-from phichain import native as build
+from phichain import build
 from phichain.motion import METHODS, simulate
 from phichain.scene import Scene
 from phichain.system import System, rhs_jacobian

@@ -10,7 +10,7 @@ from benchmarks.table import Table
 from benchmarks.work_precision.integrators import TAYLOR
 from benchmarks.work_precision.problems import problems
 from benchmarks.work_precision.rows import Row, best_time
-from phichain import native as build
+from phichain import build
 from phichain.motion import simulate
 
 _ASKED = (

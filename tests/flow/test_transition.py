@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from phichain import native as build
+from phichain import build
 from phichain.emit.flow.propagate import flow
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.ir.evaluate import evaluate_exactly

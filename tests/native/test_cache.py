@@ -243,7 +243,7 @@ def test_no_home_at_all(monkeypatch: pytest.MonkeyPatch) -> None:
 BUILDS = """
     import sys
     from pathlib import Path
-    from phichain.build import Cache, build_folder
+    from phichain.native import Cache, build_folder
     from tests.native import test_cache
 
     system = build_folder(sys.argv[1], cache=Cache(Path(sys.argv[2])))

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from phichain import derive, generate, lower
-from phichain import native as build
+from phichain import build, derive, generate, lower
 from phichain.errors import SceneError
 from phichain.native import Cache, build_casadi, build_folder
 from phichain.scene import Scene

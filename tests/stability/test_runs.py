@@ -16,7 +16,7 @@ from benchmarks.stability.table_of_cases import all_cases
 from benchmarks.stability.verdict import RIGHT, UNFINISHED, Answer, judge
 from benchmarks.table import Table
 from benchmarks.work_precision.rows import Candidate, Row, as_table, best_time, measure, ratio_cell
-from phichain import native as build
+from phichain import build
 from phichain.report.verdicts import draw_verdicts
 from phichain.report.work_precision import Curve, draw_work_precision
 
