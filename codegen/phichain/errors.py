@@ -63,6 +63,10 @@ class DerivationError(PhichainError):
     """The mechanics of a scene could not be derived."""
 
 
+class ContractError(PhichainError):
+    """A function of the contract lacks its row, its writer or its reference; `missing` says which."""
+
+
 class EmissionError(PhichainError):
     """A program could not be written as source text."""
 

@@ -20,6 +20,7 @@ from phichain.contract.functions import FLOWS
 from phichain.emit.c.text import header, source
 from phichain.emit.casadi.external import casadi_external
 from phichain.emit.casadi.tangent import make_tangent
+from phichain.emit.printed import print_scene
 from phichain.errors import UnsupportedError
 from phichain.ir.evaluate import evaluate, evaluate_exactly
 from phichain.ir.nodes import Program
@@ -101,10 +102,11 @@ class Built:
 
 def write(scene: Scene, lowered: Lowered, folder: Path) -> list[str]:
     """Write a scene's C files; returns the names of those to compile."""
+    printed = print_scene(scene, lowered)
     texts = {
-        f"{scene.name}.h": header(scene, lowered, {}),
-        f"{scene.name}.c": source(scene, lowered),
-        f"{scene.name}_casadi.c": casadi_external(scene, lowered),
+        f"{scene.name}.h": header(printed, {}),
+        f"{scene.name}.c": source(printed),
+        f"{scene.name}_casadi.c": casadi_external(printed),
     }
     for name, text in texts.items():
         (folder / name).write_text(text)
@@ -254,7 +256,7 @@ def test_derivatives_come_without_jacobians_and_the_file_says_so(build: Callable
     with pytest.raises(RuntimeError, match="Derivatives cannot be calculated"):
         built.external("phi_jacobian").jacobian()
     scene = make_scene("plain", 2, want=("energy",))
-    assert "Without a Jacobian" not in casadi_external(scene, lower(scene))
+    assert "Without a Jacobian" not in casadi_external(print_scene(scene, lower(scene)))
 
 
 def test_functions_work_inside_mx_expressions(build: Callable[[str], Built]) -> None:
@@ -362,7 +364,7 @@ def test_each_kind_of_scene_compiles(tmp_path: Path) -> None:
 def test_single_precision_is_refused() -> None:
     scene = replace(standard_scene(2), real="float")
     with pytest.raises(UnsupportedError) as caught:
-        casadi_external(scene, lower(scene))
+        casadi_external(print_scene(scene, lower(scene)))
     assert str(caught.value) == (
         "real: CasADi calls functions in double precision (got 'float'); "
         'set target.real = "double", or use planar2_casadi.py'
@@ -371,8 +373,8 @@ def test_single_precision_is_refused() -> None:
 
 def test_the_same_scene_gives_the_same_text() -> None:
     scene = make_scene("again", 2, want=("forward_dynamics", "mass_matrix"), gravity="runtime")
-    first = casadi_external(scene, lower(scene))
-    assert first == casadi_external(scene, lower(scene))
+    first = casadi_external(print_scene(scene, lower(scene)))
+    assert first == casadi_external(print_scene(scene, lower(scene)))
     assert all(line == line.rstrip() for line in first.splitlines())
     assert first.endswith("}\n")
     assert not re.search(r"\b(malloc|calloc|alloca|free)\b", first)

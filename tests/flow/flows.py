@@ -11,7 +11,7 @@ from typing import Any
 
 from phichain.emit.c import sincos as trig
 from phichain.emit.c.text import sincos_kernel
-from phichain.emit.flow.propagate import Flow, flow
+from phichain.emit.flow.propagate import TaylorFlow, flow
 from phichain.native.flows.propagate import Propagate, make_propagate
 from phichain.native.signature import Argument
 from phichain.scene import Scene, scene_from_dict
@@ -38,7 +38,7 @@ def scene(name: str, space: str, base: str, **chain: Any) -> Scene:
     return scene_from_dict(table)
 
 
-def unit(chain: Scene) -> tuple[str, Flow]:
+def unit(chain: Scene) -> tuple[str, TaylorFlow]:
     """One C file with the flow and what it leans on."""
     made = flow(chain)
     includes = {*made.includes, *(trig.HEADERS if "sincos" in made.uses else ())}

@@ -12,9 +12,10 @@ import pytest
 
 from phichain.emit import folder_files
 from phichain.emit.c.text import header, source
+from phichain.emit.printed import Printed, print_scene
 from phichain.files import write_folder
+from phichain.lowering import lower
 from phichain.pipeline import derived_and_lowered
-from phichain.lowering import Lowered, lower
 from phichain.scene import Scene, load_scene
 
 SCENES_FOLDER = Path(__file__).parents[2] / "scenes"
@@ -37,16 +38,15 @@ def committed(name: str) -> Scene:
 
 
 @cache
-def lowered_scene(scene: Scene) -> Lowered:
-    """The Programs of a scene, lowered once for all tests of a file."""
-    return lower(scene)
+def printed_scene(scene: Scene) -> Printed:
+    """The C of a scene, printed once for all tests of a file."""
+    return print_scene(scene, lower(scene))
 
 
 def write_c(scene: Scene, folder: Path) -> Path:
     """NAME.h and NAME.c alone, without the self-test that takes most of the time; returns NAME.c."""
-    lowered = lowered_scene(scene)
-    (folder / f"{scene.name}.h").write_text(header(scene, lowered, {}))
-    (folder / f"{scene.name}.c").write_text(source(scene, lowered))
+    (folder / f"{scene.name}.h").write_text(header(printed_scene(scene), {}))
+    (folder / f"{scene.name}.c").write_text(source(printed_scene(scene)))
     return folder / f"{scene.name}.c"
 
 

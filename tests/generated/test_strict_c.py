@@ -19,8 +19,8 @@ from tests.generated.compiling import (
     STRICT,
     committed,
     compiled,
-    lowered_scene,
     need,
+    printed_scene,
     run,
     symbols,
     write_c,
@@ -106,7 +106,7 @@ def test_all_headers_together_are_c_plus_plus(tmp_path: Path) -> None:
     need("c++")
     scenes = [*map(committed, COMMITTED), *kinds_of_one_link()]
     for scene in scenes:
-        (tmp_path / f"{scene.name}.h").write_text(header(scene, lowered_scene(scene), {}))
+        (tmp_path / f"{scene.name}.h").write_text(header(printed_scene(scene), {}))
     text = "".join(f'#include "{scene.name}.h"\n' for scene in (*scenes, scenes[0]))
     (tmp_path / "all.cpp").write_text(f"{text}int main() {{ return 0; }}\n")
     run(

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 PerLink = tuple[float, ...] | str
 """One number per link, or the word `runtime`."""
 
 
-class Chain(Protocol):
+class Kind(Protocol):
+    """What decides which functions a chain has."""
+
+    @property
+    def is_planar(self) -> bool: ...
+    @property
+    def damping(self) -> PerLink | None: ...
+
+
+class Chain(Kind, Protocol):
     """The properties of a `Scene` that its contract and its sketch read."""
 
     @property
@@ -30,23 +40,27 @@ class Chain(Protocol):
     @property
     def gravity(self) -> float | str: ...
     @property
-    def damping(self) -> PerLink | None: ...
-    @property
     def stiffness(self) -> PerLink | None: ...
     @property
     def want(self) -> tuple[str, ...]: ...
     @property
+    def variational(self) -> bool: ...
+    @property
     def real(self) -> str: ...
     @property
     def code(self) -> str: ...
-    @property
-    def is_planar(self) -> bool: ...
     @property
     def has_cart(self) -> bool: ...
     @property
     def has_force(self) -> bool: ...
     @property
     def actuated_joints(self) -> tuple[int, ...]: ...
+    @property
+    def nq(self) -> int: ...
+    @property
+    def nv(self) -> int: ...
+    @property
+    def nu(self) -> int: ...
     @property
     def q_names(self) -> tuple[str, ...]: ...
     @property
@@ -55,3 +69,17 @@ class Chain(Protocol):
     def u_names(self) -> tuple[str, ...]: ...
     @property
     def runtime(self) -> tuple[str, ...]: ...
+
+
+Words = str | Callable[[Chain], str]
+"""A text, the same for all chains or made for each."""
+
+
+def worded(words: Words, chain: Chain) -> str:
+    """The text for a chain."""
+    return words(chain) if callable(words) else words
+
+
+def always(chain: Chain) -> bool:
+    """On every chain."""
+    return True

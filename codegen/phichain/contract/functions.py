@@ -1,124 +1,259 @@
-"""The functions a scene can ask for, and why some scenes have none of them."""
+"""THE table of the functions that a scene can ask for. Every other list of functions is read off it.
+
+A new function is a row here, a writer in `lowering` and a reference in `reference`: see CONTRIBUTING.md.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Final
 
-from phichain.contract.words import nearest
-from phichain.errors import SceneError, UnsupportedError
-
-FUNCTIONS: Final[tuple[str, ...]] = (
-    "forward_dynamics",
-    "forward_dynamics_batch",
-    "direction_dynamics",
-    "inverse_dynamics",
-    "mass_matrix",
-    "coriolis",
-    "gravity_torque",
-    "energy",
-    "positions",
-    "linearization",
-    "state_jacobian",
-    "phi",
-    "phi_jacobian",
-    "step",
-    "step_lie4",
-    "step_variational",
-    "step_rosenbrock",
-    "propagate",
-    "propagate_stiff",
-    "propagate_batch",
-    "project",
+from phichain.contract import flows, meanings
+from phichain.contract.arguments import (
+    BALANCE,
+    ESTIMATE,
+    NO_BALANCE,
+    STATE,
+    STEP,
+    Q,
+    U,
+    V,
+    is_damped,
+    is_planar,
+    is_spatial,
+    jacobian_by,
+    out,
+    per_q,
+    per_v,
+    scalar,
+    small,
 )
-"""Every function of the contract, in the order of its table; `want` is kept in this order."""
+from phichain.contract.chain import Kind, PerLink, always
+from phichain.contract.function import Absence, Argument, Derivative, Function
 
-ON_REQUEST: Final = (
-    "forward_dynamics_batch", "step_lie4", "step_variational", "step_rosenbrock", "propagate_stiff", "propagate_batch",
+_QUADRATURE: Final = 16
+"""Links up to which the quadrature behind phi's reference, N^2 a node, is worth its time."""
+_DENSE_STEP: Final = 8
+"""The same for the dense reference of an implicit step, whose Jacobian costs N^4."""
+_FURTHER_STEP: Final = "a further way to step, for those who know that they need it"
+_FURTHER_FLOW: Final = "a further way to move on, for those who know that they need it"
+_MANY: Final = "for many states at once"
+
+TABLE: Final[tuple[Function, ...]] = (
+    Function(
+        "forward_dynamics", "Accelerations: the equations of motion solved.",
+        (*STATE, Argument("a", "out", per_v, "accelerations")),
+    ),
+    Function(
+        "forward_dynamics_batch", "Accelerations of many states at once, on vectors.",
+        flow=flows.FORWARD_DYNAMICS_BATCH, on_request=_MANY,
+    ),
+    Function(
+        "direction_dynamics",
+        "Accelerations of the unit vectors themselves: the equations of motion without angular velocities.",
+        (
+            Q,
+            Argument("q_dot", "in", per_q, "rate of q", meanings.direction_rates),
+            U,
+            Argument("q_ddot", "out", per_q, "second derivative of q", meanings.direction_accelerations),
+        ),
+        absent=(
+            Absence(
+                is_planar,
+                "is defined on spatial scenes alone, since a planar link has an angle and no unit vector",
+                'use "forward_dynamics", whose accelerations are those of the angles',
+            ),
+        ),
+    ),
+    Function(
+        "inverse_dynamics", "Generalised force that produces given accelerations.",
+        (
+            Q,
+            V,
+            Argument("a", "in", per_v, "accelerations"),
+            Argument(
+                "u", "out", per_v, "full generalised force",
+                lambda chain: f"generalised force conjugate to q, {meanings.forces(chain)}",
+            ),
+        ),
+        absent=(
+            Absence(
+                is_spatial,
+                "is defined on planar scenes alone, since spatial joints are not actuated",
+                'use "mass_matrix", "coriolis" and "gravity_torque": the force is M a + coriolis + gravity_torque',
+            ),
+        ),
+    ),
+    Function(
+        "mass_matrix", "Mass matrix of the equations of motion.",
+        (Q, out(lambda chain: (chain.nv, chain.nv), "mass matrix, row-major", meanings.inertias)),
+        reference=("M",),
+    ),
+    Function(
+        "coriolis", "Velocity terms of the equations of motion.",
+        (Q, V, out(per_v, "velocity terms", lambda chain: f"velocity terms, {meanings.forces(chain)}")),
+        reference=("N",),
+    ),
+    Function(
+        "gravity_torque", "Gravity terms of the equations of motion, without springs.",
+        (Q, out(per_v, "gravity terms", lambda chain: f"gravity terms, {meanings.forces(chain)}")),
+        reference=("G",),
+    ),
+    Function(
+        "energy", "Kinetic and potential energy.",
+        (
+            Q,
+            V,
+            Argument("kinetic", "out", scalar, "kinetic energy, J", "J"),
+            Argument("potential", "out", scalar, "potential energy, J, springs included", meanings.potential),
+        ),
+    ),
+    Function(
+        "positions", "Positions of the point masses.",
+        (
+            Q,
+            out(
+                lambda chain: (chain.links, 2 if chain.is_planar else 3),
+                "mass positions, m, last component along gravity", meanings.places,
+            ),
+        ),
+        reference=("r",),
+    ),
+    Function(
+        "linearization", "Linear equations of motion about an equilibrium, M x'' + D x' + G x = B u.",
+        (
+            Argument(
+                "s", "in", lambda chain: (chain.links,), "+1 for a link hanging down, -1 for one pointing up",
+                "+1 for a link that hangs down, -1 for one that stands up",
+            ),
+            Argument("M", "out", small, "inertia", meanings.small_inertia),
+            Argument("G", "out", small, "stiffness of gravity and springs", meanings.small_stiffness),
+            Argument("D", "out", small, "damping", present=is_damped),
+            Argument(
+                "B", "out", lambda chain: (small(chain)[0], chain.nu), "input matrix", "how the inputs u enter",
+                flows.has_input,
+            ),
+        ),
+    ),
+    Function(
+        "state_jacobian", "Exact partial derivatives of forward_dynamics.",
+        (
+            *STATE,
+            jacobian_by("q", lambda chain: chain.nq, always),
+            jacobian_by("v", lambda chain: chain.nv, always),
+            jacobian_by("u", lambda chain: chain.nu, flows.has_input),
+        ),
+        derivative=Derivative("forward_dynamics", "a", by=("q", "v", "u")),
+    ),
+    Function(
+        "phi", "Residuals of the single-harmonic balance.",
+        (*BALANCE, out(per_v, "residuals of the balance", meanings.residuals)),
+        absent=NO_BALANCE, reference=("phi",), longest_checked=_QUADRATURE,
+    ),
+    Function(
+        "phi_jacobian", "Exact derivatives of phi, columns [amplitude, omega].",
+        (
+            *BALANCE,
+            out(
+                lambda chain: (chain.nv, chain.nv + 1), "",
+                "derivatives of phi by the amplitudes and, in the last column, by omega",
+            ),
+        ),
+        absent=NO_BALANCE, derivative=Derivative("phi", "out", by=("amplitude", "omega")), reference=("dphi",),
+        longest_checked=_QUADRATURE,
+    ),
+    Function("step", "One Runge-Kutta step of order 4.", STEP),
+    Function(
+        "step_lie4", "One Runge-Kutta-Munthe-Kaas step of order 4: unit vectors turn, and stay unit.", STEP,
+        on_request=_FURTHER_STEP,
+    ),
+    Function(
+        "step_variational", "One step of the variational integrator of order 2, symplectic and reversible.",
+        (
+            *STEP,
+            Argument(
+                "residual", "out", scalar, "what the iteration left of the links' lengths",
+                "norm of (|q_k|^2 - 1) over the links before they are made unit: round-off when the iteration was enough",
+            ),
+        ),
+        on_request=_FURTHER_STEP,
+    ),
+    Function(
+        "step_rosenbrock", "One L-stable Rosenbrock step of order 5 (Rodas5P), with an error estimate.",
+        (
+            *STEP,
+            Argument(
+                "q_error", "out", per_q, ESTIMATE,
+                "estimated error of q_next: its difference to an embedded step of order 4", is_checked=False,
+            ),
+            Argument("v_error", "out", per_v, ESTIMATE, "estimated error of v_next, likewise", is_checked=False),
+        ),
+        on_request=_FURTHER_STEP, longest_checked=_DENSE_STEP,
+    ),
+    Function(
+        "propagate", "Taylor flow: order and steps chosen from a tolerance, with dense output and an event.",
+        flow=flows.PROPAGATE,
+    ),
+    Function(
+        "propagate_stiff",
+        "Stiff flow: an L-stable Rosenbrock method of order 5, its steps chosen from a tolerance.",
+        flow=flows.PROPAGATE_STIFF, on_request=_FURTHER_FLOW,
+    ),
+    Function(
+        "propagate_batch", "Taylor flow of many trajectories at once, on vectors, each with steps of its own.",
+        flow=flows.PROPAGATE_BATCH, on_request=_MANY,
+    ),
+    Function(
+        "project", "Unit vectors made unit, angular velocities made tangent.",
+        (
+            Q,
+            V,
+            Argument("q_out", "out", per_q, "configuration with unit vectors"),
+            Argument(
+                "v_out", "out", per_v, "rates with tangent angular velocities",
+                "rates with every angular velocity orthogonal to its link",
+            ),
+        ),
+        absent=(
+            Absence(
+                is_planar,
+                "has no meaning on a planar scene, whose angles need no projection",
+                "remove it; project belongs to the unit vectors of spatial scenes",
+            ),
+        ),
+    ),
 )  # fmt: skip
-"""Further steps, flows and forms for many trajectories: asked for by name, and in no list of all functions."""
+"""Every function, in the order of the contract; `want` is kept in this order."""
 
-FLOWS: Final = ("forward_dynamics_batch", "propagate", "propagate_stiff", "propagate_batch")
+@dataclass(frozen=True)
+class Sample:
+    """The least that decides which functions a chain has."""
+
+    is_planar: bool
+    damping: PerLink | None = None
+
+
+def _offered(kind: Kind) -> tuple[str, ...]:
+    """What such a chain has, but for what is on request."""
+    return tuple(row.name for row in TABLE if not row.on_request and row.absence(kind) is None)
+
+
+ROWS: Final[Mapping[str, Function]] = MappingProxyType({row.name: row for row in TABLE})
+"""The rows by name."""
+
+FUNCTIONS: Final = tuple(ROWS)
+"""The names of all functions."""
+
+ON_REQUEST: Final = tuple(row.name for row in TABLE if row.on_request)
+"""Those that are asked for by name and stand in no list of all functions."""
+
+FLOWS: Final = tuple(row.name for row in TABLE if row.flow)
 """Those that run over many steps or states: C around Programs, where every other function is one Program."""
 
-PLANAR_FUNCTIONS: Final = tuple(
-    name for name in FUNCTIONS if name not in ("direction_dynamics", "project", *ON_REQUEST)
-)
+PLANAR_FUNCTIONS: Final = _offered(Sample(is_planar=True))
 """The functions of an undamped planar scene, but for those on request."""
 
-SPATIAL_FUNCTIONS: Final = tuple(
-    name for name in FUNCTIONS if name not in ("inverse_dynamics", "phi", "phi_jacobian", *ON_REQUEST)
-)
+SPATIAL_FUNCTIONS: Final = _offered(Sample(is_planar=False))
 """The functions of a spatial scene, but for those on request."""
-
-_PLANNED: Final = {
-    "controller": 'compute the gains from "linearization" until then',
-}
-
-
-def wanted(value: object, space: str, damped: bool) -> tuple[str, ...]:
-    """Check a list of wanted functions and return it in the contract's order, each name once.
-
-    Args:
-        value: The list of names.
-        space: `"planar"` or `"spatial"`.
-        damped: Whether the scene's joints may carry dampers.
-
-    Raises:
-        SceneError: The value is no list of names, or a name is unknown (the nearest one is given).
-        UnsupportedError: A function is not defined for such a scene (what to use instead is given).
-    """
-    label = "functions.want"
-    if isinstance(value, str) or not isinstance(value, Sequence):
-        raise SceneError(label, value, "is not a list of function names", 'write want = ["forward_dynamics"]')
-    for name in value:
-        _check_function(label, name, space, damped)
-    if not value:
-        raise SceneError(label, value, "asks for no function", 'write want = ["forward_dynamics"]')
-    return tuple(name for name in FUNCTIONS if name in value)
-
-
-def _check_function(label: str, name: object, space: str, damped: bool) -> None:
-    """Raise unless `name` is a function that such a scene has."""
-    if not isinstance(name, str):
-        raise SceneError(label, name, "holds what is no function name", 'write want = ["forward_dynamics"]')
-    if name in _PLANNED:
-        raise UnsupportedError(label, name, "is not available in this version", _PLANNED[name])
-    if name not in FUNCTIONS:
-        best = nearest(name, FUNCTIONS)
-        remedy = f'did you mean "{best}"? The functions are {", ".join(FUNCTIONS)}'
-        raise SceneError(label, name, "is not a function", remedy, nearest=best)
-    reason = _why_not(name, space, damped)
-    if reason is not None:
-        problem, remedy = reason
-        raise UnsupportedError(label, name, problem, remedy)
-
-
-def _why_not(name: str, space: str, damped: bool) -> tuple[str, str] | None:
-    """Return (why a scene has no such function, what to use instead), or None when it has it."""
-    if name == "project" and space == "planar":
-        return (
-            "has no meaning on a planar scene, whose angles need no projection",
-            "remove it; project belongs to the unit vectors of spatial scenes",
-        )
-    if name == "direction_dynamics" and space == "planar":
-        return (
-            "is defined on spatial scenes alone, since a planar link has an angle and no unit vector",
-            'use "forward_dynamics", whose accelerations are those of the angles',
-        )
-    if name == "inverse_dynamics" and space == "spatial":
-        return (
-            "is defined on planar scenes alone, since spatial joints are not actuated",
-            'use "mass_matrix", "coriolis" and "gravity_torque": the force is M a + coriolis + gravity_torque',
-        )
-    if name in ("phi", "phi_jacobian") and space == "spatial":
-        return (
-            "is defined on planar scenes alone, since a spatial link has no scalar amplitude",
-            'use "linearization" for small motions, "step" for large ones, or space = "planar"',
-        )
-    if name in ("phi", "phi_jacobian") and damped:
-        return (
-            "needs an undamped scene, since damped links have no in-phase periodic motion",
-            'use "linearization" for the decaying modes, "step" for the motion, or remove joints.damping',
-        )
-    return None

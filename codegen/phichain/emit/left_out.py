@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from phichain.ir.passes import count_operations
-from phichain.lowering.lower import Lowered
-from phichain.scene import FUNCTIONS, Scene
+from phichain.contract.functions import TABLE
+from phichain.emit.printed import Printed
 
 
-def left_out(scene: Scene, lowered: Lowered) -> dict[str, str]:
+def left_out(printed: Printed) -> dict[str, str]:
     """Reason by what is absent."""
-    kinds = {kind for program in (*lowered.wanted.values(), *lowered.helpers.values()) for kind in count_operations(program)}
-    absent = {name: "not wanted by the scene" for name in FUNCTIONS if name not in scene.want}
+    scene = printed.scene
+    kinds = {kind for function in printed.programs.functions for kind in function.counts}
+    missed = (row.name for row in TABLE if row.is_missed)
+    absent = {name: "not wanted by the scene" for name in missed if name not in scene.want}
     if not scene.has_cart:
         absent["cart terms"] = "the base is fixed"
     if not scene.runtime:

@@ -11,23 +11,26 @@ both rows.
 
 from __future__ import annotations
 
-from phichain.harmonic import Kernels
+from phichain.harmonic import Kernels, kernels
 from phichain.ir.builder import ArrayRef, Builder, Expr
 from phichain.ir.from_sympy import from_sympy
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import absolute, difference, to_generalised
+from phichain.lowering.writers import writes
 from phichain.scene import Scene
 
 
+@writes("phi")
 def phi(
-    builder: Builder, scene: Scene, parameters: Parameters, kernels: Kernels, amplitude: ArrayRef, omega: Expr, out: ArrayRef
+    builder: Builder, scene: Scene, parameters: Parameters, amplitude: ArrayRef, omega: ArrayRef, out: ArrayRef
 ) -> None:
     """Write Phi (nv) of the amplitudes [X, A_1..A_N] at angular frequency omega."""
+    projected = kernels()
     links, offset = scene.links, int(scene.has_cart)
     own = amplitude.shifted(offset)
     swing = absolute(builder, scene, "swing", own)
-    squared = builder.let("omega_squared", omega * omega)
-    even, odd = _pair_kernels(builder, scene, kernels, swing)
+    squared = builder.let("omega_squared", omega[0] * omega[0])
+    even, odd = _pair_kernels(builder, scene, projected, swing)
     mu, length = parameters.mu, parameters.length
     row = builder.array("row", links)
     with builder.loop("i", 0, links) as rows:
@@ -44,13 +47,13 @@ def phi(
             columns.follow(outer, outer - mu[j] * (even[pair] * swing[j] - odd[pair] * (swing[j] * swing[j])))
         balance = mu[i] * inner + length[i] * outer - parameters.c_diagonal[i] * swing[i]
         if scene.has_cart:
-            own_kernel = from_sympy(builder, kernels.acceleration, {kernels.difference: swing[i]})
+            own_kernel = from_sympy(builder, projected.acceleration, {projected.difference: swing[i]})
             balance = balance - mu[i] * (own_kernel * amplitude[0])
-        fall = from_sympy(builder, kernels.gravity, {kernels.amplitude: swing[i]})
+        fall = from_sympy(builder, projected.gravity, {projected.amplitude: swing[i]})
         row[i] = squared * balance + parameters.gravity * mu[i] * fall
     to_generalised(builder, scene, _with_springs(builder, scene, parameters, own, row), out.shifted(offset))
     if scene.has_cart:
-        out[0] = squared * _cart_balance(builder, scene, parameters, kernels, swing, amplitude[0])
+        out[0] = squared * _cart_balance(builder, scene, parameters, projected, swing, amplitude[0])
 
 
 def _pair_kernels(builder: Builder, scene: Scene, kernels: Kernels, swing: ArrayRef) -> tuple[ArrayRef, ArrayRef]:

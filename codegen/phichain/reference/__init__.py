@@ -22,37 +22,15 @@ from typing import Any
 
 from mpmath import mp
 
+from phichain.contract.functions import ROWS
 from phichain.errors import ArrayError, UnsupportedError
-from phichain.reference import derived, directions, motion, rosenbrock, steps
 from phichain.reference.algebra import Vector
-from phichain.reference.motion import Case, Outputs
+from phichain.reference.case import JUDGES, Case, Outputs
+from phichain.reference.derived import tangents
 from phichain.reference.pose import exact, parameters
 from phichain.scene import Scene
 
 _GUARD = 60
-
-_FUNCTIONS: dict[str, tuple[Callable[[Case], Outputs], tuple[str, ...]]] = {
-    "forward_dynamics": (motion.forward_dynamics, ("q", "v", "u")),
-    "direction_dynamics": (directions.direction_dynamics, ("q", "q_dot", "u")),
-    "inverse_dynamics": (motion.inverse_dynamics, ("q", "v", "a")),
-    "mass_matrix": (motion.mass_matrix, ("q",)),
-    "coriolis": (motion.coriolis, ("q", "v")),
-    "gravity_torque": (motion.gravity_torque, ("q",)),
-    "energy": (motion.energy, ("q", "v")),
-    "positions": (motion.positions, ("q",)),
-    "linearization": (motion.linearization, ("s",)),
-    "state_jacobian": (derived.state_jacobian, ("q", "v", "u")),
-    "phi": (derived.phi, ("amplitude", "omega")),
-    "phi_jacobian": (derived.phi_jacobian, ("amplitude", "omega")),
-    "step": (derived.step, ("h", "q", "v", "u")),
-    "step_lie4": (steps.step_lie4, ("h", "q", "v", "u")),
-    "step_variational": (steps.step_variational, ("h", "q", "v", "u")),
-    "step_rosenbrock": (rosenbrock.step_rosenbrock, ("h", "q", "v", "u")),
-    "project": (motion.project_state, ("q", "v")),
-}
-
-_PLANAR_ONLY = ("inverse_dynamics", "phi", "phi_jacobian")
-_SPATIAL_ONLY = ("direction_dynamics", "project")
 
 
 def reference(
@@ -66,7 +44,7 @@ def reference(
 
     Args:
         scene: The chain; which functions it wants does not matter here.
-        function: A name of `phichain.scene.FUNCTIONS`, e.g. "forward_dynamics".
+        function: A name of `phichain.scene.FUNCTIONS` that is no flow, e.g. "forward_dynamics".
         inputs: The C arguments by name (q, v, q_dot, u, a, s, amplitude, omega, h): flat sequences, numbers for
             scalars, in SI units. A missing `u` is zero.
         digits: Significant digits of the outputs; guard digits are added for mass and length ratios.
@@ -80,6 +58,7 @@ def reference(
 
     Raises:
         UnsupportedError: There is no such function, or none for this kind of scene.
+        ContractError: The function stands in the contract's table, and nobody wrote its reference.
         ArrayError: An input is missing, not finite or of the wrong length, or a unit vector is zero.
         SceneError: A runtime parameter has no value.
     """
@@ -107,53 +86,37 @@ def tangent_directions(
     if scene.is_planar:
         raise UnsupportedError("space", "planar", "has no constrained states", "read dadq and dadv instead")
     with mp.workdps(digits + _GUARD):
-        return derived.tangents(scene, [exact(entry) for entry in q], [exact(entry) for entry in v])
+        return tangents(scene, [exact(entry) for entry in q], [exact(entry) for entry in v])
 
 
 def _chosen(scene: Scene, function: str) -> Callable[[Case], Outputs]:
     """Return the evaluation of a function that this kind of scene has."""
-    if function not in _FUNCTIONS:
-        raise UnsupportedError(
-            "function", function, "has no reference", f"choose one of {', '.join(_FUNCTIONS)}"
-        )
-    if not scene.is_planar and function in _PLANAR_ONLY:
-        raise UnsupportedError(
-            "function", function, "is for planar scenes", "use forward_dynamics or linearization"
-        )
-    if function in ("phi", "phi_jacobian") and scene.damping is not None:
-        raise UnsupportedError(
-            "function", function, "has no meaning with dampers: there is no in-phase motion", "remove the dampers"
-        )
-    if scene.is_planar and function in _SPATIAL_ONLY:
-        raise UnsupportedError(
-            "function", function, "is for spatial scenes", "planar states are angles, with no unit vectors"
-        )
-    return _FUNCTIONS[function][0]
+    row = ROWS.get(function)
+    if row is None or row.flow:
+        known = [name for name in ROWS if JUDGES.has(name)]
+        raise UnsupportedError("function", function, "has no reference", f"choose one of {', '.join(known)}")
+    reason = row.absence(scene)
+    if reason is not None:
+        raise UnsupportedError("function", function, reason.problem, reason.remedy)
+    return JUDGES.of(function)
 
 
 def _read(scene: Scene, function: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return the inputs as mpf, checked against the function's arguments."""
-    lengths = {
-        "q": scene.nq,
-        "v": scene.nv,
-        "q_dot": scene.nq,
-        "a": scene.nv,
-        "u": scene.nu,
-        "s": scene.links,
-        "amplitude": scene.nq,
-    }
     known: dict[str, Any] = {}
-    for name in _FUNCTIONS[function][1]:
+    for argument in ROWS[function].arguments:
+        if argument.direction == "out":
+            continue
+        name, shape = argument.name, argument.shape(scene)
         given = inputs.get(name, [0.0] * scene.nu if name == "u" else None)
         if given is None:
             raise ArrayError(name, None, f"is an argument of {function}", "pass it in inputs")
-        scalar = name not in lengths
-        entries = [exact(entry) for entry in ([given] if scalar else given)]
-        if not scalar and len(entries) != lengths[name]:
-            raise ArrayError(name, given, f"has {len(entries)} entries", f"pass {lengths[name]}")
+        entries = [exact(entry) for entry in (given if shape else [given])]
+        if shape and len(entries) != shape[0]:
+            raise ArrayError(name, given, f"has {len(entries)} entries", f"pass {shape[0]}")
         if not all(mp.isfinite(entry) for entry in entries):
             raise ArrayError(name, given, "is not finite", "pass finite numbers")
-        known[name] = entries[0] if scalar else entries
+        known[name] = entries if shape else entries[0]
     return known
 
 

@@ -8,13 +8,15 @@ from mpmath import mp, mpf
 
 from phichain.reference import dense
 from phichain.reference.algebra import Matrix, Vector, cross, moved, solve, tangent_axes, transposed, unit
-from phichain.reference.motion import Case, Outputs, forward_dynamics, inverse_dynamics, mass_matrix
+from phichain.reference.case import Case, Outputs, judges
+from phichain.reference.motion import forward_dynamics, inverse_dynamics, mass_matrix
 from phichain.reference.pose import cart_axes, project
 from phichain.scene import Scene
 
 _FIRST_QUARTER = 8
 
 
+@judges("state_jacobian")
 def state_jacobian(case: Case) -> Outputs:
     """Differentiate u(q, v, a) at fixed a and solve with the inertia; in space, see `_tangent_jacobian`."""
     if not case.scene.is_planar:
@@ -47,6 +49,7 @@ def tangents(scene: Scene, q: Vector, v: Vector) -> list[tuple[Vector, Vector]]:
     return [(shift, still) for shift in shifts] + turns + [(still, shift) for shift in shifts] + rates
 
 
+@judges("phi")
 def phi(case: Case) -> Outputs:
     """Phi = (1/pi) int_0^2pi f cos tau dtau, f the force that (x, theta) = A cos tau asks for, tau = omega t.
 
@@ -57,6 +60,7 @@ def phi(case: Case) -> Outputs:
     return {"phi": _settled(case)[1]}
 
 
+@judges("phi_jacobian")
 def phi_jacobian(case: Case) -> Outputs:
     """Differentiate the quadrature in the amplitudes and in omega, n x (n + 1).
 
@@ -77,6 +81,7 @@ def phi_jacobian(case: Case) -> Outputs:
     return {"dphi": transposed(columns)}
 
 
+@judges("step")
 def step(case: Case) -> Outputs:
     """One classical Runge-Kutta step of order 4 in (q, v), u held; spatial ends are projected."""
     h, q, v = case.inputs["h"], case.inputs["q"], case.inputs["v"]

@@ -15,10 +15,11 @@ from mpmath import fdot, mpf
 
 from phichain.reference import dense
 from phichain.reference.algebra import Matrix, Vector, cross, solve, unit
-from phichain.reference.motion import Case, Outputs
+from phichain.reference.case import Case, Outputs, judges
 from phichain.reference.pose import Pose, cart_axes, project, spatial_pose
 
 
+@judges("direction_dynamics")
 def direction_dynamics(case: Case) -> Outputs:
     """Solve for q'' = [x'', q_k''] at the exact state nearest to (q, q')."""
     pose = _pose(case)

@@ -2,50 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from mpmath import fdot, mpf
 
 from phichain.reference import dense
 from phichain.reference.algebra import Matrix, Vector, product, solve, transposed
-from phichain.reference.pose import (
-    Parameters,
-    Pose,
-    angle_map,
-    cart_axes,
-    planar_pose,
-    project,
-    spatial_pose,
-    straight_pose,
-)
+from phichain.reference.case import Case, Outputs, judges
+from phichain.reference.pose import Pose, angle_map, cart_axes, project, straight_pose
 from phichain.scene import Scene
 
-Outputs = dict[str, Any]
 
-
-@dataclass(frozen=True)
-class Case:
-    """One evaluation: the scene, its numbers and the inputs, all at the working precision."""
-
-    scene: Scene
-    values: Parameters
-    inputs: Mapping[str, Any]
-
-    def pose(self, ambient: bool = False) -> Pose:
-        """Return the pose at the inputs q and v (v = 0 for a function that takes none)."""
-        q = self.inputs["q"]
-        v = self.inputs.get("v", [mpf(0)] * self.scene.nv)
-        if self.scene.is_planar:
-            return planar_pose(self.scene, q, v)
-        return spatial_pose(self.scene, q, v, ambient)
-
-    def at(self, **inputs: Any) -> Case:
-        """Return the same case with some inputs replaced."""
-        return Case(self.scene, self.values, {**self.inputs, **inputs})
-
-
+@judges("forward_dynamics")
 def forward_dynamics(case: Case) -> Outputs:
     """Solve M a = B u - load; omega_k' is put together from the two tangent axes of its link."""
     pose = case.pose()
@@ -73,6 +41,7 @@ def load(case: Case, pose: Pose, columns: Matrix) -> Vector:
     return [a - b for a, b in zip(inertial, dense.joint_force(scene, values, pose), strict=True)]
 
 
+@judges("inverse_dynamics")
 def inverse_dynamics(case: Case) -> Outputs:
     """u = M a + coriolis + gravity + springs + dampers, the full generalised force (planar).
 
@@ -88,6 +57,7 @@ def inverse_dynamics(case: Case) -> Outputs:
     return {"u": [a + b for a, b in zip(inertial, load(case, pose, columns), strict=True)]}
 
 
+@judges("mass_matrix")
 def mass_matrix(case: Case) -> Outputs:
     """I of (15), or the matrix of (16): J^T m J with c_kk q_k q_k^T added on the diagonal."""
     pose = case.pose(ambient=True)
@@ -105,6 +75,7 @@ def mass_matrix(case: Case) -> Outputs:
     return {"M": matrix}
 
 
+@judges("coriolis")
 def coriolis(case: Case) -> Outputs:
     """N of (15), or the velocity terms of (16)."""
     pose = case.pose(ambient=True)
@@ -112,6 +83,7 @@ def coriolis(case: Case) -> Outputs:
     return {"N": dense.conjugate(case.values, columns, dense.centripetal(case.values, pose))}
 
 
+@judges("gravity_torque")
 def gravity_torque(case: Case) -> Outputs:
     """G of (15), or the gravity terms of (16): gravity alone, without springs."""
     pose = case.pose(ambient=True)
@@ -119,6 +91,7 @@ def gravity_torque(case: Case) -> Outputs:
     return {"G": dense.conjugate(case.values, columns, dense.anti_gravity(case.values, pose))}
 
 
+@judges("energy")
 def energy(case: Case) -> Outputs:
     """T = 1/2 m_0 |x'|^2 + sum 1/2 m_a |r_a'|^2, V = -g sum m_a e_d.r_a + the springs' energy (J)."""
     values, pose = case.values, case.pose()
@@ -132,6 +105,7 @@ def energy(case: Case) -> Outputs:
     return {"kinetic": kinetic, "potential": height + _spring_energy(case, pose)}
 
 
+@judges("positions")
 def positions(case: Case) -> Outputs:
     """r_a, N x d (m), the last axis along gravity."""
     pose = case.pose()
@@ -140,6 +114,7 @@ def positions(case: Case) -> Outputs:
     return {"r": [flat[i : i + size] for i in range(0, len(flat), size)]}
 
 
+@judges("linearization")
 def linearization(case: Case) -> Outputs:
     """(19) at q_k = s_k e_d: M and B of that pose, G and D from second variations of V and the dissipation.
 
@@ -167,6 +142,7 @@ def linearization(case: Case) -> Outputs:
     return outputs
 
 
+@judges("project")
 def project_state(case: Case) -> Outputs:
     """Return the nearest unit vectors and tangent rates."""
     q_out, v_out = project(case.scene, case.inputs["q"], case.inputs["v"])

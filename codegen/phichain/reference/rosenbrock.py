@@ -12,10 +12,12 @@ from mpmath import fdot, mp, mpf
 
 from phichain.contract.rodas5p import GAMMA, STAGES, A, C, M
 from phichain.reference.algebra import Matrix, Vector, cross, moved, solve, transposed, unit
-from phichain.reference.motion import Case, Outputs, forward_dynamics
+from phichain.reference.case import Case, Outputs, judges
+from phichain.reference.motion import forward_dynamics
 from phichain.reference.pose import cart_axes, project
 
 
+@judges("step_rosenbrock")
 def step_rosenbrock(case: Case) -> Outputs:
     """One step of Rodas5P and the difference to its embedded method, u held."""
     size, h = case.scene.nv, case.inputs["h"]

@@ -14,13 +14,15 @@ from mpmath import fdot, mp, mpf
 from phichain.errors import ConvergenceError
 from phichain.reference import dense
 from phichain.reference.algebra import Matrix, Vector, cross, moved, product, solve, transposed
+from phichain.reference.case import Case, Outputs, judges
 from phichain.reference.derived import step
-from phichain.reference.motion import Case, Outputs, forward_dynamics
+from phichain.reference.motion import forward_dynamics
 from phichain.reference.pose import Pose, cart_axes, planar_pose, project, spatial_pose
 
 _MOST_NEWTON_STEPS = 60
 
 
+@judges("step_lie4")
 def step_lie4(case: Case) -> Outputs:
     """Runge-Kutta-Munthe-Kaas of order 4 with the inverse of dexp up to its second bracket; in the plane `step`."""
     if case.scene.is_planar:
@@ -104,6 +106,7 @@ class _At:
         return v[:carts] + [fdot(axis, omega) for own, omega in turns for axis in own]
 
 
+@judges("step_variational")
 def step_variational(case: Case) -> Outputs:
     """Solve the discrete equations of Lee, Leok & McClamroch (2009) in momenta; the residual of an exact step is 0."""
     h, q, v = case.inputs["h"], case.inputs["q"], case.inputs["v"]

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import Any, Literal
 
-from phichain.contract.functions import FUNCTIONS, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS, wanted
+from phichain.contract.functions import FUNCTIONS, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS, Sample
+from phichain.contract.wanted import wanted
 from phichain.errors import SceneError
 from phichain.scene.digest import digest_of
 from phichain.scene.keys import PARAMETERS, PER_LINK, TABLES, flatten
@@ -132,7 +133,7 @@ class Scene:
         com = None if com is None else centre_of_mass(per_link("com", com, links, POSITIVE, real), length)
         check_inertia(mass, length, com, real)
         damping = joint_law("damping", damping, links, real)
-        want = wanted(want, space, damped=damping is not None)
+        want = wanted(want, Sample(space == "planar", damping))
         values = {
             "name": name,
             "links": links,

@@ -10,16 +10,16 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, product
-from types import MappingProxyType
 
 from phichain.emit.c.layout import laid_out
 from phichain.emit.c.parts import words
-from phichain.emit.c.text import _bodies, _functions, _includes, _table_lines, bessel_kernel, sincos_kernel
+from phichain.emit.c.programs import print_programs
+from phichain.emit.c.text import bessel_kernel, includes, sincos_kernel
 from phichain.emit.casadi.tangent import Cells, Tangent, block_name, make_tangent, stacked_inputs
+from phichain.emit.printed import Printed
 from phichain.emit.render import render
 from phichain.errors import UnsupportedError
 from phichain.ir.nodes import Array, Program
-from phichain.lowering.lower import Lowered
 from phichain.scene import Scene
 
 _ABI = ("arg", "res", "iw", "w", "mem")
@@ -46,22 +46,21 @@ class _Function:
     ignored: tuple[str, ...]
 
 
-def casadi_external(scene: Scene, lowered: Lowered) -> str:
+def casadi_external(printed: Printed) -> str:
     """The text of NAME_casadi.c.
 
     Args:
-        scene: whose functions these are.
-        lowered: its Programs.
+        printed: the functions that it calls.
 
     Raises:
         UnsupportedError: the scene is in single precision, or wants flows alone.
     """
+    scene, programs = printed.scene, {function.name: function.program for function in printed.wanted}
     if scene.real != "double":
         raise UnsupportedError(
             "real", scene.real, "CasADi calls functions in double precision",
             f'set target.real = "double", or use {scene.name}_casadi.py',
         )  # fmt: skip
-    programs = lowered.wanted
     if not programs:
         raise UnsupportedError(
             "functions.want", scene.want, "holds nothing that CasADi could call",
@@ -92,15 +91,14 @@ def casadi_external(scene: Scene, lowered: Lowered) -> str:
 
 def _definitions(scene: Scene, tangents: Iterable[Tangent]) -> dict[str, object]:
     """The static functions that compute Jacobians, and what those lean on."""
-    programs = {t.program.name: t.program for t in tangents if t.program is not None}
-    lowered = Lowered(wanted=MappingProxyType({}), helpers=MappingProxyType(programs), params=())
-    uses = set().union(*(body.uses for body in _bodies(scene, lowered).values()))
+    helpers = {t.program.name: t.program for t in tangents if t.program is not None}
+    made = print_programs(scene, helpers, {})
     return {
-        "tangents": _functions(scene, lowered),
-        "tables": _table_lines(scene, lowered),
-        "includes": sorted({*_includes(uses), "stddef.h"}),
-        "sincos": sincos_kernel(scene) if "sincos" in uses else "",
-        "bessel": bessel_kernel(scene) if "bessel" in uses else "",
+        "tangents": made.functions,
+        "tables": made.tables,
+        "includes": sorted({*includes(made.uses), "stddef.h"}),
+        "sincos": sincos_kernel(scene) if "sincos" in made.uses else "",
+        "bessel": bessel_kernel(scene) if "bessel" in made.uses else "",
     }
 
 

@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from textwrap import wrap
 
+from phichain.contract.functions import ROWS
+from phichain.contract.meanings import state_meanings
 from phichain.emit import bessel
-from phichain.emit.arguments import meaning, state_meanings
 from phichain.emit.casadi.python_function import Table, python_function, spelt
 from phichain.emit.expressions import double_literal
 from phichain.emit.render import render
@@ -131,7 +132,8 @@ def _parameters(program: Program) -> Iterator[tuple[str, str]]:
 
 
 def _function(scene: Scene, program: Program) -> _Function:
-    inputs = [_argument(array, meaning(scene, program.name, array)) for array in program.inputs]
+    meanings = ROWS[program.name].meanings(scene)
+    inputs = [_argument(array, meanings[array.name]) for array in program.inputs]
     given = [f"casadi.vertsplit({spelt(a.name)})" if a.shape else spelt(a.name) for a in program.inputs]
     if program.params:
         size = sum(array.size for array in program.params)
@@ -142,7 +144,7 @@ def _function(scene: Scene, program: Program) -> _Function:
         name=program.name,
         doc=program.doc,
         inputs=tuple(inputs),
-        outputs=tuple(_argument(array, meaning(scene, program.name, array)) for array in program.outputs),
+        outputs=tuple(_argument(array, meanings[array.name]) for array in program.outputs),
         call=f"_{program.name}({', '.join(given)})",
         expressions=tuple(map(_expression, program.outputs)),
     )

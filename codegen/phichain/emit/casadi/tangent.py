@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from phichain.contract.functions import ROWS
 from phichain.ir.inline import inline
 from phichain.ir.nodes import Array, Program
 from phichain.ir.passes import total_operations, unroll
@@ -16,9 +17,6 @@ from phichain.transform.pattern import jacobian_pattern
 from phichain.transform.tangent import jacobian, sparsity
 
 Cells = tuple[tuple[int, int], ...]
-
-#: What comes without Jacobians: second derivatives of long chains do not fit into a file of sources.
-DERIVATIVES = frozenset({"state_jacobian", "phi_jacobian"})
 
 
 @dataclass(frozen=True)
@@ -50,9 +48,10 @@ def make_tangent(scene: Scene, function: str) -> Tangent | None:
     """Differentiate one function of a scene with respect to all its arguments.
 
     Returns:
-        Its Jacobians; None for a function that is a derivative itself.
+        Its Jacobians; None for a function that is a derivative itself: second derivatives of long chains do not fit into a
+        file of sources.
     """
-    if function in DERIVATIVES:
+    if ROWS[function].derivative is not None:
         return None
     program = inline(lower_function(replace(scene, code="loops"), function, "loops"))
     cells = _pattern(program)

@@ -1,44 +1,36 @@
-"""The functions of a scene that run over many steps: which module writes which, and what C each is made of."""
+"""The functions of a scene that run over many steps or states: what C each is made of, and who prints which."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Final, Protocol
+from typing import Final, TypeVar
 
-from phichain.contract.functions import FLOWS
-from phichain.emit.flow.forward_dynamics_batch import forward_dynamics_batch
-from phichain.emit.flow.propagate import flow
-from phichain.emit.flow.propagate_batch import flow_batch
-from phichain.emit.flow.propagate_stiff import stiff
-from phichain.lowering.lower import Lowered
+from phichain.contract.functions import FLOWS, ROWS
+from phichain.contract.registry import Registry
 from phichain.scene import Scene
 
 
-class FlowText(Protocol):
-    """What the writer of a flow returns."""
+@dataclass(frozen=True)
+class FlowText:
+    """A flow as text.
 
-    @property
-    def declarations(self) -> str:
-        """Types and prototype, for NAME.h after its own types."""
+    Attributes:
+        declarations: types and prototype, for NAME.h after its own types.
+        definitions: for NAME.c, after the kernels and the functions that were named as known.
+        includes: standard headers that the definitions want.
+        uses: kernels that the definitions lean on: "sincos", "math".
+    """
 
-    @property
-    def definitions(self) -> str:
-        """For NAME.c, after the kernels and the functions."""
-
-    @property
-    def includes(self) -> tuple[str, ...]:
-        """Standard headers that the definitions want."""
-
-    @property
-    def uses(self) -> frozenset[str]:
-        """Kernels that the definitions lean on: "sincos", "math"."""
+    declarations: str
+    definitions: str
+    includes: tuple[str, ...]
+    uses: frozenset[str]
 
 
 @dataclass(frozen=True)
-class NamedFlow:
-    """One flow: its name in the contract, its symbol in C, one line about it, its text."""
+class PrintedFlow:
+    """One flow of a scene: its name in the contract, its symbol in C, one line about it, its text."""
 
     name: str
     symbol: str
@@ -46,29 +38,30 @@ class NamedFlow:
     text: FlowText
 
 
-_WRITERS: Final[Mapping[str, tuple[str, Callable[[Scene, Collection[str]], FlowText]]]] = {
-    "forward_dynamics_batch": ("Accelerations of many states at once, on vectors.", forward_dynamics_batch),
-    "propagate": ("Taylor flow: order and steps chosen from a tolerance, with dense output and an event.", flow),
-    "propagate_stiff": ("Stiff flow: an L-stable Rosenbrock method of order 5, its steps chosen from a tolerance.", stiff),
-    "propagate_batch": ("Taylor flow of many trajectories at once, on vectors, each with steps of its own.", flow_batch),
-}
+Print = TypeVar("Print", bound=Callable[..., FlowText])
+
+PRINTERS: Final[Registry[Callable[[Scene, Collection[str]], FlowText]]] = Registry("phichain.emit.flow", "printer")
 
 
-def flows(scene: Scene, lowered: Lowered) -> tuple[NamedFlow, ...]:
-    """The flows that a scene wants, in the contract's order.
+def prints(name: str) -> Callable[[Print], Print]:
+    """Register what prints a flow of the contract."""
+
+    def register(printer: Print) -> Print:
+        PRINTERS.add(name, printer)
+        return printer
+
+    return register
+
+
+def print_flows(scene: Scene, known: Collection[str]) -> tuple[PrintedFlow, ...]:
+    """Print the flows that a scene wants, in the contract's order.
 
     Args:
         scene: the scene.
-        lowered: its Programs, whose C the flows may call.
+        known: its functions that stand before them in NAME.c and that they may call.
     """
-    return _flows(scene, frozenset({*lowered.wanted, *lowered.helpers}))
-
-
-@lru_cache(maxsize=8)
-def _flows(scene: Scene, known: frozenset[str]) -> tuple[NamedFlow, ...]:
-    # Header, source and manifest of one folder ask for the same text.
     return tuple(
-        NamedFlow(name, f"{scene.name}_{name}", _WRITERS[name][0], _WRITERS[name][1](scene, known))
+        PrintedFlow(name, f"{scene.name}_{name}", ROWS[name].doc, PRINTERS.of(name)(scene, known))
         for name in scene.want
         if name in FLOWS
     )

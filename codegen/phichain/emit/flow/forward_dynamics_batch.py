@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
-from phichain.emit.arguments import meaning
+from phichain.contract.flows import FORWARD_DYNAMICS_BATCH as CONTRACT
 from phichain.emit.c.function import CNames
 from phichain.emit.c.lanes import lane_function, lanes_kernel
 from phichain.emit.c.layout import laid_out_text
 from phichain.emit.c.parts import words
+from phichain.emit.flow.declared import arguments, documented
+from phichain.emit.flow.flows import FlowText, prints
 from phichain.emit.render import render
 from phichain.ir.nodes import Program
 from phichain.ir.passes import total_operations
@@ -25,17 +26,8 @@ REGISTERS: Final = 4
 UNROLL_LIMIT: Final = 1200
 
 
-@dataclass(frozen=True)
-class BatchText:
-    """A batch form as text; see `emit.flows.FlowText`."""
-
-    declarations: str
-    definitions: str
-    includes: tuple[str, ...]
-    uses: frozenset[str]
-
-
-def forward_dynamics_batch(scene: Scene, known: Collection[str] = ()) -> BatchText:
+@prints("forward_dynamics_batch")
+def forward_dynamics_batch(scene: Scene, known: Collection[str] = ()) -> FlowText:
     """Print the batch form of the forward dynamics.
 
     Args:
@@ -50,17 +42,17 @@ def forward_dynamics_batch(scene: Scene, known: Collection[str] = ()) -> BatchTe
     uses = body.uses | {"lanes_move"}
     used = words("\n".join(body.lines))
     inputs = [(array.name, array.size) for array in program.inputs]
-    arguments = ["p"] if program.params else []
+    given = ["p"] if program.params else []
     text = render(
         "forward_dynamics_batch.c.j2", name=scene.name, stem=stem, kernel=lanes_kernel(scene, stem, uses, REGISTERS), real=f"{scene.name}_real", nv=scene.nv, inputs=inputs,
         tables=[(table, len(values), ", ".join(names.number(value).text for value in values)) for (_, values), table in tables.items()],
         parameter=f"const {scene.name}_params *p, " if program.params else "", lines=body.lines,
         pass_parameter="p, " if program.params else "",
-        ignored=[name for name in arguments if name not in used],
-        definition=", ".join(_arguments(scene, "restrict ")),
+        ignored=[name for name in given if name not in used],
+        definition=", ".join(arguments(CONTRACT, scene, definition=True)),
     )  # fmt: skip
-    return BatchText(
-        declarations=laid_out_text(_declarations(scene, program)),
+    return FlowText(
+        declarations=laid_out_text(_declarations(scene)),
         definitions=laid_out_text(text),
         includes=("stddef.h", "string.h", *(("math.h",) if "math" in body.uses else ())),
         uses=uses,
@@ -82,22 +74,8 @@ def table_names(scene: Scene, program: Program) -> dict[tuple[str, tuple[Fractio
     }
 
 
-def _arguments(scene: Scene, restrict: str) -> list[str]:
-    real = f"{scene.name}_real"
-    return [
-        *([f"const {scene.name}_params *p"] if scene.runtime else []),
-        "size_t n",
-        *(f"const {real} {name}[]" for name in ("q", "v", *(("u",) if scene.nu else ()))),
-        f"{real} a[{restrict.strip()}]",
-    ]
-
-
-def _declarations(scene: Scene, program: Program) -> str:
-    rows = [("p", "in", "runtime parameters, the same for all")] if scene.runtime else []
-    rows.append(("n", "in", "number of states"))
-    for array in program.inputs:
-        rows.append((array.name, "in", f"{array.size} x n, {meaning(scene, 'forward_dynamics', array)}"))
-    rows.append(("a", "out", f"{scene.nv} x n, accelerations"))
+def _declarations(scene: Scene) -> str:
     return render(
-        "forward_dynamics_batch.h.j2", name=scene.name, arguments=rows, prototype=", ".join(_arguments(scene, "")),
+        "forward_dynamics_batch.h.j2", name=scene.name, returns=CONTRACT.returns, arguments=documented(CONTRACT, scene),
+        prototype=", ".join(arguments(CONTRACT, scene, definition=False)),
     )  # fmt: skip

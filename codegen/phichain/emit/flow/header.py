@@ -5,7 +5,9 @@ from __future__ import annotations
 from math import prod
 from typing import Final
 
+from phichain.contract.flows import EVENT, FLOW, PROPAGATE
 from phichain.emit.flow.columns import workspace as columns_workspace
+from phichain.emit.flow.declared import arguments, documented, outcome_lines, scalar_constants, struct_lines
 from phichain.emit.render import render
 from phichain.scene import Scene
 from phichain.transform.lanes import LEFT, RIGHT, Jets
@@ -18,56 +20,27 @@ LANES: Final = 8
 #: Largest workspace that may lie on the stack, bytes.
 ON_STACK: Final = 2**18
 
+#: What the header says where a workspace is small enough for the stack, and where it is not.
+_STACK_FACTS: Final = {
+    "workspace": "; never returned by this scene", "work": "NULL to work on the stack", "bytes": "",
+}  # fmt: skip
+_MEMORY_FACTS: Final = {
+    "workspace": ", and a workspace is too large for the stack", "work": "never NULL here, too large for a stack",
+    "bytes": "; bytes of a workspace where none is given",
+}  # fmt: skip
+
 
 def declarations(scene: Scene, recurrences: Jets) -> str:
     """Types and prototype."""
+    facts = _STACK_FACTS if on_stack(scene, recurrences) else _MEMORY_FACTS
     return render(
-        "flow.h.j2", name=scene.name, upper=scene.name.upper(), prototype=", ".join(arguments(scene, False)),
-        arguments=_documented(scene), size=scene.nq + scene.nv, columns=scene.variational, planar=scene.is_planar,
+        "flow.h.j2", name=scene.name, outcomes=outcome_lines(PROPAGATE, scene, facts), scalars=scalar_constants(PROPAGATE, scene),
+        event=struct_lines(EVENT, scene), flow=struct_lines(FLOW, scene, facts), returns=PROPAGATE.returns,
+        prototype=", ".join(arguments(PROPAGATE, scene, definition=False)), arguments=documented(PROPAGATE, scene),
+        size=scene.nq + scene.nv, columns=scene.variational, planar=scene.is_planar,
         workspace=[(array, "".join(f"[{extent}]" for extent in extents)) for array, extents in workspace(scene, recurrences)],
-        workspace_bytes=_bytes(scene, recurrences), on_stack=on_stack(scene, recurrences),
+        workspace_bytes=_bytes(scene, recurrences),
     )  # fmt: skip
-
-
-def arguments(scene: Scene, definition: bool) -> list[str]:
-    """The arguments of NAME_propagate as they are declared, or defined."""
-    real, restrict = f"{scene.name}_real", "restrict " if definition else ""
-    return [
-        *([f"const {scene.name}_params *p"] if scene.runtime else []),
-        f"{scene.name}_flow *flow",
-        f"{real} t_end",
-        "unsigned long max_steps",
-        *([f"const {real} u[{scene.nu}]"] if scene.nu else []),
-        f"{real} q[{restrict}{scene.nq}]",
-        f"{real} v[{restrict}{scene.nv}]",
-        f"const {scene.name}_event *event",
-        "unsigned long count",
-        f"const {real} *times",
-        f"{real} *q_out",
-        f"{real} *v_out",
-    ]
-
-
-def _documented(scene: Scene) -> list[tuple[str, str, str]]:
-    rows = [
-        ("p", "in", "parameters") if scene.runtime else None,
-        ("flow", "in, out", "start time and tolerance; what was done"),
-        ("t_end", "in", "final time, s"),
-        ("max_steps", "in", "step budget; called again, it goes on from where it stopped"),
-        ("u", "in", "inputs, held constant") if scene.nu else None,
-        ("q, v", "in, out", "state"),
-        ("event", "in", "where to stop, or NULL"),
-        ("count", "in", "number of times"),
-        ("times", "in", "times on the way, in its order, at which the state is wanted, or NULL"),
-        ("q_out", "out", f"configurations there, count x {scene.nq}, or NULL"),
-        ("v_out", "out", f"rates there, count x {scene.nv}, or NULL"),
-    ]
-    return [row for row in rows if row is not None]
-
-
-def words_of(declarations: list[str]) -> list[str]:
-    """The names of declared arguments."""
-    return [declaration.split("[")[0].split()[-1].lstrip("*") for declaration in declarations]
 
 
 def padded(count: int) -> int:

@@ -9,11 +9,14 @@ from typing import Final
 
 import numpy as np
 
+from phichain.contract.flows import PROPAGATE
 from phichain.emit.c.function import CNames, c_function
 from phichain.emit.c.layout import laid_out_text
 from phichain.emit.c.parts import declaration, words
 from phichain.emit.flow.columns import column_program, columns_at_once
-from phichain.emit.flow.header import HIGHEST, arguments, declarations, on_stack, padded, turns, words_of
+from phichain.emit.flow.declared import arguments, passed_on
+from phichain.emit.flow.flows import FlowText, prints
+from phichain.emit.flow.header import HIGHEST, declarations, on_stack, padded, turns
 from phichain.emit.render import render
 from phichain.ir.nodes import Program
 from phichain.ir.passes import total_operations, unroll
@@ -46,27 +49,15 @@ UNROLL_LIMIT: Final = 300
 #: 2 pi to twice the precision.
 TURN: Final = Fraction(6283185307179586476925286766559005768394338798750, 10**48)
 
-__all__ = ["EPSILON", "HIGHEST", "MARGIN", "NOISE", "ROOM", "Flow", "Tables", "flow", "flow_program"]
+__all__ = ["EPSILON", "HIGHEST", "MARGIN", "NOISE", "ROOM", "Tables", "TaylorFlow", "flow", "flow_program"]
 
 Tables = dict[tuple[str, tuple[Fraction, ...]], str]
 
 
 @dataclass(frozen=True)
-class Flow:
-    """The Taylor flow of a scene as text.
+class TaylorFlow(FlowText):
+    """The Taylor flow of a scene as text, with the recurrences that were printed."""
 
-    Attributes:
-        declarations: types and prototype, for NAME.h after its own types.
-        definitions: for NAME.c, after the kernels and the functions that were named as known.
-        includes: standard headers that the definitions want.
-        uses: kernels that the definitions lean on: "sincos", "math".
-        recurrences: what was printed.
-    """
-
-    declarations: str
-    definitions: str
-    includes: tuple[str, ...]
-    uses: frozenset[str]
     recurrences: Jets
 
 
@@ -89,7 +80,8 @@ def flow_program(scene: Scene) -> Program:
     return unroll(loops)
 
 
-def flow(scene: Scene, known: Collection[str] = ()) -> Flow:
+@prints("propagate")
+def flow(scene: Scene, known: Collection[str] = ()) -> TaylorFlow:
     """Print the Taylor flow of a scene.
 
     Args:
@@ -115,7 +107,7 @@ def flow(scene: Scene, known: Collection[str] = ()) -> Flow:
     bodies = [c_function(program, names, {}) for program in programs]
     parts = [_part(scene, program, body.lines) for program, body in zip(programs, bodies, strict=True)]
     uses = frozenset({"math"}).union(*(body.uses for body in bodies))
-    return Flow(
+    return TaylorFlow(
         declarations=laid_out_text(declarations(scene, recurrences)),
         definitions=laid_out_text(_definitions(scene, recurrences, parts, names, "positions" in known)),
         includes=("math.h", "string.h"),
@@ -133,8 +125,8 @@ def _part(scene: Scene, program: Program, lines: tuple[str, ...]) -> _Part:
     declared += [declaration(array, scene.name, False, True) for array in program.inputs]
     declared += [declaration(array, scene.name, True, True) for array in program.outputs]
     used = words("\n".join(lines))
-    arguments = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
-    ignored = tuple(name for name in arguments if name not in used)
+    given = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
+    ignored = tuple(name for name in given if name not in used)
     return _Part(program.doc, f"{scene.name}_{program.name}", ", ".join(declared), ignored, lines)
 
 
@@ -164,9 +156,9 @@ def _column_call(scene: Scene, program: Program, width: int) -> str:
 
 
 def _filled(scene: Scene, program: Program, row: Mapping[str, str]) -> str:
-    arguments = [*(["p"] if program.params else [])]
-    arguments += [row.get(array.name, f"work->{array.name}") for array in (*program.inputs, *program.outputs)]
-    return f"{scene.name}_{program.name}({', '.join(arguments)})"
+    given = [*(["p"] if program.params else [])]
+    given += [row.get(array.name, f"work->{array.name}") for array in (*program.inputs, *program.outputs)]
+    return f"{scene.name}_{program.name}({', '.join(given)})"
 
 
 def _definitions(
@@ -194,8 +186,8 @@ def _definitions(
         margin=names.number(CHAIN_MARGIN if size == "long" else MARGIN).text, huge="700" if scene.real == "double" else "80", room=ROOM,
         noise=names.number(NOISE[scene.real]).text, planar=scene.is_planar,
         order_share=names.number(ORDER_SHARE[size]).text,
-        epsilon=names.number(EPSILON[scene.real]).text, definition=", ".join(arguments(scene, True)),
-        pass_all=", ".join(words_of(arguments(scene, True))), on_stack=on_stack(scene, recurrences),
+        epsilon=names.number(EPSILON[scene.real]).text, definition=", ".join(arguments(PROPAGATE, scene, definition=True)),
+        pass_all=passed_on(PROPAGATE, scene), on_stack=on_stack(scene, recurrences),
         turns=turns(scene), turn_high=names.number(high).text, turn_low=names.number(TURN - high).text,
         half=names.number(Fraction(1, 2)).text, **_column_names(scene, recurrences, parts, names), **libm_names(names),
     )  # fmt: skip

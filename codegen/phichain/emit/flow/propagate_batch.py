@@ -1,6 +1,6 @@
 """The Taylor flow of many trajectories as C: ``NAME_propagate_batch``, vectorised across trajectories.
 
-The recurrences are those of the scalar flow (`emit.flow`), printed for lanes: the sums S_n of a product run over its own
+The recurrences are those of the scalar flow (`emit.flow.propagate`), printed for lanes: the sums S_n of a product run over its own
 orders, side by side in memory, in every lane at once.
 """
 
@@ -11,10 +11,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
+from phichain.contract.flows import BATCH_EVENT, FLOW_BATCH, PROPAGATE_BATCH
 from phichain.emit.c.function import CFunction, CNames, c_function
 from phichain.emit.c.lanes import lane_declaration, lane_function, lanes_kernel
 from phichain.emit.c.layout import laid_out_text
 from phichain.emit.c.parts import declaration, words
+from phichain.emit.flow.declared import arguments, documented, outcome_lines, scalar_constants, struct_lines
+from phichain.emit.flow.flows import FlowText, prints
 from phichain.emit.flow.propagate import (
     EPSILON,
     HIGHEST,
@@ -50,21 +53,9 @@ _ROWS: Final = {FACTORS, "a", "q_dot"}
 
 
 @dataclass(frozen=True)
-class FlowBatch:
-    """The batch flow of a scene as text.
+class FlowBatch(FlowText):
+    """The batch flow of a scene as text, with the recurrences that were printed."""
 
-    Attributes:
-        declarations: types and prototype, for NAME.h after its own types.
-        definitions: for NAME.c, after the kernels and the functions that were named as known.
-        includes: standard headers that the definitions want.
-        uses: kernels that the definitions lean on: "sincos", "math".
-        recurrences: what was printed.
-    """
-
-    declarations: str
-    definitions: str
-    includes: tuple[str, ...]
-    uses: frozenset[str]
     recurrences: Factored
 
 
@@ -87,6 +78,7 @@ def batch_program(scene: Scene) -> Program:
     return unroll(loops)
 
 
+@prints("propagate_batch")
 def flow_batch(scene: Scene, known: Collection[str] = ()) -> FlowBatch:
     """Print the batch flow of a scene.
 
@@ -158,8 +150,8 @@ class _Printer:
                 declared += [declaration(array, prefix, False, True) for array in program.inputs]
                 declared += [declaration(array, prefix, True, True) for array in program.outputs]
             used = words("\n".join(body.lines))
-            arguments = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
-            ignored = tuple(name for name in arguments if name not in used)
+            given = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
+            ignored = tuple(name for name in given if name not in used)
             yield _Part(program.doc, symbol, ", ".join(declared), ignored, body.lines)
 
     def _call(self, symbol: str, order: str) -> str:
@@ -171,11 +163,9 @@ class _Printer:
             ORDER: f"({real}){order}", INVERSE_ORDER: f"1 / ({real}){order}",
             "a": f"slope + {self.scene.nq}", "q_dot": "slope",
         }  # fmt: skip
-        arguments = ["p"] if program.params else []
-        arguments += [
-            row.get(array.name, f"jet->{array.name}") for array in (*program.inputs, *program.outputs)
-        ]
-        return f"{symbol}({', '.join(arguments)})"
+        given = ["p"] if program.params else []
+        given += [row.get(array.name, f"jet->{array.name}") for array in (*program.inputs, *program.outputs)]
+        return f"{symbol}({', '.join(given)})"
 
     def _pairs(self) -> list[tuple[str, str]]:
         """The factors of each product as tables; none where their numbers follow from the product's."""
@@ -227,7 +217,7 @@ class _Printer:
             margin=names.number(MARGIN).text, room=ROOM,
             noise=names.number(NOISE[scene.real]).text, planar=scene.is_planar, epsilon=names.number(EPSILON[scene.real]).text,
             order_share=names.number(ORDER_SHARE).text, huge="700" if scene.real == "double" else "80",
-            definition=", ".join(_arguments(scene)), **libm_names(names),
+            definition=", ".join(arguments(PROPAGATE_BATCH, scene, definition=True)), **libm_names(names),
         )  # fmt: skip
 
 
@@ -236,44 +226,11 @@ def _even(count: int) -> int:
     return max(count + count % 2, 2)
 
 
-def _arguments(scene: Scene) -> list[str]:
-    real = f"{scene.name}_real"
-    return [
-        *([f"const {scene.name}_params *p"] if scene.runtime else []),
-        "size_t n",
-        f"{scene.name}_flow_batch *flow",
-        f"const {real} t_end[]",
-        "unsigned long max_steps",
-        *([f"const {real} u[]"] if scene.nu else []),
-        f"{real} q[]",
-        f"{real} v[]",
-        f"const {scene.name}_batch_event *event",
-        "unsigned long count",
-        f"const {real} *times",
-        f"{real} *q_out",
-        f"{real} *v_out",
-        f"{real} work[]",
-    ]
-
-
 def _declarations(scene: Scene, work: int) -> str:
-    rows = [
-        ("p", "in", "parameters, the same for all") if scene.runtime else None,
-        ("n", "in", "number of trajectories"),
-        ("flow", "in, out", "start times and tolerance; what was done"),
-        ("t_end", "in", "n final times, s"),
-        ("max_steps", "in", "step budget of each; called again, it goes on from where it stopped"),
-        ("u", "in", f"{scene.nu} x n, inputs, held constant") if scene.nu else None,
-        ("q", "in, out", f"{scene.nq} x n, configurations"),
-        ("v", "in, out", f"{scene.nv} x n, rates"),
-        ("event", "in", "where to stop, or NULL"),
-        ("count", "in", "number of times"),
-        ("times", "in", "times on the way of all, in its order, at which the states are wanted, or NULL"),
-        ("q_out", "out", f"configurations there, count x {scene.nq} x n, or NULL"),
-        ("v_out", "out", f"rates there, count x {scene.nv} x n, or NULL"),
-        ("work", "-", f"{scene.name.upper()}_BATCH_WORK numbers"),
-    ]
     return render(
-        "flow_batch.h.j2", name=scene.name, upper=scene.name.upper(), prototype=", ".join(_arguments(scene)), work=work,
-        arguments=[row for row in rows if row is not None], size=scene.nq + scene.nv,
+        "flow_batch.h.j2", name=scene.name, upper=scene.name.upper(), outcomes=outcome_lines(PROPAGATE_BATCH, scene),
+        scalars=scalar_constants(PROPAGATE_BATCH, scene), event=struct_lines(BATCH_EVENT, scene),
+        flow=struct_lines(FLOW_BATCH, scene), returns=PROPAGATE_BATCH.returns,
+        prototype=", ".join(arguments(PROPAGATE_BATCH, scene, definition=False)), work=work,
+        arguments=documented(PROPAGATE_BATCH, scene),
     )  # fmt: skip

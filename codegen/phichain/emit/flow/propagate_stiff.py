@@ -7,10 +7,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
+from phichain.contract.flows import PROPAGATE_STIFF, STIFF
 from phichain.contract.rodas5p import EMBEDDED_ORDER
 from phichain.emit.c.function import CNames, c_function
 from phichain.emit.c.layout import laid_out_text
 from phichain.emit.c.parts import declaration, words
+from phichain.emit.flow.declared import arguments, documented, outcome_lines, struct_lines
+from phichain.emit.flow.flows import FlowText, prints
 from phichain.emit.render import render
 from phichain.ir.nodes import Program
 from phichain.lowering.lower import lower_function
@@ -33,23 +36,6 @@ Tables = dict[tuple[str, tuple[Fraction, ...]], str]
 
 
 @dataclass(frozen=True)
-class Stiff:
-    """The implicit flow of a scene as text.
-
-    Attributes:
-        declarations: types and prototype, for NAME.h after its own types.
-        definitions: for NAME.c, after the kernels and the functions that were named as known.
-        includes: standard headers that the definitions want.
-        uses: kernels that the definitions lean on: "sincos", "math".
-    """
-
-    declarations: str
-    definitions: str
-    includes: tuple[str, ...]
-    uses: frozenset[str]
-
-
-@dataclass(frozen=True)
 class _Part:
     """One static function as the template sees it."""
 
@@ -60,7 +46,8 @@ class _Part:
     lines: tuple[str, ...]
 
 
-def stiff(scene: Scene, known: Collection[str] = ()) -> Stiff:
+@prints("propagate_stiff")
+def stiff(scene: Scene, known: Collection[str] = ()) -> FlowText:
     """Print the implicit flow of a scene.
 
     Args:
@@ -81,7 +68,7 @@ def stiff(scene: Scene, known: Collection[str] = ()) -> Stiff:
     names = CNames(scene.name, scene.real, tables)
     bodies = {symbol: c_function(program, names, symbols) for symbol, program in programs.items()}
     parts = [_part(scene, symbol, programs[symbol], body.lines) for symbol, body in bodies.items()]
-    return Stiff(
+    return FlowText(
         declarations=laid_out_text(_declarations(scene)),
         definitions=laid_out_text(_definitions(scene, parts, names)),
         includes=("math.h", "string.h"),
@@ -94,8 +81,8 @@ def _part(scene: Scene, symbol: str, program: Program, lines: tuple[str, ...]) -
     declared += [declaration(array, scene.name, False, True) for array in program.inputs]
     declared += [declaration(array, scene.name, True, True) for array in program.outputs]
     used = words("\n".join(lines))
-    arguments = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
-    ignored = tuple(name for name in arguments if name not in used)
+    given = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
+    ignored = tuple(name for name in given if name not in used)
     return _Part(program.doc, symbol, ", ".join(declared), ignored, lines)
 
 
@@ -109,7 +96,7 @@ def _definitions(scene: Scene, parts: list[_Part], names: CNames) -> str:
         "stiff.c.j2", name=scene.name, upper=scene.name.upper(), real=f"{scene.name}_real", size=scene.nq,
         tables=tables, functions=parts, cart=(1 if scene.is_planar else 2) if scene.has_cart else 0,
         parameter="p, " if scene.runtime else "",
-        given="u, " if scene.nu else "", definition=", ".join(_arguments(scene, True)),
+        given="u, " if scene.nu else "", definition=", ".join(arguments(PROPAGATE_STIFF, scene, definition=True)),
         least=number(LEAST_TOLERANCE[scene.real]).text, margin=number(MARGIN).text,
         smallest=number(LEAST_FACTOR).text, largest=number(LARGEST_FACTOR).text, safety=number(SAFETY).text,
         proportional=number(PROPORTIONAL).text, integral=number(INTEGRAL).text,
@@ -121,43 +108,7 @@ def _definitions(scene: Scene, parts: list[_Part], names: CNames) -> str:
 
 def _declarations(scene: Scene) -> str:
     return render(
-        "stiff.h.j2", name=scene.name, upper=scene.name.upper(), prototype=", ".join(_arguments(scene, False)),
-        arguments=_documented(scene), size=2 * scene.nq,
+        "stiff.h.j2", name=scene.name, outcomes=outcome_lines(PROPAGATE_STIFF, scene), stiff=struct_lines(STIFF, scene),
+        returns=PROPAGATE_STIFF.returns, prototype=", ".join(arguments(PROPAGATE_STIFF, scene, definition=False)),
+        arguments=documented(PROPAGATE_STIFF, scene),
     )  # fmt: skip
-
-
-def _arguments(scene: Scene, definition: bool) -> list[str]:
-    real, restrict = f"{scene.name}_real", "restrict " if definition else ""
-    return [
-        *([f"const {scene.name}_params *p"] if scene.runtime else []),
-        f"{scene.name}_stiff *flow",
-        f"{real} t_end",
-        "unsigned long max_steps",
-        *([f"const {real} u[{scene.nu}]"] if scene.nu else []),
-        f"{real} q[{restrict}{scene.nq}]",
-        f"{real} v[{restrict}{scene.nv}]",
-        "unsigned long count",
-        f"const {real} *times",
-        f"{real} *q_out",
-        f"{real} *v_out",
-    ]
-
-
-def _documented(scene: Scene) -> list[tuple[str, str, str]]:
-    rows = [
-        ("p", "in", "parameters") if scene.runtime else None,
-        ("flow", "in, out", "start time and tolerance; what was done"),
-        ("t_end", "in", "final time, s"),
-        (
-            "max_steps",
-            "in",
-            "step budget, refused steps included; called again, it goes on from where it stopped",
-        ),
-        ("u", "in", "inputs, held constant") if scene.nu else None,
-        ("q, v", "in, out", "state"),
-        ("count", "in", "number of times"),
-        ("times", "in", "times on the way, in its order, at which the state is wanted, or NULL"),
-        ("q_out", "out", f"configurations there, count x {scene.nq}, or NULL"),
-        ("v_out", "out", f"rates there, count x {scene.nv}, or NULL"),
-    ]
-    return [row for row in rows if row is not None]

@@ -1,6 +1,6 @@
 """selftest.c: inputs as hexadecimal floats, and results that come another way through the mathematics.
 
-The expected values are those of the un-lowered Lagrangian in 50 digits (`mechanics.reference`), rounded once. Jacobians are
+The expected values are those of the un-lowered Lagrangian in 50 digits (`reference`), rounded once. Jacobians are
 checked along one random direction, for which the reference differentiates the dense equations of motion numerically at
 raised precision. Tolerances are measured: the Program's own error in the scene's arithmetic, with a margin.
 """
@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 from mpmath import mp
 
+from phichain.contract.function import Derivative
+from phichain.contract.functions import ROWS
 from phichain.emit.selftest.flow import FlowCase, flow_cases
 from phichain.emit.selftest.states import (
     by_shape,
@@ -36,19 +38,7 @@ from phichain.scene import Scene
 
 #: The measured error times this, rounded up to one digit, is the tolerance; contraction and libm may differ that much.
 _MARGIN = 16
-#: The quadrature behind phi's reference costs N^2 a node: longer chains go without a self-test of phi.
-_LONGEST_PHI = 16
-#: So does the dense reference of an implicit step, whose Jacobian costs N^4.
-_LONGEST_IMPLICIT = 8
-_LONGEST = {"phi": _LONGEST_PHI, "phi_jacobian": _LONGEST_PHI, "step_rosenbrock": _LONGEST_IMPLICIT}
 _STEP = Fraction(1, 10**24)
-_JACOBIANS = {"state_jacobian": ("forward_dynamics", "a"), "phi_jacobian": ("phi", "out")}
-#: Error estimates of steps as short as these are round-off themselves.
-_UNCHECKED = frozenset({"q_error", "v_error"})
-#: The reference's names of outputs that the C calls otherwise.
-_REFERENCE_NAMES = {
-    "mass_matrix": ("M",), "coriolis": ("N",), "gravity_torque": ("G",), "positions": ("r",), "phi": ("phi",),
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -86,7 +76,7 @@ def make_selftest(scene: Scene, lowered: Lowered) -> Selftest:
     cases: list[Case] = []
     tolerances: dict[str, str] = {}
     for name, program in lowered.wanted.items():
-        if scene.links > _LONGEST.get(name, scene.links):
+        if scene.links > (ROWS[name].longest_checked or scene.links):
             continue
         mine = [_case(scene, program, source) for _ in range(count)]
         error = max(_error(scene, program, case) for case in mine)
@@ -113,16 +103,17 @@ def _case(scene: Scene, program: Program, source: random.Random) -> Case:
     if "h" in inputs:
         inputs["h"] = [step_length(scene, params, inputs)]
     direction: dict[str, list[float]] = {}
-    if program.name in _JACOBIANS:
-        direction = _direction(scene, program, inputs, source)
-        slope = _reference_slope(scene, program.name, params, inputs, direction)
+    row = ROWS[program.name]
+    if row.derivative is not None:
+        direction = _direction(scene, row.derivative, inputs, source)
+        slope = _reference_slope(scene, row.derivative, params, inputs, direction)
         return Case(program.name, params, inputs, direction, {"slope": slope})
     results = reference(scene, program.name, _named(program, inputs), params=shaped(program.params, params))
-    names = _REFERENCE_NAMES.get(program.name, tuple(array.name for array in program.outputs))
+    names = row.outputs_in_reference(scene)
     expected = {
-        array.name: _all_rounded(scene, _flat(results[name]))
-        for array, name in zip(program.outputs, names, strict=True)
-        if array.name not in _UNCHECKED
+        argument.name: _all_rounded(scene, _flat(results[names[argument.name]]))
+        for argument in row.outputs_of(scene)
+        if argument.is_checked
     }
     return Case(program.name, params, inputs, direction, expected)
 
@@ -134,11 +125,11 @@ def _all_rounded(scene: Scene, values: Sequence[Any]) -> list[float]:
 
 
 def _direction(
-    scene: Scene, program: Program, inputs: Mapping[str, list[float]], source: random.Random
+    scene: Scene, derivative: Derivative, inputs: Mapping[str, list[float]], source: random.Random
 ) -> dict[str, list[float]]:
     """A random direction in the differentiated arguments, tangent to the sphere where q is on one."""
-    moved = ("amplitude", "omega") if program.name == "phi_jacobian" else ("q", "v", "u")
-    direction = {name: [source.uniform(-1.0, 1.0) for _ in inputs[name]] for name in moved if name in inputs}
+    moved = [name for name in derivative.by if name in inputs]
+    direction = {name: [source.uniform(-1.0, 1.0) for _ in inputs[name]] for name in moved}
     if not scene.is_planar:
         for start in range(2 if scene.has_cart else 0, scene.nq, 3):
             part = slice(start, start + 3)
@@ -153,11 +144,12 @@ def _direction(
 
 
 def _reference_slope(
-    scene: Scene, name: str, params: Mapping[str, list[float]], inputs: Mapping[str, list[float]],
+    scene: Scene, derivative: Derivative, params: Mapping[str, list[float]], inputs: Mapping[str, list[float]],
     direction: Mapping[str, list[float]],
 ) -> list[float]:  # fmt: skip
     """The derivative of the dense reference along the direction, by a central difference in many digits."""
-    function, output = _JACOBIANS[name]
+    function = derivative.function
+    output = ROWS[function].outputs_in_reference(scene)[derivative.output]
     values = {p: v for p, v in params.items()}
     ends = []
     with mp.workdps(90):
@@ -170,7 +162,7 @@ def _reference_slope(
             }
             arguments = {key: given[0] if key == "omega" else given for key, given in moved.items()}
             result = reference(scene, function, arguments, digits=80, params=by_shape(scene, values))
-            ends.append(_flat(result["phi" if output == "out" else "a"]))
+            ends.append(_flat(result[output]))
         return [rounded(scene, (up - down) / (2 * _step())) for up, down in zip(*ends, strict=True)]
 
 
@@ -222,9 +214,10 @@ def _applied(program: Program, case: Case, outputs: Mapping[str, list[Any]]) -> 
 
 def columns(program: Program, case: Case) -> dict[str, list[str]]:
     """Which arguments' directions meet the columns of each output of a Jacobian."""
-    if program.name == "phi_jacobian":
-        return {"out": ["amplitude", "omega"]}
-    return {f"dad{name}": [name] for name in case.direction}
+    outputs, moved = [array.name for array in program.outputs], list(case.direction)
+    if len(outputs) == 1:
+        return {outputs[0]: moved}
+    return {output: [name] for output, name in zip(outputs, moved, strict=True)}
 
 
 def _distance(found: Sequence[Any], expected: Sequence[float]) -> float:

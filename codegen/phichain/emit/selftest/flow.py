@@ -1,7 +1,7 @@
 """The self-test of what runs over many steps: a short motion against the un-lowered Lagrangian, and back to its start.
 
 The expected end is that of Gragg's midpoint rule extrapolated in the step size (Gragg 1965), on the accelerations of
-`mechanics.reference` in 50 digits: another method on other equations than the emitted ones.
+`reference` in 50 digits: another method on other equations than the emitted ones.
 """
 
 from __future__ import annotations
@@ -32,29 +32,21 @@ _AGREEMENT: Final = Fraction(1, 10**20)
 
 @dataclass(frozen=True)
 class FlowKind:
-    """How a flow is called in C, and what is asked of it.
+    """What is asked of a flow.
 
     Attributes:
-        struct: ending of its struct's name.
-        done: ending of the name of what it returns at t_end.
-        has_workspace: whether the struct holds a workspace and the call an event.
         tolerance: what is asked, by type.
         accepted: error over the largest entry that passes, by type.
     """
 
-    struct: str
-    done: str
-    has_workspace: bool
     tolerance: Mapping[str, float]
     accepted: Mapping[str, float]
 
 
 _ROUND_OFF: Final = {"double": 2.0**-52, "float": 2.0**-23}
 KINDS: Final[Mapping[str, FlowKind]] = {
-    "propagate": FlowKind("flow", "DONE", True, _ROUND_OFF, {name: 64 * x for name, x in _ROUND_OFF.items()}),
-    "propagate_stiff": FlowKind(
-        "stiff", "STIFF_DONE", False, {"double": 1e-11, "float": 1e-4}, {"double": 1e-9, "float": 1e-3}
-    ),
+    "propagate": FlowKind(_ROUND_OFF, {name: 64 * x for name, x in _ROUND_OFF.items()}),
+    "propagate_stiff": FlowKind({"double": 1e-11, "float": 1e-4}, {"double": 1e-9, "float": 1e-3}),
 }
 
 

@@ -6,10 +6,12 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from phichain.contract.flows import DONE
+from phichain.contract.functions import ROWS
 from phichain.emit.c.layout import laid_out_text
 from phichain.emit.render import render
 from phichain.emit.selftest.cases import Case, Selftest, columns
-from phichain.emit.selftest.flow import KINDS, FlowCase
+from phichain.emit.selftest.flow import FlowCase
 from phichain.emit.selftest.states import rounded
 from phichain.ir.nodes import Array, Program
 from phichain.lowering.lower import Lowered
@@ -36,14 +38,19 @@ def _literal(scene: Scene, value: float) -> str:
 
 def _motion(scene: Scene, lowered: Lowered, motion: FlowCase) -> dict[str, Any]:
     """The motion with every number as a literal."""
+    flow = ROWS[motion.function].flow
+    assert flow is not None and flow.carries is not None
     return {
         "function": motion.function,
+        "struct": flow.carries.name,
+        "done": f"{flow.prefix}{DONE.name.upper()}",
+        "has_event": flow.event is not None,
+        "has_workspace": any(field.type == "workspace" for field in flow.carries.fields),
         "params": _fields(scene, lowered.params, motion.params),
         "start": [(name, len(values), _literals(scene, values)) for name, values in motion.inputs.items()],
         "expected": {name: _literals(scene, values) for name, values in (motion.expected or {}).items()},
         "t_end": _literal(scene, motion.t_end),
         "tolerance": _literal(scene, rounded(scene, motion.tolerance)),
-        "kind": KINDS[motion.function],
         "has_input": "u" in motion.inputs,
     }
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import absolute, passive_torque, planar_state, to_generalised
+from phichain.lowering.writers import writes
 from phichain.scene import Scene
 
 
@@ -34,6 +35,7 @@ def congruence(builder: Builder, scene: Scene, inner: ArrayRef, out: ArrayRef, n
         to_generalised(builder, scene, half.shifted(columns.index, links), out.shifted(columns.index, nv))
 
 
+@writes("mass_matrix", space="planar")
 def mass_matrix(builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, out: ArrayRef) -> None:
     """I(q) of (15), nv x nv."""
     sine, cosine = absolute_sincos(builder, scene, q)
@@ -66,6 +68,7 @@ def cart_border(builder: Builder, scene: Scene, parameters: Parameters, coupling
         out[(loop.index + 1) * scene.nv] = row[loop.index]
 
 
+@writes("coriolis", space="planar")
 def coriolis(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, out: ArrayRef
 ) -> None:
@@ -95,6 +98,7 @@ def coriolis(
         out[0] = -across
 
 
+@writes("gravity_torque", space="planar")
 def gravity_torque(builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, out: ArrayRef) -> None:
     """G(q) of (15), nv; gravity alone, without springs."""
     offset = int(scene.has_cart)
@@ -108,6 +112,7 @@ def gravity_torque(builder: Builder, scene: Scene, parameters: Parameters, q: Ar
         out[0] = builder.lift(0)
 
 
+@writes("energy", space="planar")
 def energy(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, kinetic: ArrayRef, potential: ArrayRef
 ) -> None:
@@ -139,6 +144,7 @@ def energy(
     potential[0] = -fallen
 
 
+@writes("positions", space="planar")
 def positions(builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, out: ArrayRef) -> None:
     """Mass positions (along e_1, along gravity), links x 2."""
     sine, cosine = absolute_sincos(builder, scene, q)
@@ -153,6 +159,7 @@ def positions(builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRe
         loop.follow(joint_y, joint_y + parameters.length[k] * cosine[k])
 
 
+@writes("inverse_dynamics", space="planar")
 def inverse_dynamics(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef
 ) -> None:
@@ -197,8 +204,9 @@ def inverse_dynamics(
         u[0] = parameters.cart_mass * a[0] + beyond_y
 
 
+@writes("linearization", space="planar")
 def linearization(
-    builder: Builder, scene: Scene, parameters: Parameters, s: ArrayRef, outputs: dict[str, ArrayRef]
+    builder: Builder, scene: Scene, parameters: Parameters, s: ArrayRef, **outputs: ArrayRef
 ) -> None:
     """M x'' + [D x'] + G x = B u about the equilibrium phi_k = 0 (s_k = 1) or pi (s_k = -1); (19) in the plane."""
     links, offset, nv = scene.links, int(scene.has_cart), scene.nv

@@ -13,9 +13,11 @@ from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.links import directions
+from phichain.lowering.writers import writes
 from phichain.scene import Scene
 
 
+@writes("mass_matrix", space="spatial")
 def mass_matrix(builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, out: ArrayRef) -> None:
     """The matrix of (16), nv x nv."""
     links, nv, offset = scene.links, scene.nv, 2 if scene.has_cart else 0
@@ -59,6 +61,7 @@ def _pair_block(
             block[(3 * j + b) * nv + (3 * i + a)] = value
 
 
+@writes("coriolis", space="spatial")
 def coriolis(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, out: ArrayRef
 ) -> None:
@@ -90,6 +93,7 @@ def _pull(weight: Expr, omega: Vector, direction: Vector) -> Vector:
     return scale(weight * dot(omega, omega), direction)
 
 
+@writes("gravity_torque", space="spatial")
 def gravity_torque(builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, out: ArrayRef) -> None:
     """The gravity terms of (16), nv; gravity alone, without springs."""
     direction, result, nothing = directions(scene, q), directions(scene, out), builder.lift(0)
@@ -102,6 +106,7 @@ def gravity_torque(builder: Builder, scene: Scene, parameters: Parameters, q: Ar
         out[0], out[1] = nothing, nothing
 
 
+@writes("energy", space="spatial")
 def energy(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, kinetic: ArrayRef, potential: ArrayRef
 ) -> None:
@@ -145,6 +150,7 @@ def _springs(builder: Builder, parameters: Parameters, direction: ArrayRef) -> E
     return stored
 
 
+@writes("positions", space="spatial")
 def positions(builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, out: ArrayRef) -> None:
     """Mass positions, links x 3, the last component along gravity."""
     direction, nothing = directions(scene, q), builder.lift(0)
@@ -158,8 +164,9 @@ def positions(builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRe
             loop.follow(before, after)
 
 
+@writes("linearization", space="spatial")
 def linearization(
-    builder: Builder, scene: Scene, parameters: Parameters, s: ArrayRef, outputs: dict[str, ArrayRef]
+    builder: Builder, scene: Scene, parameters: Parameters, s: ArrayRef, **outputs: ArrayRef
 ) -> None:
     """(19) in [x; C^T xi_k], two coordinates a link: M x'' + [D x'] + G x = B u about q_k = s_k e_3.
 
@@ -270,6 +277,11 @@ def _force_matrix(builder: Builder, out: ArrayRef, size: int) -> None:
             out[2 * a + b] = builder.lift(int(a == b))
     with builder.loop("i", 4, 2 * size) as loop:
         out[loop.index] = builder.lift(0)
+
+
+@writes("project")
+def _project(builder: Builder, scene: Scene, parameters: Parameters, **arguments: ArrayRef) -> None:
+    project(builder, scene, **arguments)
 
 
 def project(builder: Builder, scene: Scene, q: ArrayRef, v: ArrayRef, q_out: ArrayRef, v_out: ArrayRef) -> None:

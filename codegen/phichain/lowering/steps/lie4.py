@@ -17,7 +17,10 @@ from fractions import Fraction
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.links import directions
+from phichain.lowering.steps import runge_kutta
+from phichain.lowering.writers import writes
 from phichain.scene import Scene
 
 #: Added to |Theta|^2 so that sin(|Theta|) / |Theta| has no 0 / 0; it changes no digit of it, in single precision neither.
@@ -33,7 +36,23 @@ class _Slope:
     rate: ArrayRef
 
 
-class Step:
+@writes("step_lie4", space="planar", calls=("forward_dynamics",))
+def planar_step(
+    builder: Builder, scene: Scene, parameters: Parameters, forward: Program, **arguments: ArrayRef
+) -> None:
+    """Turns of the plane commute: the method is Runge-Kutta on the angles."""
+    runge_kutta.step(builder, scene, parameters, forward, **arguments)
+
+
+@writes("step_lie4", space="spatial", calls=("forward_dynamics",))
+def spatial_step(
+    builder: Builder, scene: Scene, parameters: Parameters, forward: Program, **arguments: ArrayRef
+) -> None:
+    """Write q_next and v_next."""
+    _Step(builder, scene, forward, arguments).run()
+
+
+class _Step:
     """The step being written: `run` is the whole of it."""
 
     def __init__(

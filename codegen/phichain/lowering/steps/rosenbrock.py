@@ -1,6 +1,6 @@
-"""One step of Rodas5P (`rosenbrock_tableau`) on a chain: stages on the emitted accelerations, linear solves in O(N).
+"""One step of Rodas5P (`contract.rodas5p`) on a chain: stages on the emitted accelerations, linear solves in O(N).
 
-The matrix of the stages is that of the linearised chain; `planar_implicit` and `spatial_implicit` factor it once a step and
+The matrix of the stages is that of the linearised chain; `planar.implicit` and `spatial.implicit` factor it once a step and
 solve once a stage. Spatial states are stepped in a chart of their own (see there), so that links keep their length.
 """
 
@@ -20,24 +20,24 @@ from phichain.lowering.spatial import implicit as spatial_implicit
 from phichain.lowering.spatial import solution as spatial_solution
 from phichain.lowering.spatial.chart import displacement, on_manifold, slope
 from phichain.lowering.spatial.functions import project
+from phichain.lowering.writers import helps, writes
 from phichain.scene import Scene
 
 Pair = tuple[ArrayRef, ArrayRef]
 
 
-@dataclass(frozen=True)
-class Callees:
-    """The Programs that a step calls."""
+#: What a step calls, in the order of `_Callees`.
+CALLEES = ("forward_dynamics", "implicit_factors", "implicit_solution")
 
+
+@dataclass(frozen=True)
+class _Callees:
     forward: Program
     factors: Program
     solution: Program
 
 
-#: Names of the callees, in the order of `Callees`.
-CALLEES = ("forward_dynamics", "implicit_factors", "implicit_solution")
-
-
+@helps("implicit_factors", "The linearised chain of an implicit step, eliminated from the tip to the base.")
 def write_factors(builder: Builder, scene: Scene, parameters: Parameters) -> None:
     """The Program `implicit_factors`: gain, q, v, a -> what one step's solves need."""
     gain = builder.input("gain", (1,), "gamma h, s")
@@ -47,6 +47,7 @@ def write_factors(builder: Builder, scene: Scene, parameters: Parameters) -> Non
     factors(builder, scene, parameters, (gain[0], state[0], state[1], state[2]), out)
 
 
+@helps("implicit_solution", "One right side of an implicit step: forces inwards, motions outwards.")
 def write_solution(builder: Builder, scene: Scene, parameters: Parameters) -> None:
     """The Program `implicit_solution`: gain, factors, right side -> k_q, k_v."""
     gain = builder.input("gain", (1,), "gamma h, s")
@@ -57,20 +58,26 @@ def write_solution(builder: Builder, scene: Scene, parameters: Parameters) -> No
     solution(builder, scene, parameters, gain[0], known, (right[0], right[1]), (result[0], result[1]))
 
 
-def write_increment(builder: Builder, scene: Scene, callees: Callees) -> None:
+@helps(
+    "rosenbrock_increment", "What one Rosenbrock step of order 5 adds to the state, and its error estimate.", CALLEES
+)
+def write_increment(builder: Builder, scene: Scene, parameters: Parameters, *callees: Program) -> None:
     """The Program `rosenbrock_increment`: h, q, v[, u] -> q_1 - q_0, v_1 - v_0 and the error estimate."""
     arguments = {"h": builder.input("h", (), "step, s")}
     for name, size in (("q", scene.nq), ("v", scene.nv), *((("u", scene.nu),) if scene.nu else ())):
         arguments[name] = builder.input(name, (size,), name)
     names = ("q_increment", "v_increment", "q_error", "v_error")
     moved_q, moved_v, error_q, error_v = (builder.output(name, (scene.nv,), name) for name in names)
-    increments(builder, scene, callees, arguments, ((moved_q, moved_v), (error_q, error_v)))
+    _increments(builder, scene, _Callees(*callees), arguments, ((moved_q, moved_v), (error_q, error_v)))
 
 
-def step(builder: Builder, scene: Scene, callees: Callees, arguments: dict[str, ArrayRef]) -> None:
+@writes("step_rosenbrock", calls=CALLEES)
+def step(
+    builder: Builder, scene: Scene, parameters: Parameters, *callees: Program, **arguments: ArrayRef
+) -> None:
     """Write the state after a step of size h, and the error estimate; unit vectors are made unit once more."""
     moved = builder.array("q_increment", scene.nq), builder.array("v_increment", scene.nv)
-    increments(builder, scene, callees, arguments, (moved, (arguments["q_error"], arguments["v_error"])))
+    _increments(builder, scene, _Callees(*callees), arguments, (moved, (arguments["q_error"], arguments["v_error"])))
     ends = arguments["q_next"], arguments["v_next"]
     if not scene.is_planar:
         ends = builder.array("q_free", scene.nq), builder.array("v_free", scene.nv)
@@ -86,8 +93,8 @@ def factor_arrays(scene: Scene) -> dict[str, int]:
     return planar_implicit.factor_sizes(scene) if scene.is_planar else spatial_implicit.factor_sizes(scene)
 
 
-def increments(
-    builder: Builder, scene: Scene, callees: Callees, arguments: dict[str, ArrayRef], out: tuple[Pair, Pair]
+def _increments(
+    builder: Builder, scene: Scene, callees: _Callees, arguments: dict[str, ArrayRef], out: tuple[Pair, Pair]
 ) -> None:
     """Write (q_1 - q_0, v_1 - v_0) and the error estimate.
 
@@ -112,7 +119,7 @@ def increments(
 
 class _Step:
     def __init__(
-        self, builder: Builder, scene: Scene, callees: Callees, arguments: dict[str, ArrayRef]
+        self, builder: Builder, scene: Scene, callees: _Callees, arguments: dict[str, ArrayRef]
     ) -> None:
         self.builder, self.scene, self.callees = builder, scene, callees
         self.h, self.q, self.v = arguments["h"][0], arguments["q"], arguments["v"]

@@ -10,14 +10,19 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder, Expr
 from phichain.ir.nodes import Program
 from phichain.lowering.algebra.vector import cross, load, store
+from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.functions import project
 from phichain.lowering.spatial.links import directions
+from phichain.lowering.writers import writes
 from phichain.scene import Scene
 
 _HALF = 0.5
 
 
-def runge_kutta(builder: Builder, scene: Scene, forward: Program, arguments: dict[str, ArrayRef]) -> None:
+@writes("step", calls=("forward_dynamics",))
+def step(
+    builder: Builder, scene: Scene, parameters: Parameters, forward: Program, **arguments: ArrayRef
+) -> None:
     """Write the state after one step of size h into q_next and v_next."""
     h = arguments["h"][0]
     q, v = arguments["q"], arguments["v"]

@@ -26,6 +26,7 @@ from phichain.lowering.parameters import Parameters
 from phichain.lowering.steps.ambient import Ambient, has_couples
 from phichain.lowering.steps.articulated_links import sweep
 from phichain.lowering.steps.link_multipliers import Links, tensions
+from phichain.lowering.writers import helps, writes
 from phichain.scene import Scene
 
 #: Newton steps: their errors go as a^(2^n - 1) with a = h^2 |q''| / 4, small however fast a link turns steadily.
@@ -35,6 +36,15 @@ _LEAST = Fraction(1, 2**126)
 _HALF = Fraction(1, 2)
 
 
+@writes("step_variational", calls=("constrained_accelerations",))
+def step(
+    builder: Builder, scene: Scene, parameters: Parameters, solver: Program, **arguments: ArrayRef
+) -> None:
+    """Write q_next, v_next and residual."""
+    _Step(builder, scene, parameters, solver, arguments).run()
+
+
+@helps("constrained_accelerations", "Accelerations with prescribed components, by multipliers along the unit vectors.")
 def constrained_accelerations(builder: Builder, scene: Scene, parameters: Parameters) -> None:
     """Declare the arguments of one Newton step, linearise the links' lengths, and solve for its accelerations."""
     size, links = ambient_size(scene), scene.links
@@ -65,7 +75,7 @@ def constrained_accelerations(builder: Builder, scene: Scene, parameters: Parame
     )
 
 
-class Step:
+class _Step:
     """The step being written: `run` is the whole of it."""
 
     def __init__(

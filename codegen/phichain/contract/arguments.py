@@ -1,0 +1,80 @@
+"""Shapes, arguments and absences that several functions of the contract share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from phichain.contract import meanings
+from phichain.contract.chain import Chain, Kind, Words
+from phichain.contract.flows import has_input
+from phichain.contract.function import Absence, Argument, Shape
+
+
+def scalar(chain: Chain) -> Shape:
+    return ()
+
+
+def per_v(chain: Chain) -> Shape:
+    return (chain.nv,)
+
+
+def per_q(chain: Chain) -> Shape:
+    return (chain.nq,)
+
+
+def small(chain: Chain) -> Shape:
+    """The matrices of (19)."""
+    size = chain.nv if chain.is_planar else 2 * chain.links + (2 if chain.has_cart else 0)
+    return size, size
+
+
+def is_planar(chain: Kind) -> bool:
+    return chain.is_planar
+
+
+def is_spatial(chain: Kind) -> bool:
+    return not chain.is_planar
+
+
+def is_damped(chain: Kind) -> bool:
+    return chain.damping is not None
+
+
+def out(shape: Callable[[Chain], Shape], doc: str, meaning: Words) -> Argument:
+    return Argument("out", "out", shape, doc, meaning)
+
+
+def jacobian_by(name: str, columns: Callable[[Chain], int], present: Callable[[Chain], bool]) -> Argument:
+    """The result of state_jacobian for one of its arguments."""
+    meaning = f"partial derivatives of a by {name}"
+    return Argument(f"dad{name}", "out", lambda chain: (chain.nv, columns(chain)), "", meaning, present)
+
+
+Q: Final = Argument("q", "in", per_q, "configuration")
+V: Final = Argument("v", "in", per_v, "rates")
+U: Final = Argument("u", "in", lambda chain: (chain.nu,), "inputs", present=has_input)
+STATE: Final = (Q, V, U)
+STEP: Final = (
+    Argument("h", "in", scalar, "step, s"),
+    *STATE,
+    Argument("q_next", "out", per_q, "configuration after the step"),
+    Argument("v_next", "out", per_v, "rates after the step"),
+)
+ESTIMATE: Final = "estimated error of the step"
+BALANCE: Final = (
+    Argument("amplitude", "in", per_v, "amplitudes of [x,] theta", meanings.amplitudes),
+    Argument("omega", "in", scalar, "angular frequency, rad/s"),
+)
+NO_BALANCE: Final = (
+    Absence(
+        is_spatial,
+        "is defined on planar scenes alone, since a spatial link has no scalar amplitude",
+        'use "linearization" for small motions, "step" for large ones, or space = "planar"',
+    ),
+    Absence(
+        is_damped,
+        "needs an undamped scene, since damped links have no in-phase periodic motion",
+        'use "linearization" for the decaying modes, "step" for the motion, or remove joints.damping',
+    ),
+)

@@ -1,0 +1,53 @@
+"""The accelerations: which of the structured forms serves which chain (theory section 3)."""
+
+from __future__ import annotations
+
+from phichain.ir.builder import ArrayRef, Builder
+from phichain.lowering.parameters import Parameters
+from phichain.lowering.planar import articulated as planar_articulated
+from phichain.lowering.planar import tension as planar_tension
+from phichain.lowering.planar.joints import planar_state
+from phichain.lowering.spatial import articulated as spatial_articulated
+from phichain.lowering.spatial import tension as spatial_tension
+from phichain.lowering.spatial.rates import AngularVelocities, DirectionRates, Rates
+from phichain.lowering.writers import writes
+from phichain.scene import Scene
+
+
+def by_tensions(scene: Scene) -> bool:
+    """Whether the sweeps solve for tensions; the articulated ones have units of their own."""
+    return planar_tension.suits(scene) if scene.is_planar else scene.tip_masses
+
+
+@writes("forward_dynamics", space="planar", own_units=by_tensions)
+def planar_forward_dynamics(
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef | None = None
+) -> None:
+    """(15) of paper A solved for the accelerations."""
+    form = planar_tension if by_tensions(scene) else planar_articulated
+    form.accelerations(builder, scene, parameters, planar_state(builder, scene, q, v), u, a)
+
+
+@writes("forward_dynamics", space="spatial", own_units=by_tensions)
+def spatial_forward_dynamics(
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef | None = None
+) -> None:
+    """(16) of paper B solved for [x'', omega']."""
+    _sweep(builder, scene, parameters, q, AngularVelocities(scene, v, a), u)
+
+
+@writes("direction_dynamics", own_units=by_tensions)
+def direction_dynamics(
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, q_dot: ArrayRef, q_ddot: ArrayRef,
+    u: ArrayRef | None = None,
+) -> None:  # fmt: skip
+    """(15) of paper B solved for [x'', q''] of the unit vectors."""
+    _sweep(builder, scene, parameters, q, DirectionRates(builder, scene, q, q_dot, q_ddot), u)
+
+
+def _sweep(
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, u: ArrayRef | None
+) -> None:
+    """Either form of a spatial chain's accelerations."""
+    form = spatial_tension if by_tensions(scene) else spatial_articulated
+    form.accelerations(builder, scene, parameters, q, rates, u)

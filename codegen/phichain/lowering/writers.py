@@ -1,0 +1,83 @@
+"""Which plain function writes which Program: each one registers in the file where its formula lives.
+
+    @writes("energy", space="planar")
+    def energy(builder, scene, parameters, q, v, kinetic, potential): ...
+
+A writer is given the Builder, the Scene, its Parameters, the Programs it `calls` in that order, and by name the arguments
+that the contract's row declares; those that a chain does not have are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final, TypeVar
+
+from phichain.contract.functions import ROWS
+from phichain.contract.registry import ANY, Registry
+from phichain.ir.builder import ArrayRef, Builder
+from phichain.scene import Scene
+
+Write = TypeVar("Write", bound=Callable[..., None])
+
+
+@dataclass(frozen=True)
+class Writer:
+    """How one Program is written.
+
+    Attributes:
+        write: records its operations.
+        doc: its one-line description, where no row of the contract has one.
+        calls: names of the Programs that it calls.
+        own_units: on which scenes it computes in units of its own (`Parameters`).
+    """
+
+    write: Callable[..., None]
+    doc: str
+    calls: tuple[str, ...]
+    own_units: Callable[[Scene], bool]
+
+
+WRITERS: Final[Registry[Writer]] = Registry("phichain.lowering", "writer")
+
+
+def _in_si_units(scene: Scene) -> bool:
+    return False
+
+
+def writes(
+    name: str, *, space: str = ANY, calls: tuple[str, ...] = (), own_units: Callable[[Scene], bool] = _in_si_units
+) -> Callable[[Write], Write]:
+    """Register the writer of a function of the contract.
+
+    Args:
+        name: the function.
+        space: "planar" or "spatial" for a writer that serves such scenes alone.
+        calls: the Programs that it calls, handed to it behind the parameters.
+        own_units: on which scenes it converts inputs and results by `parameters.units`.
+    """
+    return _registered(name, "", space, calls, own_units, True)
+
+
+def helps(name: str, doc: str, calls: tuple[str, ...] = ()) -> Callable[[Write], Write]:
+    """Register the writer of a Program that others call and no scene wants; it declares its own arguments."""
+    return _registered(name, doc, ANY, calls, _in_si_units, False)
+
+
+def _registered(
+    name: str, doc: str, space: str, calls: tuple[str, ...], own_units: Callable[[Scene], bool], needs_row: bool
+) -> Callable[[Write], Write]:
+    def register(write: Write) -> Write:
+        WRITERS.add(name, Writer(write, doc, calls, own_units), space, needs_row)
+        return write
+
+    return register
+
+
+def declared(builder: Builder, scene: Scene, name: str) -> dict[str, Any]:
+    """The arguments of a function of the contract, declared in the order of the C; none for what others call."""
+    arguments: dict[str, ArrayRef] = {}
+    for argument in ROWS[name].arguments_of(scene) if name in ROWS else ():
+        declare = builder.input if argument.direction == "in" else builder.output
+        arguments[argument.name] = declare(argument.name, argument.shape(scene), argument.doc)
+    return arguments
