@@ -78,15 +78,13 @@ def dynamics(chain: Scene, flags: tuple[str, ...] = FAST, portable: bool = False
     """(batch form, scalar C function) of the forward dynamics."""
     loaded, name = library(chain, "forward_dynamics_batch", flags, portable), f"{chain.name}_forward_dynamics"
     known = [Argument(array.name, array.shape) for array in parameters(chain)]
-    sizes = (chain.nq, chain.nv, chain.nu)
     scalar = loaded[name]
     scalar.restype = None
-    return make_forward_dynamics_batch(sizes, known, loaded[f"{name}_batch"], chain.real), scalar
+    return make_forward_dynamics_batch(chain, known, loaded[f"{name}_batch"]), scalar
 
 
 def flow(chain: Scene, flags: tuple[str, ...] = FAST, portable: bool = False) -> PropagateBatch:
     """The batch flow of a scene as a callable."""
     loaded = library(chain, "propagate_batch", flags, portable)
     known = [Argument(array.name, array.shape) for array in parameters(chain)]
-    sizes, function = (chain.nq, chain.nv, chain.nu), loaded[f"{chain.name}_propagate_batch"]
-    return make_propagate_batch(chain.name, sizes, chain.links, known, function, chain.real)
+    return make_propagate_batch(chain, known, loaded[f"{chain.name}_propagate_batch"])

@@ -71,11 +71,7 @@ def compiled(chain: Scene, flags: tuple[str, ...] = FAST) -> Propagate:
     )
     library = ctypes.CDLL(str(folder / "flow.so"))
     parameters = [Argument(array.name, array.shape) for array in made.recurrences.start.params]
-    function = library[f"{chain.name}_propagate"]
-    sizes = (chain.nq, chain.nv, chain.nu)
-    return make_propagate(
-        chain.name, sizes, chain.links, parameters, function, chain.real, variational=chain.variational
-    )
+    return make_propagate(chain, parameters, library[f"{chain.name}_propagate"])
 
 
 #: Scenes that differ in every way the printer knows.

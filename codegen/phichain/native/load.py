@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from phichain.native.arrays import REAL
 from phichain.native.cache import Cache, default_cache
 from phichain.native.callables import make_callable
 from phichain.native.compiler import CompilerOptions
-from phichain.native.flows.forward_dynamics_batch import make_forward_dynamics_batch
-from phichain.native.flows.propagate import make_propagate
-from phichain.native.flows.propagate_batch import make_propagate_batch
-from phichain.native.flows.propagate_stiff import make_propagate_stiff
+from phichain.native.flows.call import CALLERS
 from phichain.native.library import load_library, shared_object
 from phichain.native.rows import rows_source, rows_symbol
 from phichain.native.signature import Manifest, read_manifest
 from phichain.native.symbolic import casadi_dynamics
-from phichain.scene import Scene, scene_from_dict
+from phichain.scene import scene_from_dict
 from phichain.system import System
 
 
@@ -79,36 +76,6 @@ def build_casadi(
     return shared_object(manifest.name, sources, cache or default_cache(), options)
 
 
-def _propagate(manifest: Manifest, scene: Scene, function: Any) -> Callable[..., Any]:
-    sizes = (scene.nq, scene.nv, scene.nu)
-    return make_propagate(
-        manifest.name, sizes, scene.links, manifest.parameters, function, manifest.real, scene.variational
-    )
-
-
-def _propagate_stiff(manifest: Manifest, scene: Scene, function: Any) -> Callable[..., Any]:
-    sizes = (scene.nq, scene.nv, scene.nu)
-    return make_propagate_stiff(manifest.name, sizes, manifest.parameters, function, manifest.real)
-
-
-def _propagate_batch(manifest: Manifest, scene: Scene, function: Any) -> Callable[..., Any]:
-    sizes = (scene.nq, scene.nv, scene.nu)
-    return make_propagate_batch(manifest.name, sizes, scene.links, manifest.parameters, function, manifest.real)
-
-
-def _forward_dynamics_batch(manifest: Manifest, scene: Scene, function: Any) -> Callable[..., Any]:
-    sizes = (scene.nq, scene.nv, scene.nu)
-    return make_forward_dynamics_batch(sizes, manifest.parameters, function, manifest.real)
-
-
-_FLOWS: Final[Mapping[str, Callable[[Manifest, Scene, Any], Callable[..., Any]]]] = {
-    "propagate": _propagate,
-    "propagate_stiff": _propagate_stiff,
-    "propagate_batch": _propagate_batch,
-    "forward_dynamics_batch": _forward_dynamics_batch,
-}
-
-
 def _system(manifest: Manifest, path: Path) -> System:
     library, scene = load_library(path), scene_from_dict(dict(manifest.scene))
     functions: dict[str, Callable[..., Any]] = {}
@@ -117,7 +84,7 @@ def _system(manifest: Manifest, path: Path) -> System:
         function.restype = row_loop.restype = None
         functions[name] = make_callable(signature, function, row_loop, REAL[manifest.real])
     for name, symbol in manifest.flows.items():
-        functions[name] = _FLOWS[name](manifest, scene, library[symbol])
+        functions[name] = CALLERS.of(name)(scene, manifest.parameters, library[symbol])
     dynamics = casadi_dynamics(manifest)
     if dynamics is not None:
         functions["casadi"] = dynamics

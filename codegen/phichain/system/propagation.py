@@ -1,4 +1,4 @@
-"""What the emitted Taylor flow takes and gives back in Python: records that `build` makes and `simulate` reads."""
+"""What the emitted Taylor flow takes and gives back in Python: records that `native` makes and `motion` reads."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from phichain.contract import flows
 from phichain.errors import ArrayError
 
-#: Results of NAME_propagate by their number in C.
-OUTCOMES: Final = ("done", "event", "step budget", "not finite")
-
-_SCALARS: Final = ("q", "v", "depth")
+OUTCOMES: Final = tuple(outcome.name for outcome in flows.OUTCOMES)
+"""Results of NAME_propagate by their number in C."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class Stop:
     direction: int = 0
 
     def __post_init__(self) -> None:
-        if self.scalar not in _SCALARS:
+        if self.scalar not in flows.SCALARS:
             raise ArrayError(
                 "stop.scalar", self.scalar, "is no scalar of the flow", 'use "q", "v" or "depth"'
             )
@@ -47,7 +46,7 @@ class Stop:
     @property
     def number(self) -> int:
         """The scalar's number in C."""
-        return _SCALARS.index(self.scalar)
+        return flows.SCALARS.index(self.scalar)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,43 +1,174 @@
-"""What the callables of the emitted flows have in common: states, times, events and parameters on their way to C."""
+"""The one way from Python into an emitted flow: arguments by name, checked, converted and handed over in the order of the C."""
 
 from __future__ import annotations
 
 import ctypes
-from functools import cache
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from math import isfinite
-from typing import Any
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from phichain.contract.chain import Chain
+from phichain.contract.flow import Flow
+from phichain.contract.functions import ROWS
+from phichain.contract.registry import Registry
 from phichain.errors import ArrayError, ToleranceError
-from phichain.system.propagation import Stop
+from phichain.native.arrays import REAL, flat_parameters
+from phichain.native.flows.structs import RESULTS, handed, struct_type
+from phichain.native.signature import Argument, Signature
+from phichain.system.propagation import OUTCOMES, Stop
+
+Make = TypeVar("Make", bound=Callable[..., Callable[..., Any]])
+
+CALLERS: Final[Registry[Callable[..., Callable[..., Any]]]] = Registry("phichain.native.flows", "callable")
 
 
-@cache
-def event_struct(number: type) -> type[ctypes.Structure]:
-    """NAME_event, or NAME_batch_event, of the header."""
-    fields = [("scalar", ctypes.c_int), ("index", ctypes.c_int), ("value", number), ("direction", ctypes.c_int)]
-    return type("Event", (ctypes.Structure,), {"_fields_": fields})
+def calls(name: str) -> Callable[[Make], Make]:
+    """Register what makes the Python callable of a flow of the contract."""
+
+    def register(make: Make) -> Make:
+        CALLERS.add(name, make)
+        return make
+
+    return register
 
 
-def event_argument(stop: Stop | None, sizes: tuple[int, int, int], number: type) -> Any:
-    """The C argument for an event, None for none.
+@dataclass(frozen=True)
+class FlowCall:
+    """An emitted flow that takes its arguments by the names of the contract.
+
+    Attributes:
+        name: The flow's name in the contract.
+        sizes: nq, nv, nu and the number of links.
+        kind: The type that C computes in.
+        signature: The scene's runtime parameters, and names for messages.
+        function: The foreign function.
+        takes: Name and conversion of every argument, in the order of the C.
+        carried: Makes the struct that goes on from call to call.
+        event: Makes the struct that says where to stop.
+    """
+
+    name: str
+    sizes: tuple[int, int, int, int]
+    kind: np.dtype[Any]
+    signature: Signature
+    function: Any
+    takes: tuple[tuple[str, Callable[[Any], Any]], ...]
+    carried: Callable[..., Any]
+    event: Callable[..., Any]
+
+    def __call__(self, values: dict[str, Any], p: Mapping[str, Any] | None) -> Any:
+        """Call C.
+
+        Args:
+            values: The arguments by name: numbers, arrays that C may change where it does, structs, None for NULL.
+            p: The runtime parameters.
+
+        Raises:
+            ArrayError: A runtime parameter is missing, unknown, or has another shape.
+        """
+        for block in flat_parameters(self.signature, p, self.kind):
+            values["p"] = block
+        return self.function(*[convert(values[name]) for name, convert in self.takes])
+
+
+def flow_call(name: str, chain: Chain, parameters: Sequence[Argument], function: Any) -> FlowCall:
+    """Wrap a foreign function.
 
     Args:
-        stop: the event.
-        sizes: nq, nv and the number of links.
-        number: the C type of its value.
+        name: The flow's name in the contract.
+        chain: The scene.
+        parameters: Its runtime parameters in the order of the C struct.
+        function: The foreign function; its result type is set here.
+    """
+    flow = _row(name)
+    function.restype = RESULTS[flow.returns]
+    return FlowCall(
+        name=name,
+        sizes=(chain.nq, chain.nv, chain.nu, chain.links),
+        kind=REAL[chain.real],
+        signature=Signature(name, f"{chain.name}_{name}", (), (), tuple(parameters), bool(parameters)),
+        function=function,
+        takes=tuple((argument.name, handed(argument, chain)) for argument in flow.arguments_of(chain)),
+        carried=struct_type(flow.carries, chain) if flow.carries else _none,
+        event=struct_type(flow.event, chain) if flow.event else _none,
+    )
+
+
+def _row(name: str) -> Flow:
+    flow = ROWS[name].flow
+    assert flow is not None, name
+    return flow
+
+
+def _none(*_: Any, **__: Any) -> None:
+    return None
+
+
+def one_motion(
+    call: FlowCall, q: ArrayLike, v: ArrayLike, u: ArrayLike | None, span: tuple[float, float], times: ArrayLike, flow: Any,
+    max_steps: int,
+) -> dict[str, Any]:  # fmt: skip
+    """The arguments that every flow of a single trajectory takes.
+
+    Args:
+        call: The flow.
+        q: Configuration at the start.
+        v: Rates there.
+        u: Inputs; zeros when None.
+        span: t and t_end.
+        times: Where states are wanted, in the order of travel.
+        flow: The struct that it carries.
+        max_steps: Its budget.
+
+    Raises:
+        ArrayError: A vector or a time is not what C could take.
+    """
+    name, kind, (nq, nv, nu, _) = call.name, call.kind, call.sizes
+    state_q, state_v = vector(f"{name}.q", q, nq, kind), vector(f"{name}.v", v, nv, kind)
+    grid = output_times(name, times, *span, kind)
+    values = {
+        "flow": flow, "t_end": span[1], "max_steps": max_steps, "q": state_q, "v": state_v, "count": len(grid), "times": grid,
+        "q_out": np.empty((len(grid), nq), kind), "v_out": np.empty((len(grid), nv), kind),
+    }  # fmt: skip
+    if nu:
+        values["u"] = vector(f"{name}.u", np.zeros(nu) if u is None else u, nu, kind)
+    return values
+
+
+def continued(flow: Any, lost: ArrayLike | None) -> None:
+    """Let a trajectory go on with what rounding took from it before."""
+    if lost is not None:
+        flow.t_lost, *flow.lost[:] = np.asarray(lost, dtype=float).tolist()
+
+
+def reached(values: Mapping[str, Any], result: int) -> dict[str, Any]:
+    """Where a single trajectory ended, as the fields of `Propagation` that all flows fill."""
+    flow = values["flow"]
+    return {
+        "outcome": OUTCOMES[result], "t": flow.t, "q": wide(values["q"]), "v": wide(values["v"]),
+        "q_at": wide(values["q_out"][: flow.written]), "v_at": wide(values["v_out"][: flow.written]),
+        "tol": flow.tolerance, "steps": flow.steps, "lost": np.array([flow.t_lost, *flow.lost]),
+    }  # fmt: skip
+
+
+def event_argument(call: FlowCall, stop: Stop | None) -> ctypes.Structure | None:
+    """The struct of an event, None for none.
 
     Raises:
         ArrayError: it is on an entry or a link that is not there.
     """
     if stop is None:
         return None
-    limit = dict(zip(("q", "v", "depth"), sizes, strict=True))[stop.scalar]
+    nq, nv, _, links = call.sizes
+    limit = {"q": nq, "v": nv, "depth": links}[stop.scalar]
     if not 0 <= stop.index < limit:
         raise ArrayError("stop.index", stop.index, f"is not below {limit}", "count entries and links from 0")
-    return ctypes.byref(event_struct(number)(stop.number, stop.index, stop.value, stop.direction))
+    event: ctypes.Structure = call.event(stop.number, stop.index, stop.value, stop.direction)
+    return event
 
 
 def vector(field: str, value: ArrayLike, size: int, kind: np.dtype[Any]) -> NDArray[Any]:

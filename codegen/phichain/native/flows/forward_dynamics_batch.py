@@ -5,53 +5,51 @@ In Python the batch axis is first, in C it is last: arrays are transposed on the
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from phichain.contract.chain import Chain
 from phichain.errors import ArrayError
-from phichain.native.arrays import REAL, address, converted, flat_parameters
-from phichain.native.signature import Argument, Signature
+from phichain.native.arrays import converted
+from phichain.native.flows.call import calls, flow_call
+from phichain.native.signature import Argument
 
 _NAME = "forward_dynamics_batch"
 
 
+@calls(_NAME)
 def make_forward_dynamics_batch(
-    sizes: tuple[int, int, int], parameters: Sequence[Argument], function: Any, real: str = "double"
+    chain: Chain, parameters: Sequence[Argument], function: Any
 ) -> Callable[..., NDArray[Any]]:
     """Wrap NAME_forward_dynamics_batch.
 
     Args:
-        sizes: nq, nv and nu.
-        parameters: The scene's runtime parameters in the order of the C struct.
+        chain: The scene.
+        parameters: Its runtime parameters in the order of the C struct.
         function: The foreign function; its result type is set here.
-        real: ``"double"`` or ``"float"``.
 
     Returns:
         ``forward_dynamics_batch(q, v, [u,] *, p)``: shapes (n, nq), (n, nv), (n, nu) -> accelerations (n, nv); arrays in
         Fortran order are read in place.
     """
-    nq, nv, nu = sizes
-    kind = REAL[real]
-    shapes = {"q": nq, "v": nv, **({"u": nu} if nu else {})}
-    signature = Signature(_NAME, _NAME, (), (), tuple(parameters), bool(parameters))
-    function.restype = None
+    call, shapes = flow_call(_NAME, chain, parameters, function), {"q": chain.nq, "v": chain.nv}
+    if chain.nu:
+        shapes["u"] = chain.nu
 
     def forward_dynamics_batch(*values: ArrayLike, p: Mapping[str, Any] | None = None) -> NDArray[Any]:
         if len(values) != len(shapes):
             problem = f"takes {len(shapes)} arrays ({', '.join(shapes)}) and was given {len(values)}"
             raise ArrayError(_NAME, len(values), problem, "give a row per state in each")
         n = len(np.atleast_1d(np.asarray(values[0])))
-        columns = [
-            _columns(name, value, (n, size), kind)
+        columns = {
+            name: _columns(name, value, (n, size), call.kind)
             for (name, size), value in zip(shapes.items(), values, strict=True)
-        ]
-        before = flat_parameters(signature, p, kind)
-        a = np.empty((nv, n), kind)
-        function(*map(address, before), ctypes.c_size_t(n), *map(address, columns), address(a))
+        }
+        a = np.empty((chain.nv, n), call.kind)
+        call({**columns, "n": n, "a": a}, p)
         return a.T
 
     return forward_dynamics_batch

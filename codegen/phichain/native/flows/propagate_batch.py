@@ -5,55 +5,40 @@ In Python the batch axis is first, in C it is last: arrays are transposed on the
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from phichain.contract.chain import Chain
 from phichain.errors import ArrayError
-from phichain.native.arrays import REAL, SCALAR, address, flat_parameters
-from phichain.native.flows.call import checked_tolerance, event_argument, finite
-from phichain.native.signature import Argument, Signature
+from phichain.native.arrays import address
+from phichain.native.flows.call import FlowCall, calls, checked_tolerance, event_argument, finite, flow_call
+from phichain.native.signature import Argument
 from phichain.system.propagation import OUTCOMES, Stop
 from phichain.system.propagation_batch import PropagationBatch
 
 PropagateBatch = Callable[..., PropagationBatch]
 
 
-def make_propagate_batch(
-    name: str,
-    sizes: tuple[int, int, int],
-    links: int,
-    parameters: Sequence[Argument],
-    function: Any,
-    real: str = "double",
-) -> PropagateBatch:
+@calls("propagate_batch")
+def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function: Any) -> PropagateBatch:
     """Wrap NAME_propagate_batch.
 
     Args:
-        name: Name of the scene.
-        sizes: nq, nv and nu.
-        links: Number of links.
-        parameters: The scene's runtime parameters in the order of the C struct.
+        chain: The scene.
+        parameters: Its runtime parameters in the order of the C struct.
         function: The foreign function; its result type is set here.
-        real: ``"double"`` or ``"float"``.
 
     Returns:
         ``propagate_batch(q, v, t, t_end, tol, *, u, times, stop, max_steps, lost, p) -> PropagationBatch``: from (q, v)
         of shapes (n, nq) and (n, nv) at times t to t_end, each one number or n; u, (nu,) or (n, nu), is held; `times`
         in the order of travel, the same for all.
     """
-    nq, nv, nu = sizes
-    kind, number = REAL[real], SCALAR[REAL[real].name]
-    flow_type = _flow_struct(number)
-    signature = Signature(
-        "propagate_batch", f"{name}_propagate_batch", (), (), tuple(parameters), bool(parameters)
-    )
-    function.restype = ctypes.c_size_t
-    work = _work(function, bool(parameters), bool(nu))
+    nq, nv, nu = chain.nq, chain.nv, chain.nu
+    call = flow_call("propagate_batch", chain, parameters, function)
+    kind, work = call.kind, _work(call)
 
     def propagate_batch(
         q: ArrayLike,
@@ -77,21 +62,22 @@ def make_propagate_batch(
         q_at, v_at = np.full((len(grid), nq, n), np.nan, kind), np.full((len(grid), nv, n), np.nan, kind)
         steps, written = np.zeros(n, np.dtype("ulong")), np.zeros(n, np.dtype("ulong"))
         result, space = np.zeros(n, np.intc), np.empty(work, kind)
-        flow = flow_type(
-            checked_tolerance("propagate_batch.tol", tol), 0, *map(address, (start, kept, steps, written, result))
+        pointers = zip(("t", "lost", "steps", "written", "result"), (start, kept, steps, written, result), strict=True)
+        flow = call.carried(
+            tolerance=checked_tolerance("propagate_batch.tol", tol),
+            **{field: address(array) for field, array in pointers},
         )
-        before, after = flat_parameters(signature, p, kind), []
+        values = {
+            "n": n, "flow": flow, "t_end": end, "max_steps": max_steps, "q": state_q, "v": state_v, "count": len(grid),
+            "times": grid, "q_out": q_at, "v_out": v_at, "work": space,
+        }  # fmt: skip
         if nu:
             given = np.zeros(nu) if u is None else np.asarray(u)
-            after.append(
-                _columns("u", np.broadcast_to(given, (n, nu)) if given.ndim == 1 else given, (n, nu), kind)
+            values["u"] = _columns(
+                "u", np.broadcast_to(given, (n, nu)) if given.ndim == 1 else given, (n, nu), kind
             )
-        event = event_argument(stop, (nq, nv, links), number)
-        function(
-            *map(address, before), ctypes.c_size_t(n), ctypes.byref(flow), address(end), ctypes.c_ulong(max_steps),
-            *map(address, after), address(state_q), address(state_v), event, ctypes.c_ulong(len(grid)), address(grid), address(q_at),
-            address(v_at), address(space),
-        )  # fmt: skip
+        values["event"] = event_argument(call, stop)
+        call(values, p)
         return PropagationBatch(
             tuple(OUTCOMES[number] for number in result), _wide(start), _wide(state_q.T), _wide(state_v.T),
             _wide(q_at.transpose(2, 0, 1)), _wide(v_at.transpose(2, 0, 1)), flow.tolerance, flow.order,
@@ -101,20 +87,10 @@ def make_propagate_batch(
     return propagate_batch
 
 
-def _work(function: Any, has_parameters: bool, has_input: bool) -> int:
+def _work(call: FlowCall) -> int:
     """How many numbers the function works on: what it says when it is given none."""
-    nothing = ctypes.c_void_p(None)
-    zero, number = ctypes.c_size_t(0), ctypes.c_ulong(0)
-    head = [*[nothing] * has_parameters, zero, nothing, nothing, number, *[nothing] * has_input]
-    return int(function(*head, nothing, nothing, nothing, number, nothing, nothing, nothing, nothing))
-
-
-@cache
-def _flow_struct(number: type) -> type[ctypes.Structure]:
-    """NAME_flow_batch of the header."""
-    pointers = [(name, ctypes.c_void_p) for name in ("t", "lost", "steps", "written", "result")]
-    fields = [("tolerance", number), ("order", ctypes.c_int), *pointers]
-    return type("FlowBatch", (ctypes.Structure,), {"_fields_": fields})
+    nothing = (convert(0) if isinstance(convert, type) else None for _, convert in call.takes)
+    return int(call.function(*nothing))
 
 
 def _wide(array: NDArray[Any]) -> NDArray[np.float64]:
