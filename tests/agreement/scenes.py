@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.contract.functions import FLOWS, ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.contract.functions import FLOWS, ON_REQUEST
 from phichain.ir.nodes import Array, Program
 from phichain.scene import Scene
+from tests.offered import offered
 
 Arguments = dict[str, NDArray[np.float64]]
 
@@ -26,9 +27,7 @@ def make(name: str, links: int, space: str, base: str, more: Sequence[str] = (),
     }
     if base == "cart":
         numbers["cart_mass"] = 1.9
-    no_phi = "damping" in keys or space == "spatial"
-    functions = SPATIAL_FUNCTIONS if space == "spatial" else PLANAR_FUNCTIONS
-    want = [name for name in functions if name not in FLOWS and not (no_phi and name.startswith("phi"))]
+    want = offered(space, "damping" in keys)
     return Scene(name, links, space=space, base=base, want=[*want, *more], **(numbers | keys))
 
 

@@ -8,20 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.contract.functions import FLOWS, ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 from phichain.ir.nodes import Program
-from phichain.scene import FUNCTIONS, Scene
+from phichain.scene import Scene
+from tests.offered import offered
 
 _ANGLES = ("relative", "absolute", "adjacent")
-
-
-def functions_of(space: str, damped: bool) -> tuple[str, ...]:
-    """Every function such a scene has and CasADi can call."""
-    if space == "spatial":
-        return tuple(name for name in SPATIAL_FUNCTIONS if name not in FLOWS)
-    return tuple(
-        name for name in PLANAR_FUNCTIONS if name not in FLOWS and not (damped and name.startswith("phi"))
-    )
 
 
 def make_scene(name: str, links: int, space: str = "planar", base: str = "fixed", **keys: Any) -> Scene:
@@ -32,7 +23,7 @@ def make_scene(name: str, links: int, space: str = "planar", base: str = "fixed"
     }
     if base == "cart":
         numbers["cart_mass"] = 1.9
-    keys.setdefault("want", functions_of(space, "damping" in keys))
+    keys.setdefault("want", offered(space, "damping" in keys))
     return Scene(name, links, space=space, base=base, **(numbers | keys))
 
 
@@ -126,6 +117,3 @@ def relative_error(actual: Any, expected: Any) -> float:
     scale = np.max(np.abs(expected), initial=0.0)
     error = np.max(np.abs(actual.reshape(expected.shape) - expected), initial=0.0)
     return float(error / scale if scale > 1e-14 else error)
-
-
-assert set(FUNCTIONS) - set(ON_REQUEST) == set(PLANAR_FUNCTIONS) | set(SPATIAL_FUNCTIONS)

@@ -34,6 +34,7 @@ from tests.emit.casadi_scenes import (
     relative_error,
     stacked,
 )
+from tests.offered import DERIVATIVES
 
 casadi = pytest.importorskip("casadi")
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
@@ -93,7 +94,7 @@ class Built:
     def differentiable(self) -> dict[str, Program]:
         """The functions that come with Jacobians: those that are no derivatives themselves."""
         return {
-            name: program for name, program in self.lowered.wanted.items() if not name.endswith("_jacobian")
+            name: program for name, program in self.lowered.wanted.items() if name not in DERIVATIVES
         }
 
     def external(self, function: str) -> Any:

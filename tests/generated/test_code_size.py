@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from phichain.scene import Scene
-from phichain.contract.functions import PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 from tests.generated.compiling import bytes_of_functions, compiled, write_c
+from tests.offered import offered
 
 _RUNTIME = {"mass": "runtime", "length": "runtime", "com": "runtime", "gravity": "runtime"}
 _JOINTS = {"damping": 0.1, "stiffness": 2.0}
@@ -29,8 +29,7 @@ SLACK = 64
 def code(kind: str, links: int, folder: Path) -> dict[str, int]:
     """Bytes of code of each function, compiled for size."""
     space, keys = KINDS[kind]
-    functions = SPATIAL_FUNCTIONS if space == "spatial" else PLANAR_FUNCTIONS
-    want = [name for name in functions if not (name.startswith("phi") and "damping" in keys)]
+    want = offered(space, "damping" in keys, flows=True)
     numbers = {"mass": 0.3, "length": 0.7} | keys
     scene = Scene("chain", links, space=space, want=want, code="loops", **numbers)
     return bytes_of_functions(compiled(write_c(scene, folder), "-std=c99", "-Os", "-fno-inline"))

@@ -12,7 +12,6 @@ import pytest
 
 from phichain.emit.c.text import header
 from phichain.scene import Scene
-from phichain.contract.functions import PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 from tests.generated.compiling import (
     COMMITTED,
     PLAIN,
@@ -25,6 +24,7 @@ from tests.generated.compiling import (
     symbols,
     write_c,
 )
+from tests.offered import offered
 
 #: What C files may ask of the C library: mathematics, and the copying and clearing of bits (which compilers do themselves).
 LIBRARY = {
@@ -44,8 +44,7 @@ def kinds_of_one_link() -> list[Scene]:
         keys |= {"cart_mass": 1.5} if base == "cart" else {}
         keys |= {"stiffness": 2.0} if number % 2 else {}
         keys |= {"damping": 0.1} if number % 4 == 2 else {}
-        functions = PLANAR_FUNCTIONS if space == "planar" else SPATIAL_FUNCTIONS
-        want = [f for f in functions if not (f.startswith("phi") and "damping" in keys)]
+        want = offered(space, "damping" in keys, flows=True)
         name = f"one_{space}_{base}_{'tip' if com is None else 'mid'}"
         scenes.append(Scene(name, 1, space=space, base=base, want=want, **keys))
     return scenes

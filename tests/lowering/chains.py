@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.contract.functions import FLOWS, ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 from phichain.ir import Program
 from phichain.scene import Scene
+from tests.offered import offered
 
 Arguments = dict[str, NDArray[np.float64]]
 
@@ -68,11 +68,7 @@ def label(chain: Scene) -> str:
 
 def functions(chain: Scene) -> tuple[str, ...]:
     """Every function of a scene that is a Program."""
-    if not chain.is_planar:
-        return tuple(f for f in (*SPATIAL_FUNCTIONS, *ON_REQUEST) if f not in FLOWS)
-    damped = chain.damping is not None
-    known = (*PLANAR_FUNCTIONS, *ON_REQUEST)
-    return tuple(f for f in known if f not in FLOWS and not (damped and f.startswith("phi")))
+    return offered(chain.space, chain.damping is not None, on_request=True)
 
 
 def random_arguments(chain: Scene, program: Program, seed: int = 0) -> Arguments:

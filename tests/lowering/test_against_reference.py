@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
+from phichain.contract.functions import ROWS
 from phichain.ir import evaluate
 from phichain.lowering import lower_function
 from phichain.reference import reference, tangent_directions
@@ -15,10 +16,6 @@ from phichain.scene import Scene
 from tests.lowering.chains import Arguments, functions, gap, kinds, label, random_arguments, scene
 from tests.reference_cases import flat, relative_error
 
-#: The reference's names of the outputs that the contract calls `out`.
-OUTPUT = {
-    "mass_matrix": "M", "coriolis": "N", "gravity_torque": "G", "positions": "r", "phi": "phi", "phi_jacobian": "dphi",
-}  # fmt: skip
 #: What the spatial reference defines otherwise: `test_spatial_jacobian`, `test_spatial_step`.
 SPATIAL_APART = ("state_jacobian", "step")
 ENDS = [scene(n, space, base, "mid") for n in (1, 2) for space in ("planar", "spatial") for base in ("fixed", "cart")]
@@ -32,7 +29,8 @@ def truth(chain: Scene, name: str, arguments: Arguments) -> dict[str, Any]:
     outputs = reference(chain, name, inputs, digits=30, params=params)
     if not chain.nu:
         outputs = {name: value for name, value in outputs.items() if name not in ("B", "dadu")}
-    return {"out" if found == OUTPUT.get(name) else found: value for found, value in outputs.items()}
+    ours = {theirs: mine for mine, theirs in ROWS[name].outputs_in_reference(chain).items()}
+    return {ours.get(found, found): value for found, value in outputs.items()}
 
 
 def error(found: np.ndarray, expected: Any) -> float:

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from phichain.errors import PhichainError
-from phichain.scene import FUNCTIONS, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS, Scene, scene_from_dict
+from phichain.scene import FUNCTIONS, Scene, scene_from_dict
+from tests.offered import offered
 
 quick = settings(max_examples=50, deadline=None)
 
@@ -45,9 +46,7 @@ def scenes(draw):
     joint_law = st.one_of(st.none(), per_link(links, st.one_of(st.just(0.0), positive)))
     damping = draw(joint_law)
     undamped = damping in (None, 0.0) or (isinstance(damping, list) and not any(damping))
-    offered = PLANAR_FUNCTIONS if planar else SPATIAL_FUNCTIONS
-    if not undamped:
-        offered = [name for name in offered if not name.startswith("phi")]
+    functions = offered(space, not undamped, flows=True)
     return Scene(
         draw(st.from_regex(r"[a-z][a-z0-9]{0,5}_[a-z0-9]{1,5}x", fullmatch=True)),
         links,
@@ -66,7 +65,7 @@ def scenes(draw):
             if angles == "relative"
             else st.sampled_from(actuated)
         ),
-        want=draw(st.lists(st.sampled_from(offered), min_size=1)),
+        want=draw(st.lists(st.sampled_from(functions), min_size=1)),
         real=draw(st.sampled_from(["double", "float"])),
         code=draw(st.sampled_from(["auto", "unrolled", "loops"])),
     )

@@ -8,8 +8,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from phichain.contract.functions import ON_REQUEST
-from phichain.scene import FUNCTIONS, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS, Scene, standard_scene
+from phichain.errors import UnsupportedError
+from phichain.scene import FUNCTIONS, PLANAR_FUNCTIONS, Scene, standard_scene
+from tests.offered import offered
 
 
 def planar(links=3, **changes):
@@ -140,12 +141,13 @@ def test_the_standard_scene_is_paper_a():
     assert scene.nu == 4
 
 
-def test_each_space_has_its_functions():
-    listed = set(FUNCTIONS) - set(ON_REQUEST)
-    assert listed - set(PLANAR_FUNCTIONS) == {"direction_dynamics", "project"}
-    assert listed - set(SPATIAL_FUNCTIONS) == {"inverse_dynamics", "phi", "phi_jacobian"}
-    assert planar(want=PLANAR_FUNCTIONS, base="cart", cart_mass=1, stiffness=1).want == PLANAR_FUNCTIONS
-    assert spatial(want=SPATIAL_FUNCTIONS, damping=1).want == SPATIAL_FUNCTIONS
+@pytest.mark.parametrize(("space", "make"), [("planar", planar), ("spatial", spatial)])
+def test_each_space_has_its_functions(space, make):
+    every = offered(space, on_request=True, flows=True)
+    assert make(want=every, base="cart", cart_mass=1, stiffness=1).want == every
+    for name in set(FUNCTIONS) - set(every):
+        with pytest.raises(UnsupportedError):
+            make(want=[name])
 
 
 def test_a_scene_cannot_be_changed():

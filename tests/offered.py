@@ -1,0 +1,25 @@
+"""What a chain can be asked for, read off the table of the contract."""
+
+from __future__ import annotations
+
+from phichain.contract.functions import TABLE, Sample
+
+DERIVATIVES = frozenset(row.name for row in TABLE if row.derivative)
+"""Functions that are the Jacobians of others."""
+
+
+def offered(space: str, damped: bool = False, *, on_request: bool = False, flows: bool = False) -> tuple[str, ...]:
+    """The functions of such a chain, in the order of the contract.
+
+    Args:
+        space: "planar" or "spatial".
+        damped: whether its joints carry dampers.
+        on_request: also those that are asked for by name.
+        flows: also those that run over many steps or states, which are no Program.
+    """
+    kind = Sample(space == "planar", (1.0,) if damped else None)
+    return tuple(
+        row.name
+        for row in TABLE
+        if row.absence(kind) is None and (flows or not row.flow) and (on_request or not row.on_request)
+    )
