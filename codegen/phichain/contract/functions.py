@@ -111,6 +111,20 @@ TABLE: Final[tuple[Function, ...]] = (
         ),
     ),
     Function(
+        "momentum", "Generalised momenta: the derivatives of the kinetic energy by the rates.",
+        (
+            Q,
+            V,
+            out(
+                per_v, "generalised momenta",
+                lambda chain: f"generalised momenta conjugate to v, {meanings.units(chain, 'kg m/s', 'kg m^2/s')}"
+                + ("" if chain.is_planar else "; those of the links are orthogonal to them"),
+            ),
+        ),
+        # Who has the mass matrix has M v: nobody misses it, and no list of all functions asks for it.
+        on_request="it is mass_matrix times v", is_missed=False, reference=("p",),
+    ),
+    Function(
         "positions", "Positions of the point masses.",
         (
             Q,

@@ -105,6 +105,17 @@ def energy(case: Case) -> Outputs:
     return {"kinetic": kinetic, "potential": height + _spring_energy(case, pose)}
 
 
+@judges("momentum")
+def momentum(case: Case) -> Outputs:
+    """p = sum_a J_a^T m_a r_a' + m_0 x' (kg m/s, kg m^2/s), in space along three axes a link: q_k x (its share of J^T m r')."""
+    values, pose = case.values, case.pose(ambient=True)
+    velocity = _with_cart(dense.stacked(values, pose.rate), pose.cart_rate, len(pose.direction[0]))
+    result = dense.conjugate(values, dense.jacobian(case.scene, values, pose), velocity)
+    for axis, rate in enumerate(pose.cart_rate):
+        result[axis] += values.cart_mass * rate
+    return {"p": result}
+
+
 @judges("positions")
 def positions(case: Case) -> Outputs:
     """r_a, N x d (m), the last axis along gravity."""
