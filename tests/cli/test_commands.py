@@ -12,10 +12,11 @@ import pytest
 
 import phichain
 from phichain.app.cli import app
+from phichain.contract.functions import FUNCTIONS, ROWS
 from phichain.scene import Scene
 from tests.cli.conftest import Command
 
-VERBS = ["show", "generate", "build", "simulate", "trace", "lqr", "tour", "info", "figure", "propagation"]
+VERBS = ["show", "generate", "build", "functions", "simulate", "trace", "lqr", "tour", "info", "figure", "propagation"]
 
 
 def test_help_names_every_command(command: Command) -> None:
@@ -106,6 +107,25 @@ def test_build_lists_the_functions_of_the_scene_and_no_others(command: Command) 
     answer = command("build", "planar4_forward_only")
     assert answer.code == 0
     assert "forward_dynamics" in answer.out and "energy" not in answer.out
+
+
+def test_functions_prints_the_table(command: Command) -> None:
+    answer = command("functions")
+    assert answer.code == 0
+    rows = {line.split()[0]: line for line in answer.out.splitlines()}
+    assert list(rows) == list(FUNCTIONS)
+    for name, line in rows.items():
+        assert line.endswith(f"  {ROWS[name].doc}"), name
+    assert re.search(r"^forward_dynamics +q, v, \[u,\] a +all +Accel", rows["forward_dynamics"])
+    assert re.search(r"^phi +amplitude, omega, out +planar, undamped +Res", rows["phi"])
+
+
+def test_functions_of_a_scene_says_what_it_has_not_and_why(command: Command) -> None:
+    answer = command("functions", "spatial5_cart_forward_only")
+    states = {line.split()[0]: re.split("  +", line)[2] for line in answer.out.splitlines()}
+    assert {name for name, state in states.items() if state == "wanted"} == {"forward_dynamics"}
+    assert {name for name, state in states.items() if state == "absent"} == {"inverse_dynamics", "phi", "phi_jacobian"}
+    assert "since spatial joints are not actuated; use" in answer.out
 
 
 def test_simulate_writes_what_its_files_are_called(command: Command, tmp_path: Path) -> None:

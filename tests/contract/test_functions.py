@@ -91,8 +91,8 @@ def test_the_reference_has_the_results_of_its_row(chain: Scene) -> None:
 
 def without(monkeypatch: pytest.MonkeyPatch, registry: Registry[Any], name: str) -> None:
     """Take away whatever serves a function."""
-    for key in [key for key in registry._all if key[0] == name]:
-        monkeypatch.delitem(registry._all, key)
+    for key in [key for key in registry.entries if key[0] == name]:
+        monkeypatch.delitem(registry.entries, key)
 
 
 @pytest.mark.parametrize(
@@ -148,8 +148,8 @@ def test_nothing_is_registered_twice() -> None:
 
 
 def test_every_writer_is_a_row_or_is_called_by_one() -> None:
-    called = {callee for writer in WRITERS._all.values() for callee in writer.calls}
+    called = {callee for writer in WRITERS.entries.values() for callee in writer.calls}
     own_programs_of_flows = {"rosenbrock_increment"}
-    for name, variant in WRITERS._all:
+    for name, variant in WRITERS.entries:
         assert name in FUNCTIONS or name in called | own_programs_of_flows, name
         assert variant in (ANY, *SPACES)

@@ -1,10 +1,12 @@
 """Functions that a scene does not have: the refusal names what to use instead."""
 
+import re
 from pathlib import Path
 
 import pytest
 
-from phichain.contract.functions import FUNCTIONS, ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.app.console import arguments, chains
+from phichain.contract.functions import FUNCTIONS, ROWS
 from phichain.errors import UnsupportedError
 from phichain.scene import Scene
 
@@ -87,17 +89,13 @@ def test_phi_is_there_again_when_every_damper_is_zero(name):
     assert make(want=[name], damping=0.0, stiffness=1.0).want == (name,)
 
 
-def test_the_documentation_lists_every_function_and_where_it_is():
+def test_the_documentation_lists_every_function_with_its_arguments_and_where_it_is():
     """docs/functions.md, one row each in the contract's order."""
     page = (Path(__file__).parents[2] / "docs" / "functions.md").read_text()
     table = page[page.index("| function |") :]
-    rows = {
-        row.split("`")[1]: row.rsplit("|", 2)[1].strip()
-        for row in table.splitlines()
-        if row.startswith("| `")
-    }
-    assert list(rows) == list(FUNCTIONS)
-    for name in rows.keys() - set(ON_REQUEST):
-        both = name in PLANAR_FUNCTIONS, name in SPATIAL_FUNCTIONS
-        expected = {(True, True): "all", (True, False): "planar", (False, True): "spatial"}[both]
-        assert rows[name].split(",")[0] == expected, name
+    rows = [re.split(r" \| ", row.strip("| ")) for row in table.splitlines() if row.startswith("| `")]
+    assert [name.strip("`") for name, *_ in rows] == list(FUNCTIONS)
+    for name, given, _, where in rows:
+        row = ROWS[name.strip("`")]
+        assert given in (arguments(row), "see the header" if row.flow else None), name
+        assert where == chains(row), name

@@ -116,13 +116,26 @@ def generate(
 @app.command()
 def build(scene: SceneWord) -> None:
     """Compile a scene, or find it compiled, and list the functions that can be called."""
-    from phichain.app.console import functions
+    from phichain.app.console import callables
     from phichain.pipeline import build as built
     from phichain.scene.library import find_scene
 
     system = built(find_scene(scene))
     typer.echo(str(system).partition("; functions")[0])
-    typer.echo(functions(system))
+    typer.echo(callables(system))
+
+
+@app.command()
+def functions(
+    scene: Annotated[
+        str | None, typer.Argument(metavar="[SCENE]", help="Say of each whether this scene wants it, or why it has none.")
+    ] = None,
+) -> None:
+    """List the functions that a scene can want: arguments, where they are, what they compute."""
+    from phichain.app import console
+    from phichain.scene.library import find_scene
+
+    typer.echo(console.functions(find_scene(scene) if scene else None))
 
 
 @app.command()

@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from phichain.contract.chain import always
+from phichain.contract.function import Function
+from phichain.contract.functions import TABLE, Sample
+
 if TYPE_CHECKING:
+    from phichain.scene import Scene
     from phichain.system import System
 
 
@@ -16,7 +21,33 @@ def columns(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def functions(system: System) -> str:
+def functions(scene: Scene | None = None) -> str:
+    """The table of the contract: name, arguments, where it is or whether the scene wants it, and what it computes."""
+    rows = []
+    for row in TABLE:
+        reason = row.absence(scene) if scene else None
+        where = chains(row) if scene is None else "wanted" if row.name in scene.want else "-" if reason is None else "absent"
+        rows.append((row.name, arguments(row), where, f"{reason.problem}; {reason.remedy}" if reason else row.doc))
+    return columns(rows)
+
+
+def arguments(row: Function) -> str:
+    """The arguments of a function behind p, in the order of the C, those that not every scene has in brackets."""
+    given = row.flow.arguments if row.flow else row.arguments
+    names = [(argument.name, argument.present is always) for argument in given if argument.name != "p"]
+    *first, last = [(f"{name},", needed) for name, needed in names[:-1]] + names[-1:]
+    return " ".join(name if needed else f"[{name}]" for name, needed in [*first, last])
+
+
+def chains(row: Function) -> str:
+    """Which chains have a function: all, planar or spatial, undamped."""
+    spaces = [space for space in ("planar", "spatial") if row.absence(Sample(space == "planar")) is None]
+    where = "all" if len(spaces) == 2 else spaces[0]
+    damped = [row.absence(Sample(space == "planar", (1.0,))) for space in spaces]
+    return f"{where}, undamped" if any(damped) else where
+
+
+def callables(system: System) -> str:
     """The callables of a System, each with its arguments and what it was made from."""
     rows = []
     for name, call in system.functions.items():

@@ -60,18 +60,18 @@ class Registry(Generic[Entry]):
             ContractError: nothing does.
         """
         for key in ((name, variant), (name, ANY)):
-            if key in self._all:
-                return self._all[key]
+            if key in self.entries:
+                return self.entries[key]
         problem = f"has no {self._what}" + (f" for {variant} scenes" if variant else "")
         remedy = f"register one in {self._package}"
         raise ContractError("function", name, problem, remedy, missing=self._what)
 
     def has(self, name: str, variant: str = ANY) -> bool:
         """Whether something serves a function on a kind of chain."""
-        return any(key in self._all for key in ((name, variant), (name, ANY)))
+        return any(key in self.entries for key in ((name, variant), (name, ANY)))
 
     @cached_property
-    def _all(self) -> dict[tuple[str, str], Entry]:
+    def entries(self) -> dict[tuple[str, str], Entry]:
         """The entries, every module of the package imported."""
         package = import_module(self._package)
         for module in walk_packages(package.__path__, f"{self._package}."):

@@ -80,7 +80,7 @@ def c_function(program: Program, names: CNames, callees: dict[str, str]) -> CFun
 
 
 class Writer:
-    """Prints one Program; `c_lanes` prints the same for several trajectories at once."""
+    """Prints one Program; `emit.c.lanes` prints the same for several trajectories at once."""
 
     def __init__(self, program: Program, names: CNames, callees: dict[str, str]) -> None:
         self.program, self.names, self.callees = program, names, callees

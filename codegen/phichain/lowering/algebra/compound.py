@@ -1,6 +1,6 @@
 """A 3 x 3 matrix that carries its adjugate and determinant along, so that nothing formed from them cancels.
 
-The sweeps of `planar_implicit` shift such a matrix, add a mass to it and eliminate its last row and column. What is left then,
+The sweeps of `planar.implicit` shift such a matrix, add a mass to it and eliminate its last row and column. What is left then,
 A - u w^T / d, would be a difference of large numbers where masses differ by many orders of magnitude; its numerator is an
 entry of the adjugate, which is carried instead. Entries that are structurally zero cost nothing.
 """

@@ -1,4 +1,4 @@
-"""The right sides of an implicit planar step: one sweep inwards for forces and one outwards for motions (`planar_implicit`)."""
+"""The right sides of an implicit planar step: one sweep inwards for forces and one outwards for motions (`planar.implicit`)."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""(I - g J) k = r in O(N) for the spatial chain, in the chart of `spatial_chart`: the linearised chain, swept by 3 x 3 blocks.
+"""(I - g J) k = r in O(N) for the spatial chain, in the chart of `spatial.chart`: the linearised chain, swept by 3 x 3 blocks.
 
-As in the plane (`planar_implicit`), with vectors across q_k: with nu = sigma x q the coordinates obey s' = nu, so x, the
+As in the plane (`planar.implicit`), with vectors across q_k: with nu = sigma x q the coordinates obey s' = nu, so x, the
 perturbation of nu', gives dnu = V + g x and ds = P + g^2 x, V = r_nu, P = r_s + g r_nu. Link k with rate w, tangential
 acceleration alpha and velocity q' = omega x q has
 

@@ -1,4 +1,4 @@
-"""The right sides of an implicit spatial step: one sweep inwards for forces and one outwards for motions (`spatial_implicit`)."""
+"""The right sides of an implicit spatial step: one sweep inwards for forces and one outwards for motions (`spatial.implicit`)."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 The system's entry `casadi` is a casadi.Function of the forward dynamics (or a callable that makes it) with inputs
 named q, v and, with actuators, u; further inputs carry runtime parameters under their names. CasADi differentiates
-it, so the Newton iterations use the exact Jacobian. casadi is imported here and nowhere else in `simulate`.
+it, so the Newton iterations use the exact Jacobian. casadi is imported here and nowhere else in `motion`.
 
 Reference: Hindmarsh et al., SUNDIALS, ACM TOMS 31 (2005).
 """
