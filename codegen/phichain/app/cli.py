@@ -276,33 +276,9 @@ def tour(out: OutFolder = Path("generated")) -> None:
 @app.command()
 def info() -> None:
     """Say which versions, compiler and cache are in use."""
-    from phichain.app.console import columns
+    from phichain.app.console import columns, environment
 
-    typer.echo(columns(_environment()))
-
-
-def _environment() -> list[tuple[str, str]]:
-    import platform
-
-    from phichain.app.console import versions
-    from phichain.native import default_cache, find_compiler
-    from phichain.scene.library import bundled_scenes
-
-    def asked(question: Any) -> str:
-        try:
-            return str(question())
-        except PhichainError as refusal:
-            return str(refusal)
-
-    packages = ("numpy", "scipy", "sympy", "mpmath", "jinja2", "typer", "rich", "casadi", "matplotlib")
-    return [
-        ("phichain", phichain.__version__),
-        ("python", platform.python_version()),
-        *versions(packages).items(),
-        ("compiler", asked(lambda: find_compiler().version)),
-        ("cache", asked(lambda: default_cache().info())),
-        ("scenes", ", ".join(bundled_scenes())),
-    ]
+    typer.echo(columns(environment()))
 
 
 cli_figures.register(app)

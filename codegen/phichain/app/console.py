@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from phichain._version import __version__
 from phichain.contract.chain import always
 from phichain.contract.function import Function
 from phichain.contract.functions import TABLE, Sample
+from phichain.errors import PhichainError
 
 if TYPE_CHECKING:
     from phichain.scene import Scene
@@ -70,3 +72,27 @@ def versions(names: Iterable[str]) -> Mapping[str, str]:
         except PackageNotFoundError:
             found[name] = "not installed"
     return found
+
+
+def environment() -> list[tuple[str, str]]:
+    """What `phichain info` says: versions, compiler, cache, bundled scenes."""
+    import platform
+
+    from phichain.native import default_cache, find_compiler
+    from phichain.scene.library import bundled_scenes
+
+    def asked(question: Any) -> str:
+        try:
+            return str(question())
+        except PhichainError as refusal:
+            return str(refusal)
+
+    packages = ("numpy", "scipy", "sympy", "mpmath", "jinja2", "typer", "rich", "casadi", "matplotlib")
+    return [
+        ("phichain", __version__),
+        ("python", platform.python_version()),
+        *versions(packages).items(),
+        ("compiler", asked(lambda: find_compiler().version)),
+        ("cache", asked(lambda: default_cache().info())),
+        ("scenes", ", ".join(bundled_scenes())),
+    ]
