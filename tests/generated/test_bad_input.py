@@ -19,9 +19,10 @@ from phichain.errors import CompilerError, OutputError
 from phichain.files import write_folder
 from phichain.pipeline import build, generate
 from phichain.lowering import lower
-from phichain.scene import Scene, standard_scene
-from phichain.contract.functions import PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.scene import Scene, scene_from_dict, standard_scene
+from phichain.contract.functions import ROWS
 from phichain.system import System
+from tests.offered import offered
 
 ROOT = Path(__file__).parents[2]
 SCENE = Scene("duo", 2, mass=[1.0, 2.0], length=1.0, want=["forward_dynamics", "energy"])
@@ -156,7 +157,7 @@ def test_a_compiler_that_hangs_is_stopped(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def every_function(space: str, base: str) -> Scene:
-    functions = PLANAR_FUNCTIONS if space == "planar" else SPATIAL_FUNCTIONS
+    functions = offered(space, on_request=True)
     return Scene(
         f"{space}_{base}", 2, space=space, base=base, mass=0.3, length=0.5, com=0.2 if base == "fixed" else None,
         cart_mass=1.0 if base == "cart" else None, want=[name for name in functions if name != "linearization"],
@@ -178,14 +179,15 @@ def system(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 
 def arguments(system: System, value: float) -> dict[str, list[np.ndarray | float]]:
     """Arguments of every function, the value in each entry of all of them."""
-    q, v, u = (np.full(n, value) for n in (system.nq, system.nv, system.nu))
-    inputs = [u] if system.nu else []
-    every: dict[str, list[np.ndarray | float]] = {
-        "forward_dynamics": [q, v, *inputs], "mass_matrix": [q], "coriolis": [q, v], "gravity_torque": [q],
-        "energy": [q, v], "positions": [q], "state_jacobian": [q, v, *inputs], "step": [value, q, v, *inputs],
-        "inverse_dynamics": [q, v, v], "phi": [q, value], "phi_jacobian": [q, value], "project": [q, v],
-    }  # fmt: skip
-    return {name: given for name, given in every.items() if name in system.functions}
+    chain = scene_from_dict(dict(system.scene))
+    return {
+        name: [
+            np.full(argument.shape(chain), value) if argument.shape(chain) else value
+            for argument in ROWS[name].arguments_of(chain)
+            if argument.direction == "in"
+        ]
+        for name in chain.want
+    }
 
 
 def test_nan_in_is_nan_out(system: System) -> None:

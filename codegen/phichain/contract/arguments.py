@@ -12,14 +12,17 @@ from phichain.contract.function import Absence, Argument, Shape
 
 
 def scalar(chain: Chain) -> Shape:
+    """A single number."""
     return ()
 
 
 def per_v(chain: Chain) -> Shape:
+    """Rates, and what is conjugate to them."""
     return (chain.nv,)
 
 
 def per_q(chain: Chain) -> Shape:
+    """Configurations."""
     return (chain.nq,)
 
 
@@ -30,18 +33,22 @@ def small(chain: Chain) -> Shape:
 
 
 def is_planar(chain: Kind) -> bool:
+    """Links have angles."""
     return chain.is_planar
 
 
 def is_spatial(chain: Kind) -> bool:
+    """Links have unit vectors."""
     return not chain.is_planar
 
 
 def is_damped(chain: Kind) -> bool:
+    """Joints carry dampers."""
     return chain.damping is not None
 
 
 def out(shape: Callable[[Chain], Shape], doc: str, meaning: Words) -> Argument:
+    """The only result of a function."""
     return Argument("out", "out", shape, doc, meaning)
 
 
