@@ -1,6 +1,6 @@
 """Spatial forward dynamics with masses anywhere on their links: an articulated sweep on unit vectors.
 
-The chain beyond a joint is carried as `spatial.outer` has it. A link of direction q, lambda = l / r, rate w and couple n (of
+The chain beyond a joint is carried as `spatial_outer` has it. A link of direction q, lambda = l / r, rate w and couple n (of
 springs and dampers), in units m (r / l)^2 of mass and l of length, turns as q'' = t - w^2 q with
 
     (P + Gamma) t = n - P (f - w^2 A q) - P A q (q.a) - (lambda P + Gamma) a,   Gamma = P A P, and is eliminated:
