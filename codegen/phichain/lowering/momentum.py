@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.algebra.euclid import Vector, add, dot, load, scale, store, wedge, zeros
+from phichain.lowering.algebra.euclid import Vector, add, dot, load, named, scale, store, wedge, zeros
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.functions import absolute_sincos
 from phichain.lowering.planar.joints import absolute, to_generalised
@@ -89,14 +89,15 @@ def _swept(
     with builder.loop("k", 0, parameters.links) as loop:
         k = loop.index
         speed = tuple(loop.carry(f"joint_speed_{axis}", start) for axis, start in zip(axes, base, strict=True))
-        turn = turning(k)
-        store(own, k, scale(mass[k], add(speed, scale(com[k], turn))))
+        turn = named(builder, "turning", turning(k))
+        at_mass = named(builder, "mass_speed", add(speed, scale(com[k], turn)))
+        store(own, k, scale(mass[k], at_mass))
         for before, after in zip(speed, add(speed, scale(length[k], turn)), strict=True):
             loop.follow(before, after)
     with builder.loop("k", parameters.links - 1, -1, -1) as loop:
         k = loop.index
-        beyond = tuple(loop.carry(f"momentum_{axis}", start) for axis, start in zip(axes, nothing, strict=True))
-        whole = add(beyond, load(own, k, size))
+        beyond = tuple(loop.carry(f"beyond_{axis}", start) for axis, start in zip(axes, nothing, strict=True))
+        whole = named(builder, "momentum", add(beyond, load(own, k, size)))
         store(momenta, k, share(k, com[k], whole, overhang[k], beyond))
         for before, after in zip(beyond, whole, strict=True):
             loop.follow(before, after)
