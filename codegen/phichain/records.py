@@ -87,6 +87,13 @@ def read_npz(path: Path | str, kind: str) -> tuple[dict[str, np.ndarray], dict[s
     return arrays, meta
 
 
+def held(values: ArrayLike, dtype: type = float) -> np.ndarray:
+    """A copy of an array that nobody can write to: what frozen records keep."""
+    array: np.ndarray = np.array(values, dtype=dtype)
+    array.setflags(write=False)
+    return array
+
+
 def columns_of(names: Sequence[str], values: np.ndarray | None) -> dict[str, np.ndarray]:
     """The columns of a two-dimensional array under their names; nothing for None."""
     if values is None:

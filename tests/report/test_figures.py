@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from phichain.continuation import trace
 from phichain.errors import OutputError, UnsupportedError
 from phichain.motion import Trajectory, simulate
+from phichain.orbits import trace
 from phichain.report import figures
 from phichain.report.style import look, save
 from phichain.system import System

@@ -19,11 +19,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.continuation import Branch, Options, trace
+from phichain.continuation import Branch, Options
 from phichain.control import Gains, computed_torque, feedback, in_phase, lqr
 from phichain.errors import UnsupportedError
 from phichain.fractional import Propagation
 from phichain.motion import Trajectory, simulate
+from phichain.orbits import trace
 from phichain.papers.signals import released, write_sheets, write_viewer
 from phichain.pipeline import build
 from phichain.report import charts, paper_b
