@@ -12,6 +12,7 @@ import io
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -85,6 +86,29 @@ def read_npz(path: Path | str, kind: str) -> tuple[dict[str, np.ndarray], dict[s
             "path", str(path), f"holds a {meta.get('kind')}, not a {kind}", f"name a file that a {kind} wrote"
         )
     return arrays, meta
+
+
+class Held:
+    """Base of frozen records that hold arrays: like the record itself, nobody can write to what it holds."""
+
+    def __post_init__(self) -> None:
+        """Put views that cannot be written to in the place of arrays and dictionaries."""
+        for name, value in tuple(vars(self).items()):
+            if isinstance(value, np.ndarray) and value.flags.writeable:
+                view = value.view()
+                view.setflags(write=False)
+                object.__setattr__(self, name, view)
+            elif isinstance(value, dict):
+                object.__setattr__(self, name, MappingProxyType(value))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields, such as can be pickled and copied."""
+        return {k: dict(v) if isinstance(v, MappingProxyType) else v for k, v in vars(self).items()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take the fields back; an array that was pickled has forgotten that nobody may write to it."""
+        vars(self).update(state)
+        Held.__post_init__(self)
 
 
 def held(values: ArrayLike, dtype: type = float) -> np.ndarray:

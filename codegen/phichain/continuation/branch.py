@@ -10,7 +10,7 @@ import numpy as np
 
 from phichain.continuation.problem import Multipliers
 from phichain.errors import ArrayError
-from phichain.records import columns_of, read_npz, write_csv, write_npz
+from phichain.records import Held, columns_of, read_npz, write_csv, write_npz
 from phichain.system import Vector
 
 _ARRAYS = ("points", "arclength", "tangent", "residual", "iterations", "scale", "energy", "multipliers")
@@ -20,7 +20,7 @@ _KIND = "Branch"
 
 
 @dataclass(frozen=True, eq=False)
-class Special:
+class Special(Held):
     """A located event.
 
     Attributes:
@@ -41,7 +41,7 @@ class Special:
 
 
 @dataclass(frozen=True, eq=False)
-class Branch:
+class Branch(Held):
     """A curve of solutions, point by point.
 
     Attributes:

@@ -13,11 +13,12 @@ import numpy as np
 from phichain.continuation.options import Options
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.problem import Extra, Problem, relative_residual
+from phichain.records import Held
 from phichain.system import Vector
 
 
 @dataclass(frozen=True, eq=False)
-class Correction:
+class Correction(Held):
     """Where Newton's iteration ended.
 
     Attributes:

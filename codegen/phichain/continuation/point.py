@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from phichain.continuation.problem import Multipliers, Problem
+from phichain.records import Held
 from phichain.system import Vector
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
+class Point(Held):
     """A solution z of F(z) = 0 with the unit tangent of its curve, in scaled unknowns y = z / scale.
 
     Attributes:

@@ -15,7 +15,7 @@ from phichain.control.equilibria import demand_equilibrium
 from phichain.control.linear import linearize
 from phichain.control.riccati import riccati
 from phichain.control.weights import Spectrum, spectrum, weight
-from phichain.records import read_npz, write_csv, write_npz
+from phichain.records import Held, read_npz, write_csv, write_npz
 from phichain.system import Parameters, System, Vector
 from phichain.system.vertical import Signs, configuration
 
@@ -25,7 +25,7 @@ _KIND = "Gains"
 
 
 @dataclass(frozen=True, eq=False)
-class Gains:
+class Gains(Held):
     """A linear regulator u = -K z about one equilibrium, with what it was made from.
 
     z = (x, x') in the coordinates of (19): z = [x; C^T xi; x'; C^T omega] in space, [x; delta theta; x'; theta'] in

@@ -25,6 +25,7 @@ from phichain.fractional.factor import absolute_factor, coordinates, refuse_spat
 from phichain.fractional.jacobi import right_singular_system
 from phichain.fractional.signals import real_array
 from phichain.fractional.threads import run
+from phichain.records import Held
 from phichain.system import Parameters, System
 
 Vector = NDArray[np.float64]
@@ -36,7 +37,7 @@ _POWERED_VALUES = 2**17
 
 
 @dataclass(frozen=True, eq=False)
-class InertiaSpectrum:
+class InertiaSpectrum(Held):
     """The inertia matrices of many states as V diag(sigma^2) V^T.
 
     Attributes:

@@ -27,7 +27,7 @@ from phichain.fractional.differintegral import differintegrate
 from phichain.fractional.factor import joint_map, parameter, refuse_spatial, states_of
 from phichain.fractional.inertia import inertia_powers, inertia_spectrum
 from phichain.fractional.signals import supported_orders, uniform_step
-from phichain.records import write_csv, write_npz
+from phichain.records import Held, write_csv, write_npz
 from phichain.system import Parameters, System, acceleration
 
 Vector = NDArray[np.float64]
@@ -50,7 +50,7 @@ class Motion(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Propagation:
+class Propagation(Held):
     """Surfaces over (t, p) and (t, alpha) for every coordinate and every path.
 
     Attributes:

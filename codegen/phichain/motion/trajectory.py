@@ -14,7 +14,7 @@ from scipy.interpolate import BPoly
 
 from phichain.errors import ArrayError
 from phichain.motion.events import Crossing
-from phichain.records import columns_of, read_npz, write_csv, write_npz
+from phichain.records import Held, columns_of, read_npz, write_csv, write_npz
 from phichain.system import Vector
 
 _ARRAYS = ("t", "q", "v", "a", "u", "kinetic", "potential", "length_error", "tangency_error")
@@ -23,7 +23,7 @@ _KIND = "Trajectory"
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(Held):
     """What a simulation found, and how.
 
     Attributes:

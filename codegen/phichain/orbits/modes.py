@@ -8,11 +8,12 @@ import numpy as np
 from scipy.linalg import eigh
 
 from phichain.errors import ConvergenceError, UnsupportedError
+from phichain.records import Held
 from phichain.system import Parameters, System, Vector
 
 
 @dataclass(frozen=True, eq=False)
-class LinearModes:
+class LinearModes(Held):
     """Small oscillations about hanging: K a = omega^2 M a.
 
     Attributes:

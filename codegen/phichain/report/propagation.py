@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phichain.records import Held
 from phichain.report.style import ACCENT, INK, SOFT, figure, look
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ _SEEN = 320
 
 
 @dataclass(frozen=True, eq=False)
-class Wave:
+class Wave(Held):
     """One signal of one coordinate from force to angle.
 
     Attributes:
