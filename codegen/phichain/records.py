@@ -16,7 +16,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, DTypeLike
 
 from phichain.errors import OutputError
 from phichain.files import write_file
@@ -88,6 +88,20 @@ def read_npz(path: Path | str, kind: str) -> tuple[dict[str, np.ndarray], dict[s
     return arrays, meta
 
 
+def frozen(value: Any) -> Any:
+    """Nested tables that nobody can write to: mappings as proxies, lists as tuples, arrays as copies; all else as it is."""
+    if isinstance(value, Mapping):
+        return MappingProxyType({key: frozen(entry) for key, entry in value.items()})
+    if isinstance(value, np.ndarray):
+        return held(value, value.dtype)
+    return tuple(frozen(entry) for entry in value) if isinstance(value, list | tuple) else value
+
+
+def thawed(value: Any) -> Any:
+    """The same as plain dictionaries, which can be pickled."""
+    return {key: thawed(entry) for key, entry in value.items()} if isinstance(value, Mapping) else value
+
+
 class Held:
     """Base of frozen records that hold arrays: like the record itself, nobody can write to what it holds."""
 
@@ -111,7 +125,7 @@ class Held:
         Held.__post_init__(self)
 
 
-def held(values: ArrayLike, dtype: type = float) -> np.ndarray:
+def held(values: ArrayLike, dtype: DTypeLike = float) -> np.ndarray:
     """A copy of an array that nobody can write to: what frozen records keep."""
     array: np.ndarray = np.array(values, dtype=dtype)
     array.setflags(write=False)

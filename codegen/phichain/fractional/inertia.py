@@ -88,16 +88,16 @@ def _decompose(
     factor_of: Callable[[Vector], Vector], states: Vector, relation: Vector, workers: int | None
 ) -> InertiaSpectrum:
     count, size = states.shape[-1], relation.shape[0]
-    result = InertiaSpectrum(np.empty((count, size)), np.empty((count, size, size)))
+    all_sigma, all_vectors = np.empty((count, size)), np.empty((count, size, size))
 
     def decompose(first: int) -> None:
         piece = slice(first, first + _DECOMPOSED)
         sigma, vectors = right_singular_system(factor_of(states[..., piece]), relation)
-        result.sigma[piece] = sigma.T
-        result.vectors[piece] = np.moveaxis(vectors, -1, 0)
+        all_sigma[piece] = sigma.T
+        all_vectors[piece] = np.moveaxis(vectors, -1, 0)
 
     run([partial(decompose, first) for first in range(0, count, _DECOMPOSED)], workers)
-    return result
+    return InertiaSpectrum(all_sigma, all_vectors)
 
 
 def inertia_powers(

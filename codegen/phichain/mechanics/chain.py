@@ -32,7 +32,7 @@ Weight = tuple[str, int]
 Weights = Mapping[int, Weight]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Collected:
     """The coefficients of T and V of one chain, collected from its positions when first asked for."""
 

@@ -15,8 +15,8 @@ from phichain.native.library import load_library, shared_object
 from phichain.native.rows import rows_source, rows_symbol
 from phichain.native.signature import Manifest, read_manifest
 from phichain.native.symbolic import casadi_dynamics
-from phichain.scene import scene_from_dict
-from phichain.system import System
+from phichain.scene import Scene, scene_from_dict
+from phichain.system import Drive, Joints, Numbers, System
 
 
 def build_folder(
@@ -76,6 +76,12 @@ def build_casadi(
     return shared_object(manifest.name, sources, cache or default_cache(), options)
 
 
+def _drive(scene: Scene) -> Drive:
+    """What the entries of u push: the force the cart, the torques their angles."""
+    cart = scene.nv - scene.links * (1 if scene.is_planar else 3)
+    return Drive((*range(cart * scene.has_force), *(cart + joint - 1 for joint in scene.actuated_joints)))
+
+
 def _system(manifest: Manifest, path: Path) -> System:
     library, scene = load_library(path), scene_from_dict(dict(manifest.scene))
     functions: dict[str, Callable[..., Any]] = {}
@@ -102,6 +108,10 @@ def _system(manifest: Manifest, path: Path) -> System:
         v_names=scene.v_names,
         u_names=scene.u_names,
         params=None,
+        angles=scene.angles,
+        numbers=Numbers(scene.mass, scene.length, scene.com, scene.cart_mass, scene.gravity),
+        joints=Joints(scene.stiffness, scene.damping),
+        drive=_drive(scene),
         scene=manifest.scene,
         digest=manifest.digest,
     )

@@ -78,11 +78,10 @@ def released(
     rest = leaning(system, lean)
     start = [given if given is not None else default for given, default in zip((q, v), rest, strict=True)]
     motion = simulate(system, (start[0], start[1]), np.linspace(0.0, seconds, samples), tol=1e-11, u=u)
-    joints = system.scene.get("joints", {})
     parts = ["total", "coriolis", "gravity", "feedback"]
     if system.nu and motion.u is not None and np.any(motion.u):
         parts.append("input")
-    if joints.get("stiffness") is not None or joints.get("damping") is not None:
+    if not system.joints.is_free:
         parts.append("joints")
     return propagation(system, motion, P, ALPHA, paths=parts, order=order)
 
