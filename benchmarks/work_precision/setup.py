@@ -8,6 +8,8 @@ from pathlib import Path
 
 from phichain.emit import library_files
 from phichain.files import write_folder
+from phichain.lowering import lower
+from phichain.mechanics import derive
 from phichain.native import build_folder
 from phichain.native.cache import Cache
 from phichain.scene import Scene, standard_scene

@@ -23,6 +23,8 @@ import pytest
 
 from phichain.emit import folder_files
 from phichain.files import MANIFEST, write_folder
+from phichain.lowering import lower
+from phichain.mechanics import derive
 from tests.generated.reference_scenes import FOLDER, REFERENCE
 
 ROOT = Path(__file__).parents[2]
