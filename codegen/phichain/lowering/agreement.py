@@ -30,7 +30,8 @@ from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
 from phichain.lowering.parameters import Parameters
 from phichain.mechanics import Model
-from phichain.mechanics.energies import absolute, absolute_rate, names_of
+from phichain.mechanics.coordinates import absolute_angles
+from phichain.mechanics.energies import names_of
 from phichain.mechanics.residues import PRIME, Residues, inverse
 from phichain.mechanics.symbols import Coefficient, cart_mass, exact, gravity, parameter
 
@@ -96,20 +97,23 @@ class _Motion:
     """Places and rates of a chain at a random point, as residues."""
 
     def __init__(self, model: Model, point: Residues) -> None:
-        scene, names, value = model.scene, names_of(model.scene), point.value
-        links = range(1, scene.links + 1)
-        self.point = point
-        self.cart_rate = [value(symbol) for symbol in model.symbols.cart_rate]
-        self.direction = [[value(symbol) for symbol in names.link(k)] for k in links]
-        self.rate = [[value(symbol) for symbol in names.link(k, rate=True)] for k in links]
-        if scene.is_planar:
-            angles = [0, *(value(absolute(k)) for k in links)]
-            self.bends = [pow(own - inner, 2, PRIME) * _HALF for inner, own in pairwise(angles)]
-            spins = [[value(absolute_rate(k))] for k in links]
+        symbols, self.point = model.symbols, point
+        self.cart, self.cart_rate = ([*map(point.value, cart)] for cart in (symbols.cart, symbols.cart_rate))
+        if model.scene.is_planar:
+            kind = str(model.scene.angles)
+            phi = absolute_angles(kind, [point.angle(theta) for theta in symbols.theta])
+            phi_dot = absolute_angles(kind, [point.value(rate) for rate in symbols.theta_dot])
+            circles = [angle.circle for angle in phi]
+            self.direction = [[sine, cosine] for cosine, sine in circles]
+            self.rate = [[cos * rate, -sin * rate] for (cos, sin), rate in zip(circles, phi_dot, strict=True)]
+            self.bends = [pow(own - inner, 2, PRIME) * _HALF for inner, own in pairwise([0, *(p.value for p in phi)])]
+            spins = [[rate] for rate in phi_dot]
         else:
-            chain = [[0, 0, 1], *self.direction]
-            self.bends = [1 - _dot(inner, own) for inner, own in pairwise(chain)]
-            spins = [[value(symbol) for symbol in omega] for omega in model.symbols.omega]
+            self.direction, self.rate, spins = (
+                [[*map(point.value, vector)] for vector in vectors]
+                for vectors in (symbols.links, symbols.link_rates, symbols.omega)
+            )
+            self.bends = [1 - _dot(inner, own) for inner, own in pairwise([[0, 0, 1], *self.direction])]
         self.slips = [
             [own - before for own, before in zip(spin, inner, strict=True)]
             for inner, spin in pairwise([[0] * len(spins[0]), *spins])
@@ -123,6 +127,7 @@ def _energies(model: Model, motion: _Motion, held: Values) -> Iterator[tuple[str
     moment = sum(mu * q[-1] for mu, q in zip(held["found_mu"], motion.direction, strict=True))
     springs = sum(k * bend for k, bend in zip(held.get("found_stiffness", ()), motion.bends, strict=False))
     losses = sum(d * _dot(slip, slip) for d, slip in zip(held.get("found_damping", ()), motion.slips, strict=False))
+    yield from _places(model, motion, held)
     yield "T", kinetic, _by_masses(motion, held)
     yield "T", kinetic, _by_moments(motion, held)
     yield "S", value(names_of(model.scene).moment), moment
@@ -131,6 +136,17 @@ def _energies(model: Model, motion: _Motion, held: Values) -> Iterator[tuple[str
     if written:
         yield "T as it is written out", value(model.kinetic), kinetic
         yield "V as it is written out", value(model.potential), potential
+
+
+def _places(model: Model, motion: _Motion, held: Values) -> Iterator[tuple[str, int, int]]:
+    """Where every mass is."""
+    names = names_of(model.scene)
+    base = [*motion.cart, *([0] * (names.axes - len(motion.cart)))]
+    for k, link in enumerate(motion.direction):
+        own, arm = held["found_com"][k], held["found_length"][k]
+        for symbol, b, q in zip(names.mass(k + 1), base, link, strict=True):
+            yield f"{symbol}, a place", motion.point.value(symbol), b + own * q
+        base = [(b + arm * q) % PRIME for b, q in zip(base, link, strict=True)]
 
 
 def _by_masses(motion: _Motion, held: Values) -> int:
@@ -165,7 +181,7 @@ def _disagreement(model: Model, program: Program, energy: str) -> DerivationErro
             return DerivationError(f"Lagrangian.{name}", _Written(_shown(derived)), problem, _REMEDY)
     whole = {"S": "first moment S", "R": "Rayleigh function R"}.get(energy, energy)
     problem = "is not the form whose coefficients the Programs compute with, though those that it shares with it agree"
-    return DerivationError(f"Lagrangian.{energy.split()[0]}", whole, problem, _REMEDY)
+    return DerivationError(f"Lagrangian.{energy.split()[0].rstrip(',')}", whole, problem, _REMEDY)
 
 
 def _pairs(model: Model, held: Values) -> Iterator[tuple[str, Coefficient, Coefficient]]:

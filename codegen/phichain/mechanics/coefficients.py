@@ -23,7 +23,7 @@ from math import lcm, prod
 import sympy
 
 from phichain.mechanics.energies import Energies, Names, names_of
-from phichain.mechanics.symbols import Coefficient, number
+from phichain.mechanics.symbols import ChainSymbols, Coefficient, number
 from phichain.scene import Scene
 
 Form = Mapping[int, Coefficient]
@@ -100,17 +100,21 @@ class Coefficients:
     @cached_property
     def free(self) -> tuple[sympy.Symbol, ...]:
         """Where elimination ends: the base's place and the links, and their rates."""
-        names, still = self._names, (False, True)
-        vectors = [names.link(k, rate) for rate in still for k in self._links]
+        names = self._names
+        vectors = [names.link(k, rate) for rate in (False, True) for k in self._links]
         return tuple(chain.from_iterable((*vectors, names.joint(0), names.joint(0, rate=True))))
 
     @cached_property
     def _number(self) -> dict[sympy.Symbol, int]:
-        return {symbol: i for i, symbol in enumerate(self.free)}
+        """The number of each of them; the cart's place and rate are those of the base."""
+        numbers, symbols = {symbol: i for i, symbol in enumerate(self.free)}, ChainSymbols(self.scene)
+        for cart, rate in ((symbols.cart, False), (symbols.cart_rate, True)):
+            numbers |= {own: numbers[base] for own, base in zip(cart, self._names.joint(0, rate), strict=False)}
+        return numbers
 
     @cached_property
     def _variables(self) -> frozenset[sympy.Symbol]:
-        return frozenset((*self.free, *(symbol for symbol, _ in self.energies.definitions)))
+        return frozenset((*self._number, *(symbol for symbol, _ in self.energies.definitions)))
 
     @cached_property
     def _forms(self) -> dict[sympy.Symbol, Form]:

@@ -8,6 +8,7 @@ algebraically independent, as an angle and its sine are.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from random import Random
 
 import sympy
@@ -18,6 +19,17 @@ PRIME = 2**61 - 1
 
 Circle = tuple[int, int]
 """Cosine and sine of an angle."""
+
+
+@dataclass(frozen=True)
+class Angle:
+    """An angle: its value, and its point of the circle."""
+
+    value: int
+    circle: Circle
+
+    def __add__(self, other: Angle) -> Angle:
+        return Angle((self.value + other.value) % PRIME, _turned(self.circle, other.circle))
 
 
 class Residues:
@@ -72,6 +84,10 @@ class Residues:
             "Lagrangian", expression, "holds what is no rational function of symbols and of sines of sums of angles",
             "write it in symbols with definitions",
         )  # fmt: skip
+
+    def angle(self, symbol: sympy.Symbol) -> Angle:
+        """Return the angle that a symbol without a definition stands for."""
+        return Angle(self.value(symbol), self._point(symbol) or (1, 0))
 
     def _circle(self, angle: sympy.Expr) -> Circle | None:
         """The point of a sum of whole multiples of angles; None for anything else."""
