@@ -12,14 +12,40 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import BPoly
 
+from phichain.archive import COUNTS, NUMBER, TEXT, Schema, names, read_archive, real, word
 from phichain.errors import ArrayError
 from phichain.motion.events import Crossing
-from phichain.records import columns_of, read_npz, write_csv, write_npz
+from phichain.records import columns_of, write_csv, write_npz
 from phichain.system import Vector
 
-_ARRAYS = ("t", "q", "v", "a", "u", "kinetic", "potential", "length_error", "tangency_error")
-_PLAIN = ("name", "space", "method", "status", "reason", "tol", "q_names", "v_names", "u_names")
-_KIND = "Trajectory"
+_ARRAYS = {
+    "t": real("m"),
+    "q": real("m", "nq"),
+    "v": real("m", "nv"),
+    "a": real("m", "nv"),
+    "u": real("m", "nu", optional=True),
+    "kinetic": real("m", optional=True),
+    "potential": real("m", optional=True),
+    "length_error": real("m", "links", optional=True),
+    "tangency_error": real("m", "links", optional=True),
+}
+_PLAIN = {
+    "name": TEXT,
+    "space": word("planar", "spatial"),
+    "method": TEXT,
+    "status": TEXT,
+    "reason": TEXT,
+    "tol": NUMBER,
+    "q_names": names("nq"),
+    "v_names": names("nv"),
+    "u_names": names("nu"),
+}
+_SCHEMA = Schema(
+    "Trajectory",
+    {**_ARRAYS, "event_t": real("events"), "event_x": real("events", "nq+nv")},
+    {**_PLAIN, "counts": COUNTS, "event_names": names("events", counted=True)},
+    filled=("m",),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +208,7 @@ class Trajectory:
         arrays["event_x"] = np.array([crossing.x for crossing in self.events])
         meta = {name: getattr(self, name) for name in _PLAIN}
         meta |= {
-            "kind": _KIND,
+            "kind": _SCHEMA.kind,
             "counts": dict(self.counts),
             "event_names": [crossing.name for crossing in self.events],
         }
@@ -193,12 +219,11 @@ class Trajectory:
         """Read what `to_npz` wrote.
 
         Raises:
-            OutputError: The file is missing or holds no Trajectory.
+            OutputError: The file is missing or holds no Trajectory, or not a whole one.
         """
-        arrays, meta = read_npz(path, _KIND)
+        arrays, meta = read_archive(path, _SCHEMA)
         found = zip(meta.pop("event_names"), arrays.pop("event_t"), arrays.pop("event_x"), strict=True)
         events = tuple(Crossing(name, float(t), x) for name, t, x in found)
-        names: dict[str, Any] = {key: tuple(meta.pop(key)) for key in ("q_names", "v_names", "u_names")}
+        columns: dict[str, Any] = {key: tuple(meta.pop(key)) for key in ("q_names", "v_names", "u_names")}
         held: dict[str, Any] = {name: arrays.get(name) for name in _ARRAYS}
-        meta.pop("kind")
-        return cls(**held, events=events, **names, **meta)
+        return cls(**held, events=events, **columns, **meta)
