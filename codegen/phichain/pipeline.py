@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 
 from phichain.emit import folder_files, library_files
@@ -10,7 +9,7 @@ from phichain.files import write_folder
 from phichain.lowering import Lowered, lower
 from phichain.lowering.crosscheck import check_coefficients
 from phichain.mechanics import derive
-from phichain.native import build_folder
+from phichain.native import build_files
 from phichain.scene import Scene
 from phichain.system import System
 
@@ -40,9 +39,7 @@ def build(scene: Scene) -> System:
     Raises:
         CompilerError: the C compiler is missing, failed or hung.
     """
-    files = library_files(scene, derived_and_lowered(scene))
-    with tempfile.TemporaryDirectory(prefix="phichain-") as folder:
-        return build_folder(write_folder(Path(folder) / scene.name, files))
+    return build_files(library_files(scene, derived_and_lowered(scene)))
 
 
 def derived_and_lowered(scene: Scene) -> Lowered:

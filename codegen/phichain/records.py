@@ -23,7 +23,6 @@ from phichain.errors import OutputError
 from phichain.files import write_file
 
 
-
 def write_csv(path: Path | str, columns: Mapping[str, ArrayLike]) -> Path:
     """Write equally long columns under one header row.
 

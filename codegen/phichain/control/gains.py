@@ -10,7 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phichain.archive import COUNT, NUMBER, TEXT, Schema, complex_numbers, names, read_archive, real, refuse, signs, word
+from phichain.archive import (
+    COUNT,
+    NUMBER,
+    TEXT,
+    Schema,
+    complex_numbers,
+    names,
+    read_archive,
+    real,
+    refuse,
+    signs,
+    word,
+)
 from phichain.control.controllability import Controllability, margins_of
 from phichain.control.equilibria import demand_equilibrium
 from phichain.control.linear import linearize

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -72,7 +73,7 @@ class Trajectory:
         counts: Accepted steps, evaluations of the right-hand side and of its Jacobian, as far as the method counts.
         q_names, v_names, u_names: Column names.
         refine: Builds the Trajectory of the same run at other times from the method's own interpolant; only when
-            the outputs were the method's own steps, and not kept in files.
+            the outputs were the method's own steps, and kept neither in files nor in pickles.
     """
 
     name: str
@@ -96,6 +97,13 @@ class Trajectory:
     v_names: tuple[str, ...] = ()
     u_names: tuple[str, ...] = ()
     refine: Callable[[Vector], Trajectory] | None = field(default=None, repr=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # The interpolant is a method's own, made of callables; files leave it out as well.
+        return {**self.__dict__, "counts": dict(self.counts), "refine": None}
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Trajectory:
+        return dataclasses.replace(self, **{name: copy.deepcopy(self.__dict__[name], memo) for name in _ARRAYS})
 
     def __str__(self) -> str:
         counts = ", ".join(f"{value} {name}" for name, value in self.counts.items())

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from types import MappingProxyType
 from typing import Any
 
@@ -85,9 +84,19 @@ class System:
         return self.function(name)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # A mapping proxy cannot be pickled; rebuild from plain dictionaries.
-        fields = dict(self.__dict__, functions=dict(self.functions), scene=dict(self.scene))
-        return partial(System, **fields), ()
+        # A mapping proxy cannot be pickled, nor a compiled callable: what it was made from is, and makes it again.
+        functions = {name: getattr(function, "made_by", function) for name, function in self.functions.items()}
+        made = frozenset(name for name, function in self.functions.items() if hasattr(function, "made_by"))
+        params = None if self.params is None else dict(self.params)
+        fields = dict(self.__dict__, functions=functions, scene=dict(self.scene), params=params)
+        return _unpickled, (fields, made)
+
+    def __copy__(self) -> System:
+        return self
+
+    def __deepcopy__(self, memo: object) -> System:
+        # Frozen, its functions without state: there is nothing that a copy could keep apart.
+        return self
 
     def __str__(self) -> str:
         wanted = ", ".join(self.functions) or "none"
@@ -149,3 +158,9 @@ class System:
         if p is None and self.params is None:
             return {}
         return {"p": {**(self.params or {}), **(p or {})}}
+
+
+def _unpickled(fields: dict[str, Any], made: frozenset[str]) -> System:
+    """The System whose fields these are, with those of its functions made that are given by what makes them."""
+    functions = {name: held() if name in made else held for name, held in fields["functions"].items()}
+    return System(**{**fields, "functions": functions})
