@@ -1,7 +1,8 @@
 """How results leave memory: CSV for people and spreadsheets, NPZ for exact round trips.
 
 A result record is a frozen dataclass of arrays, numbers and strings. CSV takes its table with 17 significant
-digits, so every double survives; NPZ takes all of it, the small fields as one JSON text, and needs no pickle.
+digits, so every double survives; NPZ takes all of it, the small fields as one JSON text, and needs no pickle;
+`phichain.archive` reads it back.
 Files appear whole or not at all (`phichain.files`).
 """
 
@@ -18,10 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
+from phichain.archive import LARGEST, META
 from phichain.errors import OutputError
 from phichain.files import write_file
-
-_META = "meta_json"
 
 
 def write_csv(path: Path | str, columns: Mapping[str, ArrayLike]) -> Path:
@@ -54,38 +54,18 @@ def write_npz(path: Path | str, arrays: Mapping[str, ArrayLike], meta: Mapping[s
     """Write arrays and, as one JSON text beside them, the small fields of a record.
 
     Raises:
-        OutputError: The file cannot be written.
+        OutputError: The file cannot be written, or would be too large to be read back.
     """
     buffer = io.BytesIO()
     payload = {name: np.asarray(value) for name, value in arrays.items()}
-    payload[_META] = np.asarray(json.dumps(meta, sort_keys=True))
+    size = sum(array.nbytes for array in payload.values())
+    if size > LARGEST // 2:
+        raise OutputError(
+            "path", str(path), f"would hold {size} bytes, more than the {LARGEST // 2} of a record", "write fewer points"
+        )
+    payload[META] = np.asarray(json.dumps(meta, sort_keys=True))
     np.savez_compressed(buffer, allow_pickle=False, **payload)
     return write_file(path, buffer.getvalue())
-
-
-def read_npz(path: Path | str, kind: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """The arrays and small fields that `write_npz` wrote.
-
-    Args:
-        path: The file to read.
-        kind: What the file must hold, the `kind` entry of its small fields.
-
-    Raises:
-        OutputError: The file is missing, is no NPZ, or holds another kind of record.
-    """
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-        meta = dict(json.loads(str(arrays.pop(_META))))
-    except (OSError, ValueError, KeyError, EOFError) as failure:
-        raise OutputError(
-            "path", str(path), f"no {kind} can be read there: {failure}", f"name a file that a {kind} wrote"
-        ) from failure
-    if meta.get("kind") != kind:
-        raise OutputError(
-            "path", str(path), f"holds a {meta.get('kind')}, not a {kind}", f"name a file that a {kind} wrote"
-        )
-    return arrays, meta
 
 
 def frozen(value: Any) -> Any:

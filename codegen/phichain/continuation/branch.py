@@ -8,15 +8,41 @@ from typing import Any
 
 import numpy as np
 
+from phichain.archive import TEXT, Schema, complex_numbers, names, read_archive, real, whole, word
 from phichain.continuation.problem import Multipliers
 from phichain.errors import ArrayError
-from phichain.records import Held, columns_of, read_npz, write_csv, write_npz
+from phichain.records import Held, columns_of, write_csv, write_npz
 from phichain.system import Vector
 
-_ARRAYS = ("points", "arclength", "tangent", "residual", "iterations", "scale", "energy", "multipliers")
-_PLAIN = ("name", "names", "status", "reason")
-_OF_EVENTS = ("index", "z", "arclength", "value", "multipliers")
-_KIND = "Branch"
+_ARRAYS = {
+    "points": real("m", "unknowns"),
+    "arclength": real("m"),
+    "tangent": real("m", "unknowns"),
+    "residual": real("m"),
+    "iterations": whole("m"),
+    "scale": real("unknowns"),
+    "energy": real("m", optional=True),
+    "multipliers": complex_numbers("m", "exponents"),
+}
+_EVENTS = {
+    "index": whole("events"),
+    "z": real("events", "unknowns"),
+    "arclength": real("events"),
+    "value": real("events"),
+    "multipliers": complex_numbers("events", "exponents"),
+}
+_PLAIN = {
+    "name": TEXT,
+    "names": names("unknowns"),
+    "status": word("event", "closed", "points", "step"),
+    "reason": TEXT,
+}
+_SCHEMA = Schema(
+    "Branch",
+    {**_ARRAYS, **{f"event_{name}": array for name, array in _EVENTS.items()}},
+    {**_PLAIN, "event_kinds": names("events", counted=True)},
+    filled=("m", "unknowns"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,11 +142,11 @@ class Branch(Held):
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""
         arrays = {name: getattr(self, name) for name in _ARRAYS if getattr(self, name) is not None}
-        for name in _OF_EVENTS:
-            arrays[f"event_{name}"] = np.array([getattr(event, name) for event in self.events])
+        for name, wanted in _EVENTS.items():
+            arrays[f"event_{name}"] = np.array([getattr(event, name) for event in self.events], wanted.dtype)
         meta = {name: getattr(self, name) for name in _PLAIN}
         return write_npz(
-            path, arrays, meta | {"kind": _KIND, "event_kinds": [event.kind for event in self.events]}
+            path, arrays, meta | {"kind": _SCHEMA.kind, "event_kinds": [event.kind for event in self.events]}
         )
 
     @classmethod
@@ -128,13 +154,10 @@ class Branch(Held):
         """Read what `to_npz` wrote.
 
         Raises:
-            OutputError: The file is missing or holds no Branch.
+            OutputError: The file is missing or holds no Branch, or not a whole one.
         """
-        arrays, meta = read_npz(path, _KIND)
-        for count, prefix in ((len(arrays["points"]), ""), (len(meta["event_kinds"]), "event_")):
-            # Files from before there were any hold none.
-            arrays.setdefault(f"{prefix}multipliers", np.zeros((count, 0), complex))
-        parts = (arrays[f"event_{name}"] for name in _OF_EVENTS)
+        arrays, meta = read_archive(path, _SCHEMA)
+        parts = (arrays[f"event_{name}"] for name in _EVENTS)
         events = tuple(
             Special(kind, int(index), z, float(s), float(value), multipliers)
             for kind, index, z, s, value, multipliers in zip(meta["event_kinds"], *parts, strict=True)

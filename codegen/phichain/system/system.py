@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from types import MappingProxyType
 from typing import Any
 
@@ -105,9 +104,18 @@ class System:
         return self.function(name)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # A mapping proxy cannot be pickled; rebuild from plain dictionaries.
-        plain = {name: thawed(self.__dict__[name]) for name in ("functions", "params", "scene")}
-        return partial(System, **(self.__dict__ | plain)), ()
+        # A mapping proxy cannot be pickled, nor a compiled callable: what it was made from is, and makes it again.
+        functions = {name: getattr(function, "made_by", function) for name, function in self.functions.items()}
+        made = frozenset(name for name, function in self.functions.items() if hasattr(function, "made_by"))
+        plain = {"functions": functions, "scene": thawed(self.scene), "params": thawed(self.params)}
+        return _unpickled, (self.__dict__ | plain, made)
+
+    def __copy__(self) -> System:
+        return self
+
+    def __deepcopy__(self, memo: object) -> System:
+        # Frozen, its functions without state: there is nothing that a copy could keep apart.
+        return self
 
     def __str__(self) -> str:
         wanted = ", ".join(self.functions) or "none"
@@ -195,3 +203,9 @@ class System:
         if p is None and self.params is None:
             return {}
         return {"p": {**(self.params or {}), **(p or {})}}
+
+
+def _unpickled(fields: dict[str, Any], made: frozenset[str]) -> System:
+    """The System whose fields these are, with those of its functions made that are given by what makes them."""
+    functions = {name: held() if name in made else held for name, held in fields["functions"].items()}
+    return System(**{**fields, "functions": functions})
