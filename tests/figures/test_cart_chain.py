@@ -72,7 +72,7 @@ def test_figure_2_is_the_motion_of_thirty_digits_for_two_seconds(runs: dict) -> 
 
 
 def test_figure_2_ranges_as_far_as_double_precision_knows(runs: dict) -> None:
-    """The cart along e_1 in 40 and in 57 digits: 0.123791 .. 0.313735 m over 4 s, then 0.140689 m (docs/theory.md, D1)."""
+    """The cart along e_1 in 40 and in 57 digits: 0.123791 .. 0.313735 m over 4 s, then 0.140689 m (docs/theory.md, B7)."""
     motion, _ = runs["B2"]
     x, t = motion.q[:, 0], motion.t
     ranges = {2.0: (0.123791, 0.284148), 4.0: (0.123791, 0.313735)}

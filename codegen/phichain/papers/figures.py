@@ -83,7 +83,7 @@ FIG_2 = CartRun(_FOLDED, 10.0, (0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 4.0
 """Left alone near the saddle (-1, 1, -1, 1, -1): the fifth link leans by one degree. E = 0.299285058894842 J.
 
 The motion is chaotic: in double precision the cart is where it is shown to 1e-9 m at 2 s and to 1e-3 m at 4 s, no longer
-after that, docs/theory.md, D1."""
+after that, docs/theory.md, B7."""
 
 FIG_3 = CartRun(
     _FOLDED, 20.0, (0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 20.0), (1, 1, 1, 1, 1), (8.0, 1.0)
