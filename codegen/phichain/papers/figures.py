@@ -234,7 +234,9 @@ FIGURES: Mapping[str, Callable[[Path], list[Path]]] = {
     "A2": _tracking,
     **{f"A{links + 2}": _waves(links) for links in (1, 2, 3, 4)},
     "A7": _charts,
-    "B2": _on_cart("B2", FIG_2, "five links on a cart, left alone (one run; where it goes is determined up to 4 s)"),
+    "B2": _on_cart(
+        "B2", FIG_2, "five links on a cart, left alone (one run; where it goes is determined up to 4 s)"
+    ),
     "B3": _on_cart("B3", FIG_3, "brought to hanging"),
     "B4": _on_cart("B4", FIG_4, "steadied with three links up, two folded down"),
 }
