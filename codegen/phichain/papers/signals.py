@@ -86,10 +86,15 @@ def released(
     return propagation(system, motion, P, ALPHA, paths=parts, order=order)
 
 
-def write_sheets(stem: str, mark: str, title: str, result: Propagation, out: Path) -> list[Path]:
-    """The two sheets of one chain: STEM+MARK.png with the surfaces, STEM_feedback+MARK.png with the paths."""
+def write_sheets(
+    stem: str, mark: str, title: str, result: Propagation, out: Path, coordinates: int | None = None
+) -> list[Path]:
+    """The two sheets of one chain: STEM+MARK.png with the surfaces, STEM_feedback+MARK.png with the paths.
+
+    The surfaces show as many coordinates as given, the paths all.
+    """
     sheets = {
-        f"{stem}{mark}.png": surfaces(result, f"{title}: from forces to angles"),
+        f"{stem}{mark}.png": surfaces(result, f"{title}: from forces to angles", coordinates),
         f"{stem}_feedback{mark}.png": paths(result, f"{title}: the feedback path, part by part"),
     }
     return [save(sheet, out / name) for name, sheet in sheets.items()]
