@@ -42,7 +42,7 @@ class Coefficients:
     @cached_property
     def mu(self) -> tuple[Coefficient, ...]:
         """mu_k (kg m), the coefficients of e_d.q_k in S."""
-        found = self._linear(dict(self.energies.definitions)[self._names.moment])
+        found = self._linear(dict(self.energies.definitions).get(self._names.moment, sympy.S.Zero))
         return tuple(found.get(self._number[self._names.link(k)[-1]], Fraction(0)) for k in self._links)
 
     @cached_property
