@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 
 from phichain.emit import folder_files, library_files
 from phichain.files import write_folder
 from phichain.lowering import lower
 from phichain.mechanics import derive
-from phichain.native import build_folder
+from phichain.native import build_files
 from phichain.scene import Scene
 from phichain.system import System
 
@@ -41,6 +40,4 @@ def build(scene: Scene) -> System:
         DerivationError: the Programs would not solve the derived Lagrangian.
         CompilerError: the C compiler is missing, failed or hung.
     """
-    files = library_files(scene, lower(derive(scene)))
-    with tempfile.TemporaryDirectory(prefix="phichain-") as folder:
-        return build_folder(write_folder(Path(folder) / scene.name, files))
+    return build_files(library_files(scene, lower(derive(scene))))
