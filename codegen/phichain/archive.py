@@ -59,9 +59,9 @@ def whole(*shape: str) -> Array:
     return Array(np.int64, shape)
 
 
-def complex_numbers(*shape: str) -> Array:
+def complex_numbers(*shape: str, optional: bool = False) -> Array:
     """An array of complex numbers."""
-    return Array(np.complex128, shape)
+    return Array(np.complex128, shape, optional)
 
 
 @dataclass(frozen=True)

@@ -39,11 +39,12 @@ def trajectory() -> Trajectory:
 
 def branch() -> Branch:
     """A branch of three points with one event."""
-    points = np.arange(9.0).reshape(3, 3) / 7
+    points, multipliers = np.arange(9.0).reshape(3, 3) / 7, np.exp(1j * np.arange(6.0)).reshape(3, 2)
     return Branch(
         name="mode 1", names=("a", "b", "omega"), points=points, arclength=np.arange(3.0), tangent=points + 1,
         residual=np.ones(3), iterations=np.array([1, 2, 3]), scale=np.ones(3), energy=None,
-        events=(Special("fold", 1, points[1], 0.5, 1e-12),), status="points", reason="max_points = 3 reached",
+        events=(Special("fold", 1, points[1], 0.5, 1e-12, multipliers[0]),), status="points",
+        reason="max_points = 3 reached", multipliers=multipliers,
     )  # fmt: skip
 
 

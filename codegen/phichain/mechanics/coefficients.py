@@ -12,11 +12,11 @@ and values are exact: fractions, or SymPy expressions where runtime parameters t
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import chain
 from math import lcm, prod
 
@@ -164,18 +164,16 @@ class Coefficients:
                         columns[place[free]][term, own, other] = weight
         return columns
 
-    def _mass(self, terms: tuple[int, ...]) -> Coefficient:
-        """The sum of the coefficients of some products of rates; few sums occur, each often. A mixed product counts half."""
-        if terms not in self._masses:
-            self._masses[terms] = total(
-                weight if first == second else weight / 2
-                for weight, (first, second) in (self._squares[term] for term in terms)
-            )
-        return self._masses[terms]
-
     @cached_property
-    def _masses(self) -> dict[tuple[int, ...], Coefficient]:
-        return {}
+    def _mass(self) -> Callable[[tuple[int, ...]], Coefficient]:
+        """The sum of the coefficients of some products of rates; few sums occur, each often. A mixed product counts half."""
+
+        @cache
+        def mass(terms: tuple[int, ...]) -> Coefficient:
+            products = (self._squares[term] for term in terms)
+            return total(weight if first == second else weight / 2 for weight, (first, second) in products)
+
+        return mass
 
 
 def total(terms: Iterable[Coefficient]) -> Coefficient:
