@@ -109,9 +109,10 @@ class StateFeedback:
             OutputError: The file is missing, holds no StateFeedback, or one that does not fit together.
         """
         arrays, meta = read_archive(path, _SCHEMA)
-        words = {name: meta[name] if isinstance(meta[name], str) else tuple(meta[name]) for name in _WORDS}
+        fields: dict[str, Any] = {**arrays}
+        fields |= {name: meta[name] if isinstance(meta[name], str) else tuple(meta[name]) for name in _WORDS}
         try:
-            return cls(**arrays, **words)
+            return cls(**fields)
         except ArrayError as failure:
             remedy = f"name a file that a {_SCHEMA.kind} wrote"
             raise OutputError("path", str(path), f"no {_SCHEMA.kind} can be read there: {failure}", remedy) from failure
