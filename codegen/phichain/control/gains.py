@@ -10,22 +10,57 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from phichain.archive import (
+    COUNT,
+    NUMBER,
+    TEXT,
+    Schema,
+    complex_numbers,
+    names,
+    read_archive,
+    real,
+    refuse,
+    signs,
+    word,
+)
 from phichain.control.controllability import Controllability, margins_of
 from phichain.control.equilibria import demand_equilibrium
 from phichain.control.linear import linearize
 from phichain.control.riccati import riccati
 from phichain.control.weights import Spectrum, spectrum, weight
-from phichain.records import read_npz, write_csv, write_npz
+from phichain.records import Held, write_csv, write_npz
 from phichain.system import Parameters, System, Vector
 from phichain.system.vertical import Signs, configuration
 
-_ARRAYS = ("K", "S", "A", "B", "Q", "R", "poles", "modes", "margins", "equilibrium")
-_PLAIN = ("name", "space", "cart", "residual", "iterations")
-_KIND = "Gains"
+_ARRAYS = {
+    "K": real("nu", "state"),
+    "S": real("state", "state"),
+    "A": real("state", "state"),
+    "B": real("state", "nu"),
+    "Q": real("state", "state"),
+    "R": real("nu", "nu"),
+    "poles": complex_numbers("state"),
+    "modes": complex_numbers("modes"),
+    "margins": real("modes"),
+    "equilibrium": real("nq"),
+}
+_PLAIN = {
+    "name": TEXT,
+    "space": word("planar", "spatial"),
+    "cart": COUNT,
+    "residual": NUMBER,
+    "iterations": COUNT,
+}
+_SCHEMA = Schema(
+    "Gains",
+    _ARRAYS,
+    {**_PLAIN, "s": signs("links"), "state_names": names("state"), "input_names": names("nu")},
+    filled=("nu", "state", "modes", "links"),
+)
 
 
 @dataclass(frozen=True, eq=False)
-class Gains:
+class Gains(Held):
     """A linear regulator u = -K z about one equilibrium, with what it was made from.
 
     z = (x, x') in the coordinates of (19): z = [x; C^T xi; x'; C^T omega] in space, [x; delta theta; x'; theta'] in
@@ -105,7 +140,7 @@ class Gains:
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""
         meta: dict[str, Any] = {name: getattr(self, name) for name in _PLAIN}
-        meta |= {"kind": _KIND, "s": list(self.s)}
+        meta |= {"kind": _SCHEMA.kind, "s": list(self.s)}
         meta |= {"state_names": list(self.state_names), "input_names": list(self.input_names)}
         return write_npz(path, {name: getattr(self, name) for name in _ARRAYS}, meta)
 
@@ -114,9 +149,15 @@ class Gains:
         """Read what `to_npz` wrote.
 
         Raises:
-            OutputError: The file is missing or holds no Gains.
+            OutputError: The file is missing or holds no Gains, or not whole ones.
         """
-        arrays, meta = read_npz(path, _KIND)
+        arrays, meta = read_archive(path, _SCHEMA)
+        planar, links, cart = meta["space"] == "planar", len(meta["s"]), meta["cart"]
+        sizes = {"equilibrium": cart + links * (1 if planar else 3), "K": 2 * (cart + links * (1 if planar else 2))}
+        for name, size in sizes.items():
+            if arrays[name].shape[-1] != size:
+                kind = f"{meta['space']} chain of {links} link(s) with {cart} cart coordinate(s)"
+                refuse(path, _SCHEMA, name, arrays[name].shape, f"is not that of a {kind}")
         plain: dict[str, Any] = {name: meta[name] for name in _PLAIN}
         plain |= {name: tuple(meta[name]) for name in ("s", "state_names", "input_names")}
         plain |= {name: arrays[name] for name in _ARRAYS}
