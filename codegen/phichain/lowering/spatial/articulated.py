@@ -249,9 +249,8 @@ class _Sweep:
         start = scale(1 / self.parameters.length[0], base)
         with builder.loop("k", 0, self.scene.links) as loop:
             k = loop.index
-            carried = tuple(
-                loop.carry(f"joint_{axis}", part) for axis, part in zip("xyz", start, strict=True)
-            )
+            x, y, z = start
+            carried = (loop.carry("joint_x", x), loop.carry("joint_y", y), loop.carry("joint_z", z))
             stretch = loop.carry("stretch", self._first_stretch(chain, start))
             joint, q = scale(units.outward[k], carried), load(self.direction, k)
             axial = units.outward[k] * stretch - dot(load(self.lean, k), joint) - self.still_stretch[k]
