@@ -13,6 +13,7 @@ import numpy as np
 
 from phichain.errors import ArrayError
 from phichain.system import Vector
+from phichain.system.arrays import reals
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,7 @@ class Problem:
     energy: Callable[[Vector], float] | None = None
 
     def __post_init__(self) -> None:
-        sizes = np.ones(len(self.names)) if self.scale is None else np.asarray(self.scale, dtype=float)
+        sizes = np.ones(len(self.names)) if self.scale is None else reals("scale", self.scale, "give one typical size per unknown")
         if sizes.shape != (len(self.names),) or not np.all(np.isfinite(sizes) & (sizes > 0)):
             raise ArrayError(
                 "scale",
@@ -67,9 +68,10 @@ class Problem:
         Raises:
             ArrayError: A shape is wrong, or z is not finite.
         """
-        start, n = np.array(z, dtype=float), self.unknowns - 1
+        names, n = ", ".join(self.names), self.unknowns - 1
+        start = np.array(reals("start", z, f"give {names}"))
         if start.shape != (n + 1,) or not np.all(np.isfinite(start)):
-            raise ArrayError("start", z, f"must hold {n + 1} finite numbers", f"give {', '.join(self.names)}")
+            raise ArrayError("start", z, f"must hold {n + 1} finite numbers", f"give {names}")
         residual, jacobian = np.shape(self.residual(start)), np.shape(self.jacobian(start))
         if residual != (n,) or jacobian != (n, n + 1):
             raise ArrayError(

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.errors import UnsupportedError
+from phichain.errors import ArrayError, UnsupportedError
 
 Vector = NDArray[np.float64]
 Parameters = Mapping[str, Any]
@@ -154,7 +154,12 @@ class System:
 
         Args:
             p: Values by name; those left out keep the system's defaults.
+
+        Raises:
+            ArrayError: p is no mapping.
         """
+        if p is not None and not isinstance(p, Mapping):
+            raise ArrayError("p", p, "does not hold parameters by name", 'give a mapping, such as {"gravity": 9.81}')
         if p is None and self.params is None:
             return {}
         return {"p": {**(self.params or {}), **(p or {})}}
