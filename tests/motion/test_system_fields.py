@@ -35,7 +35,7 @@ def test_nobody_reads_a_systems_scene() -> None:
 def test_the_fields_of_a_built_scene() -> None:
     scene = Scene(
         "fields", 3, base="cart", mass=[0.3, 0.2, 0.1], length="runtime", com="runtime", cart_mass=0.7, angles="relative",
-        damping=0.1, actuated=[3, 1], want=["forward_dynamics"],
+        damping=0.1, actuated=[1, 3], want=["forward_dynamics"],
     )  # fmt: skip
     system = build(scene)
     assert system.angles == "relative"

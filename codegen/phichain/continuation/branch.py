@@ -22,14 +22,14 @@ _ARRAYS = {
     "iterations": whole("m"),
     "scale": real("unknowns"),
     "energy": real("m", optional=True),
-    "multipliers": complex_numbers("m", "exponents"),
+    "multipliers": complex_numbers("m", "exponents", optional=True),
 }
 _EVENTS = {
     "index": whole("events"),
     "z": real("events", "unknowns"),
     "arclength": real("events"),
     "value": real("events"),
-    "multipliers": complex_numbers("events", "exponents"),
+    "multipliers": complex_numbers("events", "exponents", optional=True),
 }
 _PLAIN = {
     "name": TEXT,
@@ -157,6 +157,8 @@ class Branch(Held):
             OutputError: The file is missing or holds no Branch, or not a whole one.
         """
         arrays, meta = read_archive(path, _SCHEMA)
+        for name, count in (("multipliers", len(arrays["points"])), ("event_multipliers", len(meta["event_kinds"]))):
+            arrays.setdefault(name, np.zeros((count, 0), complex))  # files from before there were any hold none
         parts = (arrays[f"event_{name}"] for name in _EVENTS)
         events = tuple(
             Special(kind, int(index), z, float(s), float(value), multipliers)
