@@ -38,11 +38,12 @@ def source(real, count="n"):
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined, trim_blocks=True
     )
+    restrict = environment.get_template("restrict.c.j2").render(name="k")
     text = environment.get_template("sincos.c.j2").render(name="k", real=real, **trig.coefficients(real))
     includes = "".join(f"#include <{header}>\n" for header in trig.HEADERS)
     signature = "void all(int n, const k_real *angle, k_real *sine, k_real *cosine)"
     call = f"{signature};\n{signature} {{ (void)n; k_sincos({count}, angle, sine, cosine); }}\n"
-    return f"{includes}typedef {real} k_real;\n{text}\n{call}"
+    return f"{includes}{restrict}typedef {real} k_real;\n{text}\n{call}"
 
 
 def compiled(folder, text, flags, output):

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from fractions import Fraction
 
 from phichain.emit.c.layout import laid_out
+from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import assignment, first_result, names_in, words
 from phichain.emit.c.trig_batches import TrigBatch, TrigBatches
-from phichain.emit.expressions import Text, double_literal, float_literal, infix
+from phichain.emit.expressions import Text, infix
 from phichain.emit.inlining import used_once
 from phichain.ir.nodes import (
     Call,
@@ -42,29 +42,6 @@ class CFunction:
     uses: frozenset[str]
 
 
-@dataclass(frozen=True)
-class CNames:
-    """How a scene's C is spelt.
-
-    Attributes:
-        prefix: the scene's name, before everything at file scope.
-        real: "double" or "float".
-        tables: file-scope name of each table, by (name, values).
-    """
-
-    prefix: str
-    real: str
-    tables: dict[tuple[str, tuple[Fraction, ...]], str]
-
-    def number(self, value: Fraction) -> Text:
-        """A numeric literal of the scene's type."""
-        return float_literal(value) if self.real == "float" else double_literal(value)
-
-    def libm(self, name: str) -> str:
-        """The C library's function for the scene's type."""
-        return f"{name}f" if self.real == "float" else name
-
-
 def c_function(program: Program, names: CNames, callees: dict[str, str]) -> CFunction:
     """Print a Program.
 
@@ -85,7 +62,7 @@ class Writer:
     def __init__(self, program: Program, names: CNames, callees: dict[str, str]) -> None:
         self.program, self.names, self.callees = program, names, callees
         #: C type of what the inputs determine, and the kernel for its sines and cosines.
-        self.element, self.sincos_symbol = names.real, f"{names.prefix}_sincos"
+        self.element, self.sincos_symbol = names.type, f"{names.prefix}_sincos"
         self.lines: list[str] = []
         self.wants_gap = False
         self.uses: set[str] = set()
@@ -279,7 +256,7 @@ class Writer:
         argument = self.operand(op.args[0]).text
         if argument not in self.bessel_calls:
             array = self.bessel_calls[argument] = self.fresh("bessel_")
-            self.line(depth, f"{self.names.real} {array}[5];")
+            self.line(depth, f"{self.names.type} {array}[5];")
             self.line(depth, f"{self.names.prefix}_bessel({argument}, {array});")
         self.texts[op.result] = Text(f"{self.bessel_calls[argument]}[{op.kind[-1]}]")
 
