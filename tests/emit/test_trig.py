@@ -43,7 +43,7 @@ def source(real, count="n"):
     includes = "".join(f"#include <{header}>\n" for header in trig.HEADERS)
     signature = "void all(int n, const k_real *angle, k_real *sine, k_real *cosine)"
     call = f"{signature};\n{signature} {{ (void)n; k_sincos({count}, angle, sine, cosine); }}\n"
-    return f"{includes}{restrict}typedef {real} k_real;\n{text}\n{call}"
+    return f"{includes}{restrict}\ntypedef {real} k_real;\n{text}\n{call}"
 
 
 def compiled(folder, text, flags, output):
@@ -263,7 +263,7 @@ def test_float_text_computes_in_float_alone():
     assert "double" not in text
     literals = re.findall(r"(?<![\w.])(?:0x[\da-f.]+p[+-]?\d+|\d+\.\d+)(\w?)", text)
     assert len(literals) > 12
-    assert set(literals) == {"f"}
+    assert set(literals) == {"F"}
     assert not re.search(r"\b(sin|cos)\(", text)
 
 
@@ -283,5 +283,5 @@ def test_literals_are_exact(real):
     numbers = trig.KERNELS[real]
     for value in (*numbers.half_pi, numbers.two_over_pi, numbers.rounder, *numbers.sine, *numbers.cosine):
         text = trig.literal(value, real)
-        assert float.fromhex(text.removesuffix("f") if real == "float" else text) == value
+        assert float.fromhex(text.removesuffix("F") if real == "float" else text) == value
         assert DTYPE[real](value) == value
