@@ -204,7 +204,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
         _rows(
             ("joint_speed_x joint_speed_y joint_speed_z", "m/s", "velocity of a joint"),
             ("mass_speed_x mass_speed_y mass_speed_z", "m/s", "velocity of a link's mass"),
-            ("sideways downwards", "1/s", "rate of a link's direction"),
+            ("sideways", "1/s", "rate of a link's direction, its horizontal part"),
             ("turning_x turning_y turning_z", "1/s", "rate of a link's direction, q_k'"),
             ("joint_depth", "m", "how deep a joint hangs below the base"),
             ("twice_kinetic", "J", "twice the kinetic energy, link by link"),
