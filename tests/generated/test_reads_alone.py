@@ -13,6 +13,7 @@ from phichain.contract.quantities import TABLE, quantities_of
 from phichain.emit.c.text import header, source
 from phichain.ir.nodes import For, Op, walk
 from phichain.lowering import lower
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from tests.generated.compiling import committed, need, printed_scene, run, write_c
 from tests.offered import offered
@@ -87,7 +88,7 @@ def test_units_are_those_that_the_sweep_computes_in() -> None:
 def names_of(scene: Scene) -> dict[str, set[str]]:
     """The stems of all names in the Programs of a scene, by function."""
     found = {}
-    for function, program in lower(scene).wanted.items():
+    for function, program in lower(derive(scene)).wanted.items():
         names = {array.name for array in program.work} | set(program.tables)
         for statement in walk(program.body):
             names |= {statement.result} if isinstance(statement, Op) else set()

@@ -10,6 +10,7 @@ from phichain.ir.evaluate import evaluate
 from phichain.ir.nodes import For, Program, walk
 from phichain.ir.short_loops import without_short_loops
 from phichain.lowering.lower import lower_function
+from phichain.mechanics import derive
 from phichain.scene import Scene
 
 
@@ -51,7 +52,7 @@ def test_the_values_are_those_of_the_loops(count: int) -> None:
 
 
 def test_what_has_no_short_loop_is_left_as_it_is() -> None:
-    program = lower_function(Scene("six", 6, mass=1.0, length=1.0, com=0.5), "forward_dynamics", "loops")
+    program = lower_function(derive(Scene("six", 6, mass=1.0, length=1.0, com=0.5)), "forward_dynamics", "loops")
     assert without_short_loops(program) is program
 
 
@@ -60,6 +61,6 @@ def test_what_has_no_short_loop_is_left_as_it_is() -> None:
 def test_no_emitted_program_has_one(name: str, links: int) -> None:
     for com in (None, 0.4):
         scene = Scene("few", links, base="cart", mass=1.0, length=1.0, com=com, cart_mass=2.0, damping=0.1)
-        program = lower_function(scene, name, "loops")
+        program = lower_function(derive(scene), name, "loops")
         assert not short(program)
         assert not [array.name for array in program.work if array.size == 1]

@@ -11,9 +11,8 @@ from textwrap import wrap
 from phichain.contract.quantities import DERIVATIVE, Quantities, Quantity, quantities_of
 from phichain.emit.c.layout import WIDTH
 from phichain.emit.c.parts import words
-from phichain.ir.builder import Builder
 from phichain.lowering.dynamics import by_tensions
-from phichain.lowering.parameters import Parameters, Units
+from phichain.lowering.parameters import Units, units_of_links
 from phichain.scene import Scene
 
 #: What stands behind a quantity's name: links, repetitions, the loop it is computed in, arrays that keep it for later.
@@ -97,4 +96,4 @@ def _in_si(unit: str) -> str:
 
 def _has_own_units(scene: Scene) -> bool:
     """Whether its dynamics measure masses and lengths in those of its links."""
-    return by_tensions(scene) and Parameters(Builder("units", ""), scene, own_units=True).units != Units()
+    return by_tensions(scene) and units_of_links(scene) != Units()
