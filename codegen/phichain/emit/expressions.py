@@ -63,7 +63,7 @@ def float_literal(value: Fraction) -> Text:
     _checked(value, float(number), "float")
     text = np.format_float_scientific(number, unique=True, trim="0", exp_digits=1)
     plain = np.format_float_positional(number, unique=True, trim="0")
-    return Text(f"{plain if len(plain) <= len(text) + 2 else text}f")
+    return Text(f"{plain if len(plain) <= len(text) + 2 else text}F")
 
 
 def _sum(is_plus: bool, first: Text, second: Text) -> Text:

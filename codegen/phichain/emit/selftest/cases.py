@@ -231,4 +231,4 @@ def _one_digit(scene: Scene, value: float) -> str:
     """A tolerance rounded up to one digit, as a literal of the scene's type."""
     exponent = floor(log10(value))
     text = f"{ceil(value / 10.0**exponent)}.0e{exponent}"
-    return f"{text}f" if scene.real == "float" else text
+    return f"{text}F" if scene.real == "float" else text

@@ -33,7 +33,7 @@ def selftest_source(scene: Scene, lowered: Lowered, selftest: Selftest) -> str:
 
 def _literal(scene: Scene, value: float) -> str:
     text = re.sub(r"\.?0*p", "p", value.hex()) if value else "0.0"
-    return f"{text}f" if scene.real == "float" else text
+    return f"{text}F" if scene.real == "float" else text
 
 
 def _motion(scene: Scene, lowered: Lowered, motion: FlowCase) -> dict[str, Any]:
