@@ -251,9 +251,6 @@ TABLE: Final[tuple[Quantities, ...]] = (
 DERIVATIVE: Final = Quantity("d_NAME", "", "derivative of NAME with respect to the entry of an argument that is at hand")
 """What stands for the derivatives of all the others."""
 
-DERIVATIVE: Final = Quantity("d_NAME", "", "derivative of NAME with respect to the entry of an argument that is at hand")
-"""What stands for the derivatives of all the others."""
-
 
 def quantities_of(function: str, chain: Chain) -> list[tuple[Quantities, Quantity]]:
     """The rows that explain names of a function, in the table's order; the first row of a name is the one that counts."""

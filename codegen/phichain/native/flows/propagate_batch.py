@@ -5,7 +5,7 @@ In Python the batch axis is first, in C it is last: arrays are transposed on the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
