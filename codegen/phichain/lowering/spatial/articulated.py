@@ -105,6 +105,7 @@ class _Sweep:
         self.units = SpatialUnits(builder, scene, parameters)
         self.free = builder.array("free", 3 * scene.links)
         self.slope = builder.array("slope", 3 * scene.links)
+        self.freed = builder.array("freed", scene.links)
         self.gain = builder.array("gain", 6 * scene.links)
         self.lean = builder.array("lean", 3 * scene.links)
         self.still_stretch = builder.array("still_stretch", scene.links)
@@ -134,10 +135,10 @@ class _Sweep:
         return Seen(chain, load(self.direction, k), self.units.reach_squared[k])
 
     def pivot(self, seen: Seen, k: Index) -> _Pivot:
-        """Eliminate the rotation of link k: its tip's a = free + slope z - gain a, and what the tip stretches."""
+        """Eliminate the rotation of link k: its tip's a = free + slope z - freed gain a, and what the tip stretches."""
         own = seen.own
         inverse = self.builder.let("inverse_pivot", 1 / (own * (own + seen.trace) + seen.adjugate_axial))
-        freed, held = self.units.lever[k] * inverse, own * inverse
+        held = own * inverse
         rate_squared = self.builder.let("rate_squared", self.rates.squared(k))
         sigma = sub(scale(held, seen.mixed), scale(inverse, seen.adjugate_mixed))
         eta = add(scale(held, seen.force), scale(inverse, seen.turned_force))
@@ -152,11 +153,12 @@ class _Sweep:
             stretch_free = stretch_free + dot(seen.yielding_u, drive)
         # turned(A) = alpha x x^T + turned(G), turned(G) = tr(P G P) P - P G P
         gain = combine(
-            (freed * seen.across_trace, seen.projector),
-            (1, upper(scale(freed * seen.outer.axial, seen.x), seen.x)), (-freed, seen.tangent),
+            (seen.across_trace, seen.projector),
+            (1, upper(scale(seen.outer.axial, seen.x), seen.x)), (-1, seen.tangent),
         )  # fmt: skip
         self.stretch_share[k], self.stretch_free[k] = inverse * seen.share, inverse * stretch_free
-        store(self.stretch_gain, k, scale(freed, seen.yielding_u))
+        self.freed[k] = self.units.lever[k] * inverse
+        store(self.stretch_gain, k, seen.yielding_u)
         store(self.free, k, free)
         store(self.slope, k, sub(seen.q, sigma))
         for i in range(6):
@@ -258,11 +260,11 @@ class _Sweep:
             axial = units.outward[k] * stretch - dot(load(self.lean, k), joint) - self.still_stretch[k]
             first, second = load(self.gain, 2 * k), load(self.gain, 2 * k + 1)
             tip = add(load(self.free, k), scale(axial, load(self.slope, k)))
-            tip = sub(tip, times((*first, *second), joint))
+            tip = sub(tip, scale(self.freed[k], times((*first, *second), joint)))
             self.rates.write(k, cross(q, sub(tip, joint)))
             for before, after in zip(carried, tip, strict=True):
                 loop.follow(before, after)
-            drawn = dot(load(self.stretch_gain, k), joint)
+            drawn = self.freed[k] * dot(load(self.stretch_gain, k), joint)
             loop.follow(stretch, self.stretch_share[k] * axial + self.stretch_free[k] - drawn)
 
     def _first_stretch(self, chain: Outer | None, start: Vector) -> Expr:
