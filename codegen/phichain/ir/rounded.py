@@ -12,6 +12,7 @@ import math
 import struct
 from collections.abc import Callable, Mapping
 from fractions import Fraction
+from functools import partial
 from typing import Any, Final
 
 from mpmath import mp, mpf
@@ -84,10 +85,9 @@ def arithmetic(real: str) -> Algebra:
 
     Constants beyond the range become infinite; a division by zero and the root of a negative number give what IEEE 754 says.
     """
-    exact = _OPERATIONS
 
     def apply(kind: str, args: Any, label: str) -> float:
-        operation = exact.get(kind)
+        operation = _OPERATIONS.get(kind)
         if operation is None:
             return _transcendental(real, kind, args[0])
         result = operation(*args)
@@ -114,7 +114,7 @@ _OPERATIONS: Final[Mapping[str, Callable[..., float]]] = {
 }  # fmt: skip
 
 _FUNCTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {
-    "sin": mp.sin, "cos": mp.cos, **{f"besselj{n}": lambda x, n=n: mp.besselj(n, x) for n in range(5)},
+    "sin": mp.sin, "cos": mp.cos, **{f"besselj{n}": partial(mp.besselj, n) for n in range(5)},
 }  # fmt: skip
 
 

@@ -37,7 +37,7 @@ _GUARD_DIGITS: Final = 40
 
 @lru_cache(maxsize=8)
 def fastest_rate(scene: Scene) -> Fraction | None:
-    """Largest linear frequency of the hanging chain, rad/s, rounded up; None where parameters come at run time."""
+    """Largest linear frequency of the hanging chain, rad/s, to three digits; None where parameters come at run time."""
     if scene.runtime:
         return None
     with mp.workdps(_GUARD_DIGITS + 2 * _decades(scene)):

@@ -9,13 +9,16 @@ from typing import Any, Final
 
 from mpmath import mpf
 
+#: Angles and unit vectors move by the size times 1 at least: their sums, sines and cosines are rounded there by any function.
+_OF_ORDER_ONE: Final = ("q", "amplitude")
+
 #: Far below round-off and far above what fifty digits leave over: what moves is the derivative.
 SIZE_BITS: Final = 80
 
 
 @dataclass(frozen=True)
 class Nudge:
-    """x -> x (1 +- 2^-80), the signs drawn anew for every name and entry, the same in every call.
+    """x -> x (1 +- 2^-80), angles and unit vectors by 2^-80 at least; the signs drawn anew for every name and entry, the same in every call.
 
     Attributes:
         seed: what the signs are drawn from.
@@ -27,4 +30,5 @@ class Nudge:
         """The entries of one array, moved."""
         source = random.Random(f"{self.seed} {name}")
         size = mpf(2) ** -SIZE_BITS
-        return [mpf(x) * (1 + source.choice((-size, size))) for x in entries]
+        least = 1 if name in _OF_ORDER_ONE else 0
+        return [mpf(x) + source.choice((-size, size)) * max(least, abs(x)) for x in entries]

@@ -90,9 +90,8 @@ def _direction(
     if not scene.is_planar:
         for start in range(2 if scene.has_cart else 0, scene.nq, 3):
             part = slice(start, start + 3)
-            direction["q"][part], direction["v"][part] = _tangent(
-                *(list(map(Fraction, inputs[name][part])) for name in ("q", "v")), direction["v"][part]
-            )
+            q, omega = (list(map(Fraction, inputs[name][part])) for name in ("q", "v"))
+            direction["q"][part], direction["v"][part] = _tangent(q, omega, direction["v"][part])
     return {name: [rounded(scene, x) for x in values] for name, values in direction.items()}
 
 

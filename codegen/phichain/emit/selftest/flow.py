@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from mpmath import mp
 
-from phichain.emit.selftest.states import draw_inputs, draw_parameter, rounded, shaped, motion_step
+from phichain.emit.selftest.states import draw_inputs, draw_parameter, motion_step, rounded, shaped
 from phichain.ir.nodes import Array
 from phichain.ir.rounded import EPSILON
 from phichain.lowering.lower import Lowered
