@@ -18,7 +18,7 @@ from phichain.emit.selftest.tolerance import LIMIT, MARGIN, amplifications, meas
 from phichain.errors import EmissionError, SceneError
 from phichain.ir.rounded import EPSILON, arithmetic
 from phichain.lowering import lower
-from phichain.pipeline import derived_and_lowered
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from tests.generated.compiling import committed
 from tests.generated.mutated import fused_arithmetic, with_mutant
@@ -36,7 +36,7 @@ def number(text: str) -> float:
 
 def kappa(scene: Scene, found: Selftest, name: str) -> float:
     """The largest amplification of a function's cases."""
-    program = lower(scene).wanted[name]
+    program = lower(derive(scene)).wanted[name]
     cases = [case for case in found.cases if case.function == name]
     return max(max(k.values()) for case in cases for k in islice(amplifications(scene, program, case), 8))
 
@@ -49,7 +49,7 @@ def test_amplification_of_a_pendulum(theta: float) -> None:
     """a = -(g / l) sin theta: relative changes of g, l and theta add up to 2 + max(1, |theta|) |cot theta|; mass has no part."""
     scene = Scene("one", 1, mass=0.7, length=0.4, gravity=9.7, want=["forward_dynamics"])
     case = Case("forward_dynamics", {}, {"q": [theta], "v": [0.0]}, {}, {})
-    found = [k["a"] for k in amplifications(scene, lower(scene).wanted["forward_dynamics"], case)]
+    found = [k["a"] for k in amplifications(scene, lower(derive(scene)).wanted["forward_dynamics"], case)]
     assert max(found) == pytest.approx(2 + max(1, abs(theta)) * abs(1 / math.tan(theta)), rel=1e-6)
     assert min(found) < 0.999 * max(found)
 
@@ -58,7 +58,7 @@ def test_amplification_of_a_pendulum(theta: float) -> None:
 def test_amplification_of_a_slope(theta: float) -> None:
     """da/dtheta d = -(g / l) cos theta d: g, l and d count once each, theta, moved by units of 1, tan theta times."""
     scene = Scene("one", 1, mass=0.7, length=0.4, gravity=9.7, want=["state_jacobian"])
-    program = lower(scene).wanted["state_jacobian"]
+    program = lower(derive(scene)).wanted["state_jacobian"]
     case = Case("state_jacobian", {}, {"q": [theta], "v": [0.0]}, {"q": [0.9], "v": [0.0]}, {})
     (slope,) = exact_results(scene, program, case)["slope"]
     assert float(slope) == pytest.approx(-9.7 / 0.4 * math.cos(theta) * 0.9, rel=1e-14)
@@ -72,7 +72,7 @@ def test_amplification_of_a_slope(theta: float) -> None:
 @pytest.mark.parametrize("scene", [*map(committed, QUICK), SPATIAL], ids=lambda scene: scene.name)
 def test_a_relative_error_in_any_function_is_refused(scene: Scene) -> None:
     """1e-9 in double, 1e-4 in single precision: the tolerance used to follow it."""
-    lowered = lower(scene)
+    lowered = lower(derive(scene))
     wrong = 1 + Fraction(1, 10**9 if scene.real == "double" else 10**4)
     for name in lowered.wanted:
         with pytest.raises(EmissionError) as caught:
@@ -90,13 +90,13 @@ def test_an_output_that_is_no_number_is_refused(name: str) -> None:
     for function in ("energy", "forward_dynamics"):
         if function in scene.want:
             with pytest.raises(EmissionError, match=f"does not hold what {function} computes"):
-                make_selftest(scene, with_mutant(lower(scene), function, None))
+                make_selftest(scene, with_mutant(lower(derive(scene)), function, None))
 
 
 def test_two_nearly_equal_angles_are_the_problems_own_loss() -> None:
     """sin(phi_1 - phi_2) at a bend of -8e-5: 170 units of round-off, as one unit in phi moves it."""
     scene = Scene("bend", 2, mass=1.0, length=1.0, want=["coriolis"])
-    program = lower(scene).wanted["coriolis"]
+    program = lower(derive(scene)).wanted["coriolis"]
     inputs = {"q": [-1.675154456098586, -8.057590933674419e-05], "v": [-1.6691870725113915, 0.9923528543599107]}
     case = Case("coriolis", {}, inputs, {}, {})
     expected = {name: list(map(float, values)) for name, values in exact_results(scene, program, case).items()}
@@ -117,7 +117,7 @@ def test_masses_near_their_joints(ratio: float, space: str, real: str) -> None:
     for name in ("forward_dynamics", "state_jacobian"):
         scene = Scene("near", 3, space=space, mass=[1.1, 0.8, 1.3], length=[1.0, 0.9, 1.2], com=com, real=real, want=[name])
         try:
-            found = make_selftest(scene, lower(scene))
+            found = make_selftest(scene, lower(derive(scene)))
         except EmissionError as error:
             assert error.data["error"] > error.data["most"] and "float" in error.value + "double"
             assert space == "spatial", "planar chains keep their digits"
@@ -135,7 +135,7 @@ def test_numbers_of_any_size_give_finite_text_or_a_typed_refusal(length: float, 
     for more in ({}, {"base": "cart", "cart_mass": 1.0, "stiffness": 1.0}):
         try:
             scene = Scene("sized", 2, mass=mass, length=length, want=want, **more)
-            files = folder_files(scene, derived_and_lowered(scene))
+            files = folder_files(scene, lower(derive(scene)))
         except (EmissionError, SceneError) as error:
             assert error.remedy
             continue
@@ -146,7 +146,7 @@ def test_numbers_of_any_size_give_finite_text_or_a_typed_refusal(length: float, 
 @pytest.mark.parametrize("scene", [*map(committed, QUICK), SPATIAL], ids=lambda scene: scene.name)
 def test_tolerances_have_room_for_fused_multiply_adds(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """A compiler that contracts and one that does not both pass; no processor is asked."""
-    lowered = lower(scene)
+    lowered = lower(derive(scene))
     found = make_selftest(scene, lowered)
     monkeypatch.setattr(tolerance, "arithmetic", fused_arithmetic)
     for case in found.cases:

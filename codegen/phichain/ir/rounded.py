@@ -108,9 +108,13 @@ def _root(a: float) -> float:
     return math.sqrt(a) if a >= 0.0 else math.nan
 
 
+def _floor(a: float) -> float:
+    return math.copysign(float(math.floor(a)), a) if math.isfinite(a) else a
+
+
 _OPERATIONS: Final[Mapping[str, Callable[..., float]]] = {
     "add": lambda a, b: a + b, "sub": lambda a, b: a - b, "mul": lambda a, b: a * b, "div": _divided,
-    "neg": lambda a: -a, "sqrt": _root,
+    "neg": lambda a: -a, "sqrt": _root, "select": lambda a, b, x, y: x if a < b else y, "floor": _floor,
 }  # fmt: skip
 
 _FUNCTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {
