@@ -135,5 +135,5 @@ def _repr(value: object) -> str:
         return " ".join(repr(value).split())
     except ValueError:
         return "a number too long to print"
-    except Exception:
+    except Exception:  # noqa: BLE001
         return f"{type(value).__name__}, which cannot be printed"

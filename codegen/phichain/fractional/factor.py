@@ -103,7 +103,7 @@ def parameter(system: System, name: str, p: Parameters | None, default: Vector |
         raise ArrayError(
             f"p.{name}", None, f"system '{system.name}' holds no value of it", f"pass p={{'{name}': ...}}"
         )
-    given = np.asarray(value, dtype=float)
+    given = real_array(f"p.{name}", value)
     return float(given) if name in ("cart_mass", "gravity") else np.broadcast_to(given, (system.links,))
 
 

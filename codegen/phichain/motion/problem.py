@@ -230,8 +230,7 @@ def check_state(system: System, x0: ArrayLike | Sequence[ArrayLike]) -> tuple[Ve
         ArrayError: Wrong shape, not finite, a unit vector of length 0 or further than 1e-6 from length 1, a rate
             further than 1e-6 (relative) from tangent.
     """
-    is_pair = isinstance(x0, tuple) and len(x0) == 2
-    x = pack(*x0) if is_pair else np.array(reals("x0", x0, "give one flat state, or the pair (q, v)"))
+    x = pack(x0[0], x0[1]) if isinstance(x0, tuple) and len(x0) == 2 else np.array(reals("x0", x0, "give one flat state, or the pair (q, v)"))
     if x.shape != (system.nx,):
         expected = f"must hold q ({system.nq}) and then v ({system.nv})"
         raise ArrayError("x0", x.shape, expected, "give one flat state, or the pair (q, v)")
