@@ -59,9 +59,9 @@ def whole(*shape: str) -> Array:
     return Array(np.int64, shape)
 
 
-def complex_numbers(*shape: str) -> Array:
+def complex_numbers(*shape: str, optional: bool = False) -> Array:
     """An array of complex numbers."""
-    return Array(np.complex128, shape)
+    return Array(np.complex128, shape, optional)
 
 
 @dataclass(frozen=True)
@@ -73,12 +73,14 @@ class Field:
         fits: Whether a value, as JSON gives it, is one.
         size: Named size of a list.
         is_counted: Whether a list that is empty says that the size is 0; else it says nothing.
+        default: What it is in files from before it was kept; None if every file has it.
     """
 
     what: str
     fits: Callable[[Any], bool]
     size: str = ""
     is_counted: bool = False
+    default: Any = None
 
 
 def _is_number(value: Any) -> bool:
@@ -213,8 +215,9 @@ class _Reader:
                 f"name a file that a {self.schema.kind} wrote",
             )  # fmt: skip
         for entry, wanted in self.schema.fields.items():
-            if entry not in meta:
+            if entry not in meta and wanted.default is None:
                 self.refuse(entry, None, "is missing")
+            meta.setdefault(entry, wanted.default)
             if not wanted.fits(meta[entry]):
                 self.refuse(entry, meta[entry], f"is not {wanted.what}")
             if wanted.size and (meta[entry] or wanted.is_counted):

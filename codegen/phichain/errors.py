@@ -135,5 +135,5 @@ def _repr(value: object) -> str:
         return " ".join(repr(value).split())
     except ValueError:
         return "a number too long to print"
-    except Exception:  # noqa: BLE001
+    except Exception:  # noqa: BLE001 - what a caller's own __repr__ raises is anyone's guess
         return f"{type(value).__name__}, which cannot be printed"

@@ -13,10 +13,11 @@ import io
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, DTypeLike
 
 from phichain.archive import LARGEST, META
 from phichain.errors import OutputError
@@ -65,6 +66,50 @@ def write_npz(path: Path | str, arrays: Mapping[str, ArrayLike], meta: Mapping[s
     payload[META] = np.asarray(json.dumps(meta, sort_keys=True))
     np.savez_compressed(buffer, allow_pickle=False, **payload)
     return write_file(path, buffer.getvalue())
+
+
+def frozen(value: Any) -> Any:
+    """Nested tables that nobody can write to: mappings as proxies, lists as tuples, arrays as copies; all else as it is."""
+    if isinstance(value, Mapping):
+        return MappingProxyType({key: frozen(entry) for key, entry in value.items()})
+    if isinstance(value, np.ndarray):
+        return held(value, value.dtype)
+    return tuple(frozen(entry) for entry in value) if isinstance(value, list | tuple) else value
+
+
+def thawed(value: Any) -> Any:
+    """The same as plain dictionaries, which can be pickled."""
+    return {key: thawed(entry) for key, entry in value.items()} if isinstance(value, Mapping) else value
+
+
+class Held:
+    """Base of frozen records that hold arrays: like the record itself, nobody can write to what it holds."""
+
+    def __post_init__(self) -> None:
+        """Put views that cannot be written to in the place of arrays and dictionaries."""
+        for name, value in tuple(vars(self).items()):
+            if isinstance(value, np.ndarray) and value.flags.writeable:
+                view = value.view()
+                view.setflags(write=False)
+                object.__setattr__(self, name, view)
+            elif isinstance(value, dict):
+                object.__setattr__(self, name, MappingProxyType(value))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields, such as can be pickled and copied."""
+        return {k: dict(v) if isinstance(v, MappingProxyType) else v for k, v in vars(self).items()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take the fields back; an array that was pickled has forgotten that nobody may write to it."""
+        vars(self).update(state)
+        Held.__post_init__(self)
+
+
+def held(values: ArrayLike, dtype: DTypeLike = float) -> np.ndarray:
+    """A copy of an array that nobody can write to: what frozen records keep."""
+    array: np.ndarray = np.array(values, dtype=dtype)
+    array.setflags(write=False)
+    return array
 
 
 def columns_of(names: Sequence[str], values: np.ndarray | None) -> dict[str, np.ndarray]:

@@ -20,6 +20,7 @@ from phichain.emit.flow.flows import PRINTERS, FlowText
 from phichain.errors import ContractError
 from phichain.lowering import lower, lower_function
 from phichain.lowering.writers import WRITERS, writes
+from phichain.mechanics import derive
 from phichain.native.flows.call import CALLERS
 from phichain.pipeline import build, generate
 from phichain.reference import reference
@@ -67,7 +68,7 @@ def test_a_program_has_the_arguments_of_its_row(chain: Scene) -> None:
     """Jacobians too, which a transform makes: names, extents and words, inputs before outputs."""
     rows = {row.name: row for row in TABLE}
     for name in offered(chain.space, chain.damping is not None):
-        program = lower_function(chain, name, "loops")
+        program = lower_function(derive(chain), name, "loops")
         made = [(array.name, array.shape, array.doc) for array in (*program.inputs, *program.outputs)]
         assert made == [(a.name, a.shape(chain), a.doc) for a in rows[name].arguments_of(chain)], name
         assert program.doc == rows[name].doc
@@ -118,6 +119,31 @@ def test_a_row_that_nobody_serves_says_what_is_missing(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("answer", [{}, {"kinetic": 0}, {"potentials": 1}, None])
+def test_a_reference_that_gives_no_such_result_says_so(
+    answer: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setitem(JUDGES.entries, ("energy", ""), lambda case: answer)
+    with pytest.raises(ContractError, match=r"has a reference that gives no (kinetic and no )?potential \(got 'energy'\)") as caught:
+        generate(DUO, tmp_path)
+    assert caught.value.missing == "reference" and list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("names", [("one",), ("one", "two", "three")])
+def test_a_row_that_names_other_results_of_its_reference_says_so(names: tuple[str, ...]) -> None:
+    row = replace(next(row for row in TABLE if row.name == "energy"), reference=names)
+    with pytest.raises(ContractError, match=rf"names {len(names)} results of its reference and has 2") as caught:
+        row.outputs_in_reference(DUO)
+    assert caught.value.missing == "row"
+
+
+def test_a_writer_of_the_other_kind_of_chain_serves_none(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delitem(WRITERS.entries, ("energy", "spatial"))
+    with pytest.raises(ContractError, match=r"has no writer for spatial scenes \(got 'energy'\)"):
+        generate(Scene("duo", 2, "spatial", mass=1.0, length=1.0, want=["energy"]), tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_flow_without_a_callable_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     without(monkeypatch, CALLERS, "propagate")
     with pytest.raises(ContractError, match=r"has no callable \(got 'propagate'\)"):
@@ -127,7 +153,7 @@ def test_a_flow_without_a_callable_says_so(monkeypatch: pytest.MonkeyPatch) -> N
 def test_a_derivative_leans_on_the_writer_of_its_function(monkeypatch: pytest.MonkeyPatch) -> None:
     without(monkeypatch, WRITERS, "forward_dynamics")
     with pytest.raises(ContractError, match="has no writer for planar scenes"):
-        lower(Scene("duo", 2, mass=1.0, length=1.0, want=["state_jacobian"]))
+        lower(derive(Scene("duo", 2, mass=1.0, length=1.0, want=["state_jacobian"])))
 
 
 def test_what_has_no_row_is_not_registered() -> None:

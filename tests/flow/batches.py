@@ -10,14 +10,16 @@ from tempfile import mkdtemp
 from typing import Any
 
 from phichain.emit.c import sincos as trig
-from phichain.emit.c.function import CNames, c_function
+from phichain.emit.c.function import c_function
+from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
-from phichain.emit.c.text import sincos_kernel
+from phichain.emit.c.text import restrict_macro, sincos_kernel
 from phichain.emit.flow.forward_dynamics_batch import forward_dynamics_batch
 from phichain.emit.flow.propagate_batch import flow_batch
 from phichain.ir.nodes import Array
 from phichain.lowering.lower import lower_function
 from phichain.lowering.rates import scales_program
+from phichain.mechanics import derive
 from phichain.native.flows.forward_dynamics_batch import make_forward_dynamics_batch
 from phichain.native.flows.propagate_batch import PropagateBatch, make_propagate_batch
 from phichain.native.signature import Argument
@@ -32,18 +34,18 @@ WRITERS = {"forward_dynamics_batch": forward_dynamics_batch, "propagate_batch": 
 
 def parameters(chain: Scene) -> tuple[Array, ...]:
     """Fields of the scene's struct of runtime parameters."""
-    return scales_program(chain).params if chain.runtime else ()
+    return scales_program(derive(chain)).params if chain.runtime else ()
 
 
 @cache
 def unit(chain: Scene, name: str, portable: bool = False) -> str:
     """One C file with a batch form, the scalar forward dynamics, and what they lean on."""
-    made, dynamics = WRITERS[name](chain), lower_function(chain, "forward_dynamics", chain.code)
+    made, dynamics = WRITERS[name](derive(chain)), lower_function(derive(chain), "forward_dynamics", chain.code)
     tables = {key: f"{chain.name}_{key[0]}_{i}" for i, key in enumerate(dynamics.tables.items())}
     body = c_function(dynamics, CNames(chain.name, chain.real, tables), {})
     uses = made.uses | body.uses
     text = [f"#include <{header}>" for header in sorted({*made.includes, *trig.HEADERS})]
-    text.append(f"typedef {chain.real} {chain.name}_real;")
+    text += [restrict_macro(chain.name), f"typedef {chain.real} {chain.name}_real;"]
     fields = [f"{chain.name}_real {a.name}{f'[{a.size}]' if a.shape else ''};" for a in parameters(chain)]
     if fields:
         text.append(f"typedef struct {{ {' '.join(fields)} }} {chain.name}_params;")

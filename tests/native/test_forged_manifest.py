@@ -13,6 +13,7 @@ import pytest
 from phichain.emit import folder_files, library_files
 from phichain.errors import CompilerError, OutputError
 from phichain.lowering import lower
+from phichain.mechanics import derive
 from phichain.native import Cache, build_casadi, build_files, build_folder
 from phichain.native.agreement import demand_agreement
 from phichain.native.signature import manifest_of
@@ -116,7 +117,7 @@ FLOWS = ("forward_dynamics", "propagate", "propagate_batch", "forward_dynamics_b
 @pytest.mark.parametrize("field", ["int order;", "double lost[2];"])
 def test_a_flow_s_struct_that_lies_otherwise_does_not_compile(tmp_path: Path, field: str) -> None:
     scene = Scene("flowing", 1, mass=1.0, length=1.0, want=FLOWS)
-    files = library_files(scene, lower(scene))
+    files = library_files(scene, lower(derive(scene)))
     header = files["flowing.h"]
     where = header.index("typedef struct flowing_flow {") + len("typedef struct flowing_flow {")
     files["flowing.h"] = f"{header[:where]}\n    {field.replace('order', 'more').replace('lost', 'more')}{header[where:]}"
@@ -129,7 +130,7 @@ def test_a_flow_s_struct_that_lies_otherwise_does_not_compile(tmp_path: Path, fi
 
 def test_flows_are_called_by_the_symbols_of_their_c(tmp_path: Path) -> None:
     scene = Scene("flowing", 1, mass=1.0, length=1.0, want=FLOWS)
-    files = library_files(scene, lower(scene))
+    files = library_files(scene, lower(derive(scene)))
     manifest = json.loads(files["manifest.json"])
     manifest["flows"]["propagate"]["symbol"] = "flowing_propagate_batch"
     with pytest.raises(OutputError, match=r"flows\.propagate\.symbol"):
@@ -139,11 +140,11 @@ def test_flows_are_called_by_the_symbols_of_their_c(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", bundled_scenes())
 def test_what_is_emitted_is_borne_out(name: str) -> None:
     scene = load_scene(bundled_scenes()[name])
-    files = library_files(scene, lower(scene))
+    files = library_files(scene, lower(derive(scene)))
     assert demand_agreement(manifest_of({file: text.encode() for file, text in files.items()})) == scene
 
 
 def test_a_whole_folder_is_borne_out() -> None:
     scene = Scene("one", 1, mass="runtime", length=1.0, want=FLOWS)
-    files = folder_files(scene, lower(scene))
+    files = folder_files(scene, lower(derive(scene)))
     assert demand_agreement(manifest_of({file: text.encode() for file, text in files.items()})) == scene

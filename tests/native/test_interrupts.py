@@ -14,9 +14,11 @@ import pytest
 
 from phichain.contract.functions import ROWS
 from phichain.emit import library_files
+from phichain.lowering import lower
+from phichain.mechanics import derive
 from phichain.native.glue import glue_source
 from phichain.native.signature import manifest_of
-from phichain.pipeline import build, derived_and_lowered
+from phichain.pipeline import build
 from phichain.scene import Scene
 from phichain.system import System
 
@@ -113,7 +115,7 @@ def test_threads_run_on_while_the_main_thread_is_interrupted(system: System) -> 
 
 
 def test_every_flow_of_the_contract_and_every_row_loop_has_a_twin() -> None:
-    files = library_files(SCENE, derived_and_lowered(SCENE))
+    files = library_files(SCENE, lower(derive(SCENE)))
     source = glue_source(manifest_of({name: text.encode() for name, text in files.items()}), SCENE)
     for name in SCENE.want:
         symbol = f"endless_{name}" if ROWS[name].flow else f"endless_rows_{name}"

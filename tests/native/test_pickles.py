@@ -67,7 +67,7 @@ def test_a_system_compiled_otherwise_is_compiled_so_again(tmp_path: Any) -> None
 
     scene = Scene("plainly", 1, mass=1.0, length=1.0)
     options = CompilerOptions(flags=tuple("-O0" if flag == "-O3" else flag for flag in CompilerOptions().flags))
-    system = build_files(library_files(scene, lower(scene)), options)
+    system = build_files(library_files(scene, lower(derive(scene))), options)
     assert pickle.loads(pickle.dumps(system)).forward_dynamics.made_by.origin.options == options
 
 

@@ -226,7 +226,7 @@ def trace(
     out: OutFiles = None,
 ) -> None:
     """Follow a family of limit cycles from small amplitudes, by its single harmonic."""
-    from phichain.continuation import trace as traced
+    from phichain.orbits import trace as traced
     from phichain.pipeline import build as built
     from phichain.scene.library import find_scene
     from phichain.system.starts import parameters

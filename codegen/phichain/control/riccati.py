@@ -19,6 +19,7 @@ from scipy.linalg import schur, solve_continuous_are, solve_continuous_lyapunov
 
 from phichain.control.weights import solve, spectrum
 from phichain.errors import ControlError
+from phichain.records import Held
 from phichain.system import Vector
 
 Wide = NDArray[np.longdouble]
@@ -31,7 +32,7 @@ UNSEEN = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class Riccati:
+class Riccati(Held):
     """A stabilising solution.
 
     Attributes:
@@ -101,7 +102,7 @@ def _refined(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int) ->
 
 
 @dataclass(frozen=True, eq=False)
-class _Extended:
+class _Extended(Held):
     """The equation's data in extended precision."""
 
     A: Wide

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from phichain.errors import ArrayError
 from phichain.motion.events import Event
+from phichain.records import Held
 from phichain.system import (
     Parameters,
     System,
@@ -47,7 +47,7 @@ class Counted:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class Problem(Held):
     """x' = f(t, x), x(t_0) = x_0, with outputs, tolerance, events and limits.
 
     Attributes:
@@ -66,8 +66,6 @@ class Problem:
         max_steps: Step budget.
         progress: Called with (fraction done, t), or None.
         notes: What was done to the arguments, for the Trajectory's reason.
-        counts: Filled by methods that count for themselves.
-        remarks: Filled by methods that have something to say of their run, for the Trajectory's reason.
     """
 
     system: System
@@ -85,8 +83,6 @@ class Problem:
     max_steps: int
     progress: Progress | None
     notes: tuple[str, ...] = ()
-    counts: dict[str, int] = dataclasses.field(default_factory=dict)
-    remarks: list[str] = dataclasses.field(default_factory=list)
 
     @property
     def own_steps(self) -> bool:
@@ -230,7 +226,10 @@ def check_state(system: System, x0: ArrayLike | Sequence[ArrayLike]) -> tuple[Ve
         ArrayError: Wrong shape, not finite, a unit vector of length 0 or further than 1e-6 from length 1, a rate
             further than 1e-6 (relative) from tangent.
     """
-    x = pack(x0[0], x0[1]) if isinstance(x0, tuple) and len(x0) == 2 else np.array(reals("x0", x0, "give one flat state, or the pair (q, v)"))
+    if isinstance(x0, tuple) and len(x0) == 2:
+        x = pack(*x0)
+    else:
+        x = np.array(reals("x0", x0, "give one flat state, or the pair (q, v)"))
     if x.shape != (system.nx,):
         expected = f"must hold q ({system.nq}) and then v ({system.nv})"
         raise ArrayError("x0", x.shape, expected, "give one flat state, or the pair (q, v)")

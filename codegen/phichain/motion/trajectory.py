@@ -16,7 +16,7 @@ from scipy.interpolate import BPoly
 from phichain.archive import COUNTS, NUMBER, TEXT, Schema, names, read_archive, real, word
 from phichain.errors import ArrayError
 from phichain.motion.events import Crossing
-from phichain.records import columns_of, write_csv, write_npz
+from phichain.records import Held, columns_of, write_csv, write_npz
 from phichain.system import Vector
 from phichain.system.arrays import reals
 
@@ -51,7 +51,7 @@ _SCHEMA = Schema(
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(Held):
     """What a simulation found, and how.
 
     Attributes:

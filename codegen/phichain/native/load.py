@@ -22,7 +22,7 @@ from phichain.native.rows import row_loop, rows_source
 from phichain.native.signature import Manifest, manifest_of, read_manifest
 from phichain.native.symbolic import casadi_dynamics
 from phichain.scene import Scene
-from phichain.system import System
+from phichain.system import Drive, Joints, Numbers, System
 
 
 def build_folder(
@@ -106,6 +106,12 @@ def build_casadi(
     return shared_object(manifest.name, sources, cache or default_cache(), options)
 
 
+def _drive(scene: Scene) -> Drive:
+    """What the entries of u push: the force the cart, the torques their angles."""
+    cart = scene.nv - scene.links * (1 if scene.is_planar else 3)
+    return Drive((*range(cart * scene.has_force), *(cart + joint - 1 for joint in scene.actuated_joints)))
+
+
 def _callables(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> dict[str, Callable[..., Any]]:
     functions: dict[str, Callable[..., Any]] = {}
     for name, signature in manifest.functions.items():
@@ -134,6 +140,10 @@ def _system(manifest: Manifest, scene: Scene, functions: Mapping[str, Callable[.
         v_names=scene.v_names,
         u_names=scene.u_names,
         params=None,
+        angles=scene.angles,
+        numbers=Numbers(scene.mass, scene.length, scene.com, scene.cart_mass, scene.gravity),
+        joints=Joints(scene.stiffness, scene.damping),
+        drive=_drive(scene),
         scene=manifest.scene,
         digest=manifest.digest,
     )

@@ -23,6 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phichain.errors import ArrayError, UnsupportedError
+from phichain.records import frozen, thawed
+from phichain.system.described import RUNTIME, Drive, Joints, Numbers, angles_of, drive_of
 
 Vector = NDArray[np.float64]
 Parameters = Mapping[str, Any]
@@ -53,8 +55,15 @@ class System:
             when there, is a casadi.Function of the forward dynamics (or a callable that makes it).
         q_names, v_names, u_names: Names of the entries of q, v and u.
         params: Default values of the runtime parameters, or None.
-        scene: The scene as a plain mapping.
+        angles: Planar: "relative" (unless said), "absolute" or "adjacent" (docs/theory.md, 2); None in space.
+        numbers: Masses, lengths and what else the scene measures.
+        joints: Springs and dampers; none unless said.
+        drive: What the inputs push; the first nu entries of v unless said.
+        scene: The scene as a plain mapping, for the record.
         digest: The scene's canonical digest.
+
+    Raises:
+        ArrayError: angles or drive do not fit the chain.
     """
 
     name: str
@@ -70,12 +79,23 @@ class System:
     v_names: tuple[str, ...] = ()
     u_names: tuple[str, ...] = ()
     params: Parameters | None = None
+    angles: str | None = None
+    numbers: Numbers = field(default_factory=Numbers)
+    joints: Joints = field(default_factory=Joints)
+    drive: Drive = field(default_factory=Drive)
     scene: Mapping[str, Any] = field(default_factory=dict)
     digest: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "functions", MappingProxyType(dict(self.functions)))
-        object.__setattr__(self, "scene", MappingProxyType(dict(self.scene)))
+        kept = {
+            "functions": MappingProxyType(dict(self.functions)),
+            "params": frozen(self.params),
+            "angles": angles_of(self.angles, self.is_planar),
+            "drive": drive_of(self.drive, self.nu, self.nv),
+            "scene": frozen(self.scene),
+        }
+        for name, value in kept.items():
+            object.__setattr__(self, name, value)
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         # Dunder look-ups (copy, pickle) come before `functions` exists and must fail the ordinary way.
@@ -87,9 +107,8 @@ class System:
         # A mapping proxy cannot be pickled, nor a compiled callable: what it was made from is, and makes it again.
         functions = {name: getattr(function, "made_by", function) for name, function in self.functions.items()}
         made = frozenset(name for name, function in self.functions.items() if hasattr(function, "made_by"))
-        params = None if self.params is None else dict(self.params)
-        fields = dict(self.__dict__, functions=functions, scene=dict(self.scene), params=params)
-        return _unpickled, (fields, made)
+        plain = {"functions": functions, "scene": thawed(self.scene), "params": thawed(self.params)}
+        return _unpickled, (self.__dict__ | plain, made)
 
     def __copy__(self) -> System:
         return self
@@ -148,6 +167,32 @@ class System:
             system=self.name,
             available=tuple(self.functions),
         )
+
+    def number(self, name: str, p: Parameters | None = None, default: Any = None) -> Any:
+        """A physical parameter: the number that the chain has, or its runtime value.
+
+        Args:
+            name: "mass", "length", "com", "stiffness" or "damping", per link; "cart_mass" or "gravity".
+            p: Runtime values by name; those left out keep the system's defaults.
+            default: What stands in where the chain has none; an error unless given.
+
+        Returns:
+            An array (N,), or one float.
+
+        Raises:
+            ArrayError: The chain has no such parameter, or no value of it was given.
+        """
+        value = getattr(self.joints if hasattr(self.joints, name) else self.numbers, name, None)
+        if value == RUNTIME:
+            value = self.parameters(p).get("p", {}).get(name)
+        if value is None and default is not None:
+            return default
+        if value is None:
+            raise ArrayError(
+                f"p.{name}", None, f"system '{self.name}' holds no value of it", f"pass p={{'{name}': ...}}"
+            )
+        given = np.asarray(value, dtype=float)
+        return float(given) if name in ("cart_mass", "gravity") else np.broadcast_to(given, (self.links,))
 
     def parameters(self, p: Parameters | None = None) -> dict[str, Any]:
         """Keyword arguments that carry the runtime parameters: ``{}`` or ``{"p": values}``.

@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from phichain.emit.c import sincos as trig
-from phichain.emit.c.function import CFunction, CNames, Writer
+from phichain.emit.c.function import CFunction, Writer
 from phichain.emit.c.layout import laid_out_text
+from phichain.emit.c.names import CNames
 from phichain.emit.expressions import Text
 from phichain.emit.render import render
+from phichain.errors import EmissionError
 from phichain.ir.inline import inline
 from phichain.ir.nodes import Array, Cell, Const, Local, Op, Operand, Program
 from phichain.ir.varying import varying
@@ -57,7 +59,7 @@ def lane_declaration(array: Array, prefix: str, stem: str, is_output: bool, is_u
         return f"const {prefix}_real {array.name}"
     element = f"{prefix}_real" if is_uniform else f"{stem}_lanes"
     if is_output:
-        return f"{element} {array.name}[restrict {max(array.size, 1)}]"
+        return f"{element} {array.name}[{prefix.upper()}_RESTRICT {max(array.size, 1)}]"
     return f"const {element} {array.name}[{max(array.size, 1)}]"
 
 
@@ -72,7 +74,7 @@ class _LaneWriter(Writer):
         self.pointers = set()
 
     def kind(self, value: str) -> str:
-        return self.element if value in self.lanes else self.names.real
+        return self.element if value in self.lanes else self.names.type
 
     def given(self, value: str, operand: Operand) -> str:
         text = super().given(value, operand)
@@ -94,6 +96,8 @@ class _LaneWriter(Writer):
         if op.kind == "sqrt" and op.result in self.lanes:
             self.root(op, depth)
             return
+        if op.kind in ("select", "floor") and op.result in self.lanes:
+            raise EmissionError("operation", op.kind, "has no form on vectors", "write the Program without it")
         super().op(op, depth)
 
     def root(self, op: Op, depth: int) -> None:

@@ -7,9 +7,10 @@ from fractions import Fraction
 from typing import Final
 
 from phichain.contract.flows import FORWARD_DYNAMICS_BATCH as CONTRACT
-from phichain.emit.c.function import CNames
+from phichain.contract.functions import ROWS
 from phichain.emit.c.lanes import lane_function, lanes_kernel
 from phichain.emit.c.layout import laid_out_text
+from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import words
 from phichain.emit.flow.declared import arguments, documented
 from phichain.emit.flow.flows import FlowText, prints
@@ -17,6 +18,7 @@ from phichain.emit.render import render
 from phichain.ir.nodes import Program
 from phichain.ir.passes import total_operations
 from phichain.lowering.lower import lower_function
+from phichain.mechanics import Model
 from phichain.scene import Scene
 
 #: Vector registers a value takes: sweeps are bound by latency, and this many do not wait for each other.
@@ -27,14 +29,14 @@ UNROLL_LIMIT: Final = 1200
 
 
 @prints("forward_dynamics_batch")
-def forward_dynamics_batch(scene: Scene, known: Collection[str] = ()) -> FlowText:
+def forward_dynamics_batch(model: Model, known: Collection[str] = ()) -> FlowText:
     """Print the batch form of the forward dynamics.
 
     Args:
-        scene: the scene.
+        model: the scene's mechanics.
         known: functions of NAME.c that stand before; this one needs none of them.
     """
-    program = _program(scene)
+    scene, program = model.scene, _program(model)
     tables = table_names(scene, program)
     names = CNames(scene.name, scene.real, tables)
     stem = f"{scene.name}_batch"
@@ -44,7 +46,7 @@ def forward_dynamics_batch(scene: Scene, known: Collection[str] = ()) -> FlowTex
     inputs = [(array.name, array.size) for array in program.inputs]
     given = ["p"] if program.params else []
     text = render(
-        "forward_dynamics_batch.c.j2", name=scene.name, stem=stem, kernel=lanes_kernel(scene, stem, uses, REGISTERS), real=f"{scene.name}_real", nv=scene.nv, inputs=inputs,
+        "forward_dynamics_batch.c.j2", name=scene.name, doc=ROWS["forward_dynamics_batch"].doc, stem=stem, kernel=lanes_kernel(scene, stem, uses, REGISTERS), real=f"{scene.name}_real", nv=scene.nv, inputs=inputs,
         tables=[(table, len(values), ", ".join(names.number(value).text for value in values)) for (_, values), table in tables.items()],
         parameter=f"const {scene.name}_params *p, " if program.params else "", lines=body.lines,
         pass_parameter="p, " if program.params else "",
@@ -59,11 +61,12 @@ def forward_dynamics_batch(scene: Scene, known: Collection[str] = ()) -> FlowTex
     )
 
 
-def _program(scene: Scene) -> Program:
+def _program(model: Model) -> Program:
     """The forward dynamics in the form that lanes run fastest."""
-    program = lower_function(scene, "forward_dynamics", scene.code)
+    scene = model.scene
+    program = lower_function(model, "forward_dynamics", scene.code)
     if scene.code == "auto" and not program.is_straight_line and total_operations(program) <= UNROLL_LIMIT:
-        return lower_function(scene, "forward_dynamics", "unrolled")
+        return lower_function(model, "forward_dynamics", "unrolled")
     return program
 
 
@@ -76,6 +79,6 @@ def table_names(scene: Scene, program: Program) -> dict[tuple[str, tuple[Fractio
 
 def _declarations(scene: Scene) -> str:
     return render(
-        "forward_dynamics_batch.h.j2", name=scene.name, returns=CONTRACT.returns, arguments=documented(CONTRACT, scene),
+        "forward_dynamics_batch.h.j2", name=scene.name, doc=ROWS["forward_dynamics_batch"].doc, returns=CONTRACT.returns, arguments=documented(CONTRACT, scene),
         prototype=", ".join(arguments(CONTRACT, scene, definition=False)),
     )  # fmt: skip

@@ -12,9 +12,12 @@ from fractions import Fraction
 from typing import Final
 
 from phichain.contract.flows import BATCH_EVENT, FLOW_BATCH, PROPAGATE_BATCH
-from phichain.emit.c.function import CFunction, CNames, c_function
+from phichain.contract.functions import ROWS
+from phichain.emit.c.comment import Comments
+from phichain.emit.c.function import CFunction, c_function
 from phichain.emit.c.lanes import lane_declaration, lane_function, lanes_kernel
 from phichain.emit.c.layout import laid_out_text
+from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration, words
 from phichain.emit.flow.declared import arguments, documented, outcome_lines, scalar_constants, struct_lines
 from phichain.emit.flow.flows import FlowText, prints
@@ -36,6 +39,7 @@ from phichain.ir.varying import varying
 from phichain.lowering.field import vector_field
 from phichain.lowering.lower import lower_function
 from phichain.lowering.rates import scales_program
+from phichain.mechanics import Model
 from phichain.scene import Scene
 from phichain.transform.factors import FACTORS, Factored, factored
 from phichain.transform.jets import jets
@@ -63,36 +67,37 @@ class FlowBatch(FlowText):
 class _Part:
     """One static function as the template sees it."""
 
-    doc: str
+    comment: tuple[str, ...]
     symbol: str
     definition: str
     ignored: tuple[str, ...]
     lines: tuple[str, ...]
 
 
-def batch_program(scene: Scene) -> Program:
+def batch_program(model: Model) -> Program:
     """The vector field in the form that the batch flow differentiates."""
-    loops = vector_field(scene)
+    scene, loops = model.scene, vector_field(model)
     if scene.code == "loops" or (scene.code == "auto" and total_operations(loops) > UNROLL_LIMIT):
         return loops
     return unroll(loops)
 
 
 @prints("propagate_batch")
-def flow_batch(scene: Scene, known: Collection[str] = ()) -> FlowBatch:
+def flow_batch(model: Model, known: Collection[str] = ()) -> FlowBatch:
     """Print the batch flow of a scene.
 
     Args:
-        scene: the scene.
+        model: the scene's mechanics.
         known: functions of NAME.c that stand before it and that it may call.
     """
-    return _Printer(scene, "positions" in known).text()
+    return _Printer(model, "positions" in known).text()
 
 
 class _Printer:
-    def __init__(self, scene: Scene, positions_known: bool) -> None:
-        self.scene, self.stem = scene, f"{scene.name}_flows"
-        self.recurrences = factored(jets(batch_program(scene)), HIGHEST[scene.real])
+    def __init__(self, model: Model, positions_known: bool) -> None:
+        scene = model.scene
+        self.model, self.scene, self.stem = model, scene, f"{scene.name}_flows"
+        self.recurrences = factored(jets(batch_program(model)), HIGHEST[scene.real])
         start, follow = self.recurrences.start, self.recurrences.follow
         moving = varying(start, {array.name for array in start.inputs})
         #: Held values that are the same in every lane, and the order.
@@ -100,11 +105,11 @@ class _Printer:
         self.lane_programs = {f"{self.stem}_start": start, f"{self.stem}_follow": follow}
         self.programs: dict[str, Program] = {}
         if scene.runtime:
-            self.programs[f"{self.stem}_scales"] = scales_program(scene)
+            self.programs[f"{self.stem}_scales"] = scales_program(model)
         self.positions = f"{scene.name}_positions"
         if not positions_known:
             self.positions = f"{self.stem}_positions"
-            self.programs[self.positions] = lower_function(scene, "positions", "loops")
+            self.programs[self.positions] = lower_function(model, "positions", "loops")
         tables: Tables = {}
         for program in (*self.lane_programs.values(), *self.programs.values()):
             for key in program.tables.items():
@@ -152,7 +157,8 @@ class _Printer:
             used = words("\n".join(body.lines))
             given = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
             ignored = tuple(name for name in given if name not in used)
-            yield _Part(program.doc, symbol, ", ".join(declared), ignored, body.lines)
+            comment = Comments(self.scene).above(program.name, program.doc, body.lines)
+            yield _Part(comment, symbol, ", ".join(declared), ignored, body.lines)
 
     def _call(self, symbol: str, order: str) -> str:
         """The call of a sweep at an order, on the arrays of the jets."""
@@ -203,7 +209,7 @@ class _Printer:
             for (_, values), table in names.tables.items()
         }
         return render(
-            "flow_batch.c.j2", name=scene.name, stem=self.stem, upper=scene.name.upper(), real=real,
+            "flow_batch.c.j2", name=scene.name, doc=ROWS["propagate_batch"].doc, stem=self.stem, upper=scene.name.upper(), real=real,
             const_real=f"const {real}", kernel=kernel, nq=scene.nq, nv=scene.nv, nu=scene.nu,
             highest=HIGHEST[scene.real], products=_even(self.recurrences.products), factors=self.recurrences.count + 2, pairs=self._pairs(), count=max(self.recurrences.products, 1), held=self._held(),
             tables=[(table, len(values), numbers[table]) for (_, values), table in names.tables.items()],
@@ -213,7 +219,7 @@ class _Printer:
             slopes=[(0, scene.nq, of_q), (scene.nq, scene.nq + scene.nv, "slope[i]")],
             cart=(1 if scene.is_planar else 2) if scene.has_cart else 0, scales=scales_literals(scene, names),
             positions=self.positions, masses=scene.links, axes=2 if scene.is_planar else 3,
-            positions_parameter="p, " if scene.runtime and positions_read_parameters(scene) else "",
+            positions_parameter="p, " if scene.runtime and positions_read_parameters(self.model) else "",
             margin=names.number(MARGIN).text, room=ROOM,
             noise=names.number(NOISE[scene.real]).text, planar=scene.is_planar, epsilon=names.number(EPSILON[scene.real]).text,
             order_share=names.number(ORDER_SHARE).text, huge="700" if scene.real == "double" else "80",
@@ -228,7 +234,7 @@ def _even(count: int) -> int:
 
 def _declarations(scene: Scene, work: int) -> str:
     return render(
-        "flow_batch.h.j2", name=scene.name, upper=scene.name.upper(), outcomes=outcome_lines(PROPAGATE_BATCH, scene),
+        "flow_batch.h.j2", name=scene.name, doc=ROWS["propagate_batch"].doc, upper=scene.name.upper(), outcomes=outcome_lines(PROPAGATE_BATCH, scene),
         scalars=scalar_constants(PROPAGATE_BATCH, scene), event=struct_lines(BATCH_EVENT, scene),
         flow=struct_lines(FLOW_BATCH, scene), returns=PROPAGATE_BATCH.returns,
         prototype=", ".join(arguments(PROPAGATE_BATCH, scene, definition=False)), work=work,
