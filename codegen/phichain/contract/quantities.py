@@ -139,10 +139,11 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(
-        _DYNAMICS, "section 5",
-        _rows(
-            ("sine cosine", "", "sine and cosine of the joints' angles"),
-        ),
+        _DYNAMICS | {"inverse_dynamics"}, "section 5", _rows(("sine cosine", "", "sine and cosine of the joints' angles")),
+        "planar",
+    ),
+    Quantities(
+        _ANGLES - {"inverse_dynamics"}, "section 2", _rows(("sine cosine", "", "sine and cosine of the absolute angles")),
         "planar",
     ),
     Quantities(
@@ -174,7 +175,6 @@ TABLE: Final[tuple[Quantities, ...]] = (
         _ANGLES, "section 2",
         _rows(
             ("phi link_phi", "rad", "absolute angle of a link, from the hanging vertical"),
-            ("sine cosine", "", "sine and cosine of the absolute angle; in inverse_dynamics of the joint's"),
             ("rate link_rate", "rad/s", "absolute angular rate of a link"),
             ("alpha link_alpha", "rad/s^2", "absolute angular acceleration of a link"),
         ),

@@ -7,9 +7,9 @@ from fractions import Fraction
 from typing import Final
 
 from phichain.contract.flows import FORWARD_DYNAMICS_BATCH as CONTRACT
+from phichain.contract.functions import ROWS
 from phichain.emit.c.lanes import lane_function, lanes_kernel
 from phichain.emit.c.layout import laid_out_text
-from phichain.contract.functions import ROWS
 from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import words
 from phichain.emit.flow.declared import arguments, documented

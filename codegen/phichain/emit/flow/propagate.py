@@ -9,8 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from phichain.contract.functions import ROWS
 from phichain.contract.flows import PROPAGATE
+from phichain.contract.functions import ROWS
 from phichain.emit.c.comment import Comments
 from phichain.emit.c.function import c_function
 from phichain.emit.c.layout import laid_out_text
