@@ -56,6 +56,10 @@ _ANGLES: Final = frozenset(
     {"mass_matrix", "coriolis", "gravity_torque", "energy", "positions", "inverse_dynamics", "momentum", "linearization"}
 )
 _BALANCE: Final = frozenset({"phi", "phi_jacobian"})
+_SERIES: Final = frozenset(
+    f"{stem}_{part}" for stem in ("flow", "forward_dynamics", "field") for part in ("start", "follow", "follow_columns")
+)
+"""Orders 0 and n of a Taylor flow, and n of its derivatives."""
 
 _OF_LINKS: Final = "of the link and all beyond it"
 _LINK_MASS: Final = "m (r/l)^2"
@@ -245,11 +249,19 @@ TABLE: Final[tuple[Quantities, ...]] = (
             ("spring_moment", "N m", "moment of a joint's spring"),
         ),
     ),
+    Quantities(
+        _SERIES, "section 10",
+        _rows(
+            ("jet_left jet_right", "", "coefficients of the two factors of every product on the way"),
+            ("jet_factor", "", "coefficients of all factors, order after order"),
+            ("jet_sum", "", "what the orders between the first and n contribute to every product"),
+            ("jet_held", "", "what stays the same along a motion"),
+            ("jet_order", "", "n"),
+            ("jet_inverse_order", "", "1 / n"),
+        ),
+    ),
 )  # fmt: skip
 """Every explained name. What stands in no row is explained by the line that computes it."""
-
-DERIVATIVE: Final = Quantity("d_NAME", "", "derivative of NAME with respect to the entry of an argument that is at hand")
-"""What stands for the derivatives of all the others."""
 
 DERIVATIVE: Final = Quantity("d_NAME", "", "derivative of NAME with respect to the entry of an argument that is at hand")
 """What stands for the derivatives of all the others."""
