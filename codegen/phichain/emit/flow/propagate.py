@@ -7,8 +7,11 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Final
 
+<<<<<<< HEAD
 import numpy as np
 
+=======
+>>>>>>> main
 from phichain.contract.flows import PROPAGATE
 from phichain.contract.functions import ROWS
 from phichain.emit.c.comment import Comments
@@ -23,6 +26,7 @@ from phichain.emit.flow.header import HIGHEST, declarations, on_stack, padded, t
 from phichain.emit.render import render
 from phichain.ir.nodes import Program
 from phichain.ir.passes import total_operations, unroll
+from phichain.ir.rounded import nearest
 from phichain.lowering.field import vector_field
 from phichain.lowering.lower import lower_function
 from phichain.lowering.rates import fastest_rate, reach, scales_program
@@ -179,7 +183,7 @@ def _definitions(
         for (_, values), table in names.tables.items()
     ]
     size = "long" if recurrences.products > MANY_LANES else "short"
-    high = Fraction(float(TURN)) if scene.real == "double" else Fraction(float(np.float32(float(TURN))))
+    high = Fraction(nearest(scene.real, TURN))
     return render(
         "flow.c.j2", name=scene.name, doc=ROWS["propagate"].doc, upper=scene.name.upper(), real=f"{scene.name}_real", nq=scene.nq, nv=scene.nv,
         highest=HIGHEST[scene.real], products=padded(recurrences.products), tables=tables, functions=parts,
