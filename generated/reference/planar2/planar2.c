@@ -347,11 +347,7 @@ void planar2_gravity_torque(const planar2_real q[2], planar2_real out[PLANAR2_RE
  * Quantities (docs/theory.md, section 1):
  *   mass_speed_x, mass_speed_y  m/s  velocity of a link's mass
  *   sideways                    1/s  rate of a link's direction, its horizontal part
-<<<<<<< HEAD
  * Others are named as in mass_matrix, forward_dynamics.
-=======
- * Others are named as in mass_matrix, inverse_dynamics, forward_dynamics.
->>>>>>> main
  */
 void planar2_energy(const planar2_real q[2], const planar2_real v[2], planar2_real *kinetic,
     planar2_real *potential)

@@ -7,11 +7,6 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Final
 
-<<<<<<< HEAD
-import numpy as np
-
-=======
->>>>>>> main
 from phichain.contract.flows import PROPAGATE
 from phichain.contract.functions import ROWS
 from phichain.emit.c.comment import Comments
