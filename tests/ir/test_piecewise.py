@@ -13,8 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp
 
-from phichain.emit.c.function import CNames
 from phichain.emit.c.lanes import lane_function
+from phichain.emit.c.names import CNames
 from phichain.emit.casadi.python_function import python_function
 from phichain.errors import DerivationError, EmissionError
 from phichain.ir import Program, count_operations, evaluate, evaluate_exactly, unroll
