@@ -17,6 +17,7 @@ import sympy
 from phichain.errors import UnsupportedError
 from phichain.mechanics import display
 from phichain.mechanics.chain import Collected
+from phichain.mechanics.lagrangian import Lagrangian, define
 from phichain.mechanics.planar import PlanarExpressions
 from phichain.mechanics.spatial import SpatialExpressions
 from phichain.mechanics.symbols import ChainSymbols, Coefficient, expression
@@ -58,6 +59,11 @@ class Model:
     def coupling(self) -> tuple[Coefficient, ...]:
         """The coefficients of x'.C^T q_k' in T (kg m), equal to mu_k; empty on a fixed base."""
         return self._chain.coupling
+
+    @cached_property
+    def definition(self) -> Lagrangian:
+        """T, V and the dissipation as they are defined, with a symbol for every quantity on the way: O(N) to build."""
+        return define(self.scene, self.symbols)
 
     @cached_property
     def positions(self) -> tuple[sympy.ImmutableDenseMatrix, ...]:

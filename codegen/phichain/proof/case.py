@@ -1,0 +1,143 @@
+"""One function under proof at one random point, and which plain function proves which function of the contract."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final, TypeVar
+
+from phichain.contract.registry import ANY, Registry
+from phichain.ir.nodes import Program
+from phichain.proof.compiled import FAULTS, Bessel, Compiled, Given, Oracle, compiled
+from phichain.proof.field import PRIME, Vector, dot
+from phichain.proof.lagrange import Judge
+from phichain.proof.points import Point
+from phichain.proof.positions import Chain
+from phichain.scene import Scene
+
+
+class Wrong(Exception):
+    """An identity does not hold; says of which output, at which index."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A Program, compiled when it is first run."""
+
+    program: Program
+    calls: bool = False
+
+    @cached_property
+    def values(self) -> Compiled:
+        """It without derivatives."""
+        return compiled(self.program, calls=self.calls)
+
+    @cached_property
+    def slopes(self) -> Compiled:
+        """It with the derivative along one direction."""
+        return compiled(self.program, level=1)
+
+
+@dataclass(frozen=True)
+class Case:
+    """What a proof sees: the Program under proof, the judge, a point.
+
+    Attributes:
+        subject: the function under proof.
+        forward: the forward dynamics of the same scene, which is proven before what leans on it.
+        judge: the Model's Lagrangian.
+        point: where.
+        chain: the scene's numbers there.
+    """
+
+    subject: Subject
+    forward: Callable[[], Subject]
+    judge: Judge
+    point: Point
+
+    @property
+    def scene(self) -> Scene:
+        """The chain."""
+        return self.point.scene
+
+    @cached_property
+    def chain(self) -> Chain:
+        """The scene's numbers at the point."""
+        return Chain(self.point)
+
+    def run(self, given: Given | None = None, oracle: Oracle | None = None, bessel: Bessel | None = None) -> dict[str, Vector]:
+        """The outputs of the function under proof, at the point itself where nothing else is given.
+
+        Raises:
+            Wrong: it computes nothing there.
+        """
+        try:
+            made = self.subject.values(given or self.point.given(), bessel or self.point.bessel, oracle)
+        except FAULTS as fault:
+            raise Wrong(f"no result at all, for {nothing(fault)}") from fault
+        return {name: parts[0] for name, parts in made.items()}
+
+    def of(self, subject: Subject) -> Case:
+        """The same with another function under proof."""
+        return replace(self, subject=subject)
+
+    def same(self, name: str, found: Sequence[int], true: Sequence[int]) -> None:
+        """Hold an output against what it must be, entry by entry.
+
+        Raises:
+            Wrong: they differ.
+        """
+        for i, (one, other) in enumerate(zip(found, true, strict=True)):
+            if (one - other) % PRIME:
+                raise Wrong(f"{name}[{i}]")
+
+    def zero(self, name: str, residual: Callable[[Vector], int], turn: Vector) -> None:
+        """Hold that a linear functional vanishes along a random vector of rates.
+
+        Raises:
+            Wrong: it does not; names the first coordinate that shows it.
+        """
+        if residual(turn) % PRIME == 0:
+            return
+        for first, size in self._blocks():
+            alone = [entry if first <= i < first + size else 0 for i, entry in enumerate(turn)]
+            if residual(alone) % PRIME:
+                raise Wrong(f"{name}[{first}]" if size == 1 else f"{name}[{first}] to [{first + size - 1}]")
+        raise Wrong(name)
+
+    def _blocks(self) -> list[tuple[int, int]]:
+        """(first, size) of every coordinate of the cart and of the angles, or of every link's rotation."""
+        carts, nv = self.point.carts, self.scene.nv
+        step = 1 if self.scene.is_planar else 3
+        return [*((i, 1) for i in range(carts)), *((i, step) for i in range(carts, nv, step))]
+
+
+def nothing(fault: Exception) -> str:
+    """Why a Program computed nothing."""
+    match fault:
+        case ZeroDivisionError():
+            return "it divides by zero"
+        case ArithmeticError():
+            return "it takes the root of what is no square"
+        case IndexError():
+            return f"it writes {fault.args[0]}"
+    return "it reads what was never written"
+
+
+Prove = TypeVar("Prove", bound=Callable[[Case], None])
+
+IDENTITIES: Final[Registry[Callable[[Case], None]]] = Registry("phichain.proof", "identity")
+
+
+def proves(name: str, space: str = ANY) -> Callable[[Prove], Prove]:
+    """Register the identity that proves a function of the contract: it returns, or raises `Wrong`."""
+
+    def register(identity: Prove) -> Prove:
+        IDENTITIES.add(name, identity, space)
+        return identity
+
+    return register
+
+
+__all__ = ["IDENTITIES", "Case", "Given", "Subject", "Wrong", "dot", "nothing", "proves"]

@@ -1,0 +1,178 @@
+"""The judge: what the Model's own Lagrangian says of a motion, evaluated in the field with nilpotent directions.
+
+For coordinates x (angles, or unit vectors as vectors of space) the virtual work along dx is
+
+    [d/dt dT/dx' - dT/dx + dV/dx].dx + dR/drate.eta = u.eta
+
+d/dt dT/dx'.dx is the mixed derivative of T along (x', x'') in (x, x') and along dx in x'; the others are first derivatives. On the
+sphere dx_k = eta_k x q_k, x_k' = omega_k x q_k and x_k'' = omega_k' x q_k + omega_k x x_k': Lagrange and d'Alembert's principle.
+So one residual costs two evaluations of T, V and R, however long the chain is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import sympy
+
+from phichain.ir.nodes import Affine, Array, Cell, Const, Operand
+from phichain.mechanics import Model
+from phichain.mechanics.lagrangian import ParameterSymbols
+from phichain.proof.compiled import Circle, Compiled, Given, compiled
+from phichain.proof.field import PRIME, Vector, cross, plus
+from phichain.proof.points import Point
+from phichain.proof.symbolic import as_program, cells
+from phichain.scene import Scene
+
+
+@dataclass(frozen=True)
+class Work:
+    """Virtual work along one direction, by where it comes from; forces on the left side of the equations of motion."""
+
+    inertia: int
+    weight: int
+    springs: int
+    dampers: int
+
+    @property
+    def whole(self) -> int:
+        """All of it."""
+        return self.inertia + self.weight + self.springs + self.dampers
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A state of the chain in the Lagrangian's coordinates, and how it moves.
+
+    Attributes:
+        x: coordinates.
+        rate: x'.
+        acceleration: x''.
+        omega: what dampers see: v.
+    """
+
+    x: Vector
+    rate: Vector
+    acceleration: Vector
+    omega: Vector
+
+
+class Judge:
+    """A Model's Lagrangian, compiled once."""
+
+    def __init__(self, model: Model, params: Sequence[Array]) -> None:
+        """Compile T, V, R and the positions.
+
+        Args:
+            model: whose Lagrangian.
+            params: fields of the scene's runtime parameters.
+        """
+        scene, symbols, lagrangian = model.scene, model.symbols, model.definition
+        self.scene = scene
+        inputs = [Array("q", (scene.nq,)), Array("v", (scene.nv,)), *params]
+        known = cells(inputs[0], symbols.q) | cells(inputs[1], symbols.v) | parameter_operands(scene)
+        self._rate = "v"
+        if not scene.is_planar:
+            self._rate = "q_dot"
+            inputs.append(Array("q_dot", (scene.nq,)))
+            known |= cells(inputs[-1], [*symbols.cart_rate, *(entry for link in symbols.link_rates for entry in link)])
+        outputs = {
+            "kinetic": [lagrangian.kinetic],
+            "weight": [lagrangian.weight],
+            "springs": [lagrangian.springs],
+            "dissipation": [lagrangian.dissipation],
+            "positions": [entry for position in lagrangian.positions for entry in position],
+        }
+        program = as_program("lagrangian", inputs, known, lagrangian.definitions, outputs)
+        self._run: Compiled = compiled(program, 2)
+
+    def motion(self, point: Point, v: Vector | None = None, a: Vector | None = None) -> Motion:
+        """The motion of a point with rates v (its own where not given) and accelerations a (none where not given)."""
+        v = point.v if v is None else v
+        a = [0] * len(v) if a is None else a
+        rate = self.turned(point, v)
+        acceleration = self.turned(point, a)
+        if not self.scene.is_planar:
+            acceleration = plus(acceleration, [0] * point.carts + list(triples(rate, v, point.carts)))
+        return Motion(point.q, rate, acceleration, v)
+
+    def turned(self, point: Point, turn: Vector) -> Vector:
+        """What rates do to the coordinates: themselves in the plane, eta_k x q_k in space."""
+        if self.scene.is_planar:
+            return turn
+        return turn[: point.carts] + list(triples(point.q, turn, point.carts))
+
+    def work(self, point: Point, motion: Motion, turn: Vector) -> Work:
+        """The virtual work of a motion along the rotations (or angles) `turn`."""
+        shift = self.turned(point, turn)
+        values = {"q": motion.x, "v": motion.omega, self._rate: motion.rate}
+        timed = self.evaluate(
+            point, values, along={"q": motion.rate, self._rate: motion.acceleration}, across={"v": turn, self._rate: shift}
+        )
+        still = self.evaluate(point, values, along={"q": shift})
+        return Work(
+            inertia=timed["kinetic"][3][0] - still["kinetic"][1][0],
+            weight=still["weight"][1][0],
+            springs=still["springs"][1][0],
+            dampers=timed["dissipation"][2][0],
+        )
+
+    def evaluate(
+        self, point: Point, values: dict[str, Vector], circles: list[Circle] | None = None, **directions: dict[str, Vector]
+    ) -> dict[str, tuple[list[int], ...]]:
+        """T, V, R and the positions with their derivatives along the directions."""
+        turns = {"q": point.circles if circles is None else circles} if self.scene.is_planar else {}
+        return self._run(Given(point.parameters | values, turns, **directions))
+
+    def energies(self, point: Point) -> dict[str, list[int]]:
+        """T, V's parts, R and the positions of a point."""
+        motion = self.motion(point)
+        values = {"q": motion.x, "v": motion.omega, self._rate: motion.rate}
+        return {name: parts[0] for name, parts in self.evaluate(point, values).items()}
+
+    def kinetic_form(self, point: Point, one: Vector, other: Vector) -> int:
+        """The bilinear form of 2 T at a configuration, for two vectors of x'."""
+        zero = [0] * self.scene.nq
+        values = {"q": point.q, "v": zero, self._rate: zero}
+        parts = self.evaluate(point, values, along={self._rate: one}, across={self._rate: other})
+        return parts["kinetic"][3][0]
+
+    def momentum(self, point: Point, motion: Motion, shift: Vector) -> int:
+        """dT/dx' along dx."""
+        values = {"q": motion.x, "v": motion.omega, self._rate: motion.rate}
+        return self.evaluate(point, values, along={self._rate: shift})["kinetic"][1][0]
+
+    def push(self, point: Point, turn: Vector) -> int:
+        """The virtual work of the point's inputs: the cart's force, then the actuated angles."""
+        return sum(u * turn[i] for u, i in zip(point.u, driven(self.scene), strict=True)) % PRIME
+
+
+def driven(scene: Scene) -> list[int]:
+    """Which entries of v the inputs act on, in their order."""
+    carts = scene.nv - scene.links * (1 if scene.is_planar else 3)
+    return [*range(carts * scene.has_force), *(carts + joint - 1 for joint in scene.actuated_joints)]
+
+
+def triples(vectors: Vector, turns: Vector, start: int) -> Iterable[int]:
+    """turn_k x vector_k for every link, the entries before `start` left out."""
+    for k in range(start, len(vectors), 3):
+        yield from cross(turns[k : k + 3], vectors[k : k + 3])
+
+
+def parameter_operands(scene: Scene) -> dict[sympy.Symbol, Operand]:
+    """The exact number of every parameter, or the cell that it has at run time."""
+    symbols, known = ParameterSymbols.of(scene), dict[sympy.Symbol, Operand]()
+    for name in ("mass", "length", "com", "damping", "stiffness"):
+        entries, value = getattr(symbols, name), getattr(scene, name)
+        if value is None:
+            continue
+        for k, symbol in enumerate(entries):
+            known[symbol] = Cell(name, Affine(k)) if isinstance(value, str) else Const(Fraction(value[k]))
+    for name in ("cart_mass", "gravity"):
+        value = getattr(scene, name)
+        if value is not None:
+            symbol = getattr(symbols, name)
+            known[symbol] = Cell(name, Affine(0)) if isinstance(value, str) else Const(Fraction(value))
+    return known

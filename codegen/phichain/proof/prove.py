@@ -1,0 +1,81 @@
+"""The proof of a scene: its Lagrangian against the masses' positions, then every Program against the Lagrangian."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import cache
+
+from phichain.contract.functions import FLOWS
+from phichain.errors import ProofError
+from phichain.ir.nodes import Program
+from phichain.lowering import Lowered
+from phichain.lowering.lower import lower_function
+from phichain.mechanics import Model
+from phichain.proof.case import IDENTITIES, Case, Subject, Wrong
+from phichain.proof.circles import NotRational
+from phichain.proof.lagrange import Judge
+from phichain.proof.model import check_lagrangian
+from phichain.proof.points import POINTS, Point
+from phichain.proof.record import Proof, Proven
+
+EXACTLY = f"modulo 2^61 - 1, {POINTS} points"
+"""How a function is proven."""
+
+_REMEDY = "nothing was written: report this scene, or give prove=False (--no-proof) to have it unproven"
+
+
+def prove(model: Model, lowered: Lowered) -> Proof:
+    """Prove the Programs of a Model against its Lagrangian, exactly (docs/theory.md, "The proof").
+
+    Args:
+        model: whose T, V and dissipation; they are held against the positions of the masses first.
+        lowered: its Programs.
+
+    Returns:
+        For each function how it was proven; steps that are no rational map, and flows, say what stands in.
+
+    Raises:
+        ProofError: the Lagrangian, or a function, does not meet its identity.
+    """
+    start = time.process_time()
+    judge = Judge(model, lowered.params)
+    points = [Point(model.scene, number + 1, lowered.params) for number in range(POINTS)]
+    check_lagrangian(model, judge, points)
+    programs = {**lowered.wanted, **lowered.helpers}
+
+    @cache
+    def forward() -> Subject:
+        name = "forward_dynamics"
+        return Subject(programs[name] if name in programs else lower_function(model.scene, name, "loops"))
+
+    proven = [_proven(program, forward, judge, points) for program in programs.values()]
+    flows = [Proven(name, _FLOW, False) for name in model.scene.want if name in FLOWS]
+    return Proof(model.scene.name, model.scene.digest, (*proven, *flows), time.process_time() - start)
+
+
+_FLOW = "50 digits: steps in floating point; the forward dynamics that it calls are proven as forward_dynamics are"
+
+
+def _proven(program: Program, forward: Callable[[], Subject], judge: Judge, points: list[Point]) -> Proven:
+    """Prove one function.
+
+    Raises:
+        ProofError: it does not meet its identity.
+    """
+    start, name = time.process_time(), program.name
+    if not IDENTITIES.has(name, judge.scene.space):
+        return Proven(name, "50 digits: no identity modulo a prime is known for it", False)
+    identity = IDENTITIES.of(name, judge.scene.space)
+    subject = Subject(program)
+    for point in points:
+        try:
+            identity(Case(subject, forward, judge, point))
+        except NotRational as step:
+            return Proven(name, f"50 digits: it takes {step}", False, time.process_time() - start)
+        except Wrong as fault:
+            raise ProofError(
+                f"{judge.scene.name}.{name}", str(fault), f"does not meet the Lagrangian at random point {point.number}", _REMEDY,
+                function=name, output=str(fault), point=point.number, digest=judge.scene.digest,
+            ) from None  # fmt: skip
+    return Proven(name, EXACTLY, True, time.process_time() - start)
