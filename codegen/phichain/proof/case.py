@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final, TypeVar
 
 from phichain.contract.registry import ANY, Registry
 from phichain.ir.nodes import Program
-from phichain.proof.compiled import FAULTS, Bessel, Compiled, Given, Oracle, compiled
-from phichain.proof.field import PRIME, Vector, dot
+from phichain.proof.compiled import FAULTS, Compiled, Given, Oracle, compiled
+from phichain.proof.contracted import Contracted, contracted
+from phichain.proof.field import PRIME, Vector, dot, plus
 from phichain.proof.lagrange import Judge
 from phichain.proof.points import Point
 from phichain.proof.positions import Chain
@@ -37,6 +38,12 @@ class Subject:
     def slopes(self) -> Compiled:
         """It with the derivative along one direction."""
         return compiled(self.program, level=1)
+
+    @cached_property
+    def columns(self) -> tuple[Compiled, Contracted] | None:
+        """A Jacobian times vectors, where it is made of loops over seeds."""
+        found = contracted(self.program)
+        return None if found is None else (compiled(found.program), found)
 
 
 @dataclass(frozen=True)
@@ -66,14 +73,44 @@ class Case:
         """The scene's numbers at the point."""
         return Chain(self.point)
 
-    def run(self, given: Given | None = None, oracle: Oracle | None = None, bessel: Bessel | None = None) -> dict[str, Vector]:
+    def run(self, given: Given | None = None, oracle: Oracle | None = None) -> dict[str, Vector]:
         """The outputs of the function under proof, at the point itself where nothing else is given.
 
         Raises:
             Wrong: it computes nothing there.
         """
+        return self._made(self.subject.values, given or self.point.given(), oracle)
+
+    def times(self, given: Given, vectors: Mapping[str, Vector]) -> dict[str, Vector]:
+        """The matrices under proof, each times a vector: sums over columns, a loop over seeds run once where it can be.
+
+        Raises:
+            Wrong: it computes nothing there.
+        """
+        if self.subject.columns is None:
+            found = self.run(given)
+            return {
+                name: [dot(found[name][i : i + len(vector)], vector) for i in range(0, len(found[name]), len(vector))]
+                for name, vector in vectors.items()
+            }
+        program, plan = self.subject.columns
+        weights: dict[str, Vector] = {}
+        for block in plan.blocks:
+            if block.weights is None:
+                continue
+            entries = [0] * block.weights.size
+            entries[block.first : block.first + block.count] = vectors[block.output][block.column :][: block.count]
+            weights[block.weights.name] = entries
+        made = self._made(program, replace(given, values={**given.values, **weights}))
+        total: dict[str, Vector] = {}
+        for block in plan.blocks:
+            rows, weight = made[block.rows], 1 if block.weights else vectors[block.output][block.column]
+            total[block.output] = plus(total.get(block.output, [0] * len(rows)), rows, weight)
+        return total
+
+    def _made(self, program: Compiled, given: Given, oracle: Oracle | None = None) -> dict[str, Vector]:
         try:
-            made = self.subject.values(given or self.point.given(), bessel or self.point.bessel, oracle)
+            made = program(given, self.point.bessel, oracle)
         except FAULTS as fault:
             raise Wrong(f"no result at all, for {nothing(fault)}") from fault
         return {name: parts[0] for name, parts in made.items()}
@@ -139,5 +176,3 @@ def proves(name: str, space: str = ANY) -> Callable[[Prove], Prove]:
 
     return register
 
-
-__all__ = ["IDENTITIES", "Case", "Given", "Subject", "Wrong", "dot", "nothing", "proves"]

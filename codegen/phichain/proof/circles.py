@@ -8,7 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from phichain.ir.nodes import Call, Cell, Const, For, Local, Op, Operand, Program, SinCos, Statement, Store, walk
+from phichain.ir.nodes import (
+    Call,
+    Cell,
+    Const,
+    For,
+    Local,
+    Op,
+    Operand,
+    Program,
+    SinCos,
+    Statement,
+    Store,
+    walk,
+)
 
 
 class NotRational(Exception):

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from phichain.ir.inline import inline
-from phichain.ir.nodes import Array, Program
+from phichain.ir.nodes import Program
 from phichain.proof.circles import angles_of
 from phichain.proof.field import PRIME, inverse, root
 from phichain.proof.written import MARKS, Python
@@ -83,7 +83,7 @@ def compiled(program: Program, level: int = 0, calls: bool = False) -> Compiled:
     program = program if calls or not program.callees else inline(program)
     text = Python(program, MARKS[: (1, 2, 4)[level]], angles_of(program)).text()
     names: dict[str, Any] = {"inverse": inverse, "root": root, "checked": _checked, "flat": _flat}
-    exec(compile(text, f"<{program.name}>", "exec"), names)
+    exec(compile(text, f"<{program.name}>", "exec"), names)  # noqa: S102  the text is written above, of integers and names alone
     return Compiled(text, names["run"])
 
 
@@ -97,5 +97,3 @@ def _checked(array: dict[int, int], size: int, name: str) -> None:
     if array and not (min(array) >= 0 and max(array) < size):
         raise IndexError(f"a cell beyond {name}")
 
-
-__all__ = ["FAULTS", "Array", "Bessel", "Circle", "Compiled", "Given", "Oracle", "compiled"]

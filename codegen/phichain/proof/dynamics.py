@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from phichain.proof.case import Case, proves
+from phichain.proof.case import Case, Wrong, nothing, proves
 from phichain.proof.compiled import FAULTS
-from phichain.proof.case import Wrong, nothing
-from phichain.proof.field import PRIME, Vector, cross, dot
+from phichain.proof.field import PRIME, Vector, dot, plus
 from phichain.proof.lagrange import Motion, triples
 
 
@@ -57,12 +56,10 @@ def state_jacobian(case: Case) -> None:
         true = forward.slopes(replace(point.given(), along=moved), point.bessel)["a"][1]
     except FAULTS as fault:
         raise Wrong(f"no derivative, for {nothing(fault)}") from fault
-    blocks = case.run()
+    blocks = {f"dad{name}": direction for name, direction in moved.items() if direction}
     found = [0] * scene.nv
-    for name, direction in moved.items():
-        if direction:
-            block, width = blocks[f"dad{name}"], len(direction)
-            found = [total + dot(block[i * width : (i + 1) * width], direction) for i, total in enumerate(found)]
+    for rows in case.times(point.given(), blocks).values():
+        found = plus(found, rows)
     case.same("a row of the derivatives of a, a", found, true)
 
 
@@ -74,5 +71,3 @@ def _orthogonal(case: Case, name: str, found: Vector, true: list[int]) -> None:
         if (dot(link, found[first : first + 3]) - value) % PRIME:
             raise Wrong(f"{name}[{first}] to [{first + 2}]")
 
-
-__all__ = ["cross"]

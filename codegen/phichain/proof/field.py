@@ -32,7 +32,7 @@ def inverse(value: int) -> int:
     return pow(value, -1, PRIME)
 
 
-def exact(value: Fraction | float | int) -> int:
+def exact(value: Fraction | float) -> int:
     """The image of a rational number.
 
     Raises:

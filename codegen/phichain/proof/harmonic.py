@@ -12,11 +12,10 @@ K(z) = J_1(z) / z, K(0) = 1/2, K'(z) = -J_2(z) / z. None of the kernels that `ha
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 from phichain.mechanics.coordinates import absolute_angles, joint_angles
-from phichain.proof.case import Case, Wrong, proves
-from phichain.proof.field import HALF, PRIME, Vector, dot, inverse
+from phichain.proof.case import Case, proves
+from phichain.proof.field import HALF, PRIME, Vector, dot
 from phichain.proof.points import Bessel
 from phichain.proof.positions import Chain
 
@@ -136,12 +135,9 @@ def phi(case: Case) -> None:
 def phi_jacobian(case: Case) -> None:
     """one^T (dPhi/dA other + dPhi/domega frequency) = -2 times the second derivative of <L>."""
     average, amplitude, omega = _averaged(case)
-    out = case.run(case.point.given(amplitude=amplitude, omega=[omega]))["out"]
-    other, frequency, nv = case.point.free("other"), case.point.free("frequency", 1)[0], case.scene.nv
-    column = [dot(out[i * (nv + 1) : (i + 1) * (nv + 1)], [*other, frequency]) for i in range(nv)]
+    other, frequency = case.point.free("other"), case.point.free("frequency", 1)[0]
+    given = case.point.given(amplitude=amplitude, omega=[omega])
+    column = case.times(given, {"out": [*other, frequency]})["out"]
     case.zero(
         "a row of out, out", lambda one: dot(column, one) + 2 * average.mixed(one, other, frequency), case.point.free("one")
     )
-
-
-__all__ = ["Wrong", "inverse", "pairwise"]

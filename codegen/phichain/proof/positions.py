@@ -10,8 +10,9 @@ springs store and what dampers take is written down here once more (theory secti
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 
 from phichain.proof.field import HALF, PRIME, Vector, cross, dot, exact, plus
 from phichain.proof.points import Point
@@ -22,9 +23,15 @@ class Chain:
     """A scene's numbers in the field, and what they say at one point."""
 
     point: Point
+    _known: dict[str, Vector] = field(default_factory=dict)
 
     def per_link(self, name: str) -> Vector:
         """A parameter of every link; zeros where there is none."""
+        if name not in self._known:
+            self._known[name] = self._per_link(name)
+        return self._known[name]
+
+    def _per_link(self, name: str) -> Vector:
         value = getattr(self.point.scene, name)
         if value is None:
             return self.per_link("length") if name == "com" else [0] * self.point.scene.links
@@ -126,7 +133,7 @@ class Chain:
         """(phi_k - phi_{k-1})^2 / 2, or 1 - q_{k-1}.q_k."""
         if self.point.scene.is_planar:
             angles = [0, *(angle for angle, _, _ in self.turns)]
-            return [(outer - inner) ** 2 * HALF for inner, outer in zip(angles, angles[1:], strict=False)]
+            return [(outer - inner) ** 2 * HALF for inner, outer in pairwise(angles)]
         return [1 - dot(inner, outer) for inner, outer in zip([[0, 0, 1], *self.directions], self.directions, strict=False)]
 
     def _slips(self) -> Vector:

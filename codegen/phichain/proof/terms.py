@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phichain.proof.case import Case, Wrong, proves
+from phichain.proof.case import Case, proves
 from phichain.proof.field import PRIME, Vector, dot
 
 
@@ -86,5 +86,3 @@ def project(case: Case) -> None:
     case.same("q_out", found["q_out"], unit)
     case.same("v_out", found["v_out"], across)
 
-
-__all__ = ["Wrong"]

@@ -10,7 +10,21 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Final
 
-from phichain.ir.nodes import Affine, Array, Call, Cell, Const, For, Local, Op, Operand, Program, SinCos, Statement, Store
+from phichain.ir.nodes import (
+    Affine,
+    Array,
+    Call,
+    Cell,
+    Const,
+    For,
+    Local,
+    Op,
+    Operand,
+    Program,
+    SinCos,
+    Statement,
+    Store,
+)
 from phichain.proof.circles import NotRational
 from phichain.proof.field import PRIME, exact
 
