@@ -8,9 +8,10 @@ from pathlib import Path
 
 from phichain.emit import library_files
 from phichain.files import write_folder
+from phichain.lowering import lower
+from phichain.mechanics import derive
 from phichain.native import build_folder
 from phichain.native.cache import Cache
-from phichain.pipeline import derived_and_lowered
 from phichain.scene import Scene, standard_scene
 from phichain.system import System
 
@@ -36,7 +37,7 @@ def built_afresh(scene: Scene) -> tuple[System, float]:
 
 def _built(scene: Scene) -> tuple[System, float]:
     begin = processor_seconds()
-    files = library_files(scene, derived_and_lowered(scene))
+    files = library_files(scene, lower(derive(scene)))
     with tempfile.TemporaryDirectory(prefix="phichain-bench-") as folder:
         source = write_folder(Path(folder) / scene.name, files)
         system = build_folder(source, cache=Cache(Path(folder) / "cache"))

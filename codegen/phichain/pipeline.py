@@ -7,8 +7,7 @@ from pathlib import Path
 
 from phichain.emit import folder_files, library_files
 from phichain.files import write_folder
-from phichain.lowering import Lowered, lower
-from phichain.lowering.crosscheck import check_coefficients
+from phichain.lowering import lower
 from phichain.mechanics import derive
 from phichain.native import build_folder
 from phichain.scene import Scene
@@ -27,10 +26,11 @@ def generate(scene: Scene, out: Path | str = "generated", with_casadi_c: bool = 
         The folder OUT/NAME.
 
     Raises:
+        DerivationError: the Programs would not solve the derived Lagrangian.
         OutputError: the folder cannot be written; what was there before is still there.
         EmissionError: a number of the scene does not fit its type.
     """
-    files = folder_files(scene, derived_and_lowered(scene), with_casadi_c)
+    files = folder_files(scene, lower(derive(scene)), with_casadi_c)
     return write_folder(Path(out) / scene.name, files)
 
 
@@ -38,14 +38,9 @@ def build(scene: Scene) -> System:
     """Derive, lower, emit, compile (or find compiled) and load a scene.
 
     Raises:
+        DerivationError: the Programs would not solve the derived Lagrangian.
         CompilerError: the C compiler is missing, failed or hung.
     """
-    files = library_files(scene, derived_and_lowered(scene))
+    files = library_files(scene, lower(derive(scene)))
     with tempfile.TemporaryDirectory(prefix="phichain-") as folder:
         return build_folder(write_folder(Path(folder) / scene.name, files))
-
-
-def derived_and_lowered(scene: Scene) -> Lowered:
-    """The scene's Programs, their coefficients checked against those of the derived Lagrangian."""
-    check_coefficients(derive(scene))
-    return lower(scene)

@@ -21,6 +21,7 @@ from phichain.emit import library_files
 from phichain.files import write_folder
 from phichain.ir import Program, evaluate, evaluate_exactly
 from phichain.lowering import lower
+from phichain.mechanics import derive
 from phichain.native import Cache, CompilerOptions, build_folder
 from phichain.scene import Scene
 from phichain.system import System
@@ -62,8 +63,8 @@ def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     """Everything about one scene, made once for all tests of it."""
     scene: Scene = request.param
     scratch = tmp_path_factory.mktemp(scene.name)
-    programs = dict(lower(replace(scene, code="loops")).wanted)
-    folder = write_folder(scratch / scene.name, library_files(scene, lower(scene)))
+    programs = dict(lower(derive(replace(scene, code="loops"))).wanted)
+    folder = write_folder(scratch / scene.name, library_files(scene, lower(derive(scene))))
     system = build_folder(folder, QUICK, Cache(scratch / "cache"))
     states = random_states(scene, programs, STATES, seed=sum(map(ord, scene.name)))
     return Case(scene, folder, programs, system, states)

@@ -20,6 +20,7 @@ from phichain.emit.flow.flows import PRINTERS, FlowText
 from phichain.errors import ContractError
 from phichain.lowering import lower, lower_function
 from phichain.lowering.writers import WRITERS, writes
+from phichain.mechanics import derive
 from phichain.native.flows.call import CALLERS
 from phichain.pipeline import build, generate
 from phichain.reference import reference
@@ -67,7 +68,7 @@ def test_a_program_has_the_arguments_of_its_row(chain: Scene) -> None:
     """Jacobians too, which a transform makes: names, extents and words, inputs before outputs."""
     rows = {row.name: row for row in TABLE}
     for name in offered(chain.space, chain.damping is not None):
-        program = lower_function(chain, name, "loops")
+        program = lower_function(derive(chain), name, "loops")
         made = [(array.name, array.shape, array.doc) for array in (*program.inputs, *program.outputs)]
         assert made == [(a.name, a.shape(chain), a.doc) for a in rows[name].arguments_of(chain)], name
         assert program.doc == rows[name].doc
@@ -127,7 +128,7 @@ def test_a_flow_without_a_callable_says_so(monkeypatch: pytest.MonkeyPatch) -> N
 def test_a_derivative_leans_on_the_writer_of_its_function(monkeypatch: pytest.MonkeyPatch) -> None:
     without(monkeypatch, WRITERS, "forward_dynamics")
     with pytest.raises(ContractError, match="has no writer for planar scenes"):
-        lower(Scene("duo", 2, mass=1.0, length=1.0, want=["state_jacobian"]))
+        lower(derive(Scene("duo", 2, mass=1.0, length=1.0, want=["state_jacobian"])))
 
 
 def test_what_has_no_row_is_not_registered() -> None:

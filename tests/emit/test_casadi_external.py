@@ -25,6 +25,7 @@ from phichain.errors import UnsupportedError
 from phichain.ir.evaluate import evaluate, evaluate_exactly
 from phichain.ir.nodes import Program
 from phichain.lowering.lower import Lowered, lower
+from phichain.mechanics import derive
 from phichain.scene import Scene, standard_scene
 from tests.emit.casadi_scenes import (
     SCENES,
@@ -128,7 +129,7 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Built]:
     def build_kind(kind: str) -> Built:
         if kind not in made:
             scene, folder = KINDS[kind], tmp_path_factory.mktemp(kind)
-            lowered = lower(scene)
+            lowered = lower(derive(scene))
             files = write(scene, lowered, folder)
             run(folder, "cc", *STRICT, "-O1", "-fPIC", "-shared", *files, "-o", f"{scene.name}.so", "-lm")
             made[kind] = Built(scene, lowered, folder)
@@ -257,7 +258,7 @@ def test_derivatives_come_without_jacobians_and_the_file_says_so(build: Callable
     with pytest.raises(RuntimeError, match="Derivatives cannot be calculated"):
         built.external("phi_jacobian").jacobian()
     scene = make_scene("plain", 2, want=("energy",))
-    assert "Without a Jacobian" not in casadi_external(print_scene(scene, lower(scene)))
+    assert "Without a Jacobian" not in casadi_external(print_scene(scene, lower(derive(scene))))
 
 
 def test_functions_work_inside_mx_expressions(build: Callable[[str], Built]) -> None:
@@ -349,7 +350,7 @@ def test_symbols_carry_the_scene_s_name_and_no_state(kind: str, build: Callable[
 
 def test_several_scenes_share_one_shared_object(tmp_path: Path) -> None:
     scenes = [make_scene(name, 2, want=("forward_dynamics", "energy")) for name in ("left", "right")]
-    files = [file for scene in scenes for file in write(scene, lower(scene), tmp_path)]
+    files = [file for scene in scenes for file in write(scene, lower(derive(scene)), tmp_path)]
     run(tmp_path, "cc", *STRICT, "-O0", "-fPIC", "-shared", *files, "-o", "both.so", "-lm")
     both = [casadi.external(f"{s.name}_casadi_forward_dynamics", str(tmp_path / "both.so")) for s in scenes]
     assert relative_error(both[0]([0.1, 0.2], [0, 0]).full(), both[1]([0.1, 0.2], [0, 0]).full()) == 0
@@ -358,14 +359,14 @@ def test_several_scenes_share_one_shared_object(tmp_path: Path) -> None:
 def test_each_kind_of_scene_compiles(tmp_path: Path) -> None:
     for scene in SCENES[::5]:
         small = replace(scene, want=("mass_matrix", "linearization"))
-        files = write(small, lower(small), tmp_path)
+        files = write(small, lower(derive(small)), tmp_path)
         run(tmp_path, "cc", *STRICT, "-O0", "-c", *files)
 
 
 def test_single_precision_is_refused() -> None:
     scene = replace(standard_scene(2), real="float")
     with pytest.raises(UnsupportedError) as caught:
-        casadi_external(print_scene(scene, lower(scene)))
+        casadi_external(print_scene(scene, lower(derive(scene))))
     assert str(caught.value) == (
         "real: CasADi calls functions in double precision (got 'float'); "
         'set target.real = "double", or use planar2_casadi.py'
@@ -374,8 +375,8 @@ def test_single_precision_is_refused() -> None:
 
 def test_the_same_scene_gives_the_same_text() -> None:
     scene = make_scene("again", 2, want=("forward_dynamics", "mass_matrix"), gravity="runtime")
-    first = casadi_external(print_scene(scene, lower(scene)))
-    assert first == casadi_external(print_scene(scene, lower(scene)))
+    first = casadi_external(print_scene(scene, lower(derive(scene))))
+    assert first == casadi_external(print_scene(scene, lower(derive(scene))))
     assert all(line == line.rstrip() for line in first.splitlines())
     assert first.endswith("}\n")
     assert not re.search(r"\b(malloc|calloc|alloca|free)\b", first)

@@ -17,6 +17,7 @@ from phichain.ir.evaluate import evaluate
 from phichain.ir.nodes import Program
 from phichain.ir.passes import unroll
 from phichain.lowering.lower import Lowered, lower
+from phichain.mechanics import derive
 from phichain.scene import Scene, standard_scene
 from tests.emit.casadi_scenes import (
     SCENES,
@@ -37,7 +38,7 @@ NAMES = [scene.name for scene in (*SCENES, *SINGLE)]
 @cache
 def lowered_by_name(name: str) -> tuple[Scene, Lowered]:
     scene = next(scene for scene in (*SCENES, *SINGLE) if scene.name == name)
-    return scene, lower(scene)
+    return scene, lower(derive(scene))
 
 
 def load(text: str) -> ModuleType:
@@ -111,7 +112,7 @@ def test_casadi_s_derivative_of_forward_dynamics_is_state_jacobian(name: str) ->
 
 def test_derivatives_of_phi_are_exact_in_both_regions_of_the_bessel_functions() -> None:
     scene = standard_scene(2)
-    lowered = lower(scene)
+    lowered = lower(derive(scene))
     module = load(casadi_module(scene, lowered))
     phi = module.phi()
     amplitude, omega = casadi.SX.sym("amplitude", 2), casadi.SX.sym("omega")
@@ -127,7 +128,7 @@ def test_derivatives_of_phi_are_exact_in_both_regions_of_the_bessel_functions() 
 def test_loops_leave_the_expression_graph_of_straight_line_code() -> None:
     for scene in (scene for scene in SCENES if scene.name.endswith("tip_fixed_numbers")):
         straight = replace(scene, code="unrolled")
-        unrolled = load(casadi_module(straight, lower(straight)))
+        unrolled = load(casadi_module(straight, lower(derive(straight))))
         for name in scene.want:
             if name in ("mass_matrix", "gravity_torque") and scene.space == "spatial":
                 continue  # a few signs more: CasADi does not pull them into constant factors
@@ -138,7 +139,7 @@ def test_loops_leave_the_expression_graph_of_straight_line_code() -> None:
 
 def test_straight_line_code_is_printed_where_the_scene_asks_for_it() -> None:
     scene = replace(standard_scene(3), code="unrolled", want=("forward_dynamics", "phi", "step"))
-    lowered = lower(scene)
+    lowered = lower(derive(scene))
     text = casadi_module(scene, lowered)
     equations = [
         part for part in text.split("\n\n\n") if part.startswith(("def _forward", "def _step", "def _phi"))
@@ -160,7 +161,7 @@ def test_length_of_the_text_does_not_grow_with_the_chain() -> None:
         scene = replace(
             standard_scene(links), want=("forward_dynamics", "inverse_dynamics", "energy", "step")
         )
-        texts.append(casadi_module(scene, lower(scene)))
+        texts.append(casadi_module(scene, lower(derive(scene))))
     equations = [text[text.index("def _forward_dynamics") :] for text in texts]
     assert len(equations[1].splitlines()) == len(equations[0].splitlines())
     assert len(equations[1]) < 1.1 * len(equations[0])
@@ -185,18 +186,18 @@ def test_public_names_are_the_wanted_functions(name: str) -> None:
 
 def test_what_a_function_calls_comes_along_without_becoming_public() -> None:
     scene = make_scene("stepping", 2, want=("step",))
-    module = load(casadi_module(scene, lower(scene)))
+    module = load(casadi_module(scene, lower(derive(scene))))
     assert callable(module._forward_dynamics)
     assert not hasattr(module, "forward_dynamics")
 
 
 def test_helpers_stand_only_where_something_needs_them() -> None:
     scene = make_scene("small", 3, want=("forward_dynamics",))
-    text = casadi_module(scene, lower(scene))
+    text = casadi_module(scene, lower(derive(scene)))
     for absent in ("bessel", "_matrix", "_parameters", "runtime parameters"):
         assert absent not in text
     scene = make_scene("balanced", 3, want=("phi", "mass_matrix"), gravity="runtime")
-    text = casadi_module(scene, lower(scene))
+    text = casadi_module(scene, lower(derive(scene)))
     for present in ("def bessel", "def _matrix", "def _parameters", "runtime parameters: gravity."):
         assert present in text
 
@@ -206,7 +207,7 @@ def test_parameters_are_stacked_in_the_order_of_the_c_struct() -> None:
         "stacked", 2, base="cart", com="runtime", mass="runtime", gravity="runtime", cart_mass="runtime",
         want=("positions", "gravity_torque"),
     )  # fmt: skip
-    module = load(casadi_module(scene, lower(scene)))
+    module = load(casadi_module(scene, lower(derive(scene))))
     assert "runtime parameters: mass, com, cart_mass, gravity." in module.__doc__
     p = np.array([1.0, 2.0, 0.3, 0.4, 5.0, 9.0])
     tip = module.positions()(p, [0.5, np.pi / 2, 0.0]).full()
@@ -219,8 +220,8 @@ def test_parameters_are_stacked_in_the_order_of_the_c_struct() -> None:
 def test_the_same_scene_gives_the_same_text() -> None:
     scene = standard_scene(3)
     first, second = (
-        casadi_module(scene, lower(scene)),
-        casadi_module(standard_scene(3), lower(standard_scene(3))),
+        casadi_module(scene, lower(derive(scene))),
+        casadi_module(standard_scene(3), lower(derive(standard_scene(3)))),
     )
     assert first == second
     assert first.endswith("\n") and not first.endswith("\n\n")
@@ -233,7 +234,7 @@ def program_names(program: Program) -> set[str]:
 
 def test_every_argument_and_result_is_explained() -> None:
     for scene in SCENES[:2]:
-        lowered = lower(scene)
+        lowered = lower(derive(scene))
         module = load(text_by_name(scene.name))
         for name, program in lowered.wanted.items():
             documented = getattr(module, name).__doc__
@@ -246,7 +247,7 @@ def test_every_argument_and_result_is_explained() -> None:
 def test_loops_and_straight_line_code_are_the_same_function() -> None:
     """The module prints loops where the folder's C is straight-line: the two lowerings must not drift apart."""
     scene = SCENES[-1]
-    loops, auto = lower(replace(scene, code="loops")).wanted, lower(scene).wanted
+    loops, auto = lower(derive(replace(scene, code="loops"))).wanted, lower(derive(scene)).wanted
     rng = np.random.default_rng(11)
     for name, program in loops.items():
         arguments = random_arguments(program, rng, scene.space)

@@ -18,6 +18,7 @@ from phichain.emit.flow.propagate_batch import flow_batch
 from phichain.ir.nodes import Array
 from phichain.lowering.lower import lower_function
 from phichain.lowering.rates import scales_program
+from phichain.mechanics import derive
 from phichain.native.flows.forward_dynamics_batch import make_forward_dynamics_batch
 from phichain.native.flows.propagate_batch import PropagateBatch, make_propagate_batch
 from phichain.native.signature import Argument
@@ -32,13 +33,13 @@ WRITERS = {"forward_dynamics_batch": forward_dynamics_batch, "propagate_batch": 
 
 def parameters(chain: Scene) -> tuple[Array, ...]:
     """Fields of the scene's struct of runtime parameters."""
-    return scales_program(chain).params if chain.runtime else ()
+    return scales_program(derive(chain)).params if chain.runtime else ()
 
 
 @cache
 def unit(chain: Scene, name: str, portable: bool = False) -> str:
     """One C file with a batch form, the scalar forward dynamics, and what they lean on."""
-    made, dynamics = WRITERS[name](chain), lower_function(chain, "forward_dynamics", chain.code)
+    made, dynamics = WRITERS[name](derive(chain)), lower_function(derive(chain), "forward_dynamics", chain.code)
     tables = {key: f"{chain.name}_{key[0]}_{i}" for i, key in enumerate(dynamics.tables.items())}
     body = c_function(dynamics, CNames(chain.name, chain.real, tables), {})
     uses = made.uses | body.uses

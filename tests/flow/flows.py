@@ -12,6 +12,7 @@ from typing import Any
 from phichain.emit.c import sincos as trig
 from phichain.emit.c.text import sincos_kernel
 from phichain.emit.flow.propagate import TaylorFlow, flow
+from phichain.mechanics import derive
 from phichain.native.flows.propagate import Propagate, make_propagate
 from phichain.native.signature import Argument
 from phichain.scene import Scene, scene_from_dict
@@ -40,7 +41,7 @@ def scene(name: str, space: str, base: str, **chain: Any) -> Scene:
 
 def unit(chain: Scene) -> tuple[str, TaylorFlow]:
     """One C file with the flow and what it leans on."""
-    made = flow(chain)
+    made = flow(derive(chain))
     includes = {*made.includes, *(trig.HEADERS if "sincos" in made.uses else ())}
     text = [f"#include <{header}>" for header in sorted(includes)]
     text.append(f"typedef {chain.real} {chain.name}_real;")
@@ -56,7 +57,7 @@ def unit(chain: Scene) -> tuple[str, TaylorFlow]:
 def _fields(chain: Scene) -> list[tuple[str, str]]:
     return [
         (array.name, f"[{array.size}]" if array.shape else "")
-        for array in flow(chain).recurrences.start.params
+        for array in flow(derive(chain)).recurrences.start.params
     ]
 
 

@@ -13,6 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from phichain.errors import ArrayError, ToleranceError
+from phichain.mechanics import derive
 from phichain.pipeline import build
 from phichain.scene import Scene, scene_from_dict
 from phichain.system.propagation import Stop
@@ -317,7 +318,7 @@ def test_nothing_beyond_the_arrays_is_touched(form: str, tmp_path: Path) -> None
 @pytest.mark.parametrize("form", WRITERS)
 def test_lines_are_short_and_names_have_the_prefix(form: str) -> None:
     chain = CHAINS["cart"]
-    made = WRITERS[form](chain)
+    made = WRITERS[form](derive(chain))
     text = made.declarations + made.definitions
     assert max(map(len, text.splitlines())) <= 120
     for line in text.splitlines():

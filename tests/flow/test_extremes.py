@@ -13,6 +13,7 @@ import pytest
 
 from phichain.emit.flow.header import ON_STACK
 from phichain.emit.flow.propagate import flow
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from phichain.system.propagation import Stop
 from tests.flow.flows import compiled, planar, scene, unit
@@ -107,8 +108,8 @@ def test_long_chains_do_not_work_on_the_stack(tmp_path: Path) -> None:
 
 
 def test_short_chains_need_no_workspace() -> None:
-    assert "never returned by this scene" in flow(planar(4)).declarations
-    assert "too large for a stack" in flow(LONG).declarations
+    assert "never returned by this scene" in flow(derive(planar(4))).declarations
+    assert "too large for a stack" in flow(derive(LONG)).declarations
 
 
 def test_a_long_chain_at_rest_in_its_folds_stays() -> None:

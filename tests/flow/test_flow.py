@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from phichain.errors import ArrayError, ToleranceError
 from phichain.ir.evaluate import evaluate
 from phichain.lowering.lower import lower_function
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from phichain.system.propagation import Stop
 from tests.flow.flows import CHAINS, compiled, planar, scene
@@ -48,7 +49,7 @@ TURN = np.array([1.0, -1.0, -1.0])
 
 
 def energy(chain: Scene, q: NDArray[np.float64], v: NDArray[np.float64]) -> NDArray[np.float64]:
-    found = evaluate(lower_function(chain, "energy", "loops"), {"q": q, "v": v})
+    found = evaluate(lower_function(derive(chain), "energy", "loops"), {"q": q, "v": v})
     return found["kinetic"] + found["potential"]
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from phichain.emit.flow.propagate import flow
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from tests.flow.flows import CHAINS, STRICT, planar, unit
 
@@ -27,7 +28,7 @@ def test_strict_compilers_have_nothing_to_say(chain: Scene, tmp_path: Path) -> N
 
 @pytest.mark.parametrize("chain", CHAINS.values(), ids=lambda chain: chain.name)
 def test_lines_are_short_and_every_name_at_file_scope_has_the_prefix(chain: Scene) -> None:
-    made = flow(chain)
+    made = flow(derive(chain))
     text = made.declarations + made.definitions
     assert max(map(len, text.splitlines())) <= 120
     for line in text.splitlines():

@@ -9,6 +9,7 @@ import pytest
 
 from phichain.ir.evaluate import evaluate
 from phichain.lowering.rates import fastest_rate, reach, scales_program
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from tests.flow.flows import planar, scene
 
@@ -50,7 +51,7 @@ def test_the_bound_for_runtime_parameters_is_above_and_not_far(links: int, half_
     )
     assert fastest_rate(given) is None and reach(given) is None
     numbers = {"mass": 1 / links, "length": 1 / links, "com": 0.5 / links}
-    bound, length = evaluate(scales_program(given), {name: np.full(links, numbers[name]) for name in names})[
+    bound, length = evaluate(scales_program(derive(given)), {name: np.full(links, numbers[name]) for name in names})[
         "scales"
     ]
     assert length == pytest.approx(1.0)

@@ -12,6 +12,7 @@ import pytest
 from phichain.errors import UnsupportedError
 from phichain.ir.evaluate import evaluate
 from phichain.lowering.lower import lower_function
+from phichain.mechanics import derive
 from phichain.motion.events import Event, as_events
 from phichain.motion.methods import taylor
 from phichain.motion.methods.emitted_flow import runs_whole
@@ -26,7 +27,7 @@ DRIVEN = planar(2, "driven", joints={"actuated": "all"})
 
 
 def system_of(chain: Scene) -> System:
-    dynamics = lower_function(chain, "forward_dynamics", "loops")
+    dynamics = lower_function(derive(chain), "forward_dynamics", "loops")
     names = [array.name for array in dynamics.inputs]
 
     def forward_dynamics(*values: Any) -> Any:

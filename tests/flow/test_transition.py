@@ -16,6 +16,7 @@ from phichain.emit.flow.propagate import flow
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.ir.evaluate import evaluate_exactly
 from phichain.lowering.lower import lower_function
+from phichain.mechanics import derive
 from phichain.native.flows.propagate import Propagate
 from phichain.scene import Scene, scene_from_dict
 from phichain.system.propagation import Stop
@@ -126,7 +127,7 @@ def _turned(axis: Vector, angle: float) -> Vector:
 
 def test_transition_is_symplectic_in_momenta() -> None:
     """P^T J P = J for P the transition in (q, p), p = M(q) v, its derivatives in 40 digits."""
-    mass = lower_function(TWO, "mass_matrix", "loops")
+    mass = lower_function(derive(TWO), "mass_matrix", "loops")
 
     def momentum(x: Any) -> Any:
         m = evaluate_exactly(mass, {"q": x[:2]}, 40)["out"]
@@ -219,7 +220,7 @@ def test_pieces_and_stops_carry_it_on() -> None:
 
 
 def test_scenes_that_do_not_ask_have_no_trace_of_it() -> None:
-    made = flow(planar(2))
+    made = flow(derive(planar(2)))
     assert "column" not in made.declarations + made.definitions
 
 

@@ -15,7 +15,7 @@ from phichain.emit.c.text import header, source
 from phichain.emit.printed import Printed, print_scene
 from phichain.files import write_folder
 from phichain.lowering import lower
-from phichain.pipeline import derived_and_lowered
+from phichain.mechanics import derive
 from phichain.scene import Scene, load_scene
 
 SCENES_FOLDER = Path(__file__).parents[2] / "scenes"
@@ -40,7 +40,7 @@ def committed(name: str) -> Scene:
 @cache
 def printed_scene(scene: Scene) -> Printed:
     """The C of a scene, printed once for all tests of a file."""
-    return print_scene(scene, lower(scene))
+    return print_scene(scene, lower(derive(scene)))
 
 
 def write_c(scene: Scene, folder: Path) -> Path:
@@ -52,7 +52,7 @@ def write_c(scene: Scene, folder: Path) -> Path:
 
 def write_all(scene: Scene, folder: Path) -> Path:
     """The whole generated folder, its self-test with it."""
-    return write_folder(folder / scene.name, folder_files(scene, derived_and_lowered(scene)))
+    return write_folder(folder / scene.name, folder_files(scene, lower(derive(scene))))
 
 
 def run(*words: str | Path, cwd: Path | None = None) -> str:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from phichain.mechanics import derive
 from phichain.native import Cache, CompilerOptions, build_folder
 from phichain.emit import library_files
 from phichain.errors import CompilerError, OutputError
@@ -148,7 +149,7 @@ def test_a_compiler_that_hangs_is_stopped(tmp_path: Path, monkeypatch: pytest.Mo
     sleeper.write_text("#!/bin/sh\nexec sleep 600\n")
     sleeper.chmod(0o755)
     monkeypatch.setenv("CC", str(sleeper))
-    folder = write_folder(tmp_path / "duo", library_files(SCENE, lower(SCENE)))
+    folder = write_folder(tmp_path / "duo", library_files(SCENE, lower(derive(SCENE))))
     with pytest.raises(CompilerError, match="still ran after 0.5 s"):
         build_folder(folder, CompilerOptions(timeout=0.5), Cache(tmp_path / "cache"))
 
@@ -172,7 +173,7 @@ def every_function(space: str, base: str) -> Scene:
 )
 def system(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> System:
     scene, folder = every_function(*request.param), tmp_path_factory.mktemp("states")
-    files = library_files(scene, lower(scene))
+    files = library_files(scene, lower(derive(scene)))
     options = CompilerOptions(flags=("-std=c99", "-O1", "-fPIC", "-shared"))
     return build_folder(write_folder(folder / scene.name, files), options, Cache(folder / "cache"))
 

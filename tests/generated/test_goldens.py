@@ -23,7 +23,8 @@ import pytest
 
 from phichain.emit import folder_files
 from phichain.files import MANIFEST, write_folder
-from phichain.pipeline import derived_and_lowered
+from phichain.lowering import lower
+from phichain.mechanics import derive
 from tests.generated.reference_scenes import FOLDER, REFERENCE
 
 ROOT = Path(__file__).parents[2]
@@ -34,13 +35,13 @@ MOST_SHOWN = 40
 def generated(name: str) -> Mapping[str, str]:
     """The files of a reference scene, with the opt-in C for CasADi where there is one."""
     scene = REFERENCE[name]
-    return folder_files(scene, derived_and_lowered(scene), with_casadi_c=scene.real == "double")
+    return folder_files(scene, lower(derive(scene)), with_casadi_c=scene.real == "double")
 
 
 def sample(name: str) -> dict[str, str]:
     """The files of which the committed sample consists."""
     scene = REFERENCE[name]
-    return folder_files(scene, derived_and_lowered(scene))
+    return folder_files(scene, lower(derive(scene)))
 
 
 @pytest.mark.parametrize("name", REFERENCE)

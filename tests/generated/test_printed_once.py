@@ -10,6 +10,7 @@ import pytest
 from phichain.emit import folder_files, library_files
 from phichain.emit.c.function import Writer
 from phichain.lowering import lower
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from tests.offered import offered
 
@@ -45,7 +46,7 @@ def printed(monkeypatch: pytest.MonkeyPatch) -> Counter[tuple[str, str]]:
 @pytest.mark.parametrize("kind", SCENES)
 def test_a_folder_prints_each_program_once(kind: str, printed: Counter[tuple[str, str]]) -> None:
     scene = SCENES[kind]
-    lowered = lower(scene)
+    lowered = lower(derive(scene))
     folder_files(scene, lowered, with_casadi_c=True)
     assert len(printed) > len(lowered.wanted) + len(lowered.helpers)
     again = {text.split("(")[0] for (_, text), count in printed.items() if count > 1}
@@ -55,7 +56,7 @@ def test_a_folder_prints_each_program_once(kind: str, printed: Counter[tuple[str
 
 def test_a_library_prints_each_program_once(printed: Counter[tuple[str, str]]) -> None:
     scene = Scene("duo", 2, mass=1.0, length=0.5, want=["forward_dynamics", "step_variational", "propagate", "propagate_stiff"])
-    lowered = lower(scene)
+    lowered = lower(derive(scene))
     library_files(scene, lowered)
     assert {text for printer, text in printed if printer == "Writer"} >= {str(p) for p in lowered.wanted.values()}
     assert set(printed.values()) == {1}

@@ -9,6 +9,7 @@ import pytest
 from phichain.emit.selftest.cases import make_selftest
 from phichain.errors import EmissionError
 from phichain.lowering import lower
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from tests.generated.compiling import run, write_all
 
@@ -28,7 +29,7 @@ STIFF = {
 @pytest.mark.parametrize("name", STIFF)
 def test_the_step_is_tested_where_it_is_stable(name: str, tmp_path: Path) -> None:
     scene = STIFF[name]
-    tolerance = make_selftest(scene, lower(scene)).tolerances["step"]
+    tolerance = make_selftest(scene, lower(derive(scene))).tolerances["step"]
     assert float(tolerance.rstrip("f")) <= (1e-4 if scene.real == "float" else 1e-8)
     folder = write_all(scene, tmp_path)
     run("cc", "-std=c99", f"{scene.name}.c", "selftest.c", "-lm", "-o", "selftest", cwd=folder)
@@ -39,5 +40,5 @@ def test_a_type_too_small_for_the_scene_is_refused() -> None:
     # c_22 = 1e-35 fits a float, a product with another such number does not.
     scene = Scene("tiny", 2, mass=[1.0, 1e-18], length=[1.0, 1e-8], com=[0.5, 3e-9], stiffness=1e30, actuated="all", real="float")
     with pytest.raises(EmissionError, match=r"^target\.real: does not hold what forward_dynamics computes") as caught:
-        make_selftest(scene, lower(scene))
+        make_selftest(scene, lower(derive(scene)))
     assert caught.value.remedy.startswith('set real = "double", or choose units')

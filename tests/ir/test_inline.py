@@ -10,6 +10,7 @@ from phichain.ir.evaluate import evaluate
 from phichain.ir.inline import inline
 from phichain.ir.nodes import Call, For, Program, walk
 from phichain.lowering.lower import lower_function
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from tests.emit.casadi_scenes import SCENES, random_arguments, relative_error
 
@@ -65,7 +66,7 @@ def test_a_program_without_calls_stays_itself() -> None:
 
 @pytest.mark.parametrize("scene", SCENES[::3], ids=lambda scene: scene.name)
 def test_steps_of_real_scenes(scene: Scene) -> None:
-    program = lower_function(scene, "step", "loops")
+    program = lower_function(derive(scene), "step", "loops")
     assert program.callees
     arguments = random_arguments(program, np.random.default_rng(1), scene.space)
     expected = evaluate(program, arguments)

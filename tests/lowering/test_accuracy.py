@@ -10,6 +10,7 @@ import pytest
 
 from phichain.ir import evaluate, evaluate_exactly
 from phichain.lowering import lower_function
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from tests.lowering.hard_chains import PLACES, SPREADS, Hard, hard_chain
 from tests.reference_cases import ReferenceCase, extreme, relative_error, vectors, vectors_more
@@ -18,7 +19,7 @@ FORMS = ("loops", "unrolled")
 
 
 def accelerations(chain: Scene, inputs: dict[str, Any], code: str = "loops") -> np.ndarray:
-    program = lower_function(chain, "forward_dynamics", code)
+    program = lower_function(derive(chain), "forward_dynamics", code)
     return evaluate(program, {array.name: inputs[array.name] for array in program.inputs})["a"]
 
 
@@ -41,7 +42,7 @@ def test_extreme_cases(case: ReferenceCase, form: str) -> None:
 @pytest.mark.parametrize("case", [c for c in vectors_more() if not c.scene.is_planar], ids=str)
 def test_rounding_off_the_sphere_is_not_amplified(case: ReferenceCase) -> None:
     """Directions in double precision are unit to 1e-16 only; the formulas, evaluated exactly, leave it at that."""
-    program = lower_function(case.scene, "forward_dynamics", "loops")
+    program = lower_function(derive(case.scene), "forward_dynamics", "loops")
     given = {array.name: case.inputs[array.name] for array in program.inputs}
     exact = evaluate_exactly(program, given)["a"]
     assert relative_error(exact, case.expected["forward_dynamics"]["a"]) < 1e-15
@@ -102,7 +103,7 @@ def test_32_links(space: str, place: str) -> None:
 def test_256_links(space: str, place: str, spread: str) -> None:
     """Against the same formulas in 50 digits: a dense reference of this size takes minutes."""
     hard = hard_chain(256, space, spread, place)
-    program = lower_function(hard.scene, "forward_dynamics", "loops")
+    program = lower_function(derive(hard.scene), "forward_dynamics", "loops")
     given = {array.name: hard.inputs[array.name] for array in program.inputs}
     assert relative_error(evaluate(program, given)["a"].tolist(), evaluate_exactly(program, given)["a"]) < 1e-13
 

@@ -11,6 +11,7 @@ from mpmath import mp
 from phichain.contract.functions import ROWS
 from phichain.ir import evaluate
 from phichain.lowering import lower_function
+from phichain.mechanics import derive
 from phichain.reference import reference, tangent_directions
 from phichain.scene import Scene
 from tests.lowering.chains import Arguments, functions, gap, kinds, label, random_arguments, scene
@@ -44,7 +45,7 @@ def test_every_function(chain: Scene) -> None:
     for name in functions(chain):
         if not chain.is_planar and name in SPATIAL_APART:
             continue
-        program = lower_function(chain, name, "loops")
+        program = lower_function(derive(chain), name, "loops")
         arguments = random_arguments(chain, program, seed=1)
         found, expected = evaluate(program, arguments), truth(chain, name, arguments)
         assert set(found) == set(expected), name
@@ -59,7 +60,7 @@ def test_every_function(chain: Scene) -> None:
 @pytest.mark.parametrize("chain", SPATIAL, ids=label)
 def test_spatial_jacobian(chain: Scene) -> None:
     """Along the manifold of unit directions and tangent rates, where alone it is a matter of mechanics."""
-    program = lower_function(chain, "state_jacobian", "loops")
+    program = lower_function(derive(chain), "state_jacobian", "loops")
     arguments = random_arguments(chain, program, seed=1)
     found, expected = evaluate(program, arguments), truth(chain, "state_jacobian", arguments)
     directions = tangent_directions(chain, arguments["q"], arguments["v"], digits=30)
@@ -72,7 +73,7 @@ def test_spatial_jacobian(chain: Scene) -> None:
 @pytest.mark.parametrize("chain", SPATIAL[::3], ids=label)
 def test_spatial_step(chain: Scene) -> None:
     """Stages leave the manifold by O(h^2), where the reference sees the nearest point of it: O(h^5) remains."""
-    program = lower_function(chain, "step", "loops")
+    program = lower_function(derive(chain), "step", "loops")
     arguments = random_arguments(chain, program, seed=1)
     gaps = []
     for h in (2e-3, 5e-4):
@@ -85,7 +86,7 @@ def test_spatial_step(chain: Scene) -> None:
 @pytest.mark.parametrize("chain", [scene(2, "planar", "cart", "mid"), scene(2, "spatial", "fixed", "mid")], ids=label)
 def test_step_is_of_order_four(chain: Scene) -> None:
     """Halving the step takes one thirty-second of the local error."""
-    program = lower_function(chain, "step", "loops")
+    program = lower_function(derive(chain), "step", "loops")
     start = random_arguments(chain, program, seed=2)
 
     def after(h: float, steps: int) -> np.ndarray:

@@ -11,6 +11,7 @@ from mpmath import mp, mpf
 
 from phichain.ir import count_operations, evaluate, evaluate_exactly, total_operations
 from phichain.lowering import lower_function
+from phichain.mechanics import derive
 from phichain.reference import reference
 from phichain.scene import Scene
 from tests.handmade import coefficients
@@ -26,7 +27,7 @@ def check(hard: Hard, slack: float = 20.0) -> None:
     offset = 2 * hard.scene.has_cart
     links = np.array(q[offset:]).reshape(-1, 3)
     q_dot = [*v[:offset], *np.cross(np.array(v[offset:]).reshape(-1, 3), links).ravel().tolist()]
-    program = lower_function(hard.scene, "direction_dynamics", "loops")
+    program = lower_function(derive(hard.scene), "direction_dynamics", "loops")
     given = {**hard.inputs, "q_dot": q_dot}
     found = evaluate(program, {array.name: given[array.name] for array in program.inputs})["q_ddot"]
     error = relative_error(
@@ -56,7 +57,7 @@ def test_it_solves_15_as_printed(joints: dict[str, Any], base: str, com: list[fl
     """The Program in 40 digits put into the rows of (15), whose coefficients are those of theory sections 1 and 4."""
     mass, length, cart = [0.7, 1.9, 0.4], [0.5, 1.3, 0.8], {"cart_mass": 1.7} if base == "cart" else {}
     chain = Scene("chain", 3, space="spatial", base=base, mass=mass, length=length, com=com, **cart, **joints)
-    program = lower_function(chain, "direction_dynamics", "loops")
+    program = lower_function(derive(chain), "direction_dynamics", "loops")
     offset = 2 * chain.has_cart
     with mp.workdps(40):
         given = {
@@ -127,7 +128,7 @@ def _couples(chain: Scene, q: np.ndarray, omega: np.ndarray) -> list[Any]:
 def test_it_needs_no_angular_velocity_unless_dampers_do() -> None:
     def names(**joints: Any) -> str:
         chain = Scene("b", 3, space="spatial", base="cart", mass=0.1, length=0.1, cart_mass=0.5, **joints)
-        return str(lower_function(chain, "direction_dynamics", "loops"))
+        return str(lower_function(derive(chain), "direction_dynamics", "loops"))
 
     assert "omega" not in names() and "omega" not in names(stiffness=1.0)
     assert "omega" in names(damping=0.1)
@@ -136,6 +137,6 @@ def test_it_needs_no_angular_velocity_unless_dampers_do() -> None:
 @pytest.mark.parametrize("links", [2, 5, 16, 64])
 def test_it_takes_60_operations_a_link_and_no_trigonometry(links: int) -> None:
     chain = Scene("b", links, space="spatial", base="cart", mass=0.1, length=0.1, cart_mass=0.5)
-    program = lower_function(chain, "direction_dynamics", "unrolled")
+    program = lower_function(derive(chain), "direction_dynamics", "unrolled")
     assert total_operations(program) <= 60 * links
     assert not count_operations(program).keys() & {"sin", "cos"}

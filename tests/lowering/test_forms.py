@@ -7,6 +7,7 @@ import pytest
 
 from phichain.ir import evaluate, evaluate_exactly, prune, unroll
 from phichain.lowering import lower_function
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from tests.lowering.chains import functions, gap, kinds, label, random_arguments, scene
 
@@ -36,7 +37,7 @@ def test_a_large_jacobian_agrees() -> None:
 
 
 def _check(chain: Scene, name: str) -> None:
-    loops, flat = lower_function(chain, name, "loops"), lower_function(chain, name, "unrolled")
+    loops, flat = lower_function(derive(chain), name, "loops"), lower_function(derive(chain), name, "unrolled")
     assert flat.is_straight_line
     assert [a.name for a in loops.outputs] == [a.name for a in flat.outputs]
     arguments = random_arguments(chain, loops)
@@ -53,7 +54,7 @@ def _check(chain: Scene, name: str) -> None:
 @pytest.mark.parametrize("chain", LARGE, ids=label)
 def test_unrolling_is_exact(chain: Scene) -> None:
     """In 50 digits the two forms differ in the last one, so they are the same formulas."""
-    loops = lower_function(chain, "forward_dynamics", "loops")
+    loops = lower_function(derive(chain), "forward_dynamics", "loops")
     arguments = {k: v.ravel().tolist() for k, v in random_arguments(chain, loops).items()}
     found, expected = (evaluate_exactly(p, arguments)["a"] for p in (loops, unroll(loops)))
     assert max(abs(a - b) for a, b in zip(found, expected, strict=True)) < 1e-45
@@ -62,13 +63,13 @@ def test_unrolling_is_exact(chain: Scene) -> None:
 @pytest.mark.parametrize("chain", LARGE, ids=label)
 def test_nothing_is_left_to_prune(chain: Scene) -> None:
     for code in ("loops", "unrolled"):
-        program = lower_function(chain, "forward_dynamics", code)
+        program = lower_function(derive(chain), "forward_dynamics", code)
         assert prune(program) == program
 
 
 @pytest.mark.parametrize("chain", LARGE, ids=label)
 def test_a_batch_is_its_rows(chain: Scene) -> None:
-    program = lower_function(chain, "forward_dynamics", "loops")
+    program = lower_function(derive(chain), "forward_dynamics", "loops")
     rows = [random_arguments(chain, program, seed) for seed in range(3)]
     batch = evaluate(program, {name: np.stack([row[name] for row in rows]) for name in rows[0]})["a"]
     assert batch.shape == (3, chain.nv)
@@ -78,4 +79,4 @@ def test_a_batch_is_its_rows(chain: Scene) -> None:
 
 def test_lowering_is_the_same_every_time() -> None:
     for chain in LARGE:
-        assert lower_function(chain, "forward_dynamics") == lower_function(chain, "forward_dynamics")
+        assert lower_function(derive(chain), "forward_dynamics") == lower_function(derive(chain), "forward_dynamics")

@@ -12,6 +12,7 @@ from mpmath import mp
 from phichain import build
 from phichain.ir import count_operations, evaluate, evaluate_exactly, total_operations
 from phichain.lowering import lower_function
+from phichain.mechanics import derive
 from phichain.reference import reference
 from phichain.scene import Scene
 from tests.lowering.chains import Arguments, gap, kinds, label, random_arguments, scene
@@ -21,12 +22,12 @@ SPREAD = scene(4, "planar", "cart", "unlike", angles="adjacent"), scene(4, "spat
 
 def found(chain: Scene, name: str, arguments: Arguments) -> dict[str, np.ndarray]:
     """A function at arguments that may be too many for it."""
-    program = lower_function(chain, name, "loops")
+    program = lower_function(derive(chain), name, "loops")
     return evaluate(program, {a.name: arguments[a.name] for a in (*program.params, *program.inputs)})
 
 
 def drawn(chain: Scene, seed: int = 3) -> Arguments:
-    return random_arguments(chain, lower_function(chain, "momentum", "loops"), seed)
+    return random_arguments(chain, lower_function(derive(chain), "momentum", "loops"), seed)
 
 
 @pytest.mark.parametrize("chain", [*kinds()], ids=label)
@@ -56,7 +57,7 @@ def test_it_is_the_gradient_of_the_kinetic_energy(chain: Scene) -> None:
 @pytest.mark.parametrize("chain", [*SPREAD, *(c for c in kinds() if c.runtime)], ids=label)
 def test_fifty_digits(chain: Scene) -> None:
     """The Program in 60 digits against the dense sum over positions."""
-    program, arguments = lower_function(chain, "momentum", "loops"), drawn(chain, 5)
+    program, arguments = lower_function(derive(chain), "momentum", "loops"), drawn(chain, 5)
     inputs: dict[str, Any] = {k: v.ravel().tolist() for k, v in arguments.items() if k not in chain.runtime}
     params = {k: v.tolist() for k, v in arguments.items() if k in chain.runtime}
     with mp.workdps(60):
@@ -88,7 +89,7 @@ def test_operations_grow_with_the_links_alone(space: str, com: float | None) -> 
 
     def counted(links: int, com: float | None) -> int:
         keys: dict[str, Any] = {"mass": 0.1, "length": 0.1, "com": com, "space": space}
-        return total_operations(lower_function(Scene("chain", links, **keys), "momentum", "unrolled"))
+        return total_operations(lower_function(derive(Scene("chain", links, **keys)), "momentum", "unrolled"))
 
     sizes = [counted(links, com) for links in (8, 9, 10)]
     most = {("planar", None): 19, ("planar", 0.03): 28, ("spatial", None): 33, ("spatial", 0.03): 45}[space, com]
@@ -97,7 +98,7 @@ def test_operations_grow_with_the_links_alone(space: str, com: float | None) -> 
 
 
 def test_spatial_chains_need_no_trigonometry_and_no_division() -> None:
-    counts = count_operations(lower_function(scene(3, "spatial", "cart", "mid"), "momentum", "unrolled"))
+    counts = count_operations(lower_function(derive(scene(3, "spatial", "cart", "mid")), "momentum", "unrolled"))
     assert counts.keys() <= {"add", "sub", "mul"}
 
 

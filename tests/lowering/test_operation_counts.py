@@ -8,6 +8,7 @@ import pytest
 
 from phichain.ir import count_operations, total_operations
 from phichain.lowering import lower_function
+from phichain.mechanics import derive
 from phichain.scene import Scene
 
 
@@ -29,7 +30,7 @@ def paper_b(links: int, **more: Any) -> Scene:
 
 
 def forward(chain: Scene, code: str = "unrolled") -> Any:
-    return lower_function(chain, "forward_dynamics", code)
+    return lower_function(derive(chain), "forward_dynamics", code)
 
 
 @pytest.mark.parametrize(("links", "most"), [(2, 61), (4, 213), (8, 529), (32, 2400)])

@@ -11,6 +11,7 @@ import pytest
 from phichain.ir import evaluate, unroll
 from phichain.lowering import lower_function
 from phichain.lowering.steps import variational as step_variational
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from tests.lowering.chains import Arguments, gap, label, random_arguments, scene
 from tests.lowering.test_against_reference import error, truth
@@ -28,19 +29,19 @@ FREE = Scene("rotor", 1, mass=0.7, length=0.5, gravity=1e-30, want=["step_variat
 
 def after(chain: Scene, name: str, state: Arguments, h: float) -> Arguments:
     """The state one step later, and the residual where there is one."""
-    end = evaluate(lower_function(chain, name, "loops"), state | {"h": np.array(h)})
+    end = evaluate(lower_function(derive(chain), name, "loops"), state | {"h": np.array(h)})
     return state | {"q": end.pop("q_next"), "v": end.pop("v_next")} | end
 
 
 def start(chain: Scene, seed: int = 1) -> Arguments:
-    return random_arguments(chain, lower_function(chain, "step_variational", "loops"), seed)
+    return random_arguments(chain, lower_function(derive(chain), "step_variational", "loops"), seed)
 
 
 @pytest.mark.parametrize("name", STEPS)
 @pytest.mark.parametrize("chain", CHAINS, ids=label)
 def test_long_steps_are_those_of_the_reference(chain: Scene, name: str) -> None:
     """At 0.01 s the order in h of every term of the methods shows."""
-    program = lower_function(chain, name, "loops")
+    program = lower_function(derive(chain), name, "loops")
     arguments = start(chain) | {"h": np.array(0.01)}
     found, expected = evaluate(program, arguments), truth(chain, name, arguments)
     assert max(error(found[output], expected[output]) for output in found) < 1e-12
@@ -56,7 +57,7 @@ def test_masses_may_spread_over_eight_decades(space: str, base: str, com: Any, m
     chain = Scene(
         "hard", 3, space=space, base=base, mass=mass, length=[0.5, 1.3, 0.8], com=com, actuated="none", **keys
     )
-    program = lower_function(chain, "step_variational", "loops")
+    program = lower_function(derive(chain), "step_variational", "loops")
     for straightness in (0.0, 1e4):
         arguments = straightened(chain, start(chain), straightness) | {"h": np.array(7e-7)}
         found, expected = evaluate(program, arguments), truth(chain, "step_variational", arguments)
@@ -76,7 +77,7 @@ def straightened(chain: Scene, state: Arguments, by: float) -> Arguments:
 @pytest.mark.parametrize("name", STEPS)
 @pytest.mark.parametrize("chain", CHAINS, ids=label)
 def test_unrolled_is_with_loops(chain: Scene, name: str) -> None:
-    loops = lower_function(chain, name, "loops")
+    loops = lower_function(derive(chain), name, "loops")
     arguments = start(chain) | {"h": np.array(0.01)}
     found, expected = evaluate(unroll(loops), arguments), evaluate(loops, arguments)
     for output in ("q_next", "v_next"):

@@ -14,6 +14,7 @@ from phichain.emit import library_files
 from phichain.errors import ConvergenceError
 from phichain.files import write_folder
 from phichain.lowering import lower
+from phichain.mechanics import derive
 from phichain.motion import simulate
 from phichain.native import Cache, CompilerOptions, build_folder
 from phichain.scene import Scene
@@ -49,7 +50,7 @@ def systems(tmp_path_factory: pytest.TempPathFactory) -> dict[str, System]:
 
 
 def built(scene: Scene, scratch: Path) -> System:
-    folder = write_folder(scratch / scene.name, library_files(scene, lower(scene)))
+    folder = write_folder(scratch / scene.name, library_files(scene, lower(derive(scene))))
     return build_folder(folder, QUICK, Cache(scratch / "cache"))
 
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from phichain import build, derive, generate, lower
-from phichain.errors import SceneError
+from phichain.errors import DerivationError, SceneError
 from phichain.native import Cache, build_casadi, build_folder
 from phichain.scene import Scene
 
 
-@pytest.mark.parametrize("verb", [derive, lower, build, generate])
+@pytest.mark.parametrize("verb", [derive, build, generate])
 @pytest.mark.parametrize("given", ["scenes/paper_a_2.toml", None, 4])
 def test_what_is_no_scene_is_refused_in_one_sentence(
     verb: Callable[[Any], Any], given: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -24,6 +24,12 @@ def test_what_is_no_scene_is_refused_in_one_sentence(
     with pytest.raises(SceneError, match=r"^scene: is not a Scene \(got .*\); load a file with load_scene"):
         verb(given)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("given", ["scenes/paper_a_2.toml", None, 4, Scene("pair", 2, mass=1.0, length=1.0)])
+def test_what_is_no_model_is_not_lowered(given: Any) -> None:
+    with pytest.raises(DerivationError, match=r"^model: is not a Model \(got .*\); write lower\(derive\(scene\)\)$"):
+        lower(given)
 
 
 def test_the_generated_casadi_c_compiles_with_the_functions_that_it_calls(tmp_path: Path) -> None:

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from phichain.ir import evaluate
+from phichain.ir.nodes import Program
 from phichain.ir.passes import total_operations
 from phichain.lowering import lower_function
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from tests.lowering.chains import Arguments, kinds, label, random_arguments, scene
 
-lowered = cache(lower_function)
+
+@cache
+def lowered(chain: Scene, name: str, code: Literal["auto", "unrolled", "loops"] = "auto") -> Program:
+    return lower_function(derive(chain), name, code)
 
 Vector = NDArray[np.float64]
 GAINS = (1e-3, 0.1, -0.05)

@@ -13,6 +13,7 @@ import pytest
 from phichain.errors import UnsupportedError
 from phichain.ir.evaluate import evaluate
 from phichain.lowering.lower import lower_function
+from phichain.mechanics import derive
 from phichain.motion import Event, simulate
 from phichain.system import rhs_jacobian
 from tests.stiff.systems import SCENES, spatial_start, system
@@ -107,7 +108,7 @@ def test_scipy_gets_the_exact_jacobian(method: str) -> None:
 def test_that_jacobian_is_the_complex_step_of_the_oracle() -> None:
     state = np.array([1.0, 1e-9, 0.3, -0.2])
     found = rhs_jacobian(system("rigid_joint"))(0.0, state)
-    program = lower_function(SCENES["rigid_joint"], "forward_dynamics")
+    program = lower_function(derive(SCENES["rigid_joint"]), "forward_dynamics")
     for column in range(4):
         moved = state.astype(complex)
         moved[column] += 1e-40j

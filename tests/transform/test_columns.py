@@ -10,6 +10,7 @@ from phichain.errors import EmissionError
 from phichain.ir.builder import Builder
 from phichain.ir.evaluate import evaluate
 from phichain.ir.nodes import For, Program, walk
+from phichain.mechanics import derive
 from phichain.transform.columns import LONGEST_RUN, columns
 from phichain.transform.jets import jets
 from phichain.transform.lanes import SUMS
@@ -50,7 +51,7 @@ def shaped(program: Program, name: str, values: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("name", CHAINS)
 def test_sweeps_of_a_flow(name: str) -> None:
-    assert_same(jets(flow_program(CHAINS[name])).follow, {"q", "v", SUMS})
+    assert_same(jets(flow_program(derive(CHAINS[name]))).follow, {"q", "v", SUMS})
 
 
 def test_long_runs_are_cut_and_values_cross_the_cuts() -> None:

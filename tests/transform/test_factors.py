@@ -8,6 +8,7 @@ import pytest
 from phichain.ir.evaluate import evaluate
 from phichain.ir.passes import unroll
 from phichain.lowering.field import vector_field
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from phichain.transform.factors import FACTORS, factored
 from phichain.transform.jets import jets
@@ -20,7 +21,7 @@ BALL = scene("ball", "spatial", "cart", links=2, mass=1, length=1, cart_mass=1)
 @pytest.mark.parametrize("chain", [planar(3, "arms"), BALL], ids=lambda chain: chain.name)
 def test_factors_kept_once_are_the_lanes_factors(chain: Scene) -> None:
     """Order 0 and order 1 of every product's two factors, from fewer cells than there are lanes."""
-    made, stride = jets(unroll(vector_field(chain))), 1
+    made, stride = jets(unroll(vector_field(derive(chain)))), 1
     shared = factored(made, stride)
     assert shared.left is not None and shared.right is not None and shared.count < 2 * made.products
     random = np.random.default_rng(5)
@@ -40,7 +41,7 @@ def test_factors_kept_once_are_the_lanes_factors(chain: Scene) -> None:
 
 
 def test_loops_keep_a_row_for_each_factor() -> None:
-    made = jets(vector_field(planar(8)))
+    made = jets(vector_field(derive(planar(8))))
     shared = factored(made, 2)
     assert shared.left is None and shared.right is None
     assert shared.count == 2 * made.products

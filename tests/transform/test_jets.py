@@ -14,6 +14,7 @@ from phichain.ir.evaluate import evaluate_exactly
 from phichain.ir.nodes import Program
 from phichain.ir.passes import total_operations, unroll
 from phichain.lowering.field import vector_field
+from phichain.mechanics import derive
 from phichain.scene import Scene, scene_from_dict
 from phichain.transform.jets import jets
 from phichain.transform.lanes import FIRST, HELD, INVERSE_ORDER, LEFT, ORDER, RIGHT, SUMS
@@ -162,7 +163,7 @@ def assert_same(program: Program) -> None:
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("shape", ["loops", "unrolled"])
 def test_recurrences_give_the_taylor_coefficients_of_the_vector_field(name: str, shape: str) -> None:
-    program = vector_field(scene_of(name))
+    program = vector_field(derive(scene_of(name)))
     assert_same(program if shape == "loops" else unroll(program))
 
 
@@ -191,7 +192,7 @@ def test_what_has_no_recurrence_is_refused() -> None:
 def test_the_sweep_is_linear_in_the_size_of_the_program() -> None:
     def cost(links: int) -> tuple[int, int]:
         chain = {"links": links, "space": "planar", "base": "fixed", "mass": 1, "length": 1, "com": 0.5}
-        made = jets(vector_field(scene_from_dict({"name": "p", "chain": chain})))
+        made = jets(vector_field(derive(scene_from_dict({"name": "p", "chain": chain}))))
         return made.products, total_operations(made.follow)
 
     few, more, most = cost(8), cost(16), cost(32)

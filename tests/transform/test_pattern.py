@@ -8,6 +8,7 @@ from phichain.ir.builder import Builder
 from phichain.ir.inline import inline
 from phichain.ir.passes import unroll
 from phichain.lowering.lower import lower_function
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from phichain.transform.pattern import jacobian_pattern
 from phichain.transform.tangent import Block, jacobian, sparsity
@@ -36,7 +37,7 @@ def test_it_is_that_of_the_straight_line_tangent(scene: Scene) -> None:
     for name in scene.want:
         if name in DERIVATIVES or name.startswith("step"):
             continue
-        program = inline(lower_function(scene, name, "loops"))
+        program = inline(lower_function(derive(scene), name, "loops"))
         arguments = (*program.params, *program.inputs)
         blocks = [Block(o.name, a.name, f"{o.name} {a.name}") for o in program.outputs for a in arguments]
         exact = sparsity(jacobian(unroll(program), "tangent", "", blocks))

@@ -8,6 +8,7 @@ from mpmath import mp
 
 from phichain.ir import Program, evaluate, evaluate_exactly, unroll
 from phichain.lowering import lower_function
+from phichain.mechanics import derive
 from phichain.scene import Scene
 from phichain.transform import Block, jacobian, sparsity
 from tests.lowering.chains import Arguments, gap, kinds, label, random_arguments, scene
@@ -48,8 +49,8 @@ def differences(program: Program, arguments: Arguments, output: str, argument: s
 
 @pytest.mark.parametrize("chain", list(kinds()), ids=label)
 def test_state_jacobian_is_the_complex_step(chain: Scene) -> None:
-    forward = lower_function(chain, "forward_dynamics", "loops")
-    program = lower_function(chain, "state_jacobian", "loops")
+    forward = lower_function(derive(chain), "forward_dynamics", "loops")
+    program = lower_function(derive(chain), "state_jacobian", "loops")
     arguments = random_arguments(chain, program, seed=3)
     found = evaluate(program, arguments)
     assert set(found) == {f"dad{array.name}" for array in forward.inputs}
@@ -62,7 +63,7 @@ def test_state_jacobian_is_the_complex_step(chain: Scene) -> None:
 @pytest.mark.parametrize("chain", RUNTIME, ids=label)
 def test_parameters_too(chain: Scene, form: str) -> None:
     """Derivatives with respect to masses, lengths, centres of mass, the cart's mass and gravity."""
-    forward = lower_function(chain, "forward_dynamics", "loops")
+    forward = lower_function(derive(chain), "forward_dynamics", "loops")
     shaped = forward if form == "loops" else unroll(forward)
     names = [array.name for array in forward.params]
     program = jacobian(shaped, "sensitivity", "", [Block("a", name, f"dad{name}") for name in names], keep_outputs=True)
@@ -77,7 +78,7 @@ def test_parameters_too(chain: Scene, form: str) -> None:
 def test_phi_jacobian_by_differences() -> None:
     """Bessel functions have no complex step in NumPy's real routines' digits; differences in 60 digits have all."""
     chain = scene(3, "planar", "cart", "mid", "sprung")
-    phi, program = (lower_function(chain, name, "loops") for name in ("phi", "phi_jacobian"))
+    phi, program = (lower_function(derive(chain), name, "loops") for name in ("phi", "phi_jacobian"))
     arguments = random_arguments(chain, program, seed=5)
     found = evaluate(program, arguments)["out"]
     assert found.shape == (4, 5)
@@ -87,7 +88,7 @@ def test_phi_jacobian_by_differences() -> None:
 
 @pytest.mark.parametrize("name", ["energy", "positions", "coriolis", "inverse_dynamics", "step"])
 def test_any_function_can_be_differentiated(name: str) -> None:
-    function = unroll(lower_function(DRIVEN, name, "loops"))
+    function = unroll(lower_function(derive(DRIVEN), name, "loops"))
     blocks = [Block(out.name, "q", f"d_{out.name}") for out in function.outputs]
     program = jacobian(function, "slope", "", blocks)
     arguments = random_arguments(DRIVEN, program, seed=6)
@@ -99,7 +100,7 @@ def test_any_function_can_be_differentiated(name: str) -> None:
 def test_second_derivatives() -> None:
     """The tangent pass applies to its own results."""
     chain = scene(2, "planar", "fixed", "mid")
-    first = lower_function(chain, "state_jacobian", "unrolled")
+    first = lower_function(derive(chain), "state_jacobian", "unrolled")
     second = jacobian(first, "curvature", "", [Block("dadq", "q", "curvature")])
     arguments = random_arguments(chain, second, seed=7)
     expected = complex_step(first, arguments, "dadq", "q")
@@ -109,7 +110,7 @@ def test_second_derivatives() -> None:
 
 
 def test_blocks_side_by_side() -> None:
-    forward = lower_function(DRIVEN, "forward_dynamics", "unrolled")
+    forward = lower_function(derive(DRIVEN), "forward_dynamics", "unrolled")
     width = DRIVEN.nq + DRIVEN.nv
     blocks = [Block("a", "q", "dadx", 0, width), Block("a", "v", "dadx", DRIVEN.nq, width)]
     program = jacobian(forward, "state", "", blocks)
@@ -122,9 +123,9 @@ def test_blocks_side_by_side() -> None:
 def test_sparsity_is_what_is_not_zero() -> None:
     """Gravity's torque on a link depends on its own absolute angle alone; nothing depends on where the cart is."""
     chain = scene(4, "planar", "cart", "mid", angles="absolute")
-    gravity = jacobian(lower_function(chain, "gravity_torque", "unrolled"), "g", "", [Block("out", "q", "slope")])
+    gravity = jacobian(lower_function(derive(chain), "gravity_torque", "unrolled"), "g", "", [Block("out", "q", "slope")])
     assert sparsity(gravity) == {"slope": (6, 12, 18, 24)}
-    program = lower_function(chain, "state_jacobian", "unrolled")
+    program = lower_function(derive(chain), "state_jacobian", "unrolled")
     known = sparsity(program)
     seen = np.zeros(25, dtype=bool)
     for seed in range(3):

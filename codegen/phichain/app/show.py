@@ -11,6 +11,7 @@ from phichain.harmonic import phi_latex, phi_text
 from phichain.lowering import lower_function
 from phichain.mechanics import Model, derive, with_symbols
 from phichain.mechanics.display import plain
+from phichain.mechanics.symbols import expression
 from phichain.scene import Scene
 
 LONGEST_WRITTEN_OUT = 3
@@ -48,7 +49,7 @@ def operations(scene: Scene, function: str) -> str:
     if function not in scene.want:
         remedy = f"choose one of {', '.join(scene.want)}, or add it to [functions] want"
         raise UnsupportedError("program", function, f"scene '{scene.name}' does not want this function", remedy)
-    return str(lower_function(scene, function, scene.code))
+    return str(lower_function(derive(scene), function, scene.code))
 
 
 def _text(model: Model, written_out: bool) -> Iterator[str]:
@@ -65,7 +66,7 @@ def _text(model: Model, written_out: bool) -> Iterator[str]:
 
 
 def _latex(model: Model, written_out: bool) -> Iterator[str]:
-    rows = [("T", model.kinetic), ("V", model.potential)]
+    rows = [("T", expression(model.kinetic)), ("V", expression(model.potential))]
     if written_out:
         rows += [("I", model.mass_matrix)]
         rows += [(sympy.latex(equation.lhs), equation.rhs) for equation in model.equations]

@@ -8,6 +8,7 @@ from phichain.emit.c.programs import PrintedFunction, PrintedPrograms, print_pro
 from phichain.emit.flow.flows import PrintedFlow, print_flows
 from phichain.ir.nodes import Array
 from phichain.lowering.lower import Lowered
+from phichain.mechanics import Model
 from phichain.scene import Scene
 
 
@@ -16,16 +17,21 @@ class Printed:
     """A scene's C, piece by piece.
 
     Attributes:
-        scene: the scene.
+        model: the scene's mechanics.
         params: fields of its struct of runtime parameters.
         programs: its Programs, helpers first.
         flows: what runs over many steps.
     """
 
-    scene: Scene
+    model: Model
     params: tuple[Array, ...]
     programs: PrintedPrograms
     flows: tuple[PrintedFlow, ...]
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        return self.model.scene
 
     @property
     def wanted(self) -> tuple[PrintedFunction, ...]:
@@ -47,4 +53,4 @@ def print_scene(scene: Scene, lowered: Lowered) -> Printed:
     """
     known = frozenset({*lowered.wanted, *lowered.helpers})
     programs = print_programs(scene, lowered.helpers, lowered.wanted)
-    return Printed(scene, lowered.params, programs, print_flows(scene, known))
+    return Printed(lowered.model, lowered.params, programs, print_flows(lowered.model, known))

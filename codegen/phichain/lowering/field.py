@@ -10,15 +10,15 @@ from phichain.ir.nodes import Call, Program
 from phichain.ir.passes import prune
 from phichain.lowering.algebra.vector import cross, load, store
 from phichain.lowering.lower import lower_function
-from phichain.scene import Scene
+from phichain.mechanics import Model
 
 
-def vector_field(scene: Scene) -> Program:
+def vector_field(model: Model) -> Program:
     """v' = a(q, v, u) and, on unit vectors, q_k' = omega_k x q_k (with the cart's x' before them), as loops.
 
     Planar scenes have q' = v, which needs no Program. Outputs: "a", and "q_dot" on spatial scenes.
     """
-    dynamics = lower_function(scene, "forward_dynamics", "loops")
+    scene, dynamics = model.scene, lower_function(model, "forward_dynamics", "loops")
     if scene.is_planar:
         return inline(dynamics)
     builder = Builder("field", "Derivative of the state.")

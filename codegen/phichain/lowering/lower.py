@@ -12,11 +12,14 @@ from phichain.contract.functions import FLOWS, ROWS
 from phichain.ir.builder import Builder
 from phichain.ir.nodes import Array, Program
 from phichain.ir.passes import prune, total_operations, unroll
+from phichain.lowering.agreement import check_model
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.writers import WRITERS, declared
-from phichain.scene import Scene, given_scene
+from phichain.mechanics import Model
 from phichain.transform.blocks import Block
 from phichain.transform.tangent import jacobian
+
+Code = Literal["auto", "unrolled", "loops"]
 
 #: Above this many operations `auto` keeps loops: beyond it compilers do better with loops that they can vectorise.
 UNROLL_LIMIT = 600
@@ -26,11 +29,12 @@ JACOBIAN_UNROLL_LIMIT = 2500
 
 @dataclass(frozen=True)
 class Lowered:
-    """The Programs of a scene: the wanted functions, the helpers they call, and the runtime parameters of all.
+    """The Programs of a Model: the wanted functions, the helpers they call, and the runtime parameters of all.
 
     What runs over many steps (`FLOWS`) is no Program: `emit.flow` writes it around Programs of its own.
     """
 
+    model: Model
     wanted: MappingProxyType[str, Program]
     helpers: MappingProxyType[str, Program]
     params: tuple[Array, ...]
@@ -39,41 +43,49 @@ class Lowered:
         return "\n\n".join(str(program) for program in (*self.wanted.values(), *self.helpers.values()))
 
 
-def lower(scene: Scene) -> Lowered:
+def lower(model: Model, code: Code | None = None) -> Lowered:
     """Lower every wanted function, and what those call.
 
+    Args:
+        model: the mechanics of a scene.
+        code: "auto", "unrolled" or "loops" instead of what the scene says.
+
     Raises:
-        SceneError: What is given is no `Scene`.
+        DerivationError: What is given is no `Model`, or its Lagrangian is not the one that the Programs' forms serve.
         ContractError: A wanted function has no writer.
     """
-    lowering = _Lowering(given_scene(scene))
-    wanted = {name: lowering.program(name) for name in scene.want if name not in FLOWS}
+    check_model(model)
+    lowering = _Lowering(model, code)
+    wanted = {name: lowering.program(name) for name in model.scene.want if name not in FLOWS}
     called = {callee for program in wanted.values() for callee in program.callees}
     helpers = {name: lowering.program(name) for name in sorted(called - set(wanted))}
-    return Lowered(MappingProxyType(wanted), MappingProxyType(helpers), lowering.params)
+    return Lowered(model, MappingProxyType(wanted), MappingProxyType(helpers), lowering.params)
 
 
-def lower_function(scene: Scene, name: str, code: Literal["auto", "unrolled", "loops"] = "auto") -> Program:
+def lower_function(model: Model, name: str, code: Code = "auto") -> Program:
     """One function alone; `code` is "auto", "unrolled" or "loops".
 
     Raises:
+        DerivationError: See `lower`.
         ContractError: It has no writer.
     """
-    return _Lowering(replace(scene, code=code)).program(name)
+    check_model(model)
+    return _Lowering(model, code).program(name)
 
 
 class _Lowering:
-    """The Programs of one scene, each made once, in the form that the scene asks for."""
+    """The Programs of one Model, each made once, in the form that its scene asks for."""
 
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
+    def __init__(self, model: Model, code: Code | None) -> None:
+        self.model = model
+        self.scene = replace(model.scene, code=code) if code else model.scene
         self._made: dict[str, Program] = {}
 
     @property
     def params(self) -> tuple[Array, ...]:
         """Fields of the struct of runtime parameters, the same for every function."""
         builder = Builder("params", "")
-        Parameters(builder, self.scene)
+        Parameters(builder, self.model)
         return builder.finish().params
 
     def program(self, name: str) -> Program:
@@ -120,7 +132,7 @@ class _Lowering:
         """The structured form of a function."""
         writer = WRITERS.of(name, self.scene.space)
         builder = Builder(name, writer.doc or ROWS[name].doc)
-        parameters = Parameters(builder, self.scene, own_units=writer.own_units(self.scene))
+        parameters = Parameters(builder, self.model, own_units=writer.own_units(self.scene))
         callees = [self.program(callee) for callee in writer.calls]
         writer.write(builder, self.scene, parameters, *callees, **declared(builder, self.scene, name))
         return prune(builder.finish())

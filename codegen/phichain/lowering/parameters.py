@@ -1,14 +1,21 @@
-"""The numbers of a scene inside a Program: exact constants where they are known, cells of the params struct where not."""
+"""The numbers of a Model inside a Program: exact constants where they are known, cells of the params struct where not.
+
+Coefficients that are numbers are those of the Model's Lagrangian. Those of runtime parameters are computed by recurrences
+from the params struct, and `agreement` holds these, and the masses and lengths that structured forms use one by one, against
+the Lagrangian.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from math import inf, prod
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.mechanics import Model
+from phichain.mechanics.symbols import Coefficient
 from phichain.scene import Scene
 
 _PER_LINK = ("mass", "length", "com", "damping", "stiffness")
@@ -58,6 +65,12 @@ def _own_units(scene: Scene) -> Units:
     return Units(Fraction(scene.mass[0]), Fraction(scene.length[0]))
 
 
+def _numbers(coefficients: Sequence[Coefficient], unit: Fraction) -> list[Fraction]:
+    """Coefficients in a unit, if all are numbers; else none."""
+    known = [entry / unit for entry in coefficients if isinstance(entry, Fraction)]
+    return known if len(known) == len(coefficients) else []
+
+
 class Parameters:
     """Per-link parameters and the sums of theory section 1 that lowering needs, each made on first use.
 
@@ -65,16 +78,17 @@ class Parameters:
     ``c_diagonal[k] = m_k r_k^2 + l_k^2 outer_mass[k]``; for i != j ``c_ij = length[min(i, j)] * mu[max(i, j)]``.
     """
 
-    def __init__(self, builder: Builder, scene: Scene, own_units: bool = False) -> None:
+    def __init__(self, builder: Builder, model: Model, own_units: bool = False) -> None:
         """Declare the runtime parameters and read the numbers.
 
         Args:
             builder: where the Program is recorded.
-            scene: the chain.
+            model: the chain's mechanics.
             own_units: measure a uniform chain in units of its own mass and length, so that they vanish from the code;
                 the caller converts inputs and results by `units`.
         """
-        self._builder, self._scene = builder, scene
+        scene = model.scene
+        self._builder, self._model, self._scene = builder, model, scene
         self.units = _own_units(scene) if own_units else Units()
         self._made: dict[str, ArrayRef] = {}
         self.links = scene.links
@@ -113,17 +127,23 @@ class Parameters:
     @property
     def total_mass(self) -> Expr:
         """M_00 = m_0 + sum of all m_a."""
+        if isinstance(self._model.total_mass, Fraction):
+            return self._builder.lift(self._model.total_mass / self.units.mass)
         chain = self.outer_mass[0] + self.mass[0]
         return chain + self.cart_mass if self._scene.has_cart else chain
 
     @property
     def mu(self) -> ArrayRef:
         """First moments mu_k."""
+        if known := _numbers(self._model.mu, self.units.mass * self.units.length):
+            return self._once("mu", lambda: self._builder.constants("mu", known))
         return self.derived("mu", lambda k: self.mass[k] * self.com[k] + self.length[k] * self.outer_mass[k])
 
     @property
     def c_diagonal(self) -> ArrayRef:
         """Second moments c_kk."""
+        if known := _numbers(self._model.c_diagonal, self.units.torque):
+            return self._once("c_diagonal", lambda: self._builder.constants("c_diagonal", known))
         length, com = self.length, self.com
         return self.derived(
             "c_diagonal", lambda k: self.mass[k] * com[k] * com[k] + length[k] * length[k] * self.outer_mass[k]

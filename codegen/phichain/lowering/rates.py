@@ -23,6 +23,7 @@ from phichain.ir.builder import Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
 from phichain.lowering.parameters import Parameters
+from phichain.mechanics import Model
 from phichain.scene import Scene
 
 #: Digits kept of a frequency: the text must not depend on the last bits of an eigenvalue solver.
@@ -71,10 +72,10 @@ def reach(scene: Scene) -> Fraction | None:
     return None if scene.length == "runtime" else sum(map(Fraction, scene.length), Fraction(0))
 
 
-def scales_program(scene: Scene) -> Program:
+def scales_program(model: Model) -> Program:
     """The bound above, rad/s, and the chain's length, m, from the runtime parameters."""
     builder = Builder("flow_scales", "Fastest linear rate, and length of the chain.")
-    parameters = Parameters(builder, scene)
+    scene, parameters = model.scene, Parameters(builder, model)
     scales = builder.output("scales", (2,))
 
     def term(k: Index) -> Expr:

@@ -6,13 +6,13 @@ from phichain.ir.builder import Builder
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
 from phichain.lowering.parameters import Parameters
-from phichain.scene import Scene
+from phichain.mechanics import Model
 
 
-def scales_program(scene: Scene) -> Program:
+def scales_program(model: Model) -> Program:
     """sqrt(g / L), rad/s, and L, the sum of all lengths, m."""
     builder = Builder("stiff_scales", "Rate sqrt(g / L) at which the chain hangs about, and its length L.")
-    parameters = Parameters(builder, scene)
+    scene, parameters = model.scene, Parameters(builder, model)
     scales = builder.output("scales", (2,))
     if scene.length == "runtime":
         with builder.loop("k", 0, scene.links) as loop:

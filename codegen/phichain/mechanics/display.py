@@ -156,7 +156,7 @@ def text(model: Mechanics) -> str:
 def latex(model: Mechanics) -> str:
     """Return a model as one aligned LaTeX block: the general form, or short chains in full."""
     if model.scene.links <= _WRITTEN_OUT[model.scene.space]:
-        rows = [f"T &= {sympy.latex(model.kinetic)}", f"V &= {sympy.latex(model.potential)}"]
+        rows = [f"T &= {sympy.latex(expression(model.kinetic))}", f"V &= {sympy.latex(expression(model.potential))}"]
         rows += [
             f"{sympy.latex(equation.rhs)} &= {sympy.latex(equation.lhs)}" for equation in model.equations
         ]

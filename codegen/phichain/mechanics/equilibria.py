@@ -18,7 +18,7 @@ from typing import Any
 import sympy
 
 from phichain.errors import UnsupportedError
-from phichain.mechanics.chain import total
+from phichain.mechanics.coefficients import total
 from phichain.mechanics.display import plain
 from phichain.mechanics.lagrange import Model
 from phichain.mechanics.linearization import checked

@@ -1,9 +1,9 @@
 """Scene -> Model: the Lagrangian of a chain, its exact coefficients and its equations of motion.
 
-`derive` builds the positions of the masses, T and V from them, and finds mu_k, c_ij and M00 by collecting
-coefficients (see `chain`); nothing is simplified. Each part is made when first asked for, so generating code
-pays for the coefficients alone, while `model.lagrangian`, `model.mass_matrix` and `model.equations` are there
-to be read, in SymPy and in LaTeX.
+`derive` builds the positions of the masses, T and V from them (see `energies`); mu_k, c_ij and M00 are read off
+those (see `coefficients`), and all else is made of them when first asked for: nothing here is known from elsewhere,
+so another T is another model. Generating code pays for the coefficients alone, while `model.lagrangian`,
+`model.mass_matrix` and `model.equations` are there to be read, in SymPy and in LaTeX.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ import sympy
 
 from phichain.errors import UnsupportedError
 from phichain.mechanics import display
-from phichain.mechanics.chain import Collected
-from phichain.mechanics.lagrangian import Lagrangian, define
+from phichain.mechanics.coefficients import Coefficients
+from phichain.mechanics.energies import Energies, energies_of, names_of
 from phichain.mechanics.planar import PlanarExpressions
 from phichain.mechanics.spatial import SpatialExpressions
-from phichain.mechanics.symbols import ChainSymbols, Coefficient, expression
+from phichain.mechanics.symbols import ChainSymbols, Coefficient, Show, exact, expression
 from phichain.scene import Scene, given_scene
 
 
@@ -29,11 +29,16 @@ class Model:
     """The mechanics of one scene.
 
     Coefficients are exact: `fractions.Fraction` of the scene's binary64 numbers, or SymPy expressions in m_k,
-    l_k, r_k, m_0 where parameters are runtime. Expressions show numbers that are no short fractions as
-    decimals.
+    l_k, r_k, m_0 where parameters are runtime. T and V are exact, too; the other expressions show numbers that are no
+    short fractions as decimals.
+
+    Attributes:
+        scene: The chain.
+        energies: T, V and Rayleigh's function as they follow from the positions of the masses, not multiplied out.
     """
 
     scene: Scene
+    energies: Energies
 
     @cached_property
     def symbols(self) -> ChainSymbols:
@@ -60,24 +65,42 @@ class Model:
         """The coefficients of x'.C^T q_k' in T (kg m), equal to mu_k; empty on a fixed base."""
         return self._chain.coupling
 
-    @cached_property
-    def definition(self) -> Lagrangian:
-        """T, V and the dissipation as they are defined, with a symbol for every quantity on the way: O(N) to build."""
-        return define(self.scene, self.symbols)
+    @property
+    def c_diagonal(self) -> tuple[Coefficient, ...]:
+        """c_kk (kg m^2) alone, without the O(N^2) others."""
+        return self._chain.c_diagonal
+
+    @property
+    def gravity(self) -> Coefficient:
+        """g (m/s^2), as V holds it."""
+        return self._chain.gravity
+
+    @property
+    def stiffness(self) -> tuple[Coefficient, ...]:
+        """k_k (N m/rad), as V holds them; zeros without springs."""
+        return self._chain.stiffness
+
+    @property
+    def damping(self) -> tuple[Coefficient, ...]:
+        """d_k (N m s/rad), as Rayleigh's function holds them; zeros without dampers."""
+        return self._chain.damping
 
     @cached_property
     def positions(self) -> tuple[sympy.ImmutableDenseMatrix, ...]:
         """r_a (m), the positions of the masses by component, the last axis along gravity."""
-        values = {
-            name: [expression(entry) for entry in column] for name, column in self._chain.values.items()
+        names, free = names_of(self.scene), self._chain.free
+        vectors: dict[sympy.Symbol, sympy.Expr] = {
+            symbol: place
+            for k, direction in enumerate(self.directions, 1)
+            for symbol, place in zip(names.link(k), direction, strict=True)
         }
-        base = sympy.Matrix([*self.symbols.cart, 0]) if self.scene.has_cart else None
-        vectors = dict(enumerate(map(sympy.Matrix, self.directions))) | {-1: base}
+        vectors |= zip(names.joint(0), [*self.symbols.cart] or [sympy.S.Zero] * names.axes, strict=False)
+        vectors[names.joint(0)[-1]] = sympy.S.Zero
         return tuple(
             sympy.ImmutableDenseMatrix(
-                sum((values[name][k] * vectors[v] for v, (name, k) in weights.items()), vectors[0] * 0)
+                [sympy.Add(*[expression(weight) * vectors[free[i]] for i, weight in form.items()]) for form in mass]
             )
-            for weights in self._chain.positions
+            for mass in self._chain.positions
         )
 
     @cached_property
@@ -90,12 +113,12 @@ class Model:
     @property
     def kinetic(self) -> sympy.Expr:
         """T (J)."""
-        return self._expressions.kinetic
+        return self._exact.kinetic
 
     @property
     def potential(self) -> sympy.Expr:
         """V (J), zero for all links horizontal and springs at rest."""
-        return self._expressions.potential
+        return self._exact.potential
 
     @property
     def lagrangian(self) -> sympy.Expr:
@@ -149,13 +172,20 @@ class Model:
         return f"$\\displaystyle {self.latex()}$"
 
     @cached_property
-    def _chain(self) -> Collected:
-        return Collected(self.scene)
+    def _chain(self) -> Coefficients:
+        return Coefficients(self.scene, self.energies)
 
     @cached_property
     def _expressions(self) -> PlanarExpressions | SpatialExpressions:
+        return self._written(expression)
+
+    @cached_property
+    def _exact(self) -> PlanarExpressions | SpatialExpressions:
+        return self._written(exact)
+
+    def _written(self, show: Show) -> PlanarExpressions | SpatialExpressions:
         kind = PlanarExpressions if self.scene.is_planar else SpatialExpressions
-        return kind(self._chain, self.symbols)
+        return kind(self._chain, self.symbols, show)
 
 
 def derive(scene: Scene) -> Model:
@@ -164,7 +194,8 @@ def derive(scene: Scene) -> Model:
     Raises:
         SceneError: What is given is no `Scene`.
     """
-    return Model(given_scene(scene))
+    scene = given_scene(scene)
+    return Model(scene, energies_of(scene))
 
 
 def with_symbols(scene: Scene) -> Scene:

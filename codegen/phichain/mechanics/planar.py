@@ -17,7 +17,7 @@ from itertools import combinations
 
 import sympy
 
-from phichain.mechanics.chain import Collected
+from phichain.mechanics.coefficients import Coefficients
 from phichain.mechanics.coordinates import (
     absolute_angles,
     joint_angles,
@@ -25,7 +25,7 @@ from phichain.mechanics.coordinates import (
     pull_back,
     pull_back_matrix,
 )
-from phichain.mechanics.symbols import ChainSymbols, expression, gravity, parameter
+from phichain.mechanics.symbols import ChainSymbols, Show, expression
 
 Expressions = tuple[sympy.Expr, ...]
 
@@ -33,16 +33,16 @@ Expressions = tuple[sympy.Expr, ...]
 class PlanarExpressions:
     """The expressions of one planar chain, each made when first asked for."""
 
-    def __init__(self, chain: Collected, symbols: ChainSymbols) -> None:
+    def __init__(self, chain: Coefficients, symbols: ChainSymbols, show: Show = expression) -> None:
         scene = chain.scene
         self._scene, self._symbols, self._angles = scene, symbols, str(scene.angles)
         self._links = range(scene.links)
-        self._mu = [expression(entry) for entry in chain.mu]
-        self._c = [[expression(entry) for entry in row] for row in chain.c]
-        self._total_mass = expression(chain.total_mass)
-        self._gravity = expression(gravity(scene))
-        self._stiffness = [expression(entry) for entry in parameter(scene, "stiffness")]
-        self._damping = [expression(entry) for entry in parameter(scene, "damping")]
+        self._mu = [show(entry) for entry in chain.mu]
+        self._c = [[show(entry) for entry in row] for row in chain.c]
+        self._total_mass = show(chain.total_mass)
+        self._gravity = show(chain.gravity)
+        self._stiffness = [show(entry) for entry in chain.stiffness]
+        self._damping = [show(entry) for entry in chain.damping]
 
     @cached_property
     def phi(self) -> Expressions:

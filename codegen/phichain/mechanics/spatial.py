@@ -13,8 +13,8 @@ from typing import Any
 
 import sympy
 
-from phichain.mechanics.chain import Collected
-from phichain.mechanics.symbols import ChainSymbols, expression, gravity, parameter
+from phichain.mechanics.coefficients import Coefficients
+from phichain.mechanics.symbols import ChainSymbols, Show, expression
 
 _vector = sympy.ImmutableDenseMatrix
 
@@ -25,16 +25,16 @@ _DOWN = _vector([0, 0, 1])
 class SpatialExpressions:
     """The expressions of one spatial chain, each made when first asked for."""
 
-    def __init__(self, chain: Collected, symbols: ChainSymbols) -> None:
+    def __init__(self, chain: Coefficients, symbols: ChainSymbols, show: Show = expression) -> None:
         scene = chain.scene
         self._symbols = symbols
         self._links = range(scene.links)
-        self._mu = [expression(entry) for entry in chain.mu]
-        self._c = [[expression(entry) for entry in row] for row in chain.c]
-        self._total_mass = expression(chain.total_mass)
-        self._gravity = expression(gravity(scene))
-        self._stiffness = [expression(entry) for entry in parameter(scene, "stiffness")]
-        self._damping = [expression(entry) for entry in parameter(scene, "damping")]
+        self._mu = [show(entry) for entry in chain.mu]
+        self._c = [[show(entry) for entry in row] for row in chain.c]
+        self._total_mass = show(chain.total_mass)
+        self._gravity = show(chain.gravity)
+        self._stiffness = [show(entry) for entry in chain.stiffness]
+        self._damping = [show(entry) for entry in chain.damping]
         self._q = [_vector(link) for link in symbols.links]
         self._omega = [_vector(rate) for rate in symbols.omega]
 

@@ -7,6 +7,7 @@ omega_1_1; the parameters m_k, l_k, r_k, m_0, g, d_k (dampers), k_k (springs); t
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -18,6 +19,9 @@ from phichain.scene import Scene
 
 Coefficient = Any
 """A Fraction, or a SymPy expression where runtime parameters take part."""
+
+Show = Callable[[Coefficient], sympy.Expr]
+"""How a coefficient becomes an expression: `exact`, or `expression` as it is read."""
 
 Symbols = tuple[sympy.Symbol, ...]
 
@@ -159,10 +163,23 @@ def gravity(scene: Scene) -> Coefficient:
     return sympy.Symbol("g", positive=True) if isinstance(scene.gravity, str) else Fraction(scene.gravity)
 
 
+def exact(value: Coefficient) -> sympy.Expr:
+    """Return a coefficient as SymPy calculates with it, without rounding."""
+    return sympy.Rational(value.numerator, value.denominator) if isinstance(value, Fraction) else sympy.sympify(value)
+
+
+def number(value: sympy.Expr) -> Coefficient:
+    """Return a SymPy expression as a coefficient: a Fraction if it is a rational number."""
+    return Fraction(int(value.p), int(value.q)) if value.is_Rational else value
+
+
 def expression(value: Any) -> sympy.Expr:
     """Return a coefficient as SymPy prints it well: short fractions exactly, others as decimals."""
-    if not isinstance(value, Fraction):
-        return sympy.sympify(value)
-    if value.denominator <= _LONGEST_RATIONAL:
-        return sympy.Rational(value.numerator, value.denominator)
-    return sympy.Float(sympy.Rational(value.numerator, value.denominator))
+    if isinstance(value, Fraction):
+        return _short(exact(value))
+    whole = sympy.sympify(value)
+    return whole.xreplace({entry: _short(entry) for entry in whole.atoms(sympy.Rational)})
+
+
+def _short(value: sympy.Rational) -> sympy.Expr:
+    return value if value.q <= _LONGEST_RATIONAL else sympy.Float(value)

@@ -13,13 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
 import sympy
 
-from phichain.ir.nodes import Affine, Array, Cell, Const, Operand
+from phichain.ir.nodes import Affine, Array, Cell, Operand
 from phichain.mechanics import Model
-from phichain.mechanics.lagrangian import ParameterSymbols
+from phichain.mechanics.energies import names_of
+from phichain.mechanics.symbols import cart_mass, gravity, parameter
 from phichain.proof.compiled import Circle, Compiled, Given, compiled
 from phichain.proof.field import PRIME, Vector, cross, plus
 from phichain.proof.points import Point
@@ -29,17 +29,24 @@ from phichain.scene import Scene
 
 @dataclass(frozen=True)
 class Work:
-    """Virtual work along one direction, by where it comes from; forces on the left side of the equations of motion."""
+    """Virtual work along one direction, by where it comes from; forces on the left side of the equations of motion.
+
+    Attributes:
+        inertia: that of T.
+        weight: gravity's part of V.
+        potential: all of V.
+        dampers: that of R.
+    """
 
     inertia: int
     weight: int
-    springs: int
+    potential: int
     dampers: int
 
     @property
     def whole(self) -> int:
         """All of it."""
-        return self.inertia + self.weight + self.springs + self.dampers
+        return self.inertia + self.potential + self.dampers
 
 
 @dataclass(frozen=True)
@@ -69,23 +76,25 @@ class Judge:
             model: whose Lagrangian.
             params: fields of the scene's runtime parameters.
         """
-        scene, symbols, lagrangian = model.scene, model.symbols, model.definition
+        scene, symbols, energies, names = model.scene, model.symbols, model.energies, names_of(model.scene)
         self.scene = scene
         inputs = [Array("q", (scene.nq,)), Array("v", (scene.nv,)), *params]
-        known = cells(inputs[0], symbols.q) | cells(inputs[1], symbols.v) | parameter_operands(scene)
+        known = cells(inputs[0], symbols.q) | cells(inputs[1], symbols.v) | _runtime(scene)
         self._rate = "v"
         if not scene.is_planar:
             self._rate = "q_dot"
             inputs.append(Array("q_dot", (scene.nq,)))
             known |= cells(inputs[-1], [*symbols.cart_rate, *(entry for link in symbols.link_rates for entry in link)])
+        links = range(1, scene.links + 1)
+        weight = energies.potential.xreplace({names.bend(k): sympy.S.Zero for k in links})
         outputs = {
-            "kinetic": [lagrangian.kinetic],
-            "weight": [lagrangian.weight],
-            "springs": [lagrangian.springs],
-            "dissipation": [lagrangian.dissipation],
-            "positions": [entry for position in lagrangian.positions for entry in position],
+            "kinetic": [energies.kinetic],
+            "weight": [weight],
+            "potential": [energies.potential],
+            "dissipation": [energies.dissipation],
+            "positions": [entry for k in links for entry in names.mass(k)],
         }
-        program = as_program("lagrangian", inputs, known, lagrangian.definitions, outputs)
+        program = as_program("lagrangian", inputs, known, energies.definitions, outputs)
         self._run: Compiled = compiled(program, 2)
 
     def motion(self, point: Point, v: Vector | None = None, a: Vector | None = None) -> Motion:
@@ -115,7 +124,7 @@ class Judge:
         return Work(
             inertia=timed["kinetic"][3][0] - still["kinetic"][1][0],
             weight=still["weight"][1][0],
-            springs=still["springs"][1][0],
+            potential=still["potential"][1][0],
             dampers=timed["dissipation"][2][0],
         )
 
@@ -161,18 +170,11 @@ def triples(vectors: Vector, turns: Vector, start: int) -> Iterable[int]:
         yield from cross(turns[k : k + 3], vectors[k : k + 3])
 
 
-def parameter_operands(scene: Scene) -> dict[sympy.Symbol, Operand]:
-    """The exact number of every parameter, or the cell that it has at run time."""
-    symbols, known = ParameterSymbols.of(scene), dict[sympy.Symbol, Operand]()
-    for name in ("mass", "length", "com", "damping", "stiffness"):
-        entries, value = getattr(symbols, name), getattr(scene, name)
-        if value is None:
-            continue
-        for k, symbol in enumerate(entries):
-            known[symbol] = Cell(name, Affine(k)) if isinstance(value, str) else Const(Fraction(value[k]))
-    for name in ("cart_mass", "gravity"):
-        value = getattr(scene, name)
-        if value is not None:
-            symbol = getattr(symbols, name)
-            known[symbol] = Cell(name, Affine(0)) if isinstance(value, str) else Const(Fraction(value))
+def _runtime(scene: Scene) -> dict[sympy.Symbol, Operand]:
+    """The cells of the parameters that come at run time."""
+    known: dict[sympy.Symbol, Operand] = {}
+    single = {"cart_mass": cart_mass, "gravity": gravity}
+    for name in scene.runtime:
+        symbols = [single[name](scene)] if name in single else parameter(scene, name)
+        known |= {symbol: Cell(name, Affine(k)) for k, symbol in enumerate(symbols)}
     return known

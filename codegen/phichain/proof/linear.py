@@ -91,7 +91,7 @@ class _Planar:
 
     def stiffness(self, one: Vector, other: Vector) -> int:
         """one^T G other."""
-        return self._second("weight", "q", one, other) + self._second("springs", "q", one, other)
+        return self._second("potential", "q", one, other)
 
     def damping(self, one: Vector, other: Vector) -> int:
         """one^T D other."""
@@ -140,7 +140,7 @@ class _Spatial:
         parts = self._evaluated(
             along={"q": self._turn(one)[1]}, across={"q": self._turn(other)[1]}, mixed={"q": inward}
         )
-        return parts["weight"][3][0] + parts["springs"][3][0]
+        return parts["potential"][3][0]
 
     def damping(self, one: Vector, other: Vector) -> int:
         """one^T D other."""

@@ -15,7 +15,7 @@ _REMEDY = "nothing was written: derive the model from its scene anew"
 _NAMES = {
     "kinetic": "T",
     "weight": "V (gravity)",
-    "springs": "V (springs)",
+    "potential": "V",
     "dissipation": "R",
     "positions": "positions",
 }

@@ -115,16 +115,17 @@ class Chain:
         return found
 
     def energies(self) -> dict[str, list[int]]:
-        """T, both parts of V, R and the positions, as the Lagrangian's compiled form names them."""
+        """T, gravity's part of V, V, R and the positions, as the Lagrangian's compiled form names them."""
         point, mass, carts = self.point, self.per_link("mass"), self.point.carts
         places, speeds = self.places(point.q[:carts], self.directions), self.places(point.v[:carts], self.rates)
         twice = sum(m * dot(speed, speed) for m, speed in zip(mass, speeds, strict=True))
         twice += self.single("cart_mass") * dot(point.v[:carts], point.v[:carts])
         fall = sum(m * place[-1] for m, place in zip(mass, places, strict=True))
+        weight = -self.single("gravity") * fall % PRIME
         return {
             "kinetic": [twice * HALF % PRIME],
-            "weight": [-self.single("gravity") * fall % PRIME],
-            "springs": [dot(self.per_link("stiffness"), self._bends()) % PRIME],
+            "weight": [weight],
+            "potential": [(weight + dot(self.per_link("stiffness"), self._bends())) % PRIME],
             "dissipation": [dot(self.per_link("damping"), self._slips()) * HALF % PRIME],
             "positions": [entry for place in places for entry in place],
         }

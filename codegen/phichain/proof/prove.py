@@ -47,7 +47,7 @@ def prove(model: Model, lowered: Lowered) -> Proof:
     @cache
     def forward() -> Subject:
         name = "forward_dynamics"
-        return Subject(programs[name] if name in programs else lower_function(model.scene, name, "loops"))
+        return Subject(programs[name] if name in programs else lower_function(model, name, "loops"))
 
     proven = [_proven(program, forward, judge, points) for program in programs.values()]
     flows = [Proven(name, _FLOW, False) for name in model.scene.want if name in FLOWS]

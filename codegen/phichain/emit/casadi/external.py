@@ -66,7 +66,7 @@ def casadi_external(printed: Printed) -> str:
             "functions.want", scene.want, "holds nothing that CasADi could call",
             "want forward_dynamics too, or leave out the C for CasADi",
         )  # fmt: skip
-    tangents = {name: tangent for name in programs if (tangent := make_tangent(scene, name)) is not None}
+    tangents = {name: tangent for name in programs if (tangent := make_tangent(printed.model, name)) is not None}
     writer = _Writer(scene.name)
     functions = []
     for name, program in programs.items():

@@ -7,7 +7,7 @@ expression graph as straight-line code, in a fraction of the text. casadi itself
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from textwrap import wrap
 
@@ -63,7 +63,7 @@ def casadi_module(scene: Scene, lowered: Lowered) -> str:
         scene: whose functions these are.
         lowered: its Programs; printed as they are where the scene asks for straight-line code, else with loops.
     """
-    programs = (lowered if scene.code == "unrolled" else lower(replace(scene, code="loops"))).wanted
+    programs = (lowered if scene.code == "unrolled" else lower(lowered.model, "loops")).wanted
     reached = _with_callees(programs)
     tables = _tables(reached.values())
     constants = {table: values for (_, values), table in tables.items()}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 
 from phichain.contract.functions import ROWS
@@ -11,7 +11,7 @@ from phichain.ir.inline import inline
 from phichain.ir.nodes import Array, Program
 from phichain.ir.passes import total_operations, unroll
 from phichain.lowering.lower import JACOBIAN_UNROLL_LIMIT, lower_function
-from phichain.scene import Scene
+from phichain.mechanics import Model
 from phichain.transform.blocks import Block
 from phichain.transform.pattern import jacobian_pattern
 from phichain.transform.tangent import jacobian, sparsity
@@ -44,7 +44,7 @@ def block_name(output: str, argument: str) -> str:
     return f"jac_{output}_{argument}"
 
 
-def make_tangent(scene: Scene, function: str) -> Tangent | None:
+def make_tangent(model: Model, function: str) -> Tangent | None:
     """Differentiate one function of a scene with respect to all its arguments.
 
     Returns:
@@ -53,12 +53,12 @@ def make_tangent(scene: Scene, function: str) -> Tangent | None:
     """
     if ROWS[function].derivative is not None:
         return None
-    program = inline(lower_function(replace(scene, code="loops"), function, "loops"))
+    program = inline(lower_function(model, function, "loops"))
     cells = _pattern(program)
     blocks = [block for block in _blocks(program) if cells[block.name]]
     if not blocks:
         return Tangent(None, MappingProxyType(cells))
-    tangent = _shaped(scene.code, program, blocks)
+    tangent = _shaped(model.scene.code, program, blocks)
     return Tangent(tangent, MappingProxyType(cells | _sharper_cells(tangent)))
 
 

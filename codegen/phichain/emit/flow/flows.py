@@ -8,7 +8,7 @@ from typing import Final, TypeVar
 
 from phichain.contract.functions import FLOWS, ROWS
 from phichain.contract.registry import Registry
-from phichain.scene import Scene
+from phichain.mechanics import Model
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class PrintedFlow:
 
 Print = TypeVar("Print", bound=Callable[..., FlowText])
 
-PRINTERS: Final[Registry[Callable[[Scene, Collection[str]], FlowText]]] = Registry("phichain.emit.flow", "printer")
+PRINTERS: Final[Registry[Callable[[Model, Collection[str]], FlowText]]] = Registry("phichain.emit.flow", "printer")
 
 
 def prints(name: str) -> Callable[[Print], Print]:
@@ -53,15 +53,16 @@ def prints(name: str) -> Callable[[Print], Print]:
     return register
 
 
-def print_flows(scene: Scene, known: Collection[str]) -> tuple[PrintedFlow, ...]:
+def print_flows(model: Model, known: Collection[str]) -> tuple[PrintedFlow, ...]:
     """Print the flows that a scene wants, in the contract's order.
 
     Args:
-        scene: the scene.
+        model: the scene's mechanics.
         known: its functions that stand before them in NAME.c and that they may call.
     """
+    scene = model.scene
     return tuple(
-        PrintedFlow(name, f"{scene.name}_{name}", ROWS[name].doc, PRINTERS.of(name)(scene, known))
+        PrintedFlow(name, f"{scene.name}_{name}", ROWS[name].doc, PRINTERS.of(name)(model, known))
         for name in scene.want
         if name in FLOWS
     )

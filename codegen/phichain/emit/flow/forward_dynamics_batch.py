@@ -17,6 +17,7 @@ from phichain.emit.render import render
 from phichain.ir.nodes import Program
 from phichain.ir.passes import total_operations
 from phichain.lowering.lower import lower_function
+from phichain.mechanics import Model
 from phichain.scene import Scene
 
 #: Vector registers a value takes: sweeps are bound by latency, and this many do not wait for each other.
@@ -27,14 +28,14 @@ UNROLL_LIMIT: Final = 1200
 
 
 @prints("forward_dynamics_batch")
-def forward_dynamics_batch(scene: Scene, known: Collection[str] = ()) -> FlowText:
+def forward_dynamics_batch(model: Model, known: Collection[str] = ()) -> FlowText:
     """Print the batch form of the forward dynamics.
 
     Args:
-        scene: the scene.
+        model: the scene's mechanics.
         known: functions of NAME.c that stand before; this one needs none of them.
     """
-    program = _program(scene)
+    scene, program = model.scene, _program(model)
     tables = table_names(scene, program)
     names = CNames(scene.name, scene.real, tables)
     stem = f"{scene.name}_batch"
@@ -59,11 +60,12 @@ def forward_dynamics_batch(scene: Scene, known: Collection[str] = ()) -> FlowTex
     )
 
 
-def _program(scene: Scene) -> Program:
+def _program(model: Model) -> Program:
     """The forward dynamics in the form that lanes run fastest."""
-    program = lower_function(scene, "forward_dynamics", scene.code)
+    scene = model.scene
+    program = lower_function(model, "forward_dynamics", scene.code)
     if scene.code == "auto" and not program.is_straight_line and total_operations(program) <= UNROLL_LIMIT:
-        return lower_function(scene, "forward_dynamics", "unrolled")
+        return lower_function(model, "forward_dynamics", "unrolled")
     return program
 
 

@@ -23,6 +23,7 @@ from phichain.ir.passes import total_operations, unroll
 from phichain.lowering.field import vector_field
 from phichain.lowering.lower import lower_function
 from phichain.lowering.rates import fastest_rate, reach, scales_program
+from phichain.mechanics import Model
 from phichain.scene import Scene
 from phichain.transform.jets import jets
 from phichain.transform.lanes import FIRST, INVERSE_ORDER, LEFT, ORDER, RIGHT, SUMS, Jets
@@ -72,23 +73,23 @@ class _Part:
     lines: tuple[str, ...]
 
 
-def flow_program(scene: Scene) -> Program:
+def flow_program(model: Model) -> Program:
     """The vector field in the form that the flow differentiates: straight-line code where it is short."""
-    loops = vector_field(scene)
+    scene, loops = model.scene, vector_field(model)
     if scene.code == "loops" or (scene.code == "auto" and total_operations(loops) > UNROLL_LIMIT):
         return loops
     return unroll(loops)
 
 
 @prints("propagate")
-def flow(scene: Scene, known: Collection[str] = ()) -> TaylorFlow:
+def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
     """Print the Taylor flow of a scene.
 
     Args:
-        scene: the scene.
+        model: the scene's mechanics.
         known: functions of NAME.c that stand before the flow and that it may call.
     """
-    made = jets(flow_program(scene))
+    scene, made = model.scene, jets(flow_program(model))
     recurrences = replace(
         made, start=_named(made.start, "flow_start"), follow=_named(made.follow, "flow_follow")
     )
@@ -96,9 +97,9 @@ def flow(scene: Scene, known: Collection[str] = ()) -> TaylorFlow:
     if scene.variational:
         programs.append(column_program(scene, recurrences))
     if scene.runtime:
-        programs.append(scales_program(scene))
+        programs.append(scales_program(model))
     if "positions" not in known:
-        programs.append(_named(lower_function(scene, "positions", "loops"), "flow_positions"))
+        programs.append(_named(lower_function(model, "positions", "loops"), "flow_positions"))
     tables: Tables = {}
     for program in programs:
         for key in program.tables.items():
@@ -109,7 +110,7 @@ def flow(scene: Scene, known: Collection[str] = ()) -> TaylorFlow:
     uses = frozenset({"math"}).union(*(body.uses for body in bodies))
     return TaylorFlow(
         declarations=laid_out_text(declarations(scene, recurrences)),
-        definitions=laid_out_text(_definitions(scene, recurrences, parts, names, "positions" in known)),
+        definitions=laid_out_text(_definitions(model, recurrences, parts, names, "positions" in known)),
         includes=("math.h", "string.h"),
         uses=uses,
         recurrences=recurrences,
@@ -162,8 +163,9 @@ def _filled(scene: Scene, program: Program, row: Mapping[str, str]) -> str:
 
 
 def _definitions(
-    scene: Scene, recurrences: Jets, parts: list[_Part], names: CNames, positions_known: bool
+    model: Model, recurrences: Jets, parts: list[_Part], names: CNames, positions_known: bool
 ) -> str:
+    scene = model.scene
     has_params, has_input = bool(scene.runtime), scene.nu > 0
     parameter = f"const {scene.name}_params *p, " if has_params else ""
     given = f"const {scene.name}_real u[{scene.nu}], " if has_input else ""
@@ -182,7 +184,7 @@ def _definitions(
         slopes=_slopes(scene, 1, "work->x[n]"), cart=(1 if scene.is_planar else 2) if scene.has_cart else 0,
         scales=scales_literals(scene, names), masses=scene.links, axes=2 if scene.is_planar else 3,
         positions=f"{scene.name}_{'positions' if positions_known else 'flow_positions'}",
-        positions_parameter="p, " if has_params and positions_read_parameters(scene) else "",
+        positions_parameter="p, " if has_params and positions_read_parameters(model) else "",
         margin=names.number(CHAIN_MARGIN if size == "long" else MARGIN).text, huge="700" if scene.real == "double" else "80", room=ROOM,
         noise=names.number(NOISE[scene.real]).text, planar=scene.is_planar,
         order_share=names.number(ORDER_SHARE[size]).text,
@@ -220,9 +222,9 @@ def scales_literals(scene: Scene, names: CNames) -> tuple[str, str] | None:
     return names.number(rate).text, names.number(length).text
 
 
-def positions_read_parameters(scene: Scene) -> bool:
+def positions_read_parameters(model: Model) -> bool:
     """Whether positions lean on runtime parameters."""
-    return bool(lower_function(scene, "positions", "loops").params)
+    return bool(lower_function(model, "positions", "loops").params)
 
 
 def libm_names(names: CNames) -> Mapping[str, str]:

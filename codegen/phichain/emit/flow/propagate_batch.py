@@ -36,6 +36,7 @@ from phichain.ir.varying import varying
 from phichain.lowering.field import vector_field
 from phichain.lowering.lower import lower_function
 from phichain.lowering.rates import scales_program
+from phichain.mechanics import Model
 from phichain.scene import Scene
 from phichain.transform.factors import FACTORS, Factored, factored
 from phichain.transform.jets import jets
@@ -70,29 +71,30 @@ class _Part:
     lines: tuple[str, ...]
 
 
-def batch_program(scene: Scene) -> Program:
+def batch_program(model: Model) -> Program:
     """The vector field in the form that the batch flow differentiates."""
-    loops = vector_field(scene)
+    scene, loops = model.scene, vector_field(model)
     if scene.code == "loops" or (scene.code == "auto" and total_operations(loops) > UNROLL_LIMIT):
         return loops
     return unroll(loops)
 
 
 @prints("propagate_batch")
-def flow_batch(scene: Scene, known: Collection[str] = ()) -> FlowBatch:
+def flow_batch(model: Model, known: Collection[str] = ()) -> FlowBatch:
     """Print the batch flow of a scene.
 
     Args:
-        scene: the scene.
+        model: the scene's mechanics.
         known: functions of NAME.c that stand before it and that it may call.
     """
-    return _Printer(scene, "positions" in known).text()
+    return _Printer(model, "positions" in known).text()
 
 
 class _Printer:
-    def __init__(self, scene: Scene, positions_known: bool) -> None:
-        self.scene, self.stem = scene, f"{scene.name}_flows"
-        self.recurrences = factored(jets(batch_program(scene)), HIGHEST[scene.real])
+    def __init__(self, model: Model, positions_known: bool) -> None:
+        scene = model.scene
+        self.model, self.scene, self.stem = model, scene, f"{scene.name}_flows"
+        self.recurrences = factored(jets(batch_program(model)), HIGHEST[scene.real])
         start, follow = self.recurrences.start, self.recurrences.follow
         moving = varying(start, {array.name for array in start.inputs})
         #: Held values that are the same in every lane, and the order.
@@ -100,11 +102,11 @@ class _Printer:
         self.lane_programs = {f"{self.stem}_start": start, f"{self.stem}_follow": follow}
         self.programs: dict[str, Program] = {}
         if scene.runtime:
-            self.programs[f"{self.stem}_scales"] = scales_program(scene)
+            self.programs[f"{self.stem}_scales"] = scales_program(model)
         self.positions = f"{scene.name}_positions"
         if not positions_known:
             self.positions = f"{self.stem}_positions"
-            self.programs[self.positions] = lower_function(scene, "positions", "loops")
+            self.programs[self.positions] = lower_function(model, "positions", "loops")
         tables: Tables = {}
         for program in (*self.lane_programs.values(), *self.programs.values()):
             for key in program.tables.items():
@@ -213,7 +215,7 @@ class _Printer:
             slopes=[(0, scene.nq, of_q), (scene.nq, scene.nq + scene.nv, "slope[i]")],
             cart=(1 if scene.is_planar else 2) if scene.has_cart else 0, scales=scales_literals(scene, names),
             positions=self.positions, masses=scene.links, axes=2 if scene.is_planar else 3,
-            positions_parameter="p, " if scene.runtime and positions_read_parameters(scene) else "",
+            positions_parameter="p, " if scene.runtime and positions_read_parameters(self.model) else "",
             margin=names.number(MARGIN).text, room=ROOM,
             noise=names.number(NOISE[scene.real]).text, planar=scene.is_planar, epsilon=names.number(EPSILON[scene.real]).text,
             order_share=names.number(ORDER_SHARE).text, huge="700" if scene.real == "double" else "80",

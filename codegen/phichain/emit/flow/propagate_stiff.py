@@ -18,6 +18,7 @@ from phichain.emit.render import render
 from phichain.ir.nodes import Program
 from phichain.lowering.lower import lower_function
 from phichain.lowering.stiff_scales import scales_program
+from phichain.mechanics import Model
 from phichain.scene import Scene
 
 #: Tolerances below this are round-off.
@@ -47,20 +48,20 @@ class _Part:
 
 
 @prints("propagate_stiff")
-def stiff(scene: Scene, known: Collection[str] = ()) -> FlowText:
+def stiff(model: Model, known: Collection[str] = ()) -> FlowText:
     """Print the implicit flow of a scene.
 
     Args:
-        scene: the scene.
+        model: the scene's mechanics.
         known: functions of NAME.c that stand before the flow and that it may call.
     """
-    step = lower_function(scene, "rosenbrock_increment")
+    scene, step = model.scene, lower_function(model, "rosenbrock_increment")
     symbols = {
         name: f"{scene.name}_{name}" if name in known else f"{scene.name}_stiff_{name}"
         for name in step.callees
     }
     programs = {symbols[name]: callee for name, callee in step.callees.items() if name not in known}
-    programs |= {f"{scene.name}_stiff_step": step, f"{scene.name}_stiff_scales": scales_program(scene)}
+    programs |= {f"{scene.name}_stiff_step": step, f"{scene.name}_stiff_scales": scales_program(model)}
     tables: Tables = {}
     for program in programs.values():
         for key in program.tables.items():
