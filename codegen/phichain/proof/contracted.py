@@ -139,6 +139,9 @@ def _apart(program: Program, loop: For) -> None:
 class _Seeds:
     """One loop over seeds as one turn."""
 
+    body: tuple[Statement, ...]
+    block: Block
+
     def __init__(self, program: Program, loop: For, outputs: dict[str, Array], number: int) -> None:
         if loop.start != Affine(0) or loop.stop.terms or loop.step != 1:
             raise _Unlike
@@ -155,7 +158,7 @@ class _Seeds:
         _, first, size = self._shape or ("", 0, 0)
         weights = Array(self._weights, (size,)) if self._shape else None
         output, column = self._target
-        self.block = Block(weights, first, output, self._rows, column, self._count)
+        self.block: Block = Block(weights, first, output, self._rows, column, self._count)
 
     def _depending(self, body: tuple[Statement, ...]) -> set[str]:
         """The local values and arrays that depend on the seed."""

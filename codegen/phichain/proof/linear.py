@@ -115,7 +115,7 @@ class _Spatial:
 
     def _evaluated(self, **directions: dict[str, Vector]) -> dict[str, tuple[list[int], ...]]:
         zero = [0] * self._case.scene.nq
-        return self._case.judge.evaluate(self._case.point, {"q": self._q, "v": zero, "q_dot": zero}, **directions)
+        return self._case.judge.evaluate(self._case.point, {"q": self._q, "v": zero, "q_dot": zero}, None, **directions)
 
     def _aligned(self, one: Vector, other: Vector) -> Vector:
         """xi_k.eta_k of every link."""

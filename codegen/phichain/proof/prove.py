@@ -9,15 +9,16 @@ from functools import cache
 from phichain.contract.functions import FLOWS
 from phichain.errors import ProofError
 from phichain.ir.nodes import Program
-from phichain.lowering import Lowered
+from phichain.lowering import Lowered, lower
 from phichain.lowering.lower import lower_function
-from phichain.mechanics import Model
+from phichain.mechanics import Model, derive
 from phichain.proof.case import IDENTITIES, Case, Subject, Wrong
 from phichain.proof.circles import NotRational
 from phichain.proof.lagrange import Judge
 from phichain.proof.model import check_lagrangian
 from phichain.proof.points import POINTS, Point
 from phichain.proof.record import Proof, Proven
+from phichain.scene import Scene
 
 EXACTLY = f"modulo 2^61 - 1, {POINTS} points"
 """How a function is proven."""
@@ -25,12 +26,12 @@ EXACTLY = f"modulo 2^61 - 1, {POINTS} points"
 _REMEDY = "nothing was written: report this scene, or give prove=False (--no-proof) to have it unproven"
 
 
-def prove(model: Model, lowered: Lowered) -> Proof:
+def prove(of: Scene | Model, lowered: Lowered | None = None) -> Proof:
     """Prove the Programs of a Model against its Lagrangian, exactly (docs/theory.md, "The proof").
 
     Args:
-        model: whose T, V and dissipation; they are held against the positions of the masses first.
-        lowered: its Programs.
+        of: a Model, whose T, V and dissipation are held against the positions of the masses first; or a scene, to be derived.
+        lowered: its Programs; lowered here where none are given.
 
     Returns:
         For each function how it was proven; steps that are no rational map, and flows, say what stands in.
@@ -38,6 +39,8 @@ def prove(model: Model, lowered: Lowered) -> Proof:
     Raises:
         ProofError: the Lagrangian, or a function, does not meet its identity.
     """
+    model = of if isinstance(of, Model) else derive(of)
+    lowered = lower(model) if lowered is None else lowered
     start = time.process_time()
     judge = Judge(model, lowered.params)
     points = [Point(model.scene, number + 1, lowered.params) for number in range(POINTS)]

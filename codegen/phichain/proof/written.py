@@ -165,7 +165,7 @@ class Python:
             self._line(f"r = root({values[0]['']} % {PRIME})")
             made = self._chain(values[0], "r", "inverse(2 * r)", "-inverse(4 * r * r * r)")
         elif kind == "mul":
-            made = _product(*values, self._marks)
+            made = _product(values[0], values[1], self._marks)
         else:
             made = _sum(values, kind)
         points = self._sum_of_angles(kind, args) if result in self._angles else {}
