@@ -11,7 +11,7 @@ from scipy.linalg import fractional_matrix_power
 
 from benchmarks import table
 from phichain.fractional import inertia_factor, inertia_powers, inertia_spectrum
-from phichain.system import System
+from phichain.system import Numbers, System
 
 POWERS = np.linspace(0.0, 1.0, 101)
 
@@ -91,21 +91,19 @@ def _power_error(system: System, q: np.ndarray, u: np.ndarray, values: np.ndarra
 
 
 def _exact_inertia(system: System, q: np.ndarray) -> mpmath.matrix:
-    numbers, total = system.scene["chain"], mpmath.matrix(4, 4)
+    numbers, total = system.numbers, mpmath.matrix(4, 4)
     angles = [mpmath.fsum(mpmath.mpf(x) for x in q[: k + 1]) for k in range(4)]
     for a in range(4):
         columns = mpmath.matrix(2, 4)
         for k in range(a + 1):
-            reach = mpmath.mpf(numbers["length" if k < a else "com"][k])
+            reach = mpmath.mpf((numbers.length if k < a else numbers.com)[k])
             for j in range(k + 1):
                 columns[0, j] += reach * mpmath.cos(angles[k])
                 columns[1, j] -= reach * mpmath.sin(angles[k])
-        total += mpmath.mpf(numbers["mass"][a]) * (columns.T * columns)
+        total += mpmath.mpf(numbers.mass[a]) * (columns.T * columns)
     return total
 
 
 def _chain(masses: Sequence[float]) -> System:
-    numbers = {"mass": list(masses), "length": [0.25] * 4, "com": [0.125] * 4}
-    return System(
-        "chain", "planar", "fixed", 4, 4, 4, 0, scene={"chain": numbers, "joints": {"angles": "relative"}}
-    )
+    numbers = Numbers(mass=tuple(masses), length=(0.25,) * 4, com=(0.125,) * 4)
+    return System("chain", "planar", "fixed", 4, 4, 4, 0, numbers=numbers)

@@ -4,7 +4,7 @@
 """
 
 from phichain import build, standard_scene, trace
-from phichain.continuation import linear_modes
+from phichain.orbits import linear_modes
 from phichain.report import figures
 from phichain.report.style import save
 

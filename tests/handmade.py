@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy.special import jv
 
-from phichain.system import System
+from phichain.system import Joints, Numbers, System
 
 GRAVITY = 9.81
 
@@ -169,7 +169,9 @@ def planar(
         q_names=q_names,
         v_names=tuple(f"{name}_dot" for name in q_names),
         u_names=tuple(f"u_{k}" for k in range(nu)),
-        scene={"joints": {"angles": angles}},
+        angles=angles,
+        numbers=Numbers(m, l, r, cart_mass, gravity),
+        joints=Joints(stiffness, damping),
     )
 
 

@@ -12,7 +12,7 @@ from scipy.special import ellipkm1, j1
 
 from benchmarks.work_precision.rows import Candidate
 from benchmarks.work_precision.setup import built_afresh
-from phichain.continuation import trace
+from phichain.orbits import trace
 from phichain.reference import reference
 from phichain.scene import Scene
 from phichain.system import System

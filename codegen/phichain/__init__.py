@@ -19,13 +19,13 @@ from phichain._version import __version__ as __version__
 
 if TYPE_CHECKING:
     from phichain.continuation import Branch as Branch
-    from phichain.continuation import trace as trace
     from phichain.control import lqr as lqr
     from phichain.errors import PhichainError as PhichainError
     from phichain.lowering import lower as lower
     from phichain.mechanics import derive as derive
     from phichain.motion import Trajectory as Trajectory
     from phichain.motion import simulate as simulate
+    from phichain.orbits import trace as trace
     from phichain.pipeline import build as build
     from phichain.pipeline import generate as generate
     from phichain.proof import prove as prove
@@ -46,7 +46,7 @@ _HOME = {
     "System": "phichain.system",
     "simulate": "phichain.motion",
     "Trajectory": "phichain.motion",
-    "trace": "phichain.continuation",
+    "trace": "phichain.orbits",
     "Branch": "phichain.continuation",
     "lqr": "phichain.control",
     "PhichainError": "phichain.errors",

@@ -31,7 +31,7 @@ class PhichainError(Exception):
     """
 
     def __init__(self, field: str, value: object, problem: str, remedy: str, **data: object) -> None:
-        super().__init__(f"{field}: {problem} (got {shown(value)}); {remedy}")
+        super().__init__(printable(f"{field}: {problem} (got {shown(value)}); {remedy}"))
         self.field = field
         self.value = value
         self.problem = problem
@@ -120,9 +120,24 @@ def shown(value: object) -> str:
     return f"{text[: _LONGEST_VALUE - 24]} ... {text[-18:]}"
 
 
+def printable(text: str) -> str:
+    """Return a text with every character that would move the cursor or colour the terminal written as its escape.
+
+    Keys and file names come from others: a line break or an escape sequence in one must not pass for a line of ours.
+    """
+    if text.isprintable():
+        return text
+    return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in text)
+
+
 def _repr(value: object) -> str:
-    """Return `repr` on one line; Python refuses to print integers of more than 4300 digits."""
+    """Return `repr` on one line.
+
+    Python refuses to print integers of more than 4300 digits and what nests too deeply, and a caller's object may fail at it.
+    """
     try:
         return " ".join(repr(value).split())
     except ValueError:
         return "a number too long to print"
+    except Exception:  # noqa: BLE001 - what a caller's own __repr__ raises is anyone's guess
+        return f"{type(value).__name__}, which cannot be printed"

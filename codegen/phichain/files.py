@@ -11,7 +11,6 @@ from __future__ import annotations
 import ctypes
 import errno
 import fcntl
-import json
 import os
 import secrets
 import shutil
@@ -22,8 +21,10 @@ from pathlib import Path, PurePosixPath
 from typing import Final
 
 from phichain.errors import OutputError
+from phichain.reading import MEBIBYTE, parse_json, read_regular
 
 MANIFEST: Final = "manifest.json"
+LARGEST_MANIFEST: Final = 64 * MEBIBYTE
 
 # Importing the generated CasADi module leaves its bytecode in the folder; nobody would miss it.
 _DISPOSABLE: Final = "__pycache__"
@@ -200,9 +201,9 @@ def _carry_over(folder: Path, stage: Path, names: frozenset[str]) -> None:
 def _generated(folder: Path) -> frozenset[str]:
     """Names of the files that phichain wrote into the folder, by its manifest."""
     try:
-        manifest = json.loads((folder / MANIFEST).read_bytes())
+        manifest = parse_json(read_regular(folder / MANIFEST, LARGEST_MANIFEST))
         return frozenset((*manifest["files"], MANIFEST)) if manifest["digest"] else frozenset()
-    except (FileNotFoundError, ValueError, TypeError, KeyError):
+    except (OSError, ValueError, TypeError, KeyError):
         problem = "is not a folder that phichain generated (it holds no manifest.json of ours)"
         raise OutputError(
             "output", str(folder), problem, "choose another folder, or remove this one"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from phichain.emit import folder_files, library_files
 from phichain.files import write_folder
 from phichain.lowering import Lowered, lower
 from phichain.mechanics import derive
-from phichain.native import build_folder, default_cache
+from phichain.native import build_files, default_cache
 from phichain.proof import prove as proven
 from phichain.scene import Scene
 from phichain.system import System
@@ -57,9 +56,7 @@ def build(scene: Scene, prove: bool = True) -> System:
         CompilerError: the C compiler is missing, failed or hung.
     """
     lowered = lower(derive(scene))
-    files = library_files(scene, lowered, _proof_once(lowered) if prove else None)
-    with tempfile.TemporaryDirectory(prefix="phichain-") as folder:
-        return build_folder(write_folder(Path(folder) / scene.name, files))
+    return build_files(library_files(scene, lowered, _proof_once(lowered) if prove else None))
 
 
 def _proof_once(lowered: Lowered) -> Mapping[str, str]:

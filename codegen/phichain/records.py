@@ -1,7 +1,8 @@
 """How results leave memory: CSV for people and spreadsheets, NPZ for exact round trips.
 
 A result record is a frozen dataclass of arrays, numbers and strings. CSV takes its table with 17 significant
-digits, so every double survives; NPZ takes all of it, the small fields as one JSON text, and needs no pickle.
+digits, so every double survives; NPZ takes all of it, the small fields as one JSON text, and needs no pickle;
+`phichain.archive` reads it back.
 Files appear whole or not at all (`phichain.files`).
 """
 
@@ -12,15 +13,15 @@ import io
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, DTypeLike
 
+from phichain.archive import LARGEST, META
 from phichain.errors import OutputError
 from phichain.files import write_file
-
-_META = "meta_json"
 
 
 def write_csv(path: Path | str, columns: Mapping[str, ArrayLike]) -> Path:
@@ -53,38 +54,62 @@ def write_npz(path: Path | str, arrays: Mapping[str, ArrayLike], meta: Mapping[s
     """Write arrays and, as one JSON text beside them, the small fields of a record.
 
     Raises:
-        OutputError: The file cannot be written.
+        OutputError: The file cannot be written, or would be too large to be read back.
     """
     buffer = io.BytesIO()
     payload = {name: np.asarray(value) for name, value in arrays.items()}
-    payload[_META] = np.asarray(json.dumps(meta, sort_keys=True))
+    size = sum(array.nbytes for array in payload.values())
+    if size > LARGEST // 2:
+        raise OutputError(
+            "path", str(path), f"would hold {size} bytes, more than the {LARGEST // 2} of a record", "write fewer points"
+        )
+    payload[META] = np.asarray(json.dumps(meta, sort_keys=True))
     np.savez_compressed(buffer, allow_pickle=False, **payload)
     return write_file(path, buffer.getvalue())
 
 
-def read_npz(path: Path | str, kind: str) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """The arrays and small fields that `write_npz` wrote.
+def frozen(value: Any) -> Any:
+    """Nested tables that nobody can write to: mappings as proxies, lists as tuples, arrays as copies; all else as it is."""
+    if isinstance(value, Mapping):
+        return MappingProxyType({key: frozen(entry) for key, entry in value.items()})
+    if isinstance(value, np.ndarray):
+        return held(value, value.dtype)
+    return tuple(frozen(entry) for entry in value) if isinstance(value, list | tuple) else value
 
-    Args:
-        path: The file to read.
-        kind: What the file must hold, the `kind` entry of its small fields.
 
-    Raises:
-        OutputError: The file is missing, is no NPZ, or holds another kind of record.
-    """
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            arrays = {name: archive[name] for name in archive.files}
-        meta = dict(json.loads(str(arrays.pop(_META))))
-    except (OSError, ValueError, KeyError, EOFError) as failure:
-        raise OutputError(
-            "path", str(path), f"no {kind} can be read there: {failure}", f"name a file that a {kind} wrote"
-        ) from failure
-    if meta.get("kind") != kind:
-        raise OutputError(
-            "path", str(path), f"holds a {meta.get('kind')}, not a {kind}", f"name a file that a {kind} wrote"
-        )
-    return arrays, meta
+def thawed(value: Any) -> Any:
+    """The same as plain dictionaries, which can be pickled."""
+    return {key: thawed(entry) for key, entry in value.items()} if isinstance(value, Mapping) else value
+
+
+class Held:
+    """Base of frozen records that hold arrays: like the record itself, nobody can write to what it holds."""
+
+    def __post_init__(self) -> None:
+        """Put views that cannot be written to in the place of arrays and dictionaries."""
+        for name, value in tuple(vars(self).items()):
+            if isinstance(value, np.ndarray) and value.flags.writeable:
+                view = value.view()
+                view.setflags(write=False)
+                object.__setattr__(self, name, view)
+            elif isinstance(value, dict):
+                object.__setattr__(self, name, MappingProxyType(value))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields, such as can be pickled and copied."""
+        return {k: dict(v) if isinstance(v, MappingProxyType) else v for k, v in vars(self).items()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take the fields back; an array that was pickled has forgotten that nobody may write to it."""
+        vars(self).update(state)
+        Held.__post_init__(self)
+
+
+def held(values: ArrayLike, dtype: DTypeLike = float) -> np.ndarray:
+    """A copy of an array that nobody can write to: what frozen records keep."""
+    array: np.ndarray = np.array(values, dtype=dtype)
+    array.setflags(write=False)
+    return array
 
 
 def columns_of(names: Sequence[str], values: np.ndarray | None) -> dict[str, np.ndarray]:

@@ -14,7 +14,7 @@ from phichain.system.starts import leaning, numbers, parameters
 def system(space: str, base: str, angles: str = "relative", links: int = 5) -> System:
     cart = {"fixed": 0, "cart": 1 if space == "planar" else 2}[base]
     size = cart + links * (1 if space == "planar" else 3)
-    return System("s", space, base, links, size, size, 0, scene={"joints": {"angles": angles}})
+    return System("s", space, base, links, size, size, 0, angles=angles if space == "planar" else None)
 
 
 @pytest.mark.parametrize("base", ["fixed", "cart"])

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,8 @@ from phichain.continuation import (
     Branch,
     BranchPoint,
     Engine,
+    Evaluation,
+    Extra,
     Extremum,
     Fold,
     Level,
@@ -25,8 +29,14 @@ from phichain.continuation import (
 )
 from phichain.errors import ArrayError, ConvergenceError, OutputError, ToleranceError
 
-PARABOLA = Problem(lambda z: np.array([z[0] ** 2 + z[1]]), lambda z: np.array([[2 * z[0], 1.0]]), ("x", "l"))
-CIRCLE = Problem(
+
+def problem_of(residual: Callable, jacobian: Callable, names: Sequence[str], **more: Any) -> Problem:
+    """A problem whose residual and Jacobian are written apart."""
+    return Problem(lambda z: Evaluation(residual(z), jacobian(z)), tuple(names), **more)
+
+
+PARABOLA = problem_of(lambda z: np.array([z[0] ** 2 + z[1]]), lambda z: np.array([[2 * z[0], 1.0]]), ("x", "l"))
+CIRCLE = problem_of(
     lambda z: np.array([z[0] ** 2 + z[1] ** 2 - 1]), lambda z: np.array([[2 * z[0], 2 * z[1]]]), ("x", "y")
 )
 EVERY_PART = [
@@ -63,7 +73,7 @@ def test_a_pitchfork_is_located_from_either_branch() -> None:
         by_w = z[1] - 3 * w**2
         return np.array([[by_w, w - by_w / 3]])
 
-    problem = Problem(residual, jacobian, ("x", "l"))
+    problem = problem_of(residual, jacobian, ("x", "l"))
     tests = [Fold(), BranchPoint(), Level(lambda z: abs(z[0]), 2.0)]
     straight = follow(
         problem, start_on(problem, np.array([-0.31, -1.0]), np.array([0, 1.0]), Engine()), tests=tests
@@ -81,14 +91,14 @@ def test_a_pitchfork_is_located_from_either_branch() -> None:
 
 
 def test_a_transcritical_point_and_a_cubic_of_two_folds() -> None:
-    crossing = Problem(
+    crossing = problem_of(
         lambda z: np.array([z[0] * (z[1] - z[0])]), lambda z: np.array([[z[1] - 2 * z[0], z[0]]]), ("x", "l")
     )
     start = start_on(crossing, np.array([0.0, -0.73]), np.array([0, 1.0]), Engine())
     branch = follow(crossing, start, tests=[Fold(), BranchPoint(), Level(lambda z: z[1], 1.0)])
     assert [event.kind for event in branch.events] == ["branch point", "level"]
     assert np.max(np.abs(branch.events[0].z)) < 1e-10
-    cubic = Problem(
+    cubic = problem_of(
         lambda z: np.array([z[0] ** 3 - z[0] - z[1]]),
         lambda z: np.array([[3 * z[0] ** 2 - 1, -1.0]]),
         ("x", "l"),
@@ -115,7 +125,7 @@ def test_bratu_folds_where_it_should() -> None:
     n = 24
     D2 = np.linalg.matrix_power(chebyshev(n)[1], 2)[1:-1, 1:-1]
     names = (*(f"u_{k}" for k in range(n - 1)), "l")
-    problem = Problem(
+    problem = problem_of(
         lambda z: D2 @ z[:-1] + z[-1] * np.exp(z[:-1]),
         lambda z: np.column_stack([D2 + np.diag(z[-1] * np.exp(z[:-1])), np.exp(z[:-1])]),
         names,
@@ -164,7 +174,7 @@ def test_newton_converges_quadratically() -> None:
 
 
 def test_newton_failing_is_said() -> None:
-    nowhere = Problem(lambda z: np.array([z[0] ** 2 + 1]), lambda z: np.array([[2 * z[0], 0.0]]), ("x", "l"))
+    nowhere = problem_of(lambda z: np.array([z[0] ** 2 + 1]), lambda z: np.array([[2 * z[0], 0.0]]), ("x", "l"))
     with pytest.raises(ConvergenceError, match="did not reach the branch"):
         start_on(nowhere, np.array([0.5, 0.0]), np.array([1.0, 0.0]), Engine(), fixed=True)
 
@@ -180,7 +190,7 @@ def test_a_curve_that_ends_is_left_with_its_reason() -> None:
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.array([[1.0, 0.5 / np.sqrt(z[1])]])
 
-    problem = Problem(residual, jacobian, ("x", "l"))
+    problem = problem_of(residual, jacobian, ("x", "l"))
     start = start_on(problem, np.array([0.0, 1.0]), np.array([1.0, 0]), Engine())
     branch = follow(problem, start, Engine(options=Options(step_min=1e-4)), [])
     assert branch.status == "step" and "step_min" in branch.reason
@@ -201,7 +211,7 @@ def test_the_point_limit_and_a_frozen_record() -> None:
 @pytest.mark.parametrize("gap", [1e-1, 1e-3, 1e-4, 1e-5])
 def test_an_avoided_crossing_is_not_jumped_over(gap: float) -> None:
     """x^2 - l^2 = gap^2: two branches 2 gap apart that turn by a right angle; a run stays on its own."""
-    problem = Problem(
+    problem = problem_of(
         lambda z: np.array([z[0] ** 2 - z[1] ** 2 - gap**2]),
         lambda z: np.array([[2 * z[0], -2 * z[1]]]),
         ("x", "l"),
@@ -217,7 +227,7 @@ def test_an_avoided_crossing_is_not_jumped_over(gap: float) -> None:
 @given(st.floats(-3, 3), st.floats(0.2, 5), st.floats(0.1, 10))
 def test_scaling_unknowns_changes_nothing_but_the_steps(at: float, size: float, unit: float) -> None:
     """The fold of size (x - at)^2 + l = 0 is found whatever the units of x."""
-    problem = Problem(
+    problem = problem_of(
         lambda z: np.array([size * (z[0] - at) ** 2 + z[1]]),
         lambda z: np.array([[2 * size * (z[0] - at), 1.0]]),
         ("x", "l"),
@@ -282,6 +292,9 @@ def test_options_are_checked_when_made(arguments, words) -> None:
         (lambda: dataclasses.replace(PARABOLA, scale=np.array([1.0, 0.0])), "2 positive sizes"),
         (lambda: dataclasses.replace(PARABOLA, parameter=2), "no unknown"),
         (lambda: PARABOLA.check(np.zeros(3)), "2 finite numbers"),
+        (lambda: Problem(lambda z: (z, z), ("x", "l")).check(np.zeros(2)), r"\(F, J, extra\)"),
+        (lambda: Extra(np.ones((2, 2))), "no vector of complex numbers"),
+        (lambda: Extra(["a"]), "no vector of complex numbers"),
         (lambda: PARABOLA.check(np.array([0, np.nan])), "2 finite numbers"),
         (
             lambda: dataclasses.replace(PARABOLA, names=("x", "y", "l"), scale=None).check(np.zeros(3)),

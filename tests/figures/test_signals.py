@@ -15,6 +15,7 @@ import pytest
 from phichain.errors import UnsupportedError
 from phichain.fractional import Propagation
 from phichain.motion import simulate
+from phichain.papers import figures
 from phichain.papers.figures import START
 from phichain.papers.signals import draw_signals, released, signal_system, write_sheets, write_viewer
 from phichain.report.propagation import Wave, paths, plain_names, size_of_orders, surfaces
@@ -32,6 +33,22 @@ def motion(case: Case) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     start = (START * np.eye(system.nq)[0], np.zeros(system.nv))
     run = simulate(system, start, wave.time, tol=1e-12)
     return run.q, run.v, run.a
+
+
+def test_the_motions_start_as_printed(wave: Case, single: Case) -> None:
+    """Figs 3 to 6: theta = (0.4, 0, ..., 0) at rest, m_k = l_k = 1/N, r_k = l_k/2."""
+    for system, found in (wave, single):
+        links = system.links
+        chain = system.scene["chain"]
+        sizes = [np.broadcast_to(np.asarray(chain[key], dtype=float), links) for key in ("mass", "length", "com")]
+        np.testing.assert_allclose(sizes, [[1 / links] * links, [1 / links] * links, [0.5 / links] * links], rtol=1e-15)
+        q, v, _ = motion((system, found))
+        np.testing.assert_array_equal(q[0], [0.4, *[0] * (links - 1)])
+        assert not v[0].any()
+        # -G by hand: in the relative reading the chain is straight, so joint k carries what is beyond it at one angle.
+        if system.scene["joints"]["angles"] == "relative":
+            arm = [sum((j - k + 0.5) / links**2 for j in range(k, links)) for k in range(links)]
+            np.testing.assert_allclose(found.surface("theta_p", 0)[0, 0], -9.81 * arm[0] * np.sin(0.4), rtol=1e-12)
 
 
 def test_the_signal_starts_as_the_force_and_becomes_the_acceleration(wave: Case) -> None:
@@ -91,6 +108,17 @@ def test_the_sheets_show_every_coordinate_and_part(single: Case) -> None:
     mesh = sheet.axes[2].collections[0].get_array()
     np.testing.assert_allclose(mesh, (first.theta_p / first.sizes[0]).T)
     assert np.abs(mesh).max() == pytest.approx(1.0, abs=0.3)
+
+
+def test_figures_5_and_6_show_link_1_alone(wave: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert len(surfaces(wave[1], "title", 1).axes) == 6 and len(surfaces(wave[1], "title").axes) == 18
+    shown = {}
+    monkeypatch.setattr(figures, "paper_a_wave", lambda system: wave[1])
+    monkeypatch.setattr(figures, "write_viewer", lambda *words: tmp_path)
+    monkeypatch.setattr(figures, "write_sheets", lambda stem, *words: shown.setdefault(stem, words[-1]) and [])
+    for name in ("A3", "A4", "A5", "A6"):
+        figures.draw(name, tmp_path)
+    assert shown == {"A3": 1, "A4": 2, "A5": 1, "A6": 1}
 
 
 def unpacked(text: str) -> np.ndarray:

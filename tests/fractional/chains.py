@@ -8,7 +8,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from phichain.system import System
+from phichain.system import Drive, Joints, Numbers, System
 from tests.handmade import GRAVITY, angle_map, batched, coefficients
 
 
@@ -73,7 +73,6 @@ def chain(
     numbers: dict[str, Any] = {"mass": list(m), "length": list(l), "com": list(r)}
     if cart_mass is not None:
         numbers["cart_mass"] = cart_mass
-    joints = {"angles": angles, "actuated": actuated, "stiffness": stiffness, "damping": damping}
     return System(
         name="chain",
         space="planar",
@@ -84,11 +83,10 @@ def chain(
         nu=inputs.shape[1],
         functions=functions,
         params=numbers if runtime else None,
-        scene={
-            "name": "chain",
-            "chain": {"gravity": GRAVITY, **(dict.fromkeys(numbers, "runtime") if runtime else numbers)},
-            "joints": {key: value for key, value in joints.items() if value is not None},
-        },
+        angles=angles,
+        numbers=Numbers(**(dict.fromkeys(numbers, "runtime") if runtime else numbers), gravity=GRAVITY),
+        joints=Joints(stiffness, damping),
+        drive=Drive(tuple(np.flatnonzero(column)[0] for column in inputs.T)),
     )
 
 
@@ -115,19 +113,19 @@ def exact_powers(system: System, q: np.ndarray, u: np.ndarray, p: Sequence[float
 
 def exact_inertia(system: System, q: np.ndarray) -> mpmath.matrix:
     """I = sum_a m_a J_a^T J_a, with the positions differentiated by hand; call within mpmath.workdps."""
-    n, cart, numbers = system.links, system.cart_size, dict(system.scene["chain"])
-    S = angle_map(n, system.scene["joints"]["angles"])
+    n, cart, numbers = system.links, system.cart_size, system.numbers
+    S = angle_map(n, system.angles)
     phi = [mpmath.fsum(mpmath.mpf(S[k, j]) * mpmath.mpf(q[cart + j]) for j in range(n)) for k in range(n)]
     J = mpmath.zeros(2 * n + cart, n + cart)
     for a in range(n):
-        root = mpmath.sqrt(mpmath.mpf(float(numbers["mass"][a])))
+        root = mpmath.sqrt(mpmath.mpf(float(numbers.mass[a])))
         for k in range(a + 1):
-            reach = root * mpmath.mpf(float(numbers["length" if k < a else "com"][k]))
+            reach = root * mpmath.mpf(float((numbers.length if k < a else numbers.com)[k]))
             for j in np.flatnonzero(S[k]):
                 J[2 * a, cart + int(j)] += reach * mpmath.cos(phi[k])
                 J[2 * a + 1, cart + int(j)] -= reach * mpmath.sin(phi[k])
         if cart:
             J[2 * a, 0] = root
     if cart:
-        J[2 * n, 0] = mpmath.sqrt(mpmath.mpf(float(numbers["cart_mass"])))
+        J[2 * n, 0] = mpmath.sqrt(mpmath.mpf(float(numbers.cart_mass)))
     return J.T * J

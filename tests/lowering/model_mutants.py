@@ -56,7 +56,15 @@ def _whole(model: Model) -> Iterator[tuple[str, Energies]]:
             yield f"{field} doubled", replace(right, **{field: 2 * value})
             yield f"{field} negated", replace(right, **{field: -value})
     yield "T and V exchanged", replace(right, kinetic=right.potential, potential=right.kinetic)
+    yield "T is nothing", replace(right, kinetic=None)
+    yield "V is no number", replace(right, potential=sympy.nan)
+    yield "S without a definition", replace(right, definitions=right.definitions[:-1] if _last(right) == "S" else ())
+    yield "definitions turned round", replace(right, definitions=right.definitions[::-1])
     yield "T as a root", replace(right, kinetic=sympy.sqrt(right.kinetic))
+
+
+def _last(energies: Energies) -> str:
+    return str(energies.definitions[-1][0])
 
 
 def _coefficients(model: Model) -> Iterator[tuple[str, Energies]]:

@@ -13,24 +13,30 @@ from typing import Any
 
 import numpy as np
 
+from phichain.scene import scene_from_dict
+
 NAME = "duo"
 
 HEADER = """\
 #ifndef DUO_H
 #define DUO_H
+#define DUO_LINKS 2 /* number of links */
+#define DUO_NQ 2
+#define DUO_NV 2
+#define DUO_NU 2
 typedef REAL duo_real;
 typedef struct {
     duo_real mass[2];
     duo_real gravity;
 } duo_params;
-void duo_forward_dynamics(const duo_params *p, const duo_real *q, const duo_real *v,
-                          const duo_real *u, duo_real *a);
-void duo_mass_matrix(const duo_params *p, const duo_real *q, duo_real *out);
-void duo_energy(const duo_params *p, const duo_real *q, const duo_real *v,
+void duo_forward_dynamics(const duo_params *p, const duo_real q[2], const duo_real v[2],
+                          const duo_real u[2], duo_real a[2]);
+void duo_mass_matrix(const duo_params *p, const duo_real q[2], duo_real out[4]);
+void duo_energy(const duo_params *p, const duo_real q[2], const duo_real v[2],
                 duo_real *kinetic, duo_real *potential);
-void duo_step(const duo_params *p, duo_real h, const duo_real *q, const duo_real *v, const duo_real *u,
-              duo_real *q_next, duo_real *v_next);
-void duo_linearization(const duo_real *s, duo_real *M, duo_real *G);
+void duo_step(const duo_params *p, duo_real h, const duo_real q[2], const duo_real v[2], const duo_real u[2],
+              duo_real q_next[2], duo_real v_next[2]);
+void duo_linearization(const duo_real s[2], duo_real M[4], duo_real G[4], duo_real B[4]);
 #endif
 """
 
@@ -70,7 +76,7 @@ void duo_step(const duo_params *p, duo_real h, const duo_real *q, const duo_real
     }
 }
 
-void duo_linearization(const duo_real *s, duo_real *M, duo_real *G)
+void duo_linearization(const duo_real *s, duo_real *M, duo_real *G, duo_real *B)
 {
     M[0] = s[0];
     M[1] = M[2] = 0;
@@ -78,6 +84,8 @@ void duo_linearization(const duo_real *s, duo_real *M, duo_real *G)
     G[0] = 2 * s[0];
     G[1] = G[2] = 0;
     G[3] = 2 * s[1];
+    B[0] = B[3] = 1;
+    B[1] = B[2] = 0;
 }
 """
 
@@ -109,7 +117,7 @@ FUNCTIONS: dict[str, Any] = {
     "linearization": {
         "params": False,
         "inputs": [{"name": "s", "shape": [2]}],
-        "outputs": [{"name": "M", "shape": [2, 2]}, {"name": "G", "shape": [2, 2]}],
+        "outputs": [{"name": name, "shape": [2, 2]} for name in ("M", "G", "B")],
     },
 }
 
@@ -142,10 +150,11 @@ def write(parent: Path, real: str = "double", source: str = SOURCE, **files: str
         name: {"symbol": f"{NAME}_{name}", "code": "unrolled", "operations": {}, **entry}
         for name, entry in FUNCTIONS.items()
     }
+    scene = scene_from_dict({**SCENE, "target": {"real": real}})
     manifest = {
         "name": NAME,
-        "scene": SCENE,
-        "digest": "0" * 64,
+        "scene": scene.to_dict(),
+        "digest": scene.digest,
         "real": real,
         "params": [{"name": "mass", "shape": [2]}, {"name": "gravity", "shape": []}],
         "functions": functions,

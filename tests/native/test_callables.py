@@ -19,6 +19,7 @@ from hypothesis.extra.numpy import arrays
 
 from phichain.errors import ArrayError
 from phichain.native import Cache, build_folder
+from phichain.scene import scene_from_dict
 from phichain.system import System
 from tests.native.generated_folder import FUNCTIONS, PARAMETERS, SOURCE, expected, write
 
@@ -61,7 +62,7 @@ def test_single_state(system: System) -> None:
 
 def test_function_without_parameters(system: System) -> None:
     for keywords in ({}, {"p": PARAMETERS}, {"p": None}):
-        mass, gravity = system.linearization([1, -1], **keywords)
+        mass, gravity, _ = system.linearization([1, -1], **keywords)
         np.testing.assert_array_equal(mass, np.diag([1.0, -1.0]))
         np.testing.assert_array_equal(gravity, np.diag([2.0, -2.0]))
 
@@ -203,7 +204,11 @@ def write_folded(parent: Path) -> Path:
     """A folder whose manifest knows no runtime parameter, and only the function that needs none."""
     folder = write(parent)
     manifest = json.loads((folder / "manifest.json").read_text())
-    manifest["params"] = []
+    tables = manifest["scene"]
+    tables["chain"].update(mass=1.0, gravity=9.0)
+    tables["functions"]["want"] = ["linearization"]
+    scene = scene_from_dict(tables)
+    manifest.update(params=[], scene=scene.to_dict(), digest=scene.digest)
     manifest["functions"] = {"linearization": manifest["functions"]["linearization"]}
     (folder / "manifest.json").write_text(json.dumps(manifest))
     return folder

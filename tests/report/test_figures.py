@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from phichain.continuation import trace
 from phichain.errors import OutputError, UnsupportedError
 from phichain.motion import Trajectory, simulate
+from phichain.orbits import trace
 from phichain.report import figures
 from phichain.report.style import look, save
-from phichain.system import System
+from phichain.system import Numbers, System
 from phichain.system.starts import leaning
 from tests.handmade import paper_b, uniform_planar
 
@@ -23,8 +23,7 @@ matplotlib = pytest.importorskip("matplotlib")
 
 @pytest.fixture(scope="module")
 def chain() -> System:
-    scene = {"chain": {"length": [1 / 3] * 3}, "joints": {"angles": "relative"}}
-    return replace(uniform_planar(3), scene=scene)
+    return replace(uniform_planar(3), numbers=Numbers(length=[1 / 3] * 3))
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +33,7 @@ def swing(chain: System) -> Trajectory:
 
 @pytest.fixture(scope="module")
 def cart() -> System:
-    return replace(paper_b(), scene={"chain": {"length": [0.1] * 5}})
+    return replace(paper_b(), numbers=Numbers(length=[0.1] * 5))
 
 
 def curves(axes: object) -> dict[str, np.ndarray]:
@@ -71,7 +70,7 @@ def test_a_controlled_chain_shows_errors_cart_and_force(cart: System) -> None:
 
 
 def test_a_controlled_chain_on_a_fixed_base_has_no_cart_panel() -> None:
-    fixed = replace(uniform_planar(2, actuated="all"), scene={"chain": {"length": [0.5] * 2}})
+    fixed = replace(uniform_planar(2, actuated="all"), numbers=Numbers(length=[0.5] * 2))
     motion = simulate(fixed, leaning(fixed, 0.1), np.linspace(0, 0.2, 11), tol=1e-5, u=[0.1, -0.2])
     drawing = figures.closed_loop(fixed, motion, np.exp(-motion.t), np.exp(-motion.t))
     _, _, torque = drawing.axes

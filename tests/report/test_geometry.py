@@ -11,20 +11,19 @@ from hypothesis import strategies as st
 
 from phichain.errors import ArrayError
 from phichain.report.geometry import joints, link_lengths, tilt
-from phichain.system import System
+from phichain.system import Numbers, System
 
 LENGTHS = [0.5, 0.3, 0.2]
 
 
 def planar(angles: str = "relative", base: str = "fixed") -> System:
     size = 3 + (base == "cart")
-    scene = {"chain": {"length": LENGTHS}, "joints": {"angles": angles}}
-    return System("drawn", "planar", base, 3, size, size, 0, scene=scene)
+    return System("drawn", "planar", base, 3, size, size, 0, angles=angles, numbers=Numbers(length=LENGTHS))
 
 
 def spatial(base: str = "cart") -> System:
     size = 9 + 2 * (base == "cart")
-    return System("drawn", "spatial", base, 3, size, size, 0, scene={"chain": {"length": LENGTHS}})
+    return System("drawn", "spatial", base, 3, size, size, 0, numbers=Numbers(length=LENGTHS))
 
 
 def test_a_hanging_chain_hangs_along_gravity() -> None:
@@ -74,7 +73,7 @@ def test_tilt_is_exact_near_hanging_and_standing() -> None:
 
 
 def test_lengths_may_come_from_the_runtime_parameters() -> None:
-    runtime = replace(planar(), scene={"chain": {"length": "runtime"}}, params={"length": [1.0, 2.0, 3.0]})
+    runtime = replace(planar(), numbers=Numbers(length="runtime"), params={"length": [1.0, 2.0, 3.0]})
     np.testing.assert_array_equal(link_lengths(runtime), [1.0, 2.0, 3.0])
-    with pytest.raises(ArrayError, match="runtime parameter without a value"):
+    with pytest.raises(ArrayError, match="holds no value of it"):
         link_lengths(replace(runtime, params=None))

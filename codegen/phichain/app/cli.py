@@ -6,6 +6,7 @@ because then the fault is ours and the traceback is what a report needs.
 
 from __future__ import annotations
 
+import io
 import sys
 import warnings
 from collections.abc import Sequence
@@ -16,7 +17,7 @@ import typer
 
 import phichain
 from phichain.app import cli_figures
-from phichain.errors import PhichainError
+from phichain.errors import PhichainError, printable
 
 app = typer.Typer(
     name="phichain",
@@ -52,6 +53,7 @@ TRIAL_STEPS = 5_000
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run one command and leave with its exit code: 0 done, 2 refused with one line that says why."""
     warnings.showwarning = _one_line
+    _print_anything()
     try:
         app(args=None if arguments is None else list(arguments), prog_name="phichain")
     except PhichainError as refusal:
@@ -59,8 +61,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.exit(2)
 
 
+def _print_anything() -> None:
+    """Let names that the terminal's encoding has no letters for, as files may have, come out as escapes."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
 def _one_line(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
-    typer.secho(f"phichain: warning: {message}", fg=typer.colors.YELLOW, err=True)
+    typer.secho(f"phichain: warning: {printable(str(message))}", fg=typer.colors.YELLOW, err=True)
 
 
 def _version(wanted: bool) -> None:
@@ -112,7 +121,7 @@ def generate(
     from phichain.scene.library import find_scene
 
     folder = written(find_scene(scene), out, with_casadi_c=casadi_c, prove=proof)
-    typer.echo(f"wrote {folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}")
+    typer.echo(printable(f"wrote {folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}"))
 
 
 @app.command()
@@ -216,7 +225,7 @@ def _write(record: Any, files: list[Path], draw: Any) -> None:
             from phichain.report.style import save
 
             save(draw(), path)
-        typer.echo(f"wrote {path}")
+        typer.echo(printable(f"wrote {path}"))
 
 
 @app.command()
@@ -228,7 +237,7 @@ def trace(
     out: OutFiles = None,
 ) -> None:
     """Follow a family of limit cycles from small amplitudes, by its single harmonic."""
-    from phichain.continuation import trace as traced
+    from phichain.orbits import trace as traced
     from phichain.pipeline import build as built
     from phichain.scene.library import find_scene
     from phichain.system.starts import parameters
@@ -281,7 +290,7 @@ def tour(out: OutFolder = Path("generated")) -> None:
     """Take the whole path once with both papers' chains, and leave a report in DIR/report."""
     from phichain.app.tour import tour as taken
 
-    typer.echo(f"report: {taken(out)}")
+    typer.echo(printable(f"report: {taken(out)}"))
 
 
 @app.command()

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from phichain.errors import printable
+
 FigureNames = Annotated[
     list[str], typer.Argument(metavar="NAME...", help="A2 .. A7 of paper A, B2 .. B4 of paper B, or all.")
 ]
@@ -29,7 +31,7 @@ def figure(names: FigureNames, out: Folder = Path("generated/figures")) -> None:
 
     wanted = list(FIGURES) if "all" in names else [known(name) for name in names]
     for name in wanted:
-        typer.echo(f"{name}: wrote {', '.join(str(path) for path in draw(name, out))}")
+        typer.echo(printable(f"{name}: wrote {', '.join(str(path) for path in draw(name, out))}"))
 
 
 def propagation(
@@ -63,4 +65,4 @@ def propagation(
     system = signal_system(chosen, parameters(settings or []))
     result = released(system, t, samples, order, lean=lean, **start)
     typer.echo(str(result))
-    typer.echo(f"wrote {', '.join(str(path) for path in draw_signals(chosen, result, out))}")
+    typer.echo(printable(f"wrote {', '.join(str(path) for path in draw_signals(chosen, result, out))}"))

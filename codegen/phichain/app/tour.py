@@ -17,10 +17,11 @@ import numpy as np
 from rich.console import Console
 
 import phichain
-from phichain.continuation import Branch, trace
+from phichain.continuation import Branch
 from phichain.control import errors, feedback, lqr
 from phichain.files import write_file
 from phichain.motion import Trajectory, simulate
+from phichain.orbits import trace
 from phichain.pipeline import build, generate
 from phichain.report import figures
 from phichain.report.html import Section, page

@@ -8,17 +8,45 @@ from typing import Any
 
 import numpy as np
 
+from phichain.archive import TEXT, Schema, complex_numbers, names, read_archive, real, whole, word
+from phichain.continuation.problem import Multipliers
 from phichain.errors import ArrayError
-from phichain.records import columns_of, read_npz, write_csv, write_npz
+from phichain.records import Held, columns_of, write_csv, write_npz
 from phichain.system import Vector
 
-_ARRAYS = ("points", "arclength", "tangent", "residual", "iterations", "scale", "energy")
-_PLAIN = ("name", "names", "status", "reason")
-_KIND = "Branch"
+_ARRAYS = {
+    "points": real("m", "unknowns"),
+    "arclength": real("m"),
+    "tangent": real("m", "unknowns"),
+    "residual": real("m"),
+    "iterations": whole("m"),
+    "scale": real("unknowns"),
+    "energy": real("m", optional=True),
+    "multipliers": complex_numbers("m", "exponents", optional=True),
+}
+_EVENTS = {
+    "index": whole("events"),
+    "z": real("events", "unknowns"),
+    "arclength": real("events"),
+    "value": real("events"),
+    "multipliers": complex_numbers("events", "exponents", optional=True),
+}
+_PLAIN = {
+    "name": TEXT,
+    "names": names("unknowns"),
+    "status": word("event", "closed", "points", "step"),
+    "reason": TEXT,
+}
+_SCHEMA = Schema(
+    "Branch",
+    {**_ARRAYS, **{f"event_{name}": array for name, array in _EVENTS.items()}},
+    {**_PLAIN, "event_kinds": names("events", counted=True)},
+    filled=("m", "unknowns"),
+)
 
 
 @dataclass(frozen=True, eq=False)
-class Special:
+class Special(Held):
     """A located event.
 
     Attributes:
@@ -27,6 +55,7 @@ class Special:
         z: The unknowns there (n + 1,).
         arclength: s there.
         value: What is left of the test function; how well it is located.
+        multipliers: Those of the solution there (k,); empty where the method computes none.
     """
 
     kind: str
@@ -34,10 +63,11 @@ class Special:
     z: Vector
     arclength: float
     value: float
+    multipliers: Multipliers
 
 
 @dataclass(frozen=True, eq=False)
-class Branch:
+class Branch(Held):
     """A curve of solutions, point by point.
 
     Attributes:
@@ -50,6 +80,8 @@ class Branch:
         iterations: Newton iterations (m,).
         scale: Typical sizes of the unknowns (n + 1,).
         energy: Recorded scalar (m,), J, or None.
+        multipliers: Complex numbers (m, k) that tell the stability of every point, in the form that the method states
+            (`Extra`); (m, 0) where it computes none, as with one harmonic.
         events: Located events in order.
         status: "event" (a terminal one), "closed", "points", or "step" (it needed a step below step_min).
         reason: The same in words.
@@ -64,6 +96,7 @@ class Branch:
     iterations: Vector
     scale: Vector
     energy: Vector | None
+    multipliers: Multipliers
     events: tuple[Special, ...]
     status: str
     reason: str
@@ -97,20 +130,23 @@ class Branch:
         return tuple(event for event in self.events if event.kind == kind)
 
     def to_csv(self, path: Path | str) -> Path:
-        """Write one row per point: arclength, the unknowns, energy, residual, iterations; 17 digits."""
+        """Write one row per point: arclength, the unknowns, energy, residual, iterations, multipliers; 17 digits."""
         columns: dict[str, Any] = {"arclength": self.arclength, **columns_of(self.names, self.points)}
         if self.energy is not None:
             columns["energy"] = self.energy
-        return write_csv(path, columns | {"residual": self.residual, "iterations": self.iterations})
+        columns |= {"residual": self.residual, "iterations": self.iterations}
+        for k, values in enumerate(self.multipliers.T, 1):
+            columns |= {f"multiplier_{k}_re": values.real, f"multiplier_{k}_im": values.imag}
+        return write_csv(path, columns)
 
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""
         arrays = {name: getattr(self, name) for name in _ARRAYS if getattr(self, name) is not None}
-        for name in ("index", "z", "arclength", "value"):
-            arrays[f"event_{name}"] = np.array([getattr(event, name) for event in self.events])
+        for name, wanted in _EVENTS.items():
+            arrays[f"event_{name}"] = np.array([getattr(event, name) for event in self.events], wanted.dtype)
         meta = {name: getattr(self, name) for name in _PLAIN}
         return write_npz(
-            path, arrays, meta | {"kind": _KIND, "event_kinds": [event.kind for event in self.events]}
+            path, arrays, meta | {"kind": _SCHEMA.kind, "event_kinds": [event.kind for event in self.events]}
         )
 
     @classmethod
@@ -118,13 +154,15 @@ class Branch:
         """Read what `to_npz` wrote.
 
         Raises:
-            OutputError: The file is missing or holds no Branch.
+            OutputError: The file is missing or holds no Branch, or not a whole one.
         """
-        arrays, meta = read_npz(path, _KIND)
-        parts = (arrays[f"event_{name}"] for name in ("index", "z", "arclength", "value"))
+        arrays, meta = read_archive(path, _SCHEMA)
+        for name, count in (("multipliers", len(arrays["points"])), ("event_multipliers", len(meta["event_kinds"]))):
+            arrays.setdefault(name, np.zeros((count, 0), complex))  # files from before there were any hold none
+        parts = (arrays[f"event_{name}"] for name in _EVENTS)
         events = tuple(
-            Special(kind, int(index), z, float(s), float(value))
-            for kind, index, z, s, value in zip(meta["event_kinds"], *parts, strict=True)
+            Special(kind, int(index), z, float(s), float(value), multipliers)
+            for kind, index, z, s, value, multipliers in zip(meta["event_kinds"], *parts, strict=True)
         )
         plain = {name: meta[name] for name in _PLAIN} | {"names": tuple(meta["names"])}
         held: dict[str, Any] = {name: arrays.get(name) for name in _ARRAYS}

@@ -16,14 +16,14 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from phichain.continuation.branch import Branch, Special
-from phichain.continuation.correctors import Correction
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Fold, TestFunction
-from phichain.continuation.locate import is_crossed_smoothly, locate
+from phichain.continuation.locate import locate
 from phichain.continuation.options import Options
+from phichain.continuation.passage import is_crossed_smoothly
 from phichain.continuation.point import Point, tangent_of
-from phichain.continuation.problem import Problem
-from phichain.errors import ConvergenceError
+from phichain.continuation.problem import Multipliers, Problem
+from phichain.errors import ArrayError, ConvergenceError
 from phichain.system import Vector
 
 SHORT = 1e-4
@@ -48,7 +48,7 @@ def start_on(problem: Problem, z: Vector, direction: Vector, engine: Engine, *, 
     guess = problem.check(z) / problem.sizes
     along = np.asarray(direction, dtype=float) / problem.sizes
     along = along / np.linalg.norm(along)
-    normal = along if fixed else tangent_of(problem.jacobian(guess * problem.sizes) * problem.sizes, along)
+    normal = along if fixed else tangent_of(problem.at(guess).jacobian, along)
     found = engine.corrector(problem, guess, normal, engine.options)
     if not found.converged:
         raise ConvergenceError(
@@ -58,14 +58,7 @@ def start_on(problem: Problem, z: Vector, direction: Vector, engine: Engine, *, 
             "start closer to a solution",
             corrections=found.corrections,
         )
-    return _point(found, along, 0.0)
-
-
-def _point(found: Correction, along: Vector, arclength: float) -> Point:
-    tangent = tangent_of(found.jacobian, along)
-    return Point(
-        found.y, tangent, arclength, found.jacobian, found.residual, found.iterations, found.corrections
-    )
+    return found.point(along, 0.0)
 
 
 class StepTooSmallError(Exception):
@@ -95,7 +88,7 @@ def _advance(problem: Problem, points: Sequence[Point], step: float, engine: Eng
         found = engine.corrector(problem, guess, last.tangent, options)
         if found.converged:
             chord = float(np.linalg.norm(found.y - last.y))
-            new = _point(found, last.tangent, last.arclength + chord)
+            new = found.point(last.tangent, last.arclength + chord)
             turn = float(np.arccos(np.clip(new.tangent @ last.tangent, -1.0, 1.0)))
             shift = float(np.linalg.norm(found.y - guess))
             is_near = turn <= options.max_angle and shift <= 0.5 * step and chord > 0.1 * step
@@ -167,6 +160,20 @@ def _is_closed(points: Sequence[Point]) -> bool:
     return bool(behind < 0 <= ahead and near)
 
 
+def _together(multipliers: Sequence[Multipliers]) -> Multipliers:
+    """The multipliers of all points (m, k).
+
+    Raises:
+        ArrayError: Not every point has as many.
+    """
+    counts = sorted({len(own) for own in multipliers})
+    if len(counts) > 1:
+        raise ArrayError(
+            "extra.multipliers", counts, "their number changes along the branch", "give as many at every point"
+        )
+    return np.array(multipliers)
+
+
 def _record(
     problem: Problem,
     points: Sequence[Point],
@@ -187,6 +194,7 @@ def _record(
         iterations=np.array([point.iterations for point in points]),
         scale=problem.sizes,
         energy=energy,
+        multipliers=_together([point.multipliers for point in points]),
         events=tuple(specials),
         status=status,
         reason=reason,

@@ -11,13 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from phichain.continuation.options import Options
-from phichain.continuation.point import scaled_jacobian
-from phichain.continuation.problem import Problem, relative_residual
+from phichain.continuation.point import Point, tangent_of
+from phichain.continuation.problem import Extra, Problem, relative_residual
+from phichain.records import Held
 from phichain.system import Vector
 
 
 @dataclass(frozen=True, eq=False)
-class Correction:
+class Correction(Held):
     """Where Newton's iteration ended.
 
     Attributes:
@@ -26,6 +27,7 @@ class Correction:
         residual: Relative residual there.
         corrections: Sizes of the corrections, in order.
         converged: True when the last one was below the tolerance.
+        extra: What came with the residual and the Jacobian there.
     """
 
     y: Vector
@@ -33,11 +35,19 @@ class Correction:
     residual: float
     corrections: tuple[float, ...]
     converged: bool
+    extra: Extra
 
     @property
     def iterations(self) -> int:
         """Newton iterations taken."""
         return len(self.corrections)
+
+    def point(self, along: Vector, arclength: float) -> Point:
+        """The last iterate as a point of its curve, its tangent turned towards `along`."""
+        return Point(
+            self.y, tangent_of(self.jacobian, along), arclength, self.jacobian, self.residual, self.iterations,
+            self.corrections, self.extra.multipliers,
+        )  # fmt: skip
 
 
 Corrector = Callable[[Problem, Vector, Vector, Options], Correction]
@@ -68,7 +78,7 @@ def _newton(
     problem: Problem, guess: Vector, step: Callable[[Vector, Vector, Vector], Vector], options: Options
 ) -> Correction:
     y = guess.copy()
-    residual, jacobian = _evaluate(problem, y)
+    residual, jacobian, extra = problem.at(y)
     sizes: list[float] = []
     converged = False
     while not converged and len(sizes) < options.max_iterations and _is_worth_it(residual, sizes):
@@ -78,15 +88,11 @@ def _newton(
             break
         y = y + correction
         sizes.append(float(np.linalg.norm(correction)))
-        residual, jacobian = _evaluate(problem, y)
+        residual, jacobian, extra = problem.at(y)
         converged = sizes[-1] <= options.tol * (1 + float(np.linalg.norm(y)))
     finite = bool(np.all(np.isfinite(residual)) and np.all(np.isfinite(jacobian)))
     size = relative_residual(residual, jacobian, y) if finite else float("inf")
-    return Correction(y, jacobian, size, tuple(sizes), converged and finite)
-
-
-def _evaluate(problem: Problem, y: Vector) -> tuple[Vector, Vector]:
-    return np.asarray(problem.residual(y * problem.sizes), dtype=float), scaled_jacobian(problem, y)
+    return Correction(y, jacobian, size, tuple(sizes), converged and finite, extra)
 
 
 def _is_worth_it(residual: Vector, sizes: list[float]) -> bool:

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from phichain.continuation.problem import Problem
+from phichain.continuation.problem import Multipliers, Problem
+from phichain.records import Held
 from phichain.system import Vector
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
+class Point(Held):
     """A solution z of F(z) = 0 with the unit tangent of its curve, in scaled unknowns y = z / scale.
 
     Attributes:
@@ -22,6 +23,7 @@ class Point:
         residual: Relative residual.
         iterations: Newton iterations it took.
         corrections: Sizes of the Newton corrections, in order.
+        multipliers: Those of the solution (k,), as the problem's `Extra` has them; empty where it computes none.
     """
 
     y: Vector
@@ -31,6 +33,7 @@ class Point:
     residual: float
     iterations: int
     corrections: tuple[float, ...]
+    multipliers: Multipliers
 
     def z(self, problem: Problem) -> Vector:
         """The unknowns themselves (n + 1,)."""
@@ -39,11 +42,6 @@ class Point:
     def slope(self, problem: Problem) -> Vector:
         """dz/ds (n + 1,)."""
         return self.tangent * problem.sizes
-
-
-def scaled_jacobian(problem: Problem, y: Vector) -> Vector:
-    """dF/dy at y = z / scale, shape (n, n + 1)."""
-    return np.asarray(problem.jacobian(y * problem.sizes), dtype=float) * problem.sizes
 
 
 def tangent_of(jacobian: Vector, along: Vector) -> Vector:

@@ -1,18 +1,59 @@
 """The continuation problem: n equations F(z) = 0 in n + 1 unknowns, whose solutions form curves.
 
 No unknown is singled out while a curve is followed; `parameter` only names the one whose turning points are
-called folds.
+called folds. One evaluation gives the residual, its Jacobian and whatever else came with them: a propagation over a
+period, say, has the multipliers of the orbit in the same columns as the Jacobian.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from phichain.errors import ArrayError
+from phichain.records import held
 from phichain.system import Vector
+
+Multipliers = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Extra:
+    """What came with a residual and its Jacobian, besides them.
+
+    Attributes:
+        multipliers: Complex numbers (k,) that tell the stability of the solution, in the form that the method states:
+            Floquet's lambda, or kappa = (mu + 1/mu) / 2 with lambda = mu^2 where symmetry halves the period. As many at
+            every point; empty where the method computes none.
+
+    Raises:
+        ArrayError: The multipliers are no vector of numbers.
+    """
+
+    multipliers: Multipliers = field(default_factory=lambda: held((), complex))
+
+    def __post_init__(self) -> None:
+        try:
+            multipliers = held(self.multipliers, complex)
+        except (TypeError, ValueError):
+            multipliers = None
+        if multipliers is None or multipliers.ndim != 1:
+            raise ArrayError(
+                "extra.multipliers", self.multipliers, "is no vector of complex numbers", "give shape (k,), or leave it out"
+            )
+        object.__setattr__(self, "multipliers", multipliers)
+
+
+class Evaluation(NamedTuple):
+    """A problem at one z: F (n,), its Jacobian (n, n + 1), and what came with them."""
+
+    residual: Vector
+    jacobian: Vector
+    extra: Extra = Extra()
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,23 +61,24 @@ class Problem:
     """F: R^(n+1) -> R^n with its exact Jacobian.
 
     Attributes:
-        residual: z (n + 1,) -> F (n,).
-        jacobian: z (n + 1,) -> dF/dz (n, n + 1).
+        evaluate: z (n + 1,) -> (F (n,), dF/dz (n, n + 1), extra): everything that is known at z, in one call.
         names: Names of the n + 1 unknowns.
         scale: Typical sizes of the unknowns (n + 1,); arclength is measured in z / scale. None means ones.
         parameter: The unknown whose turning points are called folds; the last one unless said otherwise.
         energy: A scalar of z recorded along the branch, or None.
+
+    Raises:
+        ArrayError: `scale` or `parameter` does not fit the names.
     """
 
-    residual: Callable[[Vector], Vector]
-    jacobian: Callable[[Vector], Vector]
+    evaluate: Callable[[Vector], Evaluation]
     names: tuple[str, ...]
     scale: Vector | None = None
     parameter: int = -1
     energy: Callable[[Vector], float] | None = None
 
     def __post_init__(self) -> None:
-        sizes = np.ones(len(self.names)) if self.scale is None else np.asarray(self.scale, dtype=float)
+        sizes = held(np.ones(len(self.names)) if self.scale is None else self.scale)
         if sizes.shape != (len(self.names),) or not np.all(np.isfinite(sizes) & (sizes > 0)):
             raise ArrayError(
                 "scale",
@@ -61,16 +103,26 @@ class Problem:
         assert self.scale is not None
         return self.scale
 
+    def at(self, y: Vector) -> Evaluation:
+        """F, dF/dy and what came with them at z = y * sizes, y the scaled unknowns (n + 1,)."""
+        residual, jacobian, extra = self.evaluate(y * self.sizes)
+        return Evaluation(np.asarray(residual, dtype=float), np.asarray(jacobian, dtype=float) * self.sizes, extra)
+
     def check(self, z: Vector) -> Vector:
         """A starting point of the right shape at which residual and Jacobian have theirs.
 
         Raises:
-            ArrayError: A shape is wrong, or z is not finite.
+            ArrayError: A shape is wrong, z is not finite, or `evaluate` gives no (F, J, extra).
         """
         start, n = np.array(z, dtype=float), self.unknowns - 1
         if start.shape != (n + 1,) or not np.all(np.isfinite(start)):
             raise ArrayError("start", z, f"must hold {n + 1} finite numbers", f"give {', '.join(self.names)}")
-        residual, jacobian = np.shape(self.residual(start)), np.shape(self.jacobian(start))
+        found = self.evaluate(start)
+        if not isinstance(found, Evaluation) or not isinstance(found.extra, Extra):
+            raise ArrayError(
+                "problem", found, "evaluate must give (F, J, extra)", "return Evaluation(residual, jacobian)"
+            )
+        residual, jacobian = np.shape(found.residual), np.shape(found.jacobian)
         if residual != (n,) or jacobian != (n, n + 1):
             raise ArrayError(
                 "problem",

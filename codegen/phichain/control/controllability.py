@@ -22,6 +22,7 @@ from scipy.linalg import eigh
 from phichain.control.linear import LinearSystem, linearize
 from phichain.control.weights import Spectrum, solve
 from phichain.errors import ControlError
+from phichain.records import Held
 from phichain.system import Parameters, System, Vector
 
 UNCONTROLLABLE = 1e-10
@@ -29,7 +30,7 @@ UNCONTROLLABLE = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class Controllability:
+class Controllability(Held):
     """How well each mode of the links can be reached by the inputs.
 
     Attributes:

@@ -18,6 +18,7 @@ from scipy.linalg import eigh
 from phichain.control.linear import LinearSystem, linearize
 from phichain.control.weights import Spectrum, spectrum
 from phichain.errors import ControlError, UnsupportedError
+from phichain.records import Held
 from phichain.system import Parameters, System, Vector
 from phichain.system.vertical import Signs, check_signs, configuration
 
@@ -26,7 +27,7 @@ MOST_LINKS = 16
 
 
 @dataclass(frozen=True, eq=False)
-class Equilibrium:
+class Equilibrium(Held):
     """One vertical equilibrium.
 
     Attributes:

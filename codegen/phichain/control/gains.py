@@ -3,29 +3,69 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from phichain.archive import (
+    COUNT,
+    NUMBER,
+    TEXT,
+    Schema,
+    complex_numbers,
+    names,
+    read_archive,
+    real,
+    refuse,
+    signs,
+    word,
+)
 from phichain.control.controllability import Controllability, margins_of
 from phichain.control.equilibria import demand_equilibrium
 from phichain.control.linear import linearize
+from phichain.control.measured import on_angles, on_unit_vectors
 from phichain.control.riccati import riccati
 from phichain.control.weights import Spectrum, spectrum, weight
-from phichain.records import read_npz, write_csv, write_npz
+from phichain.errors import ArrayError
+from phichain.laws import StateFeedback
+from phichain.records import Held, write_csv, write_npz
 from phichain.system import Parameters, System, Vector
+from phichain.system.arrays import real_numbers
 from phichain.system.vertical import Signs, configuration
 
-_ARRAYS = ("K", "S", "A", "B", "Q", "R", "poles", "modes", "margins", "equilibrium")
-_PLAIN = ("name", "space", "cart", "residual", "iterations")
-_KIND = "Gains"
+_ARRAYS = {
+    "K": real("nu", "state"),
+    "S": real("state", "state"),
+    "A": real("state", "state"),
+    "B": real("state", "nu"),
+    "Q": real("state", "state"),
+    "R": real("nu", "nu"),
+    "poles": complex_numbers("state"),
+    "modes": complex_numbers("modes"),
+    "margins": real("modes"),
+    "equilibrium": real("nq"),
+}
+_PLAIN = {
+    "name": TEXT,
+    "space": word("planar", "spatial"),
+    "cart": COUNT,
+    "residual": NUMBER,
+    "iterations": COUNT,
+    "digest": replace(TEXT, default=""),
+}
+_SCHEMA = Schema(
+    "Gains",
+    _ARRAYS,
+    {**_PLAIN, "s": signs("links"), "state_names": names("state"), "input_names": names("nu")},
+    filled=("nu", "state", "modes", "links"),
+)
 
 
 @dataclass(frozen=True, eq=False)
-class Gains:
+class Gains(Held):
     """A linear regulator u = -K z about one equilibrium, with what it was made from.
 
     z = (x, x') in the coordinates of (19): z = [x; C^T xi; x'; C^T omega] in space, [x; delta theta; x'; theta'] in
@@ -50,6 +90,7 @@ class Gains:
         iterations: Newton-Kleinman refinements.
         state_names: Names of z.
         input_names: Names of u.
+        digest: Canonical digest of the system's scene; empty for one that was made by hand.
     """
 
     name: str
@@ -70,6 +111,7 @@ class Gains:
     iterations: int
     state_names: tuple[str, ...]
     input_names: tuple[str, ...]
+    digest: str = ""
 
     def __str__(self) -> str:
         slowest = complex(self.poles[0])
@@ -97,6 +139,57 @@ class Gains:
         ranges = {"K_x": (0, c), "K_q": (c, m), "K_xdot": (m, m + c), "K_omega": (m + c, 2 * m)}
         return {name: self.K[:, start:stop] for name, (start, stop) in ranges.items()}
 
+    def law(
+        self,
+        target: ArrayLike | None = None,
+        *,
+        u_0: ArrayLike | None = None,
+        limit: ArrayLike | None = None,
+        wrap: bool = True,
+    ) -> StateFeedback:
+        """The law (22) on the measured state x = (q, v), as a record that `lowering.laws.controller` writes as a Program.
+
+        In the plane z = x - x_target; in space z is linear in x and zero at the target, and the gains are those on x.
+
+        Args:
+            target: Where the cart is to stand (cart,), m; the origin unless given.
+            u_0: Input that keeps the chain there (nu,); zero unless given.
+            limit: Largest size of every input, one number or (nu,); no limit unless given.
+            wrap: Whether angles count modulo a full turn.
+
+        Raises:
+            ArrayError: Shapes that do not fit, or limits that are not positive.
+            ControlError: They hold no real numbers.
+        """
+        nu, nq = len(self.input_names), len(self.equilibrium)
+        if self.space == "planar":
+            on = on_angles(self.K, self.cart, self.state_names)
+        else:
+            on = on_unit_vectors(self.K, self.cart, self.s, self.state_names)
+        state = np.concatenate([self.equilibrium, np.zeros(nq)])
+        place = real_numbers("target", np.zeros(self.cart) if target is None else target, "give where the cart goes")
+        if np.atleast_1d(place).shape != (self.cart,):
+            raise ArrayError("target", target, f"must hold {self.cart} position(s)", "give where the cart goes")
+        state[: self.cart] = place
+        bound = real_numbers("limit", np.inf if limit is None else limit, "give the largest size of every input")
+        if bound.shape not in ((), (nu,)):
+            raise ArrayError("limit", limit, f"must be one number or hold {nu}", "give the largest size of every input")
+        high = np.broadcast_to(bound, (nu,))
+        return StateFeedback(
+            name=self.name,
+            digest=self.digest,
+            state_names=on.names,
+            state_units=on.units,
+            input_names=self.input_names,
+            input_units=("N",) * min(self.cart, nu) + ("N m",) * (nu - min(self.cart, nu)),
+            target=tuple(state),
+            rest=tuple(np.zeros(nu) if u_0 is None else real_numbers("u_0", u_0, "give one number per input")),
+            gains=tuple(map(tuple, on.gains)),
+            wraps=tuple(turns and wrap for turns in on.wraps),
+            low=tuple(-high),
+            high=tuple(high),
+        )
+
     def to_csv(self, path: Path | str) -> Path:
         """Write one row per entry of z: its name and the gain of every input; 17 digits."""
         rows = {f"K_{name}": self.K[k] for k, name in enumerate(self.input_names)}
@@ -105,7 +198,7 @@ class Gains:
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""
         meta: dict[str, Any] = {name: getattr(self, name) for name in _PLAIN}
-        meta |= {"kind": _KIND, "s": list(self.s)}
+        meta |= {"kind": _SCHEMA.kind, "s": list(self.s)}
         meta |= {"state_names": list(self.state_names), "input_names": list(self.input_names)}
         return write_npz(path, {name: getattr(self, name) for name in _ARRAYS}, meta)
 
@@ -114,9 +207,15 @@ class Gains:
         """Read what `to_npz` wrote.
 
         Raises:
-            OutputError: The file is missing or holds no Gains.
+            OutputError: The file is missing or holds no Gains, or not whole ones.
         """
-        arrays, meta = read_npz(path, _KIND)
+        arrays, meta = read_archive(path, _SCHEMA)
+        planar, links, cart = meta["space"] == "planar", len(meta["s"]), meta["cart"]
+        sizes = {"equilibrium": cart + links * (1 if planar else 3), "K": 2 * (cart + links * (1 if planar else 2))}
+        for name, size in sizes.items():
+            if arrays[name].shape[-1] != size:
+                kind = f"{meta['space']} chain of {links} link(s) with {cart} cart coordinate(s)"
+                refuse(path, _SCHEMA, name, arrays[name].shape, f"is not that of a {kind}")
         plain: dict[str, Any] = {name: meta[name] for name in _PLAIN}
         plain |= {name: tuple(meta[name]) for name in ("s", "state_names", "input_names")}
         plain |= {name: arrays[name] for name in _ARRAYS}
@@ -177,4 +276,5 @@ def lqr(
         iterations=solution.iterations,
         state_names=linear.state_names,
         input_names=system.u_names or tuple(f"u_{k + 1}" for k in range(system.nu)),
+        digest=system.digest,
     )

@@ -14,12 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from phichain.control.weights import solve
+from phichain.records import Held
 from phichain.system import Parameters, System, Vector
 from phichain.system.vertical import Signs, check_signs
 
 
 @dataclass(frozen=True, eq=False)
-class LinearSystem:
+class LinearSystem(Held):
     """M x'' + D x' + G x = B u about one equilibrium.
 
     Attributes:

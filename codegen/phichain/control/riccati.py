@@ -18,6 +18,7 @@ from scipy.linalg import schur, solve_continuous_are, solve_continuous_lyapunov
 
 from phichain.control.weights import solve, spectrum
 from phichain.errors import ControlError
+from phichain.records import Held
 from phichain.system import Vector
 
 Wide = NDArray[np.longdouble]
@@ -27,7 +28,7 @@ UNSEEN = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class Riccati:
+class Riccati(Held):
     """A stabilising solution.
 
     Attributes:
@@ -79,7 +80,7 @@ def riccati(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int = 12
 
 
 @dataclass(frozen=True, eq=False)
-class _Extended:
+class _Extended(Held):
     """The equation's data in extended precision."""
 
     A: Wide

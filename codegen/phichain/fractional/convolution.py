@@ -17,6 +17,7 @@ from scipy import fft
 
 from phichain.fractional.threads import product
 from phichain.fractional.weights import triangular_toeplitz
+from phichain.records import Held
 
 Vector = NDArray[np.float64]
 
@@ -26,7 +27,7 @@ GRADE = 4
 
 
 @dataclass(frozen=True)
-class _Block:
+class _Block(Held):
     begin: int
     end: int
     length: int
@@ -34,7 +35,7 @@ class _Block:
 
 
 @dataclass(frozen=True)
-class Signal:
+class Signal(Held):
     """A sampled signal with the transforms that every kernel shares.
 
     Attributes:

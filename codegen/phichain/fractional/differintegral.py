@@ -24,7 +24,7 @@ from phichain.fractional.convolution import Signal, convolve, convolve_short, tr
 from phichain.fractional.series import difference_weights
 from phichain.fractional.signals import finite_signal, real_array, supported_orders, uniform_step
 from phichain.fractional.threads import run
-from phichain.records import write_csv, write_npz
+from phichain.records import Held, write_csv, write_npz
 
 Vector = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ _CHUNK_VALUES = 2**17
 
 
 @dataclass(frozen=True)
-class Differintegral:
+class Differintegral(Held):
     """D^alpha of a signal for many alpha.
 
     Attributes:

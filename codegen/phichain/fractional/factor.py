@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -15,7 +12,7 @@ from phichain.system import Parameters, System
 Vector = NDArray[np.float64]
 
 
-def joint_map(angles: str, links: int) -> Vector:
+def joint_map(angles: str | None, links: int) -> Vector:
     """S of phi = S theta (section 2 of docs/theory.md): absolute angles from the scene's own, shape (N, N)."""
     if angles == "absolute":
         return np.eye(links)
@@ -51,15 +48,11 @@ def coordinates(system: System) -> Vector:
     """The map from the scene's coordinates to absolute ones, cart included, shape (nv, nv)."""
     cart = system.cart_size
     relation = np.eye(cart + system.links)
-    relation[cart:, cart:] = joint_map(_angle_kind(system), system.links)
+    relation[cart:, cart:] = joint_map(system.angles, system.links)
     return relation
 
 
-def _angle_kind(system: System) -> str:
-    return str(system.scene.get("joints", {}).get("angles", "relative"))
-
-
-def _directions(angles: str, theta: Vector) -> tuple[Vector, Vector]:
+def _directions(angles: str | None, theta: Vector) -> tuple[Vector, Vector]:
     """cos phi and -sin phi of the links, by turning from joint to joint: exact at any number of turns."""
     turns = np.cos(theta) - 1j * np.sin(theta)
     if angles == "relative":
@@ -73,9 +66,9 @@ def absolute_factor(system: System, q: Vector, p: Parameters | None) -> Vector:
     """The factor in absolute angles with the states along the last axis: q (nq, S) -> (2N (+ 1), nv, S)."""
     refuse_spatial(system)
     links, cart = system.links, system.cart_size
-    mass, length = parameter(system, "mass", p), parameter(system, "length", p)
-    com = parameter(system, "com", p, default=length)
-    cosine, minus_sine = _directions(_angle_kind(system), q[cart:])
+    mass, length = system.number("mass", p), system.number("length", p)
+    com = system.number("com", p, default=length)
+    cosine, minus_sine = _directions(system.angles, q[cart:])
     factor = np.zeros((2 * links + cart, cart + links, q.shape[1]))
     for a in range(links):
         reach = (np.where(np.arange(a + 1) < a, length[: a + 1], com[: a + 1]) * np.sqrt(mass[a]))[:, None]
@@ -83,28 +76,8 @@ def absolute_factor(system: System, q: Vector, p: Parameters | None) -> Vector:
         factor[2 * a + 1, cart : cart + a + 1] = reach * minus_sine[: a + 1]
         factor[2 * a, :cart] = np.sqrt(mass[a])
     if cart:
-        factor[-1, 0] = np.sqrt(parameter(system, "cart_mass", p))
+        factor[-1, 0] = np.sqrt(system.number("cart_mass", p))
     return factor
-
-
-def parameter(system: System, name: str, p: Parameters | None, default: Vector | None = None) -> Any:
-    """A physical parameter of the scene: the number it holds, or the runtime value; per link as a vector.
-
-    Raises:
-        ArrayError: The scene has no such parameter, or no value of it was given.
-    """
-    table: Mapping[str, Any] = {**system.scene.get("chain", {}), **system.scene.get("joints", {})}
-    value = table.get(name)
-    if value == "runtime":
-        value = system.parameters(p).get("p", {}).get(name)
-    if value is None and default is not None:
-        return default
-    if value is None:
-        raise ArrayError(
-            f"p.{name}", None, f"system '{system.name}' holds no value of it", f"pass p={{'{name}': ...}}"
-        )
-    given = np.asarray(value, dtype=float)
-    return float(given) if name in ("cart_mass", "gravity") else np.broadcast_to(given, (system.links,))
 
 
 def refuse_spatial(system: System) -> None:

@@ -25,6 +25,7 @@ from phichain.fractional.factor import absolute_factor, coordinates, refuse_spat
 from phichain.fractional.jacobi import right_singular_system
 from phichain.fractional.signals import real_array
 from phichain.fractional.threads import run
+from phichain.records import Held
 from phichain.system import Parameters, System
 
 Vector = NDArray[np.float64]
@@ -36,7 +37,7 @@ _POWERED_VALUES = 2**17
 
 
 @dataclass(frozen=True, eq=False)
-class InertiaSpectrum:
+class InertiaSpectrum(Held):
     """The inertia matrices of many states as V diag(sigma^2) V^T.
 
     Attributes:
@@ -87,16 +88,16 @@ def _decompose(
     factor_of: Callable[[Vector], Vector], states: Vector, relation: Vector, workers: int | None
 ) -> InertiaSpectrum:
     count, size = states.shape[-1], relation.shape[0]
-    result = InertiaSpectrum(np.empty((count, size)), np.empty((count, size, size)))
+    all_sigma, all_vectors = np.empty((count, size)), np.empty((count, size, size))
 
     def decompose(first: int) -> None:
         piece = slice(first, first + _DECOMPOSED)
         sigma, vectors = right_singular_system(factor_of(states[..., piece]), relation)
-        result.sigma[piece] = sigma.T
-        result.vectors[piece] = np.moveaxis(vectors, -1, 0)
+        all_sigma[piece] = sigma.T
+        all_vectors[piece] = np.moveaxis(vectors, -1, 0)
 
     run([partial(decompose, first) for first in range(0, count, _DECOMPOSED)], workers)
-    return result
+    return InertiaSpectrum(all_sigma, all_vectors)
 
 
 def inertia_powers(

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
 from phichain.errors import ArrayError, PhichainError
+from phichain.records import Held
 
 Matrix = NDArray[Any]
 
@@ -42,7 +43,7 @@ class MatrixPowerError(PhichainError):
 
 
 @dataclass(frozen=True)
-class Spectrum:
+class Spectrum(Held):
     """A = V diag(values) V^-1.
 
     Attributes:

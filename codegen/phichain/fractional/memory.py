@@ -27,6 +27,7 @@ from scipy.special import poch, rgamma
 
 from phichain.errors import SignalError, ToleranceError
 from phichain.fractional.signals import finite_signal, real_number, supported_orders, uniform_step
+from phichain.records import Held
 
 Vector = NDArray[np.float64]
 
@@ -35,7 +36,7 @@ _SLACK = 1e-12
 
 
 @dataclass(frozen=True)
-class ShortMemory:
+class ShortMemory(Held):
     """A Gruenwald-Letnikov derivative with a short memory.
 
     Attributes:

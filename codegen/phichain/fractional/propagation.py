@@ -17,17 +17,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from phichain.errors import ArrayError, SignalError
 from phichain.fractional.differintegral import differintegrate
-from phichain.fractional.factor import joint_map, parameter, refuse_spatial, states_of
+from phichain.fractional.factor import joint_map, refuse_spatial, states_of
 from phichain.fractional.inertia import inertia_powers, inertia_spectrum
 from phichain.fractional.signals import supported_orders, uniform_step
-from phichain.records import write_csv, write_npz
+from phichain.records import Held, write_csv, write_npz
 from phichain.system import Parameters, System, acceleration
 
 Vector = NDArray[np.float64]
@@ -50,7 +50,7 @@ class Motion(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Propagation:
+class Propagation(Held):
     """Surfaces over (t, p) and (t, alpha) for every coordinate and every path.
 
     Attributes:
@@ -228,8 +228,7 @@ def _accelerations(system: System, motion: Motion, params: Parameters | None) ->
     total = acceleration(system, q, motion.v, motion.u, params)
     unforced = acceleration(system, q, motion.v, None, params) if system.nu else total
     known = {"total": total, "input": total - unforced}
-    joints = system.scene.get("joints", {})
-    if joints.get("stiffness") is None and joints.get("damping") is None:
+    if system.joints.is_free:
         gravity = acceleration(system, q, at_rest, None, params)
         known |= {"feedback": unforced, "gravity": gravity, "coriolis": unforced - gravity}
     return known
@@ -237,9 +236,8 @@ def _accelerations(system: System, motion: Motion, params: Parameters | None) ->
 
 def _input_forces(system: System, motion: Motion) -> Vector:
     """T: the generalised forces of the inputs, (m, nv)."""
-    forces = np.zeros((len(motion.t), system.nv))
     if system.nu == 0:
-        return forces
+        return np.zeros((len(motion.t), system.nv))
     if motion.u is None:
         raise ArrayError(
             "motion.u",
@@ -247,24 +245,17 @@ def _input_forces(system: System, motion: Motion) -> Vector:
             f"'{system.name}' is actuated but its motion holds no inputs",
             "simulate it on a uniform grid",
         )
-    actuated: Any = system.scene.get("joints", {}).get("actuated", "all")
-    if actuated in ("all", "cart"):
-        forces[:, : system.nu] = motion.u
-    else:
-        driven = [*range(system.cart_size), *(system.cart_size + joint - 1 for joint in actuated)]
-        forces[:, driven] = motion.u
-    return forces
+    return system.drive.forces(motion.u, system.nv)
 
 
 def _joint_forces(system: System, motion: Motion, params: Parameters | None) -> Vector:
     """-k theta - d theta' at every joint, theta the relative angle, as forces of the scene's angles; (m, nv)."""
-    joints = system.scene.get("joints", {})
     forces = np.zeros((len(motion.t), system.nv))
     relative = (np.eye(system.links) - np.eye(system.links, k=-1)) @ joint_map(
-        str(joints.get("angles", "relative")), system.links
+        system.angles, system.links
     )
     for name, signal in (("stiffness", motion.q), ("damping", motion.v)):
-        if joints.get(name) is not None:
-            torque = -parameter(system, name, params) * (signal[:, system.cart_size :] @ relative.T)
+        if getattr(system.joints, name) is not None:
+            torque = -system.number(name, params) * (signal[:, system.cart_size :] @ relative.T)
             forces[:, system.cart_size :] += torque @ relative
     return forces

@@ -43,6 +43,7 @@ from phichain.fractional.series import (
     symbol_series,
 )
 from phichain.fractional.threads import product
+from phichain.records import Held
 
 Vector = NDArray[np.float64]
 
@@ -59,7 +60,7 @@ _MOST_LIFTED = 4
 
 
 @dataclass(frozen=True)
-class Quadrature:
+class Quadrature(Held):
     """The weights of one order p for several alpha with the same number m of starting values.
 
     Attributes:
@@ -82,7 +83,7 @@ class Quadrature:
 
 
 @dataclass(frozen=True)
-class Start:
+class Start(Held):
     """The beginning of one signal, as its starting correction needs it.
 
     Attributes:

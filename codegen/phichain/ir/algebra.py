@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from math import floor
 
 from phichain.ir.nodes import Const, Local, Op, Operand
 
@@ -133,8 +134,20 @@ def _cos(args: tuple[Operand, ...], definition: Definition, emit: Emit) -> Opera
     return ONE if args[0] == ZERO else None
 
 
+def _select(args: tuple[Operand, ...], definition: Definition, emit: Emit) -> Operand | None:
+    a, b, below, above = args
+    if isinstance(a, Const) and isinstance(b, Const):
+        return below if a.value < b.value else above
+    return below if below == above else None
+
+
+def _floor(args: tuple[Operand, ...], definition: Definition, emit: Emit) -> Operand | None:
+    return Const(Fraction(floor(args[0].value))) if isinstance(args[0], Const) else None
+
+
 _RULES: dict[str, Callable[[tuple[Operand, ...], Definition, Emit], Operand | None]] = {
     "add": _add, "sub": _sub, "mul": _mul, "div": _div, "neg": _neg, "sqrt": _sqrt, "sin": _sin, "cos": _cos,
+    "select": _select, "floor": _floor,
     "besselj0": _cos, "besselj1": _sin, "besselj2": _sin, "besselj3": _sin, "besselj4": _sin,
 }  # fmt: skip
 

@@ -54,16 +54,24 @@ def check_model(model: Model) -> None:
         raise DerivationError("model", model, "is not a Model", "write lower(derive(scene))")
     if _AGREED.get(id(model)) is model:
         return
+    points = [_point(model, number) for number in range(_POINTS)]
     program = _coefficients(model)
-    for number in range(_POINTS):
-        point = Residues(Random(f"{model.scene.digest} {number}"))
-        point.define(model.energies.definitions)
+    for point in points:
         given = {name: [point.value(entry) for entry in values] for name, values in _symbols(model).items()}
         held = run(program, _IN_RESIDUES, given)
         for name, derived, lowered in _energies(model, _Motion(model, point), held):
             if (derived - lowered) % PRIME:
                 raise _disagreement(model, program, name)
     _AGREED[id(model)] = model
+
+
+def _point(model: Model, number: int) -> Residues:
+    """A random point at which T, V and R have values."""
+    point = Residues(Random(f"{model.scene.digest} {number}"))
+    point.define(model.energies.definitions)
+    for energy in (model.energies.kinetic, model.energies.potential, model.energies.dissipation):
+        point.value(energy)
+    return point
 
 
 def _coefficients(model: Model) -> Program:

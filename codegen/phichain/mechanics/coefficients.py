@@ -12,11 +12,11 @@ and values are exact: fractions, or SymPy expressions where runtime parameters t
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import chain
 from math import lcm, prod
 
@@ -42,7 +42,7 @@ class Coefficients:
     @cached_property
     def mu(self) -> tuple[Coefficient, ...]:
         """mu_k (kg m), the coefficients of e_d.q_k in S."""
-        found = self._linear(dict(self.energies.definitions)[self._names.moment])
+        found = self._linear(dict(self.energies.definitions).get(self._names.moment, sympy.S.Zero))
         return tuple(found.get(self._number[self._names.link(k)[-1]], Fraction(0)) for k in self._links)
 
     @cached_property
@@ -136,12 +136,13 @@ class Coefficients:
 
     def _moment(self, i: int, j: int) -> Coefficient:
         """The coefficient of the rates of two vectors in 2 T, 0 for the base, by their first components."""
-        groups: dict[tuple[Coefficient, Coefficient], list[int]] = {}
+        groups: dict[tuple[object, object], tuple[Coefficient, Coefficient, list[int]]] = {}
         inner, outer = sorted((self._columns[i], self._columns[j]), key=len)
         for (term, own, other), weight in inner.items():
             if (term, other, own) in outer:
-                groups.setdefault((weight, outer[term, other, own]), []).append(term)
-        return total(prod(weights, start=self._mass(tuple(terms))) for weights, terms in groups.items())
+                facing = outer[term, other, own]
+                groups.setdefault((_key(weight), _key(facing)), (weight, facing, []))[2].append(term)
+        return total(prod(levers, start=self._mass(tuple(terms))) for *levers, terms in groups.values())
 
     @cached_property
     def _squares(self) -> list[Monomial]:
@@ -163,18 +164,16 @@ class Coefficients:
                         columns[place[free]][term, own, other] = weight
         return columns
 
-    def _mass(self, terms: tuple[int, ...]) -> Coefficient:
-        """The sum of the coefficients of some products of rates; few sums occur, each often. A mixed product counts half."""
-        if terms not in self._masses:
-            self._masses[terms] = total(
-                weight if first == second else weight / 2
-                for weight, (first, second) in (self._squares[term] for term in terms)
-            )
-        return self._masses[terms]
-
     @cached_property
-    def _masses(self) -> dict[tuple[int, ...], Coefficient]:
-        return {}
+    def _mass(self) -> Callable[[tuple[int, ...]], Coefficient]:
+        """The sum of the coefficients of some products of rates; few sums occur, each often. A mixed product counts half."""
+
+        @cache
+        def mass(terms: tuple[int, ...]) -> Coefficient:
+            products = (self._squares[term] for term in terms)
+            return total(weight if first == second else weight / 2 for weight, (first, second) in products)
+
+        return mass
 
 
 def total(terms: Iterable[Coefficient]) -> Coefficient:
@@ -188,7 +187,7 @@ def total(terms: Iterable[Coefficient]) -> Coefficient:
 
 def _combined(terms: Sequence[tuple[Coefficient, Form]]) -> Form:
     """A sum of weighted linear forms, equal weights gathered."""
-    found: dict[int, dict[Coefficient, list[Coefficient]]] = {}
+    found: dict[int, dict[object, tuple[Coefficient, list[Coefficient]]]] = {}
     (first, start), *others = terms
     if first == 1 and all(len(form) == 1 and not form.keys() & start.keys() for _, form in others):
         longer = dict(start)  # a joint's place and one link more: not worth gathering
@@ -198,11 +197,16 @@ def _combined(terms: Sequence[tuple[Coefficient, Form]]) -> Form:
         return longer
     for factor, form in terms:
         for free, weight in form.items():
-            found.setdefault(free, {}).setdefault(weight, []).append(factor)
+            found.setdefault(free, {}).setdefault(_key(weight), (weight, []))[1].append(factor)
     return {
-        free: total(weight if factors == [1] else total(factors) * weight for weight, factors in groups.items())
+        free: total(weight if factors == [1] else total(factors) * weight for weight, factors in groups.values())
         for free, groups in found.items()
     }
+
+
+def _key(weight: Coefficient) -> object:
+    """What equal weights share: symbols compare fast; numbers do not, and what is handed on is one object."""
+    return id(weight) if isinstance(weight, Fraction) else weight
 
 
 def _sums(terms: Iterable[Monomial]) -> dict[tuple[sympy.Symbol, ...], Coefficient]:

@@ -72,8 +72,7 @@ def _drifted(problem: Problem, path: Path, upright: list[tuple[int, ...]]) -> li
 
 def _is_conservative(problem: Problem) -> bool:
     system = problem.system
-    joints = system.scene.get("joints", {})
-    if not system.scene or "damping" in joints or "stiffness" in joints or not system.has("energy"):
+    if not system.joints.is_free or not system.has("energy"):
         return False
     return problem.control is None and system.base == "fixed" and system.real == "double"
 

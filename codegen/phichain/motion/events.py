@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from phichain.errors import ArrayError
+from phichain.records import Held
 from phichain.system import Vector
 
 Scalar = Callable[[float, Vector], float]
@@ -42,7 +43,7 @@ class Event:
 
 
 @dataclass(frozen=True, eq=False)
-class Crossing:
+class Crossing(Held):
     """One located sign change.
 
     Attributes:
@@ -74,7 +75,7 @@ def _as_event(event: Any, k: int) -> Event:
 
 
 @dataclass(frozen=True, eq=False)
-class Watch:
+class Watch(Held):
     """The events together with their values at the last point seen."""
 
     events: tuple[Event, ...]

@@ -12,6 +12,7 @@ import numpy as np
 
 from phichain.motion.events import Crossing, Watch
 from phichain.motion.problem import Problem
+from phichain.records import Held
 from phichain.system import Vector
 
 StateAt = Callable[[float], Vector]
@@ -26,7 +27,7 @@ class BudgetError(StalledError):
 
 
 @dataclass(frozen=True, eq=False)
-class Segment:
+class Segment(Held):
     """One accepted step.
 
     Attributes:
@@ -45,7 +46,7 @@ class Segment:
 
 
 @dataclass(frozen=True, eq=False)
-class Dense:
+class Dense(Held):
     """The state at any time of a path, piece by piece as the method interpolates it."""
 
     knots: Vector
@@ -59,7 +60,7 @@ class Dense:
 
 
 @dataclass(frozen=True, eq=False)
-class Path:
+class Path(Held):
     """What a method found.
 
     Attributes:

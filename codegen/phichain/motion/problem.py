@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from phichain.errors import ArrayError, ToleranceError
 from phichain.motion.events import Event
+from phichain.records import Held
 from phichain.system import (
     Parameters,
     System,
@@ -46,7 +46,7 @@ class Counted:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class Problem(Held):
     """x' = f(t, x), x(t_0) = x_0, with outputs, tolerance, events and limits.
 
     Attributes:
@@ -65,8 +65,6 @@ class Problem:
         max_steps: Step budget.
         progress: Called with (fraction done, t), or None.
         notes: What was done to the arguments, for the Trajectory's reason.
-        counts: Filled by methods that count for themselves.
-        remarks: Filled by methods that have something to say of their run, for the Trajectory's reason.
     """
 
     system: System
@@ -84,8 +82,6 @@ class Problem:
     max_steps: int
     progress: Progress | None
     notes: tuple[str, ...] = ()
-    counts: dict[str, int] = dataclasses.field(default_factory=dict)
-    remarks: list[str] = dataclasses.field(default_factory=list)
 
     @property
     def own_steps(self) -> bool:

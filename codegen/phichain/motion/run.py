@@ -13,6 +13,7 @@ from phichain.errors import ConvergenceError, ToleranceError, UnsupportedError
 from phichain.motion import choose
 from phichain.motion.doubts import doubts
 from phichain.motion.events import Event, Scalar, as_events
+from phichain.motion.ledger import Ledger
 from phichain.motion.manifold import project_state, violations
 from phichain.motion.methods import fixed_step, rosenbrock, scipy_methods, sundials, taylor
 from phichain.motion.methods.emitted_flow import runs_whole
@@ -49,11 +50,11 @@ class Method:
         usual: The tolerance it takes when none is given.
     """
 
-    segments: Callable[[Problem, str], Iterator[Segment]]
+    segments: Callable[[Problem, str, Ledger], Iterator[Segment]]
     floor: float
     summary: str
     fixed: bool = False
-    path: Callable[[Problem, str], Path] | None = None
+    path: Callable[[Problem, str, Ledger], Path] | None = None
     usual: float = USUAL
 
 
@@ -156,15 +157,16 @@ def simulate(
         name, why = method, f"{method} as asked"
     engine = _method(system, name)
     problem, clamped = _clamp(problem, engine, name, atol)
-    path = _run(problem, engine, name)
+    ledger = Ledger()
+    path = _run(problem, engine, name, ledger)
     reasons = [why, *notes, *clamped]
     if project and not system.is_planar:
         reasons.append("outputs were projected on the manifold")
-    reasons += problem.remarks
+    reasons += ledger.remarks
     if path.status == "complete" and (found := doubts(problem, path, name)):
         path, reasons = replace(path, status="doubtful"), [*reasons, *found]
     trajectory = _record(
-        problem, path, name, engine, "; ".join(filter(None, [*reasons, path.message])), project
+        problem, path, name, engine, ledger, "; ".join(filter(None, [*reasons, path.message])), project
     )
     if path.status in ("blow-up", "stalled"):
         raise ConvergenceError(
@@ -189,10 +191,10 @@ def _method(system: System, name: str) -> Method:
     raise UnsupportedError("method", name, "no such method", f"use auto or one of {', '.join(METHODS)}")
 
 
-def _run(problem: Problem, engine: Method, name: str) -> Path:
+def _run(problem: Problem, engine: Method, name: str, ledger: Ledger) -> Path:
     if engine.path is not None and runs_whole(problem):
-        return engine.path(problem, name)
-    return collect(problem, engine.segments(problem, name))
+        return engine.path(problem, name, ledger)
+    return collect(problem, engine.segments(problem, name, ledger))
 
 
 def _clamp(problem: Problem, engine: Method, name: str, atol: float | None) -> tuple[Problem, list[str]]:
@@ -217,7 +219,7 @@ def _remedy(status: str, engine: Method) -> str:
 
 
 def _record(
-    problem: Problem, path: Path, name: str, engine: Method, reason: str, project: bool
+    problem: Problem, path: Path, name: str, engine: Method, ledger: Ledger, reason: str, project: bool
 ) -> Trajectory:
     system = problem.system
     dense = path.dense
@@ -248,7 +250,7 @@ def _record(
             status=path.status,
             reason=f"{reason}; resampled by {name}'s own interpolant" if refined else reason,
             tol=math.nan if engine.fixed else problem.tol,
-            counts=_counts(problem, path, engine),
+            counts=_counts(problem, path, engine, ledger),
             q_names=system.q_names,
             v_names=system.v_names,
             u_names=system.u_names,
@@ -264,9 +266,9 @@ def _inputs(problem: Problem, t: Vector, x: Vector) -> Vector | None:
     return np.array([problem.control(float(s), y) for s, y in zip(t, x, strict=True)]).reshape(len(t), -1)
 
 
-def _counts(problem: Problem, path: Path, engine: Method) -> dict[str, int]:
-    if problem.counts:
-        return dict(problem.counts)
+def _counts(problem: Problem, path: Path, engine: Method, ledger: Ledger) -> dict[str, int]:
+    if ledger.counts:
+        return dict(ledger.counts)
     counts = {"steps": path.steps}
     if not engine.fixed:
         counts["rhs"] = problem.field.calls

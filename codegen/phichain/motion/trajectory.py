@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -12,18 +13,44 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import BPoly
 
+from phichain.archive import COUNTS, NUMBER, TEXT, Schema, names, read_archive, real, word
 from phichain.errors import ArrayError
 from phichain.motion.events import Crossing
-from phichain.records import columns_of, read_npz, write_csv, write_npz
+from phichain.records import Held, columns_of, write_csv, write_npz
 from phichain.system import Vector
 
-_ARRAYS = ("t", "q", "v", "a", "u", "kinetic", "potential", "length_error", "tangency_error")
-_PLAIN = ("name", "space", "method", "status", "reason", "tol", "q_names", "v_names", "u_names")
-_KIND = "Trajectory"
+_ARRAYS = {
+    "t": real("m"),
+    "q": real("m", "nq"),
+    "v": real("m", "nv"),
+    "a": real("m", "nv"),
+    "u": real("m", "nu", optional=True),
+    "kinetic": real("m", optional=True),
+    "potential": real("m", optional=True),
+    "length_error": real("m", "links", optional=True),
+    "tangency_error": real("m", "links", optional=True),
+}
+_PLAIN = {
+    "name": TEXT,
+    "space": word("planar", "spatial"),
+    "method": TEXT,
+    "status": TEXT,
+    "reason": TEXT,
+    "tol": NUMBER,
+    "q_names": names("nq"),
+    "v_names": names("nv"),
+    "u_names": names("nu"),
+}
+_SCHEMA = Schema(
+    "Trajectory",
+    {**_ARRAYS, "event_t": real("events"), "event_x": real("events", "nq+nv")},
+    {**_PLAIN, "counts": COUNTS, "event_names": names("events", counted=True)},
+    filled=("m",),
+)
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(Held):
     """What a simulation found, and how.
 
     Attributes:
@@ -46,7 +73,7 @@ class Trajectory:
         counts: Accepted steps, evaluations of the right-hand side and of its Jacobian, as far as the method counts.
         q_names, v_names, u_names: Column names.
         refine: Builds the Trajectory of the same run at other times from the method's own interpolant; only when
-            the outputs were the method's own steps, and not kept in files.
+            the outputs were the method's own steps, and kept neither in files nor in pickles.
     """
 
     name: str
@@ -70,6 +97,13 @@ class Trajectory:
     v_names: tuple[str, ...] = ()
     u_names: tuple[str, ...] = ()
     refine: Callable[[Vector], Trajectory] | None = field(default=None, repr=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # The interpolant is a method's own, made of callables; files leave it out as well.
+        return {**self.__dict__, "counts": dict(self.counts), "refine": None}
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Trajectory:
+        return dataclasses.replace(self, **{name: copy.deepcopy(self.__dict__[name], memo) for name in _ARRAYS})
 
     def __str__(self) -> str:
         counts = ", ".join(f"{value} {name}" for name, value in self.counts.items())
@@ -182,7 +216,7 @@ class Trajectory:
         arrays["event_x"] = np.array([crossing.x for crossing in self.events])
         meta = {name: getattr(self, name) for name in _PLAIN}
         meta |= {
-            "kind": _KIND,
+            "kind": _SCHEMA.kind,
             "counts": dict(self.counts),
             "event_names": [crossing.name for crossing in self.events],
         }
@@ -193,12 +227,11 @@ class Trajectory:
         """Read what `to_npz` wrote.
 
         Raises:
-            OutputError: The file is missing or holds no Trajectory.
+            OutputError: The file is missing or holds no Trajectory, or not a whole one.
         """
-        arrays, meta = read_npz(path, _KIND)
+        arrays, meta = read_archive(path, _SCHEMA)
         found = zip(meta.pop("event_names"), arrays.pop("event_t"), arrays.pop("event_x"), strict=True)
         events = tuple(Crossing(name, float(t), x) for name, t, x in found)
-        names: dict[str, Any] = {key: tuple(meta.pop(key)) for key in ("q_names", "v_names", "u_names")}
+        columns: dict[str, Any] = {key: tuple(meta.pop(key)) for key in ("q_names", "v_names", "u_names")}
         held: dict[str, Any] = {name: arrays.get(name) for name in _ARRAYS}
-        meta.pop("kind")
-        return cls(**held, events=events, **names, **meta)
+        return cls(**held, events=events, **columns, **meta)

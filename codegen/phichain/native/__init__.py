@@ -2,7 +2,7 @@
 
 from phichain.native.cache import Cache, CacheInfo, CacheWarning, default_cache
 from phichain.native.compiler import Compiler, CompilerOptions, find_compiler
-from phichain.native.load import build_casadi, build_folder
+from phichain.native.load import build_casadi, build_files, build_folder
 
 __all__ = [
     "Cache",
@@ -11,6 +11,7 @@ __all__ = [
     "Compiler",
     "CompilerOptions",
     "build_casadi",
+    "build_files",
     "build_folder",
     "default_cache",
     "find_compiler",

@@ -35,12 +35,15 @@ from typing import Any, Final
 
 from phichain.errors import CacheError
 from phichain.files import reported, staging, write_synced
+from phichain.reading import MEBIBYTE, parse_json, read_regular
 
 VARIABLE: Final = "PHICHAIN_CACHE"
 _LIBRARY: Final = "library.so"
 _RECORD: Final = "record.json"
 _KEY: Final = re.compile(r"[0-9a-f]{64}")
 _OWNER_ONLY: Final = 0o700
+_LARGEST_LIBRARY: Final = 1024 * MEBIBYTE
+_LARGEST_RECORD: Final = 64 * 1024
 
 
 class CacheWarning(UserWarning):
@@ -234,12 +237,9 @@ def _read(entry: Path) -> tuple[bytes, Any]:
     """Both files of an entry, through its descriptor: of one and the same entry even if it is replaced."""
     folder = os.open(entry, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
 
-    def read(name: str) -> bytes:
-        with os.fdopen(os.open(name, os.O_RDONLY | os.O_NOFOLLOW, dir_fd=folder), "rb") as file:
-            return file.read()
-
     try:
-        return read(_LIBRARY), json.loads(read(_RECORD))
+        library = read_regular(_LIBRARY, _LARGEST_LIBRARY, folder)
+        return library, parse_json(read_regular(_RECORD, _LARGEST_RECORD, folder))
     finally:
         os.close(folder)
 

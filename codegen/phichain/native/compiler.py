@@ -13,9 +13,6 @@ import json
 import os
 import shlex
 import shutil
-import signal
-import subprocess
-import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -25,12 +22,15 @@ from typing import Final, NoReturn
 
 from phichain.errors import CompilerError, OutputError
 from phichain.files import write_synced
+from phichain.native.process import OutlastedError, finished
+from phichain.reading import MEBIBYTE, read_regular
 
 CANDIDATES: Final = ("cc", "gcc", "clang")
 _NATIVE: Final = "-march=native"
 _PROBE_SECONDS: Final = 20.0
 _SHOWN_LINES: Final = 12
 _LONGEST_LINE: Final = 200
+_LARGEST_LIBRARY: Final = 1024 * MEBIBYTE
 
 
 @dataclass(frozen=True)
@@ -143,49 +143,35 @@ def compile_shared(compiler: Compiler, sources: Mapping[str, bytes], folder: Pat
     command = (*compiler.command, *options.flags, *units, "-o", "library.so", *options.libraries)
     run(command, folder, options.timeout, label)
     try:
-        return (folder / "library.so").read_bytes()
-    except FileNotFoundError:
-        _fail(command, label, "reported success but wrote no shared object", "check what CC names", "")
+        return read_regular(folder / "library.so", _LARGEST_LIBRARY)
+    except OSError as error:
+        problem = f"reported success but wrote no shared object: {error.strerror}"
+        _fail(command, label, problem, "check what CC names", "")
 
 
-def run(command: Sequence[str], folder: Path, timeout: float, label: str) -> str:
+def run(command: Sequence[str], folder: Path | None, timeout: float, label: str) -> str:
     """Run a compiler command and return what it printed.
 
     It gets its own process group, so that a hanging compiler ends together with the processes it started, and
-    the folder as TMPDIR, so that its intermediate files are as private as ours.
+    the folder as TMPDIR, so that its intermediate files are as private as ours. A command that writes no file
+    needs no folder, and none that can be written to.
 
     Raises:
         CompilerError: It cannot be started, ends with another exit code than 0, or outlasts `timeout`
             seconds.
         OutputError: It says that the disk is full.
     """
-    environment = {**os.environ, "LC_ALL": "C", "TMPDIR": str(folder)}
+    place = {} if folder is None else {"TMPDIR": str(folder)}
     try:
-        process = subprocess.Popen(
-            command,
-            cwd=folder,
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            errors="replace",
-            start_new_session=True,
-        )
-    except OSError as error:
-        _fail(command, label, f"cannot be started: {error.strerror}", "set CC to a working C compiler", "")
-    with process:
-        try:
-            output, complaint = process.communicate(timeout=timeout)
-        except subprocess.TimeoutExpired:
-            _end(process)
-            remedy = "set CC to a working C compiler, or raise the time limit in CompilerOptions"
-            _fail(command, label, f"still ran after {timeout:g} s and was stopped", remedy, "")
-        except BaseException:
-            _end(process)
-            raise
-    if process.returncode != 0:
-        _explain(command, label, process.returncode, complaint or output)
+        code, output, complaint = finished(command, folder or Path("/"), {**os.environ, "LC_ALL": "C", **place}, timeout)
+    except OutlastedError:
+        remedy = "set CC to a working C compiler, or raise the time limit in CompilerOptions"
+        _fail(command, label, f"still ran after {timeout:g} s and was stopped", remedy, "")
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        _fail(command, label, f"cannot be started: {why}", "set CC to a working C compiler", "")
+    if code != 0:
+        _explain(command, label, code, complaint or output)
     return output
 
 
@@ -215,7 +201,7 @@ def _identified(command: tuple[str, ...], options: CompilerOptions, installed: t
     timeout = min(options.timeout, _PROBE_SECONDS)
 
     def ask(*words: str) -> str:
-        return run((*command, *words), Path(tempfile.gettempdir()), timeout, "a first question")
+        return run((*command, *words), None, timeout, "a first question")
 
     try:
         macros = ask(*options.flags, "-dM", "-E", "-x", "c", os.devnull)
@@ -233,12 +219,6 @@ def _libc() -> str:
     with suppress(ValueError, OSError, AttributeError):
         return os.confstr("CS_GNU_LIBC_VERSION") or "unknown"
     return "unknown"
-
-
-def _end(process: subprocess.Popen[str]) -> None:
-    with suppress(ProcessLookupError):
-        os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
 
 
 def _explain(command: Sequence[str], label: str, code: int, complaint: str) -> NoReturn:

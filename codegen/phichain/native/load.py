@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import ctypes
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from phichain.files import MANIFEST
+from phichain.native.agreement import demand_agreement
 from phichain.native.arrays import REAL
 from phichain.native.cache import Cache, default_cache
 from phichain.native.callables import make_callable
 from phichain.native.compiler import CompilerOptions
 from phichain.native.flows.call import CALLERS
+from phichain.native.glue import foreign_flow, glue_source
+from phichain.native.interrupts import Interruptible
 from phichain.native.library import load_library, shared_object
-from phichain.native.rows import rows_source, rows_symbol
-from phichain.native.signature import Manifest, read_manifest
+from phichain.native.origin import Origin, mark
+from phichain.native.rows import row_loop, rows_source
+from phichain.native.signature import Manifest, manifest_of, read_manifest
 from phichain.native.symbolic import casadi_dynamics
-from phichain.scene import scene_from_dict
-from phichain.system import System
+from phichain.scene import Scene
+from phichain.system import Drive, Joints, Numbers, System
 
 
 def build_folder(
@@ -40,11 +46,34 @@ def build_folder(
         CompilerError: The compiler is missing, failed or hung.
         CacheError: The cache's folder is not the owner's alone, or the system cannot load from it.
     """
-    manifest = read_manifest(folder)
-    name = manifest.name
+    return _built(read_manifest(folder), options, cache)
+
+
+def build_files(
+    files: Mapping[str, str | bytes], options: CompilerOptions | None = None, cache: Cache | None = None
+) -> System:
+    """Compile the files of a generated folder without a folder; arguments and errors as in `build_folder`.
+
+    Args:
+        files: Contents by file name: manifest.json, NAME.h, NAME.c and, where it is there, NAME_casadi.py.
+    """
+    texts = {name: text.encode() if isinstance(text, str) else bytes(text) for name, text in files.items()}
+    return _built(manifest_of(texts), options, cache)
+
+
+def _built(manifest: Manifest, options: CompilerOptions | None, cache: Cache | None) -> System:
+    scene, name = demand_agreement(manifest), manifest.name
     sources = {file: manifest.source(file) for file in (f"{name}.h", f"{name}.c")}
-    sources[f"{name}_rows.c"] = rows_source(manifest).encode()
-    return _system(manifest, shared_object(name, sources, cache or default_cache(), options))
+    glue = {f"{name}_rows.c": rows_source(manifest), f"{name}_glue.c": glue_source(manifest, scene)}
+    texts = {**sources, **{file: text.encode() for file, text in glue.items()}}
+    library = load_library(shared_object(name, texts, cache or default_cache(), options))
+    functions = _callables(manifest, scene, library)
+    held = {MANIFEST: manifest.texts[MANIFEST], **sources}
+    module = f"{name}_casadi.py"
+    if module in manifest.files:
+        held[module] = manifest.source(module)
+    mark(functions, Origin(held, options, cache))
+    return _system(manifest, scene, functions)
 
 
 def build_casadi(
@@ -70,24 +99,33 @@ def build_casadi(
         CacheError: The cache's folder is not the owner's alone.
     """
     manifest = read_manifest(folder)
+    demand_agreement(manifest)
     # NAME_casadi.c calls the plain functions of NAME.c.
     files = (f"{manifest.name}{ending}" for ending in ("_casadi.c", ".h", ".c"))
     sources = {file: manifest.source(file) for file in files}
     return shared_object(manifest.name, sources, cache or default_cache(), options)
 
 
-def _system(manifest: Manifest, path: Path) -> System:
-    library, scene = load_library(path), scene_from_dict(dict(manifest.scene))
+def _drive(scene: Scene) -> Drive:
+    """What the entries of u push: the force the cart, the torques their angles."""
+    cart = scene.nv - scene.links * (1 if scene.is_planar else 3)
+    return Drive((*range(cart * scene.has_force), *(cart + joint - 1 for joint in scene.actuated_joints)))
+
+
+def _callables(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> dict[str, Callable[..., Any]]:
     functions: dict[str, Callable[..., Any]] = {}
     for name, signature in manifest.functions.items():
-        function, row_loop = library[signature.symbol], library[rows_symbol(manifest.name, signature)]
-        function.restype = row_loop.restype = None
-        functions[name] = make_callable(signature, function, row_loop, REAL[manifest.real])
+        function, loop = library[signature.symbol], Interruptible(library, row_loop(manifest.name, signature))
+        function.restype = loop.restype = None
+        functions[name] = make_callable(signature, function, loop, REAL[manifest.real])
     for name, symbol in manifest.flows.items():
-        functions[name] = CALLERS.of(name)(scene, manifest.parameters, library[symbol])
+        foreign = Interruptible(library, foreign_flow(symbol, name, scene))
+        functions[name] = CALLERS.of(name)(scene, manifest.parameters, foreign)
     dynamics = casadi_dynamics(manifest)
-    if dynamics is not None:
-        functions["casadi"] = dynamics
+    return functions if dynamics is None else {**functions, "casadi": dynamics}
+
+
+def _system(manifest: Manifest, scene: Scene, functions: Mapping[str, Callable[..., Any]]) -> System:
     return System(
         name=manifest.name,
         space=scene.space,
@@ -102,6 +140,10 @@ def _system(manifest: Manifest, path: Path) -> System:
         v_names=scene.v_names,
         u_names=scene.u_names,
         params=None,
+        angles=scene.angles,
+        numbers=Numbers(scene.mass, scene.length, scene.com, scene.cart_mass, scene.gravity),
+        joints=Joints(scene.stiffness, scene.damping),
+        drive=_drive(scene),
         scene=manifest.scene,
         digest=manifest.digest,
     )

@@ -8,6 +8,7 @@ generated folder.
 
 from __future__ import annotations
 
+from phichain.native.interrupts import Foreign
 from phichain.native.signature import Argument, Manifest, Signature
 
 
@@ -37,20 +38,25 @@ def _layout_checks(name: str, parameters: tuple[Argument, ...]) -> list[str]:
     return checks
 
 
-def _row_loop(name: str, signature: Signature) -> str:
+def row_loop(name: str, signature: Signature) -> Foreign:
+    """The row loop of a function as C declares it."""
     real = f"{name}_real"
-    declared, passed = ["size_t rows"], []
+    arguments = [("size_t", "rows")]
     if signature.takes_parameters:
-        declared.append(f"const {name}_params *p")
-        passed.append("p")
+        arguments.append((f"const {name}_params", "*p"))
     for item in signature.inputs:
-        declared += [f"const {real} *in_{item.name}", f"size_t in_{item.name}_stride"]
+        arguments += [(f"const {real}", f"*in_{item.name}"), ("size_t", f"in_{item.name}_stride")]
+    arguments += [(real, f"*out_{item.name}") for item in signature.outputs]
+    return Foreign(rows_symbol(name, signature), "void", tuple(arguments))
+
+
+def _row_loop(name: str, signature: Signature) -> str:
+    passed = ["p"] if signature.takes_parameters else []
+    for item in signature.inputs:
         at = f"row * in_{item.name}_stride"
         passed.append(f"in_{item.name} + {at}" if item.shape else f"in_{item.name}[{at}]")
-    for item in signature.outputs:
-        declared.append(f"{real} *out_{item.name}")
-        passed.append(f"out_{item.name} + row * {item.size}")
-    head = f"void {rows_symbol(name, signature)}({', '.join(declared)})"
+    passed += [f"out_{item.name} + row * {item.size}" for item in signature.outputs]
+    head = row_loop(name, signature).declaration
     return "\n".join(
         [
             f"{head};",

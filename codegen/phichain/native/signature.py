@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import prod
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final
 
 from phichain.errors import OutputError
-from phichain.files import MANIFEST
+from phichain.files import LARGEST_MANIFEST, MANIFEST
+from phichain.reading import MEBIBYTE, parse_json, read_regular
 
 _IDENTIFIER: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _REMEDY: Final = "generate the folder again with this version of phichain"
+_MOST: Final = 2**32
+_LARGEST_SOURCE: Final = 1024 * MEBIBYTE
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ class Manifest:
     """A generated folder in short.
 
     Attributes:
-        folder: Where it stands.
+        folder: Where it stands; None for texts that stand nowhere.
         name: Name of the scene and prefix of all symbols.
         scene: The scene as a plain mapping.
         digest: The scene's canonical digest.
@@ -75,9 +77,10 @@ class Manifest:
         functions: Signatures by contract name.
         flows: Symbols of what runs over many steps, by contract name.
         files: SHA-256 by file name.
+        texts: Those of its files that are at hand, manifest.json among them.
     """
 
-    folder: Path
+    folder: Path | None
     name: str
     scene: Mapping[str, Any]
     digest: str
@@ -86,6 +89,7 @@ class Manifest:
     functions: Mapping[str, Signature]
     flows: Mapping[str, str]
     files: Mapping[str, str]
+    texts: Mapping[str, bytes] = field(repr=False)
 
     def source(self, name: str) -> bytes:
         """The content of one generated file, checked against the manifest.
@@ -96,7 +100,9 @@ class Manifest:
         promised = self.files.get(name)
         if promised is None:
             raise _unreadable(self.folder, f"holds no {name}", f"generate it again with {name} asked for")
-        content = _read(self.folder / name)
+        content = self.texts.get(name) if self.folder is None else _read(self.folder / name, _LARGEST_SOURCE)
+        if content is None:
+            raise _unreadable(self.folder, f"holds no {name}", "hand it over with the others")
         if promised != f"sha256:{hashlib.sha256(content).hexdigest()}":
             raise _unreadable(
                 self.folder, f"its {name} was changed since it was generated", _REMEDY, file=name
@@ -111,14 +117,26 @@ def read_manifest(folder: Path | str) -> Manifest:
         OutputError: There is none, or it is not one of ours.
     """
     path = Path(folder)
-    content = _read(path / MANIFEST)
+    return _parsed(path, {MANIFEST: _read(path / MANIFEST, LARGEST_MANIFEST)})
+
+
+def manifest_of(texts: Mapping[str, bytes]) -> Manifest:
+    """The manifest of a generated folder whose files are at hand and stand nowhere.
+
+    Raises:
+        OutputError: manifest.json is missing among them, or is not one of ours.
+    """
+    return _parsed(None, texts)
+
+
+def _parsed(path: Path | None, texts: Mapping[str, bytes]) -> Manifest:
     try:
-        return _manifest(path, json.loads(content))
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        return _manifest(path, parse_json(texts.get(MANIFEST, b"")), texts)
+    except (ValueError, TypeError, KeyError, AttributeError, OverflowError) as error:
         raise _unreadable(path, f"its {MANIFEST} is not one of ours, {error!r}", _REMEDY) from None
 
 
-def _manifest(folder: Path, data: Mapping[str, Any]) -> Manifest:
+def _manifest(folder: Path | None, data: Mapping[str, Any], texts: Mapping[str, bytes]) -> Manifest:
     if data["real"] not in ("double", "float"):
         raise ValueError(f"real is {data['real']!r}")
     parameters = tuple(_argument(entry) for entry in data["params"])
@@ -133,6 +151,7 @@ def _manifest(folder: Path, data: Mapping[str, Any]) -> Manifest:
         functions=MappingProxyType(functions),
         flows=MappingProxyType({name: _identifier(entry["symbol"]) for name, entry in data.get("flows", {}).items()}),
         files=MappingProxyType(dict(data["files"])),
+        texts=MappingProxyType(dict(texts)),
     )
 
 
@@ -143,13 +162,13 @@ def _signature(name: str, entry: Mapping[str, Any], parameters: tuple[Argument, 
         inputs=tuple(_argument(item) for item in entry["inputs"]),
         outputs=tuple(_argument(item) for item in entry["outputs"]),
         parameters=parameters,
-        takes_parameters=bool(entry.get("params", False)),
+        takes_parameters=entry.get("params", False) is True,
     )
 
 
 def _argument(entry: Mapping[str, Any]) -> Argument:
     shape = tuple(entry["shape"])
-    if not all(isinstance(size, int) and size > 0 for size in shape):
+    if not all(type(size) is int and 0 < size < _MOST for size in shape):
         raise ValueError(f"{entry['name']} has shape {shape}")
     return Argument(_identifier(entry["name"]), shape)
 
@@ -161,13 +180,13 @@ def _identifier(text: str) -> str:
     return text
 
 
-def _read(path: Path) -> bytes:
+def _read(path: Path, most: int) -> bytes:
     try:
-        return path.read_bytes()
+        return read_regular(path, most)
     except OSError as error:
         problem = f"its {path.name} cannot be read: {error.strerror}"
         raise _unreadable(path.parent, problem, "name a folder that phichain generated") from error
 
 
-def _unreadable(folder: Path, problem: str, remedy: str, **data: object) -> OutputError:
-    return OutputError("folder", str(folder), problem, remedy, **data)
+def _unreadable(folder: Path | None, problem: str, remedy: str, **data: object) -> OutputError:
+    return OutputError("folder", "texts in memory" if folder is None else str(folder), problem, remedy, **data)

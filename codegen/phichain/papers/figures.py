@@ -1,12 +1,8 @@
 """The figures of both papers, each from its scene to a picture: what `phichain figure` and `make figures` draw.
 
-Paper A's chain is its own: m = l = 1/N, masses at the middles of the links. The starts of its Figs 3 to 6 were not at
-hand; here every chain starts at rest with the first angle at pi/6 and the others at zero, which gives both readings of
-the angles the same numbers and keeps four links short of a whip's crack.
-
-Paper B's chain is its own too: five links of 0.1 kg and 0.1 m on a cart of 0.5 kg. Targets and weights of Figs 3 and 4
-are those whose closed loops have the printed slowest eigenvalues; `FIG_2`, `FIG_3` and `FIG_4` say what fixes their
-starts and what is a choice.
+Chains, starts and weights are the papers'. Paper A: m = l = 1/N, masses at the middles of the links; Figs 3 to 6 start at
+rest with theta = (0.4, 0, ..., 0) rad and have no torques. Paper B: five links of 0.1 kg and 0.1 m on a cart of 0.5 kg;
+`FIG_2`, `FIG_3` and `FIG_4` hold its three runs.
 """
 
 from __future__ import annotations
@@ -19,11 +15,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.continuation import Branch, Options, trace
+from phichain.continuation import Branch, Options
 from phichain.control import Gains, computed_torque, feedback, in_phase, lqr
 from phichain.errors import UnsupportedError
 from phichain.fractional import Propagation
 from phichain.motion import Trajectory, simulate
+from phichain.orbits import trace
 from phichain.papers.signals import released, write_sheets, write_viewer
 from phichain.pipeline import build
 from phichain.report import charts, paper_b
@@ -38,20 +35,22 @@ if TYPE_CHECKING:
 
 Vector = NDArray[np.float64]
 
-START = np.pi / 6
+START = 0.4
 """theta_1(0) of Figs 3 to 6, rad; the other angles and all rates are 0."""
 
 SECONDS = 2.0
 CHARTED, SETTLING = (1, 2, 3, 4), (1, 2, 4, 8, 16, 32)
 
+CART, CART_RATE = (0.2, 0.1), (0.0, -0.1)
+"""x(0), m, and x'(0), m/s, of paper B's runs, (23)."""
+
 
 @dataclass(frozen=True)
 class CartRun:
-    """One run of paper B's chain.
+    """One run of paper B's chain; its cart starts at `CART` with `CART_RATE`, its links at rest.
 
     Attributes:
         links: Directions q_1 .. q_5 at the start, unit vectors along the rows (5, 3).
-        cart_rate: x'(0), m/s; x(0) = 0 and the links start at rest.
         seconds: How long it lasts.
         moments: Times of its snapshots, s.
         s: The equilibrium it is steadied at, or None without control.
@@ -59,45 +58,55 @@ class CartRun:
     """
 
     links: tuple[tuple[float, float, float], ...]
-    cart_rate: tuple[float, float]
     seconds: float
     moments: tuple[float, ...]
     s: tuple[int, ...] | None = None
     weights: tuple[float, float] = (1.0, 1.0)
 
+    @property
+    def start(self) -> tuple[Vector, Vector]:
+        """(q, v) at t = 0, both (17,)."""
+        return np.concatenate([CART, np.ravel(self.links)]), np.concatenate([CART_RATE, np.zeros(15)])
 
-def leaning(degrees: float, axis: int = 0, s: int = 1) -> tuple[float, float, float]:
-    """s [sin a; 0; cos a], leaning along e_1 (axis 0), or s [0; sin a; cos a], along e_2 (axis 1)."""
-    side, down = s * float(np.sin(np.radians(degrees))), s * float(np.cos(np.radians(degrees)))
-    return (side, 0.0, down) if axis == 0 else (0.0, side, down)
+
+def _sin(degrees: float) -> float:
+    return float(np.sin(np.radians(degrees)))
+
+
+def _cos(degrees: float) -> float:
+    return float(np.cos(np.radians(degrees)))
 
 
 _UP, _DOWN = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
-_TUMBLING = (_UP, leaning(1.0, s=-1), leaning(1.0), _DOWN, _DOWN)
+_FOLDED = (_UP, _DOWN, _UP, _DOWN, (_sin(1), 0.0, -_cos(1)))
 
-FIG_2 = CartRun(_TUMBLING, (0.1, 0.0), 10.0, (0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 2.0, 4.0, 7.0, 10.0))
-"""Near the saddle (-, -, +, +, +), the cart rolling at 0.1 m/s: E = 0.299285058894842 J, the paper's, in all digits.
+FIG_2 = CartRun(_FOLDED, 10.0, (0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 4.0))
+"""Left alone near the saddle (-1, 1, -1, 1, -1): the fifth link leans by one degree. E = 0.299285058894842 J.
 
-The energy fixes the rate of the cart, one degree of lean and how high the links stand together; that it is links 2 and
-3 that lean, as in Fig. 4, is a choice."""
+The motion is chaotic: in double precision the cart is where it is shown to 1e-9 m at 2 s and to 1e-3 m at 4 s, no longer
+after that, docs/theory.md, B7."""
 
 FIG_3 = CartRun(
-    _TUMBLING,
-    (0.1, 0.0),
-    20.0,
-    (0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 20.0),
-    (1, 1, 1, 1, 1),
-    (8.0, 1.0),
+    _FOLDED, 20.0, (0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.5, 2.0, 3.0, 20.0), (1, 1, 1, 1, 1), (8.0, 1.0)
 )
-"""The same start (a choice) brought to hanging; slowest eigenvalue -1.07782602 1/s, which fixes the weights."""
+"""The same start brought to hanging: slowest eigenvalue -1.07782602 1/s."""
 
 FIG_4 = CartRun(
-    (_UP, leaning(4.0, 1, -1), leaning(4.0, 1, -1), _DOWN, _DOWN), (0.0, 0.0), 20.0,
-    (0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 2.0, 4.0, 20.0), (-1, -1, -1, 1, 1), (1.0, 8.0),
-)  # fmt: skip
-"""Steadied with three links up and two folded down; slowest eigenvalue -0.77136540 1/s, which fixes target and weights.
+    (
+        (-_sin(6), 0.0, -_cos(6)),
+        (0.0, -_sin(4), -_cos(4)),
+        (0.0, -_sin(4), -_cos(4)),
+        (_sin(5) * _cos(4), -_sin(5) * _sin(4), _cos(5)),
+        (-_sin(35), 0.0, _cos(35)),
+    ),
+    20.0,
+    (0.0, 0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 2.0, 4.0, 20.0),
+    (-1, -1, -1, 1, 1),
+    (1.0, 8.0),
+)
+"""Steadied with three links up and two folded down: slowest eigenvalue -0.77136540 1/s.
 
-q_2 and q_3 start as the paper means them; that the cart and the other links start in place is a choice."""
+q_2 and q_3 as their four printed entries mean them, docs/theory.md, B6."""
 
 
 def draw(name: str, out: Path) -> list[Path]:
@@ -137,17 +146,21 @@ def paper_a_wave(system: System) -> Propagation:
 
 
 def _waves(links: int) -> Callable[[Path], list[Path]]:
-    """Figs 3 to 6: N = 1 to 4, in one reading of the angles or, where they differ, in both."""
+    """Figs 3 to 6: N = 1 to 4, in one reading of the angles or, where they differ, in both.
+
+    As in the paper, the surfaces of three and four links are those of link 1; the feedback's sheet and the page have all.
+    """
 
     def write(out: Path) -> list[Path]:
         found, written, stem = {}, [], f"A{links + 2}"
+        shown = links if links < 3 else 1
         for angles in ("relative",) if links < 3 else ("relative", "adjacent"):
             name = f"N = {links}, {angles} angles"
             found[name] = paper_a_wave(paper_a_chain(links, angles))
             mark = "" if angles == "relative" else f"_{angles}"
-            written += write_sheets(stem, mark, f"Paper A, {name}", found[name], out)
+            written += write_sheets(stem, mark, f"Paper A, {name}", found[name], out, shown)
         lead = (
-            f"Released at theta_1 = 30 degrees, other angles zero; m = l = 1/{links}, masses at the middles."
+            f"Released at theta_1 = {START} rad, other angles zero; m = l = 1/{links}, masses at the middles."
         )
         return [*written, write_viewer(stem, f"Signal propagation, N = {links}", lead, found, out)]
 
@@ -195,14 +208,12 @@ def _charts(out: Path) -> list[Path]:
 
 def run_on_cart(system: System, run: CartRun, tol: float = 1e-9) -> tuple[Trajectory, Gains | None]:
     """Simulate paper B's chain, with its regulator when the run has a target."""
-    q = np.concatenate([np.zeros(2), np.ravel(run.links)])
-    v = np.concatenate([run.cart_rate, np.zeros(15)])
     grid = np.linspace(0.0, run.seconds, 2001)
     if run.s is None:
-        return simulate(system, (q, v), grid, tol=tol), None
+        return simulate(system, run.start, grid, tol=tol), None
     cart, links = ([weight] * count for weight, count in zip(run.weights, (2, 10), strict=True))
     gains = lqr(system, run.s, [*cart, *links, *cart, *links])
-    return simulate(system, (q, v), grid, tol=tol, u=feedback(system, gains)), gains
+    return simulate(system, run.start, grid, tol=tol, u=feedback(system, gains)), gains
 
 
 def _on_cart(name: str, run: CartRun, words: str) -> Callable[[Path], list[Path]]:
@@ -224,7 +235,9 @@ FIGURES: Mapping[str, Callable[[Path], list[Path]]] = {
     "A2": _tracking,
     **{f"A{links + 2}": _waves(links) for links in (1, 2, 3, 4)},
     "A7": _charts,
-    "B2": _on_cart("B2", FIG_2, "five links on a cart, left alone"),
+    "B2": _on_cart(
+        "B2", FIG_2, "five links on a cart, left alone (one run; where it goes is determined up to 4 s)"
+    ),
     "B3": _on_cart("B3", FIG_3, "brought to hanging"),
     "B4": _on_cart("B4", FIG_4, "steadied with three links up, two folded down"),
 }

@@ -78,19 +78,23 @@ def released(
     rest = leaning(system, lean)
     start = [given if given is not None else default for given, default in zip((q, v), rest, strict=True)]
     motion = simulate(system, (start[0], start[1]), np.linspace(0.0, seconds, samples), tol=1e-11, u=u)
-    joints = system.scene.get("joints", {})
     parts = ["total", "coriolis", "gravity", "feedback"]
     if system.nu and motion.u is not None and np.any(motion.u):
         parts.append("input")
-    if joints.get("stiffness") is not None or joints.get("damping") is not None:
+    if not system.joints.is_free:
         parts.append("joints")
     return propagation(system, motion, P, ALPHA, paths=parts, order=order)
 
 
-def write_sheets(stem: str, mark: str, title: str, result: Propagation, out: Path) -> list[Path]:
-    """The two sheets of one chain: STEM+MARK.png with the surfaces, STEM_feedback+MARK.png with the paths."""
+def write_sheets(
+    stem: str, mark: str, title: str, result: Propagation, out: Path, coordinates: int | None = None
+) -> list[Path]:
+    """The two sheets of one chain: STEM+MARK.png with the surfaces, STEM_feedback+MARK.png with the paths.
+
+    The surfaces show as many coordinates as given, the paths all.
+    """
     sheets = {
-        f"{stem}{mark}.png": surfaces(result, f"{title}: from forces to angles"),
+        f"{stem}{mark}.png": surfaces(result, f"{title}: from forces to angles", coordinates),
         f"{stem}_feedback{mark}.png": paths(result, f"{title}: the feedback path, part by part"),
     }
     return [save(sheet, out / name) for name, sheet in sheets.items()]

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.errors import ArrayError
 from phichain.system import System, unit_vectors
 from phichain.system.angles import absolute_angles
 
@@ -18,16 +15,10 @@ def link_lengths(system: System) -> Points:
     """Lengths l_1 .. l_N in metres, shape (N,), from the scene or else from the default runtime parameters.
 
     Raises:
-        ArrayError: They are runtime parameters and the system has no default values.
+        ArrayError: They are runtime parameters and the system has no default values, or it has none.
     """
-    value: Any = system.scene.get("chain", {}).get("length", "runtime")
-    if value == "runtime":
-        value = (system.params or {}).get("length")
-    if value is None:
-        raise ArrayError(
-            "length", value, "is a runtime parameter without a value", "build the system with params"
-        )
-    return np.broadcast_to(np.asarray(value, dtype=float), (system.links,))
+    lengths: Points = system.number("length")
+    return lengths
 
 
 def directions(system: System, q: ArrayLike) -> Points:

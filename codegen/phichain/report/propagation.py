@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phichain.records import Held
 from phichain.report.style import ACCENT, INK, SOFT, figure, look
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ _SEEN = 320
 
 
 @dataclass(frozen=True, eq=False)
-class Wave:
+class Wave(Held):
     """One signal of one coordinate from force to angle.
 
     Attributes:
@@ -85,9 +86,16 @@ def size_of_orders(time: Vector, surface: Vector) -> Vector:
     return np.where(sizes > 0, sizes, 1.0)
 
 
-def surfaces(result: Propagation, title: str) -> Figure:
-    """The whole signal of every coordinate: two surfaces, the map of both, and the size of every order."""
-    rows = len(result.coordinates)
+def surfaces(result: Propagation, title: str, coordinates: int | None = None) -> Figure:
+    """The whole signal of coordinates: two surfaces, the map of both, and the size of every order.
+
+    Args:
+        result: The signals.
+        title: What is shown.
+        coordinates: How many, from the base on; all unless given.
+    """
+    names = row_names(result)[:coordinates]
+    rows = len(names)
     with look():
         drawing = figure(11.0, 0.9 + 2.45 * rows)
         drawing.set_layout_engine("none")
@@ -97,7 +105,7 @@ def surfaces(result: Propagation, title: str) -> Figure:
             width_ratios=(1.0, 1.0, 1.25),
         )  # fmt: skip
         drawing.text(0.012, 1 - 0.3 / height, title, fontsize=11, va="center")
-        for row, name in enumerate(row_names(result)):
+        for row, name in enumerate(names):
             wave = Wave.of(result, row)
             left = drawing.add_subplot(grid[row, 0], projection="3d")
             _surface(left, wave.time, wave.p, wave.theta_p, "p")

@@ -1,5 +1,6 @@
 """System: the frozen record of callables and sizes that every numerical package takes, and the state it moves."""
 
+from phichain.system.described import Drive, Joints, Numbers
 from phichain.system.state import (
     VectorField,
     acceleration,
@@ -17,6 +18,9 @@ from phichain.system.system import AbsentFunctionError, Parameters, System, Vect
 
 __all__ = [
     "AbsentFunctionError",
+    "Drive",
+    "Joints",
+    "Numbers",
     "Parameters",
     "System",
     "Vector",

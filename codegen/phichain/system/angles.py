@@ -1,4 +1,4 @@
-"""Planar angles of a System: phi = S theta, for the kind of angles its scene names (docs/theory.md, 2)."""
+"""Planar angles of a System: phi = S theta, for the kind of angles it has (docs/theory.md, 2)."""
 
 from __future__ import annotations
 
@@ -7,18 +7,12 @@ import numpy as np
 from phichain.system import System, Vector
 
 
-def _kind(system: System) -> str:
-    """The scene's `angles`; "relative", the default of scenes, when the system carries no scene."""
-    return str(system.scene.get("joints", {}).get("angles", "relative"))
-
-
 def absolute_angles(system: System, q: Vector) -> Vector:
     """phi (..., N), rad, from a configuration or its rate (..., nq)."""
     theta = np.asarray(q)[..., system.cart_size :]
-    kind = _kind(system)
-    if kind == "absolute":
+    if system.angles == "absolute":
         return theta
-    if kind == "relative":
+    if system.angles == "relative":
         return np.cumsum(theta, axis=-1)
     phi = theta.copy()
     phi[..., 1:] += theta[..., :-1]
@@ -27,10 +21,9 @@ def absolute_angles(system: System, q: Vector) -> Vector:
 
 def scene_angles(system: System, phi: Vector) -> Vector:
     """theta (N,) from the angles phi (N,) of the links from the hanging vertical, rad."""
-    kind = _kind(system)
-    if kind == "absolute":
+    if system.angles == "absolute":
         return phi
-    if kind == "relative":
+    if system.angles == "relative":
         return np.diff(phi, prepend=0.0)
     theta = phi.copy()
     for k in range(1, len(phi)):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from phichain.contract import flows
 from phichain.errors import ArrayError
+from phichain.records import Held
 
 OUTCOMES: Final = tuple(outcome.name for outcome in flows.OUTCOMES)
 """Results of NAME_propagate by their number in C."""
@@ -50,7 +51,7 @@ class Stop:
 
 
 @dataclass(frozen=True, eq=False)
-class Propagation:
+class Propagation(Held):
     """Where a propagation ended, and what it passed on the way.
 
     Attributes:

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from phichain.records import Held
 from phichain.system.propagation import Propagation
 
 
 @dataclass(frozen=True, eq=False)
-class PropagationBatch:
+class PropagationBatch(Held):
     """Where n propagations ended, and what they passed on the way.
 
     Attributes:

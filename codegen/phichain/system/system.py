@@ -16,14 +16,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import partial
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.errors import UnsupportedError
+from phichain.errors import ArrayError, UnsupportedError
+from phichain.records import frozen, thawed
+from phichain.system.described import RUNTIME, Drive, Joints, Numbers, angles_of, drive_of
 
 Vector = NDArray[np.float64]
 Parameters = Mapping[str, Any]
@@ -54,8 +55,15 @@ class System:
             when there, is a casadi.Function of the forward dynamics (or a callable that makes it).
         q_names, v_names, u_names: Names of the entries of q, v and u.
         params: Default values of the runtime parameters, or None.
-        scene: The scene as a plain mapping.
+        angles: Planar: "relative" (unless said), "absolute" or "adjacent" (docs/theory.md, 2); None in space.
+        numbers: Masses, lengths and what else the scene measures.
+        joints: Springs and dampers; none unless said.
+        drive: What the inputs push; the first nu entries of v unless said.
+        scene: The scene as a plain mapping, for the record.
         digest: The scene's canonical digest.
+
+    Raises:
+        ArrayError: angles or drive do not fit the chain.
     """
 
     name: str
@@ -71,12 +79,23 @@ class System:
     v_names: tuple[str, ...] = ()
     u_names: tuple[str, ...] = ()
     params: Parameters | None = None
+    angles: str | None = None
+    numbers: Numbers = field(default_factory=Numbers)
+    joints: Joints = field(default_factory=Joints)
+    drive: Drive = field(default_factory=Drive)
     scene: Mapping[str, Any] = field(default_factory=dict)
     digest: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "functions", MappingProxyType(dict(self.functions)))
-        object.__setattr__(self, "scene", MappingProxyType(dict(self.scene)))
+        kept = {
+            "functions": MappingProxyType(dict(self.functions)),
+            "params": frozen(self.params),
+            "angles": angles_of(self.angles, self.is_planar),
+            "drive": drive_of(self.drive, self.nu, self.nv),
+            "scene": frozen(self.scene),
+        }
+        for name, value in kept.items():
+            object.__setattr__(self, name, value)
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
         # Dunder look-ups (copy, pickle) come before `functions` exists and must fail the ordinary way.
@@ -85,9 +104,18 @@ class System:
         return self.function(name)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # A mapping proxy cannot be pickled; rebuild from plain dictionaries.
-        fields = dict(self.__dict__, functions=dict(self.functions), scene=dict(self.scene))
-        return partial(System, **fields), ()
+        # A mapping proxy cannot be pickled, nor a compiled callable: what it was made from is, and makes it again.
+        functions = {name: getattr(function, "made_by", function) for name, function in self.functions.items()}
+        made = frozenset(name for name, function in self.functions.items() if hasattr(function, "made_by"))
+        plain = {"functions": functions, "scene": thawed(self.scene), "params": thawed(self.params)}
+        return _unpickled, (self.__dict__ | plain, made)
+
+    def __copy__(self) -> System:
+        return self
+
+    def __deepcopy__(self, memo: object) -> System:
+        # Frozen, its functions without state: there is nothing that a copy could keep apart.
+        return self
 
     def __str__(self) -> str:
         wanted = ", ".join(self.functions) or "none"
@@ -140,6 +168,32 @@ class System:
             available=tuple(self.functions),
         )
 
+    def number(self, name: str, p: Parameters | None = None, default: Any = None) -> Any:
+        """A physical parameter: the number that the chain has, or its runtime value.
+
+        Args:
+            name: "mass", "length", "com", "stiffness" or "damping", per link; "cart_mass" or "gravity".
+            p: Runtime values by name; those left out keep the system's defaults.
+            default: What stands in where the chain has none; an error unless given.
+
+        Returns:
+            An array (N,), or one float.
+
+        Raises:
+            ArrayError: The chain has no such parameter, or no value of it was given.
+        """
+        value = getattr(self.joints if hasattr(self.joints, name) else self.numbers, name, None)
+        if value == RUNTIME:
+            value = self.parameters(p).get("p", {}).get(name)
+        if value is None and default is not None:
+            return default
+        if value is None:
+            raise ArrayError(
+                f"p.{name}", None, f"system '{self.name}' holds no value of it", f"pass p={{'{name}': ...}}"
+            )
+        given = np.asarray(value, dtype=float)
+        return float(given) if name in ("cart_mass", "gravity") else np.broadcast_to(given, (self.links,))
+
     def parameters(self, p: Parameters | None = None) -> dict[str, Any]:
         """Keyword arguments that carry the runtime parameters: ``{}`` or ``{"p": values}``.
 
@@ -149,3 +203,9 @@ class System:
         if p is None and self.params is None:
             return {}
         return {"p": {**(self.params or {}), **(p or {})}}
+
+
+def _unpickled(fields: dict[str, Any], made: frozenset[str]) -> System:
+    """The System whose fields these are, with those of its functions made that are given by what makes them."""
+    functions = {name: held() if name in made else held for name, held in fields["functions"].items()}
+    return System(**{**fields, "functions": functions})

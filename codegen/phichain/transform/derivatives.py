@@ -14,6 +14,12 @@ def directional(
     Returns:
         The derivative, or None when it is structurally zero.
     """
+    if kind == "select":
+        below, above = (builder.lift(0) if given is None else given for given in directions[2:])
+        slope = builder.apply("select", *args[:2], below, above)
+        return None if slope.is_zero else slope
+    if kind == "floor":
+        return None
     total: Expr | None = None
     for position, direction in enumerate(directions):
         if direction is None:

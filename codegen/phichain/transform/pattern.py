@@ -51,8 +51,11 @@ def _reach(kind: str, args: Sequence[_Reach]) -> _Reach:
         return _Reach(0, True)
     if (kind == "div" or kind in _ODD) and zeros[0]:
         return _Reach(0, True)
+    if kind == "select" and all(zeros[2:]):
+        return _Reach(0, True)
     cells = 0
-    for arg in args:
+    # What is compared decides, and moves nothing; a whole number does not move at all.
+    for arg in {"select": args[2:], "floor": ()}.get(kind, args):
         cells |= arg.cells
     return _Reach(cells)
 

@@ -13,7 +13,7 @@ from fractions import Fraction
 from phichain.emit.c.layout import laid_out
 from phichain.emit.c.parts import assignment, first_result, names_in, words
 from phichain.emit.c.trig_batches import TrigBatch, TrigBatches
-from phichain.emit.expressions import Text, double_literal, float_literal, infix
+from phichain.emit.expressions import SUM, Text, double_literal, float_literal, infix
 from phichain.emit.inlining import used_once
 from phichain.ir.nodes import (
     Call,
@@ -184,6 +184,9 @@ class Writer:
         text = infix(op.kind, args)
         if text is not None:
             return text
+        if op.kind == "select":
+            a, b, below, above = (arg.within(SUM) for arg in args)
+            return Text(f"({a} < {b} ? {below} : {above})")
         self.uses.add("math")
         return Text(f"{self.names.libm(op.kind)}({args[0].text})")
 

@@ -13,6 +13,7 @@ from phichain.emit.c.function import CFunction, CNames, Writer
 from phichain.emit.c.layout import laid_out_text
 from phichain.emit.expressions import Text
 from phichain.emit.render import render
+from phichain.errors import EmissionError
 from phichain.ir.inline import inline
 from phichain.ir.nodes import Array, Cell, Const, Local, Op, Operand, Program
 from phichain.ir.varying import varying
@@ -94,6 +95,8 @@ class _LaneWriter(Writer):
         if op.kind == "sqrt" and op.result in self.lanes:
             self.root(op, depth)
             return
+        if op.kind in ("select", "floor") and op.result in self.lanes:
+            raise EmissionError("operation", op.kind, "has no form on vectors", "write the Program without it")
         super().op(op, depth)
 
     def root(self, op: Op, depth: int) -> None:

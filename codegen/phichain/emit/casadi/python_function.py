@@ -132,6 +132,9 @@ class _Writer:
 
     def expression(self, op: Op) -> Text:
         args = [self.operand(arg) for arg in op.args]
+        if op.kind == "select":
+            a, b, below, above = (arg.text for arg in args)
+            return Text(f"casadi.if_else({a} < {b}, {below}, {above})")
         return infix(op.kind, args) or Text(f"casadi.{op.kind}({args[0].text})")
 
     def bessel(self, op: Op, depth: int) -> None:

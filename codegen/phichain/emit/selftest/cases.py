@@ -191,6 +191,7 @@ def _error(scene: Scene, program: Program, case: Case) -> float:
         "neg": lambda a: -a, "sqrt": np.sqrt, "sin": lambda x: kind(float(mp.sin(float(x)))),
         "cos": lambda x: kind(float(mp.cos(float(x)))),
         **{f"besselj{n}": lambda x, n=n: kind(float(mp.besselj(n, float(x)))) for n in range(5)},
+        "select": lambda a, b, x, y: x if a < b else y, "floor": np.floor,
     }  # fmt: skip
     algebra = Algebra(
         lambda value: kind(float(value)), lambda operation, args, label: arithmetic[operation](*args)

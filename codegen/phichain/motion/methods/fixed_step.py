@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from phichain.errors import ToleranceError
+from phichain.motion.ledger import Ledger
 from phichain.motion.path import Segment, StalledError, StateAt
 from phichain.motion.problem import Problem
 from phichain.system import Vector, unpack
@@ -22,7 +23,7 @@ HOPELESS = 1e-3
 """With residuals above this the result is no solution of the step's equations, nor near one."""
 
 
-def segments(problem: Problem, name: str) -> Iterator[Segment]:
+def segments(problem: Problem, name: str, ledger: Ledger) -> Iterator[Segment]:
     """Equal steps of size at most h between successive outputs, the input held over each.
 
     A state inside a step (an event, say) is the method's own step of that shorter size.
@@ -33,7 +34,7 @@ def segments(problem: Problem, name: str) -> Iterator[Segment]:
         StalledError: The state stopped being finite, or the step's equations were not solved.
     """
     h = check_step(problem.h)
-    residuals = _Residuals(problem, name)
+    residuals = _Residuals(problem, name, ledger)
     advance = _advance(problem, name, residuals)
     x = problem.x0
     for start, stop in zip(problem.t[:-1], problem.t[1:], strict=True):
@@ -70,22 +71,22 @@ def check_step(h: float | None) -> float:
 
 
 class _Residuals:
-    """The largest residual of an implicit step so far, kept among the problem's remarks."""
+    """The largest residual of an implicit step so far, kept among the run's remarks."""
 
-    def __init__(self, problem: Problem, name: str) -> None:
-        self.problem, self.name = problem, name
+    def __init__(self, problem: Problem, name: str, ledger: Ledger) -> None:
+        self.name, self.ledger = name, ledger
         self.bound = CONVERGED * float(np.finfo(np.float32 if problem.system.real == "float" else float).eps)
         self.largest = 0.0
 
     def add(self, residual: float) -> None:
         """Take note of one step's residual."""
-        if self.problem.remarks and residual <= self.largest:
+        if self.ledger.remarks and residual <= self.largest:
             return
         self.largest = max(self.largest, residual)
         text = f"largest residual of {self.name} {self.largest:.2g}"
         if self.largest > self.bound:
             text += f", above {self.bound:.2g}: its iteration was not enough, shorten h"
-        self.problem.remarks[:] = [text]
+        self.ledger.remarks[:] = [text]
 
 
 def _advance(problem: Problem, name: str, residuals: _Residuals) -> Callable[[float, Vector, float], Vector]:

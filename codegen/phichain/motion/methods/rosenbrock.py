@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from phichain.motion.ledger import Ledger
 from phichain.motion.methods import emitted_flow
 from phichain.motion.methods.emitted_flow import EmittedFlow
 from phichain.motion.path import Path, Segment, StalledError, StateAt
@@ -23,7 +24,7 @@ def is_possible(problem: Problem) -> bool:
     return emitted_flow.is_possible(problem, "propagate_stiff")
 
 
-def segments(problem: Problem, name: str) -> Iterator[Segment]:
+def segments(problem: Problem, name: str, ledger: Ledger) -> Iterator[Segment]:
     """The flow's steps, one by one.
 
     Raises:
@@ -40,16 +41,16 @@ def segments(problem: Problem, name: str) -> Iterator[Segment]:
         if step.outcome == "not finite":
             raise StalledError(f"{name} left the finite numbers")
         refused += step.refused
-        problem.counts.update(refused=refused, order=step.order)
+        ledger.counts.update(refused=refused, order=step.order)
         if not step.steps:
             continue
         after = pack(step.q, step.v)
-        problem.counts["steps"] = problem.counts.get("steps", 0) + 1
+        ledger.count(steps=1)
         yield Segment(t, step.t, after, emitted_flow.dense(_inside(run, t, x, start)))
         t, x = step.t, after
 
 
-def path(problem: Problem, name: str) -> Path:
+def path(problem: Problem, name: str, ledger: Ledger) -> Path:
     """The states at the problem's times, in compiled code from end to end.
 
     Raises:
@@ -57,7 +58,7 @@ def path(problem: Problem, name: str) -> Path:
     """
     run = _run(problem, name)
     found, refused = emitted_flow.whole_path(problem, run)
-    problem.counts.update(steps=found.steps, refused=refused, order=run.order)
+    ledger.counts.update(steps=found.steps, refused=refused, order=run.order)
     return found
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.integrate import BDF, DOP853, LSODA, RK45, OdeSolver, Radau
 from scipy.linalg import LinAlgError
 
+from phichain.motion.ledger import Ledger
 from phichain.motion.path import Segment, StalledError
 from phichain.motion.problem import Problem
 
@@ -20,7 +21,7 @@ EXPLICIT: dict[str, type[OdeSolver]] = {"DOP853": DOP853, "RK45": RK45}
 IMPLICIT: dict[str, type[OdeSolver]] = {"Radau": Radau, "BDF": BDF, "LSODA": LSODA}
 
 
-def segments(problem: Problem, name: str) -> Iterator[Segment]:
+def segments(problem: Problem, name: str, ledger: Ledger) -> Iterator[Segment]:
     """The accepted steps of one of SciPy's solvers; implicit ones use the exact Jacobian when there is one.
 
     Raises:

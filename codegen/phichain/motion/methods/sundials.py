@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from phichain.errors import UnsupportedError
+from phichain.motion.ledger import Ledger
 from phichain.motion.path import BudgetError, Segment, StalledError, StateAt
 from phichain.motion.problem import Problem
 from phichain.system import System, Vector
@@ -31,7 +31,7 @@ POINTS = 200
 """Output intervals when none are asked for: SUNDIALS' own steps do not come out of CasADi."""
 
 
-def segments(problem: Problem, name: str) -> Iterator[Segment]:
+def segments(problem: Problem, name: str, ledger: Ledger) -> Iterator[Segment]:
     """One segment per output interval.
 
     The whole grid is integrated at once, so the multistep history is kept across outputs. When that fails, the
@@ -43,7 +43,7 @@ def segments(problem: Problem, name: str) -> Iterator[Segment]:
         StalledError: SUNDIALS gave up.
     """
     times = problem.t if not problem.own_steps else np.linspace(problem.t[0], problem.t[-1], POINTS + 1)
-    flow = _flow(problem, name)
+    flow = _flow(problem, name, ledger)
     try:
         states = flow.along(problem.x0, times)
     except RuntimeError:
@@ -76,15 +76,21 @@ def _inside(flow: _Flow, t0: float, x0: Vector) -> Callable[[], StateAt]:
     return lambda: lambda t: x0 if t == t0 else flow.along(x0, np.array([t0, t]))[-1]
 
 
-@dataclass(frozen=True, eq=False)
 class _Flow:
-    """x(t_1), x(t_2), ... from x(t_0): CasADi integrators over a time scaled by the length of the span."""
+    """x(t_1), x(t_2), ... from x(t_0): CasADi integrators over a time scaled by the length of the span.
 
-    make: Callable[[Sequence[float], Vector], Any]
-    slope: Callable[[Vector], Vector] | None
-    values: Vector
-    made: dict[tuple[float, ...], Any]
-    counts: dict[str, int]
+    It keeps the integrators that it made, one for every grid, and notes what each call took.
+    """
+
+    def __init__(
+        self,
+        make: Callable[[Sequence[float], Vector], Any],
+        slope: Callable[[Vector], Vector] | None,
+        values: Vector,
+        ledger: Ledger,
+    ) -> None:
+        self.make, self.slope, self.values, self.ledger = make, slope, values, ledger
+        self.made: dict[tuple[float, ...], Any] = {}
 
     def along(self, x0: Vector, times: Vector) -> Vector:
         """States at times[1:], starting from x0 at times[0]; shape (len(times) - 1, nx).
@@ -101,12 +107,11 @@ class _Flow:
         integrator = self.made[made]
         final = integrator(x0=x0, p=np.concatenate([[span], self.values]))["xf"]
         stats = integrator.stats()
-        for key, name in (("steps", "nsteps"), ("rhs", "nfevals"), ("jacobian", "nlinsetups")):
-            self.counts[key] = self.counts.get(key, 0) + int(stats[name])
+        self.ledger.count(steps=int(stats["nsteps"]), rhs=int(stats["nfevals"]), jacobian=int(stats["nlinsetups"]))
         return np.asarray(final).T
 
 
-def _flow(problem: Problem, name: str) -> _Flow:
+def _flow(problem: Problem, name: str, ledger: Ledger) -> _Flow:
     system = problem.system
     if problem.control is not None and problem.held is None:
         raise UnsupportedError(
@@ -136,7 +141,7 @@ def _flow(problem: Problem, name: str) -> _Flow:
 
     held = np.zeros(0) if problem.held is None else problem.held
     slope = (lambda x0: problem.field.function(0.0, x0)) if plugin == "idas" else None
-    return _Flow(make, slope, held, {}, problem.counts)
+    return _Flow(make, slope, held, ledger)
 
 
 def _velocity(casadi: Any, system: System, q: Any, v: Any) -> Any:

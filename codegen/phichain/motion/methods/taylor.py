@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from phichain.motion.ledger import Ledger
 from phichain.motion.methods import emitted_flow
 from phichain.motion.methods.emitted_flow import EmittedFlow
 from phichain.motion.path import Path, Segment, StalledError, StateAt
@@ -22,7 +23,7 @@ def is_possible(problem: Problem) -> bool:
     return emitted_flow.is_possible(problem, "propagate")
 
 
-def segments(problem: Problem, name: str) -> Iterator[Segment]:
+def segments(problem: Problem, name: str, ledger: Ledger) -> Iterator[Segment]:
     """The flow's steps, one call each; a state within one is the flow's own series.
 
     Raises:
@@ -42,7 +43,7 @@ def segments(problem: Problem, name: str) -> Iterator[Segment]:
         t, x = step.t, after
 
 
-def path(problem: Problem, name: str) -> Path:
+def path(problem: Problem, name: str, ledger: Ledger) -> Path:
     """The states at the problem's times, in compiled code from end to end.
 
     Raises:
@@ -50,7 +51,7 @@ def path(problem: Problem, name: str) -> Path:
     """
     run = _run(problem, name)
     found, _ = emitted_flow.whole_path(problem, run)
-    problem.counts.update(steps=found.steps, order=run.order)
+    ledger.counts.update(steps=found.steps, order=run.order)
     return found
 
 

@@ -62,7 +62,8 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
         q_at, v_at = np.full((len(grid), nq, n), np.nan, kind), np.full((len(grid), nv, n), np.nan, kind)
         steps, written = np.zeros(n, np.dtype("ulong")), np.zeros(n, np.dtype("ulong"))
         result, space = np.zeros(n, np.intc), np.empty(work, kind)
-        pointers = zip(("t", "lost", "steps", "written", "result"), (start, kept, steps, written, result), strict=True)
+        written_to: tuple[NDArray[Any], ...] = (start, kept, steps, written, result)
+        pointers = zip(("t", "lost", "steps", "written", "result"), written_to, strict=True)
         flow = call.carried(
             tolerance=checked_tolerance("propagate_batch.tol", tol),
             **{field: address(array) for field, array in pointers},

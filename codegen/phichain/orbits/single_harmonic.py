@@ -10,77 +10,33 @@ Phi itself and its Jacobian are the system's callables `phi` and `phi_jacobian` 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
 
-from phichain.continuation.branch import Branch
-from phichain.continuation.core import follow, start_on
-from phichain.continuation.engine import Engine
-from phichain.continuation.events import BranchPoint, Extremum, Fold, Level, TestFunction
-from phichain.continuation.options import Options
-from phichain.continuation.problem import Problem
-from phichain.errors import ArrayError, ConvergenceError, ToleranceError, UnsupportedError
+from phichain.continuation import (
+    Branch,
+    BranchPoint,
+    Engine,
+    Evaluation,
+    Extremum,
+    Fold,
+    Level,
+    Options,
+    Problem,
+    TestFunction,
+    follow,
+    start_on,
+)
+from phichain.errors import ArrayError, ToleranceError
+from phichain.orbits.modes import linear_modes
 from phichain.system import Parameters, System, Vector
-
-
-@dataclass(frozen=True, eq=False)
-class LinearModes:
-    """Small oscillations about hanging: K a = omega^2 M a.
-
-    Attributes:
-        omega: Angular frequencies (k,), rad/s, rising; a cart's free translation (omega = 0) is left out.
-        shapes: Their shapes (n, k): largest angle 1, the first angle that moves positive.
-    """
-
-    omega: Vector
-    shapes: Vector
-
-
-def linear_modes(system: System, p: Parameters | None = None) -> LinearModes:
-    """Linear modes from Phi's Jacobian at rest: dPhi/dA = K - omega^2 M there, exactly.
-
-    Raises:
-        AbsentFunctionError: The system has no `phi_jacobian`.
-        UnsupportedError: The scene is spatial.
-        ConvergenceError: M is not positive definite.
-    """
-    if not system.is_planar:
-        raise UnsupportedError(
-            "system",
-            system.name,
-            "a spatial chain has no scalar amplitudes",
-            "use a planar scene, or shooting",
-        )
-    slope, still = system.function("phi_jacobian"), np.zeros(system.nq)
-    parameters = system.parameters(p)
-    stiffness = np.asarray(slope(still, 0.0, **parameters))[:, :-1]
-    mass = stiffness - np.asarray(slope(still, 1.0, **parameters))[:, :-1]
-    try:
-        squares, vectors = eigh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
-    except np.linalg.LinAlgError as failure:
-        raise ConvergenceError(
-            "phi_jacobian",
-            system.name,
-            f"gives no positive definite mass matrix ({failure})",
-            "check the masses",
-        ) from failure
-    moving = squares > 1e-10 * np.max(np.abs(squares))
-    return LinearModes(np.sqrt(squares[moving]), _normalised(system, vectors[:, moving]))
-
-
-def _normalised(system: System, vectors: Vector) -> Vector:
-    angles = vectors[system.cart_size :]
-    largest = np.max(np.abs(angles), axis=0)
-    first = np.argmax(np.abs(angles) > 1e-6 * largest, axis=0)
-    return vectors / largest * np.sign(angles[first, np.arange(angles.shape[1])])
 
 
 def harmonic_problem(system: System, p: Parameters | None = None, *, omega: float, shape: Vector) -> Problem:
     """Phi(A, omega) = 0 as a continuation problem with unknowns (A_1 .. A_n, omega).
 
-    Angles count in radians, a cart's amplitude in units of its share of the mode, omega in units of the mode's.
+    One harmonic satisfies no equation of motion, so there is no motion to linearise about: the problem computes no
+    multipliers, and its points carry none. Angles count in radians, a cart's amplitude in units of its share of the mode, omega in units of the mode's.
 
     Args:
         system: A planar system with `phi` and `phi_jacobian`.
@@ -92,9 +48,13 @@ def harmonic_problem(system: System, p: Parameters | None = None, *, omega: floa
     parameters = system.parameters(p)
     cart = np.abs(shape[: system.cart_size])
     scale = np.concatenate([np.where(cart > 0, cart, 1.0), np.ones(system.links), [omega]])
+
+    def evaluate(z: Vector) -> Evaluation:
+        at = z[:-1], float(z[-1])
+        return Evaluation(np.asarray(phi(*at, **parameters)), np.asarray(phi_jacobian(*at, **parameters)))
+
     return Problem(
-        residual=lambda z: np.asarray(phi(z[:-1], float(z[-1]), **parameters)),
-        jacobian=lambda z: np.asarray(phi_jacobian(z[:-1], float(z[-1]), **parameters)),
+        evaluate=evaluate,
         names=(*_amplitude_names(system), "omega"),
         scale=scale,
         energy=energy_of_amplitude(system, p),
@@ -145,7 +105,7 @@ def trace(
 
     Returns:
         The Branch of (A, omega), with the folds in omega and in the first link's amplitude, branch points and (with an
-        energy) extrema of the energy located.
+        energy) extrema of the energy located; it carries no multipliers.
 
     Raises:
         AbsentFunctionError: The system lacks `phi` or `phi_jacobian`.

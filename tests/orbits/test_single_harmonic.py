@@ -10,8 +10,9 @@ import pytest
 from scipy.linalg import eigh
 from scipy.special import jn_zeros, jv
 
-from phichain.continuation import Engine, Options, correctors, linear_modes, predictors, trace
+from phichain.continuation import Branch, Engine, Options, correctors, predictors
 from phichain.errors import ArrayError, ToleranceError, UnsupportedError
+from phichain.orbits import linear_modes, trace
 from phichain.system import AbsentFunctionError
 from tests.handmade import GRAVITY, paper_b, planar, uniform_planar
 
@@ -188,3 +189,12 @@ def test_bad_input_is_one_typed_error(call, error, words) -> None:
 def test_without_energy_the_branch_says_none() -> None:
     branch = trace(uniform_planar(1, leave_out=["energy"]), amplitude_max=0.5)
     assert branch.energy is None
+
+
+def test_one_harmonic_has_no_multipliers(tmp_path) -> None:
+    """It satisfies no equation of motion to linearise: nothing stands where the multipliers of an orbit would."""
+    branch = trace(planar([1.0], [1.0]), amplitude_max=0.5)
+    assert branch.multipliers.shape == (len(branch), 0)
+    assert all(event.multipliers.shape == (0,) for event in branch.events)
+    copy = Branch.from_npz(branch.to_npz(tmp_path / "family.npz"))
+    assert copy.multipliers.shape == branch.multipliers.shape

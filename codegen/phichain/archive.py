@@ -1,0 +1,295 @@
+"""Records read back from NPZ files, entry by entry against a schema: what a file may hold, of which type and of which shape.
+
+Shapes are written in named sizes, ``real("m", "nq")``: the first entry that has a size sets it, and all others must agree; a
+size that is a sum, ``"nq+nv"``, follows from its parts. A type and a shape are checked before memory is asked for, nothing is
+unpickled, and whatever is wrong is one error that names the file, the entry, its value and the remedy.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+import zipfile
+import zlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final, NoReturn
+
+import numpy as np
+
+from phichain.errors import OutputError
+from phichain.reading import open_regular, parse_json
+
+META: Final = "meta_json"
+LARGEST: Final = 2**32
+"""Bytes that a record may take, in its file and in memory."""
+_LARGEST_TEXT: Final = 2**26
+_HEADER: Final = 2**16
+"""More than the header of any array here takes."""
+
+_BROKEN: Final = (
+    OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, struct.error, NotImplementedError, RuntimeError,
+    MemoryError, OverflowError, SyntaxError, TypeError,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Array:
+    """What an array of a record must be.
+
+    Attributes:
+        dtype: Its type; a file may hold another one of the same kind.
+        shape: Named sizes.
+        is_optional: Whether a record may be without it.
+    """
+
+    dtype: type[np.generic]
+    shape: tuple[str, ...]
+    is_optional: bool = False
+
+
+def real(*shape: str, optional: bool = False) -> Array:
+    """An array of real numbers."""
+    return Array(np.float64, shape, optional)
+
+
+def whole(*shape: str) -> Array:
+    """An array of whole numbers."""
+    return Array(np.int64, shape)
+
+
+def complex_numbers(*shape: str, optional: bool = False) -> Array:
+    """An array of complex numbers."""
+    return Array(np.complex128, shape, optional)
+
+
+@dataclass(frozen=True)
+class Field:
+    """What a small field of a record must be.
+
+    Attributes:
+        what: In words.
+        fits: Whether a value, as JSON gives it, is one.
+        size: Named size of a list.
+        is_counted: Whether a list that is empty says that the size is 0; else it says nothing.
+        default: What it is in files from before it was kept; None if every file has it.
+    """
+
+    what: str
+    fits: Callable[[Any], bool]
+    size: str = ""
+    is_counted: bool = False
+    default: Any = None
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _is_count(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**63
+
+
+def _all(fits: Callable[[Any], bool]) -> Callable[[Any], bool]:
+    return lambda value: isinstance(value, list) and all(map(fits, value))
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+TEXT: Final = Field("a text", _is_text)
+NUMBER: Final = Field("a number", _is_number)
+COUNT: Final = Field("a whole number from 0", _is_count)
+COUNTS: Final = Field(
+    "whole numbers by name", lambda value: isinstance(value, dict) and all(map(_is_count, value.values()))
+)
+
+
+def names(size: str, counted: bool = False) -> Field:
+    """A list of names, as many as a size says; none at all where they are not counted."""
+    return Field("a list of names", _all(_is_text), size, counted)
+
+
+def signs(size: str) -> Field:
+    """A list of +1 and -1."""
+    return Field("a list of +1 and -1", _all(lambda value: _is_number(value) and value in (1, -1)), size)
+
+
+def word(*choices: str) -> Field:
+    """One of some words."""
+    return Field(f"one of {', '.join(choices)}", lambda value: isinstance(value, str) and value in choices)
+
+
+@dataclass(frozen=True)
+class Schema:
+    """What a file of one kind of record holds.
+
+    Attributes:
+        kind: The kind, the entry `kind` of the small fields.
+        arrays: Its arrays by name.
+        fields: Its small fields by name.
+        filled: The sizes that are not 0.
+    """
+
+    kind: str
+    arrays: Mapping[str, Array]
+    fields: Mapping[str, Field]
+    filled: tuple[str, ...] = ()
+
+
+def refuse(path: Path | str, schema: Schema, entry: str, value: object, problem: str) -> NoReturn:
+    """Say which entry of which file is not what its record holds.
+
+    Raises:
+        OutputError: Always.
+    """
+    kind, where = schema.kind, str(path)
+    remedy = f"name a file as a {kind} wrote it, or write it again"
+    raise OutputError(entry, value, f"{problem}, in the {kind} of the file {where}", remedy, path=where)
+
+
+def read_archive(path: Path | str, schema: Schema) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """The arrays and small fields of a record.
+
+    Args:
+        path: The file.
+        schema: What it must hold.
+
+    Returns:
+        The arrays that are there, and every field but `kind`.
+
+    Raises:
+        OutputError: The file is missing, is no NPZ, is cut short, holds another kind of record, or an entry that is missing,
+            unknown, or not what the schema says.
+    """
+    reader = _Reader(path, schema)
+    try:
+        with open_regular(path, LARGEST) as file, zipfile.ZipFile(file) as archive:
+            reader.demand_small(archive)
+            meta = reader.fields(archive)
+            return reader.arrays(archive), meta
+    except _BROKEN as failure:
+        why = str(failure) or type(failure).__name__
+        raise OutputError(
+            "path", str(path), f"no {schema.kind} can be read there: {why}", f"name a file that a {schema.kind} wrote"
+        ) from failure
+
+
+@dataclass
+class _Reader:
+    """One reading, with the sizes that were met so far."""
+
+    path: Path | str
+    schema: Schema
+    sizes: dict[str, int] = field(default_factory=dict)
+
+    def refuse(self, entry: str, value: object, problem: str) -> NoReturn:
+        refuse(self.path, self.schema, entry, value, problem)
+
+    def demand_small(self, archive: zipfile.ZipFile) -> None:
+        """Refuse what unpacks to more than a record may take, and members that hide behind one another's name."""
+        members = [member.filename for member in archive.infolist()]
+        size = sum(member.file_size for member in archive.infolist())
+        if size > LARGEST:
+            raise ValueError(f"it unpacks to {size} bytes, more than {LARGEST}")
+        if len(set(members)) < len(members):
+            raise ValueError("it holds two members of the same name")
+
+    def fields(self, archive: zipfile.ZipFile) -> dict[str, Any]:
+        """The small fields, checked."""
+        name = f"{META}.npy"
+        if name not in archive.namelist():
+            self.refuse(META, None, "is missing")
+        if archive.getinfo(name).file_size > _LARGEST_TEXT:
+            self.refuse(META, archive.getinfo(name).file_size, "takes too many bytes")
+        dtype, shape, content = _unpacked(archive, name)
+        if dtype.kind != "U" or shape != ():
+            self.refuse(META, (dtype.str, shape), "is no text")
+        meta = parse_json(str(np.frombuffer(content, dtype)[0]) if dtype.itemsize else "")
+        kind = meta.pop("kind", None) if isinstance(meta, dict) else None
+        if kind != self.schema.kind:
+            raise OutputError(
+                "path", str(self.path), f"holds a {kind}, not a {self.schema.kind}",
+                f"name a file that a {self.schema.kind} wrote",
+            )  # fmt: skip
+        for entry, wanted in self.schema.fields.items():
+            if entry not in meta and wanted.default is None:
+                self.refuse(entry, None, "is missing")
+            meta.setdefault(entry, wanted.default)
+            if not wanted.fits(meta[entry]):
+                self.refuse(entry, meta[entry], f"is not {wanted.what}")
+            if wanted.size and (meta[entry] or wanted.is_counted):
+                self.agree(entry, (wanted.size,), (len(meta[entry]),))
+        for entry in meta:
+            if entry not in self.schema.fields:
+                self.refuse(entry, meta[entry], "is no entry")
+        return meta
+
+    def arrays(self, archive: zipfile.ZipFile) -> dict[str, np.ndarray]:
+        """The arrays, checked."""
+        members = {name.removesuffix(".npy"): name for name in archive.namelist() if name != f"{META}.npy"}
+        for entry, name in members.items():
+            if entry not in self.schema.arrays or entry == name:
+                self.refuse(entry, name, "is no entry")
+        found = {}
+        for entry, wanted in self.schema.arrays.items():
+            if entry in members:
+                found[entry] = self.array(archive, members[entry], entry, wanted)
+            elif not wanted.is_optional:
+                self.refuse(entry, None, "is missing")
+        return found
+
+    def array(self, archive: zipfile.ZipFile, member: str, entry: str, wanted: Array) -> np.ndarray:
+        """One array: its type and shape first, then its numbers."""
+        ours = np.dtype(wanted.dtype)
+        dtype, shape = _header(archive, member)[:2]
+        if dtype.kind != ours.kind:
+            self.refuse(entry, dtype.str, f"has another type than {ours}")
+        # A list of no events has lost its further sizes.
+        if not (shape == (0,) and self.sizes.get(wanted.shape[0]) == 0):
+            self.agree(entry, wanted.shape, shape)
+        dtype, shape, content = _unpacked(archive, member)
+        return np.frombuffer(content, dtype).reshape(shape).astype(ours, copy=True)
+
+    def agree(self, entry: str, sizes: tuple[str, ...], shape: tuple[int, ...]) -> None:
+        """Hold a shape against the sizes that are known, and learn those that are not."""
+        if len(shape) == len(sizes):
+            for name, size in zip(sizes, shape, strict=True):
+                if "+" not in name and size >= 0:
+                    self.sizes.setdefault(name, size)
+        empty = [name for name in sizes if name in self.schema.filled and self.sizes.get(name) == 0]
+        if empty:
+            self.refuse(entry, shape, "is empty")
+        known = tuple(sum(self.sizes.get(part, -1) for part in name.split("+")) for name in sizes)
+        if known != shape:
+            expected = ", ".join(f"{name} = {size}" if size >= 0 else name for name, size in zip(sizes, known, strict=True))
+            self.refuse(entry, shape, f"has another shape than ({expected})")
+
+
+def _header(archive: zipfile.ZipFile, member: str) -> tuple[np.dtype[Any], tuple[int, ...], int, bool]:
+    """Type, shape, where the numbers begin, and whether they run in Fortran's order."""
+    with archive.open(member) as file:
+        version = np.lib.format.read_magic(file)
+        if version not in ((1, 0), (2, 0)):
+            raise ValueError(f"{member} is of a version {version} of NumPy's format that is not ours")
+        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        try:
+            shape, is_fortran, dtype = read(file, max_header_size=_HEADER)
+        except Exception as failure:  # NumPy parses it as Python's own text, whose parsers fail in many ways
+            raise ValueError(f"{member} has a header that cannot be read, {failure}") from failure
+        return dtype, tuple(shape), file.tell(), is_fortran
+
+
+def _unpacked(archive: zipfile.ZipFile, member: str) -> tuple[np.dtype[Any], tuple[int, ...], bytes]:
+    """Type, shape and bytes of a member that is as long as its header says; Fortran's order is turned."""
+    dtype, shape, start, is_fortran = _header(archive, member)
+    if dtype.hasobject:
+        raise ValueError(f"{member} holds Python objects")
+    if start + math.prod(shape) * dtype.itemsize != archive.getinfo(member).file_size or min(shape, default=0) < 0:
+        raise ValueError(f"{member} is not as long as its header says")
+    content = archive.read(member)[start:]
+    if is_fortran and len(shape) > 1:
+        content = np.ascontiguousarray(np.frombuffer(content, dtype).reshape(shape, order="F")).tobytes()
+    return dtype, shape, content

@@ -1,0 +1,37 @@
+"""Passages: whether a step that changes the sign of det [J; t^T] stayed on its branch or came out on another one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from phichain.continuation.engine import Engine
+from phichain.continuation.events import BranchPoint
+from phichain.continuation.locate import curve, root
+from phichain.continuation.point import Point
+from phichain.continuation.problem import Problem
+
+NEIGHBOURHOOD = 1e-5
+"""How close to a zero of det [J; t^T], in steps, it is looked at to see whether it vanishes or jumps."""
+
+
+def is_crossed_smoothly(problem: Problem, a: Point, b: Point, engine: Engine) -> bool:
+    """False when det [J; t^T] has another sign at `b` than at `a` without vanishing: b is on another branch.
+
+    At a branch point the determinant crosses zero linearly and the curve goes on: close to the zero, on both sides,
+    the corrector converges and finds values as small as the distance. Where a step jumped from one branch to its
+    neighbour, the planes between them meet neither branch nearby, or the values stay as large as the gap.
+    """
+    test = BranchPoint()
+    ends = test.value(problem, a), test.value(problem, b)
+    if ends[0] * ends[1] >= 0:
+        return True
+    zero = root(problem, a, b, test, engine).arclength
+    width = NEIGHBOURHOOD * (b.arclength - a.arclength)
+    # So close to a singular matrix Newton's corrections end at a plateau of round-off above the usual tolerance.
+    loose = replace(engine, options=replace(engine.options, tol=max(engine.options.tol, 1e-8)))
+    between = curve(problem, a, b, loose)
+    sides = [between(float(np.clip(zero + d, a.arclength, b.arclength))) for d in (-width, width)]
+    small = 5 * NEIGHBOURHOOD * max(abs(end) for end in ends)
+    return all(side.residual < 1e-6 and abs(test.value(problem, side)) <= small for side in sides)

@@ -1,0 +1,5 @@
+"""Laws: frozen records of controllers, made by `control` and written as Programs by `lowering`."""
+
+from phichain.laws.state_feedback import StateFeedback
+
+__all__ = ["StateFeedback"]

@@ -1,0 +1,23 @@
+"""The ledger of a run: what a method counts and has to say on its way, read when it has ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(eq=False)
+class Ledger:
+    """Written by the method that runs, while every record of the problem stays as it was made.
+
+    Attributes:
+        counts: What a method counts for itself; empty where its steps and calls are counted from outside.
+        remarks: What it has to say of its run, for the Trajectory's reason.
+    """
+
+    counts: dict[str, int] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
+
+    def count(self, **more: int) -> None:
+        """Add to counts; one that is new starts at zero."""
+        for key, value in more.items():
+            self.counts[key] = self.counts.get(key, 0) + value

@@ -1,0 +1,55 @@
+"""The C that is compiled beside a generated folder's own: twins that Ctrl-C can leave, and proof that structs lie as ctypes says."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Iterable
+
+from phichain.contract.chain import Chain
+from phichain.contract.flow import Flow, Passed
+from phichain.contract.functions import ROWS
+from phichain.native.flows.structs import struct_type
+from phichain.native.interrupts import HEADERS, Foreign, interrupts_source
+from phichain.native.rows import row_loop
+from phichain.native.signature import Manifest
+
+_PLAIN = ("int", "unsigned long", "size_t")
+
+
+def glue_source(manifest: Manifest, chain: Chain) -> str:
+    """C text of the glue."""
+    name = manifest.name
+    loops = [row_loop(name, signature) for signature in manifest.functions.values()]
+    declared = [f"{loop.declaration};" for loop in loops]
+    twins = [*loops, *(foreign_flow(symbol, flow, chain) for flow, symbol in manifest.flows.items())]
+    checks = [line for flow in manifest.flows for line in _layout_checks(name, _flow(flow), chain)]
+    parts = [*HEADERS, f'#include "{name}.h"', "", *checks, *declared, interrupts_source(name, twins)]
+    return "\n".join(parts)
+
+
+def foreign_flow(symbol: str, name: str, chain: Chain) -> Foreign:
+    """A flow of the contract as its twin declares it; addresses are handed on as they come."""
+    flow = _flow(name)
+    return Foreign(symbol, flow.returns, tuple(_argument(argument, chain) for argument in flow.arguments_of(chain)))
+
+
+def _argument(argument: Passed, chain: Chain) -> tuple[str, str]:
+    if argument.form != "value":
+        return "void", f"*{argument.name}"
+    return argument.type if argument.type in _PLAIN else f"{chain.name}_{argument.type}", argument.name
+
+
+def _flow(name: str) -> Flow:
+    flow = ROWS[name].flow
+    assert flow is not None, name
+    return flow
+
+
+def _layout_checks(name: str, flow: Flow, chain: Chain) -> Iterable[str]:
+    """Compile-time proof that C and ctypes agree on the size of a flow's structs and where their fields begin."""
+    for struct in filter(None, (flow.carries, flow.event)):
+        layout, kind = struct_type(struct, chain), f"{name}_{struct.name}"
+        yield f"typedef char {kind}_is_whole[sizeof({kind}) == {ctypes.sizeof(layout)} ? 1 : -1];"
+        for field in struct.fields_of(chain):
+            at = getattr(layout, field.name).offset
+            yield f"typedef char {kind}_{field.name}_is_in_place[offsetof({kind}, {field.name}) == {at} ? 1 : -1];"

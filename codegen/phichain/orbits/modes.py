@@ -1,0 +1,64 @@
+"""Linear modes: where the families of oscillations of a hanging chain start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+
+from phichain.errors import ConvergenceError, UnsupportedError
+from phichain.records import Held
+from phichain.system import Parameters, System, Vector
+
+
+@dataclass(frozen=True, eq=False)
+class LinearModes(Held):
+    """Small oscillations about hanging: K a = omega^2 M a.
+
+    Attributes:
+        omega: Angular frequencies (k,), rad/s, rising; a cart's free translation (omega = 0) is left out.
+        shapes: Their shapes (n, k): largest angle 1, the first angle that moves positive.
+    """
+
+    omega: Vector
+    shapes: Vector
+
+
+def linear_modes(system: System, p: Parameters | None = None) -> LinearModes:
+    """Linear modes from Phi's Jacobian at rest: dPhi/dA = K - omega^2 M there, exactly.
+
+    Raises:
+        AbsentFunctionError: The system has no `phi_jacobian`.
+        UnsupportedError: The scene is spatial.
+        ConvergenceError: M is not positive definite.
+    """
+    if not system.is_planar:
+        raise UnsupportedError(
+            "system",
+            system.name,
+            "a spatial chain has no scalar amplitudes",
+            "use a planar scene, or shooting",
+        )
+    slope, still = system.function("phi_jacobian"), np.zeros(system.nq)
+    parameters = system.parameters(p)
+    stiffness = np.asarray(slope(still, 0.0, **parameters))[:, :-1]
+    mass = stiffness - np.asarray(slope(still, 1.0, **parameters))[:, :-1]
+    try:
+        squares, vectors = eigh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
+    except np.linalg.LinAlgError as failure:
+        raise ConvergenceError(
+            "phi_jacobian",
+            system.name,
+            f"gives no positive definite mass matrix ({failure})",
+            "check the masses",
+        ) from failure
+    moving = squares > 1e-10 * np.max(np.abs(squares))
+    return LinearModes(np.sqrt(squares[moving]), _normalised(system, vectors[:, moving]))
+
+
+def _normalised(system: System, vectors: Vector) -> Vector:
+    angles = vectors[system.cart_size :]
+    largest = np.max(np.abs(angles), axis=0)
+    first = np.argmax(np.abs(angles) > 1e-6 * largest, axis=0)
+    return vectors / largest * np.sign(angles[first, np.arange(angles.shape[1])])

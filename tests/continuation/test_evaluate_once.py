@@ -1,0 +1,148 @@
+"""One evaluation per iterate: residual, Jacobian and multipliers come from the same call and reach Branch and files."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from phichain.continuation import (
+    Branch,
+    BranchPoint,
+    Engine,
+    Evaluation,
+    Extra,
+    Fold,
+    Level,
+    Options,
+    Problem,
+    correctors,
+    follow,
+    start_on,
+)
+from phichain.errors import ArrayError
+
+GUESS, AHEAD = np.array([-1.0, -1.0]), np.array([1.0, 0.0])
+
+
+def rates(z: np.ndarray) -> np.ndarray:
+    """What x' = x^2 + l and y' = -y + i l say of their equilibria: a real eigenvalue and a complex one."""
+    return np.array([2 * z[0], -1 + 1j * z[1]])
+
+
+def parabola(seen: Counter[tuple[float, ...]] | None = None) -> Problem:
+    """x^2 + l = 0, with the eigenvalues of its equilibria beside it; counts where it was evaluated."""
+    seen = Counter() if seen is None else seen
+
+    def evaluate(z: np.ndarray) -> Evaluation:
+        seen[tuple(z)] += 1
+        return Evaluation(np.array([z[0] ** 2 + z[1]]), np.array([[2 * z[0], 1.0]]), Extra(rates(z)))
+
+    return Problem(evaluate, ("x", "l"))
+
+
+def run(problem: Problem) -> Branch:
+    start = start_on(problem, GUESS, AHEAD, Engine())
+    return follow(problem, start, tests=[Fold(), BranchPoint(), Level(lambda z: z[0], 1.0, "end")])
+
+
+@pytest.mark.parametrize("corrector", [correctors.pseudo_arclength, correctors.moore_penrose])
+def test_every_iterate_is_evaluated_once(corrector) -> None:
+    seen: Counter[tuple[float, ...]] = Counter()
+    found = corrector(parabola(seen), np.array([-1.1, -0.9]), np.array([0.6, -0.8]), Options())
+    assert found.converged and found.iterations >= 3
+    # The guess, and what each correction led to.
+    assert seen.total() == found.iterations + 1
+    assert max(seen.values()) <= 2  # the last correction may be too small to move z
+
+
+def test_a_run_evaluates_once_per_iterate_and_no_more() -> None:
+    """Points of a run without events cost their Newton iterations and one: nothing is asked again for the record."""
+    seen: Counter[tuple[float, ...]] = Counter()
+    problem = parabola(seen)
+    engine = Engine(options=Options(step=0.01, step_max=0.01, max_points=20))
+    start = start_on(problem, GUESS, AHEAD, engine)
+    # The check of the start, the tangent at the guess, the guess and every correction.
+    assert seen.total() == start.iterations + 3
+    seen.clear()
+    branch = follow(problem, start, engine, [Fold(), BranchPoint()])
+    assert len(branch) == 20 and not branch.events
+    assert seen.total() == int(np.sum(branch.iterations[1:] + 1))
+
+
+def test_points_and_events_carry_the_multipliers_of_their_own_solutions() -> None:
+    branch = run(parabola())
+    assert branch.multipliers.shape == (len(branch), 2) and np.iscomplexobj(branch.multipliers)
+    assert np.array_equal(branch.multipliers, np.array([rates(z) for z in branch.points]))
+    kinds = [event.kind for event in branch.events]
+    assert kinds == ["fold", "end"]
+    for event in branch.events:
+        assert np.array_equal(event.multipliers, rates(event.z))
+    # An exchange of stability at the fold: the real eigenvalue passes zero there, its neighbour does not.
+    assert abs(branch.events[0].multipliers[0]) < 1e-13 and branch.events[0].multipliers[1].real == -1
+
+
+def test_multipliers_survive_files(tmp_path) -> None:
+    branch = run(parabola())
+    copy = Branch.from_npz(branch.to_npz(tmp_path / "branch.npz"))
+    assert np.array_equal(copy.multipliers, branch.multipliers)
+    for event, other in zip(copy.events, branch.events, strict=True):
+        assert np.array_equal(event.multipliers, other.multipliers)
+    header, *rows = branch.to_csv(tmp_path / "branch.csv").read_text().splitlines()
+    columns = header.split(",")
+    assert columns[-4:] == ["multiplier_1_re", "multiplier_1_im", "multiplier_2_re", "multiplier_2_im"]
+    read = np.array([[float(word) for word in row.split(",")[-4:]] for row in rows])
+    assert np.array_equal(read[:, ::2] + 1j * read[:, 1::2], branch.multipliers)
+
+
+def test_a_problem_without_multipliers_has_empty_ones(tmp_path) -> None:
+    plain = parabola().evaluate
+
+    def evaluate(z: np.ndarray) -> Evaluation:
+        return Evaluation(*plain(z)[:2])
+
+    branch = run(Problem(evaluate, ("x", "l")))
+    assert branch.multipliers.shape == (len(branch), 0)
+    assert all(event.multipliers.shape == (0,) for event in branch.events)
+    copy = Branch.from_npz(branch.to_npz(tmp_path / "branch.npz"))
+    assert copy.multipliers.shape == (len(branch), 0) and copy.events[0].multipliers.shape == (0,)
+    assert "multiplier" not in branch.to_csv(tmp_path / "branch.csv").read_text()
+
+
+def test_files_from_before_there_were_multipliers_have_none(tmp_path) -> None:
+    path = run(parabola()).to_npz(tmp_path / "branch.npz")
+    with np.load(path) as archive:
+        older = {name: archive[name] for name in archive.files if "multipliers" not in name}
+    np.savez(tmp_path / "older.npz", **older)
+    copy = Branch.from_npz(tmp_path / "older.npz")
+    assert copy.multipliers.shape == (len(copy), 0) and copy.events[0].multipliers.shape == (0,)
+
+
+def test_a_number_of_multipliers_that_changes_is_refused() -> None:
+    plain = parabola().evaluate
+
+    def evaluate(z: np.ndarray) -> Evaluation:
+        residual, jacobian, _ = plain(z)
+        return Evaluation(residual, jacobian, Extra(np.ones(1 if z[0] < 0 else 2)))
+
+    with pytest.raises(ArrayError, match="their number changes along the branch"):
+        run(Problem(evaluate, ("x", "l")))
+
+
+def test_what_a_problem_keeps_cannot_be_written_to() -> None:
+    given = np.array([2.0, 1.0])
+    problem = dataclasses.replace(parabola(), scale=given)
+    given[0] = 7.0
+    assert problem.sizes[0] == 2.0
+    with pytest.raises(ValueError, match="read-only"):
+        problem.sizes[0] = 3.0
+    values = np.array([1.0 + 1j])
+    extra = Extra(values)
+    values[0] = 0.0
+    assert extra.multipliers[0] == 1.0 + 1j
+    with pytest.raises(ValueError, match="read-only"):
+        extra.multipliers[0] = 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        Extra().multipliers[...] = 0.0
