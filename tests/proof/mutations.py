@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import pairwise
 
-from phichain.ir.nodes import Affine, Carry, Cell, Const, For, Op, Operand, Program, Statement, Store
+from phichain.ir.nodes import Carry, Cell, Const, For, Op, Operand, Program, Statement, Store
 
 Change = Callable[[Statement], Iterator[Statement]]
 """The changed forms of one statement."""
@@ -135,7 +136,7 @@ def _short(statement: Statement) -> Iterator[Statement]:
 def _swapped(body: tuple[Statement, ...], outputs: set[str]) -> Iterator[tuple[Statement, ...]]:
     """Bodies in which two stores to an output have exchanged their cells."""
     stores = [i for i, s in enumerate(body) if isinstance(s, Store) and s.cell.array in outputs]
-    for i, k in zip(stores, stores[1:], strict=False):
+    for i, k in pairwise(stores):
         one, other = body[i], body[k]
         if isinstance(one, Store) and isinstance(other, Store) and one.value != other.value:
             changed = list(body)
@@ -156,5 +157,3 @@ CHANGES: dict[str, Change] = {
     "stored one up": _stored_elsewhere,
     "loop one short": _short,
 }
-
-__all__ = ["CHANGES", "Affine", "Mutant", "mutants"]
