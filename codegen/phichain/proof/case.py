@@ -9,7 +9,7 @@ from typing import Final, TypeVar
 
 from phichain.contract.registry import ANY, Registry
 from phichain.ir.nodes import Program
-from phichain.proof.compiled import FAULTS, Compiled, Given, Oracle, compiled
+from phichain.proof.compiled import FAULTS, Compiled, Given, compiled
 from phichain.proof.contracted import Contracted, contracted
 from phichain.proof.field import PRIME, Vector, dot, plus
 from phichain.proof.lagrange import Judge
@@ -27,12 +27,11 @@ class Subject:
     """A Program, compiled when it is first run."""
 
     program: Program
-    calls: bool = False
 
     @cached_property
     def values(self) -> Compiled:
         """It without derivatives."""
-        return compiled(self.program, calls=self.calls)
+        return compiled(self.program)
 
     @cached_property
     def slopes(self) -> Compiled:
@@ -73,13 +72,13 @@ class Case:
         """The scene's numbers at the point."""
         return Chain(self.point)
 
-    def run(self, given: Given | None = None, oracle: Oracle | None = None) -> dict[str, Vector]:
+    def run(self, given: Given | None = None) -> dict[str, Vector]:
         """The outputs of the function under proof, at the point itself where nothing else is given.
 
         Raises:
             Wrong: it computes nothing there.
         """
-        return self._made(self.subject.values, given or self.point.given(), oracle)
+        return self._made(self.subject.values, given or self.point.given())
 
     def times(self, given: Given, vectors: Mapping[str, Vector]) -> dict[str, Vector]:
         """The matrices under proof, each times a vector: sums over columns, a loop over seeds run once where it can be.
@@ -108,16 +107,12 @@ class Case:
             total[block.output] = plus(total.get(block.output, [0] * len(rows)), rows, weight)
         return total
 
-    def _made(self, program: Compiled, given: Given, oracle: Oracle | None = None) -> dict[str, Vector]:
+    def _made(self, program: Compiled, given: Given) -> dict[str, Vector]:
         try:
-            made = program(given, self.point.bessel, oracle)
+            made = program(given, self.point)
         except FAULTS as fault:
             raise Wrong(f"no result at all, for {nothing(fault)}") from fault
         return {name: parts[0] for name, parts in made.items()}
-
-    def of(self, subject: Subject) -> Case:
-        """The same with another function under proof."""
-        return replace(self, subject=subject)
 
     def same(self, name: str, found: Sequence[int], true: Sequence[int]) -> None:
         """Hold an output against what it must be, entry by entry.
@@ -155,8 +150,6 @@ def nothing(fault: Exception) -> str:
     match fault:
         case ZeroDivisionError():
             return "it divides by zero"
-        case ArithmeticError():
-            return "it takes the root of what is no square"
         case IndexError():
             return f"it writes {fault.args[0]}"
     return "it reads what was never written"

@@ -1,7 +1,8 @@
 """Which values of a Program are angles: whatever reaches a sine or cosine through sums, differences and integer multiples.
 
 In the field an angle is a pair, its value and its point (cosine, sine) of the unit circle. The two are independent, as an angle and
-its sine are algebraically, and points add by the addition theorems. Everything else is a value alone.
+its sine are algebraically, and points add by the addition theorems. A summand that is made otherwise, such as h times a rate, has a
+point of its own, one for each value (`Point.atom`). Everything else is a value alone.
 """
 
 from __future__ import annotations
@@ -9,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from phichain.ir.nodes import (
-    Call,
     Cell,
     Const,
     For,
@@ -24,16 +24,8 @@ from phichain.ir.nodes import (
 )
 
 
-class NotRational(Exception):
-    """A Program takes a step that is no rational one, such as the sine of a product; says which."""
-
-
 def angles_of(program: Program) -> frozenset[str]:
-    """Names of the arrays and local values of a Program whose points of the circle are needed.
-
-    Raises:
-        NotRational: a sine or cosine is taken of what is no sum of angles.
-    """
+    """Names of the arrays and local values of a Program whose points of the circle are needed."""
     found: set[str] = set()
     size = -1
     while len(found) != size:
@@ -58,18 +50,23 @@ def _needed(statement: Statement, found: set[str]) -> Iterator[Operand | str]:
             for carry in statement.carries:
                 if carry.name in found:
                     yield from (carry.initial, carry.following)
-        case Call(callee, _, outputs) if found & set(outputs):
-            raise NotRational(f"the sine of what {callee} returns")
 
 
 def _summands(kind: str, args: tuple[Operand, ...]) -> Iterator[Operand]:
     if kind in ("add", "sub", "neg"):
         yield from args
-        return
-    whole = [arg for arg in args if isinstance(arg, Const) and arg.value.denominator == 1]
-    if kind != "mul" or len(whole) != 1:
-        raise NotRational(f"the sine of what is made by {kind}")
-    yield from (arg for arg in args if arg is not whole[0])
+    elif (multiple := whole_multiple(kind, args)) is not None:
+        yield multiple[1]
+
+
+def whole_multiple(kind: str, args: tuple[Operand, ...]) -> tuple[int, Operand] | None:
+    """(n, x) of an operation n x with an integer n; None of any other."""
+    if kind != "mul":
+        return None
+    for factor, other in (args, args[::-1]):
+        if isinstance(factor, Const) and factor.value.denominator == 1 and not isinstance(other, Const):
+            return int(factor.value), other
+    return None
 
 
 def _names(needed: Iterable[Operand | str]) -> Iterator[str]:
@@ -77,5 +74,3 @@ def _names(needed: Iterable[Operand | str]) -> Iterator[str]:
         match entry:
             case str(name) | Local(name) | Cell(name, _):
                 yield name
-            case Const(value) if value != 0:
-                raise NotRational(f"the sine of the number {value}")

@@ -10,17 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 from phichain.ir.inline import inline
 from phichain.ir.nodes import Program
 from phichain.proof.circles import angles_of
-from phichain.proof.field import PRIME, inverse, root
+from phichain.proof.field import PRIME, inverse
 from phichain.proof.written import MARKS, Python
 
 Circle = tuple[int, int]
-Oracle = Callable[[str, Sequence[Sequence[int]]], Sequence[Sequence[int]]]
-Bessel = Callable[[int], Mapping[int, int]]
 
 FAULTS: Final = (KeyError, IndexError, NameError, ArithmeticError)
 """What running a Program that makes no sense raises."""
@@ -45,6 +43,19 @@ class Given:
     mixed: Mapping[str, Sequence[int]] = field(default_factory=dict)
 
 
+class Functions(Protocol):
+    """The functions that are no rational ones, by what they obey: the same element for the same argument."""
+
+    def bessel(self, x: int) -> Mapping[int, int]:
+        """J_n(x) by n."""
+
+    def atom(self, x: int) -> Circle:
+        """A point of the circle for the sine and cosine of what is no sum of angles."""
+
+    def root(self, x: int) -> int:
+        """The square root of x."""
+
+
 @dataclass(frozen=True)
 class Compiled:
     """A Program as Python.
@@ -57,32 +68,26 @@ class Compiled:
     source: str
     run: Callable[..., dict[str, tuple[list[int], ...]]]
 
-    def __call__(
-        self, given: Given, bessel: Bessel | None = None, oracle: Oracle | None = None
-    ) -> dict[str, tuple[list[int], ...]]:
+    def __call__(self, given: Given, functions: Functions | None = None) -> dict[str, tuple[list[int], ...]]:
         """Every output by name: its values, then its derivatives `along`, `across` and `mixed` as far as they were compiled.
 
         Raises:
-            KeyError, IndexError, NameError, ArithmeticError: it reads what nobody wrote, writes where nothing is, divides by
-                zero, or takes the root of what is no square.
+            KeyError, IndexError, NameError, ArithmeticError: it reads what nobody wrote, writes where nothing is, or divides by
+                zero.
         """
-        return self.run(given, bessel, oracle)
+        return self.run(given, functions)
 
 
-def compiled(program: Program, level: int = 0, calls: bool = False) -> Compiled:
-    """Compile a Program.
+def compiled(program: Program, level: int = 0) -> Compiled:
+    """Compile a Program; what it calls is inlined.
 
     Args:
         program: what to compile.
         level: 0 for values, 1 for derivatives along one direction, 2 along two.
-        calls: ask an oracle for what it calls, instead of inlining that.
-
-    Raises:
-        NotRational: it takes a step that is no rational one.
     """
-    program = program if calls or not program.callees else inline(program)
+    program = inline(program) if program.callees else program
     text = Python(program, MARKS[: (1, 2, 4)[level]], angles_of(program)).text()
-    names: dict[str, Any] = {"inverse": inverse, "root": root, "checked": _checked, "flat": _flat}
+    names: dict[str, Any] = {"inverse": inverse, "checked": _checked, "flat": _flat}
     exec(compile(text, f"<{program.name}>", "exec"), names)  # noqa: S102  the text is written above, of integers and names alone
     return Compiled(text, names["run"])
 

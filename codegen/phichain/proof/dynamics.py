@@ -50,10 +50,9 @@ def state_jacobian(case: Case) -> None:
     """dadq dq + dadv dv + dadu du is the derivative of the forward dynamics, itself proven, along a random direction."""
     point, scene = case.point, case.scene
     forward = case.forward()
-    forward_dynamics(case.of(forward))
     moved = {"q": point.free("dq", scene.nq), "v": point.free("dv"), "u": point.free("du", scene.nu)}
     try:
-        true = forward.slopes(replace(point.given(), along=moved), point.bessel)["a"][1]
+        true = forward.slopes(replace(point.given(), along=moved), point)["a"][1]
     except FAULTS as fault:
         raise Wrong(f"no derivative, for {nothing(fault)}") from fault
     blocks = {f"dad{name}": direction for name, direction in moved.items() if direction}

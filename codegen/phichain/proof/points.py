@@ -9,7 +9,7 @@ from typing import Final
 
 from phichain.ir.nodes import Array
 from phichain.proof.compiled import Circle, Given
-from phichain.proof.field import HALF, PRIME, Source, Vector, inverse
+from phichain.proof.field import HALF, PRIME, Source, Vector, inverse, root
 from phichain.scene import Scene
 
 POINTS: Final = 3
@@ -102,8 +102,25 @@ class Point:
 
     @cached_property
     def bessel(self) -> Bessel:
-        """The values of J_0 to J_5."""
+        """J_n(x) by n."""
         return Bessel(self.source("bessel"))
+
+    def atom(self, x: int) -> Circle:
+        """A point of the circle for an x that is no sum of angles: one for each value, that of -x its mirror image."""
+        even = min(x, PRIME - x)
+        if even not in self._atoms:
+            self._atoms[even] = self.source(f"atom {even}").circle() if even else (1, 0)
+        c, s = self._atoms[even]
+        return (c, s) if x == even else (c, -s % PRIME)
+
+    def root(self, x: int) -> int:
+        """The root of a square that is a square itself; for what has no root in the field, an element of its own."""
+        found = root(x)
+        return found if found * found % PRIME == x else self.source(f"root {x}").element()
+
+    @cached_property
+    def _atoms(self) -> dict[int, Circle]:
+        return {}
 
 
 class Bessel:

@@ -13,7 +13,6 @@ from typing import Final
 from phichain.ir.nodes import (
     Affine,
     Array,
-    Call,
     Cell,
     Const,
     For,
@@ -25,7 +24,7 @@ from phichain.ir.nodes import (
     Statement,
     Store,
 )
-from phichain.proof.circles import NotRational
+from phichain.proof.circles import whole_multiple
 from phichain.proof.field import PRIME, exact
 
 MARKS: Final = ("", "a", "b", "m")
@@ -47,7 +46,7 @@ class Python:
             angles: names of the arrays and local values that are angles.
         """
         self._program, self._marks, self._angles = program, marks, angles
-        self._lines: list[str] = ["def run(given, bessel, oracle):"]
+        self._lines: list[str] = ["def run(given, at):"]
         self._depth = 1
         self._arrays: dict[str, str] = {}
         self._sizes: dict[str, int] = {}
@@ -118,8 +117,6 @@ class Python:
                     self._sincos(statement)
                 case For():
                     self._loop(statement)
-                case Call():
-                    self._call(statement)
 
     def _local(self, name: str, marks: Iterable[str]) -> str:
         known = self._locals.get(name)
@@ -143,8 +140,9 @@ class Python:
     def _circle(self, operand: Operand) -> tuple[str, str]:
         """Cosine and sine of an angle."""
         match operand:
-            case Const():
-                return "1", "0"
+            case Const(value):
+                self._line(f"c{len(self._lines)}, s{len(self._lines)} = at.atom({exact(value)})")
+                return f"c{len(self._lines) - 1}", f"s{len(self._lines) - 1}"
             case Local(name):
                 variable = self._locals[name][0] if name in self._locals else "unknown"
                 return f"{variable}c", f"{variable}s"
@@ -162,13 +160,13 @@ class Python:
         elif kind == "div":
             made = _product(values[0], self._inverse(values[1]), self._marks)
         elif kind == "sqrt":
-            self._line(f"r = root({values[0]['']} % {PRIME})")
+            self._line(f"r = at.root({values[0]['']} % {PRIME})")
             made = self._chain(values[0], "r", "inverse(2 * r)", "-inverse(4 * r * r * r)")
         elif kind == "mul":
             made = _product(values[0], values[1], self._marks)
         else:
             made = _sum(values, kind)
-        points = self._sum_of_angles(kind, args) if result in self._angles else {}
+        points = self._points_of(kind, args, made) if result in self._angles else {}
         variable = self._local(result, [mark for mark in self._marks if mark in made])
         for mark, text in (made | points).items():
             self._line(f"{variable}{mark} = {text}")
@@ -199,34 +197,36 @@ class Python:
     def _bessel(self, order: int, x: Parts) -> Parts:
         """J_n, and J_n' = (J_{n-1} - J_{n+1}) / 2."""
         if "m" in self._marks:
-            raise NotRational("second derivatives of Bessel functions")
-        self._line(f"j = bessel({x['']} % {PRIME})")
+            raise NotImplementedError("second derivatives of Bessel functions")
+        self._line(f"j = at.bessel({x['']} % {PRIME})")
         slope = "-j[1]" if order == 0 else f"(j[{order - 1}] - j[{order + 1}]) * {(PRIME + 1) // 2} % {PRIME}"
         return self._chain(x, f"j[{order}]", slope, "")
 
-    def _sum_of_angles(self, kind: str, args: tuple[Operand, ...]) -> Parts:
+    def _points_of(self, kind: str, args: tuple[Operand, ...], made: Parts) -> Parts:
+        """The point of the circle that the result of an operation has as an angle."""
+        if kind in ("add", "sub"):
+            (c, s), (C, S) = map(self._circle, args)
+            sign = {"add": ("-", "+"), "sub": ("+", "-")}[kind]
+            return {
+                "c": f"({c} * {C} {sign[0]} {s} * {S}) % {PRIME}",
+                "s": f"({s} * {C} {sign[1]} {c} * {S}) % {PRIME}",
+            }
         if kind == "neg":
             cosine, sine = self._circle(args[0])
             return {"c": cosine, "s": f"-{sine}"}
-        if kind == "mul":
-            return self._multiple(args)
-        (c, s), (C, S) = map(self._circle, args)
-        sign = {"add": ("-", "+"), "sub": ("+", "-")}[kind]
-        return {
-            "c": f"({c} * {C} {sign[0]} {s} * {S}) % {PRIME}",
-            "s": f"({s} * {C} {sign[1]} {c} * {S}) % {PRIME}",
-        }
+        if (multiple := whole_multiple(kind, args)) is not None:
+            return self._multiple(*multiple)
+        self._line(f"c, s = at.atom(({made['']}) % {PRIME})")
+        return {"c": "c", "s": "s"}
 
-    def _multiple(self, args: tuple[Operand, ...]) -> Parts:
+    def _multiple(self, times: int, angle: Operand) -> Parts:
         """The point of an integer multiple of an angle."""
-        whole = next(arg for arg in args if isinstance(arg, Const) and arg.value.denominator == 1)
-        other = next(arg for arg in args if arg is not whole)
-        cosine, sine = self._circle(other)
+        cosine, sine = self._circle(angle)
         self._line("c, s = 1, 0")
-        self._line(f"for _ in range({abs(int(whole.value))}):")
+        self._line(f"for _ in range({abs(times)}):")
         with self._indented():
             self._line(f"c, s = (c * {cosine} - s * {sine}) % {PRIME}, (s * {cosine} + c * {sine}) % {PRIME}")
-        return {"c": "c", "s": "s" if whole.value > 0 else "-s"}
+        return {"c": "c", "s": "s" if times > 0 else "-s"}
 
     def _store(self, cell: Cell, value: Operand) -> None:
         name, at, parts = self._arrays[cell.array], _index(cell.index), self._parts(value)
@@ -275,15 +275,6 @@ class Python:
 
     def _carried_points(self, name: str, value: Operand) -> Parts:
         return dict(zip("cs", self._circle(value), strict=True)) if name in self._angles else {}
-
-    def _call(self, statement: Call) -> None:
-        """What the oracle says of another Program's results: values alone."""
-        if len(self._marks) > 1:
-            raise NotRational(f"derivatives of what {statement.callee} returns")
-        inputs = ", ".join(f"flat({self._arrays[name]}, {self._sizes[name]})" for name in statement.inputs)
-        self._line(f"o = oracle({statement.callee!r}, ({inputs},))")
-        for i, name in enumerate(statement.outputs):
-            self._line(f"{self._arrays[name]} = dict(enumerate(o[{i}]))")
 
 
 def _index(index: Affine) -> str:
