@@ -53,24 +53,23 @@ class Case:
         subject: the function under proof.
         forward: the forward dynamics of the same scene, which is proven before what leans on it.
         judge: the Model's Lagrangian.
-        point: where.
-        chain: the scene's numbers there.
+        chain: the scene's numbers at the point.
     """
 
     subject: Subject
     forward: Callable[[], Subject]
     judge: Judge
-    point: Point
+    chain: Chain
 
     @property
     def scene(self) -> Scene:
         """The chain."""
         return self.point.scene
 
-    @cached_property
-    def chain(self) -> Chain:
-        """The scene's numbers at the point."""
-        return Chain(self.point)
+    @property
+    def point(self) -> Point:
+        """Where."""
+        return self.chain.point
 
     def run(self, given: Given | None = None) -> dict[str, Vector]:
         """The outputs of the function under proof, at the point itself where nothing else is given.

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from phichain.ir.nodes import (
+    Call,
     Cell,
     Const,
     For,
@@ -32,6 +33,11 @@ def angles_of(program: Program) -> frozenset[str]:
         size = len(found)
         for statement in walk(program.body):
             found |= set(_names(_needed(statement, found)))
+            if isinstance(statement, Call):
+                callee = program.callees[statement.callee]
+                inner = angles_of(callee)
+                pairs = zip(callee.inputs, statement.inputs, strict=True)
+                found |= {name for array, name in pairs if array.name in inner}
     return frozenset(found)
 
 

@@ -79,15 +79,16 @@ class Compiled:
 
 
 def compiled(program: Program, level: int = 0) -> Compiled:
-    """Compile a Program; what it calls is inlined.
+    """Compile a Program; what it calls is run as a function of its own, and inlined where derivatives are wanted.
 
     Args:
         program: what to compile.
         level: 0 for values, 1 for derivatives along one direction, 2 along two.
     """
-    program = inline(program) if program.callees else program
+    program = inline(program) if program.callees and level else program
     text = Python(program, MARKS[: (1, 2, 4)[level]], angles_of(program)).text()
-    names: dict[str, Any] = {"inverse": inverse, "checked": _checked, "flat": _flat}
+    names: dict[str, Any] = {"inverse": inverse, "checked": _checked, "flat": _flat, "Given": Given}
+    names["callees"] = {name: compiled(callee) for name, callee in program.callees.items()}
     exec(compile(text, f"<{program.name}>", "exec"), names)  # noqa: S102  the text is written above, of integers and names alone
     return Compiled(text, names["run"])
 

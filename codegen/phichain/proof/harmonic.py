@@ -11,29 +11,20 @@ K(z) = J_1(z) / z, K(0) = 1/2, K'(z) = -J_2(z) / z. None of the kernels that `ha
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from phichain.mechanics.coordinates import absolute_angles, joint_angles
 from phichain.proof.case import Case, proves
 from phichain.proof.field import HALF, PRIME, Vector, dot
 from phichain.proof.points import Bessel
 from phichain.proof.positions import Chain
 
+Kernel = tuple[int, int, int]
+"""K(z) = J_1(z) / z with its first two derivatives."""
 
-@dataclass(frozen=True)
-class Kernel:
-    """K(z) = J_1(z) / z with its first two derivatives, and J_0, at one argument."""
 
-    value: int
-    slope: int
-    bend: int
-    zeroth: int
-
-    @classmethod
-    def at(cls, bessel: Bessel, z: int) -> Kernel:
-        """K' = -J_2 / z = -z y; K'' = -J_1 / z + 3 J_2 / z^2 = 3 y - K, with K and y = J_2 / z^2 regular at zero."""
-        value, y = bessel.shape(z)
-        return cls(value, -z * y % PRIME, (3 * y - value) % PRIME, (2 * value - z * z * y) % PRIME)
+def kernel_at(bessel: Bessel, z: int) -> Kernel:
+    """K' = -J_2 / z = -z y; K'' = -J_1 / z + 3 J_2 / z^2 = 3 y - K, with K and y = J_2 / z^2 regular at zero."""
+    value, y = bessel.shape(z)
+    return value, -z * y % PRIME, 3 * y - value
 
 
 class Averaged:
@@ -45,9 +36,9 @@ class Averaged:
         self._amplitude = amplitude
         self._swing = self._absolute(amplitude)
         links = range(len(self._swing))
-        self._own = [Kernel.at(bessel, z) for z in self._swing]
+        self._own = [kernel_at(bessel, z) for z in self._swing]
         self._pairs = [
-            [Kernel.at(bessel, (self._swing[i] - self._swing[j]) % PRIME) for j in range(i)] for i in links
+            [kernel_at(bessel, (self._swing[i] - self._swing[j]) % PRIME) for j in range(i)] for i in links
         ]
 
     def _absolute(self, amplitude: Vector) -> Vector:
@@ -68,46 +59,42 @@ class Averaged:
         chain, carts, swing = self._chain, self._carts, self._swing
         second = other if other is not None else [0] * len(one)
         a, b = self._absolute(one), self._absolute(second)
-        first, mixed = 0, 0
+        first, mixed, lengths = 0, 0, chain.per_link("length")
         for i, pairs in enumerate(self._pairs):
             # The kernel at D = 0 is 1/2; both orders of a pair count.
             first += chain.moments[i] * swing[i] * a[i]
             mixed += chain.moments[i] * b[i] * a[i]
             row, row_mixed = 0, 0
-            for j, kernel in enumerate(pairs):
-                length = self._lengths[j]
-                product, along, across = swing[i] * swing[j], swing[i] * a[j] + a[i] * swing[j], swing[i] * b[j] + b[i] * swing[j]
-                apart, moved = a[i] - a[j], b[i] - b[j]
-                row += length * ((along * kernel.value + product * (kernel.slope * apart % PRIME)) % PRIME)
+            for j, (value, slope, bend) in enumerate(pairs):
+                product, apart = swing[i] * swing[j] % PRIME, a[i] - a[j]
+                along = swing[i] * a[j] + a[i] * swing[j]
+                row += lengths[j] * ((along * value + product * (slope * apart % PRIME)) % PRIME)
                 if other is not None:
-                    both = (a[i] * b[j] + b[i] * a[j]) * kernel.value
-                    bent = kernel.slope * ((along * moved + across * apart) % PRIME)
-                    row_mixed += length * ((both + bent + product * (kernel.bend * (apart * moved % PRIME) % PRIME)) % PRIME)
+                    moved, across = b[i] - b[j], swing[i] * b[j] + b[i] * swing[j]
+                    bent = slope * ((along * moved + across * apart) % PRIME)
+                    both = (a[i] * b[j] + b[i] * a[j]) * value
+                    row_mixed += lengths[j] * ((both + bent + product * (bend * (apart * moved % PRIME) % PRIME)) % PRIME)
             first += 2 * chain.mu[i] * (row % PRIME)
             mixed += 2 * chain.mu[i] * (row_mixed % PRIME)
         for cart in range(carts):
             place, shift, drift = self._amplitude[cart], one[cart], second[cart]
             first += chain.total_mass * place * shift
             mixed += chain.total_mass * drift * shift
-            for k, kernel in enumerate(self._own):
+            for k, (kernel, kernel_slope, kernel_bend) in enumerate(self._own):
                 # f(B) = B K(B), f' = K + B K', f'' = 2 K' + B K''
-                value, slope = swing[k] * kernel.value, kernel.value + swing[k] * kernel.slope
-                bend = 2 * kernel.slope + swing[k] * kernel.bend
+                value, slope = swing[k] * kernel, kernel + swing[k] * kernel_slope
+                bend = 2 * kernel_slope + swing[k] * kernel_bend
                 first += 2 * chain.mu[k] * ((shift * value + place * slope * a[k]) % PRIME)
                 turned = shift * slope * b[k] + drift * slope * a[k] + place * bend * a[k] * b[k]
                 mixed += 2 * chain.mu[k] * (turned % PRIME)
         return first % PRIME, mixed % PRIME
 
-    @property
-    def _lengths(self) -> Vector:
-        return self._chain.per_link("length")
-
     def _weight(self, one: Vector, other: Vector | None) -> int:
         """g sum mu_k J_0(B_k), J_0' = -z K, J_0'' = -K - z K'."""
         a, total = self._absolute(one), 0
         b = None if other is None else self._absolute(other)
-        for k, (kernel, z, mu) in enumerate(zip(self._own, self._swing, self._chain.mu, strict=True)):
-            slope = -z * kernel.value if b is None else -(kernel.value + z * kernel.slope) * b[k]
+        for k, ((value, bend, _), z, mu) in enumerate(zip(self._own, self._swing, self._chain.mu, strict=True)):
+            slope = -z * value if b is None else -(value + z * bend) * b[k]
             total += mu * (slope * a[k] % PRIME)
         return self._chain.single("gravity") * (total % PRIME)
 
@@ -119,8 +106,11 @@ class Averaged:
 
 
 def _averaged(case: Case) -> tuple[Averaged, Vector, int]:
+    """<L> at the amplitudes and the frequency of a point, made once for phi and its derivatives."""
     amplitude, omega = case.point.free("amplitude"), case.point.free("omega", 1)[0]
-    return Averaged(case.chain, case.point.bessel, amplitude, omega), amplitude, omega
+    if "averaged" not in case.chain.kept:
+        case.chain.kept["averaged"] = Averaged(case.chain, case.point.bessel, amplitude, omega)
+    return case.chain.kept["averaged"], amplitude, omega
 
 
 @proves("phi")

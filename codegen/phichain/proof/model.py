@@ -21,14 +21,14 @@ _NAMES = {
 }
 
 
-def check_lagrangian(model: Model, judge: Judge, points: Sequence[Point]) -> None:
+def check_lagrangian(model: Model, judge: Judge, chains: Sequence[Chain]) -> None:
     """Hold T, V, R and the positions, and the coefficients that the judge uses, at every point.
 
     Raises:
         ProofError: one of them is not what the positions of the masses say.
     """
-    for point in points:
-        chain, found = Chain(point), judge.energies(point)
+    for chain in chains:
+        point, found = chain.point, judge.energies(chain.point)
         for name, true in chain.energies().items():
             if any((a - b) % PRIME for a, b in zip(found[name], true, strict=True)):
                 raise _wrong(model, _NAMES[name], "is not what the positions of the masses say", point)

@@ -124,7 +124,7 @@ class Point:
 
 
 class Bessel:
-    """J_n(x) as independent elements that obey what the functions obey.
+    """The values of J_n(x) as independent elements that obey what the functions obey.
 
     J_1 = x z and J_2 = x^2 y with random z and y for every x^2, the rest by J_{n+1} = 2 n / x J_n - J_{n-1}: then J_n(-x) is
     (-1)^n J_n(x), and at zero J_0 = 1 and the others vanish.
@@ -132,35 +132,37 @@ class Bessel:
 
     def __init__(self, source: Source) -> None:
         self._source = source
-        self._known: dict[int, tuple[int, int]] = {0: (HALF, inverse(8))}
+        self._shapes: dict[int, tuple[int, int]] = {0: (HALF, inverse(8))}
         self._orders: dict[int, Orders] = {}
 
     def shape(self, x: int) -> tuple[int, int]:
         """z = J_1 / x and y = J_2 / x^2, even functions of x."""
-        x %= PRIME
-        even = min(x, PRIME - x)
-        if even not in self._known:
-            self._known[even] = (self._source.element(), self._source.element())
-        return self._known[even]
+        even = x if x <= HALF else PRIME - x
+        found = self._shapes.get(even)
+        if found is None:
+            found = self._shapes[even] = (self._source.element(), self._source.element())
+        return found
 
     def __call__(self, x: int) -> Orders:
         """J_n(x) by order."""
-        if x not in self._orders:
-            self._orders[x] = Orders(x, *self.shape(x))
-        return self._orders[x]
+        found = self._orders.get(x)
+        if found is None:
+            z, y = self.shape(x)
+            square = x * x % PRIME
+            found = self._orders[x] = Orders(
+                {0: (2 * z - square * y) % PRIME, 1: x * z % PRIME, 2: square * y % PRIME, 3: x * (4 * y - z) % PRIME}
+            )
+            found.x = x
+        return found
 
 
 class Orders(dict[int, int]):
     """J_0(x) to J_3(x), which take no division, and higher orders when they are asked for."""
 
-    def __init__(self, x: int, z: int, y: int) -> None:
-        square = x * x % PRIME
-        low = (2 * z - square * y, x * z, square * y, x * (4 * y - z))
-        super().__init__((n, value % PRIME) for n, value in enumerate(low))
-        self._x = x
+    x: int
 
     def __missing__(self, order: int) -> int:
         # At zero all but J_0 vanish.
-        over = 2 * (order - 1) * inverse(self._x) if self._x else 0
+        over = 2 * (order - 1) * inverse(self.x) if self.x else 0
         self[order] = (over * self[order - 1] - self[order - 2]) % PRIME
         return self[order]

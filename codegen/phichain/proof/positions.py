@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 from phichain.proof.field import HALF, PRIME, Vector, cross, dot, exact, plus
 from phichain.proof.points import Point
@@ -20,9 +21,15 @@ from phichain.proof.points import Point
 
 @dataclass(frozen=True)
 class Chain:
-    """A scene's numbers in the field, and what they say at one point."""
+    """A scene's numbers in the field, and what they say at one point.
+
+    Attributes:
+        point: where.
+        kept: what identities make of it once for several functions.
+    """
 
     point: Point
+    kept: dict[str, Any] = field(default_factory=dict)
     _known: dict[str, Vector] = field(default_factory=dict)
 
     def per_link(self, name: str) -> Vector:

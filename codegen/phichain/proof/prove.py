@@ -16,6 +16,7 @@ from phichain.proof.case import IDENTITIES, Case, Subject, Wrong
 from phichain.proof.lagrange import Judge
 from phichain.proof.model import check_lagrangian
 from phichain.proof.points import POINTS, Point
+from phichain.proof.positions import Chain
 from phichain.proof.record import Proof, Proven
 from phichain.scene import Scene
 
@@ -42,8 +43,8 @@ def prove(of: Scene | Model, lowered: Lowered | None = None) -> Proof:
     lowered = lower(model) if lowered is None else lowered
     start = time.process_time()
     judge = Judge(model, lowered.params)
-    points = [Point(model.scene, number + 1, lowered.params) for number in range(POINTS)]
-    check_lagrangian(model, judge, points)
+    chains = [Chain(Point(model.scene, number + 1, lowered.params)) for number in range(POINTS)]
+    check_lagrangian(model, judge, chains)
     # What others call comes first, so that a fault is named where it is.
     programs = {**lowered.helpers, **lowered.wanted}
 
@@ -52,10 +53,10 @@ def prove(of: Scene | Model, lowered: Lowered | None = None) -> Proof:
         if _FORWARD in programs:
             return Subject(programs[_FORWARD])
         program = lower_function(model, _FORWARD, "loops")
-        _proven(program, forward, judge, points)
+        _proven(program, forward, judge, chains)
         return Subject(program)
 
-    proven = [_proven(program, forward, judge, points) for program in programs.values()]
+    proven = [_proven(program, forward, judge, chains) for program in programs.values()]
     flows = [Proven(name, _FLOW, False) for name in model.scene.want if name in FLOWS]
     return Proof(model.scene.name, model.scene.digest, (*proven, *flows), time.process_time() - start)
 
@@ -64,7 +65,7 @@ _FORWARD = "forward_dynamics"
 _FLOW = "50 digits: steps in floating point; the forward dynamics that it calls are proven as forward_dynamics are"
 
 
-def _proven(program: Program, forward: Callable[[], Subject], judge: Judge, points: list[Point]) -> Proven:
+def _proven(program: Program, forward: Callable[[], Subject], judge: Judge, chains: list[Chain]) -> Proven:
     """Prove one function.
 
     Raises:
@@ -75,12 +76,12 @@ def _proven(program: Program, forward: Callable[[], Subject], judge: Judge, poin
         return Proven(name, "50 digits: no identity modulo a prime is known for it", False)
     identity = IDENTITIES.of(name, judge.scene.space)
     subject = Subject(program)
-    for point in points:
+    for chain in chains:
         try:
-            identity(Case(subject, forward, judge, point))
+            identity(Case(subject, forward, judge, chain))
         except Wrong as fault:
             raise ProofError(
-                f"{judge.scene.name}.{name}", str(fault), f"does not meet the Lagrangian at random point {point.number}", _REMEDY,
-                function=name, output=str(fault), point=point.number, digest=judge.scene.digest,
+                f"{judge.scene.name}.{name}", str(fault), f"does not meet the Lagrangian at random point {chain.point.number}", _REMEDY,
+                function=name, output=str(fault), point=chain.point.number, digest=judge.scene.digest,
             ) from None  # fmt: skip
     return Proven(name, EXACTLY, True, time.process_time() - start)

@@ -13,6 +13,7 @@ from typing import Final
 from phichain.ir.nodes import (
     Affine,
     Array,
+    Call,
     Cell,
     Const,
     For,
@@ -52,6 +53,7 @@ class Python:
         self._sizes: dict[str, int] = {}
         self._constant: set[str] = set()
         self._locals: dict[str, tuple[str, tuple[str, ...]]] = {}
+        self._argument_of_j = ""
 
     def text(self) -> str:
         """Write it."""
@@ -103,7 +105,9 @@ class Python:
     @contextmanager
     def _indented(self) -> Iterator[None]:
         self._depth += 1
+        self._argument_of_j = ""
         yield
+        self._argument_of_j = ""
         self._depth -= 1
 
     def _statements(self, statements: Iterable[Statement]) -> None:
@@ -117,6 +121,8 @@ class Python:
                     self._sincos(statement)
                 case For():
                     self._loop(statement)
+                case Call():
+                    self._call(statement)
 
     def _local(self, name: str, marks: Iterable[str]) -> str:
         known = self._locals.get(name)
@@ -198,7 +204,10 @@ class Python:
         """J_n, and J_n' = (J_{n-1} - J_{n+1}) / 2."""
         if "m" in self._marks:
             raise NotImplementedError("second derivatives of Bessel functions")
-        self._line(f"j = at.bessel({x['']} % {PRIME})")
+        # One look-up serves all orders of one argument: values are assigned once, so equal texts are equal within a block.
+        if self._argument_of_j != x[""]:
+            self._line(f"j = at.bessel({x['']} % {PRIME})")
+            self._argument_of_j = x[""]
         slope = "-j[1]" if order == 0 else f"(j[{order - 1}] - j[{order + 1}]) * {(PRIME + 1) // 2} % {PRIME}"
         return self._chain(x, f"j[{order}]", slope, "")
 
@@ -276,9 +285,25 @@ class Python:
     def _carried_points(self, name: str, value: Operand) -> Parts:
         return dict(zip("cs", self._circle(value), strict=True)) if name in self._angles else {}
 
+    def _call(self, statement: Call) -> None:
+        """Another Program's results, as values alone."""
+        callee = self._program.callees[statement.callee]
+        arrays = [(array, array.name) for array in callee.params]
+        arrays += zip(callee.inputs, statement.inputs, strict=True)
+        values, circles = [], []
+        for array, name in arrays:
+            own = self._arrays[name]
+            values.append(f"{array.name!r}: flat({own}, {array.size})")
+            if name in self._angles:
+                circles.append(f"{array.name!r}: [({own}c[k], {own}s[k]) for k in range({array.size})]")
+        self._line(f"o = callees[{statement.callee!r}](Given({{{', '.join(values)}}}, {{{', '.join(circles)}}}), at)")
+        for array, name in zip(callee.outputs, statement.outputs, strict=True):
+            self._line(f"{self._arrays[name]} = dict(enumerate(o[{array.name!r}][0]))")
+
 
 def _index(index: Affine) -> str:
-    return " + ".join([str(index.offset), *(f"{factor} * I_{variable}" for variable, factor in index.terms)])
+    terms = [f"I_{variable}" if factor == 1 else f"{factor} * I_{variable}" for variable, factor in index.terms]
+    return " + ".join([*terms, *([str(index.offset)] if index.offset or not terms else [])])
 
 
 def _sum(values: list[Parts], kind: str) -> Parts:
