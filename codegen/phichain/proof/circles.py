@@ -28,10 +28,11 @@ from phichain.ir.nodes import (
 def angles_of(program: Program) -> frozenset[str]:
     """Names of the arrays and local values of a Program whose points of the circle are needed."""
     found: set[str] = set()
-    size = -1
+    # From the sines backwards to what they are taken of; loops carry it round.
+    statements, size = list(walk(program.body))[::-1], -1
     while len(found) != size:
         size = len(found)
-        for statement in walk(program.body):
+        for statement in statements:
             found |= set(_names(_needed(statement, found)))
             if isinstance(statement, Call):
                 callee = program.callees[statement.callee]

@@ -70,3 +70,10 @@ def _orthogonal(case: Case, name: str, found: Vector, true: list[int]) -> None:
         if (dot(link, found[first : first + 3]) - value) % PRIME:
             raise Wrong(f"{name}[{first}] to [{first + 2}]")
 
+
+
+def field_of_flows(case: Case) -> None:
+    """The vector field (a, q') that flows differentiate: accelerations, and in space q_k' = omega_k x q_k."""
+    forward_dynamics(case)
+    if not case.scene.is_planar:
+        case.same("q_dot", case.run()["q_dot"], case.judge.turned(case.point, case.point.v))

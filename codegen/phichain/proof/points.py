@@ -32,7 +32,11 @@ class Point:
 
     def source(self, purpose: str) -> Source:
         """Random elements for a purpose: seeded by the scene's digest, so nobody chooses them."""
-        return Source(self.scene.digest, self.number, purpose)
+        return Source(self._digest, self.number, purpose)
+
+    @cached_property
+    def _digest(self) -> str:
+        return self.scene.digest
 
     @property
     def carts(self) -> int:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from functools import cache
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
 
 from phichain.contract.functions import FLOWS
 from phichain.errors import ProofError
-from phichain.ir.nodes import Program
 from phichain.lowering import Lowered, lower
+from phichain.lowering.field import vector_field
 from phichain.lowering.lower import lower_function
 from phichain.mechanics import Model, derive
 from phichain.proof.case import IDENTITIES, Case, Subject, Wrong
+from phichain.proof.dynamics import field_of_flows
 from phichain.proof.lagrange import Judge
 from phichain.proof.model import check_lagrangian
 from phichain.proof.points import POINTS, Point
@@ -20,10 +23,13 @@ from phichain.proof.positions import Chain
 from phichain.proof.record import Proof, Proven
 from phichain.scene import Scene
 
-EXACTLY = f"modulo 2^61 - 1, {POINTS} points"
+EXACTLY: Final = f"modulo 2^61 - 1, {POINTS} points"
 """How a function is proven."""
 
-_REMEDY = "nothing was written: report this scene, or give prove=False (--no-proof) to have it unproven"
+_BY_DIGITS: Final = "50 digits in the self-test: an iteration or a series in floating point, no rational map"
+_FLOW: Final = f"50 digits in the self-test: steps in floating point; its vector field {EXACTLY}"
+_FORWARD: Final = "forward_dynamics"
+_REMEDY: Final = "nothing was written: report this scene, or give prove=False (--no-proof) to have it unproven"
 
 
 def prove(of: Scene | Model, lowered: Lowered | None = None) -> Proof:
@@ -43,45 +49,71 @@ def prove(of: Scene | Model, lowered: Lowered | None = None) -> Proof:
     lowered = lower(model) if lowered is None else lowered
     start = time.process_time()
     judge = Judge(model, lowered.params)
-    chains = [Chain(Point(model.scene, number + 1, lowered.params)) for number in range(POINTS)]
+    chains = tuple(Chain(Point(model.scene, number + 1, lowered.params)) for number in range(POINTS))
     check_lagrangian(model, judge, chains)
+    court = _Court(model, lowered, judge, chains)
     # What others call comes first, so that a fault is named where it is.
-    programs = {**lowered.helpers, **lowered.wanted}
-
-    @cache
-    def forward() -> Subject:
-        if _FORWARD in programs:
-            return Subject(programs[_FORWARD])
-        program = lower_function(model, _FORWARD, "loops")
-        _proven(program, forward, judge, chains)
-        return Subject(program)
-
-    proven = [_proven(program, forward, judge, chains) for program in programs.values()]
-    flows = [Proven(name, _FLOW, False) for name in model.scene.want if name in FLOWS]
-    return Proof(model.scene.name, model.scene.digest, (*proven, *flows), time.process_time() - start)
+    found = [court.proven(name) for name in (*lowered.helpers, *lowered.wanted)]
+    found += court.flows()
+    return Proof(model.scene.name, model.scene.digest, tuple(found), time.process_time() - start)
 
 
-_FORWARD = "forward_dynamics"
-_FLOW = "50 digits: steps in floating point; the forward dynamics that it calls are proven as forward_dynamics are"
+@dataclass(frozen=True)
+class _Court:
+    """The Programs of one Model before its judge."""
 
+    model: Model
+    lowered: Lowered
+    judge: Judge
+    chains: tuple[Chain, ...]
 
-def _proven(program: Program, forward: Callable[[], Subject], judge: Judge, chains: list[Chain]) -> Proven:
-    """Prove one function.
+    def proven(self, name: str) -> Proven:
+        """Prove one function.
 
-    Raises:
-        ProofError: it does not meet its identity.
-    """
-    start, name = time.process_time(), program.name
-    if not IDENTITIES.has(name, judge.scene.space):
-        return Proven(name, "50 digits: no identity modulo a prime is known for it", False)
-    identity = IDENTITIES.of(name, judge.scene.space)
-    subject = Subject(program)
-    for chain in chains:
-        try:
-            identity(Case(subject, forward, judge, chain))
-        except Wrong as fault:
-            raise ProofError(
-                f"{judge.scene.name}.{name}", str(fault), f"does not meet the Lagrangian at random point {chain.point.number}", _REMEDY,
-                function=name, output=str(fault), point=chain.point.number, digest=judge.scene.digest,
-            ) from None  # fmt: skip
-    return Proven(name, EXACTLY, True, time.process_time() - start)
+        Raises:
+            ProofError: it does not meet its identity.
+        """
+        start, space = time.process_time(), self.model.scene.space
+        if not IDENTITIES.has(name, space):
+            return Proven(name, _BY_DIGITS, False)
+        self.hold(name, self.subjects[name], IDENTITIES.of(name, space))
+        return Proven(name, EXACTLY, True, time.process_time() - start)
+
+    def flows(self) -> list[Proven]:
+        """What stands in for the flows, which are C around derivatives of one Program: the vector field of the scene.
+
+        Raises:
+            ProofError: that is not the Lagrangian's.
+        """
+        start, flows = time.process_time(), [name for name in self.model.scene.want if name in FLOWS]
+        if flows:
+            self.hold(flows[0], Subject(vector_field(self.model)), field_of_flows)
+        return [Proven(name, _FLOW, False, time.process_time() - start) for name in flows]
+
+    def hold(self, name: str, subject: Subject, identity: Callable[[Case], None]) -> None:
+        """Hold a Program against its identity at every point.
+
+        Raises:
+            ProofError: it does not meet it; names the function, the output and the point.
+        """
+        for chain in self.chains:
+            number = chain.point.number
+            try:
+                identity(Case(subject, self.forward, self.judge, chain))
+            except Wrong as fault:
+                raise ProofError(
+                    f"{self.model.scene.name}.{name}", str(fault), f"does not meet the Lagrangian at random point {number}", _REMEDY,
+                    function=name, output=str(fault), point=number, digest=self.model.scene.digest,
+                ) from None  # fmt: skip
+
+    @cached_property
+    def subjects(self) -> dict[str, Subject]:
+        """The Programs by name."""
+        return {name: Subject(program) for name, program in (*self.lowered.helpers.items(), *self.lowered.wanted.items())}
+
+    def forward(self) -> Subject:
+        """The forward dynamics that others lean on: proven as one of the scene's functions, or here where it is none."""
+        if _FORWARD not in self.subjects:
+            self.subjects[_FORWARD] = Subject(lower_function(self.model, _FORWARD, "loops"))
+            self.proven(_FORWARD)
+        return self.subjects[_FORWARD]
