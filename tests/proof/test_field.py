@@ -12,10 +12,10 @@ from phichain.ir.nodes import Affine, Array, Cell, Const, For, Local, Op, Progra
 from phichain.lowering import lower
 from phichain.lowering.lower import lower_function
 from phichain.mechanics import derive
-from phichain.proof.compiled import Given, compiled
-from phichain.proof.contracted import contracted
-from phichain.proof.field import PRIME, Source, cross, dot, exact, inverse, root
-from phichain.proof.points import Bessel, Point
+from phichain.proof.modular.compiled import Given, compiled
+from phichain.proof.modular.contracted import contracted
+from phichain.proof.modular.field import PRIME, Source, cross, dot, exact, inverse, root
+from phichain.proof.modular.points import Bessel, Point
 from phichain.scene import Scene
 
 CHAIN = Scene("chain", 3, mass=[0.3, 0.2, 0.1], length=[0.5, 0.4, 0.3], com=0.2, stiffness=1.0, code="loops")

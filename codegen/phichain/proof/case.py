@@ -9,11 +9,11 @@ from typing import Final, TypeVar
 
 from phichain.contract.registry import ANY, Registry
 from phichain.ir.nodes import Program
-from phichain.proof.compiled import FAULTS, Compiled, Given, compiled
-from phichain.proof.contracted import Contracted, contracted
-from phichain.proof.field import PRIME, Vector, dot, plus
 from phichain.proof.lagrange import Judge
-from phichain.proof.points import Point
+from phichain.proof.modular.compiled import FAULTS, Compiled, Given, compiled
+from phichain.proof.modular.contracted import Contracted, contracted
+from phichain.proof.modular.field import PRIME, Vector, dot, plus
+from phichain.proof.modular.points import Point
 from phichain.proof.positions import Chain
 from phichain.scene import Scene
 

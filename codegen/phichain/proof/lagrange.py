@@ -20,10 +20,10 @@ from phichain.ir.nodes import Affine, Array, Cell, Operand
 from phichain.mechanics import Model
 from phichain.mechanics.energies import names_of
 from phichain.mechanics.symbols import cart_mass, gravity, parameter
-from phichain.proof.compiled import Circle, Compiled, Given, compiled
-from phichain.proof.field import PRIME, Vector, cross, plus
-from phichain.proof.points import Point
-from phichain.proof.symbolic import as_program, cells
+from phichain.proof.modular.compiled import Circle, Compiled, Given, compiled
+from phichain.proof.modular.field import PRIME, Vector, cross, plus
+from phichain.proof.modular.points import Point
+from phichain.proof.modular.symbolic import as_program, cells
 from phichain.scene import Scene
 
 

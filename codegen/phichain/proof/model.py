@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from phichain.errors import ProofError
 from phichain.mechanics import Model
-from phichain.proof.field import PRIME
 from phichain.proof.lagrange import Judge
-from phichain.proof.points import Point
+from phichain.proof.modular.field import PRIME
+from phichain.proof.modular.points import Point
 from phichain.proof.positions import Chain
 
 _REMEDY = "nothing was written: derive the model from its scene anew"

@@ -15,8 +15,8 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
-from phichain.proof.field import HALF, PRIME, Vector, cross, dot, exact, plus
-from phichain.proof.points import Point
+from phichain.proof.modular.field import HALF, PRIME, Vector, cross, dot, exact, plus
+from phichain.proof.modular.points import Point
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,10 @@ from phichain.lowering.field import vector_field
 from phichain.lowering.lower import lower_function
 from phichain.mechanics import Model, derive
 from phichain.proof.case import IDENTITIES, Case, Subject, Wrong
-from phichain.proof.dynamics import field_of_flows
+from phichain.proof.identities.dynamics import field_of_flows
 from phichain.proof.lagrange import Judge
 from phichain.proof.model import check_lagrangian
-from phichain.proof.points import POINTS, Point
+from phichain.proof.modular.points import POINTS, Point
 from phichain.proof.positions import Chain
 from phichain.proof.record import Proof, Proven
 from phichain.scene import Scene
@@ -26,7 +26,7 @@ from phichain.scene import Scene
 EXACTLY: Final = f"modulo 2^61 - 1, {POINTS} points"
 """How a function is proven."""
 
-_BY_DIGITS: Final = "50 digits in the self-test: an iteration or a series in floating point, no rational map"
+_BY_DIGITS: Final = "50 digits in the self-test: no identity modulo a prime is written for it"
 _FLOW: Final = f"50 digits in the self-test: steps in floating point; its vector field {EXACTLY}"
 _FORWARD: Final = "forward_dynamics"
 _REMEDY: Final = "nothing was written: report this scene, or give prove=False (--no-proof) to have it unproven"

@@ -11,8 +11,8 @@ from collections.abc import Callable
 
 from phichain.mechanics.coordinates import absolute_angles
 from phichain.proof.case import Case, Wrong, proves
-from phichain.proof.field import PRIME, Vector, dot, inverse
 from phichain.proof.lagrange import driven, triples
+from phichain.proof.modular.field import PRIME, Vector, dot, inverse
 
 Form = Callable[[Vector], int]
 

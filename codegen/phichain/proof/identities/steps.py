@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from phichain.proof.case import Case, Wrong, nothing, proves
-from phichain.proof.compiled import FAULTS, Circle, Given
-from phichain.proof.field import HALF, PRIME, Vector, dot, inverse, plus
 from phichain.proof.lagrange import triples
+from phichain.proof.modular.compiled import FAULTS, Circle, Given
+from phichain.proof.modular.field import HALF, PRIME, Vector, dot, inverse, plus
 
 
 @proves("step")

@@ -13,8 +13,8 @@ from __future__ import annotations
 
 from phichain.mechanics.coordinates import absolute_angles, joint_angles
 from phichain.proof.case import Case, proves
-from phichain.proof.field import HALF, PRIME, Vector, dot
-from phichain.proof.points import Bessel
+from phichain.proof.modular.field import HALF, PRIME, Vector, dot
+from phichain.proof.modular.points import Bessel
 from phichain.proof.positions import Chain
 
 Kernel = tuple[int, int, int]

@@ -25,8 +25,8 @@ from phichain.ir.nodes import (
     Statement,
     Store,
 )
-from phichain.proof.circles import whole_multiple
-from phichain.proof.field import PRIME, exact
+from phichain.proof.modular.circles import whole_multiple
+from phichain.proof.modular.field import PRIME, exact
 
 MARKS: Final = ("", "a", "b", "m")
 _GIVEN: Final = {"": "values", "a": "along", "b": "across", "m": "mixed"}

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from phichain.proof.case import Case, Wrong, nothing, proves
-from phichain.proof.compiled import FAULTS
-from phichain.proof.field import PRIME, Vector, dot, plus
 from phichain.proof.lagrange import Motion, triples
+from phichain.proof.modular.compiled import FAULTS
+from phichain.proof.modular.field import PRIME, Vector, dot, plus
 
 
 @proves("forward_dynamics")

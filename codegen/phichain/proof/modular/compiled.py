@@ -14,9 +14,9 @@ from typing import Any, Final, Protocol
 
 from phichain.ir.inline import inline
 from phichain.ir.nodes import Program
-from phichain.proof.circles import angles_of
-from phichain.proof.field import PRIME, inverse
-from phichain.proof.written import MARKS, Python
+from phichain.proof.modular.circles import angles_of
+from phichain.proof.modular.field import PRIME, inverse
+from phichain.proof.modular.written import MARKS, Python
 
 Circle = tuple[int, int]
 

@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Final
 
 from phichain.ir.nodes import Array
-from phichain.proof.compiled import Circle, Given
-from phichain.proof.field import HALF, PRIME, Source, Vector, inverse, root
+from phichain.proof.modular.compiled import Circle, Given
+from phichain.proof.modular.field import HALF, PRIME, Source, Vector, inverse, root
 from phichain.scene import Scene
 
 POINTS: Final = 3

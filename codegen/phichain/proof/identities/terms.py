@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from phichain.proof.case import Case, proves
-from phichain.proof.field import PRIME, Vector, dot
+from phichain.proof.modular.field import PRIME, Vector, dot
 
 
 @proves("mass_matrix")
