@@ -44,15 +44,16 @@ def test_every_kind_of_chain_is_proven(space: str, base: str, joints: str, numbe
     functions = {"planar": PLANAR_FUNCTIONS, "spatial": SPATIAL_FUNCTIONS}[space]
     runtime = numbers == "runtime"
     scene = Scene(
-        "chain", 3, space, base,
-        mass="runtime" if runtime else [0.3, 0.2, 0.1], length="runtime" if runtime else [0.5, 0.4, 0.3],
-        com=None if joints == "free" else "runtime" if runtime else [0.2, 0.1, 0.3],
+        "chain", 2, space, base,
+        mass="runtime" if runtime else [0.3, 0.2], length="runtime" if runtime else [0.5, 0.4],
+        com=None if joints == "free" else "runtime" if runtime else [0.2, 0.1],
         cart_mass=None if base == "fixed" else "runtime" if runtime else 0.7,
-        stiffness=None if joints == "free" else "runtime" if runtime else [1.0, 0.0, 2.0],
-        damping=[0.1, 0.2, 0.3] if joints == "damped" else None,
+        stiffness=None if joints == "free" else "runtime" if runtime else [1.0, 0.0],
+        damping=[0.1, 0.2] if joints == "damped" else None,
         want=[name for name in (*functions, "momentum") if not (joints == "damped" and name.startswith("phi"))],
     )  # fmt: skip
-    assert not {entry.name for entry in prove(scene).functions} - set(FLOWS) - set(prove(scene).exact)
+    proof = prove(scene)
+    assert {entry.name for entry in proof.functions} - set(FLOWS) == set(proof.exact)
 
 
 @pytest.mark.parametrize("angles", ["relative", "absolute", "adjacent"])

@@ -16,7 +16,8 @@ from phichain.ir.inline import inline
 from phichain.ir.nodes import Program
 from phichain.proof.modular.circles import angles_of
 from phichain.proof.modular.field import PRIME, inverse
-from phichain.proof.modular.written import MARKS, Python
+from phichain.proof.modular.parts import MARKS
+from phichain.proof.modular.written import Python
 
 Circle = tuple[int, int]
 

@@ -6,12 +6,11 @@ that are structurally zero are left out. Angles have "c" and "s" beside them, co
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Final
 
 from phichain.ir.nodes import (
-    Affine,
     Array,
     Call,
     Cell,
@@ -27,12 +26,9 @@ from phichain.ir.nodes import (
 )
 from phichain.proof.modular.circles import whole_multiple
 from phichain.proof.modular.field import PRIME, exact
+from phichain.proof.modular.parts import Parts, added, index_text, multiplied
 
-MARKS: Final = ("", "a", "b", "m")
 _GIVEN: Final = {"": "values", "a": "along", "b": "across", "m": "mixed"}
-
-Parts = dict[str, str]
-"""What a value and its derivatives are called, by mark."""
 
 
 class Python:
@@ -139,7 +135,7 @@ class Python:
                 variable, marks = self._locals.get(name, (f"unknown_{len(self._locals)}", ("",)))
                 return {mark: variable + mark for mark in marks}
             case Cell(name, index):
-                at = f"[{_index(index)}]"
+                at = f"[{index_text(index)}]"
                 marks = ("",) if name in self._constant else self._marks
                 return {mark: f"{self._arrays[name]}{mark}{at}" for mark in marks}
 
@@ -153,7 +149,7 @@ class Python:
                 variable = self._locals[name][0] if name in self._locals else "unknown"
                 return f"{variable}c", f"{variable}s"
             case Cell(name, index):
-                return f"{self._arrays[name]}c[{_index(index)}]", f"{self._arrays[name]}s[{_index(index)}]"
+                return f"{self._arrays[name]}c[{index_text(index)}]", f"{self._arrays[name]}s[{index_text(index)}]"
 
     def _operation(self, result: str, kind: str, args: tuple[Operand, ...]) -> None:
         values = [self._parts(arg) for arg in args]
@@ -164,14 +160,14 @@ class Python:
         elif kind.startswith("besselj"):
             made = self._bessel(int(kind[-1]), values[0])
         elif kind == "div":
-            made = _product(values[0], self._inverse(values[1]), self._marks)
+            made = multiplied(values[0], self._inverse(values[1]), self._marks)
         elif kind == "sqrt":
             self._line(f"r = at.root({values[0]['']} % {PRIME})")
             made = self._chain(values[0], "r", "inverse(2 * r)", "-inverse(4 * r * r * r)")
         elif kind == "mul":
-            made = _product(values[0], values[1], self._marks)
+            made = multiplied(values[0], values[1], self._marks)
         else:
-            made = _sum(values, kind)
+            made = added(values, kind)
         points = self._points_of(kind, args, made) if result in self._angles else {}
         variable = self._local(result, [mark for mark in self._marks if mark in made])
         for mark, text in (made | points).items():
@@ -238,7 +234,7 @@ class Python:
         return {"c": "c", "s": "s" if times > 0 else "-s"}
 
     def _store(self, cell: Cell, value: Operand) -> None:
-        name, at, parts = self._arrays[cell.array], _index(cell.index), self._parts(value)
+        name, at, parts = self._arrays[cell.array], index_text(cell.index), self._parts(value)
         for mark in self._marks:
             self._line(f"{name}{mark}[{at}] = {parts.get(mark, '0')}")
         if cell.array in self._angles:
@@ -268,7 +264,7 @@ class Python:
             variable = self._local(carry.name, self._marks)
             for mark, text in ({mark: parts.get(mark, "0") for mark in self._marks} | points).items():
                 self._line(f"{variable}{mark} = {text}")
-        bounds = f"{_index(loop.start)}, {_index(loop.stop)}, {loop.step}"
+        bounds = f"{index_text(loop.start)}, {index_text(loop.stop)}, {loop.step}"
         self._line(f"for I_{loop.variable} in range({bounds}):")
         with self._indented():
             self._statements(loop.body)
@@ -299,32 +295,3 @@ class Python:
         self._line(f"o = callees[{statement.callee!r}](Given({{{', '.join(values)}}}, {{{', '.join(circles)}}}), at)")
         for array, name in zip(callee.outputs, statement.outputs, strict=True):
             self._line(f"{self._arrays[name]} = dict(enumerate(o[{array.name!r}][0]))")
-
-
-def _index(index: Affine) -> str:
-    terms = [f"I_{variable}" if factor == 1 else f"{factor} * I_{variable}" for variable, factor in index.terms]
-    return " + ".join([*terms, *([str(index.offset)] if index.offset or not terms else [])])
-
-
-def _sum(values: list[Parts], kind: str) -> Parts:
-    if kind == "neg":
-        return {mark: f"-{text}" for mark, text in values[0].items()}
-    a, b = values
-    sign, made = {"add": "+", "sub": "-"}[kind], dict[str, str]()
-    for mark in MARKS:
-        if mark in a and mark in b:
-            made[mark] = f"{a[mark]} {sign} {b[mark]}"
-        elif mark in a or mark in b:
-            made[mark] = a[mark] if mark in a else b[mark] if sign == "+" else f"-{b[mark]}"
-    return made
-
-
-def _product(a: Mapping[str, str], b: Mapping[str, str], marks: tuple[str, ...]) -> Parts:
-    made = {}
-    for mark in marks:
-        pairs = {"": [("", "")], "a": [("", "a"), ("a", "")], "b": [("", "b"), ("b", "")],
-                 "m": [("", "m"), ("a", "b"), ("b", "a"), ("m", "")]}[mark]  # fmt: skip
-        terms = [f"{a[x]} * {b[y]}" for x, y in pairs if x in a and y in b]
-        if terms:
-            made[mark] = f"({' + '.join(terms)}) % {PRIME}" if len(terms) > 1 else f"{terms[0]} % {PRIME}"
-    return made
