@@ -9,8 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from phichain.emit.c.function import CNames, c_function
+from phichain.emit.c.function import c_function
+from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
+from phichain.emit.c.text import restrict_macro
 from phichain.ir import Program
 
 STRICT = (
@@ -26,7 +28,8 @@ def c_text(program: Program, real: str = "double") -> str:
     arguments = [declaration(array, "one", False, True) for array in program.inputs]
     arguments += [declaration(array, "one", True, True) for array in program.outputs]
     head = f"void one_{program.name}({', '.join(arguments)})"
-    return "\n".join(["#include <math.h>", f"typedef {real} one_real;", f"{head};", head, "{", *body.lines, "}", ""])
+    macro = restrict_macro("one")
+    return "\n".join(["#include <math.h>", macro, f"typedef {real} one_real;", f"{head};", head, "{", *body.lines, "}", ""])
 
 
 def compiled(program: Program, folder: Path, real: str = "double") -> Callable[..., dict[str, np.ndarray]]:

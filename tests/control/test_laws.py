@@ -187,11 +187,15 @@ def test_files_that_hold_no_law_are_refused(tmp_path) -> None:
     path = law.to_npz(tmp_path / "law.npz")
     with np.load(path) as archive:
         held = {name: archive[name] for name in archive.files}
-    for name, change in (("gains", None), ("gains", np.ones((3, 3))), ("target", np.full(6, np.nan))):
+    for name, change, words in (
+        ("gains", None, "gains: is missing"),
+        ("gains", np.ones((3, 3)), "gains: has another shape"),
+        ("target", np.full(6, np.nan), "no StateFeedback can be read there"),
+    ):
         altered = {key: value for key, value in held.items() if key != name or change is not None}
         altered |= {} if change is None else {name: change}
         np.savez(tmp_path / "altered.npz", **altered)
-        with pytest.raises(OutputError, match="no StateFeedback can be read there"):
+        with pytest.raises(OutputError, match=words):
             StateFeedback.from_npz(tmp_path / "altered.npz")
 
 

@@ -38,11 +38,12 @@ def source(real, count="n"):
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined, trim_blocks=True
     )
+    restrict = environment.get_template("restrict.c.j2").render(name="k")
     text = environment.get_template("sincos.c.j2").render(name="k", real=real, **trig.coefficients(real))
     includes = "".join(f"#include <{header}>\n" for header in trig.HEADERS)
     signature = "void all(int n, const k_real *angle, k_real *sine, k_real *cosine)"
     call = f"{signature};\n{signature} {{ (void)n; k_sincos({count}, angle, sine, cosine); }}\n"
-    return f"{includes}typedef {real} k_real;\n{text}\n{call}"
+    return f"{includes}{restrict}\ntypedef {real} k_real;\n{text}\n{call}"
 
 
 def compiled(folder, text, flags, output):
@@ -262,7 +263,7 @@ def test_float_text_computes_in_float_alone():
     assert "double" not in text
     literals = re.findall(r"(?<![\w.])(?:0x[\da-f.]+p[+-]?\d+|\d+\.\d+)(\w?)", text)
     assert len(literals) > 12
-    assert set(literals) == {"f"}
+    assert set(literals) == {"F"}
     assert not re.search(r"\b(sin|cos)\(", text)
 
 
@@ -282,5 +283,5 @@ def test_literals_are_exact(real):
     numbers = trig.KERNELS[real]
     for value in (*numbers.half_pi, numbers.two_over_pi, numbers.rounder, *numbers.sine, *numbers.cosine):
         text = trig.literal(value, real)
-        assert float.fromhex(text.removesuffix("f") if real == "float" else text) == value
+        assert float.fromhex(text.removesuffix("F") if real == "float" else text) == value
         assert DTYPE[real](value) == value

@@ -10,9 +10,10 @@ from tempfile import mkdtemp
 from typing import Any
 
 from phichain.emit.c import sincos as trig
-from phichain.emit.c.function import CNames, c_function
+from phichain.emit.c.function import c_function
+from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
-from phichain.emit.c.text import sincos_kernel
+from phichain.emit.c.text import restrict_macro, sincos_kernel
 from phichain.emit.flow.forward_dynamics_batch import forward_dynamics_batch
 from phichain.emit.flow.propagate_batch import flow_batch
 from phichain.ir.nodes import Array
@@ -44,7 +45,7 @@ def unit(chain: Scene, name: str, portable: bool = False) -> str:
     body = c_function(dynamics, CNames(chain.name, chain.real, tables), {})
     uses = made.uses | body.uses
     text = [f"#include <{header}>" for header in sorted({*made.includes, *trig.HEADERS})]
-    text.append(f"typedef {chain.real} {chain.name}_real;")
+    text += [restrict_macro(chain.name), f"typedef {chain.real} {chain.name}_real;"]
     fields = [f"{chain.name}_real {a.name}{f'[{a.size}]' if a.shape else ''};" for a in parameters(chain)]
     if fields:
         text.append(f"typedef struct {{ {' '.join(fields)} }} {chain.name}_params;")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from phichain.emit.left_out import OTHERS
 from phichain.emit.selftest.flow import exact_motion
 from phichain.errors import UnsupportedError
 from phichain.files import MANIFEST
@@ -37,7 +38,7 @@ def test_the_flow_is_left_out_unless_wanted(tmp_path: Path) -> None:
     folder = generate(chain("forward_dynamics"), tmp_path)
     for file in ("built.h", "built.c"):
         assert "propagate" not in (folder / file).read_text()
-    assert json.loads((folder / MANIFEST).read_text())["left_out"]["propagate"] == "not wanted by the scene"
+    assert json.loads((folder / MANIFEST).read_text())["left_out"]["other functions"] == OTHERS
 
 
 def test_auto_takes_the_flow_and_says_so() -> None:

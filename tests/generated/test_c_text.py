@@ -100,7 +100,7 @@ def test_a_double_literal_is_that_double(value: float) -> None:
 @given(st.floats(width=32, allow_nan=False, allow_infinity=False))
 def test_a_float_literal_is_that_float(value: float) -> None:
     text = float_literal(Fraction(value)).text
-    assert text.endswith("f") and "." in text
+    assert text.endswith("F") and "." in text
     assert np.float32(text[:-1]) == np.float32(value)
 
 

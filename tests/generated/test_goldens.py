@@ -164,8 +164,8 @@ def test_single_precision_text_holds_no_double(file: str) -> None:
 
 
 def test_doubles_would_be_found() -> None:
-    assert doubles_in("x = 0.5 * y + 1.0e-3f; z = sin(y) + sinf(y) + 2.0f;") == {"0.5", "sin"}
-    assert doubles_in("double a = 0x1.8p+3; b = 0x1.8p+3f; c = 1e5; int d = 15; e[3] = .5;") == {
+    assert doubles_in("x = 0.5 * y + 1.0e-3F; z = sin(y) + sinf(y) + 2.0F;") == {"0.5", "sin"}
+    assert doubles_in("double a = 0x1.8p+3; b = 0x1.8p+3F; c = 1e5; int d = 15; e[3] = .5;") == {
         "double", "0x1.8p+3", "1e5", ".5",
     }  # fmt: skip
     assert len(doubles_in(code_of(generated("planar2")["planar2.c"]))) > 10
@@ -177,7 +177,7 @@ def test_the_c_leaves_small_things_out(name: str) -> None:
     code = code_of(generated(name)[f"{name}.c"]).replace("__attribute__((aligned(64)))", "")
     assert not re.search(r"\b(malloc|calloc|realloc|free|alloca|pow|powf|printf)\s*\(", code)
     assert not re.search(r"^\s*static (?!const\b|(\w+_APART )?(void|int|uint\w+|\w+_real) \w+\()", code, re.MULTILINE)
-    assert not re.search(r"[-+*/] -\w|\(\d[\d.]*f?\)", code)
+    assert not re.search(r"[-+*/] -\w|\(\d[\d.]*F?\)", code)
     for function in REFERENCE[name].want:
         (body,) = re.findall(
             rf"^(?:void|int) {name}_{function}\([^)]*\)\n{{\n(.*?)^}}", code, re.MULTILINE | re.DOTALL

@@ -94,7 +94,7 @@ def test_sanitizers_would_find_an_overrun(sanitizers: tuple[str, ...], tmp_path:
         ("planar2", r"(    a\[0\] = .*);", r"\1 / 0.0 * 0.0;"),
         ("planar2", r"(    \*kinetic = )", r"\g<1>1.0000000001 * "),
         ("spatial2_cart", r"(    a\[0\] = .*);", r"\1 + 1.0e-10;"),
-        ("cart1_float", r"(    v_next\[0\] = .*);", r"\1 + 1.0e-4f;"),
+        ("cart1_float", r"(    v_next\[0\] = .*);", r"\1 + 1.0e-4F;"),
     ],
     ids=["one entry", "nan", "a factor", "loops", "float"],
 )

@@ -223,7 +223,7 @@ def test_float_text_computes_in_float_alone():
     assert "double" not in text
     literals = re.findall(r"(?<![\w.])(?:\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)(\w?)", text)
     assert len(literals) > 25
-    assert set(literals) == {"f"}
+    assert set(literals) == {"F"}
     assert not re.search(r"\b(sin|cos|sqrt|fabs)\(", text)
 
 

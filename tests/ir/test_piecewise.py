@@ -13,8 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp
 
-from phichain.emit.c.function import CNames
 from phichain.emit.c.lanes import lane_function
+from phichain.emit.c.names import CNames
 from phichain.emit.casadi.python_function import python_function
 from phichain.errors import DerivationError, EmissionError
 from phichain.ir import Program, count_operations, evaluate, evaluate_exactly, unroll
@@ -95,14 +95,14 @@ def test_no_sum_is_taken_into_a_condition(tmp_path) -> None:
     x, out = b.input("x", (3,)), b.output("out", ())
     with b.loop("k", 0, 3) as loop:
         total = loop.carry("total", 0)
-        loop.follow(total, minimum(total + x[loop.index], 1))
+        loop.follow(total, b.apply("select", total + x[loop.index], 1, x[loop.index], 0))
     out[0] = total
     program = b.finish()
     call = compiled(program, tmp_path)
     for given_x in ([0.5, 0.25, 0.125], [0.75, 0.5, -0.5]):
         total_now = 0.0
         for value in given_x:
-            total_now = min(total_now + value, 1.0)
+            total_now = value if total_now + value < 1.0 else 0.0
         assert call(given_x)["out"][0] == total_now == evaluate(program, {"x": given_x})["out"]
 
 

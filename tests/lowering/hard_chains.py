@@ -42,7 +42,7 @@ class Hard:
         """Accelerations to 30 digits."""
         return reference(self.scene, "forward_dynamics", inputs or self.inputs, digits=30)["a"]
 
-    def attainable(self, trials: int = 4) -> float:
+    def attainable(self, trials: int = 4, half_ulp: mpf = _HALF_ULP) -> float:
         """The largest change of the exact accelerations when every argument is off by half a unit in the last place.
 
         Angles and directions by that of 1 at least: sums of angles, sines and cosines are rounded there.
@@ -51,7 +51,7 @@ class Hard:
         for _ in range(trials):
             with mp.workdps(60):
                 moved = {
-                    name: [x + rnd.choice((-1, 1)) * _HALF_ULP * max(abs(x), int(name == "q")) for x in values]
+                    name: [x + rnd.choice((-1, 1)) * half_ulp * max(abs(x), int(name == "q")) for x in values]
                     for name, values in self.inputs.items()
                 }
                 worst = max(worst, relative_error(self.truth(moved), exact))

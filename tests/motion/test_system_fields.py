@@ -71,6 +71,11 @@ def test_a_spatial_chain_has_no_angles_and_its_cart_two_forces(base: str) -> Non
     assert system.joints.is_free and system.numbers.com is None
 
 
+def test_a_cart_that_nobody_pushes_is_no_drive() -> None:
+    scene = Scene("free_cart", 1, base="cart", mass=0.2, length=0.3, cart_mass=0.5, actuated="none", want=["energy"])
+    assert build(scene).drive == Drive(())
+
+
 def test_what_is_not_said_is_the_usual() -> None:
     system = chain()
     assert system.angles == "relative" and system.joints == Joints() and system.drive == Drive((0, 1))

@@ -173,7 +173,7 @@ def test_a_symmetric_branch_point_is_found() -> None:
         (lambda: trace(uniform_planar(2), 3), ArrayError, "modes 1 .. 2"),
         (lambda: trace(uniform_planar(2), 0), ArrayError, "modes 1 .. 2"),
         (lambda: trace(uniform_planar(2), amplitude_max=-1.0), ToleranceError, "positive"),
-        (lambda: trace(uniform_planar(2), amplitude_max=np.nan), ToleranceError, "amplitude_max: must be positive, finite"),
+        (lambda: trace(uniform_planar(2), amplitude_max=np.nan), ToleranceError, "amplitude_max: must be positive and finite"),
         (lambda: trace(uniform_planar(2), amplitude_start=4.0), ToleranceError, "rising"),
         (lambda: trace(paper_b()), UnsupportedError, "no scalar amplitudes"),
         (lambda: trace(uniform_planar(2, damping=[1, 1])), AbsentFunctionError, "phi_jacobian"),

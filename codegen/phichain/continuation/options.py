@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import Any
 
 from phichain.errors import ToleranceError
+from phichain.system.arrays import positive, whole
 
 
 @dataclass(frozen=True)
@@ -36,11 +38,10 @@ class Options:
 
     def __post_init__(self) -> None:
         for item in fields(self):
-            value = getattr(self, item.name)
-            if not (math.isfinite(value) and value > 0):
-                raise ToleranceError(
-                    f"options.{item.name}", value, "must be positive and finite", "leave it out"
-                )
+            value: Any = positive(f"options.{item.name}", getattr(self, item.name), "leave it out")
+            if item.name in ("max_points", "max_iterations"):
+                value = whole(f"options.{item.name}", value, 2, 2**31, "leave it out")
+            object.__setattr__(self, item.name, value)
         if not self.step_min <= self.step <= self.step_max:
             raise ToleranceError(
                 "options.step",
@@ -55,10 +56,3 @@ class Options:
                 f"must lie between aim_angle = {self.aim_angle:g} and pi/2",
                 "use 0.3",
             )
-        if self.max_points < 2 or self.max_iterations < 2:
-            field, value = (
-                ("max_points", self.max_points)
-                if self.max_points < 2
-                else ("max_iterations", self.max_iterations)
-            )
-            raise ToleranceError(f"options.{field}", value, "must be at least 2", "leave it out")

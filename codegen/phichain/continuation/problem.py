@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from phichain.errors import ArrayError
 from phichain.records import held
 from phichain.system import Vector
+from phichain.system.arrays import reals
 
 Multipliers = NDArray[np.complex128]
 
@@ -78,7 +79,8 @@ class Problem:
     energy: Callable[[Vector], float] | None = None
 
     def __post_init__(self) -> None:
-        sizes = held(np.ones(len(self.names)) if self.scale is None else self.scale)
+        remedy = "give one typical size per unknown"
+        sizes = held(np.ones(len(self.names)) if self.scale is None else reals("scale", self.scale, remedy))
         if sizes.shape != (len(self.names),) or not np.all(np.isfinite(sizes) & (sizes > 0)):
             raise ArrayError(
                 "scale",
@@ -114,9 +116,10 @@ class Problem:
         Raises:
             ArrayError: A shape is wrong, z is not finite, or `evaluate` gives no (F, J, extra).
         """
-        start, n = np.array(z, dtype=float), self.unknowns - 1
+        names, n = ", ".join(self.names), self.unknowns - 1
+        start = np.array(reals("start", z, f"give {names}"))
         if start.shape != (n + 1,) or not np.all(np.isfinite(start)):
-            raise ArrayError("start", z, f"must hold {n + 1} finite numbers", f"give {', '.join(self.names)}")
+            raise ArrayError("start", z, f"must hold {n + 1} finite numbers", f"give {names}")
         found = self.evaluate(start)
         if not isinstance(found, Evaluation) or not isinstance(found.extra, Extra):
             raise ArrayError(

@@ -10,6 +10,7 @@ Where long double is double, the iteration still ends, at the accuracy of a plai
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,9 @@ from phichain.records import Held
 from phichain.system import Vector
 
 Wide = NDArray[np.longdouble]
+
+SOLVED = 1e-6
+"""Relative residuals above this belong to no solution: those of solutions are near round-off."""
 
 UNSEEN = 1e-10
 """A mode that the weights see by less than this share is as good as not weighed."""
@@ -59,6 +63,19 @@ def riccati(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int = 12
     Raises:
         ControlError: There is no stabilising solution.
     """
+    try:
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            return _refined(A, B, Q, R, max_iterations)
+    except (np.linalg.LinAlgError, ValueError, OverflowError, FloatingPointError) as failure:
+        sizes = tuple(float(np.max(np.abs(part))) for part in (Q, R))
+        raise ControlError(
+            "Q, R", sizes, f"lie beyond what the Riccati equation can be solved for: {failure}",
+            "choose weights nearer to 1: their ratio alone matters", weights=sizes,
+        ) from failure
+
+
+def _refined(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int) -> Riccati:
     _demand_detectable(A, Q)
     equation = _Extended.of(A, B, Q, R)
     S = _first(A, B, Q, R).astype(np.longdouble)
@@ -75,8 +92,13 @@ def riccati(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int = 12
             break
         S, K, change, iterations = refined, gains, step, iterations + 1
     plain = K.astype(float)
+    if not (np.all(np.isfinite(plain)) and np.all(np.isfinite(S.astype(float)))):
+        raise OverflowError("the gains are not finite")
     _demand_stable(A - B @ plain)
-    return Riccati(S.astype(float), plain, equation.relative_residual(S), iterations, change)
+    residual = equation.relative_residual(S)
+    if not residual < SOLVED:
+        raise OverflowError(f"its residual stays at {residual:.2g} of its terms")
+    return Riccati(S.astype(float), plain, residual, iterations, change)
 
 
 @dataclass(frozen=True, eq=False)

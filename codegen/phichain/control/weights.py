@@ -31,6 +31,8 @@ def weight(field: str, value: ArrayLike | None, size: int, *, strict: bool) -> V
     )
     if given.ndim == 0:
         given = np.full(size, float(given))
+    if given.ndim > 2:
+        raise ControlError(field, given.shape, f"must weigh {size} quantities", "give a number, a diagonal or a matrix")
     matrix = np.diag(given) if given.ndim == 1 else given
     if matrix.shape != (size, size):
         raise ControlError(
@@ -38,7 +40,8 @@ def weight(field: str, value: ArrayLike | None, size: int, *, strict: bool) -> V
         )
     if not np.all(np.isfinite(matrix)):
         raise ControlError(field, given, "is not finite", "give finite weights")
-    if np.max(np.abs(matrix - matrix.T)) > 1e-12 * np.max(np.abs(matrix)):
+    # Halves cannot overflow where the entries themselves have not.
+    if np.max(np.abs(matrix / 2 - matrix.T / 2)) > 1e-12 * np.max(np.abs(matrix / 2)):
         raise ControlError(field, given, "is not symmetric", "give (W + W^T) / 2")
     smallest, largest = np.linalg.eigvalsh(matrix)[[0, -1]]
     # Round-off alone makes a semidefinite matrix's smallest eigenvalue slightly negative.
@@ -48,7 +51,7 @@ def weight(field: str, value: ArrayLike | None, size: int, *, strict: bool) -> V
         raise ControlError(
             field, given, f"must be {kind}: its smallest eigenvalue is {smallest:.3g}", "raise its diagonal"
         )
-    return (matrix + matrix.T) / 2
+    return matrix if np.array_equal(matrix, matrix.T) else np.asarray(matrix / 2 + matrix.T / 2, dtype=float)
 
 
 def spectrum(A: Vector) -> Spectrum:

@@ -103,7 +103,7 @@ def _decimal(value: Fraction | float, real: str) -> str:
         return repr(float(value))
     rounded = struct.unpack("f", struct.pack("f", float(value)))[0]
     text = f"{rounded:.9g}"
-    return text + ("f" if set(text) & set(".e") else ".0f")
+    return text + ("F" if set(text) & set(".e") else ".0F")
 
 
 def _horner(values: tuple[Fraction, ...], real: str) -> str:
@@ -122,18 +122,18 @@ def coefficients(real: str) -> dict[str, object]:
         real: "double" or "float".
     """
     regions = REGIONS[real]
-    suffix = "" if real == "double" else "f"
+    letter, suffix = ("", "") if real == "double" else ("F", "f")
     series = _hankel(regions.terms)
     numbers = {"zero": 0.0, "half": 0.5, "one": 1.0, "two": 2.0, "three": 3.0, "four": 4.0, "six": 6.0}
     functions = ("fabs", "sqrt", "sin", "cos")
     return {
         "crossover": str(regions.crossover),
-        "crossover_literal": f"{regions.crossover}.0{suffix}",
+        "crossover_literal": f"{regions.crossover}.0{letter}",
         "start": regions.start,
         "error": f"{ERROR[real]:g}",
         "one_over_pi": _decimal(1 / pi, real),
         "hankel": [{"name": name, "text": _horner(values, real)} for name, values in series.items()],
-        **{name: f"{value}{suffix}" for name, value in numbers.items()},
+        **{name: f"{value}{letter}" for name, value in numbers.items()},
         **{name: name + suffix for name in functions},
     }
 

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from phichain.contract.functions import TABLE
 from phichain.emit.printed import Printed
+
+#: Why functions are absent: which ones there are is said by the command, and not in every folder.
+OTHERS: Final = "not wanted by the scene; `phichain functions` lists all that it could want"
 
 
 def left_out(printed: Printed) -> dict[str, str]:
     """Reason by what is absent."""
     scene = printed.scene
     kinds = {kind for function in printed.programs.functions for kind in function.counts}
-    missed = (row.name for row in TABLE if row.is_missed)
-    absent = {name: "not wanted by the scene" for name in missed if name not in scene.want}
+    is_partial = any(row.is_missed and row.name not in scene.want for row in TABLE)
+    absent = {"other functions": OTHERS} if is_partial else {}
     if not scene.has_cart:
         absent["cart terms"] = "the base is fixed"
     if not scene.runtime:

@@ -55,7 +55,7 @@ def _function(function: PrintedFunction, tolerance: str | None) -> dict[str, Any
         "outputs": [_argument(array) for array in program.outputs],
         "code": "unrolled" if program.is_straight_line else "loops",
         "operations": {"total": function.operations, **dict(sorted(function.counts.items()))},
-        "measured_tolerance": float(tolerance.rstrip("f")) if tolerance else None,
+        "measured_tolerance": float(tolerance.rstrip("F")) if tolerance else None,
     }
     if program.is_straight_line:
         nonzero = sparsity(program)

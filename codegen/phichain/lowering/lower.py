@@ -12,6 +12,7 @@ from phichain.contract.functions import FLOWS, ROWS
 from phichain.ir.builder import Builder
 from phichain.ir.nodes import Array, Program
 from phichain.ir.passes import prune, total_operations, unroll
+from phichain.ir.short_loops import without_short_loops
 from phichain.lowering.agreement import check_model
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.writers import WRITERS, declared
@@ -100,14 +101,15 @@ class _Lowering:
         """Straight-line code or loops, by wish or by operation count."""
         code, loops = self.scene.code, self._loops(name)
         if code == "loops" or (code == "auto" and total_operations(loops) > 2 * UNROLL_LIMIT):
-            return loops
+            return without_short_loops(loops)
         flat = unroll(loops)
-        return flat if code == "unrolled" or total_operations(flat) <= UNROLL_LIMIT else loops
+        is_flat = code == "unrolled" or total_operations(flat) <= UNROLL_LIMIT
+        return flat if is_flat else without_short_loops(loops)
 
     def _derived(self, row: Function, derivative: Derivative) -> Program:
         """The same for the Jacobian of another function."""
         code, loops, blocks = self.scene.code, self._loops(derivative.function), self._blocks(row, derivative)
-        looped = jacobian(loops, row.name, row.doc, blocks)
+        looped = without_short_loops(jacobian(without_short_loops(loops), row.name, row.doc, blocks))
         if code == "loops" or (code == "auto" and total_operations(looped) > 4 * JACOBIAN_UNROLL_LIMIT):
             return looped
         flat = jacobian(unroll(loops), row.name, row.doc, blocks)

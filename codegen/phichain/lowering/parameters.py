@@ -58,7 +58,7 @@ class Units:
         return self.torque
 
 
-def _own_units(scene: Scene) -> Units:
+def units_of_links(scene: Scene) -> Units:
     """Mass and length of a uniform chain's links; SI units where links differ or numbers come at run time."""
     if scene.runtime or len(set(scene.mass)) > 1 or len(set(scene.length)) > 1:
         return Units()
@@ -89,7 +89,7 @@ class Parameters:
         """
         scene = model.scene
         self._builder, self._model, self._scene = builder, model, scene
-        self.units = _own_units(scene) if own_units else Units()
+        self.units = units_of_links(scene) if own_units else Units()
         self._made: dict[str, ArrayRef] = {}
         self.links = scene.links
         for name in scene.runtime:

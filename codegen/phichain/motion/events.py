@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 from phichain.errors import ArrayError
 from phichain.records import Held
 from phichain.system import Vector
+from phichain.system.arrays import number, reals, whole
 
 Scalar = Callable[[float, Vector], float]
 
@@ -36,10 +37,22 @@ class Event:
     def __post_init__(self) -> None:
         if not callable(self.function):
             raise ArrayError("event.function", self.function, "cannot be called", "give a callable g(t, x)")
-        if self.direction not in (-1, 0, 1):
-            raise ArrayError(
-                "event.direction", self.direction, "is none of -1, 0, 1", "use 0 for both directions"
-            )
+        if not isinstance(self.name, str):
+            raise ArrayError("event.name", self.name, "is no text", "name the event")
+        direction = whole("event.direction", self.direction, -1, 1, "use -1, 1, or 0 for both directions", ArrayError)
+        object.__setattr__(self, "direction", direction)
+
+    def value(self, t: float, x: Vector) -> float:
+        """g(t, x); the function is given a state of its own, so that what it writes there changes no motion.
+
+        Raises:
+            ArrayError: It is no number.
+        """
+        answer = self.function(t, np.array(x))
+        value = reals(f"event '{self.name}'", answer, "return one number")
+        if value.size != 1 or np.isnan(value).any():
+            raise ArrayError(f"event '{self.name}'", answer, f"gives no number at t = {t:.6g} s", "return one number")
+        return float(value.item())
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +76,8 @@ def as_events(events: Iterable[Event | Scalar] | Event | Scalar | None) -> tuple
         return ()
     if isinstance(events, Event) or callable(events):
         events = (events,)
+    if not isinstance(events, Iterable):
+        raise ArrayError("events", events, "holds no events", "give Event records or callables g(t, x)")
     return tuple(_as_event(event, k) for k, event in enumerate(events))
 
 
@@ -70,7 +85,7 @@ def _as_event(event: Any, k: int) -> Event:
     if isinstance(event, Event):
         return event
     name = getattr(event, "__name__", f"event_{k + 1}")
-    direction = int(np.sign(getattr(event, "direction", 0)))
+    direction = int(np.sign(number("event.direction", getattr(event, "direction", 0), "use -1, 0 or 1")))
     return Event(name, event, direction, bool(getattr(event, "terminal", False)))
 
 
@@ -126,7 +141,7 @@ class Watch(Held):
 
 
 def _values(events: tuple[Event, ...], t: float, x: Vector) -> Vector:
-    return np.array([float(event.function(t, x)) for event in events])
+    return np.array([event.value(t, x) for event in events])
 
 
 def _crossed(event: Event, old: float, new: float) -> bool:
@@ -137,4 +152,4 @@ def _crossed(event: Event, old: float, new: float) -> bool:
 
 def _root(event: Event, state_at: Callable[[float], Vector], start: float, stop: float) -> float:
     spacing = 4 * np.finfo(float).eps
-    return float(brentq(lambda t: event.function(t, state_at(t)), start, stop, xtol=1e-300, rtol=spacing))
+    return float(brentq(lambda t: event.value(t, state_at(t)), start, stop, xtol=1e-300, rtol=spacing))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phichain.errors import ArrayError, ToleranceError
+from phichain.errors import ArrayError
 from phichain.motion.events import Event
 from phichain.records import Held
 from phichain.system import (
@@ -23,6 +23,7 @@ from phichain.system import (
     rhs_jacobian,
     unit_vectors,
 )
+from phichain.system.arrays import positive, reals
 
 REPAIRABLE = 1e-6
 """Deviations from the manifold up to this are projected away (and said); larger ones are refused."""
@@ -104,7 +105,7 @@ def bind(
     f = rhs(system)
     slope = rhs_jacobian(system) if system.has("state_jacobian") else None
     if callable(u):
-        control: Control = u
+        control = shielded(system, u)
         check_input(system, control(t0, x0))
         moving = (
             None
@@ -116,6 +117,24 @@ def bind(
     still = None if slope is None else Counted(lambda t, x: slope(t, x, held, p))
     constant = None if held is None else lambda t, x: held
     return Counted(lambda t, x: f(t, x, held, p)), still, constant, held
+
+
+def shielded(system: System, law: Control) -> Control:
+    """A law that is given a state of its own, and whose answer is held to be one input vector.
+
+    What a law writes into its state would otherwise change the motion, and what it hands out is its own memory.
+    """
+    shape = (system.nu,)
+
+    def control(t: float, x: Vector) -> Vector:
+        answer = law(t, np.array(x))
+        u = reals("u", () if answer is None and system.nu == 0 else answer, "return one number per input")
+        if u.shape != shape and u.size:
+            problem = f"is no answer of a control law: it must hold nu = {system.nu} numbers"
+            raise ArrayError("u", u.shape, problem, "return one number per input")
+        return np.array(u)
+
+    return control
 
 
 def check_input(system: System, u: ArrayLike | None) -> Vector | None:
@@ -142,7 +161,7 @@ def _by_input(system: System, control: Control, p: Parameters | None, t: float, 
     result = np.zeros((system.nx, system.nx))
     if system.nu == 0:
         return result
-    u = np.asarray(control(t, x), dtype=float)
+    u = control(t, x)
     parts = system.state_jacobian(x[: system.nq], x[system.nq :], u, **system.parameters(p))
     result[system.nq :] = np.reshape(parts[2], (system.nv, system.nu)) @ differences(
         lambda y: control(t, y), x, u
@@ -172,7 +191,7 @@ def check_times(t: ArrayLike) -> Vector:
     Raises:
         ArrayError: Not finite, not strictly monotone, or an empty span.
     """
-    times = np.asarray(t, dtype=float)
+    times = np.array(reals("t", t, "give (t0, t1), a final time, or a grid"))
     if times.ndim == 0:
         times = np.array([0.0, float(times)])
     if times.ndim != 1 or len(times) < 2:
@@ -193,10 +212,7 @@ def check_tolerance(tol: float, field: str = "tol") -> float:
     Raises:
         ToleranceError: It is zero, negative, NaN or infinite.
     """
-    value = float(tol)
-    if not (np.isfinite(value) and value > 0):
-        raise ToleranceError(field, tol, "must be positive and finite", "use 1e-9, or as little as 1e-13")
-    return value
+    return positive(field, tol, "use 1e-9, or as little as 1e-13")
 
 
 def check_state(system: System, x0: ArrayLike | Sequence[ArrayLike]) -> tuple[Vector, tuple[str, ...]]:
@@ -210,7 +226,10 @@ def check_state(system: System, x0: ArrayLike | Sequence[ArrayLike]) -> tuple[Ve
         ArrayError: Wrong shape, not finite, a unit vector of length 0 or further than 1e-6 from length 1, a rate
             further than 1e-6 (relative) from tangent.
     """
-    x = pack(*x0) if isinstance(x0, tuple) and len(x0) == 2 else np.array(x0, dtype=float)
+    if isinstance(x0, tuple) and len(x0) == 2:
+        x = pack(*x0)
+    else:
+        x = np.array(reals("x0", x0, "give one flat state, or the pair (q, v)"))
     if x.shape != (system.nx,):
         expected = f"must hold q ({system.nq}) and then v ({system.nv})"
         raise ArrayError("x0", x.shape, expected, "give one flat state, or the pair (q, v)")

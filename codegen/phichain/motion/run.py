@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phichain.errors import ConvergenceError, ToleranceError, UnsupportedError
+from phichain.errors import ArrayError, ConvergenceError, UnsupportedError
 from phichain.motion import choose
 from phichain.motion.doubts import doubts
 from phichain.motion.events import Event, Scalar, as_events
@@ -29,8 +29,10 @@ from phichain.motion.problem import (
 )
 from phichain.motion.trajectory import Trajectory
 from phichain.system import Parameters, System, Vector, acceleration
+from phichain.system.arrays import whole
 
 EPS = float(np.finfo(float).eps)
+MOST_STEPS = 2**63 - 1
 USUAL = 1e-9
 """The tolerance where none is given."""
 SINGLE_FLOOR = 2e-6
@@ -139,14 +141,14 @@ def simulate(
         UnsupportedError: Unknown method, or one this system has not the functions for.
         ConvergenceError: Finite-time blow-up, or a tolerance that cannot be kept; `trajectory` is what there is.
     """
-    times = check_times(t)
+    times, method = check_times(t), _named(method)
     state, notes = check_state(system, x0)
     asked = (METHODS[method].usual if method in METHODS else USUAL) if tol is None else check_tolerance(tol)
     watched = as_events(events)
     field, jacobian, control, held = bind(system, u, p, float(times[0]), state)
     problem = Problem(
         system, field, jacobian, control, held, p, state, times, asked, asked / 100, h, watched,
-        _budget(max_steps), progress, notes,
+        _budget(max_steps), _told(progress), notes,
     )  # fmt: skip
     if method == "auto":
         problem = replace(problem, tol=asked / choose.SAFETY)
@@ -177,9 +179,19 @@ def simulate(
 
 
 def _budget(max_steps: int) -> int:
-    if int(max_steps) < 1:
-        raise ToleranceError("max_steps", max_steps, "must be at least 1", "leave it out for a million steps")
-    return int(max_steps)
+    return whole("max_steps", max_steps, 1, MOST_STEPS, "leave it out for a million steps")
+
+
+def _told(progress: Progress | None) -> Progress | None:
+    if progress is not None and not callable(progress):
+        raise ArrayError("progress", progress, "cannot be called", "give a callable of (fraction done, t), or leave it out")
+    return progress
+
+
+def _named(method: str) -> str:
+    if not isinstance(method, str):
+        raise UnsupportedError("method", method, "no such method", f"use auto or one of {', '.join(METHODS)}")
+    return method
 
 
 def _method(system: System, name: str) -> Method:

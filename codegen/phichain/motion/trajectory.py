@@ -18,6 +18,7 @@ from phichain.errors import ArrayError
 from phichain.motion.events import Crossing
 from phichain.records import Held, columns_of, write_csv, write_npz
 from phichain.system import Vector
+from phichain.system.arrays import reals
 
 _ARRAYS = {
     "t": real("m"),
@@ -168,7 +169,9 @@ class Trajectory(Held):
             if times < 2:
                 raise ArrayError("times", times, "a trajectory needs two points", "ask for two or more")
             return np.linspace(self.t[0], self.t[-1], int(times))
-        grid = np.atleast_1d(np.asarray(times, dtype=float))
+        grid = np.atleast_1d(reals("times", times, "give times in s"))
+        if grid.ndim != 1 or not grid.size:
+            raise ArrayError("times", grid.shape, "is no list of times", "give them one after the other")
         low, high = min(self.t[0], self.t[-1]), max(self.t[0], self.t[-1])
         if not np.all((grid >= low) & (grid <= high)):
             raise ArrayError(

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from phichain.errors import ArrayError
 from phichain.native.signature import Argument, Signature
+from phichain.scene.keys import NOT_NEGATIVE, POSITIVE
 
 REAL: Final[dict[str, np.dtype[Any]]] = {"double": np.dtype(np.float64), "float": np.dtype(np.float32)}
 SCALAR: Final[dict[str, type]] = {"float64": ctypes.c_double, "float32": ctypes.c_float}
@@ -111,14 +112,29 @@ def parameter_values(
         )
         problem = f"must hold exactly {', '.join(names)}"
         raise ArrayError(field, list(p), problem, f"pass p={{{example}}}", missing=missing, unknown=unknown)
-    values = []
-    for parameter in signature.parameters:
-        value = p[parameter.name]
-        array = converted(f"{field}[{parameter.name!r}]", value, real)
-        if array.shape != parameter.shape:
-            raise _wrong_shape(f"{field}[{parameter.name!r}]", parameter, value, array, batch=False)
-        values.append(array)
-    return values
+    return [_parameter(f"{field}[{parameter.name!r}]", parameter, p[parameter.name], real) for parameter in signature.parameters]
+
+
+def _parameter(field: str, parameter: Argument, value: Any, real: np.dtype[Any]) -> NDArray[Any]:
+    array = converted(field, value, real)
+    if array.shape != parameter.shape:
+        raise _wrong_shape(field, parameter, value, array, batch=False)
+    demand_range(field, parameter.name, array)
+    return array
+
+
+def demand_range(field: str, name: str, array: NDArray[Any]) -> None:
+    """Check that a runtime parameter is one that a scene could hold.
+
+    Raises:
+        ArrayError: It is not finite in the type of the C, or has the wrong sign.
+    """
+    if not np.isfinite(array).all():
+        raise ArrayError(field, array.tolist(), "is not finite", f"use finite numbers that {array.dtype} can hold")
+    if name in POSITIVE and not (array > 0).all():
+        raise ArrayError(field, array.tolist(), "is not positive", "use numbers above zero")
+    if name in NOT_NEGATIVE and not (array >= 0).all():
+        raise ArrayError(field, array.tolist(), "is negative", "use zero or numbers above it")
 
 
 def flat_parameters(
@@ -149,7 +165,7 @@ def converted(field: str, value: Any, real: np.dtype[Any]) -> NDArray[Any]:
     """
     try:
         array = np.asarray(value)
-    except (ValueError, TypeError) as error:
+    except Exception as error:  # a caller's object may fail in its own way when it is made an array
         problem = "cannot be read as an array of numbers"
         raise ArrayError(field, value, problem, "give rows of equal length") from error
     if array.dtype == real:
@@ -157,7 +173,8 @@ def converted(field: str, value: Any, real: np.dtype[Any]) -> NDArray[Any]:
     if not np.can_cast(array.dtype, real, "same_kind"):
         problem, remedy = f"holds {array.dtype} where real numbers are expected", f"convert it to {real}"
         raise ArrayError(field, value, problem, remedy, dtype=array.dtype)
-    return array.astype(real)
+    with np.errstate(over="ignore"):  # what a float cannot hold becomes infinite, as it does in C
+        return array.astype(real)
 
 
 def _wrong_shape(field: str, argument: Argument, value: Any, array: NDArray[Any], batch: bool) -> ArrayError:

@@ -19,7 +19,7 @@ from numpy import ndarray
 from numpy.typing import NDArray
 
 from phichain.errors import ArrayError
-from phichain.native.arrays import SCALAR, Rows, address, parameter_values, row_count, rows_of
+from phichain.native.arrays import SCALAR, Rows, address, demand_range, parameter_values, row_count, rows_of
 from phichain.native.signature import Argument, Signature
 
 Arrays = Any
@@ -61,8 +61,10 @@ def make_callable(
                 idle.append(frame)
                 return _batch(signature, row_loop, real, rows, inputs, p)
             frame.take(inputs)
-        if (takes_parameters or p is not None) and not _known(p, names, frame.fields, real):
-            _fill(frame.parameters, signature, p, real)
+        if takes_parameters or p is not None:
+            if not _known(p, names, frame.fields, real):
+                _fill(frame.parameters, signature, p, real)
+            frame.demand_ranges(signature)
         function(*frame.arguments)
         result = frame.result()
         idle.append(frame)
@@ -91,10 +93,11 @@ def _known(p: Any, names: list[str], fields: Iterable[_Slot], real: np.dtype[Any
 class _Frame:
     """Preallocated buffers of one call, and the arguments C takes for them."""
 
-    __slots__ = ("arguments", "fields", "parameters", "result", "slots")
+    __slots__ = ("arguments", "block", "checked", "fields", "parameters", "result", "slots")
 
     def __init__(self, signature: Signature, real: np.dtype[Any]) -> None:
         block, self.parameters = _parameter_block(signature, real)
+        self.block, self.checked = block, b""
         self.fields: list[_Slot] = [(field.shape, field) for field in self.parameters]
         self.slots: list[_Slot] = []
         arguments: list[Any] = [address(block)] if signature.takes_parameters else []
@@ -105,6 +108,14 @@ class _Frame:
         outputs = [np.zeros(item.shape, real) for item in signature.outputs]
         self.arguments = (*arguments, *map(address, outputs))
         self.result = _reader(outputs)
+
+    def demand_ranges(self, signature: Signature) -> None:
+        """Check runtime parameters that are others than last time; comparing costs a tenth of checking."""
+        given = self.block.tobytes()
+        if given != self.checked:
+            for parameter, values in zip(signature.parameters, self.parameters, strict=True):
+                demand_range(f"{signature.name}.p[{parameter.name!r}]", parameter.name, values)
+            self.checked = given
 
     def take(self, inputs: list[Rows]) -> None:
         """Copy checked inputs of a single state into the buffers."""

@@ -30,6 +30,7 @@ from phichain.continuation import (
 from phichain.errors import ArrayError, ToleranceError
 from phichain.orbits.modes import linear_modes
 from phichain.system import Parameters, System, Vector
+from phichain.system.arrays import positive, whole
 
 
 def harmonic_problem(system: System, p: Parameters | None = None, *, omega: float, shape: Vector) -> Problem:
@@ -114,7 +115,10 @@ def trace(
         ToleranceError: Amplitudes not positive, or start not below the end.
         ConvergenceError: Newton did not reach the family.
     """
-    if not (np.isfinite(amplitude_max) and 0 < amplitude_start < amplitude_max):
+    remedy = "give an angle in rad"
+    amplitude_start = positive("amplitude_start", amplitude_start, remedy)
+    amplitude_max = positive("amplitude_max", amplitude_max, remedy)
+    if not amplitude_start < amplitude_max:
         raise ToleranceError(
             "amplitude_start, amplitude_max",
             (amplitude_start, amplitude_max),
@@ -122,12 +126,12 @@ def trace(
             "leave the start at 1e-3, and end at a larger angle in rad, such as 3",
         )
     modes = linear_modes(system, p)
-    if not 1 <= mode <= len(modes.omega):
-        raise ArrayError(
-            "mode", mode, f"this chain has the modes 1 .. {len(modes.omega)}", "choose one of them"
-        )
+    mode = whole("mode", mode, 1, len(modes.omega), f"this chain has the modes 1 .. {len(modes.omega)}", ArrayError)
     omega, shape = float(modes.omega[mode - 1]), modes.shapes[:, mode - 1]
     problem = harmonic_problem(system, p, omega=omega, shape=shape)
+    for field, given, kind in (("options", options, Options), ("engine", engine, Engine)):
+        if given is not None and not isinstance(given, kind):
+            raise ArrayError(field, given, f"is no {kind.__name__}", "leave it out, or make one")
     engine = engine or Engine(options=options or Options(step_max=0.1, max_points=2000))
     direction = np.append(shape, 0.0)
     start = start_on(problem, np.append(amplitude_start * shape, omega), direction, engine, fixed=True)

@@ -26,6 +26,12 @@ PARAMETERS: Final = ("mass", "length", "com", "cart_mass", "gravity", "damping",
 PER_LINK: Final = ("mass", "length", "com", "damping", "stiffness")
 """The parameters that hold one number per link."""
 
+POSITIVE: Final = ("mass", "length", "com", "cart_mass")
+"""The parameters that must be above zero."""
+
+NOT_NEGATIVE: Final = ("damping", "stiffness")
+"""The parameters that must not be below zero."""
+
 _LABELS: Final = {"name": "name"} | {key: f"{table}.{key}" for table, keys in TABLES.items() for key in keys}
 
 _PLANNED_TABLES: Final = {

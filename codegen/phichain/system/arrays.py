@@ -1,23 +1,81 @@
-"""Numbers from callers, as arrays of doubles."""
+"""Numbers from callers, as doubles and whole numbers; whatever is none is one typed error."""
 
 from __future__ import annotations
 
+import math
+import operator
+from typing import Any
+
 import numpy as np
 
-from phichain.errors import ControlError
+from phichain.errors import ArrayError, ControlError, PhichainError, ToleranceError
 from phichain.system.system import Vector
+
+_REALS = "biuf"
+"""NumPy's letters of the types that doubles hold: truth values, whole numbers, real numbers."""
+
+
+def reals(field: str, values: object, remedy: str, error: type[PhichainError] = ArrayError) -> Vector:
+    """Values as an array of doubles of their own shape; the very array where it is one.
+
+    Raises:
+        PhichainError: Of the given kind: they are complex, text, objects, ragged or no numbers.
+    """
+    try:
+        array = np.asarray(values)
+        # A list of nothing is an array of doubles, and so is a list of arrays of length 0.
+        if array.dtype.kind not in _REALS:
+            raise TypeError(array.dtype)
+        return np.asarray(array, dtype=float)
+    except Exception as failure:  # a caller's object may fail in its own way when it is made an array
+        raise error(field, values, "does not hold real numbers", remedy) from failure
 
 
 def real_numbers(field: str, values: object, remedy: str) -> Vector:
-    """Values as an array of doubles.
+    """`reals` for the regulators.
 
     Raises:
         ControlError: They are complex, ragged or no numbers.
     """
+    return reals(field, values, remedy, ControlError)
+
+
+def number(field: str, value: object, remedy: str, error: type[PhichainError] = ArrayError) -> float:
+    """A finite real number.
+
+    Raises:
+        PhichainError: Of the given kind: it is none.
+    """
+    array = reals(field, value, remedy, error)
+    if array.ndim or not math.isfinite(array):
+        raise error(field, value, "is not a finite number", remedy)
+    return float(array)
+
+
+def positive(field: str, value: object, remedy: str, error: type[PhichainError] = ToleranceError) -> float:
+    """A finite number above zero.
+
+    Raises:
+        PhichainError: Of the given kind: it is none.
+    """
+    array = reals(field, value, remedy, error)
+    if array.ndim or not (math.isfinite(array) and array > 0):
+        raise error(field, value, "must be positive and finite", remedy)
+    return float(array)
+
+
+def whole(
+    field: str, value: Any, least: int, most: int, remedy: str, error: type[PhichainError] = ToleranceError
+) -> int:
+    """A whole number between two bounds, both included; a float that is whole counts as one.
+
+    Raises:
+        PhichainError: Of the given kind: it is none, or lies outside.
+    """
     try:
-        array = np.asarray(values)
-        if np.iscomplexobj(array):
-            raise TypeError("complex")
-        return np.asarray(array, dtype=float)
+        result = int(value) if isinstance(value, float | np.floating) and float(value).is_integer() else operator.index(value)
     except (TypeError, ValueError) as failure:
-        raise ControlError(field, values, "does not hold real numbers", remedy) from failure
+        raise error(field, value, "is not a whole number", remedy) from failure
+    if not least <= result <= most:
+        raise error(field, value, f"must be at least {least}" if result < least else f"must be at most {most}", remedy)
+    return result

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from phichain.contract import flows
 from phichain.errors import ArrayError
 from phichain.records import Held
+from phichain.system.arrays import number, whole
 
 OUTCOMES: Final = tuple(outcome.name for outcome in flows.OUTCOMES)
 """Results of NAME_propagate by their number in C."""
@@ -33,16 +34,15 @@ class Stop:
     direction: int = 0
 
     def __post_init__(self) -> None:
-        if self.scalar not in flows.SCALARS:
+        if not isinstance(self.scalar, str) or self.scalar not in flows.SCALARS:
             raise ArrayError(
                 "stop.scalar", self.scalar, "is no scalar of the flow", 'use "q", "v" or "depth"'
             )
-        if self.direction not in (-1, 0, 1):
-            raise ArrayError(
-                "stop.direction", self.direction, "is none of -1, 0, 1", "use 0 for both directions"
-            )
-        if not np.isfinite(self.value):
-            raise ArrayError("stop.value", self.value, "is not finite", "give a finite value")
+        index = whole("stop.index", self.index, 0, 2**31 - 1, "count entries and links from 0", ArrayError)
+        direction = whole("stop.direction", self.direction, -1, 1, "use -1, 1, or 0 for both directions", ArrayError)
+        value = number("stop.value", self.value, "give a finite value")
+        for name, checked in (("index", index), ("direction", direction), ("value", value)):
+            object.__setattr__(self, name, checked)
 
     @property
     def number(self) -> int:

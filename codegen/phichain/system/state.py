@@ -14,14 +14,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from phichain.errors import ArrayError
+from phichain.system.arrays import reals
 from phichain.system.system import Parameters, System, Vector
 
 VectorField = Callable[..., Vector]
 
 
 def pack(q: ArrayLike, v: ArrayLike) -> Vector:
-    """State x = (q, v) of shape (..., nq + nv)."""
-    return np.concatenate([np.asarray(q, dtype=float), np.asarray(v, dtype=float)], axis=-1)
+    """State x = (q, v) of shape (..., nq + nv).
+
+    Raises:
+        ArrayError: q and v hold no real numbers, or differ in more than their last axis.
+    """
+    parts = [reals(name, part, "give real numbers") for name, part in (("q", q), ("v", v))]
+    if not all(part.ndim for part in parts) or parts[0].shape[:-1] != parts[1].shape[:-1]:
+        shapes = tuple(part.shape for part in parts)
+        raise ArrayError("q, v", shapes, "do not fit each other", "give both as vectors, or as many rows of each")
+    return np.concatenate(parts, axis=-1)
 
 
 def unpack(system: System, x: ArrayLike) -> tuple[Vector, Vector]:
@@ -30,7 +39,7 @@ def unpack(system: System, x: ArrayLike) -> tuple[Vector, Vector]:
     Raises:
         ArrayError: The last axis of x has not nq + nv entries.
     """
-    state = np.asarray(x, dtype=float)
+    state = reals("x", x, "pack(q, v) makes such a state")
     if state.ndim == 0 or state.shape[-1] != system.nx:
         raise ArrayError(
             "x",
@@ -101,7 +110,7 @@ def input_arguments(system: System, q: Vector, u: ArrayLike | None) -> tuple[Vec
     shape = (*q.shape[:-1], system.nu)
     if u is None:
         return (np.zeros(shape),)
-    value = np.asarray(u, dtype=float)
+    value = reals("u", u, "give one number per input")
     if value.ndim == 0 or value.shape[-1] != system.nu:
         raise ArrayError(
             "u", value.shape, f"the last axis must hold nu = {system.nu} numbers", "give one per input"

@@ -199,7 +199,12 @@ class System:
 
         Args:
             p: Values by name; those left out keep the system's defaults.
+
+        Raises:
+            ArrayError: p is no mapping.
         """
+        if p is not None and not isinstance(p, Mapping):
+            raise ArrayError("p", p, "does not hold parameters by name", 'give a mapping, such as {"gravity": 9.81}')
         if p is None and self.params is None:
             return {}
         return {"p": {**(self.params or {}), **(p or {})}}

@@ -7,15 +7,26 @@
 #include <stdint.h>
 #include <string.h>
 
+/* Stands where an argument promises that nothing else reaches what it points to. C++ and MSVC know no such
+ * word inside the brackets of an array; whoever wants none defines it as nothing. */
+#ifndef CART1_FLOAT_RESTRICT
+#if defined(__STDC_VERSION__) && __STDC_VERSION__ >= 199901L && !defined(__cplusplus) && !defined(_MSC_VER)
+#define CART1_FLOAT_RESTRICT restrict
+#else
+#define CART1_FLOAT_RESTRICT
+#endif
+#endif
+
 /* Sine and cosine of n angles. For |angle| <= 3200 the error stays below 0.95 ulp and no branch
  * depends on the data; larger angles, infinities and NaN are left to the C library. Outputs must not
  * overlap the angles. Wherever the compiler may reorder sums or keep excess precision the exact
  * reduction below would lose its digits, so the C library serves every angle there. */
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST) \
     || (FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16)
-static void cart1_float_sincos(const int n, const cart1_float_real *restrict angle,
-    cart1_float_real *restrict sine,
-    cart1_float_real *restrict cosine)
+/* By the C library. */
+static void cart1_float_sincos(const int n, const cart1_float_real *CART1_FLOAT_RESTRICT angle,
+    cart1_float_real *CART1_FLOAT_RESTRICT sine,
+    cart1_float_real *CART1_FLOAT_RESTRICT cosine)
 {
     for (int k = 0; k < n; ++k) {
         sine[k] = sinf(angle[k]);
@@ -23,6 +34,7 @@ static void cart1_float_sincos(const int n, const cart1_float_real *restrict ang
     }
 }
 #else
+/* The bits of a number. */
 static uint32_t cart1_float_bits_of(const cart1_float_real value)
 {
     uint32_t bits;
@@ -30,6 +42,7 @@ static uint32_t cart1_float_bits_of(const cart1_float_real value)
     return bits;
 }
 
+/* The number of these bits. */
 static cart1_float_real cart1_float_from_bits(const uint32_t bits)
 {
     cart1_float_real value;
@@ -37,9 +50,10 @@ static cart1_float_real cart1_float_from_bits(const uint32_t bits)
     return value;
 }
 
-static void cart1_float_sincos(const int n, const cart1_float_real *restrict angle,
-    cart1_float_real *restrict sine,
-    cart1_float_real *restrict cosine)
+/* Every angle in one sweep; those that are too large again. */
+static void cart1_float_sincos(const int n, const cart1_float_real *CART1_FLOAT_RESTRICT angle,
+    cart1_float_real *CART1_FLOAT_RESTRICT sine,
+    cart1_float_real *CART1_FLOAT_RESTRICT cosine)
 {
     const uint32_t sign_bit = 0x80000000u;
     const uint32_t bound_bits = 0x45480000u; /* of 3200 */
@@ -52,27 +66,27 @@ static void cart1_float_sincos(const int n, const cart1_float_real *restrict ang
 
     for (int k = 0; k < n; ++k) {
         /* quarter = angle / (pi/2) to the nearest integer, whose low bits end up last in `rounded` */
-        const cart1_float_real rounded = angle[k] * 0x1.45f306p-1f + 0x1.8p+23f;
-        const cart1_float_real quarter = rounded - 0x1.8p+23f;
+        const cart1_float_real rounded = angle[k] * 0x1.45f306p-1F + 0x1.8p+23F;
+        const cart1_float_real quarter = rounded - 0x1.8p+23F;
         const uint32_t quadrant = cart1_float_bits_of(rounded);
 
         /* angle - quarter * pi/2 = r - excess; only the product with the last part of pi/2 is rounded */
-        const cart1_float_real coarse = angle[k] - quarter * 0x1.922p+0f;
-        const cart1_float_real middle = (0x1.8p+23f - rounded) * 0x1.2afp-18f;
+        const cart1_float_real coarse = angle[k] - quarter * 0x1.922p+0F;
+        const cart1_float_real middle = (0x1.8p+23F - rounded) * 0x1.2afp-18F;
         const cart1_float_real r = coarse - middle;
-        const cart1_float_real excess = quarter * 0x1.0b4612p-34f - ((coarse - r) - middle);
+        const cart1_float_real excess = quarter * 0x1.0b4612p-34F - ((coarse - r) - middle);
 
         const cart1_float_real r2 = r * r;
         const cart1_float_real r4 = r2 * r2;
-        const cart1_float_real sine_series = (0x1.555546p-3f - r2 * 0x1.110778p-7f)
-            + r4 * 0x1.9953e4p-13f;
-        const cart1_float_real cosine_series = (0x1.555548p-5f - r2 * 0x1.6c0b3p-10f)
-            + r4 * 0x1.99ad38p-16f;
-        const cart1_float_real half_r2 = 0.5f * r2;
-        const cart1_float_real leading = 1.0f - half_r2;
+        const cart1_float_real sine_series = (0x1.555546p-3F - r2 * 0x1.110778p-7F)
+            + r4 * 0x1.9953e4p-13F;
+        const cart1_float_real cosine_series = (0x1.555548p-5F - r2 * 0x1.6c0b3p-10F)
+            + r4 * 0x1.99ad38p-16F;
+        const cart1_float_real half_r2 = 0.5F * r2;
+        const cart1_float_real leading = 1.0F - half_r2;
         const uint32_t s = cart1_float_bits_of(r - (r2 * r * sine_series + excess * leading));
         const uint32_t c = cart1_float_bits_of(leading
-            + (((1.0f - leading) - half_r2) + (r4 * cosine_series + r * excess)));
+            + (((1.0F - leading) - half_r2) + (r4 * cosine_series + r * excess)));
 
         /* Odd quadrants exchange the two; quadrants 2, 3 negate the sine, 1, 2 the cosine. */
         const uint32_t exchange = (s ^ c) & (0u - (quadrant & 1u));
@@ -93,193 +107,219 @@ static void cart1_float_sincos(const int n, const cart1_float_real *restrict ang
 }
 #endif
 
+/* Accelerations: the equations of motion solved.
+ *
+ * Quantities (docs/theory.md, section 5):
+ *   cart_acceleration  m/s^2      acceleration of the cart
+ *   rate_squared       rad^2/s^2  squared absolute rate of a link
+ *   shear, lean        m (r/l)^2  what turning by the joint's angle moves between the entries of the inertia
+ *   outer_xy           m (r/l)^2  inertia of the link and all beyond it, in the frame of the link before
+ *   sine, cosine                  sine and cosine of the joints' angles
+ */
 void cart1_float_forward_dynamics(const cart1_float_params *p, const cart1_float_real q[2],
-    const cart1_float_real v[2], const cart1_float_real u[1], cart1_float_real a[restrict 2])
+    const cart1_float_real v[2], const cart1_float_real u[1], cart1_float_real a[CART1_FLOAT_RESTRICT 2])
 {
-    const float t1 = p->length[0] / p->com[0];
-    const float t2 = (p->length[0] - p->com[0]) / p->com[0];
-    const float t3 = t1 * t1;
-    const float t4 = p->mass[0] / t3;
-    float sine[1], cosine[1];
-    cart1_float_sincos(1, &q[1], sine, cosine);
+    const cart1_float_real t1 = p->length[0] / p->com[0];
+    const cart1_float_real t2 = (p->length[0] - p->com[0]) / p->com[0];
+    const cart1_float_real t3 = t1 * t1;
+    const cart1_float_real t4 = p->mass[0] / t3;
+    cart1_float_real sine, cosine;
+    cart1_float_sincos(1, &q[1], &sine, &cosine);
 
-    const float rate_squared_end = v[1] * v[1];
-    const float t5 = (p->stiffness[0] * q[1] + p->damping[0] * v[1])
-        * (1.0f / (p->mass[0] * p->com[0] * p->com[0]));
-    const float shear = sine[0] * t3;
-    const float lean = sine[0] * shear;
-    const float outer_xy = cosine[0] * shear;
-    const float t6 = u[0] + p->gravity * (t4 * outer_xy)
-        + t4 * p->length[0] * (cosine[0] * (t5 + t2 * t5) + sine[0] * (rate_squared_end * t1));
-    const float cart_acceleration = t6 / (p->cart_mass + t4 * lean);
-    const float t7 = 1.0f / p->length[0];
-    const float t8 = cosine[0] * (t7 * cart_acceleration) + sine[0] * (t7 * p->gravity);
+    const cart1_float_real rate_squared_end = v[1] * v[1];
+    const cart1_float_real t5 = (p->stiffness[0] * q[1] + p->damping[0] * v[1])
+        * (1.0F / (p->mass[0] * p->com[0] * p->com[0]));
+    const cart1_float_real shear = sine * t3;
+    const cart1_float_real lean = sine * shear;
+    const cart1_float_real outer_xy = cosine * shear;
+    const cart1_float_real t6 = u[0] + p->gravity * (t4 * outer_xy)
+        + t4 * p->length[0] * (cosine * (t5 + t2 * t5) + sine * (rate_squared_end * t1));
+    const cart1_float_real cart_acceleration = t6 / (p->cart_mass + t4 * lean);
+    const cart1_float_real t7 = 1.0F / p->length[0];
+    const cart1_float_real t8 = cosine * (t7 * cart_acceleration) + sine * (t7 * p->gravity);
 
     a[0] = cart_acceleration;
     a[1] = -(t5 + t2 * t8 + t8);
 }
 
+/* Kinetic and potential energy.
+ *
+ * Quantities (docs/theory.md, section 2):
+ *   sine, cosine  sine and cosine of the absolute angle; in inverse_dynamics of the joint's
+ * Quantities (docs/theory.md, section 1):
+ *   mass_speed_x  m/s  velocity of a link's mass
+ *   sideways      1/s  rate of a link's direction, its horizontal part
+ */
 void cart1_float_energy(const cart1_float_params *p, const cart1_float_real q[2], const cart1_float_real v[2],
     cart1_float_real *kinetic, cart1_float_real *potential)
 {
-    float sine[1], cosine[1];
-    cart1_float_sincos(1, &q[1], sine, cosine);
+    cart1_float_real sine, cosine;
+    cart1_float_sincos(1, &q[1], &sine, &cosine);
 
-    const float sideways_0 = cosine[0] * v[1];
-    const float mass_speed_x_0 = v[0] + p->com[0] * sideways_0;
-    const float t1 = p->com[0] * (sine[0] * v[1]);
+    const cart1_float_real sideways_0 = cosine * v[1];
+    const cart1_float_real mass_speed_x_0 = v[0] + p->com[0] * sideways_0;
+    const cart1_float_real t1 = p->com[0] * (sine * v[1]);
 
-    *kinetic = 0.5f * (p->cart_mass * (v[0] * v[0]) + p->mass[0] * (mass_speed_x_0 * mass_speed_x_0
+    *kinetic = 0.5F * (p->cart_mass * (v[0] * v[0]) + p->mass[0] * (mass_speed_x_0 * mass_speed_x_0
         + t1 * t1));
-    *potential = 0.5f * p->stiffness[0] * (q[1] * q[1]) - p->gravity * p->mass[0] * (p->com[0] * cosine[0]);
+    *potential = 0.5F * p->stiffness[0] * (q[1] * q[1]) - p->gravity * p->mass[0] * (p->com[0] * cosine);
 }
 
+/* Linear equations of motion about an equilibrium, M x'' + D x' + G x = B u. */
 void cart1_float_linearization(const cart1_float_params *p, const cart1_float_real s[1],
-    cart1_float_real M[restrict 4], cart1_float_real G[restrict 4], cart1_float_real D[restrict 4],
-    cart1_float_real B[restrict 2])
+    cart1_float_real M[CART1_FLOAT_RESTRICT 4], cart1_float_real G[CART1_FLOAT_RESTRICT 4],
+    cart1_float_real D[CART1_FLOAT_RESTRICT 4], cart1_float_real B[CART1_FLOAT_RESTRICT 2])
 {
-    const float t1 = p->mass[0] * p->com[0];
-    const float t2 = t1 * s[0];
+    const cart1_float_real t1 = p->mass[0] * p->com[0];
+    const cart1_float_real t2 = t1 * s[0];
 
     M[0] = p->mass[0] + p->cart_mass;
     M[1] = t2;
     M[2] = t2;
     M[3] = t1 * p->com[0];
-    G[0] = 0.0f;
-    G[1] = 0.0f;
-    G[2] = 0.0f;
+    G[0] = 0.0F;
+    G[1] = 0.0F;
+    G[2] = 0.0F;
     G[3] = p->gravity * t2 + p->stiffness[0];
-    D[0] = 0.0f;
-    D[1] = 0.0f;
-    D[2] = 0.0f;
+    D[0] = 0.0F;
+    D[1] = 0.0F;
+    D[2] = 0.0F;
     D[3] = p->damping[0];
-    B[0] = 1.0f;
-    B[1] = 0.0f;
+    B[0] = 1.0F;
+    B[1] = 0.0F;
 }
 
+/* Exact partial derivatives of forward_dynamics.
+ *
+ * Quantities are named as in forward_dynamics.
+ */
 void cart1_float_state_jacobian(const cart1_float_params *p, const cart1_float_real q[2],
-    const cart1_float_real v[2], const cart1_float_real u[1], cart1_float_real dadq[restrict 4],
-    cart1_float_real dadv[restrict 4], cart1_float_real dadu[restrict 2])
+    const cart1_float_real v[2], const cart1_float_real u[1], cart1_float_real dadq[CART1_FLOAT_RESTRICT 4],
+    cart1_float_real dadv[CART1_FLOAT_RESTRICT 4], cart1_float_real dadu[CART1_FLOAT_RESTRICT 2])
 {
-    const float t1 = p->length[0] / p->com[0];
-    const float t2 = (p->length[0] - p->com[0]) / p->com[0];
-    const float t3 = 1.0f / (p->mass[0] * p->com[0] * p->com[0]);
-    const float t4 = t1 * t1;
-    const float t5 = p->mass[0] / t4;
-    float sine[1], cosine[1];
-    cart1_float_sincos(1, &q[1], sine, cosine);
+    const cart1_float_real t1 = p->length[0] / p->com[0];
+    const cart1_float_real t2 = (p->length[0] - p->com[0]) / p->com[0];
+    const cart1_float_real t3 = 1.0F / (p->mass[0] * p->com[0] * p->com[0]);
+    const cart1_float_real t4 = t1 * t1;
+    const cart1_float_real t5 = p->mass[0] / t4;
+    cart1_float_real sine, cosine;
+    cart1_float_sincos(1, &q[1], &sine, &cosine);
 
-    const float rate_squared_end = v[1] * v[1];
-    const float t6 = (p->stiffness[0] * q[1] + p->damping[0] * v[1]) * t3;
-    const float t7 = t3 * p->stiffness[0];
-    const float t8 = t3 * p->damping[0];
-    const float t9 = rate_squared_end * t1;
-    const float t10 = t6 + t2 * t6;
-    const float shear = sine[0] * t4;
-    const float t11 = t4 * cosine[0];
-    const float lean = sine[0] * shear;
-    const float t12 = shear * cosine[0];
-    const float t13 = t5 * p->length[0];
-    const float t14 = p->gravity * (t5 * (cosine[0] * t11 - lean))
-        + t13 * (cosine[0] * (t7 + t2 * t7) - t10 * sine[0] + t9 * cosine[0]);
-    const float t15 = p->cart_mass + t5 * lean;
-    const float cart_acceleration = (u[0] + p->gravity * (t5 * t12) + t13 * (cosine[0] * t10 + sine[0] * t9))
-        / t15;
-    const float t16 = 1.0f / t15;
-    const float t17 = t16 * t14 - t16 * cart_acceleration * (t5 * (t12 + sine[0] * t11));
-    const float t18 = t16 * (t13 * (cosine[0] * (t8 + t2 * t8) + sine[0] * (t1 * (v[1] + v[1]))));
-    const float t19 = 1.0f / p->length[0];
-    const float t20 = cosine[0] * (t19 * t18);
-    const float t21 = cosine[0] * (t19 * t16);
-    const float t22 = cosine[0] * (t19 * t17) - t19 * cart_acceleration * sine[0]
-        + t19 * p->gravity * cosine[0];
+    const cart1_float_real rate_squared_end = v[1] * v[1];
+    const cart1_float_real t6 = (p->stiffness[0] * q[1] + p->damping[0] * v[1]) * t3;
+    const cart1_float_real t7 = t3 * p->stiffness[0];
+    const cart1_float_real t8 = t3 * p->damping[0];
+    const cart1_float_real t9 = rate_squared_end * t1;
+    const cart1_float_real t10 = t6 + t2 * t6;
+    const cart1_float_real shear = sine * t4;
+    const cart1_float_real t11 = t4 * cosine;
+    const cart1_float_real lean = sine * shear;
+    const cart1_float_real t12 = shear * cosine;
+    const cart1_float_real t13 = t5 * p->length[0];
+    const cart1_float_real t14 = p->gravity * (t5 * (cosine * t11 - lean))
+        + t13 * (cosine * (t7 + t2 * t7) - t10 * sine + t9 * cosine);
+    const cart1_float_real t15 = p->cart_mass + t5 * lean;
+    const cart1_float_real cart_acceleration = (u[0] + p->gravity * (t5 * t12)
+        + t13 * (cosine * t10 + sine * t9)) / t15;
+    const cart1_float_real t16 = 1.0F / t15;
+    const cart1_float_real t17 = t16 * t14 - t16 * cart_acceleration * (t5 * (t12 + sine * t11));
+    const cart1_float_real t18 = t16 * (t13 * (cosine * (t8 + t2 * t8) + sine * (t1 * (v[1] + v[1]))));
+    const cart1_float_real t19 = 1.0F / p->length[0];
+    const cart1_float_real t20 = cosine * (t19 * t18);
+    const cart1_float_real t21 = cosine * (t19 * t16);
+    const cart1_float_real t22 = cosine * (t19 * t17) - t19 * cart_acceleration * sine
+        + t19 * p->gravity * cosine;
 
-    dadq[0] = 0.0f;
+    dadq[0] = 0.0F;
     dadq[1] = t17;
-    dadq[2] = 0.0f;
+    dadq[2] = 0.0F;
     dadq[3] = -(t7 + t2 * t22 + t22);
-    dadv[0] = 0.0f;
+    dadv[0] = 0.0F;
     dadv[1] = t18;
-    dadv[2] = 0.0f;
+    dadv[2] = 0.0F;
     dadv[3] = -(t8 + t2 * t20 + t20);
     dadu[0] = t16;
     dadu[1] = -(t2 * t21 + t21);
 }
 
+/* One Runge-Kutta step of order 4.
+ *
+ * Quantities are named as in forward_dynamics.
+ */
 void cart1_float_step(const cart1_float_params *p, const cart1_float_real h, const cart1_float_real q[2],
-    const cart1_float_real v[2], const cart1_float_real u[1], cart1_float_real q_next[restrict 2],
-    cart1_float_real v_next[restrict 2])
+    const cart1_float_real v[2], const cart1_float_real u[1], cart1_float_real q_next[CART1_FLOAT_RESTRICT 2],
+    cart1_float_real v_next[CART1_FLOAT_RESTRICT 2])
 {
-    const float t1 = p->length[0] / p->com[0];
-    const float t2 = (p->length[0] - p->com[0]) / p->com[0];
-    const float t3 = 1.0f / (p->mass[0] * p->com[0] * p->com[0]);
-    const float t4 = t1 * t1;
-    const float t5 = p->mass[0] / t4;
-    const float t6 = 0.5f * h;
-    const float t7 = q[1] + t6 * v[1];
-    const float angle[2] = {q[1], t7};
-    float sine[2], cosine[2];
+    const cart1_float_real t1 = p->length[0] / p->com[0];
+    const cart1_float_real t2 = (p->length[0] - p->com[0]) / p->com[0];
+    const cart1_float_real t3 = 1.0F / (p->mass[0] * p->com[0] * p->com[0]);
+    const cart1_float_real t4 = t1 * t1;
+    const cart1_float_real t5 = p->mass[0] / t4;
+    const cart1_float_real t6 = 0.5F * h;
+    const cart1_float_real t7 = q[1] + t6 * v[1];
+    const cart1_float_real angle[2] = {q[1], t7};
+    cart1_float_real sine[2], cosine[2];
     cart1_float_sincos(2, angle, sine, cosine);
 
-    const float rate_squared_end = v[1] * v[1];
-    const float t8 = (p->stiffness[0] * q[1] + p->damping[0] * v[1]) * t3;
-    const float shear = sine[0] * t4;
-    const float lean = sine[0] * shear;
-    const float outer_xy = cosine[0] * shear;
-    const float t9 = t5 * p->length[0];
-    const float t10 = u[0] + p->gravity * (t5 * outer_xy)
+    const cart1_float_real rate_squared_end = v[1] * v[1];
+    const cart1_float_real t8 = (p->stiffness[0] * q[1] + p->damping[0] * v[1]) * t3;
+    const cart1_float_real shear = sine[0] * t4;
+    const cart1_float_real lean = sine[0] * shear;
+    const cart1_float_real outer_xy = cosine[0] * shear;
+    const cart1_float_real t9 = t5 * p->length[0];
+    const cart1_float_real t10 = u[0] + p->gravity * (t5 * outer_xy)
         + t9 * (cosine[0] * (t8 + t2 * t8) + sine[0] * (rate_squared_end * t1));
-    const float cart_acceleration = t10 / (p->cart_mass + t5 * lean);
-    const float t11 = 1.0f / p->length[0];
-    const float t12 = t11 * p->gravity;
-    const float t13 = cosine[0] * (t11 * cart_acceleration) + sine[0] * t12;
-    const float t14 = t8 + t2 * t13 + t13;
-    const float t15 = v[1] - t6 * t14;
-    const float rate_squared_end_2 = t15 * t15;
-    const float t16 = (p->stiffness[0] * t7 + p->damping[0] * t15) * t3;
-    const float shear_2 = sine[1] * t4;
-    const float lean_2 = sine[1] * shear_2;
-    const float outer_xy_2 = cosine[1] * shear_2;
-    const float t17 = u[0] + p->gravity * (t5 * outer_xy_2)
+    const cart1_float_real cart_acceleration = t10 / (p->cart_mass + t5 * lean);
+    const cart1_float_real t11 = 1.0F / p->length[0];
+    const cart1_float_real t12 = t11 * p->gravity;
+    const cart1_float_real t13 = cosine[0] * (t11 * cart_acceleration) + sine[0] * t12;
+    const cart1_float_real t14 = t8 + t2 * t13 + t13;
+    const cart1_float_real t15 = v[1] - t6 * t14;
+    const cart1_float_real rate_squared_end_2 = t15 * t15;
+    const cart1_float_real t16 = (p->stiffness[0] * t7 + p->damping[0] * t15) * t3;
+    const cart1_float_real shear_2 = sine[1] * t4;
+    const cart1_float_real lean_2 = sine[1] * shear_2;
+    const cart1_float_real outer_xy_2 = cosine[1] * shear_2;
+    const cart1_float_real t17 = u[0] + p->gravity * (t5 * outer_xy_2)
         + t9 * (cosine[1] * (t16 + t2 * t16) + sine[1] * (rate_squared_end_2 * t1));
-    const float cart_acceleration_2 = t17 / (p->cart_mass + t5 * lean_2);
-    const float t18 = cosine[1] * (t11 * cart_acceleration_2) + sine[1] * t12;
-    const float t19 = t16 + t2 * t18 + t18;
-    const float t20 = q[1] + t6 * t15;
-    const float t21 = v[1] - t6 * t19;
-    const float t22 = q[1] + h * t21;
-    const float angle_2[2] = {t20, t22};
-    float sine_2[2], cosine_2[2];
+    const cart1_float_real cart_acceleration_2 = t17 / (p->cart_mass + t5 * lean_2);
+    const cart1_float_real t18 = cosine[1] * (t11 * cart_acceleration_2) + sine[1] * t12;
+    const cart1_float_real t19 = t16 + t2 * t18 + t18;
+    const cart1_float_real t20 = q[1] + t6 * t15;
+    const cart1_float_real t21 = v[1] - t6 * t19;
+    const cart1_float_real t22 = q[1] + h * t21;
+    const cart1_float_real angle_2[2] = {t20, t22};
+    cart1_float_real sine_2[2], cosine_2[2];
     cart1_float_sincos(2, angle_2, sine_2, cosine_2);
 
-    const float rate_squared_end_3 = t21 * t21;
-    const float t23 = (p->stiffness[0] * t20 + p->damping[0] * t21) * t3;
-    const float shear_3 = sine_2[0] * t4;
-    const float lean_3 = sine_2[0] * shear_3;
-    const float outer_xy_3 = cosine_2[0] * shear_3;
-    const float t24 = u[0] + p->gravity * (t5 * outer_xy_3)
+    const cart1_float_real rate_squared_end_3 = t21 * t21;
+    const cart1_float_real t23 = (p->stiffness[0] * t20 + p->damping[0] * t21) * t3;
+    const cart1_float_real shear_3 = sine_2[0] * t4;
+    const cart1_float_real lean_3 = sine_2[0] * shear_3;
+    const cart1_float_real outer_xy_3 = cosine_2[0] * shear_3;
+    const cart1_float_real t24 = u[0] + p->gravity * (t5 * outer_xy_3)
         + t9 * (cosine_2[0] * (t23 + t2 * t23) + sine_2[0] * (rate_squared_end_3 * t1));
-    const float cart_acceleration_3 = t24 / (p->cart_mass + t5 * lean_3);
-    const float t25 = cosine_2[0] * (t11 * cart_acceleration_3) + sine_2[0] * t12;
-    const float t26 = t23 + t2 * t25 + t25;
-    const float t27 = v[1] - h * t26;
-    const float rate_squared_end_4 = t27 * t27;
-    const float t28 = (p->stiffness[0] * t22 + p->damping[0] * t27) * t3;
-    const float shear_4 = sine_2[1] * t4;
-    const float lean_4 = sine_2[1] * shear_4;
-    const float outer_xy_4 = cosine_2[1] * shear_4;
-    const float t29 = u[0] + p->gravity * (t5 * outer_xy_4)
+    const cart1_float_real cart_acceleration_3 = t24 / (p->cart_mass + t5 * lean_3);
+    const cart1_float_real t25 = cosine_2[0] * (t11 * cart_acceleration_3) + sine_2[0] * t12;
+    const cart1_float_real t26 = t23 + t2 * t25 + t25;
+    const cart1_float_real t27 = v[1] - h * t26;
+    const cart1_float_real rate_squared_end_4 = t27 * t27;
+    const cart1_float_real t28 = (p->stiffness[0] * t22 + p->damping[0] * t27) * t3;
+    const cart1_float_real shear_4 = sine_2[1] * t4;
+    const cart1_float_real lean_4 = sine_2[1] * shear_4;
+    const cart1_float_real outer_xy_4 = cosine_2[1] * shear_4;
+    const cart1_float_real t29 = u[0] + p->gravity * (t5 * outer_xy_4)
         + t9 * (cosine_2[1] * (t28 + t2 * t28) + sine_2[1] * (rate_squared_end_4 * t1));
-    const float cart_acceleration_4 = t29 / (p->cart_mass + t5 * lean_4);
-    const float t30 = cosine_2[1] * (t11 * cart_acceleration_4) + sine_2[1] * t12;
-    const float t31 = 0.16666667f * h;
-    const float t32 = v[0] + (v[0] + h * cart_acceleration_3)
-        + 2.0f * (v[0] + t6 * cart_acceleration + (v[0] + t6 * cart_acceleration_2));
-    const float t33 = t31 * (cart_acceleration + cart_acceleration_4
-        + 2.0f * (cart_acceleration_2 + cart_acceleration_3));
+    const cart1_float_real cart_acceleration_4 = t29 / (p->cart_mass + t5 * lean_4);
+    const cart1_float_real t30 = cosine_2[1] * (t11 * cart_acceleration_4) + sine_2[1] * t12;
+    const cart1_float_real t31 = 0.16666667F * h;
+    const cart1_float_real t32 = v[0] + (v[0] + h * cart_acceleration_3)
+        + 2.0F * (v[0] + t6 * cart_acceleration + (v[0] + t6 * cart_acceleration_2));
+    const cart1_float_real t33 = t31 * (cart_acceleration + cart_acceleration_4
+        + 2.0F * (cart_acceleration_2 + cart_acceleration_3));
 
     q_next[0] = q[0] + t31 * t32;
-    q_next[1] = q[1] + t31 * (v[1] + t27 + 2.0f * (t15 + t21));
+    q_next[1] = q[1] + t31 * (v[1] + t27 + 2.0F * (t15 + t21));
     v_next[0] = v[0] + t33;
-    v_next[1] = v[1] + t31 * (-2.0f * (t19 + t26) - (t14 + (t28 + t2 * t30 + t30)));
+    v_next[1] = v[1] + t31 * (-2.0F * (t19 + t26) - (t14 + (t28 + t2 * t30 + t30)));
 }

@@ -7,14 +7,26 @@
 #include <stdint.h>
 #include <string.h>
 
+/* Stands where an argument promises that nothing else reaches what it points to. C++ and MSVC know no such
+ * word inside the brackets of an array; whoever wants none defines it as nothing. */
+#ifndef PLANAR2_RESTRICT
+#if defined(__STDC_VERSION__) && __STDC_VERSION__ >= 199901L && !defined(__cplusplus) && !defined(_MSC_VER)
+#define PLANAR2_RESTRICT restrict
+#else
+#define PLANAR2_RESTRICT
+#endif
+#endif
+
 /* Sine and cosine of n angles. For |angle| <= 400000 the error stays below 0.9 ulp and no branch
  * depends on the data; larger angles, infinities and NaN are left to the C library. Outputs must not
  * overlap the angles. Wherever the compiler may reorder sums or keep excess precision the exact
  * reduction below would lose its digits, so the C library serves every angle there. */
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST) \
     || (FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16)
-static void planar2_sincos(const int n, const planar2_real *restrict angle, planar2_real *restrict sine,
-    planar2_real *restrict cosine)
+/* By the C library. */
+static void planar2_sincos(const int n, const planar2_real *PLANAR2_RESTRICT angle,
+    planar2_real *PLANAR2_RESTRICT sine,
+    planar2_real *PLANAR2_RESTRICT cosine)
 {
     for (int k = 0; k < n; ++k) {
         sine[k] = sin(angle[k]);
@@ -22,6 +34,7 @@ static void planar2_sincos(const int n, const planar2_real *restrict angle, plan
     }
 }
 #else
+/* The bits of a number. */
 static uint64_t planar2_bits_of(const planar2_real value)
 {
     uint64_t bits;
@@ -29,6 +42,7 @@ static uint64_t planar2_bits_of(const planar2_real value)
     return bits;
 }
 
+/* The number of these bits. */
 static planar2_real planar2_from_bits(const uint64_t bits)
 {
     planar2_real value;
@@ -36,8 +50,10 @@ static planar2_real planar2_from_bits(const uint64_t bits)
     return value;
 }
 
-static void planar2_sincos(const int n, const planar2_real *restrict angle, planar2_real *restrict sine,
-    planar2_real *restrict cosine)
+/* Every angle in one sweep; those that are too large again. */
+static void planar2_sincos(const int n, const planar2_real *PLANAR2_RESTRICT angle,
+    planar2_real *PLANAR2_RESTRICT sine,
+    planar2_real *PLANAR2_RESTRICT cosine)
 {
     const uint64_t sign_bit = UINT64_C(0x8000000000000000);
     const uint64_t bound_bits = UINT64_C(0x41186a0000000000); /* of 400000 */
@@ -174,72 +190,113 @@ static void planar2_bessel(const planar2_real x, planar2_real j[5])
     }
 }
 
+/* Accelerations: the equations of motion solved.
+ *
+ * Quantities (docs/theory.md, section 5):
+ *   link_couple                 N m        moment on a link of inputs, springs and dampers at both its ends
+ *   link_rate                   rad/s      absolute angular rate of a link
+ *   rate_squared                rad^2/s^2  squared absolute rate of a link
+ *   inverse_pivot                          1 / inertia against which a link turns, its own included
+ *   swing                       1/s^2      centrifugal force of the chain beyond, across the link
+ *   free                        1/s^2      acceleration of a link's tip across it while its joint rests
+ *   gain_x                                 share of the joint's acceleration along the link, and across, that
+ *                                          slows the tip
+ *   link_force_x, link_force_y  1/s^2      force that the motion of the link and all beyond it asks for, in
+ *                                          its frame, over m r^2 / l
+ *   shear, lean                 m (r/l)^2  what turning by the joint's angle moves between the entries of the
+ *                                          inertia
+ *   outer_xy                    m (r/l)^2  inertia of the link and all beyond it, in the frame of the link
+ *                                          before
+ *   outer_force_y               1/s^2      force that the motion of the link and all beyond it asks for, in
+ *                                          the frame of the link before
+ *   joint_y                     1/s^2      acceleration of the joint less gravity, in the frame of the link,
+ *                                          over its length
+ *   tip_y                       1/s^2      acceleration of a link's tip across it, over its length
+ *   sine, cosine                           sine and cosine of the joints' angles
+ */
 void planar2_forward_dynamics(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
-    planar2_real a[restrict 2])
+    planar2_real a[PLANAR2_RESTRICT 2])
 {
-    const double link_rate_1 = v[0] + v[1];
-    const double link_couple_0 = u[0] - u[1];
-    double sine[2], cosine[2];
+    const planar2_real link_rate_1 = v[0] + v[1];
+    const planar2_real link_couple_0 = u[0] - u[1];
+    planar2_real sine[2], cosine[2];
     planar2_sincos(2, q, sine, cosine);
 
-    const double rate_squared_end = link_rate_1 * link_rate_1;
-    const double drive_end = 32.0 * u[1];
-    const double link_force_x = -2.0 * rate_squared_end;
-    const double link_force_y = drive_end + drive_end;
-    const double shear = 4.0 * sine[1];
-    const double lean = sine[1] * shear;
-    const double outer_xy = cosine[1] * shear;
-    const double outer_force_y = sine[1] * link_force_x + cosine[1] * link_force_y;
-    const double rate_squared_end_2 = v[0] * v[0];
-    const double inverse_pivot = 1.0 / (1.0 + lean);
-    const double swing = rate_squared_end_2 * outer_xy;
-    const double drive_end_2 = 32.0 * link_couple_0;
-    const double free_end = (drive_end_2 + (swing - outer_force_y)) * inverse_pivot;
-    const double gain_x_end = outer_xy * inverse_pivot;
-    const double t1 = -19.62 * cosine[0];
-    const double t2 = 19.62 * sine[0];
-    const double tip_y_0 = free_end - gain_x_end * t1 - inverse_pivot * t2;
-    const double t3 = tip_y_0 - t2;
-    const double joint_y_1 = cosine[1] * tip_y_0 - sine[1] * (t1 - rate_squared_end_2);
-    const double tip_y_1 = drive_end - joint_y_1;
+    const planar2_real rate_squared_end = link_rate_1 * link_rate_1;
+    const planar2_real drive_end = 32.0 * u[1];
+    const planar2_real link_force_x = -2.0 * rate_squared_end;
+    const planar2_real link_force_y = drive_end + drive_end;
+    const planar2_real shear = 4.0 * sine[1];
+    const planar2_real lean = sine[1] * shear;
+    const planar2_real outer_xy = cosine[1] * shear;
+    const planar2_real outer_force_y = sine[1] * link_force_x + cosine[1] * link_force_y;
+    const planar2_real rate_squared_end_2 = v[0] * v[0];
+    const planar2_real inverse_pivot = 1.0 / (1.0 + lean);
+    const planar2_real swing = rate_squared_end_2 * outer_xy;
+    const planar2_real drive_end_2 = 32.0 * link_couple_0;
+    const planar2_real free_end = (drive_end_2 + (swing - outer_force_y)) * inverse_pivot;
+    const planar2_real gain_x_end = outer_xy * inverse_pivot;
+    const planar2_real t1 = -19.62 * cosine[0];
+    const planar2_real t2 = 19.62 * sine[0];
+    const planar2_real tip_y_0 = free_end - gain_x_end * t1 - inverse_pivot * t2;
+    const planar2_real t3 = tip_y_0 - t2;
+    const planar2_real joint_y_1 = cosine[1] * tip_y_0 - sine[1] * (t1 - rate_squared_end_2);
+    const planar2_real tip_y_1 = drive_end - joint_y_1;
 
     a[0] = t3;
     a[1] = tip_y_1 - joint_y_1 - t3;
 }
 
+/* Generalised force that produces given accelerations.
+ *
+ * Quantities (docs/theory.md, section 2):
+ *   sine, cosine           sine and cosine of the absolute angle; in inverse_dynamics of the joint's
+ *   link_alpha    rad/s^2  absolute angular acceleration of a link
+ * Quantities (docs/theory.md, (15)):
+ *   joint_x, joint_y  m/s^2  acceleration of the joint less gravity, in the frame of the link
+ * Others are named as in forward_dynamics.
+ */
 void planar2_inverse_dynamics(const planar2_real q[2], const planar2_real v[2], const planar2_real a[2],
-    planar2_real u[restrict 2])
+    planar2_real u[PLANAR2_RESTRICT 2])
 {
-    const double link_rate_1 = v[0] + v[1];
-    double sine[2], cosine[2];
+    const planar2_real link_rate_1 = v[0] + v[1];
+    planar2_real sine[2], cosine[2];
     planar2_sincos(2, q, sine, cosine);
 
-    const double link_alpha_1 = a[0] + a[1];
-    const double t1 = 9.81 * sine[0];
-    const double rate_squared_0 = v[0] * v[0];
-    const double t2 = -9.81 * cosine[0] - 0.5 * rate_squared_0;
-    const double t3 = t1 + 0.5 * a[0];
-    const double joint_x_1 = cosine[1] * t2 + sine[1] * t3;
-    const double joint_y_1 = cosine[1] * t3 - sine[1] * t2;
-    const double rate_squared_1 = link_rate_1 * link_rate_1;
-    const double t4 = joint_y_1 + 0.25 * link_alpha_1;
-    const double t5 = 0.125 * t4;
-    const double t6 = 0.125 * (t1 + 0.25 * a[0])
+    const planar2_real link_alpha_1 = a[0] + a[1];
+    const planar2_real t1 = 9.81 * sine[0];
+    const planar2_real rate_squared_0 = v[0] * v[0];
+    const planar2_real t2 = -9.81 * cosine[0] - 0.5 * rate_squared_0;
+    const planar2_real t3 = t1 + 0.5 * a[0];
+    const planar2_real joint_x_1 = cosine[1] * t2 + sine[1] * t3;
+    const planar2_real joint_y_1 = cosine[1] * t3 - sine[1] * t2;
+    const planar2_real rate_squared_1 = link_rate_1 * link_rate_1;
+    const planar2_real t4 = joint_y_1 + 0.25 * link_alpha_1;
+    const planar2_real t5 = 0.125 * t4;
+    const planar2_real t6 = 0.125 * (t1 + 0.25 * a[0])
         + 0.5 * (sine[1] * (0.5 * (joint_x_1 - 0.25 * rate_squared_1)) + cosine[1] * (0.5 * t4));
 
     u[0] = t6 + t5;
     u[1] = t5;
 }
 
-void planar2_mass_matrix(const planar2_real q[2], planar2_real out[restrict 4])
+/* Mass matrix of the equations of motion.
+ *
+ * Quantities (docs/theory.md, section 2):
+ *   link_phi  rad  absolute angle of a link, from the hanging vertical
+ * Quantities (docs/theory.md, (13)-(16)):
+ *   entry  kg m^2  inertia between a pair of links, for absolute angles
+ * Others are named as in inverse_dynamics.
+ */
+void planar2_mass_matrix(const planar2_real q[2], planar2_real out[PLANAR2_RESTRICT 4])
 {
-    const double link_phi_1 = q[0] + q[1];
-    const double angle[2] = {q[0], link_phi_1};
-    double sine[2], cosine[2];
+    const planar2_real link_phi_1 = q[0] + q[1];
+    const planar2_real angle[2] = {q[0], link_phi_1};
+    planar2_real sine[2], cosine[2];
     planar2_sincos(2, angle, sine, cosine);
 
-    const double entry_0_1 = 0.0625 * (cosine[0] * cosine[1] + sine[0] * sine[1]);
-    const double t1 = entry_0_1 + 0.03125;
+    const planar2_real entry_0_1 = 0.0625 * (cosine[0] * cosine[1] + sine[0] * sine[1]);
+    const planar2_real t1 = entry_0_1 + 0.03125;
 
     out[0] = 0.15625 + entry_0_1 + t1;
     out[1] = t1;
@@ -247,63 +304,84 @@ void planar2_mass_matrix(const planar2_real q[2], planar2_real out[restrict 4])
     out[3] = 0.03125;
 }
 
-void planar2_coriolis(const planar2_real q[2], const planar2_real v[2], planar2_real out[restrict 2])
+/* Velocity terms of the equations of motion.
+ *
+ * Quantities (docs/theory.md, (13)-(16)):
+ *   pull  l_k w_k^2, m/s^2, or mu_k w_k^2, N
+ * Others are named as in mass_matrix, inverse_dynamics, forward_dynamics.
+ */
+void planar2_coriolis(const planar2_real q[2], const planar2_real v[2], planar2_real out[PLANAR2_RESTRICT 2])
 {
-    const double link_phi_1 = q[0] + q[1];
-    const double angle[2] = {q[0], link_phi_1};
-    double sine[2], cosine[2];
+    const planar2_real link_phi_1 = q[0] + q[1];
+    const planar2_real angle[2] = {q[0], link_phi_1};
+    planar2_real sine[2], cosine[2];
     planar2_sincos(2, angle, sine, cosine);
 
-    const double link_rate_1 = v[0] + v[1];
-    const double pull_0 = 0.5 * (v[0] * v[0]);
-    const double t1 = 0.125 * (sine[1] * (pull_0 * cosine[0]) - cosine[1] * (pull_0 * sine[0]));
-    const double pull_1_2 = 0.125 * (link_rate_1 * link_rate_1);
+    const planar2_real link_rate_1 = v[0] + v[1];
+    const planar2_real pull_0 = 0.5 * (v[0] * v[0]);
+    const planar2_real t1 = 0.125 * (sine[1] * (pull_0 * cosine[0]) - cosine[1] * (pull_0 * sine[0]));
+    const planar2_real pull_1_2 = 0.125 * (link_rate_1 * link_rate_1);
 
     out[0] = 0.5 * (sine[0] * (pull_1_2 * cosine[1]) - cosine[0] * (pull_1_2 * sine[1])) + t1;
     out[1] = t1;
 }
 
-void planar2_gravity_torque(const planar2_real q[2], planar2_real out[restrict 2])
+/* Gravity terms of the equations of motion, without springs.
+ *
+ * Quantities are named as in mass_matrix, inverse_dynamics.
+ */
+void planar2_gravity_torque(const planar2_real q[2], planar2_real out[PLANAR2_RESTRICT 2])
 {
-    const double link_phi_1 = q[0] + q[1];
-    const double angle[2] = {q[0], link_phi_1};
-    double sine[2], cosine[2];
+    const planar2_real link_phi_1 = q[0] + q[1];
+    const planar2_real angle[2] = {q[0], link_phi_1};
+    planar2_real sine[2], cosine[2];
     planar2_sincos(2, angle, sine, cosine);
 
-    const double t1 = 1.22625 * sine[1];
+    const planar2_real t1 = 1.22625 * sine[1];
 
     out[0] = 3.67875 * sine[0] + t1;
     out[1] = t1;
 }
 
+/* Kinetic and potential energy.
+ *
+ * Quantities (docs/theory.md, section 1):
+ *   mass_speed_x, mass_speed_y  m/s  velocity of a link's mass
+ *   sideways                    1/s  rate of a link's direction, its horizontal part
+ * Others are named as in mass_matrix, inverse_dynamics, forward_dynamics.
+ */
 void planar2_energy(const planar2_real q[2], const planar2_real v[2], planar2_real *kinetic,
     planar2_real *potential)
 {
-    const double link_phi_1 = q[0] + q[1];
-    const double angle[2] = {q[0], link_phi_1};
-    double sine[2], cosine[2];
+    const planar2_real link_phi_1 = q[0] + q[1];
+    const planar2_real angle[2] = {q[0], link_phi_1};
+    planar2_real sine[2], cosine[2];
     planar2_sincos(2, angle, sine, cosine);
 
-    const double link_rate_1 = v[0] + v[1];
-    const double sideways_0 = cosine[0] * v[0];
-    const double t1 = sine[0] * v[0];
-    const double t2 = 0.25 * sideways_0;
-    const double t3 = -0.25 * t1;
-    const double sideways_1 = cosine[1] * link_rate_1;
-    const double mass_speed_x_1 = 0.5 * sideways_0 + 0.25 * sideways_1;
-    const double mass_speed_y_1 = -0.5 * t1 - 0.25 * (sine[1] * link_rate_1);
-    const double t4 = 0.5 * (t2 * t2 + t3 * t3) + 0.5 * (mass_speed_x_1 * mass_speed_x_1
-        + mass_speed_y_1 * mass_speed_y_1);
+    const planar2_real link_rate_1 = v[0] + v[1];
+    const planar2_real sideways_0 = cosine[0] * v[0];
+    const planar2_real t1 = sine[0] * v[0];
+    const planar2_real t2 = 0.25 * sideways_0;
+    const planar2_real t3 = -0.25 * t1;
+    const planar2_real sideways_1 = cosine[1] * link_rate_1;
+    const planar2_real mass_speed_x_1 = 0.5 * sideways_0 + 0.25 * sideways_1;
+    const planar2_real mass_speed_y_1 = -0.5 * t1 - 0.25 * (sine[1] * link_rate_1);
+    const planar2_real t4 = 0.5 * (t2 * t2 + t3 * t3)
+        + 0.5 * (mass_speed_x_1 * mass_speed_x_1 + mass_speed_y_1 * mass_speed_y_1);
 
     *kinetic = 0.5 * t4;
     *potential = -(1.22625 * cosine[0] + 4.905 * (0.5 * cosine[0] + 0.25 * cosine[1]));
 }
 
-void planar2_positions(const planar2_real q[2], planar2_real out[restrict 4])
+/* Positions of the point masses.
+ *
+ * Quantities are named as in mass_matrix, inverse_dynamics.
+ */
+void planar2_positions(const planar2_real q[2], planar2_real out[PLANAR2_RESTRICT 4])
 {
-    const double link_phi_1 = q[0] + q[1];
-    const double angle[2] = {q[0], link_phi_1};
-    double sine[2], cosine[2];
+    const planar2_real link_phi_1 = q[0] + q[1];
+    const planar2_real angle[2] = {q[0], link_phi_1};
+    planar2_real sine[2], cosine[2];
     planar2_sincos(2, angle, sine, cosine);
 
     out[0] = 0.25 * sine[0];
@@ -312,12 +390,16 @@ void planar2_positions(const planar2_real q[2], planar2_real out[restrict 4])
     out[3] = 0.5 * cosine[0] + 0.25 * cosine[1];
 }
 
-void planar2_linearization(const planar2_real s[2], planar2_real M[restrict 4], planar2_real G[restrict 4],
-    planar2_real B[restrict 4])
+/* Linear equations of motion about an equilibrium, M x'' + D x' + G x = B u.
+ *
+ * Quantities are named as in mass_matrix.
+ */
+void planar2_linearization(const planar2_real s[2], planar2_real M[PLANAR2_RESTRICT 4],
+    planar2_real G[PLANAR2_RESTRICT 4], planar2_real B[PLANAR2_RESTRICT 4])
 {
-    const double entry_0_1 = 0.0625 * (s[0] * s[1]);
-    const double t1 = entry_0_1 + 0.03125;
-    const double t2 = 1.22625 * s[1];
+    const planar2_real entry_0_1 = 0.0625 * (s[0] * s[1]);
+    const planar2_real t1 = entry_0_1 + 0.03125;
+    const planar2_real t2 = 1.22625 * s[1];
 
     M[0] = 0.15625 + entry_0_1 + t1;
     M[1] = t1;
@@ -333,51 +415,56 @@ void planar2_linearization(const planar2_real s[2], planar2_real M[restrict 4], 
     B[3] = 1.0;
 }
 
+/* Exact partial derivatives of forward_dynamics.
+ *
+ * Quantities are named as in forward_dynamics.
+ */
 void planar2_state_jacobian(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
-    planar2_real dadq[restrict 4], planar2_real dadv[restrict 4], planar2_real dadu[restrict 4])
+    planar2_real dadq[PLANAR2_RESTRICT 4], planar2_real dadv[PLANAR2_RESTRICT 4],
+    planar2_real dadu[PLANAR2_RESTRICT 4])
 {
-    const double link_rate_1 = v[0] + v[1];
-    const double link_couple_0 = u[0] - u[1];
-    double sine[2], cosine[2];
+    const planar2_real link_rate_1 = v[0] + v[1];
+    const planar2_real link_couple_0 = u[0] - u[1];
+    planar2_real sine[2], cosine[2];
     planar2_sincos(2, q, sine, cosine);
 
-    const double rate_squared_end = link_rate_1 * link_rate_1;
-    const double drive_end = 32.0 * u[1];
-    const double link_force_x = -2.0 * rate_squared_end;
-    const double link_force_y = drive_end + drive_end;
-    const double shear = 4.0 * sine[1];
-    const double t1 = 4.0 * cosine[1];
-    const double lean = sine[1] * shear;
-    const double t2 = shear * cosine[1];
-    const double t3 = cosine[1] * t1 - lean;
-    const double t4 = sine[1] * (-2.0 * (link_rate_1 + link_rate_1));
-    const double outer_force_y = sine[1] * link_force_x + cosine[1] * link_force_y;
-    const double rate_squared_end_2 = v[0] * v[0];
-    const double t5 = v[0] + v[0];
-    const double inverse_pivot = 1.0 / (1.0 + lean);
-    const double t6 = inverse_pivot * inverse_pivot * (t2 + sine[1] * t1);
-    const double swing = rate_squared_end_2 * t2;
-    const double drive_end_2 = 32.0 * link_couple_0;
-    const double t7 = drive_end_2 + (swing - outer_force_y);
-    const double free_end = t7 * inverse_pivot;
-    const double t8 = inverse_pivot * (rate_squared_end_2 * t3
+    const planar2_real rate_squared_end = link_rate_1 * link_rate_1;
+    const planar2_real drive_end = 32.0 * u[1];
+    const planar2_real link_force_x = -2.0 * rate_squared_end;
+    const planar2_real link_force_y = drive_end + drive_end;
+    const planar2_real shear = 4.0 * sine[1];
+    const planar2_real t1 = 4.0 * cosine[1];
+    const planar2_real lean = sine[1] * shear;
+    const planar2_real t2 = shear * cosine[1];
+    const planar2_real t3 = cosine[1] * t1 - lean;
+    const planar2_real t4 = sine[1] * (-2.0 * (link_rate_1 + link_rate_1));
+    const planar2_real outer_force_y = sine[1] * link_force_x + cosine[1] * link_force_y;
+    const planar2_real rate_squared_end_2 = v[0] * v[0];
+    const planar2_real t5 = v[0] + v[0];
+    const planar2_real inverse_pivot = 1.0 / (1.0 + lean);
+    const planar2_real t6 = inverse_pivot * inverse_pivot * (t2 + sine[1] * t1);
+    const planar2_real swing = rate_squared_end_2 * t2;
+    const planar2_real drive_end_2 = 32.0 * link_couple_0;
+    const planar2_real t7 = drive_end_2 + (swing - outer_force_y);
+    const planar2_real free_end = t7 * inverse_pivot;
+    const planar2_real t8 = inverse_pivot * (rate_squared_end_2 * t3
         + (link_force_y * sine[1] - link_force_x * cosine[1])) - t7 * t6;
-    const double t9 = inverse_pivot * (t2 * t5 - t4);
-    const double t10 = inverse_pivot * t4;
-    const double t11 = 32.0 * inverse_pivot;
-    const double t12 = inverse_pivot * (-64.0 * cosine[1] - 32.0);
-    const double gain_x_end = t2 * inverse_pivot;
-    const double t13 = -19.62 * cosine[0];
-    const double t14 = 19.62 * sine[0];
-    const double tip_y_0 = free_end - gain_x_end * t13 - inverse_pivot * t14;
-    const double t15 = gain_x_end * t14 + inverse_pivot * (19.62 * cosine[0]);
-    const double t16 = t8 - t13 * (inverse_pivot * t3 - t2 * t6) + t14 * t6;
-    const double t17 = cosine[1] * t10;
-    const double t18 = cosine[1] * t11;
-    const double t19 = cosine[1] * t12;
-    const double t20 = cosine[1] * t15 + sine[1] * t14;
-    const double t21 = cosine[1] * t9 + sine[1] * t5;
-    const double t22 = (t13 - rate_squared_end_2) * cosine[1] - (cosine[1] * t16 - tip_y_0 * sine[1]);
+    const planar2_real t9 = inverse_pivot * (t2 * t5 - t4);
+    const planar2_real t10 = inverse_pivot * t4;
+    const planar2_real t11 = 32.0 * inverse_pivot;
+    const planar2_real t12 = inverse_pivot * (-64.0 * cosine[1] - 32.0);
+    const planar2_real gain_x_end = t2 * inverse_pivot;
+    const planar2_real t13 = -19.62 * cosine[0];
+    const planar2_real t14 = 19.62 * sine[0];
+    const planar2_real tip_y_0 = free_end - gain_x_end * t13 - inverse_pivot * t14;
+    const planar2_real t15 = gain_x_end * t14 + inverse_pivot * (19.62 * cosine[0]);
+    const planar2_real t16 = t8 - t13 * (inverse_pivot * t3 - t2 * t6) + t14 * t6;
+    const planar2_real t17 = cosine[1] * t10;
+    const planar2_real t18 = cosine[1] * t11;
+    const planar2_real t19 = cosine[1] * t12;
+    const planar2_real t20 = cosine[1] * t15 + sine[1] * t14;
+    const planar2_real t21 = cosine[1] * t9 + sine[1] * t5;
+    const planar2_real t22 = (t13 - rate_squared_end_2) * cosine[1] - (cosine[1] * t16 - tip_y_0 * sine[1]);
 
     dadq[0] = t13 - t15;
     dadq[1] = t16;
@@ -393,53 +480,66 @@ void planar2_state_jacobian(const planar2_real q[2], const planar2_real v[2], co
     dadu[3] = 32.0 - t19 - t19 - t12;
 }
 
-void planar2_phi(const planar2_real amplitude[2], const planar2_real omega, planar2_real out[restrict 2])
+/* Residuals of the single-harmonic balance.
+ *
+ * Quantities (docs/theory.md, section 6):
+ *   link_swing     rad        amplitude of a link's absolute angle
+ *   omega_squared  rad^2/s^2  squared angular frequency
+ *   apart          rad        difference of two links' amplitudes
+ */
+void planar2_phi(const planar2_real amplitude[2], const planar2_real omega,
+    planar2_real out[PLANAR2_RESTRICT 2])
 {
-    const double link_swing_1 = amplitude[0] + amplitude[1];
-    const double omega_squared = omega * omega;
-    const double apart_0_1 = amplitude[0] - link_swing_1;
-    double bessel_1[5];
+    const planar2_real link_swing_1 = amplitude[0] + amplitude[1];
+    const planar2_real omega_squared = omega * omega;
+    const planar2_real apart_0_1 = amplitude[0] - link_swing_1;
+    planar2_real bessel_1[5];
     planar2_bessel(apart_0_1, bessel_1);
-    const double t1 = bessel_1[0] - bessel_1[2];
-    const double t2 = 0.5 * bessel_1[1] + 0.5 * bessel_1[3];
-    double bessel_2[5];
+    const planar2_real t1 = bessel_1[0] - bessel_1[2];
+    const planar2_real t2 = 0.5 * bessel_1[1] + 0.5 * bessel_1[3];
+    planar2_real bessel_2[5];
     planar2_bessel(amplitude[0], bessel_2);
-    const double t3 = omega_squared * (-0.0625 * (t1 * link_swing_1 - t2 * (link_swing_1 * link_swing_1))
-        - 0.15625 * amplitude[0]);
-    double bessel_3[5];
+    const planar2_real t3 = omega_squared
+        * (-0.0625 * (t1 * link_swing_1 - t2 * (link_swing_1 * link_swing_1)) - 0.15625 * amplitude[0]);
+    planar2_real bessel_3[5];
     planar2_bessel(link_swing_1, bessel_3);
-    const double t4 = omega_squared * (-0.0625 * (t1 * amplitude[0] + t2 * (amplitude[0] * amplitude[0]))
-        - 0.03125 * link_swing_1);
-    const double t5 = t4 + 2.4525 * bessel_3[1];
+    const planar2_real t4 = omega_squared
+        * (-0.0625 * (t1 * amplitude[0] + t2 * (amplitude[0] * amplitude[0])) - 0.03125 * link_swing_1);
+    const planar2_real t5 = t4 + 2.4525 * bessel_3[1];
 
     out[0] = t3 + 7.3575 * bessel_2[1] + t5;
     out[1] = t5;
 }
 
+/* Exact derivatives of phi, columns [amplitude, omega].
+ *
+ * Quantities are named as in phi.
+ */
 void planar2_phi_jacobian(const planar2_real amplitude[2], const planar2_real omega,
-    planar2_real out[restrict 6])
+    planar2_real out[PLANAR2_RESTRICT 6])
 {
-    const double link_swing_1 = amplitude[0] + amplitude[1];
-    const double omega_squared = omega * omega;
-    const double t1 = omega + omega;
-    const double apart_0_1 = amplitude[0] - link_swing_1;
-    double bessel_1[5];
+    const planar2_real link_swing_1 = amplitude[0] + amplitude[1];
+    const planar2_real omega_squared = omega * omega;
+    const planar2_real t1 = omega + omega;
+    const planar2_real apart_0_1 = amplitude[0] - link_swing_1;
+    planar2_real bessel_1[5];
     planar2_bessel(apart_0_1, bessel_1);
-    const double t2 = bessel_1[0] - bessel_1[2];
-    const double t3 = bessel_1[1] + 0.5 * (bessel_1[1] - bessel_1[3]);
-    const double t4 = 0.5 * bessel_1[1] + 0.5 * bessel_1[3];
-    const double t5 = -0.25 * t2 - 0.25 * (bessel_1[2] - bessel_1[4]);
-    const double t6 = link_swing_1 * link_swing_1;
-    const double t7 = t4 * (link_swing_1 + link_swing_1);
-    double bessel_2[5];
+    const planar2_real t2 = bessel_1[0] - bessel_1[2];
+    const planar2_real t3 = bessel_1[1] + 0.5 * (bessel_1[1] - bessel_1[3]);
+    const planar2_real t4 = 0.5 * bessel_1[1] + 0.5 * bessel_1[3];
+    const planar2_real t5 = -0.25 * t2 - 0.25 * (bessel_1[2] - bessel_1[4]);
+    const planar2_real t6 = link_swing_1 * link_swing_1;
+    const planar2_real t7 = t4 * (link_swing_1 + link_swing_1);
+    planar2_real bessel_2[5];
     planar2_bessel(amplitude[0], bessel_2);
-    const double t8 = amplitude[0] * amplitude[0];
-    double bessel_3[5];
+    const planar2_real t8 = amplitude[0] * amplitude[0];
+    planar2_real bessel_3[5];
     planar2_bessel(link_swing_1, bessel_3);
-    const double t9 = (-0.0625 * (t2 * amplitude[0] + t4 * t8) - 0.03125 * link_swing_1) * t1;
-    const double t10 = 1.22625 * (bessel_3[0] - bessel_3[2]);
-    const double t11 = omega_squared * (-0.0625 * (t2 + t4 * (amplitude[0] + amplitude[0])) - 0.03125) + t10;
-    const double t12 = omega_squared * (-0.0625 * (amplitude[0] * t3 + t8 * t5) - 0.03125) + t10;
+    const planar2_real t9 = (-0.0625 * (t2 * amplitude[0] + t4 * t8) - 0.03125 * link_swing_1) * t1;
+    const planar2_real t10 = 1.22625 * (bessel_3[0] - bessel_3[2]);
+    const planar2_real t11 = omega_squared * (-0.0625 * (t2 + t4 * (amplitude[0] + amplitude[0])) - 0.03125)
+        + t10;
+    const planar2_real t12 = omega_squared * (-0.0625 * (amplitude[0] * t3 + t8 * t5) - 0.03125) + t10;
 
     out[0] = omega_squared * (-0.0625 * (t2 - t7) - 0.15625) + 3.67875 * (bessel_2[0] - bessel_2[2]) + t11;
     out[1] = omega_squared * (-0.0625 * (link_swing_1 * t3 + t2 - (t6 * t5 + t7))) + t12;
@@ -449,110 +549,114 @@ void planar2_phi_jacobian(const planar2_real amplitude[2], const planar2_real om
     out[5] = t9;
 }
 
+/* One Runge-Kutta step of order 4.
+ *
+ * Quantities are named as in forward_dynamics.
+ */
 void planar2_step(const planar2_real h, const planar2_real q[2], const planar2_real v[2],
-    const planar2_real u[2], planar2_real q_next[restrict 2], planar2_real v_next[restrict 2])
+    const planar2_real u[2], planar2_real q_next[PLANAR2_RESTRICT 2], planar2_real v_next[PLANAR2_RESTRICT 2])
 {
-    const double link_rate_1 = v[0] + v[1];
-    const double link_couple_0 = u[0] - u[1];
-    const double t1 = 0.5 * h;
-    const double t2 = q[0] + t1 * v[0];
-    const double t3 = q[1] + t1 * v[1];
-    const double angle[4] = {q[0], q[1], t2, t3};
-    double sine[4], cosine[4];
+    const planar2_real link_rate_1 = v[0] + v[1];
+    const planar2_real link_couple_0 = u[0] - u[1];
+    const planar2_real t1 = 0.5 * h;
+    const planar2_real t2 = q[0] + t1 * v[0];
+    const planar2_real t3 = q[1] + t1 * v[1];
+    const planar2_real angle[4] = {q[0], q[1], t2, t3};
+    planar2_real sine[4], cosine[4];
     planar2_sincos(4, angle, sine, cosine);
 
-    const double rate_squared_end = link_rate_1 * link_rate_1;
-    const double drive_end = 32.0 * u[1];
-    const double link_force_x = -2.0 * rate_squared_end;
-    const double link_force_y = drive_end + drive_end;
-    const double shear = 4.0 * sine[1];
-    const double lean = sine[1] * shear;
-    const double outer_xy = cosine[1] * shear;
-    const double outer_force_y = sine[1] * link_force_x + cosine[1] * link_force_y;
-    const double rate_squared_end_2 = v[0] * v[0];
-    const double inverse_pivot = 1.0 / (1.0 + lean);
-    const double swing = rate_squared_end_2 * outer_xy;
-    const double drive_end_2 = 32.0 * link_couple_0;
-    const double free_end = (drive_end_2 + (swing - outer_force_y)) * inverse_pivot;
-    const double gain_x_end = outer_xy * inverse_pivot;
-    const double t4 = -19.62 * cosine[0];
-    const double t5 = 19.62 * sine[0];
-    const double tip_y_0 = free_end - gain_x_end * t4 - inverse_pivot * t5;
-    const double t6 = tip_y_0 - t5;
-    const double joint_y_1 = cosine[1] * tip_y_0 - sine[1] * (t4 - rate_squared_end_2);
-    const double tip_y_1 = drive_end - joint_y_1;
-    const double t7 = tip_y_1 - joint_y_1 - t6;
-    const double t8 = v[0] + t1 * t6;
-    const double t9 = v[1] + t1 * t7;
-    const double link_rate_1_2 = t8 + t9;
-    const double rate_squared_end_2_2 = link_rate_1_2 * link_rate_1_2;
-    const double link_force_x_2 = -2.0 * rate_squared_end_2_2;
-    const double shear_2 = 4.0 * sine[3];
-    const double lean_2 = sine[3] * shear_2;
-    const double outer_xy_2 = cosine[3] * shear_2;
-    const double outer_force_y_2 = sine[3] * link_force_x_2 + cosine[3] * link_force_y;
-    const double rate_squared_end_2_3 = t8 * t8;
-    const double inverse_pivot_2 = 1.0 / (1.0 + lean_2);
-    const double swing_2 = rate_squared_end_2_3 * outer_xy_2;
-    const double free_end_2 = (drive_end_2 + (swing_2 - outer_force_y_2)) * inverse_pivot_2;
-    const double gain_x_end_2 = outer_xy_2 * inverse_pivot_2;
-    const double t10 = -19.62 * cosine[2];
-    const double t11 = 19.62 * sine[2];
-    const double tip_y_0_2 = free_end_2 - gain_x_end_2 * t10 - inverse_pivot_2 * t11;
-    const double t12 = tip_y_0_2 - t11;
-    const double joint_y_1_2 = cosine[3] * tip_y_0_2 - sine[3] * (t10 - rate_squared_end_2_3);
-    const double tip_y_1_2 = drive_end - joint_y_1_2;
-    const double t13 = tip_y_1_2 - joint_y_1_2 - t12;
-    const double t14 = q[0] + t1 * t8;
-    const double t15 = q[1] + t1 * t9;
-    const double t16 = v[0] + t1 * t12;
-    const double t17 = v[1] + t1 * t13;
-    const double link_rate_1_3 = t16 + t17;
-    const double t18 = q[0] + h * t16;
-    const double t19 = q[1] + h * t17;
-    const double angle_2[4] = {t14, t15, t18, t19};
-    double sine_2[4], cosine_2[4];
+    const planar2_real rate_squared_end = link_rate_1 * link_rate_1;
+    const planar2_real drive_end = 32.0 * u[1];
+    const planar2_real link_force_x = -2.0 * rate_squared_end;
+    const planar2_real link_force_y = drive_end + drive_end;
+    const planar2_real shear = 4.0 * sine[1];
+    const planar2_real lean = sine[1] * shear;
+    const planar2_real outer_xy = cosine[1] * shear;
+    const planar2_real outer_force_y = sine[1] * link_force_x + cosine[1] * link_force_y;
+    const planar2_real rate_squared_end_2 = v[0] * v[0];
+    const planar2_real inverse_pivot = 1.0 / (1.0 + lean);
+    const planar2_real swing = rate_squared_end_2 * outer_xy;
+    const planar2_real drive_end_2 = 32.0 * link_couple_0;
+    const planar2_real free_end = (drive_end_2 + (swing - outer_force_y)) * inverse_pivot;
+    const planar2_real gain_x_end = outer_xy * inverse_pivot;
+    const planar2_real t4 = -19.62 * cosine[0];
+    const planar2_real t5 = 19.62 * sine[0];
+    const planar2_real tip_y_0 = free_end - gain_x_end * t4 - inverse_pivot * t5;
+    const planar2_real t6 = tip_y_0 - t5;
+    const planar2_real joint_y_1 = cosine[1] * tip_y_0 - sine[1] * (t4 - rate_squared_end_2);
+    const planar2_real tip_y_1 = drive_end - joint_y_1;
+    const planar2_real t7 = tip_y_1 - joint_y_1 - t6;
+    const planar2_real t8 = v[0] + t1 * t6;
+    const planar2_real t9 = v[1] + t1 * t7;
+    const planar2_real link_rate_1_2 = t8 + t9;
+    const planar2_real rate_squared_end_2_2 = link_rate_1_2 * link_rate_1_2;
+    const planar2_real link_force_x_2 = -2.0 * rate_squared_end_2_2;
+    const planar2_real shear_2 = 4.0 * sine[3];
+    const planar2_real lean_2 = sine[3] * shear_2;
+    const planar2_real outer_xy_2 = cosine[3] * shear_2;
+    const planar2_real outer_force_y_2 = sine[3] * link_force_x_2 + cosine[3] * link_force_y;
+    const planar2_real rate_squared_end_2_3 = t8 * t8;
+    const planar2_real inverse_pivot_2 = 1.0 / (1.0 + lean_2);
+    const planar2_real swing_2 = rate_squared_end_2_3 * outer_xy_2;
+    const planar2_real free_end_2 = (drive_end_2 + (swing_2 - outer_force_y_2)) * inverse_pivot_2;
+    const planar2_real gain_x_end_2 = outer_xy_2 * inverse_pivot_2;
+    const planar2_real t10 = -19.62 * cosine[2];
+    const planar2_real t11 = 19.62 * sine[2];
+    const planar2_real tip_y_0_2 = free_end_2 - gain_x_end_2 * t10 - inverse_pivot_2 * t11;
+    const planar2_real t12 = tip_y_0_2 - t11;
+    const planar2_real joint_y_1_2 = cosine[3] * tip_y_0_2 - sine[3] * (t10 - rate_squared_end_2_3);
+    const planar2_real tip_y_1_2 = drive_end - joint_y_1_2;
+    const planar2_real t13 = tip_y_1_2 - joint_y_1_2 - t12;
+    const planar2_real t14 = q[0] + t1 * t8;
+    const planar2_real t15 = q[1] + t1 * t9;
+    const planar2_real t16 = v[0] + t1 * t12;
+    const planar2_real t17 = v[1] + t1 * t13;
+    const planar2_real link_rate_1_3 = t16 + t17;
+    const planar2_real t18 = q[0] + h * t16;
+    const planar2_real t19 = q[1] + h * t17;
+    const planar2_real angle_2[4] = {t14, t15, t18, t19};
+    planar2_real sine_2[4], cosine_2[4];
     planar2_sincos(4, angle_2, sine_2, cosine_2);
 
-    const double rate_squared_end_3 = link_rate_1_3 * link_rate_1_3;
-    const double link_force_x_3 = -2.0 * rate_squared_end_3;
-    const double shear_3 = 4.0 * sine_2[1];
-    const double lean_3 = sine_2[1] * shear_3;
-    const double outer_xy_3 = cosine_2[1] * shear_3;
-    const double outer_force_y_3 = sine_2[1] * link_force_x_3 + cosine_2[1] * link_force_y;
-    const double rate_squared_end_2_4 = t16 * t16;
-    const double inverse_pivot_3 = 1.0 / (1.0 + lean_3);
-    const double swing_3 = rate_squared_end_2_4 * outer_xy_3;
-    const double free_end_3 = (drive_end_2 + (swing_3 - outer_force_y_3)) * inverse_pivot_3;
-    const double gain_x_end_3 = outer_xy_3 * inverse_pivot_3;
-    const double t20 = -19.62 * cosine_2[0];
-    const double t21 = 19.62 * sine_2[0];
-    const double tip_y_0_3 = free_end_3 - gain_x_end_3 * t20 - inverse_pivot_3 * t21;
-    const double t22 = tip_y_0_3 - t21;
-    const double joint_y_1_3 = cosine_2[1] * tip_y_0_3 - sine_2[1] * (t20 - rate_squared_end_2_4);
-    const double tip_y_1_3 = drive_end - joint_y_1_3;
-    const double t23 = tip_y_1_3 - joint_y_1_3 - t22;
-    const double t24 = v[0] + h * t22;
-    const double t25 = v[1] + h * t23;
-    const double link_rate_1_4 = t24 + t25;
-    const double rate_squared_end_4 = link_rate_1_4 * link_rate_1_4;
-    const double link_force_x_4 = -2.0 * rate_squared_end_4;
-    const double shear_4 = 4.0 * sine_2[3];
-    const double lean_4 = sine_2[3] * shear_4;
-    const double outer_xy_4 = cosine_2[3] * shear_4;
-    const double outer_force_y_4 = sine_2[3] * link_force_x_4 + cosine_2[3] * link_force_y;
-    const double rate_squared_end_2_5 = t24 * t24;
-    const double inverse_pivot_4 = 1.0 / (1.0 + lean_4);
-    const double swing_4 = rate_squared_end_2_5 * outer_xy_4;
-    const double free_end_4 = (drive_end_2 + (swing_4 - outer_force_y_4)) * inverse_pivot_4;
-    const double gain_x_end_4 = outer_xy_4 * inverse_pivot_4;
-    const double t26 = -19.62 * cosine_2[2];
-    const double t27 = 19.62 * sine_2[2];
-    const double tip_y_0_4 = free_end_4 - gain_x_end_4 * t26 - inverse_pivot_4 * t27;
-    const double t28 = tip_y_0_4 - t27;
-    const double joint_y_1_4 = cosine_2[3] * tip_y_0_4 - sine_2[3] * (t26 - rate_squared_end_2_5);
-    const double tip_y_1_4 = drive_end - joint_y_1_4;
-    const double t29 = 0.16666666666666666 * h;
+    const planar2_real rate_squared_end_3 = link_rate_1_3 * link_rate_1_3;
+    const planar2_real link_force_x_3 = -2.0 * rate_squared_end_3;
+    const planar2_real shear_3 = 4.0 * sine_2[1];
+    const planar2_real lean_3 = sine_2[1] * shear_3;
+    const planar2_real outer_xy_3 = cosine_2[1] * shear_3;
+    const planar2_real outer_force_y_3 = sine_2[1] * link_force_x_3 + cosine_2[1] * link_force_y;
+    const planar2_real rate_squared_end_2_4 = t16 * t16;
+    const planar2_real inverse_pivot_3 = 1.0 / (1.0 + lean_3);
+    const planar2_real swing_3 = rate_squared_end_2_4 * outer_xy_3;
+    const planar2_real free_end_3 = (drive_end_2 + (swing_3 - outer_force_y_3)) * inverse_pivot_3;
+    const planar2_real gain_x_end_3 = outer_xy_3 * inverse_pivot_3;
+    const planar2_real t20 = -19.62 * cosine_2[0];
+    const planar2_real t21 = 19.62 * sine_2[0];
+    const planar2_real tip_y_0_3 = free_end_3 - gain_x_end_3 * t20 - inverse_pivot_3 * t21;
+    const planar2_real t22 = tip_y_0_3 - t21;
+    const planar2_real joint_y_1_3 = cosine_2[1] * tip_y_0_3 - sine_2[1] * (t20 - rate_squared_end_2_4);
+    const planar2_real tip_y_1_3 = drive_end - joint_y_1_3;
+    const planar2_real t23 = tip_y_1_3 - joint_y_1_3 - t22;
+    const planar2_real t24 = v[0] + h * t22;
+    const planar2_real t25 = v[1] + h * t23;
+    const planar2_real link_rate_1_4 = t24 + t25;
+    const planar2_real rate_squared_end_4 = link_rate_1_4 * link_rate_1_4;
+    const planar2_real link_force_x_4 = -2.0 * rate_squared_end_4;
+    const planar2_real shear_4 = 4.0 * sine_2[3];
+    const planar2_real lean_4 = sine_2[3] * shear_4;
+    const planar2_real outer_xy_4 = cosine_2[3] * shear_4;
+    const planar2_real outer_force_y_4 = sine_2[3] * link_force_x_4 + cosine_2[3] * link_force_y;
+    const planar2_real rate_squared_end_2_5 = t24 * t24;
+    const planar2_real inverse_pivot_4 = 1.0 / (1.0 + lean_4);
+    const planar2_real swing_4 = rate_squared_end_2_5 * outer_xy_4;
+    const planar2_real free_end_4 = (drive_end_2 + (swing_4 - outer_force_y_4)) * inverse_pivot_4;
+    const planar2_real gain_x_end_4 = outer_xy_4 * inverse_pivot_4;
+    const planar2_real t26 = -19.62 * cosine_2[2];
+    const planar2_real t27 = 19.62 * sine_2[2];
+    const planar2_real tip_y_0_4 = free_end_4 - gain_x_end_4 * t26 - inverse_pivot_4 * t27;
+    const planar2_real t28 = tip_y_0_4 - t27;
+    const planar2_real joint_y_1_4 = cosine_2[3] * tip_y_0_4 - sine_2[3] * (t26 - rate_squared_end_2_5);
+    const planar2_real tip_y_1_4 = drive_end - joint_y_1_4;
+    const planar2_real t29 = 0.16666666666666666 * h;
 
     q_next[0] = q[0] + t29 * (v[0] + t24 + 2.0 * (t8 + t16));
     q_next[1] = q[1] + t29 * (v[1] + t25 + 2.0 * (t9 + t17));
@@ -581,12 +685,12 @@ enum {
 
 /* Order 0 of the Taylor series. */
 static void planar2_flow_start(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
-    planar2_real a[restrict 2], planar2_real jet_left[restrict 17], planar2_real jet_right[restrict 17],
-    planar2_real jet_held[restrict 1])
+    planar2_real a[PLANAR2_RESTRICT 2], planar2_real jet_left[PLANAR2_RESTRICT 17],
+    planar2_real jet_right[PLANAR2_RESTRICT 17], planar2_real jet_held[PLANAR2_RESTRICT 1])
 {
-    const double link_rate_1 = v[0] + v[1];
-    const double link_couple_0 = u[0] - u[1];
-    double sine[2], cosine[2];
+    const planar2_real link_rate_1 = v[0] + v[1];
+    const planar2_real link_couple_0 = u[0] - u[1];
+    planar2_real sine[2], cosine[2];
     planar2_sincos(2, q, sine, cosine);
 
     jet_left[0] = 0.0;
@@ -597,56 +701,56 @@ static void planar2_flow_start(const planar2_real q[2], const planar2_real v[2],
     jet_right[2] = cosine[1];
     jet_left[3] = 0.0;
     jet_right[3] = sine[1];
-    const double rate_squared_end = link_rate_1 * link_rate_1;
+    const planar2_real rate_squared_end = link_rate_1 * link_rate_1;
     jet_left[4] = link_rate_1;
     jet_right[4] = link_rate_1;
-    const double drive_end = 32.0 * u[1];
-    const double link_force_x = -2.0 * rate_squared_end;
-    const double link_force_y = drive_end + drive_end;
+    const planar2_real drive_end = 32.0 * u[1];
+    const planar2_real link_force_x = -2.0 * rate_squared_end;
+    const planar2_real link_force_y = drive_end + drive_end;
     jet_held[0] = link_force_y;
-    const double shear = 4.0 * sine[1];
-    const double lean = sine[1] * shear;
+    const planar2_real shear = 4.0 * sine[1];
+    const planar2_real lean = sine[1] * shear;
     jet_left[5] = sine[1];
     jet_right[5] = shear;
-    const double outer_xy = cosine[1] * shear;
+    const planar2_real outer_xy = cosine[1] * shear;
     jet_left[6] = cosine[1];
     jet_right[6] = shear;
     jet_left[7] = sine[1];
     jet_right[7] = link_force_x;
-    const double outer_force_y = sine[1] * link_force_x + cosine[1] * link_force_y;
-    const double rate_squared_end_2 = v[0] * v[0];
+    const planar2_real outer_force_y = sine[1] * link_force_x + cosine[1] * link_force_y;
+    const planar2_real rate_squared_end_2 = v[0] * v[0];
     jet_left[8] = v[0];
     jet_right[8] = v[0];
-    const double t1 = 1.0 + lean;
-    const double inverse_pivot = 1.0 / t1;
+    const planar2_real t1 = 1.0 + lean;
+    const planar2_real inverse_pivot = 1.0 / t1;
     jet_left[9] = inverse_pivot;
     jet_right[9] = t1;
-    const double swing = rate_squared_end_2 * outer_xy;
+    const planar2_real swing = rate_squared_end_2 * outer_xy;
     jet_left[10] = rate_squared_end_2;
     jet_right[10] = outer_xy;
-    const double drive_end_2 = 32.0 * link_couple_0;
-    const double t2 = drive_end_2 + (swing - outer_force_y);
-    const double free_end = t2 * inverse_pivot;
+    const planar2_real drive_end_2 = 32.0 * link_couple_0;
+    const planar2_real t2 = drive_end_2 + (swing - outer_force_y);
+    const planar2_real free_end = t2 * inverse_pivot;
     jet_left[11] = t2;
     jet_right[11] = inverse_pivot;
-    const double gain_x_end = outer_xy * inverse_pivot;
+    const planar2_real gain_x_end = outer_xy * inverse_pivot;
     jet_left[12] = outer_xy;
     jet_right[12] = inverse_pivot;
-    const double t3 = -19.62 * cosine[0];
-    const double t4 = 19.62 * sine[0];
+    const planar2_real t3 = -19.62 * cosine[0];
+    const planar2_real t4 = 19.62 * sine[0];
     jet_left[13] = gain_x_end;
     jet_right[13] = t3;
     jet_left[14] = inverse_pivot;
     jet_right[14] = t4;
-    const double tip_y_0 = free_end - gain_x_end * t3 - inverse_pivot * t4;
-    const double t5 = tip_y_0 - t4;
-    const double t6 = t3 - rate_squared_end_2;
+    const planar2_real tip_y_0 = free_end - gain_x_end * t3 - inverse_pivot * t4;
+    const planar2_real t5 = tip_y_0 - t4;
+    const planar2_real t6 = t3 - rate_squared_end_2;
     jet_left[15] = cosine[1];
     jet_right[15] = tip_y_0;
     jet_left[16] = sine[1];
     jet_right[16] = t6;
-    const double joint_y_1 = cosine[1] * tip_y_0 - sine[1] * t6;
-    const double tip_y_1 = drive_end - joint_y_1;
+    const planar2_real joint_y_1 = cosine[1] * tip_y_0 - sine[1] * t6;
+    const planar2_real tip_y_1 = drive_end - joint_y_1;
 
     a[0] = t5;
     a[1] = tip_y_1 - joint_y_1 - t5;
@@ -656,75 +760,76 @@ static void planar2_flow_start(const planar2_real q[2], const planar2_real v[2],
 static void planar2_flow_follow(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
     const planar2_real jet_left_0[17], const planar2_real jet_right_0[17], const planar2_real jet_sum[17],
     const planar2_real jet_held[1], const planar2_real jet_order, const planar2_real jet_inverse_order,
-    planar2_real a[restrict 2], planar2_real jet_left[restrict 17], planar2_real jet_right[restrict 17])
+    planar2_real a[PLANAR2_RESTRICT 2], planar2_real jet_left[PLANAR2_RESTRICT 17],
+    planar2_real jet_right[PLANAR2_RESTRICT 17])
 {
     (void)u;
-    const double link_rate_1 = v[0] + v[1];
-    const double t1 = jet_order * q[0];
-    const double t2 = q[0] * jet_right_0[0] + jet_inverse_order * jet_sum[0];
-    const double t3 = q[0] * jet_right_0[1] + jet_inverse_order * jet_sum[1];
+    const planar2_real link_rate_1 = v[0] + v[1];
+    const planar2_real t1 = jet_order * q[0];
+    const planar2_real t2 = q[0] * jet_right_0[0] + jet_inverse_order * jet_sum[0];
+    const planar2_real t3 = q[0] * jet_right_0[1] + jet_inverse_order * jet_sum[1];
     jet_left[0] = t1;
     jet_right[0] = -t3;
     jet_left[1] = t1;
     jet_right[1] = t2;
-    const double t4 = jet_order * q[1];
-    const double t5 = q[1] * jet_right_0[2] + jet_inverse_order * jet_sum[2];
-    const double t6 = q[1] * jet_right_0[3] + jet_inverse_order * jet_sum[3];
-    const double t7 = -t6;
+    const planar2_real t4 = jet_order * q[1];
+    const planar2_real t5 = q[1] * jet_right_0[2] + jet_inverse_order * jet_sum[2];
+    const planar2_real t6 = q[1] * jet_right_0[3] + jet_inverse_order * jet_sum[3];
+    const planar2_real t7 = -t6;
     jet_left[2] = t4;
     jet_right[2] = t7;
     jet_left[3] = t4;
     jet_right[3] = t5;
     jet_left[4] = link_rate_1;
     jet_right[4] = link_rate_1;
-    const double rate_squared_end = jet_sum[4] + (jet_left_0[4] + jet_left_0[4]) * link_rate_1;
-    const double link_force_x = -2.0 * rate_squared_end;
-    const double shear = 4.0 * t5;
+    const planar2_real rate_squared_end = jet_sum[4] + (jet_left_0[4] + jet_left_0[4]) * link_rate_1;
+    const planar2_real link_force_x = -2.0 * rate_squared_end;
+    const planar2_real shear = 4.0 * t5;
     jet_left[5] = t5;
     jet_right[5] = shear;
-    const double lean = jet_sum[5] + jet_left_0[5] * shear + jet_right_0[5] * t5;
+    const planar2_real lean = jet_sum[5] + jet_left_0[5] * shear + jet_right_0[5] * t5;
     jet_left[6] = t7;
     jet_right[6] = shear;
-    const double outer_xy = jet_sum[6] + jet_left_0[6] * shear - jet_right_0[6] * t6;
+    const planar2_real outer_xy = jet_sum[6] + jet_left_0[6] * shear - jet_right_0[6] * t6;
     jet_left[7] = t5;
     jet_right[7] = link_force_x;
-    const double outer_force_y = jet_sum[7] + jet_left_0[7] * link_force_x + jet_right_0[7] * t5
+    const planar2_real outer_force_y = jet_sum[7] + jet_left_0[7] * link_force_x + jet_right_0[7] * t5
         - jet_held[0] * t6;
     jet_left[8] = v[0];
     jet_right[8] = v[0];
-    const double rate_squared_end_2 = jet_sum[8] + (jet_left_0[8] + jet_left_0[8]) * v[0];
-    const double t8 = (jet_sum[9] + jet_left_0[9] * lean) * jet_left_0[9];
-    const double t9 = -t8;
+    const planar2_real rate_squared_end_2 = jet_sum[8] + (jet_left_0[8] + jet_left_0[8]) * v[0];
+    const planar2_real t8 = (jet_sum[9] + jet_left_0[9] * lean) * jet_left_0[9];
+    const planar2_real t9 = -t8;
     jet_left[9] = t9;
     jet_right[9] = lean;
     jet_left[10] = rate_squared_end_2;
     jet_right[10] = outer_xy;
-    const double swing = jet_sum[10] + jet_left_0[10] * outer_xy + jet_right_0[10] * rate_squared_end_2;
-    const double t10 = swing - outer_force_y;
+    const planar2_real swing = jet_sum[10] + jet_left_0[10] * outer_xy + jet_right_0[10] * rate_squared_end_2;
+    const planar2_real t10 = swing - outer_force_y;
     jet_left[11] = t10;
     jet_right[11] = t9;
-    const double free_end = jet_sum[11] - jet_left_0[11] * t8 + jet_right_0[11] * t10;
+    const planar2_real free_end = jet_sum[11] - jet_left_0[11] * t8 + jet_right_0[11] * t10;
     jet_left[12] = outer_xy;
     jet_right[12] = t9;
-    const double gain_x_end = jet_sum[12] - jet_left_0[12] * t8 + jet_right_0[12] * outer_xy;
-    const double t11 = 19.62 * t3;
-    const double t12 = 19.62 * t2;
+    const planar2_real gain_x_end = jet_sum[12] - jet_left_0[12] * t8 + jet_right_0[12] * outer_xy;
+    const planar2_real t11 = 19.62 * t3;
+    const planar2_real t12 = 19.62 * t2;
     jet_left[13] = gain_x_end;
     jet_right[13] = t11;
     jet_left[14] = t9;
     jet_right[14] = t12;
-    const double tip_y_0 = free_end - (jet_sum[13] + jet_left_0[13] * t11 + jet_right_0[13] * gain_x_end)
-        - (jet_sum[14] + jet_left_0[14] * t12 - jet_right_0[14] * t8);
-    const double t13 = tip_y_0 - t12;
-    const double t14 = t11 - rate_squared_end_2;
+    const planar2_real tip_y_0 = free_end - (jet_sum[13] + jet_left_0[13] * t11
+        + jet_right_0[13] * gain_x_end) - (jet_sum[14] + jet_left_0[14] * t12 - jet_right_0[14] * t8);
+    const planar2_real t13 = tip_y_0 - t12;
+    const planar2_real t14 = t11 - rate_squared_end_2;
     jet_left[15] = t7;
     jet_right[15] = tip_y_0;
-    const double t15 = jet_sum[15] + jet_left_0[15] * tip_y_0 - jet_right_0[15] * t6;
+    const planar2_real t15 = jet_sum[15] + jet_left_0[15] * tip_y_0 - jet_right_0[15] * t6;
     jet_left[16] = t5;
     jet_right[16] = t14;
-    const double t16 = jet_sum[16] + jet_left_0[16] * t14 + jet_right_0[16] * t5;
-    const double joint_y_1 = t15 - t16;
-    const double tip_y_1 = t16 - t15;
+    const planar2_real t16 = jet_sum[16] + jet_left_0[16] * t14 + jet_right_0[16] * t5;
+    const planar2_real joint_y_1 = t15 - t16;
+    const planar2_real tip_y_1 = t16 - t15;
 
     a[0] = t13;
     a[1] = tip_y_1 - joint_y_1 - t13;
@@ -750,6 +855,7 @@ static void planar2_flow_two_sums(int n, planar2_workspace *work)
     }
 }
 
+/* S_n of all products, into work->sum. */
 static void planar2_flow_sums(int n, planar2_workspace *work)
 {
     if (n >= 6 && n % 2 == 0) {
@@ -780,12 +886,12 @@ static void planar2_flow_begin(const planar2_real u[2], planar2_workspace *work)
 
 /* The coefficients of the state up to the given order, from work->x[0] and what belongs to it. */
 static PLANAR2_APART void planar2_flow_expand(const planar2_real u[2], int order,
-    planar2_workspace *restrict work)
+    planar2_workspace *PLANAR2_RESTRICT work)
 {
     planar2_real slope[planar2_flow_x];
     memcpy(slope, work->slope, sizeof slope);
     for (int n = 0;;) {
-        planar2_real *restrict next = work->x[n + 1];
+        planar2_real *PLANAR2_RESTRICT next = work->x[n + 1];
         const planar2_real share = 1 / (planar2_real)(n + 1);
         for (int i = 0; i < 2; ++i) {
             next[i] = share * work->x[n][2 + i];
@@ -807,6 +913,7 @@ static PLANAR2_APART void planar2_flow_expand(const planar2_real u[2], int order
 static const planar2_real planar2_flow_turn_high = 6.283185307179586,
     planar2_flow_turn_low = 2.4492935982947064e-16;
 
+/* An angle and its whole turns as one number. */
 static planar2_real planar2_flow_turned(planar2_real x, planar2_real turns)
 {
     if (!(turns > 0 || turns < 0)) {
@@ -849,7 +956,7 @@ static void planar2_flow_unwind(planar2_workspace *work, planar2_real lost[])
 
 /* The state at a time h into the step: x_0 + (h x_1 + h^2 x_2 + ...), the bracket by Horner's rule. */
 static void planar2_flow_increment(int order, const planar2_workspace *work, planar2_real h,
-    planar2_real increment[restrict planar2_flow_x])
+    planar2_real increment[PLANAR2_RESTRICT planar2_flow_x])
 {
     for (int i = 0; i < planar2_flow_x; ++i) {
         planar2_real sum = work->x[order][i];
@@ -860,8 +967,9 @@ static void planar2_flow_increment(int order, const planar2_workspace *work, pla
     }
 }
 
+/* The same with the state it starts from, and with whole turns where angles are wound. */
 static void planar2_flow_at(int order, const planar2_workspace *work, planar2_real h,
-    const planar2_real lost[], planar2_real x[restrict planar2_flow_x])
+    const planar2_real lost[], planar2_real x[PLANAR2_RESTRICT planar2_flow_x])
 {
     planar2_flow_increment(order, work, h, x);
     for (int i = 0; i < planar2_flow_x; ++i) {
@@ -872,6 +980,7 @@ static void planar2_flow_at(int order, const planar2_workspace *work, planar2_re
     }
 }
 
+/* The larger of two numbers; the second where one is NaN. */
 static planar2_real planar2_flow_larger(planar2_real a, planar2_real b)
 {
     return a > b ? a : b;
@@ -898,6 +1007,7 @@ static planar2_real planar2_flow_radius(int order, planar2_real end, planar2_rea
     return exp(-planar2_flow_larger(of_end, of_next));
 }
 
+/* Whether all of some numbers are finite. */
 static int planar2_flow_is_finite(const planar2_real x[], int count)
 {
     planar2_real sum = 0;
@@ -984,6 +1094,7 @@ static planar2_real planar2_flow_checked(const planar2_real u[2], int order, pla
     return 2 * h;
 }
 
+/* The scalar that an event looks at, in a state. */
 static planar2_real planar2_flow_scalar(const planar2_event *event, const planar2_real x[])
 {
     if (event->scalar != PLANAR2_OF_DEPTH) {
@@ -994,6 +1105,7 @@ static planar2_real planar2_flow_scalar(const planar2_event *event, const planar
     return place[2 * event->index + 1] - event->value;
 }
 
+/* Whether a time lies between two others. */
 static int planar2_flow_between(planar2_real low, planar2_real middle, planar2_real high)
 {
     return (low < middle && middle < high) || (high < middle && middle < low);
@@ -1043,7 +1155,7 @@ static planar2_real planar2_flow_crossing(int order, const planar2_workspace *wo
 
 /* The whole way, in a workspace. */
 static PLANAR2_APART int planar2_flow_run(planar2_flow *flow, planar2_real t_end, unsigned long max_steps,
-    const planar2_real u[2], planar2_real q[restrict 2], planar2_real v[restrict 2],
+    const planar2_real u[2], planar2_real q[PLANAR2_RESTRICT 2], planar2_real v[PLANAR2_RESTRICT 2],
     const planar2_event *event, unsigned long count, const planar2_real *times, planar2_real *q_out,
     planar2_real *v_out, planar2_workspace *work)
 {
@@ -1135,17 +1247,19 @@ static PLANAR2_APART int planar2_flow_run(planar2_flow *flow, planar2_real t_end
     return result;
 }
 
+/* The same in a workspace of its own. */
 static PLANAR2_APART int planar2_flow_run_on_stack(planar2_flow *flow, planar2_real t_end,
-    unsigned long max_steps, const planar2_real u[2], planar2_real q[restrict 2], planar2_real v[restrict 2],
-    const planar2_event *event, unsigned long count, const planar2_real *times, planar2_real *q_out,
-    planar2_real *v_out)
+    unsigned long max_steps, const planar2_real u[2], planar2_real q[PLANAR2_RESTRICT 2],
+    planar2_real v[PLANAR2_RESTRICT 2], const planar2_event *event, unsigned long count,
+    const planar2_real *times, planar2_real *q_out, planar2_real *v_out)
 {
     planar2_workspace work PLANAR2_ALIGNED;
     return planar2_flow_run(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out, &work);
 }
 
+/* Taylor flow: order and steps chosen from a tolerance, with dense output and an event. */
 int planar2_propagate(planar2_flow *flow, planar2_real t_end, unsigned long max_steps,
-    const planar2_real u[2], planar2_real q[restrict 2], planar2_real v[restrict 2],
+    const planar2_real u[2], planar2_real q[PLANAR2_RESTRICT 2], planar2_real v[PLANAR2_RESTRICT 2],
     const planar2_event *event, unsigned long count, const planar2_real *times, planar2_real *q_out,
     planar2_real *v_out)
 {

@@ -204,8 +204,8 @@ typedef struct planar2_flow {
     int order;               /* out: order of the Taylor series */
 } planar2_flow;
 
-/* Taylor flow: from (q, v) at flow->t to t_end, forwards or backwards, order and steps chosen from the
- * tolerance.
+/* Taylor flow: order and steps chosen from a tolerance, with dense output and an event.
+ * From (q, v) at flow->t to t_end, forwards or backwards.
  *   flow       in, out start time and tolerance; what was done
  *   t_end      in      final time, s
  *   max_steps  in      step budget; called again, it goes on from where it stopped

@@ -446,9 +446,8 @@ def _linearization(s):
         falling[k] = 9.81 * cart_coupling[k]
     for i in range(2):
         absolute_matrix[3 * i] = falling[i]
-    for i in range(1, 2):
-        absolute_matrix[3 * i - 1] = 0.0
-        absolute_matrix[3 * i - 2] = 0.0
+    absolute_matrix[2] = 0.0
+    absolute_matrix[1] = 0.0
     for i in range(2):
         beyond_3 = 0.0
         for k in range(1, -1, -1):
@@ -743,15 +742,14 @@ def _phi_jacobian(amplitude, omega):
             t19 = d_row[k] + d_beyond
             out[3 * k + seed] = t19
             d_beyond = t19
-    for seed in range(1):
-        t20 = omega + omega
-        for i in range(2):
-            d_row_2[i] = kept_at_25[i] * t20
-        d_beyond_2 = 0.0
-        for k in range(1, -1, -1):
-            t21 = d_row_2[k] + d_beyond_2
-            out[3 * k + seed + 2] = t21
-            d_beyond_2 = t21
+    t20 = omega + omega
+    for i in range(2):
+        d_row_2[i] = kept_at_25[i] * t20
+    d_beyond_2 = 0.0
+    for k in range(1, -1, -1):
+        t21 = d_row_2[k] + d_beyond_2
+        out[3 * k + 2] = t21
+        d_beyond_2 = t21
     return out
 
 

@@ -5,180 +5,190 @@
 #include <math.h>
 #include <string.h>
 
-static const double spatial2_cart_length_table[2] = {0.3, 0.2};
-static const double spatial2_cart_inverse_length_table[2] = {3.3333333333333335, 5.0};
-static const double spatial2_cart_c_diagonal_table[2] = {0.027, 0.004000000000000001};
-static const double spatial2_cart_mu_table[2] = {0.09, 0.020000000000000004};
-static const double spatial2_cart_mass_table[2] = {0.2, 0.1};
-static const double spatial2_cart_one_hot_8_table[15] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0,
-    0.0, 0.0, 0.0, 0.0, 0.0};
-static const double spatial2_cart_one_hot_8_2_table[15] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0,
-    0.0, 0.0, 0.0, 0.0, 0.0};
-static const double spatial2_cart_one_hot_2_table[3] = {0.0, 1.0, 0.0};
+/* Stands where an argument promises that nothing else reaches what it points to. C++ and MSVC know no such
+ * word inside the brackets of an array; whoever wants none defines it as nothing. */
+#ifndef SPATIAL2_CART_RESTRICT
+#if defined(__STDC_VERSION__) && __STDC_VERSION__ >= 199901L && !defined(__cplusplus) && !defined(_MSC_VER)
+#define SPATIAL2_CART_RESTRICT restrict
+#else
+#define SPATIAL2_CART_RESTRICT
+#endif
+#endif
 
+static const spatial2_cart_real spatial2_cart_length_table[2] = {0.3, 0.2};
+static const spatial2_cart_real spatial2_cart_c_diagonal_table[2] = {0.027, 0.004000000000000001};
+static const spatial2_cart_real spatial2_cart_mu_table[2] = {0.09, 0.020000000000000004};
+static const spatial2_cart_real spatial2_cart_mass_table[2] = {0.2, 0.1};
+
+/* Accelerations: the equations of motion solved.
+ *
+ * Quantities (docs/theory.md, section 5):
+ *   tension                           m/s^2  tension of a link over its mass
+ *   middle_tension                    m/s^2  tension of the link where the eliminations from the base and
+ *                                            from the tip meet
+ *   inner_tension_next                m/s^2  tension, substituted back from the middle towards the base
+ *   right_side                        m/s^2  right side of a link's row: l |q'|^2 and the forces on both its
+ *                                            masses along it
+ *   base_inverse_pivot                       1 / scaled pivot of a link's row, eliminated from the base or
+ *                                            from the tip
+ *   particular                        m/s^2  tension of an eliminated link if its neighbour had none
+ *   coupling                                 share of the neighbour's tension that comes on top
+ *   sine_squared                             squared sine of the angle between a link and the one before
+ *   outer_pull, inner_pull            1/s^2  pull of the link beyond or before, over mass and length of this
+ *                                            one
+ *   free_cart_acceleration            m/s^2  acceleration of the cart if the first link had no tension
+ *   pull_along, push_across           m/s^2  force of the first link on the cart, along and across it, over
+ *                                            the cart's mass
+ *   cart_acceleration                 m/s^2  acceleration of the cart
+ *   cosine                                   q_(k-1) . q_k, cosine of the angle between neighbours
+ *   cross, cross_x, cross_y, cross_z         q_(k-1) x q_k
+ */
 void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
-    const spatial2_cart_real u[2], spatial2_cart_real a[restrict 8])
+    const spatial2_cart_real u[2], spatial2_cart_real a[SPATIAL2_CART_RESTRICT 8])
 {
-    double cosine[2];
-    double cross[9];
-    double right_side[2];
-    double sine_squared[2];
-    double particular[2];
-    double coupling[2];
-    double tension[3];
+    spatial2_cart_real cosine[2];
+    spatial2_cart_real cross[9];
+    spatial2_cart_real right_side[2];
+    spatial2_cart_real sine_squared[2];
+    spatial2_cart_real particular[2];
+    spatial2_cart_real coupling[2];
+    spatial2_cart_real tension[3];
 
-    for (int k = 1; k < 2; ++k) {
-        const double cosine_k = q[3 * k - 1] * q[3 * k + 2] + q[3 * k] * q[3 * k + 3]
-            + q[3 * k + 1] * q[3 * k + 4];
-        cosine[k] = cosine_k;
-        const double cross_x = q[3 * k] * q[3 * k + 4] - q[3 * k + 1] * q[3 * k + 3];
-        const double cross_y = q[3 * k + 1] * q[3 * k + 2] - q[3 * k - 1] * q[3 * k + 4];
-        const double cross_z = q[3 * k - 1] * q[3 * k + 3] - q[3 * k] * q[3 * k + 2];
-        cross[3 * k] = cross_x;
-        cross[3 * k + 1] = cross_y;
-        cross[3 * k + 2] = cross_z;
-    }
-
+    const spatial2_cart_real cosine_1 = q[2] * q[5] + q[3] * q[6] + q[4] * q[7];
+    cosine[1] = cosine_1;
+    const spatial2_cart_real cross_x_1 = q[3] * q[7] - q[4] * q[6];
+    const spatial2_cart_real cross_y_1 = q[4] * q[5] - q[2] * q[7];
+    const spatial2_cart_real cross_z_1 = q[2] * q[6] - q[3] * q[5];
+    cross[3] = cross_x_1;
+    cross[4] = cross_y_1;
+    cross[5] = cross_z_1;
     cross[6] = 0.0;
     cross[7] = 0.0;
     cross[8] = 0.0;
-    const double free_cart_acceleration = 2.0 * u[0];
-    const double free_cart_acceleration_2 = 2.0 * u[1];
-    const double t1 = 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]) + 9.81 * q[4];
+    const spatial2_cart_real free_cart_acceleration = 2.0 * u[0];
+    const spatial2_cart_real free_cart_acceleration_2 = 2.0 * u[1];
+    const spatial2_cart_real t1 = 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]) + 9.81 * q[4];
     right_side[0] = t1 - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
-
-    for (int k = 1; k < 2; ++k) {
-        right_side[k] = spatial2_cart_length_table[k]
-            * (v[3 * k + 2] * v[3 * k + 2] + v[3 * k + 3] * v[3 * k + 3] + v[3 * k + 4] * v[3 * k + 4]);
-    }
-
-    for (int k = 1; k < 2; ++k) {
-        sine_squared[k] = cross[3 * k] * cross[3 * k] + cross[3 * k + 1] * cross[3 * k + 1]
-            + cross[3 * k + 2] * cross[3 * k + 2];
-    }
-
-    const double t2 = 0.4 * (q[2] * q[2] + q[3] * q[3]);
-    const double t3 = 1.0 + t2;
-    const double base_inverse_pivot = 1.0 / t3;
+    right_side[1] = 0.2 * (v[5] * v[5] + v[6] * v[6] + v[7] * v[7]);
+    sine_squared[1] = cross[3] * cross[3] + cross[4] * cross[4] + cross[5] * cross[5];
+    const spatial2_cart_real t2 = 0.4 * (q[2] * q[2] + q[3] * q[3]);
+    const spatial2_cart_real t3 = 1.0 + t2;
+    const spatial2_cart_real base_inverse_pivot = 1.0 / t3;
     particular[0] = right_side[0] * base_inverse_pivot;
     coupling[0] = 0.5 * (cosine[1] * base_inverse_pivot);
-    const double middle_tension = (right_side[1] * t3 + cosine[1] * right_side[0])
+    const spatial2_cart_real middle_tension = (right_side[1] * t3 + cosine[1] * right_side[0])
         / (0.5 * (sine_squared[1] + t2) + t3);
     tension[1] = middle_tension;
-    const double inner_tension_next = particular[0] + coupling[0] * middle_tension;
+    const spatial2_cart_real inner_tension_next = particular[0] + coupling[0] * middle_tension;
     tension[0] = inner_tension_next;
     tension[2] = 0.0;
-    const double pull_along = 0.4 * (t1 + cosine[1] * (0.5 * tension[1]));
-    const double push_across = 0.4 * (q[2] * free_cart_acceleration_2 - q[3] * free_cart_acceleration);
-    const double cart_acceleration = (free_cart_acceleration + q[2] * pull_along - q[3] * push_across)
-        * base_inverse_pivot;
-    const double cart_acceleration_2 = (free_cart_acceleration_2 + q[3] * pull_along + q[2] * push_across)
-        * base_inverse_pivot;
+    const spatial2_cart_real pull_along = 0.4 * (t1 + cosine[1] * (0.5 * tension[1]));
+    const spatial2_cart_real push_across = 0.4 * (q[2] * free_cart_acceleration_2
+        - q[3] * free_cart_acceleration);
+    const spatial2_cart_real cart_acceleration = (free_cart_acceleration + q[2] * pull_along
+        - q[3] * push_across) * base_inverse_pivot;
+    const spatial2_cart_real cart_acceleration_2 = (free_cart_acceleration_2 + q[3] * pull_along
+        + q[2] * push_across) * base_inverse_pivot;
     a[0] = cart_acceleration;
     a[1] = cart_acceleration_2;
-    const double t4 = -3.3333333333333335 * cart_acceleration;
-    const double t5 = -3.3333333333333335 * cart_acceleration_2;
-    const double t6 = 1.6666666666666667 * tension[1];
+    const spatial2_cart_real t4 = -3.3333333333333335 * cart_acceleration;
+    const spatial2_cart_real t5 = -3.3333333333333335 * cart_acceleration_2;
+    const spatial2_cart_real t6 = 1.6666666666666667 * tension[1];
     a[2] = cross[3] * t6 + (32.7 * q[3] - q[4] * t5);
     a[3] = cross[4] * t6 + (q[4] * t4 - 32.7 * q[2]);
     a[4] = cross[5] * t6 + (q[2] * t5 - q[3] * t4);
+    const spatial2_cart_real outer_pull_1 = 2.5 * tension[2];
+    const spatial2_cart_real inner_pull_1 = 5.0 * tension[0];
 
-    for (int k = 1; k < 2; ++k) {
-        const double outer_pull = tension[k + 1] * (0.5 * spatial2_cart_inverse_length_table[k]);
-        const double inner_pull = tension[k - 1] * spatial2_cart_inverse_length_table[k];
-        a[3 * k + 2] = cross[3 * k + 3] * outer_pull - cross[3 * k] * inner_pull;
-        a[3 * k + 3] = cross[3 * k + 4] * outer_pull - cross[3 * k + 1] * inner_pull;
-        a[3 * k + 4] = cross[3 * k + 5] * outer_pull - cross[3 * k + 2] * inner_pull;
-    }
+    a[5] = cross[6] * outer_pull_1 - cross[3] * inner_pull_1;
+    a[6] = cross[7] * outer_pull_1 - cross[4] * inner_pull_1;
+    a[7] = cross[8] * outer_pull_1 - cross[5] * inner_pull_1;
 }
 
+/* Accelerations of the unit vectors themselves: the equations of motion without angular velocities.
+ *
+ * Quantities (docs/theory.md, section 5):
+ *   turning_x, turning_y, turning_z  rad/s^2  angular acceleration of a link
+ * Others are named as in forward_dynamics.
+ */
 void spatial2_cart_direction_dynamics(const spatial2_cart_real q[8], const spatial2_cart_real q_dot[8],
-    const spatial2_cart_real u[2], spatial2_cart_real q_ddot[restrict 8])
+    const spatial2_cart_real u[2], spatial2_cart_real q_ddot[SPATIAL2_CART_RESTRICT 8])
 {
-    double cosine[2];
-    double cross[9];
-    double right_side[2];
-    double sine_squared[2];
-    double particular[2];
-    double coupling[2];
-    double tension[3];
+    spatial2_cart_real cosine[2];
+    spatial2_cart_real cross[9];
+    spatial2_cart_real right_side[2];
+    spatial2_cart_real sine_squared[2];
+    spatial2_cart_real particular[2];
+    spatial2_cart_real coupling[2];
+    spatial2_cart_real tension[3];
 
-    for (int k = 1; k < 2; ++k) {
-        const double cosine_k = q[3 * k - 1] * q[3 * k + 2] + q[3 * k] * q[3 * k + 3]
-            + q[3 * k + 1] * q[3 * k + 4];
-        cosine[k] = cosine_k;
-        const double cross_x = q[3 * k] * q[3 * k + 4] - q[3 * k + 1] * q[3 * k + 3];
-        const double cross_y = q[3 * k + 1] * q[3 * k + 2] - q[3 * k - 1] * q[3 * k + 4];
-        const double cross_z = q[3 * k - 1] * q[3 * k + 3] - q[3 * k] * q[3 * k + 2];
-        cross[3 * k] = cross_x;
-        cross[3 * k + 1] = cross_y;
-        cross[3 * k + 2] = cross_z;
-    }
-
+    const spatial2_cart_real cosine_1 = q[2] * q[5] + q[3] * q[6] + q[4] * q[7];
+    cosine[1] = cosine_1;
+    const spatial2_cart_real cross_x_1 = q[3] * q[7] - q[4] * q[6];
+    const spatial2_cart_real cross_y_1 = q[4] * q[5] - q[2] * q[7];
+    const spatial2_cart_real cross_z_1 = q[2] * q[6] - q[3] * q[5];
+    cross[3] = cross_x_1;
+    cross[4] = cross_y_1;
+    cross[5] = cross_z_1;
     cross[6] = 0.0;
     cross[7] = 0.0;
     cross[8] = 0.0;
-    const double free_cart_acceleration = 2.0 * u[0];
-    const double free_cart_acceleration_2 = 2.0 * u[1];
-    const double t1 = q_dot[2] * q_dot[2] + q_dot[3] * q_dot[3] + q_dot[4] * q_dot[4];
-    const double t2 = 0.3 * t1 + 9.81 * q[4];
+    const spatial2_cart_real free_cart_acceleration = 2.0 * u[0];
+    const spatial2_cart_real free_cart_acceleration_2 = 2.0 * u[1];
+    const spatial2_cart_real t1 = q_dot[2] * q_dot[2] + q_dot[3] * q_dot[3] + q_dot[4] * q_dot[4];
+    const spatial2_cart_real t2 = 0.3 * t1 + 9.81 * q[4];
     right_side[0] = t2 - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
-
-    for (int k = 1; k < 2; ++k) {
-        const double t3 = q_dot[3 * k + 2] * q_dot[3 * k + 2] + q_dot[3 * k + 3] * q_dot[3 * k + 3]
-            + q_dot[3 * k + 4] * q_dot[3 * k + 4];
-        right_side[k] = spatial2_cart_length_table[k] * t3;
-    }
-
-    for (int k = 1; k < 2; ++k) {
-        sine_squared[k] = cross[3 * k] * cross[3 * k] + cross[3 * k + 1] * cross[3 * k + 1]
-            + cross[3 * k + 2] * cross[3 * k + 2];
-    }
-
-    const double t4 = 0.4 * (q[2] * q[2] + q[3] * q[3]);
-    const double t5 = 1.0 + t4;
-    const double base_inverse_pivot = 1.0 / t5;
+    const spatial2_cart_real t3 = q_dot[5] * q_dot[5] + q_dot[6] * q_dot[6] + q_dot[7] * q_dot[7];
+    right_side[1] = 0.2 * t3;
+    sine_squared[1] = cross[3] * cross[3] + cross[4] * cross[4] + cross[5] * cross[5];
+    const spatial2_cart_real t4 = 0.4 * (q[2] * q[2] + q[3] * q[3]);
+    const spatial2_cart_real t5 = 1.0 + t4;
+    const spatial2_cart_real base_inverse_pivot = 1.0 / t5;
     particular[0] = right_side[0] * base_inverse_pivot;
     coupling[0] = 0.5 * (cosine[1] * base_inverse_pivot);
-    const double middle_tension = (right_side[1] * t5 + cosine[1] * right_side[0])
+    const spatial2_cart_real middle_tension = (right_side[1] * t5 + cosine[1] * right_side[0])
         / (0.5 * (sine_squared[1] + t4) + t5);
     tension[1] = middle_tension;
-    const double inner_tension_next = particular[0] + coupling[0] * middle_tension;
+    const spatial2_cart_real inner_tension_next = particular[0] + coupling[0] * middle_tension;
     tension[0] = inner_tension_next;
     tension[2] = 0.0;
-    const double pull_along = 0.4 * (t2 + cosine[1] * (0.5 * tension[1]));
-    const double push_across = 0.4 * (q[2] * free_cart_acceleration_2 - q[3] * free_cart_acceleration);
-    const double cart_acceleration = (free_cart_acceleration + q[2] * pull_along - q[3] * push_across)
-        * base_inverse_pivot;
-    const double cart_acceleration_2 = (free_cart_acceleration_2 + q[3] * pull_along + q[2] * push_across)
-        * base_inverse_pivot;
+    const spatial2_cart_real pull_along = 0.4 * (t2 + cosine[1] * (0.5 * tension[1]));
+    const spatial2_cart_real push_across = 0.4 * (q[2] * free_cart_acceleration_2
+        - q[3] * free_cart_acceleration);
+    const spatial2_cart_real cart_acceleration = (free_cart_acceleration + q[2] * pull_along
+        - q[3] * push_across) * base_inverse_pivot;
+    const spatial2_cart_real cart_acceleration_2 = (free_cart_acceleration_2 + q[3] * pull_along
+        + q[2] * push_across) * base_inverse_pivot;
     q_ddot[0] = cart_acceleration;
     q_ddot[1] = cart_acceleration_2;
-    const double t6 = -3.3333333333333335 * cart_acceleration;
-    const double t7 = -3.3333333333333335 * cart_acceleration_2;
-    const double t8 = 1.6666666666666667 * tension[1];
-    const double turning_x = cross[3] * t8 + (32.7 * q[3] - q[4] * t7);
-    const double turning_y = cross[4] * t8 + (q[4] * t6 - 32.7 * q[2]);
-    const double turning_z = cross[5] * t8 + (q[2] * t7 - q[3] * t6);
+    const spatial2_cart_real t6 = -3.3333333333333335 * cart_acceleration;
+    const spatial2_cart_real t7 = -3.3333333333333335 * cart_acceleration_2;
+    const spatial2_cart_real t8 = 1.6666666666666667 * tension[1];
+    const spatial2_cart_real turning_x = cross[3] * t8 + (32.7 * q[3] - q[4] * t7);
+    const spatial2_cart_real turning_y = cross[4] * t8 + (q[4] * t6 - 32.7 * q[2]);
+    const spatial2_cart_real turning_z = cross[5] * t8 + (q[2] * t7 - q[3] * t6);
     q_ddot[2] = turning_y * q[4] - turning_z * q[3] - q[2] * t1;
     q_ddot[3] = turning_z * q[2] - turning_x * q[4] - q[3] * t1;
     q_ddot[4] = turning_x * q[3] - turning_y * q[2] - q[4] * t1;
+    const spatial2_cart_real outer_pull_1 = 2.5 * tension[2];
+    const spatial2_cart_real inner_pull_1 = 5.0 * tension[0];
+    const spatial2_cart_real turning_x_1 = cross[6] * outer_pull_1 - cross[3] * inner_pull_1;
+    const spatial2_cart_real turning_y_1 = cross[7] * outer_pull_1 - cross[4] * inner_pull_1;
+    const spatial2_cart_real turning_z_1 = cross[8] * outer_pull_1 - cross[5] * inner_pull_1;
 
-    for (int k = 1; k < 2; ++k) {
-        const double outer_pull = tension[k + 1] * (0.5 * spatial2_cart_inverse_length_table[k]);
-        const double inner_pull = tension[k - 1] * spatial2_cart_inverse_length_table[k];
-        const double turning_x_k = cross[3 * k + 3] * outer_pull - cross[3 * k] * inner_pull;
-        const double turning_y_k = cross[3 * k + 4] * outer_pull - cross[3 * k + 1] * inner_pull;
-        const double turning_z_k = cross[3 * k + 5] * outer_pull - cross[3 * k + 2] * inner_pull;
-        const double t9 = q_dot[3 * k + 2] * q_dot[3 * k + 2] + q_dot[3 * k + 3] * q_dot[3 * k + 3]
-            + q_dot[3 * k + 4] * q_dot[3 * k + 4];
-        q_ddot[3 * k + 2] = turning_y_k * q[3 * k + 4] - turning_z_k * q[3 * k + 3] - q[3 * k + 2] * t9;
-        q_ddot[3 * k + 3] = turning_z_k * q[3 * k + 2] - turning_x_k * q[3 * k + 4] - q[3 * k + 3] * t9;
-        q_ddot[3 * k + 4] = turning_x_k * q[3 * k + 3] - turning_y_k * q[3 * k + 2] - q[3 * k + 4] * t9;
-    }
+    q_ddot[5] = turning_y_1 * q[7] - turning_z_1 * q[6] - q[5] * t3;
+    q_ddot[6] = turning_z_1 * q[5] - turning_x_1 * q[7] - q[6] * t3;
+    q_ddot[7] = turning_x_1 * q[6] - turning_y_1 * q[5] - q[7] * t3;
 }
 
-void spatial2_cart_mass_matrix(const spatial2_cart_real q[8], spatial2_cart_real out[restrict 64])
+/* Mass matrix of the equations of motion.
+ *
+ * Quantities (docs/theory.md, (13)-(16)):
+ *   inertia     kg m^2  l_i mu_j of a pair of links
+ *   projection          q_i . q_j, or of what of them is orthogonal to the other
+ */
+void spatial2_cart_mass_matrix(const spatial2_cart_real q[8],
+    spatial2_cart_real out[SPATIAL2_CART_RESTRICT 64])
 {
     for (int i = 0; i < 2; ++i) {
         out[27 * i + 18] = spatial2_cart_c_diagonal_table[i];
@@ -191,36 +201,36 @@ void spatial2_cart_mass_matrix(const spatial2_cart_real q[8], spatial2_cart_real
         out[27 * i + 35] = 0.0;
         out[27 * i + 36] = spatial2_cart_c_diagonal_table[i];
         for (int j = i + 1; j < 2; ++j) {
-            const double inertia = spatial2_cart_length_table[i] * spatial2_cart_mu_table[j];
-            const double t1 = q[3 * i + 2] * q[3 * j + 2];
-            const double t2 = q[3 * i + 3] * q[3 * j + 3];
-            const double t3 = q[3 * i + 4] * q[3 * j + 4];
-            const double projection = t1 + t2 + t3;
-            const double t4 = inertia * (projection - t1);
+            const spatial2_cart_real inertia = spatial2_cart_length_table[i] * spatial2_cart_mu_table[j];
+            const spatial2_cart_real t1 = q[3 * i + 2] * q[3 * j + 2];
+            const spatial2_cart_real t2 = q[3 * i + 3] * q[3 * j + 3];
+            const spatial2_cart_real t3 = q[3 * i + 4] * q[3 * j + 4];
+            const spatial2_cart_real projection = t1 + t2 + t3;
+            const spatial2_cart_real t4 = inertia * (projection - t1);
             out[24 * i + 3 * j + 18] = t4;
             out[3 * i + 24 * j + 18] = t4;
-            const double t5 = -inertia * (q[3 * j + 2] * q[3 * i + 3]);
+            const spatial2_cart_real t5 = -inertia * (q[3 * j + 2] * q[3 * i + 3]);
             out[24 * i + 3 * j + 19] = t5;
             out[3 * i + 24 * j + 26] = t5;
-            const double t6 = -inertia * (q[3 * j + 2] * q[3 * i + 4]);
+            const spatial2_cart_real t6 = -inertia * (q[3 * j + 2] * q[3 * i + 4]);
             out[24 * i + 3 * j + 20] = t6;
             out[3 * i + 24 * j + 34] = t6;
-            const double t7 = -inertia * (q[3 * j + 3] * q[3 * i + 2]);
+            const spatial2_cart_real t7 = -inertia * (q[3 * j + 3] * q[3 * i + 2]);
             out[24 * i + 3 * j + 26] = t7;
             out[3 * i + 24 * j + 19] = t7;
-            const double t8 = inertia * (projection - t2);
+            const spatial2_cart_real t8 = inertia * (projection - t2);
             out[24 * i + 3 * j + 27] = t8;
             out[3 * i + 24 * j + 27] = t8;
-            const double t9 = -inertia * (q[3 * j + 3] * q[3 * i + 4]);
+            const spatial2_cart_real t9 = -inertia * (q[3 * j + 3] * q[3 * i + 4]);
             out[24 * i + 3 * j + 28] = t9;
             out[3 * i + 24 * j + 35] = t9;
-            const double t10 = -inertia * (q[3 * j + 4] * q[3 * i + 2]);
+            const spatial2_cart_real t10 = -inertia * (q[3 * j + 4] * q[3 * i + 2]);
             out[24 * i + 3 * j + 34] = t10;
             out[3 * i + 24 * j + 20] = t10;
-            const double t11 = -inertia * (q[3 * j + 4] * q[3 * i + 3]);
+            const spatial2_cart_real t11 = -inertia * (q[3 * j + 4] * q[3 * i + 3]);
             out[24 * i + 3 * j + 35] = t11;
             out[3 * i + 24 * j + 28] = t11;
-            const double t12 = inertia * (projection - t3);
+            const spatial2_cart_real t12 = inertia * (projection - t3);
             out[24 * i + 3 * j + 36] = t12;
             out[3 * i + 24 * j + 36] = t12;
         }
@@ -232,10 +242,10 @@ void spatial2_cart_mass_matrix(const spatial2_cart_real q[8], spatial2_cart_real
     out[9] = 0.8;
 
     for (int k = 0; k < 2; ++k) {
-        const double t13 = spatial2_cart_mu_table[k] * q[3 * k + 2];
-        const double t14 = spatial2_cart_mu_table[k] * q[3 * k + 4];
-        const double t15 = -spatial2_cart_mu_table[k] * q[3 * k + 3];
-        const double t16 = -t14;
+        const spatial2_cart_real t13 = spatial2_cart_mu_table[k] * q[3 * k + 2];
+        const spatial2_cart_real t14 = spatial2_cart_mu_table[k] * q[3 * k + 4];
+        const spatial2_cart_real t15 = -spatial2_cart_mu_table[k] * q[3 * k + 3];
+        const spatial2_cart_real t16 = -t14;
         out[3 * k + 2] = 0.0;
         out[24 * k + 16] = 0.0;
         out[3 * k + 3] = t14;
@@ -251,39 +261,40 @@ void spatial2_cart_mass_matrix(const spatial2_cart_real q[8], spatial2_cart_real
     }
 }
 
+/* Velocity terms of the equations of motion. */
 void spatial2_cart_coriolis(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
-    spatial2_cart_real out[restrict 8])
+    spatial2_cart_real out[SPATIAL2_CART_RESTRICT 8])
 {
-    double inner_sum[6];
+    spatial2_cart_real inner_sum[6];
 
-    double inner_x = 0.0;
-    double inner_y = 0.0;
-    double inner_z = 0.0;
+    spatial2_cart_real inner_x = 0.0;
+    spatial2_cart_real inner_y = 0.0;
+    spatial2_cart_real inner_z = 0.0;
     for (int i = 0; i < 2; ++i) {
         inner_sum[3 * i] = inner_x;
         inner_sum[3 * i + 1] = inner_y;
         inner_sum[3 * i + 2] = inner_z;
-        const double t1 = spatial2_cart_length_table[i]
+        const spatial2_cart_real t1 = spatial2_cart_length_table[i]
             * (v[3 * i + 2] * v[3 * i + 2] + v[3 * i + 3] * v[3 * i + 3] + v[3 * i + 4] * v[3 * i + 4]);
         inner_x += q[3 * i + 2] * t1;
         inner_y += q[3 * i + 3] * t1;
         inner_z += q[3 * i + 4] * t1;
     }
 
-    double outer_x = 0.0;
-    double outer_y = 0.0;
-    double outer_z = 0.0;
+    spatial2_cart_real outer_x = 0.0;
+    spatial2_cart_real outer_y = 0.0;
+    spatial2_cart_real outer_z = 0.0;
     for (int i = 1; i >= 0; --i) {
-        const double t2 = inner_sum[3 * i] * spatial2_cart_mu_table[i]
+        const spatial2_cart_real t2 = inner_sum[3 * i] * spatial2_cart_mu_table[i]
             + outer_x * spatial2_cart_length_table[i];
-        const double t3 = inner_sum[3 * i + 1] * spatial2_cart_mu_table[i]
+        const spatial2_cart_real t3 = inner_sum[3 * i + 1] * spatial2_cart_mu_table[i]
             + outer_y * spatial2_cart_length_table[i];
-        const double t4 = inner_sum[3 * i + 2] * spatial2_cart_mu_table[i]
+        const spatial2_cart_real t4 = inner_sum[3 * i + 2] * spatial2_cart_mu_table[i]
             + outer_z * spatial2_cart_length_table[i];
         out[3 * i + 2] = t3 * q[3 * i + 4] - t4 * q[3 * i + 3];
         out[3 * i + 3] = t4 * q[3 * i + 2] - t2 * q[3 * i + 4];
         out[3 * i + 4] = t2 * q[3 * i + 3] - t3 * q[3 * i + 2];
-        const double t5 = spatial2_cart_mu_table[i]
+        const spatial2_cart_real t5 = spatial2_cart_mu_table[i]
             * (v[3 * i + 2] * v[3 * i + 2] + v[3 * i + 3] * v[3 * i + 3] + v[3 * i + 4] * v[3 * i + 4]);
         outer_x += q[3 * i + 2] * t5;
         outer_y += q[3 * i + 3] * t5;
@@ -294,10 +305,12 @@ void spatial2_cart_coriolis(const spatial2_cart_real q[8], const spatial2_cart_r
     out[1] = -outer_y;
 }
 
-void spatial2_cart_gravity_torque(const spatial2_cart_real q[8], spatial2_cart_real out[restrict 8])
+/* Gravity terms of the equations of motion, without springs. */
+void spatial2_cart_gravity_torque(const spatial2_cart_real q[8],
+    spatial2_cart_real out[SPATIAL2_CART_RESTRICT 8])
 {
     for (int k = 0; k < 2; ++k) {
-        const double t1 = 9.81 * spatial2_cart_mu_table[k];
+        const spatial2_cart_real t1 = 9.81 * spatial2_cart_mu_table[k];
         out[3 * k + 2] = -t1 * q[3 * k + 3];
         out[3 * k + 3] = t1 * q[3 * k + 2];
         out[3 * k + 4] = 0.0;
@@ -307,23 +320,31 @@ void spatial2_cart_gravity_torque(const spatial2_cart_real q[8], spatial2_cart_r
     out[1] = 0.0;
 }
 
+/* Kinetic and potential energy.
+ *
+ * Quantities (docs/theory.md, section 1):
+ *   joint_speed_x, joint_speed_y, joint_speed_z  m/s  velocity of a joint
+ *   joint_depth                                  m    how deep a joint hangs below the base
+ *   twice_kinetic                                J    twice the kinetic energy, link by link
+ *   fallen                                       J    the potential energy, its sign turned, link by link
+ */
 void spatial2_cart_energy(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     spatial2_cart_real *kinetic, spatial2_cart_real *potential)
 {
-    double joint_speed_x = v[0];
-    double joint_speed_y = v[1];
-    double joint_speed_z = 0.0;
-    double joint_depth = 0.0;
-    double twice_kinetic = 0.5 * (v[0] * v[0] + v[1] * v[1]);
-    double fallen = 0.0;
+    spatial2_cart_real joint_speed_x = v[0];
+    spatial2_cart_real joint_speed_y = v[1];
+    spatial2_cart_real joint_speed_z = 0.0;
+    spatial2_cart_real joint_depth = 0.0;
+    spatial2_cart_real twice_kinetic = 0.5 * (v[0] * v[0] + v[1] * v[1]);
+    spatial2_cart_real fallen = 0.0;
     for (int k = 0; k < 2; ++k) {
-        const double t1 = joint_speed_x + (v[3 * k + 3] * q[3 * k + 4]
-            - v[3 * k + 4] * q[3 * k + 3]) * spatial2_cart_length_table[k];
-        const double t2 = joint_speed_y + (v[3 * k + 4] * q[3 * k + 2]
-            - v[3 * k + 2] * q[3 * k + 4]) * spatial2_cart_length_table[k];
-        const double t3 = joint_speed_z + (v[3 * k + 2] * q[3 * k + 3]
-            - v[3 * k + 3] * q[3 * k + 2]) * spatial2_cart_length_table[k];
-        const double t4 = joint_depth + spatial2_cart_length_table[k] * q[3 * k + 4];
+        const spatial2_cart_real t1 = joint_speed_x
+            + (v[3 * k + 3] * q[3 * k + 4] - v[3 * k + 4] * q[3 * k + 3]) * spatial2_cart_length_table[k];
+        const spatial2_cart_real t2 = joint_speed_y
+            + (v[3 * k + 4] * q[3 * k + 2] - v[3 * k + 2] * q[3 * k + 4]) * spatial2_cart_length_table[k];
+        const spatial2_cart_real t3 = joint_speed_z
+            + (v[3 * k + 2] * q[3 * k + 3] - v[3 * k + 3] * q[3 * k + 2]) * spatial2_cart_length_table[k];
+        const spatial2_cart_real t4 = joint_depth + spatial2_cart_length_table[k] * q[3 * k + 4];
         joint_speed_x = t1;
         joint_speed_y = t2;
         joint_speed_z = t3;
@@ -336,15 +357,20 @@ void spatial2_cart_energy(const spatial2_cart_real q[8], const spatial2_cart_rea
     *potential = -fallen;
 }
 
-void spatial2_cart_positions(const spatial2_cart_real q[8], spatial2_cart_real out[restrict 6])
+/* Positions of the point masses.
+ *
+ * Quantities (docs/theory.md, section 1):
+ *   joint_x, joint_y, joint_z  m  position of a joint
+ */
+void spatial2_cart_positions(const spatial2_cart_real q[8], spatial2_cart_real out[SPATIAL2_CART_RESTRICT 6])
 {
-    double joint_x = q[0];
-    double joint_y = q[1];
-    double joint_z = 0.0;
+    spatial2_cart_real joint_x = q[0];
+    spatial2_cart_real joint_y = q[1];
+    spatial2_cart_real joint_z = 0.0;
     for (int k = 0; k < 2; ++k) {
-        const double t1 = joint_x + q[3 * k + 2] * spatial2_cart_length_table[k];
-        const double t2 = joint_y + q[3 * k + 3] * spatial2_cart_length_table[k];
-        const double t3 = joint_z + q[3 * k + 4] * spatial2_cart_length_table[k];
+        const spatial2_cart_real t1 = joint_x + q[3 * k + 2] * spatial2_cart_length_table[k];
+        const spatial2_cart_real t2 = joint_y + q[3 * k + 3] * spatial2_cart_length_table[k];
+        const spatial2_cart_real t3 = joint_z + q[3 * k + 4] * spatial2_cart_length_table[k];
         out[3 * k] = t1;
         out[3 * k + 1] = t2;
         out[3 * k + 2] = t3;
@@ -354,10 +380,16 @@ void spatial2_cart_positions(const spatial2_cart_real q[8], spatial2_cart_real o
     }
 }
 
-void spatial2_cart_linearization(const spatial2_cart_real s[2], spatial2_cart_real M[restrict 36],
-    spatial2_cart_real G[restrict 36], spatial2_cart_real B[restrict 12])
+/* Linear equations of motion about an equilibrium, M x'' + D x' + G x = B u.
+ *
+ * Quantities (docs/theory.md, (13)-(16)):
+ *   entry  kg m^2  inertia between a pair of links, for absolute angles
+ */
+void spatial2_cart_linearization(const spatial2_cart_real s[2],
+    spatial2_cart_real M[SPATIAL2_CART_RESTRICT 36], spatial2_cart_real G[SPATIAL2_CART_RESTRICT 36],
+    spatial2_cart_real B[SPATIAL2_CART_RESTRICT 12])
 {
-    double weight[2];
+    spatial2_cart_real weight[2];
 
     for (int i = 0; i < 2; ++i) {
         M[14 * i + 14] = spatial2_cart_c_diagonal_table[i];
@@ -365,7 +397,8 @@ void spatial2_cart_linearization(const spatial2_cart_real s[2], spatial2_cart_re
         M[14 * i + 20] = 0.0;
         M[14 * i + 21] = spatial2_cart_c_diagonal_table[i];
         for (int j = i + 1; j < 2; ++j) {
-            const double entry = spatial2_cart_length_table[i] * spatial2_cart_mu_table[j] * (s[i] * s[j]);
+            const spatial2_cart_real entry = spatial2_cart_length_table[i] * spatial2_cart_mu_table[j]
+                * (s[i] * s[j]);
             M[12 * i + 2 * j + 14] = entry;
             M[12 * i + 2 * j + 15] = 0.0;
             M[12 * i + 2 * j + 20] = 0.0;
@@ -381,41 +414,34 @@ void spatial2_cart_linearization(const spatial2_cart_real s[2], spatial2_cart_re
         weight[k] = 9.81 * spatial2_cart_mu_table[k] * s[k];
     }
 
-    for (int k = 0; k < 1; ++k) {
-        G[14 * k + 14] = weight[k];
-        G[14 * k + 15] = 0.0;
-        G[14 * k + 20] = 0.0;
-        G[14 * k + 21] = weight[k];
-    }
-
+    G[14] = weight[0];
+    G[15] = 0.0;
+    G[20] = 0.0;
+    G[21] = weight[0];
     G[28] = weight[1];
     G[29] = 0.0;
     G[34] = 0.0;
     G[35] = weight[1];
-
-    for (int i = 1; i < 2; ++i) {
-        G[14 * i + 12] = 0.0;
-        G[14 * i + 13] = 0.0;
-        G[14 * i + 18] = 0.0;
-        G[14 * i + 19] = 0.0;
-        G[14 * i + 2] = 0.0;
-        G[14 * i + 3] = 0.0;
-        G[14 * i + 8] = 0.0;
-        G[14 * i + 9] = 0.0;
-    }
-
+    G[26] = 0.0;
+    G[27] = 0.0;
+    G[32] = 0.0;
+    G[33] = 0.0;
+    G[16] = 0.0;
+    G[17] = 0.0;
+    G[22] = 0.0;
+    G[23] = 0.0;
     M[0] = 0.8;
     M[1] = 0.0;
     M[6] = 0.0;
     M[7] = 0.8;
 
     for (int k = 0; k < 2; ++k) {
-        const double t1 = spatial2_cart_mu_table[k] * s[k];
+        const spatial2_cart_real t1 = spatial2_cart_mu_table[k] * s[k];
         M[2 * k + 2] = 0.0;
         M[12 * k + 12] = 0.0;
         M[2 * k + 3] = t1;
         M[12 * k + 18] = t1;
-        const double t2 = -t1;
+        const spatial2_cart_real t2 = -t1;
         M[2 * k + 8] = t2;
         M[12 * k + 13] = t2;
         M[2 * k + 9] = 0.0;
@@ -448,276 +474,379 @@ void spatial2_cart_linearization(const spatial2_cart_real s[2], spatial2_cart_re
     }
 }
 
+/* Exact partial derivatives of forward_dynamics.
+ *
+ * Quantities are named as in forward_dynamics.
+ */
 void spatial2_cart_state_jacobian(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
-    const spatial2_cart_real u[2], spatial2_cart_real dadq[restrict 64], spatial2_cart_real dadv[restrict 64],
-    spatial2_cart_real dadu[restrict 16])
+    const spatial2_cart_real u[2], spatial2_cart_real dadq[SPATIAL2_CART_RESTRICT 64],
+    spatial2_cart_real dadv[SPATIAL2_CART_RESTRICT 64], spatial2_cart_real dadu[SPATIAL2_CART_RESTRICT 16])
 {
-    double cosine[2];
-    double cross[9];
-    double right_side[2];
-    double sine_squared[2];
-    double particular[2];
-    double coupling[2];
-    double tension[3];
-    double kept_at_22[1];
-    double outer_pull_at[1];
-    double inner_pull_at[1];
-    double d_cosine[2];
-    double d_cross[9];
-    double d_right_side[2];
-    double d_sine_squared[2];
-    double d_particular[2];
-    double d_coupling[2];
-    double d_tension[3];
-    double d_right_side_2[2];
-    double d_particular_2[2];
-    double d_tension_2[3];
-    double d_right_side_3[2];
-    double d_particular_3[2];
-    double d_tension_3[3];
+    const spatial2_cart_real cosine_1 = q[2] * q[5] + q[3] * q[6] + q[4] * q[7];
+    const spatial2_cart_real cross_x_1 = q[3] * q[7] - q[4] * q[6];
+    const spatial2_cart_real cross_y_1 = q[4] * q[5] - q[2] * q[7];
+    const spatial2_cart_real cross_z_1 = q[2] * q[6] - q[3] * q[5];
+    const spatial2_cart_real free_cart_acceleration = 2.0 * u[0];
+    const spatial2_cart_real free_cart_acceleration_2 = 2.0 * u[1];
+    const spatial2_cart_real t1 = 0.3 * (v[2] + v[2]);
+    const spatial2_cart_real t2 = 0.3 * (v[3] + v[3]);
+    const spatial2_cart_real t3 = 0.3 * (v[4] + v[4]);
+    const spatial2_cart_real t4 = 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]) + 9.81 * q[4];
+    const spatial2_cart_real t5 = t4 - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
+    const spatial2_cart_real t6 = -2.0 * u[0];
+    const spatial2_cart_real t7 = -2.0 * u[1];
+    const spatial2_cart_real t8 = -2.0 * q[2];
+    const spatial2_cart_real t9 = -2.0 * q[3];
+    const spatial2_cart_real t10 = 0.2 * (v[5] * v[5] + v[6] * v[6] + v[7] * v[7]);
+    const spatial2_cart_real t11 = cross_x_1 * q[7];
+    const spatial2_cart_real t12 = cross_x_1 * q[6];
+    const spatial2_cart_real t13 = cross_x_1 * q[4];
+    const spatial2_cart_real t14 = cross_x_1 * q[3];
+    const spatial2_cart_real t15 = cross_y_1 * q[7];
+    const spatial2_cart_real t16 = cross_y_1 * q[5];
+    const spatial2_cart_real t17 = cross_y_1 * q[4];
+    const spatial2_cart_real t18 = cross_y_1 * q[2];
+    const spatial2_cart_real t19 = cross_z_1 * q[6];
+    const spatial2_cart_real t20 = cross_z_1 * q[5];
+    const spatial2_cart_real t21 = cross_z_1 * q[3];
+    const spatial2_cart_real t22 = cross_z_1 * q[2];
+    const spatial2_cart_real t23 = 0.4 * (q[2] * q[2] + q[3] * q[3]);
+    const spatial2_cart_real t24 = 0.4 * (q[2] + q[2]);
+    const spatial2_cart_real t25 = 0.4 * (q[3] + q[3]);
+    const spatial2_cart_real t26 = 1.0 + t23;
+    const spatial2_cart_real base_inverse_pivot = 1.0 / t26;
+    const spatial2_cart_real t27 = base_inverse_pivot * base_inverse_pivot;
+    const spatial2_cart_real t28 = t27 * t24;
+    const spatial2_cart_real t29 = t27 * t25;
+    const spatial2_cart_real t30 = 0.5 * (cosine_1 * base_inverse_pivot);
+    const spatial2_cart_real t31 = 0.5 * (cross_x_1 * cross_x_1 + cross_y_1 * cross_y_1
+        + cross_z_1 * cross_z_1 + t23) + t26;
+    const spatial2_cart_real middle_tension = (t10 * t26 + cosine_1 * t5) / t31;
+    const spatial2_cart_real t32 = 1.0 / t31;
+    const spatial2_cart_real t33 = t32 * middle_tension;
+    const spatial2_cart_real t34 = t32 * (t10 * t24 + (t5 * q[5] + cosine_1 * t6))
+        - t33 * (0.5 * (t19 + t19 - (t15 + t15) + t24) + t24);
+    const spatial2_cart_real t35 = t32 * (t10 * t25 + (t5 * q[6] + cosine_1 * t7))
+        - t33 * (0.5 * (t11 + t11 - (t20 + t20) + t25) + t25);
+    const spatial2_cart_real t36 = t32 * (t5 * q[7] + 9.81 * cosine_1)
+        - t33 * (0.5 * (t16 + t16 - (t12 + t12)));
+    const spatial2_cart_real t37 = t32 * (t5 * q[2]) - t33 * (0.5 * (t17 + t17 - (t21 + t21)));
+    const spatial2_cart_real t38 = t32 * (t5 * q[3]) - t33 * (0.5 * (t22 + t22 - (t13 + t13)));
+    const spatial2_cart_real t39 = t32 * (t5 * q[4]) - t33 * (0.5 * (t14 + t14 - (t18 + t18)));
+    const spatial2_cart_real t40 = t32 * (cosine_1 * t1);
+    const spatial2_cart_real t41 = t32 * (cosine_1 * t2);
+    const spatial2_cart_real t42 = t32 * (cosine_1 * t3);
+    const spatial2_cart_real t43 = t32 * (t26 * (0.2 * (v[5] + v[5])));
+    const spatial2_cart_real t44 = t32 * (t26 * (0.2 * (v[6] + v[6])));
+    const spatial2_cart_real t45 = t32 * (t26 * (0.2 * (v[7] + v[7])));
+    const spatial2_cart_real t46 = t32 * (cosine_1 * t8);
+    const spatial2_cart_real t47 = t32 * (cosine_1 * t9);
+    const spatial2_cart_real inner_tension_next = t5 * base_inverse_pivot + t30 * middle_tension;
+    const spatial2_cart_real t48 = base_inverse_pivot * t6 - t5 * t28
+        + (middle_tension * (0.5 * (base_inverse_pivot * q[5] - cosine_1 * t28)) + t30 * t34);
+    const spatial2_cart_real t49 = base_inverse_pivot * t7 - t5 * t29
+        + (middle_tension * (0.5 * (base_inverse_pivot * q[6] - cosine_1 * t29)) + t30 * t35);
+    const spatial2_cart_real t50 = 0.5 * middle_tension;
+    const spatial2_cart_real pull_along = 0.4 * (t4 + cosine_1 * t50);
+    const spatial2_cart_real t51 = 0.4 * (t50 * q[5] + cosine_1 * (0.5 * t34));
+    const spatial2_cart_real t52 = 0.4 * (t50 * q[6] + cosine_1 * (0.5 * t35));
+    const spatial2_cart_real t53 = 0.4 * (9.81 + (t50 * q[7] + cosine_1 * (0.5 * t36)));
+    const spatial2_cart_real t54 = 0.4 * (t50 * q[2] + cosine_1 * (0.5 * t37));
+    const spatial2_cart_real t55 = 0.4 * (t50 * q[3] + cosine_1 * (0.5 * t38));
+    const spatial2_cart_real t56 = 0.4 * (t50 * q[4] + cosine_1 * (0.5 * t39));
+    const spatial2_cart_real t57 = 0.4 * (t1 + cosine_1 * (0.5 * t40));
+    const spatial2_cart_real t58 = 0.4 * (t2 + cosine_1 * (0.5 * t41));
+    const spatial2_cart_real t59 = 0.4 * (t3 + cosine_1 * (0.5 * t42));
+    const spatial2_cart_real t60 = 0.4 * (cosine_1 * (0.5 * t43));
+    const spatial2_cart_real t61 = 0.4 * (cosine_1 * (0.5 * t44));
+    const spatial2_cart_real t62 = 0.4 * (cosine_1 * (0.5 * t45));
+    const spatial2_cart_real t63 = 0.4 * (cosine_1 * (0.5 * t46));
+    const spatial2_cart_real t64 = 0.4 * (cosine_1 * (0.5 * t47));
+    const spatial2_cart_real push_across = 0.4 * (q[2] * free_cart_acceleration_2
+        - q[3] * free_cart_acceleration);
+    const spatial2_cart_real t65 = 0.8 * u[1];
+    const spatial2_cart_real t66 = -0.8 * u[0];
+    const spatial2_cart_real t67 = -0.8 * q[3];
+    const spatial2_cart_real t68 = 0.8 * q[2];
+    const spatial2_cart_real t69 = free_cart_acceleration + q[2] * pull_along - q[3] * push_across;
+    const spatial2_cart_real cart_acceleration = t69 * base_inverse_pivot;
+    const spatial2_cart_real t70 = base_inverse_pivot * (pull_along + q[2] * t51 - q[3] * t65) - t69 * t28;
+    const spatial2_cart_real t71 = base_inverse_pivot * (q[2] * t52 - (push_across + q[3] * t66)) - t69 * t29;
+    const spatial2_cart_real t72 = base_inverse_pivot * (q[2] * t53);
+    const spatial2_cart_real t73 = base_inverse_pivot * (q[2] * t54);
+    const spatial2_cart_real t74 = base_inverse_pivot * (q[2] * t55);
+    const spatial2_cart_real t75 = base_inverse_pivot * (q[2] * t56);
+    const spatial2_cart_real t76 = base_inverse_pivot * (q[2] * t57);
+    const spatial2_cart_real t77 = base_inverse_pivot * (q[2] * t58);
+    const spatial2_cart_real t78 = base_inverse_pivot * (q[2] * t59);
+    const spatial2_cart_real t79 = base_inverse_pivot * (q[2] * t60);
+    const spatial2_cart_real t80 = base_inverse_pivot * (q[2] * t61);
+    const spatial2_cart_real t81 = base_inverse_pivot * (q[2] * t62);
+    const spatial2_cart_real t82 = base_inverse_pivot * (2.0 + q[2] * t63 - q[3] * t67);
+    const spatial2_cart_real t83 = base_inverse_pivot * (q[2] * t64 - q[3] * t68);
+    const spatial2_cart_real t84 = free_cart_acceleration_2 + q[3] * pull_along + q[2] * push_across;
+    const spatial2_cart_real cart_acceleration_2 = t84 * base_inverse_pivot;
+    const spatial2_cart_real t85 = base_inverse_pivot * (q[3] * t51 + (push_across + q[2] * t65)) - t84 * t28;
+    const spatial2_cart_real t86 = base_inverse_pivot * (pull_along + q[3] * t52 + q[2] * t66) - t84 * t29;
+    const spatial2_cart_real t87 = base_inverse_pivot * (q[3] * t53);
+    const spatial2_cart_real t88 = base_inverse_pivot * (q[3] * t54);
+    const spatial2_cart_real t89 = base_inverse_pivot * (q[3] * t55);
+    const spatial2_cart_real t90 = base_inverse_pivot * (q[3] * t56);
+    const spatial2_cart_real t91 = base_inverse_pivot * (q[3] * t57);
+    const spatial2_cart_real t92 = base_inverse_pivot * (q[3] * t58);
+    const spatial2_cart_real t93 = base_inverse_pivot * (q[3] * t59);
+    const spatial2_cart_real t94 = base_inverse_pivot * (q[3] * t60);
+    const spatial2_cart_real t95 = base_inverse_pivot * (q[3] * t61);
+    const spatial2_cart_real t96 = base_inverse_pivot * (q[3] * t62);
+    const spatial2_cart_real t97 = base_inverse_pivot * (q[3] * t63 + q[2] * t67);
+    const spatial2_cart_real t98 = base_inverse_pivot * (2.0 + q[3] * t64 + q[2] * t68);
+    const spatial2_cart_real t99 = -3.3333333333333335 * cart_acceleration;
+    const spatial2_cart_real t100 = -3.3333333333333335 * t70;
+    const spatial2_cart_real t101 = -3.3333333333333335 * t71;
+    const spatial2_cart_real t102 = -3.3333333333333335 * t72;
+    const spatial2_cart_real t103 = -3.3333333333333335 * t73;
+    const spatial2_cart_real t104 = -3.3333333333333335 * t74;
+    const spatial2_cart_real t105 = -3.3333333333333335 * t75;
+    const spatial2_cart_real t106 = -3.3333333333333335 * t76;
+    const spatial2_cart_real t107 = -3.3333333333333335 * t77;
+    const spatial2_cart_real t108 = -3.3333333333333335 * t78;
+    const spatial2_cart_real t109 = -3.3333333333333335 * t79;
+    const spatial2_cart_real t110 = -3.3333333333333335 * t80;
+    const spatial2_cart_real t111 = -3.3333333333333335 * t81;
+    const spatial2_cart_real t112 = -3.3333333333333335 * t82;
+    const spatial2_cart_real t113 = -3.3333333333333335 * t83;
+    const spatial2_cart_real t114 = -3.3333333333333335 * cart_acceleration_2;
+    const spatial2_cart_real t115 = -3.3333333333333335 * t85;
+    const spatial2_cart_real t116 = -3.3333333333333335 * t86;
+    const spatial2_cart_real t117 = -3.3333333333333335 * t87;
+    const spatial2_cart_real t118 = -3.3333333333333335 * t88;
+    const spatial2_cart_real t119 = -3.3333333333333335 * t89;
+    const spatial2_cart_real t120 = -3.3333333333333335 * t90;
+    const spatial2_cart_real t121 = -3.3333333333333335 * t91;
+    const spatial2_cart_real t122 = -3.3333333333333335 * t92;
+    const spatial2_cart_real t123 = -3.3333333333333335 * t93;
+    const spatial2_cart_real t124 = -3.3333333333333335 * t94;
+    const spatial2_cart_real t125 = -3.3333333333333335 * t95;
+    const spatial2_cart_real t126 = -3.3333333333333335 * t96;
+    const spatial2_cart_real t127 = -3.3333333333333335 * t97;
+    const spatial2_cart_real t128 = -3.3333333333333335 * t98;
+    const spatial2_cart_real t129 = 1.6666666666666667 * middle_tension;
+    const spatial2_cart_real t130 = 1.6666666666666667 * t34;
+    const spatial2_cart_real t131 = 1.6666666666666667 * t35;
+    const spatial2_cart_real t132 = 1.6666666666666667 * t36;
+    const spatial2_cart_real t133 = 1.6666666666666667 * t37;
+    const spatial2_cart_real t134 = 1.6666666666666667 * t38;
+    const spatial2_cart_real t135 = 1.6666666666666667 * t39;
+    const spatial2_cart_real t136 = 1.6666666666666667 * t40;
+    const spatial2_cart_real t137 = 1.6666666666666667 * t41;
+    const spatial2_cart_real t138 = 1.6666666666666667 * t42;
+    const spatial2_cart_real t139 = 1.6666666666666667 * t43;
+    const spatial2_cart_real t140 = 1.6666666666666667 * t44;
+    const spatial2_cart_real t141 = 1.6666666666666667 * t45;
+    const spatial2_cart_real t142 = 1.6666666666666667 * t46;
+    const spatial2_cart_real t143 = 1.6666666666666667 * t47;
+    const spatial2_cart_real t144 = t129 * q[7];
+    const spatial2_cart_real t145 = t129 * q[6];
+    const spatial2_cart_real t146 = t129 * q[4];
+    const spatial2_cart_real t147 = t129 * q[3];
+    const spatial2_cart_real t148 = t129 * q[5];
+    const spatial2_cart_real t149 = t129 * q[2];
+    const spatial2_cart_real inner_pull_1 = 5.0 * inner_tension_next;
+    const spatial2_cart_real t150 = 5.0 * t48;
+    const spatial2_cart_real t151 = 5.0 * t49;
+    const spatial2_cart_real t152 = 5.0 * (9.81 * base_inverse_pivot
+        + (middle_tension * (0.5 * (base_inverse_pivot * q[7])) + t30 * t36));
+    const spatial2_cart_real t153 = 5.0 * (middle_tension * (0.5 * (base_inverse_pivot * q[2])) + t30 * t37);
+    const spatial2_cart_real t154 = 5.0 * (middle_tension * (0.5 * (base_inverse_pivot * q[3])) + t30 * t38);
+    const spatial2_cart_real t155 = 5.0 * (middle_tension * (0.5 * (base_inverse_pivot * q[4])) + t30 * t39);
+    const spatial2_cart_real t156 = 5.0 * (base_inverse_pivot * t1 + t30 * t40);
+    const spatial2_cart_real t157 = 5.0 * (base_inverse_pivot * t2 + t30 * t41);
+    const spatial2_cart_real t158 = 5.0 * (base_inverse_pivot * t3 + t30 * t42);
+    const spatial2_cart_real t159 = 5.0 * (t30 * t43);
+    const spatial2_cart_real t160 = 5.0 * (t30 * t44);
+    const spatial2_cart_real t161 = 5.0 * (t30 * t45);
+    const spatial2_cart_real t162 = 5.0 * (base_inverse_pivot * t8 + t30 * t46);
+    const spatial2_cart_real t163 = 5.0 * (base_inverse_pivot * t9 + t30 * t47);
+    const spatial2_cart_real t164 = inner_pull_1 * q[7];
+    const spatial2_cart_real t165 = inner_pull_1 * q[6];
+    const spatial2_cart_real t166 = inner_pull_1 * q[4];
+    const spatial2_cart_real t167 = inner_pull_1 * q[3];
+    const spatial2_cart_real t168 = inner_pull_1 * q[5];
+    const spatial2_cart_real t169 = inner_pull_1 * q[2];
 
-    for (int k = 1; k < 2; ++k) {
-        const double cosine_k = q[3 * k - 1] * q[3 * k + 2] + q[3 * k] * q[3 * k + 3]
-            + q[3 * k + 1] * q[3 * k + 4];
-        cosine[k] = cosine_k;
-        const double cross_x = q[3 * k] * q[3 * k + 4] - q[3 * k + 1] * q[3 * k + 3];
-        const double cross_y = q[3 * k + 1] * q[3 * k + 2] - q[3 * k - 1] * q[3 * k + 4];
-        const double cross_z = q[3 * k - 1] * q[3 * k + 3] - q[3 * k] * q[3 * k + 2];
-        cross[3 * k] = cross_x;
-        cross[3 * k + 1] = cross_y;
-        cross[3 * k + 2] = cross_z;
-    }
-
-    cross[6] = 0.0;
-    cross[7] = 0.0;
-    cross[8] = 0.0;
-    const double free_cart_acceleration = 2.0 * u[0];
-    const double free_cart_acceleration_2 = 2.0 * u[1];
-    const double t1 = 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]) + 9.81 * q[4];
-    right_side[0] = t1 - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
-
-    for (int k = 1; k < 2; ++k) {
-        right_side[k] = spatial2_cart_length_table[k]
-            * (v[3 * k + 2] * v[3 * k + 2] + v[3 * k + 3] * v[3 * k + 3] + v[3 * k + 4] * v[3 * k + 4]);
-    }
-
-    for (int k = 1; k < 2; ++k) {
-        sine_squared[k] = cross[3 * k] * cross[3 * k] + cross[3 * k + 1] * cross[3 * k + 1]
-            + cross[3 * k + 2] * cross[3 * k + 2];
-    }
-
-    const double t2 = 0.4 * (q[2] * q[2] + q[3] * q[3]);
-    const double t3 = 1.0 + t2;
-    const double base_inverse_pivot = 1.0 / t3;
-    particular[0] = right_side[0] * base_inverse_pivot;
-    coupling[0] = 0.5 * (cosine[1] * base_inverse_pivot);
-    const double t4 = 0.5 * (sine_squared[1] + t2) + t3;
-    const double middle_tension = (right_side[1] * t3 + cosine[1] * right_side[0]) / t4;
-    tension[1] = middle_tension;
-    const double inner_tension_next = particular[0] + coupling[0] * middle_tension;
-    tension[0] = inner_tension_next;
-    tension[2] = 0.0;
-    const double t5 = 0.5 * tension[1];
-    const double pull_along = 0.4 * (t1 + cosine[1] * t5);
-    const double push_across = 0.4 * (q[2] * free_cart_acceleration_2 - q[3] * free_cart_acceleration);
-    const double t6 = free_cart_acceleration + q[2] * pull_along - q[3] * push_across;
-    const double cart_acceleration = t6 * base_inverse_pivot;
-    const double t7 = free_cart_acceleration_2 + q[3] * pull_along + q[2] * push_across;
-    const double cart_acceleration_2 = t7 * base_inverse_pivot;
-    const double t8 = -3.3333333333333335 * cart_acceleration;
-    const double t9 = -3.3333333333333335 * cart_acceleration_2;
-    const double t10 = 1.6666666666666667 * tension[1];
-
-    for (int k = 1; k < 2; ++k) {
-        const double t11 = 0.5 * spatial2_cart_inverse_length_table[k];
-        kept_at_22[k - 1] = t11;
-        const double outer_pull = tension[k + 1] * t11;
-        outer_pull_at[k - 1] = outer_pull;
-        const double inner_pull = tension[k - 1] * spatial2_cart_inverse_length_table[k];
-        inner_pull_at[k - 1] = inner_pull;
-    }
-
-    for (int seed = 0; seed < 8; ++seed) {
-        for (int k = 1; k < 2; ++k) {
-            const double t12 = q[3 * k + 2] * spatial2_cart_one_hot_8_table[3 * k + 6 - seed]
-                + q[3 * k - 1] * spatial2_cart_one_hot_8_table[3 * k + 9 - seed];
-            const double t13 = q[3 * k + 3] * spatial2_cart_one_hot_8_table[3 * k + 7 - seed]
-                + q[3 * k] * spatial2_cart_one_hot_8_table[3 * k + 10 - seed];
-            const double t14 = q[3 * k + 4] * spatial2_cart_one_hot_8_table[3 * k + 8 - seed]
-                + q[3 * k + 1] * spatial2_cart_one_hot_8_table[3 * k + 11 - seed];
-            d_cosine[k] = t12 + t13 + t14;
-            const double t15 = q[3 * k + 4] * spatial2_cart_one_hot_8_table[3 * k + 7 - seed]
-                + q[3 * k] * spatial2_cart_one_hot_8_table[3 * k + 11 - seed];
-            const double t16 = q[3 * k + 3] * spatial2_cart_one_hot_8_table[3 * k + 8 - seed]
-                + q[3 * k + 1] * spatial2_cart_one_hot_8_table[3 * k + 10 - seed];
-            const double t17 = q[3 * k + 2] * spatial2_cart_one_hot_8_table[3 * k + 8 - seed]
-                + q[3 * k + 1] * spatial2_cart_one_hot_8_table[3 * k + 9 - seed];
-            const double t18 = q[3 * k + 4] * spatial2_cart_one_hot_8_table[3 * k + 6 - seed]
-                + q[3 * k - 1] * spatial2_cart_one_hot_8_table[3 * k + 11 - seed];
-            const double t19 = q[3 * k + 3] * spatial2_cart_one_hot_8_table[3 * k + 6 - seed]
-                + q[3 * k - 1] * spatial2_cart_one_hot_8_table[3 * k + 10 - seed];
-            const double t20 = q[3 * k + 2] * spatial2_cart_one_hot_8_table[3 * k + 7 - seed]
-                + q[3 * k] * spatial2_cart_one_hot_8_table[3 * k + 9 - seed];
-            d_cross[3 * k] = t15 - t16;
-            d_cross[3 * k + 1] = t17 - t18;
-            d_cross[3 * k + 2] = t19 - t20;
-        }
-        d_cross[6] = 0.0;
-        d_cross[7] = 0.0;
-        d_cross[8] = 0.0;
-        const double t21 = 9.81 * spatial2_cart_one_hot_8_table[11 - seed];
-        const double t22 = free_cart_acceleration * spatial2_cart_one_hot_8_table[9 - seed]
-            + free_cart_acceleration_2 * spatial2_cart_one_hot_8_table[10 - seed];
-        d_right_side[0] = t21 - t22;
-        for (int k = 1; k < 2; ++k) {
-            d_right_side[k] = 0.0;
-        }
-        for (int k = 1; k < 2; ++k) {
-            const double t23 = cross[3 * k] * d_cross[3 * k];
-            const double t24 = cross[3 * k + 1] * d_cross[3 * k + 1];
-            const double t25 = cross[3 * k + 2] * d_cross[3 * k + 2];
-            d_sine_squared[k] = t23 + t23 + (t24 + t24) + (t25 + t25);
-        }
-        const double t26 = q[2] * spatial2_cart_one_hot_8_table[9 - seed];
-        const double t27 = q[3] * spatial2_cart_one_hot_8_table[10 - seed];
-        const double t28 = 0.4 * (t26 + t26 + (t27 + t27));
-        const double t29 = base_inverse_pivot * base_inverse_pivot * t28;
-        d_particular[0] = base_inverse_pivot * d_right_side[0] - right_side[0] * t29;
-        d_coupling[0] = 0.5 * (base_inverse_pivot * d_cosine[1] - cosine[1] * t29);
-        const double t30 = t3 * d_right_side[1] + right_side[1] * t28
-            + (right_side[0] * d_cosine[1] + cosine[1] * d_right_side[0]);
-        const double t31 = 1.0 / t4;
-        const double t32 = t31 * t30 - t31 * middle_tension * (0.5 * (d_sine_squared[1] + t28) + t28);
-        d_tension[1] = t32;
-        d_tension[0] = d_particular[0] + (middle_tension * d_coupling[0] + coupling[0] * t32);
-        d_tension[2] = 0.0;
-        const double t33 = 0.4 * (t21 + (t5 * d_cosine[1] + cosine[1] * (0.5 * d_tension[1])));
-        const double t34 = free_cart_acceleration_2 * spatial2_cart_one_hot_8_table[9 - seed]
-            - free_cart_acceleration * spatial2_cart_one_hot_8_table[10 - seed];
-        const double t35 = 0.4 * t34;
-        const double t36 = pull_along * spatial2_cart_one_hot_8_table[9 - seed] + q[2] * t33
-            - (push_across * spatial2_cart_one_hot_8_table[10 - seed] + q[3] * t35);
-        const double t37 = base_inverse_pivot * t36 - t6 * t29;
-        const double t38 = pull_along * spatial2_cart_one_hot_8_table[10 - seed] + q[3] * t33
-            + (push_across * spatial2_cart_one_hot_8_table[9 - seed] + q[2] * t35);
-        const double t39 = base_inverse_pivot * t38 - t7 * t29;
-        dadq[seed] = t37;
-        dadq[seed + 8] = t39;
-        const double t40 = -3.3333333333333335 * t37;
-        const double t41 = -3.3333333333333335 * t39;
-        const double t42 = 1.6666666666666667 * d_tension[1];
-        const double t43 = 32.7 * spatial2_cart_one_hot_8_table[10 - seed]
-            - (t9 * spatial2_cart_one_hot_8_table[11 - seed] + q[4] * t41);
-        const double t44 = t8 * spatial2_cart_one_hot_8_table[11 - seed] + q[4] * t40
-            - 32.7 * spatial2_cart_one_hot_8_table[9 - seed];
-        const double t45 = t9 * spatial2_cart_one_hot_8_table[9 - seed] + q[2] * t41
-            - (t8 * spatial2_cart_one_hot_8_table[10 - seed] + q[3] * t40);
-        dadq[seed + 16] = t10 * d_cross[3] + cross[3] * t42 + t43;
-        dadq[seed + 24] = t10 * d_cross[4] + cross[4] * t42 + t44;
-        dadq[seed + 32] = t10 * d_cross[5] + cross[5] * t42 + t45;
-        for (int k = 1; k < 2; ++k) {
-            const double t46 = kept_at_22[k - 1] * d_tension[k + 1];
-            const double t47 = spatial2_cart_inverse_length_table[k] * d_tension[k - 1];
-            dadq[24 * k + seed + 16] = outer_pull_at[k - 1] * d_cross[3 * k + 3] + cross[3 * k + 3] * t46
-                - (inner_pull_at[k - 1] * d_cross[3 * k] + cross[3 * k] * t47);
-            dadq[24 * k + seed + 24] = outer_pull_at[k - 1] * d_cross[3 * k + 4] + cross[3 * k + 4] * t46
-                - (inner_pull_at[k - 1] * d_cross[3 * k + 1] + cross[3 * k + 1] * t47);
-            dadq[24 * k + seed + 32] = outer_pull_at[k - 1] * d_cross[3 * k + 5] + cross[3 * k + 5] * t46
-                - (inner_pull_at[k - 1] * d_cross[3 * k + 2] + cross[3 * k + 2] * t47);
-        }
-    }
-
-    for (int seed = 0; seed < 8; ++seed) {
-        const double t48 = v[2] * spatial2_cart_one_hot_8_2_table[9 - seed];
-        const double t49 = v[3] * spatial2_cart_one_hot_8_2_table[10 - seed];
-        const double t50 = v[4] * spatial2_cart_one_hot_8_2_table[11 - seed];
-        const double t51 = 0.3 * (t48 + t48 + (t49 + t49) + (t50 + t50));
-        d_right_side_2[0] = t51;
-        for (int k = 1; k < 2; ++k) {
-            const double t52 = v[3 * k + 2] * spatial2_cart_one_hot_8_2_table[3 * k + 9 - seed];
-            const double t53 = v[3 * k + 3] * spatial2_cart_one_hot_8_2_table[3 * k + 10 - seed];
-            const double t54 = v[3 * k + 4] * spatial2_cart_one_hot_8_2_table[3 * k + 11 - seed];
-            d_right_side_2[k] = spatial2_cart_length_table[k] * (t52 + t52 + (t53 + t53) + (t54 + t54));
-        }
-        d_particular_2[0] = base_inverse_pivot * d_right_side_2[0];
-        const double t55 = 1.0 / t4 * (t3 * d_right_side_2[1] + cosine[1] * d_right_side_2[0]);
-        d_tension_2[1] = t55;
-        d_tension_2[0] = d_particular_2[0] + coupling[0] * t55;
-        d_tension_2[2] = 0.0;
-        const double t56 = 0.4 * (t51 + cosine[1] * (0.5 * d_tension_2[1]));
-        const double t57 = base_inverse_pivot * (q[2] * t56);
-        const double t58 = base_inverse_pivot * (q[3] * t56);
-        dadv[seed] = t57;
-        dadv[seed + 8] = t58;
-        const double t59 = -3.3333333333333335 * t57;
-        const double t60 = -3.3333333333333335 * t58;
-        const double t61 = 1.6666666666666667 * d_tension_2[1];
-        dadv[seed + 16] = cross[3] * t61 - q[4] * t60;
-        dadv[seed + 24] = cross[4] * t61 + q[4] * t59;
-        dadv[seed + 32] = cross[5] * t61 + (q[2] * t60 - q[3] * t59);
-        for (int k = 1; k < 2; ++k) {
-            const double t62 = kept_at_22[k - 1] * d_tension_2[k + 1];
-            const double t63 = spatial2_cart_inverse_length_table[k] * d_tension_2[k - 1];
-            dadv[24 * k + seed + 16] = cross[3 * k + 3] * t62 - cross[3 * k] * t63;
-            dadv[24 * k + seed + 24] = cross[3 * k + 4] * t62 - cross[3 * k + 1] * t63;
-            dadv[24 * k + seed + 32] = cross[3 * k + 5] * t62 - cross[3 * k + 2] * t63;
-        }
-    }
-
-    for (int seed = 0; seed < 2; ++seed) {
-        const double t64 = 2.0 * spatial2_cart_one_hot_2_table[1 - seed];
-        const double t65 = 2.0 * spatial2_cart_one_hot_2_table[2 - seed];
-        d_right_side_3[0] = -(q[2] * t64 + q[3] * t65);
-        for (int k = 1; k < 2; ++k) {
-            d_right_side_3[k] = 0.0;
-        }
-        d_particular_3[0] = base_inverse_pivot * d_right_side_3[0];
-        const double t66 = 1.0 / t4 * (t3 * d_right_side_3[1] + cosine[1] * d_right_side_3[0]);
-        d_tension_3[1] = t66;
-        d_tension_3[0] = d_particular_3[0] + coupling[0] * t66;
-        d_tension_3[2] = 0.0;
-        const double t67 = 0.4 * (cosine[1] * (0.5 * d_tension_3[1]));
-        const double t68 = 0.4 * (q[2] * t65 - q[3] * t64);
-        const double t69 = base_inverse_pivot * (t64 + q[2] * t67 - q[3] * t68);
-        const double t70 = base_inverse_pivot * (t65 + q[3] * t67 + q[2] * t68);
-        dadu[seed] = t69;
-        dadu[seed + 2] = t70;
-        const double t71 = -3.3333333333333335 * t69;
-        const double t72 = -3.3333333333333335 * t70;
-        const double t73 = 1.6666666666666667 * d_tension_3[1];
-        dadu[seed + 4] = cross[3] * t73 - q[4] * t72;
-        dadu[seed + 6] = cross[4] * t73 + q[4] * t71;
-        dadu[seed + 8] = cross[5] * t73 + (q[2] * t72 - q[3] * t71);
-        for (int k = 1; k < 2; ++k) {
-            const double t74 = kept_at_22[k - 1] * d_tension_3[k + 1];
-            const double t75 = spatial2_cart_inverse_length_table[k] * d_tension_3[k - 1];
-            dadu[6 * k + seed + 4] = cross[3 * k + 3] * t74 - cross[3 * k] * t75;
-            dadu[6 * k + seed + 6] = cross[3 * k + 4] * t74 - cross[3 * k + 1] * t75;
-            dadu[6 * k + seed + 8] = cross[3 * k + 5] * t74 - cross[3 * k + 2] * t75;
-        }
-    }
+    dadq[0] = 0.0;
+    dadq[1] = 0.0;
+    dadq[2] = t70;
+    dadq[3] = t71;
+    dadq[4] = t72;
+    dadq[5] = t73;
+    dadq[6] = t74;
+    dadq[7] = t75;
+    dadq[8] = 0.0;
+    dadq[9] = 0.0;
+    dadq[10] = t85;
+    dadq[11] = t86;
+    dadq[12] = t87;
+    dadq[13] = t88;
+    dadq[14] = t89;
+    dadq[15] = t90;
+    dadq[16] = 0.0;
+    dadq[17] = 0.0;
+    dadq[18] = cross_x_1 * t130 - q[4] * t115;
+    dadq[19] = t144 + cross_x_1 * t131 + (32.7 - q[4] * t116);
+    dadq[20] = cross_x_1 * t132 - t145 - (t114 + q[4] * t117);
+    dadq[21] = cross_x_1 * t133 - q[4] * t118;
+    dadq[22] = cross_x_1 * t134 - t146 - q[4] * t119;
+    dadq[23] = t147 + cross_x_1 * t135 - q[4] * t120;
+    dadq[24] = 0.0;
+    dadq[25] = 0.0;
+    dadq[26] = cross_y_1 * t130 - t144 + (q[4] * t100 - 32.7);
+    dadq[27] = cross_y_1 * t131 + q[4] * t101;
+    dadq[28] = t148 + cross_y_1 * t132 + (t99 + q[4] * t102);
+    dadq[29] = t146 + cross_y_1 * t133 + q[4] * t103;
+    dadq[30] = cross_y_1 * t134 + q[4] * t104;
+    dadq[31] = cross_y_1 * t135 - t149 + q[4] * t105;
+    dadq[32] = 0.0;
+    dadq[33] = 0.0;
+    dadq[34] = t145 + cross_z_1 * t130 + (t114 + q[2] * t115 - q[3] * t100);
+    dadq[35] = cross_z_1 * t131 - t148 + (q[2] * t116 - (t99 + q[3] * t101));
+    dadq[36] = cross_z_1 * t132 + (q[2] * t117 - q[3] * t102);
+    dadq[37] = cross_z_1 * t133 - t147 + (q[2] * t118 - q[3] * t103);
+    dadq[38] = t149 + cross_z_1 * t134 + (q[2] * t119 - q[3] * t104);
+    dadq[39] = cross_z_1 * t135 + (q[2] * t120 - q[3] * t105);
+    dadq[40] = 0.0;
+    dadq[41] = 0.0;
+    dadq[42] = -cross_x_1 * t150;
+    dadq[43] = -(t164 + cross_x_1 * t151);
+    dadq[44] = t165 - cross_x_1 * t152;
+    dadq[45] = -cross_x_1 * t153;
+    dadq[46] = t166 - cross_x_1 * t154;
+    dadq[47] = -(t167 + cross_x_1 * t155);
+    dadq[48] = 0.0;
+    dadq[49] = 0.0;
+    dadq[50] = t164 - cross_y_1 * t150;
+    dadq[51] = -cross_y_1 * t151;
+    dadq[52] = -(t168 + cross_y_1 * t152);
+    dadq[53] = -(t166 + cross_y_1 * t153);
+    dadq[54] = -cross_y_1 * t154;
+    dadq[55] = t169 - cross_y_1 * t155;
+    dadq[56] = 0.0;
+    dadq[57] = 0.0;
+    dadq[58] = -(t165 + cross_z_1 * t150);
+    dadq[59] = t168 - cross_z_1 * t151;
+    dadq[60] = -cross_z_1 * t152;
+    dadq[61] = t167 - cross_z_1 * t153;
+    dadq[62] = -(t169 + cross_z_1 * t154);
+    dadq[63] = -cross_z_1 * t155;
+    dadv[0] = 0.0;
+    dadv[1] = 0.0;
+    dadv[2] = t76;
+    dadv[3] = t77;
+    dadv[4] = t78;
+    dadv[5] = t79;
+    dadv[6] = t80;
+    dadv[7] = t81;
+    dadv[8] = 0.0;
+    dadv[9] = 0.0;
+    dadv[10] = t91;
+    dadv[11] = t92;
+    dadv[12] = t93;
+    dadv[13] = t94;
+    dadv[14] = t95;
+    dadv[15] = t96;
+    dadv[16] = 0.0;
+    dadv[17] = 0.0;
+    dadv[18] = cross_x_1 * t136 - q[4] * t121;
+    dadv[19] = cross_x_1 * t137 - q[4] * t122;
+    dadv[20] = cross_x_1 * t138 - q[4] * t123;
+    dadv[21] = cross_x_1 * t139 - q[4] * t124;
+    dadv[22] = cross_x_1 * t140 - q[4] * t125;
+    dadv[23] = cross_x_1 * t141 - q[4] * t126;
+    dadv[24] = 0.0;
+    dadv[25] = 0.0;
+    dadv[26] = cross_y_1 * t136 + q[4] * t106;
+    dadv[27] = cross_y_1 * t137 + q[4] * t107;
+    dadv[28] = cross_y_1 * t138 + q[4] * t108;
+    dadv[29] = cross_y_1 * t139 + q[4] * t109;
+    dadv[30] = cross_y_1 * t140 + q[4] * t110;
+    dadv[31] = cross_y_1 * t141 + q[4] * t111;
+    dadv[32] = 0.0;
+    dadv[33] = 0.0;
+    dadv[34] = cross_z_1 * t136 + (q[2] * t121 - q[3] * t106);
+    dadv[35] = cross_z_1 * t137 + (q[2] * t122 - q[3] * t107);
+    dadv[36] = cross_z_1 * t138 + (q[2] * t123 - q[3] * t108);
+    dadv[37] = cross_z_1 * t139 + (q[2] * t124 - q[3] * t109);
+    dadv[38] = cross_z_1 * t140 + (q[2] * t125 - q[3] * t110);
+    dadv[39] = cross_z_1 * t141 + (q[2] * t126 - q[3] * t111);
+    dadv[40] = 0.0;
+    dadv[41] = 0.0;
+    dadv[42] = -cross_x_1 * t156;
+    dadv[43] = -cross_x_1 * t157;
+    dadv[44] = -cross_x_1 * t158;
+    dadv[45] = -cross_x_1 * t159;
+    dadv[46] = -cross_x_1 * t160;
+    dadv[47] = -cross_x_1 * t161;
+    dadv[48] = 0.0;
+    dadv[49] = 0.0;
+    dadv[50] = -cross_y_1 * t156;
+    dadv[51] = -cross_y_1 * t157;
+    dadv[52] = -cross_y_1 * t158;
+    dadv[53] = -cross_y_1 * t159;
+    dadv[54] = -cross_y_1 * t160;
+    dadv[55] = -cross_y_1 * t161;
+    dadv[56] = 0.0;
+    dadv[57] = 0.0;
+    dadv[58] = -cross_z_1 * t156;
+    dadv[59] = -cross_z_1 * t157;
+    dadv[60] = -cross_z_1 * t158;
+    dadv[61] = -cross_z_1 * t159;
+    dadv[62] = -cross_z_1 * t160;
+    dadv[63] = -cross_z_1 * t161;
+    dadu[0] = t82;
+    dadu[1] = t83;
+    dadu[2] = t97;
+    dadu[3] = t98;
+    dadu[4] = cross_x_1 * t142 - q[4] * t127;
+    dadu[5] = cross_x_1 * t143 - q[4] * t128;
+    dadu[6] = cross_y_1 * t142 + q[4] * t112;
+    dadu[7] = cross_y_1 * t143 + q[4] * t113;
+    dadu[8] = cross_z_1 * t142 + (q[2] * t127 - q[3] * t112);
+    dadu[9] = cross_z_1 * t143 + (q[2] * t128 - q[3] * t113);
+    dadu[10] = -cross_x_1 * t162;
+    dadu[11] = -cross_x_1 * t163;
+    dadu[12] = -cross_y_1 * t162;
+    dadu[13] = -cross_y_1 * t163;
+    dadu[14] = -cross_z_1 * t162;
+    dadu[15] = -cross_z_1 * t163;
 }
 
+/* One Runge-Kutta step of order 4.
+ *
+ * Quantities:
+ *   q_stage, v_stage  as q, v  state at a stage of the step
+ *   velocity          as v     rate of q at a stage
+ *   acceleration      as a     accelerations at a stage
+ */
 void spatial2_cart_step(const spatial2_cart_real h, const spatial2_cart_real q[8],
-    const spatial2_cart_real v[8], const spatial2_cart_real u[2], spatial2_cart_real q_next[restrict 8],
-    spatial2_cart_real v_next[restrict 8])
+    const spatial2_cart_real v[8], const spatial2_cart_real u[2],
+    spatial2_cart_real q_next[SPATIAL2_CART_RESTRICT 8], spatial2_cart_real v_next[SPATIAL2_CART_RESTRICT 8])
 {
-    double acceleration_1[8];
-    double velocity_1[8];
-    double q_stage[8];
-    double v_stage[8];
-    double acceleration_2[8];
-    double velocity_2[8];
-    double q_stage_2[8];
-    double v_stage_2[8];
-    double acceleration_3[8];
-    double velocity_3[8];
-    double q_stage_3[8];
-    double v_stage_3[8];
-    double acceleration_4[8];
-    double velocity_4[8];
-    double q_free[8];
-    double v_free[8];
+    spatial2_cart_real acceleration_1[8];
+    spatial2_cart_real velocity_1[8];
+    spatial2_cart_real q_stage[8];
+    spatial2_cart_real v_stage[8];
+    spatial2_cart_real acceleration_2[8];
+    spatial2_cart_real velocity_2[8];
+    spatial2_cart_real q_stage_2[8];
+    spatial2_cart_real v_stage_2[8];
+    spatial2_cart_real acceleration_3[8];
+    spatial2_cart_real velocity_3[8];
+    spatial2_cart_real q_stage_3[8];
+    spatial2_cart_real v_stage_3[8];
+    spatial2_cart_real acceleration_4[8];
+    spatial2_cart_real velocity_4[8];
+    spatial2_cart_real q_free[8];
+    spatial2_cart_real v_free[8];
 
     spatial2_cart_forward_dynamics(q, v, u, acceleration_1);
     velocity_1[0] = v[0];
@@ -729,7 +858,7 @@ void spatial2_cart_step(const spatial2_cart_real h, const spatial2_cart_real q[8
         velocity_1[3 * k + 4] = v[3 * k + 2] * q[3 * k + 3] - v[3 * k + 3] * q[3 * k + 2];
     }
 
-    const double t1 = 0.5 * h;
+    const spatial2_cart_real t1 = 0.5 * h;
 
     for (int i = 0; i < 8; ++i) {
         q_stage[i] = q[i] + t1 * velocity_1[i];
@@ -794,7 +923,7 @@ void spatial2_cart_step(const spatial2_cart_real h, const spatial2_cart_real q[8
             - v_stage_3[3 * k + 3] * q_stage_3[3 * k + 2];
     }
 
-    const double t2 = 0.16666666666666666 * h;
+    const spatial2_cart_real t2 = 0.16666666666666666 * h;
 
     for (int i = 0; i < 8; ++i) {
         q_free[i] = q[i] + t2 * (velocity_1[i] + velocity_4[i] + 2.0 * (velocity_2[i] + velocity_3[i]));
@@ -811,24 +940,26 @@ void spatial2_cart_step(const spatial2_cart_real h, const spatial2_cart_real q[8
     v_next[1] = v_free[1];
 
     for (int k = 0; k < 2; ++k) {
-        const double t3 = q_free[3 * k + 2] * q_free[3 * k + 2] + q_free[3 * k + 3] * q_free[3 * k + 3]
-            + q_free[3 * k + 4] * q_free[3 * k + 4];
-        const double t4 = 1.0 / sqrt(t3);
-        const double t5 = q_free[3 * k + 2] * t4;
-        const double t6 = q_free[3 * k + 3] * t4;
-        const double t7 = q_free[3 * k + 4] * t4;
+        const spatial2_cart_real t3 = q_free[3 * k + 2] * q_free[3 * k + 2]
+            + q_free[3 * k + 3] * q_free[3 * k + 3] + q_free[3 * k + 4] * q_free[3 * k + 4];
+        const spatial2_cart_real t4 = 1.0 / sqrt(t3);
+        const spatial2_cart_real t5 = q_free[3 * k + 2] * t4;
+        const spatial2_cart_real t6 = q_free[3 * k + 3] * t4;
+        const spatial2_cart_real t7 = q_free[3 * k + 4] * t4;
         q_next[3 * k + 2] = t5;
         q_next[3 * k + 3] = t6;
         q_next[3 * k + 4] = t7;
-        const double t8 = t5 * v_free[3 * k + 2] + t6 * v_free[3 * k + 3] + t7 * v_free[3 * k + 4];
+        const spatial2_cart_real t8 = t5 * v_free[3 * k + 2] + t6 * v_free[3 * k + 3]
+            + t7 * v_free[3 * k + 4];
         v_next[3 * k + 2] = v_free[3 * k + 2] - t5 * t8;
         v_next[3 * k + 3] = v_free[3 * k + 3] - t6 * t8;
         v_next[3 * k + 4] = v_free[3 * k + 4] - t7 * t8;
     }
 }
 
+/* Unit vectors made unit, angular velocities made tangent. */
 void spatial2_cart_project(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
-    spatial2_cart_real q_out[restrict 8], spatial2_cart_real v_out[restrict 8])
+    spatial2_cart_real q_out[SPATIAL2_CART_RESTRICT 8], spatial2_cart_real v_out[SPATIAL2_CART_RESTRICT 8])
 {
     q_out[0] = q[0];
     v_out[0] = v[0];
@@ -836,15 +967,15 @@ void spatial2_cart_project(const spatial2_cart_real q[8], const spatial2_cart_re
     v_out[1] = v[1];
 
     for (int k = 0; k < 2; ++k) {
-        const double t1 = 1.0 / sqrt(q[3 * k + 2] * q[3 * k + 2] + q[3 * k + 3] * q[3 * k + 3]
+        const spatial2_cart_real t1 = 1.0 / sqrt(q[3 * k + 2] * q[3 * k + 2] + q[3 * k + 3] * q[3 * k + 3]
             + q[3 * k + 4] * q[3 * k + 4]);
-        const double t2 = q[3 * k + 2] * t1;
-        const double t3 = q[3 * k + 3] * t1;
-        const double t4 = q[3 * k + 4] * t1;
+        const spatial2_cart_real t2 = q[3 * k + 2] * t1;
+        const spatial2_cart_real t3 = q[3 * k + 3] * t1;
+        const spatial2_cart_real t4 = q[3 * k + 4] * t1;
         q_out[3 * k + 2] = t2;
         q_out[3 * k + 3] = t3;
         q_out[3 * k + 4] = t4;
-        const double t5 = t2 * v[3 * k + 2] + t3 * v[3 * k + 3] + t4 * v[3 * k + 4];
+        const spatial2_cart_real t5 = t2 * v[3 * k + 2] + t3 * v[3 * k + 3] + t4 * v[3 * k + 4];
         v_out[3 * k + 2] = v[3 * k + 2] - t2 * t5;
         v_out[3 * k + 3] = v[3 * k + 3] - t3 * t5;
         v_out[3 * k + 4] = v[3 * k + 4] - t4 * t5;
@@ -870,22 +1001,21 @@ enum {
     spatial2_cart_flow_looks = 4
 };
 
-static const spatial2_cart_real spatial2_cart_flow_length_1[2] = {0.3, 0.2};
-static const spatial2_cart_real spatial2_cart_flow_inverse_length_2[2] = {3.3333333333333335, 5.0};
-
 /* Order 0 of the Taylor series. */
 static void spatial2_cart_flow_start(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
-    const spatial2_cart_real u[2], spatial2_cart_real a[restrict 8], spatial2_cart_real q_dot[restrict 8],
-    spatial2_cart_real jet_left[restrict 59], spatial2_cart_real jet_right[restrict 59],
-    spatial2_cart_real jet_held[restrict 4])
+    const spatial2_cart_real u[2], spatial2_cart_real a[SPATIAL2_CART_RESTRICT 8],
+    spatial2_cart_real q_dot[SPATIAL2_CART_RESTRICT 8],
+    spatial2_cart_real jet_left[SPATIAL2_CART_RESTRICT 59],
+    spatial2_cart_real jet_right[SPATIAL2_CART_RESTRICT 59],
+    spatial2_cart_real jet_held[SPATIAL2_CART_RESTRICT 3])
 {
-    double cosine[2];
-    double cross[9];
-    double right_side[2];
-    double sine_squared[2];
-    double particular[2];
-    double coupling[2];
-    double tension[3];
+    spatial2_cart_real cosine[2];
+    spatial2_cart_real cross[9];
+    spatial2_cart_real right_side[2];
+    spatial2_cart_real sine_squared[2];
+    spatial2_cart_real particular[2];
+    spatial2_cart_real coupling[2];
+    spatial2_cart_real tension[3];
 
     q_dot[0] = v[0];
     q_dot[1] = v[1];
@@ -908,42 +1038,38 @@ static void spatial2_cart_flow_start(const spatial2_cart_real q[8], const spatia
         q_dot[3 * k + 4] = v[3 * k + 2] * q[3 * k + 3] - v[3 * k + 3] * q[3 * k + 2];
     }
 
-    for (int k = 1; k < 2; ++k) {
-        jet_left[k + 11] = q[3 * k - 1];
-        jet_right[k + 11] = q[3 * k + 2];
-        jet_left[k + 12] = q[3 * k];
-        jet_right[k + 12] = q[3 * k + 3];
-        jet_left[k + 13] = q[3 * k + 1];
-        jet_right[k + 13] = q[3 * k + 4];
-        const double cosine_k = q[3 * k - 1] * q[3 * k + 2] + q[3 * k] * q[3 * k + 3]
-            + q[3 * k + 1] * q[3 * k + 4];
-        cosine[k] = cosine_k;
-        jet_left[k + 14] = q[3 * k];
-        jet_right[k + 14] = q[3 * k + 4];
-        jet_left[k + 15] = q[3 * k + 1];
-        jet_right[k + 15] = q[3 * k + 3];
-        const double cross_x = q[3 * k] * q[3 * k + 4] - q[3 * k + 1] * q[3 * k + 3];
-        jet_left[k + 16] = q[3 * k + 1];
-        jet_right[k + 16] = q[3 * k + 2];
-        jet_left[k + 17] = q[3 * k - 1];
-        jet_right[k + 17] = q[3 * k + 4];
-        const double cross_y = q[3 * k + 1] * q[3 * k + 2] - q[3 * k - 1] * q[3 * k + 4];
-        jet_left[k + 18] = q[3 * k - 1];
-        jet_right[k + 18] = q[3 * k + 3];
-        jet_left[k + 19] = q[3 * k];
-        jet_right[k + 19] = q[3 * k + 2];
-        const double cross_z = q[3 * k - 1] * q[3 * k + 3] - q[3 * k] * q[3 * k + 2];
-        cross[3 * k] = cross_x;
-        cross[3 * k + 1] = cross_y;
-        cross[3 * k + 2] = cross_z;
-    }
-
+    jet_left[12] = q[2];
+    jet_right[12] = q[5];
+    jet_left[13] = q[3];
+    jet_right[13] = q[6];
+    jet_left[14] = q[4];
+    jet_right[14] = q[7];
+    const spatial2_cart_real cosine_1 = q[2] * q[5] + q[3] * q[6] + q[4] * q[7];
+    cosine[1] = cosine_1;
+    jet_left[15] = q[3];
+    jet_right[15] = q[7];
+    jet_left[16] = q[4];
+    jet_right[16] = q[6];
+    const spatial2_cart_real cross_x_1 = q[3] * q[7] - q[4] * q[6];
+    jet_left[17] = q[4];
+    jet_right[17] = q[5];
+    jet_left[18] = q[2];
+    jet_right[18] = q[7];
+    const spatial2_cart_real cross_y_1 = q[4] * q[5] - q[2] * q[7];
+    jet_left[19] = q[2];
+    jet_right[19] = q[6];
+    jet_left[20] = q[3];
+    jet_right[20] = q[5];
+    const spatial2_cart_real cross_z_1 = q[2] * q[6] - q[3] * q[5];
+    cross[3] = cross_x_1;
+    cross[4] = cross_y_1;
+    cross[5] = cross_z_1;
     cross[6] = 0.0;
     cross[7] = 0.0;
     cross[8] = 0.0;
-    const double free_cart_acceleration = 2.0 * u[0];
+    const spatial2_cart_real free_cart_acceleration = 2.0 * u[0];
     jet_held[0] = free_cart_acceleration;
-    const double free_cart_acceleration_2 = 2.0 * u[1];
+    const spatial2_cart_real free_cart_acceleration_2 = 2.0 * u[1];
     jet_held[1] = free_cart_acceleration_2;
     jet_left[21] = v[2];
     jet_right[21] = v[2];
@@ -951,38 +1077,29 @@ static void spatial2_cart_flow_start(const spatial2_cart_real q[8], const spatia
     jet_right[22] = v[3];
     jet_left[23] = v[4];
     jet_right[23] = v[4];
-    const double t1 = 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]) + 9.81 * q[4];
+    const spatial2_cart_real t1 = 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]) + 9.81 * q[4];
     right_side[0] = t1 - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
-
-    for (int k = 1; k < 2; ++k) {
-        jet_left[k + 23] = v[3 * k + 2];
-        jet_right[k + 23] = v[3 * k + 2];
-        jet_left[k + 24] = v[3 * k + 3];
-        jet_right[k + 24] = v[3 * k + 3];
-        jet_left[k + 25] = v[3 * k + 4];
-        jet_right[k + 25] = v[3 * k + 4];
-        right_side[k] = spatial2_cart_flow_length_1[k]
-            * (v[3 * k + 2] * v[3 * k + 2] + v[3 * k + 3] * v[3 * k + 3] + v[3 * k + 4] * v[3 * k + 4]);
-    }
-
-    for (int k = 1; k < 2; ++k) {
-        jet_left[k + 26] = cross[3 * k];
-        jet_right[k + 26] = cross[3 * k];
-        jet_left[k + 27] = cross[3 * k + 1];
-        jet_right[k + 27] = cross[3 * k + 1];
-        jet_left[k + 28] = cross[3 * k + 2];
-        jet_right[k + 28] = cross[3 * k + 2];
-        sine_squared[k] = cross[3 * k] * cross[3 * k] + cross[3 * k + 1] * cross[3 * k + 1]
-            + cross[3 * k + 2] * cross[3 * k + 2];
-    }
-
+    jet_left[24] = v[5];
+    jet_right[24] = v[5];
+    jet_left[25] = v[6];
+    jet_right[25] = v[6];
+    jet_left[26] = v[7];
+    jet_right[26] = v[7];
+    right_side[1] = 0.2 * (v[5] * v[5] + v[6] * v[6] + v[7] * v[7]);
+    jet_left[27] = cross[3];
+    jet_right[27] = cross[3];
+    jet_left[28] = cross[4];
+    jet_right[28] = cross[4];
+    jet_left[29] = cross[5];
+    jet_right[29] = cross[5];
+    sine_squared[1] = cross[3] * cross[3] + cross[4] * cross[4] + cross[5] * cross[5];
     jet_left[30] = q[2];
     jet_right[30] = q[2];
     jet_left[31] = q[3];
     jet_right[31] = q[3];
-    const double t2 = 0.4 * (q[2] * q[2] + q[3] * q[3]);
-    const double t3 = 1.0 + t2;
-    const double base_inverse_pivot = 1.0 / t3;
+    const spatial2_cart_real t2 = 0.4 * (q[2] * q[2] + q[3] * q[3]);
+    const spatial2_cart_real t3 = 1.0 + t2;
+    const spatial2_cart_real base_inverse_pivot = 1.0 / t3;
     jet_left[32] = base_inverse_pivot;
     jet_right[32] = t3;
     jet_left[33] = right_side[0];
@@ -995,43 +1112,44 @@ static void spatial2_cart_flow_start(const spatial2_cart_real q[8], const spatia
     jet_right[35] = right_side[0];
     jet_left[36] = right_side[1];
     jet_right[36] = t3;
-    const double t4 = 0.5 * (sine_squared[1] + t2) + t3;
-    const double middle_tension = (right_side[1] * t3 + cosine[1] * right_side[0]) / t4;
+    const spatial2_cart_real t4 = 0.5 * (sine_squared[1] + t2) + t3;
+    const spatial2_cart_real middle_tension = (right_side[1] * t3 + cosine[1] * right_side[0]) / t4;
     jet_left[37] = middle_tension;
     jet_right[37] = t4;
     jet_held[2] = 1.0 / t4;
     tension[1] = middle_tension;
     jet_left[38] = coupling[0];
     jet_right[38] = middle_tension;
-    const double inner_tension_next = particular[0] + coupling[0] * middle_tension;
+    const spatial2_cart_real inner_tension_next = particular[0] + coupling[0] * middle_tension;
     tension[0] = inner_tension_next;
     tension[2] = 0.0;
-    const double t5 = 0.5 * tension[1];
+    const spatial2_cart_real t5 = 0.5 * tension[1];
     jet_left[39] = cosine[1];
     jet_right[39] = t5;
-    const double pull_along = 0.4 * (t1 + cosine[1] * t5);
-    const double push_across = 0.4 * (q[2] * free_cart_acceleration_2 - q[3] * free_cart_acceleration);
+    const spatial2_cart_real pull_along = 0.4 * (t1 + cosine[1] * t5);
+    const spatial2_cart_real push_across = 0.4 * (q[2] * free_cart_acceleration_2
+        - q[3] * free_cart_acceleration);
     jet_left[40] = q[2];
     jet_right[40] = pull_along;
     jet_left[41] = q[3];
     jet_right[41] = push_across;
-    const double t6 = free_cart_acceleration + q[2] * pull_along - q[3] * push_across;
-    const double cart_acceleration = t6 * base_inverse_pivot;
+    const spatial2_cart_real t6 = free_cart_acceleration + q[2] * pull_along - q[3] * push_across;
+    const spatial2_cart_real cart_acceleration = t6 * base_inverse_pivot;
     jet_left[42] = t6;
     jet_right[42] = base_inverse_pivot;
     jet_left[43] = q[3];
     jet_right[43] = pull_along;
     jet_left[44] = q[2];
     jet_right[44] = push_across;
-    const double t7 = free_cart_acceleration_2 + q[3] * pull_along + q[2] * push_across;
-    const double cart_acceleration_2 = t7 * base_inverse_pivot;
+    const spatial2_cart_real t7 = free_cart_acceleration_2 + q[3] * pull_along + q[2] * push_across;
+    const spatial2_cart_real cart_acceleration_2 = t7 * base_inverse_pivot;
     jet_left[45] = t7;
     jet_right[45] = base_inverse_pivot;
     a[0] = cart_acceleration;
     a[1] = cart_acceleration_2;
-    const double t8 = -3.3333333333333335 * cart_acceleration;
-    const double t9 = -3.3333333333333335 * cart_acceleration_2;
-    const double t10 = 1.6666666666666667 * tension[1];
+    const spatial2_cart_real t8 = -3.3333333333333335 * cart_acceleration;
+    const spatial2_cart_real t9 = -3.3333333333333335 * cart_acceleration_2;
+    const spatial2_cart_real t10 = 1.6666666666666667 * tension[1];
     jet_left[46] = cross[3];
     jet_right[46] = t10;
     jet_left[47] = cross[4];
@@ -1049,49 +1167,45 @@ static void spatial2_cart_flow_start(const spatial2_cart_real q[8], const spatia
     a[2] = cross[3] * t10 + (32.7 * q[3] - q[4] * t9);
     a[3] = cross[4] * t10 + (q[4] * t8 - 32.7 * q[2]);
     a[4] = cross[5] * t10 + (q[2] * t9 - q[3] * t8);
-
-    for (int k = 1; k < 2; ++k) {
-        const double t11 = 0.5 * spatial2_cart_flow_inverse_length_2[k];
-        jet_held[k + 2] = t11;
-        const double outer_pull = tension[k + 1] * t11;
-        const double inner_pull = tension[k - 1] * spatial2_cart_flow_inverse_length_2[k];
-        jet_left[k + 52] = cross[3 * k + 3];
-        jet_right[k + 52] = outer_pull;
-        jet_left[k + 53] = cross[3 * k + 4];
-        jet_right[k + 53] = outer_pull;
-        jet_left[k + 54] = cross[3 * k + 5];
-        jet_right[k + 54] = outer_pull;
-        jet_left[k + 55] = cross[3 * k];
-        jet_right[k + 55] = inner_pull;
-        jet_left[k + 56] = cross[3 * k + 1];
-        jet_right[k + 56] = inner_pull;
-        jet_left[k + 57] = cross[3 * k + 2];
-        jet_right[k + 57] = inner_pull;
-        a[3 * k + 2] = cross[3 * k + 3] * outer_pull - cross[3 * k] * inner_pull;
-        a[3 * k + 3] = cross[3 * k + 4] * outer_pull - cross[3 * k + 1] * inner_pull;
-        a[3 * k + 4] = cross[3 * k + 5] * outer_pull - cross[3 * k + 2] * inner_pull;
-    }
+    const spatial2_cart_real outer_pull_1 = 2.5 * tension[2];
+    const spatial2_cart_real inner_pull_1 = 5.0 * tension[0];
+    jet_left[53] = cross[6];
+    jet_right[53] = outer_pull_1;
+    jet_left[54] = cross[7];
+    jet_right[54] = outer_pull_1;
+    jet_left[55] = cross[8];
+    jet_right[55] = outer_pull_1;
+    jet_left[56] = cross[3];
+    jet_right[56] = inner_pull_1;
+    jet_left[57] = cross[4];
+    jet_right[57] = inner_pull_1;
+    jet_left[58] = cross[5];
+    jet_right[58] = inner_pull_1;
+    a[5] = cross[6] * outer_pull_1 - cross[3] * inner_pull_1;
+    a[6] = cross[7] * outer_pull_1 - cross[4] * inner_pull_1;
+    a[7] = cross[8] * outer_pull_1 - cross[5] * inner_pull_1;
 }
 
 /* Order n of the Taylor series from the orders below. */
 static void spatial2_cart_flow_follow(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     const spatial2_cart_real u[2], const spatial2_cart_real jet_left_0[59],
     const spatial2_cart_real jet_right_0[59], const spatial2_cart_real jet_sum[59],
-    const spatial2_cart_real jet_held[4], const spatial2_cart_real jet_order,
-    const spatial2_cart_real jet_inverse_order, spatial2_cart_real a[restrict 8],
-    spatial2_cart_real q_dot[restrict 8], spatial2_cart_real jet_left[restrict 59],
-    spatial2_cart_real jet_right[restrict 59])
+    const spatial2_cart_real jet_held[3], const spatial2_cart_real jet_order,
+    const spatial2_cart_real jet_inverse_order, spatial2_cart_real a[SPATIAL2_CART_RESTRICT 8],
+    spatial2_cart_real q_dot[SPATIAL2_CART_RESTRICT 8],
+    spatial2_cart_real jet_left[SPATIAL2_CART_RESTRICT 59],
+    spatial2_cart_real jet_right[SPATIAL2_CART_RESTRICT 59])
 {
     (void)u;
     (void)jet_order;
     (void)jet_inverse_order;
-    double cosine[2];
-    double cross[9];
-    double right_side[2];
-    double sine_squared[2];
-    double particular[2];
-    double coupling[2];
-    double tension[3];
+    spatial2_cart_real cosine[2];
+    spatial2_cart_real cross[9];
+    spatial2_cart_real right_side[2];
+    spatial2_cart_real sine_squared[2];
+    spatial2_cart_real particular[2];
+    spatial2_cart_real coupling[2];
+    spatial2_cart_real tension[3];
 
     q_dot[0] = v[0];
     q_dot[1] = v[1];
@@ -1119,45 +1233,37 @@ static void spatial2_cart_flow_follow(const spatial2_cart_real q[8], const spati
             + jet_right_0[k + 10] * v[3 * k + 3]);
     }
 
-    for (int k = 1; k < 2; ++k) {
-        jet_left[k + 11] = q[3 * k - 1];
-        jet_right[k + 11] = q[3 * k + 2];
-        jet_left[k + 12] = q[3 * k];
-        jet_right[k + 12] = q[3 * k + 3];
-        const double t1 = jet_sum[k + 11] + jet_left_0[k + 11] * q[3 * k + 2]
-            + jet_right_0[k + 11] * q[3 * k - 1] + (jet_sum[k + 12] + jet_left_0[k + 12] * q[3 * k + 3]
-            + jet_right_0[k + 12] * q[3 * k]);
-        jet_left[k + 13] = q[3 * k + 1];
-        jet_right[k + 13] = q[3 * k + 4];
-        const double cosine_k = t1 + (jet_sum[k + 13] + jet_left_0[k + 13] * q[3 * k + 4]
-            + jet_right_0[k + 13] * q[3 * k + 1]);
-        cosine[k] = cosine_k;
-        jet_left[k + 14] = q[3 * k];
-        jet_right[k + 14] = q[3 * k + 4];
-        jet_left[k + 15] = q[3 * k + 1];
-        jet_right[k + 15] = q[3 * k + 3];
-        const double cross_x = jet_sum[k + 14] + jet_left_0[k + 14] * q[3 * k + 4]
-            + jet_right_0[k + 14] * q[3 * k] - (jet_sum[k + 15] + jet_left_0[k + 15] * q[3 * k + 3]
-            + jet_right_0[k + 15] * q[3 * k + 1]);
-        jet_left[k + 16] = q[3 * k + 1];
-        jet_right[k + 16] = q[3 * k + 2];
-        jet_left[k + 17] = q[3 * k - 1];
-        jet_right[k + 17] = q[3 * k + 4];
-        const double cross_y = jet_sum[k + 16] + jet_left_0[k + 16] * q[3 * k + 2]
-            + jet_right_0[k + 16] * q[3 * k + 1] - (jet_sum[k + 17] + jet_left_0[k + 17] * q[3 * k + 4]
-            + jet_right_0[k + 17] * q[3 * k - 1]);
-        jet_left[k + 18] = q[3 * k - 1];
-        jet_right[k + 18] = q[3 * k + 3];
-        jet_left[k + 19] = q[3 * k];
-        jet_right[k + 19] = q[3 * k + 2];
-        const double cross_z = jet_sum[k + 18] + jet_left_0[k + 18] * q[3 * k + 3]
-            + jet_right_0[k + 18] * q[3 * k - 1] - (jet_sum[k + 19] + jet_left_0[k + 19] * q[3 * k + 2]
-            + jet_right_0[k + 19] * q[3 * k]);
-        cross[3 * k] = cross_x;
-        cross[3 * k + 1] = cross_y;
-        cross[3 * k + 2] = cross_z;
-    }
-
+    jet_left[12] = q[2];
+    jet_right[12] = q[5];
+    jet_left[13] = q[3];
+    jet_right[13] = q[6];
+    const spatial2_cart_real t1 = jet_sum[12] + jet_left_0[12] * q[5] + jet_right_0[12] * q[2]
+        + (jet_sum[13] + jet_left_0[13] * q[6] + jet_right_0[13] * q[3]);
+    jet_left[14] = q[4];
+    jet_right[14] = q[7];
+    const spatial2_cart_real cosine_1 = t1 + (jet_sum[14] + jet_left_0[14] * q[7] + jet_right_0[14] * q[4]);
+    cosine[1] = cosine_1;
+    jet_left[15] = q[3];
+    jet_right[15] = q[7];
+    jet_left[16] = q[4];
+    jet_right[16] = q[6];
+    const spatial2_cart_real cross_x_1 = jet_sum[15] + jet_left_0[15] * q[7] + jet_right_0[15] * q[3]
+        - (jet_sum[16] + jet_left_0[16] * q[6] + jet_right_0[16] * q[4]);
+    jet_left[17] = q[4];
+    jet_right[17] = q[5];
+    jet_left[18] = q[2];
+    jet_right[18] = q[7];
+    const spatial2_cart_real cross_y_1 = jet_sum[17] + jet_left_0[17] * q[5] + jet_right_0[17] * q[4]
+        - (jet_sum[18] + jet_left_0[18] * q[7] + jet_right_0[18] * q[2]);
+    jet_left[19] = q[2];
+    jet_right[19] = q[6];
+    jet_left[20] = q[3];
+    jet_right[20] = q[5];
+    const spatial2_cart_real cross_z_1 = jet_sum[19] + jet_left_0[19] * q[6] + jet_right_0[19] * q[2]
+        - (jet_sum[20] + jet_left_0[20] * q[5] + jet_right_0[20] * q[3]);
+    cross[3] = cross_x_1;
+    cross[4] = cross_y_1;
+    cross[5] = cross_z_1;
     cross[6] = 0.0;
     cross[7] = 0.0;
     cross[8] = 0.0;
@@ -1165,48 +1271,40 @@ static void spatial2_cart_flow_follow(const spatial2_cart_real q[8], const spati
     jet_right[21] = v[2];
     jet_left[22] = v[3];
     jet_right[22] = v[3];
-    const double t2 = jet_sum[21] + (jet_left_0[21] + jet_left_0[21]) * v[2]
+    const spatial2_cart_real t2 = jet_sum[21] + (jet_left_0[21] + jet_left_0[21]) * v[2]
         + (jet_sum[22] + (jet_left_0[22] + jet_left_0[22]) * v[3]);
     jet_left[23] = v[4];
     jet_right[23] = v[4];
-    const double t3 = 0.3 * (t2 + (jet_sum[23] + (jet_left_0[23] + jet_left_0[23]) * v[4])) + 9.81 * q[4];
+    const spatial2_cart_real t3 = 0.3 * (t2 + (jet_sum[23] + (jet_left_0[23] + jet_left_0[23]) * v[4]))
+        + 9.81 * q[4];
     right_side[0] = t3 - (jet_held[0] * q[2] + jet_held[1] * q[3]);
-
-    for (int k = 1; k < 2; ++k) {
-        jet_left[k + 23] = v[3 * k + 2];
-        jet_right[k + 23] = v[3 * k + 2];
-        jet_left[k + 24] = v[3 * k + 3];
-        jet_right[k + 24] = v[3 * k + 3];
-        const double t4 = jet_sum[k + 23] + (jet_left_0[k + 23] + jet_left_0[k + 23]) * v[3 * k + 2]
-            + (jet_sum[k + 24] + (jet_left_0[k + 24] + jet_left_0[k + 24]) * v[3 * k + 3]);
-        jet_left[k + 25] = v[3 * k + 4];
-        jet_right[k + 25] = v[3 * k + 4];
-        right_side[k] = spatial2_cart_flow_length_1[k]
-            * (t4 + (jet_sum[k + 25] + (jet_left_0[k + 25] + jet_left_0[k + 25]) * v[3 * k + 4]));
-    }
-
-    for (int k = 1; k < 2; ++k) {
-        jet_left[k + 26] = cross[3 * k];
-        jet_right[k + 26] = cross[3 * k];
-        jet_left[k + 27] = cross[3 * k + 1];
-        jet_right[k + 27] = cross[3 * k + 1];
-        const double t5 = jet_sum[k + 26] + (jet_left_0[k + 26] + jet_left_0[k + 26]) * cross[3 * k]
-            + (jet_sum[k + 27] + (jet_left_0[k + 27] + jet_left_0[k + 27]) * cross[3 * k + 1]);
-        jet_left[k + 28] = cross[3 * k + 2];
-        jet_right[k + 28] = cross[3 * k + 2];
-        sine_squared[k] = t5
-            + (jet_sum[k + 28] + (jet_left_0[k + 28] + jet_left_0[k + 28]) * cross[3 * k + 2]);
-    }
-
+    jet_left[24] = v[5];
+    jet_right[24] = v[5];
+    jet_left[25] = v[6];
+    jet_right[25] = v[6];
+    const spatial2_cart_real t4 = jet_sum[24] + (jet_left_0[24] + jet_left_0[24]) * v[5]
+        + (jet_sum[25] + (jet_left_0[25] + jet_left_0[25]) * v[6]);
+    jet_left[26] = v[7];
+    jet_right[26] = v[7];
+    right_side[1] = 0.2 * (t4 + (jet_sum[26] + (jet_left_0[26] + jet_left_0[26]) * v[7]));
+    jet_left[27] = cross[3];
+    jet_right[27] = cross[3];
+    jet_left[28] = cross[4];
+    jet_right[28] = cross[4];
+    const spatial2_cart_real t5 = jet_sum[27] + (jet_left_0[27] + jet_left_0[27]) * cross[3]
+        + (jet_sum[28] + (jet_left_0[28] + jet_left_0[28]) * cross[4]);
+    jet_left[29] = cross[5];
+    jet_right[29] = cross[5];
+    sine_squared[1] = t5 + (jet_sum[29] + (jet_left_0[29] + jet_left_0[29]) * cross[5]);
     jet_left[30] = q[2];
     jet_right[30] = q[2];
     jet_left[31] = q[3];
     jet_right[31] = q[3];
-    const double t6 = jet_sum[30] + (jet_left_0[30] + jet_left_0[30]) * q[2]
+    const spatial2_cart_real t6 = jet_sum[30] + (jet_left_0[30] + jet_left_0[30]) * q[2]
         + (jet_sum[31] + (jet_left_0[31] + jet_left_0[31]) * q[3]);
-    const double t7 = 0.4 * t6;
-    const double t8 = (jet_sum[32] + jet_left_0[32] * t7) * jet_left_0[32];
-    const double t9 = -t8;
+    const spatial2_cart_real t7 = 0.4 * t6;
+    const spatial2_cart_real t8 = (jet_sum[32] + jet_left_0[32] * t7) * jet_left_0[32];
+    const spatial2_cart_real t9 = -t8;
     jet_left[32] = t9;
     jet_right[32] = t7;
     jet_left[33] = right_side[0];
@@ -1219,47 +1317,48 @@ static void spatial2_cart_flow_follow(const spatial2_cart_real q[8], const spati
     jet_right[35] = right_side[0];
     jet_left[36] = right_side[1];
     jet_right[36] = t7;
-    const double t10 = jet_sum[36] + jet_left_0[36] * t7 + jet_right_0[36] * right_side[1]
+    const spatial2_cart_real t10 = jet_sum[36] + jet_left_0[36] * t7 + jet_right_0[36] * right_side[1]
         + (jet_sum[35] + jet_left_0[35] * right_side[0] + jet_right_0[35] * cosine[1]);
-    const double t11 = 0.5 * (sine_squared[1] + t7) + t7;
-    const double t12 = (t10 - (jet_sum[37] + jet_left_0[37] * t11)) * jet_held[2];
+    const spatial2_cart_real t11 = 0.5 * (sine_squared[1] + t7) + t7;
+    const spatial2_cart_real t12 = (t10 - (jet_sum[37] + jet_left_0[37] * t11)) * jet_held[2];
     jet_left[37] = t12;
     jet_right[37] = t11;
     tension[1] = t12;
     jet_left[38] = coupling[0];
     jet_right[38] = t12;
-    const double inner_tension_next = particular[0] + (jet_sum[38] + jet_left_0[38] * t12
-        + jet_right_0[38] * coupling[0]);
+    const spatial2_cart_real inner_tension_next = particular[0]
+        + (jet_sum[38] + jet_left_0[38] * t12 + jet_right_0[38] * coupling[0]);
     tension[0] = inner_tension_next;
     tension[2] = 0.0;
-    const double t13 = 0.5 * tension[1];
+    const spatial2_cart_real t13 = 0.5 * tension[1];
     jet_left[39] = cosine[1];
     jet_right[39] = t13;
-    const double pull_along = 0.4 * (t3 + (jet_sum[39] + jet_left_0[39] * t13 + jet_right_0[39] * cosine[1]));
-    const double push_across = 0.4 * (jet_held[1] * q[2] - jet_held[0] * q[3]);
+    const spatial2_cart_real pull_along = 0.4
+        * (t3 + (jet_sum[39] + jet_left_0[39] * t13 + jet_right_0[39] * cosine[1]));
+    const spatial2_cart_real push_across = 0.4 * (jet_held[1] * q[2] - jet_held[0] * q[3]);
     jet_left[40] = q[2];
     jet_right[40] = pull_along;
     jet_left[41] = q[3];
     jet_right[41] = push_across;
-    const double t14 = jet_sum[40] + jet_left_0[40] * pull_along + jet_right_0[40] * q[2]
+    const spatial2_cart_real t14 = jet_sum[40] + jet_left_0[40] * pull_along + jet_right_0[40] * q[2]
         - (jet_sum[41] + jet_left_0[41] * push_across + jet_right_0[41] * q[3]);
     jet_left[42] = t14;
     jet_right[42] = t9;
-    const double cart_acceleration = jet_sum[42] - jet_left_0[42] * t8 + jet_right_0[42] * t14;
+    const spatial2_cart_real cart_acceleration = jet_sum[42] - jet_left_0[42] * t8 + jet_right_0[42] * t14;
     jet_left[43] = q[3];
     jet_right[43] = pull_along;
     jet_left[44] = q[2];
     jet_right[44] = push_across;
-    const double t15 = jet_sum[43] + jet_left_0[43] * pull_along + jet_right_0[43] * q[3]
+    const spatial2_cart_real t15 = jet_sum[43] + jet_left_0[43] * pull_along + jet_right_0[43] * q[3]
         + (jet_sum[44] + jet_left_0[44] * push_across + jet_right_0[44] * q[2]);
     jet_left[45] = t15;
     jet_right[45] = t9;
-    const double cart_acceleration_2 = jet_sum[45] - jet_left_0[45] * t8 + jet_right_0[45] * t15;
+    const spatial2_cart_real cart_acceleration_2 = jet_sum[45] - jet_left_0[45] * t8 + jet_right_0[45] * t15;
     a[0] = cart_acceleration;
     a[1] = cart_acceleration_2;
-    const double t16 = -3.3333333333333335 * cart_acceleration;
-    const double t17 = -3.3333333333333335 * cart_acceleration_2;
-    const double t18 = 1.6666666666666667 * tension[1];
+    const spatial2_cart_real t16 = -3.3333333333333335 * cart_acceleration;
+    const spatial2_cart_real t17 = -3.3333333333333335 * cart_acceleration_2;
+    const spatial2_cart_real t18 = 1.6666666666666667 * tension[1];
     jet_left[46] = cross[3];
     jet_right[46] = t18;
     jet_left[47] = cross[4];
@@ -1274,39 +1373,33 @@ static void spatial2_cart_flow_follow(const spatial2_cart_real q[8], const spati
     jet_right[51] = t17;
     jet_left[52] = q[3];
     jet_right[52] = t16;
-    const double t19 = jet_sum[51] + jet_left_0[51] * t17 + jet_right_0[51] * q[2]
+    const spatial2_cart_real t19 = jet_sum[51] + jet_left_0[51] * t17 + jet_right_0[51] * q[2]
         - (jet_sum[52] + jet_left_0[52] * t16 + jet_right_0[52] * q[3]);
     a[2] = jet_sum[46] + jet_left_0[46] * t18 + jet_right_0[46] * cross[3]
         + (32.7 * q[3] - (jet_sum[49] + jet_left_0[49] * t17 + jet_right_0[49] * q[4]));
     a[3] = jet_sum[47] + jet_left_0[47] * t18 + jet_right_0[47] * cross[4]
         + (jet_sum[50] + jet_left_0[50] * t16 + jet_right_0[50] * q[4] - 32.7 * q[2]);
     a[4] = jet_sum[48] + jet_left_0[48] * t18 + jet_right_0[48] * cross[5] + t19;
-
-    for (int k = 1; k < 2; ++k) {
-        const double outer_pull = jet_held[k + 2] * tension[k + 1];
-        const double inner_pull = spatial2_cart_flow_inverse_length_2[k] * tension[k - 1];
-        jet_left[k + 52] = cross[3 * k + 3];
-        jet_right[k + 52] = outer_pull;
-        jet_left[k + 53] = cross[3 * k + 4];
-        jet_right[k + 53] = outer_pull;
-        jet_left[k + 54] = cross[3 * k + 5];
-        jet_right[k + 54] = outer_pull;
-        jet_left[k + 55] = cross[3 * k];
-        jet_right[k + 55] = inner_pull;
-        jet_left[k + 56] = cross[3 * k + 1];
-        jet_right[k + 56] = inner_pull;
-        jet_left[k + 57] = cross[3 * k + 2];
-        jet_right[k + 57] = inner_pull;
-        a[3 * k + 2] = jet_sum[k + 52] + jet_left_0[k + 52] * outer_pull
-            + jet_right_0[k + 52] * cross[3 * k + 3] - (jet_sum[k + 55] + jet_left_0[k + 55] * inner_pull
-            + jet_right_0[k + 55] * cross[3 * k]);
-        a[3 * k + 3] = jet_sum[k + 53] + jet_left_0[k + 53] * outer_pull
-            + jet_right_0[k + 53] * cross[3 * k + 4] - (jet_sum[k + 56] + jet_left_0[k + 56] * inner_pull
-            + jet_right_0[k + 56] * cross[3 * k + 1]);
-        a[3 * k + 4] = jet_sum[k + 54] + jet_left_0[k + 54] * outer_pull
-            + jet_right_0[k + 54] * cross[3 * k + 5] - (jet_sum[k + 57] + jet_left_0[k + 57] * inner_pull
-            + jet_right_0[k + 57] * cross[3 * k + 2]);
-    }
+    const spatial2_cart_real outer_pull_1 = 2.5 * tension[2];
+    const spatial2_cart_real inner_pull_1 = 5.0 * tension[0];
+    jet_left[53] = cross[6];
+    jet_right[53] = outer_pull_1;
+    jet_left[54] = cross[7];
+    jet_right[54] = outer_pull_1;
+    jet_left[55] = cross[8];
+    jet_right[55] = outer_pull_1;
+    jet_left[56] = cross[3];
+    jet_right[56] = inner_pull_1;
+    jet_left[57] = cross[4];
+    jet_right[57] = inner_pull_1;
+    jet_left[58] = cross[5];
+    jet_right[58] = inner_pull_1;
+    a[5] = jet_sum[53] + jet_left_0[53] * outer_pull_1 + jet_right_0[53] * cross[6]
+        - (jet_sum[56] + jet_left_0[56] * inner_pull_1 + jet_right_0[56] * cross[3]);
+    a[6] = jet_sum[54] + jet_left_0[54] * outer_pull_1 + jet_right_0[54] * cross[7]
+        - (jet_sum[57] + jet_left_0[57] * inner_pull_1 + jet_right_0[57] * cross[4]);
+    a[7] = jet_sum[55] + jet_left_0[55] * outer_pull_1 + jet_right_0[55] * cross[8]
+        - (jet_sum[58] + jet_left_0[58] * inner_pull_1 + jet_right_0[58] * cross[5]);
 }
 
 /* S_n of all products, sum of left_j right_{n-j} over 0 < j < n, and of S_{n+1} what needs no order above
@@ -1329,6 +1422,7 @@ static void spatial2_cart_flow_two_sums(int n, spatial2_cart_workspace *work)
     }
 }
 
+/* S_n of all products, into work->sum. */
 static void spatial2_cart_flow_sums(int n, spatial2_cart_workspace *work)
 {
     if (n >= 6 && n % 2 == 0) {
@@ -1359,12 +1453,12 @@ static void spatial2_cart_flow_begin(const spatial2_cart_real u[2], spatial2_car
 
 /* The coefficients of the state up to the given order, from work->x[0] and what belongs to it. */
 static SPATIAL2_CART_APART void spatial2_cart_flow_expand(const spatial2_cart_real u[2], int order,
-    spatial2_cart_workspace *restrict work)
+    spatial2_cart_workspace *SPATIAL2_CART_RESTRICT work)
 {
     spatial2_cart_real slope[spatial2_cart_flow_x];
     memcpy(slope, work->slope, sizeof slope);
     for (int n = 0;;) {
-        spatial2_cart_real *restrict next = work->x[n + 1];
+        spatial2_cart_real *SPATIAL2_CART_RESTRICT next = work->x[n + 1];
         const spatial2_cart_real share = 1 / (spatial2_cart_real)(n + 1);
         for (int i = 0; i < 8; ++i) {
             next[i] = share * slope[i];
@@ -1384,7 +1478,7 @@ static SPATIAL2_CART_APART void spatial2_cart_flow_expand(const spatial2_cart_re
 
 /* The state at a time h into the step: x_0 + (h x_1 + h^2 x_2 + ...), the bracket by Horner's rule. */
 static void spatial2_cart_flow_increment(int order, const spatial2_cart_workspace *work, spatial2_cart_real h,
-    spatial2_cart_real increment[restrict spatial2_cart_flow_x])
+    spatial2_cart_real increment[SPATIAL2_CART_RESTRICT spatial2_cart_flow_x])
 {
     for (int i = 0; i < spatial2_cart_flow_x; ++i) {
         spatial2_cart_real sum = work->x[order][i];
@@ -1395,8 +1489,9 @@ static void spatial2_cart_flow_increment(int order, const spatial2_cart_workspac
     }
 }
 
+/* The same with the state it starts from, and with whole turns where angles are wound. */
 static void spatial2_cart_flow_at(int order, const spatial2_cart_workspace *work, spatial2_cart_real h,
-    const spatial2_cart_real lost[], spatial2_cart_real x[restrict spatial2_cart_flow_x])
+    const spatial2_cart_real lost[], spatial2_cart_real x[SPATIAL2_CART_RESTRICT spatial2_cart_flow_x])
 {
     spatial2_cart_flow_increment(order, work, h, x);
     for (int i = 0; i < spatial2_cart_flow_x; ++i) {
@@ -1404,6 +1499,7 @@ static void spatial2_cart_flow_at(int order, const spatial2_cart_workspace *work
     }
 }
 
+/* The larger of two numbers; the second where one is NaN. */
 static spatial2_cart_real spatial2_cart_flow_larger(spatial2_cart_real a, spatial2_cart_real b)
 {
     return a > b ? a : b;
@@ -1435,6 +1531,7 @@ static spatial2_cart_real spatial2_cart_flow_radius(int order, spatial2_cart_rea
     return exp(-spatial2_cart_flow_larger(of_end, of_next));
 }
 
+/* Whether all of some numbers are finite. */
 static int spatial2_cart_flow_is_finite(const spatial2_cart_real x[], int count)
 {
     spatial2_cart_real sum = 0;
@@ -1523,6 +1620,7 @@ static spatial2_cart_real spatial2_cart_flow_checked(const spatial2_cart_real u[
     return 2 * h;
 }
 
+/* The scalar that an event looks at, in a state. */
 static spatial2_cart_real spatial2_cart_flow_scalar(const spatial2_cart_event *event,
     const spatial2_cart_real x[])
 {
@@ -1534,6 +1632,7 @@ static spatial2_cart_real spatial2_cart_flow_scalar(const spatial2_cart_event *e
     return place[3 * event->index + 2] - event->value;
 }
 
+/* Whether a time lies between two others. */
 static int spatial2_cart_flow_between(spatial2_cart_real low, spatial2_cart_real middle,
     spatial2_cart_real high)
 {
@@ -1586,8 +1685,8 @@ static spatial2_cart_real spatial2_cart_flow_crossing(int order, const spatial2_
 
 /* The whole way, in a workspace. */
 static SPATIAL2_CART_APART int spatial2_cart_flow_run(spatial2_cart_flow *flow, spatial2_cart_real t_end,
-    unsigned long max_steps, const spatial2_cart_real u[2], spatial2_cart_real q[restrict 8],
-    spatial2_cart_real v[restrict 8], const spatial2_cart_event *event, unsigned long count,
+    unsigned long max_steps, const spatial2_cart_real u[2], spatial2_cart_real q[SPATIAL2_CART_RESTRICT 8],
+    spatial2_cart_real v[SPATIAL2_CART_RESTRICT 8], const spatial2_cart_event *event, unsigned long count,
     const spatial2_cart_real *times, spatial2_cart_real *q_out, spatial2_cart_real *v_out,
     spatial2_cart_workspace *work)
 {
@@ -1676,20 +1775,22 @@ static SPATIAL2_CART_APART int spatial2_cart_flow_run(spatial2_cart_flow *flow, 
     return result;
 }
 
+/* The same in a workspace of its own. */
 static SPATIAL2_CART_APART int spatial2_cart_flow_run_on_stack(spatial2_cart_flow *flow,
     spatial2_cart_real t_end, unsigned long max_steps, const spatial2_cart_real u[2],
-    spatial2_cart_real q[restrict 8], spatial2_cart_real v[restrict 8], const spatial2_cart_event *event,
-    unsigned long count, const spatial2_cart_real *times, spatial2_cart_real *q_out,
-    spatial2_cart_real *v_out)
+    spatial2_cart_real q[SPATIAL2_CART_RESTRICT 8], spatial2_cart_real v[SPATIAL2_CART_RESTRICT 8],
+    const spatial2_cart_event *event, unsigned long count, const spatial2_cart_real *times,
+    spatial2_cart_real *q_out, spatial2_cart_real *v_out)
 {
     spatial2_cart_workspace work SPATIAL2_CART_ALIGNED;
     return spatial2_cart_flow_run(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out, &work);
 }
 
+/* Taylor flow: order and steps chosen from a tolerance, with dense output and an event. */
 int spatial2_cart_propagate(spatial2_cart_flow *flow, spatial2_cart_real t_end, unsigned long max_steps,
-    const spatial2_cart_real u[2], spatial2_cart_real q[restrict 8], spatial2_cart_real v[restrict 8],
-    const spatial2_cart_event *event, unsigned long count, const spatial2_cart_real *times,
-    spatial2_cart_real *q_out, spatial2_cart_real *v_out)
+    const spatial2_cart_real u[2], spatial2_cart_real q[SPATIAL2_CART_RESTRICT 8],
+    spatial2_cart_real v[SPATIAL2_CART_RESTRICT 8], const spatial2_cart_event *event, unsigned long count,
+    const spatial2_cart_real *times, spatial2_cart_real *q_out, spatial2_cart_real *v_out)
 {
     if (flow->work != NULL) {
         return spatial2_cart_flow_run(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out,

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from fractions import Fraction
 
 from phichain.emit.c.layout import laid_out
+from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import assignment, first_result, names_in, words
 from phichain.emit.c.trig_batches import TrigBatch, TrigBatches
-from phichain.emit.expressions import SUM, Text, double_literal, float_literal, infix
+from phichain.emit.expressions import SUM, Text, infix
 from phichain.emit.inlining import used_once
 from phichain.ir.nodes import (
     Call,
@@ -42,29 +42,6 @@ class CFunction:
     uses: frozenset[str]
 
 
-@dataclass(frozen=True)
-class CNames:
-    """How a scene's C is spelt.
-
-    Attributes:
-        prefix: the scene's name, before everything at file scope.
-        real: "double" or "float".
-        tables: file-scope name of each table, by (name, values).
-    """
-
-    prefix: str
-    real: str
-    tables: dict[tuple[str, tuple[Fraction, ...]], str]
-
-    def number(self, value: Fraction) -> Text:
-        """A numeric literal of the scene's type."""
-        return float_literal(value) if self.real == "float" else double_literal(value)
-
-    def libm(self, name: str) -> str:
-        """The C library's function for the scene's type."""
-        return f"{name}f" if self.real == "float" else name
-
-
 def c_function(program: Program, names: CNames, callees: dict[str, str]) -> CFunction:
     """Print a Program.
 
@@ -85,7 +62,7 @@ class Writer:
     def __init__(self, program: Program, names: CNames, callees: dict[str, str]) -> None:
         self.program, self.names, self.callees = program, names, callees
         #: C type of what the inputs determine, and the kernel for its sines and cosines.
-        self.element, self.sincos_symbol = names.real, f"{names.prefix}_sincos"
+        self.element, self.sincos_symbol = names.type, f"{names.prefix}_sincos"
         self.lines: list[str] = []
         self.wants_gap = False
         self.uses: set[str] = set()
@@ -93,7 +70,9 @@ class Writer:
         self.in_place = used_once(program.body)
         self.stored = {s.value.name for s in walk(program.body) if isinstance(s, Store) and isinstance(s.value, Local)}
         self.results = first_result(program) if program.is_straight_line else None
-        self.scalars = {a.name for a in (*program.inputs, *program.params) if a.shape == ()}
+        #: Work arrays of one cell, which are variables: whoever wants an array is given their address.
+        self.single = {a.name for a in program.work if a.size == 1}
+        self.scalars = {a.name for a in (*program.inputs, *program.params) if a.shape == ()} | self.single
         self.pointers = {a.name for a in program.outputs if a.shape == ()}
         self.params = {a.name for a in program.params}
         self.trig = TrigBatches(program.body)
@@ -138,7 +117,7 @@ class Writer:
 
     def arrays(self) -> None:
         for array in self.program.work:
-            self.line(1, f"{self.kind(array.name)} {array.name}[{array.size}];")
+            self.line(1, f"{self.kind(array.name)} {array.name}{'' if array.size == 1 else f'[{array.size}]'};")
         self.gap(1)
 
     def block(self, statements: tuple[Statement, ...], depth: int) -> None:
@@ -161,7 +140,7 @@ class Writer:
             case For():
                 self.loop(statement, depth)
             case Call(callee, inputs, outputs):
-                arguments = [*(["p"] if self.program.params else []), *map(self.argument, inputs), *outputs]
+                arguments = [*(["p"] if self.program.params else []), *map(self.argument, inputs), *map(self.argument, outputs)]
                 self.line(depth, f"{self.callees[callee]}({', '.join(arguments)});")
                 self.uses.add(callee)
 
@@ -218,8 +197,8 @@ class Writer:
 
     def sincos(self, statement: SinCos, depth: int) -> None:
         self.uses.add("sincos")
-        angle = statement.angle if not statement.offset else f"&{statement.angle}[{statement.offset}]"
-        arguments = f"{statement.count}, {angle}, {statement.sine}, {statement.cosine}"
+        angle = self.argument(statement.angle) if not statement.offset else f"&{statement.angle}[{statement.offset}]"
+        arguments = f"{statement.count}, {angle}, {self.argument(statement.sine)}, {self.argument(statement.cosine)}"
         self.line(depth, f"{self.sincos_symbol}({arguments});")
 
     # --- sines, cosines and Bessel functions of straight-line code ---------------------------------------------------
@@ -230,13 +209,14 @@ class Writer:
         batch = self.trig.batch_of(op)
         suffix = self.trig.suffix(batch)
         count, angle = len(batch.angles), self.angles(batch, suffix, depth)
-        self.line(depth, f"{self.element} sine{suffix}[{count}], cosine{suffix}[{count}];")
-        self.line(depth, f"{self.sincos_symbol}({count}, {angle}, sine{suffix}, cosine{suffix});")
+        extent, address = (f"[{count}]", "") if count > 1 else ("", "&")
+        self.line(depth, f"{self.element} sine{suffix}{extent}, cosine{suffix}{extent};")
+        self.line(depth, f"{self.sincos_symbol}({count}, {angle}, {address}sine{suffix}, {address}cosine{suffix});")
         self.gap(depth)
         for position, operand in enumerate(batch.angles):
+            cell = f"[{position}]" if count > 1 else ""
             for result, kind in self.trig.results[operand]:
-                array = "sine" if kind == "sin" else "cosine"
-                self.texts[result] = Text(f"{array}{suffix}[{position}]")
+                self.texts[result] = Text(f"{'sine' if kind == 'sin' else 'cosine'}{suffix}{cell}")
 
     def angles(self, batch: TrigBatch, suffix: str, depth: int) -> str:
         """The array where the angles of a generation stand side by side."""
@@ -244,6 +224,9 @@ class Writer:
         if angle is None:
             angle = f"angle{suffix}"
             texts = [self.ensured(operand, depth).text for operand in batch.angles]
+            if len(texts) == 1:
+                self.line(depth, f"const {self.element} {angle} = {texts[0]};")
+                return f"&{angle}"
             self.line(depth, f"const {self.element} {angle}[{len(texts)}] = {{{', '.join(texts)}}};")
         return angle
 
@@ -282,7 +265,7 @@ class Writer:
         argument = self.operand(op.args[0]).text
         if argument not in self.bessel_calls:
             array = self.bessel_calls[argument] = self.fresh("bessel_")
-            self.line(depth, f"{self.names.real} {array}[5];")
+            self.line(depth, f"{self.names.type} {array}[5];")
             self.line(depth, f"{self.names.prefix}_bessel({argument}, {array});")
         self.texts[op.result] = Text(f"{self.bessel_calls[argument]}[{op.kind[-1]}]")
 
@@ -304,4 +287,6 @@ class Writer:
         return owner if cell.array in self.scalars else f"{owner}[{cell.index}]"
 
     def argument(self, name: str) -> str:
+        if name in self.single:
+            return f"&{name}"
         return f"p->{name}" if name in self.params else name

@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from phichain.emit.c import sincos as trig
-from phichain.emit.c.function import CFunction, CNames, Writer
+from phichain.emit.c.function import CFunction, Writer
 from phichain.emit.c.layout import laid_out_text
+from phichain.emit.c.names import CNames
 from phichain.emit.expressions import Text
 from phichain.emit.render import render
 from phichain.errors import EmissionError
@@ -58,7 +59,7 @@ def lane_declaration(array: Array, prefix: str, stem: str, is_output: bool, is_u
         return f"const {prefix}_real {array.name}"
     element = f"{prefix}_real" if is_uniform else f"{stem}_lanes"
     if is_output:
-        return f"{element} {array.name}[restrict {max(array.size, 1)}]"
+        return f"{element} {array.name}[{prefix.upper()}_RESTRICT {max(array.size, 1)}]"
     return f"const {element} {array.name}[{max(array.size, 1)}]"
 
 
@@ -73,7 +74,7 @@ class _LaneWriter(Writer):
         self.pointers = set()
 
     def kind(self, value: str) -> str:
-        return self.element if value in self.lanes else self.names.real
+        return self.element if value in self.lanes else self.names.type
 
     def given(self, value: str, operand: Operand) -> str:
         text = super().given(value, operand)

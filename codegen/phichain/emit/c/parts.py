@@ -61,5 +61,5 @@ def declaration(array: Array, prefix: str, is_output: bool, definition: bool) ->
         return f"{'const ' if definition else ''}{prefix}_real {array.name}"
     if array.shape == ():
         return f"{prefix}_real *{array.name}"
-    restrict = "restrict " if definition and is_output else ""
+    restrict = f"{prefix.upper()}_RESTRICT " if definition and is_output else ""
     return f"{'' if is_output else 'const '}{prefix}_real {array.name}[{restrict}{array.size}]"

@@ -9,8 +9,10 @@ from textwrap import wrap
 from types import MappingProxyType
 
 from phichain.contract.functions import ROWS
-from phichain.emit.c.function import CFunction, CNames, c_function
+from phichain.emit.c.comment import Comments
+from phichain.emit.c.function import CFunction, c_function
 from phichain.emit.c.layout import WIDTH, laid_out
+from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration, words
 from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations
@@ -26,6 +28,7 @@ class PrintedFunction:
     Attributes:
         program: what was printed.
         symbol: its name in C.
+        comment: what stands above its definition: its doc and the named quantities of its body.
         is_static: whether it is seen in its file alone.
         prototype: its declaration.
         definition: its arguments as they stand above its body.
@@ -39,6 +42,7 @@ class PrintedFunction:
 
     program: Program
     symbol: str
+    comment: tuple[str, ...]
     is_static: bool
     prototype: str
     definition: str
@@ -95,9 +99,9 @@ def print_programs(scene: Scene, helpers: Mapping[str, Program], wanted: Mapping
     """
     programs = {**helpers, **wanted}
     names = CNames(scene.name, scene.real, _tables(scene, programs))
-    symbols = {name: f"{scene.name}_{name}" for name in programs}
+    symbols, comments = {name: f"{scene.name}_{name}" for name in programs}, Comments(scene)
     functions = tuple(
-        _function(scene, program, c_function(program, names, symbols), name in helpers)
+        _function(scene, program, c_function(program, names, symbols), name in helpers, comments)
         for name, program in programs.items()
     )
     uses = frozenset[str]().union(*(function.uses for function in functions))
@@ -119,17 +123,20 @@ def _table_lines(names: CNames) -> list[str]:
     lines = []
     for (_, values), table in names.tables.items():
         numbers = ", ".join(names.number(value).text for value in values)
-        lines += laid_out(f"static const {names.real} {table}[{len(values)}] = {{{numbers}}};")
+        lines += laid_out(f"static const {names.type} {table}[{len(values)}] = {{{numbers}}};")
     return lines
 
 
-def _function(scene: Scene, program: Program, body: CFunction, is_static: bool) -> PrintedFunction:
+def _function(
+    scene: Scene, program: Program, body: CFunction, is_static: bool, comments: Comments
+) -> PrintedFunction:
     symbol, ignored, counts = f"{scene.name}_{program.name}", _ignored(program, body), count_operations(program)
     head = f"{'static ' if is_static else ''}void {symbol}("
     definition = "\n".join(laid_out(f"{head}{', '.join(_declared(scene, program, definition=True))})"))
     return PrintedFunction(
         program=program,
         symbol=symbol,
+        comment=comments.above(program.name, program.doc, body.lines),
         is_static=is_static,
         prototype="\n".join(laid_out(f"void {symbol}({', '.join(_declared(scene, program, definition=False))});")),
         definition=definition.removeprefix(head).removesuffix(")"),

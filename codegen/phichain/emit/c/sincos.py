@@ -148,7 +148,7 @@ def literal(value: float, real: str) -> str:
     """Write a number as a hexadecimal C99 literal, exact in the format `real` ("double" or "float")."""
     mantissa, exponent = value.hex().split("p")
     digits = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
-    return f"{digits}p{exponent}" + ("f" if real == "float" else "")
+    return f"{digits}p{exponent}" + ("F" if real == "float" else "")
 
 
 def _bits(value: float, real: str) -> str:
@@ -191,7 +191,7 @@ def coefficients(real: str) -> dict[str, object]:
     """
     kernel = KERNELS[real]
     width = 64 if real == "double" else 32
-    suffix = "" if real == "double" else "f"
+    letter, suffix = ("", "") if real == "double" else ("F", "f")
     indent = " " * 12
     return {
         "word": f"uint{width}_t",
@@ -205,8 +205,8 @@ def coefficients(real: str) -> dict[str, object]:
         "middle": _middle(kernel, real),
         "two_over_pi": literal(kernel.two_over_pi, real),
         "rounder": literal(kernel.rounder, real),
-        "half": f"0.5{suffix}",
-        "one": f"1.0{suffix}",
+        "half": f"0.5{letter}",
+        "one": f"1.0{letter}",
         "sine_series": _series(kernel.sine, real, indent),
         "cosine_series": _series(kernel.cosine, real, indent),
         "libm_sin": f"sin{suffix}",

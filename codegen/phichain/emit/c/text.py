@@ -37,8 +37,13 @@ def source(printed: Printed) -> str:
         "source.c.j2", name=scene.name, functions=programs.functions, tables=programs.tables,
         includes=sorted(set(includes(uses)).union(*(flow.includes for flow in made))),
         sincos=sincos_kernel(scene) if "sincos" in uses else "", bessel=bessel_kernel(scene) if "bessel" in uses else "",
-        flows=[flow.definitions for flow in made],
+        flows=[flow.definitions for flow in made], restrict=restrict_macro(scene.name),
     )  # fmt: skip
+
+
+def restrict_macro(name: str) -> str:
+    """NAME_RESTRICT, which definitions, kernels and flows lean on: every file with one of them has it first."""
+    return render("restrict.c.j2", name=name)
 
 
 def sincos_kernel(scene: Scene) -> str:

@@ -14,7 +14,7 @@ from itertools import accumulate, product
 from phichain.emit.c.layout import laid_out
 from phichain.emit.c.parts import words
 from phichain.emit.c.programs import print_programs
-from phichain.emit.c.text import bessel_kernel, includes, sincos_kernel
+from phichain.emit.c.text import bessel_kernel, includes, restrict_macro, sincos_kernel
 from phichain.emit.casadi.tangent import Cells, Tangent, block_name, make_tangent, stacked_inputs
 from phichain.emit.printed import Printed
 from phichain.emit.render import render
@@ -79,6 +79,7 @@ def casadi_external(printed: Printed) -> str:
         name=scene.name,
         upper=scene.name.upper(),
         example=first.name,
+        restrict=restrict_macro(scene.name),
         without_jacobian=[name for name in programs if name not in tangents],
         **_definitions(scene, tangents.values()),
         patterns=writer.pattern_lines(),

@@ -15,6 +15,7 @@ from dataclasses import replace
 from typing import Final
 
 from phichain.ir.nodes import Program
+from phichain.ir.short_loops import without_short_loops
 from phichain.scene import Scene
 from phichain.transform.columns import columns
 from phichain.transform.lanes import SUMS, Jets
@@ -45,7 +46,7 @@ def column_program(scene: Scene, recurrences: Jets) -> Program:
         name="flow_follow_columns",
         doc="Order n of derivatives of the Taylor series, column by column.",
     )
-    return columns(program, columns_at_once(scene, recurrences), shared)
+    return without_short_loops(columns(program, columns_at_once(scene, recurrences), shared))
 
 
 def workspace(scene: Scene, recurrences: Jets, highest: int) -> list[tuple[str, tuple[int, ...]]]:

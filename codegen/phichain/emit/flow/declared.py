@@ -73,7 +73,7 @@ def _argument(argument: Passed, chain: Chain, definition: bool) -> str:
     if argument.form == "pointer":
         return f"{const}{kind} *{argument.name}"
     extent = str(argument.extent(chain)) if argument.extent else ""
-    promise = "restrict " if definition and argument.is_restrict else ""
+    promise = f"{chain.name.upper()}_RESTRICT " if definition and argument.is_restrict else ""
     return f"{const}{kind} {argument.name}[{f'{promise}{extent}'.strip()}]"
 
 

@@ -7,9 +7,10 @@ from fractions import Fraction
 from typing import Final
 
 from phichain.contract.flows import FORWARD_DYNAMICS_BATCH as CONTRACT
-from phichain.emit.c.function import CNames
+from phichain.contract.functions import ROWS
 from phichain.emit.c.lanes import lane_function, lanes_kernel
 from phichain.emit.c.layout import laid_out_text
+from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import words
 from phichain.emit.flow.declared import arguments, documented
 from phichain.emit.flow.flows import FlowText, prints
@@ -45,7 +46,7 @@ def forward_dynamics_batch(model: Model, known: Collection[str] = ()) -> FlowTex
     inputs = [(array.name, array.size) for array in program.inputs]
     given = ["p"] if program.params else []
     text = render(
-        "forward_dynamics_batch.c.j2", name=scene.name, stem=stem, kernel=lanes_kernel(scene, stem, uses, REGISTERS), real=f"{scene.name}_real", nv=scene.nv, inputs=inputs,
+        "forward_dynamics_batch.c.j2", name=scene.name, doc=ROWS["forward_dynamics_batch"].doc, stem=stem, kernel=lanes_kernel(scene, stem, uses, REGISTERS), real=f"{scene.name}_real", nv=scene.nv, inputs=inputs,
         tables=[(table, len(values), ", ".join(names.number(value).text for value in values)) for (_, values), table in tables.items()],
         parameter=f"const {scene.name}_params *p, " if program.params else "", lines=body.lines,
         pass_parameter="p, " if program.params else "",
@@ -78,6 +79,6 @@ def table_names(scene: Scene, program: Program) -> dict[tuple[str, tuple[Fractio
 
 def _declarations(scene: Scene) -> str:
     return render(
-        "forward_dynamics_batch.h.j2", name=scene.name, returns=CONTRACT.returns, arguments=documented(CONTRACT, scene),
+        "forward_dynamics_batch.h.j2", name=scene.name, doc=ROWS["forward_dynamics_batch"].doc, returns=CONTRACT.returns, arguments=documented(CONTRACT, scene),
         prototype=", ".join(arguments(CONTRACT, scene, definition=False)),
     )  # fmt: skip

@@ -6,6 +6,7 @@ from math import prod
 from typing import Final
 
 from phichain.contract.flows import EVENT, FLOW, PROPAGATE
+from phichain.contract.functions import ROWS
 from phichain.emit.flow.columns import workspace as columns_workspace
 from phichain.emit.flow.declared import arguments, documented, outcome_lines, scalar_constants, struct_lines
 from phichain.emit.render import render
@@ -34,7 +35,7 @@ def declarations(scene: Scene, recurrences: Jets) -> str:
     """Types and prototype."""
     facts = _STACK_FACTS if on_stack(scene, recurrences) else _MEMORY_FACTS
     return render(
-        "flow.h.j2", name=scene.name, outcomes=outcome_lines(PROPAGATE, scene, facts), scalars=scalar_constants(PROPAGATE, scene),
+        "flow.h.j2", name=scene.name, doc=ROWS["propagate"].doc, outcomes=outcome_lines(PROPAGATE, scene, facts), scalars=scalar_constants(PROPAGATE, scene),
         event=struct_lines(EVENT, scene), flow=struct_lines(FLOW, scene, facts), returns=PROPAGATE.returns,
         prototype=", ".join(arguments(PROPAGATE, scene, definition=False)), arguments=documented(PROPAGATE, scene),
         size=scene.nq + scene.nv, columns=scene.variational, planar=scene.is_planar,

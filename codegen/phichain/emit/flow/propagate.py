@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Final
 
-import numpy as np
-
 from phichain.contract.flows import PROPAGATE
-from phichain.emit.c.function import CNames, c_function
+from phichain.contract.functions import ROWS
+from phichain.emit.c.comment import Comments
+from phichain.emit.c.function import c_function
 from phichain.emit.c.layout import laid_out_text
+from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration, words
 from phichain.emit.flow.columns import column_program, columns_at_once
 from phichain.emit.flow.declared import arguments, passed_on
@@ -20,6 +21,7 @@ from phichain.emit.flow.header import HIGHEST, declarations, on_stack, padded, t
 from phichain.emit.render import render
 from phichain.ir.nodes import Program
 from phichain.ir.passes import total_operations, unroll
+from phichain.ir.rounded import nearest
 from phichain.lowering.field import vector_field
 from phichain.lowering.lower import lower_function
 from phichain.lowering.rates import fastest_rate, reach, scales_program
@@ -66,7 +68,7 @@ class TaylorFlow(FlowText):
 class _Part:
     """One static function as the template sees it."""
 
-    doc: str
+    comment: tuple[str, ...]
     symbol: str
     definition: str
     ignored: tuple[str, ...]
@@ -128,7 +130,8 @@ def _part(scene: Scene, program: Program, lines: tuple[str, ...]) -> _Part:
     used = words("\n".join(lines))
     given = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
     ignored = tuple(name for name in given if name not in used)
-    return _Part(program.doc, f"{scene.name}_{program.name}", ", ".join(declared), ignored, lines)
+    comment = Comments(scene).above(program.name, program.doc, lines)
+    return _Part(comment, f"{scene.name}_{program.name}", ", ".join(declared), ignored, lines)
 
 
 def _call(scene: Scene, program: Program, order: str) -> str:
@@ -174,9 +177,9 @@ def _definitions(
         for (_, values), table in names.tables.items()
     ]
     size = "long" if recurrences.products > MANY_LANES else "short"
-    high = Fraction(float(TURN)) if scene.real == "double" else Fraction(float(np.float32(float(TURN))))
+    high = Fraction(nearest(scene.real, TURN))
     return render(
-        "flow.c.j2", name=scene.name, upper=scene.name.upper(), real=f"{scene.name}_real", nq=scene.nq, nv=scene.nv,
+        "flow.c.j2", name=scene.name, doc=ROWS["propagate"].doc, upper=scene.name.upper(), real=f"{scene.name}_real", nq=scene.nq, nv=scene.nv,
         highest=HIGHEST[scene.real], products=padded(recurrences.products), tables=tables, functions=parts,
         parameter=parameter, pass_parameter="p, " if has_params else "", context=parameter + given,
         pass_context=("p, " if has_params else "") + ("u, " if has_input else ""),

@@ -12,9 +12,12 @@ from fractions import Fraction
 from typing import Final
 
 from phichain.contract.flows import BATCH_EVENT, FLOW_BATCH, PROPAGATE_BATCH
-from phichain.emit.c.function import CFunction, CNames, c_function
+from phichain.contract.functions import ROWS
+from phichain.emit.c.comment import Comments
+from phichain.emit.c.function import CFunction, c_function
 from phichain.emit.c.lanes import lane_declaration, lane_function, lanes_kernel
 from phichain.emit.c.layout import laid_out_text
+from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration, words
 from phichain.emit.flow.declared import arguments, documented, outcome_lines, scalar_constants, struct_lines
 from phichain.emit.flow.flows import FlowText, prints
@@ -64,7 +67,7 @@ class FlowBatch(FlowText):
 class _Part:
     """One static function as the template sees it."""
 
-    doc: str
+    comment: tuple[str, ...]
     symbol: str
     definition: str
     ignored: tuple[str, ...]
@@ -154,7 +157,8 @@ class _Printer:
             used = words("\n".join(body.lines))
             given = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
             ignored = tuple(name for name in given if name not in used)
-            yield _Part(program.doc, symbol, ", ".join(declared), ignored, body.lines)
+            comment = Comments(self.scene).above(program.name, program.doc, body.lines)
+            yield _Part(comment, symbol, ", ".join(declared), ignored, body.lines)
 
     def _call(self, symbol: str, order: str) -> str:
         """The call of a sweep at an order, on the arrays of the jets."""
@@ -205,7 +209,7 @@ class _Printer:
             for (_, values), table in names.tables.items()
         }
         return render(
-            "flow_batch.c.j2", name=scene.name, stem=self.stem, upper=scene.name.upper(), real=real,
+            "flow_batch.c.j2", name=scene.name, doc=ROWS["propagate_batch"].doc, stem=self.stem, upper=scene.name.upper(), real=real,
             const_real=f"const {real}", kernel=kernel, nq=scene.nq, nv=scene.nv, nu=scene.nu,
             highest=HIGHEST[scene.real], products=_even(self.recurrences.products), factors=self.recurrences.count + 2, pairs=self._pairs(), count=max(self.recurrences.products, 1), held=self._held(),
             tables=[(table, len(values), numbers[table]) for (_, values), table in names.tables.items()],
@@ -230,7 +234,7 @@ def _even(count: int) -> int:
 
 def _declarations(scene: Scene, work: int) -> str:
     return render(
-        "flow_batch.h.j2", name=scene.name, upper=scene.name.upper(), outcomes=outcome_lines(PROPAGATE_BATCH, scene),
+        "flow_batch.h.j2", name=scene.name, doc=ROWS["propagate_batch"].doc, upper=scene.name.upper(), outcomes=outcome_lines(PROPAGATE_BATCH, scene),
         scalars=scalar_constants(PROPAGATE_BATCH, scene), event=struct_lines(BATCH_EVENT, scene),
         flow=struct_lines(FLOW_BATCH, scene), returns=PROPAGATE_BATCH.returns,
         prototype=", ".join(arguments(PROPAGATE_BATCH, scene, definition=False)), work=work,

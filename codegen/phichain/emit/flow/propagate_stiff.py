@@ -8,9 +8,12 @@ from fractions import Fraction
 from typing import Final
 
 from phichain.contract.flows import PROPAGATE_STIFF, STIFF
+from phichain.contract.functions import ROWS
 from phichain.contract.rodas5p import EMBEDDED_ORDER
-from phichain.emit.c.function import CNames, c_function
+from phichain.emit.c.comment import Comments
+from phichain.emit.c.function import c_function
 from phichain.emit.c.layout import laid_out_text
+from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration, words
 from phichain.emit.flow.declared import arguments, documented, outcome_lines, struct_lines
 from phichain.emit.flow.flows import FlowText, prints
@@ -40,7 +43,7 @@ Tables = dict[tuple[str, tuple[Fraction, ...]], str]
 class _Part:
     """One static function as the template sees it."""
 
-    doc: str
+    comment: tuple[str, ...]
     symbol: str
     definition: str
     ignored: tuple[str, ...]
@@ -84,7 +87,8 @@ def _part(scene: Scene, symbol: str, program: Program, lines: tuple[str, ...]) -
     used = words("\n".join(lines))
     given = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
     ignored = tuple(name for name in given if name not in used)
-    return _Part(program.doc, symbol, ", ".join(declared), ignored, lines)
+    comment = Comments(scene).above(program.name, program.doc, lines)
+    return _Part(comment, symbol, ", ".join(declared), ignored, lines)
 
 
 def _definitions(scene: Scene, parts: list[_Part], names: CNames) -> str:
@@ -94,7 +98,7 @@ def _definitions(scene: Scene, parts: list[_Part], names: CNames) -> str:
         for (_, values), table in names.tables.items()
     ]
     return render(
-        "stiff.c.j2", name=scene.name, upper=scene.name.upper(), real=f"{scene.name}_real", size=scene.nq,
+        "stiff.c.j2", name=scene.name, doc=ROWS["propagate_stiff"].doc, upper=scene.name.upper(), real=f"{scene.name}_real", size=scene.nq,
         tables=tables, functions=parts, cart=(1 if scene.is_planar else 2) if scene.has_cart else 0,
         parameter="p, " if scene.runtime else "",
         given="u, " if scene.nu else "", definition=", ".join(arguments(PROPAGATE_STIFF, scene, definition=True)),
@@ -102,14 +106,14 @@ def _definitions(scene: Scene, parts: list[_Part], names: CNames) -> str:
         smallest=number(LEAST_FACTOR).text, largest=number(LARGEST_FACTOR).text, safety=number(SAFETY).text,
         proportional=number(PROPORTIONAL).text, integral=number(INTEGRAL).text,
         one_over_order=number(Fraction(1, EMBEDDED_ORDER + 1)).text,
-        floor="1e-8" if scene.real == "double" else "1e-4f", tiny="1e-290" if scene.real == "double" else "1e-30f",
+        floor="1e-8" if scene.real == "double" else "1e-4F", tiny="1e-290" if scene.real == "double" else "1e-30F",
         abs=names.libm("fabs"), pow=names.libm("pow"),
     )  # fmt: skip
 
 
 def _declarations(scene: Scene) -> str:
     return render(
-        "stiff.h.j2", name=scene.name, outcomes=outcome_lines(PROPAGATE_STIFF, scene), stiff=struct_lines(STIFF, scene),
+        "stiff.h.j2", name=scene.name, doc=ROWS["propagate_stiff"].doc, outcomes=outcome_lines(PROPAGATE_STIFF, scene), stiff=struct_lines(STIFF, scene),
         returns=PROPAGATE_STIFF.returns, prototype=", ".join(arguments(PROPAGATE_STIFF, scene, definition=False)),
         arguments=documented(PROPAGATE_STIFF, scene),
     )  # fmt: skip

@@ -10,7 +10,8 @@ from phichain.contract.flows import DONE
 from phichain.contract.functions import ROWS
 from phichain.emit.c.layout import laid_out_text
 from phichain.emit.render import render
-from phichain.emit.selftest.cases import Case, Selftest, columns
+from phichain.emit.selftest.case import Case, columns
+from phichain.emit.selftest.cases import Selftest
 from phichain.emit.selftest.flow import FlowCase
 from phichain.emit.selftest.states import rounded
 from phichain.ir.nodes import Array, Program
@@ -33,7 +34,7 @@ def selftest_source(scene: Scene, lowered: Lowered, selftest: Selftest) -> str:
 
 def _literal(scene: Scene, value: float) -> str:
     text = re.sub(r"\.?0*p", "p", value.hex()) if value else "0.0"
-    return f"{text}f" if scene.real == "float" else text
+    return f"{text}F" if scene.real == "float" else text
 
 
 def _motion(scene: Scene, lowered: Lowered, motion: FlowCase) -> dict[str, Any]:

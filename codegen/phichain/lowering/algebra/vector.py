@@ -62,12 +62,12 @@ def combine(*terms: tuple[Expr | Number, Symmetric]) -> Symmetric:
     return entries[0], entries[1], entries[2], entries[3], entries[4], entries[5]
 
 
-def outer(a: Vector) -> Symmetric:
-    """a a^T"""
-    return a[0] * a[0], a[0] * a[1], a[0] * a[2], a[1] * a[1], a[1] * a[2], a[2] * a[2]
-
-
-def symmetric_outer(a: Vector, b: Vector) -> Symmetric:
-    """a b^T + b a^T"""
-    xx, yy, zz = a[0] * b[0], a[1] * b[1], a[2] * b[2]
-    return (xx + xx, a[0] * b[1] + a[1] * b[0], a[0] * b[2] + a[2] * b[0], yy + yy, a[1] * b[2] + a[2] * b[1], zz + zz)
+def upper(*vectors: Vector) -> Symmetric:
+    """The sum of dyads a b^T + c d^T + ..., known to be symmetric, from its upper triangle."""
+    entries = []
+    for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+        total = vectors[0][i] * vectors[1][j]
+        for a, b in zip(vectors[2::2], vectors[3::2], strict=True):
+            total = total + a[i] * b[j]
+        entries.append(total)
+    return entries[0], entries[1], entries[2], entries[3], entries[4], entries[5]

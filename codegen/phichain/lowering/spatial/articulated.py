@@ -14,8 +14,16 @@ springs and dampers), in units m (r / l)^2 of mass and l of length, turns as q''
     rho' = (lambda - 1)^2 (-(lambda - 1) P (lambda^2 turned(A) f + K f + lambda (lambda - 1) w^2 K q)
                            + lambda P (lambda^2 turned(A) + K) n + (lambda^2 K_qq + E) n) / (alpha' D)
 
-Outwards a + t = free - (sigma - q) (q.a) - (lambda - 1) / D (P + turned(A)) a with free = mu - eta + w^2 sigma, and
-omega' = q x t. A cart closes the chain as a link of direction e_3 would: (m_c P + Gamma) x'' = u - P f + g P A e_3.
+Outwards goes, beside the joint's acceleration a, what it stretches the chain by, y = u'.a + c' with u' = q + nu' and c' of this
+link: the force along q over alpha'. A light link before this one makes a large across u' and leaves y alone, so y is never a
+difference of large numbers:
+
+    z = q.a - w^2 = y - nu'.a - e,   e = c' + w^2, formed as its sum
+    next a = mu - eta + (q - sigma) z - (lambda - 1) / D (P + turned(A)) a,   omega' = q x (next a - a)
+    D (next y) = (u.(1 + tr G - G) q + g q.o) z - (lambda - 1) k.a + k.n + c (1 + tr P G P + g (q.o)^2) - k.d,
+    k = (P + turned(A)) u = P u - q x G x.
+
+A cart closes the chain as a link of direction e_3 would: (m_c P + Gamma) x'' = u - P f + g P A e_3.
 """
 
 from __future__ import annotations
@@ -31,12 +39,11 @@ from phichain.lowering.algebra.vector import (
     cross,
     dot,
     load,
-    outer,
     scale,
     store,
     sub,
-    symmetric_outer,
     times,
+    upper,
 )
 from phichain.lowering.link_units import LinkUnits
 from phichain.lowering.parameters import Parameters
@@ -72,13 +79,18 @@ def accelerations(
     base: Vector = (nothing, nothing, -parameters.gravity)
     if scene.has_cart:
         unit = parameters.units
-        force = (u[0] / unit.force, u[1] / unit.force, nothing) if u is not None else (nothing, nothing, nothing)
+        force = (
+            (u[0] / unit.force, u[1] / unit.force, nothing) if u is not None else (nothing, nothing, nothing)
+        )
         x, y, _ = sweep.close_on_cart(chain, force)
         rates.write_cart((x * unit.length, y * unit.length))
         base = (x, y, base[2])
+        sweep.outwards(base, chain)
     else:
         sweep.pivot(Seen(chain, load(sweep.direction, 0)), 0)
-    sweep.outwards(base)
+        store(sweep.lean, 0, (nothing, nothing, nothing))
+        sweep.still_stretch[0] = sweep.rates.squared(0)
+        sweep.outwards(base, None)
 
 
 class _Sweep:
@@ -94,7 +106,11 @@ class _Sweep:
         self.free = builder.array("free", 3 * scene.links)
         self.slope = builder.array("slope", 3 * scene.links)
         self.gain = builder.array("gain", 6 * scene.links)
-        self.rate_squared = builder.array("rate_squared", scene.links)
+        self.lean = builder.array("lean", 3 * scene.links)
+        self.still_stretch = builder.array("still_stretch", scene.links)
+        self.stretch_share = builder.array("stretch_share", scene.links)
+        self.stretch_free = builder.array("stretch_free", scene.links)
+        self.stretch_gain = builder.array("stretch_gain", 3 * scene.links)
 
     def inwards(self) -> Outer:
         """The chain beyond the cart, or beyond link 0 of a chain on a fixed base, which passes nothing on."""
@@ -114,28 +130,31 @@ class _Sweep:
         return Outer.from_flat(carried)
 
     def pivot(self, seen: Seen, k: Index) -> _Pivot:
-        """Eliminate the rotation of link k: a + t = free - slope (q.a) - gain a."""
+        """Eliminate the rotation of link k: its tip's a = free + slope z - gain a, and what the tip stretches."""
         overhang = self.units.overhang[k]
         inverse = self.builder.let("inverse_pivot", 1 / (1 + seen.trace + seen.adjugate_axial))
+        freed = overhang * inverse
         rate_squared = self.builder.let("rate_squared", self.rates.squared(k))
         sigma = scale(inverse, sub(seen.mixed, seen.adjugate_mixed))
         eta = scale(inverse, add(seen.force, seen.turned_force))
-        free = sub(scale(rate_squared, sigma), eta)
+        free = scale(-1, eta)
+        stretch_free = seen.free_u
         drive = turned_drive = yielding = None
         if self.couple is not None:
             drive = scale(self.units.inverse_torque[k], load(self.couple, k))
             turned_drive = seen.turned(drive)
             yielding = scale(inverse, add(drive, turned_drive))
-            free = add(free, yielding)
+            free = sub(yielding, eta)
+            stretch_free = stretch_free + dot(seen.yielding_u, drive)
         # turned(A) = alpha x x^T + turned(G), turned(G) = tr(P G P) P - P G P
-        freed = overhang * inverse
         gain = combine(
             (freed + freed * seen.tangent_trace, seen.projector),
-            (freed * seen.outer.axial, outer(seen.x)), (-freed, seen.tangent),
+            (1, upper(scale(freed * seen.outer.axial, seen.x), seen.x)), (-freed, seen.tangent),
         )  # fmt: skip
-        self.rate_squared[k] = rate_squared
+        self.stretch_share[k], self.stretch_free[k] = inverse * seen.share, inverse * stretch_free
+        store(self.stretch_gain, k, scale(freed, seen.yielding_u))
         store(self.free, k, free)
-        store(self.slope, k, sub(sigma, seen.q))
+        store(self.slope, k, sub(seen.q, sigma))
         for i in range(6):
             self.gain[6 * k + i] = gain[i]
         return _Pivot(inverse, rate_squared, sigma, eta, drive, turned_drive, yielding)
@@ -145,19 +164,25 @@ class _Sweep:
         seen = Seen(chain, load(self.direction, k))
         pivot = self.pivot(seen, k)
         units, leverage, overhang = self.units, self.units.leverage[k], self.units.overhang[k]
-        added = self.builder.let("axial", (seen.axial + seen.adjugate_trace + seen.determinant) * pivot.inverse)
+        added = self.builder.let(
+            "axial", (seen.axial + seen.adjugate_trace + seen.determinant) * pivot.inverse
+        )
         axial = leverage * leverage + added
         inverse_axial = self.builder.let("inverse_axial", 1 / axial)
         passed = overhang * overhang * (pivot.inverse * inverse_axial)
         planar = leverage * leverage * seen.adjugate_axial + seen.determinant
         mass, length = units.mass[k], units.length[k]
+        lean = scale(-(overhang * inverse_axial), pivot.sigma)
+        drawn = self._drawn(seen, pivot, added)
+        store(self.lean, k, lean)
+        self.still_stretch[k] = (drawn + leverage * overhang * pivot.rate_squared) * inverse_axial
         return Outer(
             direction=seen.q,
             axial=mass * axial,
-            lean=scale(-(overhang * inverse_axial), pivot.sigma),
+            lean=lean,
             tangent=combine((mass * passed, self._tangent(seen, leverage, planar))),
             area=mass * mass * (overhang * overhang * (passed * planar)),
-            pull=length * (self._pull(seen, pivot, leverage, added) * inverse_axial),
+            pull=length * ((drawn - pivot.rate_squared * (leverage + added)) * inverse_axial),
             push=scale(mass * length, self._push(seen, pivot, k, inverse_axial)),
             minor=scale(mass * mass * length * passed, self._minor(seen, pivot, k, planar)),
         )
@@ -165,27 +190,27 @@ class _Sweep:
     def _tangent(self, seen: Seen, leverage: Expr, planar: Expr) -> Symmetric:
         """lambda^2 (Gamma + K_qq P) + turned(K) + E P, with `planar` = lambda^2 K_qq + E."""
         axial, squared = seen.outer.axial, leverage * leverage
-        return combine(
-            (axial * (squared + seen.tangent_qq), outer(seen.tangent_u)),
-            (squared + axial * (seen.along_u * seen.along_u), seen.tangent),
-            (-(axial * seen.along_u), symmetric_outer(seen.tangent_u, seen.pressed)),
-            (seen.outer.area, outer(seen.across_o)),
-            (planar, seen.projector),
-        )
+        pressed = scale(axial * seen.along_u, seen.pressed)
+        heavy = sub(scale(axial * (squared + seen.tangent_qq), seen.tangent_u), pressed)
+        straight = upper(seen.tangent_u, heavy, scale(-1, pressed), seen.tangent_u)
+        flat = upper(scale(seen.outer.area, seen.across_o), seen.across_o)
+        lifted = squared + axial * (seen.along_u * seen.along_u)
+        return combine((1, straight), (lifted, seen.tangent), (1, flat), (planar, seen.projector))
 
-    def _pull(self, seen: Seen, pivot: _Pivot, leverage: Expr, added: Expr) -> Expr:
-        """alpha' c'."""
+    def _drawn(self, seen: Seen, pivot: _Pivot, added: Expr) -> Expr:
+        """alpha' c' but for the own rate."""
         along = added * seen.along_o + dot(pivot.sigma, seen.outer.direction)
-        pull = seen.outer.pull * along + seen.axial_push * pivot.inverse - pivot.rate_squared * (leverage + added)
+        pull = seen.outer.pull * along + seen.axial_push * pivot.inverse
         return pull if pivot.drive is None else pull + dot(pivot.sigma, pivot.drive)
 
     def _push(self, seen: Seen, pivot: _Pivot, k: Index, inverse_axial: Expr) -> Vector:
         """d'."""
         leverage, overhang = self.units.leverage[k], self.units.overhang[k]
         held = sub(
-            scale(leverage * leverage, pivot.eta), scale(leverage * overhang * pivot.rate_squared, pivot.sigma)
+            scale(leverage * leverage, pivot.eta),
+            scale(leverage * overhang * pivot.rate_squared, pivot.sigma),
         )
-        held = add(held, scale(pivot.inverse, cross(seen.crossed, seen.q)))
+        held = add(held, scale(pivot.inverse, seen.crossed))
         if pivot.drive is None or pivot.yielding is None:
             return scale(-(overhang * inverse_axial), held)
         held = sub(held, scale(dot(pivot.sigma, pivot.drive), pivot.sigma))
@@ -209,26 +234,37 @@ class _Sweep:
         seen = Seen(chain, (nothing, nothing, self.builder.lift(1)))
         mass, length = self.units.mass_unit[0], parameters.length[0]
         cart, gravity = parameters.cart_mass / mass, parameters.gravity / length
-        inverse = self.builder.let("inverse_cart_pivot", 1 / (cart * cart + cart * seen.trace + seen.adjugate_axial))
+        inverse = self.builder.let(
+            "inverse_cart_pivot", 1 / (cart * cart + cart * seen.trace + seen.adjugate_axial)
+        )
         given = scale(1 / (mass * length), force)
         push = add(sub(given, seen.force), scale(gravity, seen.mixed))
         turned = sub(sub(seen.turned(given), seen.turned_force), scale(gravity, seen.adjugate_mixed))
         x, y, _ = scale(length * inverse, add(scale(cart, push), turned))
         return self.builder.let("cart_acceleration_0", x), self.builder.let("cart_acceleration_1", y), nothing
 
-    def outwards(self, base: Vector) -> None:
+    def outwards(self, base: Vector, chain: Outer | None) -> None:
         """omega_k' = q_k x t_k, and on to the next joint, in units of each link's length."""
         builder, units = self.builder, self.units
         start = scale(1 / self.parameters.length[0], base)
         with builder.loop("k", 0, self.scene.links) as loop:
             k = loop.index
-            carried = tuple(loop.carry(f"joint_{axis}", part) for axis, part in zip("xyz", start, strict=True))
-            x, y, z = (units.outward[k] * part for part in carried)
-            joint, q = (x, y, z), load(self.direction, k)
+            x, y, z = start
+            carried = (loop.carry("joint_x", x), loop.carry("joint_y", y), loop.carry("joint_z", z))
+            stretch = loop.carry("stretch", self._first_stretch(chain, start))
+            joint, q = scale(units.outward[k], carried), load(self.direction, k)
+            axial = units.outward[k] * stretch - dot(load(self.lean, k), joint) - self.still_stretch[k]
             first, second = load(self.gain, 2 * k), load(self.gain, 2 * k + 1)
-            moved = sub(load(self.free, k), scale(dot(q, joint), load(self.slope, k)))
-            moved = sub(moved, times((*first, *second), joint))
-            self.rates.write(k, cross(q, sub(moved, joint)))
-            tip = sub(moved, scale(self.rate_squared[k], q))
+            tip = add(load(self.free, k), scale(axial, load(self.slope, k)))
+            tip = sub(tip, times((*first, *second), joint))
+            self.rates.write(k, cross(q, sub(tip, joint)))
             for before, after in zip(carried, tip, strict=True):
                 loop.follow(before, after)
+            drawn = dot(load(self.stretch_gain, k), joint)
+            loop.follow(stretch, self.stretch_share[k] * axial + self.stretch_free[k] - drawn)
+
+    def _first_stretch(self, chain: Outer | None, start: Vector) -> Expr:
+        """u.a + c of link 0."""
+        if chain is None:
+            return dot(load(self.direction, 0), start)
+        return dot(add(chain.direction, chain.lean), start) + chain.pull

@@ -28,11 +28,10 @@ from phichain.lowering.algebra.vector import (
     combine,
     cross,
     dot,
-    outer,
     scale,
     sub,
-    symmetric_outer,
     times,
+    upper,
 )
 
 
@@ -64,7 +63,9 @@ class Outer:
             return next(take), next(take), next(take)
 
         direction, axial, lean = vector(), next(take), vector()
-        return Outer(direction, axial, lean, (*vector(), *vector()), next(take), next(take), vector(), vector())
+        return Outer(
+            direction, axial, lean, (*vector(), *vector()), next(take), next(take), vector(), vector()
+        )
 
 
 class Seen:
@@ -74,8 +75,8 @@ class Seen:
         self.outer, self.q = outer_chain, q
         self.u = add(outer_chain.direction, outer_chain.lean)
         self.along_o = dot(q, outer_chain.direction)
-        self.tangent_o = cross(cross(q, outer_chain.direction), q)
-        self.across_o = cross(q, self.tangent_o)
+        self.across_o = cross(q, outer_chain.direction)
+        self.tangent_o = cross(self.across_o, q)
         self.along_u = self.along_o + dot(q, outer_chain.lean)
         self.x = add(self.across_o, cross(q, outer_chain.lean))
         self.tangent_q = times(outer_chain.tangent, q)
@@ -91,7 +92,7 @@ class Seen:
     def projector(self) -> Symmetric:
         """P."""
         one, nothing = self.q[0].builder.lift(1), self.q[0].builder.lift(0)
-        return combine((1, (one, nothing, nothing, one, nothing, one)), (-1, outer(self.q)))
+        return combine((1, (one, nothing, nothing, one, nothing, one)), (-1, upper(self.q, self.q)))
 
     @cached_property
     def tangent_u(self) -> Vector:
@@ -106,9 +107,7 @@ class Seen:
     @cached_property
     def tangent(self) -> Symmetric:
         """P G P."""
-        return combine(
-            (1, self.outer.tangent), (-1, symmetric_outer(self.q, self.tangent_q)), (self.tangent_qq, outer(self.q))
-        )
+        return combine((1, self.outer.tangent), (-1, upper(self.q, self.pressed, self.tangent_q, self.q)))
 
     @cached_property
     def tangent_trace(self) -> Expr:
@@ -151,8 +150,33 @@ class Seen:
     def adjugate_trace(self) -> Expr:
         """tr P K P."""
         squared, pressed = self.along_u * self.along_u, dot(self.tangent_u, self.tangent_q)
-        spread = self.tangent_qq * dot(self.x, self.x) - 2 * (self.along_u * pressed) + squared * self.tangent_trace
+        spread = (
+            self.tangent_qq * dot(self.x, self.x)
+            - 2 * (self.along_u * pressed)
+            + squared * self.tangent_trace
+        )
         return self.outer.area * dot(self.across_o, self.across_o) + self.outer.axial * spread
+
+    # --- along u ------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def share(self) -> Expr:
+        """D u.(q - sigma)"""
+        chain = self.outer
+        along = self.along_u * (1 + (self.tangent_trace + self.tangent_qq)) - dot(chain.lean, self.tangent_q)
+        return along + chain.area * self.along_o
+
+    @cached_property
+    def yielding_u(self) -> Vector:
+        """(P + turned(A)) u"""
+        return sub(self.tangent_u, cross(self.q, self.tangent_x))
+
+    @cached_property
+    def free_u(self) -> Expr:
+        """D c - u.(P + turned(A)) f"""
+        chain = self.outer
+        pulled = chain.pull * (1 + self.tangent_trace + chain.area * (self.along_o * self.along_o))
+        return pulled - self.push_u + self.along_o * (self.minor_along - self.minor_lean * self.along_o)
 
     def turned(self, vector: Vector) -> Vector:
         """turned(A) of a vector tangent to q."""
@@ -163,7 +187,9 @@ class Seen:
         """P K of any vector."""
         o, u = self.outer.direction, self.u
         beyond = cross(u, times(self.outer.tangent, cross(vector, u)))
-        return self.projected(add(scale(self.outer.area * dot(o, vector), o), scale(self.outer.axial, beyond)))
+        return self.projected(
+            add(scale(self.outer.area * dot(o, vector), o), scale(self.outer.axial, beyond))
+        )
 
     # --- the bias force f ---------------------------------------------------------------------------------------------
 
@@ -188,9 +214,14 @@ class Seen:
         return dot(self.outer.lean, self.outer.minor)
 
     @cached_property
-    def push_across(self) -> Vector:
-        """u x d"""
-        return cross(self.u, self.outer.push)
+    def push_u(self) -> Expr:
+        """(P u).d"""
+        return dot(self.tangent_u, self.outer.push)
+
+    @cached_property
+    def minor_turned(self) -> Vector:
+        """(o x rho) x q"""
+        return sub(scale(self.along_o, self.outer.minor), scale(self.minor_along, self.outer.direction))
 
     @cached_property
     def force(self) -> Vector:
@@ -204,8 +235,7 @@ class Seen:
         straight = sub(
             scale(self.outer.axial * push_x, self.x), scale(self.heavy_pull, cross(self.q, self.tangent_x))
         )
-        minor = sub(scale(self.along_o, self.outer.minor), scale(self.minor_along, self.outer.direction))
-        return add(straight, scale(self.along_o, minor))
+        return add(straight, scale(self.along_o, self.minor_turned))
 
     @cached_property
     def adjugate_force(self) -> Vector:
@@ -221,16 +251,18 @@ class Seen:
     @cached_property
     def axial_push(self) -> Expr:
         """q.(d + (tr A - A) d + K d): what d leaves of the force along q once the link has turned."""
-        lifted = self.push_along - self.outer.axial * dot(self.x, self.push_across) + self.minor_along
-        return lifted + self.outer.axial * (self.minor_along - self.minor_lean * self.along_o)
+        turning = self.along_u * self.push_u - dot(self.x, self.x) * self.push_along
+        beyond = self.minor_along - self.minor_lean * self.along_o - turning
+        return self.push_along + self.minor_along + self.outer.axial * beyond
 
     @cached_property
     def crossed(self) -> Vector:
-        """Y + A Y, Y = A q x f."""
-        outer_chain, axial = self.outer, self.outer.axial
-        o, rho = outer_chain.direction, outer_chain.minor
-        y = -dot(rho, self.across_o)
-        first = add(scale(axial * self.along_u, self.push_across), scale(self.heavy_pull, cross(self.tangent_q, self.u)))
-        heavy = add(scale(y, self.u), scale(self.along_u, cross(o, rho)))
-        heavy = add(heavy, scale(outer_chain.pull * outer_chain.area, self.across_o))
-        return add(add(first, scale(y, o)), scale(axial, heavy))
+        """(Y + A Y) x q, Y = A q x f."""
+        chain, axial = self.outer, self.outer.axial
+        y = -dot(chain.minor, self.across_o)
+        driven = sub(scale(axial * self.along_u, chain.push), scale(self.heavy_pull, self.tangent_q))
+        along = axial * self.along_u * self.push_along - self.heavy_pull * self.tangent_qq
+        first = sub(scale(self.along_u, driven), scale(along, self.u))
+        heavy = sub(scale(self.along_u, self.minor_turned), scale(y, self.x))
+        heavy = add(heavy, scale(chain.pull * chain.area, self.tangent_o))
+        return add(sub(first, scale(y, self.across_o)), scale(axial, heavy))

@@ -15,6 +15,7 @@ from phichain.motion.ledger import Ledger
 from phichain.motion.path import Segment, StalledError, StateAt
 from phichain.motion.problem import Problem
 from phichain.system import Vector, unpack
+from phichain.system.arrays import positive
 
 CONVERGED = 1000.0
 """Residuals above this many units of round-off say that a step's iteration was not enough."""
@@ -62,12 +63,7 @@ def check_step(h: float | None) -> float:
         raise ToleranceError(
             "h", h, "is missing: a fixed-step method needs its step size", "give h= in seconds"
         )
-    value = float(h)
-    if not (math.isfinite(value) and value > 0):
-        raise ToleranceError(
-            "h", h, "must be positive and finite", "give h= in seconds; the span gives the direction"
-        )
-    return value
+    return positive("h", h, "give h= in seconds; the span gives the direction")
 
 
 class _Residuals:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
 from typing import Any, Final, TypeVar
 
 import numpy as np
@@ -15,11 +14,14 @@ from phichain.contract.chain import Chain
 from phichain.contract.flow import Flow
 from phichain.contract.functions import ROWS
 from phichain.contract.registry import Registry
-from phichain.errors import ArrayError, ToleranceError
-from phichain.native.arrays import REAL, flat_parameters
+from phichain.errors import ArrayError
+from phichain.native.arrays import REAL, converted, flat_parameters
 from phichain.native.flows.structs import RESULTS, handed, struct_type
 from phichain.native.signature import Argument, Signature
+from phichain.system.arrays import number, positive, whole
 from phichain.system.propagation import OUTCOMES, Stop
+
+_MOST_STEPS: Final = 2 ** (8 * ctypes.sizeof(ctypes.c_ulong)) - 1
 
 Make = TypeVar("Make", bound=Callable[..., Callable[..., Any]])
 
@@ -128,21 +130,51 @@ def one_motion(
         ArrayError: A vector or a time is not what C could take.
     """
     name, kind, (nq, nv, nu, _) = call.name, call.kind, call.sizes
+    span = (time_of(f"{name}.t", span[0], kind), time_of(f"{name}.t_end", span[1], kind))
     state_q, state_v = vector(f"{name}.q", q, nq, kind), vector(f"{name}.v", v, nv, kind)
     grid = output_times(name, times, *span, kind)
     values = {
-        "flow": flow, "t_end": span[1], "max_steps": max_steps, "q": state_q, "v": state_v, "count": len(grid), "times": grid,
+        "flow": flow, "t_end": span[1], "max_steps": step_budget(name, max_steps), "q": state_q, "v": state_v, "count": len(grid), "times": grid,
         "q_out": np.empty((len(grid), nq), kind), "v_out": np.empty((len(grid), nv), kind),
     }  # fmt: skip
+    flow.t = span[0]
     if nu:
         values["u"] = vector(f"{name}.u", np.zeros(nu) if u is None else u, nu, kind)
+    elif u is not None and np.size(u):
+        raise ArrayError(f"{name}.u", u, "is given to a chain that has no input", "leave u out, or actuate the scene")
     return values
 
 
-def continued(flow: Any, lost: ArrayLike | None) -> None:
-    """Let a trajectory go on with what rounding took from it before."""
+def step_budget(name: str, max_steps: int) -> int:
+    """A budget that C can count.
+
+    Raises:
+        ToleranceError: It is no whole number, negative, or larger.
+    """
+    return whole(f"{name}.max_steps", max_steps, 0, _MOST_STEPS, "leave it out for a million steps")
+
+
+def time_of(field: str, value: Any, kind: np.dtype[Any]) -> float:
+    """A time that C can hold.
+
+    Raises:
+        ArrayError: It is no number, or not finite in the type of the C.
+    """
+    time = number(field, value, "give a finite time in s")
+    if abs(time) > np.finfo(kind).max:
+        raise ArrayError(field, value, f"is outside the range of {kind}", "give a shorter time in s")
+    return time
+
+
+def continued(call: FlowCall, flow: Any, lost: ArrayLike | None) -> None:
+    """Let a trajectory go on with what rounding took from it before.
+
+    Raises:
+        ArrayError: it has another shape than that of the result it should be from, or is not finite.
+    """
     if lost is not None:
-        flow.t_lost, *flow.lost[:] = np.asarray(lost, dtype=float).tolist()
+        size = 1 + sum(call.sizes[:2])
+        flow.t_lost, *flow.lost[:] = vector(f"{call.name}.lost", lost, size, np.dtype(float)).tolist()
 
 
 def reached(values: Mapping[str, Any], result: int) -> dict[str, Any]:
@@ -163,6 +195,8 @@ def event_argument(call: FlowCall, stop: Stop | None) -> ctypes.Structure | None
     """
     if stop is None:
         return None
+    if not isinstance(stop, Stop):
+        raise ArrayError(f"{call.name}.stop", stop, "is no Stop", 'give one, as Stop("q", 0), or leave it out')
     nq, nv, _, links = call.sizes
     limit = {"q": nq, "v": nv, "depth": links}[stop.scalar]
     if not 0 <= stop.index < limit:
@@ -177,10 +211,19 @@ def vector(field: str, value: ArrayLike, size: int, kind: np.dtype[Any]) -> NDAr
     Raises:
         ArrayError: it has another shape, or is not finite.
     """
-    array = np.array(value, dtype=kind, order="C")
+    array = own(field, value, kind)
     if array.shape != (size,):
         raise ArrayError(field, array.shape, f"must have shape ({size},)", "give one vector")
     return finite(field, array)
+
+
+def own(field: str, value: ArrayLike, kind: np.dtype[Any]) -> NDArray[Any]:
+    """A copy in rows that C may change.
+
+    Raises:
+        ArrayError: It is ragged, or of a kind that real numbers cannot hold.
+    """
+    return np.array(converted(field, value, kind), order="C")
 
 
 def finite(field: str, array: NDArray[Any], remedy: str = "give finite values") -> NDArray[Any]:
@@ -200,9 +243,10 @@ def output_times(function: str, times: ArrayLike, t: float, t_end: float, kind: 
     Raises:
         ArrayError: a time is not finite, or they do not lie in that order.
     """
-    grid = np.array(times, dtype=kind, order="C", ndmin=1)
-    if not (isfinite(t) and isfinite(t_end) and np.isfinite(grid).all()):
-        raise ArrayError(f"{function}.t", (t, t_end), "is not finite", "give finite times")
+    grid = np.atleast_1d(own(f"{function}.times", times, kind))
+    if grid.ndim != 1:
+        raise ArrayError(f"{function}.times", grid.shape, "is no list of times", "give them one after the other")
+    finite(f"{function}.times", grid, "give finite times")
     if not grid.size:
         return grid
     gaps = np.diff(np.concatenate([[t], grid, [t_end]]))
@@ -218,9 +262,7 @@ def checked_tolerance(field: str, tol: float, usual: float = 1e-12) -> float:
     Raises:
         ToleranceError: it is not positive and finite.
     """
-    if not (isfinite(tol) and tol > 0):
-        raise ToleranceError(field, tol, "must be positive and finite", f"use {usual:g}")
-    return tol
+    return positive(field, tol, f"use {usual:g}")
 
 
 def wide(array: NDArray[Any]) -> NDArray[np.float64]:

@@ -43,7 +43,7 @@ def make_forward_dynamics_batch(
         if len(values) != len(shapes):
             problem = f"takes {len(shapes)} arrays ({', '.join(shapes)}) and was given {len(values)}"
             raise ArrayError(_NAME, len(values), problem, "give a row per state in each")
-        n = len(np.atleast_1d(np.asarray(values[0])))
+        n = len(np.atleast_1d(converted(f"{_NAME}.q", values[0], call.kind)))
         columns = {
             name: _columns(name, value, (n, size), call.kind)
             for (name, size), value in zip(shapes.items(), values, strict=True)

@@ -20,6 +20,7 @@ from phichain.native.flows.call import (
     finite,
     flow_call,
     one_motion,
+    own,
     reached,
     wide,
 )
@@ -68,8 +69,8 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         nonlocal workspace_bytes
         flow = call.carried()
         values = one_motion(call, q, v, u, (t, t_end), times, flow, max_steps)
-        flow.t, flow.tolerance = t, checked_tolerance("propagate.tol", tol)
-        continued(flow, lost)
+        flow.tolerance = checked_tolerance("propagate.tol", tol)
+        continued(call, flow, lost)
         carried = None
         if transition is not None:
             carried = _columns(transition, is_variational, call)
@@ -105,7 +106,7 @@ def _columns(value: ArrayLike, is_variational: bool, call: FlowCall) -> NDArray[
             "propagate.transition", np.shape(value), "asks for derivatives that the scene does not carry along",
             "set variational = true in its table [flow]",
         )  # fmt: skip
-    array = np.array(value, dtype=call.kind, order="C")
+    array = own("propagate.transition", value, call.kind)
     if array.ndim != 2 or array.shape[0] != size or not 1 <= array.shape[1] <= size:
         raise ArrayError(
             "propagate.transition", array.shape, f"must have shape ({size}, m), m from 1 to {size}",

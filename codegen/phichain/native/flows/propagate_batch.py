@@ -13,8 +13,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from phichain.contract.chain import Chain
 from phichain.errors import ArrayError
-from phichain.native.arrays import address
-from phichain.native.flows.call import FlowCall, calls, checked_tolerance, event_argument, finite, flow_call
+from phichain.native.arrays import address, converted
+from phichain.native.flows.call import (
+    FlowCall,
+    calls,
+    checked_tolerance,
+    event_argument,
+    finite,
+    flow_call,
+    own,
+    step_budget,
+)
 from phichain.native.signature import Argument
 from phichain.system.propagation import OUTCOMES, Stop
 from phichain.system.propagation_batch import PropagationBatch
@@ -54,7 +63,7 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
         lost: ArrayLike | None = None,
         p: Mapping[str, Any] | None = None,
     ) -> PropagationBatch:
-        n = _count(q)
+        n, budget = _count(q), step_budget(call.name, max_steps)
         state_q, state_v = _columns("q", q, (n, nq), kind), _columns("v", v, (n, nv), kind)
         start, end = _each("t", t, n, kind), _each("t_end", t_end, n, kind)
         grid = _times(times, start, end, kind)
@@ -69,14 +78,16 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
             **{field: address(array) for field, array in pointers},
         )
         values = {
-            "n": n, "flow": flow, "t_end": end, "max_steps": max_steps, "q": state_q, "v": state_v, "count": len(grid),
+            "n": n, "flow": flow, "t_end": end, "max_steps": budget, "q": state_q, "v": state_v, "count": len(grid),
             "times": grid, "q_out": q_at, "v_out": v_at, "work": space,
         }  # fmt: skip
         if nu:
-            given = np.zeros(nu) if u is None else np.asarray(u)
+            given = np.zeros(nu) if u is None else converted("propagate_batch.u", u, kind)
             values["u"] = _columns(
-                "u", np.broadcast_to(given, (n, nu)) if given.ndim == 1 else given, (n, nu), kind
+                "u", np.broadcast_to(given, (n, nu)) if given.shape == (nu,) else given, (n, nu), kind
             )
+        elif u is not None and np.size(u):
+            raise ArrayError("propagate_batch.u", u, "is given to a chain that has no input", "leave u out, or actuate the scene")
         values["event"] = event_argument(call, stop)
         call(values, p)
         return PropagationBatch(
@@ -100,7 +111,7 @@ def _wide(array: NDArray[Any]) -> NDArray[np.float64]:
 
 def _count(q: ArrayLike) -> int:
     """Number of trajectories."""
-    shape = np.shape(q)
+    shape = converted("propagate_batch.q", q, np.dtype(float)).shape
     if len(shape) != 2 or shape[0] == 0:
         problem = "has no row per trajectory"
         raise ArrayError(
@@ -111,7 +122,7 @@ def _count(q: ArrayLike) -> int:
 
 def _columns(name: str, value: ArrayLike, shape: tuple[int, int], kind: np.dtype[Any]) -> NDArray[Any]:
     """A component-major copy of finite rows that C may change."""
-    array = np.array(value, dtype=kind, order="C")
+    array = own(f"propagate_batch.{name}", value, kind)
     if array.shape != shape:
         raise ArrayError(
             f"propagate_batch.{name}", array.shape, f"must have shape {shape}", "give a row per trajectory"
@@ -121,7 +132,7 @@ def _columns(name: str, value: ArrayLike, shape: tuple[int, int], kind: np.dtype
 
 def _each(name: str, value: ArrayLike, n: int, kind: np.dtype[Any]) -> NDArray[Any]:
     """One finite number per trajectory."""
-    array = np.array(value, dtype=kind)
+    array = own(f"propagate_batch.{name}", value, kind)
     if array.shape not in ((), (n,)):
         problem = f"must be one number or have shape ({n},)"
         raise ArrayError(f"propagate_batch.{name}", array.shape, problem, "give one number per trajectory")
@@ -129,9 +140,10 @@ def _each(name: str, value: ArrayLike, n: int, kind: np.dtype[Any]) -> NDArray[A
 
 
 def _times(times: ArrayLike, start: NDArray[Any], end: NDArray[Any], kind: np.dtype[Any]) -> NDArray[Any]:
-    grid = np.array(times, dtype=kind, order="C", ndmin=1)
-    if not np.all(np.isfinite(grid)):
-        raise ArrayError("propagate_batch.times", grid, "is not finite", "give finite times")
+    grid = np.atleast_1d(own("propagate_batch.times", times, kind))
+    if grid.ndim != 1:
+        raise ArrayError("propagate_batch.times", grid.shape, "is no list of times", "give them one after the other")
+    finite("propagate_batch.times", grid, "give finite times")
     if len(grid) == 0:
         return grid
     path = np.column_stack([start, np.broadcast_to(grid, (len(start), len(grid))), end])

@@ -5,11 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from phichain.contract.chain import Chain
 from phichain.contract.rodas5p import ORDER
-from phichain.native.flows.call import calls, checked_tolerance, continued, flow_call, one_motion, reached
+from phichain.native.flows.call import (
+    calls,
+    checked_tolerance,
+    continued,
+    flow_call,
+    one_motion,
+    reached,
+    vector,
+)
 from phichain.native.signature import Argument
 from phichain.system.propagation import StiffPropagation
 
@@ -48,10 +57,10 @@ def make_propagate_stiff(chain: Chain, parameters: Sequence[Argument], function:
     ) -> StiffPropagation:
         flow = call.carried()
         values = one_motion(call, q, v, u, (t, t_end), times, flow, max_steps)
-        flow.t, flow.tolerance = t, checked_tolerance("propagate_stiff.tol", tol, 1e-10)
-        continued(flow, lost)
+        flow.tolerance = checked_tolerance("propagate_stiff.tol", tol, 1e-10)
+        continued(call, flow, lost)
         if memory is not None:
-            flow.step, flow.before = memory
+            flow.step, flow.before = vector("propagate_stiff.memory", memory, 2, np.dtype(float)).tolist()
         end = reached(values, call(values, p))
         return StiffPropagation(**end, order=ORDER, refused=flow.refused, memory=(flow.step, flow.before))
 

@@ -1,0 +1,262 @@
+"""What the named quantities inside the emitted functions are: each explained once, for the comment above a function.
+
+A name may mean one thing in the dynamics and another in the energy, so rows come in groups that say whose names they
+are. `M` and `L` stand for the units of mass and length that a Program computes in: kg and m, or a link's own where all
+links are alike. Sections and equation numbers are those of docs/theory.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from phichain.contract.chain import Chain
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One row.
+
+    Attributes:
+        name: the name in the Program, without the numbers and loop variables behind it.
+        unit: its unit; empty for a pure number.
+        meaning: one line.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """Names that mean the same in some functions.
+
+    Attributes:
+        functions: whose names these are.
+        source: where docs/theory.md derives them.
+        rows: the names.
+        space: "planar" or "spatial" where the other kind of chain means something else by them.
+    """
+
+    functions: frozenset[str]
+    source: str
+    rows: tuple[Quantity, ...]
+    space: str = ""
+
+
+def _rows(*rows: tuple[str, str, str]) -> tuple[Quantity, ...]:
+    """Rows of which one may name several, separated by blanks, that mean the same in turn."""
+    return tuple(Quantity(name, unit, meaning) for names, unit, meaning in rows for name in names.split())
+
+
+_DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "step"})
+_FIELD: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian"})
+_ANGLES: Final = frozenset(
+    {"mass_matrix", "coriolis", "gravity_torque", "energy", "positions", "inverse_dynamics", "momentum", "linearization"}
+)
+_BALANCE: Final = frozenset({"phi", "phi_jacobian"})
+
+_OF_LINKS: Final = "of the link and all beyond it"
+_LINK_MASS: Final = "m (r/l)^2"
+
+TABLE: Final[tuple[Quantities, ...]] = (
+    Quantities(
+        _DYNAMICS, "section 5",
+        _rows(
+            ("tension", "L/s^2", "tension of a link over its mass"),
+            ("middle_tension", "L/s^2", "tension of the link where the eliminations from the base and from the tip meet"),
+            ("inner_tension inner_tension_next", "L/s^2", "tension, substituted back from the middle towards the base"),
+            ("outer_tension outer_tension_next", "L/s^2", "tension, substituted back from the middle towards the tip"),
+            ("right_side", "L/s^2", "right side of a link's row: l |q'|^2 and the forces on both its masses along it"),
+            ("base_load tip_load", "L/s^2", "right side with what was eliminated on the base's or the tip's side"),
+            ("base_incoming tip_incoming", "L/s^2", "what the links eliminated from the base or from the tip add to the next right side"),
+            ("base_numerator tip_numerator", "", "slack of the pivot on the base's or the tip's side: numerator"),
+            ("base_denominator tip_denominator", "", "slack of the pivot on the base's or the tip's side: denominator"),
+            ("base_inverse_pivot tip_inverse_pivot", "", "1 / scaled pivot of a link's row, eliminated from the base or from the tip"),
+            ("particular", "L/s^2", "tension of an eliminated link if its neighbour had none"),
+            ("coupling", "", "share of the neighbour's tension that comes on top"),
+            ("sine_squared", "", "squared sine of the angle between a link and the one before"),
+            ("force_pair", "M L/s^2", "couple on a link over its length: the pair of forces that stands for it"),
+            ("outer_pull inner_pull", "1/s^2", "pull of the link beyond or before, over mass and length of this one"),
+            ("free_cart_acceleration", "L/s^2", "acceleration of the cart if the first link had no tension"),
+            ("pull_along push_across", "L/s^2", "force of the first link on the cart, along and across it, over the cart's mass"),
+            ("inverse_cart_pivot", "", "1 / scaled pivot of the cart"),
+            ("mass_ratio", "", "mass of a link over that of the one before"),
+            ("inverse_mass_ratio", "", "mass of the link before over that of a link"),
+            ("inverse_length", "1/L", "1 / length of a link"),
+            ("cart_acceleration", "L/s^2", "acceleration of the cart"),
+            ("couple link_couple", "M L^2/s^2", "moment on a link of inputs, springs and dampers at both its ends"),
+            ("joint_moment", "M L^2/s^2", "moment of spring and damper at a joint"),
+        ),
+    ),
+    Quantities(
+        _DYNAMICS, "section 5",
+        _rows(
+            ("rate link_rate", "rad/s", "absolute angular rate of a link"),
+            ("rate_squared", "rad^2/s^2", "squared absolute rate of a link"),
+            ("leverage", "", "l/r of a link, its length over the distance of its mass"),
+            ("overhang", "", "l/r - 1"),
+            ("mass_unit", "M", "m (r/l)^2 of a link, the unit of mass for the chain at its joint"),
+            ("inverse_torque", "1/(M L^2)", "1 / (m r^2) of a link"),
+            ("mass_step length_step leverage_step", "", "mass_unit, length, l/r of a link over that of the one before"),
+            ("outward_step", "", "length of the link before over that of a link"),
+            ("axial_step skew_step lever_step force_step", "", "what takes a result into the units of the link before"),
+            ("determinant_step determinant_lever minor_step", "", "what takes determinants and minors into the units of the link before"),
+            ("minor_lever minor_leverage", "", "what takes determinants and minors into the units of the link before"),
+        ),
+    ),
+    Quantities(
+        _DYNAMICS, "section 5",
+        _rows(
+            ("inverse_pivot", "", "1 / inertia against which a link turns, its own included"),
+            ("swing", "1/s^2", "centrifugal force of the chain beyond, across the link"),
+            ("free", "1/s^2", "acceleration of a link's tip across it while its joint rests"),
+            ("gain_x gain_y", "", "share of the joint's acceleration along the link, and across, that slows the tip"),
+            ("axial", _LINK_MASS, "inertia of the chain beyond along the link, which is free to turn"),
+            ("link_xx link_yy", _LINK_MASS, f"inertia {_OF_LINKS}, along it and across, in its frame"),
+            ("link_determinant", "", f"determinant of the inertia {_OF_LINKS}, over l/r"),
+            ("link_force_x link_force_y", "1/s^2", f"force that the motion {_OF_LINKS} asks for, in its frame, over m r^2 / l"),
+            ("link_minor_x link_minor_y", "1/s^2", "adjugate of that inertia times that force, over l/r"),
+            ("shear lean", _LINK_MASS, "what turning by the joint's angle moves between the entries of the inertia"),
+            ("outer_xx outer_xy outer_yy", _LINK_MASS, f"inertia {_OF_LINKS}, in the frame of the link before"),
+            ("outer_determinant", "", f"determinant of the inertia {_OF_LINKS}, over l/r"),
+            ("outer_force_x outer_force_y", "1/s^2", f"force that the motion {_OF_LINKS} asks for, in the frame of the link before"),
+            ("outer_minor_x outer_minor_y", "1/s^2", "adjugate of that inertia times that force, in the frame of the link before"),
+            ("base_x base_y", "1/s^2", "acceleration of the joint less gravity, in the frame of the link before, over a length"),
+            ("joint_x joint_y", "1/s^2", "acceleration of the joint less gravity, in the frame of the link, over its length"),
+            ("tip_y", "1/s^2", "acceleration of a link's tip across it, over its length"),
+        ),
+        "planar",
+    ),
+    Quantities(
+        _FIELD, "(15)",
+        _rows(
+            ("acceleration", "rad/s^2", "absolute angular acceleration of a link"),
+            ("joint_angle", "rad", "angle of a link against the one before"),
+            ("joint_rate", "rad/s", "rate of a link against the one before"),
+        ),
+        "planar",
+    ),
+    Quantities(
+        _DYNAMICS, "section 5",
+        _rows(
+            ("sine cosine", "", "sine and cosine of the joints' angles"),
+        ),
+        "planar",
+    ),
+    Quantities(
+        _DYNAMICS, "section 5",
+        _rows(
+            ("cosine", "", "q_(k-1) . q_k, cosine of the angle between neighbours"),
+            ("cross cross_x cross_y cross_z", "", "q_(k-1) x q_k"),
+            ("omega", "rad/s", "angular velocity of a link, q_k x q_k'"),
+            ("turning_x turning_y turning_z", "rad/s^2", "angular acceleration of a link"),
+            ("inverse_pivot", "", "1 / determinant of the inertia against which a link turns"),
+            ("outer", "", "the chain beyond a joint, inertia and force split along and across its first link"),
+            ("axial", _LINK_MASS, "inertia of the chain beyond along the link, which is free to turn"),
+            ("inverse_axial", f"1/({_LINK_MASS})", f"1 / inertia {_OF_LINKS}, along the link"),
+            ("free", "1/s^2", "acceleration of a link's tip while its joint rests, over its length"),
+            ("slope gain", "", "share of the joint's acceleration along the link, and in any direction, that slows the tip"),
+            ("joint_x joint_y joint_z", "1/s^2", "acceleration of the joint less gravity, over a length"),
+        ),
+        "spatial",
+    ),
+    Quantities(
+        frozenset({"step"}), "",
+        _rows(
+            ("q_stage v_stage", "as q, v", "state at a stage of the step"),
+            ("velocity", "as v", "rate of q at a stage"),
+            ("acceleration", "as a", "accelerations at a stage"),
+        ),
+    ),
+    Quantities(
+        _ANGLES, "section 2",
+        _rows(
+            ("phi link_phi", "rad", "absolute angle of a link, from the hanging vertical"),
+            ("sine cosine", "", "sine and cosine of the absolute angle; in inverse_dynamics of the joint's"),
+            ("rate link_rate", "rad/s", "absolute angular rate of a link"),
+            ("alpha link_alpha", "rad/s^2", "absolute angular acceleration of a link"),
+        ),
+        "planar",
+    ),
+    Quantities(
+        _ANGLES, "(13)-(16)",
+        _rows(
+            ("mu", "kg m", "first moment of a link: m_k r_k + l_k (mass beyond)"),
+            ("c_diagonal", "kg m^2", "second moment of a link: m_k r_k^2 + l_k^2 (mass beyond)"),
+            ("outer_mass", "kg", "mass beyond a link"),
+            ("absolute_mass", "kg m^2", "inertia matrix for absolute angles"),
+            ("half", "", "a matrix for absolute angles half-way to the scene's own"),
+            ("entry", "kg m^2", "inertia between a pair of links, for absolute angles"),
+            ("inertia", "kg m^2", "l_i mu_j of a pair of links"),
+            ("projection", "", "q_i . q_j, or of what of them is orthogonal to the other"),
+            ("cart_coupling", "kg m", "inertia between the cart and the links, for absolute angles"),
+            ("cart_row", "kg m", "inertia between the cart and the links, for the scene's angles"),
+            ("pull", "", "l_k w_k^2, m/s^2, or mu_k w_k^2, N"),
+            ("inner_part", "N m", "share of the links before in the velocity terms"),
+            ("absolute_coriolis absolute_gravity absolute_torque", "N m", "moments for absolute angles"),
+            ("falling", "N m", "g mu_k s_k"),
+        ),
+    ),
+    Quantities(
+        frozenset({"energy", "momentum"}), "section 1",
+        _rows(
+            ("joint_speed_x joint_speed_y joint_speed_z", "m/s", "velocity of a joint"),
+            ("mass_speed_x mass_speed_y mass_speed_z", "m/s", "velocity of a link's mass"),
+            ("sideways", "1/s", "rate of a link's direction, its horizontal part"),
+            ("turning_x turning_y turning_z", "1/s", "rate of a link's direction, q_k'"),
+            ("joint_depth", "m", "how deep a joint hangs below the base"),
+            ("twice_kinetic", "J", "twice the kinetic energy, link by link"),
+            ("fallen", "J", "the potential energy, its sign turned, link by link"),
+            ("length_beyond", "m", "length of a link beyond its mass"),
+            ("mass_momentum", "kg m/s", "momentum of a link's mass"),
+            ("momentum_x momentum_y momentum_z", "kg m/s", f"momentum {_OF_LINKS}"),
+            ("beyond_x beyond_y beyond_z", "kg m/s", "momentum of all beyond a link"),
+        ),
+    ),
+    Quantities(
+        frozenset({"inverse_dynamics"}), "(15)",
+        _rows(
+            ("rate_squared", "rad^2/s^2", "squared absolute rate of a link"),
+            ("base_x base_y", "m/s^2", "acceleration of the joint less gravity in the frame of the link before"),
+            ("joint_x joint_y", "m/s^2", "acceleration of the joint less gravity, in the frame of the link"),
+            ("inertial_x inertial_y", "N", "mass times acceleration of a link's mass"),
+            ("force_x force_y", "N", f"force that the motion {_OF_LINKS} takes, in the frame of the link"),
+            ("beyond_x beyond_y", "N", "force that the motion of all beyond the link takes"),
+        ),
+        "planar",
+    ),
+    Quantities(
+        frozenset({"positions"}), "section 1", _rows(("joint_x joint_y joint_z", "m", "position of a joint")),
+    ),
+    Quantities(
+        _BALANCE, "section 6",
+        _rows(
+            ("swing link_swing", "rad", "amplitude of a link's absolute angle"),
+            ("omega_squared", "rad^2/s^2", "squared angular frequency"),
+            ("apart", "rad", "difference of two links' amplitudes"),
+            ("acceleration_kernel centripetal_kernel", "", "harmonic of cos and sin of that difference in motion"),
+            ("row row_with_springs", "N m", "balance for absolute angles, without and with the springs' moments"),
+            ("mu", "kg m", "first moment of a link: m_k r_k + l_k (mass beyond)"),
+            ("c_diagonal", "kg m^2", "second moment of a link: m_k r_k^2 + l_k^2 (mass beyond)"),
+            ("outer_mass", "kg", "mass beyond a link"),
+            ("joint_amplitude", "rad", "amplitude of a joint's angle"),
+            ("spring_moment", "N m", "moment of a joint's spring"),
+        ),
+    ),
+)  # fmt: skip
+"""Every explained name. What stands in no row is explained by the line that computes it."""
+
+DERIVATIVE: Final = Quantity("d_NAME", "", "derivative of NAME with respect to the entry of an argument that is at hand")
+"""What stands for the derivatives of all the others."""
+
+
+def quantities_of(function: str, chain: Chain) -> list[tuple[Quantities, Quantity]]:
+    """The rows that explain names of a function, in the table's order; the first row of a name is the one that counts."""
+    found: dict[str, tuple[Quantities, Quantity]] = {}
+    for group in TABLE:
+        if function in group.functions and group.space in ("", "planar" if chain.is_planar else "spatial"):
+            for row in group.rows:
+                found.setdefault(row.name, (group, row))
+    return list(found.values())
