@@ -51,13 +51,13 @@ class Case:
 
     Attributes:
         subject: the function under proof.
-        forward: the forward dynamics of the same scene, which is proven before what leans on it.
+        other: the other Programs of the same scene by name; the forward dynamics is proven before what leans on it.
         judge: the Model's Lagrangian.
         chain: the scene's numbers at the point.
     """
 
     subject: Subject
-    forward: Callable[[], Subject]
+    other: Callable[[str], Subject]
     judge: Judge
     chain: Chain
 
@@ -65,6 +65,15 @@ class Case:
     def scene(self) -> Scene:
         """The chain."""
         return self.point.scene
+
+    @property
+    def forward(self) -> Subject:
+        """The forward dynamics."""
+        return self.other("forward_dynamics")
+
+    def of(self, name: str) -> Case:
+        """The same with another function under proof."""
+        return replace(self, subject=self.other(name))
 
     @property
     def point(self) -> Point:
@@ -159,11 +168,11 @@ Prove = TypeVar("Prove", bound=Callable[[Case], None])
 IDENTITIES: Final[Registry[Callable[[Case], None]]] = Registry("phichain.proof", "identity")
 
 
-def proves(name: str, space: str = ANY) -> Callable[[Prove], Prove]:
-    """Register the identity that proves a function of the contract: it returns, or raises `Wrong`."""
+def proves(name: str, space: str = ANY, is_helper: bool = False) -> Callable[[Prove], Prove]:
+    """Register the identity that proves a function of the contract, or of what these call: it returns, or raises `Wrong`."""
 
     def register(identity: Prove) -> Prove:
-        IDENTITIES.add(name, identity, space)
+        IDENTITIES.add(name, identity, space, needs_row=not is_helper)
         return identity
 
     return register

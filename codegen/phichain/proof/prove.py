@@ -28,7 +28,6 @@ EXACTLY: Final = f"modulo 2^61 - 1, {POINTS} points"
 
 _BY_DIGITS: Final = "50 digits in the self-test: no identity modulo a prime is written for it"
 _FLOW: Final = f"50 digits in the self-test: steps in floating point; its vector field {EXACTLY}"
-_FORWARD: Final = "forward_dynamics"
 _REMEDY: Final = "nothing was written: report this scene, or give prove=False (--no-proof) to have it unproven"
 
 
@@ -99,7 +98,7 @@ class _Court:
         for chain in self.chains:
             number = chain.point.number
             try:
-                identity(Case(subject, self.forward, self.judge, chain))
+                identity(Case(subject, self.other, self.judge, chain))
             except Wrong as fault:
                 raise ProofError(
                     f"{self.model.scene.name}.{name}", str(fault), f"does not meet the Lagrangian at random point {number}", _REMEDY,
@@ -111,9 +110,9 @@ class _Court:
         """The Programs by name."""
         return {name: Subject(program) for name, program in (*self.lowered.helpers.items(), *self.lowered.wanted.items())}
 
-    def forward(self) -> Subject:
-        """The forward dynamics that others lean on: proven as one of the scene's functions, or here where it is none."""
-        if _FORWARD not in self.subjects:
-            self.subjects[_FORWARD] = Subject(lower_function(self.model, _FORWARD, "loops"))
-            self.proven(_FORWARD)
-        return self.subjects[_FORWARD]
+    def other(self, name: str) -> Subject:
+        """A Program that others lean on: proven as one of the scene's functions, or here where it is none."""
+        if name not in self.subjects:
+            self.subjects[name] = Subject(lower_function(self.model, name, "loops"))
+            self.proven(name)
+        return self.subjects[name]

@@ -49,7 +49,7 @@ def inverse_dynamics(case: Case) -> None:
 def state_jacobian(case: Case) -> None:
     """dadq dq + dadv dv + dadu du is the derivative of the forward dynamics, itself proven, along a random direction."""
     point, scene = case.point, case.scene
-    forward = case.forward()
+    forward = case.forward
     moved = {"q": point.free("dq", scene.nq), "v": point.free("dv"), "u": point.free("du", scene.nu)}
     try:
         true = forward.slopes(replace(point.given(), along=moved), point)["a"][1]

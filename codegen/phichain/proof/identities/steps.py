@@ -39,7 +39,7 @@ def _slope(case: Case, q: Vector, v: Vector, moved: Sequence[int]) -> tuple[Vect
     circles = {"q": [_turned(start, point.atom(by)) for start, by in zip(point.circles, moved, strict=True)]}
     values = point.parameters | {"q": q, "v": v, "u": point.u}
     try:
-        a = case.forward().values(Given(values, circles if case.scene.is_planar else {}), point)["a"][0]
+        a = case.forward.values(Given(values, circles if case.scene.is_planar else {}), point)["a"][0]
     except FAULTS as fault:
         raise Wrong(f"no stage, for {nothing(fault)}") from fault
     return (v if case.scene.is_planar else [*v[:carts], *triples(q, v, carts)]), a
