@@ -133,7 +133,7 @@ class Judge:
     ) -> dict[str, tuple[list[int], ...]]:
         """T, V, R and the positions with their derivatives along the directions."""
         turns = {"q": point.circles if circles is None else circles} if self.scene.is_planar else {}
-        return self._run(Given(point.parameters | values, turns, **directions))
+        return self._run(Given(point.parameters | values, turns, **directions), point)
 
     def energies(self, point: Point) -> dict[str, list[int]]:
         """T, V's parts, R and the positions of a point."""
