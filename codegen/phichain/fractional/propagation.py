@@ -26,7 +26,7 @@ from phichain.errors import ArrayError, SignalError
 from phichain.fractional.differintegral import differintegrate
 from phichain.fractional.factor import joint_map, refuse_spatial, states_of
 from phichain.fractional.inertia import inertia_powers, inertia_spectrum
-from phichain.fractional.signals import supported_orders, uniform_step
+from phichain.fractional.signals import real_array, supported_orders, uniform_step
 from phichain.records import Held, write_csv, write_npz
 from phichain.system import Parameters, System, acceleration
 
@@ -164,7 +164,7 @@ def propagation(
     _check(system, motion)
     forces = _forces(system, motion, paths, params)
     spectrum = inertia_spectrum(system, motion.q, params, workers=workers)
-    powers = np.atleast_1d(np.asarray(p, dtype=float))
+    powers = np.atleast_1d(real_array("p", p))
     accelerations = _accelerations(system, motion, params)
     theta_p, psi = {}, {}
     for path, force in forces.items():
