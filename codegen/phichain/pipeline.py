@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
 from pathlib import Path
 
 from phichain._version import __version__
@@ -56,25 +55,22 @@ def build(scene: Scene, prove: bool = True) -> System:
         CompilerError: the C compiler is missing, failed or hung.
     """
     lowered = lower(derive(scene))
-    return build_files(library_files(scene, lowered, _proof_once(lowered) if prove else None))
-
-
-def _proof_once(lowered: Lowered) -> Mapping[str, str]:
-    """How the Programs were proven: read from the cache of compiled objects, where these very Programs stand in it, or proven now.
-
-    Raises:
-        ProofError: a function does not meet the Lagrangian.
-        CacheError: the cache's folder is not the owner's alone.
-    """
-    scene, cache = lowered.model.scene, default_cache()
-    what = [_PROOF, __version__, scene.digest, repr(dict(lowered.wanted)), repr(dict(lowered.helpers))]
-    key = hashlib.sha256("\0".join(what).encode()).hexdigest()
+    if not prove:
+        return build_files(library_files(scene, lowered))
+    key, cache = _proof_key(lowered), default_cache()
     stored = cache.fetch(key)
-    if stored is not None:
-        return dict(json.loads(stored)["proof"])
-    record = dict(proven(lowered.model, lowered).record)
-    cache.store(key, json.dumps({"key": key, "proof": record}).encode())
-    return record
+    record = proven(lowered.model, lowered).record if stored is None else json.loads(stored)["proof"]
+    system = build_files(library_files(scene, lowered, record))
+    if stored is None:
+        cache.store(key, json.dumps({"key": key, "proof": dict(record)}).encode())
+    return system
+
+
+def _proof_key(lowered: Lowered) -> str:
+    """Under which key the cache of compiled objects keeps how these very Programs of this scene were proven."""
+    programs = (repr(dict(lowered.wanted)), repr(dict(lowered.helpers)))
+    what = (_PROOF, __version__, lowered.model.scene.digest, *programs)
+    return hashlib.sha256("\0".join(what).encode()).hexdigest()
 
 
 _PROOF = "phichain proof 1"
