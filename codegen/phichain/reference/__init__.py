@@ -23,7 +23,7 @@ from typing import Any
 from mpmath import mp
 
 from phichain.contract.functions import ROWS
-from phichain.errors import ArrayError, UnsupportedError
+from phichain.errors import ArrayError, ContractError, UnsupportedError
 from phichain.reference.algebra import Vector
 from phichain.reference.case import JUDGES, Case, Outputs
 from phichain.reference.derived import tangents
@@ -73,6 +73,7 @@ def reference(
         if nudge is not None:
             values, known = values.nudged(nudge), _nudged(known, nudge)
         outputs = evaluate(Case(scene, values, known))
+        _demand_outputs(scene, function, outputs)
     with mp.workdps(digits):
         return {name: _rounded(output) for name, output in outputs.items()}
 
@@ -105,6 +106,17 @@ def _chosen(scene: Scene, function: str) -> Callable[[Case], Outputs]:
     if reason is not None:
         raise UnsupportedError("function", function, reason.problem, reason.remedy)
     return JUDGES.of(function)
+
+
+def _demand_outputs(scene: Scene, function: str, outputs: object) -> None:
+    """Check that a reference gives every output of its row; that of a Jacobian may speak of directions instead."""
+    row = ROWS[function]
+    given = outputs if isinstance(outputs, Mapping) else {}
+    absent = [name for name in row.outputs_in_reference(scene).values() if name not in given]
+    if absent and (row.derivative is None or not given):
+        problem = f"has a reference that gives no {' and no '.join(absent)}"
+        remedy = "return every output of its row, or say in the row what the reference calls it"
+        raise ContractError("function", function, problem, remedy, missing="reference")
 
 
 def _read(scene: Scene, function: str, inputs: Mapping[str, Any]) -> dict[str, Any]:

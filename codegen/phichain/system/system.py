@@ -20,14 +20,12 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.records import frozen, thawed
 from phichain.system.arrays import reals
 from phichain.system.described import RUNTIME, Drive, Joints, Numbers, angles_of, drive_of
 
-Vector = NDArray[np.float64]
 Parameters = Mapping[str, Any]
 
 
