@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from phichain._version import __version__
-from phichain.emit import folder_files, library_files
-from phichain.files import write_folder
-from phichain.lowering import Lowered, lower
+from phichain.emit import folder_files, library_files, with_proof
+from phichain.files import MANIFEST, write_folder
+from phichain.lowering import lower
 from phichain.mechanics import derive
 from phichain.native import build_files, default_cache
 from phichain.proof import prove as proven
@@ -56,25 +56,22 @@ def build(scene: Scene, prove: bool = True) -> System:
         CompilerError: the C compiler is missing, failed or hung.
     """
     lowered = lower(derive(scene))
-    return build_files(library_files(scene, lowered, _proof_once(lowered) if prove else None))
-
-
-def _proof_once(lowered: Lowered) -> Mapping[str, str]:
-    """How the Programs were proven: read from the cache of compiled objects, where these very Programs stand in it, or proven now.
-
-    Raises:
-        ProofError: a function does not meet the Lagrangian.
-        CacheError: the cache's folder is not the owner's alone.
-    """
-    scene, cache = lowered.model.scene, default_cache()
-    what = [_PROOF, __version__, scene.digest, repr(dict(lowered.wanted)), repr(dict(lowered.helpers))]
-    key = hashlib.sha256("\0".join(what).encode()).hexdigest()
+    files = library_files(scene, lowered)
+    if not prove:
+        return build_files(files)
+    key, cache = _proof_key(scene, files), default_cache()
     stored = cache.fetch(key)
-    if stored is not None:
-        return dict(json.loads(stored)["proof"])
-    record = dict(proven(lowered.model, lowered).record)
-    cache.store(key, json.dumps({"key": key, "proof": record}).encode())
-    return record
+    record = dict(proven(lowered.model, lowered).record) if stored is None else json.loads(stored)["proof"]
+    system = build_files(files | {MANIFEST: with_proof(files[MANIFEST], record)})
+    if stored is None:
+        cache.store(key, json.dumps({"key": key, "proof": record}).encode())
+    return system
+
+
+def _proof_key(scene: Scene, files: Mapping[str, str]) -> str:
+    """Under which key the cache of compiled objects keeps how the functions of this very text were proven."""
+    text = "\0".join((_PROOF, __version__, scene.digest, files[f"{scene.name}.c"]))
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 _PROOF = "phichain proof 1"

@@ -98,17 +98,19 @@ def faulty(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 SENTENCE = r"^pair\.forward_dynamics: does not meet the Lagrangian at random point 1 \(got 'a\[0\]'\); nothing was written"
 
 
-def test_generate_refuses_in_one_sentence_and_leaves_what_was_there(faulty: None, tmp_path: Path) -> None:
-    with pytest.raises(ProofError, match=SENTENCE) as refusal:
-        pipeline.generate(PAIR, tmp_path / "out")
-    assert not (tmp_path / "out").exists()
-    assert (refusal.value.function, refusal.value.point) == ("forward_dynamics", 1)
-    assert "\n" not in str(refusal.value)
-    pipeline.generate(PAIR, tmp_path / "out", prove=False)
-    before = (tmp_path / "out" / "pair" / "pair.c").read_bytes()
-    with pytest.raises(ProofError, match=SENTENCE):
-        pipeline.generate(PAIR, tmp_path / "out")
-    assert (tmp_path / "out" / "pair" / "pair.c").read_bytes() == before
+def test_generate_refuses_in_one_sentence_and_leaves_what_was_there(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    folder = pipeline.generate(PAIR, tmp_path / "out")
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    monkeypatch.setattr(pipeline, "lower", wrong)
+    for out in ("out", "other"):
+        with pytest.raises(ProofError, match=SENTENCE) as refusal:
+            pipeline.generate(PAIR, tmp_path / out)
+        assert (refusal.value.function, refusal.value.point) == ("forward_dynamics", 1)
+        assert "\n" not in str(refusal.value)
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+    assert not (tmp_path / "other").exists()
 
 
 def test_build_refuses_whether_it_was_built_unproven_before_or_not(faulty: None) -> None:

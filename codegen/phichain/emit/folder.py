@@ -18,18 +18,15 @@ from phichain.lowering.lower import Lowered
 from phichain.scene import Scene
 
 
-def library_files(scene: Scene, lowered: Lowered, proof: Mapping[str, str] | None = None) -> dict[str, str]:
+def library_files(scene: Scene, lowered: Lowered) -> dict[str, str]:
     """What a compiled System is made of: the C, the CasADi module and the manifest, by file name.
 
-    Args:
-        scene: the scene.
-        lowered: its Programs.
-        proof: how each function was proven; None where nobody did.
+    The manifest says that nothing was proven yet; `with_proof` puts in what was.
     """
     printed = print_scene(scene, lowered)
     files = {f"{scene.name}.h": header(printed, {}), f"{scene.name}.c": source(printed)}
     files |= _casadi(scene, lowered)
-    return files | {MANIFEST: manifest(printed, {}, files, proof)}
+    return files | {MANIFEST: manifest(printed, {}, files, None)}
 
 
 def folder_files(

@@ -43,6 +43,15 @@ def manifest(
         "left_out": left_out(printed),
         "files": {name: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
     }
+    return _text(record)
+
+
+def with_proof(manifest: str, proof: Mapping[str, str]) -> str:
+    """The same manifest once it is known how each function was proven."""
+    return _text(json.loads(manifest) | {"proof": dict(proof)})
+
+
+def _text(record: Mapping[str, Any]) -> str:
     return json.dumps(record, indent=2, ensure_ascii=True) + "\n"
 
 
