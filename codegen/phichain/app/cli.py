@@ -42,6 +42,7 @@ Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable."),
 ]
+Proof = Annotated[bool, typer.Option("--proof/--no-proof", help="Prove the functions against the Lagrangian first.")]
 Lean = Annotated[float, typer.Option(metavar="RAD", help="Start at rest, the straight chain leaning by this angle.")]
 
 
@@ -113,25 +114,35 @@ def generate(
     casadi_c: Annotated[
         bool, typer.Option("--casadi-c", help="Also NAME_casadi.c, for CasADi's external with exact Jacobians.")
     ] = False,
+    proof: Proof = True,
 ) -> None:
     """Write the stand-alone C and CasADi folder of a scene, DIR/NAME."""
     from phichain.pipeline import generate as written
     from phichain.scene.library import find_scene
 
-    folder = written(find_scene(scene), out, with_casadi_c=casadi_c)
+    folder = written(find_scene(scene), out, with_casadi_c=casadi_c, prove=proof)
     typer.echo(printable(f"wrote {folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}"))
 
 
 @app.command()
-def build(scene: SceneWord) -> None:
+def build(scene: SceneWord, proof: Proof = True) -> None:
     """Compile a scene, or find it compiled, and list the functions that can be called."""
     from phichain.app.console import callables
     from phichain.pipeline import build as built
     from phichain.scene.library import find_scene
 
-    system = built(find_scene(scene))
+    system = built(find_scene(scene), prove=proof)
     typer.echo(str(system).partition("; functions")[0])
     typer.echo(callables(system))
+
+
+@app.command()
+def prove(scene: SceneWord) -> None:
+    """Prove a scene's functions against its Lagrangian, exactly, and say of each how."""
+    from phichain.proof import prove as proven
+    from phichain.scene.library import find_scene
+
+    typer.echo(str(proven(find_scene(scene))))
 
 
 @app.command()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from phichain.emit.c.text import header, source
 from phichain.emit.casadi.external import casadi_external
 from phichain.emit.casadi.module import casadi_module
@@ -16,21 +18,30 @@ from phichain.lowering.lower import Lowered
 from phichain.scene import Scene
 
 
-def library_files(scene: Scene, lowered: Lowered) -> dict[str, str]:
-    """What a compiled System is made of: the C, the CasADi module and the manifest, by file name."""
+def library_files(scene: Scene, lowered: Lowered, proof: Mapping[str, str] | None = None) -> dict[str, str]:
+    """What a compiled System is made of: the C, the CasADi module and the manifest, by file name.
+
+    Args:
+        scene: the scene.
+        lowered: its Programs.
+        proof: how each function was proven; None where nobody did.
+    """
     printed = print_scene(scene, lowered)
     files = {f"{scene.name}.h": header(printed, {}), f"{scene.name}.c": source(printed)}
     files |= _casadi(scene, lowered)
-    return files | {MANIFEST: manifest(printed, {}, files)}
+    return files | {MANIFEST: manifest(printed, {}, files, proof)}
 
 
-def folder_files(scene: Scene, lowered: Lowered, with_casadi_c: bool = False) -> dict[str, str]:
+def folder_files(
+    scene: Scene, lowered: Lowered, with_casadi_c: bool = False, proof: Mapping[str, str] | None = None
+) -> dict[str, str]:
     """The whole folder that a user takes away, by file name.
 
     Args:
         scene: the scene.
         lowered: its Programs.
         with_casadi_c: also write NAME_casadi.c, which CasADi's ``external`` loads.
+        proof: how each function was proven; None where nobody did.
     """
     selftest, printed = make_selftest(scene, lowered), print_scene(scene, lowered)
     files = {
@@ -43,7 +54,7 @@ def folder_files(scene: Scene, lowered: Lowered, with_casadi_c: bool = False) ->
     }
     if with_casadi_c:
         files[f"{scene.name}_casadi.c"] = casadi_external(printed)
-    return files | {MANIFEST: manifest(printed, selftest.tolerances, files)}
+    return files | {MANIFEST: manifest(printed, selftest.tolerances, files, proof)}
 
 
 def _casadi(scene: Scene, lowered: Lowered) -> dict[str, str]:

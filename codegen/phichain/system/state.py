@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from phichain.errors import ArrayError
-from phichain.system.arrays import reals
-from phichain.system.system import Parameters, System, Vector
+from phichain.system.arrays import Vector, reals
+from phichain.system.system import Parameters, System
 
 VectorField = Callable[..., Vector]
 

@@ -145,7 +145,7 @@ void cart1_float_forward_dynamics(const cart1_float_params *p, const cart1_float
 /* Kinetic and potential energy.
  *
  * Quantities (docs/theory.md, section 2):
- *   sine, cosine  sine and cosine of the absolute angle; in inverse_dynamics of the joint's
+ *   sine, cosine  sine and cosine of the absolute angles
  * Quantities (docs/theory.md, section 1):
  *   mass_speed_x  m/s  velocity of a link's mass
  *   sideways      1/s  rate of a link's direction, its horizontal part

@@ -108,7 +108,8 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
             tables.setdefault(key, f"{scene.name}_flow_{key[0]}_{len(tables) + 1}")
     names = CNames(scene.name, scene.real, tables)
     bodies = [c_function(program, names, {}) for program in programs]
-    parts = [_part(scene, program, body.lines) for program, body in zip(programs, bodies, strict=True)]
+    comments = Comments(scene)
+    parts = [_part(scene, program, body.lines, comments) for program, body in zip(programs, bodies, strict=True)]
     uses = frozenset({"math"}).union(*(body.uses for body in bodies))
     return TaylorFlow(
         declarations=laid_out_text(declarations(scene, recurrences)),
@@ -123,14 +124,14 @@ def _named(program: Program, name: str) -> Program:
     return replace(program, name=name)
 
 
-def _part(scene: Scene, program: Program, lines: tuple[str, ...]) -> _Part:
+def _part(scene: Scene, program: Program, lines: tuple[str, ...], comments: Comments) -> _Part:
     declared = [f"const {scene.name}_params *p"] if program.params else []
     declared += [declaration(array, scene.name, False, True) for array in program.inputs]
     declared += [declaration(array, scene.name, True, True) for array in program.outputs]
     used = words("\n".join(lines))
     given = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
     ignored = tuple(name for name in given if name not in used)
-    comment = Comments(scene).above(program.name, program.doc, lines)
+    comment = comments.above(program.name, program.doc, lines)
     return _Part(comment, f"{scene.name}_{program.name}", ", ".join(declared), ignored, lines)
 
 
