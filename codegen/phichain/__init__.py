@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from phichain.orbits import trace as trace
     from phichain.pipeline import build as build
     from phichain.pipeline import generate as generate
+    from phichain.proof import prove as prove
     from phichain.scene import Scene as Scene
     from phichain.scene import load_scene as load_scene
     from phichain.scene import standard_scene as standard_scene
@@ -39,6 +40,7 @@ _HOME = {
     "standard_scene": "phichain.scene",
     "derive": "phichain.mechanics",
     "lower": "phichain.lowering",
+    "prove": "phichain.proof",
     "generate": "phichain.pipeline",
     "build": "phichain.pipeline",
     "System": "phichain.system",

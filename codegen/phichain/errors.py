@@ -67,6 +67,10 @@ class ContractError(PhichainError):
     """A function of the contract lacks its row, its writer or its reference; `missing` says which."""
 
 
+class ProofError(PhichainError):
+    """A function, or a Lagrangian, does not meet the mechanics; `data` holds `function`, `output`, `point` and `digest`."""
+
+
 class EmissionError(PhichainError):
     """A program could not be written as source text."""
 

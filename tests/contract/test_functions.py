@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -116,6 +117,31 @@ def test_a_row_that_nobody_serves_says_what_is_missing(
         generate(DUO, tmp_path)
     assert str(caught.value) == message
     assert caught.value.missing == missing and caught.value.value == name
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("answer", [{}, {"kinetic": 0}, {"potentials": 1}, None])
+def test_a_reference_that_gives_no_such_result_says_so(
+    answer: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setitem(JUDGES.entries, ("energy", ""), lambda case: answer)
+    with pytest.raises(ContractError, match=r"has a reference that gives no (kinetic and no )?potential \(got 'energy'\)") as caught:
+        generate(DUO, tmp_path)
+    assert caught.value.missing == "reference" and list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("names", [("one",), ("one", "two", "three")])
+def test_a_row_that_names_other_results_of_its_reference_says_so(names: tuple[str, ...]) -> None:
+    row = replace(next(row for row in TABLE if row.name == "energy"), reference=names)
+    with pytest.raises(ContractError, match=rf"names {len(names)} results of its reference and has 2") as caught:
+        row.outputs_in_reference(DUO)
+    assert caught.value.missing == "row"
+
+
+def test_a_writer_of_the_other_kind_of_chain_serves_none(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delitem(WRITERS.entries, ("energy", "spatial"))
+    with pytest.raises(ContractError, match=r"has no writer for spatial scenes \(got 'energy'\)"):
+        generate(Scene("duo", 2, "spatial", mass=1.0, length=1.0, want=["energy"]), tmp_path)
     assert list(tmp_path.iterdir()) == []
 
 

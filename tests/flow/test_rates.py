@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+import random
+from typing import Any
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 from phichain.ir.evaluate import evaluate
 from phichain.lowering.rates import fastest_rate, reach, scales_program
@@ -64,3 +67,42 @@ def test_masses_that_spread_beyond_double_precision_still_have_a_bound() -> None
         "spread", "planar", "fixed", links=32, mass=masses, length=[1e4 if k % 2 else 1e-4 for k in range(32)]
     )
     assert math.isfinite(rate(chain)) and rate(chain) > 1.0
+
+
+def dense_rate(chain: Scene) -> float:
+    """The same by SciPy from the dense forms M_ij = l_min(i,j) mu_max(i,j), on a cart with its coordinate eliminated."""
+    n, mass, length = chain.links, np.array(chain.mass), np.array(chain.length)
+    com = length if chain.com is None else np.array(chain.com)
+    arms = np.array([[length[k] if k < a else com[a] if k == a else 0.0 for k in range(n)] for a in range(n)])
+    inertia, mu = arms.T @ np.diag(mass) @ arms, arms.T @ mass
+    if chain.cart_mass is not None:
+        inertia -= np.outer(mu, mu) / (chain.cart_mass + mass.sum())
+    difference = np.eye(n) - np.eye(n, k=-1)
+    springs = np.zeros(n) if chain.stiffness is None else np.array(chain.stiffness)
+    stiff = np.diag(chain.gravity * mu) + difference.T @ np.diag(springs) @ difference
+    return float(max(scipy.linalg.eigh(stiff, inertia, eigvals_only=True)[-1], 0.0) ** 0.5)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_count_of_pivots_finds_what_a_dense_solver_finds(seed: int) -> None:
+    """To three digits, half a unit of the third of 1000 added before."""
+    source = random.Random(seed)
+    links = source.randint(1, 12)
+
+    def some() -> float:
+        return 10 ** source.uniform(-1, 1)
+
+    length = [some() for _ in range(links)]
+    more: dict[str, Any] = {"com": [source.uniform(0.1, 1.0) * l for l in length]} if seed % 2 else {}
+    more |= {"stiffness": [some() for _ in range(links)]} if seed % 3 else {}
+    more |= {"base": "cart", "cart_mass": some()} if seed % 5 < 2 else {}
+    more |= {"gravity": -some()} if seed % 7 == 0 else {}
+    chain = Scene("drawn", links, mass=[some() for _ in range(links)], length=length, **more)
+    assert rate(chain) == float(f"{dense_rate(chain) * 1.0005:.2e}")
+
+
+def test_chains_of_any_size() -> None:
+    for scale in (1e-150, 1e-30, 1e30, 1e150):
+        chain = Scene("one", 1, mass=1.0, length=scale, gravity=scale, want=["forward_dynamics"])
+        assert rate(chain) == pytest.approx(1.0, rel=6e-3)
+    assert fastest_rate(Scene("up", 2, mass=1.0, length=1.0, gravity=-9.81, want=["forward_dynamics"])) == 0

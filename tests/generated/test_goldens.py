@@ -25,23 +25,31 @@ from phichain.emit import folder_files
 from phichain.files import MANIFEST, write_folder
 from phichain.lowering import lower
 from phichain.mechanics import derive
+from phichain.proof import prove
+from phichain.scene import Scene
 from tests.generated.reference_scenes import FOLDER, REFERENCE
 
 ROOT = Path(__file__).parents[2]
 MOST_SHOWN = 40
 
 
+def proven_files(scene: Scene, with_casadi_c: bool = False) -> dict[str, str]:
+    """What `generate` writes."""
+    lowered = lower(derive(scene))
+    return folder_files(scene, lowered, with_casadi_c, prove(lowered.model, lowered).record)
+
+
 @cache
 def generated(name: str) -> Mapping[str, str]:
     """The files of a reference scene, with the opt-in C for CasADi where there is one."""
     scene = REFERENCE[name]
-    return folder_files(scene, lower(derive(scene)), with_casadi_c=scene.real == "double")
+    return proven_files(scene, with_casadi_c=scene.real == "double")
 
 
 def sample(name: str) -> dict[str, str]:
     """The files of which the committed sample consists."""
     scene = REFERENCE[name]
-    return folder_files(scene, lower(derive(scene)))
+    return proven_files(scene)
 
 
 @pytest.mark.parametrize("name", REFERENCE)

@@ -17,6 +17,7 @@ import typer
 
 import phichain
 from phichain.app import cli_figures
+from phichain.app.outputs import figures, named, write
 from phichain.errors import PhichainError, printable
 
 app = typer.Typer(
@@ -42,6 +43,7 @@ Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable."),
 ]
+Proof = Annotated[bool, typer.Option("--proof/--no-proof", help="Prove the functions against the Lagrangian first.")]
 Lean = Annotated[float, typer.Option(metavar="RAD", help="Start at rest, the straight chain leaning by this angle.")]
 
 
@@ -113,25 +115,35 @@ def generate(
     casadi_c: Annotated[
         bool, typer.Option("--casadi-c", help="Also NAME_casadi.c, for CasADi's external with exact Jacobians.")
     ] = False,
+    proof: Proof = True,
 ) -> None:
     """Write the stand-alone C and CasADi folder of a scene, DIR/NAME."""
     from phichain.pipeline import generate as written
     from phichain.scene.library import find_scene
 
-    folder = written(find_scene(scene), out, with_casadi_c=casadi_c)
+    folder = written(find_scene(scene), out, with_casadi_c=casadi_c, prove=proof)
     typer.echo(printable(f"wrote {folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}"))
 
 
 @app.command()
-def build(scene: SceneWord) -> None:
+def build(scene: SceneWord, proof: Proof = True) -> None:
     """Compile a scene, or find it compiled, and list the functions that can be called."""
     from phichain.app.console import callables
     from phichain.pipeline import build as built
     from phichain.scene.library import find_scene
 
-    system = built(find_scene(scene))
+    system = built(find_scene(scene), prove=proof)
     typer.echo(str(system).partition("; functions")[0])
     typer.echo(callables(system))
+
+
+@app.command()
+def prove(scene: SceneWord) -> None:
+    """Prove a scene's functions against its Lagrangian, exactly, and say of each how."""
+    from phichain.proof import prove as proven
+    from phichain.scene.library import find_scene
+
+    typer.echo(str(proven(find_scene(scene))))
 
 
 @app.command()
@@ -170,7 +182,7 @@ def simulate(
     from phichain.scene.library import find_scene
     from phichain.system.starts import leaning, numbers, parameters
 
-    files = _named(out)
+    files = named(out)
     system = _with(built(find_scene(scene)), parameters(settings or []))
     rest = leaning(system, lean)
     start = [rest[k] if given is None else given for k, given in enumerate((numbers(q, "q"), numbers(v, "v")))]
@@ -178,7 +190,7 @@ def simulate(
         grid = np.linspace(0.0, t, points)
     trajectory = simulated(system, (start[0], start[1]), grid, method, tol, u=numbers(u, "u"), h=h)
     typer.echo(str(trajectory))
-    _write(trajectory, files, lambda: _figures().motion(system, trajectory))
+    write(trajectory, files, lambda: figures().motion(system, trajectory))
 
 
 def _with(system: Any, values: Any) -> Any:
@@ -186,35 +198,6 @@ def _with(system: Any, values: Any) -> Any:
     from dataclasses import replace
 
     return system if values is None else replace(system, params=values)
-
-
-def _figures() -> Any:
-    from phichain.report import figures
-
-    return figures
-
-
-def _named(files: list[Path] | None) -> list[Path]:
-    """The files to write, refused before any work when a name does not say what to write."""
-    from phichain.errors import OutputError
-
-    for path in files or []:
-        if path.suffix not in (".csv", ".npz", ".png"):
-            raise OutputError("out", str(path), "has no suffix that says what to write", "name it .csv, .npz or .png")
-    return files or []
-
-
-def _write(record: Any, files: list[Path], draw: Any) -> None:
-    for path in files:
-        if path.suffix == ".csv":
-            record.to_csv(path)
-        elif path.suffix == ".npz":
-            record.to_npz(path)
-        else:
-            from phichain.report.style import save
-
-            save(draw(), path)
-        typer.echo(printable(f"wrote {path}"))
 
 
 @app.command()
@@ -231,11 +214,11 @@ def trace(
     from phichain.scene.library import find_scene
     from phichain.system.starts import parameters
 
-    files = _named(out)
+    files = named(out)
     system = _with(built(find_scene(scene)), parameters(settings or []))
     branch = traced(system, mode, amplitude_max)
     typer.echo(str(branch))
-    _write(branch, files, lambda: _figures().family(branch))
+    write(branch, files, lambda: figures().family(branch))
 
 
 @app.command()
@@ -258,7 +241,7 @@ def lqr(
     from phichain.scene.library import find_scene
     from phichain.system.starts import leaning, parameters, upright
 
-    files = _named(out)
+    files = named(out)
     system = _with(built(find_scene(scene)), parameters(settings or []))
     gains = control.lqr(system, upright(up, system.links), state_weight, input_weight)
     typer.echo(str(gains))
@@ -271,7 +254,7 @@ def lqr(
         f"tried from {lean:g} rad off: {verdict}, e_q = {off[0]:.3g} at first, {off[-1]:.3g} at {motion.t[-1]:g} s,"
         f" largest input {np.max(np.abs(np.asarray(motion.u))):.3g}"
     )
-    _write(gains, files, lambda: _figures().closed_loop(system, motion, off, rate))
+    write(gains, files, lambda: figures().closed_loop(system, motion, off, rate))
 
 
 @app.command()

@@ -23,6 +23,7 @@ from phichain.files import write_file
 from phichain.motion import Trajectory, simulate
 from phichain.orbits import trace
 from phichain.pipeline import build, generate
+from phichain.proof import EXACTLY
 from phichain.report import figures
 from phichain.report.html import Section, page
 from phichain.report.style import look, save
@@ -124,11 +125,19 @@ def _code(name: str, out: Path) -> tuple[System, Stop]:
     facts = (
         ("written", f"{out / scene.name} (C99, CasADi, self-test)"),
         ("functions", ", ".join(manifest["scene"]["functions"]["want"])),
+        ("proven", _proof(manifest["proof"])),
         ("forward dynamics", f"{operations} operations, exact to round-off in O(N)"),
         ("one evaluation", f"{_nanoseconds(system):.0f} ns in compiled C"),
     )
     text = f"The scene {scene.name} was derived from its Lagrangian, emitted, compiled and loaded."
     return system, Stop(text, facts)
+
+
+def _proof(how: dict[str, str]) -> str:
+    """What was proven of a scene's functions, in one line, and what was not."""
+    proven = [name for name, words in how.items() if words == EXACTLY]
+    others = [f"{name} by {words}" for name, words in how.items() if words != EXACTLY]
+    return "; ".join([f"{len(proven)} functions against the Lagrangian, exactly ({EXACTLY})", *others])
 
 
 def _nanoseconds(system: System, rows: int = 4096) -> float:

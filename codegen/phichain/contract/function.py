@@ -8,6 +8,7 @@ from typing import Literal
 
 from phichain.contract.chain import Chain, Kind, Words, always, worded
 from phichain.contract.flow import Flow
+from phichain.errors import ContractError
 
 Shape = tuple[int, ...]
 
@@ -114,8 +115,16 @@ class Function:
         return tuple(argument for argument in self.arguments_of(chain) if argument.direction == "out")
 
     def outputs_in_reference(self, chain: Chain) -> dict[str, str]:
-        """The reference's name of every result, by its name in C."""
+        """The reference's name of every result, by its name in C.
+
+        Raises:
+            ContractError: The row names more or fewer results than it has.
+        """
         names = [argument.name for argument in self.outputs_of(chain)]
+        if self.reference and len(self.reference) != len(names):
+            problem = f"names {len(self.reference)} results of its reference and has {len(names)}"
+            remedy = "name each of them, or leave the names away"
+            raise ContractError("function", self.name, problem, remedy, missing="row")
         return dict(zip(names, self.reference or names, strict=True))
 
     def meanings(self, chain: Chain) -> dict[str, str]:

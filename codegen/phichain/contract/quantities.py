@@ -56,6 +56,10 @@ _ANGLES: Final = frozenset(
     {"mass_matrix", "coriolis", "gravity_torque", "energy", "positions", "inverse_dynamics", "momentum", "linearization"}
 )
 _BALANCE: Final = frozenset({"phi", "phi_jacobian"})
+_SERIES: Final = frozenset(
+    f"{stem}_{part}" for stem in ("flow", "forward_dynamics", "field") for part in ("start", "follow", "follow_columns")
+)
+"""Orders 0 and n of a Taylor flow, and n of its derivatives."""
 
 _OF_LINKS: Final = "of the link and all beyond it"
 _LINK_MASS: Final = "m (r/l)^2"
@@ -139,10 +143,11 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(
-        _DYNAMICS, "section 5",
-        _rows(
-            ("sine cosine", "", "sine and cosine of the joints' angles"),
-        ),
+        _DYNAMICS | {"inverse_dynamics"}, "section 5", _rows(("sine cosine", "", "sine and cosine of the joints' angles")),
+        "planar",
+    ),
+    Quantities(
+        _ANGLES - {"inverse_dynamics"}, "section 2", _rows(("sine cosine", "", "sine and cosine of the absolute angles")),
         "planar",
     ),
     Quantities(
@@ -181,7 +186,6 @@ TABLE: Final[tuple[Quantities, ...]] = (
         _ANGLES, "section 2",
         _rows(
             ("phi link_phi", "rad", "absolute angle of a link, from the hanging vertical"),
-            ("sine cosine", "", "sine and cosine of the absolute angle; in inverse_dynamics of the joint's"),
             ("rate link_rate", "rad/s", "absolute angular rate of a link"),
             ("alpha link_alpha", "rad/s^2", "absolute angular acceleration of a link"),
         ),
@@ -250,6 +254,17 @@ TABLE: Final[tuple[Quantities, ...]] = (
             ("outer_mass", "kg", "mass beyond a link"),
             ("joint_amplitude", "rad", "amplitude of a joint's angle"),
             ("spring_moment", "N m", "moment of a joint's spring"),
+        ),
+    ),
+    Quantities(
+        _SERIES, "section 10",
+        _rows(
+            ("jet_left jet_right", "", "coefficients of the two factors of every product on the way"),
+            ("jet_factor", "", "coefficients of all factors, order after order"),
+            ("jet_sum", "", "what the orders between the first and n contribute to every product"),
+            ("jet_held", "", "what stays the same along a motion"),
+            ("jet_order", "", "n"),
+            ("jet_inverse_order", "", "1 / n"),
         ),
     ),
 )  # fmt: skip

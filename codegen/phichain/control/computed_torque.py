@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from phichain.errors import ArrayError, ControlError, UnsupportedError
 from phichain.system import Parameters, System, Vector, unpack
-from phichain.system.arrays import real_numbers
+from phichain.system.arrays import number, real_numbers, reals
 
 if TYPE_CHECKING:
     from phichain.control.feedback import Law
@@ -73,8 +73,13 @@ def in_phase(amplitude: ArrayLike, omega: float) -> Reference:
     Args:
         amplitude: A (nq,), rad (m for a cart).
         omega: Angular frequency, rad/s.
+
+    Raises:
+        ArrayError: The amplitudes are no finite real numbers, or omega is none.
     """
-    size = np.asarray(amplitude, dtype=float)
+    size, omega = reals("amplitude", amplitude, "give one per coordinate"), number("omega", omega, "give rad/s")
+    if not np.all(np.isfinite(size)):
+        raise ArrayError("amplitude", size.tolist(), "is not finite", "give finite amplitudes")
 
     def motion(t: float) -> tuple[Vector, Vector, Vector]:
         cosine = size * math.cos(omega * t)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
-
-import numpy as np
+from math import isinf
 
 from phichain.errors import EmissionError
+from phichain.ir.rounded import nearest
 
 ATOM, PRODUCT, SUM = 3, 2, 1
 
@@ -50,7 +51,7 @@ def double_literal(value: Fraction) -> Text:
     """The nearest double in its shortest decimal form."""
     if value < 0:
         return _negative(double_literal(-value))
-    text = repr(_checked(value, _as_double(value, "double"), "double"))
+    text = repr(_checked(value, nearest("double", value), "double"))
     return Text(text.replace("e", ".0e") if "e" in text and "." not in text else text)
 
 
@@ -58,12 +59,20 @@ def float_literal(value: Fraction) -> Text:
     """The nearest single-precision number in its shortest decimal form, with the suffix C wants."""
     if value < 0:
         return _negative(float_literal(-value))
-    with np.errstate(over="ignore"):
-        number = np.float32(_as_double(value, "float"))
-    _checked(value, float(number), "float")
-    text = np.format_float_scientific(number, unique=True, trim="0", exp_digits=1)
-    plain = np.format_float_positional(number, unique=True, trim="0")
-    return Text(f"{plain if len(plain) <= len(text) + 2 else text}F")
+    return Text(f"{_shortest(_checked(value, nearest('float', value), 'float'))}F")
+
+
+def _shortest(number: float) -> str:
+    """The nearest decimal to a positive single-precision number of the fewest digits that are read back as that number."""
+    for places in range(9):
+        text = f"{number:.{places}e}"
+        if nearest("float", Fraction(text)) == number:
+            break
+    mantissa, exponent = text.split("e")
+    plain = f"{Decimal(text):f}"
+    scientific, plain = (x if "." in x else f"{x}.0" for x in (mantissa, plain))
+    scientific = f"{scientific}e{int(exponent):+d}"
+    return plain if len(plain) <= len(scientific) + 2 else scientific
 
 
 def _sum(is_plus: bool, first: Text, second: Text) -> Text:
@@ -85,16 +94,9 @@ def _negative(positive: Text) -> Text:
     return Text(f"-{positive.within(PRODUCT)}", PRODUCT, positive)
 
 
-def _as_double(value: Fraction, real: str) -> float:
-    try:
-        return float(value)
-    except OverflowError:
-        return _checked(value, float("inf"), real)
-
-
 def _checked(value: Fraction, number: float, real: str) -> float:
     """The number, unless rounding has lost it altogether."""
-    if np.isinf(number) or (number == 0.0 and value):
+    if isinf(number) or (number == 0.0 and value):
         tens = len(str(value.numerator)) - len(str(value.denominator))
         other = " or set target.real = \"double\"" if real == "float" else ""
         raise EmissionError(

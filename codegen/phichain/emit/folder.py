@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from phichain.emit.c.text import header, source
 from phichain.emit.casadi.external import casadi_external
 from phichain.emit.casadi.module import casadi_module
@@ -17,20 +19,26 @@ from phichain.scene import Scene
 
 
 def library_files(scene: Scene, lowered: Lowered) -> dict[str, str]:
-    """What a compiled System is made of: the C, the CasADi module and the manifest, by file name."""
+    """What a compiled System is made of: the C, the CasADi module and the manifest, by file name.
+
+    The manifest says that nothing was proven yet; `with_proof` puts in what was.
+    """
     printed = print_scene(scene, lowered)
     files = {f"{scene.name}.h": header(printed, {}), f"{scene.name}.c": source(printed)}
     files |= _casadi(scene, lowered)
-    return files | {MANIFEST: manifest(printed, {}, files)}
+    return files | {MANIFEST: manifest(printed, {}, files, None)}
 
 
-def folder_files(scene: Scene, lowered: Lowered, with_casadi_c: bool = False) -> dict[str, str]:
+def folder_files(
+    scene: Scene, lowered: Lowered, with_casadi_c: bool = False, proof: Mapping[str, str] | None = None
+) -> dict[str, str]:
     """The whole folder that a user takes away, by file name.
 
     Args:
         scene: the scene.
         lowered: its Programs.
         with_casadi_c: also write NAME_casadi.c, which CasADi's ``external`` loads.
+        proof: how each function was proven; None where nobody did.
     """
     selftest, printed = make_selftest(scene, lowered), print_scene(scene, lowered)
     files = {
@@ -43,7 +51,7 @@ def folder_files(scene: Scene, lowered: Lowered, with_casadi_c: bool = False) ->
     }
     if with_casadi_c:
         files[f"{scene.name}_casadi.c"] = casadi_external(printed)
-    return files | {MANIFEST: manifest(printed, selftest.tolerances, files)}
+    return files | {MANIFEST: manifest(printed, selftest.tolerances, files, proof)}
 
 
 def _casadi(scene: Scene, lowered: Lowered) -> dict[str, str]:

@@ -14,9 +14,20 @@ from phichain.emit.printed import Printed
 from phichain.ir.nodes import Array
 from phichain.transform.tangent import sparsity
 
+_UNPROVEN = "not proven: the proof was switched off"
 
-def manifest(printed: Printed, tolerances: Mapping[str, str], files: Mapping[str, str]) -> str:
-    """The manifest as JSON text, keys in a fixed order."""
+
+def manifest(
+    printed: Printed, tolerances: Mapping[str, str], files: Mapping[str, str], proof: Mapping[str, str] | None
+) -> str:
+    """The manifest as JSON text, keys in a fixed order.
+
+    Args:
+        printed: the scene's C.
+        tolerances: how far each function may be from the reference.
+        files: the texts to hash.
+        proof: how each function was proven; None where nobody did.
+    """
     scene = printed.scene
     record = {
         "name": scene.name,
@@ -28,9 +39,19 @@ def manifest(printed: Printed, tolerances: Mapping[str, str], files: Mapping[str
         "functions": {function.name: _function(function, tolerances.get(function.name)) for function in printed.wanted},
         "flows": {flow.name: {"symbol": flow.symbol, "doc": flow.doc} for flow in printed.flows},
         "helpers": sorted(function.name for function in printed.helpers),
+        "proof": dict(proof) if proof is not None else dict.fromkeys(scene.want, _UNPROVEN),
         "left_out": left_out(printed),
         "files": {name: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
     }
+    return _text(record)
+
+
+def with_proof(manifest: str, proof: Mapping[str, str]) -> str:
+    """The same manifest once it is known how each function was proven."""
+    return _text(json.loads(manifest) | {"proof": dict(proof)})
+
+
+def _text(record: Mapping[str, Any]) -> str:
     return json.dumps(record, indent=2, ensure_ascii=True) + "\n"
 
 

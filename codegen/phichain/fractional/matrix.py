@@ -200,7 +200,7 @@ def _numbers(values: ArrayLike) -> Matrix:
     """The values as an array; ragged ones become an array of objects, which nobody takes."""
     try:
         return np.asarray(values)
-    except ValueError:
+    except Exception:  # noqa: BLE001  (a caller's object may fail in its own way)
         return np.empty(0, dtype=object)
 
 

@@ -66,8 +66,8 @@ def memory_length(alpha: float, tolerance: float) -> float:
         ToleranceError: The tolerance is not positive, or no memory of a finite length keeps it.
         ArrayError: An argument is no number.
     """
-    _refuse_integrals(alpha)
-    if not 0.0 < real_number("tolerance", tolerance) < np.inf:
+    alpha = _refuse_integrals(alpha)
+    if not 0.0 < (tolerance := real_number("tolerance", tolerance)) < np.inf:
         raise ToleranceError(
             "tolerance", tolerance, "must be positive and finite", "pass a relative error such as 1e-3"
         )
@@ -90,8 +90,8 @@ def implied_error(alpha: float, length: float) -> float:
         SignalError: alpha <= 0 or above the supported range, or a length that is not positive.
         ArrayError: An argument is no number.
     """
-    _refuse_integrals(alpha)
-    if not 0.0 < real_number("length", length) < np.inf:
+    alpha = _refuse_integrals(alpha)
+    if not 0.0 < (length := real_number("length", length)) < np.inf:
         raise SignalError("length", length, "a memory must be positive and finite", "pass seconds")
     return float(abs(rgamma(1.0 - alpha)) * length**-alpha)
 
@@ -117,7 +117,7 @@ def short_memory(
         ToleranceError: The length is below what the tolerance needs; the message says the error it implies.
         SignalError: An integral (alpha <= 0), neither length nor tolerance, or a signal that cannot be used.
     """
-    _refuse_integrals(alpha)
+    alpha = _refuse_integrals(alpha)
     elapsed, step = uniform_step(time)
     rows = finite_signal(signal, elapsed.size, 2)
     needed = 0.0 if tolerance is None else memory_length(alpha, tolerance)
@@ -163,12 +163,15 @@ def _tail(alpha: float, last: int) -> float:
     return float(abs(rgamma(1.0 - alpha)) / poch(last + 1.0 - alpha, alpha))
 
 
-def _refuse_integrals(alpha: float) -> None:
+def _refuse_integrals(alpha: float) -> float:
+    """The order as a double, if it differentiates."""
     supported_orders(alpha)
-    if real_number("alpha", alpha) <= 0.0:
+    alpha = real_number("alpha", alpha)
+    if alpha <= 0.0:
         raise SignalError(
             "alpha",
             alpha,
             "an integral keeps its whole memory and cannot be truncated",
             "use `differintegrate`, or differentiate (alpha > 0)",
         )
+    return alpha

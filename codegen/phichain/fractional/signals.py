@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from phichain.errors import ArrayError, SignalError
+from phichain.system.arrays import reals
 
 Vector = NDArray[np.float64]
 
@@ -123,9 +124,10 @@ def real_number(field: str, value: object) -> float:
     Raises:
         ArrayError: It is no single real number.
     """
-    if isinstance(value, (int, float, np.floating, np.integer)) and not isinstance(value, bool):
-        return float(value)
-    raise ArrayError(field, value, "must be one real number", "pass a float")
+    array = reals(field, value, "pass a float")
+    if array.ndim or isinstance(value, bool):
+        raise ArrayError(field, value, "must be one real number", "pass a float")
+    return float(array)
 
 
 def real_array(field: str, values: ArrayLike) -> Vector:
@@ -134,10 +136,4 @@ def real_array(field: str, values: ArrayLike) -> Vector:
     Raises:
         ArrayError: They are complex, ragged or no numbers.
     """
-    try:
-        array = np.asarray(values)
-        if np.iscomplexobj(array):
-            raise TypeError("complex")
-        return np.asarray(array, dtype=float)
-    except (TypeError, ValueError) as failure:
-        raise ArrayError(field, values, "must hold real numbers", "pass floats") from failure
+    return reals(field, values, "pass floats")

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.algebra.euclid import Vector, add, dot, load, named, scale, store, wedge, zeros
+from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, multiple, named, store, zeros
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.functions import absolute_sincos
 from phichain.lowering.planar.joints import absolute, to_generalised
@@ -40,7 +40,7 @@ def planar_momentum(
     def share(k: Index, com: Expr, own: Vector, overhang: Expr, beyond: Vector) -> Vector:
         return (com * dot(along(k), own) + overhang * dot(along(k), beyond),)
 
-    (forwards, _) = _swept(builder, parameters, v, (offset, 2), lambda k: scale(rate[k], along(k)), share, momenta)
+    (forwards, _) = _swept(builder, parameters, v, (offset, 2), lambda k: multiple(rate[k], along(k)), share, momenta)
     to_generalised(builder, scene, momenta, out.shifted(offset))
     if scene.has_cart:
         out[0] = parameters.cart_mass * v[0] + forwards
@@ -55,10 +55,10 @@ def spatial_momentum(
     direction, omega = q.shifted(offset), v.shifted(offset)
 
     def turning(k: Index) -> Vector:
-        return wedge(load(omega, k, 3), load(direction, k, 3))
+        return cross(load(omega, k, 3), load(direction, k, 3))
 
     def share(k: Index, com: Expr, own: Vector, overhang: Expr, beyond: Vector) -> Vector:
-        return wedge(load(direction, k, 3), add(scale(com, own), scale(overhang, beyond)))
+        return cross(load(direction, k, 3), add(multiple(com, own), multiple(overhang, beyond)))
 
     whole = _swept(builder, parameters, v, (offset, 3), turning, share, out.shifted(offset))
     for i in range(offset):
@@ -90,9 +90,9 @@ def _swept(
         k = loop.index
         speed = tuple(loop.carry(f"joint_speed_{axis}", start) for axis, start in zip(axes, base, strict=True))
         turn = named(builder, "turning", turning(k))
-        at_mass = named(builder, "mass_speed", add(speed, scale(com[k], turn)))
-        store(own, k, scale(mass[k], at_mass))
-        for before, after in zip(speed, add(speed, scale(length[k], turn)), strict=True):
+        at_mass = named(builder, "mass_speed", add(speed, multiple(com[k], turn)))
+        store(own, k, multiple(mass[k], at_mass))
+        for before, after in zip(speed, add(speed, multiple(length[k], turn)), strict=True):
             loop.follow(before, after)
     with builder.loop("k", parameters.links - 1, -1, -1) as loop:
         k = loop.index

@@ -1,7 +1,10 @@
 """The fastest linear mode of the hanging chain, by which angles and rates are weighed against each other.
 
-Small motions about hanging obey M x'' + G x = 0, M_ij = c_ij, G_ii = g mu_i, and springs add k_k (x_k - x_{k-1})^2; their
-largest frequency bounds how fast a chain swings without being driven. Where parameters come at run time
+Small motions about hanging are those of T = 1/2 m_0 x'^2 + 1/2 sum_k m_k (y_{k-1} + r_k phi_k)'^2 with y_k = y_{k-1} + l_k phi_k,
+y_0 = x, and V = 1/2 sum_k g mu_k phi_k^2 + 1/2 sum_k k_k (phi_k - phi_{k-1})^2; their largest frequency bounds how fast a chain
+swings without being driven. The form V - omega^2 T is eliminated link by link from the tip; as many pivots are negative as
+squared frequencies lie below omega^2 (Sylvester), and the wanted digits of the largest follow by bisection. Where parameters
+come at run time
 
     omega^2 <~ 4 max_k (g outer_k + k_k / r_k) / (m_k r_k) (1 + sum_k (l_k - r_k) / (2 r_k))^2,   outer_k = sum_{a >= k} m_a
 
@@ -12,12 +15,12 @@ factor is an estimate: with masses half-way zigzags of N links hardly move them,
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
+from typing import Any, Final
 
-import numpy as np
-import scipy.linalg
-from numpy.typing import NDArray
+from mpmath import mp, mpf
 
 from phichain.ir.builder import Builder, Expr, Index
 from phichain.ir.nodes import Program
@@ -26,45 +29,100 @@ from phichain.lowering.parameters import Parameters
 from phichain.mechanics import Model
 from phichain.scene import Scene
 
-#: Digits kept of a frequency: the text must not depend on the last bits of an eigenvalue solver.
-_DIGITS = 3
+#: A frequency is given in three significant digits: as 100 to 1000 units of the last.
+_UNITS: Final = 100
+#: What is added before it is rounded to the nearest unit, so that three digits hardly ever lie below the frequency.
+_SLACK: Final = Fraction(1, 2000)
+_GUARD_DIGITS: Final = 40
 
 
 @lru_cache(maxsize=8)
 def fastest_rate(scene: Scene) -> Fraction | None:
-    """Largest linear frequency of the hanging chain, rad/s, rounded up; None where parameters come at run time."""
+    """Largest linear frequency of the hanging chain, rad/s, to three digits; None where parameters come at run time."""
     if scene.runtime:
         return None
-    mass, length = (np.array(values, dtype=float) for values in (scene.mass, scene.length))
-    com = length if scene.com is None else np.array(scene.com, dtype=float)
-    outer = np.append(np.cumsum(mass[::-1])[::-1][1:], 0.0)
-    mu = mass * com + length * outer
-    links = np.arange(scene.links)
-    inner = np.minimum.outer(links, links)
-    inertia = length[inner] * mu[np.maximum.outer(links, links)]
-    inertia[links, links] = mass * com**2 + length**2 * outer
-    if scene.has_cart:
-        # On a cart that moves freely: its coordinate eliminated.
-        inertia -= np.outer(mu, mu) / (float(scene.cart_mass) + mass.sum())  # type: ignore[arg-type]
-    stiff = np.diag(float(scene.gravity) * mu)
-    if scene.stiffness is not None:
-        difference = np.eye(scene.links) - np.eye(scene.links, k=-1)
-        stiff = stiff + difference.T @ np.diag(np.array(scene.stiffness, dtype=float)) @ difference
-    try:
-        square = float(np.max(scipy.linalg.eigh(stiff, inertia, eigvals_only=True)))
-    except scipy.linalg.LinAlgError:  # masses spread so far that the inertia is singular in double precision
-        square = _bound(scene, mass, com)
-    return _rounded_up(max(square, 0.0) ** 0.5)
+    with mp.workdps(_GUARD_DIGITS + 2 * _decades(scene)):
+        chain = _chain(scene)
+        if _all_below(chain, mpf(0)):
+            return Fraction(0)
+        unit = _unit(chain)
+        low, high = _UNITS - 1, 10 * _UNITS
+        while high - low > 1:
+            middle = (low + high) // 2
+            if _is_below(chain, (middle + Fraction(1, 2)) * unit):
+                high = middle
+            else:
+                low = middle
+        return high * unit
 
 
-def _bound(scene: Scene, mass: NDArray[np.float64], com: NDArray[np.float64]) -> float:
-    """The bound of omega^2 above, with the lighter of two neighbours."""
-    outer = np.cumsum(mass[::-1])[::-1]
-    lighter = np.minimum(mass, np.append(mass[0], mass[:-1]))
-    spring = 0.0 if scene.stiffness is None else np.array(scene.stiffness, dtype=float) / com
-    gravity = float(scene.gravity)
-    slack = 1 + np.sum((np.array(scene.length, dtype=float) - com) / (2 * com))
-    return float(np.max(4 * (gravity * outer + spring) / (lighter * com)) * slack**2)
+@dataclass(frozen=True)
+class _Chain:
+    """What small motions need of a chain, as mpf: m_k (kg), r_k and l_k (m), k_k and g mu_k (N m), m_0 (kg, None: fixed)."""
+
+    mass: list[Any]
+    com: list[Any]
+    length: list[Any]
+    spring: list[Any]
+    weight: list[Any]
+    cart_mass: Any
+
+
+def _chain(scene: Scene) -> _Chain:
+    mass, length = ([mpf(x) for x in values] for values in (scene.mass, scene.length))
+    com = length if scene.com is None else [mpf(x) for x in scene.com]
+    spring = [mpf(0)] * scene.links if scene.stiffness is None else [mpf(x) for x in scene.stiffness]
+    weight, outer = [], mpf(0)
+    for m, r, l in zip(reversed(mass), reversed(com), reversed(length), strict=True):
+        weight.append(mpf(scene.gravity) * (m * r + l * outer))
+        outer += m
+    cart_mass = mpf(scene.cart_mass) if scene.cart_mass is not None else None
+    return _Chain(mass, com, length, spring, weight[::-1], cart_mass)
+
+
+def _decades(scene: Scene) -> int:
+    """Over how many powers of ten masses, lengths and springs spread, together."""
+    arrays = (scene.mass, scene.cart_mass, scene.length, scene.com, scene.stiffness, scene.gravity)
+    mass, cart_mass, length, com, stiffness, gravity = (
+        () if x is None else x if isinstance(x, tuple) else (x,) for x in arrays
+    )
+    groups = [[abs(Fraction(x)) for x in group if x] for group in (mass + cart_mass, length + com, stiffness + gravity)]
+    return sum(len(str(int(max(group) / min(group)))) for group in groups if group)
+
+
+def _unit(chain: _Chain) -> Fraction:
+    """The power of ten of which the frequency with its slack holds at least 100 and less than 1000."""
+    exponent = 0
+    while not _is_below(chain, 10 * _UNITS * Fraction(10) ** exponent):
+        exponent += 1
+    while _is_below(chain, _UNITS * Fraction(10) ** exponent):
+        exponent -= 1
+    return Fraction(10) ** exponent
+
+
+def _is_below(chain: _Chain, bound: Fraction) -> bool:
+    """Whether the largest frequency, its slack added, is less than the bound, rad/s."""
+    rate = bound / (1 + _SLACK)
+    return _all_below(chain, (mpf(rate.numerator) / rate.denominator) ** 2)
+
+
+def _all_below(chain: _Chain, square: Any) -> bool:
+    """Whether every squared frequency lies below the given one: every pivot of V - omega^2 T is negative.
+
+    What lies beyond a joint is the form 1/2 (a y^2 + 2 b y phi + c phi^2) in the place y of the joint and the angle of the link
+    before it.
+    """
+    a = b = c = mpf(0)
+    links = zip(chain.mass, chain.com, chain.length, chain.spring, chain.weight, strict=True)
+    for m, r, l, k, weight in reversed(list(links)):
+        inertia = square * m
+        pivot = weight + k - inertia * r * r + (a * l + 2 * b) * l + c
+        if pivot >= 0:
+            return False
+        slope = (a * l + b) - inertia * r
+        a = a - inertia - slope * slope / pivot
+        b, c = (k * slope / pivot, k - k * k / pivot) if k else (mpf(0), mpf(0))
+    return chain.cart_mass is None or not square or bool(a < square * chain.cart_mass)
 
 
 def reach(scene: Scene) -> Fraction | None:
@@ -97,8 +155,3 @@ def scales_program(model: Model) -> Program:
     scales[0] = slack * builder.sqrt(builder.sqrt(builder.sqrt(total)))
     scales[1] = length
     return prune(builder.finish())
-
-
-def _rounded_up(rate: float) -> Fraction:
-    digits = f"{rate * (1 + 0.5 * 10.0**-_DIGITS):.{_DIGITS - 1}e}"
-    return Fraction(digits)

@@ -76,8 +76,10 @@ def as_events(events: Iterable[Event | Scalar] | Event | Scalar | None) -> tuple
         return ()
     if isinstance(events, Event) or callable(events):
         events = (events,)
-    if not isinstance(events, Iterable):
-        raise ArrayError("events", events, "holds no events", "give Event records or callables g(t, x)")
+    try:
+        events = tuple(events)
+    except TypeError as failure:
+        raise ArrayError("events", events, "holds no events", "give Event records or callables g(t, x)") from failure
     return tuple(_as_event(event, k) for k, event in enumerate(events))
 
 

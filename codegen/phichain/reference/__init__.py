@@ -23,10 +23,11 @@ from typing import Any
 from mpmath import mp
 
 from phichain.contract.functions import ROWS
-from phichain.errors import ArrayError, UnsupportedError
+from phichain.errors import ArrayError, ContractError, UnsupportedError
 from phichain.reference.algebra import Vector
 from phichain.reference.case import JUDGES, Case, Outputs
 from phichain.reference.derived import tangents
+from phichain.reference.nudge import Nudge
 from phichain.reference.pose import exact, parameters
 from phichain.scene import Scene
 
@@ -39,6 +40,7 @@ def reference(
     inputs: Mapping[str, Any],
     digits: int = 50,
     params: Mapping[str, Any] | None = None,
+    nudge: Nudge | None = None,
 ) -> Outputs:
     """Return the outputs of one function of the contract's table for exact inputs, to `digits` digits.
 
@@ -49,6 +51,7 @@ def reference(
             scalars, in SI units. A missing `u` is zero.
         digits: Significant digits of the outputs; guard digits are added for mass and length ratios.
         params: Values of the runtime parameters by name.
+        nudge: Moves every constant, parameter and input a little, to see how much the outputs move; signs s stay.
 
     Returns:
         mpf or nested lists of mpf by output name: "a", "u", "M", "N", "G", "kinetic" and "potential", "r"; "M",
@@ -66,7 +69,11 @@ def reference(
     with mp.workdps(digits + _GUARD):
         guard = _GUARD + 2 * parameters(scene, params).decades()
     with mp.workdps(digits + guard):
-        outputs = evaluate(Case(scene, parameters(scene, params), _read(scene, function, inputs)))
+        values, known = parameters(scene, params), _read(scene, function, inputs)
+        if nudge is not None:
+            values, known = values.nudged(nudge), _nudged(known, nudge)
+        outputs = evaluate(Case(scene, values, known))
+        _demand_outputs(scene, function, outputs)
     with mp.workdps(digits):
         return {name: _rounded(output) for name, output in outputs.items()}
 
@@ -101,6 +108,17 @@ def _chosen(scene: Scene, function: str) -> Callable[[Case], Outputs]:
     return JUDGES.of(function)
 
 
+def _demand_outputs(scene: Scene, function: str, outputs: object) -> None:
+    """Check that a reference gives every output of its row; that of a Jacobian may speak of directions instead."""
+    row = ROWS[function]
+    given = outputs if isinstance(outputs, Mapping) else {}
+    absent = [name for name in row.outputs_in_reference(scene).values() if name not in given]
+    if absent and (row.derivative is None or not given):
+        problem = f"has a reference that gives no {' and no '.join(absent)}"
+        remedy = "return every output of its row, or say in the row what the reference calls it"
+        raise ContractError("function", function, problem, remedy, missing="reference")
+
+
 def _read(scene: Scene, function: str, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Return the inputs as mpf, checked against the function's arguments."""
     known: dict[str, Any] = {}
@@ -118,6 +136,14 @@ def _read(scene: Scene, function: str, inputs: Mapping[str, Any]) -> dict[str, A
             raise ArrayError(name, given, "is not finite", "pass finite numbers")
         known[name] = entries if shape else entries[0]
     return known
+
+
+def _nudged(known: Mapping[str, Any], nudge: Nudge) -> dict[str, Any]:
+    """Return the inputs moved, but for signs."""
+    return {
+        name: value if name == "s" else nudge(name, value) if isinstance(value, list) else nudge(name, [value])[0]
+        for name, value in known.items()
+    }
 
 
 def _rounded(output: Any) -> Any:

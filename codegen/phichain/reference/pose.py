@@ -14,6 +14,7 @@ from mpmath import fdot, mp, mpf
 
 from phichain.errors import ArrayError, SceneError
 from phichain.reference.algebra import Matrix, Vector, cross, tangent_axes, unit
+from phichain.reference.nudge import Nudge
 from phichain.scene import Scene
 
 
@@ -45,6 +46,19 @@ class Parameters:
         ]
         sizes = [[abs(entry) for entry in group if entry] for group in groups]
         return sum(int(mp.ceil(mp.log10(max(group) / min(group)))) for group in sizes)
+
+    def nudged(self, nudge: Nudge) -> Parameters:
+        """Return all numbers moved; masses at the ends of their links stay there."""
+        length = nudge("length", self.length)
+        return Parameters(
+            mass=nudge("mass", self.mass),
+            length=length,
+            com=length if self.com is self.length else nudge("com", self.com),
+            cart_mass=None if self.cart_mass is None else nudge("cart_mass", [self.cart_mass])[0],
+            gravity=nudge("gravity", [self.gravity])[0],
+            damping=nudge("damping", self.damping),
+            stiffness=nudge("stiffness", self.stiffness),
+        )
 
 
 @dataclass(frozen=True)

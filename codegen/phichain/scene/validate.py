@@ -23,8 +23,8 @@ RUNTIME: Final[Runtime] = "runtime"
 # chains would need another method anyway, and a slip such as 10^9 must not exhaust the memory.
 MOST_LINKS: Final = 4096
 
-_SMALLEST_NORMAL: Final = {"double": 2.0**-1022, "float": 2.0**-126}
-_LARGEST: Final = {"double": (2.0 - 2.0**-52) * 2.0**1023, "float": (2.0 - 2.0**-23) * 2.0**127}
+_SMALLEST_NORMAL: Final = {"double": 1 / 2**1022, "float": 1 / 2**126}
+_LARGEST: Final = {"double": float(2**1024 - 2**971), "float": float(2**128 - 2**104)}
 
 
 @dataclass(frozen=True)

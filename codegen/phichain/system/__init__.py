@@ -1,5 +1,6 @@
 """System: the frozen record of callables and sizes that every numerical package takes, and the state it moves."""
 
+from phichain.system.arrays import Vector
 from phichain.system.described import Drive, Joints, Numbers
 from phichain.system.state import (
     VectorField,
@@ -14,7 +15,7 @@ from phichain.system.state import (
     unpack,
     velocity,
 )
-from phichain.system.system import AbsentFunctionError, Parameters, System, Vector
+from phichain.system.system import AbsentFunctionError, Parameters, System
 
 __all__ = [
     "AbsentFunctionError",

@@ -7,9 +7,11 @@ import operator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from phichain.errors import ArrayError, ControlError, PhichainError, ToleranceError
-from phichain.system.system import Vector
+
+Vector = NDArray[np.float64]
 
 _REALS = "biuf"
 """NumPy's letters of the types that doubles hold: truth values, whole numbers, real numbers."""

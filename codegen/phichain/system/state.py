@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from phichain.errors import ArrayError
-from phichain.system.arrays import reals
-from phichain.system.system import Parameters, System, Vector
+from phichain.system.arrays import Vector, reals
+from phichain.system.system import Parameters, System
 
 VectorField = Callable[..., Vector]
 
@@ -111,7 +111,8 @@ def input_arguments(system: System, q: Vector, u: ArrayLike | None) -> tuple[Vec
     if u is None:
         return (np.zeros(shape),)
     value = reals("u", u, "give one number per input")
-    if value.ndim == 0 or value.shape[-1] != system.nu:
+    fits = value.ndim > 0 and value.shape[-1] == system.nu and value.ndim <= len(shape)
+    if not fits or any(size not in (1, wanted) for size, wanted in zip(value.shape[-2::-1], shape[-2::-1], strict=False)):
         raise ArrayError(
             "u", value.shape, f"the last axis must hold nu = {system.nu} numbers", "give one per input"
         )

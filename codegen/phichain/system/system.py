@@ -20,13 +20,12 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.records import frozen, thawed
+from phichain.system.arrays import reals
 from phichain.system.described import RUNTIME, Drive, Joints, Numbers, angles_of, drive_of
 
-Vector = NDArray[np.float64]
 Parameters = Mapping[str, Any]
 
 
@@ -191,7 +190,7 @@ class System:
             raise ArrayError(
                 f"p.{name}", None, f"system '{self.name}' holds no value of it", f"pass p={{'{name}': ...}}"
             )
-        given = np.asarray(value, dtype=float)
+        given = reals(f"p.{name}", value, "give real numbers")
         return float(given) if name in ("cart_mass", "gravity") else np.broadcast_to(given, (self.links,))
 
     def parameters(self, p: Parameters | None = None) -> dict[str, Any]:

@@ -8,8 +8,8 @@ import numpy as np
 
 from phichain.errors import ControlError
 from phichain.system.angles import scene_angles
-from phichain.system.arrays import real_numbers
-from phichain.system.system import System, Vector
+from phichain.system.arrays import Vector, real_numbers
+from phichain.system.system import System
 
 Signs = tuple[int, ...]
 """Directions of the links, +1 hanging and -1 upright."""

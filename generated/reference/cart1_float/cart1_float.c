@@ -145,10 +145,10 @@ void cart1_float_forward_dynamics(const cart1_float_params *p, const cart1_float
 /* Kinetic and potential energy.
  *
  * Quantities (docs/theory.md, section 2):
- *   sine, cosine  sine and cosine of the absolute angle; in inverse_dynamics of the joint's
+ *   sine, cosine  sine and cosine of the absolute angles
  * Quantities (docs/theory.md, section 1):
  *   mass_speed_x  m/s  velocity of a link's mass
- *   sideways      1/s  rate of a link's direction
+ *   sideways      1/s  rate of a link's direction, its horizontal part
  */
 void cart1_float_energy(const cart1_float_params *p, const cart1_float_real q[2], const cart1_float_real v[2],
     cart1_float_real *kinetic, cart1_float_real *potential)

@@ -124,7 +124,7 @@ void cart1_float_step(const cart1_float_params *p, cart1_float_real h, const car
 #define CART1_FLOAT_FORWARD_DYNAMICS_TOLERANCE 2.0e-6F
 #define CART1_FLOAT_ENERGY_TOLERANCE           2.0e-6F
 #define CART1_FLOAT_LINEARIZATION_TOLERANCE    2.0e-6F
-#define CART1_FLOAT_STATE_JACOBIAN_TOLERANCE   9.0e-6F
+#define CART1_FLOAT_STATE_JACOBIAN_TOLERANCE   2.0e-5F
 #define CART1_FLOAT_STEP_TOLERANCE             2.0e-6F
 
 #ifdef __cplusplus

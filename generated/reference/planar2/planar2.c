@@ -250,8 +250,7 @@ void planar2_forward_dynamics(const planar2_real q[2], const planar2_real v[2], 
 /* Generalised force that produces given accelerations.
  *
  * Quantities (docs/theory.md, section 2):
- *   sine, cosine           sine and cosine of the absolute angle; in inverse_dynamics of the joint's
- *   link_alpha    rad/s^2  absolute angular acceleration of a link
+ *   link_alpha  rad/s^2  absolute angular acceleration of a link
  * Quantities (docs/theory.md, (15)):
  *   joint_x, joint_y  m/s^2  acceleration of the joint less gravity, in the frame of the link
  * Others are named as in forward_dynamics.
@@ -283,10 +282,10 @@ void planar2_inverse_dynamics(const planar2_real q[2], const planar2_real v[2], 
 /* Mass matrix of the equations of motion.
  *
  * Quantities (docs/theory.md, section 2):
- *   link_phi  rad  absolute angle of a link, from the hanging vertical
+ *   sine, cosine       sine and cosine of the absolute angles
+ *   link_phi      rad  absolute angle of a link, from the hanging vertical
  * Quantities (docs/theory.md, (13)-(16)):
  *   entry  kg m^2  inertia between a pair of links, for absolute angles
- * Others are named as in inverse_dynamics.
  */
 void planar2_mass_matrix(const planar2_real q[2], planar2_real out[PLANAR2_RESTRICT 4])
 {
@@ -308,7 +307,7 @@ void planar2_mass_matrix(const planar2_real q[2], planar2_real out[PLANAR2_RESTR
  *
  * Quantities (docs/theory.md, (13)-(16)):
  *   pull  l_k w_k^2, m/s^2, or mu_k w_k^2, N
- * Others are named as in mass_matrix, inverse_dynamics, forward_dynamics.
+ * Others are named as in mass_matrix, forward_dynamics.
  */
 void planar2_coriolis(const planar2_real q[2], const planar2_real v[2], planar2_real out[PLANAR2_RESTRICT 2])
 {
@@ -328,7 +327,7 @@ void planar2_coriolis(const planar2_real q[2], const planar2_real v[2], planar2_
 
 /* Gravity terms of the equations of motion, without springs.
  *
- * Quantities are named as in mass_matrix, inverse_dynamics.
+ * Quantities are named as in mass_matrix.
  */
 void planar2_gravity_torque(const planar2_real q[2], planar2_real out[PLANAR2_RESTRICT 2])
 {
@@ -347,8 +346,8 @@ void planar2_gravity_torque(const planar2_real q[2], planar2_real out[PLANAR2_RE
  *
  * Quantities (docs/theory.md, section 1):
  *   mass_speed_x, mass_speed_y  m/s  velocity of a link's mass
- *   sideways                    1/s  rate of a link's direction
- * Others are named as in mass_matrix, inverse_dynamics, forward_dynamics.
+ *   sideways                    1/s  rate of a link's direction, its horizontal part
+ * Others are named as in mass_matrix, forward_dynamics.
  */
 void planar2_energy(const planar2_real q[2], const planar2_real v[2], planar2_real *kinetic,
     planar2_real *potential)
@@ -375,7 +374,7 @@ void planar2_energy(const planar2_real q[2], const planar2_real v[2], planar2_re
 
 /* Positions of the point masses.
  *
- * Quantities are named as in mass_matrix, inverse_dynamics.
+ * Quantities are named as in mass_matrix.
  */
 void planar2_positions(const planar2_real q[2], planar2_real out[PLANAR2_RESTRICT 4])
 {
@@ -683,7 +682,12 @@ enum {
     planar2_flow_looks = 4
 };
 
-/* Order 0 of the Taylor series. */
+/* Order 0 of the Taylor series.
+ *
+ * Quantities (docs/theory.md, section 10):
+ *   jet_left, jet_right  coefficients of the two factors of every product on the way
+ *   jet_held             what stays the same along a motion
+ */
 static void planar2_flow_start(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
     planar2_real a[PLANAR2_RESTRICT 2], planar2_real jet_left[PLANAR2_RESTRICT 17],
     planar2_real jet_right[PLANAR2_RESTRICT 17], planar2_real jet_held[PLANAR2_RESTRICT 1])
@@ -756,7 +760,14 @@ static void planar2_flow_start(const planar2_real q[2], const planar2_real v[2],
     a[1] = tip_y_1 - joint_y_1 - t5;
 }
 
-/* Order n of the Taylor series from the orders below. */
+/* Order n of the Taylor series from the orders below.
+ *
+ * Quantities (docs/theory.md, section 10):
+ *   jet_sum            what the orders between the first and n contribute to every product
+ *   jet_order          n
+ *   jet_inverse_order  1 / n
+ * Others are named as in flow_start.
+ */
 static void planar2_flow_follow(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
     const planar2_real jet_left_0[17], const planar2_real jet_right_0[17], const planar2_real jet_sum[17],
     const planar2_real jet_held[1], const planar2_real jet_order, const planar2_real jet_inverse_order,

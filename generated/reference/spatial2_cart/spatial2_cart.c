@@ -1001,7 +1001,12 @@ enum {
     spatial2_cart_flow_looks = 4
 };
 
-/* Order 0 of the Taylor series. */
+/* Order 0 of the Taylor series.
+ *
+ * Quantities (docs/theory.md, section 10):
+ *   jet_left, jet_right  coefficients of the two factors of every product on the way
+ *   jet_held             what stays the same along a motion
+ */
 static void spatial2_cart_flow_start(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     const spatial2_cart_real u[2], spatial2_cart_real a[SPATIAL2_CART_RESTRICT 8],
     spatial2_cart_real q_dot[SPATIAL2_CART_RESTRICT 8],
@@ -1186,7 +1191,12 @@ static void spatial2_cart_flow_start(const spatial2_cart_real q[8], const spatia
     a[7] = cross[8] * outer_pull_1 - cross[5] * inner_pull_1;
 }
 
-/* Order n of the Taylor series from the orders below. */
+/* Order n of the Taylor series from the orders below.
+ *
+ * Quantities (docs/theory.md, section 10):
+ *   jet_sum  what the orders between the first and n contribute to every product
+ * Others are named as in flow_start.
+ */
 static void spatial2_cart_flow_follow(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     const spatial2_cart_real u[2], const spatial2_cart_real jet_left_0[59],
     const spatial2_cart_real jet_right_0[59], const spatial2_cart_real jet_sum[59],

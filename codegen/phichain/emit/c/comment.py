@@ -21,7 +21,7 @@ _BEHIND = re.compile(r"(_(\d+|[ijk]|at|end))+$")
 _SI = (("M L^2/s^2", "N m"), ("M L/s^2", "N"), ("M", "kg"), ("L", "m"))
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Comments:
     """The comments of one file, which explain every quantity once, above the first function that uses it.
 

@@ -87,7 +87,8 @@ def _places(text: str) -> Iterator[tuple[float, int]]:
             cost += _LEVEL
         elif space.word in ("*", "/") and space.group in sums:
             cost += _TORN_PRODUCT
-        yield cost + _EMPTY * ((WIDTH - space.position) / WIDTH) ** 2, space.position
+        empty = (WIDTH - space.position) / WIDTH
+        yield cost + _EMPTY * (empty * empty), space.position
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Final
 
-import numpy as np
-
 from phichain.contract.flows import PROPAGATE
 from phichain.contract.functions import ROWS
 from phichain.emit.c.comment import Comments
@@ -23,6 +21,7 @@ from phichain.emit.flow.header import HIGHEST, declarations, on_stack, padded, t
 from phichain.emit.render import render
 from phichain.ir.nodes import Program
 from phichain.ir.passes import total_operations, unroll
+from phichain.ir.rounded import nearest
 from phichain.lowering.field import vector_field
 from phichain.lowering.lower import lower_function
 from phichain.lowering.rates import fastest_rate, reach, scales_program
@@ -109,7 +108,8 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
             tables.setdefault(key, f"{scene.name}_flow_{key[0]}_{len(tables) + 1}")
     names = CNames(scene.name, scene.real, tables)
     bodies = [c_function(program, names, {}) for program in programs]
-    parts = [_part(scene, program, body.lines) for program, body in zip(programs, bodies, strict=True)]
+    comments = Comments(scene)
+    parts = [_part(scene, program, body.lines, comments) for program, body in zip(programs, bodies, strict=True)]
     uses = frozenset({"math"}).union(*(body.uses for body in bodies))
     return TaylorFlow(
         declarations=laid_out_text(declarations(scene, recurrences)),
@@ -124,14 +124,14 @@ def _named(program: Program, name: str) -> Program:
     return replace(program, name=name)
 
 
-def _part(scene: Scene, program: Program, lines: tuple[str, ...]) -> _Part:
+def _part(scene: Scene, program: Program, lines: tuple[str, ...], comments: Comments) -> _Part:
     declared = [f"const {scene.name}_params *p"] if program.params else []
     declared += [declaration(array, scene.name, False, True) for array in program.inputs]
     declared += [declaration(array, scene.name, True, True) for array in program.outputs]
     used = words("\n".join(lines))
     given = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
     ignored = tuple(name for name in given if name not in used)
-    comment = Comments(scene).above(program.name, program.doc, lines)
+    comment = comments.above(program.name, program.doc, lines)
     return _Part(comment, f"{scene.name}_{program.name}", ", ".join(declared), ignored, lines)
 
 
@@ -178,7 +178,7 @@ def _definitions(
         for (_, values), table in names.tables.items()
     ]
     size = "long" if recurrences.products > MANY_LANES else "short"
-    high = Fraction(float(TURN)) if scene.real == "double" else Fraction(float(np.float32(float(TURN))))
+    high = Fraction(nearest(scene.real, TURN))
     return render(
         "flow.c.j2", name=scene.name, doc=ROWS["propagate"].doc, upper=scene.name.upper(), real=f"{scene.name}_real", nq=scene.nq, nv=scene.nv,
         highest=HIGHEST[scene.real], products=padded(recurrences.products), tables=tables, functions=parts,

@@ -138,7 +138,7 @@ class _Printer:
         return named & (self.uniform | {ORDER, INVERSE_ORDER})
 
     def _parts(self, bodies: dict[str, CFunction]) -> Iterator[_Part]:
-        prefix = self.scene.name
+        prefix, comments = self.scene.name, Comments(self.scene)
         for symbol, body in bodies.items():
             program = (self.lane_programs | self.programs)[symbol]
             declared = [f"const {prefix}_params *p"] if program.params else []
@@ -157,7 +157,7 @@ class _Printer:
             used = words("\n".join(body.lines))
             given = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
             ignored = tuple(name for name in given if name not in used)
-            comment = Comments(self.scene).above(program.name, program.doc, body.lines)
+            comment = comments.above(program.name, program.doc, body.lines)
             yield _Part(comment, symbol, ", ".join(declared), ignored, body.lines)
 
     def _call(self, symbol: str, order: str) -> str:

@@ -14,8 +14,9 @@ from typing import Any, Final
 
 from mpmath import mp
 
-from phichain.emit.selftest.states import draw_inputs, draw_parameter, rounded, shaped, step_length
+from phichain.emit.selftest.states import draw_inputs, draw_parameter, motion_step, rounded, shaped
 from phichain.ir.nodes import Array
+from phichain.ir.rounded import EPSILON
 from phichain.lowering.lower import Lowered
 from phichain.reference import reference
 from phichain.scene import Scene
@@ -43,9 +44,8 @@ class FlowKind:
     accepted: Mapping[str, float]
 
 
-_ROUND_OFF: Final = {"double": 2.0**-52, "float": 2.0**-23}
 KINDS: Final[Mapping[str, FlowKind]] = {
-    "propagate": FlowKind(_ROUND_OFF, {name: 64 * x for name, x in _ROUND_OFF.items()}),
+    "propagate": FlowKind(EPSILON, {real: 64 * epsilon for real, epsilon in EPSILON.items()}),
     "propagate_stiff": FlowKind({"double": 1e-11, "float": 1e-4}, {"double": 1e-9, "float": 1e-3}),
 }
 
@@ -87,7 +87,7 @@ def _case(scene: Scene, lowered: Lowered, name: str) -> FlowCase:
         *([Array("u", (scene.nu,))] if scene.nu else []),
     ]
     inputs = draw_inputs(scene, state, source)
-    t_end = _STEPS * step_length(scene, values, inputs)
+    t_end = _STEPS * motion_step(scene, values, inputs)
     expected = None
     while scene.links <= LONGEST_REFERENCE and expected is None:
         t_end /= 2

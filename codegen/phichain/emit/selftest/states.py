@@ -6,15 +6,20 @@ import random
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from mpmath import mp
 
 from phichain.ir.nodes import Array
+from phichain.ir.rounded import nearest
 from phichain.reference import reference
 from phichain.scene import Scene
 
-#: [s] A spatial step's stages leave the sphere by O(h^2), and the reference's do not.
-_LONGEST_STEP = 2.0**-14
+#: [s]
+_LONGEST_STEP = 1 / 2**14
+#: Bound of h^2 |a| for one step and for motions.
+_MODERATE = 1 / 2**14
+#: A spatial step's stages leave the sphere by O(h^2), and the reference's do not: below this bound of h^2 |a| the two ends, which
+#: differ by about its power 5/2, are the same to round-off.
+_SAME_ENDS = {"double": 1 / 2**22, "float": _MODERATE}
 
 
 def draw_parameter(scene: Scene, array: Array, source: random.Random) -> list[float]:
@@ -42,18 +47,29 @@ def draw_inputs(scene: Scene, arrays: Sequence[Array], source: random.Random) ->
     return inputs
 
 
+def motion_step(scene: Scene, params: Mapping[str, list[float]], inputs: Mapping[str, list[float]]) -> float:
+    """A step h [s] in whose units a motion is measured, well within the stability of RK4: see `step_length`."""
+    return _shortened(scene, params, inputs, _MODERATE)
+
+
 def step_length(scene: Scene, params: Mapping[str, list[float]], inputs: Mapping[str, list[float]]) -> float:
-    """A step h [s], a power of two, well within the stability of RK4: h^2 |a| <= 2^-14 and h |a| <= 2^-5 max(1, |v|).
+    """A step h [s], a power of two: h^2 |a| <= 2^-14, in space 2^-22 (double), and h |a| <= 2^-5 max(1, |v|).
 
     Beyond it a light link's joint makes the step grow without bound, and its result says nothing about the code.
     """
+    return _shortened(scene, params, inputs, _MODERATE if scene.is_planar else _SAME_ENDS[scene.real])
+
+
+def _shortened(
+    scene: Scene, params: Mapping[str, list[float]], inputs: Mapping[str, list[float]], most: float
+) -> float:
     state = {name: inputs[name] for name in ("q", "v", "u") if name in inputs}
     acceleration = max(
         map(abs, reference(scene, "forward_dynamics", state, params=by_shape(scene, params))["a"])
     )
     fastest = max(1.0, *map(abs, inputs["v"]))
     h = _LONGEST_STEP
-    while h * h * acceleration > 2.0**-14 or h * acceleration > 2.0**-5 * fastest:
+    while h * h * acceleration > most or h * acceleration > fastest / 2**5:
         h /= 2.0
     return h
 
@@ -87,20 +103,6 @@ def by_shape(scene: Scene, values: Mapping[str, list[float]]) -> dict[str, Any]:
     return {name: given if scene.runtime_shapes[name] else given[0] for name, given in values.items()}
 
 
-def kind_of(scene: Scene) -> Any:
-    """NumPy's type for the scene's."""
-    return np.float32 if scene.real == "float" else np.float64
-
-
 def rounded(scene: Scene, value: Any) -> float:
-    """The nearest number of the scene's type (a mpf is rounded once)."""
-    number = float(value)
-    if scene.real == "double":
-        return number
-    with np.errstate(over="ignore"):  # an infinite expectation makes an infinite error, which is refused
-        nearest = np.float32(number)
-    if float(nearest) != number and isinstance(value, mp.mpf):
-        # double rounding: decide between the two neighbours by the exact value
-        other = np.nextafter(nearest, np.float32(np.inf if value > float(nearest) else -np.inf))
-        nearest = min((nearest, other), key=lambda x: abs(mp.mpf(float(x)) - value))
-    return float(nearest)
+    """The nearest number of the scene's type."""
+    return nearest(scene.real, value)

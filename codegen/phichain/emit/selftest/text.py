@@ -10,7 +10,8 @@ from phichain.contract.flows import DONE
 from phichain.contract.functions import ROWS
 from phichain.emit.c.layout import laid_out_text
 from phichain.emit.render import render
-from phichain.emit.selftest.cases import Case, Selftest, columns
+from phichain.emit.selftest.case import Case, columns
+from phichain.emit.selftest.cases import Selftest
 from phichain.emit.selftest.flow import FlowCase
 from phichain.emit.selftest.states import rounded
 from phichain.ir.nodes import Array, Program

@@ -7,11 +7,11 @@ entry of the adjugate, which is carried instead. Entries that are structurally z
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from phichain.ir.builder import Builder, Expr
-
-Matrix = list[list[Expr]]
+from phichain.lowering.algebra.matrix import Matrix, flat, from_flat, zero
 
 
 @dataclass(frozen=True)
@@ -25,18 +25,16 @@ class Compound:
     @classmethod
     def zero(cls, builder: Builder) -> Compound:
         """What lies beyond the tip."""
-        nothing = builder.lift(0)
-        return cls([[nothing] * 3 for _ in range(3)], [[nothing] * 3 for _ in range(3)], nothing)
+        return cls(zero(builder), zero(builder), builder.lift(0))
 
     def flat(self) -> list[Expr]:
         """All entries: matrix, adjugate, determinant."""
-        return [*(entry for row in (*self.matrix, *self.adjugate) for entry in row), self.determinant]
+        return [*flat(self.matrix), *flat(self.adjugate), self.determinant]
 
     @classmethod
-    def from_flat(cls, values: list[Expr]) -> Compound:
+    def from_flat(cls, values: Sequence[Expr]) -> Compound:
         """The inverse of `flat`."""
-        rows = [values[i : i + 3] for i in range(0, 18, 3)]
-        return cls(rows[:3], rows[3:], values[18])
+        return cls(from_flat(values[:9]), from_flat(values[9:18]), values[18])
 
     def shifted(self, arm: Expr, column: tuple[Expr, Expr]) -> Compound:
         """L Lambda R with L = [I 0; arm e_y^T 1] and R = [I arm n; 0 1]; both have determinant 1."""
@@ -50,7 +48,7 @@ class Compound:
                 adjugate[i][j] = adjugate[i][j] - arm * (column[i] * adjugate[2][j])
         for i in range(3):
             adjugate[i][1] = adjugate[i][1] - arm * adjugate[i][2]
-        return Compound(matrix, adjugate, self.determinant)
+        return Compound(_rows(matrix), _rows(adjugate), self.determinant)
 
     def with_mass(self, mass: Expr) -> Compound:
         """Lambda + mass diag(1, 1, 0)."""
@@ -64,7 +62,7 @@ class Compound:
             adjugate[2][i] = adjugate[2][i] - mass * self.matrix[2][i]
         adjugate[2][2] = adjugate[2][2] + mass * (trace + mass)
         determinant = self.determinant + mass * (self.adjugate[0][0] + self.adjugate[1][1] + inertia)
-        return Compound(matrix, adjugate, determinant)
+        return Compound(_rows(matrix), _rows(adjugate), determinant)
 
     def stiffened(self, stiffness: Expr) -> Compound:
         """Lambda + stiffness e_3 e_3^T."""
@@ -76,7 +74,7 @@ class Compound:
                     adjugate[i][i] = adjugate[i][i] + stiffness * self.matrix[1 - i][1 - i]
                 else:
                     adjugate[i][j] = adjugate[i][j] - stiffness * self.matrix[i][j]
-        return Compound(matrix, adjugate, self.determinant + stiffness * self.adjugate[2][2])
+        return Compound(_rows(matrix), _rows(adjugate), self.determinant + stiffness * self.adjugate[2][2])
 
     def released(self, joint: Expr, inverse: Expr) -> Compound:
         """Behind a joint of the given stiffness in series: (Lambda^-1 + e_3 e_3^T / joint)^-1.
@@ -95,7 +93,7 @@ class Compound:
         matrix[2][2] = share * full[2][2]
         behind = [[share * entry for entry in row] for row in adjugate]
         behind[2][2] = (self.determinant + joint * adjugate[2][2]) * inverse
-        return Compound(matrix, behind, share * self.determinant)
+        return Compound(_rows(matrix), _rows(behind), share * self.determinant)
 
     def turned(self, sine: Expr, cosine: Expr) -> Compound:
         """The same in the frame of the link before."""
@@ -104,15 +102,19 @@ class Compound:
         )
 
 
-def _copy(rows: Matrix) -> Matrix:
+def _copy(rows: Matrix) -> list[list[Expr]]:
     return [list(row) for row in rows]
+
+
+def _rows(rows: list[list[Expr]]) -> Matrix:
+    return tuple(map(tuple, rows))
 
 
 def _turned(m: Matrix, sine: Expr, cosine: Expr) -> Matrix:
     shear = sine * (m[0][0] - m[1][1]) + cosine * (m[0][1] + m[1][0])
     lean, slope = sine * shear, cosine * shear
-    return [
-        [m[0][0] - lean, slope - m[1][0], cosine * m[0][2] - sine * m[1][2]],
-        [slope - m[0][1], m[1][1] + lean, sine * m[0][2] + cosine * m[1][2]],
-        [cosine * m[2][0] - sine * m[2][1], sine * m[2][0] + cosine * m[2][1], m[2][2]],
-    ]
+    return (
+        (m[0][0] - lean, slope - m[1][0], cosine * m[0][2] - sine * m[1][2]),
+        (slope - m[0][1], m[1][1] + lean, sine * m[0][2] + cosine * m[1][2]),
+        (cosine * m[2][0] - sine * m[2][1], sine * m[2][0] + cosine * m[2][1], m[2][2]),
+    )

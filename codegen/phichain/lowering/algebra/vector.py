@@ -1,73 +1,71 @@
-"""Three-vectors of Program scalars."""
+"""Vectors of Program scalars in any dimension: what planar and spatial chains share.
+
+A planar chain is a chain of unit vectors too, q = (sin phi, cos phi); code written with these serves both.
+"""
 
 from __future__ import annotations
 
-from phichain.ir.builder import ArrayRef, Expr, Index, Number
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Number
 
-Vector = tuple[Expr, Expr, Expr]
-#: Symmetric 3 x 3 matrix as (xx, xy, xz, yy, yz, zz).
-Symmetric = tuple[Expr, Expr, Expr, Expr, Expr, Expr]
+Vector = tuple[Expr, ...]
 
 
-def load(array: ArrayRef, k: Index) -> Vector:
+def load(array: ArrayRef, k: Index, size: int = 3) -> Vector:
     """The k-th vector of an array of vectors."""
-    return array[3 * k], array[3 * k + 1], array[3 * k + 2]
+    return tuple(array[size * k + i] for i in range(size))
 
 
 def store(array: ArrayRef, k: Index, value: Vector) -> None:
     """Write the k-th vector."""
-    for i in range(3):
-        array[3 * k + i] = value[i]
+    for i, entry in enumerate(value):
+        array[len(value) * k + i] = entry
 
 
 def dot(a: Vector, b: Vector) -> Expr:
     """a . b"""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    total = a[0] * b[0]
+    for x, y in zip(a[1:], b[1:], strict=True):
+        total = total + x * y
+    return total
 
 
 def cross(a: Vector, b: Vector) -> Vector:
-    """a x b"""
+    """a x b in space, its one component in the plane; (a x b).(c x d) = (a.c)(b.d) - (a.d)(b.c) in both."""
+    if len(a) == 2:
+        return (a[0] * b[1] - a[1] * b[0],)
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 def add(a: Vector, b: Vector) -> Vector:
     """a + b"""
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+    return tuple(x + y for x, y in zip(a, b, strict=True))
 
 
 def sub(a: Vector, b: Vector) -> Vector:
     """a - b"""
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+    return tuple(x - y for x, y in zip(a, b, strict=True))
 
 
 def scale(factor: Expr | Number, a: Vector) -> Vector:
-    """factor * a"""
-    return a[0] * factor, a[1] * factor, a[2] * factor
+    """a factor: every component is written in front of the factor."""
+    return tuple(x * factor for x in a)
 
 
-def times(matrix: Symmetric, a: Vector) -> Vector:
-    """Symmetric matrix times vector."""
-    xx, xy, xz, yy, yz, zz = matrix
-    return dot((xx, xy, xz), a), dot((xy, yy, yz), a), dot((xz, yz, zz), a)
+def multiple(factor: Expr | Number, a: Vector) -> Vector:
+    """factor a: the same numbers, with the factor written in front."""
+    return tuple(factor * x for x in a)
 
 
-def combine(*terms: tuple[Expr | Number, Symmetric]) -> Symmetric:
-    """Linear combination of symmetric matrices."""
-    entries = []
-    for i in range(6):
-        total = terms[0][1][i] * terms[0][0]
-        for factor, matrix in terms[1:]:
-            total = total + matrix[i] * factor
-        entries.append(total)
-    return entries[0], entries[1], entries[2], entries[3], entries[4], entries[5]
+def down(builder: Builder, size: int, value: Expr | Number = 1) -> Vector:
+    """value * e_d, along gravity."""
+    return (*zeros(builder, size - 1), builder.lift(value))
 
 
-def upper(*vectors: Vector) -> Symmetric:
-    """The sum of dyads a b^T + c d^T + ..., known to be symmetric, from its upper triangle."""
-    entries = []
-    for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
-        total = vectors[0][i] * vectors[1][j]
-        for a, b in zip(vectors[2::2], vectors[3::2], strict=True):
-            total = total + a[i] * b[j]
-        entries.append(total)
-    return entries[0], entries[1], entries[2], entries[3], entries[4], entries[5]
+def zeros(builder: Builder, size: int) -> Vector:
+    """The zero vector."""
+    return (builder.lift(0),) * size
+
+
+def named(builder: Builder, label: str, value: Vector) -> Vector:
+    """Give every component a name in the emitted text."""
+    return tuple(builder.let(f"{label}_{axis}", x) for axis, x in zip("xyz", value, strict=False))

@@ -31,20 +31,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.algebra.vector import (
-    Symmetric,
-    Vector,
-    add,
-    combine,
-    cross,
-    dot,
-    load,
-    scale,
-    store,
-    sub,
-    times,
-    upper,
-)
+from phichain.lowering.algebra.matrix import Matrix, applied, combine, dyads, symmetric, triangle
+from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.links import couples, directions
 from phichain.lowering.spatial.outer import Outer, Seen
@@ -154,15 +142,15 @@ class _Sweep:
         # turned(A) = alpha x x^T + turned(G), turned(G) = tr(P G P) P - P G P
         gain = combine(
             (seen.across_trace, seen.projector),
-            (1, upper(scale(seen.outer.axial, seen.x), seen.x)), (-1, seen.tangent),
+            (1, dyads(scale(seen.outer.axial, seen.x), seen.x)), (-1, seen.tangent),
         )  # fmt: skip
         self.stretch_share[k], self.stretch_free[k] = inverse * seen.share, inverse * stretch_free
         self.freed[k] = self.units.lever[k] * inverse
         store(self.stretch_gain, k, seen.yielding_u)
         store(self.free, k, free)
         store(self.slope, k, sub(seen.q, sigma))
-        for i in range(6):
-            self.gain[6 * k + i] = gain[i]
+        for i, entry in enumerate(triangle(gain)):
+            self.gain[6 * k + i] = entry
         return _Pivot(inverse, rate_squared, sigma, eta, drive, turned_drive, yielding)
 
     def eliminate(self, chain: Outer, k: Index) -> Outer:
@@ -194,13 +182,13 @@ class _Sweep:
             minor=self._minor(seen, pivot, k, mass * length * passed_mass, planar),
         )
 
-    def _tangent(self, seen: Seen) -> Symmetric:
+    def _tangent(self, seen: Seen) -> Matrix:
         """Gamma + turned(K)."""
         axial = seen.outer.axial
         pressed = scale(axial * seen.along_u, seen.pressed)
         heavy = sub(scale(axial * (1 + seen.tangent_qq), seen.tangent_u), pressed)
-        straight = upper(seen.tangent_u, heavy, scale(-1, pressed), seen.tangent_u)
-        flat = upper(scale(seen.outer.area, seen.across_o), seen.across_o)
+        straight = dyads(seen.tangent_u, heavy, scale(-1, pressed), seen.tangent_u)
+        flat = dyads(scale(seen.outer.area, seen.across_o), seen.across_o)
         lifted = 1 + axial * (seen.along_u * seen.along_u)
         return combine((1, straight), (lifted, seen.tangent), (1, flat))
 
@@ -260,7 +248,7 @@ class _Sweep:
             axial = units.outward[k] * stretch - dot(load(self.lean, k), joint) - self.still_stretch[k]
             first, second = load(self.gain, 2 * k), load(self.gain, 2 * k + 1)
             tip = add(load(self.free, k), scale(axial, load(self.slope, k)))
-            tip = sub(tip, scale(self.freed[k], times((*first, *second), joint)))
+            tip = sub(tip, scale(self.freed[k], applied(symmetric((*first, *second)), joint)))
             self.rates.write(k, cross(q, sub(tip, joint)))
             for before, after in zip(carried, tip, strict=True):
                 loop.follow(before, after)

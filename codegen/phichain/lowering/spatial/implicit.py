@@ -17,12 +17,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.algebra.matrix3 import (
+from phichain.lowering.algebra.matrix import (
     Matrix,
     across_columns,
     across_rows,
-    dyad,
+    flat,
+    from_flat,
     minus,
+    outer,
     plus,
     product,
     scalar,
@@ -75,11 +77,11 @@ class _Beyond:
     couple_x: Matrix
 
     def flat(self) -> list[Expr]:
-        return [*self.force, *self.force_x, *self.couple, *self.couple_x]
+        return [entry for block in (self.force, self.force_x, self.couple, self.couple_x) for entry in flat(block)]
 
     @classmethod
     def from_flat(cls, values: list[Expr]) -> _Beyond:
-        return cls(*(tuple(values[i : i + 9]) for i in range(0, 36, 9)))
+        return cls(*(from_flat(values[i : i + 9]) for i in range(0, 36, 9)))
 
 
 def factors(
@@ -94,7 +96,7 @@ def factors(
     _motion(builder, scene, parameters, q, v, a, out)
     beyond = _Inwards(builder, scene, parameters, gain, out).run()
     if scene.has_cart:
-        xx, xy, yx, yy = (beyond.force[i] for i in (0, 1, 3, 4))
+        (xx, xy, _), (yx, yy, _), _ = beyond.force
         xx, yy = xx + parameters.cart_mass, yy + parameters.cart_mass
         inverse = builder.let("inverse_cart", 1 / (xx * yy - xy * yx))
         for i, entry in enumerate((yy, -xy, -yx, xx)):
@@ -123,7 +125,7 @@ def _motion(
     with builder.loop("k", 0, links) as loop:
         k = loop.index
         start = (*base, -parameters.gravity)
-        joint: Vector = tuple(loop.carry(f"joint_{x}", part) for x, part in zip("xyz", start, strict=True))  # type: ignore[assignment]
+        joint: Vector = tuple(loop.carry(f"joint_{x}", part) for x, part in zip("xyz", start, strict=True))
         here, omega = load(directions(scene, q), k), load(directions(scene, v), k)
         moving, turning = cross(omega, here), cross(load(directions(scene, a), k), here)
         whole = sub(turning, scale(dot(omega, omega), here))
@@ -134,7 +136,7 @@ def _motion(
             loop.follow(before, after)
     with builder.loop("k", links - 1, -1, -1) as loop:
         k = loop.index
-        beyond: Vector = tuple(loop.carry(f"beyond_{x}", 0) for x in "xyz")  # type: ignore[assignment]
+        beyond: Vector = tuple(loop.carry(f"beyond_{x}", 0) for x in "xyz")
         own, here = load(inertial, k), load(out["unit"], k)
         out["pull"][k] = com[k] * dot(here, own) + length[k] * dot(here, beyond)
         for before, after in zip(beyond, add(beyond, own), strict=True):
@@ -174,7 +176,7 @@ class _Inwards:
         mass, length, com = parameters.mass[k], parameters.length[k], parameters.com[k]
         here, spin, moving = (load(out[name], k) for name in ("unit", "spin", "moving"))
         lean = add(scale(self.squared, load(out["turning"], k)), scale(self.twice, moving))
-        bent = minus(scalar(1 - self.squared * dot(spin, spin)), dyad(here, lean))
+        bent = minus(scalar(1 - self.squared * dot(spin, spin)), outer(here, lean))
         carried = plus(scalar(mass * com), scaled(length, beyond.force))
         arm = plus(
             across_rows(plus(scalar(mass * com * com), scaled(length * length, beyond.force)), here),

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.algebra.matrix3 import Matrix
+from phichain.lowering.algebra.matrix import Matrix, transposed
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, sub
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.chart import across
@@ -87,4 +87,4 @@ class Joint:
             rate = tuple(gain if i == axis else nothing for i in range(3))
             shift = tuple(gain * part for part in rate)
             columns.append(response(((shift[0], shift[1], shift[2]), (rate[0], rate[1], rate[2]))))
-        return tuple(columns[j][i] for i in range(3) for j in range(3))
+        return transposed(tuple(columns))

@@ -21,18 +21,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from phichain.ir.builder import Expr
-from phichain.lowering.algebra.vector import (
-    Symmetric,
-    Vector,
-    add,
-    combine,
-    cross,
-    dot,
-    scale,
-    sub,
-    times,
-    upper,
-)
+from phichain.lowering.algebra.matrix import Matrix, applied, combine, dyads, symmetric, trace, triangle
+from phichain.lowering.algebra.vector import Vector, add, cross, dot, scale, sub
 
 
 @dataclass(frozen=True)
@@ -42,7 +32,7 @@ class Outer:
     direction: Vector
     axial: Expr
     lean: Vector
-    tangent: Symmetric
+    tangent: Matrix
     area: Expr
     pull: Expr
     push: Vector
@@ -51,7 +41,7 @@ class Outer:
     def flat(self) -> list[Expr]:
         """All scalars in a fixed order, for a loop to carry."""
         return [
-            *self.direction, self.axial, *self.lean, *self.tangent, self.area, self.pull, *self.push, *self.minor,
+            *self.direction, self.axial, *self.lean, *triangle(self.tangent), self.area, self.pull, *self.push, *self.minor,
         ]  # fmt: skip
 
     @staticmethod
@@ -64,7 +54,7 @@ class Outer:
 
         direction, axial, lean = vector(), next(take), vector()
         return Outer(
-            direction, axial, lean, (*vector(), *vector()), next(take), next(take), vector(), vector()
+            direction, axial, lean, symmetric((*vector(), *vector())), next(take), next(take), vector(), vector()
         )
 
 
@@ -79,8 +69,8 @@ class Seen:
         self.tangent_o = cross(self.across_o, q)
         self.along_u = self.along_o + dot(q, outer_chain.lean)
         self.x = add(self.across_o, cross(q, outer_chain.lean))
-        self.tangent_q = times(outer_chain.tangent, q)
-        self.tangent_x = times(outer_chain.tangent, self.x)
+        self.tangent_q = applied(outer_chain.tangent, q)
+        self.tangent_x = applied(outer_chain.tangent, self.x)
         self.tangent_qq = dot(q, self.tangent_q)
         self.tangent_xx = dot(self.x, self.tangent_x)
 
@@ -89,10 +79,10 @@ class Seen:
         return sub(vector, scale(dot(self.q, vector) if along is None else along, self.q))
 
     @cached_property
-    def projector(self) -> Symmetric:
+    def projector(self) -> Matrix:
         """P."""
         one, nothing = self.q[0].builder.lift(1), self.q[0].builder.lift(0)
-        return combine((1, (one, nothing, nothing, one, nothing, one)), (-1, upper(self.q, self.q)))
+        return combine((1, symmetric((one, nothing, nothing, one, nothing, one))), (-1, dyads(self.q, self.q)))
 
     @cached_property
     def tangent_u(self) -> Vector:
@@ -105,15 +95,14 @@ class Seen:
         return self.projected(self.tangent_q, self.tangent_qq)
 
     @cached_property
-    def tangent(self) -> Symmetric:
+    def tangent(self) -> Matrix:
         """P G P."""
-        return combine((1, self.outer.tangent), (-1, upper(self.q, self.pressed, self.tangent_q, self.q)))
+        return combine((1, self.outer.tangent), (-1, dyads(self.q, self.pressed, self.tangent_q, self.q)))
 
     @cached_property
     def tangent_trace(self) -> Expr:
         """tr P G P."""
-        xx, _, _, yy, _, zz = self.outer.tangent
-        return xx + yy + zz - self.tangent_qq
+        return trace(self.outer.tangent) - self.tangent_qq
 
     @cached_property
     def across_trace(self) -> Expr:
@@ -185,13 +174,13 @@ class Seen:
 
     def turned(self, vector: Vector) -> Vector:
         """turned(A) of a vector tangent to q."""
-        beyond = cross(self.q, times(self.outer.tangent, cross(vector, self.q)))
+        beyond = cross(self.q, applied(self.outer.tangent, cross(vector, self.q)))
         return add(scale(self.outer.axial * dot(self.x, vector), self.x), beyond)
 
     def adjugate(self, vector: Vector) -> Vector:
         """P K of any vector."""
         o, u = self.outer.direction, self.u
-        beyond = cross(u, times(self.outer.tangent, cross(vector, u)))
+        beyond = cross(u, applied(self.outer.tangent, cross(vector, u)))
         return self.projected(
             add(scale(self.outer.area * dot(o, vector), o), scale(self.outer.axial, beyond))
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.algebra.matrix3 import Matrix, apply, load_matrix
+from phichain.lowering.algebra.matrix import Matrix, applied, load_matrix
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.chart import across
@@ -71,9 +71,9 @@ class _Solution:
         force = couple = still
         if links > 1:
             with builder.loop("k", links - 1, 0, -1) as loop:
-                force = tuple(loop.carry(f"force_{x}", 0) for x in "xyz")  # type: ignore[assignment]
+                force = tuple(loop.carry(f"force_{x}", 0) for x in "xyz")
                 if joined(self.scene):
-                    couple = tuple(loop.carry(f"couple_{x}", 0) for x in "xyz")  # type: ignore[assignment]
+                    couple = tuple(loop.carry(f"couple_{x}", 0) for x in "xyz")
                 following = self._eliminated(force, couple, loop.index, True)
                 for before, after in zip((force, couple), following, strict=True):
                     for part, next_part in zip(before, after, strict=True):
@@ -92,8 +92,8 @@ class _Solution:
         lean = dot(turning, shift) + 2 * dot(moving, rate)
         constant = sub(scale(-dot(spin, spin), shift), scale(lean, here))
         store(self.constant, k, constant)
-        own = add(force, apply(self._matrix("carried", k), constant))
-        total = add(apply(self._matrix("arm", k), constant), scale(length, across(here, force)))
+        own = add(force, applied(self._matrix("carried", k), constant))
+        total = add(applied(self._matrix("arm", k), constant), scale(length, across(here, force)))
         total = sub(add(total, couple), scale(known["pull"][k], shift))
         joint = None
         if joined(self.scene):
@@ -102,15 +102,15 @@ class _Solution:
             if has_neighbour:
                 total = add(total, joint.across_to_link((load(self.shift, k - 1), load(self.rate, k - 1))))
         store(self.load, k, total)
-        free = apply(self._matrix("inverse", k), total)
-        passed = sub(own, apply(self._matrix("column", k), free))
+        free = applied(self._matrix("inverse", k), total)
+        passed = sub(own, applied(self._matrix("column", k), free))
         if joint is None or not has_neighbour:
             return passed, couple
         answered = add(
             joint.across_to_before((shift, rate)),
             joint.on_before((load(self.shift, k - 1), load(self.rate, k - 1))),
         )
-        return passed, sub(answered, apply(self._matrix("outer", k), free))
+        return passed, sub(answered, applied(self._matrix("outer", k), free))
 
     def outwards(self, base: Vector, result_q: ArrayRef, result_v: ArrayRef) -> None:
         """Motions, link by link."""
@@ -121,10 +121,10 @@ class _Solution:
         if self.scene.links == 1:
             return
         with self.builder.loop("k", 1, self.scene.links) as loop:
-            at: Vector = tuple(loop.carry(f"joint_{x}", part) for x, part in zip("xyz", joint, strict=True))  # type: ignore[assignment]
+            at: Vector = tuple(loop.carry(f"joint_{x}", part) for x, part in zip("xyz", joint, strict=True))
             before = still
             if joined(self.scene):
-                before = tuple(loop.carry(f"before_{x}", part) for x, part in zip("xyz", moved, strict=True))  # type: ignore[assignment]
+                before = tuple(loop.carry(f"before_{x}", part) for x, part in zip("xyz", moved, strict=True))
             following = self._moved(at, before, loop.index, True, results)
             for old, new in zip((at, before), following, strict=True):
                 for part, next_part in zip(old, new, strict=True):
@@ -136,10 +136,10 @@ class _Solution:
     ) -> tuple[Vector, Vector]:
         """x_k from the joint's motion; returns the next joint's and x_k."""
         gain, here = self.gain, self._vector("unit", k)
-        acting = add(load(self.load, k), apply(self._matrix("row", k), joint))
+        acting = add(load(self.load, k), applied(self._matrix("row", k), joint))
         if joined(self.scene) and has_neighbour:
-            acting = add(acting, apply(self._matrix("inner", k), before))
-        moved = scale(-1, apply(self._matrix("inverse", k), acting))
+            acting = add(acting, applied(self._matrix("inner", k), before))
+        moved = scale(-1, applied(self._matrix("inverse", k), acting))
         rate = add(load(self.rate, k), scale(gain, moved))
         store(results[0], k, add(load(self.right[0], k), scale(gain, rate)))
         store(results[1], k, cross(here, rate))

@@ -10,17 +10,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from phichain.ir.builder import ArrayRef, Builder, Index
-from phichain.lowering.algebra.euclid import (
-    Vector,
-    ambient_size,
-    cart_size,
-    dimension,
-    dot,
-    load,
-    scale,
-    store,
-    wedge,
-)
+from phichain.lowering.algebra.unit_vectors import ambient_size, cart_size, dimension
+from phichain.lowering.algebra.vector import Vector, cross, dot, load, multiple, store
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar import joints as planar_joints
 from phichain.lowering.planar.joints import PlanarState
@@ -81,10 +72,10 @@ class Ambient:
         if scene.is_planar:
             turning = planar_joints.absolute(builder, scene, "spin", v.shifted(self.cart))
             with builder.loop("k", 0, scene.links) as loop:
-                self.put(rate, loop.index, scale(turning[loop.index], tangent(self.at(place, loop.index))))
+                self.put(rate, loop.index, multiple(turning[loop.index], tangent(self.at(place, loop.index))))
         else:
             with builder.loop("k", 0, scene.links) as loop:
-                self.put(rate, loop.index, wedge(self.at(v, loop.index), self.at(place, loop.index)))
+                self.put(rate, loop.index, cross(self.at(v, loop.index), self.at(place, loop.index)))
         return rate
 
     def write_rates(self, rate: ArrayRef, place: ArrayRef, v: ArrayRef, name: str) -> None:
@@ -94,7 +85,7 @@ class Ambient:
             v[i] = rate[i]
         if not scene.is_planar:
             with builder.loop("k", 0, scene.links) as loop:
-                self.put(v, loop.index, wedge(self.at(place, loop.index), self.at(rate, loop.index)))
+                self.put(v, loop.index, cross(self.at(place, loop.index), self.at(rate, loop.index)))
             return
         turning = builder.array(f"turning_{name}", scene.links)
         with builder.loop("k", 0, scene.links) as loop:
@@ -120,7 +111,7 @@ class Ambient:
         assert torque is not None
         couple = builder.array(name, 2 * scene.links)
         with builder.loop("k", 0, scene.links) as loop:
-            store(couple, loop.index, scale(torque[loop.index], tangent(self.at(place, loop.index))))
+            store(couple, loop.index, multiple(torque[loop.index], tangent(self.at(place, loop.index))))
         return couple
 
     def arrive(self, q: ArrayRef, place: ArrayRef, moved: ArrayRef, arrived: ArrayRef) -> None:
@@ -131,7 +122,7 @@ class Ambient:
         if not scene.is_planar:
             with builder.loop("k", 0, scene.links) as loop:
                 there = self.at(moved, loop.index)
-                self.put(arrived, loop.index, scale(1 / builder.sqrt(dot(there, there)), there))
+                self.put(arrived, loop.index, multiple(1 / builder.sqrt(dot(there, there)), there))
             return
         turned, change = self._turned(place, moved), builder.array("change", scene.links)
         planar_joints.from_absolute(builder, scene, turned, change)

@@ -26,30 +26,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from phichain.ir.builder import Builder, Expr, Index, Loop
-from phichain.lowering.algebra.euclid import (
+from phichain.lowering.algebra.matrix import (
     Matrix,
-    Vector,
-    add,
     adjugate,
     applied,
     combined,
     complement,
-    dot,
-    down,
     flat,
     hat,
-    load,
-    named,
     outer,
+    plus,
     product,
-    scale,
-    store,
-    sub,
-    summed,
     trace,
     transposed,
-    zeros,
 )
+from phichain.lowering.algebra.vector import Vector, add, dot, down, load, multiple, named, store, sub, zeros
 from phichain.lowering.steps.link_multipliers import Links
 
 
@@ -104,7 +95,7 @@ def sweep(links: Links) -> None:
         rows = tuple(entries[size * i : size * (i + 1)] for i in range(size))
         value = named(builder, "turning", add(load(constant, k, size), applied(rows, joint)))
         links.write(k, value)
-        for before, after in zip(joint, add(joint, scale(links.parameters.length[k], value)), strict=True):
+        for before, after in zip(joint, add(joint, multiple(links.parameters.length[k], value)), strict=True):
             loop.follow(before, after)
 
 
@@ -124,7 +115,7 @@ class _Link:
         joined = _joined(inertia, own[k], square[k])
         over_joined = builder.let("over_determinant", 1 / joined.determinant)
         yielding = tuple(
-            named(builder, f"yield_{axis}", scale(over_joined, row))
+            named(builder, f"yield_{axis}", multiple(over_joined, row))
             for axis, row in zip("xyz", joined.adjugate, strict=False)
         )
         turn = combined(over_length * lever[k], yielding, over_length)
@@ -132,18 +123,18 @@ class _Link:
         q, normal = links.at(links.q, k), links.at(links.normal, k)
         couple = zeros(builder, size) if links.couple is None else load(links.couple, k, size)
         response = named(builder, "response", applied(yielding, q))
-        free = applied(yielding, sub(couple, scale(length[k], bias)))
+        free = applied(yielding, sub(couple, multiple(length[k], bias)))
         pull = named(builder, "pull", applied(turn, q))
         seen = applied(transposed(turn), normal)
         over = builder.let("over_response", 1 / dot(normal, response))
         excess = builder.let("excess", (links.along[k] - dot(normal, free)) * over)
-        seen = named(builder, "seen", scale(over, seen))
-        self.free = add(free, scale(excess, response))
+        seen = named(builder, "seen", multiple(over, seen))
+        self.free = add(free, multiple(excess, response))
         self.slope = tuple(sub(row, other) for row, other in zip(outer(response, seen), turn, strict=True))
         bent = _bent(inertia, own[k], square[k], overhang[k], over_joined)
         self.inertia_at_base = _added(builder, bent, pull, seen)
-        carried = sub(applied(turn, couple), scale(lever[k], applied(yielding, bias)))
-        self.bias_at_base = add(carried, scale(excess, pull))
+        carried = sub(applied(turn, couple), multiple(lever[k], applied(yielding, bias)))
+        self.bias_at_base = add(carried, multiple(excess, pull))
 
 
 def _joined(inertia: _Inertia, own: Expr, square: Expr) -> _Inertia:
@@ -154,7 +145,7 @@ def _joined(inertia: _Inertia, own: Expr, square: Expr) -> _Inertia:
         product_ = own * (own + square * trace(matrix)) + square * square * determinant
         return _Inertia(whole, combined(square, minors, own), product_)
     spread = own * (own + square * trace(matrix))
-    cofactors = summed(
+    cofactors = plus(
         combined(own * square, complement(matrix), own * own), combined(square * square, minors, 0)
     )
     product_ = own * spread + square * square * (own * trace(minors) + square * determinant)
@@ -169,7 +160,7 @@ def _bent(inertia: _Inertia, own: Expr, square: Expr, overhang: Expr, over_joine
     if len(matrix) == 2:
         times = combined(own, matrix, square * determinant)
         return _Inertia(combined(lean, times, 0), combined(lean, minor, 0), overhang * lean * determinant)
-    times = summed(
+    times = plus(
         combined(own * own, matrix, square * square * determinant),
         combined(own * square, complement(minors), 0),
     )
@@ -182,12 +173,12 @@ def _bent(inertia: _Inertia, own: Expr, square: Expr, overhang: Expr, over_joine
 
 def _added(builder: Builder, bent: _Inertia, pull: Vector, seen: Vector) -> _Inertia:
     """B + p p*^T / f, with its adjugate and determinant; seen = p* / f."""
-    matrix = summed(bent.matrix, outer(pull, seen))
+    matrix = plus(bent.matrix, outer(pull, seen))
     determinant = bent.determinant + dot(seen, applied(bent.adjugate, pull))
     if len(matrix) == 2:
         return _Inertia(matrix, adjugate(matrix), determinant)
     crossed = product(product(hat(builder, seen), transposed(bent.matrix)), hat(builder, pull))
-    return _Inertia(matrix, summed(bent.adjugate, combined(-1, crossed, 0)), determinant)
+    return _Inertia(matrix, plus(bent.adjugate, combined(-1, crossed, 0)), determinant)
 
 
 def _base(links: Links, inertia: Matrix, bias: Vector) -> Vector:
@@ -197,11 +188,11 @@ def _base(links: Links, inertia: Matrix, bias: Vector) -> Vector:
     if not links.scene.has_cart:
         return rise
     asked = add(bias, applied(inertia, rise))[:-1]
-    force = scale(-1, asked) if links.push is None else sub(links.push, asked)
+    force = multiple(-1, asked) if links.push is None else sub(links.push, asked)
     horizontal = tuple(row[:-1] for row in inertia[:-1])
     pivot = combined(1, horizontal, parameters.cart_mass)
     over = 1 / (pivot[0][0] if size == 2 else dot(pivot[0], transposed(adjugate(pivot))[0]))
-    cart = named(builder, "cart", scale(over, applied(adjugate(pivot), force)))
+    cart = named(builder, "cart", multiple(over, applied(adjugate(pivot), force)))
     for i, entry in enumerate(cart):
         links.out[i] = entry
     return (*cart, rise[-1])

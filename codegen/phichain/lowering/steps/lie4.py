@@ -16,6 +16,7 @@ from fractions import Fraction
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
+from phichain.lowering.algebra.matrix import applied
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.links import directions
@@ -98,8 +99,8 @@ class _Step:
             k = loop.index
             angle, eta = load(theta, k), load(moved.shifted(cart), k)
             rows = _rows(rotation, k)
-            store(q.shifted(cart), k, _applied(rows, load(directions(scene, self.q), k)))
-            store(v.shifted(cart), k, _applied(rows, eta))
+            store(q.shifted(cart), k, applied(rows, load(directions(scene, self.q), k)))
+            store(v.shifted(cart), k, applied(rows, eta))
             once = cross(angle, eta)
             twice = scale(Fraction(1, 12), cross(angle, once))
             store(turning, k, add(eta, add(scale(_HALF, once), twice)))
@@ -155,9 +156,9 @@ class _Step:
         with builder.loop("k", 0, scene.links) as loop:
             k = loop.index
             rows = _rows(rotation, k)
-            turned = _applied(rows, load(directions(scene, self.q), k))
+            turned = applied(rows, load(directions(scene, self.q), k))
             unit = scale(builder.let("lengthen", Fraction(3, 2) - _HALF * dot(turned, turned)), turned)
-            omega = _applied(rows, load(rate.shifted(cart), k))
+            omega = applied(rows, load(rate.shifted(cart), k))
             store(q_next.shifted(cart), k, unit)
             store(v_next.shifted(cart), k, sub(omega, scale(dot(unit, omega), unit)))
 
@@ -166,11 +167,6 @@ def _rows(rotation: ArrayRef, k: Index) -> tuple[Vector, Vector, Vector]:
     """Link k's rotation matrix."""
     first, second, third = (load(rotation, 3 * k + i) for i in range(3))
     return first, second, third
-
-
-def _applied(rows: tuple[Vector, Vector, Vector], a: Vector) -> Vector:
-    """R a"""
-    return dot(rows[0], a), dot(rows[1], a), dot(rows[2], a)
 
 
 def _back(rows: tuple[Vector, Vector, Vector], a: Vector) -> Vector:

@@ -19,19 +19,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.algebra.euclid import (
+from phichain.lowering.algebra.unit_vectors import cart_size, dimension
+from phichain.lowering.algebra.vector import (
     Vector,
     add,
-    cart_size,
-    dimension,
+    cross,
     dot,
     down,
     load,
+    multiple,
     named,
-    scale,
     store,
     sub,
-    wedge,
     zeros,
 )
 from phichain.lowering.parameters import Parameters
@@ -83,7 +82,7 @@ class Links:
             return zeros(self.builder, self.size)
         length = self.parameters.length
         over_length = self.parameters.derived("over_length", lambda k: 1 / length[k])
-        return scale(over_length[k], load(self.couple, k, self.size))
+        return multiple(over_length[k], load(self.couple, k, self.size))
 
 
 def tensions(links: Links) -> None:
@@ -100,7 +99,7 @@ def tensions(links: Links) -> None:
         before, normal_before = links.at(links.q, k - 1), links.at(links.normal, k - 1)
         ratio = parameters.mass_ratio[k]
         overlap = builder.let("overlap", dot(normal, q))
-        bend = dot(wedge(normal_before, normal), wedge(before, q))
+        bend = dot(cross(normal_before, normal), cross(before, q))
         following = builder.let("weight", ratio * ((bend + overlap * weight) * past_share))
         own = -(parameters.mass[k] * parameters.length[k] * links.along[k])
         if pair is not None:
@@ -133,7 +132,7 @@ def _pairs(links: Links) -> ArrayRef | None:
 def _net(links: Links, pair: ArrayRef, k: Index, ratio: Expr) -> Vector:
     """m_k times what pairs alone would accelerate link k's end by, against its base: (1 + rho) f_k - f_{k+1} - rho f_{k-1}."""
     here, beyond, before = (load(pair, i, links.size) for i in (k, k + 1, k - 1))
-    return sub(sub(scale(1 + ratio, here), beyond), scale(ratio, before))
+    return sub(sub(multiple(1 + ratio, here), beyond), multiple(ratio, before))
 
 
 def _base_row(
@@ -185,7 +184,7 @@ def _forces(links: Links, tension: ArrayRef, pair: ArrayRef | None) -> ArrayRef:
     force = builder.array("link_force", size * (count + 1))
     with builder.loop("k", 0, count) as loop:
         k = loop.index
-        pull = scale(-tension[k], links.at(links.q, k))
+        pull = multiple(-tension[k], links.at(links.q, k))
         store(force, k, pull if pair is None else add(pull, load(pair, k, size)))
     store(force, count, zeros(builder, size))
     return force
@@ -196,16 +195,16 @@ def _write_accelerations(links: Links, force: ArrayRef, size: int) -> None:
     builder, parameters = links.builder, links.parameters
     fall = down(builder, size, parameters.gravity)
     here = load(force, 0, size)
-    against = add(fall, scale(1 / parameters.mass[0], sub(here, load(force, 1, size))))
+    against = add(fall, multiple(1 / parameters.mass[0], sub(here, load(force, 1, size))))
     if links.scene.has_cart:
-        cart = scale(-1 / parameters.cart_mass, _sideways(links, here[:-1]))
+        cart = multiple(-1 / parameters.cart_mass, _sideways(links, here[:-1]))
         cart = named(builder, "cart", cart)
         for i, entry in enumerate(cart):
             links.out[i] = entry
         against = (*sub(against[:-1], cart), against[-1])
-    links.write(0, scale(1 / parameters.length[0], against))
+    links.write(0, multiple(1 / parameters.length[0], against))
     with builder.loop("k", 1, links.scene.links) as loop:
         k = loop.index
         net = _net(links, force, k, parameters.mass_ratio[k])
         over = parameters.derived("over_moment", lambda k: 1 / (parameters.mass[k] * parameters.length[k]))
-        links.write(k, scale(over[k], net))
+        links.write(k, multiple(over[k], net))

@@ -21,7 +21,8 @@ from fractions import Fraction
 
 from phichain.ir.builder import ArrayRef, Builder, Expr
 from phichain.ir.nodes import Program
-from phichain.lowering.algebra.euclid import add, ambient_size, cart_size, dimension, dot, named, scale
+from phichain.lowering.algebra.unit_vectors import ambient_size, cart_size, dimension
+from phichain.lowering.algebra.vector import add, dot, multiple, named
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.steps.ambient import Ambient, has_couples
 from phichain.lowering.steps.articulated_links import sweep
@@ -67,8 +68,8 @@ def constrained_accelerations(builder: Builder, scene: Scene, parameters: Parame
     with builder.loop("k", 0, links) as loop:
         k = loop.index
         turning = vectors.at(guess, k)
-        speed = named(builder, "speed", add(vectors.at(rate, k), scale(_HALF * h, turning)))
-        vectors.put(normal, k, add(vectors.at(place, k), scale(h, speed)))
+        speed = named(builder, "speed", add(vectors.at(rate, k), multiple(_HALF * h, turning)))
+        vectors.put(normal, k, add(vectors.at(place, k), multiple(h, speed)))
         along[k] = h * dot(speed, turning) - dot(speed, speed)
     (tensions if scene.tip_masses else sweep)(
         Links(builder, scene, parameters, place, normal, along, couple, push, out)
@@ -141,9 +142,9 @@ class _Step:
             k = loop.index
             total = loop.carry("squared_error", 0)
             here, turning = vectors.at(self.place, k), vectors.at(acceleration, k)
-            speed = named(builder, "speed", add(vectors.at(self.rate, k), scale(_HALF * h, turning)))
+            speed = named(builder, "speed", add(vectors.at(self.rate, k), multiple(_HALF * h, turning)))
             vectors.put(self.half, k, speed)
-            vectors.put(self.moved, k, add(here, scale(h, speed)))
+            vectors.put(self.moved, k, add(here, multiple(h, speed)))
             error = builder.let("length_error", h * h * (dot(here, turning) + dot(speed, speed)))
             loop.follow(total, total + error * error)
         self.arguments["residual"][0] = builder.sqrt(total + _LEAST)

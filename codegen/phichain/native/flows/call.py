@@ -161,7 +161,7 @@ def time_of(field: str, value: Any, kind: np.dtype[Any]) -> float:
         ArrayError: It is no number, or not finite in the type of the C.
     """
     time = number(field, value, "give a finite time in s")
-    if abs(time) > np.finfo(kind).max:
+    if abs(time) > float(np.finfo(kind).max):
         raise ArrayError(field, value, f"is outside the range of {kind}", "give a shorter time in s")
     return time
 

@@ -1,0 +1,79 @@
+"""The equations of motion: accelerations and forces against the Lagrangian's residual, and their derivatives."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from phichain.proof.case import Case, Wrong, nothing, proves
+from phichain.proof.lagrange import Motion, triples
+from phichain.proof.modular.compiled import FAULTS
+from phichain.proof.modular.field import PRIME, Vector, dot, plus
+
+
+@proves("forward_dynamics")
+def forward_dynamics(case: Case) -> None:
+    """The Lagrangian's virtual work is that of the inputs along every direction; omega_k' is orthogonal to q_k."""
+    point, judge = case.point, case.judge
+    a = case.run()["a"]
+    if not case.scene.is_planar:
+        _orthogonal(case, "a", a, [0] * case.scene.links)
+    motion = judge.motion(point, a=a)
+    case.zero("a", lambda turn: judge.work(point, motion, turn).whole - judge.push(point, turn), point.tangent("turn"))
+
+
+@proves("direction_dynamics")
+def direction_dynamics(case: Case) -> None:
+    """The same for q_k'' itself, with q_k.q_k'' = -|q_k'|^2."""
+    point, judge, carts = case.point, case.judge, case.point.carts
+    rate = judge.turned(point, point.v)
+    second = case.run(point.given(q_dot=rate))["q_ddot"]
+    speeds = [rate[i : i + 3] for i in range(carts, len(rate), 3)]
+    _orthogonal(case, "q_ddot", second, [-dot(speed, speed) for speed in speeds])
+    motion = Motion(point.q, rate, second, [*rate[:carts], *triples(rate, point.q, carts)])
+    case.zero(
+        "q_ddot", lambda turn: judge.work(point, motion, turn).whole - judge.push(point, turn), point.tangent("turn")
+    )
+
+
+@proves("inverse_dynamics")
+def inverse_dynamics(case: Case) -> None:
+    """u is the Lagrangian's virtual work at any accelerations."""
+    point, judge = case.point, case.judge
+    a = point.free("a")
+    u = case.run(point.given(a=a))["u"]
+    motion = judge.motion(point, a=a)
+    case.zero("u", lambda turn: judge.work(point, motion, turn).whole - dot(u, turn), point.free("turn"))
+
+
+@proves("state_jacobian")
+def state_jacobian(case: Case) -> None:
+    """dadq dq + dadv dv + dadu du is the derivative of the forward dynamics, itself proven, along a random direction."""
+    point, scene = case.point, case.scene
+    forward = case.forward
+    moved = {"q": point.free("dq", scene.nq), "v": point.free("dv"), "u": point.free("du", scene.nu)}
+    try:
+        true = forward.slopes(replace(point.given(), along=moved), point)["a"][1]
+    except FAULTS as fault:
+        raise Wrong(f"no derivative, for {nothing(fault)}") from fault
+    blocks = {f"dad{name}": direction for name, direction in moved.items() if direction}
+    found = [0] * scene.nv
+    for rows in case.times(point.given(), blocks).values():
+        found = plus(found, rows)
+    case.same("a row of the derivatives of a, a", found, true)
+
+
+def _orthogonal(case: Case, name: str, found: Vector, true: list[int]) -> None:
+    """Hold q_k against the k-th triple of an output."""
+    carts = case.point.carts
+    for k, (link, value) in enumerate(zip(case.point.links, true, strict=True)):
+        first = carts + 3 * k
+        if (dot(link, found[first : first + 3]) - value) % PRIME:
+            raise Wrong(f"{name}[{first}] to [{first + 2}]")
+
+
+
+def field_of_flows(case: Case) -> None:
+    """The vector field (a, q') that flows differentiate: accelerations, and in space q_k' = omega_k x q_k."""
+    forward_dynamics(case)
+    if not case.scene.is_planar:
+        case.same("q_dot", case.run()["q_dot"], case.judge.turned(case.point, case.point.v))

@@ -1,0 +1,180 @@
+"""The judge: what the Model's own Lagrangian says of a motion, evaluated in the field with nilpotent directions.
+
+For coordinates x (angles, or unit vectors as vectors of space) the virtual work along dx is
+
+    [d/dt dT/dx' - dT/dx + dV/dx].dx + dR/drate.eta = u.eta
+
+d/dt dT/dx'.dx is the mixed derivative of T along (x', x'') in (x, x') and along dx in x'; the others are first derivatives. On the
+sphere dx_k = eta_k x q_k, x_k' = omega_k x q_k and x_k'' = omega_k' x q_k + omega_k x x_k': Lagrange and d'Alembert's principle.
+So one residual costs two evaluations of T, V and R, however long the chain is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import sympy
+
+from phichain.ir.nodes import Affine, Array, Cell, Operand
+from phichain.mechanics import Model
+from phichain.mechanics.energies import names_of
+from phichain.mechanics.symbols import cart_mass, gravity, parameter
+from phichain.proof.modular.compiled import Circle, Compiled, Given, compiled
+from phichain.proof.modular.field import PRIME, Vector, cross, plus
+from phichain.proof.modular.points import Point
+from phichain.proof.modular.symbolic import as_program, cells
+from phichain.scene import Scene
+
+
+@dataclass(frozen=True)
+class Work:
+    """Virtual work along one direction, by where it comes from; forces on the left side of the equations of motion.
+
+    Attributes:
+        inertia: that of T.
+        weight: gravity's part of V.
+        potential: all of V.
+        dampers: that of R.
+    """
+
+    inertia: int
+    weight: int
+    potential: int
+    dampers: int
+
+    @property
+    def whole(self) -> int:
+        """All of it."""
+        return self.inertia + self.potential + self.dampers
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A state of the chain in the Lagrangian's coordinates, and how it moves.
+
+    Attributes:
+        x: coordinates.
+        rate: x'.
+        acceleration: x''.
+        omega: what dampers see: v.
+    """
+
+    x: Vector
+    rate: Vector
+    acceleration: Vector
+    omega: Vector
+
+
+class Judge:
+    """A Model's Lagrangian, compiled once."""
+
+    def __init__(self, model: Model, params: Sequence[Array]) -> None:
+        """Compile T, V, R and the positions.
+
+        Args:
+            model: whose Lagrangian.
+            params: fields of the scene's runtime parameters.
+        """
+        scene, symbols, energies, names = model.scene, model.symbols, model.energies, names_of(model.scene)
+        self.scene = scene
+        inputs = [Array("q", (scene.nq,)), Array("v", (scene.nv,)), *params]
+        known = cells(inputs[0], symbols.q) | cells(inputs[1], symbols.v) | _runtime(scene)
+        self._rate = "v"
+        if not scene.is_planar:
+            self._rate = "q_dot"
+            inputs.append(Array("q_dot", (scene.nq,)))
+            known |= cells(inputs[-1], [*symbols.cart_rate, *(entry for link in symbols.link_rates for entry in link)])
+        links = range(1, scene.links + 1)
+        weight = energies.potential.xreplace({names.bend(k): sympy.S.Zero for k in links})
+        outputs = {
+            "kinetic": [energies.kinetic],
+            "weight": [weight],
+            "potential": [energies.potential],
+            "dissipation": [energies.dissipation],
+            "positions": [entry for k in links for entry in names.mass(k)],
+        }
+        program = as_program("lagrangian", inputs, known, energies.definitions, outputs)
+        self._run: Compiled = compiled(program, 2)
+
+    def motion(self, point: Point, v: Vector | None = None, a: Vector | None = None) -> Motion:
+        """The motion of a point with rates v (its own where not given) and accelerations a (none where not given)."""
+        v = point.v if v is None else v
+        a = [0] * len(v) if a is None else a
+        rate = self.turned(point, v)
+        acceleration = self.turned(point, a)
+        if not self.scene.is_planar:
+            acceleration = plus(acceleration, [0] * point.carts + list(triples(rate, v, point.carts)))
+        return Motion(point.q, rate, acceleration, v)
+
+    def turned(self, point: Point, turn: Vector) -> Vector:
+        """What rates do to the coordinates: themselves in the plane, eta_k x q_k in space."""
+        if self.scene.is_planar:
+            return turn
+        return turn[: point.carts] + list(triples(point.q, turn, point.carts))
+
+    def work(self, point: Point, motion: Motion, turn: Vector) -> Work:
+        """The virtual work of a motion along the rotations (or angles) `turn`."""
+        shift = self.turned(point, turn)
+        values = {"q": motion.x, "v": motion.omega, self._rate: motion.rate}
+        timed = self.evaluate(
+            point, values, along={"q": motion.rate, self._rate: motion.acceleration}, across={"v": turn, self._rate: shift}
+        )
+        still = self.evaluate(point, values, along={"q": shift})
+        return Work(
+            inertia=timed["kinetic"][3][0] - still["kinetic"][1][0],
+            weight=still["weight"][1][0],
+            potential=still["potential"][1][0],
+            dampers=timed["dissipation"][2][0],
+        )
+
+    def evaluate(
+        self, point: Point, values: dict[str, Vector], circles: list[Circle] | None = None, **directions: dict[str, Vector]
+    ) -> dict[str, tuple[list[int], ...]]:
+        """T, V, R and the positions with their derivatives along the directions."""
+        turns = {"q": point.circles if circles is None else circles} if self.scene.is_planar else {}
+        return self._run(Given(point.parameters | values, turns, **directions), point)
+
+    def energies(self, point: Point) -> dict[str, list[int]]:
+        """T, V's parts, R and the positions of a point."""
+        motion = self.motion(point)
+        values = {"q": motion.x, "v": motion.omega, self._rate: motion.rate}
+        return {name: parts[0] for name, parts in self.evaluate(point, values).items()}
+
+    def kinetic_form(self, point: Point, one: Vector, other: Vector) -> int:
+        """The bilinear form of 2 T at a configuration, for two vectors of x'."""
+        zero = [0] * self.scene.nq
+        values = {"q": point.q, "v": zero, self._rate: zero}
+        parts = self.evaluate(point, values, along={self._rate: one}, across={self._rate: other})
+        return parts["kinetic"][3][0]
+
+    def momentum(self, point: Point, motion: Motion, shift: Vector) -> int:
+        """dT/dx' along dx."""
+        values = {"q": motion.x, "v": motion.omega, self._rate: motion.rate}
+        return self.evaluate(point, values, along={self._rate: shift})["kinetic"][1][0]
+
+    def push(self, point: Point, turn: Vector) -> int:
+        """The virtual work of the point's inputs: the cart's force, then the actuated angles."""
+        return sum(u * turn[i] for u, i in zip(point.u, driven(self.scene), strict=True)) % PRIME
+
+
+def driven(scene: Scene) -> list[int]:
+    """Which entries of v the inputs act on, in their order."""
+    carts = scene.nv - scene.links * (1 if scene.is_planar else 3)
+    return [*range(carts * scene.has_force), *(carts + joint - 1 for joint in scene.actuated_joints)]
+
+
+def triples(vectors: Vector, turns: Vector, start: int) -> Iterable[int]:
+    """turn_k x vector_k for every link, the entries before `start` left out."""
+    for k in range(start, len(vectors), 3):
+        yield from cross(turns[k : k + 3], vectors[k : k + 3])
+
+
+def _runtime(scene: Scene) -> dict[sympy.Symbol, Operand]:
+    """The cells of the parameters that come at run time."""
+    known: dict[sympy.Symbol, Operand] = {}
+    single = {"cart_mass": cart_mass, "gravity": gravity}
+    for name in scene.runtime:
+        symbols = [single[name](scene)] if name in single else parameter(scene, name)
+        known |= {symbol: Cell(name, Affine(k)) for k, symbol in enumerate(symbols)}
+    return known

@@ -1,0 +1,118 @@
+"""The proof of a scene: its Lagrangian against the masses' positions, then every Program against the Lagrangian."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+from phichain.contract.functions import FLOWS
+from phichain.errors import ProofError
+from phichain.lowering import Lowered, lower
+from phichain.lowering.field import vector_field
+from phichain.lowering.lower import lower_function
+from phichain.mechanics import Model, derive
+from phichain.proof.case import IDENTITIES, Case, Subject, Wrong
+from phichain.proof.identities.dynamics import field_of_flows
+from phichain.proof.lagrange import Judge
+from phichain.proof.model import check_lagrangian
+from phichain.proof.modular.points import POINTS, Point
+from phichain.proof.positions import Chain
+from phichain.proof.record import Proof, Proven
+from phichain.scene import Scene
+
+EXACTLY: Final = f"modulo 2^61 - 1, {POINTS} points"
+"""How a function is proven."""
+
+_BY_DIGITS: Final = "50 digits in the self-test: no identity modulo a prime is written for it"
+_FLOW: Final = f"50 digits in the self-test: steps in floating point; its vector field {EXACTLY}"
+_REMEDY: Final = "nothing was written: report this scene, or give prove=False (--no-proof) to have it unproven"
+
+
+def prove(of: Scene | Model, lowered: Lowered | None = None) -> Proof:
+    """Prove the Programs of a Model against its Lagrangian, exactly (docs/theory.md, "The proof").
+
+    Args:
+        of: a Model, whose T, V and dissipation are held against the positions of the masses first; or a scene, to be derived.
+        lowered: its Programs; lowered here where none are given.
+
+    Returns:
+        For each function how it was proven; steps that are no rational map, and flows, say what stands in.
+
+    Raises:
+        ProofError: the Lagrangian, or a function, does not meet its identity.
+    """
+    model = of if isinstance(of, Model) else derive(of)
+    lowered = lower(model) if lowered is None else lowered
+    start = time.process_time()
+    judge = Judge(model, lowered.params)
+    chains = tuple(Chain(Point(model.scene, number + 1, lowered.params)) for number in range(POINTS))
+    check_lagrangian(model, judge, chains)
+    court = _Court(model, lowered, judge, chains)
+    # What others call comes first, so that a fault is named where it is.
+    found = [court.proven(name) for name in (*lowered.helpers, *lowered.wanted)]
+    found += court.flows()
+    return Proof(model.scene.name, model.scene.digest, tuple(found), time.process_time() - start)
+
+
+@dataclass(eq=False)
+class _Court:
+    """The Programs of one Model before its judge."""
+
+    model: Model
+    lowered: Lowered
+    judge: Judge
+    chains: tuple[Chain, ...]
+
+    def proven(self, name: str) -> Proven:
+        """Prove one function.
+
+        Raises:
+            ProofError: it does not meet its identity.
+        """
+        start, space = time.process_time(), self.model.scene.space
+        if not IDENTITIES.has(name, space):
+            return Proven(name, _BY_DIGITS, False)
+        self.hold(name, self.subjects[name], IDENTITIES.of(name, space))
+        return Proven(name, EXACTLY, True, time.process_time() - start)
+
+    def flows(self) -> list[Proven]:
+        """What stands in for the flows, which are C around derivatives of one Program: the vector field of the scene.
+
+        Raises:
+            ProofError: that is not the Lagrangian's.
+        """
+        start, flows = time.process_time(), [name for name in self.model.scene.want if name in FLOWS]
+        if flows:
+            self.hold(flows[0], Subject(vector_field(self.model)), field_of_flows)
+        return [Proven(name, _FLOW, False, time.process_time() - start) for name in flows]
+
+    def hold(self, name: str, subject: Subject, identity: Callable[[Case], None]) -> None:
+        """Hold a Program against its identity at every point.
+
+        Raises:
+            ProofError: it does not meet it; names the function, the output and the point.
+        """
+        for chain in self.chains:
+            number = chain.point.number
+            try:
+                identity(Case(subject, self.other, self.judge, chain))
+            except Wrong as fault:
+                raise ProofError(
+                    f"{self.model.scene.name}.{name}", str(fault), f"does not meet the Lagrangian at random point {number}", _REMEDY,
+                    function=name, output=str(fault), point=number, digest=self.model.scene.digest,
+                ) from None  # fmt: skip
+
+    @cached_property
+    def subjects(self) -> dict[str, Subject]:
+        """The Programs by name."""
+        return {name: Subject(program) for name, program in (*self.lowered.helpers.items(), *self.lowered.wanted.items())}
+
+    def other(self, name: str) -> Subject:
+        """A Program that others lean on: proven as one of the scene's functions, or here where it is none."""
+        if name not in self.subjects:
+            self.subjects[name] = Subject(lower_function(self.model, name, "loops"))
+            self.proven(name)
+        return self.subjects[name]

@@ -1,0 +1,39 @@
+"""The chains whose Programs and Models are mutated: small ones of every kind."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from phichain.contract.functions import PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.lowering import Lowered, lower
+from phichain.mechanics import derive
+from phichain.scene import Scene
+
+PLANAR = tuple(name for name in PLANAR_FUNCTIONS if name != "propagate") + ("momentum",)
+SPATIAL = tuple(name for name in SPATIAL_FUNCTIONS if name != "propagate") + ("momentum",)
+DAMPED = tuple(name for name in PLANAR if not name.startswith("phi"))
+TWO = {"mass": [0.3, 0.2], "length": [0.5, 0.4]}
+THREE = {"mass": [0.3, 0.2, 0.1], "length": [0.5, 0.4, 0.3]}
+
+SCENES = {
+    scene.name: scene
+    for scene in (
+        Scene("tips", 2, **TWO, actuated="all", want=PLANAR),
+        Scene("coms", 2, **TWO, com=[0.2, 0.3], actuated="all", want=PLANAR),
+        Scene("carted", 2, base="cart", cart_mass=0.7, **TWO, com=[0.2, 0.3], stiffness=[1.5, 0.5], want=PLANAR),
+        Scene("damped", 2, **TWO, com=[0.2, 0.3], stiffness=1.0, damping=[0.1, 0.2], want=DAMPED),
+        Scene("adjacent", 3, **THREE, angles="adjacent", actuated="all", want=PLANAR),
+        Scene("absolute", 3, **THREE, com=0.2, angles="absolute", actuated="all", want=PLANAR, code="loops"),
+        Scene("runtime", 2, mass="runtime", length="runtime", com="runtime", gravity="runtime", want=PLANAR, code="loops"),
+        Scene("spatial", 2, space="spatial", **TWO, want=SPATIAL),
+        Scene("flying", 2, space="spatial", base="cart", cart_mass=0.7, **TWO, com=[0.2, 0.3], want=SPATIAL),
+        Scene("stiff", 2, **TWO, com=[0.2, 0.3], stiffness=1.0, damping=0.2, want=("step_rosenbrock",)),
+        Scene("stiff_flying", 2, space="spatial", base="cart", cart_mass=0.7, **TWO, damping=0.2, want=("step_rosenbrock",)),
+        Scene("sprung", 2, space="spatial", **TWO, com=[0.2, 0.3], stiffness=1.0, damping=0.2, want=SPATIAL, code="loops"),
+    )
+}  # fmt: skip
+
+
+@cache
+def lowered(name: str) -> Lowered:
+    return lower(derive(SCENES[name]))
