@@ -31,7 +31,7 @@ SPATIAL = Scene(
 
 
 def number(text: str) -> float:
-    return float(text.rstrip("f"))
+    return float(text.rstrip("fF"))
 
 
 def kappa(scene: Scene, found: Selftest, name: str) -> float:

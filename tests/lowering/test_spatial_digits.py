@@ -73,13 +73,13 @@ def in_double(hard: Hard) -> list[float]:
     return evaluate(program, {array.name: hard.inputs[array.name] for array in program.inputs})["a"].tolist()
 
 
-def in_single(hard: Hard) -> list[float]:
+def in_single(hard: Hard, name: str = "forward_dynamics", output: str = "a") -> list[float]:
     """Every constant and every operation in binary32."""
-    program = program_of(hard)
+    program = program_of(hard, name)
     algebra = Algebra(lambda value: np.float32(float(value)), lambda kind, args, label: _OPERATIONS[kind](*args))
     given = {array.name: [np.float32(x) for x in hard.inputs[array.name]] for array in program.inputs}
     with np.errstate(all="ignore"):
-        return [float(x) for x in run(program, algebra, given)["a"]]
+        return [float(x) for x in run(program, algebra, given)[output]]
 
 
 def rounded(hard: Hard) -> Hard:
@@ -135,3 +135,15 @@ def test_jacobian(links: int, base: str, ratio: float, place: str) -> None:
         for dq, dv in directions
     ]
     assert relative_error(np.array(along).tolist(), expected) < 1e-12
+
+
+@pytest.mark.parametrize(("links", "base"), [(1, "cart"), (2, "cart"), (3, "fixed")])
+@pytest.mark.parametrize("ratio", [1e-2, 1e-6, 1e-8])
+def test_jacobian_in_single(links: int, base: str, ratio: float) -> None:
+    """Derivatives divide by squares of the pivots; the same in double is what `test_jacobian` holds."""
+    hard = rounded(chain(links, base, ratio, "all"))
+    program = program_of(hard, "state_jacobian")
+    expected = evaluate(program, {array.name: hard.inputs[array.name] for array in program.inputs})
+    for output in ("dadq", "dadv"):
+        error = relative_error(in_single(hard, "state_jacobian", output), expected[output].ravel().tolist())
+        assert error < 2e-6, error
