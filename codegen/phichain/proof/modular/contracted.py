@@ -81,20 +81,45 @@ def _contracted(program: Program) -> Contracted:
     body: list[Statement] = []
     blocks: list[Block] = []
     outputs = {array.name: array for array in program.outputs}
+    single: dict[tuple[str, int], str] = {}
     for statement in program.body:
-        if isinstance(statement, For) and not statement.carries and _writes(statement.body) & set(outputs):
+        if isinstance(statement, For) and not statement.carries and _is_over_seeds(statement, outputs):
             _apart(program, statement)
             found = _Seeds(program, statement, outputs, len(blocks))
             body += found.body
             blocks.append(found.block)
-        elif _writes((statement,)) & set(outputs):
-            raise _Unlike
         else:
-            body.append(statement)
+            body.append(_in_rows(statement, outputs, single))
+    blocks += [Block(None, 0, output, rows, column, 1) for (output, column), rows in single.items()]
     _cover(outputs, blocks)
     rows = tuple(Array(block.rows, (outputs[block.output].shape[0],)) for block in blocks)
     inputs = (*program.inputs, *(block.weights for block in blocks if block.weights))
     return Contracted(replace(program, inputs=inputs, outputs=rows, body=tuple(body)), tuple(blocks))
+
+
+def _is_over_seeds(loop: For, outputs: dict[str, Array]) -> bool:
+    """Whether a turn of a loop writes a column of its own."""
+    cells = [s.cell for s in walk(loop.body) if isinstance(s, Store) and s.cell.array in outputs]
+    return any(dict(cell.index.terms).get(loop.variable, 0) % outputs[cell.array].shape[-1] for cell in cells)
+
+
+def _in_rows(statement: Statement, outputs: dict[str, Array], found: dict[tuple[str, int], str]) -> Statement:
+    """What is written to an output outside of such loops, column by column; names of columns are kept in `found`."""
+    match statement:
+        case For():
+            return replace(statement, body=tuple(_in_rows(inner, outputs, found) for inner in statement.body))
+        case Store(Cell(array, index), value) if array in outputs:
+            width = outputs[array].shape[-1]
+            if any(factor % width for _, factor in index.terms):
+                raise _Unlike
+            rows = found.setdefault((array, index.offset % width), f"column_{len(found)}")
+            return Store(Cell(rows, _divided(index, width)), value)
+    return statement
+
+
+def _divided(index: Affine, width: int) -> Affine:
+    """The row of a cell, of an index whose variables step by whole rows."""
+    return Affine(index.offset // width, tuple((variable, factor // width) for variable, factor in index.terms))
 
 
 def _cover(outputs: dict[str, Array], blocks: Sequence[Block]) -> None:
@@ -270,8 +295,7 @@ class _Seeds:
         if not whole or column + self._count > width or self._target not in (None, target):
             raise _Unlike
         self._target = target
-        rows = Affine(index.offset // width, tuple((variable, factor // width) for variable, factor in index.terms))
-        return Cell(self._rows, rows)
+        return Cell(self._rows, _divided(index, width))
 
     def _without_seed(self, index: Affine) -> Affine:
         return Affine(index.offset, tuple(term for term in index.terms if term[0] != self._seed))
