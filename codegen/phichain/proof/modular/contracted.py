@@ -2,7 +2,7 @@
 
 Such a loop computes one column a turn, from a cell of a table that is one for its own seed and zero elsewhere. Where its body is linear
 in that cell, which is read off its operations here, the sum over seeds of weight times column is one turn with the weights in the place
-of the table. A loop that is anything else, a mutant's for example, is left as it is, and every column of it is computed.
+of the table. A loop that is anything else, a mutant's for example, is left as it is: every column is computed.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Block:
     """What one loop over seeds contributes.
 
     Attributes:
-        weights: the input that takes the weights; None where there is one seed, whose weight is applied afterwards.
+        weights: the input that takes the weights; None where one seed's weight is applied afterwards.
         first: where in it the first seed's is.
         output: the result it belongs to.
         rows: the output that holds the loop's columns times the weights.
@@ -123,8 +123,7 @@ def _divided(index: Affine, width: int) -> Affine:
 
 
 def _cover(outputs: dict[str, Array], blocks: Sequence[Block]) -> None:
-    """Every column belongs to one block."""
-    for name, array in outputs.items():
+    for name, array in outputs.items():  # every column belongs to one block
         columns = [block.column + i for block in blocks if block.output == name for i in range(block.count)]
         if sorted(columns) != list(range(array.shape[1] if len(array.shape) == 2 else -1)):
             raise _Unlike
