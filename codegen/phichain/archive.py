@@ -42,16 +42,18 @@ class Array:
         dtype: Its type; a file may hold another one of the same kind.
         shape: Named sizes.
         is_optional: Whether a record may be without it.
+        further: Named size of a last axis that it may have besides; empty for none.
     """
 
     dtype: type[np.generic]
     shape: tuple[str, ...]
     is_optional: bool = False
+    further: str = ""
 
 
-def real(*shape: str, optional: bool = False) -> Array:
+def real(*shape: str, optional: bool = False, further: str = "") -> Array:
     """An array of real numbers."""
-    return Array(np.float64, shape, optional)
+    return Array(np.float64, shape, optional, further)
 
 
 def whole(*shape: str) -> Array:
@@ -102,6 +104,7 @@ def _is_text(value: Any) -> bool:
 TEXT: Final = Field("a text", _is_text)
 NUMBER: Final = Field("a number", _is_number)
 COUNT: Final = Field("a whole number from 0", _is_count)
+TRUTH: Final = Field("true or false", lambda value: isinstance(value, bool))
 COUNTS: Final = Field(
     "whole numbers by name", lambda value: isinstance(value, dict) and all(map(_is_count, value.values()))
 )
@@ -249,7 +252,8 @@ class _Reader:
             self.refuse(entry, dtype.str, f"has another type than {ours}")
         # A list of no events has lost its further sizes.
         if not (shape == (0,) and self.sizes.get(wanted.shape[0]) == 0):
-            self.agree(entry, wanted.shape, shape)
+            has_more = wanted.further and len(shape) > len(wanted.shape)
+            self.agree(entry, (*wanted.shape, wanted.further) if has_more else wanted.shape, shape)
         dtype, shape, content = _unpacked(archive, member)
         return np.frombuffer(content, dtype).reshape(shape).astype(ours, copy=True)
 

@@ -11,8 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from phichain.errors import ArrayError, PhichainError, SignalError, UnsupportedError
-from phichain.fractional import PATHS, propagation
-from phichain.records import read_npz
+from phichain.fractional import PATHS, Propagation, propagation
 from phichain.system import AbsentFunctionError, System
 from tests.fractional.chains import chain
 from tests.handmade import GRAVITY
@@ -142,9 +141,12 @@ def test_record_leaves_memory_whole(tmp_path: Path) -> None:
     system, q0 = SYSTEMS["paper A, two links"]
     result = propagation(system, motion_of(system, q0, count=41), P, ALPHA)
     result.to_npz(tmp_path / "p.npz")
-    arrays, meta = read_npz(tmp_path / "p.npz", "Propagation")
-    assert np.array_equal(arrays["psi_total"], result.psi["total"], equal_nan=True)
-    assert meta["coordinates"] == list(result.coordinates) and meta["initial"] is True
+    back = Propagation.from_npz(tmp_path / "p.npz")
+    for mine, its in ((result.forces, back.forces), (result.theta_p, back.theta_p), (result.psi, back.psi)):
+        assert list(mine) == list(its)
+        assert all(np.array_equal(mine[path], its[path], equal_nan=True) for path in mine)
+    assert (back.coordinates, back.initial, back.order, back.name) == (result.coordinates, True, result.order, result.name)
+    assert all(np.array_equal(getattr(back, name), getattr(result, name)) for name in ("time", "p", "alpha"))
     result.to_csv(tmp_path / "p.csv", "theta_p", 1, "gravity")
     lines = (tmp_path / "p.csv").read_text().splitlines()
     assert lines[0].split(",")[:2] == ["t", "p=0.0"] and len(lines) == 42

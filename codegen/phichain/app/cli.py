@@ -17,6 +17,7 @@ import typer
 
 import phichain
 from phichain.app import cli_figures
+from phichain.app.outputs import figures, named, write
 from phichain.errors import PhichainError, printable
 
 app = typer.Typer(
@@ -181,7 +182,7 @@ def simulate(
     from phichain.scene.library import find_scene
     from phichain.system.starts import leaning, numbers, parameters
 
-    files = _named(out)
+    files = named(out)
     system = _with(built(find_scene(scene)), parameters(settings or []))
     rest = leaning(system, lean)
     start = [rest[k] if given is None else given for k, given in enumerate((numbers(q, "q"), numbers(v, "v")))]
@@ -189,7 +190,7 @@ def simulate(
         grid = np.linspace(0.0, t, points)
     trajectory = simulated(system, (start[0], start[1]), grid, method, tol, u=numbers(u, "u"), h=h)
     typer.echo(str(trajectory))
-    _write(trajectory, files, lambda: _figures().motion(system, trajectory))
+    write(trajectory, files, lambda: figures().motion(system, trajectory))
 
 
 def _with(system: Any, values: Any) -> Any:
@@ -197,35 +198,6 @@ def _with(system: Any, values: Any) -> Any:
     from dataclasses import replace
 
     return system if values is None else replace(system, params=values)
-
-
-def _figures() -> Any:
-    from phichain.report import figures
-
-    return figures
-
-
-def _named(files: list[Path] | None) -> list[Path]:
-    """The files to write, refused before any work when a name does not say what to write."""
-    from phichain.errors import OutputError
-
-    for path in files or []:
-        if path.suffix not in (".csv", ".npz", ".png"):
-            raise OutputError("out", str(path), "has no suffix that says what to write", "name it .csv, .npz or .png")
-    return files or []
-
-
-def _write(record: Any, files: list[Path], draw: Any) -> None:
-    for path in files:
-        if path.suffix == ".csv":
-            record.to_csv(path)
-        elif path.suffix == ".npz":
-            record.to_npz(path)
-        else:
-            from phichain.report.style import save
-
-            save(draw(), path)
-        typer.echo(printable(f"wrote {path}"))
 
 
 @app.command()
@@ -242,11 +214,11 @@ def trace(
     from phichain.scene.library import find_scene
     from phichain.system.starts import parameters
 
-    files = _named(out)
+    files = named(out)
     system = _with(built(find_scene(scene)), parameters(settings or []))
     branch = traced(system, mode, amplitude_max)
     typer.echo(str(branch))
-    _write(branch, files, lambda: _figures().family(branch))
+    write(branch, files, lambda: figures().family(branch))
 
 
 @app.command()
@@ -269,7 +241,7 @@ def lqr(
     from phichain.scene.library import find_scene
     from phichain.system.starts import leaning, parameters, upright
 
-    files = _named(out)
+    files = named(out)
     system = _with(built(find_scene(scene)), parameters(settings or []))
     gains = control.lqr(system, upright(up, system.links), state_weight, input_weight)
     typer.echo(str(gains))
@@ -282,7 +254,7 @@ def lqr(
         f"tried from {lean:g} rad off: {verdict}, e_q = {off[0]:.3g} at first, {off[-1]:.3g} at {motion.t[-1]:g} s,"
         f" largest input {np.max(np.abs(np.asarray(motion.u))):.3g}"
     )
-    _write(gains, files, lambda: _figures().closed_loop(system, motion, off, rate))
+    write(gains, files, lambda: figures().closed_loop(system, motion, off, rate))
 
 
 @app.command()

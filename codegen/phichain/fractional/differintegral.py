@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import rgamma
 
+from phichain.archive import COUNT, TRUTH, Schema, read_archive, real
 from phichain.errors import ArrayError, SignalError
 from phichain.fractional import weights as lubich
 from phichain.fractional.convolution import Signal, convolve, convolve_short, transform
@@ -27,6 +28,13 @@ from phichain.fractional.threads import run
 from phichain.records import Held, write_csv, write_npz
 
 Vector = NDArray[np.float64]
+
+_SCHEMA = Schema(
+    "Differintegral",
+    {"time": real("n"), "alpha": real("orders"), "values": real("orders", "n", further="channels")},
+    {"order": COUNT, "starting": COUNT, "initial": TRUTH},
+    filled=("n", "orders"),
+)
 
 # Samples of kernels transformed together: enough to share the overhead, few enough to stay near the cache.
 _CHUNK_VALUES = 2**17
@@ -78,7 +86,7 @@ class Differintegral(Held):
             columns.update(channels)
         write_csv(path, columns)
 
-    def to_npz(self, path: str | Path) -> None:
+    def to_npz(self, path: str | Path) -> Path:
         """Write everything, exactly."""
         meta = {
             "kind": "Differintegral",
@@ -86,7 +94,19 @@ class Differintegral(Held):
             "starting": self.starting,
             "initial": self.initial,
         }
-        write_npz(path, {"time": self.time, "alpha": self.alpha, "values": self.values}, meta)
+        return write_npz(path, {"time": self.time, "alpha": self.alpha, "values": self.values}, meta)
+
+    @classmethod
+    def from_npz(cls, path: str | Path) -> Differintegral:
+        """Read what `to_npz` wrote.
+
+        Raises:
+            OutputError: The file is missing or holds no Differintegral, or not a whole one.
+        """
+        arrays, meta = read_archive(path, _SCHEMA)
+        return cls(
+            arrays["time"], arrays["alpha"], arrays["values"], meta["order"], meta["starting"], meta["initial"]
+        )
 
 
 def grunwald_letnikov(

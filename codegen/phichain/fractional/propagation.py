@@ -22,6 +22,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from phichain.archive import COUNT, TEXT, TRUTH, Schema, names, read_archive, real, refuse
 from phichain.errors import ArrayError, SignalError
 from phichain.fractional.differintegral import differintegrate
 from phichain.fractional.factor import joint_map, refuse_spatial, states_of
@@ -34,6 +35,18 @@ Vector = NDArray[np.float64]
 
 PATHS = ("total", "coriolis", "gravity", "feedback", "input", "joints")
 DEFAULT_PATHS = PATHS[:4]
+_TABLES = {"forces": ("m", "nv"), "theta_p": ("m", "powers", "nv"), "psi": ("m", "orders", "nv")}
+_SCHEMA = Schema(
+    "Propagation",
+    {
+        "time": real("m"),
+        "p": real("powers"),
+        "alpha": real("orders"),
+        **{f"{kind}_{path}": real(*shape, optional=True) for kind, shape in _TABLES.items() for path in PATHS},
+    },
+    {"name": TEXT, "coordinates": names("nv", counted=True), "initial": TRUTH, "order": COUNT},
+    filled=("m", "powers", "orders", "nv"),
+)
 
 
 class Motion(Protocol):
@@ -110,7 +123,7 @@ class Propagation(Held):
         columns = {f"{name}={float(value)!r}": surface[:, k] for k, value in enumerate(values)}
         write_csv(file, {"t": self.time, **columns})
 
-    def to_npz(self, path: str | Path) -> None:
+    def to_npz(self, path: str | Path) -> Path:
         """Write everything, exactly; the arrays of a path are named forces_PATH, theta_p_PATH and psi_PATH."""
         tables = {"forces": self.forces, "theta_p": self.theta_p, "psi": self.psi}
         arrays = {f"{kind}_{key}": value for kind, table in tables.items() for key, value in table.items()}
@@ -121,7 +134,28 @@ class Propagation(Held):
             "initial": self.initial,
             "order": self.order,
         }
-        write_npz(path, {"time": self.time, "p": self.p, "alpha": self.alpha, **arrays}, meta)
+        return write_npz(path, {"time": self.time, "p": self.p, "alpha": self.alpha, **arrays}, meta)
+
+    @classmethod
+    def from_npz(cls, path: str | Path) -> Propagation:
+        """Read what `to_npz` wrote.
+
+        Raises:
+            OutputError: The file is missing or holds no Propagation, or not a whole one.
+        """
+        arrays, meta = read_archive(path, _SCHEMA)
+        tables = {
+            kind: {key: arrays[f"{kind}_{key}"] for key in PATHS if f"{kind}_{key}" in arrays}
+            for kind in _TABLES
+        }
+        for kind, table in tables.items():
+            if table.keys() != tables["forces"].keys():
+                refuse(path, _SCHEMA, kind, sorted(table), "does not hold the paths of the forces")
+        forces, theta_p, psi = (MappingProxyType(table) for table in tables.values())
+        return cls(
+            meta["name"], arrays["time"], arrays["p"], arrays["alpha"], forces, theta_p, psi,
+            tuple(meta["coordinates"]), meta["initial"], meta["order"],
+        )  # fmt: skip
 
 
 def propagation(

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from fractions import Fraction
 
 from phichain.ir.algebra import canonical, simplify
-from phichain.ir.handles import ArrayRef, Expr, Index, Number
+from phichain.ir.handles import ArrayRef, Expr, Index, Loop, Number
 from phichain.ir.nodes import (
     Affine,
     Array,
@@ -40,28 +40,6 @@ class _Block:
     def __init__(self) -> None:
         self.statements: list[Statement] = []
         self.shared: dict[tuple[str, tuple[Operand, ...]], Operand] = {}
-
-
-class Loop:
-    """The loop being written: its index and its carried scalars."""
-
-    def __init__(self, builder: Builder, variable: str) -> None:
-        self._builder = builder
-        self.index = Affine(0, ((variable, 1),))
-        self.carries: dict[str, list[Operand]] = {}
-
-    def carry(self, name: str, initial: Expr | Number) -> Expr:
-        """A scalar with this value on the first turn; `follow` says what the next turn sees."""
-        local = Local(self._builder.fresh(name))
-        start = self._builder.lift(initial).operand
-        self._builder.hoist(start)
-        self.carries[local.name] = [start, local]
-        return Expr(self._builder, local)
-
-    def follow(self, carried: Expr, value: Expr | Number) -> None:
-        """Set what the next turn (and the code after the loop) sees for a carried scalar."""
-        assert isinstance(carried.operand, Local)
-        self.carries[carried.operand.name][1] = self._builder.lift(value).operand
 
 
 class Builder:

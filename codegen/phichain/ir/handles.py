@@ -1,4 +1,4 @@
-"""Handles on the values of a Program being written: scalars with arithmetic, arrays with cells."""
+"""Handles on the values of a Program being written: scalars with arithmetic, arrays with cells, loops with carried scalars."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Protocol
 
-from phichain.ir.nodes import Affine, Const, Operand
+from phichain.ir.nodes import Affine, Const, Local, Operand
 
 Number = int | float | Fraction
 Index = int | Affine
@@ -89,3 +89,32 @@ class ArrayRef:
     def shifted(self, offset: Index, stride: int = 1) -> ArrayRef:
         """The same array from another origin and with another stride: ``ref.shifted(o, s)[k]`` is ``ref[o + s k]``."""
         return ArrayRef(self.builder, self.name, self.size, self._cell(offset), self.stride * stride)
+
+
+class LoopRecorder(Recorder, Protocol):
+    """What a loop being written wants of its Builder, too."""
+
+    def fresh(self, name: str) -> str: ...
+    def hoist(self, operand: Operand) -> None: ...
+
+
+class Loop:
+    """The loop being written: its index and its carried scalars."""
+
+    def __init__(self, builder: LoopRecorder, variable: str) -> None:
+        self._builder = builder
+        self.index = Affine(0, ((variable, 1),))
+        self.carries: dict[str, list[Operand]] = {}
+
+    def carry(self, name: str, initial: Expr | Number) -> Expr:
+        """A scalar with this value on the first turn; `follow` says what the next turn sees."""
+        local = Local(self._builder.fresh(name))
+        start = self._builder.lift(initial).operand
+        self._builder.hoist(start)
+        self.carries[local.name] = [start, local]
+        return Expr(self._builder, local)
+
+    def follow(self, carried: Expr, value: Expr | Number) -> None:
+        """Set what the next turn (and the code after the loop) sees for a carried scalar."""
+        assert isinstance(carried.operand, Local)
+        self.carries[carried.operand.name][1] = self._builder.lift(value).operand

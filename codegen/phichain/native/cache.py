@@ -34,8 +34,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from phichain.errors import CacheError
-from phichain.files import reported, staging, write_synced
+from phichain.files import reported, write_synced
 from phichain.reading import MEBIBYTE, parse_json, read_regular
+from phichain.staging import staging
 
 VARIABLE: Final = "PHICHAIN_CACHE"
 _LIBRARY: Final = "library.so"

@@ -19,7 +19,7 @@ from phichain.proof.modular.field import HALF, PRIME, Vector, cross, dot, exact,
 from phichain.proof.modular.points import Point
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Chain:
     """A scene's numbers in the field, and what they say at one point.
 

@@ -57,7 +57,7 @@ def prove(of: Scene | Model, lowered: Lowered | None = None) -> Proof:
     return Proof(model.scene.name, model.scene.digest, tuple(found), time.process_time() - start)
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class _Court:
     """The Programs of one Model before its judge."""
 

@@ -6,19 +6,17 @@ are equal and have the same digest, however they were written. Everything else i
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from os import PathLike
 from typing import Any, Literal
 
-from phichain.contract.functions import FUNCTIONS, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS, Sample
+from phichain.contract.functions import Sample
 from phichain.contract.wanted import wanted
-from phichain.errors import SceneError
 from phichain.scene.digest import digest_of
-from phichain.scene.keys import PARAMETERS, PER_LINK, TABLES, flatten
+from phichain.scene.keys import PARAMETERS, PER_LINK, TABLES
 from phichain.scene.name import scene_name
 from phichain.scene.sketch import sketch
-from phichain.scene.toml import read_toml, write_toml
+from phichain.scene.toml import write_toml
 from phichain.scene.validate import (
     ANY,
     POSITIVE,
@@ -35,17 +33,6 @@ from phichain.scene.validate import (
     scalar,
     variational_equations,
 )
-
-__all__ = [
-    "FUNCTIONS",
-    "PLANAR_FUNCTIONS",
-    "SPATIAL_FUNCTIONS",
-    "Scene",
-    "given_scene",
-    "load_scene",
-    "scene_from_dict",
-    "standard_scene",
-]
 
 PerLink = float | Sequence[float] | Runtime
 
@@ -271,54 +258,3 @@ class Scene:
     def __str__(self) -> str:
         """Return the chain as a sketch, with its numbers."""
         return sketch(self)
-
-
-def load_scene(path: str | PathLike[str]) -> Scene:
-    """Read a scene from a TOML file.
-
-    Raises:
-        SceneError: The file cannot be read, is no TOML, or describes no valid scene.
-        UnsupportedError: A wanted function does not exist for such a scene.
-    """
-    return scene_from_dict(read_toml(path))
-
-
-def given_scene(value: object) -> Scene:
-    """Return a scene that a caller handed over, or say what he must do to what is none.
-
-    Raises:
-        SceneError: It is no `Scene`, such as the path of a scene file.
-    """
-    if isinstance(value, Scene):
-        return value
-    raise SceneError("scene", value, "is not a Scene", "load a file with load_scene(path), or make a Scene")
-
-
-def scene_from_dict(tables: Mapping[str, Any]) -> Scene:
-    """Make a scene from nested tables such as `Scene.to_dict` and a TOML file hold.
-
-    Raises:
-        SceneError: A table, key or value is not valid.
-        UnsupportedError: A wanted function does not exist for such a scene.
-    """
-    return Scene(**flatten(tables))
-
-
-def standard_scene(links: int) -> Scene:
-    """Return paper A's chain of N links: m = l = 1/N, com = l/2, relative angles, a torque at every joint.
-
-    It is the scene of `make generate N=...`, with every planar function wanted.
-
-    Raises:
-        SceneError: `links` is not a whole number from 1 to 4096.
-    """
-    links = link_count(links)
-    return Scene(
-        f"planar{links}",
-        links,
-        mass=1.0 / links,
-        length=1.0 / links,
-        com=0.5 / links,
-        actuated="all",
-        want=PLANAR_FUNCTIONS,
-    )

@@ -16,7 +16,7 @@ POINTS: Final = 3
 """How many random points every identity is held at."""
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Point:
     """One random point of a scene, the same for every function.
 

@@ -1,0 +1,44 @@
+"""Files that the command's results go to: named by what they hold, and refused before any work when the name does not say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from phichain.errors import OutputError, printable
+
+
+def figures() -> Any:
+    """The module that draws, imported when something is drawn."""
+    from phichain.report import figures as drawing
+
+    return drawing
+
+
+def named(files: list[Path] | None) -> list[Path]:
+    """The files to write.
+
+    Raises:
+        OutputError: A name does not say what to write.
+    """
+    for path in files or []:
+        if path.suffix not in (".csv", ".npz", ".png"):
+            raise OutputError("out", str(path), "has no suffix that says what to write", "name it .csv, .npz or .png")
+    return files or []
+
+
+def write(record: Any, files: list[Path], draw: Callable[[], Any]) -> None:
+    """Write a record to each of the files, as a table, whole, or drawn."""
+    for path in files:
+        if path.suffix == ".csv":
+            record.to_csv(path)
+        elif path.suffix == ".npz":
+            record.to_npz(path)
+        else:
+            from phichain.report.style import save
+
+            save(draw(), path)
+        typer.echo(printable(f"wrote {path}"))
