@@ -69,7 +69,7 @@ def test_loops_do_not_grow(make: Any) -> None:
 
 def test_spatial_masses_before_the_ends() -> None:
     counts = count_operations(forward(paper_b(16, com=0.05)))
-    assert counts.total() <= 558 * 16
+    assert counts.total() <= 575 * 16
     assert not counts.keys() & {"sin", "cos"}
 
 

@@ -158,6 +158,15 @@ def test_a_jacobian_times_a_vector_is_the_sum_over_its_columns(scene: Scene) -> 
         assert times[block.rows][0] == [dot(row, vector) for row in rows]
 
 
+@pytest.mark.parametrize("base", ["fixed", "cart"])
+def test_derivatives_of_phi_are_taken_times_a_vector_too(base: str) -> None:
+    """Their loop over amplitudes, and the column of omega that stands outside of it."""
+    scene = replace(CHAIN, want=("phi_jacobian",), base=base, cart_mass=0.5 if base == "cart" else None)
+    plan = contracted(lower(derive(scene)).wanted["phi_jacobian"])
+    assert plan is not None
+    assert max((block.column, block.count) for block in plan.blocks) == (scene.nv, 1)
+
+
 def test_a_loop_over_seeds_that_is_not_linear_is_left_whole() -> None:
     program = lower(derive(replace(CHAIN, want=("state_jacobian",)))).wanted["state_jacobian"]
     loop = next(s for s in program.body if isinstance(s, For) and s.variable == "seed")

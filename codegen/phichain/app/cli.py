@@ -6,7 +6,6 @@ because then the fault is ours and the traceback is what a report needs.
 
 from __future__ import annotations
 
-import io
 import sys
 import warnings
 from collections.abc import Sequence
@@ -18,6 +17,7 @@ import typer
 import phichain
 from phichain.app import cli_figures
 from phichain.app.outputs import figures, named, write
+from phichain.app.streams import print_anything
 from phichain.errors import PhichainError, printable
 
 app = typer.Typer(
@@ -54,19 +54,12 @@ TRIAL_STEPS = 5_000
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run one command and leave with its exit code: 0 done, 2 refused with one line that says why."""
     warnings.showwarning = _one_line
-    _print_anything()
+    print_anything()
     try:
         app(args=None if arguments is None else list(arguments), prog_name="phichain")
     except PhichainError as refusal:
         typer.secho(f"phichain: {refusal}", fg=typer.colors.RED, err=True)
         sys.exit(2)
-
-
-def _print_anything() -> None:
-    """Let names that the terminal's encoding has no letters for, as files may have, come out as escapes."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")
 
 
 def _one_line(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:

@@ -1,27 +1,27 @@
 """Spatial forward dynamics with masses anywhere on their links: an articulated sweep on unit vectors.
 
-The chain beyond a joint is carried as `spatial_outer` has it. A link of direction q, lambda = l / r, rate w and couple n (of
-springs and dampers), in units m (r / l)^2 of mass and l of length, turns as q'' = t - w^2 q with
+The chain beyond a joint is carried as `spatial.outer` has it. A link of direction q, beta = r / l, rate w and couple n (of
+springs and dampers), in units m of mass and l of length, turns as q'' = t - w^2 q with
 
-    (P + Gamma) t = n - P (f - w^2 A q) - P A q (q.a) - (lambda P + Gamma) a,   Gamma = P A P, and is eliminated:
-    D = det(P + Gamma) = 1 + tr Gamma + K_qq,   (P + Gamma)^-1 = (P + turned(A)) / D
-    sigma = (P + Gamma)^-1 P A q = P (A - K) q / D,   eta = (P + Gamma)^-1 f,   mu = (P + Gamma)^-1 n
-    X = (q.A q + tr P K P + E) / D,   alpha' = lambda^2 + X,   nu' = -(lambda - 1) sigma / alpha'
-    G' = (lambda - 1)^2 (lambda^2 (Gamma + K_qq P) + turned(K) + E P) / (alpha' D),   o' = q
-    g' = (lambda - 1)^4 (lambda^2 K_qq + E) / (alpha' D)
-    alpha' c' = c (X q.o + sigma.o) + q.(d + (tr A - A) d + K d) / D - w^2 (lambda + X) + sigma.n
-    d' = n + (lambda - 1) (mu - (lambda^2 eta - lambda (lambda - 1) w^2 sigma + (Y + A Y) x q / D - (sigma.n) sigma) / alpha')
-    rho' = (lambda - 1)^2 (-(lambda - 1) P (lambda^2 turned(A) f + K f + lambda (lambda - 1) w^2 K q)
-                           + lambda P (lambda^2 turned(A) + K) n + (lambda^2 K_qq + E) n) / (alpha' D)
+    (beta^2 P + Gamma) t = n - P (f - w^2 A q) - P A q (q.a) - (beta P + Gamma) a,   Gamma = P A P, and is eliminated:
+    D = det(beta^2 P + Gamma) = beta^4 + beta^2 tr Gamma + K_qq,   R = (beta^2 P + Gamma)^-1 = (beta^2 P + turned(A)) / D
+    sigma = R P A q = P (beta^2 A - K) q / D,   eta = R f,   mu = R n
+    X = (beta^4 q.A q + beta^2 tr P K P + E) / D,   alpha' = 1 + X,   nu' = -beta (1 - beta) sigma / alpha'
+    G' = (1 - beta)^2 (beta^2 (Gamma + turned(K)) + (K_qq + E) P) / (alpha' D),   o' = q
+    g' = (1 - beta)^4 (K_qq + E) / (alpha' D)
+    alpha' c' = c (X q.o + beta^2 sigma.o) + q.(beta^4 d + beta^2 (tr A - A) d + K d) / D - w^2 (beta + X) + sigma.n
+    d' = n + beta (1 - beta) (mu - (eta - (1 - beta) w^2 sigma + (beta^2 Y + A Y) x q / D - (sigma.n) sigma) / alpha')
+    rho' = (1 - beta)^2 (-beta (1 - beta) P (turned(A) f + K f + (1 - beta) w^2 K q)
+                         + beta P (turned(A) + K) n + (K_qq + E) n) / (alpha' D)
 
 Outwards goes, beside the joint's acceleration a, what it stretches the chain by, y = u'.a + c' with u' = q + nu' and c' of this
 link: the force along q over alpha'. A light link before this one makes a large across u' and leaves y alone, so y is never a
 difference of large numbers:
 
     z = q.a - w^2 = y - nu'.a - e,   e = c' + w^2, formed as its sum
-    next a = mu - eta + (q - sigma) z - (lambda - 1) / D (P + turned(A)) a,   omega' = q x (next a - a)
-    D (next y) = (u.(1 + tr G - G) q + g q.o) z - (lambda - 1) k.a + k.n + c (1 + tr P G P + g (q.o)^2) - k.d,
-    k = (P + turned(A)) u = P u - q x G x.
+    next a = mu - eta + (q - sigma) z - beta (1 - beta) R a,   omega' = q x (next a - a)
+    D (next y) = (beta^2 u.(beta^2 + tr G - G) q + g q.o) z - beta (1 - beta) k.a + k.n
+                 + c (beta^4 + beta^2 tr P G P + g (q.o)^2) - k.d,   k = (beta^2 P + turned(A)) u = beta^2 P u - q x G x.
 
 A cart closes the chain as a link of direction e_3 would: (m_c P + Gamma) x'' = u - P f + g P A e_3.
 """
@@ -33,11 +33,11 @@ from dataclasses import dataclass
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, combine, dyads, symmetric, triangle
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
-from phichain.lowering.link_units import LinkUnits
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.links import couples, directions
 from phichain.lowering.spatial.outer import Outer, Seen
 from phichain.lowering.spatial.rates import Rates
+from phichain.lowering.spatial.units import SpatialUnits
 from phichain.scene import Scene
 
 #: So many links at the tip stand outside the loop: the zeros beyond the tip save most of their operations.
@@ -75,7 +75,7 @@ def accelerations(
         base = (x, y, base[2])
         sweep.outwards(base, chain)
     else:
-        sweep.pivot(Seen(chain, load(sweep.direction, 0)), 0)
+        sweep.pivot(sweep.seen(chain, 0), 0)
         store(sweep.lean, 0, (nothing, nothing, nothing))
         sweep.still_stretch[0] = sweep.rates.squared(0)
         sweep.outwards(base, None)
@@ -90,9 +90,10 @@ class _Sweep:
         self.builder, self.scene, self.parameters = builder, scene, parameters
         self.direction, self.rates = directions(scene, q), rates
         self.couple = couples(builder, scene, parameters, self.direction, rates.angular)
-        self.units = LinkUnits(builder, scene, parameters)
+        self.units = SpatialUnits(builder, scene, parameters)
         self.free = builder.array("free", 3 * scene.links)
         self.slope = builder.array("slope", 3 * scene.links)
+        self.freed = builder.array("freed", scene.links)
         self.gain = builder.array("gain", 6 * scene.links)
         self.lean = builder.array("lean", 3 * scene.links)
         self.still_stretch = builder.array("still_stretch", scene.links)
@@ -117,30 +118,35 @@ class _Sweep:
                 loop.follow(before, after)
         return Outer.from_flat(carried)
 
+    def seen(self, chain: Outer, k: Index) -> Seen:
+        """The chain beyond link k as that link meets it."""
+        return Seen(chain, load(self.direction, k), self.units.reach_squared[k])
+
     def pivot(self, seen: Seen, k: Index) -> _Pivot:
-        """Eliminate the rotation of link k: its tip's a = free + slope z - gain a, and what the tip stretches."""
-        overhang = self.units.overhang[k]
-        inverse = self.builder.let("inverse_pivot", 1 / (1 + seen.trace + seen.adjugate_axial))
-        freed = overhang * inverse
+        """Eliminate the rotation of link k: its tip's a = free + slope z - freed gain a, and what the tip stretches."""
+        own = seen.own
+        inverse = self.builder.let("inverse_pivot", 1 / (own * (own + seen.trace) + seen.adjugate_axial))
+        held = own * inverse
         rate_squared = self.builder.let("rate_squared", self.rates.squared(k))
-        sigma = scale(inverse, sub(seen.mixed, seen.adjugate_mixed))
-        eta = scale(inverse, add(seen.force, seen.turned_force))
+        sigma = sub(scale(held, seen.mixed), scale(inverse, seen.adjugate_mixed))
+        eta = add(scale(held, seen.force), scale(inverse, seen.turned_force))
         free = scale(-1, eta)
         stretch_free = seen.free_u
         drive = turned_drive = yielding = None
         if self.couple is not None:
             drive = scale(self.units.inverse_torque[k], load(self.couple, k))
             turned_drive = seen.turned(drive)
-            yielding = scale(inverse, add(drive, turned_drive))
+            yielding = add(scale(held, drive), scale(inverse, turned_drive))
             free = sub(yielding, eta)
             stretch_free = stretch_free + dot(seen.yielding_u, drive)
         # turned(A) = alpha x x^T + turned(G), turned(G) = tr(P G P) P - P G P
         gain = combine(
-            (freed + freed * seen.tangent_trace, seen.projector),
-            (1, dyads(scale(freed * seen.outer.axial, seen.x), seen.x)), (-freed, seen.tangent),
+            (seen.across_trace, seen.projector),
+            (1, dyads(scale(seen.outer.axial, seen.x), seen.x)), (-1, seen.tangent),
         )  # fmt: skip
         self.stretch_share[k], self.stretch_free[k] = inverse * seen.share, inverse * stretch_free
-        store(self.stretch_gain, k, scale(freed, seen.yielding_u))
+        self.freed[k] = self.units.lever[k] * inverse
+        store(self.stretch_gain, k, seen.yielding_u)
         store(self.free, k, free)
         store(self.slope, k, sub(seen.q, sigma))
         for i, entry in enumerate(triangle(gain)):
@@ -149,77 +155,75 @@ class _Sweep:
 
     def eliminate(self, chain: Outer, k: Index) -> Outer:
         """Link k and all beyond it, in the units of the link before."""
-        seen = Seen(chain, load(self.direction, k))
+        seen = self.seen(chain, k)
         pivot = self.pivot(seen, k)
-        units, leverage, overhang = self.units, self.units.leverage[k], self.units.overhang[k]
+        units, own, overhang = self.units, seen.own, self.units.overhang[k]
         added = self.builder.let(
-            "axial", (seen.axial + seen.adjugate_trace + seen.determinant) * pivot.inverse
+            "axial", (own * (own * seen.axial + seen.adjugate_trace) + seen.determinant) * pivot.inverse
         )
-        axial = leverage * leverage + added
+        axial = 1 + added
         inverse_axial = self.builder.let("inverse_axial", 1 / axial)
-        passed = overhang * overhang * (pivot.inverse * inverse_axial)
-        planar = leverage * leverage * seen.adjugate_axial + seen.determinant
+        passed = units.overhang_squared[k] * (pivot.inverse * inverse_axial)
+        planar = seen.adjugate_axial + seen.determinant
         mass, length = units.mass[k], units.length[k]
-        lean = scale(-(overhang * inverse_axial), pivot.sigma)
+        passed_mass = mass * passed
+        lean = scale(-(units.lever[k] * inverse_axial), pivot.sigma)
         drawn = self._drawn(seen, pivot, added)
         store(self.lean, k, lean)
-        self.still_stretch[k] = (drawn + leverage * overhang * pivot.rate_squared) * inverse_axial
+        self.still_stretch[k] = (drawn + overhang * pivot.rate_squared) * inverse_axial
         return Outer(
             direction=seen.q,
             axial=mass * axial,
             lean=lean,
-            tangent=combine((mass * passed, self._tangent(seen, leverage, planar))),
-            area=mass * mass * (overhang * overhang * (passed * planar)),
-            pull=length * ((drawn - pivot.rate_squared * (leverage + added)) * inverse_axial),
+            tangent=combine((passed_mass * own, self._tangent(seen)), (passed_mass * planar, seen.projector)),
+            area=mass * mass * (units.overhang_squared[k] * (passed * planar)),
+            pull=length * ((drawn - pivot.rate_squared * (units.reach[k] + added)) * inverse_axial),
             push=scale(mass * length, self._push(seen, pivot, k, inverse_axial)),
-            minor=scale(mass * mass * length * passed, self._minor(seen, pivot, k, planar)),
+            minor=self._minor(seen, pivot, k, mass * length * passed_mass, planar),
         )
 
-    def _tangent(self, seen: Seen, leverage: Expr, planar: Expr) -> Matrix:
-        """lambda^2 (Gamma + K_qq P) + turned(K) + E P, with `planar` = lambda^2 K_qq + E."""
-        axial, squared = seen.outer.axial, leverage * leverage
+    def _tangent(self, seen: Seen) -> Matrix:
+        """Gamma + turned(K)."""
+        axial = seen.outer.axial
         pressed = scale(axial * seen.along_u, seen.pressed)
-        heavy = sub(scale(axial * (squared + seen.tangent_qq), seen.tangent_u), pressed)
+        heavy = sub(scale(axial * (1 + seen.tangent_qq), seen.tangent_u), pressed)
         straight = dyads(seen.tangent_u, heavy, scale(-1, pressed), seen.tangent_u)
         flat = dyads(scale(seen.outer.area, seen.across_o), seen.across_o)
-        lifted = squared + axial * (seen.along_u * seen.along_u)
-        return combine((1, straight), (lifted, seen.tangent), (1, flat), (planar, seen.projector))
+        lifted = 1 + axial * (seen.along_u * seen.along_u)
+        return combine((1, straight), (lifted, seen.tangent), (1, flat))
 
     def _drawn(self, seen: Seen, pivot: _Pivot, added: Expr) -> Expr:
         """alpha' c' but for the own rate."""
-        along = added * seen.along_o + dot(pivot.sigma, seen.outer.direction)
+        along = added * seen.along_o + seen.own * dot(pivot.sigma, seen.outer.direction)
         pull = seen.outer.pull * along + seen.axial_push * pivot.inverse
         return pull if pivot.drive is None else pull + dot(pivot.sigma, pivot.drive)
 
     def _push(self, seen: Seen, pivot: _Pivot, k: Index, inverse_axial: Expr) -> Vector:
         """d'."""
-        leverage, overhang = self.units.leverage[k], self.units.overhang[k]
-        held = sub(
-            scale(leverage * leverage, pivot.eta),
-            scale(leverage * overhang * pivot.rate_squared, pivot.sigma),
-        )
+        lever, turning = self.units.lever[k], self.units.overhang[k] * pivot.rate_squared
+        if pivot.drive is not None:
+            turning = turning + dot(pivot.sigma, pivot.drive)
+        held = sub(pivot.eta, scale(turning, pivot.sigma))
         held = add(held, scale(pivot.inverse, seen.crossed))
         if pivot.drive is None or pivot.yielding is None:
-            return scale(-(overhang * inverse_axial), held)
-        held = sub(held, scale(dot(pivot.sigma, pivot.drive), pivot.sigma))
-        return add(pivot.drive, scale(overhang, sub(pivot.yielding, scale(inverse_axial, held))))
+            return scale(-(lever * inverse_axial), held)
+        return add(pivot.drive, scale(lever, sub(pivot.yielding, scale(inverse_axial, held))))
 
-    def _minor(self, seen: Seen, pivot: _Pivot, k: Index, planar: Expr) -> Vector:
-        """rho' but for its factor (lambda - 1)^2 / (alpha' D)."""
-        leverage, overhang = self.units.leverage[k], self.units.overhang[k]
-        squared = leverage * leverage
-        held = add(scale(squared, seen.turned_force), seen.adjugate_force)
-        held = add(held, scale(leverage * overhang * pivot.rate_squared, seen.adjugate_mixed))
-        held = scale(-overhang, held)
+    def _minor(self, seen: Seen, pivot: _Pivot, k: Index, passed: Expr, planar: Expr) -> Vector:
+        """rho', with `passed` = (1 - beta)^2 / (alpha' D) and `planar` = K_qq + E."""
+        reach, overhang = self.units.reach[k], self.units.overhang[k]
+        held = add(seen.turned_force, seen.adjugate_force)
+        held = add(held, scale(overhang * pivot.rate_squared, seen.adjugate_mixed))
         if pivot.drive is None or pivot.turned_drive is None:
-            return held
-        driven = add(scale(squared, pivot.turned_drive), seen.adjugate(pivot.drive))
-        return add(add(held, scale(leverage, driven)), scale(planar, pivot.drive))
+            return scale(-(self.units.lever[k] * passed), held)
+        driven = add(pivot.turned_drive, seen.adjugate(pivot.drive))
+        turned = scale(reach * passed, sub(driven, scale(overhang, held)))
+        return add(turned, scale(passed * planar, pivot.drive))
 
     def close_on_cart(self, chain: Outer, force: Vector) -> Vector:
         """(m_c P + Gamma) x'' = u - P f + g P A e_3, seen from e_3; its inverse is (m_c P + turned(A)) / det."""
         parameters, nothing = self.parameters, self.builder.lift(0)
-        seen = Seen(chain, (nothing, nothing, self.builder.lift(1)))
+        seen = Seen(chain, (nothing, nothing, self.builder.lift(1)), nothing)
         mass, length = self.units.mass_unit[0], parameters.length[0]
         cart, gravity = parameters.cart_mass / mass, parameters.gravity / length
         inverse = self.builder.let(
@@ -244,11 +248,11 @@ class _Sweep:
             axial = units.outward[k] * stretch - dot(load(self.lean, k), joint) - self.still_stretch[k]
             first, second = load(self.gain, 2 * k), load(self.gain, 2 * k + 1)
             tip = add(load(self.free, k), scale(axial, load(self.slope, k)))
-            tip = sub(tip, applied(symmetric((*first, *second)), joint))
+            tip = sub(tip, scale(self.freed[k], applied(symmetric((*first, *second)), joint)))
             self.rates.write(k, cross(q, sub(tip, joint)))
             for before, after in zip(carried, tip, strict=True):
                 loop.follow(before, after)
-            drawn = dot(load(self.stretch_gain, k), joint)
+            drawn = self.freed[k] * dot(load(self.stretch_gain, k), joint)
             loop.follow(stretch, self.stretch_share[k] * axial + self.stretch_free[k] - drawn)
 
     def _first_stretch(self, chain: Outer | None, start: Vector) -> Expr:

@@ -59,10 +59,10 @@ class Outer:
 
 
 class Seen:
-    """An `Outer` as a link of direction q meets it; every quantity is made on first use."""
+    """An `Outer` as a link of direction q and own inertia beta^2 meets it; every quantity is made on first use."""
 
-    def __init__(self, outer_chain: Outer, q: Vector) -> None:
-        self.outer, self.q = outer_chain, q
+    def __init__(self, outer_chain: Outer, q: Vector, own: Expr) -> None:
+        self.outer, self.q, self.own = outer_chain, q, own
         self.u = add(outer_chain.direction, outer_chain.lean)
         self.along_o = dot(q, outer_chain.direction)
         self.across_o = cross(q, outer_chain.direction)
@@ -103,6 +103,11 @@ class Seen:
     def tangent_trace(self) -> Expr:
         """tr P G P."""
         return trace(self.outer.tangent) - self.tangent_qq
+
+    @cached_property
+    def across_trace(self) -> Expr:
+        """beta^2 + tr P G P."""
+        return self.own + self.tangent_trace
 
     @cached_property
     def trace(self) -> Expr:
@@ -152,20 +157,20 @@ class Seen:
     def share(self) -> Expr:
         """D u.(q - sigma)"""
         chain = self.outer
-        along = self.along_u * (1 + (self.tangent_trace + self.tangent_qq)) - dot(chain.lean, self.tangent_q)
-        return along + chain.area * self.along_o
+        along = self.along_u * (self.across_trace + self.tangent_qq) - dot(chain.lean, self.tangent_q)
+        return self.own * along + chain.area * self.along_o
 
     @cached_property
     def yielding_u(self) -> Vector:
-        """(P + turned(A)) u"""
-        return sub(self.tangent_u, cross(self.q, self.tangent_x))
+        """(beta^2 P + turned(A)) u"""
+        return sub(scale(self.own, self.tangent_u), cross(self.q, self.tangent_x))
 
     @cached_property
     def free_u(self) -> Expr:
-        """D c - u.(P + turned(A)) f"""
+        """D c - u.(beta^2 P + turned(A)) f"""
         chain = self.outer
-        pulled = chain.pull * (1 + self.tangent_trace + chain.area * (self.along_o * self.along_o))
-        return pulled - self.push_u + self.along_o * (self.minor_along - self.minor_lean * self.along_o)
+        pulled = chain.pull * (self.own * self.across_trace + chain.area * (self.along_o * self.along_o))
+        return pulled - self.own * self.push_u + self.along_o * (self.minor_along - self.minor_lean * self.along_o)
 
     def turned(self, vector: Vector) -> Vector:
         """turned(A) of a vector tangent to q."""
@@ -239,14 +244,15 @@ class Seen:
 
     @cached_property
     def axial_push(self) -> Expr:
-        """q.(d + (tr A - A) d + K d): what d leaves of the force along q once the link has turned."""
+        """q.(beta^4 d + beta^2 (tr A - A) d + K d): what d leaves of the force along q once the link has turned."""
         turning = self.along_u * self.push_u - dot(self.x, self.x) * self.push_along
-        beyond = self.minor_along - self.minor_lean * self.along_o - turning
-        return self.push_along + self.minor_along + self.outer.axial * beyond
+        beyond = self.minor_along - self.minor_lean * self.along_o
+        turned = self.own * self.push_along + (self.minor_along - self.outer.axial * turning)
+        return self.own * turned + self.outer.axial * beyond
 
     @cached_property
     def crossed(self) -> Vector:
-        """(Y + A Y) x q, Y = A q x f."""
+        """(beta^2 Y + A Y) x q, Y = A q x f."""
         chain, axial = self.outer, self.outer.axial
         y = -dot(chain.minor, self.across_o)
         driven = sub(scale(axial * self.along_u, chain.push), scale(self.heavy_pull, self.tangent_q))
@@ -254,4 +260,4 @@ class Seen:
         first = sub(scale(self.along_u, driven), scale(along, self.u))
         heavy = sub(scale(self.along_u, self.minor_turned), scale(y, self.x))
         heavy = add(heavy, scale(chain.pull * chain.area, self.tangent_o))
-        return add(sub(first, scale(y, self.across_o)), scale(axial, heavy))
+        return add(scale(self.own, sub(first, scale(y, self.across_o))), scale(axial, heavy))

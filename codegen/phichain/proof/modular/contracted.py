@@ -2,7 +2,7 @@
 
 Such a loop computes one column a turn, from a cell of a table that is one for its own seed and zero elsewhere. Where its body is linear
 in that cell, which is read off its operations here, the sum over seeds of weight times column is one turn with the weights in the place
-of the table. A loop that is anything else, a mutant's for example, is left as it is, and every column of it is computed.
+of the table. A loop that is anything else, a mutant's for example, is left as it is: every column is computed.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Block:
     """What one loop over seeds contributes.
 
     Attributes:
-        weights: the input that takes the weights; None where there is one seed, whose weight is applied afterwards.
+        weights: the input that takes the weights; None where one seed's weight is applied afterwards.
         first: where in it the first seed's is.
         output: the result it belongs to.
         rows: the output that holds the loop's columns times the weights.
@@ -81,25 +81,49 @@ def _contracted(program: Program) -> Contracted:
     body: list[Statement] = []
     blocks: list[Block] = []
     outputs = {array.name: array for array in program.outputs}
+    single: dict[tuple[str, int], str] = {}
     for statement in program.body:
-        if isinstance(statement, For) and not statement.carries and _writes(statement.body) & set(outputs):
+        if isinstance(statement, For) and not statement.carries and _is_over_seeds(statement, outputs):
             _apart(program, statement)
             found = _Seeds(program, statement, outputs, len(blocks))
             body += found.body
             blocks.append(found.block)
-        elif _writes((statement,)) & set(outputs):
-            raise _Unlike
         else:
-            body.append(statement)
+            body.append(_in_rows(statement, outputs, single))
+    blocks += [Block(None, 0, output, rows, column, 1) for (output, column), rows in single.items()]
     _cover(outputs, blocks)
     rows = tuple(Array(block.rows, (outputs[block.output].shape[0],)) for block in blocks)
     inputs = (*program.inputs, *(block.weights for block in blocks if block.weights))
     return Contracted(replace(program, inputs=inputs, outputs=rows, body=tuple(body)), tuple(blocks))
 
 
+def _is_over_seeds(loop: For, outputs: dict[str, Array]) -> bool:
+    """Whether a turn of a loop writes a column of its own."""
+    cells = [s.cell for s in walk(loop.body) if isinstance(s, Store) and s.cell.array in outputs]
+    return any(dict(cell.index.terms).get(loop.variable, 0) % outputs[cell.array].shape[-1] for cell in cells)
+
+
+def _in_rows(statement: Statement, outputs: dict[str, Array], found: dict[tuple[str, int], str]) -> Statement:
+    """What is written to an output outside of such loops, column by column; names of columns are kept in `found`."""
+    match statement:
+        case For():
+            return replace(statement, body=tuple(_in_rows(inner, outputs, found) for inner in statement.body))
+        case Store(Cell(array, index), value) if array in outputs:
+            width = outputs[array].shape[-1]
+            if any(factor % width for _, factor in index.terms):
+                raise _Unlike
+            rows = found.setdefault((array, index.offset % width), f"column_{len(found)}")
+            return Store(Cell(rows, _divided(index, width)), value)
+    return statement
+
+
+def _divided(index: Affine, width: int) -> Affine:
+    """The row of a cell, of an index whose variables step by whole rows."""
+    return Affine(index.offset // width, tuple((variable, factor // width) for variable, factor in index.terms))
+
+
 def _cover(outputs: dict[str, Array], blocks: Sequence[Block]) -> None:
-    """Every column belongs to one block."""
-    for name, array in outputs.items():
+    for name, array in outputs.items():  # every column belongs to one block
         columns = [block.column + i for block in blocks if block.output == name for i in range(block.count)]
         if sorted(columns) != list(range(array.shape[1] if len(array.shape) == 2 else -1)):
             raise _Unlike
@@ -270,8 +294,7 @@ class _Seeds:
         if not whole or column + self._count > width or self._target not in (None, target):
             raise _Unlike
         self._target = target
-        rows = Affine(index.offset // width, tuple((variable, factor // width) for variable, factor in index.terms))
-        return Cell(self._rows, rows)
+        return Cell(self._rows, _divided(index, width))
 
     def _without_seed(self, index: Affine) -> Affine:
         return Affine(index.offset, tuple(term for term in index.terms if term[0] != self._seed))

@@ -1,0 +1,42 @@
+"""Each link's own units in the spatial articulated sweep: m of mass and l of length.
+
+In them no number of the sweep grows with l / r: inertias are sums of masses, determinants products of them, and what the
+rotation of a link with its mass near the joint leaves to divide by shrinks with (r / l)^4 where nothing beyond holds the link.
+"""
+
+from __future__ import annotations
+
+from phichain.ir.builder import Builder
+from phichain.lowering.parameters import Parameters
+from phichain.scene import Scene
+
+
+class SpatialUnits:
+    """Per-link numbers; what link k passes on to link k - 1 changes units on the way, and link 0 keeps its own.
+
+    Attributes:
+        reach: beta = r / l.
+        reach_squared: beta^2, the link's inertia against turning about its joint.
+        overhang: 1 - beta = (l - r) / l.
+        overhang_squared: (1 - beta)^2.
+        lever: beta (1 - beta).
+        inverse_torque: 1 / (m l^2), takes a couple into the link's units.
+        mass_unit: m, kg.
+        mass: takes a mass from link k to link k - 1.
+        length: takes a length or an acceleration from link k to link k - 1.
+        outward: takes a length or an acceleration from link k - 1 to link k.
+    """
+
+    def __init__(self, builder: Builder, scene: Scene, parameters: Parameters) -> None:
+        mass, length, com = parameters.mass, parameters.length, parameters.com
+        derived, steps = parameters.derived, parameters.steps
+        self.mass_unit = mass
+        self.reach = reach = derived("reach", lambda k: com[k] / length[k])
+        self.reach_squared = derived("reach_squared", lambda k: reach[k] * reach[k])
+        self.overhang = overhang = derived("overhang_share", lambda k: (length[k] - com[k]) / length[k])
+        self.overhang_squared = derived("overhang_squared", lambda k: overhang[k] * overhang[k])
+        self.lever = derived("tip_lever", lambda k: reach[k] * overhang[k])
+        self.inverse_torque = derived("over_end_inertia", lambda k: 1 / (mass[k] * length[k] * length[k]))
+        self.mass = steps("link_mass_step", lambda k: mass[k])
+        self.length = steps("length_step", lambda k: length[k])
+        self.outward = steps("outward_step", lambda k: 1 / length[k])
