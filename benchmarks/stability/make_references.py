@@ -22,10 +22,11 @@ from typing import Any
 
 import mpmath as mp
 
-from benchmarks.stability import elliptic, engine, quad_taylor, shared_cases
-from benchmarks.stability.case import Case
+from benchmarks.stability import elliptic, engine, quad_taylor
+from benchmarks.stability.cases import shared
+from benchmarks.stability.cases.case import Case
+from benchmarks.stability.cases.table import all_cases, work_cases
 from benchmarks.stability.references import FILE, gap, read
-from benchmarks.stability.table_of_cases import all_cases, work_cases
 from phichain.reference import reference as oracle
 
 AMOUNT = 1e-8
@@ -59,7 +60,7 @@ def _conditions(stored: dict[str, dict[str, Any]], chosen: Sequence[str]) -> int
         with mp.workdps(elliptic.DIGITS):
             exact = [[mp.mpf(x) for x in row] for row in entry["rows"]]
             found = _condition(case, exact, entry["fastest"])
-        stated = shared_cases.condition(case.id) if case.means == "given" else None
+        stated = shared.condition(case.id) if case.means == "given" else None
         entry["kappa"] = [max(pair) for pair in zip(found, stated or found, strict=True)]
         _keep(case, entry)
         print(f"{case.id} {case.title}: kappa {entry['kappa']}", flush=True)
@@ -89,7 +90,7 @@ def _dynamics(case: Case) -> dict[str, Any]:
     by_engine = [mp.mpf(text) for text in engine.accelerations(scene, x0, u=case.u)]
     checks = {}
     if case.means == "given":
-        made, rows = "stated in extreme_cases.json", shared_cases.rows(case.id)[0]
+        made, rows = "stated in extreme_cases.json", shared.rows(case.id)[0]
         checks["the engine (binary128, dense)"] = _relative([mp.mpf(x) for x in rows], by_engine)
     elif case.means == "oracle":
         inputs = {"q": case.q, "v": case.v, "u": case.u}
@@ -100,7 +101,7 @@ def _dynamics(case: Case) -> dict[str, Any]:
         made, rows = "the engine: dense Lagrangian, binary128", [mp.nstr(x, 34) for x in by_engine]
         narrow = [mp.mpf(text) for text in engine.accelerations(scene, x0, u=case.u, wide=False)]
         checks["the same in 80-bit arithmetic"] = _relative(by_engine, narrow)
-    stated = shared_cases.condition(case.id) if case.means == "given" else None
+    stated = shared.condition(case.id) if case.means == "given" else None
     kappa = stated or [max(_relative(by_engine, _nudged(case, seed)) / AMOUNT for seed in range(DRAWS))]
     return {"rows": [rows], "kappa": kappa, "fastest": 0.0, "made": made, "crosscheck": checks}
 
@@ -126,7 +127,7 @@ def _motion(case: Case) -> dict[str, Any]:
     if case.means == "elliptic":
         made, rows = "Jacobi elliptic functions, 110 digits", [_texts(_closed(case, t)) for t in case.times]
     elif case.means == "given":
-        made, rows = "stated in extreme_cases.json", shared_cases.rows(case.id)
+        made, rows = "stated in extreme_cases.json", shared.rows(case.id)
     else:
         way = "Radau IIA of 9 stages" if stiff else "extrapolation"
         made, rows = f"the engine: dense Lagrangian, binary128, {way}", [list(row) for row in run.states]
@@ -139,7 +140,7 @@ def _motion(case: Case) -> dict[str, Any]:
         if quad_taylor.serves(case):
             way = "heyoka's Taylor method, binary128, link-frame recursion"
             checks[way] = gap(exact, quad_taylor.states(case), run.fastest)
-    stated = shared_cases.condition(case.id) if case.means == "given" else None
+    stated = shared.condition(case.id) if case.means == "given" else None
     found = _condition(case, exact, run.fastest)
     kappa = [max(pair) for pair in zip(found, stated or found, strict=True)]
     return {"rows": rows, "kappa": kappa, "fastest": run.fastest, "made": made, "crosscheck": checks}
@@ -192,12 +193,12 @@ def _condition(case: Case, exact: list[list[mp.mpf]], fastest: float) -> list[fl
 
 
 def _period(case: Case) -> dict[str, Any]:
-    rows = shared_cases.rows(case.id)
+    rows = shared.rows(case.id)
     scene = case.plain()
     omega0 = mp.sqrt(mp.mpf(scene.gravity) / mp.mpf(scene.length[0]))
     closed = elliptic.frequency(mp.mpf(case.q[0]), omega0)
     checks = {"pi omega_0 / (2 K), 110 digits": _relative([closed], [mp.mpf(rows[0][0])])}
-    return {"rows": rows, "kappa": shared_cases.condition(case.id), "fastest": 0.0,
+    return {"rows": rows, "kappa": shared.condition(case.id), "fastest": 0.0,
             "made": "stated in extreme_cases.json", "crosscheck": checks}  # fmt: skip
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.chains import GRAVITY, Chain
 from benchmarks.harness import BenchmarkError
-from benchmarks.stability.case import Case
+from benchmarks.stability.cases.case import Case
 from benchmarks.stability.ours import same_side
 from benchmarks.stability.references import Reference, gap, relative_gap
 from benchmarks.stability.verdict import Answer

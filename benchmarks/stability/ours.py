@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.stability.case import Case
+from benchmarks.stability.cases.case import Case
 from benchmarks.stability.references import Reference, gap, relative_gap
 from benchmarks.stability.verdict import Answer
 from phichain.errors import PhichainError

@@ -7,7 +7,7 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 
-from benchmarks.stability.case import Case
+from benchmarks.stability.cases.case import Case
 
 _MOST_LINKS = 4
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.stability.case import Case
+from benchmarks.stability.cases.case import Case
 from benchmarks.stability.verdict import (
     DOUBTED,
     INACCURATE,

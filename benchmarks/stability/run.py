@@ -19,11 +19,11 @@ from pathlib import Path
 
 from benchmarks.stability import others, ours
 from benchmarks.stability.apart import run_apart
-from benchmarks.stability.case import Case
+from benchmarks.stability.cases.case import Case
+from benchmarks.stability.cases.table import all_cases
 from benchmarks.stability.references import Reference, references
 from benchmarks.stability.report import Result, markdown_tables, page
 from benchmarks.stability.store import keep, kept
-from benchmarks.stability.table_of_cases import all_cases
 from benchmarks.stability.verdict import WRONG, Answer, judge
 from benchmarks.table import write
 from phichain import build

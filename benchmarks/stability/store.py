@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from benchmarks.stability.case import Case
+from benchmarks.stability.cases.case import Case
 from benchmarks.stability.references import Reference
 from benchmarks.stability.report import Result
 from benchmarks.stability.verdict import Answer, judge

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.stability.case import Case
+from benchmarks.stability.cases.case import Case
 
 
 @dataclass(frozen=True)

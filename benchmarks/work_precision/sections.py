@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from benchmarks import forward_dynamics as dynamics_table
-from benchmarks import fractional as fractional_table
 from benchmarks.chains import chain_of
+from benchmarks.fractional import run as fractional_table
 from benchmarks.harness import Timing
 from benchmarks.pages import Figure
 from benchmarks.stability.references import references

@@ -2,43 +2,26 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Sequence
-from typing import Any
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from phichain.continuation import (
-    Branch,
     BranchPoint,
     Engine,
-    Evaluation,
-    Extra,
     Extremum,
     Fold,
     Level,
     Options,
-    Problem,
     correctors,
     follow,
     predictors,
     start_on,
 )
-from phichain.errors import ArrayError, ConvergenceError, OutputError, ToleranceError
+from phichain.errors import ConvergenceError
+from tests.continuation.problems import CIRCLE, PARABOLA, problem_of
 
-
-def problem_of(residual: Callable, jacobian: Callable, names: Sequence[str], **more: Any) -> Problem:
-    """A problem whose residual and Jacobian are written apart."""
-    return Problem(lambda z: Evaluation(residual(z), jacobian(z)), tuple(names), **more)
-
-
-PARABOLA = problem_of(lambda z: np.array([z[0] ** 2 + z[1]]), lambda z: np.array([[2 * z[0], 1.0]]), ("x", "l"))
-CIRCLE = problem_of(
-    lambda z: np.array([z[0] ** 2 + z[1] ** 2 - 1]), lambda z: np.array([[2 * z[0], 2 * z[1]]]), ("x", "y")
-)
 EVERY_PART = [
     Engine(predictor, corrector)
     for predictor in (predictors.tangent, predictors.secant, predictors.cubic)
@@ -197,17 +180,6 @@ def test_a_curve_that_ends_is_left_with_its_reason() -> None:
     assert 0 < branch.column("l")[-1] < 1e-2
 
 
-def test_the_point_limit_and_a_frozen_record() -> None:
-    start = start_on(PARABOLA, np.array([-1.0, -1.0]), np.array([1.0, 0.0]), Engine())
-    branch = follow(PARABOLA, start, Engine(options=Options(max_points=7)))
-    assert len(branch) == 7 and branch.status == "points" and "max_points = 7" in branch.reason
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        branch.status = "other"  # type: ignore[misc]
-    assert branch.column("l") is not None
-    with pytest.raises(ArrayError, match="use one of x, l"):
-        branch.column("mu")
-
-
 @pytest.mark.parametrize("gap", [1e-1, 1e-3, 1e-4, 1e-5])
 def test_an_avoided_crossing_is_not_jumped_over(gap: float) -> None:
     """x^2 - l^2 = gap^2: two branches 2 gap apart that turn by a right angle; a run stays on its own."""
@@ -240,68 +212,3 @@ def test_scaling_unknowns_changes_nothing_but_the_steps(at: float, size: float, 
     slope = branch.tangent
     assert np.allclose(np.linalg.norm(slope / branch.scale, axis=1), 1)
     assert np.allclose(2 * size * (branch.points[:, 0] - at) * slope[:, 0] + slope[:, 1], 0, atol=1e-9)
-
-
-def test_files_round_trip(tmp_path) -> None:
-    problem = dataclasses.replace(PARABOLA, energy=lambda z: z[0] ** 2)
-    start = start_on(problem, np.array([-1.0, -1.0]), np.array([1.0, 0.0]), Engine())
-    branch = follow(problem, start, tests=[Fold(), Level(lambda z: z[0], 1.0)], name="parabola")
-    copy = Branch.from_npz(branch.to_npz(tmp_path / "branch.npz"))
-    for name in ("points", "arclength", "tangent", "residual", "iterations", "scale", "energy"):
-        assert np.array_equal(getattr(copy, name), getattr(branch, name))
-    assert (copy.name, copy.names, copy.status, copy.reason) == (
-        branch.name,
-        branch.names,
-        branch.status,
-        branch.reason,
-    )
-    assert [(e.kind, e.index, e.arclength, e.value) for e in copy.events] == [
-        (e.kind, e.index, e.arclength, e.value) for e in branch.events
-    ]
-    lines = branch.to_csv(tmp_path / "branch.csv").read_text().splitlines()
-    assert lines[0] == "arclength,x,l,energy,residual,iterations" and len(lines) == len(branch) + 1
-    assert float(lines[3].split(",")[1]) == branch.points[2, 0]
-    assert "fold at s" in str(branch) and "parabola" in str(branch)
-    with pytest.raises(OutputError, match="no Branch"):
-        Branch.from_npz(tmp_path / "branch.csv")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ({"step": 0}, "options.step: must be positive"),
-        ({"step_min": -1e-3}, "options.step_min"),
-        ({"step_max": np.inf}, "options.step_max"),
-        ({"tol": np.nan}, "options.tol"),
-        ({"step": 1.0, "step_max": 0.5}, "between step_min"),
-        ({"aim_angle": 0.5}, "between aim_angle"),
-        ({"max_angle": 2.0}, "between aim_angle"),
-        ({"max_points": 1}, "at least 2"),
-        ({"max_iterations": 1}, "max_iterations"),
-    ],
-)
-def test_options_are_checked_when_made(arguments, words) -> None:
-    with pytest.raises(ToleranceError, match=words):
-        Options(**arguments)
-
-
-@pytest.mark.parametrize(
-    ("build", "words"),
-    [
-        (lambda: dataclasses.replace(PARABOLA, scale=np.array([1.0])), "2 positive sizes"),
-        (lambda: dataclasses.replace(PARABOLA, scale=np.array([1.0, 0.0])), "2 positive sizes"),
-        (lambda: dataclasses.replace(PARABOLA, parameter=2), "no unknown"),
-        (lambda: PARABOLA.check(np.zeros(3)), "2 finite numbers"),
-        (lambda: Problem(lambda z: (z, z), ("x", "l")).check(np.zeros(2)), r"\(F, J, extra\)"),
-        (lambda: Extra(np.ones((2, 2))), "no vector of complex numbers"),
-        (lambda: Extra(["a"]), "no vector of complex numbers"),
-        (lambda: PARABOLA.check(np.array([0, np.nan])), "2 finite numbers"),
-        (
-            lambda: dataclasses.replace(PARABOLA, names=("x", "y", "l"), scale=None).check(np.zeros(3)),
-            "shapes",
-        ),
-    ],
-)
-def test_problems_are_checked(build, words) -> None:
-    with pytest.raises(ArrayError, match=words):
-        build()

@@ -1,13 +1,9 @@
-"""NAME_casadi.c: what casadi.external computes from it, its Jacobians, and what it leaves alone."""
+"""NAME_casadi.c: what casadi.external computes from it, its Jacobians, and the symbols it defines."""
 
 from __future__ import annotations
 
-import ctypes
-import re
 import shutil
-import subprocess
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,125 +13,20 @@ import pytest
 from numpy.typing import NDArray
 
 from phichain.contract.functions import FLOWS
-from phichain.emit.c.text import header, source
 from phichain.emit.casadi.external import casadi_external
 from phichain.emit.casadi.tangent import make_tangent
 from phichain.emit.printed import print_scene
-from phichain.errors import UnsupportedError
 from phichain.ir.evaluate import evaluate, evaluate_exactly
 from phichain.ir.nodes import Program
-from phichain.lowering.lower import Lowered, lower
+from phichain.lowering.lower import lower
 from phichain.mechanics import derive
-from phichain.scene import Scene, standard_scene
-from tests.emit.casadi_scenes import (
-    SCENES,
-    make_scene,
-    random_arguments,
-    random_batch,
-    relative_error,
-    stacked,
-)
-from tests.offered import DERIVATIVES
+from tests.emit.casadi_scenes import make_scene, random_arguments, random_batch, relative_error, stacked
+from tests.emit.external_scenes import KINDS, STRICT, Built, run
 
 casadi = pytest.importorskip("casadi")
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
 
-STRICT = [
-    "-std=c99",
-    "-pedantic-errors",
-    "-Wall",
-    "-Wextra",
-    "-Wconversion",
-    "-Wsign-conversion",
-    "-Wdouble-promotion",
-    "-Wfloat-conversion",
-    "-Wshadow",
-    "-Wstrict-prototypes",
-    "-Wmissing-prototypes",
-    "-Wcast-qual",
-    "-Wundef",
-    "-Wvla",
-    "-Werror",
-]
-
 STATES = 3
-KINDS = {
-    "planar": standard_scene(2),
-    "planar_cart": make_scene(
-        "hoist",
-        2,
-        base="cart",
-        com="runtime",
-        mass="runtime",
-        cart_mass="runtime",
-        gravity="runtime",
-        stiffness="runtime",
-        damping="runtime",
-        actuated="all",
-    ),
-    "spatial_loops": make_scene("rope", 2, "spatial", "cart", code="loops", stiffness=2.0),
-    "planar_loops": make_scene("swing", 3, code="loops", angles="absolute", actuated="all", length="runtime"),
-    "one_link": make_scene("pendulum", 1, want=("forward_dynamics", "mass_matrix", "positions")),
-}
-
-
-@dataclass(frozen=True)
-class Built:
-    """A compiled scene."""
-
-    scene: Scene
-    lowered: Lowered
-    folder: Path
-
-    @property
-    def library(self) -> Path:
-        return self.folder / f"{self.scene.name}.so"
-
-    @property
-    def differentiable(self) -> dict[str, Program]:
-        """The functions that come with Jacobians: those that are no derivatives themselves."""
-        return {
-            name: program for name, program in self.lowered.wanted.items() if name not in DERIVATIVES
-        }
-
-    def external(self, function: str) -> Any:
-        return casadi.external(f"{self.scene.name}_casadi_{function}", str(self.library))
-
-
-def write(scene: Scene, lowered: Lowered, folder: Path) -> list[str]:
-    """Write a scene's C files; returns the names of those to compile."""
-    printed = print_scene(scene, lowered)
-    texts = {
-        f"{scene.name}.h": header(printed, {}),
-        f"{scene.name}.c": source(printed),
-        f"{scene.name}_casadi.c": casadi_external(printed),
-    }
-    for name, text in texts.items():
-        (folder / name).write_text(text)
-    return [name for name in texts if name.endswith(".c")]
-
-
-def run(folder: Path, *command: str) -> str:
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr[:4000]
-    return done.stdout
-
-
-@pytest.fixture(scope="module")
-def build(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Built]:
-    """Compiles the scene of a kind, once, with the strict flags."""
-    made: dict[str, Built] = {}
-
-    def build_kind(kind: str) -> Built:
-        if kind not in made:
-            scene, folder = KINDS[kind], tmp_path_factory.mktemp(kind)
-            lowered = lower(derive(scene))
-            files = write(scene, lowered, folder)
-            run(folder, "cc", *STRICT, "-O1", "-fPIC", "-shared", *files, "-o", f"{scene.name}.so", "-lm")
-            made[kind] = Built(scene, lowered, folder)
-        return made[kind]
-
-    return build_kind
 
 
 def derivative(program: Program, arguments: dict[str, Any], argument: str) -> dict[str, NDArray[np.float64]]:
@@ -261,65 +152,6 @@ def test_derivatives_come_without_jacobians_and_the_file_says_so(build: Callable
     assert "Without a Jacobian" not in casadi_external(print_scene(scene, lower(derive(scene))))
 
 
-def test_functions_work_inside_mx_expressions(build: Callable[[str], Built]) -> None:
-    """The gradient of a cost over three steps, by CasADi's reverse mode through our Jacobians."""
-    built = build("planar")
-    step, energy = built.external("step"), built.external("energy")
-    u, start = casadi.MX.sym("u", 6), [0.4, -0.2]
-    q, v = casadi.MX(start), casadi.MX.zeros(2)
-    for k in range(3):
-        q, v = step(0.05, q, v, u[2 * k : 2 * k + 2])
-    kinetic, potential = energy(q, v)
-    cost = kinetic + potential + 1e-3 * casadi.sumsqr(u)
-    gradient = casadi.Function("gradient", [u], [casadi.gradient(cost, u)])
-    at = np.linspace(-0.5, 0.7, 6)
-    assert relative_error(gradient(at).full().ravel(), _rollout_gradient(built.lowered, at)) < 1e-12
-
-
-def _rollout_gradient(lowered: Lowered, at: NDArray[np.float64]) -> NDArray[np.float64]:
-    u = at + 1e-100j * np.eye(6)
-    state: dict[str, Any] = {"q_next": np.array([0.4, -0.2]), "v_next": np.zeros(2)}
-    for k in range(3):
-        arguments = {"h": 0.05, "q": state["q_next"], "v": state["v_next"], "u": u[:, 2 * k : 2 * k + 2]}
-        state = evaluate(lowered.wanted["step"], arguments)
-    energy = evaluate(lowered.wanted["energy"], {"q": state["q_next"], "v": state["v_next"]})
-    cost = energy["kinetic"] + energy["potential"] + 1e-3 * np.sum(u**2, axis=-1)
-    return np.asarray(cost.imag / 1e-100)
-
-
-def test_an_optimiser_finds_the_torques_that_hold_a_pose(build: Callable[[str], Built]) -> None:
-    """A nonlinear program with forward_dynamics as constraint; the answer is the gravity torque."""
-    built = build("planar")
-    u, pose = casadi.MX.sym("u", 2), [0.7, -1.1]
-    acceleration = built.external("forward_dynamics")(pose, [0.0, 0.0], u)
-    problem = {"x": u, "f": casadi.sumsqr(u), "g": acceleration}
-    quiet = {"print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.tol": 1e-12}
-    solver = casadi.nlpsol(
-        "hold", "ipopt", problem, {**quiet, "ipopt.hessian_approximation": "limited-memory"}
-    )
-    found = solver(x0=[0.0, 0.0], lbg=0.0, ubg=0.0)["x"].full().ravel()
-    assert solver.stats()["success"]
-    expected = evaluate(built.lowered.wanted["gravity_torque"], {"q": np.array(pose)})["out"]
-    assert relative_error(found, expected) < 1e-9
-
-
-def test_null_arguments_are_zeros_and_null_results_are_not_written(build: Callable[[str], Built]) -> None:
-    built = build("planar")
-    library = ctypes.CDLL(str(built.library))
-    pointers, real = ctypes.POINTER(ctypes.c_double), ctypes.c_double
-    work = (real * 200)()
-    for symbol, results in (("planar2_casadi_energy", 2), ("jac_planar2_casadi_energy", 4)):
-        function = getattr(library, symbol)
-        nothing = (pointers * 4)()
-        assert function(nothing, (pointers * results)(), None, work, 0) == 0
-    kinetic, potential = real(9.0), real(9.0)
-    wanted = (pointers * 2)(None, ctypes.pointer(potential))
-    assert library.planar2_casadi_energy((pointers * 2)(), wanted, None, work, 0) == 0
-    expected = evaluate(built.lowered.wanted["energy"], {"q": np.zeros(2), "v": np.zeros(2)})
-    assert potential.value == pytest.approx(float(expected["potential"]), rel=1e-15)
-    assert kinetic.value == 9.0
-
-
 def symbols(folder: Path, file: str, kinds: str) -> set[str]:
     """Names in an object file whose letter nm prints among `kinds`."""
     lines = (line.split() for line in run(folder, "nm", file).splitlines())
@@ -346,37 +178,3 @@ def test_symbols_carry_the_scene_s_name_and_no_state(kind: str, build: Callable[
     assert not symbols(folder, f"{name}_casadi.o", "dDbBC")  # nothing that could be written to
     called = symbols(folder, f"{name}_casadi.o", "U")
     assert called <= plain | {"sin", "cos", "sqrt", "sincos", "memcpy", "memset", "__stack_chk_fail"}
-
-
-def test_several_scenes_share_one_shared_object(tmp_path: Path) -> None:
-    scenes = [make_scene(name, 2, want=("forward_dynamics", "energy")) for name in ("left", "right")]
-    files = [file for scene in scenes for file in write(scene, lower(derive(scene)), tmp_path)]
-    run(tmp_path, "cc", *STRICT, "-O0", "-fPIC", "-shared", *files, "-o", "both.so", "-lm")
-    both = [casadi.external(f"{s.name}_casadi_forward_dynamics", str(tmp_path / "both.so")) for s in scenes]
-    assert relative_error(both[0]([0.1, 0.2], [0, 0]).full(), both[1]([0.1, 0.2], [0, 0]).full()) == 0
-
-
-def test_each_kind_of_scene_compiles(tmp_path: Path) -> None:
-    for scene in SCENES[::5]:
-        small = replace(scene, want=("mass_matrix", "linearization"))
-        files = write(small, lower(derive(small)), tmp_path)
-        run(tmp_path, "cc", *STRICT, "-O0", "-c", *files)
-
-
-def test_single_precision_is_refused() -> None:
-    scene = replace(standard_scene(2), real="float")
-    with pytest.raises(UnsupportedError) as caught:
-        casadi_external(print_scene(scene, lower(derive(scene))))
-    assert str(caught.value) == (
-        "real: CasADi calls functions in double precision (got 'float'); "
-        'set target.real = "double", or use planar2_casadi.py'
-    )
-
-
-def test_the_same_scene_gives_the_same_text() -> None:
-    scene = make_scene("again", 2, want=("forward_dynamics", "mass_matrix"), gravity="runtime")
-    first = casadi_external(print_scene(scene, lower(derive(scene))))
-    assert first == casadi_external(print_scene(scene, lower(derive(scene))))
-    assert all(line == line.rstrip() for line in first.splitlines())
-    assert first.endswith("}\n")
-    assert not re.search(r"\b(malloc|calloc|alloca|free)\b", first)

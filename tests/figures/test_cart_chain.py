@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from benchmarks.paper_b_digits import pieces
+from benchmarks.papers.paper_b_digits import pieces
 from phichain.control import errors, lqr
 from phichain.papers.figures import FIG_2, FIG_3, FIG_4
 from phichain.report.paper_b import chain_kinetic_energy, left_alone, steadied
@@ -61,7 +61,7 @@ def test_figure_2_keeps_the_horizontal_momentum(runs: dict, cart: System) -> Non
 
 
 def test_figure_2_is_the_motion_of_thirty_digits_for_two_seconds(runs: dict) -> None:
-    """Another form, another order, integers: `benchmarks.paper_b_digits` shares nothing with phichain but (23)."""
+    """Another form, another order, integers: `benchmarks.papers.paper_b_digits` shares nothing with phichain but (23)."""
     motion, _ = runs["B2"]
     exact = list(pieces(2.0, 10))
     for piece in exact:

@@ -9,6 +9,9 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from phichain.emit.c import sincos as trig
 from phichain.emit.c.function import c_function
 from phichain.emit.c.names import CNames
@@ -24,12 +27,26 @@ from phichain.native.flows.forward_dynamics_batch import make_forward_dynamics_b
 from phichain.native.flows.propagate_batch import PropagateBatch, make_propagate_batch
 from phichain.native.signature import Argument
 from phichain.scene import Scene
-from tests.flow.flows import FAST
+from tests.flow.flows import FAST, planar, scene
 
 #: Contraction off: the same roundings whatever the compiler makes of the text.
 EXACT = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
 
 WRITERS = {"forward_dynamics_batch": forward_dynamics_batch, "propagate_batch": flow_batch}
+
+RUNTIME = {"mass": "runtime", "length": "runtime", "com": "runtime", "gravity": "runtime"}
+CHAINS = {
+    "unrolled": planar(
+        3, "arms3", joints={"actuated": "all", "angles": "absolute", "stiffness": [1.0, 0, 2]}
+    ),
+    "loops": planar(64, "chain64", joints={"actuated": [1, 64]}),
+    "cart": scene("carted", "planar", "cart", links=2, mass=1, length=[0.5, 1], cart_mass=0.7),
+    "spatial": scene("sphere3", "spatial", "cart", links=3, mass=0.1, length=0.1, cart_mass=0.5),
+    "half": scene("halfway", "spatial", "fixed", links=2, mass=0.1, length=0.1, com=0.06),
+    "runtime": scene("given", "planar", "fixed", links=2, **RUNTIME),
+    "single": planar(2, "single", target={"real": "float"}),
+}
+GIVEN = {"mass": [1.0, 0.5], "length": [1.0, 0.7], "com": [0.5, 0.3], "gravity": 9.81}
 
 
 def parameters(chain: Scene) -> tuple[Array, ...]:
@@ -90,3 +107,34 @@ def flow(chain: Scene, flags: tuple[str, ...] = FAST, portable: bool = False) ->
     loaded = library(chain, "propagate_batch", flags, portable)
     known = [Argument(array.name, array.shape) for array in parameters(chain)]
     return make_propagate_batch(chain, known, loaded[f"{chain.name}_propagate_batch"])
+
+
+def states(chain: Scene, n: int, seed: int = 1) -> list[NDArray[np.float64]]:
+    """Random q, v and, where there is one, u."""
+    random = np.random.default_rng(seed)
+    q, v = random.normal(size=(n, chain.nq)), random.normal(size=(n, chain.nv))
+    if not chain.is_planar:
+        cart = 2 if chain.has_cart else 0
+        for row, rate in zip(q, v, strict=True):
+            units, spins = row[cart:].reshape(-1, 3), rate[cart:].reshape(-1, 3)
+            units /= np.linalg.norm(units, axis=1)[:, None]
+            spins -= np.sum(spins * units, axis=1)[:, None] * units
+    kind = np.float32 if chain.real == "float" else np.float64
+    return [x.astype(kind) for x in (q, v, *([random.normal(size=(n, chain.nu))] if chain.nu else []))]
+
+
+def given(chain: Scene) -> dict[str, Any]:
+    return {"p": {k: np.array(v) for k, v in GIVEN.items()}} if chain.runtime else {}
+
+
+def one_by_one(chain: Scene, scalar: Any, inputs: list[NDArray[Any]]) -> NDArray[Any]:
+    """The scalar C function, row by row."""
+    head = []
+    if chain.runtime:
+        fields = (np.ravel(GIVEN[array.name]) for array in parameters(chain))
+        head = [np.concatenate(list(fields))]
+    out = np.empty((len(inputs[0]), chain.nv), inputs[0].dtype)
+    for k, row in enumerate(out):
+        arrays = [*head, *(np.ascontiguousarray(x[k]) for x in inputs), row]
+        scalar(*(ctypes.c_void_p(array.ctypes.data) for array in arrays))
+    return out

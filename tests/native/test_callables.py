@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import inspect
-import json
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -17,35 +15,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from phichain.errors import ArrayError
 from phichain.native import Cache, build_folder
-from phichain.scene import scene_from_dict
 from phichain.system import System
+from tests.native.evaluation import Q, U, V, assert_close, evaluated
 from tests.native.generated_folder import FUNCTIONS, PARAMETERS, SOURCE, expected, write
-
-Q, V, U = np.array([0.1, -0.2]), np.array([0.3, -0.4]), np.array([0.5, -0.6])
-RTOL = 4e-15
-
-
-def evaluated(system: System, q: Any, v: Any, u: Any, h: Any) -> dict[str, Any]:
-    """Every function that `expected` knows."""
-    return {
-        "forward_dynamics": system.forward_dynamics(q, v, u, p=PARAMETERS),
-        "mass_matrix": system.mass_matrix(q, p=PARAMETERS),
-        "energy": system.energy(q, v, p=PARAMETERS),
-        "step": system.step(h, q, v, u, p=PARAMETERS),
-    }
-
-
-def assert_close(got: dict[str, Any], wanted: dict[str, Any], rtol: float = RTOL) -> None:
-    assert got.keys() == wanted.keys()
-    for name, values in wanted.items():
-        outputs = values if isinstance(values, tuple) else (values,)
-        for actual, value in zip(
-            got[name] if isinstance(values, tuple) else (got[name],), outputs, strict=True
-        ):
-            assert np.shape(actual) == np.shape(value), name
-            np.testing.assert_allclose(actual, value, rtol=rtol, atol=rtol, err_msg=name)
 
 
 def test_system_carries_the_scene(system: System) -> None:
@@ -110,110 +83,6 @@ def test_float_scene_computes_in_float(float_system: System) -> None:
     np.testing.assert_array_equal(rows, np.tile(got["forward_dynamics"], (3, 1)))
 
 
-@pytest.mark.parametrize(
-    ("value", "problem"),
-    [
-        (np.zeros(3), r"has shape \(3,\) where \(2,\) is expected"),
-        (np.zeros((2, 1)), r"has shape \(2, 1\)"),
-        (np.zeros((2, 2, 2)), r"has shape \(2, 2, 2\)"),
-        (0.5, r"has shape \(\)"),
-        ([], r"has shape \(0,\)"),
-        (np.zeros(2, complex), "holds complex128 where real numbers are expected"),
-        (np.array([1.0, None]), "holds object"),
-        (["a", "b"], "holds <U1"),
-        (np.zeros(2, "m8[s]"), "holds timedelta64"),
-        (None, "holds object"),
-        ([[1.0], [1.0, 2.0]], "cannot be read as an array of numbers"),
-    ],
-    ids=str,
-)
-def test_wrong_array_is_refused(system: System, value: Any, problem: str) -> None:
-    with pytest.raises(ArrayError, match=problem) as caught:
-        system.forward_dynamics(Q, value, U, p=PARAMETERS)
-    assert caught.value.field == "forward_dynamics.v"
-    assert caught.value.remedy
-    # The call after a refused one starts afresh.
-    assert_close(evaluated(system, Q, V, U, 0.0), expected(Q, V, U, 0.0))
-
-
-def test_shape_message_says_what_to_pass(system: System) -> None:
-    with pytest.raises(ArrayError) as caught:
-        system.mass_matrix(np.zeros((5, 3)), p=PARAMETERS)
-    assert str(caught.value) == (
-        "mass_matrix.q: has shape (5, 3) where (2,) is expected "
-        "(got an array of shape (5, 3) and dtype float64); pass (2,), or (n, 2) for n rows at once"
-    )
-    assert (caught.value.expected, caught.value.shape) == ((2,), (5, 3))
-
-
-def test_scalar_of_the_wrong_shape(system: System) -> None:
-    with pytest.raises(ArrayError, match=r"step\.h: has shape \(2, 1\) where a single number is expected"):
-        system.step([[0.1], [0.2]], Q, V, U, p=PARAMETERS)
-
-
-@pytest.mark.parametrize("count", [0, 2, 4])
-def test_wrong_number_of_arrays(system: System, count: int) -> None:
-    with pytest.raises(ArrayError, match=r"takes 3 arrays \(q, v, u\) and was given") as caught:
-        system.forward_dynamics(*[Q] * count, p=PARAMETERS)
-    assert "forward_dynamics(q, v, u, p=)" in caught.value.remedy
-
-
-@pytest.mark.parametrize(
-    ("p", "problem"),
-    [
-        (None, "the runtime parameters mass, gravity are missing"),
-        ({}, "must hold exactly mass, gravity"),
-        (3.0, "the runtime parameters mass, gravity are missing"),
-        ({"mass": [1.0, 2.0]}, "must hold exactly mass, gravity"),
-        ({**PARAMETERS, "length": 1.0}, "must hold exactly mass, gravity"),
-        ({"mass": np.ones(2), "gravity": 9.0, "length": 1.0}, "must hold exactly mass, gravity"),
-        ({"mass": [1.0, 2.0], "Gravity": 9.0}, "must hold exactly mass, gravity"),
-        ({**PARAMETERS, "mass": 1.0}, r"p\['mass'\]: has shape \(\) where \(2,\) is expected"),
-        ({**PARAMETERS, "mass": np.ones((4, 2))}, r"p\['mass'\]: has shape \(4, 2\)"),
-        (
-            {**PARAMETERS, "gravity": [9.0]},
-            r"p\['gravity'\]: has shape \(1,\) where a single number is expected",
-        ),
-        ({**PARAMETERS, "gravity": 1j}, r"p\['gravity'\]: holds complex128"),
-    ],
-    ids=str,
-)
-@pytest.mark.parametrize("q", [Q, np.zeros((3, 2))], ids=["single", "batch"])
-def test_wrong_parameters_are_refused(system: System, p: Any, problem: str, q: np.ndarray) -> None:
-    with pytest.raises(ArrayError, match=problem):
-        system.forward_dynamics(q, V, U, p=p)
-
-
-def test_function_without_parameters_checks_them_all_the_same(system: System) -> None:
-    for p in ({"mass": [1.0, 2.0]}, np.zeros(2), {}):
-        with pytest.raises(ArrayError, match=r"linearization\.p"):
-            system.linearization([1, -1], p=p)
-
-
-def test_scene_without_parameters_takes_none(tmp_path: Path, shared_cache: Cache) -> None:
-    system = build_folder(write_folded(tmp_path), cache=shared_cache)
-    for p in (None, {}, MappingProxyType({})):
-        np.testing.assert_array_equal(system.linearization([1, -1], p=p)[0], np.diag([1.0, -1.0]))
-        assert system.linearization(np.ones((3, 2)), p=p)[0].shape == (3, 2, 2)
-    for p in (PARAMETERS, {"mass": 1.0}, 3.0):
-        with pytest.raises(ArrayError, match="this scene has no runtime parameters"):
-            system.linearization([1, -1], p=p)
-
-
-def write_folded(parent: Path) -> Path:
-    """A folder whose manifest knows no runtime parameter, and only the function that needs none."""
-    folder = write(parent)
-    manifest = json.loads((folder / "manifest.json").read_text())
-    tables = manifest["scene"]
-    tables["chain"].update(mass=1.0, gravity=9.0)
-    tables["functions"]["want"] = ["linearization"]
-    scene = scene_from_dict(tables)
-    manifest.update(params=[], scene=scene.to_dict(), digest=scene.digest)
-    manifest["functions"] = {"linearization": manifest["functions"]["linearization"]}
-    (folder / "manifest.json").write_text(json.dumps(manifest))
-    return folder
-
-
 def test_parameters_come_by_name_not_by_order(system: System) -> None:
     turned = {"gravity": np.float64(9.0), "mass": np.array([2.0, 4.0])}
     np.testing.assert_array_equal(
@@ -274,14 +143,6 @@ def test_batch_equals_loop(system: System, data: st.DataObject, rows: int) -> No
 def test_batch_against_numpy(system: System, rows: int, data: st.DataObject) -> None:
     q, v, u = (data.draw(arrays(np.float64, (rows, 2), elements=numbers)) for _ in range(3))
     assert_close(evaluated(system, q, v, u, 0.25), expected(q, v, u, 0.25), rtol=1e-12)
-
-
-def test_rows_must_agree(system: System) -> None:
-    with pytest.raises(ArrayError, match="has 4 rows where q has 3") as caught:
-        system.forward_dynamics(np.zeros((3, 2)), np.zeros((4, 2)), U, p=PARAMETERS)
-    assert caught.value.field == "forward_dynamics.v"
-    with pytest.raises(ArrayError, match="has 1 rows where q has 3"):
-        system.forward_dynamics(np.zeros((3, 2)), np.zeros((1, 2)), U, p=PARAMETERS)
 
 
 def test_columns_of_a_trajectory_are_not_copied(system: System, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from benchmarks.stability import elliptic, engine
-from benchmarks.stability.case import Case
+from benchmarks.stability.cases.case import Case
+from benchmarks.stability.cases.table import all_cases, work_cases
 from benchmarks.stability.references import gap, read, references, relative_gap
-from benchmarks.stability.table_of_cases import all_cases, work_cases
 from phichain.reference import reference
 from phichain.scene import Scene
 

@@ -9,10 +9,10 @@ import pytest
 
 from benchmarks.pages import Figure, write_page
 from benchmarks.stability.apart import TIME_LIMIT, run_apart
+from benchmarks.stability.cases.table import all_cases
 from benchmarks.stability.ours import Method, answer, methods
 from benchmarks.stability.references import references
 from benchmarks.stability.report import Result, markdown_tables
-from benchmarks.stability.table_of_cases import all_cases
 from benchmarks.stability.verdict import RIGHT, UNFINISHED, Answer, judge
 from benchmarks.table import Table
 from benchmarks.work_precision.rows import Candidate, Row, as_table, best_time, measure, ratio_cell

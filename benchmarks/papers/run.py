@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 if __package__ in (None, ""):  # started as a file
-    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from benchmarks import table
-from benchmarks.fractional_powers import fastest
-from benchmarks.regulators import gains_table
+from benchmarks.fractional.powers import fastest
+from benchmarks.papers.regulators import gains_table
 from phichain.control import computed_torque, in_phase
 from phichain.motion import simulate
 from phichain.papers.figures import FIG_2, paper_a_chain

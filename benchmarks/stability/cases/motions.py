@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.stability.case import Case
+from benchmarks.stability.cases.case import Case
 
 PI = 3.141592653589793
 G = 9.81

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_are
 
 from benchmarks import table
-from benchmarks.fractional_powers import fastest
+from benchmarks.fractional.powers import fastest
 from phichain.control import Gains, lqr
 from phichain.control.riccati import riccati
 from phichain.pipeline import build

@@ -24,10 +24,10 @@ import mpmath
 import numpy as np
 
 if __package__ in (None, ""):  # started as a file
-    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+    sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from benchmarks import table
-from benchmarks.fractional_powers import fastest, power_table
+from benchmarks.fractional.powers import fastest, power_table
 from benchmarks.peers import fractional as peers
 from phichain.fractional import differintegrate, grunwald_letnikov
 

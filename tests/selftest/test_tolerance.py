@@ -21,7 +21,7 @@ from phichain.lowering import lower
 from phichain.mechanics import derive
 from phichain.scene import Scene
 from tests.generated.compiling import committed
-from tests.generated.mutated import fused_arithmetic, with_mutant
+from tests.selftest.mutated import fused_arithmetic, with_mutant
 
 QUICK = ("firmware_cart_float", "planar3_cart", "planar4_damped_springs", "runtime_double_pendulum", "spatial4_fixed_forward_only")
 SPATIAL = Scene(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from benchmarks.stability import dynamics_cases, motion_cases, shared_cases
-from benchmarks.stability.case import Case
+from benchmarks.stability.cases import dynamics, motions, shared
+from benchmarks.stability.cases.case import Case
 
 
 def all_cases() -> list[Case]:
     """The seventeen committed ones, then ours."""
-    return [*shared_cases.cases(), *dynamics_cases.cases(), *motion_cases.cases()]
+    return [*shared.cases(), *dynamics.cases(), *motions.cases()]
 
 
 def work_cases() -> list[Case]:

@@ -5,8 +5,8 @@ shares nothing with phichain but the data of (23).
 
 Examples::
 
-    python -m benchmarks.paper_b_digits              # 4 s with 40 and with 57 digits
-    python -m benchmarks.paper_b_digits 10 45 57     # 10 s, some minutes
+    python -m benchmarks.papers.paper_b_digits              # 4 s with 40 and with 57 digits
+    python -m benchmarks.papers.paper_b_digits 10 45 57     # 10 s, some minutes
 """
 
 from __future__ import annotations

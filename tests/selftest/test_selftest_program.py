@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from phichain.scene import Scene
 from phichain.contract.functions import ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.scene import Scene
 from tests.generated.compiling import COMMITTED, STRICT, committed, need, run, selftest_program, write_all
 from tests.generated.reference_scenes import FOLDER, REFERENCE
 

@@ -11,9 +11,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from benchmarks.stability.case import Case
+from benchmarks.stability.cases.case import Case
 
-_FILE = Path(__file__).resolve().parents[2] / "tests" / "data" / "extreme_cases.json"
+_FILE = Path(__file__).resolve().parents[3] / "tests" / "data" / "extreme_cases.json"
 _KINDS = {"forward_dynamics": "dynamics", "simulation": "motion", "periodic_orbit": "period"}
 
 
