@@ -9,7 +9,8 @@ acceleration alpha and velocity q' = omega x q has
 
 Q holds the springs' k q_{k-1} and the dampers' -d (omega_k - omega_{k-1}) x q_k, and the same of the joint beyond. A joint
 ties x_k to x_{k-1}: the chain beyond it asks for a force and a couple on the link before,
-(dF, dH) = Lambda (dA, x_before) + lambda with blocks A, U, W, kappa of 3 x 3; without springs and dampers only A is there.
+(dF, dH) = Lambda (dA, x_before) + lambda with blocks A, U, W, kappa of 3 x 3; without springs and dampers only A is there, and
+where masses sit near the joints `spatial.near_joints` takes its place.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scal
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.joint import Joint
 from phichain.lowering.spatial.links import directions
+from phichain.lowering.spatial.near_joints import CART_PIVOT, NearJoints, near_joints, near_sizes
 from phichain.scene import Scene
 
 #: Arrays that `factors` hands to `solution`: entries a link has in each, everywhere, with joints, with dampers.
@@ -53,7 +55,6 @@ _FREE = {
     "inverse": 9,
 }
 _JOINED = {"inner": 9, "outer": 9}
-CART_PIVOT = "cart_pivot"
 
 
 def joined(scene: Scene) -> bool:
@@ -63,6 +64,8 @@ def joined(scene: Scene) -> bool:
 
 def factor_sizes(scene: Scene) -> dict[str, int]:
     """Names and sizes of what `factors` writes."""
+    if near_joints(scene):
+        return near_sizes(scene)
     sizes = {name: size * scene.links for name, size in (_FREE | (_JOINED if joined(scene) else {})).items()}
     return sizes | ({CART_PIVOT: 4} if scene.has_cart else {})
 
@@ -94,6 +97,9 @@ def factors(
     """Write what `solution` needs for the g, q, v and a (the accelerations at q, v) of `inputs`."""
     gain, q, v, a = inputs
     _motion(builder, scene, parameters, q, v, a, out)
+    if near_joints(scene):
+        NearJoints(builder, scene, parameters, gain, out).run()
+        return
     beyond = _Inwards(builder, scene, parameters, gain, out).run()
     if scene.has_cart:
         (xx, xy, _), (yx, yy, _), _ = beyond.force

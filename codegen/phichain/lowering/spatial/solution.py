@@ -6,10 +6,12 @@ from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, load_matrix
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
 from phichain.lowering.parameters import Parameters
+from phichain.lowering.spatial import near_joints_solution
 from phichain.lowering.spatial.chart import across
-from phichain.lowering.spatial.implicit import CART_PIVOT, joined
+from phichain.lowering.spatial.implicit import joined
 from phichain.lowering.spatial.joint import Joint
 from phichain.lowering.spatial.links import directions
+from phichain.lowering.spatial.near_joints import CART_PIVOT, near_joints
 from phichain.scene import Scene
 
 
@@ -18,6 +20,9 @@ def solution(
     right: tuple[ArrayRef, ArrayRef], result: tuple[ArrayRef, ArrayRef],
 ) -> None:  # fmt: skip
     """Write k = (I - g J)^-1 r for the (r_s, r_sigma) of `right` into the (k_s, k_sigma) of `result`."""
+    if near_joints(scene):
+        near_joints_solution.solution(builder, scene, parameters, gain, known, right, result)
+        return
     solve = _Solution(builder, scene, parameters, gain, known, right)
     sideways = solve.inwards()
     nothing = builder.lift(0)

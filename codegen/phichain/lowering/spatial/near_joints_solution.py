@@ -1,0 +1,129 @@
+"""The right sides of `spatial.near_joints`: one sweep inwards for forces and one outwards for motions.
+
+The force of the chain beyond a joint is Lambda (a + p) + d, d across the chain's first link: what an acceleration p of the whole
+would do is kept apart from the rest, so that no part is a difference of large ones. With A = M^-1 P Lambda, c the constant part
+of the tip's motion over l, j = -R P, v = p + (1 - beta) c (symbols there), T = M^-1 P Lambda N, h~ - (a + beta) b = row,
+
+    x = -(A + beta M^-1) a - A (c + p) - M^-1 (beta^2 c + d + j)
+    across q:  p' = p + c,   d' = -M^-1 (kappa v + zeta d + beta s j) - T ((1 - beta) v + j) + zeta A q (t - q.v) / a'
+    along q:   p' = (X (p + c) + beta c + t) / a',   t = q.d - row.M^-1 (d - beta v + j),   a' = 1 + X = q.Lambda' q
+    next a:    -zeta M^-1 a - A q (s q.a + b.a + s q.c + b.c) - s A p + M^-1 (kappa c - s (d + j)) + q (q.a - b.x + q.c).
+"""
+
+from __future__ import annotations
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.algebra.matrix import Matrix, applied, load_matrix
+from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.lowering.parameters import Parameters
+from phichain.lowering.spatial.links import directions
+from phichain.lowering.spatial.near_joints import CART_LOAD, CART_PIVOT
+from phichain.lowering.spatial.units import SpatialUnits
+from phichain.scene import Scene
+
+
+def solution(
+    builder: Builder, scene: Scene, parameters: Parameters, gain: Expr, known: dict[str, ArrayRef],
+    right: tuple[ArrayRef, ArrayRef], result: tuple[ArrayRef, ArrayRef],
+) -> None:  # fmt: skip
+    """Write k = (I - g J)^-1 r for the (r_s, r_sigma) of `right` into the (k_s, k_sigma) of `result`."""
+    solve = _Solution(builder, scene, parameters, gain, known, right)
+    drawn, push = solve.inwards()
+    nothing = builder.lift(0)
+    base: Vector = (nothing, nothing, nothing)
+    if scene.has_cart:
+        loads, pivot = known[CART_LOAD], known[CART_PIVOT]
+        x, y = (dot((loads[3 * i], loads[3 * i + 1], loads[3 * i + 2]), drawn) + push[i] for i in range(2))
+        base = (-(pivot[0] * x + pivot[1] * y), -(pivot[2] * x + pivot[3] * y), nothing)
+        for i in range(2):
+            result[1][i] = moved = right[1][i] + gain * (parameters.length[0] * base[i])
+            result[0][i] = right[0][i] + gain * moved
+    solve.outwards(base, *result)
+
+
+class _Solution:
+    """One right side: inwards for forces, outwards for motions."""
+
+    def __init__(
+        self, builder: Builder, scene: Scene, parameters: Parameters, gain: Expr, known: dict[str, ArrayRef],
+        right: tuple[ArrayRef, ArrayRef],
+    ) -> None:  # fmt: skip
+        self.builder, self.scene, self.gain, self.known = builder, scene, gain, known
+        self.units = SpatialUnits(builder, scene, parameters)
+        self.right = tuple(directions(scene, array) for array in right)
+        links = 3 * scene.links
+        self.rate, self.load = builder.array("velocity", links), builder.array("load", links)
+        self.tip, self.along = builder.array("tip", links), builder.array("along", scene.links)
+
+    def _vector(self, name: str, k: Index) -> Vector:
+        return load(self.known[name], k)
+
+    def _matrix(self, name: str, k: Index) -> Matrix:
+        return load_matrix(self.known[name], k)
+
+    def inwards(self) -> tuple[Vector, Vector]:
+        """p and d of the chain beyond the base, in units of link 0."""
+        with self.builder.loop("k", self.scene.links - 1, -1, -1) as loop:
+            drawn = tuple(loop.carry(f"drawn_{x}", 0) for x in "xyz")
+            push = tuple(loop.carry(f"push_{x}", 0) for x in "xyz")
+            following = self._eliminated(drawn, push, loop.index)
+            for before, after in zip((drawn, push), following, strict=True):
+                for part, next_part in zip(before, after, strict=True):
+                    loop.follow(part, next_part)
+        return drawn, push
+
+    def _eliminated(self, p: Vector, d: Vector, k: Index) -> tuple[Vector, Vector]:
+        known, units = self.known, self.units
+        q, lean, moving, turning = (self._vector(name, k) for name in ("unit", "lean", "moving", "turning"))
+        s, kappa, zeta, squared, pull = (known["turn"][5 * k + i] for i in range(5))
+        minv, reply, held = (self._matrix(name, k) for name in ("inverse", "reply", "held"))
+        column, beta, over = self._vector("column", k), units.reach[k], units.overhang[k]
+        rate = cross(load(self.right[1], k), q)
+        store(self.rate, k, rate)
+        shift = add(load(self.right[0], k), scale(self.gain, rate))
+        along = -(dot(turning, shift) + 2 * dot(moving, rate))
+        c = sub(scale(along, q), scale(squared, shift))
+        v = add(p, scale(over, c))
+        j = scale(-pull, shift)
+        minv_shift, minv_p, minv_d = applied(minv, shift), applied(minv, p), applied(minv, d)
+        minv_c, minv_j = scale(-squared, minv_shift), scale(-pull, minv_shift)
+        minv_v, minv_dj = add(minv_p, scale(over, minv_c)), add(minv_d, minv_j)
+        reply_p = applied(reply, p)
+        reply_c = applied(reply, c)
+        store(self.load, k, add(add(reply_c, reply_p), add(scale(units.reach_squared[k], minv_c), minv_dj)))
+        tip = add(scale(s, add(reply_p, minv_dj)), scale(s * along + dot(lean, c), column))
+        store(self.tip, k, sub(scale(kappa, minv_c), tip))
+        self.along[k] = along
+        passed = add(add(scale(kappa, minv_v), scale(zeta, minv_d)), scale(beta * s, minv_j))
+        passed = scale(-1, add(passed, applied(held, add(scale(over, v), j))))
+        pulled = dot(q, d) - dot(self._vector("row", k), sub(minv_dj, scale(beta, minv_v)))
+        p_along = dot(q, p)
+        added, inverse_axial = known["axial"][2 * k], known["axial"][2 * k + 1]
+        passed = add(passed, scale(zeta * (inverse_axial * (pulled - p_along - over * along)), column))
+        drawn = inverse_axial * (added * (p_along + along) + beta * along + pulled)
+        length = units.length[k]
+        flat = sub(sub(p, scale(p_along, q)), scale(squared, shift))
+        return scale(length, add(flat, scale(drawn, q))), scale(units.mass[k] * length, passed)
+
+    def outwards(self, base: Vector, result_q: ArrayRef, result_v: ArrayRef) -> None:
+        """Motions, link by link."""
+        gain, units = self.gain, self.units
+        results = directions(self.scene, result_q), directions(self.scene, result_v)
+        with self.builder.loop("k", 0, self.scene.links) as loop:
+            k = loop.index
+            carried: Vector = tuple(
+                loop.carry(f"joint_{x}", part) for x, part in zip("xyz", base, strict=True)
+            )
+            joint, q = scale(units.outward[k], carried), self._vector("unit", k)
+            s, zeta, lean = self.known["turn"][5 * k], self.known["turn"][5 * k + 2], self._vector("lean", k)
+            held = applied(self._matrix("inverse", k), joint)
+            moved = scale(-1, add(applied(self._matrix("answer", k), joint), load(self.load, k)))
+            rate = add(load(self.rate, k), scale(gain, moved))
+            store(results[0], k, add(load(self.right[0], k), scale(gain, rate)))
+            store(results[1], k, cross(q, rate))
+            along = dot(q, joint)
+            tip = sub(load(self.tip, k), scale(zeta, held))
+            tip = sub(tip, scale(dot(lean, joint) + s * along, self._vector("column", k)))
+            tip = add(tip, scale(along - dot(lean, moved) + self.along[k], q))
+            for before, after in zip(carried, tip, strict=True):
+                loop.follow(before, after)
