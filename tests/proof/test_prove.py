@@ -56,6 +56,17 @@ def test_every_kind_of_chain_is_proven(space: str, base: str, joints: str, numbe
     assert {entry.name for entry in proof.functions} - set(FLOWS) == set(proof.exact)
 
 
+@pytest.mark.parametrize("base", ["fixed", "cart"])
+@pytest.mark.parametrize("links", [1, 3])
+def test_implicit_solves_with_masses_near_the_joints_are_proven(links: int, base: str) -> None:
+    """In numbers known, so that the sweep is the one for r << l; with `runtime` it is among the chains above."""
+    scene = Scene(
+        "near", links, "spatial", base, mass=[0.3, 0.2, 0.5][:links], length=[0.5, 0.4, 0.3][:links],
+        com=[0.001, 0.4, 0.02][:links], cart_mass=None if base == "fixed" else 0.7, want=("step_rosenbrock",),
+    )  # fmt: skip
+    assert {"implicit_factors", "implicit_solution"} < set(prove(scene).exact)
+
+
 @pytest.mark.parametrize("angles", ["relative", "absolute", "adjacent"])
 def test_every_kind_of_angle_is_proven_in_loops_too(angles: str) -> None:
     scene = replace(standard_scene(4), angles=angles, code="loops", base="cart", cart_mass=1.5)

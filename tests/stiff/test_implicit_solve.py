@@ -144,12 +144,23 @@ def test_a_link_costs_the_same_in_every_chain(space: str, base: str, joints: str
     assert counts["step_rosenbrock"][3] / 64 < most.get((space, joints), 13500)
 
 
-def long_chain(links: int, space: str, base: str, joints: str) -> Scene:
+@pytest.mark.parametrize("base", ["fixed", "cart"])
+def test_a_link_with_its_mass_near_the_joint_costs_a_seventh_more(base: str) -> None:
+    """A step of a free spatial chain, beside the same chain with its masses half way."""
+    half, near = (
+        [total_operations(lowered(long_chain(n, "spatial", base, "free", r), "step_rosenbrock", "loops")) for n in (8, 16, 32)]
+        for r in (0.5, 1e-3)
+    )
+    assert near[1] - near[0] == (near[2] - near[1]) / 2
+    assert near[1] - near[0] < 1.14 * (half[1] - half[0])
+
+
+def long_chain(links: int, space: str, base: str, joints: str, place: float = 0.5) -> Scene:
     keys: dict[str, Any] = {
         "mass": [0.5 + k % 3 for k in range(links)],
         "length": [1.0 + k % 2 for k in range(links)],
     }
-    keys["com"] = [0.5 * length for length in keys["length"]]
+    keys["com"] = [place * length for length in keys["length"]]
     if base == "cart":
         keys["cart_mass"] = 1.0
     if joints == "damped":

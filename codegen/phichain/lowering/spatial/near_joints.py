@@ -13,8 +13,8 @@ large numbers. Across and along q, with beta = r / l, s = 1 - g^2 w^2, b = g^2 a
 The shift to the other end of the link, P (beta + Lambda) N M^-1 = P + zeta M^-1, and y = -adj(L) h give, all in the same blocks,
 
     D Lambda': [[(kappa (e + tau) + eta f) P + zeta^2 L + zeta (y - beta h) b^T,  -zeta (e h - s y)],
-                [-zeta (e h~ - s y~) + (e turned(C) + beta^2 s turned(L) + beta e L + beta s C)^T b
-                     + (s E + beta^2 e + beta s c + beta e a) b,   D + e^2 a + e s tr C + s^2 E + beta b.(e h - s y)]]
+                [-zeta (e h~ - s y~) + zeta (C - beta L)^T b
+                     + (e (tr C + beta^2 + beta a) + s (E + beta c + beta^2 tr L)) b,   D + e^2 a + e s tr C + s^2 E + beta b.(e h - s y)]]
     D K': [[zeta^2 (C + turned(L)) + (s (eta (E + c) + kappa (tr C + tr L) + (1 - beta)^2 b.y)
                      + e (kappa (1 + a) - (1 - beta)^2 b.h)) P + zeta (1 - beta) (beta h - y) b^T,   -zeta (eta y - kappa h)],
            [-zeta (eta y~ - kappa h~) - zeta (1 - beta) (C + beta turned(L))^T b
@@ -53,10 +53,12 @@ from phichain.scene import Scene
 
 #: Links whose mass sits within this part of their length from the joint leave the plain blocks.
 NEAR = Fraction(1, 4)
+#: s, kappa, zeta, w^2 and what P, the shift of the link, does to x, to the tip, to d', through T and to the pull.
+COEFFICIENTS = 9
 #: Arrays that the elimination hands to its solutions, and the entries a link has in each.
 NEAR_JOINTS = {
-    "unit": 3, "spin": 3, "moving": 3, "turning": 3, "pull": 1, "lean": 3, "inverse": 9, "reply": 9, "answer": 9, "held": 9,
-    "row": 3, "column": 3, "axial": 2, "turn": 5,
+    "unit": 3, "spin": 3, "moving": 3, "turning": 3, "pull": 1, "lean": 3, "inverse": 9, "reply": 9, "held": 9,
+    "row": 3, "column": 3, "axial": 2, "turn": COEFFICIENTS,
 }  # fmt: skip
 
 
@@ -166,8 +168,7 @@ class NearJoints:
         d = own * (own + across) + s * facing
         inverse = let("inverse_pivot", 1 / d)
         bent = minus(scaled(s, a.flat), outer(a.column, lean))
-        turned = minus(scaled(across, p), bent)
-        minv = scaled(inverse, plus(scaled(own, p), turned))
+        minv = scaled(inverse, minus(scaled(own + across, p), bent))
         column = sub(scale(own, a.column), scale(s, c.column))
         reply = plus(
             scaled(own, a.flat),
@@ -178,22 +179,19 @@ class NearJoints:
         reply = scaled(inverse, reply)
         held = scaled(inverse, plus(scaled(own, bent), scaled(s * facing, p)))
         # Lambda'
-        turned_a, turned_c = minus(scaled(a.trace, p), a.flat), minus(scaled(c.trace, p), c.flat)
+        turned_a = minus(scaled(a.trace, p), a.flat)
         flat_part = plus(
             scaled(kappa * (own + across) + eta * facing, p),
             scaled(zeta * zeta, a.flat),
             outer(scale(zeta, sub(c.column, scale(beta, a.column))), lean),
         )
-        first = plus(
-            scaled(own, turned_c),
-            scaled(beta * (beta * s), turned_a),
-            scaled(beta * own, a.flat),
-            scaled(beta * s, c.flat),
-        )
-        first_scalar = s * det + beta * (beta * own) + beta * (s * c.along) + beta * (own * a.along)
+        through = sub(applied(transposed(c.flat), lean), scale(beta, applied(transposed(a.flat), lean)))
         row = add(
-            scale(-zeta, sub(scale(own, a.row), scale(s, c.row))),
-            add(applied(transposed(first), lean), scale(first_scalar, lean)),
+            scale(zeta, add(sub(through, scale(own, a.row)), scale(s, c.row))),
+            scale(
+                own * (c.trace + beta * (beta + a.along)) + s * (det + beta * (c.along + beta * a.trace)),
+                lean,
+            ),
         )
         along = (own * own * a.along + own * (s * c.trace) + s * (s * det)) + beta * dot(lean, column)
         added = let("added", along * inverse)
@@ -214,19 +212,14 @@ class NearJoints:
             outer(scale(zeta * over, sub(scale(beta, a.column), c.column)), lean),
         )
         column_k = sub(scale(eta, c.column), scale(kappa, a.column))
-        row_k = scale(
-            -1,
-            add(
-                scale(zeta, sub(scale(eta, c.row), scale(kappa, a.row))),
-                add(
-                    scale(zeta * over, applied(transposed(plus(c.flat, scaled(beta, turned_a))), lean)),
-                    scale(
-                        eta * (beta * c.along + det)
-                        + kappa * (beta * a.trace + c.trace + beta * (a.along + beta)),
-                        lean,
-                    ),
-                ),
-            ),
+        leaning = (
+            eta * (beta * c.along + det)
+            + kappa * (beta * (a.trace + a.along + beta) + c.trace)
+            + beta * (zeta * (over * a.trace))
+        )
+        row_k = sub(
+            scale(-zeta, add(sub(scale(eta, c.row), scale(kappa, a.row)), scale(over, through))),
+            scale(leaning, lean),
         )
         along_k = eta * (eta * c.along) + kappa * (eta * a.trace + kappa) + over * dot(lean, column_k)
         passed_k = mass * passed
@@ -241,9 +234,14 @@ class NearJoints:
             store_matrix(out[name], k, value)
         store(out["row"], k, sub(scale(s, a.row), scale(a.along + beta, lean)))
         store(out["column"], k, scale(inverse, column))
-        store_matrix(out["answer"], k, plus(reply, scaled(beta, minv)))
         store(out["lean"], k, lean)
-        for i, entry in enumerate((s, kappa, zeta, rate_squared, pull)):
-            out["turn"][5 * k + i] = entry
+        over_squared = let("over_squared", over * rate_squared)
+        coefficients = (
+            s, kappa, zeta, rate_squared,
+            -(units.reach_squared[k] * rate_squared + pull), s * pull - kappa * rate_squared,
+            -(kappa * over_squared + beta * (s * pull)), -(over * over_squared + pull), beta * over_squared - pull,
+        )  # fmt: skip
+        for i, entry in enumerate(coefficients):
+            out["turn"][COEFFICIENTS * k + i] = entry
         out["axial"][2 * k], out["axial"][2 * k + 1] = added, inverse_axial
         return Beyond(force, adjugate, mass * passed_k * whole)

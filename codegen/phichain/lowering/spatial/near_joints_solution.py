@@ -17,7 +17,7 @@ from phichain.lowering.algebra.matrix import Matrix, applied, load_matrix
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.links import directions
-from phichain.lowering.spatial.near_joints import CART_LOAD, CART_PIVOT
+from phichain.lowering.spatial.near_joints import CART_LOAD, CART_PIVOT, COEFFICIENTS
 from phichain.lowering.spatial.units import SpatialUnits
 from phichain.scene import Scene
 
@@ -53,6 +53,7 @@ class _Solution:
         self.right = tuple(directions(scene, array) for array in right)
         links = 3 * scene.links
         self.rate, self.load = builder.array("velocity", links), builder.array("load", links)
+        self.still = builder.array("still", links)
         self.tip, self.along = builder.array("tip", links), builder.array("along", scene.links)
 
     def _vector(self, name: str, k: Index) -> Vector:
@@ -74,36 +75,31 @@ class _Solution:
 
     def _eliminated(self, p: Vector, d: Vector, k: Index) -> tuple[Vector, Vector]:
         known, units = self.known, self.units
-        q, lean, moving, turning = (self._vector(name, k) for name in ("unit", "lean", "moving", "turning"))
-        s, kappa, zeta, squared, pull = (known["turn"][5 * k + i] for i in range(5))
-        minv, reply, held = (self._matrix(name, k) for name in ("inverse", "reply", "held"))
-        column, beta, over = self._vector("column", k), units.reach[k], units.overhang[k]
+        q, moving, turning = (self._vector(name, k) for name in ("unit", "moving", "turning"))
+        s, kappa, zeta, squared, loaded, moved, passed_on, turned, pulled_on = (
+            known["turn"][COEFFICIENTS * k + i] for i in range(COEFFICIENTS)
+        )
+        minv, reply = self._matrix("inverse", k), self._matrix("reply", k)
         rate = cross(load(self.right[1], k), q)
-        store(self.rate, k, rate)
         shift = add(load(self.right[0], k), scale(self.gain, rate))
         along = -(dot(turning, shift) + 2 * dot(moving, rate))
-        c = sub(scale(along, q), scale(squared, shift))
-        v = add(p, scale(over, c))
-        j = scale(-pull, shift)
-        minv_shift, minv_p, minv_d = applied(minv, shift), applied(minv, p), applied(minv, d)
-        minv_c, minv_j = scale(-squared, minv_shift), scale(-pull, minv_shift)
-        minv_v, minv_dj = add(minv_p, scale(over, minv_c)), add(minv_d, minv_j)
-        reply_p = applied(reply, p)
-        reply_c = applied(reply, c)
-        store(self.load, k, add(add(reply_c, reply_p), add(scale(units.reach_squared[k], minv_c), minv_dj)))
-        tip = add(scale(s, add(reply_p, minv_dj)), scale(s * along + dot(lean, c), column))
-        store(self.tip, k, sub(scale(kappa, minv_c), tip))
+        store(self.rate, k, rate)
+        store(self.still, k, sub(scale(along, q), scale(squared, shift)))
         self.along[k] = along
-        passed = add(add(scale(kappa, minv_v), scale(zeta, minv_d)), scale(beta * s, minv_j))
-        passed = scale(-1, add(passed, applied(held, add(scale(over, v), j))))
-        pulled = dot(q, d) - dot(self._vector("row", k), sub(minv_dj, scale(beta, minv_v)))
-        p_along = dot(q, p)
+        by_shift, by_p, by_d = applied(minv, shift), applied(minv, p), applied(minv, d)
+        held = add(applied(reply, p), by_d)
+        store(self.load, k, add(held, scale(loaded, by_shift)))
+        store(self.tip, k, sub(scale(moved, by_shift), scale(s, held)))
+        beta, over, length = units.reach[k], units.overhang[k], units.length[k]
+        across = sub(add(by_d, scale(pulled_on, by_shift)), scale(beta, by_p))
+        pulled, p_along = dot(q, d) - dot(self._vector("row", k), across), dot(q, p)
         added, inverse_axial = known["axial"][2 * k], known["axial"][2 * k + 1]
-        passed = add(passed, scale(zeta * (inverse_axial * (pulled - p_along - over * along)), column))
+        kept = add(add(scale(kappa, by_p), scale(zeta, by_d)), scale(passed_on, by_shift))
+        kept = add(kept, applied(self._matrix("held", k), add(scale(over, p), scale(turned, shift))))
+        bent = scale(zeta * (inverse_axial * (pulled - p_along - over * along)), self._vector("column", k))
         drawn = inverse_axial * (added * (p_along + along) + beta * along + pulled)
-        length = units.length[k]
-        flat = sub(sub(p, scale(p_along, q)), scale(squared, shift))
-        return scale(length, add(flat, scale(drawn, q))), scale(units.mass[k] * length, passed)
+        following = add(sub(p, scale(squared, shift)), scale(drawn - p_along, q))
+        return scale(length, following), scale(units.mass[k] * length, sub(bent, kept))
 
     def outwards(self, base: Vector, result_q: ArrayRef, result_v: ArrayRef) -> None:
         """Motions, link by link."""
@@ -115,15 +111,17 @@ class _Solution:
                 loop.carry(f"joint_{x}", part) for x, part in zip("xyz", base, strict=True)
             )
             joint, q = scale(units.outward[k], carried), self._vector("unit", k)
-            s, zeta, lean = self.known["turn"][5 * k], self.known["turn"][5 * k + 2], self._vector("lean", k)
+            s, zeta = (self.known["turn"][COEFFICIENTS * k + i] for i in (0, 2))
+            lean, whole = self._vector("lean", k), add(joint, load(self.still, k))
             held = applied(self._matrix("inverse", k), joint)
-            moved = scale(-1, add(applied(self._matrix("answer", k), joint), load(self.load, k)))
-            rate = add(load(self.rate, k), scale(gain, moved))
+            back = add(applied(self._matrix("reply", k), whole), scale(units.reach[k], held))
+            back = add(back, load(self.load, k))
+            rate = sub(load(self.rate, k), scale(gain, back))
             store(results[0], k, add(load(self.right[0], k), scale(gain, rate)))
             store(results[1], k, cross(q, rate))
-            along = dot(q, joint)
+            along = dot(q, joint) + self.along[k]
             tip = sub(load(self.tip, k), scale(zeta, held))
-            tip = sub(tip, scale(dot(lean, joint) + s * along, self._vector("column", k)))
-            tip = add(tip, scale(along - dot(lean, moved) + self.along[k], q))
+            tip = sub(tip, scale(dot(lean, whole) + s * along, self._vector("column", k)))
+            tip = add(tip, scale(along + dot(lean, back), q))
             for before, after in zip(carried, tip, strict=True):
                 loop.follow(before, after)
