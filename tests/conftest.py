@@ -18,6 +18,18 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update", action="store_true", help="write the goldens anew instead of comparing with them")
 
 
+#: Files that take longest, to be handed out first: with --dist loadfile a long one that comes last keeps one worker waiting.
+LONG = (
+    "generated/test_processors.py", "selftest/test_selftest_program.py", "generated/test_strict_c.py", "generated/test_bad_input.py",
+    "lowering/test_forms.py", "cli/test_commands.py", "proof/test_mutants.py", "flow/test_batch_flow.py",
+)  # fmt: skip
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Long files first; otherwise the order stays."""
+    items.sort(key=lambda item: not item.path.as_posix().endswith(LONG))
+
+
 @pytest.fixture(scope="session")
 def update(request: pytest.FixtureRequest) -> bool:
     """Whether goldens are to be written instead of compared."""

@@ -106,3 +106,14 @@ def test_chains_of_any_size() -> None:
         chain = Scene("one", 1, mass=1.0, length=scale, gravity=scale, want=["forward_dynamics"])
         assert rate(chain) == pytest.approx(1.0, rel=6e-3)
     assert fastest_rate(Scene("up", 2, mass=1.0, length=1.0, gravity=-9.81, want=["forward_dynamics"])) == 0
+
+
+@pytest.mark.parametrize("base", ["fixed", "cart"])
+def test_without_gravity_and_springs_there_is_no_rate(base: str) -> None:
+    cart = {} if base == "fixed" else {"base": "cart", "cart_mass": 1.0}
+    free = {"mass": 1.0, "length": 1.0, "gravity": 0.0, "want": ["forward_dynamics"]}
+    assert fastest_rate(Scene("floating", 2, **free, **cart)) == 0
+    assert fastest_rate(Scene("sprung", 2, **free, **cart, stiffness=[4.0, 0.0])) > 0
+    # A spring that holds the upright link exactly: the mode is neither slow nor fast, it rests anywhere.
+    balanced = Scene("balanced", 1, mass=1.0, length=1.0, gravity=-2.0, stiffness=2.0, want=["forward_dynamics"])
+    assert fastest_rate(balanced) == 0

@@ -34,7 +34,7 @@ ALLOWED = {
 POWERS = {
     "phichain.reference": "mpf", "phichain.emit.selftest": "mpf and fractions", "phichain.mechanics": "SymPy expressions",
     "phichain.harmonic": "SymPy expressions", "phichain.lowering": "operations of a Program, fractions and mpf",
-    "phichain.ir.rounded": "mpf", "phichain.emit.bessel": "integers and fractions", "phichain.prove": "integers",
+    "phichain.ir.rounded": "mpf", "phichain.emit.bessel": "integers and fractions", "phichain.proof": "integers modulo a prime",
 }  # fmt: skip
 
 

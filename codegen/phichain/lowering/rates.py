@@ -34,6 +34,8 @@ _UNITS: Final = 100
 #: What is added before it is rounded to the nearest unit, so that three digits hardly ever lie below the frequency.
 _SLACK: Final = Fraction(1, 2000)
 _GUARD_DIGITS: Final = 40
+#: Slower than this, rad/s, is no mode at all, as without gravity and springs.
+_LEAST: Final = Fraction(1, 10**300)
 
 
 @lru_cache(maxsize=8)
@@ -43,7 +45,7 @@ def fastest_rate(scene: Scene) -> Fraction | None:
         return None
     with mp.workdps(_GUARD_DIGITS + 2 * _decades(scene)):
         chain = _chain(scene)
-        if _all_below(chain, mpf(0)):
+        if _is_below(chain, _LEAST):
             return Fraction(0)
         unit = _unit(chain)
         low, high = _UNITS - 1, 10 * _UNITS
