@@ -113,8 +113,10 @@ def check(hard: Hard, gain: float, least: float = 1e-13) -> None:
     [*product((1, 2, 4), ("fixed", "cart"), (1e-2, 1e-4, 1e-8), ("all", "in turn"))],
 )
 def test_random_states(links: int, base: str, ratio: float, place: str) -> None:
-    """Steps that resolve the light links, whose rates go as l / r."""
+    """Steps that resolve the light links, whose rates go as l / r, and longer ones on one link."""
     check(chain(links, base, ratio, place), 1e-2 * ratio)
+    if links == 1:
+        check(chain(links, base, ratio, place), 1e-2 * ratio**0.5)
 
 
 def resting(links: int, base: str, ratio: float, off: float = 0.3) -> Hard:
