@@ -52,7 +52,7 @@ run: $(READY) ## the whole path in one go: derive, emit, compile, simulate, trac
 	@$(PY) -m phichain tour --out $(OUT)
 
 test: $(READY) ## all tests
-	@$(PY) -m pytest -n $(JOBS) --dist loadfile $(PYTEST)
+	@$(PY) -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(PYTEST)
 
 generate: $(READY) ## write the C and CasADi folder of a chain: N=8, or SCENE=path/to/scene.toml
 	@$(PY) -m phichain generate '$(SCENE)' --out '$(OUT)'

@@ -96,7 +96,7 @@ def test_double(links: int, base: str, ratio: float, place: str) -> None:
     check_double(chain(links, base, ratio, place))
 
 
-@pytest.mark.parametrize(("base", "ratio", "place"), product(("fixed", "cart"), RATIOS, PLACES))
+@pytest.mark.parametrize(("base", "ratio", "place"), list(product(("fixed", "cart"), RATIOS, PLACES)))
 def test_springs_and_dampers(base: str, ratio: float, place: str) -> None:
     check_double(chain(4, base, ratio, place, "sprung"))
     check_single(chain(4, base, ratio, place, "sprung"))
