@@ -66,11 +66,10 @@ CART_PIVOT, CART_LOAD = "cart_pivot", "cart_load"
 
 
 def near_joints(scene: Scene) -> bool:
-    """Whether some mass of a chain without springs and dampers sits, or may sit, near its joint."""
-    if scene.com is None or scene.stiffness is not None or scene.damping is not None:
+    """Whether some mass of a chain without springs and dampers is known to sit near its joint; what is not known stays cheap."""
+    is_free = scene.stiffness is None and scene.damping is None
+    if scene.com is None or not is_free or isinstance(scene.com, str) or isinstance(scene.length, str):
         return False
-    if isinstance(scene.com, str) or isinstance(scene.length, str):
-        return True
     return any(r < NEAR * length for r, length in zip(scene.com, scene.length, strict=True))
 
 
