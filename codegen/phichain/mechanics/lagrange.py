@@ -113,12 +113,12 @@ class Model:
     @property
     def kinetic(self) -> sympy.Expr:
         """T (J)."""
-        return self._exact.kinetic
+        return self.exact.kinetic
 
     @property
     def potential(self) -> sympy.Expr:
         """V (J), zero for all links horizontal and springs at rest."""
-        return self._exact.potential
+        return self.exact.potential
 
     @property
     def lagrangian(self) -> sympy.Expr:
@@ -180,7 +180,8 @@ class Model:
         return self._written(expression)
 
     @cached_property
-    def _exact(self) -> PlanarExpressions | SpatialExpressions:
+    def exact(self) -> PlanarExpressions | SpatialExpressions:
+        """T, V and the equations with exact numbers, where the other expressions show some as decimals."""
         return self._written(exact)
 
     def _written(self, show: Show) -> PlanarExpressions | SpatialExpressions:

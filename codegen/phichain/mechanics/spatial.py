@@ -75,7 +75,8 @@ class SpatialExpressions:
             top = [-self._mu[j] * hats[j][:2, :] for j in self._links]
             blocks = [[block.T, *row] for block, row in zip(top, blocks, strict=True)]
             blocks = [[self._total_mass * sympy.eye(2), *top], *blocks]
-        return sympy.ImmutableDenseMatrix(sympy.BlockMatrix(blocks).as_explicit())
+        rows = [sympy.ImmutableDenseMatrix.hstack(*row) for row in blocks]
+        return sympy.ImmutableDenseMatrix.vstack(*rows)
 
     @cached_property
     def coriolis(self) -> sympy.ImmutableDenseMatrix:

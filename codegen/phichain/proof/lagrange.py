@@ -79,7 +79,7 @@ class Judge:
         scene, symbols, energies, names = model.scene, model.symbols, model.energies, names_of(model.scene)
         self.scene = scene
         inputs = [Array("q", (scene.nq,)), Array("v", (scene.nv,)), *params]
-        known = cells(inputs[0], symbols.q) | cells(inputs[1], symbols.v) | _runtime(scene)
+        known = cells(inputs[0], symbols.q) | cells(inputs[1], symbols.v) | runtime_cells(scene)
         self._rate = "v"
         if not scene.is_planar:
             self._rate = "q_dot"
@@ -170,7 +170,7 @@ def triples(vectors: Vector, turns: Vector, start: int) -> Iterable[int]:
         yield from cross(turns[k : k + 3], vectors[k : k + 3])
 
 
-def _runtime(scene: Scene) -> dict[sympy.Symbol, Operand]:
+def runtime_cells(scene: Scene) -> dict[sympy.Symbol, Operand]:
     """The cells of the parameters that come at run time."""
     known: dict[sympy.Symbol, Operand] = {}
     single = {"cart_mass": cart_mass, "gravity": gravity}

@@ -15,6 +15,7 @@ from phichain.lowering.field import vector_field
 from phichain.lowering.lower import lower_function
 from phichain.mechanics import Model, derive
 from phichain.proof.case import IDENTITIES, Case, Subject, Wrong
+from phichain.proof.equations import check_equations
 from phichain.proof.identities.dynamics import field_of_flows
 from phichain.proof.lagrange import Judge
 from phichain.proof.model import check_lagrangian
@@ -50,6 +51,7 @@ def prove(of: Scene | Model, lowered: Lowered | None = None) -> Proof:
     judge = Judge(model, lowered.params)
     chains = tuple(Chain(Point(model.scene, number + 1, lowered.params)) for number in range(POINTS))
     check_lagrangian(model, judge, chains)
+    check_equations(model, judge, chains, lowered.params)
     court = _Court(model, lowered, judge, chains)
     # What others call comes first, so that a fault is named where it is.
     found = [court.proven(name) for name in (*lowered.helpers, *lowered.wanted)]
