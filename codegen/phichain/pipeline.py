@@ -14,6 +14,7 @@ from phichain.lowering import lower
 from phichain.mechanics import derive
 from phichain.native import build_files, default_cache
 from phichain.proof import prove as proven
+from phichain.reading import parse_json
 from phichain.scene import Scene
 from phichain.system import System
 
@@ -60,12 +61,23 @@ def build(scene: Scene, prove: bool = True) -> System:
     if not prove:
         return build_files(files)
     key, cache = _proof_key(scene, files), default_cache()
-    stored = cache.fetch(key)
-    record = dict(proven(lowered.model, lowered).record) if stored is None else json.loads(stored)["proof"]
+    kept = _kept(cache.fetch(key), key)
+    record = dict(proven(lowered.model, lowered).record) if kept is None else kept
     system = build_files(files | {MANIFEST: with_proof(files[MANIFEST], record)})
-    if stored is None:
+    if kept is None:
         cache.store(key, json.dumps({"key": key, "proof": record}).encode())
     return system
+
+
+def _kept(stored: bytes | None, key: str) -> dict[str, str] | None:
+    """How each function was proven, as the cache holds it; None, to be proven again, where that is not what `build` stored."""
+    try:
+        match parse_json(stored or b"null"):
+            case {"key": str(own), "proof": dict(proof)} if own == key and all(isinstance(how, str) for how in proof.values()):
+                return proof
+    except ValueError:
+        pass
+    return None
 
 
 def _proof_key(scene: Scene, files: Mapping[str, str]) -> str:

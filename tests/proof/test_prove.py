@@ -13,10 +13,12 @@ from typer.testing import CliRunner
 from phichain import pipeline
 from phichain.app.cli import app
 from phichain.contract.functions import FLOWS, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.emit import library_files
 from phichain.errors import ProofError
 from phichain.ir.nodes import Op, walk
 from phichain.lowering import Lowered, lower
 from phichain.mechanics import Model, derive
+from phichain.native import default_cache
 from phichain.proof import EXACTLY, prove
 from phichain.proof.case import IDENTITIES
 from phichain.scene import Scene, load_scene, standard_scene
@@ -146,6 +148,28 @@ def test_a_build_that_was_proven_is_not_proven_again(monkeypatch: pytest.MonkeyP
     assert runs == ["pair"]
     pipeline.build(replace(PAIR, gravity=9.80665))
     assert runs == ["pair", "pair"]
+
+
+@pytest.mark.filterwarnings("ignore::phichain.native.cache.CacheWarning")
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"[", b"null", b"[" * 10_000, b'{"proof": {}}', b'{"key": "KEY"}', b'{"key": "KEY", "proof": {"energy": 1}}', b"\x7fELF"],
+)
+def test_what_else_lies_under_a_proof_s_key_is_proven_again(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, content: bytes
+) -> None:
+    monkeypatch.setenv("PHICHAIN_CACHE", str(tmp_path / "cache"))
+    key = pipeline._proof_key(PAIR, library_files(PAIR, lower(derive(PAIR))))
+    default_cache().store(key, content.replace(b"KEY", key.encode()))
+    runs: list[str] = []
+
+    def counted(model: Model, lowered: Lowered):  # type: ignore[no-untyped-def]
+        runs.append(model.scene.name)
+        return prove(model, lowered)
+
+    monkeypatch.setattr(pipeline, "proven", counted)
+    assert pipeline.build(PAIR).name == "pair"
+    assert runs == ["pair"]
 
 
 def test_the_manifest_says_of_every_function_how_it_was_proven_or_that_it_was_not(tmp_path: Path) -> None:
