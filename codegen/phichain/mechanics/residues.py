@@ -10,12 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from random import Random
+from typing import Final
 
 import sympy
 
 from phichain.errors import DerivationError
 
-PRIME = 2**61 - 1
+PRIME: Final = 2**61 - 1
+"""The modulus, a Mersenne prime congruent to 3 modulo 4."""
 
 Circle = tuple[int, int]
 """Cosine and sine of an angle."""
@@ -116,5 +118,11 @@ def _turned(a: Circle, b: Circle) -> Circle:
 
 
 def inverse(value: int) -> int:
-    """Return 1 / value modulo the prime."""
+    """Return 1 / value modulo the prime.
+
+    Raises:
+        ZeroDivisionError: The value is zero there.
+    """
+    if value % PRIME == 0:
+        raise ZeroDivisionError("a division by zero")
     return pow(value, -1, PRIME)

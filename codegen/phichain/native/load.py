@@ -106,12 +106,6 @@ def build_casadi(
     return shared_object(manifest.name, sources, cache or default_cache(), options)
 
 
-def _drive(scene: Scene) -> Drive:
-    """What the entries of u push: the force the cart, the torques their angles."""
-    cart = scene.nv - scene.links * (1 if scene.is_planar else 3)
-    return Drive((*range(cart * scene.has_force), *(cart + joint - 1 for joint in scene.actuated_joints)))
-
-
 def _callables(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> dict[str, Callable[..., Any]]:
     functions: dict[str, Callable[..., Any]] = {}
     for name, signature in manifest.functions.items():
@@ -143,7 +137,7 @@ def _system(manifest: Manifest, scene: Scene, functions: Mapping[str, Callable[.
         angles=scene.angles,
         numbers=Numbers(scene.mass, scene.length, scene.com, scene.cart_mass, scene.gravity),
         joints=Joints(scene.stiffness, scene.damping),
-        drive=_drive(scene),
+        drive=Drive(scene.driven),
         scene=manifest.scene,
         digest=manifest.digest,
     )

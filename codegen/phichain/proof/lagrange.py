@@ -155,13 +155,7 @@ class Judge:
 
     def push(self, point: Point, turn: Vector) -> int:
         """The virtual work of the point's inputs: the cart's force, then the actuated angles."""
-        return sum(u * turn[i] for u, i in zip(point.u, driven(self.scene), strict=True)) % PRIME
-
-
-def driven(scene: Scene) -> list[int]:
-    """Which entries of v the inputs act on, in their order."""
-    carts = scene.nv - scene.links * (1 if scene.is_planar else 3)
-    return [*range(carts * scene.has_force), *(carts + joint - 1 for joint in scene.actuated_joints)]
+        return sum(u * turn[i] for u, i in zip(point.u, self.scene.driven, strict=True)) % PRIME
 
 
 def triples(vectors: Vector, turns: Vector, start: int) -> Iterable[int]:

@@ -186,6 +186,12 @@ class Scene:
         return self._cart_size * self.has_force + len(self.actuated_joints)
 
     @property
+    def driven(self) -> tuple[int, ...]:
+        """Which entries of v the entries of u act on, in their order: the force the cart, the torques their angles."""
+        cart = self._cart_size
+        return (*range(cart * self.has_force), *(cart + joint - 1 for joint in self.actuated_joints))
+
+    @property
     def _cart_size(self) -> int:
         """Number of the cart's directions d - 1; zero on a fixed base."""
         return (1 if self.is_planar else 2) * self.has_cart

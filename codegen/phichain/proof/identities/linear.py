@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from phichain.mechanics.coordinates import absolute_angles
 from phichain.proof.case import Case, Wrong, proves
-from phichain.proof.lagrange import driven, triples
+from phichain.proof.lagrange import triples
 from phichain.proof.modular.field import PRIME, Vector, dot, inverse
 
 Form = Callable[[Vector], int]
@@ -33,7 +33,7 @@ def linearization(case: Case) -> None:
     if scene.nu:
         rows = [dot(found["B"][i * scene.nu : (i + 1) * scene.nu], point.u) for i in range(size)]
         pushed = [0] * size
-        for u, i in zip(point.u, driven(scene), strict=True):
+        for u, i in zip(point.u, scene.driven, strict=True):
             pushed[i] = u
         case.same("a row of B, B", rows, pushed)
 

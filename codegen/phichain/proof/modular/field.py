@@ -12,24 +12,14 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from typing import Final
 
-PRIME: Final = (1 << 61) - 1
-"""The modulus, a Mersenne prime congruent to 3 modulo 4."""
+from phichain.mechanics.residues import PRIME, inverse
+
+__all__ = ["HALF", "PRIME", "Source", "Vector", "cross", "dot", "exact", "inverse", "plus", "root"]
 
 HALF: Final = (PRIME + 1) // 2
 """1/2."""
 
 Vector = list[int]
-
-
-def inverse(value: int) -> int:
-    """1 / value.
-
-    Raises:
-        ZeroDivisionError: the value is zero.
-    """
-    if value % PRIME == 0:
-        raise ZeroDivisionError("a division by zero")
-    return pow(value, -1, PRIME)
 
 
 def exact(value: Fraction | float) -> int:
