@@ -1,0 +1,47 @@
+"""What the Taylor flow of a chain is made of: a factorisation once per step, and one back substitution per order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from phichain.ir.nodes import Program
+
+#: Arrays of the Programs.
+HELD: Final = "held"
+LEFT: Final = "left"
+RIGHT: Final = "right"
+SUMS: Final = "sums"
+SCALE: Final = "scale"
+NOW: Final = "now"
+COEFFICIENT: Final = "coefficient"
+NEXT: Final = "next"
+LEAD: Final = "lead"
+
+
+@dataclass(frozen=True)
+class Series:
+    """The Taylor recurrences of a chain in scaled time t = t_0 + rho u.
+
+    The equations of motion M(q) a = rhs hold order by order with the same matrix M(q_0). `factor` factors it once per
+    step; `order` then solves for the coefficients of order n + 1 with constant numbers, given the sums
+
+        sums_n[r, i] = sum_{j=0..n} left_j[i] right_{n-j}[r, i],   squares_n[i] = sum_{j=0..n} left_j[i] left_{n-j}[i]
+
+    Attributes:
+        factor: state (q, v), [u], scale [rho, rho^2] -> held, rows 0 of left and right.
+        order: held, sums, coefficient of order n, now [n + 1, 1/(n + 1), 1/((n + 1)(n + 2)), n = 0] -> rows n + 1, next.
+        columns: held, rows 0, dq, dv -> lead, variations of rows 0; None where no derivatives are wanted.
+        lanes: entries of a left row.
+        rights: right rows, each as long as a left one.
+        squares: so many first lanes of left are also convolved with themselves.
+        held: numbers that `factor` keeps.
+    """
+
+    factor: Program
+    order: Program
+    columns: Program | None
+    lanes: int
+    rights: int
+    squares: int
+    held: int
