@@ -1,1 +1,15 @@
 """Taylor recurrences of a chain: order by order with one factorisation a step (docs/theory.md, Taylor flow)."""
+
+from __future__ import annotations
+
+from phichain.lowering.series.planar import planar_series
+from phichain.lowering.series.series import Series
+from phichain.mechanics import Model
+
+
+def series(model: Model) -> Series:
+    """The Taylor recurrences of a scene."""
+    return planar_series(model)
+
+
+__all__ = ["Series", "series"]
