@@ -61,27 +61,26 @@ static void stem_defects(const int order, const stem_jets *jet, const stem_lanes
 {
     stem_lanes apart[stem_x], slope[stem_x];
     phi_real state[2][stem_lane_count], motion[2][stem_lane_count], off[2][stem_lane_count];
-    const stem_lanes t = *h / jet->start.unit[0];
+    const stem_lanes t = *h / jet->start.unit[0], unit = jet->start.unit[0] / jet->end.unit[0], square = unit * unit;
     for (int i = 0; i < stem_x; ++i) {
         stem_lanes sum = (phi_real)order * jet->x[order][i];
         for (int n = order - 1; n > 0; --n) {
             sum = sum * t + (phi_real)n * jet->x[n][i];
         }
-        slope[i] = jet->end.slope[i] / jet->end.unit[i < stem_q ? 0 : 1];
-        apart[i] = *h * (sum / jet->start.unit[i < stem_q ? 0 : 1] - slope[i]);
+        slope[i] = t * (jet->end.slope[i] * (i < stem_q ? unit : square));
+        apart[i] = t * sum - slope[i];
     }
     stem_norms(scales[1], jet->state, state);
     stem_norms(scales[1], slope, motion);
     stem_norms(scales[1], apart, off);
     for (int lane = 0; lane < stem_lane_count; ++lane) {
-        const phi_real step = phi_abs(STEM_OF(*h, lane));
         const phi_real wide = stem_larger(state[0][lane], state[1][lane] / scales[0]);
         const phi_real angle = wide < 1 ? wide : 1;
-        const phi_real rate = stem_larger(angle * scales[0], state[1][lane]);
-        const phi_real of_angle = off[0][lane] / stem_larger(angle, step * motion[0][lane]);
+        const phi_real rate = STEM_OF(jet->start.unit[0], lane) * stem_larger(angle * scales[0], state[1][lane]);
+        const phi_real of_angle = off[0][lane] / stem_larger(angle, motion[0][lane]);
         /* A large angle is known to as many digits only, and so is its acceleration. */
         const phi_real digits = stem_larger(state[0][lane], 1);
-        const phi_real of_rate = off[1][lane] / stem_larger(rate, step * motion[1][lane] * digits);
+        const phi_real of_rate = off[1][lane] / stem_larger(rate, motion[1][lane] * digits);
         defect[lane] = stem_larger(of_angle, of_rate) / room;
     }
 }
