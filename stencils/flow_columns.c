@@ -33,7 +33,7 @@ static STEM_APART void wide_expand(CONTEXT const int order, const stem_jets *PHI
     wide_rows(PASS ROWS_0 wide->lead, wide->left[0], wide->right[0]);
     for (int n = 0; n < order; ++n) {
         wide_sums(n, jet, wide, sums);
-        wide_order(PASS jet->start.held, sums, wide->x[n], n > 0 ? stem_now[n] : first, wide->left[n + 1], wide->right[n + 1], wide->x[n + 1]);
+        wide_order(PASS jet->start.held, sums, NEWEST(wide->left[n]) wide->x[n], n > 0 ? stem_now[n] : first, wide->left[n + 1], wide->right[n + 1], wide->x[n + 1]);
     }
 }
 

@@ -94,7 +94,7 @@ static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x],
         sums[stem_lefts * stem_rights + i] = start->left[0][i] * start->left[0][i];
     }
 #endif
-    stem_order(PASS start->held, sums, first, stem_now[0], start->left[1], start->right[1], start->slope);
+    stem_order(PASS start->held, sums, NEWEST(start->left[0]) first, stem_now[0], start->left[1], start->right[1], start->slope);
 #if !WITH_INPUTS
     (void)jet;
 #endif
@@ -120,7 +120,7 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
 #if WITH_SQUARES
         stem_square_sums(n, jet, sums + stem_lefts * stem_rights);
 #endif
-        stem_order(PASS jet->start.held, sums, jet->x[n], stem_now[n], jet->left[n + 1], jet->right[n + 1], jet->x[n + 1]);
+        stem_order(PASS jet->start.held, sums, NEWEST(jet->left[n]) jet->x[n], stem_now[n], jet->left[n + 1], jet->right[n + 1], jet->x[n + 1]);
     }
 }
 

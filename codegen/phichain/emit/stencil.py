@@ -68,6 +68,7 @@ def _chosen(text: str, features: Mapping[str, bool]) -> list[str]:
 
 
 def _named(text: str, names: Mapping[str, str]) -> str:
+    text = re.sub(r"\bNEWEST\(([^()]*)\) ", r"\1, " if names.get("NEWEST") else "", text)
     whole = {name: value for name, value in names.items() if not name.endswith("_")}
     beginnings = {name: value for name, value in names.items() if name.endswith("_")}
     for name, value in whole.items():

@@ -18,7 +18,7 @@ from phichain.ir.nodes import Program
 from phichain.ir.rounded import nearest
 from phichain.lowering.lower import lower_function
 from phichain.lowering.rates import fastest_rate, reach
-from phichain.lowering.series.series import Series
+from phichain.lowering.series.series import NEWEST, Series
 from phichain.mechanics import Model
 from phichain.scene import Scene
 
@@ -142,11 +142,12 @@ def features(scene: Scene, made: Series, columns: bool, on_stack: bool) -> dict[
     }  # fmt: skip
 
 
-def spelling(model: Model, stem: str, contract: Flow, names: CNames, positions: str) -> dict[str, str]:
+def spelling(model: Model, made: Series, stem: str, contract: Flow, names: CNames, positions: str) -> dict[str, str]:
     """What stands for the stencils' names.
 
     Args:
         model: the scene's mechanics.
+        made: its recurrences.
         stem: prefix of everything that belongs to this instance.
         contract: the flow's arguments.
         names: spelling of numbers.
@@ -166,7 +167,7 @@ def spelling(model: Model, stem: str, contract: Flow, names: CNames, positions: 
         "POSITIONS_PASS": "p, " if of_positions else "", "POSITIONS_CONTEXT": parameter if of_positions else "",
         "ARGUMENTS": ", ".join(arguments(contract, scene, definition=True)), "PASS_ALL": passed_on(contract, scene),
         "INPUTS": "jet->u, " if scene.nu else "", "INPUTS_OF_ALL": f"const {scene.name}_real u[], " if scene.nu else "",
-        "PASS_INPUTS": "u, " if scene.nu else "", "PHI_ROOM": str(ROOM), "PHI_HUGE": str(HUGE[real]),
+        "NEWEST": "given" if any(array.name == NEWEST for array in made.order.inputs) else "", "PASS_INPUTS": "u, " if scene.nu else "", "PHI_ROOM": str(ROOM), "PHI_HUGE": str(HUGE[real]),
         **{name: names.number(value).text for name, value in numbers.items()},
         "PHI_SCALES": ", ".join(scale_literals(scene, names) or ()), "phi_positions": positions,
         **libm_names(names), "phi_": f"{scene.name}_", "PHI_": f"{scene.name.upper()}_",

@@ -96,7 +96,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
         "stem_lanes": f"{scene.name}_real", "stem_jets": f"{scene.name}_workspace", "stem_start": f"{scene.name}_start",
         "stem_event": f"{scene.name}_event", **{f"STEM_OF_{what}": f"{scene.name.upper()}_OF_{what}" for what in ("DEPTH", "V")},
     }  # fmt: skip
-    spelt = spelling(model, stem, PROPAGATE, names, positions)
+    spelt = spelling(model, made, stem, PROPAGATE, names, positions)
     spelt |= own | {
         "PHI_MARGIN": names.number(MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE).text,
         "PHI_SLACK": names.number(SLACK).text,

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from phichain.lowering.series.planar import planar_series
+from phichain.lowering.series.planar_single import single_series
 from phichain.lowering.series.series import Series
 from phichain.mechanics import Model
 
 
 def series(model: Model) -> Series:
     """The Taylor recurrences of a scene."""
+    if model.scene.links == 1 and not model.scene.has_cart:
+        return single_series(model)
     return planar_series(model)
 
 

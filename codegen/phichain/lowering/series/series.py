@@ -12,6 +12,7 @@ HELD: Final = "held"
 LEFT: Final = "left"
 RIGHT: Final = "right"
 SUMS: Final = "sums"
+NEWEST: Final = "newest"
 SCALE: Final = "scale"
 NOW: Final = "now"
 COEFFICIENT: Final = "coefficient"
@@ -30,7 +31,7 @@ class Series:
 
     Attributes:
         factor: state (q, v), [u], scale [rho, rho^2] -> held, rows 0 of left and right.
-        order: held, sums, coefficient of order n, now [n + 1, 1/(n + 1), 1/((n + 1)(n + 2)), n = 0] -> rows n + 1, next.
+        order: held, sums, [row n of left, `newest`], coefficient of order n, now [n + 1, 1/(n + 1), 1/((n + 1)(n + 2)), n = 0] -> rows n + 1, next.
         columns: held, rows 0, dq, dv -> lead, variations of rows 0; None where no derivatives are wanted.
         lanes: entries of a left row.
         rights: right rows, each as long as a left one.
