@@ -88,7 +88,7 @@ static void stem_begin_new(CONTEXT const phi_real scales[2], stem_state *lanes, 
             STEM_AT(unit, lane) = stem_unit(1 / stem_larger(scales[0], speed[1][lane]));
         }
     }
-    stem_begin(PASS jet, jet->state, &unit, &jet->start);
+    stem_begin(PASS jet, jet->state, jet->lost, &unit, &jet->start);
 }
 
 /* Where a lane stands before its step: the time left and how far it may go, or how it ended. */
@@ -122,7 +122,7 @@ size_t phi_propagate_batch(ARGUMENTS)
     const uintptr_t misplaced = (uintptr_t)work % sizeof(stem_lanes);
     stem_jets *jet = (stem_jets *)(void *)((char *)work + (misplaced ? sizeof(stem_lanes) - misplaced : 0));
     stem_state lanes;
-    stem_lanes step, increment[stem_x];
+    stem_lanes step;
     const phi_real at_least = stem_larger(flow->tolerance, PHI_EPSILON);
     const phi_real tolerance = at_least < 1 ? at_least : 1;
     /* Errors add up over the steps: each aims below the tolerance. */
@@ -171,7 +171,7 @@ size_t phi_propagate_batch(ARGUMENTS)
             stem_propose(lane, max_steps, length[lane], &lanes);
         }
         memcpy(&step, lanes.h, sizeof step);
-        stem_check(PASS order, jet, goal, scales, &step, increment);
+        stem_check(PASS order, jet, goal, scales, &step);
         memcpy(lanes.h, &step, sizeof step);
         for (int lane = 0; lane < stem_lane_count; ++lane) {
             if (!lanes.busy[lane]) {
@@ -222,10 +222,13 @@ size_t phi_propagate_batch(ARGUMENTS)
             ++lanes.steps[lane];
         }
         if (changed) {
+            stem_lanes increment[stem_x];
             memcpy(&step, lanes.h, sizeof step);
             stem_increment(order, jet, &step, increment);
+            stem_move(increment, jet);
         }
-        stem_advance(increment, jet);
+        memcpy(jet->state, jet->moved, sizeof jet->state);
+        memcpy(jet->lost, jet->moved_lost, sizeof jet->lost);
         for (int lane = 0; lane < stem_lane_count; ++lane) {
             if (!lanes.busy[lane]) {
                 continue;

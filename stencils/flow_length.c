@@ -86,24 +86,22 @@ static void stem_defects(const int order, const stem_jets *jet, const stem_lanes
 }
 
 /* Each lane's first of h, h/2, h/4, ... at whose end the series keeps to the equations; what the next steps start from
- * is left in jet->end, the way there in `increment`. Coefficients alone mislead where they have not seen yet what moves
+ * is left in jet->end, where they start in jet->moved. Coefficients alone mislead where they have not seen yet what moves
  * next: when a chain is released from rest, its outer links enter at an order that no series reaches. A defect that
  * shrinks no faster than the step is rounding: no shorter step would help. */
-static void stem_check(CONTEXT const int order, stem_jets *jet, const phi_real goal, const phi_real scales[2], stem_lanes *h, stem_lanes increment[stem_x])
+static void stem_check(CONTEXT const int order, stem_jets *jet, const phi_real goal, const phi_real scales[2], stem_lanes *h)
 {
     const phi_real room = PHI_ROOM * stem_larger(goal, PHI_EPSILON);
     phi_real defect[stem_lane_count], last[stem_lane_count] = {0};
     int slow[stem_lane_count] = {0}, shorter = 1;
     while (shorter) {
-        stem_lanes end[stem_x], unit = *h;
+        stem_lanes increment[stem_x], unit = *h;
         stem_increment(order, jet, h, increment);
-        for (int i = 0; i < stem_x; ++i) {
-            end[i] = jet->state[i] + (increment[i] + jet->lost[i]);
-        }
+        stem_move(increment, jet);
         for (int lane = 0; lane < stem_lane_count; ++lane) {
             STEM_AT(unit, lane) = stem_unit(phi_abs(STEM_OF(*h, lane)));
         }
-        stem_begin(PASS jet, end, &unit, &jet->end);
+        stem_begin(PASS jet, jet->moved, jet->moved_lost, &unit, &jet->end);
         stem_defects(order, jet, h, room, scales, defect);
         shorter = 0;
         for (int lane = 0; lane < stem_lane_count; ++lane) {

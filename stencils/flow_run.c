@@ -43,7 +43,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     flow->written = 0;
     while (result == PHI_STEP_BUDGET) {
         const phi_real left = (t_end - flow->t) - flow->t_lost;
-        phi_real length, increment[stem_x];
+        phi_real length;
         if (!(left * way > 0)) {
             result = PHI_DONE;
             break;
@@ -52,7 +52,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
             break;
         }
         if (is_new) {
-            stem_begin(PASS jet, jet->state, &unit, &jet->start);
+            stem_begin(PASS jet, jet->state, jet->lost, &unit, &jet->start);
         } else {
             memcpy(&jet->start, &jet->end, sizeof jet->start);
         }
@@ -63,7 +63,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
             break;
         }
         phi_real h = length < left * way ? way * length : left;
-        stem_check(PASS order, jet, goal, scales, &h, increment);
+        stem_check(PASS order, jet, goal, scales, &h);
         is_new = 0;
         if (!(h * way < left * way)) {
             result = PHI_DONE;
@@ -94,8 +94,10 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
         }
 #endif
         if (is_new) {
+            phi_real increment[stem_x];
             unit = stem_unit(phi_abs(h));
             stem_increment(order, jet, &h, increment);
+            stem_move(increment, jet);
         }
         while (flow->written < count) {
             const phi_real inside = (times[flow->written] - flow->t) - flow->t_lost;
@@ -108,7 +110,8 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
             memcpy(v_out + flow->written * stem_q, x + stem_q, stem_q * sizeof *x);
             ++flow->written;
         }
-        stem_advance(increment, jet);
+        memcpy(jet->state, jet->moved, sizeof jet->state);
+        memcpy(jet->lost, jet->moved_lost, sizeof jet->lost);
 #if WITH_TURNS
         stem_wind(0, jet);
 #endif

@@ -75,8 +75,8 @@ static void stem_square_sums(const int n, const stem_jets *PHI_RESTRICT jet, ste
 }
 #endif
 
-/* Factor the mass matrix in the states x, time in the given units, and solve for the coefficients of order 1. */
-static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x], const stem_lanes *unit, stem_start *PHI_RESTRICT start)
+/* Factor the mass matrix in the states x + lost, time in the given units, and solve for the coefficients of order 1. */
+static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x], const stem_lanes lost[stem_x], const stem_lanes *unit, stem_start *PHI_RESTRICT start)
 {
     stem_lanes sums[stem_all], first[stem_x];
     start->unit[0] = *unit;
@@ -85,7 +85,7 @@ static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x],
         first[i] = x[i];
         first[stem_q + i] = *unit * x[stem_q + i];
     }
-    stem_factor(PASS first, first + stem_q, INPUTS start->unit, start->held, start->left[0], start->right[0]);
+    stem_factor(PASS first, first + stem_q, INPUTS start->unit, LOST start->held, start->left[0], start->right[0]);
     for (int k = 0; k < stem_lefts * stem_rights; ++k) {
         sums[k] = start->left[0][k % stem_lefts] * start->right[0][k];
     }
@@ -97,6 +97,9 @@ static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x],
     stem_order(PASS start->held, sums, NEWEST(start->left[0]) first, stem_now[0], start->left[1], start->right[1], start->slope);
 #if !WITH_INPUTS
     (void)jet;
+#endif
+#if !WITH_LOST
+    (void)lost;
 #endif
 }
 
@@ -137,16 +140,16 @@ static void stem_increment(const int order, const stem_jets *PHI_RESTRICT jet, c
     }
 }
 
-/* The states behind their steps, sums compensated. */
-static void stem_advance(const stem_lanes increment[stem_x], stem_jets *PHI_RESTRICT jet)
+/* Where the states come from there, and what rounding takes from that. */
+static void stem_move(const stem_lanes increment[stem_x], stem_jets *PHI_RESTRICT jet)
 {
     for (int i = 0; i < stem_x; ++i) {
         const stem_lanes whole = increment[i] + jet->lost[i], before = jet->state[i], after = before + whole;
-        jet->lost[i] = (before - (after - (after - before))) + (whole - (after - before));
-        jet->state[i] = after;
+        jet->moved_lost[i] = (before - (after - (after - before))) + (whole - (after - before));
+        jet->moved[i] = after;
     }
 #if WITH_SPHERE
-    stem_settle(jet->state, jet->lost);
+    stem_settle(jet->moved, jet->moved_lost);
 #endif
 }
 

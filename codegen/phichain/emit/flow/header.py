@@ -60,7 +60,7 @@ def _workspace(scene: Scene, made: Series) -> Arrays:
     own: Arrays = [
         ("x", (highest + 1, size)), ("left", (highest + 1, made.lanes)),
         ("right", (highest + 1, made.rights * made.lanes)), ("sums", (4, made.rights * made.lanes + made.squares)),
-        ("state", (size,)), ("lost", (size,)),
+        ("state", (size,)), ("lost", (size,)), ("moved", (size,)), ("moved_lost", (size,)),
     ]  # fmt: skip
     if scene.nu:
         own.append(("u", (scene.nu,)))

@@ -18,7 +18,7 @@ from phichain.ir.nodes import Program
 from phichain.ir.rounded import nearest
 from phichain.lowering.lower import lower_function
 from phichain.lowering.rates import fastest_rate, reach
-from phichain.lowering.series.series import NEWEST, Series
+from phichain.lowering.series.series import LOST, NEWEST, Series
 from phichain.mechanics import Model
 from phichain.scene import Scene
 
@@ -138,7 +138,7 @@ def features(scene: Scene, made: Series, columns: bool, on_stack: bool) -> dict[
     return {
         "WITH_TURNS": turns(scene), "WITH_SPHERE": not scene.is_planar, "WITH_INPUTS": scene.nu > 0,
         "WITH_SQUARES": made.squares > 0, "WITH_SCALES": scale_literals(scene, None) is not None,
-        "WITH_COLUMNS": columns, "WITH_STACK": on_stack,
+        "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns, "WITH_STACK": on_stack,
     }  # fmt: skip
 
 
@@ -167,12 +167,16 @@ def spelling(model: Model, made: Series, stem: str, contract: Flow, names: CName
         "POSITIONS_PASS": "p, " if of_positions else "", "POSITIONS_CONTEXT": parameter if of_positions else "",
         "ARGUMENTS": ", ".join(arguments(contract, scene, definition=True)), "PASS_ALL": passed_on(contract, scene),
         "INPUTS": "jet->u, " if scene.nu else "", "INPUTS_OF_ALL": f"const {scene.name}_real u[], " if scene.nu else "",
-        "NEWEST": "given" if any(array.name == NEWEST for array in made.order.inputs) else "", "PASS_INPUTS": "u, " if scene.nu else "", "PHI_ROOM": str(ROOM), "PHI_HUGE": str(HUGE[real]),
+        "NEWEST": "given" if _takes(made.order, NEWEST) else "", "LOST": "lost, " if _takes(made.factor, LOST) else "", "PASS_INPUTS": "u, " if scene.nu else "", "PHI_ROOM": str(ROOM), "PHI_HUGE": str(HUGE[real]),
         **{name: names.number(value).text for name, value in numbers.items()},
         "PHI_SCALES": ", ".join(scale_literals(scene, names) or ()), "phi_positions": positions,
         **libm_names(names), "phi_": f"{scene.name}_", "PHI_": f"{scene.name.upper()}_",
         "stem_every": f"{stem.upper()}_EVERY", "stem_": f"{stem}_", "STEM_": f"{stem.upper()}_",
     }  # fmt: skip
+
+
+def _takes(program: Program, name: str) -> bool:
+    return any(array.name == name for array in program.inputs)
 
 
 def scale_literals(scene: Scene, names: CNames | None) -> tuple[str, str] | None:

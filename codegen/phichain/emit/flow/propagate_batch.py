@@ -90,7 +90,7 @@ def _work(scene: Scene, made: Series) -> int:
     size, factors = 2 * scene.nq, made.lanes * (1 + made.rights)
     start = 2 + made.held + size + 2 * factors
     rows = (HIGHEST[scene.real] + 1) * (size + factors)
-    others = 4 * (made.lanes * made.rights + made.squares) + 2 * size + scene.nu + (scene.nq if turns(scene) else 0)
+    others = 4 * (made.lanes * made.rights + made.squares) + 4 * size + scene.nu + (scene.nq if turns(scene) else 0)
     return (2 * start + rows + others + 1) * VECTOR // (8 if scene.real == "double" else 4)
 
 

@@ -11,7 +11,7 @@ from phichain.ir.passes import prune
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import absolute, difference, input_couples
 from phichain.lowering.series.planar_held import Layout
-from phichain.lowering.series.series import HELD, LEFT, RIGHT, SCALE
+from phichain.lowering.series.series import HELD, LEFT, LOST, RIGHT, SCALE
 from phichain.mechanics import Model
 from phichain.scene import Scene
 
@@ -36,6 +36,19 @@ class _Turned:
     yy: Expr
 
 
+def directions(builder: Builder, scene: Scene, q: ArrayRef, lost: ArrayRef) -> tuple[ArrayRef, ArrayRef]:
+    """Sines and cosines of the joints' angles q + lost, to the digits that q alone does not hold."""
+    angle = difference(builder, scene, "joint_angle", q)
+    rest = difference(builder, scene, "joint_rest", lost)
+    near_sine, near_cosine = builder.sincos(angle, scene.links)
+    sine, cosine = builder.array("joint_sine", scene.links), builder.array("joint_cosine", scene.links)
+    with builder.loop("k", 0, scene.links) as loop:
+        k = loop.index
+        sine[k] = near_sine[k] + near_cosine[k] * rest[k]
+        cosine[k] = near_cosine[k] - near_sine[k] * rest[k]
+    return sine, cosine
+
+
 def planar_factor(model: Model, layout: Layout) -> Program:
     """Everything that is constant over a step, and rows 0."""
     scene = model.scene
@@ -44,10 +57,11 @@ def planar_factor(model: Model, layout: Layout) -> Program:
     q, v = builder.input("q", (scene.nq,), "configuration"), builder.input("v", (scene.nv,), "rates in scaled time")
     u = builder.input("u", (scene.nu,), "inputs") if scene.nu else None
     scale = builder.input(SCALE, (2,), "unit of time and its square")
+    lost = builder.input(LOST, (scene.nq + scene.nv,), "what rounding took from q and v")
     held = builder.output(HELD, (layout.size,), "constants of the step")
     left = builder.output(LEFT, (2 * scene.links,), "coefficients 1 of the links' cosines and sines")
     right = builder.output(RIGHT, (4 * scene.links,), "the links' rates, twice, and zeros")
-    _Factor(builder, scene, parameters, layout, held, scale).write(q, u)
+    _Factor(builder, scene, parameters, layout, held, scale).write(q, lost, u)
     rate = absolute(builder, scene, "rate", v.shifted(int(scene.has_cart)))
     with builder.loop("k", 0, scene.links) as loop:
         k = loop.index
@@ -72,11 +86,11 @@ class _Factor:
         if cells is not None:
             cells[k] = value
 
-    def write(self, q: ArrayRef, u: ArrayRef | None) -> None:
+    def write(self, q: ArrayRef, lost: ArrayRef, u: ArrayRef | None) -> None:
         """All numbers of `held`."""
         builder, scene, links = self.builder, self.scene, self.scene.links
-        angle = difference(builder, scene, "joint_angle", q.shifted(int(scene.has_cart)))
-        self.sine, self.cosine = builder.sincos(angle, links)
+        offset = int(scene.has_cart)
+        self.sine, self.cosine = directions(builder, scene, q.shifted(offset), lost.shifted(offset))
         inertia = self.tip(links - 1)
         if links > 1:
             with builder.loop("k", links - 2, -1, -1) as loop:

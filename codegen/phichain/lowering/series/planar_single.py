@@ -14,7 +14,8 @@ from phichain.ir.nodes import Program
 from phichain.ir.passes import prune, unroll
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import input_couples
-from phichain.lowering.series.series import COEFFICIENT, HELD, LEAD, LEFT, NEWEST, NEXT, NOW, RIGHT, SCALE, SUMS, Series
+from phichain.lowering.series.planar_factor import directions
+from phichain.lowering.series.series import COEFFICIENT, HELD, LEAD, LEFT, LOST, NEWEST, NEXT, NOW, RIGHT, SCALE, SUMS, Series
 from phichain.mechanics import Model
 from phichain.scene import Scene
 
@@ -45,10 +46,11 @@ def _factor(model: Model) -> Program:
     q, v = builder.input("q", (1,), "configuration"), builder.input("v", (1,), "rates in scaled time")
     u = builder.input("u", (scene.nu,), "inputs") if scene.nu else None
     scale = builder.input(SCALE, (2,), "unit of time and its square")
+    lost = builder.input(LOST, (2,), "what rounding took from q and v")
     held = builder.output(HELD, (_held(scene),), "constants of the step")
     left = builder.output(LEFT, (2,), "the link's cosine and sine")
     right = builder.output(RIGHT, (2,), "the link's rate, twice")
-    sine, cosine = builder.sincos(q, 1)
+    sine, cosine = directions(builder, scene, q, lost)
     weight = scale[1] * (parameters.gravity / parameters.com[0])
     held[0], held[1] = -(weight * cosine[0]), -(weight * sine[0])
     place, inverse = 2, 1 / (parameters.mass[0] * parameters.com[0] * parameters.com[0])
