@@ -1,0 +1,12 @@
+"""The Taylor recurrences of spatial chains: by tensions where every mass sits at its link's end."""
+
+from __future__ import annotations
+
+from phichain.lowering.series.series import Series
+from phichain.lowering.series.spatial_tension import tension_series
+from phichain.mechanics import Model
+
+
+def spatial_series(model: Model) -> Series:
+    """The recurrences of a spatial scene."""
+    return tension_series(model)
