@@ -9,17 +9,20 @@ with q and A those of the step's start. That is the sweep of `spatial.articulate
 closed forms, free of cancellation, give the matrices once, here by what they answer to unit loads. With A = alpha u u^T + G,
 f = c alpha u + d, R, s = R P A q, w = q - s, X, alpha' = 1 + X, nu' and D as there,
 
-    g = (w.f + s.Y - (1 - beta) sigma) / alpha',   c' = g + sigma
+    g = (w.f + s.Y - (1 - beta) sigma) / alpha',   c' = g + sigma = (w.f + s.Y + (beta + X) sigma) / alpha'
     d' = P Y + beta (1 - beta) (R (Y - f) + s g)                                       = T Y - h c - H d - j sigma
     z = y - nu'.a - g (link 0: q.a + sigma),   P a^+ = R (Y - beta (1 - beta) a - f) - s z,   q.a^+ = z
-    y^+ = u.a^+ + c,   q'' = P a^+ - P a + sigma q,   mu = beta (q.a + beta sigma) + alpha (q.u) y^+ + q.(G a^+ + d - Y)
+    y^+ = u.a^+ + c,   q'' = P a^+ - P a + sigma q
+
+The force at a joint along its link is alpha' y, never the sum of what makes it up, and mu + q.Y what both joints' forces make:
+
+    mu = beta alpha' y + (1 - beta) (alpha (q.u) y^+ + q.(G a^+ + d)) - q.Y
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import reduce
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, combine, dyads, symmetric, triangle
@@ -43,14 +46,14 @@ from phichain.scene import Scene
 _PER_LINK = {
     "direction": 3, "turned": 3, "reply": 6,  # q, s, R
     "passed": 6, "push_pull": 3, "push_push": 9, "push_along": 3,  # T, h, H, j
-    "pull_pull": 1, "pull_push": 3, "pull_known": 3, "pull_along": 1,  # g of c, d, Y and -sigma
+    "pull_pull": 1, "pull_push": 3, "pull_known": 3, "pull_along": 1, "ease_along": 1,  # c' of c, d, Y and sigma; g of -sigma
     "lean": 3, "free_pull": 3,  # nu', R alpha u
     "stretch_axial": 1, "stretch_pull": 1, "stretch_push": 3, "stretch_known": 3,  # y^+ of z, c, d and Y
-    "force_stretch": 1, "force_joint": 3,  # alpha q.u, G q
+    "force_axial": 1, "force_stretch": 1, "force_joint": 3,  # beta alpha', (1 - beta) alpha q.u, (1 - beta) G q
 }  # fmt: skip
 """What is held of each link."""
 
-_UNITS = ("reach", "lever", "length", "outward")
+_UNITS = ("overhang", "lever", "length", "outward")
 """Numbers of the links that are held where they are no constants."""
 
 
@@ -75,7 +78,7 @@ def _layout(scene: Scene) -> Layout:
     couples = scene.stiffness is not None or scene.damping is not None
     return Layout(
         [
-            *((name, size * links) for name, size in _PER_LINK.items()), ("base", 3), ("cart", 8 * cart), *joint_runs(scene),
+            *((name, size * links) for name, size in _PER_LINK.items()), ("base", 3 + cart), ("cart", 12 * cart), *joint_runs(scene),
             *((f"unit_{name}", held_units) for name in _UNITS), ("unit_inverse_torque", held_units * couples),
         ]
     )  # fmt: skip
@@ -171,7 +174,8 @@ def _eliminate(step: Factoring, units: SpatialUnits, chain: Outer, k: Index) -> 
     keep.number("pull_pull", over * (added * seen.along_o + own * dot(s, chain.direction)))
     keep.vector("pull_push", tuple(over * (loaded.axial_push * inverse) for loaded in pushed))
     keep.vector("pull_known", scale(over, s))
-    keep.number("pull_along", overhang * over)
+    keep.number("pull_along", over * (units.reach[k] + added))
+    keep.number("ease_along", over * overhang)
     lean = scale(-leaning, s)
     keep.vector("lean", lean)
     keep.vector("free_pull", freed(pulled))
@@ -179,8 +183,9 @@ def _eliminate(step: Factoring, units: SpatialUnits, chain: Outer, k: Index) -> 
     keep.number("stretch_pull", inverse * pulled.free_u)
     keep.vector("stretch_push", tuple(inverse * loaded.free_u for loaded in pushed))
     keep.vector("stretch_known", scale(inverse, seen.yielding_u))
-    keep.number("force_stretch", chain.axial * seen.along_u)
-    keep.vector("force_joint", seen.tangent_q)
+    keep.number("force_axial", units.reach[k] * (1 + added))
+    keep.number("force_stretch", overhang * (chain.axial * seen.along_u))
+    keep.vector("force_joint", scale(overhang, seen.tangent_q))
     passed, planar = mass * (units.overhang_squared[k] * (inverse * over)), seen.adjugate_axial + seen.determinant
     nothing = step.builder.lift(0)
     none: Vector = (nothing, nothing, nothing)
@@ -219,13 +224,15 @@ def _tangent(seen: Seen) -> Matrix:
 
 
 def _close_on_cart(step: Factoring, units: SpatialUnits, chain: Outer) -> None:
-    """Hold x'' of what is constant in time (with the joint's fall below it), and of the chain's loads."""
+    """Hold x'', the first joint's acceleration and y there, of what is constant in time and of the chain's loads: a link of
+    direction e_3 whose own inertia is the cart's.
+    """
     builder, parameters, nothing = step.builder, step.parameters, step.builder.lift(0)
     down: Vector = (nothing, nothing, builder.lift(1))
-    seen = Seen(chain, down, nothing)
     mass, length = units.mass_unit[0], parameters.length[0]
     cart, gravity = parameters.cart_mass / mass, parameters.gravity * step.square / length
-    inverse = builder.let("inverse_cart_pivot", 1 / (cart * cart + cart * seen.trace + seen.adjugate_axial))
+    seen = Seen(chain, down, cart)
+    inverse = builder.let("inverse_cart_pivot", 1 / (cart * (cart + seen.trace) + seen.adjugate_axial))
     given: Vector = (nothing, nothing, nothing)
     if step.u is not None and step.scene.has_force:
         unit = step.square / (mass * length * parameters.units.force)
@@ -235,10 +242,12 @@ def _close_on_cart(step: Factoring, units: SpatialUnits, chain: Outer) -> None:
     x, y, _ = scale(inverse, add(scale(cart, push), turned))
     for i, entry in enumerate((x, y, -gravity)):
         step.keep("base")[i] = entry
+    step.keep("base")[3] = inverse * (dot(seen.yielding_u, given) - gravity * seen.share)
     for i in range(4):
-        loaded = Seen(_loaded(chain, None if i == 0 else i - 1), down, nothing)
+        loaded = Seen(_loaded(chain, None if i == 0 else i - 1), down, cart)
         x, y, _ = scale(-inverse, add(scale(cart, loaded.force), loaded.turned_force))
-        step.keep("cart")[i], step.keep("cart")[4 + i] = x, y
+        for row, entry in enumerate((x, y, inverse * loaded.free_u)):
+            step.keep("cart")[4 * row + i] = entry
 
 
 # --- one order --------------------------------------------------------------------------------------------------------
@@ -248,18 +257,18 @@ def _order(order: Ordering) -> None:
     """Loads inwards, accelerations outwards."""
     sweep = _Order(order)
     pull, push = sweep.inwards()
-    x, y, z = (order.first * order.kept("base")[i] for i in range(3))
-    if order.scene.has_cart:
-        entries = order.kept("cart")
-        loads = (pull, *push)
-        x, y = (
-            reduce(lambda total, i: total + entries[4 * axis + i] * loads[i], range(4), value)  # noqa: B023
-            for axis, value in enumerate((x, y))
-        )
-        x, y = order.builder.let("base_x", x), order.builder.let("base_y", y)
-        length = order.parameters.length[0]
-        order.write_cart((x * length, y * length))
-    sweep.outwards((x, y, z))
+    base = [order.first * order.kept("base")[i] for i in range(3)]
+    if not order.scene.has_cart:
+        sweep.outwards((base[0], base[1], base[2]), None)
+        return
+    entries, loads, length = order.kept("cart"), (pull, *push), order.parameters.length[0]
+    made = [base[0], base[1], order.first * order.kept("base")[3]]
+    for row in range(3):
+        for i, entry in enumerate(loads):
+            made[row] = made[row] + entries[4 * row + i] * entry
+        made[row] = order.builder.let(("base_x", "base_y", "base_stretch")[row], made[row])
+    order.write_cart((made[0] * length, made[1] * length))
+    sweep.outwards((made[0], made[1], base[2]), made[2])
 
 
 class _Order:
@@ -268,7 +277,8 @@ class _Order:
     def __init__(self, order: Ordering) -> None:
         self.order, self.builder, self.links = order, order.builder, order.scene.links
         self.pull, self.push = self.builder.array("pull", self.links), self.builder.array("push", 3 * self.links)
-        self.eased, self.known = self.builder.array("eased", self.links), self._known()
+        self.eased, self.drawn = self.builder.array("eased", self.links), self.builder.array("drawn", self.links)
+        self.known = self._known()
         units = SpatialUnits(self.builder, order.scene, order.parameters)
         self.unit: Callable[[str], ArrayRef] = lambda name: (
             order.kept(f"unit_{name}") if f"unit_{name}" in order.layout else getattr(units, name)
@@ -299,51 +309,44 @@ class _Order:
         return symmetric((*load(self.order.kept(name), 2 * k), *load(self.order.kept(name), 2 * k + 1)))
 
     def inwards(self) -> tuple[Expr, Vector]:
-        """c and d of the chain that the base carries; without a cart those beyond link 0, which nobody asks for."""
-        builder, last = self.builder, 0 if self.order.scene.has_cart else 1
-        nothing = builder.lift(0)
-        pull, push = nothing, (nothing, nothing, nothing)
-        if self.links - 1 >= last:
-            pull, push = self.pass_on(self.links - 1, nothing, None)
-        else:
-            self.pull[self.links - 1] = nothing
-            store(self.push, self.links - 1, push)
-        if self.links - 1 > last:
-            with builder.loop("k", self.links - 2, last - 1, -1) as loop:
+        """c and d of the chain that the base carries."""
+        nothing = self.builder.lift(0)
+        pull, push = self.pass_on(self.links - 1, nothing, None)
+        if self.links > 1:
+            with self.builder.loop("k", self.links - 2, -1, -1) as loop:
                 carried = loop.carry("pull_beyond", pull), *(loop.carry("push_beyond", entry) for entry in push)
                 pull, push = self.pass_on(loop.index, carried[0], carried[1:])
                 for before, after in zip(carried, (pull, *push), strict=True):
                     loop.follow(before, after)
             pull, push = carried[0], carried[1:]
-        if last == 1 and self.links > 1:
-            self.pull[0] = pull
-            store(self.push, 0, push)
         return pull, push
 
     def pass_on(self, k: Index, pull: Expr, push: Vector | None) -> tuple[Expr, Vector]:
         """Link k: (c, d) beyond it to (c', d') beyond its base joint; beyond the tip there is nothing."""
         along, known, nothing = self.order.along(k), load(self.known, k), self.builder.lift(0)
-        eased = dot(self.vector("pull_known", k), known) - self.number("pull_along", k) * along
+        drawn = dot(self.vector("pull_known", k), known)
         pressed = sub(applied(self.matrix("passed", k), known), scale(along, self.vector("push_along", k)))
         self.pull[k] = pull
         store(self.push, k, (nothing, nothing, nothing) if push is None else push)
         if push is not None:
-            eased = eased + dot(self.vector("pull_push", k), push) + self.number("pull_pull", k) * pull
+            drawn = drawn + dot(self.vector("pull_push", k), push) + self.number("pull_pull", k) * pull
             rows = (load(self.order.kept("push_push"), 3 * k + i) for i in range(3))
             pressed = sub(pressed, add(tuple(dot(row, push) for row in rows), scale(pull, self.vector("push_pull", k))))
-        eased = self.builder.let("eased_k", eased)
-        self.eased[k] = eased
-        return self.unit("length")[k] * (eased + along), pressed
+        drawn = self.builder.let("drawn_k", drawn)
+        self.eased[k] = drawn - self.number("ease_along", k) * along
+        self.drawn[k] = drawn = self.builder.let("pull_k", drawn + self.number("pull_along", k) * along)
+        return self.unit("length")[k] * drawn, pressed
 
-    def outwards(self, base: Vector) -> None:
-        """q'' and mu of every link, from the base's acceleration."""
-        nothing, last = self.builder.lift(0), self.links - 1
-        first, along = self.vector("direction", 0), self.order.along(0)
-        start = self.builder.let("first_axial", dot(first, base) + along)
-        if last == 0:
-            self.link(0, base, start)
-            return
-        joint, stretch = self.link(0, base, start)
+    def outwards(self, base: Vector, stretch: Expr | None) -> None:
+        """q'' and mu of every link, from the base's acceleration and, where it moves, its stretch."""
+        last, leaning = self.links - 1, dot(self.vector("lean", 0), base)
+        if stretch is None:
+            fall = self.builder.let("first_fall", dot(self.vector("direction", 0), base))
+            axial = self.builder.let("first_axial", fall + self.order.along(0))
+            stretch = self.builder.let("first_stretch", (fall + leaning) + self.drawn[0])
+        else:
+            axial = self.builder.let("first_axial", stretch - leaning - self.eased[0])
+        joint, stretch = self.link(0, base, stretch, axial)
         if last > 1:
             with self.builder.loop("k", 1, last) as loop:
                 carried = (*(loop.carry("joint", entry) for entry in joint), loop.carry("stretch", stretch))
@@ -351,36 +354,34 @@ class _Order:
                 for before, after in zip(carried, (*joint, stretch), strict=True):
                     loop.follow(before, after)
             joint, stretch = carried[:3], carried[3]
-        self.inner(last, joint, stretch)
-        del nothing
+        if last:
+            self.inner(last, joint, stretch)
 
     def inner(self, k: Index, joint: Vector, stretch: Expr) -> tuple[Vector, Expr]:
         """A link beyond another: its joint's acceleration and stretch in its own units."""
         outward = self.unit("outward")[k]
         joint, stretch = scale(outward, joint), outward * stretch
         axial = stretch - dot(self.vector("lean", k), joint) - self.eased[k]
-        return self.link(k, joint, self.builder.let("axial_k", axial))
+        return self.link(k, joint, stretch, self.builder.let("axial_k", axial))
 
-    def link(self, k: Index, joint: Vector, axial: Expr) -> tuple[Vector, Expr]:
+    def link(self, k: Index, joint: Vector, stretch: Expr, axial: Expr) -> tuple[Vector, Expr]:
         """Write link k; the acceleration and the stretch of the joint at its tip, which a last link has none of."""
         order, is_tip = self.order, k == self.links - 1
         q, known, along = self.vector("direction", k), load(self.known, k), order.along(k)
         pressed = sub(known, scale(self.unit("lever")[k], joint))
         push, pull = load(self.push, k), self.pull[k]
-        free = applied(self.matrix("reply", k), pressed if is_tip else sub(pressed, push))
-        across = free
+        across = applied(self.matrix("reply", k), pressed if is_tip else sub(pressed, push))
         if not is_tip:
-            across = sub(sub(free, scale(pull, self.vector("free_pull", k))), scale(axial, self.vector("turned", k)))
-        fall = self.builder.let("fall", dot(q, joint))
-        multiplier = self.unit("reach")[k] * (fall + self.unit("reach")[k] * along) - dot(q, known)
-        bent = add(sub(across, joint), scale(fall + along, q))
+            across = sub(sub(across, scale(pull, self.vector("free_pull", k))), scale(axial, self.vector("turned", k)))
+        multiplier = self.number("force_axial", k) * stretch - dot(q, known)
+        bent = add(sub(across, joint), scale(dot(q, joint) + along, q))
         tip, beyond = joint, axial
         if not is_tip:
             tip = add(across, scale(axial, q))
             beyond = self.number("stretch_axial", k) * axial + dot(self.vector("stretch_known", k), pressed)
             beyond = beyond + (self.number("stretch_pull", k) * pull + dot(self.vector("stretch_push", k), push))
             beyond = self.builder.let("stretch_next", beyond)
-            multiplier = multiplier + dot(q, push) + dot(self.vector("force_joint", k), tip)
-            multiplier = multiplier + self.number("force_stretch", k) * beyond
+            multiplier = multiplier + self.unit("overhang")[k] * dot(q, push)
+            multiplier = multiplier + dot(self.vector("force_joint", k), tip) + self.number("force_stretch", k) * beyond
         order.write(k, bent, self.builder.lift(1), multiplier)
         return tip, beyond
