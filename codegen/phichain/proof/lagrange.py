@@ -67,7 +67,13 @@ class Motion:
 
 
 class Judge:
-    """A Model's Lagrangian, compiled once."""
+    """A Model's Lagrangian, compiled once.
+
+    Attributes:
+        scene: the chain.
+        program: T, V, R and the positions as a Program of (q, v) and, in space, `rate`.
+        rate: the argument that x' is.
+    """
 
     def __init__(self, model: Model, params: Sequence[Array]) -> None:
         """Compile T, V, R and the positions.
@@ -80,9 +86,9 @@ class Judge:
         self.scene = scene
         inputs = [Array("q", (scene.nq,)), Array("v", (scene.nv,)), *params]
         known = cells(inputs[0], symbols.q) | cells(inputs[1], symbols.v) | runtime_cells(scene)
-        self._rate = "v"
+        self.rate = "v"
         if not scene.is_planar:
-            self._rate = "q_dot"
+            self.rate = "q_dot"
             inputs.append(Array("q_dot", (scene.nq,)))
             known |= cells(inputs[-1], [*symbols.cart_rate, *(entry for link in symbols.link_rates for entry in link)])
         links = range(1, scene.links + 1)
@@ -94,8 +100,8 @@ class Judge:
             "dissipation": [energies.dissipation],
             "positions": [entry for k in links for entry in names.mass(k)],
         }
-        program = as_program("lagrangian", inputs, known, energies.definitions, outputs)
-        self._run: Compiled = compiled(program, 2)
+        self.program = as_program("lagrangian", inputs, known, energies.definitions, outputs)
+        self._run: Compiled = compiled(self.program, 2)
 
     def motion(self, point: Point, v: Vector | None = None, a: Vector | None = None) -> Motion:
         """The motion of a point with rates v (its own where not given) and accelerations a (none where not given)."""
@@ -116,9 +122,9 @@ class Judge:
     def work(self, point: Point, motion: Motion, turn: Vector) -> Work:
         """The virtual work of a motion along the rotations (or angles) `turn`."""
         shift = self.turned(point, turn)
-        values = {"q": motion.x, "v": motion.omega, self._rate: motion.rate}
+        values = {"q": motion.x, "v": motion.omega, self.rate: motion.rate}
         timed = self.evaluate(
-            point, values, along={"q": motion.rate, self._rate: motion.acceleration}, across={"v": turn, self._rate: shift}
+            point, values, along={"q": motion.rate, self.rate: motion.acceleration}, across={"v": turn, self.rate: shift}
         )
         still = self.evaluate(point, values, along={"q": shift})
         return Work(
@@ -138,20 +144,20 @@ class Judge:
     def energies(self, point: Point) -> dict[str, list[int]]:
         """T, V's parts, R and the positions of a point."""
         motion = self.motion(point)
-        values = {"q": motion.x, "v": motion.omega, self._rate: motion.rate}
+        values = {"q": motion.x, "v": motion.omega, self.rate: motion.rate}
         return {name: parts[0] for name, parts in self.evaluate(point, values).items()}
 
     def kinetic_form(self, point: Point, one: Vector, other: Vector) -> int:
         """The bilinear form of 2 T at a configuration, for two vectors of x'."""
         zero = [0] * self.scene.nq
-        values = {"q": point.q, "v": zero, self._rate: zero}
-        parts = self.evaluate(point, values, along={self._rate: one}, across={self._rate: other})
+        values = {"q": point.q, "v": zero, self.rate: zero}
+        parts = self.evaluate(point, values, along={self.rate: one}, across={self.rate: other})
         return parts["kinetic"][3][0]
 
     def momentum(self, point: Point, motion: Motion, shift: Vector) -> int:
         """dT/dx' along dx."""
-        values = {"q": motion.x, "v": motion.omega, self._rate: motion.rate}
-        return self.evaluate(point, values, along={self._rate: shift})["kinetic"][1][0]
+        values = {"q": motion.x, "v": motion.omega, self.rate: motion.rate}
+        return self.evaluate(point, values, along={self.rate: shift})["kinetic"][1][0]
 
     def push(self, point: Point, turn: Vector) -> int:
         """The virtual work of the point's inputs: the cart's force, then the actuated angles."""

@@ -13,10 +13,12 @@ from phichain.errors import ProofError
 from phichain.lowering import Lowered, lower
 from phichain.lowering.field import vector_field
 from phichain.lowering.lower import lower_function
+from phichain.lowering.series.series import Series
 from phichain.mechanics import Model, derive
 from phichain.proof.case import IDENTITIES, Case, Subject, Wrong
 from phichain.proof.equations import check_equations
 from phichain.proof.identities.dynamics import field_of_flows
+from phichain.proof.identities.recurrences import ORDERS, Recurrences, recurrences
 from phichain.proof.lagrange import Judge
 from phichain.proof.model import check_lagrangian
 from phichain.proof.modular.points import POINTS, Point
@@ -57,6 +59,29 @@ def prove(of: Scene | Model, lowered: Lowered | None = None) -> Proof:
     found = [court.proven(name) for name in (*lowered.helpers, *lowered.wanted)]
     found += court.flows()
     return Proof(model.scene.name, model.scene.digest, tuple(found), time.process_time() - start)
+
+
+def prove_recurrences(model: Model, series: Series) -> Proven:
+    """Prove the Taylor recurrences of a Model against its Lagrangian, as truncated power series in the field.
+
+    Args:
+        model: the chain's mechanics.
+        series: its recurrences.
+
+    Raises:
+        ProofError: the motion they expand is not the Lagrangian's.
+    """
+    start, params, made = time.process_time(), series.factor.params, Recurrences.of(series)
+    judge = Judge(model, params)
+    for number in range(1, POINTS + 1):
+        try:
+            recurrences(made, judge, Point(model.scene, number, params))
+        except Wrong as fault:
+            raise ProofError(
+                f"{model.scene.name}.recurrences", str(fault), f"do not meet the Lagrangian at random point {number}", _REMEDY,
+                function="recurrences", output=str(fault), point=number, digest=model.scene.digest,
+            ) from None  # fmt: skip
+    return Proven("recurrences", f"{EXACTLY}, {ORDERS} orders", True, time.process_time() - start)
 
 
 @dataclass(eq=False)

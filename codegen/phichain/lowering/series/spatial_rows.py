@@ -1,0 +1,320 @@
+"""What the Taylor recurrences of all spatial chains share: the rows that are convolved, springs and dampers, the columns' start.
+
+Rows, three lanes a link:
+
+    left_j = q_{j+1},   right_j = [mu_{j-1} thrice] and with dampers [v_{j-1}, Omega_{j-1}, each turned by one and by two axes]
+
+mu the link's multiplier, v = q', Omega_k = d_k omega_{k-1} + d_{k+1} omega_{k+1} and rows 0 of right zero. So the sums of order n
+are the parts of (mu q)_n, (q x v)_n and (q x Omega)_n that lean on q_1, q_2, ... alone, and the squares, over the three lanes of a
+link, those of (q.q)_{n+2}: with q.q = 1
+
+    q_0.q''_n = -(n + 1)(n + 2) / 2 squares_n
+
+What a spring does to a link may be changed along the link, where the multiplier takes it: k_k (q_{k-1} - q_k), a difference of
+coefficients that are known, stands for the gradient of V = k_k (1 - q_{k-1}.q_k). The damper's couple
+-d_k (omega_k - omega_{k-1}) x q_k is -d_k v_k - q_k x (-d_k omega_{k-1}), omega = q x v.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.ir.nodes import Program
+from phichain.lowering.algebra.vector import Vector, add, cross, load, scale, store, sub
+from phichain.lowering.parameters import Parameters
+from phichain.lowering.series.held import Layout
+from phichain.lowering.series.series import COEFFICIENT, HELD, LEAD, LEFT, NEXT, NOW, RIGHT, SCALE, SUMS
+from phichain.lowering.series.shape import shaped
+from phichain.lowering.spatial.links import directions
+from phichain.mechanics import Model
+from phichain.scene import Scene
+
+
+def right_rows(scene: Scene) -> int:
+    """Right rows of a scene: the multipliers, and with dampers two cross products."""
+    return 1 if scene.damping is None else 5
+
+
+def joint_runs(scene: Scene) -> list[tuple[str, int]]:
+    """What is held of the joints: rho^2 k_k and rho d_k."""
+    return [
+        ("spring", 0 if scene.stiffness is None else scene.links),
+        ("damper", 0 if scene.damping is None else scene.links),
+    ]
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number of every link that comes of the scene's parameters: a table, or held where those come at run time.
+
+    Attributes:
+        name: its name.
+        leans_on: names of parameters.
+        entry: its value for link k.
+    """
+
+    name: str
+    leans_on: frozenset[str]
+    entry: Callable[[Parameters, Index], Expr]
+
+    def run(self, scene: Scene) -> tuple[str, int]:
+        """Its place in what is held."""
+        return self.name, scene.links if self.leans_on & set(scene.runtime) else 0
+
+    def table(self, parameters: Parameters) -> ArrayRef:
+        """The numbers themselves."""
+        return parameters.derived(self.name, lambda k: self.entry(parameters, k))
+
+
+@dataclass(frozen=True)
+class Factoring:
+    """`flow_factor` being written.
+
+    Attributes:
+        direction: q_k, three cells a link.
+        u: inputs, or None.
+        rho: unit of time; rates come in it already.
+        square: its square.
+        held: where the constants of the step go.
+    """
+
+    builder: Builder
+    scene: Scene
+    parameters: Parameters
+    layout: Layout
+    direction: ArrayRef
+    u: ArrayRef | None
+    rho: Expr
+    square: Expr
+    held: ArrayRef
+
+    def keep(self, name: str) -> ArrayRef:
+        """Where a quantity is held."""
+        return self.layout.of(self.held, name)
+
+    def keep_number(self, number: Number) -> None:
+        """Hold a number that is no constant."""
+        if number.name in self.layout:
+            table = number.table(self.parameters)
+            with self.builder.loop("k", 0, self.scene.links) as loop:
+                self.keep(number.name)[loop.index] = table[loop.index]
+
+
+def factor_program(model: Model, layout: Layout, write: Callable[[Factoring], None]) -> Program:
+    """`flow_factor`: rows 0, the joints' constants, and what `write` adds."""
+    scene = model.scene
+    builder = Builder("flow_factor", "Factor the mass matrix at the start of a step.")
+    parameters = Parameters(builder, model, own_units=True)
+    q, v = (
+        builder.input("q", (scene.nq,), "configuration"),
+        builder.input("v", (scene.nv,), "its rates in scaled time"),
+    )
+    u = builder.input("u", (scene.nu,), "inputs") if scene.nu else None
+    unit = builder.input(SCALE, (2,), "unit of time and its square")
+    held = builder.output(HELD, (layout.size,), "constants of the step")
+    left = builder.output(LEFT, (3 * scene.links,), "rates of the unit vectors")
+    right = builder.output(RIGHT, (3 * right_rows(scene) * scene.links,), "zeros")
+    rate = directions(scene, v)
+    with builder.loop("k", 0, scene.links) as loop:
+        store(left, loop.index, load(rate, loop.index))
+    with builder.loop("k", 0, 3 * right_rows(scene) * scene.links) as loop:
+        right[loop.index] = builder.lift(0)
+    factoring = Factoring(builder, scene, parameters, layout, directions(scene, q), u, unit[0], unit[1], held)
+    for name, numbers, by in (
+        ("spring", parameters.stiffness, unit[1]),
+        ("damper", parameters.damping, unit[0]),
+    ):
+        if numbers is not None:
+            with builder.loop("k", 0, scene.links) as loop:
+                factoring.keep(name)[loop.index] = numbers[loop.index] * by
+    write(factoring)
+    return shaped(builder.finish(), scene.code)
+
+
+@dataclass(frozen=True)
+class Ordering:
+    """`flow_order` being written.
+
+    Attributes:
+        couple: the couples n_k of springs and dampers at this order, three cells a link, or None.
+        along: q_0.q''_n of a link, known from the squares.
+        first: 1 at order 0, else 0: what is constant in time goes with it.
+        over: 1/(n + 1) and 1/((n + 1)(n + 2)).
+    """
+
+    builder: Builder
+    scene: Scene
+    parameters: Parameters
+    layout: Layout
+    held: ArrayRef
+    sums: ArrayRef
+    coefficient: ArrayRef
+    couple: ArrayRef | None
+    along: Callable[[Index], Expr]
+    first: Expr
+    over: tuple[Expr, Expr]
+    left: ArrayRef
+    right: ArrayRef
+    next: ArrayRef
+
+    def kept(self, name: str) -> ArrayRef:
+        """What `flow_factor` held."""
+        return self.layout.of(self.held, name)
+
+    def number(self, number: Number) -> ArrayRef:
+        """A number of every link."""
+        return self.kept(number.name) if number.name in self.layout else number.table(self.parameters)
+
+    def write(self, k: Index, acceleration: Vector, inverse_length: Expr, multiplier: Expr) -> None:
+        """Rows n + 1 and the state's coefficients of link k: q''_n = acceleration * inverse_length, and mu_n."""
+        rate, ahead = (
+            self.builder.let("rate_unit", self.over[0] * inverse_length),
+            self.over[1] * inverse_length,
+        )
+        store(self.left, k, scale(self.builder.let("ahead_unit", ahead), acceleration))
+        store(directions(self.scene, self.next.shifted(self.scene.nq)), k, scale(rate, acceleration))
+        store(self.right, k, (multiplier, multiplier, multiplier))
+
+    def write_cart(self, acceleration: tuple[Expr, Expr]) -> None:
+        """The cart's rate, from x''_n in the scene's own unit of length."""
+        for i, entry in enumerate(acceleration):
+            self.next[self.scene.nq + i] = entry * (self.over[0] * self.parameters.units.length)
+
+
+def order_program(model: Model, layout: Layout, write: Callable[[Ordering], None]) -> Program:
+    """`flow_order`: everything but the solution for q''_n and mu_n, which `write` adds."""
+    scene, lanes = model.scene, 3 * model.scene.links
+    rows = right_rows(scene)
+    builder = Builder("flow_order", "The coefficients of the next order.")
+    parameters = Parameters(builder, model, own_units=True)
+    held = builder.input(HELD, (layout.size,), "constants of the step")
+    sums = builder.input(
+        SUMS, ((rows + 1) * lanes,), "convolutions of left and right, and of left with itself"
+    )
+    coefficient = builder.input(COEFFICIENT, (scene.nq + scene.nv,), "the state's coefficients of order n")
+    now = builder.input(NOW, (4,), "n + 1, 1/(n + 1), 1/((n + 1)(n + 2)), 1 at order 0")
+    left = builder.output(LEFT, (lanes,), "row n + 1")
+    right = builder.output(RIGHT, (rows * lanes,), "row n + 1")
+    following = builder.output(NEXT, (scene.nq + scene.nv,), "the state's coefficients of order n + 1")
+    with builder.loop("k", 0, scene.nq) as loop:
+        following[loop.index] = coefficient[loop.index + scene.nq] * now[1]
+    bend = builder.let("bend_unit", (now[0] * now[0] + now[0]) * -0.5)
+
+    def along(k: Index) -> Expr:
+        x, y, z = load(sums.shifted(rows * lanes), k)
+        return bend * (x + y + z)
+
+    joints = _Joints(builder, scene, layout, held, sums, coefficient, right, now[3])
+    write(
+        Ordering(
+            builder, scene, parameters, layout, held, sums, coefficient, joints.couples(), along, now[3], (now[1], now[2]),
+            left, right, following,
+        )
+    )  # fmt: skip
+    return shaped(builder.finish(), scene.code)
+
+
+@dataclass(frozen=True)
+class _Joints:
+    """The couples of springs and dampers at order n, linear in coefficients that are known."""
+
+    builder: Builder
+    scene: Scene
+    layout: Layout
+    held: ArrayRef
+    sums: ArrayRef
+    coefficient: ArrayRef
+    right: ArrayRef
+    first: Expr
+
+    def couples(self) -> ArrayRef | None:
+        """n_k, three cells a link, or None; writes the right rows of dampers."""
+        if "spring" not in self.layout and "damper" not in self.layout:
+            return None
+        builder, links = self.builder, self.scene.links
+        force = self._springs() if "spring" in self.layout else None
+        drag = self._dampers() if "damper" in self.layout else None
+        couple = builder.array("couple", 3 * links)
+        with builder.loop("k", 0, links) as loop:
+            k = loop.index
+            parts = [sub(load(force, k), load(force, k + 1))] if force is not None else []
+            parts += [load(drag, k)] if drag is not None else []
+            store(couple, k, parts[0] if len(parts) == 1 else add(*parts))
+        return couple
+
+    def _springs(self) -> ArrayRef:
+        """rho^2 k_k (q_{k-1} - q_k), q_{-1} = e_3; zero beyond the tip."""
+        builder, links, nothing = self.builder, self.scene.links, self.builder.lift(0)
+        stiffness, q = self.layout.of(self.held, "spring"), directions(self.scene, self.coefficient)
+        force = builder.array("spring_force", 3 * links + 3)
+        store(force, 0, scale(stiffness[0], sub((nothing, nothing, self.first), load(q, 0))))
+        with builder.loop("k", 1, links) as loop:
+            k = loop.index
+            store(force, k, scale(stiffness[k], sub(load(q, k - 1), load(q, k))))
+        store(force, links, (nothing, nothing, nothing))
+        return force
+
+    def _dampers(self) -> ArrayRef:
+        """-(d_k + d_{k+1}) v_k - q_k x Omega_k."""
+        builder, links, nothing = self.builder, self.scene.links, self.builder.lift(0)
+        damping, start = self.layout.of(self.held, "damper"), self.layout.of(self.held, "direction")
+        rate = directions(self.scene, self.coefficient.shifted(self.scene.nq))
+        spin = builder.array(
+            "spin", 3 * links + 6
+        )  # of link k - 1 at k: zeros below the base and beyond the tip
+        store(spin, 0, (nothing, nothing, nothing))
+        store(spin, links + 1, (nothing, nothing, nothing))
+        with builder.loop("k", 0, links) as loop:
+            k = loop.index
+            v = load(rate, k)
+            self._keep_turned(1, k, v)
+            store(spin, k + 1, add(cross(load(start, k), v), self._crossed(1, k)))
+        beyond = builder.array("damping_beyond", links)
+        with builder.loop("k", 1, links) as loop:
+            beyond[loop.index - 1] = damping[loop.index]
+        beyond[links - 1] = nothing
+        drag = builder.array("drag", 3 * links)
+        with builder.loop("k", 0, links) as loop:
+            k = loop.index
+            neighbours = add(scale(damping[k], load(spin, k)), scale(beyond[k], load(spin, k + 2)))
+            self._keep_turned(3, k, neighbours)
+            turned = add(cross(load(start, k), neighbours), self._crossed(3, k))
+            store(drag, k, sub(scale(-(damping[k] + beyond[k]), load(rate, k)), turned))
+        return drag
+
+    def _keep_turned(self, row: int, k: Index, value: Vector) -> None:
+        """A vector's right rows: its axes turned by one, and by two."""
+        lanes, (x, y, z) = 3 * self.scene.links, value
+        store(self.right.shifted(row * lanes), k, (y, z, x))
+        store(self.right.shifted((row + 1) * lanes), k, (z, x, y))
+
+    def _crossed(self, row: int, k: Index) -> Vector:
+        """The known part of q x the vector of these rows."""
+        lanes = 3 * self.scene.links
+        ahead, behind = load(self.sums.shifted(row * lanes), k), load(self.sums.shifted((row + 1) * lanes), k)
+        return tuple(ahead[(i + 1) % 3] - behind[(i + 2) % 3] for i in range(3))
+
+
+def columns_program(scene: Scene) -> Program:
+    """`flow_columns`: the variation of q_0 leads, that of v_0 is row 0; the rest begins with nothing."""
+    lanes, rights = 3 * scene.links, 3 * right_rows(scene) * scene.links
+    builder = Builder("flow_columns", "Derivatives of rows 0 along a variation of the state.")
+    dq, dv = (
+        builder.input("dq", (scene.nq,), "variation"),
+        builder.input("dv", (scene.nv,), "variation, scaled time"),
+    )
+    lead = builder.output(LEAD, (lanes,), "of the unit vectors themselves")
+    d_left, d_right = (
+        builder.output(f"d_{LEFT}", (lanes,), "of row 0"),
+        builder.output(f"d_{RIGHT}", (rights,), "of row 0"),
+    )
+    with builder.loop("i", 0, lanes) as loop:
+        lead[loop.index], d_left[loop.index] = (
+            directions(scene, dq)[loop.index],
+            directions(scene, dv)[loop.index],
+        )
+    with builder.loop("i", 0, rights) as loop:
+        d_right[loop.index] = builder.lift(0)
+    return shaped(builder.finish(), scene.code)

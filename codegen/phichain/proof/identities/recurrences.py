@@ -1,0 +1,238 @@
+"""Taylor recurrences: the Lagrangian's residual along the coefficients that they give vanishes as a truncated power series.
+
+The recurrences are run in the field, sums formed exactly, 1/(n + 1) modular, in time scaled by a random rho. With
+q(t), q'(t), q''(t) the series that come out, T, V and R are evaluated in power-series arithmetic with nilpotent directions
+(`proof.lagrange`), and every coefficient of
+
+    [d/dt dT/dx' - dT/dx + dV/dx].dx + dR/drate.eta - u.eta
+
+must vanish, with q' the derivative of q and in space q.q = 1. Columns must be the derivatives of the recurrences themselves, which
+run once more on dual numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Final
+
+from phichain.ir.interpret import run
+from phichain.ir.nodes import Program
+from phichain.lowering.series.run import Arithmetic, Expanded, Row, expand, expand_column
+from phichain.lowering.series.series import Series
+from phichain.proof.case import Subject, Wrong, nothing
+from phichain.proof.lagrange import Judge
+from phichain.proof.modular.compiled import FAULTS, Given
+from phichain.proof.modular.field import PRIME, Vector, dot, exact, inverse, plus
+from phichain.proof.modular.points import Point
+from phichain.proof.modular.power_series import Coefficients, Jet, PowerSeries
+
+ORDERS: Final = 5
+"""So many orders are held: an order takes part in all that follow, and what depends on its number is a fraction of small degree."""
+
+
+@dataclass(frozen=True)
+class Recurrences:
+    """A `Series`, its Programs compiled when they are first run."""
+
+    series: Series
+    factor: Subject
+    order: Subject
+    columns: Subject | None
+
+    @staticmethod
+    def of(series: Series) -> Recurrences:
+        """Nothing is compiled yet."""
+        columns = None if series.columns is None else Subject(series.columns)
+        return Recurrences(series, Subject(series.factor), Subject(series.order), columns)
+
+    def subject(self, program: Program) -> Subject:
+        """The one that compiles a Program of the series."""
+        known = [subject for subject in (self.factor, self.order, self.columns) if subject is not None]
+        return next(subject for subject in known if subject.program is program)
+
+
+def recurrences(made: Recurrences, judge: Judge, point: Point) -> None:
+    """Hold the recurrences at a point.
+
+    Raises:
+        Wrong: the motion they expand is not the Lagrangian's, or a column no derivative of it.
+    """
+    start = _Start(made, judge, point)
+    found = start.expanded(start.values())
+    _consistent(judge, point, found)
+    _no_residual(judge, point, found, start.rho)
+    if made.columns is not None:
+        _columns(start, found)
+
+
+@dataclass(frozen=True)
+class _Start:
+    """Where a step starts: the point's state in scaled time."""
+
+    made: Recurrences
+    judge: Judge
+    point: Point
+
+    @property
+    def rho(self) -> int:
+        """The unit of time."""
+        return self.point.free("rho", 1)[0]
+
+    @property
+    def rate(self) -> Vector:
+        """x' in scaled time."""
+        return [self.rho * entry % PRIME for entry in self.judge.turned(self.point, self.point.v)]
+
+    def expanded(
+        self, arithmetic: Arithmetic, wrap: Callable[[str, Vector], Row] = lambda name, values: list(values)
+    ) -> Expanded:
+        """The coefficients in some arithmetic."""
+        point = self.point
+        rows = {
+            name: wrap(name, values)
+            for name, values in {"q": point.q, "v": self.rate, "u": point.u, **point.parameters}.items()
+        }
+        return expand(self.made.series, arithmetic, ORDERS, rho=Fraction(self.rho), **rows)
+
+    def values(self) -> Arithmetic:
+        """Elements of the field."""
+
+        def go(program: Program, given: Mapping[str, Sequence[int]]) -> dict[str, Vector]:
+            made = self._ran(
+                lambda: self.made.subject(program).values(Given(given, self._circles()), self.point)
+            )
+            return {name: parts[0] for name, parts in made.items()}
+
+        return Arithmetic(go, exact, lambda pairs: sum(a * b for a, b in pairs) % PRIME)
+
+    def duals(self) -> Arithmetic:
+        """Pairs of an element and its derivative."""
+
+        def go(
+            program: Program, given: Mapping[str, Sequence[tuple[int, int]]]
+        ) -> dict[str, list[tuple[int, int]]]:
+            values = {name: [x for x, _ in entries] for name, entries in given.items()}
+            along = {name: [dx for _, dx in entries] for name, entries in given.items()}
+            subject = self.made.subject(program)
+            made = self._ran(lambda: subject.slopes(Given(values, self._circles(), along=along), self.point))
+            return {name: list(zip(*parts, strict=True)) for name, parts in made.items()}
+
+        def total(pairs: Any) -> tuple[int, int]:
+            value = slope = 0
+            for (x, dx), (y, dy) in pairs:
+                value += x * y
+                slope += x * dy + dx * y
+            return value % PRIME, slope % PRIME
+
+        return Arithmetic(go, lambda value: (exact(value), 0), total)
+
+    def _circles(self) -> dict[str, Any]:
+        return {"q": self.point.circles} if self.point.scene.is_planar else {}
+
+    def _ran(self, run: Callable[[], dict[str, tuple[list[int], ...]]]) -> dict[str, tuple[list[int], ...]]:
+        try:
+            return run()
+        except FAULTS as fault:
+            raise Wrong(f"no coefficients at all, for {nothing(fault)}") from fault
+
+
+def _consistent(judge: Judge, point: Point, found: Expanded) -> None:
+    """q' is the derivative of q; unit vectors stay unit vectors."""
+    size = point.scene.nq
+    for n in range(ORDERS):
+        for i in range(size):
+            if ((n + 1) * found.state[n + 1][i] - found.state[n][size + i]) % PRIME:
+                raise Wrong(f"next[{i}] at order {n}")
+    if judge.scene.is_planar:
+        return
+    for first in range(point.carts, size, 3):
+        links = [row[first : first + 3] for row in found.state]
+        for n in range(1, ORDERS + 1):
+            if sum(dot(links[j], links[n - j]) for j in range(n + 1)) % PRIME:
+                raise Wrong(f"the length of next[{first}] to [{first + 2}] at order {n - 1}")
+
+
+def _no_residual(judge: Judge, point: Point, found: Expanded, rho: int) -> None:
+    """Lagrange and d'Alembert's principle along the series, in true time."""
+    ring, size, over = PowerSeries(ORDERS), point.scene.nq, inverse(rho)
+    rows = [[row[i] for row in found.state] for i in range(2 * size)]
+    q = [row[:ORDERS] for row in rows[:size]]
+    rate = [[over * entry % PRIME for entry in row[:ORDERS]] for row in rows[size:]]
+    square = over * over % PRIME
+    second = [[square * (n + 1) % PRIME * row[n + 1] % PRIME for n in range(ORDERS)] for row in rows[size:]]
+    turn = point.tangent("turn")
+    still = [[entry, *[0] * (ORDERS - 1)] for entry in turn]
+    shift, omega = still, rate
+    if not judge.scene.is_planar:
+        carts = point.carts
+        shift = [*still[:carts], *_crossed(ring, still[carts:], q[carts:])]
+        omega = [*rate[:carts], *_crossed(ring, q[carts:], rate[carts:])]
+        # Dampers work along what stays across the links.
+        still = [*still[:carts], *_crossed(ring, q[carts:], shift[carts:])]
+
+    def evaluated(
+        along: dict[str, list[Coefficients]], across: dict[str, list[Coefficients]]
+    ) -> dict[str, list[Jet]]:
+        values = {"q": q, "v": omega, judge.rate: rate}
+        arguments = {
+            name: [ring.constant(entry) for entry in entries] for name, entries in point.parameters.items()
+        }
+        for name, series in values.items():
+            arguments[name] = []
+            for i, entry in enumerate(series):
+                parts = {"": entry}
+                parts |= {mark: rows[name][i] for mark, rows in (("a", along), ("b", across)) if name in rows}
+                circle = point.circles[i] if judge.scene.is_planar and name == "q" else None
+                arguments[name].append(Jet(parts, circle))
+        return run(judge.program, ring.algebra, arguments)
+
+    timed = evaluated({"q": rate, judge.rate: second}, {"v": still, judge.rate: shift})
+    moved = evaluated({"q": shift}, {})
+    zeros = [0] * ORDERS
+    parts = [
+        timed["kinetic"][0].parts.get("m", zeros), [-x for x in moved["kinetic"][0].parts.get("a", zeros)],
+        moved["potential"][0].parts.get("a", zeros), timed["dissipation"][0].parts.get("b", zeros),
+    ]  # fmt: skip
+    for n, entries in enumerate(zip(*parts, strict=True)):
+        if (sum(entries) - (judge.push(point, turn) if n == 0 else 0)) % PRIME:
+            raise Wrong(f"the accelerations of order {n}")
+
+
+def _crossed(ring: PowerSeries, a: list[Coefficients], b: list[Coefficients]) -> list[Coefficients]:
+    """a_k x b_k for every link."""
+    found: list[Coefficients] = []
+    for k in range(0, len(a), 3):
+        for i in range(3):
+            one, other = (i + 1) % 3 + k, (i + 2) % 3 + k
+            found.append(plus(ring.times(a[one], b[other]), ring.times(a[other], b[one]), -1))
+    return found
+
+
+def _columns(start: _Start, base: Expanded) -> None:
+    """Along a variation that is tangent to the states, columns are what dual numbers give."""
+    point = start.point
+    dq, dv = _tangent(start)
+    found = expand_column(start.made.series, start.values(), base, dq, dv, **point.parameters)
+    slopes = {"q": dq, "v": dv}
+    true = start.expanded(
+        start.duals(),
+        lambda name, values: list(zip(values, slopes.get(name, [0] * len(values)), strict=True)),
+    )
+    for n, (row, pairs) in enumerate(zip(found.state, true.state, strict=True)):
+        for i, (entry, (_, slope)) in enumerate(zip(row, pairs, strict=True)):
+            if (entry - slope) % PRIME:
+                raise Wrong(f"a column's next[{i}] at order {n - 1}")
+
+
+def _tangent(start: _Start) -> tuple[Vector, Vector]:
+    """(dq, dv) with q.dq = 0 and q.dv + v.dq = 0 for every link."""
+    point, judge, rate = start.point, start.judge, start.rate
+    dq, dv = judge.turned(point, point.free("dq")), judge.turned(point, point.free("dv"))
+    if judge.scene.is_planar:
+        return dq, dv
+    for k in range(point.carts, point.scene.nq, 3):
+        at = slice(k, k + 3)
+        dv[at] = plus(dv[at], point.q[at], -dot(rate[at], dq[at]))
+    return dq, dv

@@ -1,0 +1,137 @@
+"""Truncated power series over the field, with derivatives along up to two directions, as an algebra that runs Programs.
+
+A value is x(t) + x_a(t) a + x_b(t) b + x_m(t) a b, a^2 = b^2 = 0, each a list of coefficients. What is an angle knows the point of the
+circle (cosine, sine) that it has at t = 0; from there c' = -s x' and s' = c x'.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from phichain.ir.interpret import Algebra
+from phichain.proof.modular.compiled import Circle
+from phichain.proof.modular.field import PRIME, exact, inverse
+
+Coefficients = list[int]
+
+_PRODUCT = {
+    "": (("", ""),),
+    "a": (("", "a"), ("a", "")),
+    "b": (("", "b"), ("b", "")),
+    "m": (("", "m"), ("m", ""), ("a", "b"), ("b", "a")),
+}
+
+
+@dataclass(frozen=True)
+class Jet:
+    """One value.
+
+    Attributes:
+        parts: coefficients by mark: "" itself, "a" and "b" its derivatives, "m" that along both; what is zero is left out.
+        circle: (cosine, sine) at t = 0 where it is an angle.
+        whole: the number that it is, where it is an integer constant.
+    """
+
+    parts: Mapping[str, Coefficients]
+    circle: Circle | None = None
+    whole: int | None = None
+
+
+@dataclass(frozen=True)
+class PowerSeries:
+    """The algebra of series with so many coefficients."""
+
+    size: int
+
+    @property
+    def algebra(self) -> Algebra:
+        """What `ir.interpret.run` needs."""
+        return Algebra(self.constant, self._apply)
+
+    def constant(self, value: Fraction | int) -> Jet:
+        """A number."""
+        whole = int(value) if Fraction(value).denominator == 1 else None
+        return Jet(
+            {"": [exact(Fraction(value)), *[0] * (self.size - 1)]}, (1, 0) if not value else None, whole
+        )
+
+    def times(self, a: Sequence[int], b: Sequence[int]) -> Coefficients:
+        """The product of two series."""
+        return [sum(a[j] * b[n - j] for j in range(n + 1)) % PRIME for n in range(self.size)]
+
+    def _apply(self, kind: str, args: Sequence[Jet], label: str) -> Jet:
+        match kind:
+            case "add" | "sub":
+                return self._sum(args[0], args[1], 1 if kind == "add" else -1)
+            case "neg":
+                return self._sum(self.constant(0), args[0], -1)
+            case "mul":
+                return self._product(args[0], args[1])
+            case "div":
+                return self._product(args[0], self._reciprocal(args[1]))
+            case "sin" | "cos":
+                return self._turned(args[0], kind)
+        raise NotImplementedError(f"{kind} of power series")
+
+    def _sum(self, a: Jet, b: Jet, sign: int) -> Jet:
+        zeros = [0] * self.size
+        parts = {
+            mark: [
+                (x + sign * y) % PRIME
+                for x, y in zip(a.parts.get(mark, zeros), b.parts.get(mark, zeros), strict=True)
+            ]
+            for mark in _PRODUCT
+            if mark in a.parts or mark in b.parts
+        }
+        if a.circle is None or b.circle is None:
+            return Jet(parts)
+        (c, s), (x, y) = a.circle, (b.circle[0], sign * b.circle[1])
+        return Jet(parts, ((c * x - s * y) % PRIME, (s * x + c * y) % PRIME))
+
+    def _product(self, a: Jet, b: Jet) -> Jet:
+        parts: dict[str, Coefficients] = {}
+        for mark, pairs in _PRODUCT.items():
+            terms = [
+                self.times(a.parts[one], b.parts[other])
+                for one, other in pairs
+                if one in a.parts and other in b.parts
+            ]
+            if terms:
+                parts[mark] = [sum(entries) % PRIME for entries in zip(*terms, strict=True)]
+        times, angle = (a.whole, b) if a.whole is not None else (b.whole, a)
+        if times is None or angle.circle is None:
+            return Jet(parts)
+        circle = (1, 0)
+        for _ in range(abs(times)):
+            (c, s), (x, y) = circle, angle.circle
+            circle = ((c * x - s * y) % PRIME, (s * x + c * y) % PRIME)
+        return Jet(parts, circle if times > 0 else (circle[0], -circle[1] % PRIME))
+
+    def _reciprocal(self, a: Jet) -> Jet:
+        """1/x; derivatives are -x_a / x^2 and so on, and those of what divides a Lagrangian are zero."""
+        if set(a.parts) != {""}:
+            raise NotImplementedError("derivatives of a quotient of power series")
+        first, found = inverse(a.parts[""][0]), Coefficients()
+        for n in range(self.size):
+            found.append((int(n == 0) - sum(found[j] * a.parts[""][n - j] for j in range(n))) * first % PRIME)
+        return Jet({"": found})
+
+    def _turned(self, x: Jet, kind: str) -> Jet:
+        if x.circle is None:
+            raise NotImplementedError(f"{kind} of what is no sum of angles")
+        base, zeros = x.parts.get("", [0] * self.size), [0] * self.size
+        cosine, sine = [x.circle[0]], [x.circle[1]]
+        for n in range(1, self.size):
+            over = inverse(n)
+            cosine.append(-over * sum(j * base[j] * sine[n - j] for j in range(1, n + 1)) % PRIME)
+            sine.append(over * sum(j * base[j] * cosine[n - j] for j in range(1, n + 1)) % PRIME)
+        value, slope = (sine, cosine) if kind == "sin" else (cosine, [-entry for entry in sine])
+        parts = {"": value} | {mark: self.times(slope, x.parts[mark]) for mark in "ab" if mark in x.parts}
+        if "m" in x.parts or ("a" in x.parts and "b" in x.parts):
+            bent = self.times(self.times(value, x.parts.get("a", zeros)), x.parts.get("b", zeros))
+            parts["m"] = [
+                (p - q) % PRIME for p, q in zip(self.times(slope, x.parts.get("m", zeros)), bent, strict=True)
+            ]
+        return Jet(parts)
