@@ -7,7 +7,9 @@ static void stem_take(const size_t n, const size_t k, const int lane, const phi_
         x[stem_q + i] = v[i * n + k];
     }
 #if WITH_SPHERE
-    stem_enter(x, x + stem_q);
+    phi_real rate[stem_q];
+    stem_enter(x, x + stem_q, rate);
+    memcpy(x + stem_q, rate, sizeof rate);
 #endif
     for (size_t i = 0; i < stem_x; ++i) {
         STEM_AT(jet->state[i], lane) = x[i];
@@ -45,7 +47,9 @@ static void stem_give(const size_t n, const int lane, const stem_state *lanes, s
         flow->lost[(i + 1) * n + k] = STEM_OF(jet->lost[i], lane);
     }
 #if WITH_SPHERE
-    stem_leave(x, x + stem_q);
+    phi_real seen[stem_x];
+    stem_leave(x, x + stem_q, seen, seen + stem_q);
+    memcpy(x, seen, sizeof x);
 #endif
     for (size_t i = 0; i < stem_q; ++i) {
         q[i * n + k] = x[i];

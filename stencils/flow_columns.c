@@ -109,3 +109,37 @@ static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_re
     memcpy(transition, jet->carried, (size_t)count * stem_x * sizeof *transition);
     return h;
 }
+#if WITH_SPHERE
+
+/* Derivatives of (q, v), row-major, become those of (q, q'), column by column. */
+static void stem_enter_columns(const phi_real q[], const phi_real v[], const int count, phi_real *transition)
+{
+    for (int column = 0; column < count; ++column) {
+        phi_real dq[stem_q], dv[stem_q], rate[stem_q];
+        for (int i = 0; i < stem_q; ++i) {
+            dq[i] = transition[count * i + column];
+            dv[i] = transition[count * (stem_q + i) + column];
+        }
+        stem_enter_column(q, v, dq, dv, rate);
+        for (int i = 0; i < stem_q; ++i) {
+            transition[count * (stem_q + i) + column] = rate[i];
+        }
+    }
+}
+
+/* The way back. */
+static void stem_leave_columns(const phi_real q[], const phi_real rate[], const int count, phi_real *transition)
+{
+    for (int column = 0; column < count; ++column) {
+        phi_real dq[stem_q], d_rate[stem_q], seen[stem_x];
+        for (int i = 0; i < stem_q; ++i) {
+            dq[i] = transition[count * i + column];
+            d_rate[i] = transition[count * (stem_q + i) + column];
+        }
+        stem_leave_column(q, rate, dq, d_rate, seen, seen + stem_q);
+        for (int i = 0; i < stem_x; ++i) {
+            transition[count * i + column] = seen[i];
+        }
+    }
+}
+#endif

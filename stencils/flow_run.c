@@ -24,7 +24,10 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     memcpy(jet->u, u, sizeof jet->u);
 #endif
 #if WITH_SPHERE
-    stem_enter(jet->state, jet->state + stem_q);
+    stem_enter(q, v, jet->state + stem_q);
+#if WITH_COLUMNS
+    stem_enter_columns(q, v, flow->columns, flow->transition);
+#endif
 #endif
 #if WITH_TURNS
     memset(jet->turns, 0, sizeof jet->turns);
@@ -128,10 +131,14 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     stem_unwind(0, jet);
 #endif
 #if WITH_SPHERE
-    stem_leave(jet->state, jet->state + stem_q);
+#if WITH_COLUMNS
+    stem_leave_columns(jet->state, jet->state + stem_q, flow->columns, flow->transition);
 #endif
+    stem_leave(jet->state, jet->state + stem_q, q, v);
+#else
     memcpy(q, jet->state, stem_q * sizeof *q);
     memcpy(v, jet->state + stem_q, stem_q * sizeof *v);
+#endif
     memcpy(flow->lost, jet->lost, sizeof flow->lost);
     return result;
 }

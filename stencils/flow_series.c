@@ -149,7 +149,11 @@ static void stem_move(const stem_lanes increment[stem_x], stem_jets *PHI_RESTRIC
         jet->moved[i] = after;
     }
 #if WITH_SPHERE
-    stem_settle(jet->moved, jet->moved_lost);
+    {
+        stem_lanes settled[stem_x];
+        stem_settle(jet->moved, jet->moved_lost, settled);
+        memcpy(jet->moved_lost, settled, sizeof settled);
+    }
 #endif
 }
 
@@ -172,10 +176,15 @@ static phi_real stem_entry(const int order, const stem_jets *jet, const int lane
 /* The whole of it, as the caller sees it. */
 static void stem_look(const int order, const stem_jets *jet, const int lane, const phi_real h, phi_real x[stem_x])
 {
+#if WITH_SPHERE
+    phi_real inside[stem_x];
+    for (int i = 0; i < stem_x; ++i) {
+        inside[i] = stem_entry(order, jet, lane, h, i);
+    }
+    stem_leave(inside, inside + stem_q, x, x + stem_q);
+#else
     for (int i = 0; i < stem_x; ++i) {
         x[i] = stem_entry(order, jet, lane, h, i);
     }
-#if WITH_SPHERE
-    stem_leave(x, x + stem_q);
 #endif
 }

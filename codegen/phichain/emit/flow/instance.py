@@ -19,6 +19,7 @@ from phichain.ir.rounded import nearest
 from phichain.lowering.lower import lower_function
 from phichain.lowering.rates import fastest_rate, reach
 from phichain.lowering.series.series import LOST, NEWEST, Series
+from phichain.lowering.series.spatial_ends import spatial_ends
 from phichain.mechanics import Model
 from phichain.scene import Scene
 
@@ -51,12 +52,14 @@ class Called:
         program: the Program.
         lanes: the stem of the vectors it runs on; empty for numbers.
         uniform: arguments that are one number for all lanes.
+        takes_params: whether it is given the runtime parameters where the scene has some.
     """
 
     symbol: str
     program: Program
     lanes: str = ""
     uniform: frozenset[str] = frozenset()
+    takes_params: bool = True
 
 
 @dataclass(frozen=True)
@@ -96,7 +99,7 @@ def printed(scene: Scene, names: CNames, called: Iterable[Called]) -> tuple[list
             declared = [declaration(array, scene.name, False, True) for array in program.inputs]
             declared += [declaration(array, scene.name, True, True) for array in program.outputs]
         used, given = words("\n".join(body.lines)), [array.name for array in program.inputs]
-        if scene.runtime:
+        if scene.runtime and one.takes_params:
             declared, given = [f"const {scene.name}_params *p", *declared], ["p", *given]
         ignored = tuple(name for name in given if name not in used)
         comment = comments.above(program.name, program.doc, body.lines)
@@ -200,4 +203,22 @@ def positions_symbol(model: Model, stem: str, known: Collection[str]) -> tuple[s
     if "positions" in known:
         return f"{model.scene.name}_positions", []
     symbol = f"{stem}_positions"
-    return symbol, [Called(symbol, lower_function(model, "positions", "loops"))]
+    program = lower_function(model, "positions", "loops")
+    return symbol, [Called(symbol, program, takes_params=bool(program.params))]
+
+
+def ends_of_a_call(scene: Scene, stem: str, lanes: str = "", columns: bool = False) -> list[Called]:
+    """The Programs that lead into a spatial flow and out of it again; none in the plane."""
+    if scene.is_planar:
+        return []
+    ends = spatial_ends(scene)
+    called = [
+        Called(f"{stem}_enter", ends.enter, takes_params=False), Called(f"{stem}_leave", ends.leave, takes_params=False),
+        Called(f"{stem}_settle", ends.settle, lanes, takes_params=False),
+    ]  # fmt: skip
+    if columns:
+        called += [
+            Called(f"{stem}_enter_column", ends.enter_column, takes_params=False),
+            Called(f"{stem}_leave_column", ends.leave_column, takes_params=False),
+        ]
+    return called

@@ -17,7 +17,7 @@ from phichain.emit.flow.header import declarations, on_stack
 from phichain.emit.flow.instance import (
     Called,
     c_names,
-    cart,
+    ends_of_a_call,
     features,
     positions_symbol,
     printed,
@@ -61,6 +61,7 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
     stem, tangent = f"{scene.name}_flow", f"{scene.name}_tangent"
     positions, others = positions_symbol(model, stem, known)
     called = [Called(f"{stem}_factor", made.factor), Called(f"{stem}_order", made.order)]
+    called += ends_of_a_call(scene, stem, columns=made.columns is not None)
     if made.columns is not None:
         called += [
             Called(f"{tangent}_order", made.order, tangent, frozenset({HELD, NOW})),

@@ -26,7 +26,7 @@ from phichain.ir.nodes import Program
 from phichain.ir.passes import prune, unroll
 from phichain.lowering.planar.joints import absolute
 from phichain.lowering.series.planar_factor import planar_factor
-from phichain.lowering.series.planar_held import Layout
+from phichain.lowering.series.planar_held import planar_layout
 from phichain.lowering.series.planar_order import planar_order
 from phichain.lowering.series.series import LEAD, LEFT, RIGHT, Series
 from phichain.mechanics import Model
@@ -39,7 +39,7 @@ UNROLLED = 4
 
 def planar_series(model: Model) -> Series:
     """The recurrences of a planar scene."""
-    scene, layout = model.scene, Layout(model.scene)
+    scene, layout = model.scene, planar_layout(model.scene)
     written = unroll if scene.links <= UNROLLED else (lambda program: program)
     return Series(
         factor=written(planar_factor(model, layout)),

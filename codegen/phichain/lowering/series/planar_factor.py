@@ -10,7 +10,7 @@ from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import absolute, difference, input_couples
-from phichain.lowering.series.planar_held import Layout
+from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import HELD, LEFT, LOST, RIGHT, SCALE
 from phichain.mechanics import Model
 from phichain.scene import Scene
@@ -82,9 +82,8 @@ class _Factor:
 
     def keep(self, name: str, k: Index, value: Expr) -> None:
         """Store a number of link k where the scene has a place for it."""
-        cells = self.layout.of(self.held, name)
-        if cells is not None:
-            cells[k] = value
+        if name in self.layout:
+            self.layout.of(self.held, name)[k] = value
 
     def write(self, q: ArrayRef, lost: ArrayRef, u: ArrayRef | None) -> None:
         """All numbers of `held`."""

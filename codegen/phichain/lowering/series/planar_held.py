@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phichain.ir.builder import ArrayRef
+from phichain.lowering.series.held import Layout
 from phichain.scene import Scene
 
 _PER_LINK = (
@@ -17,23 +17,13 @@ _PER_LINK = (
 """What is kept of each link; Q, arms and so on belong to the link and the joint at its tip."""
 
 
-class Layout:
-    """Where each number sits in `held`; what a scene does not need has no place."""
-
-    def __init__(self, scene: Scene) -> None:
-        links = scene.links
-        names = [name for name in _PER_LINK if not (scene.tip_masses and name in ("q_yx", "q_yy", "skew", "pull_y"))]
-        self.offsets = {name: links * i for i, name in enumerate(names)}
-        self.size = links * len(names)
-        for name, present, count in (
-            ("base", True, 2), ("base_arm", scene.has_cart, 2), ("drive", bool(scene.actuated_joints), links),
-            ("push", scene.has_force, 1), ("stiffness", scene.stiffness is not None, links),
-            ("damping", scene.damping is not None, links),
-        ):  # fmt: skip
-            if present:
-                self.offsets[name] = self.size
-                self.size += count
-
-    def of(self, held: ArrayRef, name: str) -> ArrayRef | None:
-        """Where a quantity's numbers begin, or None."""
-        return held.shifted(self.offsets[name]) if name in self.offsets else None
+def planar_layout(scene: Scene) -> Layout:
+    """What is held of a scene's links, its base, inputs and joints."""
+    links = scene.links
+    runs = [(name, 0 if scene.tip_masses and name in ("q_yx", "q_yy", "skew", "pull_y") else links) for name in _PER_LINK]
+    runs += [
+        ("base", 2), ("base_arm", 2 * scene.has_cart), ("drive", links * bool(scene.actuated_joints)),
+        ("push", int(scene.has_force)), ("stiffness", links * (scene.stiffness is not None)),
+        ("damping", links * (scene.damping is not None)),
+    ]  # fmt: skip
+    return Layout(runs)

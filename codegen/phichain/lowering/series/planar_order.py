@@ -9,7 +9,7 @@ from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import difference
-from phichain.lowering.series.planar_held import Layout
+from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import COEFFICIENT, HELD, LEFT, NEXT, NOW, RIGHT, SUMS
 from phichain.mechanics import Model
 from phichain.scene import Scene
@@ -49,8 +49,9 @@ class _Order:
 
     def of(self, name: str) -> ArrayRef:
         """Where a quantity's numbers begin; zero everywhere where the scene has none."""
-        cells = self.layout.of(self.held, name)
-        return cells if cells is not None else self.builder.constants(name, [Fraction(0)] * self.scene.links)
+        if name in self.layout:
+            return self.layout.of(self.held, name)
+        return self.builder.constants(name, [Fraction(0)] * self.scene.links)
 
     def write(self, sums: ArrayRef, coefficient: ArrayRef, left: ArrayRef, right: ArrayRef, following: ArrayRef) -> None:
         """All cells of the results."""
@@ -111,7 +112,9 @@ class _Order:
     def couple(self, coefficient: ArrayRef) -> ArrayRef | None:
         """Torques on the links of order n: inputs, springs and dampers; None where there are none."""
         builder, scene, links = self.builder, self.scene, self.scene.links
-        stiffness, damping, drive = (self.layout.of(self.held, name) for name in ("stiffness", "damping", "drive"))
+        stiffness, damping, drive = (
+            self.layout.of(self.held, name) if name in self.layout else None for name in ("stiffness", "damping", "drive")
+        )
         if stiffness is None and damping is None and drive is None:
             return None
         angles, rates = coefficient.shifted(int(scene.has_cart)), coefficient.shifted(scene.nq + int(scene.has_cart))
