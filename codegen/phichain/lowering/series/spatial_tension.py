@@ -19,177 +19,42 @@ where the pull of a light cart along h is out.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
 
 from phichain.ir.builder import ArrayRef, Expr, Index
-from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
-from phichain.lowering.series.held import Layout
+from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, store, sub
 from phichain.lowering.series.series import Series
 from phichain.lowering.series.spatial_rows import (
-    Factoring,
-    Number,
     Ordering,
     columns_program,
     factor_program,
-    joint_runs,
     order_program,
     right_rows,
 )
-from phichain.lowering.spatial.links import neighbours
-from phichain.mechanics import Model
-from phichain.scene import Scene
-
-_LENGTH: Final = Number("link_length", frozenset({"length"}), lambda p, k: p.length[k])
-_INVERSE_LENGTH: Final = Number("inverse_length", frozenset({"length"}), lambda p, k: 1 / p.length[k])
-_PAIR_UNIT: Final = Number(
-    "pair_unit", frozenset({"mass", "length"}), lambda p, k: 1 / (p.mass[k] * p.length[k])
+from phichain.lowering.series.spatial_tension_factor import (
+    INVERSE_LENGTH,
+    LENGTH,
+    PAIR_UNIT,
+    RATIO,
+    factor,
+    layout,
+    middle_link,
 )
-_RATIO: Final = "ratio"
-"""rho_k for k = 1..N, the last one of no meaning."""
+from phichain.mechanics import Model
 
 
 def tension_series(model: Model) -> Series:
     """The recurrences of a spatial scene with tip masses."""
     scene = model.scene
-    layout = _layout(scene)
+    held = layout(scene)
     return Series(
-        factor=factor_program(model, layout, _factor),
-        order=order_program(model, layout, _order),
+        factor=factor_program(model, held, factor),
+        order=order_program(model, held, _order),
         columns=columns_program(scene) if scene.variational else None,
         lanes=3 * scene.links,
         rights=right_rows(scene),
         squares=3 * scene.links,
-        held=layout.size,
+        held=held.size,
     )
-
-
-def _numbers(scene: Scene) -> tuple[Number, ...]:
-    couples = scene.stiffness is not None or scene.damping is not None
-    return (_LENGTH, _INVERSE_LENGTH, *((_PAIR_UNIT,) if couples else ()))
-
-
-def _layout(scene: Scene) -> Layout:
-    links, cart = scene.links, scene.has_cart
-    return Layout(
-        [
-            ("direction", 3 * links), ("outer", 3 * links), ("inner", 3 * links),  # q_k, rho_{k+1} P_k q_{k+1}, P_k q_{k-1}
-            ("passed", links), ("particular", links), ("coupling", links),
-            ("gravity", 1), ("push", 2 * scene.has_force), ("cart", 6 * cart), ("cart_ratio", int(cart)),
-            *joint_runs(scene), *(number.run(scene) for number in _numbers(scene)),
-            (_RATIO, links * (scene.mass == "runtime")),
-        ]
-    )  # fmt: skip
-
-
-def _middle(links: int) -> tuple[int, int]:
-    """The link where both fronts meet, and how many steps they take side by side."""
-    return links // 2, links - 1 - links // 2
-
-
-# --- the factorisation ------------------------------------------------------------------------------------------------
-
-
-def _factor(step: Factoring) -> None:
-    """The directions, what neighbours pull by, the pivots, the base."""
-    builder, scene, parameters, direction = step.builder, step.scene, step.parameters, step.direction
-    links = scene.links
-    cosine, crosses = neighbours(builder, direction, links)
-    ratio = parameters.mass_ratio
-    nothing = builder.lift(0)
-    with builder.loop("k", 0, links) as loop:
-        k = loop.index
-        here = load(direction, k)
-        store(step.keep("direction"), k, here)
-        store(step.keep("outer"), k, scale(ratio[k + 1], cross(load(crosses, k + 1), here)))
-    store(step.keep("inner"), 0, (nothing, nothing, nothing))
-    squared = builder.array("sine_squared", links)
-    with builder.loop("k", 1, links) as loop:
-        k = loop.index
-        across = load(crosses, k)
-        squared[k] = dot(across, across)
-        store(step.keep("inner"), k, cross(load(direction, k), across))
-    for number in _numbers(scene):
-        step.keep_number(number)
-    if _RATIO in step.layout:
-        with builder.loop("k", 0, links) as loop:
-            step.keep(_RATIO)[loop.index] = ratio[loop.index + 1]
-    _Fronts(step, cosine, squared).run(_base(step, cosine))
-
-
-def _base(step: Factoring, cosine: ArrayRef) -> Expr:
-    """Hold gravity, the push and the cart's matrix; rho_0 s_0^2, zero on a fixed base."""
-    builder, parameters = step.builder, step.parameters
-    step.keep("gravity")[0] = parameters.gravity * step.square
-    if step.u is not None and "push" in step.layout:
-        for i in range(2):
-            step.keep("push")[i] = (
-                step.u[i] * (1 / (parameters.cart_mass * parameters.units.force)) * step.square
-            )
-    if not step.scene.has_cart:
-        return builder.lift(0)
-    (x, y, _), ratio = (
-        load(step.direction, 0),
-        builder.let("cart_ratio", parameters.mass[0] / parameters.cart_mass),
-    )
-    slack = builder.let("base_slack", ratio * (x * x + y * y))
-    inverse = builder.let("inverse_cart_pivot", 1 / (1 + slack))
-    outer = parameters.mass_ratio[1] * cosine[1] if step.scene.links > 1 else builder.lift(0)
-    scaled = builder.let("cart_share", ratio * inverse)
-    entries = (
-        inverse + scaled * y * y,
-        -(scaled * x * y),
-        inverse + scaled * x * x,
-        scaled * x,
-        scaled * y,
-        outer,
-    )
-    for i, entry in enumerate(entries):
-        step.keep("cart")[i] = entry
-    step.keep("cart_ratio")[0] = ratio
-    return slack
-
-
-class _Fronts:
-    """Elimination from the base and from the tip; the slacks t and Y are carried."""
-
-    def __init__(self, step: Factoring, cosine: ArrayRef, squared: ArrayRef) -> None:
-        self.builder, self.links, self.cosine, self.squared = step.builder, step.scene.links, cosine, squared
-        self.ratio, self.inverse_ratio = step.parameters.mass_ratio, step.parameters.inverse_mass_ratio
-        self.passed, self.particular, self.coupling = map(step.keep, ("passed", "particular", "coupling"))
-
-    def run(self, base: Expr) -> None:
-        """Hold what every link passes on, and what it makes of its load and of its inner neighbour's tension."""
-        middle, paired = _middle(self.links)
-        tip = self.builder.lift(1)
-        if paired:
-            with self.builder.loop("i", 0, paired) as loop:
-                base, tip = loop.carry("base_slack", base), loop.carry("tip_slack", tip)
-                loop.follow(base, self.from_base(base, loop.index))
-                loop.follow(tip, self.from_tip(tip, self.links - 1 - loop.index))
-        if middle > paired:
-            base = self.from_base(base, middle - 1)
-        self.particular[middle] = 1 / (base + tip)
-        self.passed[middle] = self.coupling[middle] = self.builder.lift(0)
-
-    def from_base(self, slack: Expr, k: Index) -> Expr:
-        """Eliminate link k: t_{k+1} = rho_{k+1} (s_{k+1}^2 + t_k) / (1 + t_k)."""
-        inverse = self.builder.let("base_inverse_pivot", 1 / (1 + slack))
-        self.particular[k] = inverse
-        self.passed[k] = passed = self.builder.let("base_passed", self.cosine[k + 1] * inverse)
-        self.coupling[k] = self.ratio[k + 1] * passed
-        return self.ratio[k + 1] * ((self.squared[k + 1] + slack) * inverse)
-
-    def from_tip(self, slack: Expr, k: Index) -> Expr:
-        """Eliminate link k: Y_{k-1} = (s_k^2 + z_k) / (1 + z_k), z_k = Y_k / rho_k."""
-        scaled = self.builder.let("scaled_slack", self.inverse_ratio[k] * slack)
-        inverse = self.builder.let("tip_inverse_pivot", 1 / (1 + scaled))
-        self.particular[k] = self.inverse_ratio[k] * inverse
-        self.passed[k] = passed = self.builder.let("tip_passed", self.cosine[k] * inverse)
-        self.coupling[k] = self.inverse_ratio[k] * passed
-        return (self.squared[k] + scaled) * inverse
-
-
-# --- one order --------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -226,8 +91,8 @@ def _order(order: Ordering) -> None:
 
 def _known(order: Ordering) -> _Known:
     builder, links = order.builder, order.scene.links
-    ratio = order.kept(_RATIO).shifted(-1) if _RATIO in order.layout else order.parameters.mass_ratio
-    known, direction, length = _sums(order), order.kept("direction"), order.number(_LENGTH)
+    ratio = order.kept(RATIO).shifted(-1) if RATIO in order.layout else order.parameters.mass_ratio
+    known, direction, length = _sums(order), order.kept("direction"), order.number(LENGTH)
     still, apart, loads = (
         builder.array(*pair) for pair in (("still", 3 * links), ("apart", 3 * links), ("load", links))
     )
@@ -257,7 +122,7 @@ def _sums(order: Ordering) -> ArrayRef:
     """Y_k: the sums, less the couples' force pairs."""
     if order.couple is None:
         return order.sums
-    builder, links, unit = order.builder, order.scene.links, order.number(_PAIR_UNIT)
+    builder, links, unit = order.builder, order.scene.links, order.number(PAIR_UNIT)
     known = builder.array("known", 3 * links)
     with builder.loop("k", 0, links) as loop:
         k = loop.index
@@ -269,7 +134,7 @@ def _tensions(order: Ordering, loads: ArrayRef) -> ArrayRef:
     """sigma_k, N + 1 cells, zero beyond the tip: towards the middle from both ends, and back."""
     builder, links = order.builder, order.scene.links
     passed, particular, coupling = map(order.kept, ("passed", "particular", "coupling"))
-    middle, paired = _middle(links)
+    middle, paired = middle_link(links)
     gathered, tension = builder.array("gathered", links), builder.array("tension", links + 1)
     base = tip = builder.lift(0)
 
@@ -317,4 +182,4 @@ def _accelerate(order: Ordering, k: Index, bare: Vector, along: Expr, tension: A
     value = add(value, scale(tension[k + 1], load(order.kept("outer"), k)))
     if k != 0:
         value = add(value, scale(tension[k - 1], load(order.kept("inner"), k)))
-    order.write(k, value, order.number(_INVERSE_LENGTH)[k], tension[k])
+    order.write(k, value, order.number(INVERSE_LENGTH)[k], tension[k])
