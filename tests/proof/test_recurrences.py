@@ -27,30 +27,15 @@ from tests.proof.mutations import mutants
 
 PER_KIND = {"factor": 4, "order": 4, "columns": 1}
 UNEVEN: dict[str, Any] = {"mass": [0.7, 1.9, 0.4], "length": [0.5, 1.3, 0.8], "space": "spatial"}
+CART: dict[str, Any] = {"base": "cart", "cart_mass": 0.9, "code": "loops"}
+JOINTS: dict[str, Any] = {"stiffness": [2.0, 0.5, 1.5], "damping": [0.3, 0.1, 0.2]}
 CHAINS = {
     scene.name: scene
     for scene in (
         Scene("tips", 3, **UNEVEN, want=("propagate",), variational=True),
-        Scene(
-            "damped",
-            3,
-            **UNEVEN,
-            base="cart",
-            cart_mass=0.9,
-            stiffness=[2.0, 0.5, 1.5],
-            damping=[0.3, 0.1, 0.2],
-            code="loops",
-        ),
-        Scene(
-            "runtime",
-            3,
-            space="spatial",
-            base="cart",
-            cart_mass=0.9,
-            mass="runtime",
-            length="runtime",
-            code="loops",
-        ),
+        Scene("damped", 3, **UNEVEN, **CART, **JOINTS),
+        Scene("coms", 3, **UNEVEN, **CART, com=[0.3, 0.9, 0.5]),
+        Scene("runtime", 3, **{**UNEVEN, "mass": "runtime", "length": "runtime"}, **CART),
     )
 }
 
