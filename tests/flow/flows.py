@@ -57,7 +57,7 @@ def unit(chain: Scene) -> tuple[str, TaylorFlow]:
 def _fields(chain: Scene) -> list[tuple[str, str]]:
     return [
         (array.name, f"[{array.size}]" if array.shape else "")
-        for array in flow(derive(chain)).recurrences.start.params
+        for array in flow(derive(chain)).recurrences.factor.params
     ]
 
 
@@ -71,7 +71,7 @@ def compiled(chain: Scene, flags: tuple[str, ...] = FAST) -> Propagate:
         ["cc", *flags, "-fPIC", "-shared", "flow.c", "-o", "flow.so", "-lm"], cwd=folder, check=True
     )
     library = ctypes.CDLL(str(folder / "flow.so"))
-    parameters = [Argument(array.name, array.shape) for array in made.recurrences.start.params]
+    parameters = [Argument(array.name, array.shape) for array in made.recurrences.factor.params]
     return make_propagate(chain, parameters, library[f"{chain.name}_propagate"])
 
 

@@ -9,15 +9,11 @@ from phichain.contract.flows import EVENT, FLOW, PROPAGATE
 from phichain.contract.functions import ROWS
 from phichain.emit.flow.columns import workspace as columns_workspace
 from phichain.emit.flow.declared import arguments, documented, outcome_lines, scalar_constants, struct_lines
+from phichain.emit.flow.instance import HIGHEST, turns
 from phichain.emit.render import render
+from phichain.lowering.series.series import Series
 from phichain.scene import Scene
-from phichain.transform.lanes import LEFT, RIGHT, Jets
 
-#: Highest order of the Taylor series. Near round-off higher ones only make longer steps, over which larger terms cancel:
-#: 28 lost half a digit against 22 on a pendulum that whirls, in the same time.
-HIGHEST: Final = {"double": 22, "float": 14}
-#: Lanes come in whole vectors, so that no lane is left to scalar code.
-LANES: Final = 8
 #: Largest workspace that may lie on the stack, bytes.
 ON_STACK: Final = 2**18
 
@@ -30,55 +26,55 @@ _MEMORY_FACTS: Final = {
     "bytes": "; bytes of a workspace where none is given",
 }  # fmt: skip
 
+Arrays = list[tuple[str, tuple[int, ...]]]
 
-def declarations(scene: Scene, recurrences: Jets) -> str:
+
+def declarations(scene: Scene, made: Series) -> str:
     """Types and prototype."""
-    facts = _STACK_FACTS if on_stack(scene, recurrences) else _MEMORY_FACTS
+    facts = _STACK_FACTS if on_stack(scene, made) else _MEMORY_FACTS
     return render(
         "flow.h.j2", name=scene.name, doc=ROWS["propagate"].doc, outcomes=outcome_lines(PROPAGATE, scene, facts), scalars=scalar_constants(PROPAGATE, scene),
         event=struct_lines(EVENT, scene), flow=struct_lines(FLOW, scene, facts), returns=PROPAGATE.returns,
         prototype=", ".join(arguments(PROPAGATE, scene, definition=False)), arguments=documented(PROPAGATE, scene),
         size=scene.nq + scene.nv, columns=scene.variational, planar=scene.is_planar,
-        workspace=[(array, "".join(f"[{extent}]" for extent in extents)) for array, extents in workspace(scene, recurrences)],
-        workspace_bytes=_bytes(scene, recurrences),
+        start=_declared(_start(scene, made)), workspace=_declared(_workspace(scene, made)),
+        workspace_bytes=workspace_bytes(scene, made),
     )  # fmt: skip
 
 
-def padded(count: int) -> int:
-    """Lanes in whole vectors, at least one."""
-    return -(-max(count, 1) // LANES) * LANES
+def _declared(arrays: Arrays) -> list[tuple[str, str]]:
+    return [(array, "".join(f"[{extent}]" for extent in extents)) for array, extents in arrays]
 
 
-def turns(scene: Scene) -> bool:
-    """Whether all forces repeat every turn of an angle: springs do not."""
-    return scene.is_planar and scene.stiffness is None
+def _start(scene: Scene, made: Series) -> Arrays:
+    """Names and extents of what a step starts from."""
+    return [
+        ("unit", (2,)), ("held", (made.held,)), ("slope", (2 * scene.nq,)), ("left", (2, made.lanes)),
+        ("right", (2, made.rights * made.lanes)),
+    ]  # fmt: skip
 
 
-def workspace(scene: Scene, recurrences: Jets) -> list[tuple[str, tuple[int, ...]]]:
-    """Names and extents of the arrays that a propagation works on."""
-    highest, lanes, size = HIGHEST[scene.real], padded(recurrences.products), scene.nq + scene.nv
-    others = {LEFT, RIGHT, "a", "q_dot"}
-    held = [(array.name, (array.size,)) for array in recurrences.start.outputs if array.name not in others]
-    rows = -(-highest // 4) * 4  # the sums of derivatives run in fours
-    own = [
-        ("left", (rows, lanes)),
-        ("right", (rows, lanes)),
-        ("sum", (lanes,)),
-        ("next_sum", (lanes,)),
-        ("x", (highest + 1, size)),
-    ]
-    own += [("slope", (size,)), ("increment", (size,))]
-    counted = [("turns", (scene.nq,))] if turns(scene) else []
-    return (
-        own + held + counted + (columns_workspace(scene, recurrences, highest) if scene.variational else [])
-    )
+def _workspace(scene: Scene, made: Series) -> Arrays:
+    """Names and extents of the other arrays that a propagation works on."""
+    highest, size = HIGHEST[scene.real], 2 * scene.nq
+    own: Arrays = [
+        ("x", (highest + 1, size)), ("left", (highest + 1, made.lanes)),
+        ("right", (highest + 1, made.rights * made.lanes)), ("sums", (4, made.rights * made.lanes + made.squares)),
+        ("state", (size,)), ("lost", (size,)), ("moved", (size,)), ("moved_lost", (size,)),
+    ]  # fmt: skip
+    if scene.nu:
+        own.append(("u", (scene.nu,)))
+    if turns(scene):
+        own.append(("turns", (scene.nq,)))
+    return own + (columns_workspace(scene, made, highest) if made.columns is not None else [])
 
 
-def _bytes(scene: Scene, recurrences: Jets) -> int:
-    size = 8 if scene.real == "double" else 4
-    return size * sum(prod(extents) for _, extents in workspace(scene, recurrences))
+def workspace_bytes(scene: Scene, made: Series) -> int:
+    """Bytes of a workspace."""
+    numbers = [prod(extents) for _, extents in (*_start(scene, made), *_start(scene, made), *_workspace(scene, made))]
+    return (8 if scene.real == "double" else 4) * sum(numbers)
 
 
-def on_stack(scene: Scene, recurrences: Jets) -> bool:
+def on_stack(scene: Scene, made: Series) -> bool:
     """Whether a workspace is small enough for the stack."""
-    return _bytes(scene, recurrences) <= ON_STACK
+    return workspace_bytes(scene, made) <= ON_STACK

@@ -108,14 +108,25 @@ def couples(
     builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None
 ) -> ArrayRef | None:
     """tau_phi of all inputs, springs and dampers, N cells; None on an unforced chain without springs and dampers."""
-    drive = _drive(builder, scene, parameters, u)
     has_passive = scene.stiffness is not None or scene.damping is not None
-    if drive is None and not has_passive:
+    return _couples(builder, scene, parameters, u, state if has_passive else None)
+
+
+def input_couples(builder: Builder, scene: Scene, parameters: Parameters, u: ArrayRef | None) -> ArrayRef | None:
+    """tau_phi of the inputs alone; None where no joint is actuated."""
+    return _couples(builder, scene, parameters, u, None)
+
+
+def _couples(
+    builder: Builder, scene: Scene, parameters: Parameters, u: ArrayRef | None, passive: PlanarState | None
+) -> ArrayRef | None:
+    drive = _drive(builder, scene, parameters, u)
+    if drive is None and passive is None:
         return None
     couple = builder.array("couple", scene.links)
     with builder.loop("k", scene.links - 1, -1, -1) as loop:
         k = loop.index
-        couple[k] = _couple(builder, loop, scene, drive, passive_torque(parameters, state, k), k)
+        couple[k] = _couple(builder, loop, scene, drive, None if passive is None else passive_torque(parameters, passive, k), k)
     return couple
 
 

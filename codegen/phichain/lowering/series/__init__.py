@@ -1,1 +1,21 @@
 """Taylor recurrences of a chain: order by order with one factorisation a step (docs/theory.md, Taylor flow)."""
+
+from __future__ import annotations
+
+from phichain.lowering.series.planar import planar_series
+from phichain.lowering.series.planar_single import single_series
+from phichain.lowering.series.series import Series
+from phichain.lowering.series.spatial import spatial_series
+from phichain.mechanics import Model
+
+
+def series(model: Model) -> Series:
+    """The Taylor recurrences of a scene."""
+    if not model.scene.is_planar:
+        return spatial_series(model)
+    if model.scene.links == 1 and not model.scene.has_cart:
+        return single_series(model)
+    return planar_series(model)
+
+
+__all__ = ["Series", "series"]

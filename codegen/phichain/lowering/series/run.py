@@ -16,6 +16,8 @@ from phichain.lowering.series.series import (
     HELD,
     LEAD,
     LEFT,
+    LOST,
+    NEWEST,
     NEXT,
     NOW,
     RIGHT,
@@ -83,7 +85,8 @@ def expand(
         params: values of the runtime parameters.
     """
     unit = [arithmetic.number(rho), arithmetic.number(rho * rho)]
-    made = arithmetic.run(series.factor, {"q": q, "v": v, "u": u, SCALE: unit, **params})
+    nothing = [arithmetic.number(Fraction(0))] * (len(q) + len(v))
+    made = arithmetic.run(series.factor, {"q": q, "v": v, "u": u, SCALE: unit, LOST: nothing, **params})
     found = Expanded([[*q, *v]], [list(made[LEFT])], [list(made[RIGHT])], list(made[HELD]))
     for n in range(orders):
         sums = [
@@ -152,6 +155,7 @@ def _next(
     given = {
         HELD: found.held,
         SUMS: sums,
+        NEWEST: found.left[n],
         COEFFICIENT: found.state[n],
         NOW: [arithmetic.number(x) for x in now],
     }

@@ -12,7 +12,9 @@ HELD: Final = "held"
 LEFT: Final = "left"
 RIGHT: Final = "right"
 SUMS: Final = "sums"
+NEWEST: Final = "newest"
 SCALE: Final = "scale"
+LOST: Final = "lost"
 NOW: Final = "now"
 COEFFICIENT: Final = "coefficient"
 NEXT: Final = "next"
@@ -29,8 +31,8 @@ class Series:
         sums_n[r, i] = sum_{j=0..n} left_j[i] right_{n-j}[r, i],   squares_n[i] = sum_{j=0..n} left_j[i] left_{n-j}[i]
 
     Attributes:
-        factor: state (q, v), [u], scale [rho, rho^2] -> held, rows 0 of left and right.
-        order: held, sums, coefficient of order n, now [n + 1, 1/(n + 1), 1/((n + 1)(n + 2)), n = 0] -> rows n + 1, next.
+        factor: state (q, v), [u], scale [rho, rho^2], [what rounding took from the state, `lost`] -> held, rows 0 of left and right.
+        order: held, sums, [row n of left, `newest`], coefficient of order n, now [n + 1, 1/(n + 1), 1/((n + 1)(n + 2)), n = 0] -> rows n + 1, next.
         columns: held, rows 0, dq, dv -> lead, variations of rows 0; None where no derivatives are wanted.
         lanes: entries of a left row.
         rights: right rows, each as long as a left one.

@@ -26,19 +26,21 @@ class Ends:
     Attributes:
         enter: q, v -> rate = [x', q_k'].
         leave: q, rate -> q_out, v_out.
+        settle: x = [q, rate], lost -> settled: what rounding took with the parts along q of |q| - 1 and q' taken out.
         enter_column: q, v, dq, dv -> d_rate.
         leave_column: q, rate, dq, d_rate -> dq_out, dv_out.
     """
 
     enter: Program
     leave: Program
+    settle: Program
     enter_column: Program
     leave_column: Program
 
 
 def spatial_ends(scene: Scene) -> Ends:
     """The ends of a spatial scene's flow."""
-    return Ends(_enter(scene), _leave(scene), _enter_column(scene), _leave_column(scene))
+    return Ends(_enter(scene), _leave(scene), _settle(scene), _enter_column(scene), _leave_column(scene))
 
 
 def _per_link(
@@ -94,6 +96,24 @@ def _leave(scene: Scene) -> Program:
         store(directions(scene, v_out), k, scale(1 / square, cross(here, speed)))
 
     return _per_link(builder, scene, [(q, q_out), (rate, v_out)], write)
+
+
+def _settle(scene: Scene) -> Program:
+    builder = Builder("flow_settle", "Unit vectors stay unit vectors: what is not tangent goes into the digits lost.")
+    x, lost = builder.input("x", (2 * scene.nq,), "state"), builder.input("lost", (2 * scene.nq,), "what rounding took")
+    settled = builder.output("settled", (2 * scene.nq,), "the same with the correction")
+
+    def write(k: Index) -> None:
+        here, rest = (load(directions(scene, array), k) for array in (x, lost))
+        speed, speed_rest = (load(directions(scene, array.shifted(scene.nq)), k) for array in (x, lost))
+        excess = builder.let("excess", (dot(here, here) - 1) * 0.5 + dot(here, rest))
+        along = builder.let("along", dot(here, speed) + (dot(rest, speed) + dot(here, speed_rest)))
+        store(directions(scene, settled), k, sub(rest, scale(excess, here)))
+        store(directions(scene, settled.shifted(scene.nq)), k, sub(speed_rest, scale(along, here)))
+
+    return _per_link(
+        builder, scene, [(lost, settled), (lost.shifted(scene.nq), settled.shifted(scene.nq))], write
+    )
 
 
 def _leave_column(scene: Scene) -> Program:

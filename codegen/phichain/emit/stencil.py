@@ -1,0 +1,79 @@
+"""Stencils: C that compiles by itself, of which a scene takes what it needs.
+
+A stencil is written for names that begin with `phi_` (the scene's), `stem_` and `wide_` (those of one instance of it) and for
+features, `#if WITH_TURNS ... #else ... #endif`. `instance` puts names in and leaves out what the scene has no use for.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+
+from phichain.errors import EmissionError
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+_FEATURE = re.compile(r"#if (!?)(WITH_\w+)$")
+
+
+def stencils_folder() -> Path:
+    """The folder of the stencils: inside the package in a wheel, at the top of a checkout."""
+    inside = _PACKAGE / "stencils"
+    return inside if inside.is_dir() else _PACKAGE.parents[1] / "stencils"
+
+
+def instance(stencil: str, names: Mapping[str, str], features: Mapping[str, bool]) -> str:
+    """The text of a stencil for one scene.
+
+    Args:
+        stencil: its file's name without the ending.
+        names: what stands for each name; one that ends in `_` stands for the beginning of others, and one that is
+            replaced by nothing takes the blank behind it along.
+        features: which of the `WITH_` features the scene has.
+
+    Raises:
+        EmissionError: the stencil asks for a feature that is not among them.
+    """
+    return _named("".join(_chosen(_text(stencil), features)), names)
+
+
+@cache
+def _text(stencil: str) -> str:
+    return (stencils_folder() / f"{stencil}.c").read_text(encoding="utf-8")
+
+
+def _chosen(text: str, features: Mapping[str, bool]) -> list[str]:
+    """The lines that a scene with these features keeps."""
+    lines: list[str] = []
+    open_: list[bool | None] = []  # whether what follows is kept; None inside conditions of the C preprocessor
+    for line in text.splitlines(keepends=True):
+        word = line.strip()
+        found = _FEATURE.match(word)
+        if found:
+            if found[2] not in features:
+                raise EmissionError("stencil", found[2], "is no feature", f"known are {', '.join(sorted(features))}")
+            open_.append(features[found[2]] is not (found[1] == "!"))
+        elif word.startswith("#if"):
+            open_.append(None)
+        if word == "#else" and open_[-1] is not None:
+            open_[-1] = not open_[-1]
+            continue
+        is_ours = bool(found) or (word == "#endif" and open_[-1] is not None)
+        if not is_ours and False not in open_:
+            lines.append(line)
+        if word == "#endif":
+            open_.pop()
+    return lines
+
+
+def _named(text: str, names: Mapping[str, str]) -> str:
+    text = re.sub(r"\bNEWEST\(([^()]*)\) ", r"\1, " if names.get("NEWEST") else "", text)
+    whole = {name: value for name, value in names.items() if not name.endswith("_")}
+    beginnings = {name: value for name, value in names.items() if name.endswith("_")}
+    for name, value in whole.items():
+        blank = r"\b ?" if not value or value.endswith(" ") else r"\b"
+        text = re.sub(rf"\b{name}{blank}", lambda _, value=value: value, text)
+    for name, value in beginnings.items():
+        text = re.sub(rf"\b{name}(?=\w)", lambda _, value=value: value, text)
+    return text

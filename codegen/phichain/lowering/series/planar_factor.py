@@ -1,0 +1,207 @@
+"""The factorisation of a planar step: everything that is constant over it (lowering.series.planar)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.ir.nodes import Program
+from phichain.ir.passes import prune
+from phichain.lowering.parameters import Parameters
+from phichain.lowering.planar.joints import absolute, difference, input_couples
+from phichain.lowering.series.held import Layout
+from phichain.lowering.series.series import HELD, LEFT, LOST, RIGHT, SCALE
+from phichain.mechanics import Model
+from phichain.scene import Scene
+
+
+@dataclass(frozen=True)
+class _Inertia:
+    """A chain from a joint on, in the frame of its first link: A = [xx xy; xy yy], E = det A in the place of yy."""
+
+    xx: Expr
+    xy: Expr
+    determinant: Expr
+
+
+@dataclass(frozen=True)
+class _Turned:
+    """The same seen along and across another direction: the joint's tangent and axis in the first link's frame."""
+
+    across: Expr  # e = X s + Z c
+    mixed: Expr  # c Y + s Z
+    xx: Expr
+    xy: Expr
+    yy: Expr
+
+
+def directions(builder: Builder, scene: Scene, q: ArrayRef, lost: ArrayRef) -> tuple[ArrayRef, ArrayRef]:
+    """Sines and cosines of the joints' angles q + lost, to the digits that q alone does not hold."""
+    angle = difference(builder, scene, "joint_angle", q)
+    rest = difference(builder, scene, "joint_rest", lost)
+    near_sine, near_cosine = builder.sincos(angle, scene.links)
+    sine, cosine = builder.array("joint_sine", scene.links), builder.array("joint_cosine", scene.links)
+    with builder.loop("k", 0, scene.links) as loop:
+        k = loop.index
+        sine[k] = near_sine[k] + near_cosine[k] * rest[k]
+        cosine[k] = near_cosine[k] - near_sine[k] * rest[k]
+    return sine, cosine
+
+
+def planar_factor(model: Model, layout: Layout) -> Program:
+    """Everything that is constant over a step, and rows 0."""
+    scene = model.scene
+    builder = Builder("flow_factor", "Factor the mass matrix at the start of a step.")
+    parameters = Parameters(builder, model, own_units=True)
+    q, v = builder.input("q", (scene.nq,), "configuration"), builder.input("v", (scene.nv,), "rates in scaled time")
+    u = builder.input("u", (scene.nu,), "inputs") if scene.nu else None
+    scale = builder.input(SCALE, (2,), "unit of time and its square")
+    lost = builder.input(LOST, (scene.nq + scene.nv,), "what rounding took from q and v")
+    held = builder.output(HELD, (layout.size,), "constants of the step")
+    left = builder.output(LEFT, (2 * scene.links,), "coefficients 1 of the links' cosines and sines")
+    right = builder.output(RIGHT, (4 * scene.links,), "the links' rates, twice, and zeros")
+    _Factor(builder, scene, parameters, layout, held, scale).write(q, lost, u)
+    rate = absolute(builder, scene, "rate", v.shifted(int(scene.has_cart)))
+    with builder.loop("k", 0, scene.links) as loop:
+        k = loop.index
+        left[k], left[k + scene.links] = builder.lift(0), rate[k]
+        right[k], right[k + scene.links] = rate[k], rate[k]
+        right[k + 2 * scene.links], right[k + 3 * scene.links] = builder.lift(0), builder.lift(0)
+    return prune(builder.finish())
+
+
+class _Factor:
+    """The elimination from the tip to the base."""
+
+    def __init__(
+        self, builder: Builder, scene: Scene, parameters: Parameters, layout: Layout, held: ArrayRef, scale: ArrayRef
+    ) -> None:
+        self.builder, self.scene, self.parameters, self.layout = builder, scene, parameters, layout
+        self.held, self.rho, self.square = held, scale[0], scale[1]
+
+    def keep(self, name: str, k: Index, value: Expr) -> None:
+        """Store a number of link k where the scene has a place for it."""
+        if name in self.layout:
+            self.layout.of(self.held, name)[k] = value
+
+    def write(self, q: ArrayRef, lost: ArrayRef, u: ArrayRef | None) -> None:
+        """All numbers of `held`."""
+        builder, scene, links = self.builder, self.scene, self.scene.links
+        offset = int(scene.has_cart)
+        self.sine, self.cosine = directions(builder, scene, q.shifted(offset), lost.shifted(offset))
+        inertia = self.tip(links - 1)
+        if links > 1:
+            with builder.loop("k", links - 2, -1, -1) as loop:
+                parts = {"xx": inertia.xx, "xy": inertia.xy, "determinant": inertia.determinant}
+                moving = {"xx"} if scene.tip_masses else set(parts)
+                carried = {name: loop.carry(f"beyond_{name}", parts[name]) for name in parts if name in moving}
+                known = {name: carried.get(name, value) for name, value in parts.items()}
+                after = self.link(_Inertia(**known), loop.index)
+                for name, value in carried.items():
+                    loop.follow(value, getattr(after, name))
+            inertia = _Inertia(**known)
+        self.base(inertia)
+        self.inputs(u)
+
+    def turned(self, beyond: _Inertia, k: Index) -> _Turned:
+        """The chain from joint k on, in the frame of the link before."""
+        let, s, c = self.builder.let, self.sine[k], self.cosine[k]
+        if self.scene.tip_masses:
+            across, along = let("across", beyond.xx * s), let("along", beyond.xx * c)
+            self.keep("pull_x", k, along)
+            return _Turned(across, self.builder.lift(0), along * c, along * s, across * s)
+        inverse = let("inverse_axial", 1 / beyond.xx)
+        across, along = let("across", beyond.xx * s + beyond.xy * c), let("along", beyond.xx * c - beyond.xy * s)
+        self.keep("pull_x", k, along)
+        rest_s, rest_c = let("rest_s", s * beyond.determinant), let("rest_c", c * beyond.determinant)
+        self.keep("pull_y", k, (along * beyond.xy - rest_s) * inverse)
+        return _Turned(
+            across=across,
+            mixed=let("mixed", (across * beyond.xy + rest_c) * inverse),
+            xx=let("turned_xx", (along * along + s * rest_s) * inverse),
+            xy=let("turned_xy", (across * along - s * rest_c) * inverse),
+            yy=let("turned_yy", (across * across + c * rest_c) * inverse),
+        )
+
+    def tip(self, k: Index) -> _Inertia:
+        """The last link: a point mass beyond which there is nothing."""
+        mass, com, zero = self.parameters.mass[k], self.parameters.com[k], self.builder.lift(0)
+        self.keep("sine", k, self.sine[k])
+        self.keep("cosine", k, self.cosine[k])
+        self.keep("inverse", k, 1 / (mass * com * com))
+        self.keep("axial", k, mass * com)
+        self.keep("gain_y", k, 1 / com)
+        for name in ("lag", "skew", "gain_x", "q_xx", "q_xy", "q_yx", "q_yy", "arm_x", "arm_y"):
+            self.keep(name, k, zero)
+        return _Inertia(mass, zero, zero)
+
+    def link(self, beyond: _Inertia, k: Index) -> _Inertia:
+        """Eliminate the rotation of link k; the chain from its joint on."""
+        let, parameters, scene = self.builder.let, self.parameters, self.scene
+        mass, length, com = parameters.mass[k], parameters.length[k], parameters.com[k]
+        s, c, outer = self.sine[k + 1], self.cosine[k + 1], self.turned(beyond, k + 1)
+        own = self.number("own_inertia", lambda k: parameters.mass[k] * parameters.com[k] * parameters.com[k])[k]
+        moment = self.number("moment", lambda k: parameters.mass[k] * parameters.com[k])[k]
+        square = self.number("length_square", lambda k: parameters.length[k] * parameters.length[k])[k]
+        inverse = let("inverse_pivot", 1 / (own + square * outer.yy))
+        shift = let("shift", (own * outer.xx + square * beyond.determinant) * inverse)
+        gain_x = let("gain_x", length * outer.xy * inverse)
+        for name, value in (
+            ("q_xx", (own * c + square * outer.mixed) * inverse),
+            ("q_xy", -((own * s + square * outer.across) * inverse)),
+            ("axial", moment + length * shift), ("gain_x", gain_x), ("gain_y", (moment + length * outer.yy) * inverse),
+            ("inverse", inverse), ("lag", square * outer.yy * inverse), ("arm_x", length * s * inverse), ("arm_y", length * c * inverse),
+            ("sine", self.sine[k]), ("cosine", self.cosine[k]),
+        ):  # fmt: skip
+            self.keep(name, k, value)
+        xx = let("link_xx", mass + shift)
+        if scene.tip_masses:
+            zero = self.builder.lift(0)
+            return _Inertia(xx, zero, zero)
+        lever = self.number("lever", lambda k: parameters.mass[k] * parameters.com[k] * (parameters.length[k] - parameters.com[k]))[k]
+        kappa = let("kappa", lever * inverse)
+        overhang = self.number("overhang", lambda k: (parameters.length[k] - parameters.com[k]) / parameters.com[k])[k]
+        xy, zero = let("link_xy", -(kappa * outer.xy)), self.builder.lift(0)
+        self.keep("q_yx", k, -(kappa * s))
+        self.keep("q_yy", k, -(kappa * c))
+        self.keep("skew", k, kappa * (length * outer.xy))
+        determinant = kappa * (overhang * (mass * outer.yy + beyond.determinant))
+        return _Inertia(xx, xy, let("link_determinant", determinant))
+
+    def number(self, name: str, entry: Callable[[Index], Expr]) -> ArrayRef:
+        """A table of per-link numbers."""
+        return self.parameters.derived(name, entry)
+
+    def base(self, inertia: _Inertia) -> None:
+        """Gravity and, on a cart, its mobility."""
+        weight = -(self.square * self.parameters.gravity)
+        s, c = self.sine[0], self.cosine[0]
+        if not self.scene.has_cart:
+            self.keep("base", 0, weight * c)
+            self.keep("base", 1, -(weight * s))
+            self.keep("pull_x", 0, self.builder.lift(0))
+            self.keep("pull_y", 0, self.builder.lift(0))
+            return
+        mass, outer = self.parameters.cart_mass, self.turned(inertia, 0)
+        inverse = self.builder.let("mobility", 1 / (mass + outer.yy))
+        scaled = weight * inverse
+        self.keep("base", 0, scaled * (mass * c + outer.mixed))
+        self.keep("base", 1, -(scaled * (mass * s + outer.across)))
+        self.keep("base_arm", 0, inverse)
+        self.keep("base_arm", 1, -(scaled * outer.xy))
+
+    def inputs(self, u: ArrayRef | None) -> None:
+        """Inputs, springs and dampers in scaled time."""
+        builder, scene, parameters = self.builder, self.scene, self.parameters
+        if scene.has_force and u is not None:
+            self.keep("push", 0, self.square * (u[0] / parameters.units.force))
+        couple = input_couples(builder, scene, parameters, u)
+        with builder.loop("k", 0, scene.links) as loop:
+            k = loop.index
+            if couple is not None:
+                self.keep("drive", k, self.square * couple[k])
+            if parameters.stiffness is not None:
+                self.keep("stiffness", k, self.square * parameters.stiffness[k])
+            if parameters.damping is not None:
+                self.keep("damping", k, self.rho * parameters.damping[k])

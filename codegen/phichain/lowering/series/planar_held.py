@@ -1,0 +1,29 @@
+"""Where the numbers of a planar step sit in `held` (lowering.series.planar)."""
+
+from __future__ import annotations
+
+from phichain.lowering.series.held import Layout
+from phichain.scene import Scene
+
+_PER_LINK = (
+    "q_xx", "q_xy", "q_yx", "q_yy",  # Q
+    "axial", "skew",  # what C'' adds to p'
+    "gain_x", "gain_y",  # U / D
+    "inverse", "lag",  # 1 / D, l^2 A_yy / D
+    "arm_x", "arm_y",  # l s / D, l c / D
+    "pull_x", "pull_y",  # force along the link before for an acceleration of the joint at the link's base
+    "sine", "cosine",  # of the joint at the link's base
+)  # fmt: skip
+"""What is kept of each link; Q, arms and so on belong to the link and the joint at its tip."""
+
+
+def planar_layout(scene: Scene) -> Layout:
+    """What is held of a scene's links, its base, inputs and joints."""
+    links = scene.links
+    runs = [(name, 0 if scene.tip_masses and name in ("q_yx", "q_yy", "skew", "pull_y") else links) for name in _PER_LINK]
+    runs += [
+        ("base", 2), ("base_arm", 2 * scene.has_cart), ("drive", links * bool(scene.actuated_joints)),
+        ("push", int(scene.has_force)), ("stiffness", links * (scene.stiffness is not None)),
+        ("damping", links * (scene.damping is not None)),
+    ]  # fmt: skip
+    return Layout(runs)

@@ -1,0 +1,233 @@
+"""The back substitution of one order of a planar step (lowering.series.planar)."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.ir.nodes import Program
+from phichain.ir.passes import prune
+from phichain.lowering.parameters import Parameters
+from phichain.lowering.planar.joints import difference
+from phichain.lowering.series.held import Layout
+from phichain.lowering.series.series import COEFFICIENT, HELD, LEFT, NEXT, NOW, RIGHT, SUMS
+from phichain.mechanics import Model
+from phichain.scene import Scene
+
+
+def planar_order(model: Model, layout: Layout) -> Program:
+    """Solve for the coefficients of order n + 1."""
+    scene = model.scene
+    builder = Builder("flow_order", "Solve for the coefficients of order n + 1 of the Taylor series.")
+    parameters = Parameters(builder, model, own_units=True)
+    held = builder.input(HELD, (layout.size,), "constants of the step")
+    sums = builder.input(SUMS, (4 * scene.links,), "sums of products of known coefficients")
+    coefficient = builder.input(COEFFICIENT, (scene.nq + scene.nv,), "coefficients of order n of the state")
+    now = builder.input(NOW, (4,), "n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and whether n = 0")
+    left = builder.output(LEFT, (2 * scene.links,), "coefficients n + 2 of the links' cosines and sines")
+    right = builder.output(RIGHT, (4 * scene.links,), "the links' rates, twice, and moments of force")
+    following = builder.output(NEXT, (scene.nq + scene.nv,), "coefficients of order n + 1 of the state")
+    _Order(builder, scene, parameters, layout, held, now).write(sums, coefficient, left, right, following)
+    return prune(builder.finish())
+
+
+class _Order:
+    """The back substitution: beside the chain first, along it inwards, beside it, outwards, and beside it again."""
+
+    def __init__(
+        self, builder: Builder, scene: Scene, parameters: Parameters, layout: Layout, held: ArrayRef, now: ArrayRef
+    ) -> None:
+        self.builder, self.scene, self.parameters, self.layout, self.now = builder, scene, parameters, layout, now
+        self.held = held
+        names = (
+            "bend", "torque", "push_x", "push_y", "force_x", "force_y", "free", "joint_x", "joint_y", "turn", "swing", "rise",
+        )  # fmt: skip
+        self.work = {name: builder.array(name, scene.links) for name in names}
+        mass, com = parameters.mass, parameters.com
+        self.moment = parameters.derived("moment", lambda k: mass[k] * com[k])
+        self.own = parameters.derived("own_inertia", lambda k: mass[k] * com[k] * com[k])
+
+    def of(self, name: str) -> ArrayRef:
+        """Where a quantity's numbers begin; zero everywhere where the scene has none."""
+        if name in self.layout:
+            return self.layout.of(self.held, name)
+        return self.builder.constants(name, [Fraction(0)] * self.scene.links)
+
+    def write(self, sums: ArrayRef, coefficient: ArrayRef, left: ArrayRef, right: ArrayRef, following: ArrayRef) -> None:
+        """All cells of the results."""
+        self.moments(sums, coefficient)
+        self.inwards()
+        self.outwards(following)
+        self.rows(sums, left, right)
+        self.arms(right)
+        self.state(coefficient, following)
+
+    def moments(self, sums: ArrayRef, coefficient: ArrayRef) -> None:
+        """What is known of each link: C'', the moment about its joint, and what both add to the force there."""
+        builder, links, now = self.builder, self.scene.links, self.now
+        bend, rise, torque, push_x, push_y = (
+            self.work[name] for name in ("bend", "rise", "torque", "push_x", "push_y")
+        )
+        couple = self.couple(coefficient)
+        with builder.loop("k", 0, links) as loop:
+            k = loop.index
+            bend[k] = bent = -(now[0] * sums[k + links])
+            rise[k] = risen = now[0] * sums[k]
+            known = -(sums[k + 2 * links] + sums[k + 3 * links])
+            torque[k] = left = builder.let("left_torque", known if couple is None else couple[k] + known)
+            moment = builder.let("moment", left + self.own[k] * risen)
+            push_x[k] = self.of("axial")[k] * bent + self.of("gain_x")[k] * moment
+            push_y[k] = self.of("gain_y")[k] * moment - self.of("skew")[k] * bent
+
+    def rows(self, sums: ArrayRef, left: ArrayRef, right: ArrayRef) -> None:
+        """The links' accelerations, and with them their directions and rates."""
+        builder, links, now, work = self.builder, self.scene.links, self.now, self.work
+        with builder.loop("k", 0, links) as loop:
+            k = loop.index
+            gain_x, gain_y = self.of("gain_x")[k], self.of("gain_y")[k]
+            still = work["free"][k] - gain_x * (self.parameters.length[k] * work["bend"][k])
+            turning = still - gain_x * work["joint_x"][k] - gain_y * work["joint_y"][k]
+            work["swing"][k] = swing = builder.let("angular", turning)
+            work["turn"][k] = rate = builder.let("rate", now[1] * swing)
+            left[k], left[k + links] = now[2] * work["bend"][k], now[2] * (swing + work["rise"][k])
+            right[k], right[k + links] = rate, rate
+
+    def arms(self, right: ArrayRef) -> None:
+        """Moments of the forces at the links, less what a mass on its own circle needs, which has none."""
+        builder, last, length = self.builder, self.scene.links - 1, self.parameters.length
+        joint_x, joint_y, torque = (self.work[name] for name in ("joint_x", "joint_y", "torque"))
+        lateral, axial = right.shifted(2 * (last + 1)), right.shifted(3 * (last + 1))
+        with builder.loop("k", 0, last) as loop:
+            k = loop.index
+            lateral[k] = torque[k] - self.own[k] * self.work["swing"][k]
+            axial[k] = -(self.moment[k] * joint_x[k] + length[k] * self.tip_force(k + 1))
+        lateral[last], axial[last] = self.moment[last] * joint_y[last], -(self.moment[last] * joint_x[last])
+
+    def tip_force(self, k: Index) -> Expr:
+        """The force at joint k along the link before."""
+        work = self.work
+        pull = self.of("cosine")[k] * work["force_x"][k] - self.of("sine")[k] * work["force_y"][k]
+        return (pull + self.of("pull_y")[k] * work["joint_y"][k]) + self.of("pull_x")[k] * work["joint_x"][k]
+
+    def couple(self, coefficient: ArrayRef) -> ArrayRef | None:
+        """Torques on the links of order n: inputs, springs and dampers; None where there are none."""
+        builder, scene, links = self.builder, self.scene, self.scene.links
+        stiffness, damping, drive = (
+            self.layout.of(self.held, name) if name in self.layout else None for name in ("stiffness", "damping", "drive")
+        )
+        if stiffness is None and damping is None and drive is None:
+            return None
+        angles, rates = coefficient.shifted(int(scene.has_cart)), coefficient.shifted(scene.nq + int(scene.has_cart))
+        pull = builder.array("pull", links)
+        angle = difference(builder, scene, "joint_angle", angles) if stiffness is not None else angles
+        rate = difference(builder, scene, "joint_rate", rates) if damping is not None else rates
+        with builder.loop("k", 0, links) as loop:
+            k = loop.index
+            total = builder.lift(0)
+            if stiffness is not None:
+                total = total - stiffness[k] * angle[k]
+            if damping is not None:
+                total = total - damping[k] * rate[k]
+            pull[k] = total
+        couple = builder.array("couple", links)
+
+        def on(k: Index, beyond: Expr) -> Expr:
+            total = pull[k] - beyond
+            return total if drive is None else total + self.now[3] * drive[k]
+
+        with builder.loop("k", 0, links - 1) as loop:
+            couple[loop.index] = on(loop.index, pull[loop.index + 1])
+        couple[links - 1] = on(links - 1, builder.lift(0))
+        return couple
+
+    def inwards(self) -> None:
+        """Forces of order n that the chain beyond each joint asks for, and the links' free angular accelerations."""
+        builder, links = self.builder, self.scene.links
+        force_x, force_y, push_x, push_y = (self.work[name] for name in ("force_x", "force_y", "push_x", "push_y"))
+        first, last = (0 if self.scene.has_cart else 1), links - 1
+        force_x[last], force_y[last] = push_x[last], push_y[last]
+        if last > first - 1 and last - 1 >= first:
+            with builder.loop("k", last - 1, first - 1, -1) as loop:
+                k = loop.index
+                x, y = loop.carry("carried_x", push_x[last]), loop.carry("carried_y", push_y[last])
+                inner_x = (push_x[k] + self.of("q_xx")[k] * x) + self.of("q_xy")[k] * y
+                inner_y = (push_y[k] + self.of("q_yx")[k] * x) + self.of("q_yy")[k] * y
+                force_x[k], force_y[k] = inner_x, inner_y
+                loop.follow(x, inner_x)
+                loop.follow(y, inner_y)
+        free, torque = self.work["free"], self.work["torque"]
+        with builder.loop("k", 0, last) as loop:
+            k = loop.index
+            own = self.of("inverse")[k] * torque[k] - self.of("lag")[k] * self.work["rise"][k]
+            free[k] = own - self.of("arm_x")[k] * force_x[k + 1] - self.of("arm_y")[k] * force_y[k + 1]
+        free[last] = self.of("inverse")[last] * torque[last]
+
+    def outwards(self, following: ArrayRef) -> None:
+        """Accelerations of the joints less gravity, in the links' frames."""
+        builder, links, length = self.builder, self.scene.links, self.parameters.length
+        joint_x, joint_y, bend, free, rise = (self.work[name] for name in ("joint_x", "joint_y", "bend", "free", "rise"))
+        base_x, base_y = self.base(following)
+        joint_x[0], joint_y[0] = base_x, base_y
+        if links == 1:
+            return
+        lift_x, lift_y = builder.array("lift_x", links), builder.array("lift_y", links)
+        with builder.loop("k", 1, links - 1) as loop:
+            k = loop.index
+            along, across = length[k] * bend[k], length[k] * (free[k] + rise[k])
+            lift_x[k] = self.of("sine")[k + 1] * across + self.of("q_xx")[k] * along
+            lift_y[k] = self.of("cosine")[k + 1] * across + self.of("q_xy")[k] * along
+        along, across = base_x + length[0] * bend[0], length[0] * (free[0] + rise[0])
+        first_x = (self.of("q_xx")[0] * along + self.of("q_yx")[0] * base_y) + self.of("sine")[1] * across
+        first_y = (self.of("q_xy")[0] * along + self.of("q_yy")[0] * base_y) + self.of("cosine")[1] * across
+        joint_x[1], joint_y[1] = first_x, first_y
+        if links == 2:
+            return
+        with builder.loop("k", 1, links - 1) as loop:
+            k = loop.index
+            x, y = loop.carry("carried_x", first_x), loop.carry("carried_y", first_y)
+            outer_x = (lift_x[k] + self.of("q_yx")[k] * y) + self.of("q_xx")[k] * x
+            outer_y = (lift_y[k] + self.of("q_yy")[k] * y) + self.of("q_xy")[k] * x
+            joint_x[k + 1], joint_y[k + 1] = outer_x, outer_y
+            loop.follow(x, outer_x)
+            loop.follow(y, outer_y)
+
+    def base(self, following: ArrayRef) -> tuple[Expr, Expr]:
+        """Acceleration of the base less gravity in the first link's frame; a cart's goes into the results."""
+        scene, now, base = self.scene, self.now, self.of("base")
+        weight_x, weight_y = now[3] * base[0], now[3] * base[1]
+        if not scene.has_cart:
+            return weight_x, weight_y
+        sine, cosine, arm = self.of("sine")[0], self.of("cosine")[0], self.of("base_arm")
+        push = -(sine * self.work["force_x"][0] + cosine * self.work["force_y"][0])
+        if scene.has_force:
+            push = now[3] * self.of("push")[0] + push
+        free = self.builder.let("cart_free", arm[0] * push)
+        acceleration = now[1] * (free + now[3] * arm[1])
+        following[scene.nq] = acceleration * self.parameters.units.length
+        return weight_x + sine * free, weight_y + cosine * free
+
+    def state(self, coefficient: ArrayRef, following: ArrayRef) -> None:
+        """The state's coefficients of order n + 1."""
+        builder, scene = self.builder, self.scene
+        with builder.loop("i", 0, scene.nq) as loop:
+            following[loop.index] = self.now[1] * coefficient[loop.index + scene.nq]
+        own = from_links(builder, scene, "own_rate", self.work["turn"])
+        with builder.loop("k", 0, scene.links) as loop:
+            following[loop.index + scene.nq + int(scene.has_cart)] = own[loop.index]
+
+
+def from_links(builder: Builder, scene: Scene, name: str, rate: ArrayRef) -> ArrayRef:
+    """theta' = S^-1 phi'."""
+    if scene.angles == "absolute":
+        return rate
+    own = builder.array(name, scene.links)
+    own[0] = rate[0]
+    with builder.loop("k", 1, scene.links) as loop:
+        if scene.angles == "relative":
+            own[loop.index] = rate[loop.index] - rate[loop.index - 1]
+            return own
+        before = loop.carry("before", rate[0])
+        value = rate[loop.index] - before
+        own[loop.index] = value
+        loop.follow(before, value)
+    return own

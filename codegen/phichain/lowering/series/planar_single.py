@@ -1,0 +1,108 @@
+"""Taylor recurrences of one planar link on a fixed base: two products, since its only force is its weight.
+
+With psi the angle from the link's direction at the step's start, C and S its cosine and sine, w its rate, in scaled time
+
+    S' = C w,   C' = -S w,   w' = (a_x S - a_y C) / r + tau / (m r^2)
+
+where (a_x, a_y) = rho^2 g (-cos phi_0, sin phi_0) is gravity as the acceleration of the base in the link's frame.
+"""
+
+from __future__ import annotations
+
+from phichain.ir.builder import Builder
+from phichain.ir.nodes import Program
+from phichain.ir.passes import prune, unroll
+from phichain.lowering.parameters import Parameters
+from phichain.lowering.planar.joints import input_couples
+from phichain.lowering.series.planar_factor import directions
+from phichain.lowering.series.series import COEFFICIENT, HELD, LEAD, LEFT, LOST, NEWEST, NEXT, NOW, RIGHT, SCALE, SUMS, Series
+from phichain.mechanics import Model
+from phichain.scene import Scene
+
+
+def single_series(model: Model) -> Series:
+    """The recurrences of a planar scene of one link without a cart."""
+    scene = model.scene
+    return Series(
+        factor=_factor(model),
+        order=_order(scene),
+        columns=_columns() if scene.variational else None,
+        lanes=2,
+        rights=1,
+        squares=0,
+        held=_held(scene),
+    )
+
+
+def _held(scene: Scene) -> int:
+    """Weight along and across the link, then what there is of input, spring and damper."""
+    return 2 + bool(scene.actuated_joints) + (scene.stiffness is not None) + (scene.damping is not None)
+
+
+def _factor(model: Model) -> Program:
+    scene = model.scene
+    builder = Builder("flow_factor", "What is constant over a step.")
+    parameters = Parameters(builder, model, own_units=True)
+    q, v = builder.input("q", (1,), "configuration"), builder.input("v", (1,), "rates in scaled time")
+    u = builder.input("u", (scene.nu,), "inputs") if scene.nu else None
+    scale = builder.input(SCALE, (2,), "unit of time and its square")
+    lost = builder.input(LOST, (2,), "what rounding took from q and v")
+    held = builder.output(HELD, (_held(scene),), "constants of the step")
+    left = builder.output(LEFT, (2,), "the link's cosine and sine")
+    right = builder.output(RIGHT, (2,), "the link's rate, twice")
+    sine, cosine = directions(builder, scene, q, lost)
+    weight = scale[1] * (parameters.gravity / parameters.com[0])
+    held[0], held[1] = -(weight * cosine[0]), -(weight * sine[0])
+    place, inverse = 2, 1 / (parameters.mass[0] * parameters.com[0] * parameters.com[0])
+    couple = input_couples(builder, scene, parameters, u)
+    if couple is not None:
+        held[place] = scale[1] * (couple[0] * inverse)
+        place += 1
+    if parameters.stiffness is not None:
+        held[place] = scale[1] * (parameters.stiffness[0] * inverse)
+        place += 1
+    if parameters.damping is not None:
+        held[place] = scale[0] * (parameters.damping[0] * inverse)
+    left[0], left[1] = builder.lift(1), builder.lift(0)
+    right[0], right[1] = v[0], v[0]
+    return prune(unroll(builder.finish()))
+
+
+def _order(scene: Scene) -> Program:
+    builder = Builder("flow_order", "Coefficients of order n + 1 of the Taylor series.")
+    held = builder.input(HELD, (_held(scene),), "constants of the step")
+    sums = builder.input(SUMS, (2,), "products of cosine, sine and rate")
+    newest = builder.input(NEWEST, (2,), "coefficients of order n of cosine and sine")
+    coefficient = builder.input(COEFFICIENT, (2,), "coefficients of order n of the state")
+    now = builder.input(NOW, (4,), "n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and whether n = 0")
+    left = builder.output(LEFT, (2,), "coefficients n + 1 of cosine and sine")
+    right = builder.output(RIGHT, (2,), "coefficient n + 1 of the rate, twice")
+    following = builder.output(NEXT, (2,), "coefficients of order n + 1 of the state")
+    swing = held[0] * newest[1] + held[1] * newest[0]
+    place = 2
+    if scene.actuated_joints:
+        swing = swing + now[3] * held[place]
+        place += 1
+    if scene.stiffness is not None:
+        swing = swing - held[place] * coefficient[0]
+        place += 1
+    if scene.damping is not None:
+        swing = swing - held[place] * coefficient[1]
+    rate = builder.let("rate", now[1] * swing)
+    left[0], left[1] = -(now[1] * sums[1]), now[1] * sums[0]
+    right[0], right[1] = rate, rate
+    following[0], following[1] = now[1] * coefficient[1], rate
+    return prune(builder.finish())
+
+
+def _columns() -> Program:
+    builder = Builder("flow_columns", "Derivatives of rows 0 along a variation of the state.")
+    dq, dv = builder.input("dq", (1,), "variation"), builder.input("dv", (1,), "variation, scaled time")
+    lead = builder.output(LEAD, (2,), "of what stands before row 0: nothing")
+    left = builder.output(f"d_{LEFT}", (2,), "of cosine and sine")
+    right = builder.output(f"d_{RIGHT}", (2,), "of the rate")
+    lead[0], lead[1] = builder.lift(0), builder.lift(0)
+    left[0], left[1] = builder.lift(0), dq[0]
+    right[0], right[1] = dv[0], dv[0]
+    return builder.finish()
+

@@ -1,0 +1,108 @@
+/* The scalar that an event looks at, at a time h into a lane's step. */
+static phi_real stem_scalar(POSITIONS_CONTEXT const int order, const stem_jets *jet, const int lane, const phi_real h, const stem_event *event)
+{
+#if WITH_SPHERE
+    phi_real x[stem_x], place[stem_axes * stem_masses];
+    stem_look(order, jet, lane, h, x);
+    if (event->scalar != STEM_OF_DEPTH) {
+        return x[event->index + (event->scalar == STEM_OF_V ? stem_q : 0)] - event->value;
+    }
+#else
+    phi_real x[stem_q], place[stem_axes * stem_masses];
+    if (event->scalar != STEM_OF_DEPTH) {
+        return stem_entry(order, jet, lane, h, event->index + (event->scalar == STEM_OF_V ? stem_q : 0)) - event->value;
+    }
+    for (int i = 0; i < stem_q; ++i) {
+        x[i] = stem_entry(order, jet, lane, h, i);
+    }
+#endif
+    phi_positions(POSITIONS_PASS x, place);
+    return place[stem_axes * event->index + stem_axes - 1] - event->value;
+}
+
+/* The scalar, or by how much it grows over twice a short time around h. */
+static phi_real stem_signal(POSITIONS_CONTEXT const int order, const stem_jets *jet, const int lane, const phi_real h, const stem_event *event, const phi_real around)
+{
+    if (!(around > 0 || around < 0)) {
+        return stem_scalar(POSITIONS_PASS order, jet, lane, h, event);
+    }
+    return stem_scalar(POSITIONS_PASS order, jet, lane, h + around, event) - stem_scalar(POSITIONS_PASS order, jet, lane, h - around, event);
+}
+
+/* Whether a time lies between two others. */
+static int stem_between(const phi_real low, const phi_real middle, const phi_real high)
+{
+    return (low < middle && middle < high) || (high < middle && middle < low);
+}
+
+/* Where the signal changes sign between two times, at the first of which it is `at_low`, at the other `at_high`: the
+ * Illinois form of regula falsi, which halves the value of an end that stays. */
+static phi_real stem_zero(POSITIONS_CONTEXT const int order, const stem_jets *jet, const int lane, const stem_event *event, const phi_real around, phi_real low, phi_real at_low, phi_real high, phi_real at_high)
+{
+    const int rises = at_low < 0;
+    for (int turn = 0; turn < 100 && (at_high > 0 || at_high < 0); ++turn) {
+        phi_real middle = high - at_high * ((high - low) / (at_high - at_low));
+        if (turn > 60 || !stem_between(low, middle, high)) {
+            middle = low + (high - low) / 2;
+            if (!stem_between(low, middle, high)) {
+                break;
+            }
+        }
+        const phi_real at_middle = stem_signal(POSITIONS_PASS order, jet, lane, middle, event, around);
+        if (rises ? at_middle < 0 : at_middle > 0) {
+            at_high /= 2;
+            low = middle;
+            at_low = at_middle;
+        } else {
+            at_low /= 2;
+            high = middle;
+            at_high = at_middle;
+        }
+    }
+    return high;
+}
+
+/* Time at which the scalar turns back towards where it came from between two times at which it lies on the same side of
+ * zero, or the second of them where it does not. */
+static phi_real stem_turning(POSITIONS_CONTEXT const int order, const stem_jets *jet, const int lane, const phi_real h, const stem_event *event, const phi_real low, const phi_real high, const int is_above)
+{
+    const phi_real around = h / 1024;
+    const phi_real at_low = stem_signal(POSITIONS_PASS order, jet, lane, low, event, around);
+    const phi_real at_high = stem_signal(POSITIONS_PASS order, jet, lane, high, event, around);
+    if (is_above ? !(at_low < 0 && at_high > 0) : !(at_low > 0 && at_high < 0)) {
+        return high;
+    }
+    return stem_zero(POSITIONS_PASS order, jet, lane, event, around, low, at_low, high, at_high);
+}
+
+/* Time into a lane's step at which its scalar changes sign, or 2 h when it does not. `before` is what it was at the end
+ * of the last step, and becomes what it is at the end of this one. */
+static phi_real stem_crossing(POSITIONS_CONTEXT const int order, const stem_jets *jet, const int lane, const phi_real h, const stem_event *event, phi_real *before)
+{
+    phi_real low = 0, at_low = *before;
+    for (int look = 1; look <= stem_looks; ++look) {
+        const phi_real end = look == stem_looks ? h : h * (phi_real)look / stem_looks;
+        const phi_real at_end = stem_scalar(POSITIONS_PASS order, jet, lane, end, event);
+        phi_real high = end, at_high = at_end;
+        if ((at_low > 0 && at_end > 0) || (at_low < 0 && at_end < 0)) {
+            /* Twice across zero and back, perhaps. */
+            high = stem_turning(POSITIONS_PASS order, jet, lane, h, event, low, end, at_low > 0);
+            at_high = stem_scalar(POSITIONS_PASS order, jet, lane, high, event);
+        }
+        for (;;) {
+            const int rises = at_low < 0 && at_high >= 0, falls = at_low > 0 && at_high <= 0;
+            if ((rises && event->direction >= 0) || (falls && event->direction <= 0)) {
+                return stem_zero(POSITIONS_PASS order, jet, lane, event, 0, low, at_low, high, at_high);
+            }
+            low = high;
+            at_low = at_high;
+            if (!stem_between(low, end, 2 * end)) {
+                break;
+            }
+            high = end;
+            at_high = at_end;
+        }
+    }
+    *before = at_low;
+    return 2 * h;
+}

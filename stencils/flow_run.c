@@ -1,0 +1,167 @@
+/* The whole way, in a workspace. */
+static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
+{
+    const phi_real at_least = stem_larger(flow->tolerance, PHI_EPSILON);
+    const phi_real tolerance = at_least < 1 ? at_least : 1;
+    /* Errors add up over the steps: each aims below the tolerance. */
+    const phi_real goal = tolerance * PHI_MARGIN;
+    int order = (int)phi_ceil(1 - PHI_SHARE * phi_log(goal));
+    order = order < 4 ? 4 : order > stem_highest ? stem_highest : order;
+    const phi_real way = t_end < flow->t ? -1 : 1;
+    int result = PHI_STEP_BUDGET, is_new = 1;
+#if WITH_SCALES
+    const phi_real scales[2] = {PHI_SCALES}; /* fastest linear rate, length of the chain */
+#else
+    phi_real scales[2]; /* fastest linear rate, length of the chain */
+    stem_scales(p, scales);
+#endif
+    phi_real at_event = 0, speed[2][1], unit;
+
+    memcpy(jet->state, q, stem_q * sizeof *q);
+    memcpy(jet->state + stem_q, v, stem_q * sizeof *v);
+    memcpy(jet->lost, flow->lost, sizeof jet->lost);
+#if WITH_INPUTS
+    memcpy(jet->u, u, sizeof jet->u);
+#endif
+#if WITH_SPHERE
+    stem_enter(q, v, jet->state + stem_q);
+#if WITH_COLUMNS
+    stem_enter_columns(q, v, flow->columns, flow->transition);
+#endif
+#endif
+#if WITH_TURNS
+    memset(jet->turns, 0, sizeof jet->turns);
+    stem_wind(0, jet);
+#endif
+    stem_norms(scales[1], jet->state, speed);
+    unit = stem_unit(1 / stem_larger(scales[0], speed[1][0]));
+    if (event != NULL) {
+        memset(jet->x, 0, sizeof jet->x);
+        jet->start.unit[0] = unit;
+        at_event = stem_scalar(POSITIONS_PASS order, jet, 0, 0, event);
+    }
+    flow->tolerance = tolerance;
+    flow->order = order;
+    flow->steps = 0;
+    flow->written = 0;
+    while (result == PHI_STEP_BUDGET) {
+        const phi_real left = (t_end - flow->t) - flow->t_lost;
+        phi_real length;
+        if (!(left * way > 0)) {
+            result = PHI_DONE;
+            break;
+        }
+        if (flow->steps == max_steps) {
+            break;
+        }
+        if (is_new) {
+            stem_begin(PASS jet, jet->state, jet->lost, &unit, &jet->start);
+        } else {
+            memcpy(&jet->start, &jet->end, sizeof jet->start);
+        }
+        stem_expand(PASS order, jet);
+        stem_lengths(order, jet, goal, scales, &length);
+        if (!((flow->t + 1024 * (way * length)) * way > flow->t * way)) {
+            result = PHI_NOT_FINITE;
+            break;
+        }
+        phi_real h = length < left * way ? way * length : left;
+        stem_check(PASS order, jet, goal, scales, &h);
+        is_new = 0;
+        if (!(h * way < left * way)) {
+            result = PHI_DONE;
+        }
+        if (event != NULL) {
+            const phi_real crossing = stem_crossing(POSITIONS_PASS order, jet, 0, h, event, &at_event);
+            if (crossing * way <= h * way) {
+                h = crossing;
+                result = PHI_EVENT;
+                is_new = 1;
+            }
+        }
+#if WITH_COLUMNS
+        if (flow->columns > 0) {
+            const phi_real kept = stem_carry(PASS order, jet, goal, scales, h, flow->columns, flow->transition);
+            if (kept * way < h * way) {
+                if (!(kept * way > 0)) {
+                    result = PHI_NOT_FINITE;
+                    break;
+                }
+                h = kept;
+                result = PHI_STEP_BUDGET;
+                is_new = 1;
+                if (event != NULL) {
+                    at_event = stem_scalar(POSITIONS_PASS order, jet, 0, h, event);
+                }
+            }
+        }
+#endif
+        if (is_new) {
+            phi_real increment[stem_x];
+            unit = stem_unit(phi_abs(h));
+            stem_increment(order, jet, &h, increment);
+            stem_move(increment, jet);
+        }
+        while (flow->written < count) {
+            const phi_real inside = (times[flow->written] - flow->t) - flow->t_lost;
+            phi_real x[stem_x];
+            if (!(inside * way <= h * way)) {
+                break;
+            }
+            stem_look(order, jet, 0, inside, x);
+            memcpy(q_out + flow->written * stem_q, x, stem_q * sizeof *x);
+            memcpy(v_out + flow->written * stem_q, x + stem_q, stem_q * sizeof *x);
+            ++flow->written;
+        }
+        memcpy(jet->state, jet->moved, sizeof jet->state);
+        memcpy(jet->lost, jet->moved_lost, sizeof jet->lost);
+#if WITH_TURNS
+        stem_wind(0, jet);
+#endif
+        const phi_real whole = h + flow->t_lost, after = flow->t + whole;
+        flow->t_lost = whole - (after - flow->t);
+        flow->t = after;
+        if (result == PHI_DONE) {
+            flow->t = t_end;
+            flow->t_lost = 0;
+        }
+        ++flow->steps;
+    }
+#if WITH_TURNS
+    stem_unwind(0, jet);
+#endif
+#if WITH_SPHERE
+#if WITH_COLUMNS
+    stem_leave_columns(jet->state, jet->state + stem_q, flow->columns, flow->transition);
+#endif
+    stem_leave(jet->state, jet->state + stem_q, q, v);
+#else
+    memcpy(q, jet->state, stem_q * sizeof *q);
+    memcpy(v, jet->state + stem_q, stem_q * sizeof *v);
+#endif
+    memcpy(flow->lost, jet->lost, sizeof flow->lost);
+    return result;
+}
+#if WITH_STACK
+
+/* The same in a workspace of its own. */
+static STEM_APART int stem_run_on_stack(ARGUMENTS)
+{
+    phi_workspace work PHI_ALIGNED;
+    return stem_run(PASS_ALL, &work);
+}
+#endif
+
+/* PROPAGATE_DOC */
+int phi_propagate(ARGUMENTS)
+{
+    if (flow->work != NULL) {
+        return stem_run(PASS_ALL, flow->work);
+    }
+#if WITH_STACK
+    return stem_run_on_stack(PASS_ALL);
+#else
+    flow->steps = sizeof(phi_workspace);
+    return PHI_NO_WORKSPACE;
+#endif
+}

@@ -1,0 +1,190 @@
+/* Sums of order n over 0 <= j <= n of left_j right_{n-j}, where orders come one by one. */
+static void stem_sums(const int n, const stem_jets *PHI_RESTRICT jet, stem_lanes *PHI_RESTRICT sums)
+{
+    for (int row = 0; row < stem_rights; ++row) {
+        for (int i = 0; i < stem_lefts; ++i) {
+            stem_lanes sum = jet->left[0][i] * jet->right[n][stem_lefts * row + i];
+            int j = 1;
+            do {
+                sum += jet->left[j][i] * jet->right[n - j][stem_lefts * row + i];
+            } while (++j <= n);
+            sums[stem_lefts * row + i] = sum;
+        }
+    }
+}
+
+/* Orders come in blocks of four: what the sums of orders n to n + 3 can take from rows up to n, four sums at a time,
+ * which share what they read. For n > 3. */
+static void stem_ahead(const int n, stem_jets *PHI_RESTRICT jet)
+{
+    for (int row = 0; row < stem_rights; ++row) {
+        for (int i = 0; i < stem_lefts; ++i) {
+            const int k = stem_lefts * row + i;
+            stem_lanes far = jet->right[n - 1][k], middle = jet->right[n - 2][k], near = jet->right[n - 3][k];
+            stem_lanes first = jet->left[1][i] * far + jet->left[2][i] * middle + jet->left[3][i] * near;
+            stem_lanes second = jet->left[2][i] * far + jet->left[3][i] * middle;
+            stem_lanes third = jet->left[3][i] * far, fourth = stem_every(0);
+            int j = 4;
+            do {
+                const stem_lanes left = jet->left[j][i], right = jet->right[n - j][k];
+                first += left * right;
+                second += left * near;
+                third += left * middle;
+                fourth += left * far;
+                far = middle;
+                middle = near;
+                near = right;
+            } while (++j <= n);
+            far = jet->right[n][k];
+            jet->sums[0][k] = first + jet->left[0][i] * far;
+            jet->sums[1][k] = second + jet->left[1][i] * far;
+            jet->sums[2][k] = third + jet->left[2][i] * far;
+            jet->sums[3][k] = fourth + jet->left[3][i] * far;
+        }
+    }
+}
+
+/* What the sums `turn` orders after the start of a block still want of the rows that have come since. */
+static void stem_rest(const int n, const int turn, stem_jets *PHI_RESTRICT jet)
+{
+    for (int row = 0; row < stem_rights; ++row) {
+        for (int i = 0; i < stem_lefts; ++i) {
+            const int k = stem_lefts * row + i;
+            stem_lanes sum = jet->sums[turn][k];
+            int j = 0;
+            do {
+                sum += jet->left[n - j][i] * jet->right[j][k] + jet->left[j][i] * jet->right[n - j][k];
+            } while (++j < turn);
+            jet->sums[turn][k] = sum;
+        }
+    }
+}
+#if WITH_SQUARES
+
+/* Sums of order n of left_j left_{n-j}, behind the others. */
+static void stem_square_sums(const int n, const stem_jets *PHI_RESTRICT jet, stem_lanes *PHI_RESTRICT sums)
+{
+    for (int i = 0; i < stem_squares; ++i) {
+        stem_lanes sum = jet->left[0][i] * jet->left[n][i];
+        for (int j = 1; 2 * j < n; ++j) {
+            sum += jet->left[j][i] * jet->left[n - j][i];
+        }
+        sum += sum;
+        sums[i] = n % 2 == 0 ? sum + jet->left[n / 2][i] * jet->left[n / 2][i] : sum;
+    }
+}
+#endif
+
+/* Factor the mass matrix in the states x + lost, time in the given units, and solve for the coefficients of order 1. */
+static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x], const stem_lanes lost[stem_x], const stem_lanes *unit, stem_start *PHI_RESTRICT start)
+{
+    stem_lanes sums[stem_all], first[stem_x];
+    start->unit[0] = *unit;
+    start->unit[1] = *unit * *unit;
+    for (int i = 0; i < stem_q; ++i) {
+        first[i] = x[i];
+        first[stem_q + i] = *unit * x[stem_q + i];
+    }
+    stem_factor(PASS first, first + stem_q, INPUTS start->unit, LOST start->held, start->left[0], start->right[0]);
+    for (int k = 0; k < stem_lefts * stem_rights; ++k) {
+        sums[k] = start->left[0][k % stem_lefts] * start->right[0][k];
+    }
+#if WITH_SQUARES
+    for (int i = 0; i < stem_squares; ++i) {
+        sums[stem_lefts * stem_rights + i] = start->left[0][i] * start->left[0][i];
+    }
+#endif
+    stem_order(PASS start->held, sums, NEWEST(start->left[0]) first, stem_now[0], start->left[1], start->right[1], start->slope);
+#if !WITH_INPUTS
+    (void)jet;
+#endif
+#if !WITH_LOST
+    (void)lost;
+#endif
+}
+
+/* The coefficients of the states up to the given order, from jet->start. */
+static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTRICT jet)
+{
+    const int first = 4 + order % 4;
+    memcpy(jet->left, jet->start.left, sizeof jet->start.left);
+    memcpy(jet->right, jet->start.right, sizeof jet->start.right);
+    memcpy(jet->x[1], jet->start.slope, sizeof jet->start.slope);
+    for (int n = 1; n < order; ++n) {
+        const int turn = n < first ? 0 : (n - first) % 4;
+        stem_lanes *sums = jet->sums[turn];
+        if (n < first) {
+            stem_sums(n, jet, sums);
+        } else if (turn == 0) {
+            stem_ahead(n, jet);
+        } else {
+            stem_rest(n, turn, jet);
+        }
+#if WITH_SQUARES
+        stem_square_sums(n, jet, sums + stem_lefts * stem_rights);
+#endif
+        stem_order(PASS jet->start.held, sums, NEWEST(jet->left[n]) jet->x[n], stem_now[n], jet->left[n + 1], jet->right[n + 1], jet->x[n + 1]);
+    }
+}
+
+/* How far the states move in times h: x_1 t + x_2 t^2 + ... by Horner's rule, t = h / unit. */
+static void stem_increment(const int order, const stem_jets *PHI_RESTRICT jet, const stem_lanes *h, stem_lanes increment[PHI_RESTRICT stem_x])
+{
+    const stem_lanes t = *h / jet->start.unit[0], share = t / jet->start.unit[0];
+    for (int i = 0; i < stem_x; ++i) {
+        stem_lanes sum = jet->x[order][i];
+        for (int n = order - 1; n > 0; --n) {
+            sum = sum * t + jet->x[n][i];
+        }
+        increment[i] = sum * (i < stem_q ? t : share);
+    }
+}
+
+/* Where the states come from there, and what rounding takes from that. */
+static void stem_move(const stem_lanes increment[stem_x], stem_jets *PHI_RESTRICT jet)
+{
+    for (int i = 0; i < stem_x; ++i) {
+        const stem_lanes whole = increment[i] + jet->lost[i], before = jet->state[i], after = before + whole;
+        jet->moved_lost[i] = (before - (after - (after - before))) + (whole - (after - before));
+        jet->moved[i] = after;
+    }
+#if WITH_SPHERE
+    {
+        stem_lanes settled[stem_x];
+        stem_settle(jet->moved, jet->moved_lost, settled);
+        memcpy(jet->moved_lost, settled, sizeof settled);
+    }
+#endif
+}
+
+/* One entry of a lane's state at a time h into its step, whole turns added. */
+static phi_real stem_entry(const int order, const stem_jets *jet, const int lane, const phi_real h, const int i)
+{
+    const phi_real unit = STEM_OF(jet->start.unit[0], lane), t = h / unit;
+    phi_real sum = STEM_OF(jet->x[order][i], lane);
+    for (int n = order - 1; n > 0; --n) {
+        sum = sum * t + STEM_OF(jet->x[n][i], lane);
+    }
+    sum = STEM_OF(jet->state[i], lane) + (sum * (i < stem_q ? t : t / unit) + STEM_OF(jet->lost[i], lane));
+#if WITH_TURNS
+    return i < stem_cart || i >= stem_q ? sum : stem_turned(sum, STEM_OF(jet->turns[i], lane));
+#else
+    return sum;
+#endif
+}
+
+/* The whole of it, as the caller sees it. */
+static void stem_look(const int order, const stem_jets *jet, const int lane, const phi_real h, phi_real x[stem_x])
+{
+#if WITH_SPHERE
+    phi_real inside[stem_x];
+    for (int i = 0; i < stem_x; ++i) {
+        inside[i] = stem_entry(order, jet, lane, h, i);
+    }
+    stem_leave(inside, inside + stem_q, x, x + stem_q);
+#else
+    for (int i = 0; i < stem_x; ++i) {
+        x[i] = stem_entry(order, jet, lane, h, i);
+    }
+#endif
+}
