@@ -1,4 +1,4 @@
-"""The factorisation of `spatial_articulated`: the sweep of `spatial.articulated` under unit loads, in closed forms free of cancellation.
+"""The factorisation of `articulated`: the sweep of `spatial.articulated` under unit loads, in closed forms free of cancellation.
 
 A load is the chain's bias force beyond a joint, f = c alpha u + d; pull c = 1, or d one axis of space as far as it is across the
 chain's first link. What a link makes of each is a column of its matrices.
@@ -13,7 +13,7 @@ from phichain.ir.builder import Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, combine, dyads, triangle
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
 from phichain.lowering.series.held import Layout
-from phichain.lowering.series.spatial_rows import Factoring, joint_runs
+from phichain.lowering.series.spatial.rows import Factoring, joint_runs
 from phichain.lowering.spatial.outer import Outer, Seen
 from phichain.lowering.spatial.units import SpatialUnits
 from phichain.scene import Scene

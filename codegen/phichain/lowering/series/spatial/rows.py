@@ -10,7 +10,7 @@ link, those of (q.q)_{n+2}: with q.q = 1
 
     q_0.q''_n = -(n + 1)(n + 2) / 2 squares_n
 
-Springs and dampers: `spatial_couples`.
+Springs and dampers: `couples`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from phichain.lowering.parameters import Parameters
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import COEFFICIENT, HELD, LEAD, LEFT, NEXT, NOW, RIGHT, SCALE, SUMS
 from phichain.lowering.series.shape import shaped
-from phichain.lowering.series.spatial_couples import Joints
+from phichain.lowering.series.spatial.couples import Joints
 from phichain.lowering.spatial.links import directions
 from phichain.mechanics import Model
 from phichain.scene import Scene

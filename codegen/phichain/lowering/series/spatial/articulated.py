@@ -25,8 +25,8 @@ from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, symmetric
 from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, store, sub
 from phichain.lowering.series.series import Series
-from phichain.lowering.series.spatial_articulated_factor import factor, layout
-from phichain.lowering.series.spatial_rows import (
+from phichain.lowering.series.spatial.articulated_factor import factor, layout
+from phichain.lowering.series.spatial.rows import (
     Ordering,
     columns_program,
     factor_program,

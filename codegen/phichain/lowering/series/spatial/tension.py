@@ -23,14 +23,14 @@ from dataclasses import dataclass
 from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, store, sub
 from phichain.lowering.series.series import Series
-from phichain.lowering.series.spatial_rows import (
+from phichain.lowering.series.spatial.rows import (
     Ordering,
     columns_program,
     factor_program,
     order_program,
     right_rows,
 )
-from phichain.lowering.series.spatial_tension_factor import (
+from phichain.lowering.series.spatial.tension_factor import (
     INVERSE_LENGTH,
     LENGTH,
     PAIR_UNIT,

@@ -1,4 +1,4 @@
-"""The factorisation of `spatial_tension`: one tridiagonal matrix from both ends, free of cancellation, and what a step holds of it."""
+"""The factorisation of `tension`: one tridiagonal matrix from both ends, free of cancellation, and what a step holds of it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Final
 from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.algebra.vector import cross, dot, load, scale, store
 from phichain.lowering.series.held import Layout
-from phichain.lowering.series.spatial_rows import Factoring, Number, joint_runs
+from phichain.lowering.series.spatial.rows import Factoring, Number, joint_runs
 from phichain.lowering.spatial.links import neighbours
 from phichain.scene import Scene
 
