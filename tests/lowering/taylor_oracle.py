@@ -107,8 +107,9 @@ def state(scene: Scene, seed: int = 0, links: Sequence[Row] = (), speed: float =
         def vector() -> Row:
             return [mpf(source.gauss(0, 1)) for _ in range(3)]
 
-        q, v = ([mpf(source.uniform(-1, 1)) for _ in range(carts)] for _ in range(2))
-        for k in range(scene.links):
+        free = scene.nq if scene.is_planar else carts
+        q, v = ([mpf(source.uniform(-1, 1)) for _ in range(free)] for _ in range(2))
+        for k in range(0 if scene.is_planar else scene.links):
             link = [mpf(x) for x in links[k]] if links else vector()
             size = mp.norm(link)
             link, turn = [x / size for x in link], vector()

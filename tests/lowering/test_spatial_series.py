@@ -12,7 +12,7 @@ from phichain.ir import total_operations
 from phichain.lowering.series.run import expand, expand_column
 from phichain.lowering.series.series import Series
 from phichain.lowering.series.spatial import spatial_series
-from phichain.lowering.series.spatial_ends import spatial_ends
+from phichain.lowering.series.spatial.ends import spatial_ends
 from phichain.mechanics import derive
 from phichain.scene import Scene
 from tests.lowering.taylor_oracle import DIGITS, DOUBLES, EXACT, Row, State, coefficients, gap, state

@@ -21,6 +21,7 @@ from phichain.mechanics import Model, derive
 from phichain.native import default_cache
 from phichain.proof import EXACTLY, prove
 from phichain.proof.case import IDENTITIES
+from phichain.proof.identities.recurrences import ORDERS
 from phichain.scene import Scene, load_scene, standard_scene
 
 ROOT = Path(__file__).parents[2]
@@ -182,7 +183,7 @@ def test_the_manifest_says_of_every_function_how_it_was_proven_or_that_it_was_no
     assert recorded(True) == {
         "forward_dynamics": EXACTLY,
         "step": EXACTLY,
-        "propagate": f"50 digits in the self-test: steps in floating point; its vector field {EXACTLY}",
+        "propagate": f"50 digits in the self-test: steps in floating point; its recurrences {EXACTLY}, {ORDERS} orders",
     }
     assert recorded(False) == dict.fromkeys(scene.want, "not proven: the proof was switched off")
 

@@ -15,9 +15,8 @@ import pytest
 from mpmath import mp
 
 from phichain.errors import ProofError
+from phichain.lowering.series import Series, series
 from phichain.lowering.series.run import expand, expand_column
-from phichain.lowering.series.series import Series
-from phichain.lowering.series.spatial import spatial_series
 from phichain.mechanics import Model, derive
 from phichain.proof.identities.recurrences import ORDERS
 from phichain.proof.prove import prove_recurrences
@@ -27,37 +26,27 @@ from tests.proof.mutations import mutants
 
 PER_KIND = {"factor": 4, "order": 4, "columns": 1}
 UNEVEN: dict[str, Any] = {"mass": [0.7, 1.9, 0.4], "length": [0.5, 1.3, 0.8], "space": "spatial"}
+PLANAR: dict[str, Any] = {**UNEVEN, "space": "planar"}
+CART: dict[str, Any] = {"base": "cart", "cart_mass": 0.9, "code": "loops"}
+JOINTS: dict[str, Any] = {"stiffness": [2.0, 0.5, 1.5], "damping": [0.3, 0.1, 0.2]}
 CHAINS = {
     scene.name: scene
     for scene in (
         Scene("tips", 3, **UNEVEN, want=("propagate",), variational=True),
-        Scene(
-            "damped",
-            3,
-            **UNEVEN,
-            base="cart",
-            cart_mass=0.9,
-            stiffness=[2.0, 0.5, 1.5],
-            damping=[0.3, 0.1, 0.2],
-            code="loops",
-        ),
-        Scene(
-            "runtime",
-            3,
-            space="spatial",
-            base="cart",
-            cart_mass=0.9,
-            mass="runtime",
-            length="runtime",
-            code="loops",
-        ),
+        Scene("damped", 3, **UNEVEN, **CART, **JOINTS),
+        Scene("coms", 3, **UNEVEN, **CART, com=[0.3, 0.9, 0.5]),
+        Scene("planar", 3, **PLANAR, com=[0.3, 0.9, 0.5], actuated="all", want=("propagate",), variational=True),
+        Scene("planar_damped", 3, **PLANAR, **CART, **JOINTS, com=[0.3, 0.9, 0.5], angles="absolute"),
+        Scene("planar_tips", 2, mass="runtime", length="runtime", actuated=[2], code="loops"),
+        Scene("planar_one", 1, mass=0.7, length=0.5, com=0.3, want=("propagate",), variational=True),
+        Scene("runtime", 3, **{**UNEVEN, "mass": "runtime", "length": "runtime"}, **CART),
     )
 }
 
 
 def made(name: str) -> tuple[Model, Series]:
     model = derive(CHAINS[name])
-    return model, spatial_series(model)
+    return model, series(model)
 
 
 @pytest.mark.parametrize("name", CHAINS)
@@ -66,40 +55,40 @@ def test_recurrences_are_proven(name: str) -> None:
     assert found.is_exact and f"{ORDERS} orders" in found.how
 
 
-def changed(series: Series) -> Iterator[tuple[str, Series]]:
+def changed(whole: Series) -> Iterator[tuple[str, Series]]:
     """Mutants of all Programs of a series."""
     for part, per_kind in PER_KIND.items():
-        program = getattr(series, part)
+        program = getattr(whole, part)
         for mutant in mutants(program, per_kind) if program is not None else ():
-            yield f"{part}: {mutant.kind}", replace(series, **{part: mutant.program})
+            yield f"{part}: {mutant.kind}", replace(whole, **{part: mutant.program})
 
 
-def expanded(scene: Scene, series: Series) -> list[Row]:
+def expanded(scene: Scene, of: Series) -> list[Row]:
     """Coefficients, and those of a column, in 50 digits."""
     at = state(scene, 2)
     with mp.workdps(60):
         rho = Fraction(3, 8)
-        base = expand(series, EXACT, ORDERS + 3, at.q, at.v, at.u, rho, **at.params)
-        if series.columns is None:
+        base = expand(of, EXACT, ORDERS + 3, at.q, at.v, at.u, rho, **at.params)
+        if of.columns is None:
             return base.state
-        return [*base.state, *expand_column(series, EXACT, base, at.v, [x * 0 for x in at.v]).state]
+        return [*base.state, *expand_column(of, EXACT, base, at.v, [x * 0 for x in at.v]).state]
 
 
-def expands_the_same(scene: Scene, series: Series, mutant: Series) -> bool:
-    return gap(expanded(scene, mutant), expanded(scene, series)) < 1e-40
+def expands_the_same(scene: Scene, whole: Series, mutant: Series) -> bool:
+    return gap(expanded(scene, mutant), expanded(scene, whole)) < 1e-40
 
 
 @pytest.mark.parametrize("name", CHAINS)
 def test_no_mutant_passes(name: str) -> None:
-    model, series = made(name)
+    model, whole = made(name)
     fates: Counter[str] = Counter()
-    for kind, mutant in changed(series):
+    for kind, mutant in changed(whole):
         try:
             prove_recurrences(model, mutant)
         except ProofError as refusal:
             assert "\n" not in str(refusal) and "Traceback" not in str(refusal)
             fates["refused"] += 1
         else:
-            assert expands_the_same(model.scene, series, mutant), kind
+            assert expands_the_same(model.scene, whole, mutant), kind
             fates["no fault"] += 1
     assert fates["refused"] >= 50 and fates["no fault"] <= fates["refused"] // 5, fates

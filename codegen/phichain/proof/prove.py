@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
@@ -13,7 +13,7 @@ from phichain.errors import ProofError
 from phichain.lowering import Lowered, lower
 from phichain.lowering.field import vector_field
 from phichain.lowering.lower import lower_function
-from phichain.lowering.series.series import Series
+from phichain.lowering.series import Series, series
 from phichain.mechanics import Model, derive
 from phichain.proof.case import IDENTITIES, Case, Subject, Wrong
 from phichain.proof.equations import check_equations
@@ -31,6 +31,8 @@ EXACTLY: Final = f"modulo 2^61 - 1, {POINTS} points"
 
 _BY_DIGITS: Final = "50 digits in the self-test: no identity modulo a prime is written for it"
 _FLOW: Final = f"50 digits in the self-test: steps in floating point; its vector field {EXACTLY}"
+_RECURRENCES: Final = f"50 digits in the self-test: steps in floating point; its recurrences {EXACTLY}, {ORDERS} orders"
+_TAYLOR: Final = frozenset({"propagate", "propagate_batch"})
 _REMEDY: Final = "nothing was written: report this scene, or give prove=False (--no-proof) to have it unproven"
 
 
@@ -61,27 +63,32 @@ def prove(of: Scene | Model, lowered: Lowered | None = None) -> Proof:
     return Proof(model.scene.name, model.scene.digest, tuple(found), time.process_time() - start)
 
 
-def prove_recurrences(model: Model, series: Series) -> Proven:
+def prove_recurrences(model: Model, made: Series) -> Proven:
     """Prove the Taylor recurrences of a Model against its Lagrangian, as truncated power series in the field.
 
     Args:
         model: the chain's mechanics.
-        series: its recurrences.
+        made: its recurrences.
 
     Raises:
         ProofError: the motion they expand is not the Lagrangian's.
     """
-    start, params, made = time.process_time(), series.factor.params, Recurrences.of(series)
-    judge = Judge(model, params)
-    for number in range(1, POINTS + 1):
+    start, params = time.process_time(), made.factor.params
+    points = [Point(model.scene, number + 1, params) for number in range(POINTS)]
+    _hold_recurrences(model, made, Judge(model, params), points)
+    return Proven("recurrences", f"{EXACTLY}, {ORDERS} orders", True, time.process_time() - start)
+
+
+def _hold_recurrences(model: Model, made: Series, judge: Judge, points: Sequence[Point]) -> None:
+    programs = Recurrences.of(made)
+    for point in points:
         try:
-            recurrences(made, judge, Point(model.scene, number, params))
+            recurrences(programs, judge, point)
         except Wrong as fault:
             raise ProofError(
-                f"{model.scene.name}.recurrences", str(fault), f"do not meet the Lagrangian at random point {number}", _REMEDY,
-                function="recurrences", output=str(fault), point=number, digest=model.scene.digest,
+                f"{model.scene.name}.recurrences", str(fault), f"do not meet the Lagrangian at random point {point.number}", _REMEDY,
+                function="recurrences", output=str(fault), point=point.number, digest=model.scene.digest,
             ) from None  # fmt: skip
-    return Proven("recurrences", f"{EXACTLY}, {ORDERS} orders", True, time.process_time() - start)
 
 
 @dataclass(eq=False)
@@ -106,15 +113,22 @@ class _Court:
         return Proven(name, EXACTLY, True, time.process_time() - start)
 
     def flows(self) -> list[Proven]:
-        """What stands in for the flows, which are C around derivatives of one Program: the vector field of the scene.
+        """What stands in for the flows, which are C around Programs: Taylor recurrences, or the vector field of the scene.
 
         Raises:
-            ProofError: that is not the Lagrangian's.
+            ProofError: they are not the Lagrangian's.
         """
-        start, flows = time.process_time(), [name for name in self.model.scene.want if name in FLOWS]
-        if flows:
-            self.hold(flows[0], Subject(vector_field(self.model)), field_of_flows)
-        return [Proven(name, _FLOW, False, time.process_time() - start) for name in flows]
+        wanted = [name for name in self.model.scene.want if name in FLOWS]
+        start, by_field = time.process_time(), [name for name in wanted if name not in _TAYLOR]
+        if by_field:
+            self.hold(by_field[0], Subject(vector_field(self.model)), field_of_flows)
+        middle = time.process_time()
+        if len(by_field) < len(wanted):
+            _hold_recurrences(self.model, series(self.model), self.judge, [chain.point for chain in self.chains])
+        seconds = {False: middle - start, True: time.process_time() - middle}
+        return [
+            Proven(name, _RECURRENCES if name in _TAYLOR else _FLOW, False, seconds[name in _TAYLOR]) for name in wanted
+        ]
 
     def hold(self, name: str, subject: Subject, identity: Callable[[Case], None]) -> None:
         """Hold a Program against its identity at every point.

@@ -19,7 +19,7 @@ from phichain.ir.rounded import nearest
 from phichain.lowering.lower import lower_function
 from phichain.lowering.rates import fastest_rate, reach
 from phichain.lowering.series.series import LOST, NEWEST, Series
-from phichain.lowering.series.spatial_ends import spatial_ends
+from phichain.lowering.series.spatial.ends import spatial_ends
 from phichain.mechanics import Model
 from phichain.scene import Scene
 

@@ -6,9 +6,10 @@ circle (cosine, sine) that it has at t = 0; from there c' = -s x' and s' = c x'.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 
 from phichain.ir.interpret import Algebra
 from phichain.proof.modular.compiled import Circle
@@ -39,6 +40,15 @@ class Jet:
     whole: int | None = None
 
 
+@cache
+def _product_of(size: int) -> Callable[[Sequence[int], Sequence[int]], Coefficients]:
+    """The product of series with so many coefficients, written out: most of a proof's time goes here."""
+    sums = (" + ".join(f"a[{j}] * b[{n - j}]" for j in range(n + 1)) for n in range(size))
+    text = ", ".join(f"({entry}) % {PRIME}" for entry in sums)
+    made: Callable[[Sequence[int], Sequence[int]], Coefficients] = eval(f"lambda a, b: [{text}]")
+    return made
+
+
 @dataclass(frozen=True)
 class PowerSeries:
     """The algebra of series with so many coefficients."""
@@ -57,9 +67,10 @@ class PowerSeries:
             {"": [exact(Fraction(value)), *[0] * (self.size - 1)]}, (1, 0) if not value else None, whole
         )
 
-    def times(self, a: Sequence[int], b: Sequence[int]) -> Coefficients:
+    @property
+    def times(self) -> Callable[[Sequence[int], Sequence[int]], Coefficients]:
         """The product of two series."""
-        return [sum(a[j] * b[n - j] for j in range(n + 1)) % PRIME for n in range(self.size)]
+        return _product_of(self.size)
 
     def _apply(self, kind: str, args: Sequence[Jet], label: str) -> Jet:
         match kind:

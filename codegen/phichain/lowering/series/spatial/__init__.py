@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from phichain.lowering.series.series import Series
-from phichain.lowering.series.spatial_articulated import articulated_series
-from phichain.lowering.series.spatial_tension import tension_series
+from phichain.lowering.series.spatial.articulated import articulated_series
+from phichain.lowering.series.spatial.tension import tension_series
 from phichain.mechanics import Model
 
 

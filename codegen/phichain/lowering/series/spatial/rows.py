@@ -10,9 +10,7 @@ link, those of (q.q)_{n+2}: with q.q = 1
 
     q_0.q''_n = -(n + 1)(n + 2) / 2 squares_n
 
-What a spring does to a link may be changed along the link, where the multiplier takes it: k_k (q_{k-1} - q_k), a difference of
-coefficients that are known, stands for the gradient of V = k_k (1 - q_{k-1}.q_k). The damper's couple
--d_k (omega_k - omega_{k-1}) x q_k is -d_k v_k - q_k x (-d_k omega_{k-1}), omega = q x v.
+Springs and dampers: `couples`.
 """
 
 from __future__ import annotations
@@ -22,11 +20,12 @@ from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
-from phichain.lowering.algebra.vector import Vector, add, cross, load, scale, store, sub
+from phichain.lowering.algebra.vector import Vector, load, scale, store
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import COEFFICIENT, HELD, LEAD, LEFT, NEXT, NOW, RIGHT, SCALE, SUMS
 from phichain.lowering.series.shape import shaped
+from phichain.lowering.series.spatial.couples import Joints
 from phichain.lowering.spatial.links import directions
 from phichain.mechanics import Model
 from phichain.scene import Scene
@@ -206,7 +205,7 @@ def order_program(model: Model, layout: Layout, write: Callable[[Ordering], None
         x, y, z = load(sums.shifted(rows * lanes), k)
         return bend * (x + y + z)
 
-    joints = _Joints(builder, scene, layout, held, sums, coefficient, right, now[3])
+    joints = Joints(builder, scene, layout, held, sums, coefficient, right, now[3])
     write(
         Ordering(
             builder, scene, parameters, layout, held, sums, coefficient, joints.couples(), along, now[3], (now[1], now[2]),
@@ -214,87 +213,6 @@ def order_program(model: Model, layout: Layout, write: Callable[[Ordering], None
         )
     )  # fmt: skip
     return shaped(builder.finish(), scene.code)
-
-
-@dataclass(frozen=True)
-class _Joints:
-    """The couples of springs and dampers at order n, linear in coefficients that are known."""
-
-    builder: Builder
-    scene: Scene
-    layout: Layout
-    held: ArrayRef
-    sums: ArrayRef
-    coefficient: ArrayRef
-    right: ArrayRef
-    first: Expr
-
-    def couples(self) -> ArrayRef | None:
-        """n_k, three cells a link, or None; writes the right rows of dampers."""
-        if "spring" not in self.layout and "damper" not in self.layout:
-            return None
-        builder, links = self.builder, self.scene.links
-        force = self._springs() if "spring" in self.layout else None
-        drag = self._dampers() if "damper" in self.layout else None
-        couple = builder.array("couple", 3 * links)
-        with builder.loop("k", 0, links) as loop:
-            k = loop.index
-            parts = [sub(load(force, k), load(force, k + 1))] if force is not None else []
-            parts += [load(drag, k)] if drag is not None else []
-            store(couple, k, parts[0] if len(parts) == 1 else add(*parts))
-        return couple
-
-    def _springs(self) -> ArrayRef:
-        """rho^2 k_k (q_{k-1} - q_k), q_{-1} = e_3; zero beyond the tip."""
-        builder, links, nothing = self.builder, self.scene.links, self.builder.lift(0)
-        stiffness, q = self.layout.of(self.held, "spring"), directions(self.scene, self.coefficient)
-        force = builder.array("spring_force", 3 * links + 3)
-        store(force, 0, scale(stiffness[0], sub((nothing, nothing, self.first), load(q, 0))))
-        with builder.loop("k", 1, links) as loop:
-            k = loop.index
-            store(force, k, scale(stiffness[k], sub(load(q, k - 1), load(q, k))))
-        store(force, links, (nothing, nothing, nothing))
-        return force
-
-    def _dampers(self) -> ArrayRef:
-        """-(d_k + d_{k+1}) v_k - q_k x Omega_k."""
-        builder, links, nothing = self.builder, self.scene.links, self.builder.lift(0)
-        damping, start = self.layout.of(self.held, "damper"), self.layout.of(self.held, "direction")
-        rate = directions(self.scene, self.coefficient.shifted(self.scene.nq))
-        spin = builder.array(
-            "spin", 3 * links + 6
-        )  # of link k - 1 at k: zeros below the base and beyond the tip
-        store(spin, 0, (nothing, nothing, nothing))
-        store(spin, links + 1, (nothing, nothing, nothing))
-        with builder.loop("k", 0, links) as loop:
-            k = loop.index
-            v = load(rate, k)
-            self._keep_turned(1, k, v)
-            store(spin, k + 1, add(cross(load(start, k), v), self._crossed(1, k)))
-        beyond = builder.array("damping_beyond", links)
-        with builder.loop("k", 1, links) as loop:
-            beyond[loop.index - 1] = damping[loop.index]
-        beyond[links - 1] = nothing
-        drag = builder.array("drag", 3 * links)
-        with builder.loop("k", 0, links) as loop:
-            k = loop.index
-            neighbours = add(scale(damping[k], load(spin, k)), scale(beyond[k], load(spin, k + 2)))
-            self._keep_turned(3, k, neighbours)
-            turned = add(cross(load(start, k), neighbours), self._crossed(3, k))
-            store(drag, k, sub(scale(-(damping[k] + beyond[k]), load(rate, k)), turned))
-        return drag
-
-    def _keep_turned(self, row: int, k: Index, value: Vector) -> None:
-        """A vector's right rows: its axes turned by one, and by two."""
-        lanes, (x, y, z) = 3 * self.scene.links, value
-        store(self.right.shifted(row * lanes), k, (y, z, x))
-        store(self.right.shifted((row + 1) * lanes), k, (z, x, y))
-
-    def _crossed(self, row: int, k: Index) -> Vector:
-        """The known part of q x the vector of these rows."""
-        lanes = 3 * self.scene.links
-        ahead, behind = load(self.sums.shifted(row * lanes), k), load(self.sums.shifted((row + 1) * lanes), k)
-        return tuple(ahead[(i + 1) % 3] - behind[(i + 2) % 3] for i in range(3))
 
 
 def columns_program(scene: Scene) -> Program:

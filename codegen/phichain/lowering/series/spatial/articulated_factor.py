@@ -1,0 +1,207 @@
+"""The factorisation of `articulated`: the sweep of `spatial.articulated` under unit loads, in closed forms free of cancellation.
+
+A load is the chain's bias force beyond a joint, f = c alpha u + d; pull c = 1, or d one axis of space as far as it is across the
+chain's first link. What a link makes of each is a column of its matrices.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+from phichain.ir.builder import Builder, Expr, Index
+from phichain.lowering.algebra.matrix import Matrix, applied, combine, dyads, triangle
+from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.lowering.series.held import Layout
+from phichain.lowering.series.spatial.rows import Factoring, joint_runs
+from phichain.lowering.spatial.outer import Outer, Seen
+from phichain.lowering.spatial.units import SpatialUnits
+from phichain.scene import Scene
+
+_PER_LINK: Final = {
+    "direction": 3, "turned": 3, "reply": 6,  # q, s, R
+    "passed": 6, "push_pull": 3, "push_push": 9, "push_along": 3,  # T, h, H, j
+    "pull_pull": 1, "pull_push": 3, "pull_known": 3, "pull_along": 1, "ease_along": 1,  # c' of c, d, Y and sigma; g of -sigma
+    "lean": 3, "free_pull": 3,  # nu', R alpha u
+    "stretch_axial": 1, "stretch_pull": 1, "stretch_push": 3, "stretch_known": 3,  # y^+ of z, c, d and Y
+    "force_axial": 1, "force_stretch": 1, "force_joint": 3,  # beta alpha', (1 - beta) alpha q.u, (1 - beta) G q
+}  # fmt: skip
+"""What is held of each link."""
+
+_UNITS: Final = ("overhang", "lever", "length", "outward")
+"""Numbers of the links that are held where they are no constants."""
+
+
+def layout(scene: Scene) -> Layout:
+    links, cart = scene.links, scene.has_cart
+    held_units = links * bool({"mass", "length", "com"} & set(scene.runtime))
+    couples = scene.stiffness is not None or scene.damping is not None
+    return Layout(
+        [
+            *((name, size * links) for name, size in _PER_LINK.items()), ("base", 3 + cart), ("cart", 12 * cart), *joint_runs(scene),
+            *((f"unit_{name}", held_units) for name in _UNITS), ("unit_inverse_torque", held_units * couples),
+        ]
+    )  # fmt: skip
+
+
+def factor(step: Factoring) -> None:
+    """The elimination from the tip to the base, with unit loads in the place of what the orders bring."""
+    builder, scene = step.builder, step.scene
+    units = SpatialUnits(builder, scene, step.parameters)
+    for name in (*_UNITS, "inverse_torque"):
+        if f"unit_{name}" in step.layout:
+            with builder.loop("k", 0, scene.links) as loop:
+                step.keep(f"unit_{name}")[loop.index] = getattr(units, name)[loop.index]
+    links, last = scene.links, 0 if scene.has_cart else 1
+    chain = Outer.from_flat([builder.lift(0)] * 21)
+    chain = _eliminate(step, units, chain, links - 1)
+    if links - 1 > last:
+        with builder.loop("k", links - 2, last - 1, -1) as loop:
+            carried = [loop.carry("outer", value) for value in _geometry(chain)]
+            for before, after in zip(carried, _geometry(_eliminate(step, units, _chain(builder, carried), loop.index)), strict=True):
+                loop.follow(before, after)
+        chain = _chain(builder, carried)
+    if scene.has_cart:
+        _close_on_cart(step, units, chain)
+        return
+    if links > 1:
+        _eliminate(step, units, chain, 0)
+    step.keep("base")[2] = -(step.parameters.gravity * step.square) / step.parameters.length[0]
+    step.keep("base")[0] = step.keep("base")[1] = builder.lift(0)
+
+
+def _geometry(chain: Outer) -> list[Expr]:
+    """What a loop carries: all but the loads."""
+    return chain.flat()[:14]
+
+
+def _chain(builder: Builder, geometry: list[Expr]) -> Outer:
+    return Outer.from_flat([*geometry, *[builder.lift(0)] * 7])
+
+
+def _loaded(chain: Outer, i: int | None) -> Outer:
+    """The chain under a unit load: of pull, or of push along one axis, across the first link as push is."""
+    builder = chain.axial.builder
+    one, nothing = builder.lift(1), builder.lift(0)
+    if i is None:
+        return replace(chain, pull=one)
+    axis = tuple(one if j == i else nothing for j in range(3))
+    o = chain.direction
+    push = sub(axis, scale(o[i], o))
+    minor = cross(o, applied(chain.tangent, cross(axis, o)))
+    return replace(chain, push=push, minor=minor)
+
+
+def _eliminate(step: Factoring, units: SpatialUnits, chain: Outer, k: Index) -> Outer:
+    """Hold the matrices of link k; the chain from its base joint on, in the units of the link before."""
+    let, q = step.builder.let, load(step.direction, k)
+    own, overhang, lever = units.reach_squared[k], units.overhang[k], units.lever[k]
+    seen, pulled = Seen(chain, q, own), Seen(_loaded(chain, None), q, own)
+    pushed = [Seen(_loaded(chain, i), q, own) for i in range(3)]
+    inverse = let("inverse_pivot", 1 / (own * (own + seen.trace) + seen.adjugate_axial))
+    s = sub(scale(own * inverse, seen.mixed), scale(inverse, seen.adjugate_mixed))
+    bare = combine(
+        (seen.across_trace, seen.projector),
+        (1, dyads(scale(seen.outer.axial, seen.x), seen.x)), (-1, seen.tangent),
+    )  # fmt: skip
+    reply = combine((inverse, bare))
+    added = let("axial", (own * (own * seen.axial + seen.adjugate_trace) + seen.determinant) * inverse)
+    over = let("inverse_axial", 1 / (1 + added))
+    mass, length = units.mass[k], units.length[k]
+    unit, leaning = mass * length, lever * over
+
+    def freed(loaded: Seen) -> Vector:
+        """R f"""
+        return add(scale(own * inverse, loaded.force), scale(inverse, loaded.turned_force))
+
+    def held_back(loaded: Seen) -> Vector:
+        """alpha' (R f - s (w.f) / alpha')"""
+        return add(freed(loaded), scale(inverse, loaded.crossed))
+
+    keep = _Keep(step, k)
+    keep.vector("direction", q)
+    keep.vector("turned", s)
+    keep.matrix("reply", reply)
+    keep.matrix("passed", combine((unit, seen.projector), (unit * lever, reply), (unit * leaning, dyads(s, s))))
+    keep.vector("push_pull", scale(unit * leaning, held_back(pulled)))
+    for i, loaded in enumerate(pushed):
+        for j, entry in enumerate(scale(unit * leaning, held_back(loaded))):
+            step.keep("push_push")[9 * k + 3 * j + i] = entry
+    keep.vector("push_along", scale(unit * (leaning * overhang), s))
+    keep.number("pull_pull", over * (added * seen.along_o + own * dot(s, chain.direction)))
+    keep.vector("pull_push", tuple(over * (loaded.axial_push * inverse) for loaded in pushed))
+    keep.vector("pull_known", scale(over, s))
+    keep.number("pull_along", over * (units.reach[k] + added))
+    keep.number("ease_along", over * overhang)
+    lean = scale(-leaning, s)
+    keep.vector("lean", lean)
+    keep.vector("free_pull", freed(pulled))
+    keep.number("stretch_axial", inverse * seen.share)
+    keep.number("stretch_pull", inverse * pulled.free_u)
+    keep.vector("stretch_push", tuple(inverse * loaded.free_u for loaded in pushed))
+    keep.vector("stretch_known", scale(inverse, seen.yielding_u))
+    keep.number("force_axial", units.reach[k] * (1 + added))
+    keep.number("force_stretch", overhang * (chain.axial * seen.along_u))
+    keep.vector("force_joint", scale(overhang, seen.tangent_q))
+    passed, planar = mass * (units.overhang_squared[k] * (inverse * over)), seen.adjugate_axial + seen.determinant
+    nothing = step.builder.lift(0)
+    none: Vector = (nothing, nothing, nothing)
+    return Outer(
+        direction=q, axial=mass * (1 + added), lean=lean,
+        tangent=combine((passed * own, _tangent(seen)), (passed * planar, seen.projector)),
+        area=mass * units.overhang_squared[k] * (passed * planar), pull=nothing, push=none, minor=none,
+    )  # fmt: skip
+
+
+class _Keep:
+    """Stores what is held of one link."""
+
+    def __init__(self, step: Factoring, k: Index) -> None:
+        self.step, self.k = step, k
+
+    def number(self, name: str, value: Expr) -> None:
+        self.step.keep(name)[self.k] = value
+
+    def vector(self, name: str, value: Vector) -> None:
+        store(self.step.keep(name), self.k, value)
+
+    def matrix(self, name: str, value: Matrix) -> None:
+        """A symmetric one."""
+        store(self.step.keep(name), self.k, triangle(value))
+
+
+def _tangent(seen: Seen) -> Matrix:
+    """Gamma + turned(K), as in `spatial.articulated`."""
+    axial = seen.outer.axial
+    pressed = scale(axial * seen.along_u, seen.pressed)
+    heavy = sub(scale(axial * (1 + seen.tangent_qq), seen.tangent_u), pressed)
+    straight = dyads(seen.tangent_u, heavy, scale(-1, pressed), seen.tangent_u)
+    flat = dyads(scale(seen.outer.area, seen.across_o), seen.across_o)
+    return combine((1, straight), (1 + axial * (seen.along_u * seen.along_u), seen.tangent), (1, flat))
+
+
+def _close_on_cart(step: Factoring, units: SpatialUnits, chain: Outer) -> None:
+    """Hold x'', the first joint's acceleration and y there, of what is constant in time and of the chain's loads: a link of
+    direction e_3 whose own inertia is the cart's.
+    """
+    builder, parameters, nothing = step.builder, step.parameters, step.builder.lift(0)
+    down: Vector = (nothing, nothing, builder.lift(1))
+    mass, length = units.mass_unit[0], parameters.length[0]
+    cart, gravity = parameters.cart_mass / mass, parameters.gravity * step.square / length
+    seen = Seen(chain, down, cart)
+    inverse = builder.let("inverse_cart_pivot", 1 / (cart * (cart + seen.trace) + seen.adjugate_axial))
+    given: Vector = (nothing, nothing, nothing)
+    if step.u is not None and step.scene.has_force:
+        unit = step.square / (mass * length * parameters.units.force)
+        given = (step.u[0] * unit, step.u[1] * unit, nothing)
+    push = add(given, scale(gravity, seen.mixed))
+    turned = sub(seen.turned(given), scale(gravity, seen.adjugate_mixed))
+    x, y, _ = scale(inverse, add(scale(cart, push), turned))
+    for i, entry in enumerate((x, y, -gravity)):
+        step.keep("base")[i] = entry
+    step.keep("base")[3] = inverse * (dot(seen.yielding_u, given) - gravity * seen.share)
+    for i in range(4):
+        loaded = Seen(_loaded(chain, None if i == 0 else i - 1), down, cart)
+        x, y, _ = scale(-inverse, add(scale(cart, loaded.force), loaded.turned_force))
+        for row, entry in enumerate((x, y, inverse * loaded.free_u)):
+            step.keep("cart")[4 * row + i] = entry
