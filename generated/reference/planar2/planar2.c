@@ -668,254 +668,204 @@ void planar2_step(const planar2_real h, const planar2_real q[2], const planar2_r
 /* Rows on cache lines; and the inner loop as a function of its own, where nothing else asks for registers. */
 #if defined(__GNUC__)
 #define PLANAR2_ALIGNED __attribute__((aligned(64)))
-#define PLANAR2_APART __attribute__((noinline))
+#define PLANAR2_FLOW_APART __attribute__((noinline))
 #else
 #define PLANAR2_ALIGNED
-#define PLANAR2_APART
+#define PLANAR2_FLOW_APART
 #endif
 
 enum {
     planar2_flow_q = 2,
     planar2_flow_x = 4,
+    planar2_flow_cart = 0,
+    planar2_flow_inputs = 2,
+    planar2_flow_masses = 2,
+    planar2_flow_axes = 2,
+    planar2_flow_lefts = 4,
+    planar2_flow_rights = 2,
+    planar2_flow_all = 8,
     planar2_flow_highest = 22,
-    planar2_flow_products = 24,
-    planar2_flow_looks = 4
+    planar2_flow_looks = 4,
+    planar2_flow_lane_count = 1
 };
 
-/* Order 0 of the Taylor series.
+/* One lane's number, to read it and to set it. */
+#define PLANAR2_FLOW_OF(lanes, lane) (((const planar2_real *)&(lanes))[lane])
+#define PLANAR2_FLOW_AT(lanes, lane) (((planar2_real *)&(lanes))[lane])
+
+/* Of each order n: n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and whether n = 0. */
+static const planar2_real planar2_flow_now[22][4] = {
+    {1.0, 1.0, 0.5, 1.0},
+    {2.0, 0.5, 0.16666666666666666, 0.0},
+    {3.0, 0.3333333333333333, 0.08333333333333333, 0.0},
+    {4.0, 0.25, 0.05, 0.0},
+    {5.0, 0.2, 0.03333333333333333, 0.0},
+    {6.0, 0.16666666666666666, 0.023809523809523808, 0.0},
+    {7.0, 0.14285714285714285, 0.017857142857142856, 0.0},
+    {8.0, 0.125, 0.013888888888888888, 0.0},
+    {9.0, 0.1111111111111111, 0.011111111111111112, 0.0},
+    {10.0, 0.1, 0.00909090909090909, 0.0},
+    {11.0, 0.09090909090909091, 0.007575757575757576, 0.0},
+    {12.0, 0.08333333333333333, 0.00641025641025641, 0.0},
+    {13.0, 0.07692307692307693, 0.005494505494505495, 0.0},
+    {14.0, 0.07142857142857142, 0.004761904761904762, 0.0},
+    {15.0, 0.06666666666666667, 0.004166666666666667, 0.0},
+    {16.0, 0.0625, 0.003676470588235294, 0.0},
+    {17.0, 0.058823529411764705, 0.0032679738562091504, 0.0},
+    {18.0, 0.05555555555555555, 0.0029239766081871343, 0.0},
+    {19.0, 0.05263157894736842, 0.002631578947368421, 0.0},
+    {20.0, 0.05, 0.002380952380952381, 0.0},
+    {21.0, 0.047619047619047616, 0.0021645021645021645, 0.0},
+    {22.0, 0.045454545454545456, 0.001976284584980237, 0.0},
+};
+
+/* Factor the mass matrix at the start of a step.
  *
  * Quantities (docs/theory.md, section 10):
- *   jet_left, jet_right  coefficients of the two factors of every product on the way
- *   jet_held             what stays the same along a motion
+ *   held            what is constant over a step: the factored mass matrix and what goes with it, link by
+ *                   link
+ *   left, right     coefficients of the factors of every product, order by order
+ *   scale        s  unit of time in a step, and its square
+ *   lost            what rounding took from the state
  */
-static void planar2_flow_start(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
-    planar2_real a[PLANAR2_RESTRICT 2], planar2_real jet_left[PLANAR2_RESTRICT 17],
-    planar2_real jet_right[PLANAR2_RESTRICT 17], planar2_real jet_held[PLANAR2_RESTRICT 1])
+static void planar2_flow_factor(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
+    const planar2_real scale[2], const planar2_real lost[4], planar2_real held[PLANAR2_RESTRICT 36],
+    planar2_real left[PLANAR2_RESTRICT 4], planar2_real right[PLANAR2_RESTRICT 8])
 {
-    const planar2_real link_rate_1 = v[0] + v[1];
-    const planar2_real link_couple_0 = u[0] - u[1];
     planar2_real sine[2], cosine[2];
     planar2_sincos(2, q, sine, cosine);
 
-    jet_left[0] = 0.0;
-    jet_right[0] = cosine[0];
-    jet_left[1] = 0.0;
-    jet_right[1] = sine[0];
-    jet_left[2] = 0.0;
-    jet_right[2] = cosine[1];
-    jet_left[3] = 0.0;
-    jet_right[3] = sine[1];
-    const planar2_real rate_squared_end = link_rate_1 * link_rate_1;
-    jet_left[4] = link_rate_1;
-    jet_right[4] = link_rate_1;
-    const planar2_real drive_end = 32.0 * u[1];
-    const planar2_real link_force_x = -2.0 * rate_squared_end;
-    const planar2_real link_force_y = drive_end + drive_end;
-    jet_held[0] = link_force_y;
-    const planar2_real shear = 4.0 * sine[1];
-    const planar2_real lean = sine[1] * shear;
-    jet_left[5] = sine[1];
-    jet_right[5] = shear;
-    const planar2_real outer_xy = cosine[1] * shear;
-    jet_left[6] = cosine[1];
-    jet_right[6] = shear;
-    jet_left[7] = sine[1];
-    jet_right[7] = link_force_x;
-    const planar2_real outer_force_y = sine[1] * link_force_x + cosine[1] * link_force_y;
-    const planar2_real rate_squared_end_2 = v[0] * v[0];
-    jet_left[8] = v[0];
-    jet_right[8] = v[0];
-    const planar2_real t1 = 1.0 + lean;
-    const planar2_real inverse_pivot = 1.0 / t1;
-    jet_left[9] = inverse_pivot;
-    jet_right[9] = t1;
-    const planar2_real swing = rate_squared_end_2 * outer_xy;
-    jet_left[10] = rate_squared_end_2;
-    jet_right[10] = outer_xy;
-    const planar2_real drive_end_2 = 32.0 * link_couple_0;
-    const planar2_real t2 = drive_end_2 + (swing - outer_force_y);
-    const planar2_real free_end = t2 * inverse_pivot;
-    jet_left[11] = t2;
-    jet_right[11] = inverse_pivot;
-    const planar2_real gain_x_end = outer_xy * inverse_pivot;
-    jet_left[12] = outer_xy;
-    jet_right[12] = inverse_pivot;
-    const planar2_real t3 = -19.62 * cosine[0];
-    const planar2_real t4 = 19.62 * sine[0];
-    jet_left[13] = gain_x_end;
-    jet_right[13] = t3;
-    jet_left[14] = inverse_pivot;
-    jet_right[14] = t4;
-    const planar2_real tip_y_0 = free_end - gain_x_end * t3 - inverse_pivot * t4;
-    const planar2_real t5 = tip_y_0 - t4;
-    const planar2_real t6 = t3 - rate_squared_end_2;
-    jet_left[15] = cosine[1];
-    jet_right[15] = tip_y_0;
-    jet_left[16] = sine[1];
-    jet_right[16] = t6;
-    const planar2_real joint_y_1 = cosine[1] * tip_y_0 - sine[1] * t6;
-    const planar2_real tip_y_1 = drive_end - joint_y_1;
+    const planar2_real t1 = sine[0] + cosine[0] * lost[0];
+    const planar2_real t2 = cosine[0] - sine[0] * lost[0];
+    const planar2_real t3 = sine[1] + cosine[1] * lost[1];
+    const planar2_real t4 = cosine[1] - sine[1] * lost[1];
+    const planar2_real t5 = t3 * t4;
+    const planar2_real t6 = t3 * t3;
+    const planar2_real inverse_pivot_0 = 1.0 / (0.25 + t6);
+    const planar2_real shift_0 = 0.25 * (t4 * t4) * inverse_pivot_0;
+    const planar2_real gain_x_0 = t5 * inverse_pivot_0;
+    const planar2_real kappa_0 = 0.25 * inverse_pivot_0;
+    const planar2_real t7 = -19.62 * scale[1];
+    const planar2_real t8 = 8.0 * u[1];
+    const planar2_real link_couple_0 = 8.0 * u[0] - t8;
+    const planar2_real link_rate_1 = v[0] + v[1];
 
-    a[0] = t5;
-    a[1] = tip_y_1 - joint_y_1 - t5;
+    held[0] = 0.25 * t4 * inverse_pivot_0;
+    held[1] = 0.0;
+    held[2] = -(0.25 * t3 + t3) * inverse_pivot_0;
+    held[3] = 0.0;
+    held[4] = -kappa_0 * t3;
+    held[5] = 0.0;
+    held[6] = -kappa_0 * t4;
+    held[7] = 0.0;
+    held[8] = 0.5 + shift_0;
+    held[9] = 0.5;
+    held[10] = kappa_0 * t5;
+    held[11] = 0.0;
+    held[12] = gain_x_0;
+    held[13] = 0.0;
+    held[14] = (0.5 + t6) * inverse_pivot_0;
+    held[15] = 2.0;
+    held[16] = inverse_pivot_0;
+    held[17] = 4.0;
+    held[18] = t6 * inverse_pivot_0;
+    held[19] = 0.0;
+    held[20] = t3 * inverse_pivot_0;
+    held[21] = 0.0;
+    held[22] = t4 * inverse_pivot_0;
+    held[23] = 0.0;
+    held[24] = 0.0;
+    held[25] = t4;
+    held[26] = 0.0;
+    held[27] = 0.0;
+    held[28] = t1;
+    held[29] = t3;
+    held[30] = t2;
+    held[31] = t4;
+    held[32] = t7 * t2;
+    held[33] = -t7 * t1;
+    held[34] = scale[1] * link_couple_0;
+    held[35] = scale[1] * t8;
+    left[0] = 0.0;
+    left[1] = 0.0;
+    left[2] = v[0];
+    left[3] = link_rate_1;
+    right[0] = v[0];
+    right[1] = link_rate_1;
+    right[2] = v[0];
+    right[3] = link_rate_1;
+    right[4] = 0.0;
+    right[5] = 0.0;
+    right[6] = 0.0;
+    right[7] = 0.0;
 }
 
-/* Order n of the Taylor series from the orders below.
+/* Solve for the coefficients of order n + 1 of the Taylor series.
  *
  * Quantities (docs/theory.md, section 10):
- *   jet_sum            what the orders between the first and n contribute to every product
- *   jet_order          n
- *   jet_inverse_order  1 / n
- * Others are named as in flow_start.
+ *   sums               for every product what the coefficients that are known contribute to it
+ *   coefficient, next  the state's coefficients of order n, and of order n + 1
+ *   now                n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and 1 at order 0, else 0
+ * Others are named as in flow_factor.
  */
-static void planar2_flow_follow(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
-    const planar2_real jet_left_0[17], const planar2_real jet_right_0[17], const planar2_real jet_sum[17],
-    const planar2_real jet_held[1], const planar2_real jet_order, const planar2_real jet_inverse_order,
-    planar2_real a[PLANAR2_RESTRICT 2], planar2_real jet_left[PLANAR2_RESTRICT 17],
-    planar2_real jet_right[PLANAR2_RESTRICT 17])
+static void planar2_flow_order(const planar2_real held[36], const planar2_real sums[8],
+    const planar2_real coefficient[4], const planar2_real now[4], planar2_real left[PLANAR2_RESTRICT 4],
+    planar2_real right[PLANAR2_RESTRICT 8], planar2_real next[PLANAR2_RESTRICT 4])
 {
-    (void)u;
-    const planar2_real link_rate_1 = v[0] + v[1];
-    const planar2_real t1 = jet_order * q[0];
-    const planar2_real t2 = q[0] * jet_right_0[0] + jet_inverse_order * jet_sum[0];
-    const planar2_real t3 = q[0] * jet_right_0[1] + jet_inverse_order * jet_sum[1];
-    jet_left[0] = t1;
-    jet_right[0] = -t3;
-    jet_left[1] = t1;
-    jet_right[1] = t2;
-    const planar2_real t4 = jet_order * q[1];
-    const planar2_real t5 = q[1] * jet_right_0[2] + jet_inverse_order * jet_sum[2];
-    const planar2_real t6 = q[1] * jet_right_0[3] + jet_inverse_order * jet_sum[3];
-    const planar2_real t7 = -t6;
-    jet_left[2] = t4;
-    jet_right[2] = t7;
-    jet_left[3] = t4;
-    jet_right[3] = t5;
-    jet_left[4] = link_rate_1;
-    jet_right[4] = link_rate_1;
-    const planar2_real rate_squared_end = jet_sum[4] + (jet_left_0[4] + jet_left_0[4]) * link_rate_1;
-    const planar2_real link_force_x = -2.0 * rate_squared_end;
-    const planar2_real shear = 4.0 * t5;
-    jet_left[5] = t5;
-    jet_right[5] = shear;
-    const planar2_real lean = jet_sum[5] + jet_left_0[5] * shear + jet_right_0[5] * t5;
-    jet_left[6] = t7;
-    jet_right[6] = shear;
-    const planar2_real outer_xy = jet_sum[6] + jet_left_0[6] * shear - jet_right_0[6] * t6;
-    jet_left[7] = t5;
-    jet_right[7] = link_force_x;
-    const planar2_real outer_force_y = jet_sum[7] + jet_left_0[7] * link_force_x + jet_right_0[7] * t5
-        - jet_held[0] * t6;
-    jet_left[8] = v[0];
-    jet_right[8] = v[0];
-    const planar2_real rate_squared_end_2 = jet_sum[8] + (jet_left_0[8] + jet_left_0[8]) * v[0];
-    const planar2_real t8 = (jet_sum[9] + jet_left_0[9] * lean) * jet_left_0[9];
-    const planar2_real t9 = -t8;
-    jet_left[9] = t9;
-    jet_right[9] = lean;
-    jet_left[10] = rate_squared_end_2;
-    jet_right[10] = outer_xy;
-    const planar2_real swing = jet_sum[10] + jet_left_0[10] * outer_xy + jet_right_0[10] * rate_squared_end_2;
-    const planar2_real t10 = swing - outer_force_y;
-    jet_left[11] = t10;
-    jet_right[11] = t9;
-    const planar2_real free_end = jet_sum[11] - jet_left_0[11] * t8 + jet_right_0[11] * t10;
-    jet_left[12] = outer_xy;
-    jet_right[12] = t9;
-    const planar2_real gain_x_end = jet_sum[12] - jet_left_0[12] * t8 + jet_right_0[12] * outer_xy;
-    const planar2_real t11 = 19.62 * t3;
-    const planar2_real t12 = 19.62 * t2;
-    jet_left[13] = gain_x_end;
-    jet_right[13] = t11;
-    jet_left[14] = t9;
-    jet_right[14] = t12;
-    const planar2_real tip_y_0 = free_end - (jet_sum[13] + jet_left_0[13] * t11
-        + jet_right_0[13] * gain_x_end) - (jet_sum[14] + jet_left_0[14] * t12 - jet_right_0[14] * t8);
-    const planar2_real t13 = tip_y_0 - t12;
-    const planar2_real t14 = t11 - rate_squared_end_2;
-    jet_left[15] = t7;
-    jet_right[15] = tip_y_0;
-    const planar2_real t15 = jet_sum[15] + jet_left_0[15] * tip_y_0 - jet_right_0[15] * t6;
-    jet_left[16] = t5;
-    jet_right[16] = t14;
-    const planar2_real t16 = jet_sum[16] + jet_left_0[16] * t14 + jet_right_0[16] * t5;
-    const planar2_real joint_y_1 = t15 - t16;
-    const planar2_real tip_y_1 = t16 - t15;
+    const planar2_real t1 = now[0] * sums[2];
+    const planar2_real t2 = now[0] * sums[0];
+    const planar2_real left_torque_0 = now[3] * held[34] - (sums[4] + sums[6]);
+    const planar2_real t3 = now[0] * sums[3];
+    const planar2_real t4 = now[0] * sums[1];
+    const planar2_real left_torque_1 = now[3] * held[35] - (sums[5] + sums[7]);
+    const planar2_real moment_1 = left_torque_1 + 0.25 * t4;
+    const planar2_real t5 = held[13] * moment_1 - held[9] * t3;
+    const planar2_real t6 = held[15] * moment_1 + held[11] * t3;
+    const planar2_real t7 = held[16] * left_torque_0 - held[18] * t2 - held[20] * t5 - held[22] * t6;
+    const planar2_real t8 = now[3] * held[32];
+    const planar2_real t9 = now[3] * held[33];
+    const planar2_real t10 = t8 - t1;
+    const planar2_real t11 = t7 + t2;
+    const planar2_real t12 = held[0] * t10 + held[4] * t9 + held[29] * t11;
+    const planar2_real t13 = held[2] * t10 + held[6] * t9 + held[31] * t11;
+    const planar2_real angular_0 = t7 + held[12] * t1 - held[12] * t8 - held[14] * t9;
+    const planar2_real rate_0 = now[1] * angular_0;
+    const planar2_real angular_1 = held[17] * left_torque_1 + held[13] * t3 - held[13] * t12 - held[15] * t13;
+    const planar2_real rate_1 = now[1] * angular_1;
 
-    a[0] = t13;
-    a[1] = tip_y_1 - joint_y_1 - t13;
+    left[0] = -now[2] * t1;
+    left[1] = -now[2] * t3;
+    left[2] = now[2] * (angular_0 + t2);
+    left[3] = now[2] * (angular_1 + t4);
+    right[0] = rate_0;
+    right[1] = rate_1;
+    right[2] = rate_0;
+    right[3] = rate_1;
+    right[4] = left_torque_0 - 0.25 * angular_0;
+    right[5] = 0.5 * t13;
+    right[6] = -(0.5 * t8 + (held[31] * t5 - held[29] * t6 + held[27] * t13 + held[25] * t12));
+    right[7] = -0.5 * t12;
+    next[0] = now[1] * coefficient[2];
+    next[1] = now[1] * coefficient[3];
+    next[2] = rate_0;
+    next[3] = rate_1 - rate_0;
 }
 
-/* S_n of all products, sum of left_j right_{n-j} over 0 < j < n, and of S_{n+1} what needs no order above
- * n - 1: two at a time, since reading the coefficients is what takes long. The newest come last, so that
- * the rest need not wait for them. From n = 6 on, n even. */
-static void planar2_flow_two_sums(int n, planar2_workspace *work)
+/* Largest angle and rate of a row in every lane, the cart's in lengths of the chain. */
+static void planar2_flow_norms(const planar2_real reach, const planar2_real x[planar2_flow_x],
+    planar2_real norm[2][planar2_flow_lane_count])
 {
-    for (int lane = 0; lane < planar2_flow_products; ++lane) {
-        planar2_real sum = work->left[2][lane] * work->right[n - 2][lane], next = 0;
-        int j = 3;
-        do {
-            sum += work->left[j][lane] * work->right[n - j][lane];
-            next += work->left[j][lane] * work->right[n + 1 - j][lane];
-        } while (++j < n - 1);
-        next += work->left[2][lane] * work->right[n - 1][lane];
-        next += work->left[n - 1][lane] * work->right[2][lane];
-        sum += work->left[1][lane] * work->right[n - 1][lane];
-        work->sum[lane] = sum + work->left[n - 1][lane] * work->right[1][lane];
-        work->next_sum[lane] = next;
+    for (int lane = 0; lane < planar2_flow_lane_count; ++lane) {
+        norm[0][lane] = norm[1][lane] = 0;
     }
-}
-
-/* S_n of all products, into work->sum. */
-static void planar2_flow_sums(int n, planar2_workspace *work)
-{
-    if (n >= 6 && n % 2 == 0) {
-        planar2_flow_two_sums(n, work);
-    } else if (n > 6) {
-        for (int lane = 0; lane < planar2_flow_products; ++lane) {
-            const planar2_real sum = work->next_sum[lane] + work->left[1][lane] * work->right[n - 1][lane];
-            work->sum[lane] = sum + work->left[n - 1][lane] * work->right[1][lane];
+    for (int i = 0; i < planar2_flow_q; ++i) {
+        const planar2_real share = i < planar2_flow_cart ? 1 / reach : 1;
+        for (int lane = 0; lane < planar2_flow_lane_count; ++lane) {
+            const planar2_real angle = fabs(PLANAR2_FLOW_OF(x[i], lane)) * share,
+                rate = fabs(PLANAR2_FLOW_OF(x[planar2_flow_q + i], lane)) * share;
+            norm[0][lane] = angle > norm[0][lane] ? angle : norm[0][lane];
+            norm[1][lane] = rate > norm[1][lane] ? rate : norm[1][lane];
         }
-    } else {
-        memset(work->sum, 0, sizeof work->sum);
-        for (int j = 1; j < n; ++j) {
-            for (int lane = 0; lane < planar2_flow_products; ++lane) {
-                work->sum[lane] += work->left[j][lane] * work->right[n - j][lane];
-            }
-        }
-    }
-}
-
-/* The slope of the state at work->x[0], and what belongs to order 0. */
-static void planar2_flow_begin(const planar2_real u[2], planar2_workspace *work)
-{
-    planar2_real *slope = work->slope;
-    planar2_flow_start(work->x[0], work->x[0] + 2, u, slope + 2, work->left[0], work->right[0],
-        work->jet_held);
-    memcpy(slope, work->x[0] + 2, 2 * sizeof *slope);
-}
-
-/* The coefficients of the state up to the given order, from work->x[0] and what belongs to it. */
-static PLANAR2_APART void planar2_flow_expand(const planar2_real u[2], int order,
-    planar2_workspace *PLANAR2_RESTRICT work)
-{
-    planar2_real slope[planar2_flow_x];
-    memcpy(slope, work->slope, sizeof slope);
-    for (int n = 0;;) {
-        planar2_real *PLANAR2_RESTRICT next = work->x[n + 1];
-        const planar2_real share = 1 / (planar2_real)(n + 1);
-        for (int i = 0; i < 2; ++i) {
-            next[i] = share * work->x[n][2 + i];
-        }
-        for (int i = 2; i < 4; ++i) {
-            next[i] = share * slope[i];
-        }
-        if (++n == order) {
-            return;
-        }
-        planar2_flow_sums(n, work);
-        planar2_flow_follow(work->x[n], work->x[n] + 2, u, work->left[0], work->right[0], work->sum,
-            work->jet_held, (planar2_real)n, 1 / (planar2_real)n, slope + 2, work->left[n], work->right[n]);
     }
 }
 
@@ -925,7 +875,7 @@ static const planar2_real planar2_flow_turn_high = 6.283185307179586,
     planar2_flow_turn_low = 2.4492935982947064e-16;
 
 /* An angle and its whole turns as one number. */
-static planar2_real planar2_flow_turned(planar2_real x, planar2_real turns)
+static planar2_real planar2_flow_turned(const planar2_real x, const planar2_real turns)
 {
     if (!(turns > 0 || turns < 0)) {
         return x;
@@ -933,244 +883,453 @@ static planar2_real planar2_flow_turned(planar2_real x, planar2_real turns)
     return fma(turns, planar2_flow_turn_high, x + turns * planar2_flow_turn_low);
 }
 
-/* Take whole turns out of the angles, to the last bit that `lost` can hold. */
-static void planar2_flow_wind(planar2_workspace *work, planar2_real lost[])
+/* Take whole turns out of a lane's angles, to the last bit that `lost` can hold. */
+static void planar2_flow_wind(const int lane, planar2_workspace *jet)
 {
-    for (int i = 0; i < planar2_flow_q; ++i) {
-        const planar2_real x = work->x[0][i];
+    for (int i = planar2_flow_cart; i < planar2_flow_q; ++i) {
+        const planar2_real x = PLANAR2_FLOW_OF(jet->state[i], lane);
         if (fabs(x) > 4) {
             const planar2_real turns = floor(x / planar2_flow_turn_high + 0.5);
             const planar2_real rest = fma(-turns, planar2_flow_turn_high, x);
-            const planar2_real whole = lost[i] - turns * planar2_flow_turn_low;
-            work->x[0][i] = rest + whole;
-            lost[i] = whole - (work->x[0][i] - rest);
-            work->turns[i] += turns;
+            const planar2_real whole = PLANAR2_FLOW_OF(jet->lost[i], lane) - turns * planar2_flow_turn_low,
+                sum = rest + whole;
+            PLANAR2_FLOW_AT(jet->state[i], lane) = sum;
+            PLANAR2_FLOW_AT(jet->lost[i], lane) = whole - (sum - rest);
+            PLANAR2_FLOW_AT(jet->turns[i], lane) += turns;
         }
     }
 }
 
-/* The angles as they are, rounded; `lost` holds the rest. */
-static void planar2_flow_unwind(planar2_workspace *work, planar2_real lost[])
+/* A lane's angles as they are, rounded; `lost` holds the rest. */
+static void planar2_flow_unwind(const int lane, planar2_workspace *jet)
 {
-    for (int i = 0; i < planar2_flow_q; ++i) {
-        const planar2_real turns = work->turns[i], x = work->x[0][i];
+    for (int i = planar2_flow_cart; i < planar2_flow_q; ++i) {
+        const planar2_real turns = PLANAR2_FLOW_OF(jet->turns[i], lane),
+            x = PLANAR2_FLOW_OF(jet->state[i], lane);
         if (turns > 0 || turns < 0) {
-            const planar2_real large = turns * planar2_flow_turn_high, sum = large + x, part = sum - large;
+            const planar2_real large = turns * planar2_flow_turn_high, near = large + x, part = near - large;
             const planar2_real rest = fma(turns, planar2_flow_turn_high, -large)
                 + turns * planar2_flow_turn_low;
-            const planar2_real whole = ((large - (sum - part)) + (x - part)) + (rest + lost[i]);
-            work->x[0][i] = sum + whole;
-            lost[i] = whole - (work->x[0][i] - sum);
+            const planar2_real whole = ((large - (near - part)) + (x - part))
+                + (rest + PLANAR2_FLOW_OF(jet->lost[i], lane));
+            const planar2_real sum = near + whole;
+            PLANAR2_FLOW_AT(jet->state[i], lane) = sum;
+            PLANAR2_FLOW_AT(jet->lost[i], lane) = whole - (sum - near);
+            PLANAR2_FLOW_AT(jet->turns[i], lane) = 0;
         }
     }
 }
 
-/* The state at a time h into the step: x_0 + (h x_1 + h^2 x_2 + ...), the bracket by Horner's rule. */
-static void planar2_flow_increment(int order, const planar2_workspace *work, planar2_real h,
-    planar2_real increment[PLANAR2_RESTRICT planar2_flow_x])
+/* Sums of order n over 0 <= j <= n of left_j right_{n-j}, where orders come one by one. */
+static void planar2_flow_sums(const int n, const planar2_workspace *PLANAR2_RESTRICT jet,
+    planar2_real *PLANAR2_RESTRICT sums)
 {
-    for (int i = 0; i < planar2_flow_x; ++i) {
-        planar2_real sum = work->x[order][i];
-        for (int n = order - 1; n > 0; --n) {
-            sum = sum * h + work->x[n][i];
+    for (int row = 0; row < planar2_flow_rights; ++row) {
+        for (int i = 0; i < planar2_flow_lefts; ++i) {
+            planar2_real sum = jet->left[0][i] * jet->right[n][planar2_flow_lefts * row + i];
+            int j = 1;
+            do {
+                sum += jet->left[j][i] * jet->right[n - j][planar2_flow_lefts * row + i];
+            } while (++j <= n);
+            sums[planar2_flow_lefts * row + i] = sum;
         }
-        increment[i] = sum * h;
     }
 }
 
-/* The same with the state it starts from, and with whole turns where angles are wound. */
-static void planar2_flow_at(int order, const planar2_workspace *work, planar2_real h,
-    const planar2_real lost[], planar2_real x[PLANAR2_RESTRICT planar2_flow_x])
+/* Orders come in blocks of four: what the sums of orders n to n + 3 can take from rows up to n, four sums
+ * at a time, which share what they read. For n > 3. */
+static void planar2_flow_ahead(const int n, planar2_workspace *PLANAR2_RESTRICT jet)
 {
-    planar2_flow_increment(order, work, h, x);
-    for (int i = 0; i < planar2_flow_x; ++i) {
-        x[i] = work->x[0][i] + (x[i] + lost[i]);
+    for (int row = 0; row < planar2_flow_rights; ++row) {
+        for (int i = 0; i < planar2_flow_lefts; ++i) {
+            const int k = planar2_flow_lefts * row + i;
+            planar2_real far = jet->right[n - 1][k], middle = jet->right[n - 2][k],
+                near = jet->right[n - 3][k];
+            planar2_real first = jet->left[1][i] * far + jet->left[2][i] * middle + jet->left[3][i] * near;
+            planar2_real second = jet->left[2][i] * far + jet->left[3][i] * middle;
+            planar2_real third = jet->left[3][i] * far, fourth = (0);
+            int j = 4;
+            do {
+                const planar2_real left = jet->left[j][i], right = jet->right[n - j][k];
+                first += left * right;
+                second += left * near;
+                third += left * middle;
+                fourth += left * far;
+                far = middle;
+                middle = near;
+                near = right;
+            } while (++j <= n);
+            far = jet->right[n][k];
+            jet->sums[0][k] = first + jet->left[0][i] * far;
+            jet->sums[1][k] = second + jet->left[1][i] * far;
+            jet->sums[2][k] = third + jet->left[2][i] * far;
+            jet->sums[3][k] = fourth + jet->left[3][i] * far;
+        }
     }
+}
+
+/* What the sums `turn` orders after the start of a block still want of the rows that have come since. */
+static void planar2_flow_rest(const int n, const int turn, planar2_workspace *PLANAR2_RESTRICT jet)
+{
+    for (int row = 0; row < planar2_flow_rights; ++row) {
+        for (int i = 0; i < planar2_flow_lefts; ++i) {
+            const int k = planar2_flow_lefts * row + i;
+            planar2_real sum = jet->sums[turn][k];
+            int j = 0;
+            do {
+                sum += jet->left[n - j][i] * jet->right[j][k] + jet->left[j][i] * jet->right[n - j][k];
+            } while (++j < turn);
+            jet->sums[turn][k] = sum;
+        }
+    }
+}
+
+/* Factor the mass matrix in the states x + lost, time in the given units, and solve for the coefficients
+ * of order 1. */
+static void planar2_flow_begin(const planar2_workspace *jet, const planar2_real x[planar2_flow_x],
+    const planar2_real lost[planar2_flow_x], const planar2_real *unit, planar2_start *PLANAR2_RESTRICT start)
+{
+    planar2_real sums[planar2_flow_all], first[planar2_flow_x];
+    start->unit[0] = *unit;
+    start->unit[1] = *unit * *unit;
     for (int i = 0; i < planar2_flow_q; ++i) {
-        x[i] = planar2_flow_turned(x[i], work->turns[i]);
+        first[i] = x[i];
+        first[planar2_flow_q + i] = *unit * x[planar2_flow_q + i];
+    }
+    planar2_flow_factor(first, first + planar2_flow_q, jet->u, start->unit, lost, start->held, start->left[0],
+        start->right[0]);
+    for (int k = 0; k < planar2_flow_lefts * planar2_flow_rights; ++k) {
+        sums[k] = start->left[0][k % planar2_flow_lefts] * start->right[0][k];
+    }
+    planar2_flow_order(start->held, sums, first, planar2_flow_now[0], start->left[1], start->right[1],
+        start->slope);
+}
+
+/* The coefficients of the states up to the given order, from jet->start. */
+static PLANAR2_FLOW_APART void planar2_flow_expand(const int order, planar2_workspace *PLANAR2_RESTRICT jet)
+{
+    const int first = 4 + order % 4;
+    memcpy(jet->left, jet->start.left, sizeof jet->start.left);
+    memcpy(jet->right, jet->start.right, sizeof jet->start.right);
+    memcpy(jet->x[1], jet->start.slope, sizeof jet->start.slope);
+    for (int n = 1; n < order; ++n) {
+        const int turn = n < first ? 0 : (n - first) % 4;
+        planar2_real *sums = jet->sums[turn];
+        if (n < first) {
+            planar2_flow_sums(n, jet, sums);
+        } else if (turn == 0) {
+            planar2_flow_ahead(n, jet);
+        } else {
+            planar2_flow_rest(n, turn, jet);
+        }
+        planar2_flow_order(jet->start.held, sums, jet->x[n], planar2_flow_now[n], jet->left[n + 1],
+            jet->right[n + 1], jet->x[n + 1]);
+    }
+}
+
+/* How far the states move in times h: x_1 t + x_2 t^2 + ... by Horner's rule, t = h / unit. */
+static void planar2_flow_increment(const int order, const planar2_workspace *PLANAR2_RESTRICT jet,
+    const planar2_real *h, planar2_real increment[PLANAR2_RESTRICT planar2_flow_x])
+{
+    const planar2_real t = *h / jet->start.unit[0], share = t / jet->start.unit[0];
+    for (int i = 0; i < planar2_flow_x; ++i) {
+        planar2_real sum = jet->x[order][i];
+        for (int n = order - 1; n > 0; --n) {
+            sum = sum * t + jet->x[n][i];
+        }
+        increment[i] = sum * (i < planar2_flow_q ? t : share);
+    }
+}
+
+/* Where the states come from there, and what rounding takes from that. */
+static void planar2_flow_move(const planar2_real increment[planar2_flow_x],
+    planar2_workspace *PLANAR2_RESTRICT jet)
+{
+    for (int i = 0; i < planar2_flow_x; ++i) {
+        const planar2_real whole = increment[i] + jet->lost[i], before = jet->state[i], after = before
+            + whole;
+        jet->moved_lost[i] = (before - (after - (after - before))) + (whole - (after - before));
+        jet->moved[i] = after;
+    }
+}
+
+/* One entry of a lane's state at a time h into its step, whole turns added. */
+static planar2_real planar2_flow_entry(const int order, const planar2_workspace *jet, const int lane,
+    const planar2_real h, const int i)
+{
+    const planar2_real unit = PLANAR2_FLOW_OF(jet->start.unit[0], lane), t = h / unit;
+    planar2_real sum = PLANAR2_FLOW_OF(jet->x[order][i], lane);
+    for (int n = order - 1; n > 0; --n) {
+        sum = sum * t + PLANAR2_FLOW_OF(jet->x[n][i], lane);
+    }
+    sum = PLANAR2_FLOW_OF(jet->state[i], lane) + (sum * (i < planar2_flow_q ? t : t / unit)
+        + PLANAR2_FLOW_OF(jet->lost[i], lane));
+    return i < planar2_flow_cart || i >= planar2_flow_q ? sum : planar2_flow_turned(sum,
+        PLANAR2_FLOW_OF(jet->turns[i], lane));
+}
+
+/* The whole of it, as the caller sees it. */
+static void planar2_flow_look(const int order, const planar2_workspace *jet, const int lane,
+    const planar2_real h, planar2_real x[planar2_flow_x])
+{
+    for (int i = 0; i < planar2_flow_x; ++i) {
+        x[i] = planar2_flow_entry(order, jet, lane, h, i);
     }
 }
 
 /* The larger of two numbers; the second where one is NaN. */
-static planar2_real planar2_flow_larger(planar2_real a, planar2_real b)
+static planar2_real planar2_flow_larger(const planar2_real a, const planar2_real b)
 {
     return a > b ? a : b;
 }
 
-/* Largest angle and rate of a coefficient, the cart's in lengths of the chain; an entry every `stride`. */
-static void planar2_flow_norms(planar2_real reach, const planar2_real x[], int stride, planar2_real norm[2])
+/* The power of two just below a length of time; 1 for none. */
+static planar2_real planar2_flow_unit(const planar2_real length)
 {
-    norm[0] = norm[1] = 0;
-    (void)reach;
-    for (int i = 0; i < 2; ++i) {
-        norm[0] = planar2_flow_larger(fabs(x[i * stride]), norm[0]);
+    int exponent = 0;
+    const planar2_real share = frexp(length, &exponent);
+    return share > 0 || share < 0 ? ldexp(1, exponent - 1) : 1;
+}
+
+/* Logarithm of a size to the power 1 / order, in seconds; `shift` is the binary exponent of the unit of
+ * time. Its binary exponent is counted apart, so that the unit does not touch a digit. */
+static planar2_real planar2_flow_root(const int order, const int shift, const planar2_real size)
+{
+    int exponent = 0;
+    const planar2_real digits = frexp(size, &exponent);
+    if (!(digits > 0)) {
+        return -700;
     }
-    for (int i = 2; i < 4; ++i) {
-        norm[1] = planar2_flow_larger(fabs(x[i * stride]), norm[1]);
-    }
+    return (log(digits) + (planar2_real)(exponent - order * shift) * 0.6931471805599453)
+        / (planar2_real)order;
 }
 
 /* The time at which neither of the last two terms exceeds the goal; given are their sizes over the goal. */
-static planar2_real planar2_flow_radius(int order, planar2_real end, planar2_real next)
+static planar2_real planar2_flow_radius(const int order, const planar2_real unit, const planar2_real end,
+    const planar2_real next)
 {
-    const planar2_real of_end = end > 0 ? log(end) / (planar2_real)order : -700;
-    const planar2_real of_next = next > 0 ? log(next) / (planar2_real)(order - 1) : -700;
-    return exp(-planar2_flow_larger(of_end, of_next));
+    int exponent = 0;
+    (void)frexp(unit, &exponent);
+    return exp(-planar2_flow_larger(planar2_flow_root(order, exponent - 1, end),
+        planar2_flow_root(order - 1, exponent - 1, next)));
 }
 
-/* Whether all of some numbers are finite. */
-static int planar2_flow_is_finite(const planar2_real x[], int count)
+/* Step lengths: each of the last two terms within the goal, relative to the motion (Jorba and Zou 2005).
+ * Zero where a coefficient or the square of a rate is not finite. `scales` holds the fastest linear rate
+ * and the length of the chain. */
+static void planar2_flow_lengths(const int order, const planar2_workspace *jet, const planar2_real goal,
+    const planar2_real scales[2], planar2_real length[planar2_flow_lane_count])
 {
-    planar2_real sum = 0;
-    for (int i = 0; i < count; ++i) {
-        sum += 0 * x[i];
+    planar2_real state[2][planar2_flow_lane_count], last[2][planar2_flow_lane_count],
+        before[2][planar2_flow_lane_count];
+    planar2_real finite = (0);
+    for (int i = 0; i < planar2_flow_x; ++i) {
+        finite += 0 * jet->x[order][i];
     }
-    return sum >= 0 && sum <= 0;
-}
-
-/* Step length: each of the last two terms within the goal, relative to the motion (Jorba and Zou 2005).
- * Zero when a coefficient is not finite. */
-static planar2_real planar2_flow_length(int order, const planar2_workspace *work, planar2_real goal,
-    const planar2_real scales[2])
-{
-    planar2_real state[2], last[2], before[2];
-    if (!planar2_flow_is_finite(work->x[order], planar2_flow_x)) {
-        return 0;
+    for (int i = planar2_flow_q; i < planar2_flow_x; ++i) {
+        finite += 0 * (jet->state[i] * jet->state[i]);
     }
-    planar2_flow_norms(scales[1], work->x[0], 1, state);
-    planar2_flow_norms(scales[1], work->x[order], 1, last);
-    planar2_flow_norms(scales[1], work->x[order - 1], 1, before);
-    const planar2_real wide = planar2_flow_larger(state[0], state[1] / scales[0]);
-    const planar2_real angle = goal * (wide < 1 ? wide : 1);
-    const planar2_real rate = planar2_flow_larger(angle * scales[0], goal * state[1]);
-    const planar2_real end = planar2_flow_larger(last[0] / angle, last[1] / rate);
-    const planar2_real next = planar2_flow_larger(before[0] / angle, before[1] / rate);
-    return planar2_flow_radius(order, end, next);
+    planar2_flow_norms(scales[1], jet->state, state);
+    planar2_flow_norms(scales[1], jet->x[order], last);
+    planar2_flow_norms(scales[1], jet->x[order - 1], before);
+    for (int lane = 0; lane < planar2_flow_lane_count; ++lane) {
+        const planar2_real zero = PLANAR2_FLOW_OF(finite, lane),
+            unit = PLANAR2_FLOW_OF(jet->start.unit[0], lane);
+        const planar2_real wide = planar2_flow_larger(state[0][lane], state[1][lane] / scales[0]);
+        const planar2_real angle = goal * (wide < 1 ? wide : 1);
+        const planar2_real rate = unit * planar2_flow_larger(angle * scales[0], goal * state[1][lane]);
+        const planar2_real end = planar2_flow_larger(last[0][lane] / angle, last[1][lane] / rate);
+        const planar2_real next = planar2_flow_larger(before[0][lane] / angle, before[1][lane] / rate);
+        length[lane] = zero >= 0 && zero <= 0 ? planar2_flow_radius(order, unit, end, next) : 0;
+    }
 }
 
-/* How far the series is from the equations at its end: h times the difference of the two slopes there,
- * `apart`, over what is allowed. Expects the equations' slope in work->slope. */
-static planar2_real planar2_flow_defect(const planar2_workspace *work, const planar2_real apart[],
-    planar2_real h, planar2_real room, const planar2_real scales[2])
+/* How far the series are from the equations at the ends of their steps: h times the difference of the two
+ * slopes there, over what is allowed. Expects the start of the next steps in jet->end. */
+static void planar2_flow_defects(const int order, const planar2_workspace *jet, const planar2_real *h,
+    const planar2_real room, const planar2_real scales[2], planar2_real defect[planar2_flow_lane_count])
 {
-    planar2_real state[2], motion[2], off[2];
-    planar2_flow_norms(scales[1], work->x[0], 1, state);
-    planar2_flow_norms(scales[1], work->slope, 1, motion);
-    planar2_flow_norms(scales[1], apart, 1, off);
-    const planar2_real wide = planar2_flow_larger(state[0], state[1] / scales[0]);
-    const planar2_real angle = wide < 1 ? wide : 1;
-    const planar2_real rate = planar2_flow_larger(angle * scales[0], state[1]);
-    const planar2_real of_angle = off[0] / planar2_flow_larger(angle, fabs(h) * motion[0]);
-    /* A large angle is known to as many digits only, and so is its acceleration. */
-    const planar2_real digits = planar2_flow_larger(state[0], 1);
-    const planar2_real of_rate = off[1] / planar2_flow_larger(rate, fabs(h) * motion[1] * digits);
-    return planar2_flow_larger(of_angle, of_rate) / room;
+    planar2_real apart[planar2_flow_x], slope[planar2_flow_x];
+    planar2_real state[2][planar2_flow_lane_count], motion[2][planar2_flow_lane_count],
+        off[2][planar2_flow_lane_count];
+    const planar2_real t = *h / jet->start.unit[0], unit = jet->start.unit[0] / jet->end.unit[0],
+        square = unit * unit;
+    for (int i = 0; i < planar2_flow_x; ++i) {
+        planar2_real sum = (planar2_real)order * jet->x[order][i];
+        for (int n = order - 1; n > 0; --n) {
+            sum = sum * t + (planar2_real)n * jet->x[n][i];
+        }
+        slope[i] = t * (jet->end.slope[i] * (i < planar2_flow_q ? unit : square));
+        apart[i] = t * sum - slope[i];
+    }
+    planar2_flow_norms(scales[1], jet->state, state);
+    planar2_flow_norms(scales[1], slope, motion);
+    planar2_flow_norms(scales[1], apart, off);
+    for (int lane = 0; lane < planar2_flow_lane_count; ++lane) {
+        const planar2_real wide = planar2_flow_larger(state[0][lane], state[1][lane] / scales[0]);
+        const planar2_real angle = wide < 1 ? wide : 1;
+        const planar2_real rate = PLANAR2_FLOW_OF(jet->start.unit[0], lane)
+            * planar2_flow_larger(angle * scales[0], state[1][lane]);
+        const planar2_real of_angle = off[0][lane] / planar2_flow_larger(angle, motion[0][lane]);
+        /* A large angle is known to as many digits only, and so is its acceleration. */
+        const planar2_real digits = planar2_flow_larger(state[0][lane], 1);
+        const planar2_real of_rate = off[1][lane] / planar2_flow_larger(rate, motion[1][lane] * digits);
+        defect[lane] = planar2_flow_larger(of_angle, of_rate) / room;
+    }
 }
 
-/* The first of h, h/2, h/4, ... at whose end the series keeps to the equations; what belongs to order 0 is
- * left as it is there, and the way there in work->increment. Coefficients alone mislead where they have
- * not seen yet what moves next: when a chain is released from rest, its outer links enter at an order that
- * no series reaches. A defect that shrinks no faster than the step is rounding: no shorter step would
- * help. */
-static planar2_real planar2_flow_checked(const planar2_real u[2], int order, planar2_workspace *work,
-    planar2_real h, planar2_real goal, const planar2_real scales[2], const planar2_real lost[])
+/* Each lane's first of h, h/2, h/4, ... at whose end the series keeps to the equations; what the next
+ * steps start from is left in jet->end, where they start in jet->moved. Coefficients alone mislead where
+ * they have not seen yet what moves next: when a chain is released from rest, its outer links enter at an
+ * order that no series reaches. A defect that shrinks no faster than the step is rounding: no shorter step
+ * would help. */
+static void planar2_flow_check(const int order, planar2_workspace *jet, const planar2_real goal,
+    const planar2_real scales[2], planar2_real *h)
 {
     const planar2_real room = 64 * planar2_flow_larger(goal, 2.220446049250313e-16);
-    planar2_real before[planar2_flow_x], slope[planar2_flow_x];
-    planar2_real last = 0;
-    memcpy(before, work->x[0], sizeof before);
-    for (int slow = 0; slow < 3; h /= 2) {
-        for (int i = 0; i < planar2_flow_x; ++i) {
-            planar2_real sum = work->x[order][i], derivative = 0;
-            for (int n = order - 1; n > 0; --n) {
-                derivative = derivative * h + sum;
-                sum = sum * h + work->x[n][i];
+    planar2_real defect[planar2_flow_lane_count], last[planar2_flow_lane_count] = {0};
+    int slow[planar2_flow_lane_count] = {0}, shorter = 1;
+    while (shorter) {
+        planar2_real increment[planar2_flow_x], unit = *h;
+        planar2_flow_increment(order, jet, h, increment);
+        planar2_flow_move(increment, jet);
+        for (int lane = 0; lane < planar2_flow_lane_count; ++lane) {
+            PLANAR2_FLOW_AT(unit, lane) = planar2_flow_unit(fabs(PLANAR2_FLOW_OF(*h, lane)));
+        }
+        planar2_flow_begin(jet, jet->moved, jet->moved_lost, &unit, &jet->end);
+        planar2_flow_defects(order, jet, h, room, scales, defect);
+        shorter = 0;
+        for (int lane = 0; lane < planar2_flow_lane_count; ++lane) {
+            if (!(defect[lane] > 1) || slow[lane] == 3) {
+                continue;
             }
-            work->increment[i] = sum * h;
-            slope[i] = derivative * h + sum;
-            work->x[0][i] = before[i] + (work->increment[i] + lost[i]);
+            slow[lane] = 4 * defect[lane] > last[lane] && defect[lane]
+                * room < 1.4901161193847656e-08 ? slow[lane] + 1 : 0;
+            last[lane] = defect[lane];
+            if (slow[lane] < 3) {
+                PLANAR2_FLOW_AT(*h, lane) /= 2;
+                shorter = 1;
+            }
         }
-        planar2_flow_begin(u, work);
-        memcpy(work->x[0], before, sizeof before);
-        for (int i = 0; i < planar2_flow_x; ++i) {
-            slope[i] = h * (slope[i] - work->slope[i]);
-        }
-        const planar2_real defect = planar2_flow_defect(work, slope, h, room, scales);
-        if (!(defect > 1)) {
-            return h;
-        }
-        slow = 4 * defect > last && defect * room < 1.4901161193847656e-08 ? slow + 1 : 0;
-        last = defect;
     }
-    return 2 * h;
 }
 
-/* The scalar that an event looks at, in a state. */
-static planar2_real planar2_flow_scalar(const planar2_event *event, const planar2_real x[])
+/* The scalar that an event looks at, at a time h into a lane's step. */
+static planar2_real planar2_flow_scalar(const int order, const planar2_workspace *jet, const int lane,
+    const planar2_real h, const planar2_event *event)
 {
+    planar2_real x[planar2_flow_q], place[planar2_flow_axes * planar2_flow_masses];
     if (event->scalar != PLANAR2_OF_DEPTH) {
-        return x[event->index + (event->scalar == PLANAR2_OF_V ? 2 : 0)] - event->value;
+        return planar2_flow_entry(order, jet, lane, h, event->index
+            + (event->scalar == PLANAR2_OF_V ? planar2_flow_q : 0)) - event->value;
     }
-    planar2_real place[4];
+    for (int i = 0; i < planar2_flow_q; ++i) {
+        x[i] = planar2_flow_entry(order, jet, lane, h, i);
+    }
     planar2_positions(x, place);
-    return place[2 * event->index + 1] - event->value;
+    return place[planar2_flow_axes * event->index + planar2_flow_axes - 1] - event->value;
+}
+
+/* The scalar, or by how much it grows over twice a short time around h. */
+static planar2_real planar2_flow_signal(const int order, const planar2_workspace *jet, const int lane,
+    const planar2_real h, const planar2_event *event, const planar2_real around)
+{
+    if (!(around > 0 || around < 0)) {
+        return planar2_flow_scalar(order, jet, lane, h, event);
+    }
+    return planar2_flow_scalar(order, jet, lane, h + around, event)
+        - planar2_flow_scalar(order, jet, lane, h - around, event);
 }
 
 /* Whether a time lies between two others. */
-static int planar2_flow_between(planar2_real low, planar2_real middle, planar2_real high)
+static int planar2_flow_between(const planar2_real low, const planar2_real middle, const planar2_real high)
 {
     return (low < middle && middle < high) || (high < middle && middle < low);
 }
 
-/* Time into the step at which the event's scalar changes sign, or 2 h when it does not; x is where it
- * begins. */
-static planar2_real planar2_flow_crossing(int order, const planar2_workspace *work, planar2_real h,
-    const planar2_real lost[], const planar2_event *event, planar2_real x[planar2_flow_x])
+/* Where the signal changes sign between two times, at the first of which it is `at_low`, at the other
+ * `at_high`: the Illinois form of regula falsi, which halves the value of an end that stays. */
+static planar2_real planar2_flow_zero(const int order, const planar2_workspace *jet, const int lane,
+    const planar2_event *event, const planar2_real around, planar2_real low, planar2_real at_low,
+    planar2_real high, planar2_real at_high)
 {
-    planar2_real low = 0;
-    planar2_real at_low = planar2_flow_scalar(event, x);
-    for (int look = 1; look <= planar2_flow_looks; ++look) {
-        planar2_real high = look == planar2_flow_looks ? h : h * (planar2_real)look / planar2_flow_looks;
-        planar2_flow_at(order, work, high, lost, x);
-        planar2_real at_high = planar2_flow_scalar(event, x);
-        const int rises = at_low < 0 && at_high >= 0, falls = at_low > 0 && at_high <= 0;
-        if ((rises && event->direction >= 0) || (falls && event->direction <= 0)) {
-            /* Illinois: regula falsi that halves the value of an end that stays. */
-            for (int turn = 0; turn < 100 && (at_high > 0 || at_high < 0); ++turn) {
-                planar2_real middle = high - at_high * ((high - low) / (at_high - at_low));
-                if (turn > 60 || !planar2_flow_between(low, middle, high)) {
-                    middle = low + (high - low) / 2;
-                    if (!planar2_flow_between(low, middle, high)) {
-                        break;
-                    }
-                }
-                planar2_flow_at(order, work, middle, lost, x);
-                const planar2_real at_middle = planar2_flow_scalar(event, x);
-                if (rises ? at_middle < 0 : at_middle > 0) {
-                    at_high /= 2;
-                    low = middle;
-                    at_low = at_middle;
-                } else {
-                    at_low /= 2;
-                    high = middle;
-                    at_high = at_middle;
-                }
+    const int rises = at_low < 0;
+    for (int turn = 0; turn < 100 && (at_high > 0 || at_high < 0); ++turn) {
+        planar2_real middle = high - at_high * ((high - low) / (at_high - at_low));
+        if (turn > 60 || !planar2_flow_between(low, middle, high)) {
+            middle = low + (high - low) / 2;
+            if (!planar2_flow_between(low, middle, high)) {
+                break;
             }
-            return high;
         }
-        low = high;
-        at_low = at_high;
+        const planar2_real at_middle = planar2_flow_signal(order, jet, lane, middle, event, around);
+        if (rises ? at_middle < 0 : at_middle > 0) {
+            at_high /= 2;
+            low = middle;
+            at_low = at_middle;
+        } else {
+            at_low /= 2;
+            high = middle;
+            at_high = at_middle;
+        }
     }
+    return high;
+}
+
+/* Time at which the scalar turns back towards where it came from between two times at which it lies on the
+ * same side of zero, or the second of them where it does not. */
+static planar2_real planar2_flow_turning(const int order, const planar2_workspace *jet, const int lane,
+    const planar2_real h, const planar2_event *event, const planar2_real low, const planar2_real high,
+    const int is_above)
+{
+    const planar2_real around = h / 1024;
+    const planar2_real at_low = planar2_flow_signal(order, jet, lane, low, event, around);
+    const planar2_real at_high = planar2_flow_signal(order, jet, lane, high, event, around);
+    if (is_above ? !(at_low < 0 && at_high > 0) : !(at_low > 0 && at_high < 0)) {
+        return high;
+    }
+    return planar2_flow_zero(order, jet, lane, event, around, low, at_low, high, at_high);
+}
+
+/* Time into a lane's step at which its scalar changes sign, or 2 h when it does not. `before` is what it
+ * was at the end of the last step, and becomes what it is at the end of this one. */
+static planar2_real planar2_flow_crossing(const int order, const planar2_workspace *jet, const int lane,
+    const planar2_real h, const planar2_event *event, planar2_real *before)
+{
+    planar2_real low = 0, at_low = *before;
+    for (int look = 1; look <= planar2_flow_looks; ++look) {
+        const planar2_real end = look == planar2_flow_looks ? h : h * (planar2_real)look / planar2_flow_looks;
+        const planar2_real at_end = planar2_flow_scalar(order, jet, lane, end, event);
+        planar2_real high = end, at_high = at_end;
+        if ((at_low > 0 && at_end > 0) || (at_low < 0 && at_end < 0)) {
+            /* Twice across zero and back, perhaps. */
+            high = planar2_flow_turning(order, jet, lane, h, event, low, end, at_low > 0);
+            at_high = planar2_flow_scalar(order, jet, lane, high, event);
+        }
+        for (;;) {
+            const int rises = at_low < 0 && at_high >= 0, falls = at_low > 0 && at_high <= 0;
+            if ((rises && event->direction >= 0) || (falls && event->direction <= 0)) {
+                return planar2_flow_zero(order, jet, lane, event, 0, low, at_low, high, at_high);
+            }
+            low = high;
+            at_low = at_high;
+            if (!planar2_flow_between(low, end, 2 * end)) {
+                break;
+            }
+            high = end;
+            at_high = at_end;
+        }
+    }
+    *before = at_low;
     return 2 * h;
 }
 
 /* The whole way, in a workspace. */
-static PLANAR2_APART int planar2_flow_run(planar2_flow *flow, planar2_real t_end, unsigned long max_steps,
-    const planar2_real u[2], planar2_real q[PLANAR2_RESTRICT 2], planar2_real v[PLANAR2_RESTRICT 2],
-    const planar2_event *event, unsigned long count, const planar2_real *times, planar2_real *q_out,
-    planar2_real *v_out, planar2_workspace *work)
+static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real t_end,
+    unsigned long max_steps, const planar2_real u[2], planar2_real q[PLANAR2_RESTRICT 2],
+    planar2_real v[PLANAR2_RESTRICT 2], const planar2_event *event, unsigned long count,
+    const planar2_real *times, planar2_real *q_out, planar2_real *v_out, planar2_workspace *jet)
 {
-    planar2_real *lost = flow->lost;
     const planar2_real at_least = planar2_flow_larger(flow->tolerance, 2.220446049250313e-16);
     const planar2_real tolerance = at_least < 1 ? at_least : 1;
     /* Errors add up over the steps: each aims below the tolerance. */
@@ -1178,24 +1337,30 @@ static PLANAR2_APART int planar2_flow_run(planar2_flow *flow, planar2_real t_end
     int order = (int)ceil(1 - 0.6 * log(goal));
     order = order < 4 ? 4 : order > planar2_flow_highest ? planar2_flow_highest : order;
     const planar2_real way = t_end < flow->t ? -1 : 1;
-    int result = PLANAR2_STEP_BUDGET;
+    int result = PLANAR2_STEP_BUDGET, is_new = 1;
     const planar2_real scales[2] = {17.3, 1.0}; /* fastest linear rate, length of the chain */
+    planar2_real at_event = 0, speed[2][1], unit;
 
-    memset(work->left, 0, sizeof work->left);
-    memset(work->right, 0, sizeof work->right);
-    memcpy(work->x[0], q, 2 * sizeof *q);
-    memcpy(work->x[0] + 2, v, 2 * sizeof *v);
-    planar2_real start[planar2_flow_x]; /* of a step, as the event sees it */
-    memcpy(start, work->x[0], sizeof start);
-    memset(work->turns, 0, sizeof work->turns);
-    planar2_flow_wind(work, lost);
-    planar2_flow_begin(u, work);
+    memcpy(jet->state, q, planar2_flow_q * sizeof *q);
+    memcpy(jet->state + planar2_flow_q, v, planar2_flow_q * sizeof *v);
+    memcpy(jet->lost, flow->lost, sizeof jet->lost);
+    memcpy(jet->u, u, sizeof jet->u);
+    memset(jet->turns, 0, sizeof jet->turns);
+    planar2_flow_wind(0, jet);
+    planar2_flow_norms(scales[1], jet->state, speed);
+    unit = planar2_flow_unit(1 / planar2_flow_larger(scales[0], speed[1][0]));
+    if (event != NULL) {
+        memset(jet->x, 0, sizeof jet->x);
+        jet->start.unit[0] = unit;
+        at_event = planar2_flow_scalar(order, jet, 0, 0, event);
+    }
     flow->tolerance = tolerance;
     flow->order = order;
     flow->steps = 0;
     flow->written = 0;
     while (result == PLANAR2_STEP_BUDGET) {
         const planar2_real left = (t_end - flow->t) - flow->t_lost;
+        planar2_real length;
         if (!(left * way > 0)) {
             result = PLANAR2_DONE;
             break;
@@ -1203,46 +1368,51 @@ static PLANAR2_APART int planar2_flow_run(planar2_flow *flow, planar2_real t_end
         if (flow->steps == max_steps) {
             break;
         }
-        planar2_flow_expand(u, order, work);
-        planar2_real h = way * planar2_flow_length(order, work, goal, scales);
-        const planar2_real ahead = flow->t + 1024 * h;
-        if (!(ahead * way > flow->t * way)) {
+        if (is_new) {
+            planar2_flow_begin(jet, jet->state, jet->lost, &unit, &jet->start);
+        } else {
+            memcpy(&jet->start, &jet->end, sizeof jet->start);
+        }
+        planar2_flow_expand(order, jet);
+        planar2_flow_lengths(order, jet, goal, scales, &length);
+        if (!((flow->t + 1024 * (way * length)) * way > flow->t * way)) {
             result = PLANAR2_NOT_FINITE;
             break;
         }
-        h = planar2_flow_checked(u, order, work, h * way < left * way ? h : left, goal, scales, lost);
+        planar2_real h = length < left * way ? way * length : left;
+        planar2_flow_check(order, jet, goal, scales, &h);
+        is_new = 0;
         if (!(h * way < left * way)) {
             result = PLANAR2_DONE;
         }
         if (event != NULL) {
-            const planar2_real crossing = planar2_flow_crossing(order, work, h, lost, event, start);
+            const planar2_real crossing = planar2_flow_crossing(order, jet, 0, h, event, &at_event);
             if (crossing * way <= h * way) {
                 h = crossing;
                 result = PLANAR2_EVENT;
-                planar2_flow_increment(order, work, h, work->increment);
+                is_new = 1;
             }
+        }
+        if (is_new) {
+            planar2_real increment[planar2_flow_x];
+            unit = planar2_flow_unit(fabs(h));
+            planar2_flow_increment(order, jet, &h, increment);
+            planar2_flow_move(increment, jet);
         }
         while (flow->written < count) {
             const planar2_real inside = (times[flow->written] - flow->t) - flow->t_lost;
+            planar2_real x[planar2_flow_x];
             if (!(inside * way <= h * way)) {
                 break;
             }
-            planar2_real x[planar2_flow_x];
-            planar2_flow_at(order, work, inside, lost, x);
-            memcpy(q_out + flow->written * 2, x, 2 * sizeof *x);
-            memcpy(v_out + flow->written * 2, x + 2, 2 * sizeof *x);
+            planar2_flow_look(order, jet, 0, inside, x);
+            memcpy(q_out + flow->written * planar2_flow_q, x, planar2_flow_q * sizeof *x);
+            memcpy(v_out + flow->written * planar2_flow_q, x + planar2_flow_q, planar2_flow_q * sizeof *x);
             ++flow->written;
         }
-        if (event != NULL) {
-            planar2_flow_at(order, work, h, lost, start);
-        }
-        for (int i = 0; i < planar2_flow_x; ++i) {
-            const planar2_real whole = work->increment[i] + lost[i], before = work->x[0][i], after = before
-                + whole;
-            lost[i] = (before - (after - (after - before))) + (whole - (after - before));
-            work->x[0][i] = after;
-        }
-        planar2_flow_wind(work, lost);
+        memcpy(jet->state, jet->moved, sizeof jet->state);
+        memcpy(jet->lost, jet->moved_lost, sizeof jet->lost);
+        planar2_flow_wind(0, jet);
         const planar2_real whole = h + flow->t_lost, after = flow->t + whole;
         flow->t_lost = whole - (after - flow->t);
         flow->t = after;
@@ -1252,14 +1422,15 @@ static PLANAR2_APART int planar2_flow_run(planar2_flow *flow, planar2_real t_end
         }
         ++flow->steps;
     }
-    planar2_flow_unwind(work, lost);
-    memcpy(q, work->x[0], 2 * sizeof *q);
-    memcpy(v, work->x[0] + 2, 2 * sizeof *v);
+    planar2_flow_unwind(0, jet);
+    memcpy(q, jet->state, planar2_flow_q * sizeof *q);
+    memcpy(v, jet->state + planar2_flow_q, planar2_flow_q * sizeof *v);
+    memcpy(flow->lost, jet->lost, sizeof flow->lost);
     return result;
 }
 
 /* The same in a workspace of its own. */
-static PLANAR2_APART int planar2_flow_run_on_stack(planar2_flow *flow, planar2_real t_end,
+static PLANAR2_FLOW_APART int planar2_flow_run_on_stack(planar2_flow *flow, planar2_real t_end,
     unsigned long max_steps, const planar2_real u[2], planar2_real q[PLANAR2_RESTRICT 2],
     planar2_real v[PLANAR2_RESTRICT 2], const planar2_event *event, unsigned long count,
     const planar2_real *times, planar2_real *q_out, planar2_real *v_out)
@@ -1280,3 +1451,4 @@ int planar2_propagate(planar2_flow *flow, planar2_real t_end, unsigned long max_
     }
     return planar2_flow_run_on_stack(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out);
 }
+

@@ -175,17 +175,28 @@ typedef struct planar2_event {
     int direction;        /* +1 only where it rises along the way, -1 only where it falls, 0 both */
 } planar2_event;
 
-/* Where a propagation works: Taylor coefficients of the state and of the factors of every product on the way.
- * 10424 bytes; its contents need not outlive a call, and calls at the same time need one each. */
-typedef struct planar2_workspace {
-    planar2_real left[24][24];
-    planar2_real right[24][24];
-    planar2_real sum[24];
-    planar2_real next_sum[24];
-    planar2_real x[23][4];
+/* What a step starts from: units of time, the factored mass matrix, the first coefficients. */
+typedef struct planar2_start {
+    planar2_real unit[2];
+    planar2_real held[36];
     planar2_real slope[4];
-    planar2_real increment[4];
-    planar2_real jet_held[1];
+    planar2_real left[2][4];
+    planar2_real right[2][8];
+} planar2_start;
+
+/* Where a propagation works: Taylor coefficients of the state and of the factors of every product on the way.
+ * 4416 bytes; its contents need not outlive a call, and calls at the same time need one each. */
+typedef struct planar2_workspace {
+    planar2_start start, end;
+    planar2_real x[23][4];
+    planar2_real left[23][4];
+    planar2_real right[23][8];
+    planar2_real sums[4][8];
+    planar2_real state[4];
+    planar2_real lost[4];
+    planar2_real moved[4];
+    planar2_real moved_lost[4];
+    planar2_real u[2];
     planar2_real turns[2];
 } planar2_workspace;
 

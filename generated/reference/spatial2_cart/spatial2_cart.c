@@ -987,84 +987,89 @@ void spatial2_cart_project(const spatial2_cart_real q[8], const spatial2_cart_re
 /* Rows on cache lines; and the inner loop as a function of its own, where nothing else asks for registers. */
 #if defined(__GNUC__)
 #define SPATIAL2_CART_ALIGNED __attribute__((aligned(64)))
-#define SPATIAL2_CART_APART __attribute__((noinline))
+#define SPATIAL2_CART_FLOW_APART __attribute__((noinline))
 #else
 #define SPATIAL2_CART_ALIGNED
-#define SPATIAL2_CART_APART
+#define SPATIAL2_CART_FLOW_APART
 #endif
 
 enum {
     spatial2_cart_flow_q = 8,
     spatial2_cart_flow_x = 16,
+    spatial2_cart_flow_cart = 2,
+    spatial2_cart_flow_inputs = 2,
+    spatial2_cart_flow_masses = 2,
+    spatial2_cart_flow_axes = 3,
+    spatial2_cart_flow_lefts = 6,
+    spatial2_cart_flow_rights = 1,
+    spatial2_cart_flow_squares = 6,
+    spatial2_cart_flow_all = 12,
     spatial2_cart_flow_highest = 22,
-    spatial2_cart_flow_products = 64,
-    spatial2_cart_flow_looks = 4
+    spatial2_cart_flow_looks = 4,
+    spatial2_cart_flow_lane_count = 1
 };
 
-/* Order 0 of the Taylor series.
+/* One lane's number, to read it and to set it. */
+#define SPATIAL2_CART_FLOW_OF(lanes, lane) (((const spatial2_cart_real *)&(lanes))[lane])
+#define SPATIAL2_CART_FLOW_AT(lanes, lane) (((spatial2_cart_real *)&(lanes))[lane])
+
+/* Of each order n: n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and whether n = 0. */
+static const spatial2_cart_real spatial2_cart_flow_now[22][4] = {
+    {1.0, 1.0, 0.5, 1.0},
+    {2.0, 0.5, 0.16666666666666666, 0.0},
+    {3.0, 0.3333333333333333, 0.08333333333333333, 0.0},
+    {4.0, 0.25, 0.05, 0.0},
+    {5.0, 0.2, 0.03333333333333333, 0.0},
+    {6.0, 0.16666666666666666, 0.023809523809523808, 0.0},
+    {7.0, 0.14285714285714285, 0.017857142857142856, 0.0},
+    {8.0, 0.125, 0.013888888888888888, 0.0},
+    {9.0, 0.1111111111111111, 0.011111111111111112, 0.0},
+    {10.0, 0.1, 0.00909090909090909, 0.0},
+    {11.0, 0.09090909090909091, 0.007575757575757576, 0.0},
+    {12.0, 0.08333333333333333, 0.00641025641025641, 0.0},
+    {13.0, 0.07692307692307693, 0.005494505494505495, 0.0},
+    {14.0, 0.07142857142857142, 0.004761904761904762, 0.0},
+    {15.0, 0.06666666666666667, 0.004166666666666667, 0.0},
+    {16.0, 0.0625, 0.003676470588235294, 0.0},
+    {17.0, 0.058823529411764705, 0.0032679738562091504, 0.0},
+    {18.0, 0.05555555555555555, 0.0029239766081871343, 0.0},
+    {19.0, 0.05263157894736842, 0.002631578947368421, 0.0},
+    {20.0, 0.05, 0.002380952380952381, 0.0},
+    {21.0, 0.047619047619047616, 0.0021645021645021645, 0.0},
+    {22.0, 0.045454545454545456, 0.001976284584980237, 0.0},
+};
+
+/* Factor the mass matrix at the start of a step.
  *
  * Quantities (docs/theory.md, section 10):
- *   jet_left, jet_right  coefficients of the two factors of every product on the way
- *   jet_held             what stays the same along a motion
+ *   held            what is constant over a step: the factored mass matrix and what goes with it, link by
+ *                   link
+ *   left, right     coefficients of the factors of every product, order by order
+ *   scale        s  unit of time in a step, and its square
  */
-static void spatial2_cart_flow_start(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
-    const spatial2_cart_real u[2], spatial2_cart_real a[SPATIAL2_CART_RESTRICT 8],
-    spatial2_cart_real q_dot[SPATIAL2_CART_RESTRICT 8],
-    spatial2_cart_real jet_left[SPATIAL2_CART_RESTRICT 59],
-    spatial2_cart_real jet_right[SPATIAL2_CART_RESTRICT 59],
-    spatial2_cart_real jet_held[SPATIAL2_CART_RESTRICT 3])
+static void spatial2_cart_flow_factor(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
+    const spatial2_cart_real u[2], const spatial2_cart_real scale[2],
+    spatial2_cart_real held[SPATIAL2_CART_RESTRICT 34], spatial2_cart_real left[SPATIAL2_CART_RESTRICT 6],
+    spatial2_cart_real right[SPATIAL2_CART_RESTRICT 6])
 {
     spatial2_cart_real cosine[2];
     spatial2_cart_real cross[9];
-    spatial2_cart_real right_side[2];
     spatial2_cart_real sine_squared[2];
-    spatial2_cart_real particular[2];
-    spatial2_cart_real coupling[2];
-    spatial2_cart_real tension[3];
-
-    q_dot[0] = v[0];
-    q_dot[1] = v[1];
 
     for (int k = 0; k < 2; ++k) {
-        jet_left[k] = v[3 * k + 3];
-        jet_right[k] = q[3 * k + 4];
-        jet_left[k + 2] = v[3 * k + 4];
-        jet_right[k + 2] = q[3 * k + 3];
-        jet_left[k + 4] = v[3 * k + 4];
-        jet_right[k + 4] = q[3 * k + 2];
-        jet_left[k + 6] = v[3 * k + 2];
-        jet_right[k + 6] = q[3 * k + 4];
-        jet_left[k + 8] = v[3 * k + 2];
-        jet_right[k + 8] = q[3 * k + 3];
-        jet_left[k + 10] = v[3 * k + 3];
-        jet_right[k + 10] = q[3 * k + 2];
-        q_dot[3 * k + 2] = v[3 * k + 3] * q[3 * k + 4] - v[3 * k + 4] * q[3 * k + 3];
-        q_dot[3 * k + 3] = v[3 * k + 4] * q[3 * k + 2] - v[3 * k + 2] * q[3 * k + 4];
-        q_dot[3 * k + 4] = v[3 * k + 2] * q[3 * k + 3] - v[3 * k + 3] * q[3 * k + 2];
+        left[3 * k] = v[3 * k + 2];
+        left[3 * k + 1] = v[3 * k + 3];
+        left[3 * k + 2] = v[3 * k + 4];
     }
 
-    jet_left[12] = q[2];
-    jet_right[12] = q[5];
-    jet_left[13] = q[3];
-    jet_right[13] = q[6];
-    jet_left[14] = q[4];
-    jet_right[14] = q[7];
+    for (int k = 0; k < 6; ++k) {
+        right[k] = 0.0;
+    }
+
     const spatial2_cart_real cosine_1 = q[2] * q[5] + q[3] * q[6] + q[4] * q[7];
     cosine[1] = cosine_1;
-    jet_left[15] = q[3];
-    jet_right[15] = q[7];
-    jet_left[16] = q[4];
-    jet_right[16] = q[6];
     const spatial2_cart_real cross_x_1 = q[3] * q[7] - q[4] * q[6];
-    jet_left[17] = q[4];
-    jet_right[17] = q[5];
-    jet_left[18] = q[2];
-    jet_right[18] = q[7];
     const spatial2_cart_real cross_y_1 = q[4] * q[5] - q[2] * q[7];
-    jet_left[19] = q[2];
-    jet_right[19] = q[6];
-    jet_left[20] = q[3];
-    jet_right[20] = q[5];
     const spatial2_cart_real cross_z_1 = q[2] * q[6] - q[3] * q[5];
     cross[3] = cross_x_1;
     cross[4] = cross_y_1;
@@ -1072,635 +1077,681 @@ static void spatial2_cart_flow_start(const spatial2_cart_real q[8], const spatia
     cross[6] = 0.0;
     cross[7] = 0.0;
     cross[8] = 0.0;
-    const spatial2_cart_real free_cart_acceleration = 2.0 * u[0];
-    jet_held[0] = free_cart_acceleration;
-    const spatial2_cart_real free_cart_acceleration_2 = 2.0 * u[1];
-    jet_held[1] = free_cart_acceleration_2;
-    jet_left[21] = v[2];
-    jet_right[21] = v[2];
-    jet_left[22] = v[3];
-    jet_right[22] = v[3];
-    jet_left[23] = v[4];
-    jet_right[23] = v[4];
-    const spatial2_cart_real t1 = 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]) + 9.81 * q[4];
-    right_side[0] = t1 - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
-    jet_left[24] = v[5];
-    jet_right[24] = v[5];
-    jet_left[25] = v[6];
-    jet_right[25] = v[6];
-    jet_left[26] = v[7];
-    jet_right[26] = v[7];
-    right_side[1] = 0.2 * (v[5] * v[5] + v[6] * v[6] + v[7] * v[7]);
-    jet_left[27] = cross[3];
-    jet_right[27] = cross[3];
-    jet_left[28] = cross[4];
-    jet_right[28] = cross[4];
-    jet_left[29] = cross[5];
-    jet_right[29] = cross[5];
-    sine_squared[1] = cross[3] * cross[3] + cross[4] * cross[4] + cross[5] * cross[5];
-    jet_left[30] = q[2];
-    jet_right[30] = q[2];
-    jet_left[31] = q[3];
-    jet_right[31] = q[3];
-    const spatial2_cart_real t2 = 0.4 * (q[2] * q[2] + q[3] * q[3]);
-    const spatial2_cart_real t3 = 1.0 + t2;
-    const spatial2_cart_real base_inverse_pivot = 1.0 / t3;
-    jet_left[32] = base_inverse_pivot;
-    jet_right[32] = t3;
-    jet_left[33] = right_side[0];
-    jet_right[33] = base_inverse_pivot;
-    particular[0] = right_side[0] * base_inverse_pivot;
-    jet_left[34] = cosine[1];
-    jet_right[34] = base_inverse_pivot;
-    coupling[0] = 0.5 * (cosine[1] * base_inverse_pivot);
-    jet_left[35] = cosine[1];
-    jet_right[35] = right_side[0];
-    jet_left[36] = right_side[1];
-    jet_right[36] = t3;
-    const spatial2_cart_real t4 = 0.5 * (sine_squared[1] + t2) + t3;
-    const spatial2_cart_real middle_tension = (right_side[1] * t3 + cosine[1] * right_side[0]) / t4;
-    jet_left[37] = middle_tension;
-    jet_right[37] = t4;
-    jet_held[2] = 1.0 / t4;
-    tension[1] = middle_tension;
-    jet_left[38] = coupling[0];
-    jet_right[38] = middle_tension;
-    const spatial2_cart_real inner_tension_next = particular[0] + coupling[0] * middle_tension;
-    tension[0] = inner_tension_next;
-    tension[2] = 0.0;
-    const spatial2_cart_real t5 = 0.5 * tension[1];
-    jet_left[39] = cosine[1];
-    jet_right[39] = t5;
-    const spatial2_cart_real pull_along = 0.4 * (t1 + cosine[1] * t5);
-    const spatial2_cart_real push_across = 0.4 * (q[2] * free_cart_acceleration_2
-        - q[3] * free_cart_acceleration);
-    jet_left[40] = q[2];
-    jet_right[40] = pull_along;
-    jet_left[41] = q[3];
-    jet_right[41] = push_across;
-    const spatial2_cart_real t6 = free_cart_acceleration + q[2] * pull_along - q[3] * push_across;
-    const spatial2_cart_real cart_acceleration = t6 * base_inverse_pivot;
-    jet_left[42] = t6;
-    jet_right[42] = base_inverse_pivot;
-    jet_left[43] = q[3];
-    jet_right[43] = pull_along;
-    jet_left[44] = q[2];
-    jet_right[44] = push_across;
-    const spatial2_cart_real t7 = free_cart_acceleration_2 + q[3] * pull_along + q[2] * push_across;
-    const spatial2_cart_real cart_acceleration_2 = t7 * base_inverse_pivot;
-    jet_left[45] = t7;
-    jet_right[45] = base_inverse_pivot;
-    a[0] = cart_acceleration;
-    a[1] = cart_acceleration_2;
-    const spatial2_cart_real t8 = -3.3333333333333335 * cart_acceleration;
-    const spatial2_cart_real t9 = -3.3333333333333335 * cart_acceleration_2;
-    const spatial2_cart_real t10 = 1.6666666666666667 * tension[1];
-    jet_left[46] = cross[3];
-    jet_right[46] = t10;
-    jet_left[47] = cross[4];
-    jet_right[47] = t10;
-    jet_left[48] = cross[5];
-    jet_right[48] = t10;
-    jet_left[49] = q[4];
-    jet_right[49] = t9;
-    jet_left[50] = q[4];
-    jet_right[50] = t8;
-    jet_left[51] = q[2];
-    jet_right[51] = t9;
-    jet_left[52] = q[3];
-    jet_right[52] = t8;
-    a[2] = cross[3] * t10 + (32.7 * q[3] - q[4] * t9);
-    a[3] = cross[4] * t10 + (q[4] * t8 - 32.7 * q[2]);
-    a[4] = cross[5] * t10 + (q[2] * t9 - q[3] * t8);
-    const spatial2_cart_real outer_pull_1 = 2.5 * tension[2];
-    const spatial2_cart_real inner_pull_1 = 5.0 * tension[0];
-    jet_left[53] = cross[6];
-    jet_right[53] = outer_pull_1;
-    jet_left[54] = cross[7];
-    jet_right[54] = outer_pull_1;
-    jet_left[55] = cross[8];
-    jet_right[55] = outer_pull_1;
-    jet_left[56] = cross[3];
-    jet_right[56] = inner_pull_1;
-    jet_left[57] = cross[4];
-    jet_right[57] = inner_pull_1;
-    jet_left[58] = cross[5];
-    jet_right[58] = inner_pull_1;
-    a[5] = cross[6] * outer_pull_1 - cross[3] * inner_pull_1;
-    a[6] = cross[7] * outer_pull_1 - cross[4] * inner_pull_1;
-    a[7] = cross[8] * outer_pull_1 - cross[5] * inner_pull_1;
-}
-
-/* Order n of the Taylor series from the orders below.
- *
- * Quantities (docs/theory.md, section 10):
- *   jet_sum  what the orders between the first and n contribute to every product
- * Others are named as in flow_start.
- */
-static void spatial2_cart_flow_follow(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
-    const spatial2_cart_real u[2], const spatial2_cart_real jet_left_0[59],
-    const spatial2_cart_real jet_right_0[59], const spatial2_cart_real jet_sum[59],
-    const spatial2_cart_real jet_held[3], const spatial2_cart_real jet_order,
-    const spatial2_cart_real jet_inverse_order, spatial2_cart_real a[SPATIAL2_CART_RESTRICT 8],
-    spatial2_cart_real q_dot[SPATIAL2_CART_RESTRICT 8],
-    spatial2_cart_real jet_left[SPATIAL2_CART_RESTRICT 59],
-    spatial2_cart_real jet_right[SPATIAL2_CART_RESTRICT 59])
-{
-    (void)u;
-    (void)jet_order;
-    (void)jet_inverse_order;
-    spatial2_cart_real cosine[2];
-    spatial2_cart_real cross[9];
-    spatial2_cart_real right_side[2];
-    spatial2_cart_real sine_squared[2];
-    spatial2_cart_real particular[2];
-    spatial2_cart_real coupling[2];
-    spatial2_cart_real tension[3];
-
-    q_dot[0] = v[0];
-    q_dot[1] = v[1];
 
     for (int k = 0; k < 2; ++k) {
-        jet_left[k] = v[3 * k + 3];
-        jet_right[k] = q[3 * k + 4];
-        jet_left[k + 2] = v[3 * k + 4];
-        jet_right[k + 2] = q[3 * k + 3];
-        jet_left[k + 4] = v[3 * k + 4];
-        jet_right[k + 4] = q[3 * k + 2];
-        jet_left[k + 6] = v[3 * k + 2];
-        jet_right[k + 6] = q[3 * k + 4];
-        jet_left[k + 8] = v[3 * k + 2];
-        jet_right[k + 8] = q[3 * k + 3];
-        jet_left[k + 10] = v[3 * k + 3];
-        jet_right[k + 10] = q[3 * k + 2];
-        q_dot[3 * k + 2] = jet_sum[k] + jet_left_0[k] * q[3 * k + 4] + jet_right_0[k] * v[3 * k + 3]
-            - (jet_sum[k + 2] + jet_left_0[k + 2] * q[3 * k + 3] + jet_right_0[k + 2] * v[3 * k + 4]);
-        q_dot[3 * k + 3] = jet_sum[k + 4] + jet_left_0[k + 4] * q[3 * k + 2]
-            + jet_right_0[k + 4] * v[3 * k + 4] - (jet_sum[k + 6] + jet_left_0[k + 6] * q[3 * k + 4]
-            + jet_right_0[k + 6] * v[3 * k + 2]);
-        q_dot[3 * k + 4] = jet_sum[k + 8] + jet_left_0[k + 8] * q[3 * k + 3]
-            + jet_right_0[k + 8] * v[3 * k + 2] - (jet_sum[k + 10] + jet_left_0[k + 10] * q[3 * k + 2]
-            + jet_right_0[k + 10] * v[3 * k + 3]);
+        held[3 * k] = q[3 * k + 2];
+        held[3 * k + 1] = q[3 * k + 3];
+        held[3 * k + 2] = q[3 * k + 4];
+        held[3 * k + 6] = 0.5 * (cross[3 * k + 4] * q[3 * k + 4] - cross[3 * k + 5] * q[3 * k + 3]);
+        held[3 * k + 7] = 0.5 * (cross[3 * k + 5] * q[3 * k + 2] - cross[3 * k + 3] * q[3 * k + 4]);
+        held[3 * k + 8] = 0.5 * (cross[3 * k + 3] * q[3 * k + 3] - cross[3 * k + 4] * q[3 * k + 2]);
     }
 
-    jet_left[12] = q[2];
-    jet_right[12] = q[5];
-    jet_left[13] = q[3];
-    jet_right[13] = q[6];
-    const spatial2_cart_real t1 = jet_sum[12] + jet_left_0[12] * q[5] + jet_right_0[12] * q[2]
-        + (jet_sum[13] + jet_left_0[13] * q[6] + jet_right_0[13] * q[3]);
-    jet_left[14] = q[4];
-    jet_right[14] = q[7];
-    const spatial2_cart_real cosine_1 = t1 + (jet_sum[14] + jet_left_0[14] * q[7] + jet_right_0[14] * q[4]);
-    cosine[1] = cosine_1;
-    jet_left[15] = q[3];
-    jet_right[15] = q[7];
-    jet_left[16] = q[4];
-    jet_right[16] = q[6];
-    const spatial2_cart_real cross_x_1 = jet_sum[15] + jet_left_0[15] * q[7] + jet_right_0[15] * q[3]
-        - (jet_sum[16] + jet_left_0[16] * q[6] + jet_right_0[16] * q[4]);
-    jet_left[17] = q[4];
-    jet_right[17] = q[5];
-    jet_left[18] = q[2];
-    jet_right[18] = q[7];
-    const spatial2_cart_real cross_y_1 = jet_sum[17] + jet_left_0[17] * q[5] + jet_right_0[17] * q[4]
-        - (jet_sum[18] + jet_left_0[18] * q[7] + jet_right_0[18] * q[2]);
-    jet_left[19] = q[2];
-    jet_right[19] = q[6];
-    jet_left[20] = q[3];
-    jet_right[20] = q[5];
-    const spatial2_cart_real cross_z_1 = jet_sum[19] + jet_left_0[19] * q[6] + jet_right_0[19] * q[2]
-        - (jet_sum[20] + jet_left_0[20] * q[5] + jet_right_0[20] * q[3]);
-    cross[3] = cross_x_1;
-    cross[4] = cross_y_1;
-    cross[5] = cross_z_1;
-    cross[6] = 0.0;
-    cross[7] = 0.0;
-    cross[8] = 0.0;
-    jet_left[21] = v[2];
-    jet_right[21] = v[2];
-    jet_left[22] = v[3];
-    jet_right[22] = v[3];
-    const spatial2_cart_real t2 = jet_sum[21] + (jet_left_0[21] + jet_left_0[21]) * v[2]
-        + (jet_sum[22] + (jet_left_0[22] + jet_left_0[22]) * v[3]);
-    jet_left[23] = v[4];
-    jet_right[23] = v[4];
-    const spatial2_cart_real t3 = 0.3 * (t2 + (jet_sum[23] + (jet_left_0[23] + jet_left_0[23]) * v[4]))
-        + 9.81 * q[4];
-    right_side[0] = t3 - (jet_held[0] * q[2] + jet_held[1] * q[3]);
-    jet_left[24] = v[5];
-    jet_right[24] = v[5];
-    jet_left[25] = v[6];
-    jet_right[25] = v[6];
-    const spatial2_cart_real t4 = jet_sum[24] + (jet_left_0[24] + jet_left_0[24]) * v[5]
-        + (jet_sum[25] + (jet_left_0[25] + jet_left_0[25]) * v[6]);
-    jet_left[26] = v[7];
-    jet_right[26] = v[7];
-    right_side[1] = 0.2 * (t4 + (jet_sum[26] + (jet_left_0[26] + jet_left_0[26]) * v[7]));
-    jet_left[27] = cross[3];
-    jet_right[27] = cross[3];
-    jet_left[28] = cross[4];
-    jet_right[28] = cross[4];
-    const spatial2_cart_real t5 = jet_sum[27] + (jet_left_0[27] + jet_left_0[27]) * cross[3]
-        + (jet_sum[28] + (jet_left_0[28] + jet_left_0[28]) * cross[4]);
-    jet_left[29] = cross[5];
-    jet_right[29] = cross[5];
-    sine_squared[1] = t5 + (jet_sum[29] + (jet_left_0[29] + jet_left_0[29]) * cross[5]);
-    jet_left[30] = q[2];
-    jet_right[30] = q[2];
-    jet_left[31] = q[3];
-    jet_right[31] = q[3];
-    const spatial2_cart_real t6 = jet_sum[30] + (jet_left_0[30] + jet_left_0[30]) * q[2]
-        + (jet_sum[31] + (jet_left_0[31] + jet_left_0[31]) * q[3]);
-    const spatial2_cart_real t7 = 0.4 * t6;
-    const spatial2_cart_real t8 = (jet_sum[32] + jet_left_0[32] * t7) * jet_left_0[32];
-    const spatial2_cart_real t9 = -t8;
-    jet_left[32] = t9;
-    jet_right[32] = t7;
-    jet_left[33] = right_side[0];
-    jet_right[33] = t9;
-    particular[0] = jet_sum[33] - jet_left_0[33] * t8 + jet_right_0[33] * right_side[0];
-    jet_left[34] = cosine[1];
-    jet_right[34] = t9;
-    coupling[0] = 0.5 * (jet_sum[34] - jet_left_0[34] * t8 + jet_right_0[34] * cosine[1]);
-    jet_left[35] = cosine[1];
-    jet_right[35] = right_side[0];
-    jet_left[36] = right_side[1];
-    jet_right[36] = t7;
-    const spatial2_cart_real t10 = jet_sum[36] + jet_left_0[36] * t7 + jet_right_0[36] * right_side[1]
-        + (jet_sum[35] + jet_left_0[35] * right_side[0] + jet_right_0[35] * cosine[1]);
-    const spatial2_cart_real t11 = 0.5 * (sine_squared[1] + t7) + t7;
-    const spatial2_cart_real t12 = (t10 - (jet_sum[37] + jet_left_0[37] * t11)) * jet_held[2];
-    jet_left[37] = t12;
-    jet_right[37] = t11;
-    tension[1] = t12;
-    jet_left[38] = coupling[0];
-    jet_right[38] = t12;
-    const spatial2_cart_real inner_tension_next = particular[0]
-        + (jet_sum[38] + jet_left_0[38] * t12 + jet_right_0[38] * coupling[0]);
-    tension[0] = inner_tension_next;
+    held[12] = 0.0;
+    held[13] = 0.0;
+    held[14] = 0.0;
+    sine_squared[1] = cross[3] * cross[3] + cross[4] * cross[4] + cross[5] * cross[5];
+    held[15] = q[6] * cross[5] - q[7] * cross[4];
+    held[16] = q[7] * cross[3] - q[5] * cross[5];
+    held[17] = q[5] * cross[4] - q[6] * cross[3];
+    held[24] = 9.81 * scale[1];
+    held[25] = 2.0 * u[0] * scale[1];
+    held[26] = 2.0 * u[1] * scale[1];
+    const spatial2_cart_real base_slack = 0.4 * (q[2] * q[2] + q[3] * q[3]);
+    const spatial2_cart_real inverse_cart_pivot = 1.0 / (1.0 + base_slack);
+    const spatial2_cart_real cart_share = 0.4 * inverse_cart_pivot;
+    const spatial2_cart_real t1 = cart_share * q[3];
+    const spatial2_cart_real t2 = cart_share * q[2];
+    held[27] = inverse_cart_pivot + t1 * q[3];
+    held[28] = -t2 * q[3];
+    held[29] = inverse_cart_pivot + t2 * q[2];
+    held[30] = t2;
+    held[31] = t1;
+    held[32] = 0.5 * cosine[1];
+    held[33] = 0.4;
+    held[20] = inverse_cart_pivot;
+    const spatial2_cart_real base_passed = cosine[1] * inverse_cart_pivot;
+    held[18] = base_passed;
+    held[22] = 0.5 * base_passed;
+    held[21] = 1.0 / (0.5 * ((sine_squared[1] + base_slack) * inverse_cart_pivot) + 1.0);
+    held[19] = 0.0;
+    held[23] = 0.0;
+}
+
+/* The coefficients of the next order.
+ *
+ * Quantities (docs/theory.md, section 10):
+ *   sums               for every product what the coefficients that are known contribute to it
+ *   coefficient, next  the state's coefficients of order n, and of order n + 1
+ *   now                n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and 1 at order 0, else 0
+ * Others are named as in flow_factor.
+ */
+static void spatial2_cart_flow_order(const spatial2_cart_real held[34], const spatial2_cart_real sums[12],
+    const spatial2_cart_real coefficient[16], const spatial2_cart_real now[4],
+    spatial2_cart_real left[SPATIAL2_CART_RESTRICT 6], spatial2_cart_real right[SPATIAL2_CART_RESTRICT 6],
+    spatial2_cart_real next[SPATIAL2_CART_RESTRICT 16])
+{
+    spatial2_cart_real still[6];
+    spatial2_cart_real apart[6];
+    spatial2_cart_real load[2];
+    spatial2_cart_real gathered[2];
+    spatial2_cart_real tension[3];
+
+    for (int k = 0; k < 8; ++k) {
+        next[k] = coefficient[k + 8] * now[1];
+    }
+
+    const spatial2_cart_real bend_unit = -0.5 * (now[0] * now[0] + now[0]);
+    still[0] = 0.5 * sums[3] - sums[0];
+    still[1] = 0.5 * sums[4] - sums[1];
+    still[2] = 0.5 * sums[5] - sums[2];
+    still[3] = -sums[3];
+    still[4] = -sums[4];
+    still[5] = -sums[5];
+    const spatial2_cart_real t1 = still[3] - still[0];
+    const spatial2_cart_real t2 = still[4] - still[1];
+    const spatial2_cart_real t3 = still[5] - still[2];
+    apart[3] = t1;
+    apart[4] = t2;
+    apart[5] = t3;
+    load[1] = held[3] * t1 + held[4] * t2 + held[5] * t3
+        - 0.2 * (bend_unit * (sums[9] + sums[10] + sums[11]));
+    const spatial2_cart_real t4 = still[2] + now[3] * held[24];
+    const spatial2_cart_real pull = held[0] * still[0] + held[1] * still[1] + held[2] * t4
+        - 0.3 * (bend_unit * (sums[6] + sums[7] + sums[8]));
+    const spatial2_cart_real free_cart_x = held[33] * sums[0] + now[3] * held[25];
+    const spatial2_cart_real free_cart_y = held[33] * sums[1] + now[3] * held[26];
+    load[0] = pull - (held[0] * free_cart_x + held[1] * free_cart_y);
+    gathered[0] = held[20] * load[0];
+    const spatial2_cart_real middle_tension = held[21] * (load[1] + held[18] * load[0]);
+    tension[1] = middle_tension;
+    const spatial2_cart_real tension_next = gathered[0] + held[22] * middle_tension;
+    tension[0] = tension_next;
     tension[2] = 0.0;
-    const spatial2_cart_real t13 = 0.5 * tension[1];
-    jet_left[39] = cosine[1];
-    jet_right[39] = t13;
-    const spatial2_cart_real pull_along = 0.4
-        * (t3 + (jet_sum[39] + jet_left_0[39] * t13 + jet_right_0[39] * cosine[1]));
-    const spatial2_cart_real push_across = 0.4 * (jet_held[1] * q[2] - jet_held[0] * q[3]);
-    jet_left[40] = q[2];
-    jet_right[40] = pull_along;
-    jet_left[41] = q[3];
-    jet_right[41] = push_across;
-    const spatial2_cart_real t14 = jet_sum[40] + jet_left_0[40] * pull_along + jet_right_0[40] * q[2]
-        - (jet_sum[41] + jet_left_0[41] * push_across + jet_right_0[41] * q[3]);
-    jet_left[42] = t14;
-    jet_right[42] = t9;
-    const spatial2_cart_real cart_acceleration = jet_sum[42] - jet_left_0[42] * t8 + jet_right_0[42] * t14;
-    jet_left[43] = q[3];
-    jet_right[43] = pull_along;
-    jet_left[44] = q[2];
-    jet_right[44] = push_across;
-    const spatial2_cart_real t15 = jet_sum[43] + jet_left_0[43] * pull_along + jet_right_0[43] * q[3]
-        + (jet_sum[44] + jet_left_0[44] * push_across + jet_right_0[44] * q[2]);
-    jet_left[45] = t15;
-    jet_right[45] = t9;
-    const spatial2_cart_real cart_acceleration_2 = jet_sum[45] - jet_left_0[45] * t8 + jet_right_0[45] * t15;
-    a[0] = cart_acceleration;
-    a[1] = cart_acceleration_2;
-    const spatial2_cart_real t16 = -3.3333333333333335 * cart_acceleration;
-    const spatial2_cart_real t17 = -3.3333333333333335 * cart_acceleration_2;
-    const spatial2_cart_real t18 = 1.6666666666666667 * tension[1];
-    jet_left[46] = cross[3];
-    jet_right[46] = t18;
-    jet_left[47] = cross[4];
-    jet_right[47] = t18;
-    jet_left[48] = cross[5];
-    jet_right[48] = t18;
-    jet_left[49] = q[4];
-    jet_right[49] = t17;
-    jet_left[50] = q[4];
-    jet_right[50] = t16;
-    jet_left[51] = q[2];
-    jet_right[51] = t17;
-    jet_left[52] = q[3];
-    jet_right[52] = t16;
-    const spatial2_cart_real t19 = jet_sum[51] + jet_left_0[51] * t17 + jet_right_0[51] * q[2]
-        - (jet_sum[52] + jet_left_0[52] * t16 + jet_right_0[52] * q[3]);
-    a[2] = jet_sum[46] + jet_left_0[46] * t18 + jet_right_0[46] * cross[3]
-        + (32.7 * q[3] - (jet_sum[49] + jet_left_0[49] * t17 + jet_right_0[49] * q[4]));
-    a[3] = jet_sum[47] + jet_left_0[47] * t18 + jet_right_0[47] * cross[4]
-        + (jet_sum[50] + jet_left_0[50] * t16 + jet_right_0[50] * q[4] - 32.7 * q[2]);
-    a[4] = jet_sum[48] + jet_left_0[48] * t18 + jet_right_0[48] * cross[5] + t19;
-    const spatial2_cart_real outer_pull_1 = 2.5 * tension[2];
-    const spatial2_cart_real inner_pull_1 = 5.0 * tension[0];
-    jet_left[53] = cross[6];
-    jet_right[53] = outer_pull_1;
-    jet_left[54] = cross[7];
-    jet_right[54] = outer_pull_1;
-    jet_left[55] = cross[8];
-    jet_right[55] = outer_pull_1;
-    jet_left[56] = cross[3];
-    jet_right[56] = inner_pull_1;
-    jet_left[57] = cross[4];
-    jet_right[57] = inner_pull_1;
-    jet_left[58] = cross[5];
-    jet_right[58] = inner_pull_1;
-    a[5] = jet_sum[53] + jet_left_0[53] * outer_pull_1 + jet_right_0[53] * cross[6]
-        - (jet_sum[56] + jet_left_0[56] * inner_pull_1 + jet_right_0[56] * cross[3]);
-    a[6] = jet_sum[54] + jet_left_0[54] * outer_pull_1 + jet_right_0[54] * cross[7]
-        - (jet_sum[57] + jet_left_0[57] * inner_pull_1 + jet_right_0[57] * cross[4]);
-    a[7] = jet_sum[55] + jet_left_0[55] * outer_pull_1 + jet_right_0[55] * cross[8]
-        - (jet_sum[58] + jet_left_0[58] * inner_pull_1 + jet_right_0[58] * cross[5]);
+    const spatial2_cart_real pull_beyond = pull + held[32] * tension[1];
+    const spatial2_cart_real cart_x = held[27] * free_cart_x + held[28] * free_cart_y
+        + held[30] * pull_beyond;
+    const spatial2_cart_real cart_y = held[28] * free_cart_x + held[29] * free_cart_y
+        + held[31] * pull_beyond;
+    next[8] = cart_x * now[1];
+    next[9] = cart_y * now[1];
+    const spatial2_cart_real t5 = pull - (held[0] * cart_x + held[1] * cart_y);
+    const spatial2_cart_real t6 = still[0] - cart_x - held[0] * t5 + held[6] * tension[1];
+    const spatial2_cart_real t7 = still[1] - cart_y - held[1] * t5 + held[7] * tension[1];
+    const spatial2_cart_real t8 = t4 - held[2] * t5 + held[8] * tension[1];
+    const spatial2_cart_real rate_unit = 3.3333333333333335 * now[1];
+    const spatial2_cart_real ahead_unit = 3.3333333333333335 * now[2];
+    left[0] = t6 * ahead_unit;
+    left[1] = t7 * ahead_unit;
+    left[2] = t8 * ahead_unit;
+    next[10] = t6 * rate_unit;
+    next[11] = t7 * rate_unit;
+    next[12] = t8 * rate_unit;
+    right[0] = tension[0];
+    right[1] = tension[0];
+    right[2] = tension[0];
+    const spatial2_cart_real t9 = apart[3] - held[3] * load[1] + held[9] * tension[2] + held[15] * tension[0];
+    const spatial2_cart_real t10 = apart[4] - held[4] * load[1] + held[10] * tension[2]
+        + held[16] * tension[0];
+    const spatial2_cart_real t11 = apart[5] - held[5] * load[1] + held[11] * tension[2]
+        + held[17] * tension[0];
+    const spatial2_cart_real rate_unit_1 = 5.0 * now[1];
+    const spatial2_cart_real ahead_unit_1 = 5.0 * now[2];
+    left[3] = t9 * ahead_unit_1;
+    left[4] = t10 * ahead_unit_1;
+    left[5] = t11 * ahead_unit_1;
+    next[13] = t9 * rate_unit_1;
+    next[14] = t10 * rate_unit_1;
+    next[15] = t11 * rate_unit_1;
+    right[3] = tension[1];
+    right[4] = tension[1];
+    right[5] = tension[1];
 }
 
-/* S_n of all products, sum of left_j right_{n-j} over 0 < j < n, and of S_{n+1} what needs no order above
- * n - 1: two at a time, since reading the coefficients is what takes long. The newest come last, so that
- * the rest need not wait for them. From n = 6 on, n even. */
-static void spatial2_cart_flow_two_sums(int n, spatial2_cart_workspace *work)
+/* Rates of the unit vectors from angular velocities. */
+static void spatial2_cart_flow_enter(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
+    spatial2_cart_real rate[SPATIAL2_CART_RESTRICT 8])
 {
-    for (int lane = 0; lane < spatial2_cart_flow_products; ++lane) {
-        spatial2_cart_real sum = work->left[2][lane] * work->right[n - 2][lane], next = 0;
-        int j = 3;
-        do {
-            sum += work->left[j][lane] * work->right[n - j][lane];
-            next += work->left[j][lane] * work->right[n + 1 - j][lane];
-        } while (++j < n - 1);
-        next += work->left[2][lane] * work->right[n - 1][lane];
-        next += work->left[n - 1][lane] * work->right[2][lane];
-        sum += work->left[1][lane] * work->right[n - 1][lane];
-        work->sum[lane] = sum + work->left[n - 1][lane] * work->right[1][lane];
-        work->next_sum[lane] = next;
+    rate[0] = v[0];
+    rate[1] = v[1];
+
+    for (int k = 0; k < 2; ++k) {
+        rate[3 * k + 2] = v[3 * k + 3] * q[3 * k + 4] - v[3 * k + 4] * q[3 * k + 3];
+        rate[3 * k + 3] = v[3 * k + 4] * q[3 * k + 2] - v[3 * k + 2] * q[3 * k + 4];
+        rate[3 * k + 4] = v[3 * k + 2] * q[3 * k + 3] - v[3 * k + 3] * q[3 * k + 2];
     }
 }
 
-/* S_n of all products, into work->sum. */
-static void spatial2_cart_flow_sums(int n, spatial2_cart_workspace *work)
+/* Unit vectors and angular velocities again. */
+static void spatial2_cart_flow_leave(const spatial2_cart_real q[8], const spatial2_cart_real rate[8],
+    spatial2_cart_real q_out[SPATIAL2_CART_RESTRICT 8], spatial2_cart_real v_out[SPATIAL2_CART_RESTRICT 8])
 {
-    if (n >= 6 && n % 2 == 0) {
-        spatial2_cart_flow_two_sums(n, work);
-    } else if (n > 6) {
-        for (int lane = 0; lane < spatial2_cart_flow_products; ++lane) {
-            const spatial2_cart_real sum = work->next_sum[lane]
-                + work->left[1][lane] * work->right[n - 1][lane];
-            work->sum[lane] = sum + work->left[n - 1][lane] * work->right[1][lane];
-        }
-    } else {
-        memset(work->sum, 0, sizeof work->sum);
-        for (int j = 1; j < n; ++j) {
-            for (int lane = 0; lane < spatial2_cart_flow_products; ++lane) {
-                work->sum[lane] += work->left[j][lane] * work->right[n - j][lane];
-            }
+    q_out[0] = q[0];
+    q_out[1] = q[1];
+    v_out[0] = rate[0];
+    v_out[1] = rate[1];
+
+    for (int k = 0; k < 2; ++k) {
+        const spatial2_cart_real square = q[3 * k + 2] * q[3 * k + 2] + q[3 * k + 3] * q[3 * k + 3]
+            + q[3 * k + 4] * q[3 * k + 4];
+        const spatial2_cart_real t1 = 1.0 / sqrt(square);
+        q_out[3 * k + 2] = q[3 * k + 2] * t1;
+        q_out[3 * k + 3] = q[3 * k + 3] * t1;
+        q_out[3 * k + 4] = q[3 * k + 4] * t1;
+        const spatial2_cart_real t2 = 1.0 / square;
+        v_out[3 * k + 2] = (q[3 * k + 3] * rate[3 * k + 4] - q[3 * k + 4] * rate[3 * k + 3]) * t2;
+        v_out[3 * k + 3] = (q[3 * k + 4] * rate[3 * k + 2] - q[3 * k + 2] * rate[3 * k + 4]) * t2;
+        v_out[3 * k + 4] = (q[3 * k + 2] * rate[3 * k + 3] - q[3 * k + 3] * rate[3 * k + 2]) * t2;
+    }
+}
+
+/* Unit vectors stay unit vectors: what is not tangent goes into the digits lost.
+ *
+ * Quantities (docs/theory.md, section 10):
+ *   lost  what rounding took from the state
+ */
+static void spatial2_cart_flow_settle(const spatial2_cart_real x[16], const spatial2_cart_real lost[16],
+    spatial2_cart_real settled[SPATIAL2_CART_RESTRICT 16])
+{
+    settled[0] = lost[0];
+    settled[1] = lost[1];
+    settled[8] = lost[8];
+    settled[9] = lost[9];
+
+    for (int k = 0; k < 2; ++k) {
+        const spatial2_cart_real t1 = 0.5 * (x[3 * k + 2] * x[3 * k + 2] + x[3 * k + 3] * x[3 * k + 3]
+            + x[3 * k + 4] * x[3 * k + 4] - 1.0);
+        const spatial2_cart_real excess = t1 + (x[3 * k + 2] * lost[3 * k + 2]
+            + x[3 * k + 3] * lost[3 * k + 3] + x[3 * k + 4] * lost[3 * k + 4]);
+        const spatial2_cart_real t2 = lost[3 * k + 2] * x[3 * k + 10] + lost[3 * k + 3] * x[3 * k + 11]
+            + lost[3 * k + 4] * x[3 * k + 12];
+        const spatial2_cart_real t3 = x[3 * k + 2] * lost[3 * k + 10] + x[3 * k + 3] * lost[3 * k + 11]
+            + x[3 * k + 4] * lost[3 * k + 12];
+        const spatial2_cart_real along = x[3 * k + 2] * x[3 * k + 10] + x[3 * k + 3] * x[3 * k + 11]
+            + x[3 * k + 4] * x[3 * k + 12] + (t2 + t3);
+        settled[3 * k + 2] = lost[3 * k + 2] - x[3 * k + 2] * excess;
+        settled[3 * k + 3] = lost[3 * k + 3] - x[3 * k + 3] * excess;
+        settled[3 * k + 4] = lost[3 * k + 4] - x[3 * k + 4] * excess;
+        settled[3 * k + 10] = lost[3 * k + 10] - x[3 * k + 2] * along;
+        settled[3 * k + 11] = lost[3 * k + 11] - x[3 * k + 3] * along;
+        settled[3 * k + 12] = lost[3 * k + 12] - x[3 * k + 4] * along;
+    }
+}
+
+/* Largest angle and rate of a row in every lane, the cart's in lengths of the chain. */
+static void spatial2_cart_flow_norms(const spatial2_cart_real reach,
+    const spatial2_cart_real x[spatial2_cart_flow_x],
+    spatial2_cart_real norm[2][spatial2_cart_flow_lane_count])
+{
+    for (int lane = 0; lane < spatial2_cart_flow_lane_count; ++lane) {
+        norm[0][lane] = norm[1][lane] = 0;
+    }
+    for (int i = 0; i < spatial2_cart_flow_q; ++i) {
+        const spatial2_cart_real share = i < spatial2_cart_flow_cart ? 1 / reach : 1;
+        for (int lane = 0; lane < spatial2_cart_flow_lane_count; ++lane) {
+            const spatial2_cart_real angle = fabs(SPATIAL2_CART_FLOW_OF(x[i], lane)) * share,
+                rate = fabs(SPATIAL2_CART_FLOW_OF(x[spatial2_cart_flow_q + i], lane)) * share;
+            norm[0][lane] = angle > norm[0][lane] ? angle : norm[0][lane];
+            norm[1][lane] = rate > norm[1][lane] ? rate : norm[1][lane];
         }
     }
 }
 
-/* The slope of the state at work->x[0], and what belongs to order 0. */
-static void spatial2_cart_flow_begin(const spatial2_cart_real u[2], spatial2_cart_workspace *work)
+/* Sums of order n over 0 <= j <= n of left_j right_{n-j}, where orders come one by one. */
+static void spatial2_cart_flow_sums(const int n, const spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet,
+    spatial2_cart_real *SPATIAL2_CART_RESTRICT sums)
 {
-    spatial2_cart_real *slope = work->slope;
-    spatial2_cart_flow_start(work->x[0], work->x[0] + 8, u, slope + 8, slope, work->left[0], work->right[0],
-        work->jet_held);
-}
-
-/* The coefficients of the state up to the given order, from work->x[0] and what belongs to it. */
-static SPATIAL2_CART_APART void spatial2_cart_flow_expand(const spatial2_cart_real u[2], int order,
-    spatial2_cart_workspace *SPATIAL2_CART_RESTRICT work)
-{
-    spatial2_cart_real slope[spatial2_cart_flow_x];
-    memcpy(slope, work->slope, sizeof slope);
-    for (int n = 0;;) {
-        spatial2_cart_real *SPATIAL2_CART_RESTRICT next = work->x[n + 1];
-        const spatial2_cart_real share = 1 / (spatial2_cart_real)(n + 1);
-        for (int i = 0; i < 8; ++i) {
-            next[i] = share * slope[i];
+    for (int row = 0; row < spatial2_cart_flow_rights; ++row) {
+        for (int i = 0; i < spatial2_cart_flow_lefts; ++i) {
+            spatial2_cart_real sum = jet->left[0][i] * jet->right[n][spatial2_cart_flow_lefts * row + i];
+            int j = 1;
+            do {
+                sum += jet->left[j][i] * jet->right[n - j][spatial2_cart_flow_lefts * row + i];
+            } while (++j <= n);
+            sums[spatial2_cart_flow_lefts * row + i] = sum;
         }
-        for (int i = 8; i < 16; ++i) {
-            next[i] = share * slope[i];
-        }
-        if (++n == order) {
-            return;
-        }
-        spatial2_cart_flow_sums(n, work);
-        spatial2_cart_flow_follow(work->x[n], work->x[n] + 8, u, work->left[0], work->right[0], work->sum,
-            work->jet_held, (spatial2_cart_real)n, 1 / (spatial2_cart_real)n, slope + 8, slope, work->left[n],
-            work->right[n]);
     }
 }
 
-/* The state at a time h into the step: x_0 + (h x_1 + h^2 x_2 + ...), the bracket by Horner's rule. */
-static void spatial2_cart_flow_increment(int order, const spatial2_cart_workspace *work, spatial2_cart_real h,
+/* Orders come in blocks of four: what the sums of orders n to n + 3 can take from rows up to n, four sums
+ * at a time, which share what they read. For n > 3. */
+static void spatial2_cart_flow_ahead(const int n, spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
+{
+    for (int row = 0; row < spatial2_cart_flow_rights; ++row) {
+        for (int i = 0; i < spatial2_cart_flow_lefts; ++i) {
+            const int k = spatial2_cart_flow_lefts * row + i;
+            spatial2_cart_real far = jet->right[n - 1][k], middle = jet->right[n - 2][k],
+                near = jet->right[n - 3][k];
+            spatial2_cart_real first = jet->left[1][i] * far + jet->left[2][i] * middle
+                + jet->left[3][i] * near;
+            spatial2_cart_real second = jet->left[2][i] * far + jet->left[3][i] * middle;
+            spatial2_cart_real third = jet->left[3][i] * far, fourth = (0);
+            int j = 4;
+            do {
+                const spatial2_cart_real left = jet->left[j][i], right = jet->right[n - j][k];
+                first += left * right;
+                second += left * near;
+                third += left * middle;
+                fourth += left * far;
+                far = middle;
+                middle = near;
+                near = right;
+            } while (++j <= n);
+            far = jet->right[n][k];
+            jet->sums[0][k] = first + jet->left[0][i] * far;
+            jet->sums[1][k] = second + jet->left[1][i] * far;
+            jet->sums[2][k] = third + jet->left[2][i] * far;
+            jet->sums[3][k] = fourth + jet->left[3][i] * far;
+        }
+    }
+}
+
+/* What the sums `turn` orders after the start of a block still want of the rows that have come since. */
+static void spatial2_cart_flow_rest(const int n, const int turn,
+    spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
+{
+    for (int row = 0; row < spatial2_cart_flow_rights; ++row) {
+        for (int i = 0; i < spatial2_cart_flow_lefts; ++i) {
+            const int k = spatial2_cart_flow_lefts * row + i;
+            spatial2_cart_real sum = jet->sums[turn][k];
+            int j = 0;
+            do {
+                sum += jet->left[n - j][i] * jet->right[j][k] + jet->left[j][i] * jet->right[n - j][k];
+            } while (++j < turn);
+            jet->sums[turn][k] = sum;
+        }
+    }
+}
+
+/* Sums of order n of left_j left_{n-j}, behind the others. */
+static void spatial2_cart_flow_square_sums(const int n,
+    const spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet,
+    spatial2_cart_real *SPATIAL2_CART_RESTRICT sums)
+{
+    for (int i = 0; i < spatial2_cart_flow_squares; ++i) {
+        spatial2_cart_real sum = jet->left[0][i] * jet->left[n][i];
+        for (int j = 1; 2 * j < n; ++j) {
+            sum += jet->left[j][i] * jet->left[n - j][i];
+        }
+        sum += sum;
+        if (n % 2 == 0) {
+            sum += jet->left[n / 2][i] * jet->left[n / 2][i];
+        }
+        sums[i] = sum;
+    }
+}
+
+/* Factor the mass matrix in the states x + lost, time in the given units, and solve for the coefficients
+ * of order 1. */
+static void spatial2_cart_flow_begin(const spatial2_cart_workspace *jet,
+    const spatial2_cart_real x[spatial2_cart_flow_x], const spatial2_cart_real lost[spatial2_cart_flow_x],
+    const spatial2_cart_real *unit, spatial2_cart_start *SPATIAL2_CART_RESTRICT start)
+{
+    spatial2_cart_real sums[spatial2_cart_flow_all], first[spatial2_cart_flow_x];
+    start->unit[0] = *unit;
+    start->unit[1] = *unit * *unit;
+    for (int i = 0; i < spatial2_cart_flow_q; ++i) {
+        first[i] = x[i];
+        first[spatial2_cart_flow_q + i] = *unit * x[spatial2_cart_flow_q + i];
+    }
+    spatial2_cart_flow_factor(first, first + spatial2_cart_flow_q, jet->u, start->unit, start->held,
+        start->left[0], start->right[0]);
+    for (int k = 0; k < spatial2_cart_flow_lefts * spatial2_cart_flow_rights; ++k) {
+        sums[k] = start->left[0][k % spatial2_cart_flow_lefts] * start->right[0][k];
+    }
+    for (int i = 0; i < spatial2_cart_flow_squares; ++i) {
+        sums[spatial2_cart_flow_lefts * spatial2_cart_flow_rights + i] = start->left[0][i]
+            * start->left[0][i];
+    }
+    spatial2_cart_flow_order(start->held, sums, first, spatial2_cart_flow_now[0], start->left[1],
+        start->right[1], start->slope);
+    (void)lost;
+}
+
+/* The coefficients of the states up to the given order, from jet->start. */
+static SPATIAL2_CART_FLOW_APART void spatial2_cart_flow_expand(const int order,
+    spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
+{
+    const int first = 4 + order % 4;
+    memcpy(jet->left, jet->start.left, sizeof jet->start.left);
+    memcpy(jet->right, jet->start.right, sizeof jet->start.right);
+    memcpy(jet->x[1], jet->start.slope, sizeof jet->start.slope);
+    for (int n = 1; n < order; ++n) {
+        const int turn = n < first ? 0 : (n - first) % 4;
+        spatial2_cart_real *sums = jet->sums[turn];
+        if (n < first) {
+            spatial2_cart_flow_sums(n, jet, sums);
+        } else if (turn == 0) {
+            spatial2_cart_flow_ahead(n, jet);
+        } else {
+            spatial2_cart_flow_rest(n, turn, jet);
+        }
+        spatial2_cart_flow_square_sums(n, jet, sums + spatial2_cart_flow_lefts * spatial2_cart_flow_rights);
+        spatial2_cart_flow_order(jet->start.held, sums, jet->x[n], spatial2_cart_flow_now[n],
+            jet->left[n + 1], jet->right[n + 1], jet->x[n + 1]);
+    }
+}
+
+/* How far the states move in times h: x_1 t + x_2 t^2 + ... by Horner's rule, t = h / unit. */
+static void spatial2_cart_flow_increment(const int order,
+    const spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet, const spatial2_cart_real *h,
     spatial2_cart_real increment[SPATIAL2_CART_RESTRICT spatial2_cart_flow_x])
 {
+    const spatial2_cart_real t = *h / jet->start.unit[0], share = t / jet->start.unit[0];
     for (int i = 0; i < spatial2_cart_flow_x; ++i) {
-        spatial2_cart_real sum = work->x[order][i];
+        spatial2_cart_real sum = jet->x[order][i];
         for (int n = order - 1; n > 0; --n) {
-            sum = sum * h + work->x[n][i];
+            sum = sum * t + jet->x[n][i];
         }
-        increment[i] = sum * h;
+        increment[i] = sum * (i < spatial2_cart_flow_q ? t : share);
     }
 }
 
-/* The same with the state it starts from, and with whole turns where angles are wound. */
-static void spatial2_cart_flow_at(int order, const spatial2_cart_workspace *work, spatial2_cart_real h,
-    const spatial2_cart_real lost[], spatial2_cart_real x[SPATIAL2_CART_RESTRICT spatial2_cart_flow_x])
+/* Where the states come from there, and what rounding takes from that. */
+static void spatial2_cart_flow_move(const spatial2_cart_real increment[spatial2_cart_flow_x],
+    spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
 {
-    spatial2_cart_flow_increment(order, work, h, x);
     for (int i = 0; i < spatial2_cart_flow_x; ++i) {
-        x[i] = work->x[0][i] + (x[i] + lost[i]);
+        const spatial2_cart_real whole = increment[i] + jet->lost[i], before = jet->state[i], after = before
+            + whole;
+        jet->moved_lost[i] = (before - (after - (after - before))) + (whole - (after - before));
+        jet->moved[i] = after;
     }
+    {
+        spatial2_cart_real settled[spatial2_cart_flow_x];
+        spatial2_cart_flow_settle(jet->moved, jet->moved_lost, settled);
+        memcpy(jet->moved_lost, settled, sizeof settled);
+    }
+}
+
+/* One entry of a lane's state at a time h into its step, whole turns added. */
+static spatial2_cart_real spatial2_cart_flow_entry(const int order, const spatial2_cart_workspace *jet,
+    const int lane, const spatial2_cart_real h, const int i)
+{
+    const spatial2_cart_real unit = SPATIAL2_CART_FLOW_OF(jet->start.unit[0], lane), t = h / unit;
+    spatial2_cart_real sum = SPATIAL2_CART_FLOW_OF(jet->x[order][i], lane);
+    for (int n = order - 1; n > 0; --n) {
+        sum = sum * t + SPATIAL2_CART_FLOW_OF(jet->x[n][i], lane);
+    }
+    sum = SPATIAL2_CART_FLOW_OF(jet->state[i], lane) + (sum * (i < spatial2_cart_flow_q ? t : t / unit)
+        + SPATIAL2_CART_FLOW_OF(jet->lost[i], lane));
+    return sum;
+}
+
+/* The whole of it, as the caller sees it. */
+static void spatial2_cart_flow_look(const int order, const spatial2_cart_workspace *jet, const int lane,
+    const spatial2_cart_real h, spatial2_cart_real x[spatial2_cart_flow_x])
+{
+    spatial2_cart_real inside[spatial2_cart_flow_x];
+    for (int i = 0; i < spatial2_cart_flow_x; ++i) {
+        inside[i] = spatial2_cart_flow_entry(order, jet, lane, h, i);
+    }
+    spatial2_cart_flow_leave(inside, inside + spatial2_cart_flow_q, x, x + spatial2_cart_flow_q);
 }
 
 /* The larger of two numbers; the second where one is NaN. */
-static spatial2_cart_real spatial2_cart_flow_larger(spatial2_cart_real a, spatial2_cart_real b)
+static spatial2_cart_real spatial2_cart_flow_larger(const spatial2_cart_real a, const spatial2_cart_real b)
 {
     return a > b ? a : b;
 }
 
-/* Largest angle and rate of a coefficient, the cart's in lengths of the chain; an entry every `stride`. */
-static void spatial2_cart_flow_norms(spatial2_cart_real reach, const spatial2_cart_real x[], int stride,
-    spatial2_cart_real norm[2])
+/* The power of two just below a length of time; 1 for none. */
+static spatial2_cart_real spatial2_cart_flow_unit(const spatial2_cart_real length)
 {
-    norm[0] = norm[1] = 0;
-    for (int i = 0; i < 2; ++i) {
-        norm[0] = spatial2_cart_flow_larger(fabs(x[i * stride]) / reach, norm[0]);
-        norm[1] = spatial2_cart_flow_larger(fabs(x[(i + 8) * stride]) / reach, norm[1]);
+    int exponent = 0;
+    const spatial2_cart_real share = frexp(length, &exponent);
+    return share > 0 || share < 0 ? ldexp(1, exponent - 1) : 1;
+}
+
+/* Logarithm of a size to the power 1 / order, in seconds; `shift` is the binary exponent of the unit of
+ * time. Its binary exponent is counted apart, so that the unit does not touch a digit. */
+static spatial2_cart_real spatial2_cart_flow_root(const int order, const int shift,
+    const spatial2_cart_real size)
+{
+    int exponent = 0;
+    const spatial2_cart_real digits = frexp(size, &exponent);
+    if (!(digits > 0)) {
+        return -700;
     }
-    for (int i = 2; i < 8; ++i) {
-        norm[0] = spatial2_cart_flow_larger(fabs(x[i * stride]), norm[0]);
-    }
-    for (int i = 10; i < 16; ++i) {
-        norm[1] = spatial2_cart_flow_larger(fabs(x[i * stride]), norm[1]);
-    }
+    return (log(digits) + (spatial2_cart_real)(exponent - order * shift) * 0.6931471805599453)
+        / (spatial2_cart_real)order;
 }
 
 /* The time at which neither of the last two terms exceeds the goal; given are their sizes over the goal. */
-static spatial2_cart_real spatial2_cart_flow_radius(int order, spatial2_cart_real end,
-    spatial2_cart_real next)
+static spatial2_cart_real spatial2_cart_flow_radius(const int order, const spatial2_cart_real unit,
+    const spatial2_cart_real end, const spatial2_cart_real next)
 {
-    const spatial2_cart_real of_end = end > 0 ? log(end) / (spatial2_cart_real)order : -700;
-    const spatial2_cart_real of_next = next > 0 ? log(next) / (spatial2_cart_real)(order - 1) : -700;
-    return exp(-spatial2_cart_flow_larger(of_end, of_next));
+    int exponent = 0;
+    (void)frexp(unit, &exponent);
+    return exp(-spatial2_cart_flow_larger(spatial2_cart_flow_root(order, exponent - 1, end),
+        spatial2_cart_flow_root(order - 1, exponent - 1, next)));
 }
 
-/* Whether all of some numbers are finite. */
-static int spatial2_cart_flow_is_finite(const spatial2_cart_real x[], int count)
+/* Step lengths: each of the last two terms within the goal, relative to the motion (Jorba and Zou 2005).
+ * Zero where a coefficient or the square of a rate is not finite. `scales` holds the fastest linear rate
+ * and the length of the chain. */
+static void spatial2_cart_flow_lengths(const int order, const spatial2_cart_workspace *jet,
+    const spatial2_cart_real goal, const spatial2_cart_real scales[2],
+    spatial2_cart_real length[spatial2_cart_flow_lane_count])
 {
-    spatial2_cart_real sum = 0;
-    for (int i = 0; i < count; ++i) {
-        sum += 0 * x[i];
+    spatial2_cart_real state[2][spatial2_cart_flow_lane_count], last[2][spatial2_cart_flow_lane_count],
+        before[2][spatial2_cart_flow_lane_count];
+    spatial2_cart_real finite = (0);
+    for (int i = 0; i < spatial2_cart_flow_x; ++i) {
+        finite += 0 * jet->x[order][i];
     }
-    return sum >= 0 && sum <= 0;
-}
-
-/* Step length: each of the last two terms within the goal, relative to the motion (Jorba and Zou 2005).
- * Zero when a coefficient is not finite. */
-static spatial2_cart_real spatial2_cart_flow_length(int order, const spatial2_cart_workspace *work,
-    spatial2_cart_real goal, const spatial2_cart_real scales[2])
-{
-    spatial2_cart_real state[2], last[2], before[2];
-    if (!spatial2_cart_flow_is_finite(work->x[order], spatial2_cart_flow_x)) {
-        return 0;
+    for (int i = spatial2_cart_flow_q; i < spatial2_cart_flow_x; ++i) {
+        finite += 0 * (jet->state[i] * jet->state[i]);
     }
-    spatial2_cart_flow_norms(scales[1], work->x[0], 1, state);
-    spatial2_cart_flow_norms(scales[1], work->x[order], 1, last);
-    spatial2_cart_flow_norms(scales[1], work->x[order - 1], 1, before);
-    const spatial2_cart_real wide = spatial2_cart_flow_larger(state[0], state[1] / scales[0]);
-    const spatial2_cart_real angle = goal * (wide < 1 ? wide : 1);
-    const spatial2_cart_real rate = spatial2_cart_flow_larger(angle * scales[0], goal * state[1]);
-    const spatial2_cart_real end = spatial2_cart_flow_larger(last[0] / angle, last[1] / rate);
-    const spatial2_cart_real next = spatial2_cart_flow_larger(before[0] / angle, before[1] / rate);
-    return spatial2_cart_flow_radius(order, end, next);
+    spatial2_cart_flow_norms(scales[1], jet->state, state);
+    spatial2_cart_flow_norms(scales[1], jet->x[order], last);
+    spatial2_cart_flow_norms(scales[1], jet->x[order - 1], before);
+    for (int lane = 0; lane < spatial2_cart_flow_lane_count; ++lane) {
+        const spatial2_cart_real zero = SPATIAL2_CART_FLOW_OF(finite, lane),
+            unit = SPATIAL2_CART_FLOW_OF(jet->start.unit[0], lane);
+        const spatial2_cart_real wide = spatial2_cart_flow_larger(state[0][lane], state[1][lane] / scales[0]);
+        const spatial2_cart_real angle = goal * (wide < 1 ? wide : 1);
+        const spatial2_cart_real rate = unit * spatial2_cart_flow_larger(angle * scales[0], goal
+            * state[1][lane]);
+        const spatial2_cart_real end = spatial2_cart_flow_larger(last[0][lane] / angle, last[1][lane] / rate);
+        const spatial2_cart_real next = spatial2_cart_flow_larger(before[0][lane] / angle, before[1][lane]
+            / rate);
+        length[lane] = zero >= 0 && zero <= 0 ? spatial2_cart_flow_radius(order, unit, end, next) : 0;
+    }
 }
 
-/* How far the series is from the equations at its end: h times the difference of the two slopes there,
- * `apart`, over what is allowed. Expects the equations' slope in work->slope. */
-static spatial2_cart_real spatial2_cart_flow_defect(const spatial2_cart_workspace *work,
-    const spatial2_cart_real apart[], spatial2_cart_real h, spatial2_cart_real room,
-    const spatial2_cart_real scales[2])
+/* How far the series are from the equations at the ends of their steps: h times the difference of the two
+ * slopes there, over what is allowed. Expects the start of the next steps in jet->end. */
+static void spatial2_cart_flow_defects(const int order, const spatial2_cart_workspace *jet,
+    const spatial2_cart_real *h, const spatial2_cart_real room, const spatial2_cart_real scales[2],
+    spatial2_cart_real defect[spatial2_cart_flow_lane_count])
 {
-    spatial2_cart_real state[2], motion[2], off[2];
-    spatial2_cart_flow_norms(scales[1], work->x[0], 1, state);
-    spatial2_cart_flow_norms(scales[1], work->slope, 1, motion);
-    spatial2_cart_flow_norms(scales[1], apart, 1, off);
-    const spatial2_cart_real wide = spatial2_cart_flow_larger(state[0], state[1] / scales[0]);
-    const spatial2_cart_real angle = wide < 1 ? wide : 1;
-    const spatial2_cart_real rate = spatial2_cart_flow_larger(angle * scales[0], state[1]);
-    const spatial2_cart_real of_angle = off[0] / spatial2_cart_flow_larger(angle, fabs(h) * motion[0]);
-    /* A large angle is known to as many digits only, and so is its acceleration. */
-    const spatial2_cart_real digits = spatial2_cart_flow_larger(state[0], 1);
-    const spatial2_cart_real of_rate = off[1] / spatial2_cart_flow_larger(rate, fabs(h) * motion[1] * digits);
-    return spatial2_cart_flow_larger(of_angle, of_rate) / room;
+    spatial2_cart_real apart[spatial2_cart_flow_x], slope[spatial2_cart_flow_x];
+    spatial2_cart_real state[2][spatial2_cart_flow_lane_count], motion[2][spatial2_cart_flow_lane_count],
+        off[2][spatial2_cart_flow_lane_count];
+    const spatial2_cart_real t = *h / jet->start.unit[0], unit = jet->start.unit[0] / jet->end.unit[0],
+        square = unit * unit;
+    for (int i = 0; i < spatial2_cart_flow_x; ++i) {
+        spatial2_cart_real sum = (spatial2_cart_real)order * jet->x[order][i];
+        for (int n = order - 1; n > 0; --n) {
+            sum = sum * t + (spatial2_cart_real)n * jet->x[n][i];
+        }
+        slope[i] = t * (jet->end.slope[i] * (i < spatial2_cart_flow_q ? unit : square));
+        apart[i] = t * sum - slope[i];
+    }
+    spatial2_cart_flow_norms(scales[1], jet->state, state);
+    spatial2_cart_flow_norms(scales[1], slope, motion);
+    spatial2_cart_flow_norms(scales[1], apart, off);
+    for (int lane = 0; lane < spatial2_cart_flow_lane_count; ++lane) {
+        const spatial2_cart_real wide = spatial2_cart_flow_larger(state[0][lane], state[1][lane] / scales[0]);
+        const spatial2_cart_real angle = wide < 1 ? wide : 1;
+        const spatial2_cart_real rate = SPATIAL2_CART_FLOW_OF(jet->start.unit[0], lane)
+            * spatial2_cart_flow_larger(angle * scales[0], state[1][lane]);
+        const spatial2_cart_real of_angle = off[0][lane] / spatial2_cart_flow_larger(angle, motion[0][lane]);
+        /* A large angle is known to as many digits only, and so is its acceleration. */
+        const spatial2_cart_real digits = spatial2_cart_flow_larger(state[0][lane], 1);
+        const spatial2_cart_real of_rate = off[1][lane]
+            / spatial2_cart_flow_larger(rate, motion[1][lane] * digits);
+        defect[lane] = spatial2_cart_flow_larger(of_angle, of_rate) / room;
+    }
 }
 
-/* The first of h, h/2, h/4, ... at whose end the series keeps to the equations; what belongs to order 0 is
- * left as it is there, and the way there in work->increment. Coefficients alone mislead where they have
- * not seen yet what moves next: when a chain is released from rest, its outer links enter at an order that
- * no series reaches. A defect that shrinks no faster than the step is rounding: no shorter step would
- * help. */
-static spatial2_cart_real spatial2_cart_flow_checked(const spatial2_cart_real u[2], int order,
-    spatial2_cart_workspace *work, spatial2_cart_real h, spatial2_cart_real goal,
-    const spatial2_cart_real scales[2], const spatial2_cart_real lost[])
+/* Each lane's first of h, h/2, h/4, ... at whose end the series keeps to the equations; what the next
+ * steps start from is left in jet->end, where they start in jet->moved. Coefficients alone mislead where
+ * they have not seen yet what moves next: when a chain is released from rest, its outer links enter at an
+ * order that no series reaches. A defect that shrinks no faster than the step is rounding: no shorter step
+ * would help. */
+static void spatial2_cart_flow_check(const int order, spatial2_cart_workspace *jet,
+    const spatial2_cart_real goal, const spatial2_cart_real scales[2], spatial2_cart_real *h)
 {
     const spatial2_cart_real room = 64 * spatial2_cart_flow_larger(goal, 2.220446049250313e-16);
-    spatial2_cart_real before[spatial2_cart_flow_x], slope[spatial2_cart_flow_x];
-    spatial2_cart_real last = 0;
-    memcpy(before, work->x[0], sizeof before);
-    for (int slow = 0; slow < 3; h /= 2) {
-        for (int i = 0; i < spatial2_cart_flow_x; ++i) {
-            spatial2_cart_real sum = work->x[order][i], derivative = 0;
-            for (int n = order - 1; n > 0; --n) {
-                derivative = derivative * h + sum;
-                sum = sum * h + work->x[n][i];
+    spatial2_cart_real defect[spatial2_cart_flow_lane_count], last[spatial2_cart_flow_lane_count] = {0};
+    int slow[spatial2_cart_flow_lane_count] = {0}, shorter = 1;
+    while (shorter) {
+        spatial2_cart_real increment[spatial2_cart_flow_x], unit = *h;
+        spatial2_cart_flow_increment(order, jet, h, increment);
+        spatial2_cart_flow_move(increment, jet);
+        for (int lane = 0; lane < spatial2_cart_flow_lane_count; ++lane) {
+            SPATIAL2_CART_FLOW_AT(unit, lane)
+                = spatial2_cart_flow_unit(fabs(SPATIAL2_CART_FLOW_OF(*h, lane)));
+        }
+        spatial2_cart_flow_begin(jet, jet->moved, jet->moved_lost, &unit, &jet->end);
+        spatial2_cart_flow_defects(order, jet, h, room, scales, defect);
+        shorter = 0;
+        for (int lane = 0; lane < spatial2_cart_flow_lane_count; ++lane) {
+            if (!(defect[lane] > 1) || slow[lane] == 3) {
+                continue;
             }
-            work->increment[i] = sum * h;
-            slope[i] = derivative * h + sum;
-            work->x[0][i] = before[i] + (work->increment[i] + lost[i]);
+            slow[lane] = 4 * defect[lane] > last[lane] && defect[lane]
+                * room < 1.4901161193847656e-08 ? slow[lane] + 1 : 0;
+            last[lane] = defect[lane];
+            if (slow[lane] < 3) {
+                SPATIAL2_CART_FLOW_AT(*h, lane) /= 2;
+                shorter = 1;
+            }
         }
-        spatial2_cart_flow_begin(u, work);
-        memcpy(work->x[0], before, sizeof before);
-        for (int i = 0; i < spatial2_cart_flow_x; ++i) {
-            slope[i] = h * (slope[i] - work->slope[i]);
-        }
-        const spatial2_cart_real defect = spatial2_cart_flow_defect(work, slope, h, room, scales);
-        if (!(defect > 1)) {
-            return h;
-        }
-        slow = 4 * defect > last && defect * room < 1.4901161193847656e-08 ? slow + 1 : 0;
-        last = defect;
     }
-    return 2 * h;
 }
 
-/* The scalar that an event looks at, in a state. */
-static spatial2_cart_real spatial2_cart_flow_scalar(const spatial2_cart_event *event,
-    const spatial2_cart_real x[])
+/* The scalar that an event looks at, at a time h into a lane's step. */
+static spatial2_cart_real spatial2_cart_flow_scalar(const int order, const spatial2_cart_workspace *jet,
+    const int lane, const spatial2_cart_real h, const spatial2_cart_event *event)
 {
+    spatial2_cart_real x[spatial2_cart_flow_x], place[spatial2_cart_flow_axes * spatial2_cart_flow_masses];
+    spatial2_cart_flow_look(order, jet, lane, h, x);
     if (event->scalar != SPATIAL2_CART_OF_DEPTH) {
-        return x[event->index + (event->scalar == SPATIAL2_CART_OF_V ? 8 : 0)] - event->value;
+        return x[event->index + (event->scalar == SPATIAL2_CART_OF_V ? spatial2_cart_flow_q : 0)]
+            - event->value;
     }
-    spatial2_cart_real place[6];
     spatial2_cart_positions(x, place);
-    return place[3 * event->index + 2] - event->value;
+    return place[spatial2_cart_flow_axes * event->index + spatial2_cart_flow_axes - 1] - event->value;
+}
+
+/* The scalar, or by how much it grows over twice a short time around h. */
+static spatial2_cart_real spatial2_cart_flow_signal(const int order, const spatial2_cart_workspace *jet,
+    const int lane, const spatial2_cart_real h, const spatial2_cart_event *event,
+    const spatial2_cart_real around)
+{
+    if (!(around > 0 || around < 0)) {
+        return spatial2_cart_flow_scalar(order, jet, lane, h, event);
+    }
+    return spatial2_cart_flow_scalar(order, jet, lane, h + around, event)
+        - spatial2_cart_flow_scalar(order, jet, lane, h - around, event);
 }
 
 /* Whether a time lies between two others. */
-static int spatial2_cart_flow_between(spatial2_cart_real low, spatial2_cart_real middle,
-    spatial2_cart_real high)
+static int spatial2_cart_flow_between(const spatial2_cart_real low, const spatial2_cart_real middle,
+    const spatial2_cart_real high)
 {
     return (low < middle && middle < high) || (high < middle && middle < low);
 }
 
-/* Time into the step at which the event's scalar changes sign, or 2 h when it does not; x is where it
- * begins. */
-static spatial2_cart_real spatial2_cart_flow_crossing(int order, const spatial2_cart_workspace *work,
-    spatial2_cart_real h, const spatial2_cart_real lost[], const spatial2_cart_event *event,
-    spatial2_cart_real x[spatial2_cart_flow_x])
+/* Where the signal changes sign between two times, at the first of which it is `at_low`, at the other
+ * `at_high`: the Illinois form of regula falsi, which halves the value of an end that stays. */
+static spatial2_cart_real spatial2_cart_flow_zero(const int order, const spatial2_cart_workspace *jet,
+    const int lane, const spatial2_cart_event *event, const spatial2_cart_real around, spatial2_cart_real low,
+    spatial2_cart_real at_low, spatial2_cart_real high, spatial2_cart_real at_high)
 {
-    spatial2_cart_real low = 0;
-    spatial2_cart_real at_low = spatial2_cart_flow_scalar(event, x);
-    for (int look = 1; look <= spatial2_cart_flow_looks; ++look) {
-        spatial2_cart_real high = look == spatial2_cart_flow_looks ? h : h * (spatial2_cart_real)look
-            / spatial2_cart_flow_looks;
-        spatial2_cart_flow_at(order, work, high, lost, x);
-        spatial2_cart_real at_high = spatial2_cart_flow_scalar(event, x);
-        const int rises = at_low < 0 && at_high >= 0, falls = at_low > 0 && at_high <= 0;
-        if ((rises && event->direction >= 0) || (falls && event->direction <= 0)) {
-            /* Illinois: regula falsi that halves the value of an end that stays. */
-            for (int turn = 0; turn < 100 && (at_high > 0 || at_high < 0); ++turn) {
-                spatial2_cart_real middle = high - at_high * ((high - low) / (at_high - at_low));
-                if (turn > 60 || !spatial2_cart_flow_between(low, middle, high)) {
-                    middle = low + (high - low) / 2;
-                    if (!spatial2_cart_flow_between(low, middle, high)) {
-                        break;
-                    }
-                }
-                spatial2_cart_flow_at(order, work, middle, lost, x);
-                const spatial2_cart_real at_middle = spatial2_cart_flow_scalar(event, x);
-                if (rises ? at_middle < 0 : at_middle > 0) {
-                    at_high /= 2;
-                    low = middle;
-                    at_low = at_middle;
-                } else {
-                    at_low /= 2;
-                    high = middle;
-                    at_high = at_middle;
-                }
+    const int rises = at_low < 0;
+    for (int turn = 0; turn < 100 && (at_high > 0 || at_high < 0); ++turn) {
+        spatial2_cart_real middle = high - at_high * ((high - low) / (at_high - at_low));
+        if (turn > 60 || !spatial2_cart_flow_between(low, middle, high)) {
+            middle = low + (high - low) / 2;
+            if (!spatial2_cart_flow_between(low, middle, high)) {
+                break;
             }
-            return high;
         }
-        low = high;
-        at_low = at_high;
+        const spatial2_cart_real at_middle = spatial2_cart_flow_signal(order, jet, lane, middle, event,
+            around);
+        if (rises ? at_middle < 0 : at_middle > 0) {
+            at_high /= 2;
+            low = middle;
+            at_low = at_middle;
+        } else {
+            at_low /= 2;
+            high = middle;
+            at_high = at_middle;
+        }
     }
+    return high;
+}
+
+/* Time at which the scalar turns back towards where it came from between two times at which it lies on the
+ * same side of zero, or the second of them where it does not. */
+static spatial2_cart_real spatial2_cart_flow_turning(const int order, const spatial2_cart_workspace *jet,
+    const int lane, const spatial2_cart_real h, const spatial2_cart_event *event,
+    const spatial2_cart_real low, const spatial2_cart_real high, const int is_above)
+{
+    const spatial2_cart_real around = h / 1024;
+    const spatial2_cart_real at_low = spatial2_cart_flow_signal(order, jet, lane, low, event, around);
+    const spatial2_cart_real at_high = spatial2_cart_flow_signal(order, jet, lane, high, event, around);
+    if (is_above ? !(at_low < 0 && at_high > 0) : !(at_low > 0 && at_high < 0)) {
+        return high;
+    }
+    return spatial2_cart_flow_zero(order, jet, lane, event, around, low, at_low, high, at_high);
+}
+
+/* Time into a lane's step at which its scalar changes sign, or 2 h when it does not. `before` is what it
+ * was at the end of the last step, and becomes what it is at the end of this one. */
+static spatial2_cart_real spatial2_cart_flow_crossing(const int order, const spatial2_cart_workspace *jet,
+    const int lane, const spatial2_cart_real h, const spatial2_cart_event *event, spatial2_cart_real *before)
+{
+    spatial2_cart_real low = 0, at_low = *before;
+    for (int look = 1; look <= spatial2_cart_flow_looks; ++look) {
+        const spatial2_cart_real end = look == spatial2_cart_flow_looks ? h : h * (spatial2_cart_real)look
+            / spatial2_cart_flow_looks;
+        const spatial2_cart_real at_end = spatial2_cart_flow_scalar(order, jet, lane, end, event);
+        spatial2_cart_real high = end, at_high = at_end;
+        if ((at_low > 0 && at_end > 0) || (at_low < 0 && at_end < 0)) {
+            /* Twice across zero and back, perhaps. */
+            high = spatial2_cart_flow_turning(order, jet, lane, h, event, low, end, at_low > 0);
+            at_high = spatial2_cart_flow_scalar(order, jet, lane, high, event);
+        }
+        for (;;) {
+            const int rises = at_low < 0 && at_high >= 0, falls = at_low > 0 && at_high <= 0;
+            if ((rises && event->direction >= 0) || (falls && event->direction <= 0)) {
+                return spatial2_cart_flow_zero(order, jet, lane, event, 0, low, at_low, high, at_high);
+            }
+            low = high;
+            at_low = at_high;
+            if (!spatial2_cart_flow_between(low, end, 2 * end)) {
+                break;
+            }
+            high = end;
+            at_high = at_end;
+        }
+    }
+    *before = at_low;
     return 2 * h;
 }
 
 /* The whole way, in a workspace. */
-static SPATIAL2_CART_APART int spatial2_cart_flow_run(spatial2_cart_flow *flow, spatial2_cart_real t_end,
+static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run(spatial2_cart_flow *flow, spatial2_cart_real t_end,
     unsigned long max_steps, const spatial2_cart_real u[2], spatial2_cart_real q[SPATIAL2_CART_RESTRICT 8],
     spatial2_cart_real v[SPATIAL2_CART_RESTRICT 8], const spatial2_cart_event *event, unsigned long count,
     const spatial2_cart_real *times, spatial2_cart_real *q_out, spatial2_cart_real *v_out,
-    spatial2_cart_workspace *work)
+    spatial2_cart_workspace *jet)
 {
-    spatial2_cart_real *lost = flow->lost;
     const spatial2_cart_real at_least = spatial2_cart_flow_larger(flow->tolerance, 2.220446049250313e-16);
     const spatial2_cart_real tolerance = at_least < 1 ? at_least : 1;
     /* Errors add up over the steps: each aims below the tolerance. */
@@ -1708,22 +1759,29 @@ static SPATIAL2_CART_APART int spatial2_cart_flow_run(spatial2_cart_flow *flow, 
     int order = (int)ceil(1 - 0.6 * log(goal));
     order = order < 4 ? 4 : order > spatial2_cart_flow_highest ? spatial2_cart_flow_highest : order;
     const spatial2_cart_real way = t_end < flow->t ? -1 : 1;
-    int result = SPATIAL2_CART_STEP_BUDGET;
+    int result = SPATIAL2_CART_STEP_BUDGET, is_new = 1;
     const spatial2_cart_real scales[2] = {10.3, 0.5}; /* fastest linear rate, length of the chain */
+    spatial2_cart_real at_event = 0, speed[2][1], unit;
 
-    memset(work->left, 0, sizeof work->left);
-    memset(work->right, 0, sizeof work->right);
-    memcpy(work->x[0], q, 8 * sizeof *q);
-    memcpy(work->x[0] + 8, v, 8 * sizeof *v);
-    spatial2_cart_real start[spatial2_cart_flow_x]; /* of a step, as the event sees it */
-    memcpy(start, work->x[0], sizeof start);
-    spatial2_cart_flow_begin(u, work);
+    memcpy(jet->state, q, spatial2_cart_flow_q * sizeof *q);
+    memcpy(jet->state + spatial2_cart_flow_q, v, spatial2_cart_flow_q * sizeof *v);
+    memcpy(jet->lost, flow->lost, sizeof jet->lost);
+    memcpy(jet->u, u, sizeof jet->u);
+    spatial2_cart_flow_enter(q, v, jet->state + spatial2_cart_flow_q);
+    spatial2_cart_flow_norms(scales[1], jet->state, speed);
+    unit = spatial2_cart_flow_unit(1 / spatial2_cart_flow_larger(scales[0], speed[1][0]));
+    if (event != NULL) {
+        memset(jet->x, 0, sizeof jet->x);
+        jet->start.unit[0] = unit;
+        at_event = spatial2_cart_flow_scalar(order, jet, 0, 0, event);
+    }
     flow->tolerance = tolerance;
     flow->order = order;
     flow->steps = 0;
     flow->written = 0;
     while (result == SPATIAL2_CART_STEP_BUDGET) {
         const spatial2_cart_real left = (t_end - flow->t) - flow->t_lost;
+        spatial2_cart_real length;
         if (!(left * way > 0)) {
             result = SPATIAL2_CART_DONE;
             break;
@@ -1731,46 +1789,52 @@ static SPATIAL2_CART_APART int spatial2_cart_flow_run(spatial2_cart_flow *flow, 
         if (flow->steps == max_steps) {
             break;
         }
-        spatial2_cart_flow_expand(u, order, work);
-        spatial2_cart_real h = way * spatial2_cart_flow_length(order, work, goal, scales);
-        const spatial2_cart_real ahead = flow->t + 1024 * h;
-        if (!(ahead * way > flow->t * way)) {
+        if (is_new) {
+            spatial2_cart_flow_begin(jet, jet->state, jet->lost, &unit, &jet->start);
+        } else {
+            memcpy(&jet->start, &jet->end, sizeof jet->start);
+        }
+        spatial2_cart_flow_expand(order, jet);
+        spatial2_cart_flow_lengths(order, jet, goal, scales, &length);
+        if (!((flow->t + 1024 * (way * length)) * way > flow->t * way)) {
             result = SPATIAL2_CART_NOT_FINITE;
             break;
         }
-        h = spatial2_cart_flow_checked(u, order, work, h * way < left * way ? h : left, goal, scales, lost);
+        spatial2_cart_real h = length < left * way ? way * length : left;
+        spatial2_cart_flow_check(order, jet, goal, scales, &h);
+        is_new = 0;
         if (!(h * way < left * way)) {
             result = SPATIAL2_CART_DONE;
         }
         if (event != NULL) {
-            const spatial2_cart_real crossing = spatial2_cart_flow_crossing(order, work, h, lost, event,
-                start);
+            const spatial2_cart_real crossing = spatial2_cart_flow_crossing(order, jet, 0, h, event,
+                &at_event);
             if (crossing * way <= h * way) {
                 h = crossing;
                 result = SPATIAL2_CART_EVENT;
-                spatial2_cart_flow_increment(order, work, h, work->increment);
+                is_new = 1;
             }
+        }
+        if (is_new) {
+            spatial2_cart_real increment[spatial2_cart_flow_x];
+            unit = spatial2_cart_flow_unit(fabs(h));
+            spatial2_cart_flow_increment(order, jet, &h, increment);
+            spatial2_cart_flow_move(increment, jet);
         }
         while (flow->written < count) {
             const spatial2_cart_real inside = (times[flow->written] - flow->t) - flow->t_lost;
+            spatial2_cart_real x[spatial2_cart_flow_x];
             if (!(inside * way <= h * way)) {
                 break;
             }
-            spatial2_cart_real x[spatial2_cart_flow_x];
-            spatial2_cart_flow_at(order, work, inside, lost, x);
-            memcpy(q_out + flow->written * 8, x, 8 * sizeof *x);
-            memcpy(v_out + flow->written * 8, x + 8, 8 * sizeof *x);
+            spatial2_cart_flow_look(order, jet, 0, inside, x);
+            memcpy(q_out + flow->written * spatial2_cart_flow_q, x, spatial2_cart_flow_q * sizeof *x);
+            memcpy(v_out + flow->written * spatial2_cart_flow_q, x + spatial2_cart_flow_q,
+                spatial2_cart_flow_q * sizeof *x);
             ++flow->written;
         }
-        if (event != NULL) {
-            spatial2_cart_flow_at(order, work, h, lost, start);
-        }
-        for (int i = 0; i < spatial2_cart_flow_x; ++i) {
-            const spatial2_cart_real whole = work->increment[i] + lost[i], before = work->x[0][i],
-                after = before + whole;
-            lost[i] = (before - (after - (after - before))) + (whole - (after - before));
-            work->x[0][i] = after;
-        }
+        memcpy(jet->state, jet->moved, sizeof jet->state);
+        memcpy(jet->lost, jet->moved_lost, sizeof jet->lost);
         const spatial2_cart_real whole = h + flow->t_lost, after = flow->t + whole;
         flow->t_lost = whole - (after - flow->t);
         flow->t = after;
@@ -1780,13 +1844,13 @@ static SPATIAL2_CART_APART int spatial2_cart_flow_run(spatial2_cart_flow *flow, 
         }
         ++flow->steps;
     }
-    memcpy(q, work->x[0], 8 * sizeof *q);
-    memcpy(v, work->x[0] + 8, 8 * sizeof *v);
+    spatial2_cart_flow_leave(jet->state, jet->state + spatial2_cart_flow_q, q, v);
+    memcpy(flow->lost, jet->lost, sizeof flow->lost);
     return result;
 }
 
 /* The same in a workspace of its own. */
-static SPATIAL2_CART_APART int spatial2_cart_flow_run_on_stack(spatial2_cart_flow *flow,
+static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run_on_stack(spatial2_cart_flow *flow,
     spatial2_cart_real t_end, unsigned long max_steps, const spatial2_cart_real u[2],
     spatial2_cart_real q[SPATIAL2_CART_RESTRICT 8], spatial2_cart_real v[SPATIAL2_CART_RESTRICT 8],
     const spatial2_cart_event *event, unsigned long count, const spatial2_cart_real *times,
@@ -1809,3 +1873,4 @@ int spatial2_cart_propagate(spatial2_cart_flow *flow, spatial2_cart_real t_end, 
     return spatial2_cart_flow_run_on_stack(flow, t_end, max_steps, u, q, v, event, count, times, q_out,
         v_out);
 }
+

@@ -180,17 +180,28 @@ typedef struct spatial2_cart_event {
     int direction;        /* +1 only where it rises along the way, -1 only where it falls, 0 both */
 } spatial2_cart_event;
 
-/* Where a propagation works: Taylor coefficients of the state and of the factors of every product on the way.
- * 28824 bytes; its contents need not outlive a call, and calls at the same time need one each. */
-typedef struct spatial2_cart_workspace {
-    spatial2_cart_real left[24][64];
-    spatial2_cart_real right[24][64];
-    spatial2_cart_real sum[64];
-    spatial2_cart_real next_sum[64];
-    spatial2_cart_real x[23][16];
+/* What a step starts from: units of time, the factored mass matrix, the first coefficients. */
+typedef struct spatial2_cart_start {
+    spatial2_cart_real unit[2];
+    spatial2_cart_real held[34];
     spatial2_cart_real slope[16];
-    spatial2_cart_real increment[16];
-    spatial2_cart_real jet_held[3];
+    spatial2_cart_real left[2][6];
+    spatial2_cart_real right[2][6];
+} spatial2_cart_start;
+
+/* Where a propagation works: Taylor coefficients of the state and of the factors of every product on the way.
+ * 7280 bytes; its contents need not outlive a call, and calls at the same time need one each. */
+typedef struct spatial2_cart_workspace {
+    spatial2_cart_start start, end;
+    spatial2_cart_real x[23][16];
+    spatial2_cart_real left[23][6];
+    spatial2_cart_real right[23][6];
+    spatial2_cart_real sums[4][12];
+    spatial2_cart_real state[16];
+    spatial2_cart_real lost[16];
+    spatial2_cart_real moved[16];
+    spatial2_cart_real moved_lost[16];
+    spatial2_cart_real u[2];
 } spatial2_cart_workspace;
 
 /* Set t and tolerance and leave the rest zero; unchanged, it lets the next call go on where this one
