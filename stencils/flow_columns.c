@@ -68,7 +68,8 @@ static phi_real wide_length(const int order, const stem_jets *jet, const wide_je
     return stem_radius(order, unit, end, next);
 }
 
-/* Carry columns of derivatives over a step of length h or, where they ask for it, a shorter one, which is returned. */
+/* Carry columns of derivatives over a step of length h or, where they ask for it, a shorter one, which is returned; zero
+ * where they are not finite. */
 static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_real goal, const phi_real scales[2], phi_real h, const int count, phi_real *transition)
 {
     wide_jets *wide = (wide_jets *)(void *)jet->columns;
@@ -95,14 +96,20 @@ static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_re
             }
         }
         const phi_real t = h / unit;
+        phi_real zero = 0;
         for (int i = 0; i < stem_x; ++i) {
             wide_lanes sum = wide->x[order][i];
             for (int n = order - 1; n >= 0; --n) {
                 sum = sum * t + wide->x[n][i];
             }
             for (int lane = 0; lane < many; ++lane) {
-                jet->carried[count * i + first + lane] = (i < stem_q ? 1 : 1 / unit) * WIDE_OF(sum, lane);
+                const phi_real carried = (i < stem_q ? 1 : 1 / unit) * WIDE_OF(sum, lane);
+                jet->carried[count * i + first + lane] = carried;
+                zero += 0 * carried;
             }
+        }
+        if (!(zero >= 0 && zero <= 0)) {
+            return 0;
         }
         first += wide_lane_count;
     }

@@ -33,13 +33,16 @@ static phi_real stem_radius(const int order, const phi_real unit, const phi_real
 }
 
 /* Step lengths: each of the last two terms within the goal, relative to the motion (Jorba and Zou 2005). Zero where a
- * coefficient is not finite. `scales` holds the fastest linear rate and the length of the chain. */
+ * coefficient or the square of a rate is not finite. `scales` holds the fastest linear rate and the length of the chain. */
 static void stem_lengths(const int order, const stem_jets *jet, const phi_real goal, const phi_real scales[2], phi_real length[stem_lane_count])
 {
     phi_real state[2][stem_lane_count], last[2][stem_lane_count], before[2][stem_lane_count];
     stem_lanes finite = stem_every(0);
     for (int i = 0; i < stem_x; ++i) {
         finite += 0 * jet->x[order][i];
+    }
+    for (int i = stem_q; i < stem_x; ++i) {
+        finite += 0 * (jet->state[i] * jet->state[i]);
     }
     stem_norms(scales[1], jet->state, state);
     stem_norms(scales[1], jet->x[order], last);

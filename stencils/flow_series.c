@@ -70,7 +70,10 @@ static void stem_square_sums(const int n, const stem_jets *PHI_RESTRICT jet, ste
             sum += jet->left[j][i] * jet->left[n - j][i];
         }
         sum += sum;
-        sums[i] = n % 2 == 0 ? sum + jet->left[n / 2][i] * jet->left[n / 2][i] : sum;
+        if (n % 2 == 0) {
+            sum += jet->left[n / 2][i] * jet->left[n / 2][i];
+        }
+        sums[i] = sum;
     }
 }
 #endif

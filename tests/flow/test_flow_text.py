@@ -66,4 +66,4 @@ def test_sums_are_vectorised(tmp_path: Path) -> None:
     vectorised = [
         lines[int(note.split(":")[1]) - 1] for note in notes.splitlines() if "loop vectorized" in note
     ]
-    assert any("chain2_flow_products" in line for line in vectorised), notes
+    assert any("chain2_flow_lefts" in line for line in vectorised), notes

@@ -15,13 +15,12 @@ from mpmath import mp
 from phichain.emit.c.lanes import lane_function
 from phichain.emit.c.names import CNames
 from phichain.emit.casadi.python_function import python_function
-from phichain.errors import DerivationError, EmissionError
+from phichain.errors import EmissionError
 from phichain.ir import Program, count_operations, evaluate, evaluate_exactly, unroll
 from phichain.ir.builder import Builder, Expr
 from phichain.ir.piecewise import floor, maximum, minimum, wrapped
 from phichain.ir.varying import varying
 from phichain.transform import Block, jacobian
-from phichain.transform.jets import jets
 from phichain.transform.pattern import jacobian_pattern
 from tests.one_program import c_text, compiled
 
@@ -159,8 +158,6 @@ def test_what_has_no_form_for_them_says_so() -> None:
     q, v = b.input("q", (1,)), b.input("v", (1,))
     b.output("a", (1,))[0] = minimum(q[0], v[0])
     program = b.finish()
-    with pytest.raises(DerivationError, match="has no Taylor recurrence"):
-        jets(program)
     with pytest.raises(EmissionError, match="has no form on vectors"):
         lane_function(program, CNames("one", "double", {}), "two")
 

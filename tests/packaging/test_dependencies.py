@@ -59,7 +59,7 @@ TEXT = {".py", ".toml", ".md", ".j2", ".c", ".h", ".json", ".txt", ".html", ".js
 
 def test_no_file_names_a_registry_or_a_folder_of_this_machine() -> None:
     foreign = ("pypi." + "org", "python" + "hosted", f"{ROOT}/", f"{Path.home()}/")
-    tops = ("codegen", "templates", "scenes", "docs", "examples", "tests", "benchmarks", ".ci")
+    tops = ("codegen", "templates", "stencils", "scenes", "docs", "examples", "tests", "benchmarks", ".ci")
     files = [path for top in tops for path in (ROOT / top).rglob("*") if path.suffix in TEXT and path.is_file()]
     files += [path for path in ROOT.iterdir() if path.is_file()]
     for path in files:

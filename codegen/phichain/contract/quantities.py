@@ -56,10 +56,8 @@ _ANGLES: Final = frozenset(
     {"mass_matrix", "coriolis", "gravity_torque", "energy", "positions", "inverse_dynamics", "momentum", "linearization"}
 )
 _BALANCE: Final = frozenset({"phi", "phi_jacobian"})
-_SERIES: Final = frozenset(
-    f"{stem}_{part}" for stem in ("flow", "forward_dynamics", "field") for part in ("start", "follow", "follow_columns")
-)
-"""Orders 0 and n of a Taylor flow, and n of its derivatives."""
+_SERIES: Final = frozenset({"flow_factor", "flow_order", "flow_columns", "flow_settle"})
+"""What a Taylor flow does once a step, once an order, and first of all for its derivatives."""
 
 _OF_LINKS: Final = "of the link and all beyond it"
 _LINK_MASS: Final = "m (r/l)^2"
@@ -259,12 +257,15 @@ TABLE: Final[tuple[Quantities, ...]] = (
     Quantities(
         _SERIES, "section 10",
         _rows(
-            ("jet_left jet_right", "", "coefficients of the two factors of every product on the way"),
-            ("jet_factor", "", "coefficients of all factors, order after order"),
-            ("jet_sum", "", "what the orders between the first and n contribute to every product"),
-            ("jet_held", "", "what stays the same along a motion"),
-            ("jet_order", "", "n"),
-            ("jet_inverse_order", "", "1 / n"),
+            ("held", "", "what is constant over a step: the factored mass matrix and what goes with it, link by link"),
+            ("left right", "", "coefficients of the factors of every product, order by order"),
+            ("sums", "", "for every product what the coefficients that are known contribute to it"),
+            ("newest", "", "the last row of left"),
+            ("coefficient next", "", "the state's coefficients of order n, and of order n + 1"),
+            ("now", "", "n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and 1 at order 0, else 0"),
+            ("scale", "s", "unit of time in a step, and its square"),
+            ("lost", "", "what rounding took from the state"),
+            ("lead", "", "variation of what stands before the first row of left"),
         ),
     ),
 )  # fmt: skip

@@ -68,12 +68,10 @@ def _chosen(text: str, features: Mapping[str, bool]) -> list[str]:
 
 
 def _named(text: str, names: Mapping[str, str]) -> str:
+    """The text with its names put in: whole ones first, since they may begin like others."""
     text = re.sub(r"\bNEWEST\(([^()]*)\) ", r"\1, " if names.get("NEWEST") else "", text)
-    whole = {name: value for name, value in names.items() if not name.endswith("_")}
-    beginnings = {name: value for name, value in names.items() if name.endswith("_")}
-    for name, value in whole.items():
-        blank = r"\b ?" if not value or value.endswith(" ") else r"\b"
-        text = re.sub(rf"\b{name}{blank}", lambda _, value=value: value, text)
-    for name, value in beginnings.items():
-        text = re.sub(rf"\b{name}(?=\w)", lambda _, value=value: value, text)
+    for name, value in sorted(names.items(), key=lambda item: item[0].endswith("_")):
+        blank = " ?" if not value or value.endswith(" ") else ""
+        behind = r"(?=\w)" if name.endswith("_") else rf"\b{blank}"
+        text = re.sub(rf"\b{name}{behind}", value.replace("\\", r"\\"), text)
     return text

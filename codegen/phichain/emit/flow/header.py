@@ -15,7 +15,7 @@ from phichain.lowering.series.series import Series
 from phichain.scene import Scene
 
 #: Largest workspace that may lie on the stack, bytes.
-ON_STACK: Final = 2**18
+ON_STACK: Final = 2**16
 
 #: What the header says where a workspace is small enough for the stack, and where it is not.
 _STACK_FACTS: Final = {

@@ -31,7 +31,6 @@ from phichain.lowering.rates import scales_program
 from phichain.lowering.series import series
 from phichain.lowering.series.series import HELD, LEFT, NOW, RIGHT, Series
 from phichain.mechanics import Model
-from phichain.scene import Scene
 
 #: Order 1 - share * log(local error). One half is the optimum where sums cost most (Jorba & Zou 2005); the sweep along
 #: the chain costs as much, which favours fewer and longer steps.

@@ -14,7 +14,18 @@ from phichain.emit.c.layout import laid_out_text
 from phichain.emit.c.names import CNames
 from phichain.emit.flow.declared import arguments, documented, outcome_lines, scalar_constants, struct_lines
 from phichain.emit.flow.flows import FlowText, prints
-from phichain.emit.flow.instance import HIGHEST, Called, c_names, ends_of_a_call, features, positions_symbol, printed, sizes, spelling, turns
+from phichain.emit.flow.instance import (
+    HIGHEST,
+    Called,
+    c_names,
+    ends_of_a_call,
+    features,
+    positions_symbol,
+    printed,
+    sizes,
+    spelling,
+    turns,
+)
 from phichain.emit.render import render
 from phichain.emit.stencil import instance
 from phichain.lowering.rates import scales_program

@@ -32,7 +32,6 @@ from phichain.lowering.series.series import LEAD, LEFT, RIGHT, Series
 from phichain.mechanics import Model
 from phichain.scene import Scene
 
-
 #: Links up to which the Programs are straight-line code.
 UNROLLED = 4
 

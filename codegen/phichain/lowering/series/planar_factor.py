@@ -139,7 +139,7 @@ class _Factor:
     def link(self, beyond: _Inertia, k: Index) -> _Inertia:
         """Eliminate the rotation of link k; the chain from its joint on."""
         let, parameters, scene = self.builder.let, self.parameters, self.scene
-        mass, length, com = parameters.mass[k], parameters.length[k], parameters.com[k]
+        mass, length = parameters.mass[k], parameters.length[k]
         s, c, outer = self.sine[k + 1], self.cosine[k + 1], self.turned(beyond, k + 1)
         own = self.number("own_inertia", lambda k: parameters.mass[k] * parameters.com[k] * parameters.com[k])[k]
         moment = self.number("moment", lambda k: parameters.mass[k] * parameters.com[k])[k]

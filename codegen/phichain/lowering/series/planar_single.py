@@ -15,7 +15,20 @@ from phichain.ir.passes import prune, unroll
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import input_couples
 from phichain.lowering.series.planar_factor import directions
-from phichain.lowering.series.series import COEFFICIENT, HELD, LEAD, LEFT, LOST, NEWEST, NEXT, NOW, RIGHT, SCALE, SUMS, Series
+from phichain.lowering.series.series import (
+    COEFFICIENT,
+    HELD,
+    LEAD,
+    LEFT,
+    LOST,
+    NEWEST,
+    NEXT,
+    NOW,
+    RIGHT,
+    SCALE,
+    SUMS,
+    Series,
+)
 from phichain.mechanics import Model
 from phichain.scene import Scene
 
