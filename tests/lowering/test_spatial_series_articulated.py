@@ -25,6 +25,7 @@ CHAINS = {
     "one at its end": chain(4, True, com=[0.3, 1.3, 0.8, 0.2], code="loops"),
     "alike": chain(3, mass=0.2, length=0.5, com=0.25),
     "spread on a light cart": chain(4, True, **SPREAD, com=[0.5, 1e-11, 9.0, 0.3], cart_mass=1e-8),
+    "heavier outwards": chain(3, True, mass=[1.0, 40.0, 2000.0], com=[0.3, 0.9, 0.1], **SPRUNG, **DAMPED),
     "damped on a cart": chain(3, True, com=[0.3, 0.9, 0.1], **SPRUNG, **DAMPED, code="loops"),
     "runtime": chain(3, True, **RUNTIME),
 }
@@ -84,6 +85,17 @@ def test_doubles_keep_their_digits_whatever_spreads(name: str, place: float, nea
     found = expand(series, DOUBLES, 5, at.q, at.v, at.u)
     true = expand(series, EXACT, 5, exact.q, exact.v, exact.u)
     assert gap(found.state, true.state) < (3e-12 if near and place < 0.1 else 3e-14)
+
+
+@pytest.mark.parametrize("place", [0.5, 1e-8])
+def test_the_first_order_keeps_its_digits_where_masses_grow_outwards(place: float) -> None:
+    """By eight decades from link to link; later orders lose some, their multipliers being sums of two forces there."""
+    scene = chain(4, mass=[1e-8, 1.0, 1e8, 1e16], length=1.0, com=place)
+    at = rounded(state(scene, 3))
+    exact = State(*([mpf(x) for x in row] for row in (at.q, at.v, at.u)), params={})
+    series = spatial_series(derive(scene))
+    found = expand(series, DOUBLES, 1, at.q, at.v, at.u)
+    assert gap(found.state, expand(series, EXACT, 1, exact.q, exact.v, exact.u).state) < 3e-15
 
 
 @pytest.mark.parametrize(("scene", "most"), [

@@ -25,7 +25,7 @@ from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, symmetric
 from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, store, sub
 from phichain.lowering.series.series import Series
-from phichain.lowering.series.spatial.articulated_factor import factor, layout
+from phichain.lowering.series.spatial.articulated_factor import factor, layout, load_size
 from phichain.lowering.series.spatial.rows import (
     Ordering,
     columns_program,
@@ -64,7 +64,7 @@ def _order(order: Ordering) -> None:
     made = [base[0], base[1], order.first * order.kept("base")[3]]
     for row in range(3):
         for i, entry in enumerate(loads):
-            made[row] = made[row] + entries[4 * row + i] * entry
+            made[row] = made[row] + entries[len(loads) * row + i] * entry
         made[row] = order.builder.let(("base_x", "base_y", "base_stretch")[row], made[row])
     order.write_cart((made[0] * length, made[1] * length))
     sweep.outwards((made[0], made[1], base[2]), made[2])
@@ -75,7 +75,7 @@ class _Order:
 
     def __init__(self, order: Ordering) -> None:
         self.order, self.builder, self.links = order, order.builder, order.scene.links
-        self.pull, self.push = self.builder.array("pull", self.links), self.builder.array("push", 3 * self.links)
+        self.pull, self.push = self.builder.array("pull", self.links), self.builder.array("push", load_size(order.scene) * self.links)
         self.eased, self.drawn = self.builder.array("eased", self.links), self.builder.array("drawn", self.links)
         self.units = SpatialUnits(self.builder, order.scene, order.parameters)
         self.known = self._known()
@@ -97,11 +97,19 @@ class _Order:
             store(known, k, add(load(order.sums, k), scale(unit[k], load(order.couple, k))))
         return known
 
+    @property
+    def size(self) -> int:
+        """Numbers of a load beside its pull."""
+        return load_size(self.order.scene)
+
     def number(self, name: str, k: Index) -> Expr:
         return self.order.kept(name)[k]
 
-    def vector(self, name: str, k: Index) -> Vector:
-        return load(self.order.kept(name), k)
+    def vector(self, name: str, k: Index, size: int = 3) -> Vector:
+        return load(self.order.kept(name), k, size)
+
+    def rows(self, name: str, k: Index, count: int, width: int) -> Matrix:
+        return tuple(load(self.order.kept(name), count * k + i, width) for i in range(count))
 
     def matrix(self, name: str, k: Index) -> Matrix:
         return symmetric((*load(self.order.kept(name), 2 * k), *load(self.order.kept(name), 2 * k + 1)))
@@ -123,13 +131,16 @@ class _Order:
         """Link k: (c, d) beyond it to (c', d') beyond its base joint; beyond the tip there is nothing."""
         along, known, nothing = self.order.along(k), load(self.known, k), self.builder.lift(0)
         drawn = dot(self.vector("pull_known", k), known)
-        pressed = sub(applied(self.matrix("passed", k), known), scale(along, self.vector("push_along", k)))
+        pressed = applied(self.matrix("passed", k), known)
+        if self.size > 3:
+            pressed = (*pressed, *applied(self.rows("passed_minor", k, 3, 3), known))
+        pressed = sub(pressed, scale(along, self.vector("push_along", k, self.size)))
         self.pull[k] = pull
-        store(self.push, k, (nothing, nothing, nothing) if push is None else push)
+        store(self.push, k, (nothing,) * self.size if push is None else push)
         if push is not None:
-            drawn = drawn + dot(self.vector("pull_push", k), push) + self.number("pull_pull", k) * pull
-            rows = (load(self.order.kept("push_push"), 3 * k + i) for i in range(3))
-            pressed = sub(pressed, add(tuple(dot(row, push) for row in rows), scale(pull, self.vector("push_pull", k))))
+            drawn = drawn + dot(self.vector("pull_push", k, self.size), push) + self.number("pull_pull", k) * pull
+            back = applied(self.rows("push_push", k, self.size, self.size), push)
+            pressed = sub(pressed, add(back, scale(pull, self.vector("push_pull", k, self.size))))
         drawn = self.builder.let("drawn_k", drawn)
         self.eased[k] = drawn - self.number("ease_along", k) * along
         self.drawn[k] = drawn = self.builder.let("pull_k", drawn + self.number("pull_along", k) * along)
@@ -167,8 +178,11 @@ class _Order:
         order, is_tip = self.order, k == self.links - 1
         q, known, along = self.vector("direction", k), load(self.known, k), order.along(k)
         pressed = sub(known, scale(self.unit("lever")[k], joint))
-        push, pull = load(self.push, k), self.pull[k]
-        across = applied(self.matrix("reply", k), pressed if is_tip else sub(pressed, push))
+        push, pull = load(self.push, k, self.size), self.pull[k]
+        is_steep = self.size > 3 and not is_tip
+        across = applied(self.matrix("reply", k), pressed if is_tip or is_steep else sub(pressed, push))
+        if is_steep:
+            across = sub(across, applied(self.rows("free_push", k, 3, self.size), push))
         if not is_tip:
             across = sub(sub(across, scale(pull, self.vector("free_pull", k))), scale(axial, self.vector("turned", k)))
         multiplier = self.number("force_axial", k) * stretch - dot(q, known)
@@ -177,9 +191,9 @@ class _Order:
         if not is_tip:
             tip = add(across, scale(axial, q))
             beyond = self.number("stretch_axial", k) * axial + dot(self.vector("stretch_known", k), pressed)
-            beyond = beyond + (self.number("stretch_pull", k) * pull + dot(self.vector("stretch_push", k), push))
+            beyond = beyond + (self.number("stretch_pull", k) * pull + dot(self.vector("stretch_push", k, self.size), push))
             beyond = self.builder.let("stretch_next", beyond)
-            multiplier = multiplier + self.unit("overhang")[k] * dot(q, push)
+            multiplier = multiplier + self.unit("overhang")[k] * dot(q, push[:3])
             multiplier = multiplier + dot(self.vector("force_joint", k), tip) + self.number("force_stretch", k) * beyond
         order.write(k, bent, self.builder.lift(1), multiplier)
         return tip, beyond

@@ -7,6 +7,7 @@ chain's first link. What a link makes of each is a column of its matrices.
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import Final
 
 from phichain.ir.builder import Builder, Expr, Index
@@ -18,15 +19,30 @@ from phichain.lowering.spatial.outer import Outer, Seen
 from phichain.lowering.spatial.units import SpatialUnits
 from phichain.scene import Scene
 
-_PER_LINK: Final = {
-    "direction": 3, "turned": 3, "reply": 6,  # q, s, R
-    "passed": 6, "push_pull": 3, "push_push": 9, "push_along": 3,  # T, h, H, j
-    "pull_pull": 1, "pull_push": 3, "pull_known": 3, "pull_along": 1, "ease_along": 1,  # c' of c, d, Y and sigma; g of -sigma
-    "lean": 3, "free_pull": 3,  # nu', R alpha u
-    "stretch_axial": 1, "stretch_pull": 1, "stretch_push": 3, "stretch_known": 3,  # y^+ of z, c, d and Y
-    "force_axial": 1, "force_stretch": 1, "force_joint": 3,  # beta alpha', (1 - beta) alpha q.u, (1 - beta) G q
-}  # fmt: skip
-"""What is held of each link."""
+_STEEP: Final = 30
+"""Where a mass is so many times that before it, loads are kept apart as the sweep of a single time has them."""
+
+
+def load_size(scene: Scene) -> int:
+    """Numbers of a load beside its pull: d, and on chains that grow heavy outwards adj(G) d, which d alone gives with lost digits."""
+    if isinstance(scene.mass, str):
+        return 3
+    return 6 if any(outer > _STEEP * inner for inner, outer in pairwise(scene.mass)) else 3
+
+
+def _per_link(scene: Scene) -> dict[str, int]:
+    """What is held of each link."""
+    size = load_size(scene)
+    return {
+        "direction": 3, "turned": 3, "reply": 6,  # q, s, R
+        "passed": 6, "push_pull": size, "push_push": size * size, "push_along": size,  # T, h, H, j
+        "pull_pull": 1, "pull_push": size, "pull_known": 3, "pull_along": 1, "ease_along": 1,  # c' of c, d, Y and sigma; g of -sigma
+        "lean": 3, "free_pull": 3,  # nu', R alpha u
+        "stretch_axial": 1, "stretch_pull": 1, "stretch_push": size, "stretch_known": 3,  # y^+ of z, c, d and Y
+        "force_axial": 1, "force_stretch": 1, "force_joint": 3,  # beta alpha', (1 - beta) alpha q.u, (1 - beta) G q
+        **({"passed_minor": 9, "free_push": 18} if size > 3 else {}),  # adj(G') d' of Y, R d
+    }  # fmt: skip
+
 
 _UNITS: Final = ("overhang", "lever", "length", "outward")
 """Numbers of the links that are held where they are no constants."""
@@ -38,7 +54,7 @@ def layout(scene: Scene) -> Layout:
     couples = scene.stiffness is not None or scene.damping is not None
     return Layout(
         [
-            *((name, size * links) for name, size in _PER_LINK.items()), ("base", 3 + cart), ("cart", 12 * cart), *joint_runs(scene),
+            *((name, size * links) for name, size in _per_link(scene).items()), ("base", 3 + cart), ("cart", 3 * (1 + load_size(scene)) * cart), *joint_runs(scene),
             *((f"unit_{name}", held_units) for name in _UNITS), ("unit_inverse_torque", held_units * couples),
         ]
     )  # fmt: skip
@@ -79,25 +95,28 @@ def _chain(builder: Builder, geometry: list[Expr]) -> Outer:
     return Outer.from_flat([*geometry, *[builder.lift(0)] * 7])
 
 
-def _loaded(chain: Outer, i: int | None) -> Outer:
-    """The chain under a unit load: of pull, or of push along one axis, across the first link as push is."""
-    builder = chain.axial.builder
+def _loaded(chain: Outer, size: int) -> list[Outer]:
+    """The chain under unit loads: pull, push along each axis as far as it is across the first link, and where loads have six
+    numbers each axis of adj(G) d, then no part of the push.
+    """
+    builder, o = chain.axial.builder, chain.direction
     one, nothing = builder.lift(1), builder.lift(0)
-    if i is None:
-        return replace(chain, pull=one)
-    axis = tuple(one if j == i else nothing for j in range(3))
-    o = chain.direction
-    push = sub(axis, scale(o[i], o))
-    minor = cross(o, applied(chain.tangent, cross(axis, o)))
-    return replace(chain, push=push, minor=minor)
+    loads = [replace(chain, pull=one)]
+    axes = [tuple(one if j == i else nothing for j in range(3)) for i in range(3)]
+    across = [sub(axis, scale(o[i], o)) for i, axis in enumerate(axes)]
+    if size > 3:
+        loads += [replace(chain, push=push) for push in across]
+        return loads + [replace(chain, minor=minor) for minor in across]
+    minors = [cross(o, applied(chain.tangent, cross(axis, o))) for axis in axes]
+    return loads + [replace(chain, push=push, minor=minor) for push, minor in zip(across, minors, strict=True)]
 
 
 def _eliminate(step: Factoring, units: SpatialUnits, chain: Outer, k: Index) -> Outer:
     """Hold the matrices of link k; the chain from its base joint on, in the units of the link before."""
     let, q = step.builder.let, load(step.direction, k)
     own, overhang, lever = units.reach_squared[k], units.overhang[k], units.lever[k]
-    seen, pulled = Seen(chain, q, own), Seen(_loaded(chain, None), q, own)
-    pushed = [Seen(_loaded(chain, i), q, own) for i in range(3)]
+    size = load_size(step.scene)
+    seen, (pulled, *pushed) = Seen(chain, q, own), [Seen(loaded, q, own) for loaded in _loaded(chain, size)]
     inverse = let("inverse_pivot", 1 / (own * (own + seen.trace) + seen.adjugate_axial))
     s = sub(scale(own * inverse, seen.mixed), scale(inverse, seen.adjugate_mixed))
     bare = combine(
@@ -123,11 +142,24 @@ def _eliminate(step: Factoring, units: SpatialUnits, chain: Outer, k: Index) -> 
     keep.vector("turned", s)
     keep.matrix("reply", reply)
     keep.matrix("passed", combine((unit, seen.projector), (unit * lever, reply), (unit * leaning, dyads(s, s))))
-    keep.vector("push_pull", scale(unit * leaning, held_back(pulled)))
+    passed, planar = mass * (units.overhang_squared[k] * (inverse * over)), seen.adjugate_axial + seen.determinant
+
+    def passed_on(loaded: Seen) -> Vector:
+        """-d', and -adj(G') d'"""
+        minor = scale(unit * passed * lever, add(loaded.turned_force, loaded.adjugate_force)) if size > 3 else ()
+        return *scale(unit * leaning, held_back(loaded)), *minor
+
+    keep.vector("push_pull", passed_on(pulled))
     for i, loaded in enumerate(pushed):
-        for j, entry in enumerate(scale(unit * leaning, held_back(loaded))):
-            step.keep("push_push")[9 * k + 3 * j + i] = entry
-    keep.vector("push_along", scale(unit * (leaning * overhang), s))
+        keep.column("push_push", i, size, passed_on(loaded))
+    leant = scale(unit * passed * (lever * overhang), seen.adjugate_mixed) if size > 3 else ()
+    keep.vector("push_along", (*scale(unit * (leaning * overhang), s), *(-entry for entry in leant)))
+    if size > 3:
+        for i, axis in enumerate(seen.projector):
+            driven = scale(units.reach[k], add(seen.turned(axis), seen.adjugate(axis)))
+            keep.column("passed_minor", i, 3, scale(unit * passed, add(driven, scale(planar, axis))))
+        for i, loaded in enumerate(pushed):
+            keep.column("free_push", i, size, freed(loaded))
     keep.number("pull_pull", over * (added * seen.along_o + own * dot(s, chain.direction)))
     keep.vector("pull_push", tuple(over * (loaded.axial_push * inverse) for loaded in pushed))
     keep.vector("pull_known", scale(over, s))
@@ -143,7 +175,6 @@ def _eliminate(step: Factoring, units: SpatialUnits, chain: Outer, k: Index) -> 
     keep.number("force_axial", units.reach[k] * (1 + added))
     keep.number("force_stretch", overhang * (chain.axial * seen.along_u))
     keep.vector("force_joint", scale(overhang, seen.tangent_q))
-    passed, planar = mass * (units.overhang_squared[k] * (inverse * over)), seen.adjugate_axial + seen.determinant
     nothing = step.builder.lift(0)
     none: Vector = (nothing, nothing, nothing)
     return Outer(
@@ -164,6 +195,11 @@ class _Keep:
 
     def vector(self, name: str, value: Vector) -> None:
         store(self.step.keep(name), self.k, value)
+
+    def column(self, name: str, i: int, width: int, value: Vector) -> None:
+        """One column of a matrix that is held row by row."""
+        for j, entry in enumerate(value):
+            self.step.keep(name)[width * len(value) * self.k + width * j + i] = entry
 
     def matrix(self, name: str, value: Matrix) -> None:
         """A symmetric one."""
@@ -200,8 +236,9 @@ def _close_on_cart(step: Factoring, units: SpatialUnits, chain: Outer) -> None:
     for i, entry in enumerate((x, y, -gravity)):
         step.keep("base")[i] = entry
     step.keep("base")[3] = inverse * (dot(seen.yielding_u, given) - gravity * seen.share)
-    for i in range(4):
-        loaded = Seen(_loaded(chain, None if i == 0 else i - 1), down, cart)
+    size = load_size(step.scene)
+    for i, unit_load in enumerate(_loaded(chain, size)):
+        loaded = Seen(unit_load, down, cart)
         x, y, _ = scale(-inverse, add(scale(cart, loaded.force), loaded.turned_force))
         for row, entry in enumerate((x, y, inverse * loaded.free_u)):
-            step.keep("cart")[4 * row + i] = entry
+            step.keep("cart")[(1 + size) * row + i] = entry
