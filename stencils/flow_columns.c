@@ -6,7 +6,7 @@ static void wide_sums(const int n, const stem_jets *PHI_RESTRICT jet, const wide
     for (int i = 0; i < stem_lefts; ++i) {
         for (int row = 0; row < stem_rights; ++row) {
             const int k = stem_lefts * row + i;
-            wide_lanes sum = wide->lead[i] * jet->right[n + 1][k], other = wide_every(0);
+            wide_lanes sum = wide->lead[i] * jet->right[n + 1][k], other = WIDE_ZERO;
             for (int j = 0; j <= n; ++j) {
                 sum += wide->left[j][i] * jet->right[n - j][k];
                 other += wide->right[n - j][k] * jet->left[j][i];

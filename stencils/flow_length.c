@@ -37,7 +37,7 @@ static phi_real stem_radius(const int order, const phi_real unit, const phi_real
 static void stem_lengths(const int order, const stem_jets *jet, const phi_real goal, const phi_real scales[2], phi_real length[stem_lane_count])
 {
     phi_real state[2][stem_lane_count], last[2][stem_lane_count], before[2][stem_lane_count];
-    stem_lanes finite = stem_every(0);
+    stem_lanes finite = STEM_ZERO;
     for (int i = 0; i < stem_x; ++i) {
         finite += 0 * jet->x[order][i];
     }

@@ -23,7 +23,7 @@ static void stem_ahead(const int n, stem_jets *PHI_RESTRICT jet)
             stem_lanes far = jet->right[n - 1][k], middle = jet->right[n - 2][k], near = jet->right[n - 3][k];
             stem_lanes first = jet->left[1][i] * far + jet->left[2][i] * middle + jet->left[3][i] * near;
             stem_lanes second = jet->left[2][i] * far + jet->left[3][i] * middle;
-            stem_lanes third = jet->left[3][i] * far, fourth = stem_every(0);
+            stem_lanes third = jet->left[3][i] * far, fourth = STEM_ZERO;
             int j = 4;
             do {
                 const stem_lanes left = jet->left[j][i], right = jet->right[n - j][k];

@@ -947,7 +947,7 @@ static void planar2_flow_ahead(const int n, planar2_workspace *PLANAR2_RESTRICT 
                 near = jet->right[n - 3][k];
             planar2_real first = jet->left[1][i] * far + jet->left[2][i] * middle + jet->left[3][i] * near;
             planar2_real second = jet->left[2][i] * far + jet->left[3][i] * middle;
-            planar2_real third = jet->left[3][i] * far, fourth = (0);
+            planar2_real third = jet->left[3][i] * far, fourth = 0;
             int j = 4;
             do {
                 const planar2_real left = jet->left[j][i], right = jet->right[n - j][k];
@@ -1122,7 +1122,7 @@ static void planar2_flow_lengths(const int order, const planar2_workspace *jet, 
 {
     planar2_real state[2][planar2_flow_lane_count], last[2][planar2_flow_lane_count],
         before[2][planar2_flow_lane_count];
-    planar2_real finite = (0);
+    planar2_real finite = 0;
     for (int i = 0; i < planar2_flow_x; ++i) {
         finite += 0 * jet->x[order][i];
     }
@@ -1451,4 +1451,3 @@ int planar2_propagate(planar2_flow *flow, planar2_real t_end, unsigned long max_
     }
     return planar2_flow_run_on_stack(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out);
 }
-

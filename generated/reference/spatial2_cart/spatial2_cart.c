@@ -1325,7 +1325,7 @@ static void spatial2_cart_flow_ahead(const int n, spatial2_cart_workspace *SPATI
             spatial2_cart_real first = jet->left[1][i] * far + jet->left[2][i] * middle
                 + jet->left[3][i] * near;
             spatial2_cart_real second = jet->left[2][i] * far + jet->left[3][i] * middle;
-            spatial2_cart_real third = jet->left[3][i] * far, fourth = (0);
+            spatial2_cart_real third = jet->left[3][i] * far, fourth = 0;
             int j = 4;
             do {
                 const spatial2_cart_real left = jet->left[j][i], right = jet->right[n - j][k];
@@ -1536,7 +1536,7 @@ static void spatial2_cart_flow_lengths(const int order, const spatial2_cart_work
 {
     spatial2_cart_real state[2][spatial2_cart_flow_lane_count], last[2][spatial2_cart_flow_lane_count],
         before[2][spatial2_cart_flow_lane_count];
-    spatial2_cart_real finite = (0);
+    spatial2_cart_real finite = 0;
     for (int i = 0; i < spatial2_cart_flow_x; ++i) {
         finite += 0 * jet->x[order][i];
     }
@@ -1873,4 +1873,3 @@ int spatial2_cart_propagate(spatial2_cart_flow *flow, spatial2_cart_real t_end, 
     return spatial2_cart_flow_run_on_stack(flow, t_end, max_steps, u, q, v, event, count, times, q_out,
         v_out);
 }
-

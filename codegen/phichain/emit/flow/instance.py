@@ -174,7 +174,7 @@ def spelling(model: Model, made: Series, stem: str, contract: Flow, names: CName
         **{name: names.number(value).text for name, value in numbers.items()},
         "PHI_SCALES": ", ".join(scale_literals(scene, names) or ()), "phi_positions": positions,
         **libm_names(names), "phi_": f"{scene.name}_", "PHI_": f"{scene.name.upper()}_",
-        "stem_every": f"{stem.upper()}_EVERY", "stem_": f"{stem}_", "STEM_": f"{stem.upper()}_",
+        "STEM_ZERO": f"{stem.upper()}_EVERY(0)", "stem_": f"{stem}_", "STEM_": f"{stem.upper()}_",
     }  # fmt: skip
 
 

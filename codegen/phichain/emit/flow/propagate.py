@@ -92,7 +92,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
     stem = f"{scene.name}_flow"
     wanted = features(scene, made, made.columns is not None, on_stack(scene, made))
     own = {
-        "stem_every": "", "STEM_OF": f"{stem.upper()}_OF", "STEM_AT": f"{stem.upper()}_AT",
+        "STEM_ZERO": "0", "STEM_OF": f"{stem.upper()}_OF", "STEM_AT": f"{stem.upper()}_AT",
         "stem_lanes": f"{scene.name}_real", "stem_jets": f"{scene.name}_workspace", "stem_start": f"{scene.name}_start",
         "stem_event": f"{scene.name}_event", **{f"STEM_OF_{what}": f"{scene.name.upper()}_OF_{what}" for what in ("DEPTH", "V")},
     }  # fmt: skip
@@ -106,7 +106,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
     if made.columns is not None:
         tangent = f"{scene.name}_tangent"
         wide = {
-            "wide_every": f"{tangent.upper()}_EVERY", "wide_": f"{tangent}_", "WIDE_": f"{tangent.upper()}_",
+            "WIDE_ZERO": f"{tangent.upper()}_EVERY(0)", "wide_": f"{tangent}_", "WIDE_": f"{tangent.upper()}_",
             "ROWS_0": "".join(f"{_FIRST_ROWS[array.name]}, " for array in made.columns.inputs),
         }  # fmt: skip
         norms = {name: value for name, value in spelt.items() if not name.startswith(("stem_", "STEM_"))}
@@ -116,7 +116,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
         }  # fmt: skip
         texts += [instance("flow_norms", norms, wanted), instance("flow_columns", spelt | wide, wanted)]
     texts.append(instance("flow_run", spelt | {"PROPAGATE_DOC": ROWS["propagate"].doc}, wanted))
-    return "\n".join(texts)
+    return "\n".join(texts).rstrip("\n")
 
 
 _FIRST_ROWS: Final = {

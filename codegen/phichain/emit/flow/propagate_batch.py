@@ -94,7 +94,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
     wanted = features(scene, made, False, False)
     files = ["flow_norms", *(["flow_turns"] if turns(scene) else [])]
     files += ["flow_series", "flow_length", "flow_event", "flow_batch"]
-    return "\n".join(instance(name, spelt, wanted) for name in files)
+    return "\n".join(instance(name, spelt, wanted) for name in files).rstrip("\n")
 
 
 def _work(scene: Scene, made: Series) -> int:
