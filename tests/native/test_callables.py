@@ -147,7 +147,7 @@ def test_batch_against_numpy(system: System, rows: int, data: st.DataObject) -> 
 
 def test_columns_of_a_trajectory_are_not_copied(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
     states = np.random.default_rng(0).normal(size=(5, 4))
-    monkeypatch.setattr("phichain.native.arrays._packed", None)
+    monkeypatch.setattr("phichain.native.memory.arrays._packed", None)
     q, v = states[:, :2], states[:, 2:]
     np.testing.assert_array_equal(
         system.forward_dynamics(q, v, np.zeros((5, 2)), p=PARAMETERS)[3],

@@ -16,7 +16,6 @@ from phichain.motion.events import Event, Scalar, as_events
 from phichain.motion.ledger import Ledger
 from phichain.motion.manifold import project_state, violations
 from phichain.motion.methods import fixed_step, rosenbrock, scipy_methods, sundials, taylor
-from phichain.motion.methods.emitted_flow import runs_whole
 from phichain.motion.path import Path, Segment, collect
 from phichain.motion.problem import (
     Control,
@@ -48,7 +47,7 @@ class Method:
         floor: The smallest tolerance its arithmetic can keep.
         summary: What it is.
         fixed: Whether its steps are of one size, with no tolerance.
-        path: How it runs a whole problem in compiled code, where nothing has to be watched step by step.
+        path: How it runs a whole problem in compiled code, where no event has to be watched step by step.
         usual: The tolerance it takes when none is given.
     """
 
@@ -204,7 +203,7 @@ def _method(system: System, name: str) -> Method:
 
 
 def _run(problem: Problem, engine: Method, name: str, ledger: Ledger) -> Path:
-    if engine.path is not None and runs_whole(problem):
+    if engine.path is not None and not problem.events:
         return engine.path(problem, name, ledger)
     return collect(problem, engine.segments(problem, name, ledger))
 
@@ -266,7 +265,7 @@ def _record(
             q_names=system.q_names,
             v_names=system.v_names,
             u_names=system.u_names,
-            refine=None if dense is None else lambda grid: at(grid, np.array([dense(s) for s in grid]), True),
+            refine=None if dense is None else lambda grid: at(grid, dense(grid), True),
         )
 
     return at(path.t, path.x, False)

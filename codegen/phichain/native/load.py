@@ -9,7 +9,7 @@ from typing import Any
 
 from phichain.files import MANIFEST
 from phichain.native.agreement import demand_agreement
-from phichain.native.arrays import REAL
+from phichain.native.memory.arrays import REAL
 from phichain.native.cache import Cache, default_cache
 from phichain.native.callables import make_callable
 from phichain.native.compiler import CompilerOptions

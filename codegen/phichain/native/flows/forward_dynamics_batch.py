@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from phichain.contract.chain import Chain
 from phichain.errors import ArrayError
-from phichain.native.arrays import converted
+from phichain.native.memory.arrays import converted
 from phichain.native.flows.call import calls, flow_call
 from phichain.native.signature import Argument
 

@@ -13,17 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from phichain.contract.chain import Chain
 from phichain.errors import ArrayError
-from phichain.native.arrays import address, converted
-from phichain.native.flows.call import (
-    FlowCall,
-    calls,
-    checked_tolerance,
-    event_argument,
-    finite,
-    flow_call,
-    own,
-    step_budget,
-)
+from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
+from phichain.native.flows.checks import checked_tolerance, finite, own, step_budget
+from phichain.native.memory.arrays import address, converted
 from phichain.native.signature import Argument
 from phichain.system.propagation import OUTCOMES, Stop
 from phichain.system.propagation_batch import PropagationBatch
@@ -93,7 +85,7 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
         return PropagationBatch(
             tuple(OUTCOMES[number] for number in result), _wide(start), _wide(state_q.T), _wide(state_v.T),
             _wide(q_at.transpose(2, 0, 1)), _wide(v_at.transpose(2, 0, 1)), flow.tolerance, flow.order,
-            steps.astype(np.int64), written.astype(np.int64), _wide(kept.T),
+            steps.astype(np.int64), written.astype(np.int64), _wide(kept.T), _wide(grid),
         )  # fmt: skip
 
     return propagate_batch
