@@ -24,8 +24,9 @@ from phichain.system.propagation import OUTCOMES
 
 #: On which boundary a workspace is fastest.
 _CACHE_LINE: Final = 64
-#: Bytes that the ends of a flow's own steps may take in one call; what is not written costs none.
-ROOM: Final = 2**24
+#: Bytes that the ends of a flow's own steps may take in one call: what is not written costs none, but above 4 MiB NumPy asks for
+#: huge pages, and the first number written clears 2 MiB.
+ROOM: Final = 2**20
 
 
 class Frame:
