@@ -19,10 +19,13 @@ from numpy import ndarray
 from numpy.typing import NDArray
 
 from phichain.errors import ArrayError
-from phichain.native.memory.arrays import SCALAR, Rows, address, place, row_count, rows_of
+from phichain.native.memory.arrays import SCALAR, Rows, address, layout, place, row_count, rows_of, steps_through
 from phichain.native.memory.parameters import ParameterBlock
 from phichain.native.memory.slots import slot
 from phichain.native.signature import Argument, Signature
+
+SIZE = ctypes.c_size_t
+"""What C takes for a number of rows, a stride, or an address."""
 
 Arrays = Any
 """One array, or a tuple of arrays for functions with several outputs."""
@@ -46,6 +49,7 @@ def make_callable(
         A callable that raises `ArrayError` for arrays of the wrong number, shape or type.
     """
     count, takes_parameters = len(signature.inputs), signature.takes_parameters
+    layouts = [layout(item, real) for item in signature.inputs]
     idle: list[_Frame] = []
 
     def call(*values: Any, p: Mapping[str, Any] | None = None) -> Arrays:
@@ -56,14 +60,18 @@ def make_callable(
         except IndexError:
             frame = _Frame(signature, real)
         if not _copied(values, frame.slots, real):
-            inputs = _checked(signature, values, real)
-            rows = row_count(signature, inputs)
+            rows, places = steps_through(values, layouts, real)
+            if rows is None:
+                inputs = _checked(signature, values, real)
+                rows = row_count(signature, inputs)
+                places = [part for item in inputs for part in (place(item.values), item.stride)]
             if rows is not None:
                 if takes_parameters or p is not None:
                     frame.parameters.fill(p)
-                result = _batch(signature, row_loop, real, rows, inputs, frame.parameters)
+                outputs = [np.empty((rows, *item.shape), real) for item in signature.outputs]
+                row_loop(SIZE(rows), *frame.block, *map(SIZE, places), *map(address, outputs))
                 idle.append(frame)
-                return result
+                return outputs[0] if len(outputs) == 1 else tuple(outputs)
             frame.take(inputs)
         if takes_parameters or p is not None:
             frame.parameters.fill(p)
@@ -93,12 +101,13 @@ def _short(shape: tuple[int, ...], buffer: NDArray[Any]) -> _Short:
 class _Frame:
     """Preallocated buffers of one call, and the arguments C takes for them."""
 
-    __slots__ = ("arguments", "parameters", "result", "slots")
+    __slots__ = ("arguments", "block", "parameters", "result", "slots")
 
     def __init__(self, signature: Signature, real: np.dtype[Any]) -> None:
         self.parameters = ParameterBlock(signature, real)
         self.slots: list[_Short] = []
-        arguments: list[Any] = [address(self.parameters.values)] if signature.takes_parameters else []
+        self.block = [address(self.parameters.values)] if signature.takes_parameters else []
+        arguments: list[Any] = [*self.block]
         for item in signature.inputs:
             buffer, argument = _buffer(item, real)
             self.slots.append(_short(item.shape, buffer))
@@ -125,25 +134,6 @@ def _buffer(item: Argument, real: np.dtype[Any]) -> tuple[NDArray[Any], Any]:
 def _checked(signature: Signature, values: tuple[Any, ...], real: np.dtype[Any]) -> list[Rows]:
     arguments = zip(signature.inputs, values, strict=True)
     return [rows_of(signature.name, argument, value, real) for argument, value in arguments]
-
-
-def _batch(
-    signature: Signature,
-    row_loop: Callable[..., None],
-    real: np.dtype[Any],
-    rows: int,
-    inputs: list[Rows],
-    parameters: ParameterBlock,
-) -> Arrays:
-    """All rows in one foreign call."""
-    outputs = [np.empty((rows, *item.shape), real) for item in signature.outputs]
-    arguments: list[Any] = [ctypes.c_size_t(rows)]
-    if signature.takes_parameters:
-        arguments.append(address(parameters.values))
-    for item in inputs:
-        arguments += [ctypes.c_void_p(place(item.values)), ctypes.c_size_t(item.stride)]
-    row_loop(*arguments, *map(address, outputs))
-    return tuple(outputs) if len(outputs) > 1 else outputs[0]
 
 
 def _reader(outputs: list[NDArray[Any]]) -> Callable[[], Arrays]:
