@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from phichain.errors import ArrayError
 from phichain.native.memory.arrays import SCALAR, Rows, address, layout, place, row_count, rows_of, steps_through
 from phichain.native.memory.parameters import ParameterBlock
+from phichain.native.memory.room import demand_room
 from phichain.native.memory.slots import slot
 from phichain.native.signature import Argument, Signature
 
@@ -49,7 +50,7 @@ def make_callable(
         A callable that raises `ArrayError` for arrays of the wrong number, shape or type.
     """
     count, takes_parameters = len(signature.inputs), signature.takes_parameters
-    layouts = [layout(item, real) for item in signature.inputs]
+    layouts, row_size = [layout(item, real) for item in signature.inputs], sum(item.size for item in signature.outputs)
     idle: list[_Frame] = []
 
     def call(*values: Any, p: Mapping[str, Any] | None = None) -> Arrays:
@@ -68,6 +69,7 @@ def make_callable(
             if rows is not None:
                 if takes_parameters or p is not None:
                     frame.parameters.fill(p)
+                demand_room(signature.name, rows, row_size, real)
                 outputs = [np.empty((rows, *item.shape), real) for item in signature.outputs]
                 row_loop(SIZE(rows), *frame.block, *map(SIZE, places), *map(address, outputs))
                 idle.append(frame)
