@@ -19,7 +19,16 @@ from numpy import ndarray
 from numpy.typing import NDArray
 
 from phichain.errors import ArrayError
-from phichain.native.memory.arrays import SCALAR, Rows, address, layout, place, row_count, rows_of, steps_through
+from phichain.native.memory.arrays import (
+    SCALAR,
+    Rows,
+    address,
+    layout,
+    place,
+    row_count,
+    rows_of,
+    steps_through,
+)
 from phichain.native.memory.parameters import ParameterBlock
 from phichain.native.memory.room import demand_room
 from phichain.native.memory.slots import slot

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import ctypes
 import signal
+import sys
 import threading
-from _signal import getsignal  # signal.getsignal looks every handler up among its enumerations first: 2.7 us
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -81,6 +81,8 @@ def _is_ours() -> bool:
 
 
 _SIGINT = int(signal.SIGINT)
+getsignal = sys.modules["_signal"].getsignal
+"""signal.getsignal looks every handler up among its enumerations first, which takes longer than a call."""
 
 
 def interrupts_source(name: str, functions: Sequence[Foreign]) -> str:

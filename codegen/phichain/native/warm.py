@@ -28,7 +28,7 @@ _LARGEST: Final = 1024 * MEBIBYTE
 
 def texts_key(scene: Scene) -> str:
     """Under which key the cache keeps the texts of a scene."""
-    return hashlib.sha256("\0".join((_FORMAT, generator(), scene.digest)).encode()).hexdigest()
+    return hashlib.sha256(f"{_FORMAT} {generator()} {scene.digest}".encode()).hexdigest()
 
 
 def remember(scene: Scene, texts: Mapping[str, str], cache: Cache) -> None:

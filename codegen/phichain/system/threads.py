@@ -40,7 +40,7 @@ def run(tasks: Sequence[Callable[[], None]], workers: int | None) -> None:
     def help_out() -> None:
         try:
             work()
-        except BaseException as failure:
+        except BaseException as failure:  # noqa: BLE001, raised again on the thread that asked
             failures.append(failure)
             stopped.set()
 

@@ -14,9 +14,9 @@ from phichain.contract.flow import Flow
 from phichain.contract.functions import ROWS
 from phichain.contract.registry import Registry
 from phichain.errors import ArrayError
+from phichain.native.flows.structs import RESULTS, handed, struct_type
 from phichain.native.memory.arrays import REAL
 from phichain.native.memory.parameters import ParameterBlock
-from phichain.native.flows.structs import RESULTS, handed, struct_type
 from phichain.native.signature import Argument, Signature
 from phichain.system.propagation import Stop
 

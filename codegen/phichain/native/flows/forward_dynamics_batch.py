@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from phichain.contract.chain import Chain
 from phichain.errors import ArrayError
-from phichain.native.memory.arrays import converted
 from phichain.native.flows.call import calls, flow_call
+from phichain.native.memory.arrays import converted
 from phichain.native.memory.room import demand_room
 from phichain.native.signature import Argument
 from phichain.system.threads import pieces, run

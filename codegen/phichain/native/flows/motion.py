@@ -115,7 +115,7 @@ class Frame:
             ArrayError: The times do not lie in the order of travel.
         """
         self._max_steps.value = budget
-        if type(times) is tuple and not times:
+        if isinstance(times, tuple) and not times:
             self._point_to(0, None, None, None)
             return self._called()[0], self._none
         grid = output_times(self._call.name, times, t, t_end, self._call.kind)

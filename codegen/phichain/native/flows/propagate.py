@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from phichain.contract.chain import Chain
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
-from phichain.native.flows.checks import checked_tolerance, finite, own as own_copy
+from phichain.native.flows.checks import checked_tolerance, finite
+from phichain.native.flows.checks import own as own_copy
 from phichain.native.flows.motion import Frames, wide
 from phichain.native.memory.arrays import place
 from phichain.native.signature import Argument

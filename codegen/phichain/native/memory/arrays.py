@@ -19,7 +19,7 @@ from phichain.errors import ArrayError
 from phichain.native.signature import Argument, Signature
 
 REAL: Final[dict[str, np.dtype[Any]]] = {"double": np.dtype(np.float64), "float": np.dtype(np.float32)}
-SCALAR: Final[dict[str, type]] = {"float64": ctypes.c_double, "float32": ctypes.c_float}
+SCALAR: Final[dict[str, Any]] = {"float64": ctypes.c_double, "float32": ctypes.c_float}
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def place(array: NDArray[Any]) -> int:
     flags = array.flags
     if flags.c_contiguous and flags.writeable and array.size:
         # A quarter of the time of array.ctypes, and a call takes microseconds.
-        return ctypes.addressof(ctypes.c_char.from_buffer(array))
+        return ctypes.addressof(ctypes.c_char.from_buffer(array.data))
     return int(array.__array_interface__["data"][0])
 
 
