@@ -73,7 +73,7 @@ FLOW: Final = Struct(
         *_LOST,
         Field("transition", "real", "in, out: the columns", is_pointer=True, present=_is_variational),
         Field("columns", "int", lambda chain: f"in: how many, at most {_state_size(chain)}; 0 for none", present=_is_variational),
-        Field("own", "real", "out: times at which its own steps ended, as many as `count`, or NULL", is_pointer=True),
+        Field("own", "real", "out, without times: when its own steps ended, as many as count; or NULL", is_pointer=True),
         Field("work", "workspace", "in: {work}; on cache lines it is fastest", is_pointer=True),
         Field("steps", "unsigned long", "out: steps taken{bytes}"),
         _WRITTEN,
@@ -154,10 +154,8 @@ _STATES_THERE: Final = (
     Passed("v_out", "real", "out", lambda chain: f"rates there, count x {chain.nv}, or NULL", "pointer"),
 )
 
-_TIMES_OR_OWN: Final = (_TIMES[0], replace(_TIMES[1], doc=f"{_TIMES[1].doc} (then, where flow->own is given, at its own steps' ends)"))
-
 PROPAGATE: Final = Flow(
-    (_P, _CARRIED, _T_END, _BUDGET_OF_STEPS, _U, *_STATE, _WHERE_TO_STOP, *_TIMES_OR_OWN, *_STATES_THERE),
+    (_P, _CARRIED, _T_END, _BUDGET_OF_STEPS, _U, *_STATE, _WHERE_TO_STOP, *_TIMES, *_STATES_THERE),
     returns="int",
     carries=FLOW,
     event=EVENT,

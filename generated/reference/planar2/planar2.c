@@ -1222,7 +1222,7 @@ static PLANAR2_APART int planar2_flow_run(planar2_flow *flow, planar2_real t_end
                 planar2_flow_increment(order, work, h, work->increment);
             }
         }
-        while (flow->written < count) {
+        while (times != NULL && flow->written < count) {
             const planar2_real inside = (times[flow->written] - flow->t) - flow->t_lost;
             if (!(inside * way <= h * way)) {
                 break;
@@ -1249,6 +1249,16 @@ static PLANAR2_APART int planar2_flow_run(planar2_flow *flow, planar2_real t_end
         if (result == PLANAR2_DONE) {
             flow->t = t_end;
             flow->t_lost = 0;
+        }
+        if (times == NULL && flow->own != NULL && flow->written < count) {
+            planar2_real ended[planar2_flow_x];
+            memcpy(ended, work->x[0], sizeof ended);
+            for (int i = 0; i < planar2_flow_q; ++i) {
+                ended[i] = planar2_flow_turned(ended[i], work->turns[i]);
+            }
+            memcpy(q_out + flow->written * 2, ended, 2 * sizeof *ended);
+            memcpy(v_out + flow->written * 2, ended + 2, 2 * sizeof *ended);
+            flow->own[flow->written++] = flow->t;
         }
         ++flow->steps;
     }

@@ -1751,7 +1751,7 @@ static SPATIAL2_CART_APART int spatial2_cart_flow_run(spatial2_cart_flow *flow, 
                 spatial2_cart_flow_increment(order, work, h, work->increment);
             }
         }
-        while (flow->written < count) {
+        while (times != NULL && flow->written < count) {
             const spatial2_cart_real inside = (times[flow->written] - flow->t) - flow->t_lost;
             if (!(inside * way <= h * way)) {
                 break;
@@ -1777,6 +1777,13 @@ static SPATIAL2_CART_APART int spatial2_cart_flow_run(spatial2_cart_flow *flow, 
         if (result == SPATIAL2_CART_DONE) {
             flow->t = t_end;
             flow->t_lost = 0;
+        }
+        if (times == NULL && flow->own != NULL && flow->written < count) {
+            spatial2_cart_real ended[spatial2_cart_flow_x];
+            memcpy(ended, work->x[0], sizeof ended);
+            memcpy(q_out + flow->written * 8, ended, 8 * sizeof *ended);
+            memcpy(v_out + flow->written * 8, ended + 8, 8 * sizeof *ended);
+            flow->own[flow->written++] = flow->t;
         }
         ++flow->steps;
     }
