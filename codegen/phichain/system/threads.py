@@ -25,6 +25,9 @@ def run(tasks: Sequence[Callable[[], None]], workers: int | None) -> None:
     Raises:
         ArrayError: Fewer than one worker.
     """
+    if len(tasks) == 1 and workers is None:
+        tasks[0]()
+        return
     threads = min(worker_count(workers), len(tasks))
     waiting, stopped = deque(tasks), Event()
     failures: list[BaseException] = []
@@ -86,7 +89,7 @@ def pieces(count: int, least: int, workers: int | None) -> list[slice]:
     Raises:
         ArrayError: Fewer than one worker.
     """
-    threads = worker_count(workers)
+    threads = 1 if workers is None and count < 2 * least else worker_count(workers)
     if threads == 1 or count < 2 * least:
         return [slice(0, count)]
     share = -(-count // (_SHARES * threads))
