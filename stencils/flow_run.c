@@ -102,7 +102,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
             stem_increment(order, jet, &h, increment);
             stem_move(increment, jet);
         }
-        while (flow->written < count) {
+        while (times != NULL && flow->written < count) {
             const phi_real inside = (times[flow->written] - flow->t) - flow->t_lost;
             phi_real x[stem_x];
             if (!(inside * way <= h * way)) {
@@ -124,6 +124,21 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
         if (result == PHI_DONE) {
             flow->t = t_end;
             flow->t_lost = 0;
+        }
+        if (times == NULL && flow->own != NULL && flow->written < count) {
+            phi_real *q_end = q_out + flow->written * stem_q, *v_end = v_out + flow->written * stem_q;
+#if WITH_SPHERE
+            stem_leave(jet->state, jet->state + stem_q, q_end, v_end);
+#else
+            memcpy(q_end, jet->state, stem_q * sizeof *q_end);
+            memcpy(v_end, jet->state + stem_q, stem_q * sizeof *v_end);
+#endif
+#if WITH_TURNS
+            for (int i = stem_cart; i < stem_q; ++i) {
+                q_end[i] = stem_turned(q_end[i], jet->turns[i]);
+            }
+#endif
+            flow->own[flow->written++] = flow->t;
         }
         ++flow->steps;
     }

@@ -2,20 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Mapping
 from pathlib import Path
 
-from phichain._version import __version__
-from phichain.emit import folder_files, library_files, with_proof
-from phichain.files import MANIFEST, write_folder
-from phichain.lowering import lower
-from phichain.mechanics import derive
-from phichain.native import build_files, default_cache
-from phichain.proof import prove as proven
-from phichain.reading import parse_json
-from phichain.scene import Scene
+from phichain.files import write_folder
+from phichain.native import build_files, default_cache, recalled, remember
+from phichain.scene import Scene, given_scene
 from phichain.system import System
 
 
@@ -39,52 +30,36 @@ def generate(
         OutputError: the folder cannot be written; what was there before is still there.
         EmissionError: a number of the scene does not fit its type.
     """
-    lowered = lower(derive(scene))
-    proof = proven(lowered.model, lowered).record if prove else None
-    return write_folder(Path(out) / scene.name, folder_files(scene, lowered, with_casadi_c, proof))
+    from phichain.scratch import folder_texts
+
+    texts = folder_texts(given_scene(scene), with_casadi_c, prove)
+    return write_folder(Path(out) / scene.name, texts)
 
 
 def build(scene: Scene, prove: bool = True) -> System:
-    """Derive, lower, prove, emit, compile (or find compiled) and load a scene.
+    """Derive, lower, prove, emit, compile and load a scene, or find all of that done and load it.
+
+    What a proven build wrote is kept beside the compiled object, under the scene's digest and the generator that wrote it;
+    both are checked before they are used.
 
     Args:
         scene: what to build.
         prove: prove the Programs against the Lagrangian, unless the cache holds that these were.
 
     Raises:
+        SceneError: it is no scene.
         DerivationError: the Programs would not solve the derived Lagrangian.
         ProofError: a function does not meet the Lagrangian; nothing is compiled.
         CompilerError: the C compiler is missing, failed or hung.
     """
-    lowered = lower(derive(scene))
-    files = library_files(scene, lowered)
-    if not prove:
-        return build_files(files)
-    key, cache = _proof_key(scene, files), default_cache()
-    kept = _kept(cache.fetch(key), key)
-    record = dict(proven(lowered.model, lowered).record) if kept is None else kept
-    system = build_files(files | {MANIFEST: with_proof(files[MANIFEST], record)})
-    if kept is None:
-        cache.store(key, json.dumps({"key": key, "proof": record}).encode())
-    return system
+    cache = default_cache()
+    texts = recalled(given_scene(scene), cache)
+    if texts is None:
+        from phichain.scratch import library_texts
 
-
-def _kept(stored: bytes | None, key: str) -> dict[str, str] | None:
-    """How each function was proven, as the cache holds it; None, to be proven again, where that is not what `build` stored."""
-    try:
-        match parse_json(stored or b"null"):
-            case {"key": str(own), "proof": dict(proof)} if own == key and all(isinstance(how, str) for how in proof.values()):
-                return proof
-    except ValueError:
-        pass
-    return None
-
-
-def _proof_key(scene: Scene, files: Mapping[str, str]) -> str:
-    """Under which key the cache of compiled objects keeps how the functions of this very text were proven."""
-    text = "\0".join((_PROOF, __version__, scene.digest, files[f"{scene.name}.c"]))
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-_PROOF = "phichain proof 1"
-"""Changes when the proof does: what an older one let through is proven again."""
+        texts = library_texts(scene, prove)
+        system = build_files(texts)
+        if prove:
+            remember(scene, texts, cache)
+        return system
+    return build_files(texts)

@@ -16,7 +16,6 @@ from phichain.mechanics import derive
 from phichain.motion.events import Event, as_events
 from phichain.motion.ledger import Ledger
 from phichain.motion.methods import taylor
-from phichain.motion.methods.emitted_flow import runs_whole
 from phichain.motion.path import StalledError, collect
 from phichain.motion.problem import Problem, bind
 from phichain.scene import Scene
@@ -51,7 +50,6 @@ def problem(t: Any, chain: Scene = CHAIN, x0: Any = (0.4, 0, 0, 0), u: Any = Non
 
 def test_whole_runs_and_single_steps_agree() -> None:
     grid = problem(np.linspace(0, 5, 11))
-    assert runs_whole(grid)
     ledger = Ledger()
     whole, single = taylor.path(grid, "taylor", ledger), collect(grid, taylor.segments(grid, "taylor", Ledger()))
     assert whole.status == single.status == "complete"
@@ -68,12 +66,13 @@ def test_backwards_from_where_it_came_to() -> None:
 
 def test_own_steps_have_the_series_between_them() -> None:
     asked = problem([0, 2])
-    assert not runs_whole(asked)
-    found = collect(asked, taylor.segments(asked, "taylor", Ledger()))
-    assert found.dense is not None
+    found, stepped = taylor.path(asked, "taylor", Ledger()), collect(asked, taylor.segments(asked, "taylor", Ledger()))
+    assert found.dense is not None and stepped.dense is not None
+    assert found.t.tolist() == stepped.t.tolist() and np.max(np.abs(found.x - stepped.x)) < 1e-15
     times = np.linspace(0.1, 1.9, 7)
     exact = taylor.path(problem([0, *times, 2]), "taylor", Ledger()).x[1:-1]
-    assert np.max(np.abs([found.dense(t) for t in times] - exact)) < 1e-12
+    for dense in (found.dense, stepped.dense):
+        assert np.max(np.abs(dense(times[::-1])[::-1] - exact)) < 1e-12
 
 
 def test_events_are_found_within_the_steps() -> None:

@@ -92,7 +92,7 @@ def test_nothing_is_generated_or_built_from_another_lagrangian(
 ) -> None:
     scene = Scene("duo", 2, mass="runtime", length=0.5, want=["energy"])
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("phichain.pipeline.derive", lambda given: dict(mutants(model_of("planar fixed")))["kinetic := 0"])
+    monkeypatch.setattr("phichain.scratch.derive", lambda given: dict(mutants(model_of("planar fixed")))["kinetic := 0"])
     with pytest.raises(DerivationError, match="Lagrangian"):
         verb(scene)
     assert not list(tmp_path.iterdir())

@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from phichain.errors import ArrayError
 from phichain.native import Cache, build_folder
 from phichain.system import System
 from tests.native.evaluation import Q, U, V, assert_close, evaluated
@@ -147,7 +148,7 @@ def test_batch_against_numpy(system: System, rows: int, data: st.DataObject) -> 
 
 def test_columns_of_a_trajectory_are_not_copied(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
     states = np.random.default_rng(0).normal(size=(5, 4))
-    monkeypatch.setattr("phichain.native.arrays._packed", None)
+    monkeypatch.setattr("phichain.native.memory.arrays._packed", None)
     q, v = states[:, :2], states[:, 2:]
     np.testing.assert_array_equal(
         system.forward_dynamics(q, v, np.zeros((5, 2)), p=PARAMETERS)[3],
@@ -203,3 +204,44 @@ def test_every_parameter_reaches_its_field_of_the_struct(system: System) -> None
     p = {"mass": [7.0, 8.0], "gravity": 9.0}
     np.testing.assert_array_equal(np.diag(system.mass_matrix(Q, p=p)), [7.0, 8.0])
     assert system.energy([1.0, 0.0], V, p=p)[1] == 9.0
+
+
+SHORT = {
+    "arrays": np.asarray,
+    "lists": list,
+    "tuples": tuple,
+    "NumPy numbers": lambda values: list(np.asarray(values)),
+    "single precision": lambda values: np.asarray(values, np.float32),
+    "whole numbers": lambda values: np.asarray(np.round(values), np.int16),
+    "Python's whole numbers": lambda values: [round(value) for value in values],
+    "every other entry": lambda values: np.repeat(values, 2)[::2],
+    "another byte order": lambda values: np.asarray(values, ">f8"),
+}
+
+
+@pytest.mark.parametrize("form", SHORT.values(), ids=SHORT)
+def test_a_single_state_is_copied_without_a_detour(system: System, monkeypatch: pytest.MonkeyPatch, form: Any) -> None:
+    given = [form([0.25, -1.5]), form([1.125, 2.0]), form([3.0, -0.5])]
+    expected_bits = system.forward_dynamics(*(np.asarray(values, float) for values in given), p=PARAMETERS).tobytes()
+    monkeypatch.setattr("phichain.native.callables.rows_of", None)
+    monkeypatch.setattr("phichain.native.memory.parameters.parameter_values", None)
+    assert system.forward_dynamics(*given, p=PARAMETERS).tobytes() == expected_bits
+    step = system.step(0.125, *given, p=PARAMETERS)
+    assert [part.tobytes() for part in step] == [part.tobytes() for part in system.step(np.float64(0.125), *given, p=PARAMETERS)]
+
+
+def test_rows_that_lie_ready_are_stepped_through(system: System, monkeypatch: pytest.MonkeyPatch) -> None:
+    states = np.random.default_rng(1).normal(size=(5, 6))
+    states.setflags(write=False)
+    q, v, u = states[:, :2], states[:, 2:4], states[:, 4:]
+    single = [system.forward_dynamics(*np.split(row, 3), p=PARAMETERS) for row in states]
+    monkeypatch.setattr("phichain.native.callables.rows_of", None)
+    assert np.array_equal(system.forward_dynamics(q, v, u, p=PARAMETERS), single)
+    shared = system.forward_dynamics(q, v[0].copy(), np.ascontiguousarray(u)[::-1][::-1], p=PARAMETERS)
+    assert np.array_equal(shared[0], single[0])
+
+
+@pytest.mark.parametrize("value", [[10**400, 0], [True, None], ["1", "2"], [1.0], [[1.0], [2.0]], [1j, 0], (1.0, 2.0, 3.0)])
+def test_lists_that_are_no_state_are_refused_as_ever(system: System, value: Any) -> None:
+    with pytest.raises(ArrayError, match=r"^forward_dynamics\.v: "):
+        system.forward_dynamics(Q, value, U, p=PARAMETERS)

@@ -10,7 +10,7 @@ from types import MappingProxyType
 import pytest
 from typer.testing import CliRunner
 
-from phichain import pipeline
+from phichain import pipeline, scratch
 from phichain.app.cli import app
 from phichain.contract.functions import FLOWS, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 from phichain.emit import library_files
@@ -105,7 +105,7 @@ def wrong(model: Model) -> Lowered:
 @pytest.fixture
 def faulty(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A generator whose forward dynamics has one wrong sign, and a cache of its own."""
-    monkeypatch.setattr(pipeline, "lower", wrong)
+    monkeypatch.setattr(scratch, "lower", wrong)
     monkeypatch.setenv("PHICHAIN_CACHE", str(tmp_path / "cache"))
 
 
@@ -117,7 +117,7 @@ def test_generate_refuses_in_one_sentence_and_leaves_what_was_there(
 ) -> None:
     folder = pipeline.generate(PAIR, tmp_path / "out")
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
-    monkeypatch.setattr(pipeline, "lower", wrong)
+    monkeypatch.setattr(scratch, "lower", wrong)
     for out in ("out", "other"):
         with pytest.raises(ProofError, match=SENTENCE) as refusal:
             pipeline.generate(PAIR, tmp_path / out)
@@ -143,7 +143,7 @@ def test_a_build_that_was_proven_is_not_proven_again(monkeypatch: pytest.MonkeyP
         runs.append(model.scene.name)
         return prove(model, lowered)
 
-    monkeypatch.setattr(pipeline, "proven", counted)
+    monkeypatch.setattr(scratch, "proven", counted)
     for _ in range(2):
         pipeline.build(PAIR)
     assert runs == ["pair"]
@@ -160,7 +160,7 @@ def test_what_else_lies_under_a_proof_s_key_is_proven_again(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, content: bytes
 ) -> None:
     monkeypatch.setenv("PHICHAIN_CACHE", str(tmp_path / "cache"))
-    key = pipeline._proof_key(PAIR, library_files(PAIR, lower(derive(PAIR))))
+    key = scratch._proof_key(PAIR, library_files(PAIR, lower(derive(PAIR))))
     default_cache().store(key, content.replace(b"KEY", key.encode()))
     runs: list[str] = []
 
@@ -168,7 +168,7 @@ def test_what_else_lies_under_a_proof_s_key_is_proven_again(
         runs.append(model.scene.name)
         return prove(model, lowered)
 
-    monkeypatch.setattr(pipeline, "proven", counted)
+    monkeypatch.setattr(scratch, "proven", counted)
     assert pipeline.build(PAIR).name == "pair"
     assert runs == ["pair"]
 

@@ -73,6 +73,7 @@ FLOW: Final = Struct(
         *_LOST,
         Field("transition", "real", "in, out: the columns", is_pointer=True, present=_is_variational),
         Field("columns", "int", lambda chain: f"in: how many, at most {_state_size(chain)}; 0 for none", present=_is_variational),
+        Field("own", "real", "out, without times: when its own steps ended, as many as count; or NULL", is_pointer=True),
         Field("work", "workspace", "in: {work}; on cache lines it is fastest", is_pointer=True),
         Field("steps", "unsigned long", "out: steps taken{bytes}"),
         _WRITTEN,

@@ -3,17 +3,10 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-_PACKAGE = Path(__file__).resolve().parents[1]
-
-
-def templates_folder() -> Path:
-    """The folder of the templates: inside the package in a wheel, at the top of a checkout."""
-    inside = _PACKAGE / "templates"
-    return inside if inside.is_dir() else _PACKAGE.parents[1] / "templates"
+from phichain.identity import templates_folder
 
 
 def render(template: str, **names: object) -> str:

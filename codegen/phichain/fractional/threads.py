@@ -1,47 +1,18 @@
-"""Who computes on how many threads: NumPy and SciPy's FFT release the interpreter while they run."""
+"""Threads of the fractional operators, and products that keep to the one that asks for them."""
 
 from __future__ import annotations
-
-import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.errors import ArrayError
+from phichain.system.threads import available_cores, run
+
+__all__ = ["available_cores", "product", "run"]
 
 Vector = NDArray[np.float64]
 
 # OpenBLAS starts its own threads from about 2^20 multiplications on.
 _ONE_THREAD = 2**19
-
-
-def run(tasks: Sequence[Callable[[], None]], workers: int | None) -> None:
-    """Run the tasks; what they compute must not depend on the order.
-
-    Args:
-        tasks: Functions without arguments.
-        workers: Threads; None takes one per core this process may use.
-
-    Raises:
-        ArrayError: Fewer than one worker.
-    """
-    if workers is not None and workers < 1:
-        raise ArrayError("workers", workers, "must be at least 1", "leave it out to use every core")
-    threads = min(workers or available_cores(), len(tasks))
-    if threads <= 1:
-        for task in tasks:
-            task()
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        for running in [pool.submit(task) for task in tasks]:
-            running.result()
-
-
-def available_cores() -> int:
-    """Cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else (os.cpu_count() or 1)
 
 
 def product(left: Vector, right: Vector, out: Vector | None = None) -> Vector:

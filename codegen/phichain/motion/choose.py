@@ -65,13 +65,15 @@ def measure(problem: Problem) -> Stiffness:
         noise = float(np.finfo(np.float32 if problem.system.real == "float" else np.float64).eps)
         slope = differences(lambda x: problem.field(t0, x), x0, problem.field(t0, x0), noise)
         source = "differenced Jacobian"
-    if not np.all(np.isfinite(slope)):
+    if not np.isfinite(slope).all():
         return Stiffness(float("nan"), float("nan"), 0.0, 0.0, f"{source}, not finite")
-    eigenvalues = np.linalg.eigvals(slope) * np.sign(problem.t[-1] - t0)
+    ahead = 1.0 if problem.t[-1] > t0 else -1.0
+    eigenvalues = [ahead * eigenvalue for eigenvalue in np.linalg.eigvals(slope).tolist()]
     # Every growth has its decay where energy is kept (a saddle's pair): only what decays faster is stiff.
-    decay = float(max(0.0, np.max(-eigenvalues.real) - max(0.0, np.max(eigenvalues.real))))
-    light = eigenvalues[np.abs(eigenvalues.imag) >= np.abs(eigenvalues.real)]
-    rate = max(float(np.max(np.abs(light.imag), initial=0.0)), _motion(problem), 1 / span)
+    real = [eigenvalue.real for eigenvalue in eigenvalues]
+    decay = max(0.0, -min(real) - max(0.0, *real))
+    light = [abs(eigenvalue.imag) for eigenvalue in eigenvalues if abs(eigenvalue.imag) >= abs(eigenvalue.real)]
+    rate = max(0.0, *light, _motion(problem), 1 / span)
     accuracy = span * rate * problem.tol ** (-1 / 8) / 10
     return Stiffness(decay, rate, span * decay / STABLE_INTERVAL, accuracy, source)
 
@@ -80,7 +82,7 @@ def _motion(problem: Problem) -> float:
     system = problem.system
     rates = problem.x0[system.nq :]
     if system.is_planar:
-        return float(np.max(np.abs(rates[system.cart_size :])))
+        return max(map(abs, rates[system.cart_size :].tolist()))
     return float(np.max(np.linalg.norm(angular_velocities(system, rates), axis=-1)))
 
 

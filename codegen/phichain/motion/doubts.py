@@ -5,18 +5,21 @@ whose energy drifted by more than its distance to one of them may have crossed o
 with the logarithm of that distance, so that a drift dE over a time T puts the phase off by about T |v| dE / distance, and
 farther away by less. And a start so near to an equilibrium that a step's increment is lost in rounding stays there. Such
 runs end with status "doubtful" and say why.
+
+The 2^N equilibria are not looked up one by one: the one that a state can be near has every link where it leans to, and since
+the potential is linear in the links' directions the energies of all follow from those of N + 1.
 """
 
 from __future__ import annotations
 
-from itertools import product
+from math import inf, isfinite
 from typing import Final
 
 import numpy as np
 
 from phichain.motion.path import Path
 from phichain.motion.problem import Problem
-from phichain.system import System, Vector, pack
+from phichain.system import Parameters, System, Vector
 from phichain.system.angles import absolute_angles
 from phichain.system.vertical import configuration
 
@@ -32,33 +35,39 @@ MOST_PHASE: Final = 0.01
 COMPENSATED: Final = ("taylor",)
 
 
-def doubts(problem: Problem, path: Path, name: str) -> list[str]:
-    """Reasons to doubt a run, as sentences; none for damped, driven or sprung chains, or those on a cart."""
-    system = problem.system
-    if not _is_conservative(problem) or system.links > MOST_LINKS:
+def doubts(problem: Problem, path: Path, name: str, energies: Vector | None) -> list[str]:
+    """Reasons to doubt a run, as sentences; none for damped, driven or sprung chains, or those on a cart.
+
+    Args:
+        problem: What was integrated.
+        path: What was found.
+        name: The method.
+        energies: Total energy along the path (m,), J, or None where the system has none.
+    """
+    if energies is None or not _is_conservative(problem) or problem.system.links > MOST_LINKS:
         return []
-    upright = [s for s in product((1, -1), repeat=system.links) if -1 in s]
     found = []
     if name not in COMPENSATED:
-        near = min(_distance(system, problem.x0, s) for s in upright)
+        near = _distance(problem.system, problem.x0)
         if 0 < near < TOO_NEAR:
             found.append(
                 f"doubtful: the start is {near:.2g} rad from an unstable equilibrium, and the plain sums of {name} "
                 "may not tell it from there; use the Taylor flow (propagate)"
             )
-    return [*found, *_drifted(problem, path, upright)]
+    return [*found, *_drifted(problem, path, energies)]
 
 
-def _drifted(problem: Problem, path: Path, upright: list[tuple[int, ...]]) -> list[str]:
-    energies = _energies(problem, path.x)
-    if not np.all(np.isfinite(energies)):
+def _drifted(problem: Problem, path: Path, energies: Vector) -> list[str]:
+    lowest, highest = float(energies.min()), float(energies.max())
+    if not isfinite(highest - lowest):
         return []
-    rest = np.zeros(problem.system.nv)
-    levels = _energies(problem, np.array([pack(configuration(problem.system, s), rest) for s in upright]))
-    drift = float(np.max(np.abs(energies - energies[0])))
-    gap = float(np.min(np.abs(levels - energies[0])))
-    scale = float(max(np.max(np.abs(energies)), np.max(np.abs(levels))))
-    if drift <= ROUND_OFF_DRIFT * np.finfo(float).eps * scale:
+    first, unit = float(energies[0]), ROUND_OFF_DRIFT * float(np.finfo(float).eps)
+    drift = max(highest - first, first - lowest)
+    if drift <= unit * max(abs(lowest), abs(highest)):
+        return []
+    levels = _levels(problem)
+    gap = float(np.min(np.abs(levels - first)))
+    if drift <= unit * float(np.max(np.abs(levels))):
         return []
     why = f"the energy drifted by {drift:.2g} J and an unstable equilibrium's is {gap:.2g} J away"
     remedy = "lower tol, or use the Taylor flow (propagate) at round-off"
@@ -72,19 +81,32 @@ def _drifted(problem: Problem, path: Path, upright: list[tuple[int, ...]]) -> li
 
 def _is_conservative(problem: Problem) -> bool:
     system = problem.system
-    if not system.joints.is_free or not system.has("energy"):
-        return False
-    return problem.control is None and system.base == "fixed" and system.real == "double"
+    return system.joints.is_free and problem.control is None and system.base == "fixed" and system.real == "double"
 
 
-def _energies(problem: Problem, x: Vector) -> Vector:
+def _levels(problem: Problem) -> Vector:
+    """Energies of all equilibria but the hanging one, J: what turning a link up costs is the same wherever the others are."""
     system = problem.system
-    kinetic, potential = system.energy(x[:, : system.nq], x[:, system.nq :], **system.parameters(problem.p))
+    directions = 1 - 2 * np.eye(system.links + 1, system.links, -1, dtype=int)  # all hanging, then one upright each
+    states = np.array([configuration(system, tuple(row)) for row in directions])
+    hanging, *raised = total_energy(system, states, np.zeros((len(states), system.nv)), problem.p)
+    levels = np.array([hanging])
+    for energy in raised:
+        levels = np.concatenate([levels, levels + (energy - hanging)])
+    return levels[1:]
+
+
+def total_energy(system: System, q: Vector, v: Vector, p: Parameters | None) -> Vector:
+    """T + V of states (m, nq) and (m, nv), J."""
+    kinetic, potential = system.energy(q, v, **system.parameters(p))
     return np.asarray(kinetic + potential, dtype=float)
 
 
-def _distance(system: System, x: Vector, s: tuple[int, ...]) -> float:
-    """How far a state is from the equilibrium s: its largest lean (rad; infinite beyond a right angle) or rate (rad/s)."""
+def _distance(system: System, x: Vector) -> float:
+    """How far a state is from the unstable equilibrium it may be near: its largest lean (rad) or rate (rad/s).
+
+    That is the one with every link up or down as it leans; infinite where that is the hanging one, or a link lies level.
+    """
     q, v = x[: system.nq], x[system.nq :]
     if system.is_planar:
         phi = absolute_angles(system, q)
@@ -92,5 +114,6 @@ def _distance(system: System, x: Vector, s: tuple[int, ...]) -> float:
     else:
         links = q.reshape(-1, 3)
         down, aside = links[:, 2], np.linalg.norm(links[:, :2], axis=1)
-    lean = np.where(down * s > 0, aside, np.inf)
-    return float(max(np.max(lean), np.max(np.abs(v))))
+    if not np.all(down != 0) or np.all(down > 0):
+        return inf
+    return float(max(np.max(aside), np.max(np.abs(v))))

@@ -16,6 +16,8 @@ from phichain.records import Held
 from phichain.system import Vector
 
 StateAt = Callable[[float], Vector]
+StatesAt = Callable[[Vector], Vector]
+"""States (m, nx) at times (m,) in any order."""
 
 
 class StalledError(Exception):
@@ -52,11 +54,11 @@ class Dense(Held):
     knots: Vector
     pieces: tuple[StateAt, ...]
 
-    def __call__(self, t: float) -> Vector:
-        """State (nx,) at time t."""
+    def __call__(self, times: Vector) -> Vector:
+        """States (m, nx) at times (m,)."""
         order = 1 if self.knots[-1] >= self.knots[0] else -1
-        k = int(np.searchsorted(order * self.knots[1:-1], order * t, side="left"))
-        return self.pieces[k](t)
+        at = np.searchsorted(order * self.knots[1:-1], order * times, side="left")
+        return np.array([self.pieces[k](float(t)) for k, t in zip(at, times, strict=True)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +72,7 @@ class Path(Held):
         message: Why it ended early; empty when it did not.
         crossings: Events met, in order.
         steps: Accepted steps.
-        dense: The state in between, kept when the outputs are the method's own steps.
+        dense: The states in between, kept when the outputs are the method's own steps.
     """
 
     t: Vector
@@ -79,7 +81,7 @@ class Path(Held):
     message: str
     crossings: tuple[Crossing, ...]
     steps: int
-    dense: Dense | None
+    dense: StatesAt | None
 
 
 class _Inside:

@@ -198,10 +198,10 @@ def check_times(t: ArrayLike) -> Vector:
         raise ArrayError(
             "t", times.shape, "is no span or grid of times", "give (t0, t1), a final time, or a grid"
         )
-    if not np.all(np.isfinite(times)):
+    if not np.isfinite(times).all():
         raise ArrayError("t", times, "holds times that are not finite", "give finite times")
-    gaps = np.diff(times)
-    if not (np.all(gaps > 0) or np.all(gaps < 0)):
+    before, after = times[:-1], times[1:]
+    if not ((after > before).all() or (after < before).all()):
         raise ArrayError("t", times, "is not strictly monotone", "sort the times and drop repeated ones")
     return times
 
@@ -233,7 +233,7 @@ def check_state(system: System, x0: ArrayLike | Sequence[ArrayLike]) -> tuple[Ve
     if x.shape != (system.nx,):
         expected = f"must hold q ({system.nq}) and then v ({system.nv})"
         raise ArrayError("x0", x.shape, expected, "give one flat state, or the pair (q, v)")
-    if not np.all(np.isfinite(x)):
+    if not np.isfinite(x).all():
         raise ArrayError("x0", x, "holds values that are not finite", "start from a finite state")
     return (x, ()) if system.is_planar else _on_manifold(system, x)
 

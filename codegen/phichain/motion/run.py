@@ -16,7 +16,6 @@ from phichain.motion.events import Event, Scalar, as_events
 from phichain.motion.ledger import Ledger
 from phichain.motion.manifold import project_state, violations
 from phichain.motion.methods import fixed_step, rosenbrock, scipy_methods, sundials, taylor
-from phichain.motion.methods.emitted_flow import runs_whole
 from phichain.motion.path import Path, Segment, collect
 from phichain.motion.problem import (
     Control,
@@ -35,6 +34,7 @@ EPS = float(np.finfo(float).eps)
 MOST_STEPS = 2**63 - 1
 USUAL = 1e-9
 """The tolerance where none is given."""
+Energies = tuple[Vector, Vector] | None
 SINGLE_FLOOR = 2e-6
 """A right-hand side in single precision is noise below this: error control would shrink steps for nothing."""
 
@@ -48,7 +48,7 @@ class Method:
         floor: The smallest tolerance its arithmetic can keep.
         summary: What it is.
         fixed: Whether its steps are of one size, with no tolerance.
-        path: How it runs a whole problem in compiled code, where nothing has to be watched step by step.
+        path: How it runs a whole problem in compiled code, where no event has to be watched step by step.
         usual: The tolerance it takes when none is given.
     """
 
@@ -165,10 +165,11 @@ def simulate(
     if project and not system.is_planar:
         reasons.append("outputs were projected on the manifold")
     reasons += ledger.remarks
-    if path.status == "complete" and (found := doubts(problem, path, name)):
+    energies = _energies(problem, path.x[:, : system.nq], path.x[:, system.nq :])
+    if path.status == "complete" and (found := doubts(problem, path, name, energies and energies[0] + energies[1])):
         path, reasons = replace(path, status="doubtful"), [*reasons, *found]
     trajectory = _record(
-        problem, path, name, engine, ledger, "; ".join(filter(None, [*reasons, path.message])), project
+        problem, path, name, engine, ledger, "; ".join(filter(None, [*reasons, path.message])), project, energies
     )
     if path.status in ("blow-up", "stalled"):
         raise ConvergenceError(
@@ -204,7 +205,7 @@ def _method(system: System, name: str) -> Method:
 
 
 def _run(problem: Problem, engine: Method, name: str, ledger: Ledger) -> Path:
-    if engine.path is not None and runs_whole(problem):
+    if engine.path is not None and not problem.events:
         return engine.path(problem, name, ledger)
     return collect(problem, engine.segments(problem, name, ledger))
 
@@ -231,20 +232,19 @@ def _remedy(status: str, engine: Method) -> str:
 
 
 def _record(
-    problem: Problem, path: Path, name: str, engine: Method, ledger: Ledger, reason: str, project: bool
+    problem: Problem, path: Path, name: str, engine: Method, ledger: Ledger, reason: str, project: bool, energies: Energies
 ) -> Trajectory:
     system = problem.system
     dense = path.dense
 
-    def at(t: Vector, x: Vector, refined: bool) -> Trajectory:
+    def at(t: Vector, x: Vector, energies: Energies, refined: bool) -> Trajectory:
         q, v = x[:, : system.nq], x[:, system.nq :]
         length_error, tangency_error = violations(system, q, v)
         if project and not system.is_planar:
             q, v = project_state(system, q, v)
+            energies = _energies(problem, q, v)
         u = _inputs(problem, t, x)
-        energies = (
-            system.energy(q, v, **system.parameters(problem.p)) if system.has("energy") else (None, None)
-        )
+        kinetic, potential = energies or (None, None)
         return Trajectory(
             name=system.name,
             space=system.space,
@@ -253,8 +253,8 @@ def _record(
             v=v,
             a=acceleration(system, q, v, u, problem.p),
             u=u,
-            kinetic=energies[0],
-            potential=energies[1],
+            kinetic=kinetic,
+            potential=potential,
             length_error=length_error,
             tangency_error=tangency_error,
             events=path.crossings,
@@ -266,10 +266,22 @@ def _record(
             q_names=system.q_names,
             v_names=system.v_names,
             u_names=system.u_names,
-            refine=None if dense is None else lambda grid: at(grid, np.array([dense(s) for s in grid]), True),
+            refine=None if dense is None else lambda grid: resampled(grid, dense(grid)),
         )
 
-    return at(path.t, path.x, False)
+    def resampled(t: Vector, x: Vector) -> Trajectory:
+        return at(t, x, _energies(problem, x[:, : system.nq], x[:, system.nq :]), True)
+
+    return at(path.t, path.x, energies, False)
+
+
+def _energies(problem: Problem, q: Vector, v: Vector) -> Energies:
+    """Kinetic and potential energy of states (m, nq) and (m, nv), J; None where the system has no `energy`."""
+    system = problem.system
+    if not system.has("energy"):
+        return None
+    kinetic, potential = system.energy(q, v, **system.parameters(problem.p))
+    return kinetic, potential
 
 
 def _inputs(problem: Problem, t: Vector, x: Vector) -> Vector | None:

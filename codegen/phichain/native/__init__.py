@@ -3,6 +3,7 @@
 from phichain.native.cache import Cache, CacheInfo, CacheWarning, default_cache
 from phichain.native.compiler import Compiler, CompilerOptions, find_compiler
 from phichain.native.load import build_casadi, build_files, build_folder
+from phichain.native.warm import recalled, remember
 
 __all__ = [
     "Cache",
@@ -15,4 +16,6 @@ __all__ = [
     "build_folder",
     "default_cache",
     "find_compiler",
+    "recalled",
+    "remember",
 ]

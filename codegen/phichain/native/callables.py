@@ -1,8 +1,8 @@
 """Python callables of emitted functions: shape-checked, whole trajectories at once, other threads running.
 
-A single state, given as arrays of the right type, takes a short path: its values are copied into preallocated
-buffers whose addresses C already knows. Lists and other types are converted first, and a batch goes through
-the function's row loop in one foreign call.
+A single state, given as arrays or lists of numbers, takes a short path: its values are copied into preallocated
+buffers whose addresses C already knows. Other types are converted first, and a batch goes through the function's
+row loop in one foreign call. Whatever the short path does not take goes the long way, which says what is wrong.
 
 A buffer set serves one call at a time and goes back to its pool afterwards, so threads never share one.
 """
@@ -19,14 +19,29 @@ from numpy import ndarray
 from numpy.typing import NDArray
 
 from phichain.errors import ArrayError
-from phichain.native.arrays import SCALAR, Rows, address, demand_range, parameter_values, row_count, rows_of
+from phichain.native.memory.arrays import (
+    SCALAR,
+    Rows,
+    address,
+    layout,
+    place,
+    row_count,
+    rows_of,
+    steps_through,
+)
+from phichain.native.memory.parameters import ParameterBlock
+from phichain.native.memory.room import demand_room
+from phichain.native.memory.slots import slot
 from phichain.native.signature import Argument, Signature
+
+SIZE = ctypes.c_size_t
+"""What C takes for a number of rows, a stride, or an address."""
 
 Arrays = Any
 """One array, or a tuple of arrays for functions with several outputs."""
 
-_Slot = tuple[tuple[int, ...], NDArray[Any]]
-"""A buffer that C reads and the shape it takes."""
+_Short = tuple[tuple[int, ...], NDArray[Any], Callable[[Any], bool]]
+"""The shape of a buffer, the buffer, and what fills it from anything but an array of its own type."""
 
 
 def make_callable(
@@ -43,8 +58,8 @@ def make_callable(
     Returns:
         A callable that raises `ArrayError` for arrays of the wrong number, shape or type.
     """
-    count, names = len(signature.inputs), [parameter.name for parameter in signature.parameters]
-    takes_parameters = signature.takes_parameters
+    count, takes_parameters = len(signature.inputs), signature.takes_parameters
+    layouts, row_size = [layout(item, real) for item in signature.inputs], sum(item.size for item in signature.outputs)
     idle: list[_Frame] = []
 
     def call(*values: Any, p: Mapping[str, Any] | None = None) -> Arrays:
@@ -55,16 +70,22 @@ def make_callable(
         except IndexError:
             frame = _Frame(signature, real)
         if not _copied(values, frame.slots, real):
-            inputs = _checked(signature, values, real)
-            rows = row_count(signature, inputs)
+            rows, places = steps_through(values, layouts, real)
+            if rows is None:
+                inputs = _checked(signature, values, real)
+                rows = row_count(signature, inputs)
+                places = [part for item in inputs for part in (place(item.values), item.stride)]
             if rows is not None:
+                if takes_parameters or p is not None:
+                    frame.parameters.fill(p)
+                demand_room(signature.name, rows, row_size, real)
+                outputs = [np.empty((rows, *item.shape), real) for item in signature.outputs]
+                row_loop(SIZE(rows), *frame.block, *map(SIZE, places), *map(address, outputs))
                 idle.append(frame)
-                return _batch(signature, row_loop, real, rows, inputs, p)
+                return outputs[0] if len(outputs) == 1 else tuple(outputs)
             frame.take(inputs)
         if takes_parameters or p is not None:
-            if not _known(p, names, frame.fields, real):
-                _fill(frame.parameters, signature, p, real)
-            frame.demand_ranges(signature)
+            frame.parameters.fill(p)
         function(*frame.arguments)
         result = frame.result()
         idle.append(frame)
@@ -73,53 +94,42 @@ def make_callable(
     return _described(call, signature, real)
 
 
-def _copied(values: Iterable[Any], slots: Iterable[_Slot], real: np.dtype[Any]) -> bool:
-    """Copy arrays of the right type and shape, and Python numbers for scalars; False at anything else."""
+def _copied(values: Iterable[Any], slots: Iterable[_Short], real: np.dtype[Any]) -> bool:
+    """Fill buffers from values that need no conversion; False at the first that does."""
     # Callers counted the values; checking again would take a tenth of the whole call.
-    for value, (shape, buffer) in zip(values, slots):  # noqa: B905
-        plain = type(value) is ndarray and value.dtype is real and value.shape == shape
-        if not plain and (shape or not isinstance(value, float)):
+    for value, (shape, buffer, take) in zip(values, slots):  # noqa: B905
+        if type(value) is ndarray and value.dtype is real and value.shape == shape:
+            buffer[...] = value
+        elif not take(value):
             return False
-        buffer[...] = value
     return True
 
 
-def _known(p: Any, names: list[str], fields: Iterable[_Slot], real: np.dtype[Any]) -> bool:
-    """Copy runtime parameters that need no conversion; False at anything else."""
-    whole = type(p) is dict and len(p) == len(names) and all(map(p.__contains__, names))
-    return whole and _copied(map(p.__getitem__, names), fields, real)
+def _short(shape: tuple[int, ...], buffer: NDArray[Any]) -> _Short:
+    return shape, buffer, slot(shape, buffer).take
 
 
 class _Frame:
     """Preallocated buffers of one call, and the arguments C takes for them."""
 
-    __slots__ = ("arguments", "block", "checked", "fields", "parameters", "result", "slots")
+    __slots__ = ("arguments", "block", "parameters", "result", "slots")
 
     def __init__(self, signature: Signature, real: np.dtype[Any]) -> None:
-        block, self.parameters = _parameter_block(signature, real)
-        self.block, self.checked = block, b""
-        self.fields: list[_Slot] = [(field.shape, field) for field in self.parameters]
-        self.slots: list[_Slot] = []
-        arguments: list[Any] = [address(block)] if signature.takes_parameters else []
+        self.parameters = ParameterBlock(signature, real)
+        self.slots: list[_Short] = []
+        self.block = [address(self.parameters.values)] if signature.takes_parameters else []
+        arguments: list[Any] = [*self.block]
         for item in signature.inputs:
             buffer, argument = _buffer(item, real)
-            self.slots.append((item.shape, buffer))
+            self.slots.append(_short(item.shape, buffer))
             arguments.append(argument)
         outputs = [np.zeros(item.shape, real) for item in signature.outputs]
         self.arguments = (*arguments, *map(address, outputs))
         self.result = _reader(outputs)
 
-    def demand_ranges(self, signature: Signature) -> None:
-        """Check runtime parameters that are others than last time; comparing costs a tenth of checking."""
-        given = self.block.tobytes()
-        if given != self.checked:
-            for parameter, values in zip(signature.parameters, self.parameters, strict=True):
-                demand_range(f"{signature.name}.p[{parameter.name!r}]", parameter.name, values)
-            self.checked = given
-
     def take(self, inputs: list[Rows]) -> None:
         """Copy checked inputs of a single state into the buffers."""
-        for (_, buffer), item in zip(self.slots, inputs, strict=True):
+        for (_, buffer, _), item in zip(self.slots, inputs, strict=True):
             buffer[...] = item.values
 
 
@@ -135,52 +145,6 @@ def _buffer(item: Argument, real: np.dtype[Any]) -> tuple[NDArray[Any], Any]:
 def _checked(signature: Signature, values: tuple[Any, ...], real: np.dtype[Any]) -> list[Rows]:
     arguments = zip(signature.inputs, values, strict=True)
     return [rows_of(signature.name, argument, value, real) for argument, value in arguments]
-
-
-def _batch(
-    signature: Signature,
-    row_loop: Callable[..., None],
-    real: np.dtype[Any],
-    rows: int,
-    inputs: list[Rows],
-    p: Mapping[str, Any] | None,
-) -> Arrays:
-    """All rows in one foreign call."""
-    block, parameters = _parameter_block(signature, real)
-    if signature.takes_parameters or p is not None:
-        _fill(parameters, signature, p, real)
-    outputs = [np.empty((rows, *item.shape), real) for item in signature.outputs]
-    row_loop(*_row_arguments(signature, rows, block, inputs, outputs))
-    return tuple(outputs) if len(outputs) > 1 else outputs[0]
-
-
-def _row_arguments(
-    signature: Signature, rows: int, block: NDArray[Any], inputs: list[Rows], outputs: list[NDArray[Any]]
-) -> tuple[Any, ...]:
-    """The row loop's arguments in C order."""
-    arguments: list[Any] = [ctypes.c_size_t(rows)]
-    if signature.takes_parameters:
-        arguments.append(address(block))
-    for item in inputs:
-        arguments += [address(item.values), ctypes.c_size_t(item.stride)]
-    return (*arguments, *map(address, outputs))
-
-
-def _parameter_block(
-    signature: Signature, real: np.dtype[Any]
-) -> tuple[NDArray[Any], tuple[NDArray[Any], ...]]:
-    """The C struct as one flat array, and a view of each field; `rows_source` proves the layout in C."""
-    sizes = [parameter.size for parameter in signature.parameters]
-    block, ends = np.zeros(sum(sizes), real), np.cumsum(sizes)
-    fields = zip(signature.parameters, ends - sizes, ends, strict=True)
-    return block, tuple(block[start:end].reshape(item.shape) for item, start, end in fields)
-
-
-def _fill(
-    fields: tuple[NDArray[Any], ...], signature: Signature, p: Mapping[str, Any] | None, real: np.dtype[Any]
-) -> None:
-    for field, value in zip(fields, parameter_values(signature, p, real), strict=True):
-        field[...] = value
 
 
 def _reader(outputs: list[NDArray[Any]]) -> Callable[[], Arrays]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import ctypes
 import signal
+import sys
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -75,8 +76,13 @@ class Interruptible:
 
 def _is_ours() -> bool:
     """Whether this thread is the one that signals interrupt, and nobody has other plans for SIGINT."""
-    is_main = threading.current_thread() is threading.main_thread()
-    return is_main and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    is_main = threading.get_ident() == threading.main_thread().ident
+    return is_main and getsignal(_SIGINT) is signal.default_int_handler
+
+
+_SIGINT = int(signal.SIGINT)
+getsignal = sys.modules["_signal"].getsignal
+"""signal.getsignal looks every handler up among its enumerations first, which takes longer than a call."""
 
 
 def interrupts_source(name: str, functions: Sequence[Foreign]) -> str:
@@ -93,7 +99,7 @@ def _twin(name: str, function: Foreign) -> str:
         declared,
         "{",
         *([f"    {function.returns} result;"] if has_result else []),
-        f"    if (sigsetjmp({name}_entry, 1)) {{",
+        f"    if (sigsetjmp({name}_entry, 0)) {{",
         f"        sigaction(SIGINT, &{name}_before, NULL);",
         "        *stopped = 1;",
         f"        return{' 0' if has_result else ''};",
@@ -111,14 +117,14 @@ def _twin(name: str, function: Foreign) -> str:
 _SHARED = """\
 static sigjmp_buf NAME_entry;
 static pthread_t NAME_thread;
-static pid_t NAME_process;
 static volatile sig_atomic_t NAME_is_inside;
 static struct sigaction NAME_before;
+static int NAME_is_ready;
 
-/* A signal that comes to another thread is passed on; a process that was forked meanwhile has no such thread. */
+/* A signal that comes to another thread is passed on. */
 static void NAME_interrupted(int number)
 {
-    if (NAME_is_inside && NAME_process == getpid()) {
+    if (NAME_is_inside) {
         if (pthread_equal(pthread_self(), NAME_thread)) {
             NAME_is_inside = 0;
             siglongjmp(NAME_entry, 1);
@@ -130,18 +136,32 @@ static void NAME_interrupted(int number)
     }
 }
 
+/* A process that another thread forks meanwhile has no thread inside: it handles signals as before. */
+static void NAME_forked(void)
+{
+    if (NAME_is_inside) {
+        NAME_is_inside = 0;
+        sigaction(SIGINT, &NAME_before, NULL);
+    }
+}
+
 static void NAME_enter(void)
 {
-    struct sigaction ours;
+    struct sigaction ours, before;
     memset(&ours, 0, sizeof ours);
     ours.sa_handler = NAME_interrupted;
+    /* Not held back while it is handled: then the jump has no mask to put back, and entering none to ask for. */
+    ours.sa_flags = SA_NODEFER;
     sigemptyset(&ours.sa_mask);
     NAME_thread = pthread_self();
-    NAME_process = getpid();
-    /* What stands there now is known before a signal can ask for it. */
-    sigaction(SIGINT, NULL, &NAME_before);
+    if (!NAME_is_ready) {
+        /* What stands there now is known before a signal can ask for it; later it is what stood there last time. */
+        sigaction(SIGINT, NULL, &NAME_before);
+        NAME_is_ready = pthread_atfork(NULL, NULL, NAME_forked) == 0;
+    }
     NAME_is_inside = 1;
-    sigaction(SIGINT, &ours, NULL);
+    sigaction(SIGINT, &ours, &before);
+    NAME_before = before;
 }
 
 static void NAME_leave(void)
@@ -158,7 +178,5 @@ HEADERS = (
     "#include <signal.h>",
     "#include <stddef.h>",
     "#include <string.h>",
-    "#include <sys/types.h>",
-    "#include <unistd.h>",
 )
 """What the shared part needs, at the top of its file."""

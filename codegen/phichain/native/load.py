@@ -9,7 +9,6 @@ from typing import Any
 
 from phichain.files import MANIFEST
 from phichain.native.agreement import demand_agreement
-from phichain.native.arrays import REAL
 from phichain.native.cache import Cache, default_cache
 from phichain.native.callables import make_callable
 from phichain.native.compiler import CompilerOptions
@@ -17,6 +16,7 @@ from phichain.native.flows.call import CALLERS
 from phichain.native.glue import foreign_flow, glue_source
 from phichain.native.interrupts import Interruptible
 from phichain.native.library import load_library, shared_object
+from phichain.native.memory.arrays import REAL
 from phichain.native.origin import Origin, mark
 from phichain.native.rows import row_loop, rows_source
 from phichain.native.signature import Manifest, manifest_of, read_manifest

@@ -59,12 +59,13 @@ class Propagation(Held):
         t: time reached, s.
         q: configuration there (nq,).
         v: rates there (nv,).
-        q_at: configurations (m, nq) at those of the times that were reached.
+        q_at: configurations (m, nq) at the times on the way that were reached.
         v_at: rates (m, nv) there.
         tol: tolerance used, s^0: the one asked for, raised to round-off where it was below.
         order: order of the Taylor series.
         steps: steps taken.
         lost: what rounding took from t and from the state (1 + nq + nv,); the next call goes on with it.
+        t_at: those times (m,), s: times that were asked for, or the ends of its own steps.
         transition: the derivatives of (q, v) that were given (nq + nv, m), carried to where it ended; None where none were.
     """
 
@@ -78,6 +79,7 @@ class Propagation(Held):
     order: int
     steps: int
     lost: NDArray[np.float64]
+    t_at: NDArray[np.float64] = field(kw_only=True)
     transition: NDArray[np.float64] | None = field(default=None, kw_only=True)
 
     @property

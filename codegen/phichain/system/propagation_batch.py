@@ -28,6 +28,7 @@ class PropagationBatch(Held):
         steps: steps taken (n,).
         written: how many of the times were reached (n,).
         lost: what rounding took from t and from the state (n, 1 + nq + nv); the next call goes on with it.
+        times: the times that were asked for (m,), s.
     """
 
     outcome: tuple[str, ...]
@@ -41,6 +42,7 @@ class PropagationBatch(Held):
     steps: NDArray[np.int64]
     written: NDArray[np.int64]
     lost: NDArray[np.float64]
+    times: NDArray[np.float64]
 
     def __len__(self) -> int:
         return len(self.outcome)
@@ -50,7 +52,7 @@ class PropagationBatch(Held):
         reached = int(self.written[k])
         return Propagation(
             self.outcome[k], float(self.t[k]), self.q[k], self.v[k], self.q_at[k, :reached], self.v_at[k, :reached],
-            self.tol, self.order, int(self.steps[k]), self.lost[k],
+            self.tol, self.order, int(self.steps[k]), self.lost[k], t_at=self.times[:reached],
         )  # fmt: skip
 
     def __str__(self) -> str:

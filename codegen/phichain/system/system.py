@@ -97,6 +97,9 @@ class System:
             object.__setattr__(self, name, value)
 
     def __getattr__(self, name: str) -> Callable[..., Any]:
+        functions = self.__dict__.get("functions", ())
+        if name in functions:
+            return functions[name]
         # Dunder look-ups (copy, pickle) come before `functions` exists and must fail the ordinary way.
         if name.startswith("_") or "functions" not in self.__dict__:
             raise AttributeError(name)

@@ -209,6 +209,7 @@ typedef struct planar2_flow {
     planar2_real tolerance; /* in, out */
     planar2_real t_lost;    /* what rounding took from t and from the state: the next step adds it */
     planar2_real lost[4];
+    planar2_real *own;      /* out, without times: when its own steps ended, as many as count; or NULL */
     planar2_workspace *work; /* in: NULL to work on the stack; on cache lines it is fastest */
     unsigned long steps;     /* out: steps taken */
     unsigned long written;   /* out: how many of the times were reached */

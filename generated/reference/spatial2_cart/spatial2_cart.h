@@ -213,6 +213,8 @@ typedef struct spatial2_cart_flow {
     spatial2_cart_real tolerance; /* in, out */
     spatial2_cart_real t_lost;    /* what rounding took from t and from the state: the next step adds it */
     spatial2_cart_real lost[16];
+    /* out, without times: when its own steps ended, as many as count; or NULL */
+    spatial2_cart_real *own;
     spatial2_cart_workspace *work; /* in: NULL to work on the stack; on cache lines it is fastest */
     unsigned long steps;     /* out: steps taken */
     unsigned long written;   /* out: how many of the times were reached */

@@ -7,6 +7,7 @@ that cutting a run into pieces costs no digits.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Final, Generic, TypeVar
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from phichain.errors import UnsupportedError
 from phichain.motion.path import Path, StateAt, tell
 from phichain.motion.problem import Problem
-from phichain.system import Vector, pack, unpack
+from phichain.system import Vector, pack
 from phichain.system.propagation import Propagation
 
 P = TypeVar("P", bound=Propagation)
@@ -26,11 +27,6 @@ _REPORTED: Final = 1000
 def is_possible(problem: Problem, function: str) -> bool:
     """Whether the system has the flow and its input, if any, is constant."""
     return problem.system.has(function) and (problem.control is None or problem.held is not None)
-
-
-def runs_whole(problem: Problem) -> bool:
-    """Whether `whole_path` serves: outputs at given times, nothing watched."""
-    return not problem.events and not problem.own_steps
 
 
 class EmittedFlow(Generic[P]):
@@ -71,8 +67,8 @@ class EmittedFlow(Generic[P]):
 
     def once(self, t: float, x: Vector, t_end: float, **options: Any) -> P:
         """One call that leaves nothing behind."""
-        q, v = unpack(self.system, x)
-        found: P = self.propagate(q, v, t, t_end, self.tol, **options, **self.fixed)
+        nq = self.system.nq
+        found: P = self.propagate(x[:nq], x[nq:], t, t_end, self.tol, **options, **self.fixed)
         return found
 
 
@@ -99,6 +95,41 @@ def whole_path(problem: Problem, run: EmittedFlow[P]) -> tuple[Path, int]:
         times.append(t)
         states.append(x)
     return Path(np.array(times), np.array(states), status, message, (), steps, None), tried - steps
+
+
+def own_path(problem: Problem, run: EmittedFlow[P]) -> Path:
+    """The states at the ends of the flow's own steps, in compiled code from end to end."""
+    t0, t_end = float(problem.t[0]), float(problem.t[-1])
+    t, x, steps, told = t0, problem.x0, 0, 0.0
+    times, states = [np.array([t0])], [x[np.newaxis]]
+    status, message = "complete", ""
+    while True:
+        left = problem.max_steps - steps
+        found = run(t, x, t_end, max_steps=left if problem.progress is None else min(left, _REPORTED), own=True)
+        t, x, steps = found.t, np.concatenate((found.q, found.v)), steps + found.steps
+        times.append(found.t_at)
+        states.append(np.concatenate((found.q_at, found.v_at), axis=1))
+        told = tell(problem, t, told)
+        if found.outcome == "done":
+            break
+        if found.outcome != "step budget" or steps >= problem.max_steps:
+            status, message = _early(found, problem, run.name)
+            break
+    again = partial(_again, problem, run, t, x, steps)
+    return Path(np.concatenate(times), np.concatenate(states), status, message, (), steps, again)
+
+
+def _again(problem: Problem, run: EmittedFlow[P], t_last: float, x_last: Vector, steps: int, times: Vector) -> Vector:
+    """The states at other times of a run that ended at `t_last` in `x_last`: from the same start the same series."""
+    t0, t_end = float(problem.t[0]), float(problem.t[-1])
+    order = np.argsort(times if t_end >= t0 else -times, kind="stable")
+    inside = order[times[order] != t_last]
+    states = np.tile(x_last, (len(times), 1))
+    if inside.size:
+        # The run may have been cut into calls, which changes its last bits: one step more than it took is enough for all.
+        found = run.once(t0, problem.x0, t_end, times=times[inside], max_steps=steps + 1)
+        states[inside[: len(found.q_at)]] = np.concatenate((found.q_at, found.v_at), axis=1)
+    return states
 
 
 def dense(at: StateAt) -> Callable[[], StateAt]:

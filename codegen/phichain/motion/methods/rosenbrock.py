@@ -13,7 +13,7 @@ from typing import Any
 from phichain.motion.ledger import Ledger
 from phichain.motion.methods import emitted_flow
 from phichain.motion.methods.emitted_flow import EmittedFlow
-from phichain.motion.path import Path, Segment, StalledError, StateAt
+from phichain.motion.path import Path, Segment, StalledError, StateAt, collect
 from phichain.motion.problem import Problem
 from phichain.system import Vector, pack
 from phichain.system.propagation import StiffPropagation
@@ -51,11 +51,13 @@ def segments(problem: Problem, name: str, ledger: Ledger) -> Iterator[Segment]:
 
 
 def path(problem: Problem, name: str, ledger: Ledger) -> Path:
-    """The states at the problem's times, in compiled code from end to end.
+    """The states at the problem's times, in compiled code from end to end; at its own steps, one call each.
 
     Raises:
         UnsupportedError: the input is a function, or the system has no flow.
     """
+    if problem.own_steps:
+        return collect(problem, segments(problem, name, ledger))
     run = _run(problem, name)
     found, refused = emitted_flow.whole_path(problem, run)
     ledger.counts.update(steps=found.steps, refused=refused, order=run.order)

@@ -1,7 +1,7 @@
 """The emitted Taylor flow, order and steps chosen from the tolerance (Jorba and Zou 2005).
 
 ``path`` runs a whole problem in compiled code when nothing has to be watched step by step; ``segments`` gives the steps
-one by one, for events that are Python functions and for outputs at the method's own steps.
+one by one, for events that are Python functions.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ def segments(problem: Problem, name: str, ledger: Ledger) -> Iterator[Segment]:
 
 
 def path(problem: Problem, name: str, ledger: Ledger) -> Path:
-    """The states at the problem's times, in compiled code from end to end.
+    """The states at the problem's times, or at the ends of its own steps, in compiled code from end to end.
 
     Raises:
         UnsupportedError: the input is a function, or the system has no flow.
     """
     run = _run(problem, name)
-    found, _ = emitted_flow.whole_path(problem, run)
+    found = emitted_flow.own_path(problem, run) if problem.own_steps else emitted_flow.whole_path(problem, run)[0]
     ledger.counts.update(steps=found.steps, order=run.order)
     return found
 

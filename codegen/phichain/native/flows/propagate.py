@@ -2,33 +2,22 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from phichain.contract.chain import Chain
-from phichain.contract.flows import NO_WORKSPACE
 from phichain.errors import ArrayError, UnsupportedError
-from phichain.native.flows.call import (
-    FlowCall,
-    calls,
-    checked_tolerance,
-    continued,
-    event_argument,
-    finite,
-    flow_call,
-    one_motion,
-    own,
-    reached,
-    wide,
-)
+from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
+from phichain.native.flows.checks import checked_tolerance, finite
+from phichain.native.flows.checks import own as own_copy
+from phichain.native.flows.motion import Frames, wide
+from phichain.native.memory.arrays import place
 from phichain.native.signature import Argument
-from phichain.system.propagation import Propagation, Stop
-
-#: On which boundary a workspace is fastest.
-_CACHE_LINE: Final = 64
+from phichain.system.propagation import OUTCOMES, Propagation, Stop
 
 Propagate = Callable[..., Propagation]
 
@@ -43,13 +32,13 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         function: The foreign function; its result type is set here.
 
     Returns:
-        ``propagate(q, v, t, t_end, tol, *, u, times, stop, max_steps, lost, transition, p) -> Propagation``: from
+        ``propagate(q, v, t, t_end, tol, *, u, times, own, stop, max_steps, lost, transition, p) -> Propagation``: from
         (q, v) at time t to t_end, forwards or backwards; u is held; `times` in the order of travel, between t and
-        t_end; `transition` (nq + nv, m) holds derivatives of (q, v) at t that are carried to where it ends, the
+        t_end, or `own` for the ends of its own steps; `transition` (nq + nv, m) holds derivatives of (q, v) at t that are carried to where it ends, the
         identity for the whole state transition matrix.
     """
     call = flow_call("propagate", chain, parameters, function)
-    is_variational, workspace_bytes = chain.variational, 0
+    is_variational, frames = chain.variational, Frames(call)
 
     def propagate(
         q: ArrayLike,
@@ -60,42 +49,44 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         *,
         u: ArrayLike | None = None,
         times: ArrayLike = (),
+        own: bool = False,
         stop: Stop | None = None,
         max_steps: int = 1_000_000,
         lost: ArrayLike | None = None,
         transition: ArrayLike | None = None,
         p: Mapping[str, Any] | None = None,
     ) -> Propagation:
-        nonlocal workspace_bytes
-        flow = call.carried()
-        values = one_motion(call, q, v, u, (t, t_end), times, flow, max_steps)
+        frame = frames.take()
+        t, t_end, budget = frame.begin(q, v, u, (t, t_end), max_steps, lost, p)
+        flow, carried = frame.flow, None
         flow.tolerance = checked_tolerance("propagate.tol", tol)
-        continued(call, flow, lost)
-        carried = None
         if transition is not None:
             carried = _columns(transition, is_variational, call)
-            flow.transition, flow.columns = carried.ctypes.data, carried.shape[1]
-        values["event"] = event_argument(call, stop)
-        room = _room(flow, workspace_bytes)
-        result = call(values, p)
-        if result == NO_WORKSPACE.number:
-            workspace_bytes = flow.steps
-            room = _room(flow, workspace_bytes)
-            result = call(values, p)
-        del room
+            flow.transition, flow.columns = place(carried), carried.shape[1]
+        event = event_argument(call, stop)
+        frame.given["event"].value = event and ctypes.addressof(event)
+        if own:
+            _demand_alone(times)
+        result, (t_at, q_at, v_at) = frame.own(budget) if own else frame.at(times, t, t_end, budget)
         matrix = None if carried is None else wide(carried)
-        return Propagation(**reached(values, result), order=flow.order, transition=matrix)
+        found = Propagation.made(
+            outcome=OUTCOMES[result], **frame.reached(), q_at=q_at, v_at=v_at, t_at=t_at, order=flow.order, transition=matrix,
+        )  # fmt: skip
+        frames.give(frame)
+        return found
 
     return propagate
 
 
-def _room(flow: Any, size: int) -> NDArray[np.uint8] | None:
-    """A workspace on cache lines for a scene that is too large for the stack; it lives as long as what is returned."""
-    if not size:
-        return None
-    room = np.empty(size + _CACHE_LINE, np.uint8)
-    flow.work = -(-room.ctypes.data // _CACHE_LINE) * _CACHE_LINE
-    return room
+def _demand_alone(times: ArrayLike) -> None:
+    """Refuse times where the ends of the flow's own steps are asked for.
+
+    Raises:
+        ArrayError: There are some.
+    """
+    if np.size(times):
+        problem = "are given, and so is own, which asks for the ends of the flow's own steps instead"
+        raise ArrayError("propagate.times", times, problem, "leave one of them out")
 
 
 def _columns(value: ArrayLike, is_variational: bool, call: FlowCall) -> NDArray[Any]:
@@ -106,7 +97,7 @@ def _columns(value: ArrayLike, is_variational: bool, call: FlowCall) -> NDArray[
             "propagate.transition", np.shape(value), "asks for derivatives that the scene does not carry along",
             "set variational = true in its table [flow]",
         )  # fmt: skip
-    array = own("propagate.transition", value, call.kind)
+    array = own_copy("propagate.transition", value, call.kind)
     if array.ndim != 2 or array.shape[0] != size or not 1 <= array.shape[1] <= size:
         raise ArrayError(
             "propagate.transition", array.shape, f"must have shape ({size}, m), m from 1 to {size}",

@@ -6,27 +6,22 @@ In Python the batch axis is first, in C it is last: arrays are transposed on the
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from functools import partial
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from phichain.contract.chain import Chain
 from phichain.errors import ArrayError
-from phichain.native.arrays import address, converted
-from phichain.native.flows.call import (
-    FlowCall,
-    calls,
-    checked_tolerance,
-    event_argument,
-    finite,
-    flow_call,
-    own,
-    step_budget,
-)
+from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
+from phichain.native.flows.checks import checked_tolerance, finite, own, step_budget
+from phichain.native.memory.arrays import address, converted
+from phichain.native.memory.room import demand_room
 from phichain.native.signature import Argument
 from phichain.system.propagation import OUTCOMES, Stop
 from phichain.system.propagation_batch import PropagationBatch
+from phichain.system.threads import pieces, run
 
 PropagateBatch = Callable[..., PropagationBatch]
 
@@ -41,9 +36,10 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
         function: The foreign function; its result type is set here.
 
     Returns:
-        ``propagate_batch(q, v, t, t_end, tol, *, u, times, stop, max_steps, lost, p) -> PropagationBatch``: from (q, v)
+        ``propagate_batch(q, v, t, t_end, tol, *, u, times, stop, max_steps, lost, p, workers) -> PropagationBatch``: from (q, v)
         of shapes (n, nq) and (n, nv) at times t to t_end, each one number or n; u, (nu,) or (n, nu), is held; `times`
-        in the order of travel, the same for all.
+        in the order of travel, the same for all; `workers` threads ($PHICHAIN_WORKERS, or one per core, when None), whose
+        number changes no bit of the result.
     """
     nq, nv, nu = chain.nq, chain.nv, chain.nu
     call = flow_call("propagate_batch", chain, parameters, function)
@@ -62,41 +58,61 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
         max_steps: int = 1_000_000,
         lost: ArrayLike | None = None,
         p: Mapping[str, Any] | None = None,
+        workers: int | None = None,
     ) -> PropagationBatch:
         n, budget = _count(q), step_budget(call.name, max_steps)
+        demand_room("propagate_batch.q", n, (nq + nv) * (2 + np.size(times)), kind)
         state_q, state_v = _columns("q", q, (n, nq), kind), _columns("v", v, (n, nv), kind)
         start, end = _each("t", t, n, kind), _each("t_end", t_end, n, kind)
         grid = _times(times, start, end, kind)
         kept = _columns("lost", np.zeros((n, 1 + nq + nv)) if lost is None else lost, (n, 1 + nq + nv), kind)
         q_at, v_at = np.full((len(grid), nq, n), np.nan, kind), np.full((len(grid), nv, n), np.nan, kind)
         steps, written = np.zeros(n, np.dtype("ulong")), np.zeros(n, np.dtype("ulong"))
-        result, space = np.zeros(n, np.intc), np.empty(work, kind)
-        written_to: tuple[NDArray[Any], ...] = (start, kept, steps, written, result)
-        pointers = zip(("t", "lost", "steps", "written", "result"), written_to, strict=True)
-        flow = call.carried(
-            tolerance=checked_tolerance("propagate_batch.tol", tol),
-            **{field: address(array) for field, array in pointers},
-        )
-        values = {
-            "n": n, "flow": flow, "t_end": end, "max_steps": budget, "q": state_q, "v": state_v, "count": len(grid),
-            "times": grid, "q_out": q_at, "v_out": v_at, "work": space,
-        }  # fmt: skip
+        result, tolerance = np.zeros(n, np.intc), checked_tolerance("propagate_batch.tol", tol)
+        given: dict[str, NDArray[Any]] = {"t_end": end}
         if nu:
-            given = np.zeros(nu) if u is None else converted("propagate_batch.u", u, kind)
-            values["u"] = _columns(
-                "u", np.broadcast_to(given, (n, nu)) if given.shape == (nu,) else given, (n, nu), kind
-            )
+            held = np.zeros(nu) if u is None else converted("propagate_batch.u", u, kind)
+            given["u"] = _columns("u", np.broadcast_to(held, (n, nu)) if held.shape == (nu,) else held, (n, nu), kind)
         elif u is not None and np.size(u):
             raise ArrayError("propagate_batch.u", u, "is given to a chain that has no input", "leave u out, or actuate the scene")
-        values["event"] = event_argument(call, stop)
-        call(values, p)
+        event = event_argument(call, stop)
+        changed = {
+            "q": state_q, "v": state_v, "q_out": q_at, "v_out": v_at, "t": start, "lost": kept, "steps": steps, "written": written,
+            "result": result,
+        }  # fmt: skip
+        flows: list[Any] = []
+
+        def some(piece: slice) -> None:
+            """Some of the trajectories."""
+            own = {name: _piece(array, piece) for name, array in {**changed, **given}.items()}
+            flow = call.carried(tolerance=tolerance, **{name: address(own[name]) for name in _CARRIED})
+            values = {"n": piece.stop - piece.start, "flow": flow, "max_steps": budget, "count": len(grid), "times": grid}
+            call({**values, **own, "event": event, "work": np.empty(work, kind)}, p)
+            for name, array in changed.items():
+                if not np.may_share_memory(own[name], array):
+                    array[..., piece] = own[name]
+            flows.append(flow)
+
+        run([partial(some, piece) for piece in pieces(n, _LEAST, workers)], workers)
+        flow = flows[0]
         return PropagationBatch(
             tuple(OUTCOMES[number] for number in result), _wide(start), _wide(state_q.T), _wide(state_v.T),
             _wide(q_at.transpose(2, 0, 1)), _wide(v_at.transpose(2, 0, 1)), flow.tolerance, flow.order,
-            steps.astype(np.int64), written.astype(np.int64), _wide(kept.T),
+            steps.astype(np.int64), written.astype(np.int64), _wide(kept.T), _wide(grid),
         )  # fmt: skip
 
     return propagate_batch
+
+
+_CARRIED: Final = ("t", "lost", "steps", "written", "result")
+"""What the struct of the flow points to."""
+_LEAST: Final = 64
+"""Trajectories that are worth a thread; whole lanes of every kind of number."""
+
+
+def _piece(array: NDArray[Any], piece: slice) -> NDArray[Any]:
+    """Part of a component-major array as C takes it: the array's own memory where it lies in one piece."""
+    return np.ascontiguousarray(array[..., piece])
 
 
 def _work(call: FlowCall) -> int:

@@ -10,17 +10,11 @@ from numpy.typing import ArrayLike
 
 from phichain.contract.chain import Chain
 from phichain.contract.rodas5p import ORDER
-from phichain.native.flows.call import (
-    calls,
-    checked_tolerance,
-    continued,
-    flow_call,
-    one_motion,
-    reached,
-    vector,
-)
+from phichain.native.flows.call import calls, flow_call
+from phichain.native.flows.checks import checked_tolerance, vector
+from phichain.native.flows.motion import Frames
 from phichain.native.signature import Argument
-from phichain.system.propagation import StiffPropagation
+from phichain.system.propagation import OUTCOMES, StiffPropagation
 
 PropagateStiff = Callable[..., StiffPropagation]
 
@@ -40,6 +34,7 @@ def make_propagate_stiff(chain: Chain, parameters: Sequence[Argument], function:
         t_end; `lost` and `memory` of an earlier result go on where it ended.
     """
     call = flow_call("propagate_stiff", chain, parameters, function)
+    frames = Frames(call)
 
     def propagate_stiff(
         q: ArrayLike,
@@ -55,13 +50,18 @@ def make_propagate_stiff(chain: Chain, parameters: Sequence[Argument], function:
         memory: tuple[float, float] | None = None,
         p: Mapping[str, Any] | None = None,
     ) -> StiffPropagation:
-        flow = call.carried()
-        values = one_motion(call, q, v, u, (t, t_end), times, flow, max_steps)
+        frame = frames.take()
+        t, t_end, budget = frame.begin(q, v, u, (t, t_end), max_steps, lost, p)
+        flow = frame.flow
         flow.tolerance = checked_tolerance("propagate_stiff.tol", tol, 1e-10)
-        continued(call, flow, lost)
         if memory is not None:
             flow.step, flow.before = vector("propagate_stiff.memory", memory, 2, np.dtype(float)).tolist()
-        end = reached(values, call(values, p))
-        return StiffPropagation(**end, order=ORDER, refused=flow.refused, memory=(flow.step, flow.before))
+        result, (t_at, q_at, v_at) = frame.at(times, t, t_end, budget)
+        found = StiffPropagation.made(
+            outcome=OUTCOMES[result], **frame.reached(), q_at=q_at, v_at=v_at, t_at=t_at, order=ORDER, refused=flow.refused,
+            memory=(flow.step, flow.before),
+        )  # fmt: skip
+        frames.give(frame)
+        return found
 
     return propagate_stiff

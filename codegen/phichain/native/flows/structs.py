@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from phichain.contract.chain import Chain
 from phichain.contract.flow import Field, Passed, Struct
-from phichain.native.arrays import REAL, SCALAR, address
+from phichain.native.memory.arrays import REAL, SCALAR, address
 
 _PLAIN: Final[dict[str, Any]] = {
     "int": ctypes.c_int, "unsigned long": ctypes.c_ulong, "size_t": ctypes.c_size_t,

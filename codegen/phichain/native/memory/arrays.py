@@ -8,7 +8,7 @@ leading axis.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 
 from phichain.errors import ArrayError
 from phichain.native.signature import Argument, Signature
-from phichain.scene.keys import NOT_NEGATIVE, POSITIVE
 
 REAL: Final[dict[str, np.dtype[Any]]] = {"double": np.dtype(np.float64), "float": np.dtype(np.float32)}
-SCALAR: Final[dict[str, type]] = {"float64": ctypes.c_double, "float32": ctypes.c_float}
+SCALAR: Final[dict[str, Any]] = {"float64": ctypes.c_double, "float32": ctypes.c_float}
 
 
 @dataclass(frozen=True)
@@ -54,9 +53,40 @@ def rows_of(function: str, argument: Argument, value: Any, real: np.dtype[Any]) 
     if array.shape == argument.shape:
         return Rows(_packed(array), 0, None)
     if array.shape[1:] != argument.shape or array.ndim != len(argument.shape) + 1:
-        raise _wrong_shape(f"{function}.{argument.name}", argument, value, array, batch=True)
+        raise wrong_shape(f"{function}.{argument.name}", argument, value, array, batch=True)
     array = _rows_packed(array)
     return Rows(array, array.strides[0] // array.itemsize, len(array))
+
+
+Layout = tuple[tuple[int, ...], tuple[int, ...]]
+"""Shape of one input, and bytes from entry to entry along each of its axes where it is packed."""
+
+
+def layout(argument: Argument, real: np.dtype[Any]) -> Layout:
+    """How one input lies in memory where C can read it."""
+    return argument.shape, np.empty(argument.shape, real).strides
+
+
+def steps_through(values: Sequence[Any], layouts: Sequence[Layout], real: np.dtype[Any]) -> tuple[int | None, list[int]]:
+    """How C steps through inputs that are there already: arrays of its own type whose rows are packed.
+
+    Returns:
+        The number of rows, and address and stride (in entries) of every input; None and nothing where one has to be converted
+        first, or is wrong, or none has a batch axis.
+    """
+    rows, places = None, []
+    for value, (shape, packed) in zip(values, layouts, strict=True):
+        if type(value) is not np.ndarray or value.dtype is not real or not (flags := value.flags).aligned:
+            return None, []
+        if value.shape == shape and flags.c_contiguous:
+            places += [place(value), 0]
+            continue
+        stride, rest = divmod(value.strides[0], real.itemsize) if value.size else (-1, 0)
+        if value.shape[1:] != shape or value.strides[1:] != packed or rest or stride < 0 or rows not in (None, len(value)):
+            return None, []
+        rows = len(value)
+        places += [place(value), stride]
+    return rows, places
 
 
 def row_count(signature: Signature, inputs: Sequence[Rows]) -> int | None:
@@ -81,80 +111,18 @@ def row_count(signature: Signature, inputs: Sequence[Rows]) -> int | None:
     return batched[0][1] if batched else None
 
 
-def parameter_values(
-    signature: Signature, p: Mapping[str, Any] | None, real: np.dtype[Any]
-) -> list[NDArray[Any]]:
-    """The runtime parameters, one array each in the order of the C struct.
-
-    A function that reads none of them takes them all the same, so that one set serves every function of a
-    system.
-
-    Raises:
-        ArrayError: One is missing, unknown, or has another shape.
-    """
-    names = [parameter.name for parameter in signature.parameters]
-    if not names and isinstance(p, Mapping) and not p:
-        return []
-    if not names:
-        problem, remedy = (
-            "this scene has no runtime parameters",
-            'leave p out, or make them "runtime" in the scene',
-        )
-        raise ArrayError(f"{signature.name}.p", p, problem, remedy)
-    field, example = f"{signature.name}.p", ", ".join(f"'{name}': ..." for name in names)
-    if not isinstance(p, Mapping):
-        problem = f"the runtime parameters {', '.join(names)} are missing"
-        raise ArrayError(field, p, problem, f"pass them by name, p={{{example}}}")
-    if p.keys() != set(names):
-        missing, unknown = (
-            [name for name in names if name not in p],
-            [name for name in p if name not in names],
-        )
-        problem = f"must hold exactly {', '.join(names)}"
-        raise ArrayError(field, list(p), problem, f"pass p={{{example}}}", missing=missing, unknown=unknown)
-    return [_parameter(f"{field}[{parameter.name!r}]", parameter, p[parameter.name], real) for parameter in signature.parameters]
-
-
-def _parameter(field: str, parameter: Argument, value: Any, real: np.dtype[Any]) -> NDArray[Any]:
-    array = converted(field, value, real)
-    if array.shape != parameter.shape:
-        raise _wrong_shape(field, parameter, value, array, batch=False)
-    demand_range(field, parameter.name, array)
-    return array
-
-
-def demand_range(field: str, name: str, array: NDArray[Any]) -> None:
-    """Check that a runtime parameter is one that a scene could hold.
-
-    Raises:
-        ArrayError: It is not finite in the type of the C, or has the wrong sign.
-    """
-    if not np.isfinite(array).all():
-        raise ArrayError(field, array.tolist(), "is not finite", f"use finite numbers that {array.dtype} can hold")
-    if name in POSITIVE and not (array > 0).all():
-        raise ArrayError(field, array.tolist(), "is not positive", "use numbers above zero")
-    if name in NOT_NEGATIVE and not (array >= 0).all():
-        raise ArrayError(field, array.tolist(), "is negative", "use zero or numbers above it")
-
-
-def flat_parameters(
-    signature: Signature, p: Mapping[str, Any] | None, real: np.dtype[Any]
-) -> list[NDArray[Any]]:
-    """The C struct of the runtime parameters as one flat array; nothing where the scene has none.
-
-    Raises:
-        ArrayError: One is missing, unknown, or has another shape.
-    """
-    if not signature.parameters and p is None:
-        return []
-    fields = parameter_values(signature, p, real)
-    return [np.concatenate([np.ravel(field) for field in fields])] if fields else []
-
-
 def address(array: NDArray[Any]) -> ctypes.c_void_p:
     """Where an array's entries begin, as C takes it."""
-    # Five times as fast as array.ctypes, and a quarter period of a pendulum takes microseconds.
-    return ctypes.c_void_p(array.__array_interface__["data"][0])
+    return ctypes.c_void_p(place(array))
+
+
+def place(array: NDArray[Any]) -> int:
+    """Where an array's entries begin, as a number."""
+    flags = array.flags
+    if flags.c_contiguous and flags.writeable and array.size:
+        # A quarter of the time of array.ctypes, and a call takes microseconds.
+        return ctypes.addressof(ctypes.c_char.from_buffer(array.data))
+    return int(array.__array_interface__["data"][0])
 
 
 def converted(field: str, value: Any, real: np.dtype[Any]) -> NDArray[Any]:
@@ -177,7 +145,7 @@ def converted(field: str, value: Any, real: np.dtype[Any]) -> NDArray[Any]:
         return array.astype(real)
 
 
-def _wrong_shape(field: str, argument: Argument, value: Any, array: NDArray[Any], batch: bool) -> ArrayError:
+def wrong_shape(field: str, argument: Argument, value: Any, array: NDArray[Any], batch: bool) -> ArrayError:
     alone = str(argument.shape) if argument.shape else "a single number"
     inner = "".join(f", {size}" for size in argument.shape) or ","
     wanted = f"{alone}, or (n{inner}) for n rows at once" if batch else alone

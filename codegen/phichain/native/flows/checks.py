@@ -1,0 +1,103 @@
+"""What the flows take from a caller: vectors, times, budgets and tolerances, each checked and brought into the type of the C."""
+
+from __future__ import annotations
+
+import ctypes
+from math import inf, isfinite
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from phichain.errors import ArrayError
+from phichain.native.memory.arrays import converted
+from phichain.system.arrays import number, positive, whole
+
+_MOST_STEPS: Final = 2 ** (8 * ctypes.sizeof(ctypes.c_ulong)) - 1
+
+
+def step_budget(name: str, max_steps: int) -> int:
+    """A budget that C can count.
+
+    Raises:
+        ToleranceError: It is no whole number, negative, or larger.
+    """
+    if type(max_steps) is int and 0 <= max_steps <= _MOST_STEPS:
+        return max_steps
+    return whole(f"{name}.max_steps", max_steps, 0, _MOST_STEPS, "leave it out for a million steps")
+
+
+def time_of(field: str, value: Any, kind: np.dtype[Any]) -> float:
+    """A time that C can hold.
+
+    Raises:
+        ArrayError: It is no number, or not finite in the type of the C.
+    """
+    time = value if type(value) is float and isfinite(value) else number(field, value, "give a finite time in s")
+    if abs(time) > _MOST[kind]:
+        raise ArrayError(field, value, f"is outside the range of {kind}", "give a shorter time in s")
+    return time
+
+
+_MOST: Final = {np.dtype(kind): float(np.finfo(kind).max) for kind in (np.float64, np.float32)}
+
+
+def vector(field: str, value: ArrayLike, size: int, kind: np.dtype[Any]) -> NDArray[Any]:
+    """A copy of a finite vector that C may change.
+
+    Raises:
+        ArrayError: it has another shape, or is not finite.
+    """
+    array = own(field, value, kind)
+    if array.shape != (size,):
+        raise ArrayError(field, array.shape, f"must have shape ({size},)", "give one vector")
+    return finite(field, array)
+
+
+def own(field: str, value: ArrayLike, kind: np.dtype[Any]) -> NDArray[Any]:
+    """A copy in rows that C may change.
+
+    Raises:
+        ArrayError: It is ragged, or of a kind that real numbers cannot hold.
+    """
+    return np.array(converted(field, value, kind), order="C")
+
+
+def finite(field: str, array: NDArray[Any], remedy: str = "give finite values") -> NDArray[Any]:
+    """The array, if it is finite.
+
+    Raises:
+        ArrayError: it is not.
+    """
+    if not np.isfinite(array).all():
+        raise ArrayError(field, array.tolist(), "is not finite", remedy)
+    return array
+
+
+def output_times(function: str, times: ArrayLike, t: float, t_end: float, kind: np.dtype[Any]) -> NDArray[Any]:
+    """The times at which states are wanted, in the order of travel from t to t_end.
+
+    Raises:
+        ArrayError: a time is not finite, or they do not lie in that order.
+    """
+    grid = np.atleast_1d(own(f"{function}.times", times, kind))
+    if grid.ndim != 1:
+        raise ArrayError(f"{function}.times", grid.shape, "is no list of times", "give them one after the other")
+    if not grid.size:
+        return grid
+    finite(f"{function}.times", grid, "give finite times")
+    first, last, start, end = float(grid[0]), float(grid[-1]), float(kind.type(t)), float(kind.type(t_end))
+    rises = start <= first and last <= end and bool((grid[1:] >= grid[:-1]).all())
+    if not rises and not (start >= first and last >= end and bool((grid[1:] <= grid[:-1]).all())):
+        problem = "do not lie between t and t_end in the order of travel"
+        raise ArrayError(f"{function}.times", grid, problem, "sort them")
+    return grid
+
+
+def checked_tolerance(field: str, tol: float, usual: float = 1e-12) -> float:
+    """The tolerance, if it is one.
+
+    Raises:
+        ToleranceError: it is not positive and finite.
+    """
+    return tol if type(tol) is float and 0 < tol < inf else positive(field, tol, f"use {usual:g}")

@@ -1,0 +1,1 @@
+"""Memory that C reads and writes: arrays on their way there, and the runtime parameters."""

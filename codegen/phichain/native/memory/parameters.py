@@ -1,0 +1,120 @@
+"""The runtime parameters of a call: the C struct as one flat array, filled and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from phichain.errors import ArrayError
+from phichain.native.memory.arrays import converted, wrong_shape
+from phichain.native.memory.slots import slot
+from phichain.native.signature import Argument, Signature
+from phichain.scene.keys import NOT_NEGATIVE, POSITIVE
+
+
+class ParameterBlock:
+    """The C struct of the runtime parameters as one flat array; `rows_source` proves the layout in C.
+
+    Attributes:
+        values: The array.
+    """
+
+    __slots__ = ("_checked", "_fields", "_names", "_signature", "_takes", "values")
+
+    def __init__(self, signature: Signature, real: np.dtype[Any]) -> None:
+        """Allocate what a function takes.
+
+        Args:
+            signature: The function.
+            real: The type that C computes in.
+        """
+        sizes = [parameter.size for parameter in signature.parameters]
+        ends = np.cumsum(sizes)
+        self.values: NDArray[Any] = np.zeros(sum(sizes), real)
+        self._signature, self._checked = signature, b""
+        places = zip(signature.parameters, ends - sizes, ends, strict=True)
+        self._fields = [self.values[start:end].reshape(item.shape) for item, start, end in places]
+        self._names = [parameter.name for parameter in signature.parameters]
+        self._takes = [slot(field.shape, field).take for field in self._fields]
+
+    def fill(self, p: Mapping[str, Any] | None) -> None:
+        """Take parameters by name.
+
+        Raises:
+            ArrayError: One is missing, unknown, has another shape, or is none that a scene could hold.
+        """
+        if not self._took(p):
+            given = parameter_values(self._signature, p, self.values.dtype)
+            for field, value in zip(self._fields, given, strict=True):
+                field[...] = value
+        values = self.values.tobytes()
+        # What was given last time was checked then; comparing costs a tenth of checking.
+        if values != self._checked:
+            for parameter, field in zip(self._signature.parameters, self._fields, strict=True):
+                demand_range(f"{self._signature.name}.p[{parameter.name!r}]", parameter.name, field)
+            self._checked = values
+
+    def _took(self, p: Any) -> bool:
+        """Copy parameters that need no conversion; False at anything else."""
+        names = self._names
+        whole = type(p) is dict and len(p) == len(names) and all(map(p.__contains__, names))
+        return whole and all(take(p[name]) for name, take in zip(names, self._takes, strict=True))
+
+
+def parameter_values(
+    signature: Signature, p: Mapping[str, Any] | None, real: np.dtype[Any]
+) -> list[NDArray[Any]]:
+    """The runtime parameters, one array each in the order of the C struct.
+
+    A function that reads none of them takes them all the same, so that one set serves every function of a
+    system.
+
+    Raises:
+        ArrayError: One is missing, unknown, or has another shape.
+    """
+    names = [parameter.name for parameter in signature.parameters]
+    if not names and isinstance(p, Mapping) and not p:
+        return []
+    if not names:
+        problem, remedy = (
+            "this scene has no runtime parameters",
+            'leave p out, or make them "runtime" in the scene',
+        )
+        raise ArrayError(f"{signature.name}.p", p, problem, remedy)
+    field, example = f"{signature.name}.p", ", ".join(f"'{name}': ..." for name in names)
+    if not isinstance(p, Mapping):
+        problem = f"the runtime parameters {', '.join(names)} are missing"
+        raise ArrayError(field, p, problem, f"pass them by name, p={{{example}}}")
+    if p.keys() != set(names):
+        missing, unknown = (
+            [name for name in names if name not in p],
+            [name for name in p if name not in names],
+        )
+        problem = f"must hold exactly {', '.join(names)}"
+        raise ArrayError(field, list(p), problem, f"pass p={{{example}}}", missing=missing, unknown=unknown)
+    return [_parameter(f"{field}[{parameter.name!r}]", parameter, p[parameter.name], real) for parameter in signature.parameters]
+
+
+def _parameter(field: str, parameter: Argument, value: Any, real: np.dtype[Any]) -> NDArray[Any]:
+    array = converted(field, value, real)
+    if array.shape != parameter.shape:
+        raise wrong_shape(field, parameter, value, array, batch=False)
+    demand_range(field, parameter.name, array)
+    return array
+
+
+def demand_range(field: str, name: str, array: NDArray[Any]) -> None:
+    """Check that a runtime parameter is one that a scene could hold.
+
+    Raises:
+        ArrayError: It is not finite in the type of the C, or has the wrong sign.
+    """
+    if not np.isfinite(array).all():
+        raise ArrayError(field, array.tolist(), "is not finite", f"use finite numbers that {array.dtype} can hold")
+    if name in POSITIVE and not (array > 0).all():
+        raise ArrayError(field, array.tolist(), "is not positive", "use numbers above zero")
+    if name in NOT_NEGATIVE and not (array >= 0).all():
+        raise ArrayError(field, array.tolist(), "is negative", "use zero or numbers above it")
