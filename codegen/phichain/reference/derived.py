@@ -6,10 +6,11 @@ from typing import Any
 
 from mpmath import mp, mpf
 
-from phichain.reference import dense
-from phichain.reference.algebra import Matrix, Vector, cross, moved, solve, tangent_axes, transposed, unit
+from phichain.reference import masses
+from phichain.reference.algebra import Matrix, Vector, cross, moved, tangent_axes, transposed, unit
 from phichain.reference.case import Case, Outputs, judges
-from phichain.reference.motion import forward_dynamics, inverse_dynamics, mass_matrix
+from phichain.reference.inertia import Inertia
+from phichain.reference.motion import forward_dynamics, inverse_dynamics
 from phichain.reference.pose import cart_axes, project
 from phichain.scene import Scene
 
@@ -24,9 +25,9 @@ def state_jacobian(case: Case) -> Outputs:
     nv = case.scene.nv
     fixed = case.at(a=forward_dynamics(case)["a"])
     slopes = [_slope(fixed, name, unit(nv, i)) for name in ("q", "v") for i in range(nv)]
-    matrix = mass_matrix(case)["M"]
-    inputs = _columns(dense.input_matrix(case.scene, nv))
-    answer = solve(matrix, [[-entry for entry in slope] for slope in slopes] + inputs)
+    inertia = Inertia(case.scene, case.values, case.pose())
+    inputs = _columns(masses.input_matrix(case.scene))
+    answer = inertia.solve(*([-entry for entry in slope] for slope in slopes), *inputs)
     return {
         "dadq": transposed(answer[:nv]),
         "dadv": transposed(answer[nv : 2 * nv]),
