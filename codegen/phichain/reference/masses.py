@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mpmath import mpf
+from mpmath import fdot, mpf
 
 from phichain.reference.algebra import Matrix, Vector, dot, unit
 from phichain.reference.pose import Parameters, Pose, absolute, cart_axes, pulled_back
@@ -76,7 +76,7 @@ def _combined(bases: Sequence[Matrix], own: Vector) -> Matrix:
 def conjugate(scene: Scene, values: Parameters, pose: Pose, acceleration: Vector) -> Vector:
     """Return sum_a J_a^T m_a r_a'' for stacked accelerations r_a'' (m/s^2)."""
     whole, links = gathered(values, weighted(values, acceleration), len(pose.direction[0]))
-    force = [dot(turn, arm) for turning, arm in zip(pose.turning, links, strict=True) for turn in turning]
+    force = [fdot(turn, arm) for turning, arm in zip(pose.turning, links, strict=True) for turn in turning]
     return whole[: cart_axes(scene)] + (pulled_back(scene, force) if scene.is_planar else force)
 
 

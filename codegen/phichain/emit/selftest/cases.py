@@ -19,7 +19,7 @@ from mpmath import mp
 from phichain.contract.function import Derivative
 from phichain.contract.functions import ROWS
 from phichain.emit.selftest.case import Case
-from phichain.emit.selftest.expected import exact_results
+from phichain.emit.selftest.expected import true_results
 from phichain.emit.selftest.flow import FlowCase, flow_cases
 from phichain.emit.selftest.states import draw_inputs, draw_parameter, rounded, step_length
 from phichain.emit.selftest.tolerance import one_digit, out_of_range, tolerance
@@ -69,7 +69,7 @@ def _case(scene: Scene, program: Program, source: random.Random) -> Case:
     derivative = ROWS[program.name].derivative
     direction = {} if derivative is None else _direction(scene, derivative, inputs, source)
     case = Case(program.name, params, inputs, direction, {})
-    results = exact_results(scene, program, case)
+    results = true_results(scene, program, case)
     return replace(case, expected={name: _all_rounded(scene, values) for name, values in results.items()})
 
 
