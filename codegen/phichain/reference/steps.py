@@ -1,6 +1,6 @@
 """Reference of the structure-preserving steps: the discrete equations as momenta and positions state them.
 
-The variational step is solved in momenta, dense and without multipliers: p(q_0) + h/2 F = J_0^T m (r(q_1) - r(q_0)) / h for q_1, and
+The variational step is solved in momenta, without multipliers: p(q_0) + h/2 F = J_0^T m (r(q_1) - r(q_0)) / h for q_1, and
 M(q_1) v_1 = J_1^T m (r(q_1) - r(q_0)) / h + h/2 F. It shares no formula with the sweeps of the lowered step.
 """
 

@@ -1,7 +1,7 @@
 """selftest.c: inputs as hexadecimal floats, and results that come another way through the mathematics.
 
 The expected values are those of the un-lowered Lagrangian in 50 digits (`reference`), rounded once. Jacobians are
-checked along one random direction, for which the reference differentiates the dense equations of motion numerically at
+checked along one random direction, for which the reference differentiates the equations of motion numerically at
 raised precision. Tolerances are measured: the Program's own error in the scene's arithmetic, with a margin, refused where it
 is more than the problem's conditioning allows (`tolerance`). Nothing here depends on the processor.
 """

@@ -50,7 +50,7 @@ def exact_results(
 
 
 def _slope(scene: Scene, derivative: Derivative, case: Case, nudge: Nudge | None) -> list[Any]:
-    """The derivative of the dense reference along the direction, by a central difference in many digits."""
+    """The derivative of the reference along the direction, by a central difference in many digits."""
     output = ROWS[derivative.function].outputs_in_reference(scene)[derivative.output]
     params = by_shape(scene, case.params)
     with mp.workdps(90):
