@@ -173,7 +173,7 @@ def planar_pose(scene: Scene, q: Vector, v: Vector) -> Pose:
     """Return the pose of a planar chain from q = [x, theta_k] and v = [x', theta_k']."""
     carts = cart_axes(scene)
     phi, spin = (absolute(scene, state[carts:]) for state in (q, v))
-    links = [[mp.sin(angle), mp.cos(angle)] for angle in phi]
+    links = [list(mp.cos_sin(angle))[::-1] for angle in phi]
     bend = [[angle - inner] for angle, inner in zip(phi, [mpf(0), *phi], strict=False)]
     return _planar(links, spin, bend, q[:carts], v[:carts])
 
