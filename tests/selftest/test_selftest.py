@@ -42,3 +42,17 @@ def test_a_type_too_small_for_the_scene_is_refused() -> None:
     with pytest.raises(EmissionError, match=r"^target\.real: does not hold what forward_dynamics computes") as caught:
         make_selftest(scene, lower(derive(scene)))
     assert caught.value.remedy.startswith('set real = "double", or choose units')
+
+
+def test_what_is_zero_is_expected_to_be_zero() -> None:
+    """One absolute angle has no velocity terms: what fifty digits leave of their sum is no scale to judge by."""
+    scene = Scene("one", 1, mass=0.7, length=0.9, com=0.3, want=["coriolis", "gravity_torque"])
+    made = make_selftest(scene, lower(derive(scene)))
+    assert [case.expected["out"] for case in made.cases if case.function == "coriolis"] == [[0.0]] * 3
+    assert made.tolerances["coriolis"] == made.tolerances["gravity_torque"] == "4.0e-15"
+
+
+def test_what_is_small_in_its_units_stays() -> None:
+    scene = Scene("grain", 1, mass=1e-80, length=0.9, com=0.3, want=["gravity_torque"])
+    made = make_selftest(scene, lower(derive(scene)))
+    assert all(0.0 < abs(case.expected["out"][0]) < 1e-78 for case in made.cases)

@@ -1,8 +1,9 @@
 """Every function a scene can want, un-lowered and in as many digits as asked: the yardstick of all backends.
 
-`reference` works densely from positions (see `dense`), so nothing in it is shared with the lowered programs:
-the inertia matrix is sum_a m_a J_a^T J_a, accelerations come from an LU solve, Phi from a quadrature of its
-own integral, Jacobians from central differences at raised precision.
+`reference` works from positions (see `masses`), so nothing in it is shared with the lowered programs: the inertia matrix is
+sum_a m_a J_a^T J_a, and accelerations are what it turns into the forces, found by elimination with pivots (see `inertia`);
+Phi comes from a quadrature of its own integral, Jacobians from central differences at raised precision. Forces and
+accelerations of N links cost O(N).
 
 Inputs are read as exact binary64 numbers. A spatial state in floating point is never exactly unit and
 tangent; the nearest exact state stands for it. Two functions need a word there:

@@ -34,6 +34,12 @@ def _substituted(rows: Matrix, side: int) -> Vector:
     return x
 
 
+def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    """Return a.b of short vectors, for which this is faster than `fdot`."""
+    products = [x * y for x, y in zip(a, b, strict=True)]
+    return sum(products[1:], products[0])
+
+
 def cross(a: Sequence[Any], b: Sequence[Any]) -> Vector:
     """Return a x b in R^3."""
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
@@ -52,12 +58,6 @@ def moved(start: Sequence[Any], direction: Sequence[Any], distance: Any) -> Vect
 def transposed(matrix: Matrix) -> Matrix:
     """Return the transpose."""
     return [list(column) for column in zip(*matrix, strict=True)]
-
-
-def product(a: Matrix, b: Matrix) -> Matrix:
-    """Return a b."""
-    columns = transposed(b)
-    return [[fdot(row, column) for column in columns] for row in a]
 
 
 def tangent_axes(link: Sequence[Any]) -> Matrix:

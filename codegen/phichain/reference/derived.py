@@ -6,10 +6,11 @@ from typing import Any
 
 from mpmath import mp, mpf
 
-from phichain.reference import dense
-from phichain.reference.algebra import Matrix, Vector, cross, moved, solve, tangent_axes, transposed, unit
+from phichain.reference import masses
+from phichain.reference.algebra import Matrix, Vector, cross, moved, tangent_axes, transposed, unit
 from phichain.reference.case import Case, Outputs, judges
-from phichain.reference.motion import forward_dynamics, inverse_dynamics, mass_matrix
+from phichain.reference.inertia import Inertia
+from phichain.reference.motion import forward_dynamics, inverse_dynamics
 from phichain.reference.pose import cart_axes, project
 from phichain.scene import Scene
 
@@ -24,9 +25,9 @@ def state_jacobian(case: Case) -> Outputs:
     nv = case.scene.nv
     fixed = case.at(a=forward_dynamics(case)["a"])
     slopes = [_slope(fixed, name, unit(nv, i)) for name in ("q", "v") for i in range(nv)]
-    matrix = mass_matrix(case)["M"]
-    inputs = _columns(dense.input_matrix(case.scene, nv))
-    answer = solve(matrix, [[-entry for entry in slope] for slope in slopes] + inputs)
+    inertia = Inertia(case.scene, case.values, case.pose())
+    inputs = _columns(masses.input_matrix(case.scene))
+    answer = inertia.solve(*([-entry for entry in slope] for slope in slopes), *inputs)
     return {
         "dadq": transposed(answer[:nv]),
         "dadv": transposed(answer[nv : 2 * nv]),
@@ -141,19 +142,23 @@ def _settled(case: Case) -> tuple[int, Vector]:
     quarter, last = _FIRST_QUARTER, _harmonic(case, _FIRST_QUARTER)
     while True:
         quarter *= 2
-        now = _harmonic(case, quarter)
+        # Every other node is one of the last sum's.
+        now = [(a + b) / 2 for a, b in zip(last, _harmonic(case, quarter, first=1, stride=2), strict=True)]
         change = max(abs(a - b) for a, b in zip(now, last, strict=True))
         if change <= mpf(10) ** (20 - mp.dps) * (1 + max(map(abs, now))):
             return quarter, now
         last = now
 
 
-def _harmonic(case: Case, quarter: int) -> Vector:
-    """Return the trapezoidal sum of Phi with 4 * quarter nodes per period, from one quarter of them."""
+def _harmonic(case: Case, quarter: int, first: int = 0, stride: int = 1) -> Vector:
+    """Return the trapezoidal sum of Phi with 4 * quarter nodes per period, from one quarter of them.
+
+    With first = 1 and stride = 2 it is the sum over the odd nodes, at twice their weight.
+    """
     amplitude, omega = case.inputs["amplitude"], case.inputs["omega"]
     total: Vector = [mpf(0)] * len(amplitude)
-    for node in range(quarter):
-        sine, cosine = mp.sin(mp.pi * node / (2 * quarter)), mp.cos(mp.pi * node / (2 * quarter))
+    for node in range(first, quarter, stride):
+        cosine, sine = mp.cos_sin(mp.pi * node / (2 * quarter))
         force = inverse_dynamics(
             case.at(
                 q=[entry * cosine for entry in amplitude],
@@ -162,7 +167,7 @@ def _harmonic(case: Case, quarter: int) -> Vector:
             )
         )["u"]
         # tau = 0 and pi belong to two quarters each; at tau = pi/2 the weight cos tau vanishes.
-        total = moved(total, force, cosine * (1 if node == 0 else 2) / quarter)
+        total = moved(total, force, cosine * stride * (1 if node == 0 else 2) / quarter)
     return total
 
 

@@ -6,10 +6,11 @@ from typing import Any
 
 from mpmath import fdot, mpf
 
-from phichain.reference import dense
-from phichain.reference.algebra import Matrix, Vector, product, solve, transposed
+from phichain.reference import masses
+from phichain.reference.algebra import Matrix, Vector, transposed
 from phichain.reference.case import Case, Outputs, judges
-from phichain.reference.pose import Pose, angle_map, cart_axes, project, straight_pose
+from phichain.reference.inertia import Inertia
+from phichain.reference.pose import Pose, cart_axes, project, pulled_back, straight_pose
 from phichain.scene import Scene
 
 
@@ -17,28 +18,22 @@ from phichain.scene import Scene
 def forward_dynamics(case: Case) -> Outputs:
     """Solve M a = B u - load; omega_k' is put together from the two tangent axes of its link."""
     pose = case.pose()
-    columns = dense.jacobian(case.scene, case.values, pose)
-    matrix = dense.mass_matrix(case.scene, case.values, columns)
-    push = [fdot(row, case.inputs["u"]) for row in dense.input_matrix(case.scene, len(columns))]
-    rates = solve(matrix, [[a - b for a, b in zip(push, load(case, pose, columns), strict=True)]])[0]
+    push = masses.push(case.scene, case.inputs["u"])
+    (rates,) = Inertia(case.scene, case.values, pose).solve([a - b for a, b in zip(push, load(case, pose), strict=True)])
     if case.scene.is_planar:
         return {"a": rates}
     carts = cart_axes(case.scene)
-    turns = [
-        [a * one + b * other for one, other in zip(*axes, strict=True)]
-        for a, b, axes in zip(rates[carts::2], rates[carts + 1 :: 2], pose.axes, strict=True)
-    ]
-    return {"a": rates[:carts] + [entry for turn in turns for entry in turn]}
+    return {"a": rates[:carts] + [entry for turn in masses.spun(pose, rates[carts:]) for entry in turn]}
 
 
-def load(case: Case, pose: Pose, columns: Matrix) -> Vector:
-    """Return coriolis + gravity - joint forces, conjugate to the rates of `columns`."""
+def load(case: Case, pose: Pose) -> Vector:
+    """Return coriolis + gravity - joint forces, conjugate to the rates of the pose."""
     scene, values = case.scene, case.values
     fall = [
-        a + b for a, b in zip(dense.centripetal(values, pose), dense.anti_gravity(values, pose), strict=True)
+        a + b for a, b in zip(masses.centripetal(values, pose), masses.anti_gravity(values, pose), strict=True)
     ]
-    inertial = dense.conjugate(values, columns, fall)
-    return [a - b for a, b in zip(inertial, dense.joint_force(scene, values, pose), strict=True)]
+    inertial = masses.conjugate(scene, values, pose, fall)
+    return [a - b for a, b in zip(inertial, masses.joint_force(scene, values, pose), strict=True)]
 
 
 @judges("inverse_dynamics")
@@ -48,25 +43,18 @@ def inverse_dynamics(case: Case) -> Outputs:
     The accelerations of the masses are summed up link by link, without the inertia matrix.
     """
     pose = case.pose()
-    columns = dense.jacobian(case.scene, case.values, pose)
-    drive = [fdot(row, case.inputs["a"]) for row in transposed(columns)]
-    inertial = dense.conjugate(case.values, columns, drive)
-    carts = cart_axes(case.scene)
-    for axis in range(carts):
-        inertial[axis] += case.values.cart_mass * case.inputs["a"][axis]
-    return {"u": [a + b for a, b in zip(inertial, load(case, pose, columns), strict=True)]}
+    inertial = Inertia(case.scene, case.values, pose).times(case.inputs["a"])
+    return {"u": [a + b for a, b in zip(inertial, load(case, pose), strict=True)]}
 
 
 @judges("mass_matrix")
 def mass_matrix(case: Case) -> Outputs:
     """I of (15), or the matrix of (16): J^T m J with c_kk q_k q_k^T added on the diagonal."""
     pose = case.pose(ambient=True)
-    columns = dense.jacobian(case.scene, case.values, pose)
-    matrix = dense.mass_matrix(case.scene, case.values, columns)
+    matrix = Inertia(case.scene, case.values, pose).written()
     if not case.scene.is_planar:
-        for k, link in enumerate(pose.direction):
+        for k, (link, moment) in enumerate(zip(pose.direction, case.values.moments(2), strict=True)):
             start = cart_axes(case.scene) + 3 * k
-            moment = fdot(case.values.mass, [arm[k] ** 2 for arm in case.values.levers()])
             for i in range(3):
                 row = matrix[start + i]
                 row[start : start + 3] = [
@@ -79,29 +67,28 @@ def mass_matrix(case: Case) -> Outputs:
 def coriolis(case: Case) -> Outputs:
     """N of (15), or the velocity terms of (16)."""
     pose = case.pose(ambient=True)
-    columns = dense.jacobian(case.scene, case.values, pose)
-    return {"N": dense.conjugate(case.values, columns, dense.centripetal(case.values, pose))}
+    acceleration = masses.centripetal(case.values, pose)
+    return {"N": masses.conjugate(case.scene, case.values, pose, acceleration)}
 
 
 @judges("gravity_torque")
 def gravity_torque(case: Case) -> Outputs:
     """G of (15), or the gravity terms of (16): gravity alone, without springs."""
     pose = case.pose(ambient=True)
-    columns = dense.jacobian(case.scene, case.values, pose)
-    return {"G": dense.conjugate(case.values, columns, dense.anti_gravity(case.values, pose))}
+    acceleration = masses.anti_gravity(case.values, pose)
+    return {"G": masses.conjugate(case.scene, case.values, pose, acceleration)}
 
 
 @judges("energy")
 def energy(case: Case) -> Outputs:
     """T = 1/2 m_0 |x'|^2 + sum 1/2 m_a |r_a'|^2, V = -g sum m_a e_d.r_a + the springs' energy (J)."""
     values, pose = case.values, case.pose()
-    velocity = _with_cart(dense.stacked(values, pose.rate), pose.cart_rate, len(pose.direction[0]))
-    kinetic = fdot(dense.weighted(values, velocity), velocity) / 2
+    velocity = masses.stacked(values, pose.rate, pose.cart_rate)
+    kinetic = fdot(masses.weighted(values, velocity), velocity) / 2
     if case.scene.has_cart:
         kinetic += values.cart_mass * fdot(pose.cart_rate, pose.cart_rate) / 2
-    height = fdot(
-        dense.anti_gravity(values, pose), dense.weighted(values, dense.stacked(values, pose.direction))
-    )
+    places = masses.stacked(values, pose.direction)
+    height = fdot(masses.anti_gravity(values, pose), masses.weighted(values, places))
     return {"kinetic": kinetic, "potential": height + _spring_energy(case, pose)}
 
 
@@ -109,8 +96,8 @@ def energy(case: Case) -> Outputs:
 def momentum(case: Case) -> Outputs:
     """p = sum_a J_a^T m_a r_a' + m_0 x' (kg m/s, kg m^2/s), in space along three axes a link: q_k x (its share of J^T m r')."""
     values, pose = case.values, case.pose(ambient=True)
-    velocity = _with_cart(dense.stacked(values, pose.rate), pose.cart_rate, len(pose.direction[0]))
-    result = dense.conjugate(values, dense.jacobian(case.scene, values, pose), velocity)
+    velocity = masses.stacked(values, pose.rate, pose.cart_rate)
+    result = masses.conjugate(case.scene, values, pose, velocity)
     for axis, rate in enumerate(pose.cart_rate):
         result[axis] += values.cart_mass * rate
     return {"p": result}
@@ -121,7 +108,7 @@ def positions(case: Case) -> Outputs:
     """r_a, N x d (m), the last axis along gravity."""
     pose = case.pose()
     size = len(pose.direction[0])
-    flat = _with_cart(dense.stacked(case.values, pose.direction), pose.cart_position, size)
+    flat = masses.stacked(case.values, pose.direction, pose.cart_position)
     return {"r": [flat[i : i + size] for i in range(0, len(flat), size)]}
 
 
@@ -134,22 +121,19 @@ def linearization(case: Case) -> Outputs:
     """
     scene, values, signs = case.scene, case.values, [int(s) for s in case.inputs["s"]]
     pose = straight_pose(scene, signs)
-    columns = dense.jacobian(scene, values, pose)
-    size = len(columns)
-    moments = [fdot(values.mass, arms) for arms in transposed(values.levers())]
-    weight = [s * values.gravity * moment for s, moment in zip(signs, moments, strict=True)]
+    weight = [s * values.gravity * moment for s, moment in zip(signs, values.moments(1), strict=True)]
     align = (
         [1] * scene.links if scene.is_planar else [a * b for a, b in zip([1, *signs], signs, strict=False)]
     )
     spring = _joint_form([k * a for k, a in zip(values.stiffness, align, strict=True)])
     stiff = [[entry + weight[i] * int(i == j) for j, entry in enumerate(row)] for i, row in enumerate(spring)]
     outputs = {
-        "M": dense.mass_matrix(scene, values, columns),
-        "G": _in_coordinates(scene, stiff, size),
-        "B": dense.input_matrix(scene, size),
+        "M": Inertia(scene, values, pose).written(),
+        "G": _in_coordinates(scene, stiff),
+        "B": masses.input_matrix(scene),
     }
     if any(values.damping):
-        outputs["D"] = _in_coordinates(scene, _joint_form(values.damping), size)
+        outputs["D"] = _in_coordinates(scene, _joint_form(values.damping))
     return outputs
 
 
@@ -158,12 +142,6 @@ def project_state(case: Case) -> Outputs:
     """Return the nearest unit vectors and tangent rates."""
     q_out, v_out = project(case.scene, case.inputs["q"], case.inputs["v"])
     return {"q_out": q_out, "v_out": v_out}
-
-
-def _with_cart(swing: Vector, cart: Vector, size: int) -> Vector:
-    """Add the cart's horizontal vector to N stacked vectors of length `size`."""
-    base = [*cart, mpf(0)] if cart else [mpf(0)] * size
-    return [entry + base[i % size] for i, entry in enumerate(swing)]
 
 
 def _spring_energy(case: Case, pose: Pose) -> Any:
@@ -178,18 +156,22 @@ def _spring_energy(case: Case, pose: Pose) -> Any:
 
 def _joint_form(weights: Vector) -> Matrix:
     """Return the N x N matrix of sum_k w_k (xi_k - xi_{k-1})^2 with xi_0 = 0."""
-    links = range(len(weights))
-    differences = [[mpf(int(i == k) - int(i == k - 1)) for i in links] for k in links]
-    scaled = [[w * entry for entry in row] for w, row in zip(weights, differences, strict=True)]
-    return product(transposed(differences), scaled)
+    size = len(weights)
+    matrix = [[mpf(0)] * size for _ in weights]
+    for k, weight in enumerate(weights):
+        matrix[k][k] += weight
+        if k:
+            matrix[k - 1][k - 1] += weight
+            matrix[k - 1][k] = matrix[k][k - 1] = -weight
+    return matrix
 
 
-def _in_coordinates(scene: Scene, form: Matrix, size: int) -> Matrix:
+def _in_coordinates(scene: Scene, form: Matrix) -> Matrix:
     """Return a link-by-link form in the coordinates of (19): S^T F S or F times I_2, zeros for the cart."""
-    carts = cart_axes(scene)
+    carts, size = cart_axes(scene), masses.rate_count(scene)
     if scene.is_planar:
-        turn = angle_map(scene)
-        form = product(transposed(turn), product(form, turn))
+        rows = [pulled_back(scene, row) for row in form]
+        form = transposed([pulled_back(scene, column) for column in transposed(rows)])
     per_link = 1 if scene.is_planar else 2
     matrix = [[mpf(0)] * size for _ in range(size)]
     for i, row in enumerate(form):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Any
 
 from mpmath import fdot, mp, mpf
@@ -30,12 +31,13 @@ class Parameters:
     damping: Vector
     stiffness: Vector
 
-    def levers(self) -> Matrix:
-        """Return lever[a][k], the weight of q_k in r_a (m): l_k inside, com_a at the mass, 0 beyond."""
-        links = range(len(self.mass))
-        return [
-            [self.length[k] if k < a else self.com[a] if k == a else mpf(0) for k in links] for a in links
-        ]
+    def moments(self, power: int) -> Vector:
+        """Return sum_a m_a lever_ak^power for every link k, lever_ak the weight of q_k in r_a: l_k inside, com_a at the mass."""
+        beyond, found = mpf(0), []
+        for mass, length, com in zip(self.mass[::-1], self.length[::-1], self.com[::-1], strict=True):
+            found.append(mass * com**power + beyond * length**power)
+            beyond += mass
+        return found[::-1]
 
     def decades(self) -> int:
         """Return over how many powers of ten masses, lengths and joints spread, to choose guard digits by."""
@@ -127,19 +129,51 @@ def cart_axes(scene: Scene) -> int:
     return (1 if scene.is_planar else 2) if scene.has_cart else 0
 
 
-def angle_map(scene: Scene) -> Matrix:
-    """Return S of phi = S theta (theory section 2), zeros and ones, N x N."""
-    reach = {"absolute": 0, "adjacent": 1, "relative": scene.links}[str(scene.angles)]
-    links = range(scene.links)
-    return [[mpf(int(0 <= row - column <= reach)) for column in links] for row in links]
+def absolute(scene: Scene, theta: Vector) -> Vector:
+    """Return phi = S theta (theory section 2): the links' angles from the vertical, of the scene's own; rates alike."""
+    match str(scene.angles):
+        case "relative":
+            return list(accumulate(theta))
+        case "adjacent":
+            return [own + inner for own, inner in zip(theta, [mpf(0), *theta], strict=False)]
+    return list(theta)
+
+
+def scene_angles(scene: Scene, phi: Vector) -> Vector:
+    """Return S^-1 phi."""
+    match str(scene.angles):
+        case "relative":
+            return [own - inner for own, inner in zip(phi, [mpf(0), *phi], strict=False)]
+        case "adjacent":
+            return list(accumulate(phi, lambda inner, own: own - inner))
+    return list(phi)
+
+
+def pulled_back(scene: Scene, force: Vector) -> Vector:
+    """Return S^T force: forces conjugate to phi (N m) as those conjugate to theta."""
+    match str(scene.angles):
+        case "relative":
+            return list(accumulate(reversed(force)))[::-1]
+        case "adjacent":
+            return [own + outer for own, outer in zip(force, [*force[1:], mpf(0)], strict=True)]
+    return list(force)
+
+
+def pushed_forward(scene: Scene, force: Vector) -> Vector:
+    """Return S^-T force: forces conjugate to theta (N m) as those conjugate to phi."""
+    match str(scene.angles):
+        case "relative":
+            return [own - outer for own, outer in zip(force, [*force[1:], mpf(0)], strict=True)]
+        case "adjacent":
+            return list(accumulate(reversed(force), lambda outer, own: own - outer))[::-1]
+    return list(force)
 
 
 def planar_pose(scene: Scene, q: Vector, v: Vector) -> Pose:
     """Return the pose of a planar chain from q = [x, theta_k] and v = [x', theta_k']."""
     carts = cart_axes(scene)
-    rows = angle_map(scene)
-    phi, spin = ([fdot(row, state[carts:]) for row in rows] for state in (q, v))
-    links = [[mp.sin(angle), mp.cos(angle)] for angle in phi]
+    phi, spin = (absolute(scene, state[carts:]) for state in (q, v))
+    links = [list(mp.cos_sin(angle))[::-1] for angle in phi]
     bend = [[angle - inner] for angle, inner in zip(phi, [mpf(0), *phi], strict=False)]
     return _planar(links, spin, bend, q[:carts], v[:carts])
 

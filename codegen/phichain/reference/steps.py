@@ -1,23 +1,23 @@
 """Reference of the structure-preserving steps: the discrete equations as momenta and positions state them.
 
-The variational step is solved in momenta, dense and without multipliers: p(q_0) + h/2 F = J_0^T m (r(q_1) - r(q_0)) / h for q_1, and
+The variational step is solved in momenta, without multipliers: p(q_0) + h/2 F = J_0^T m (r(q_1) - r(q_0)) / h for q_1, and
 M(q_1) v_1 = J_1^T m (r(q_1) - r(q_0)) / h + h/2 F. It shares no formula with the sweeps of the lowered step.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from mpmath import fdot, mp, mpf
 
 from phichain.errors import ConvergenceError
-from phichain.reference import dense
-from phichain.reference.algebra import Matrix, Vector, cross, moved, product, solve, transposed
+from phichain.reference import masses
+from phichain.reference.algebra import Matrix, Vector, cross, moved
 from phichain.reference.case import Case, Outputs, judges
 from phichain.reference.derived import step
+from phichain.reference.inertia import Inertia
 from phichain.reference.motion import forward_dynamics
-from phichain.reference.pose import Pose, cart_axes, planar_pose, project, spatial_pose
+from phichain.reference.pose import Pose, cart_axes, planar_pose, project, scene_angles, spatial_pose
 
 _MOST_NEWTON_STEPS = 60
 
@@ -76,34 +76,24 @@ def _rotated(angle: Vector, a: Vector) -> Vector:
     return moved(moved(list(a), once, mp.sin(size)), cross(axis, once), 1 - mp.cos(size))
 
 
-@dataclass(frozen=True)
-class _At:
-    """Everything of one configuration: columns of dr/d(rates), inertia, and the generalised force there."""
+def _at(case: Case, q: Vector, v: Vector) -> Pose:
+    return (planar_pose if case.scene.is_planar else spatial_pose)(case.scene, q, v)
 
-    pose: Pose
-    columns: Matrix
-    matrix: Matrix
 
-    @classmethod
-    def of(cls, case: Case, q: Vector, v: Vector) -> _At:
-        pose = (planar_pose if case.scene.is_planar else spatial_pose)(case.scene, q, v)
-        columns = dense.jacobian(case.scene, case.values, pose)
-        return cls(pose, columns, dense.mass_matrix(case.scene, case.values, columns))
+def _force(case: Case, pose: Pose) -> Vector:
+    """Gravity, springs, dampers and inputs, without the velocity terms of the equations of motion."""
+    push = masses.push(case.scene, case.inputs["u"])
+    fall = masses.conjugate(case.scene, case.values, pose, masses.anti_gravity(case.values, pose))
+    joints = masses.joint_force(case.scene, case.values, pose)
+    return [a - b + c for a, b, c in zip(push, fall, joints, strict=True)]
 
-    def force(self, case: Case) -> Vector:
-        """Gravity, springs, dampers and inputs, without the velocity terms of the equations of motion."""
-        push = [fdot(row, case.inputs["u"]) for row in dense.input_matrix(case.scene, len(self.columns))]
-        fall = dense.conjugate(case.values, self.columns, dense.anti_gravity(case.values, self.pose))
-        joints = dense.joint_force(case.scene, case.values, self.pose)
-        return [a - b + c for a, b, c in zip(push, fall, joints, strict=True)]
 
-    def rates(self, case: Case, v: Vector) -> Vector:
-        """The link's own rates of `columns`: v in the plane, components along two axes a link in space."""
-        if case.scene.is_planar:
-            return v
-        carts = cart_axes(case.scene)
-        turns = zip(self.pose.axes, self.pose.spin, strict=True)
-        return v[:carts] + [fdot(axis, omega) for own, omega in turns for axis in own]
+def _rates(case: Case, pose: Pose, v: Vector) -> Vector:
+    """The pose's own rates: v in the plane, components along two axes a link in space."""
+    if case.scene.is_planar:
+        return v
+    turns = zip(pose.axes, pose.spin, strict=True)
+    return v[: cart_axes(case.scene)] + [fdot(axis, omega) for own, omega in turns for axis in own]
 
 
 @judges("step_variational")
@@ -112,47 +102,39 @@ def step_variational(case: Case) -> Outputs:
     h, q, v = case.inputs["h"], case.inputs["q"], case.inputs["v"]
     if not case.scene.is_planar:
         q, v = project(case.scene, q, v)
-    start = _At.of(case, q, v)
-    momentum = [fdot(row, start.rates(case, v)) for row in start.matrix]
-    kicked = moved(momentum, start.force(case), h / 2)
+    start = _at(case, q, v)
+    momentum = Inertia(case.scene, case.values, start).times(_rates(case, start, v))
+    kicked = moved(momentum, _force(case, start), h / 2)
     q_next = _drifted(case, start, q, v, kicked)
-    end = _At.of(case, q_next, _ahead(case, start, q, v, q_next))
-    gained = moved(_transport(case, start, end, q_next, q, end.columns), end.force(case), h / 2)
-    rates = solve(end.matrix, [gained])[0]
+    end = _at(case, q_next, _ahead(case, start, q, v, q_next))
+    gained = moved(_transport(case, start, end, q_next, q, end), _force(case, end), h / 2)
+    (rates,) = Inertia(case.scene, case.values, end).solve(gained)
     return {"q_next": q_next, "v_next": _contract_rates(case, end, rates), "residual": mpf(0)}
 
 
-def _transport(case: Case, start: _At, end: _At, q_next: Vector, q: Vector, columns: Matrix) -> Vector:
-    """Return the momentum of the discrete velocity, conjugate to the rates of `columns`."""
+def _transport(case: Case, start: Pose, end: Pose, q_next: Vector, q: Vector, pose: Pose) -> Vector:
+    """Return the momentum of the discrete velocity, conjugate to the rates of `pose`."""
     h, carts = case.inputs["h"], cart_axes(case.scene)
-    size = len(start.pose.direction[0])
     change = [
         [a - b for a, b in zip(there, here, strict=True)]
-        for there, here in zip(end.pose.direction, start.pose.direction, strict=True)
+        for there, here in zip(end.direction, start.direction, strict=True)
     ]
     slide = [a - b for a, b in zip(q_next[:carts], q[:carts], strict=True)]
-    masses = dense.stacked(case.values, change)
-    masses = [entry + (slide[i % size] if i % size < carts else 0) for i, entry in enumerate(masses)]
-    momentum = dense.conjugate(case.values, columns, [entry / h for entry in masses])
+    gained = masses.stacked(case.values, change, slide)
+    momentum = masses.conjugate(case.scene, case.values, pose, [entry / h for entry in gained])
     for axis in range(carts):
         momentum[axis] += case.values.cart_mass * slide[axis] / h
     return momentum
 
 
-def _drifted(case: Case, start: _At, q: Vector, v: Vector, kicked: Vector) -> Vector:
+def _drifted(case: Case, start: Pose, q: Vector, v: Vector, kicked: Vector) -> Vector:
     """Return q_1 with J_0^T m (r(q_1) - r(q_0)) / h = kicked, by Newton's method from q_0."""
     h, q_next = case.inputs["h"], q
     still: Vector = [mpf(0)] * len(v)
     for _ in range(_MOST_NEWTON_STEPS):
-        end = _At.of(case, q_next, still)
-        gap = [
-            a - b for a, b in zip(kicked, _transport(case, start, end, q_next, q, start.columns), strict=True)
-        ]
-        heavy = [dense.weighted(case.values, column) for column in start.columns]
-        slope = product(heavy, transposed(end.columns))
-        for axis in range(cart_axes(case.scene)):
-            slope[axis][axis] += case.values.cart_mass
-        change = [h * entry for entry in solve(slope, [gap])[0]]
+        end = _at(case, q_next, still)
+        gap = [a - b for a, b in zip(kicked, _transport(case, start, end, q_next, q, start), strict=True)]
+        change = [h * entry for entry in Inertia(case.scene, case.values, start, ahead=end).solve(gap)[0]]
         q_next = _moved_place(case, end, q_next, change)
         if max(map(abs, change)) < mpf(10) ** (10 - mp.dps):
             return q_next
@@ -164,53 +146,39 @@ def _drifted(case: Case, start: _At, q: Vector, v: Vector, kicked: Vector) -> Ve
     )
 
 
-def _moved_place(case: Case, at: _At, q: Vector, change: Vector) -> Vector:
+def _moved_place(case: Case, at: Pose, q: Vector, change: Vector) -> Vector:
     """Return the configuration after a small change of the rates' coordinates."""
     if case.scene.is_planar:
         return moved(q, change, mpf(1))
     carts = cart_axes(case.scene)
     parts: Any = [a + b for a, b in zip(q[:carts], change, strict=False)]
-    for k, (link, turning) in enumerate(zip(at.pose.direction, at.pose.turning, strict=True)):
+    for k, (link, turning) in enumerate(zip(at.direction, at.turning, strict=True)):
         first, second = change[carts + 2 * k : carts + 2 * k + 2]
         parts = parts + moved(moved(link, turning[0], first), turning[1], second)
     return project(case.scene, parts, [mpf(0)] * len(parts))[0]
 
 
-def _ahead(case: Case, start: _At, q: Vector, v: Vector, q_next: Vector) -> Vector:
+def _ahead(case: Case, start: Pose, q: Vector, v: Vector, q_next: Vector) -> Vector:
     """Return the rates at the end that dampers see: those of 2 (z_1 - z_0) / h - z_0'."""
     h, carts = case.inputs["h"], cart_axes(case.scene)
-    end = _At.of(case, q_next, [mpf(0)] * len(v))
+    end = _at(case, q_next, [mpf(0)] * len(v))
     spin: Vector = []
     for here, there, rate, turning in zip(
-        start.pose.direction, end.pose.direction, start.pose.rate, _turnings(case, end), strict=True
+        start.direction, end.direction, start.rate, _turnings(case, end), strict=True
     ):
         ahead = [2 * (b - a) / h - c for a, b, c in zip(here, there, rate, strict=True)]
         spin = spin + ([fdot(turning, ahead)] if case.scene.is_planar else cross(there, ahead))
     cart = [2 * (b - a) / h - c for a, b, c in zip(q[:carts], q_next[:carts], v[:carts], strict=True)]
-    return cart + (_own_angles(case, spin) if case.scene.is_planar else spin)
+    return cart + (scene_angles(case.scene, spin) if case.scene.is_planar else spin)
 
 
-def _turnings(case: Case, at: _At) -> Matrix:
-    return [turn[0] for turn in at.pose.turning]
+def _turnings(case: Case, at: Pose) -> Matrix:
+    return [turn[0] for turn in at.turning]
 
 
-def _own_angles(case: Case, phi: Vector) -> Vector:
-    """Return theta with S theta = phi."""
-    theta: Vector = []
-    for k, value in enumerate(phi):
-        before = {"absolute": mpf(0), "adjacent": theta[k - 1] if k else mpf(0)}.get(
-            str(case.scene.angles), phi[k - 1] if k else mpf(0)
-        )
-        theta.append(value - before)
-    return theta
-
-
-def _contract_rates(case: Case, at: _At, rates: Vector) -> Vector:
-    """Return v of the rates of `columns`."""
+def _contract_rates(case: Case, at: Pose, rates: Vector) -> Vector:
+    """Return v of the rates of the pose."""
     if case.scene.is_planar:
         return rates
     carts = cart_axes(case.scene)
-    v = rates[:carts]
-    for axes, first, second in zip(at.pose.axes, rates[carts::2], rates[carts + 1 :: 2], strict=True):
-        v = v + [first * a + second * b for a, b in zip(*axes, strict=True)]
-    return v
+    return rates[:carts] + [entry for omega in masses.spun(at, rates[carts:]) for entry in omega]

@@ -1,7 +1,7 @@
 """selftest.c: inputs as hexadecimal floats, and results that come another way through the mathematics.
 
 The expected values are those of the un-lowered Lagrangian in 50 digits (`reference`), rounded once. Jacobians are
-checked along one random direction, for which the reference differentiates the dense equations of motion numerically at
+checked along one random direction, for which the reference differentiates the equations of motion numerically at
 raised precision. Tolerances are measured: the Program's own error in the scene's arithmetic, with a margin, refused where it
 is more than the problem's conditioning allows (`tolerance`). Nothing here depends on the processor.
 """
@@ -19,7 +19,7 @@ from mpmath import mp
 from phichain.contract.function import Derivative
 from phichain.contract.functions import ROWS
 from phichain.emit.selftest.case import Case
-from phichain.emit.selftest.expected import exact_results
+from phichain.emit.selftest.expected import true_results
 from phichain.emit.selftest.flow import FlowCase, flow_cases
 from phichain.emit.selftest.states import draw_inputs, draw_parameter, rounded, step_length
 from phichain.emit.selftest.tolerance import one_digit, out_of_range, tolerance
@@ -69,7 +69,7 @@ def _case(scene: Scene, program: Program, source: random.Random) -> Case:
     derivative = ROWS[program.name].derivative
     direction = {} if derivative is None else _direction(scene, derivative, inputs, source)
     case = Case(program.name, params, inputs, direction, {})
-    results = exact_results(scene, program, case)
+    results = true_results(scene, program, case)
     return replace(case, expected={name: _all_rounded(scene, values) for name, values in results.items()})
 
 

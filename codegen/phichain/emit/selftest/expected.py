@@ -17,23 +17,40 @@ from phichain.reference.nudge import Nudge
 from phichain.scene import Scene
 
 _STEP_DIGITS = 24
+_DIGITS = 50
+#: What is below may be all that rounding left of a zero: so many more digits tell.
+_DOUBTFUL = "1e-60"
+_MORE_DIGITS = 40
+
+
+def true_results(scene: Scene, program: Program, case: Case) -> dict[str, list[Any]]:
+    """`exact_results` with zeros where fifty digits leave round-off alone: what more digits change as a whole."""
+    results = exact_results(scene, program, case)
+    if all(max(map(abs, values)) > mpf(_DOUBTFUL) for values in results.values()):
+        return results
+    better = exact_results(scene, program, case, digits=_DIGITS + _MORE_DIGITS)
+    return {
+        name: [x if 2 * abs(x - y) < abs(x) else mpf(0) for x, y in zip(values, better[name], strict=True)]
+        for name, values in results.items()
+    }
 
 
 def exact_results(
-    scene: Scene, program: Program, case: Case, nudge: Nudge | None = None
+    scene: Scene, program: Program, case: Case, nudge: Nudge | None = None, digits: int = _DIGITS
 ) -> dict[str, list[Any]]:
     """The reference's outputs as flat mpf by name, or the derivative under "slope"; with a nudge, those of the numbers moved."""
     row = ROWS[program.name]
     if row.derivative is not None:
         return {"slope": _slope(scene, row.derivative, case, nudge)}
     inputs = shaped(program.inputs, case.inputs)
-    results = reference(scene, program.name, inputs, params=shaped(program.params, case.params), nudge=nudge)
+    params = shaped(program.params, case.params)
+    results = reference(scene, program.name, inputs, digits, params, nudge)
     names = row.outputs_in_reference(scene)
     return {a.name: _flat(results[names[a.name]]) for a in row.outputs_of(scene) if a.is_checked}
 
 
 def _slope(scene: Scene, derivative: Derivative, case: Case, nudge: Nudge | None) -> list[Any]:
-    """The derivative of the dense reference along the direction, by a central difference in many digits."""
+    """The derivative of the reference along the direction, by a central difference in many digits."""
     output = ROWS[derivative.function].outputs_in_reference(scene)[derivative.output]
     params = by_shape(scene, case.params)
     with mp.workdps(90):
