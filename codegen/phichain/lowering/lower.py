@@ -107,12 +107,15 @@ class _Lowering:
         return flat if is_flat else without_short_loops(loops)
 
     def _derived(self, row: Function, derivative: Derivative) -> Program:
-        """The same for the Jacobian of another function."""
+        """The same for the Jacobian of another function: that function differentiated, or written out where that is less work."""
         code, loops, blocks = self.scene.code, self._loops(derivative.function), self._blocks(row, derivative)
+        written = self._loops(row.name) if WRITERS.has(row.name, self.scene.space) else None
         looped = without_short_loops(jacobian(without_short_loops(loops), row.name, row.doc, blocks))
+        looped = _less(looped, None if written is None else without_short_loops(written))
         if code == "loops" or (code == "auto" and total_operations(looped) > 4 * JACOBIAN_UNROLL_LIMIT):
             return looped
         flat = jacobian(unroll(loops), row.name, row.doc, blocks)
+        flat = _less(flat, None if written is None else unroll(written))
         return flat if code == "unrolled" or total_operations(flat) <= JACOBIAN_UNROLL_LIMIT else looped
 
     def _blocks(self, row: Function, derivative: Derivative) -> list[Block]:
@@ -138,3 +141,8 @@ class _Lowering:
         callees = [self.program(callee) for callee in writer.calls]
         writer.write(builder, self.scene, parameters, *callees, **declared(builder, self.scene, name))
         return prune(builder.finish())
+
+
+def _less(one: Program, other: Program | None) -> Program:
+    """The one of two Programs of the same function that takes fewer operations."""
+    return one if other is None or total_operations(one) <= total_operations(other) else other
