@@ -50,8 +50,8 @@ def _rows(*rows: tuple[str, str, str]) -> tuple[Quantity, ...]:
     return tuple(Quantity(name, unit, meaning) for names, unit, meaning in rows for name in names.split())
 
 
-_DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "step"})
-_FIELD: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian"})
+_DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian", "step"})
+_FIELD: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian"})
 _ANGLES: Final = frozenset(
     {"mass_matrix", "coriolis", "gravity_torque", "energy", "positions", "inverse_dynamics", "momentum", "linearization"}
 )

@@ -25,6 +25,15 @@ def state_jacobian(
     derivatives(builder, scene, parameters, q, v, u, builder.array("a_value", scene.nv), dadq, dadv, dadu)
 
 
+@writes("dynamics_and_jacobian", space="planar")
+def dynamics_and_jacobian(
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, dadq: ArrayRef,
+    dadv: ArrayRef, u: ArrayRef | None = None, dadu: ArrayRef | None = None,
+) -> None:  # fmt: skip
+    """The accelerations, and their derivatives."""
+    derivatives(builder, scene, parameters, q, v, u, a, dadq, dadv, dadu)
+
+
 def derivatives(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, u: ArrayRef | None, a: ArrayRef,
     dadq: ArrayRef, dadv: ArrayRef, dadu: ArrayRef | None,

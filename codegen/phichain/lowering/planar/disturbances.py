@@ -60,7 +60,7 @@ def turned_joints(builder: Builder, scene: Scene, parameters: Parameters, respon
         before = k - 1
         tip, force = [(kept[f"{name}_x"][before], kept[f"{name}_y"][before]) for name in ("tip", "tip_force")]
         gain, unit = sweep.gain_x[before], response.torque_unit[before]
-        zeta = builder.let("zeta", kept["inverse"][before] * force[0] - kept["level"][before] * tip[0])
+        zeta = builder.let("joint_turn", kept["inverse"][before] * force[0] - kept["level"][before] * tip[0])
         eta_x = unit * (kept["axial"][before] * tip[1] - gain * (tip[0] + force[0]) - force[1])
         eta_y = -(unit * overhang[before] * (zeta + gain * tip[1]))
         found.put(k, x=tip[1], y=-tip[0], **_with_couple(response, parameters.stiffness, k, (eta_x, eta_y), zeta))
@@ -83,7 +83,7 @@ def slowed_joints(builder: Builder, scene: Scene, parameters: Parameters, respon
 def _at_base(response: Response, base: Base, rate: ArrayRef | None, zeta: Expr) -> Expr:
     if rate is None or base.mobile.is_zero:
         return zeta
-    return zeta - rate[0] * (base.mobile * response.arrays["lean"][0])
+    return zeta - rate[0] * (base.mobile * response.arrays["joint_gain"][0])
 
 
 def _with_couple(response: Response, rate: ArrayRef | None, k: Index, eta: Pair, zeta: Expr) -> dict[str, Expr]:
@@ -91,7 +91,7 @@ def _with_couple(response: Response, rate: ArrayRef | None, k: Index, eta: Pair,
     if rate is not None:
         sigma = response.row(k, True)
         eta = eta[0] + rate[k] * sigma[0], eta[1] + rate[k] * sigma[1]
-        zeta = zeta - rate[k] * (response.arrays["mobile"][k - 1] * (1 + response.arrays["lean"][k]))
+        zeta = zeta - rate[k] * (response.arrays["link_mobility"][k - 1] * (1 + response.arrays["joint_gain"][k]))
     return {"eta_x": eta[0], "eta_y": eta[1], "zeta": zeta}
 
 
@@ -99,7 +99,7 @@ def _own_couple(builder: Builder, response: Response, rate: ArrayRef | None, fou
     if rate is None:
         return
     with builder.loop("k", 0, found.links) as loop:
-        found.put(loop.index, phi=-(rate[loop.index] * response.arrays["mobile"][loop.index]))
+        found.put(loop.index, phi=-(rate[loop.index] * response.arrays["link_mobility"][loop.index]))
 
 
 def faster_links(builder: Builder, scene: Scene, response: Response, base: Base, rate: ArrayRef) -> Disturbance:
@@ -109,8 +109,8 @@ def faster_links(builder: Builder, scene: Scene, response: Response, base: Base,
     force_x, force_y = builder.array("rate_force_x", scene.links), builder.array("rate_force_y", scene.links)
     with builder.loop("k", 0, scene.links) as loop:
         k = loop.index
-        along = builder.let("along", -2 * rate[k])
-        unit = builder.let("rate_unit", response.torque_unit[k] * along)
+        along = builder.let("tip_slope", -2 * rate[k])
+        unit = builder.let("force_slope", response.torque_unit[k] * along)
         found.put(k, along=along)
         force_x[k] = unit * (units.leverage[k] + kept["axial"][k])
         force_y[k] = -(unit * (units.overhang[k] * sweep.gain_x[k]))
@@ -121,7 +121,7 @@ def faster_links(builder: Builder, scene: Scene, response: Response, base: Base,
             beyond = loop.carry("rate_beyond_x", 0), loop.carry("rate_beyond_y", 0)
             force = builder.let("rate_sum_x", force[0] + beyond[0]), builder.let("rate_sum_y", force[1] + beyond[1])
         eta = response.inwards(k, force)
-        found.put(k, eta_x=eta[0], eta_y=eta[1], zeta=response.arrays["mobile"][k - 1] * dot(response.turn(k), force))
+        found.put(k, eta_x=eta[0], eta_y=eta[1], zeta=response.arrays["link_mobility"][k - 1] * dot(response.turn(k), force))
         if relative:
             for carried, value in zip(beyond, eta, strict=True):
                 loop.follow(carried, value)
@@ -163,7 +163,7 @@ class Column:
             k = loop.index
             force = self._beyond(k, 0, self.parts)
             eta = self.response.inwards(k, force)
-            zeta = self.response.arrays["mobile"][k - 1] * dot(self.response.turn(k), force)
+            zeta = self.response.arrays["link_mobility"][k - 1] * dot(self.response.turn(k), force)
             total.put(
                 k, eta_x=self._sum("eta_x", k) + eta[0], eta_y=self._sum("eta_y", k) + eta[1],
                 zeta=self._sum("zeta", k) + zeta,
@@ -221,5 +221,5 @@ class Column:
                 phi = phi - after * part.get("zeta", k + 1)
             if any(weights[lag + 2 :]):
                 force = self._beyond(k + 1, lag + 1, ((part, weights),))
-                phi = phi - self.response.arrays["mobile"][k] * dot(self.response.turn(k + 1), force)
+                phi = phi - self.response.arrays["link_mobility"][k] * dot(self.response.turn(k + 1), force)
         return Jump(x, y, phi)

@@ -82,7 +82,7 @@ class Columns:
         turn, rho = response.turn(0), response.rho(0)
         for cell, value in zip(self.mobility, (turn[0] * turn[0], turn[0] * turn[1], turn[1] * turn[1]), strict=True):
             cell[0] = base.mobile * value
-        mobile = response.arrays["mobile"][0]
+        mobile = response.arrays["link_mobility"][0]
         lean = base.mobile * dot(turn, rho)
         self.couples.put(0, self.carts, (-(lean * turn[0]), -(lean * turn[1])))
         if self.compliance is not None:
@@ -121,10 +121,10 @@ class Columns:
         """Over link k - 1 to link k; `known` lags surely exist."""
         response, builder = self.response, self.builder
         sigma = response.row(k, self.relative)
-        lean = response.arrays["lean"][k]
-        before, mobile = response.arrays["mobile"][k - 1], response.arrays["mobile"][k]
-        lever = builder.let("lever", 1 + lean) if self.relative else lean
-        omega = builder.let("omega", before * lever)
+        lean = response.arrays["joint_gain"][k]
+        before, mobile = response.arrays["link_mobility"][k - 1], response.arrays["link_mobility"][k]
+        lever = builder.let("joint_lever", 1 + lean) if self.relative else lean
+        omega = builder.let("joint_mobility", before * lever)
         mobility = tuple(cells[k - 1] for cells in self.mobility)
         self._move_mobility(k, mobility, before)
         self._couples(k, sigma, omega, before)
@@ -151,7 +151,7 @@ class Columns:
         self.couples.put(k, k + carts, state)
         if self.compliance is not None:
             mixed = self.compliance.at(k + carts, k - 1 + carts)
-            alpha = response.arrays["mobile"][k] - dot(response.rho(k), state)
+            alpha = response.arrays["link_mobility"][k] - dot(response.rho(k), state)
             self.compliance.put(k + carts, k + carts, alpha - mixed)
 
     def _move_mobility(self, k: Index, mobility: tuple[Expr, ...], before: Expr) -> None:
@@ -186,7 +186,7 @@ class Columns:
         """One column over one link: its entry of row k and its state at joint k."""
         jump, after = jumps
         response, carts = self.response, self.carts
-        lean = response.arrays["lean"][k]
+        lean = response.arrays["joint_gain"][k]
         shifted = before[0] + jump.x, before[1]
         free = jump.phi + jump.y
         entry = dot(sigma, shifted) + (self._own(k, after) - free * lean)

@@ -96,7 +96,7 @@ class Response:
         links, kept = scene.links, sweep.kept
         mass, com = parameters.mass, parameters.com
         self.torque_unit = parameters.derived("torque_unit", lambda k: mass[k] * com[k] * com[k])
-        names = ("pass_xx", "pass_yx", "turn_x", "turn_y", "mobile", "lean")
+        names = ("pass_xx", "pass_yx", "turn_x", "turn_y", "link_mobility", "joint_gain")
         names += () if scene.tip_masses else ("pass_xy", "pass_yy")
         names += ("link_row_x", "link_row_y", "joint_row_x", "joint_row_y")
         self.arrays = {name: builder.array(name, links + 1) for name in names}
@@ -105,24 +105,24 @@ class Response:
                 self.arrays[name][links] = self.nothing
         with builder.loop("k", 0, links) as loop:
             k = loop.index
-            self.arrays["mobile"][k] = kept["inverse"][k] * self.units.inverse_torque[k]
+            self.arrays["link_mobility"][k] = kept["inverse"][k] * self.units.inverse_torque[k]
         with builder.loop("k", 1, links) as loop:
             self._joint(loop.index)
 
     def _joint(self, k: Index) -> None:
         let, arrays, kept, sweep = self.builder.let, self.arrays, self.sweep.kept, self.sweep
         sine, cosine, overhang = sweep.sine[k], sweep.cosine[k], self.units.overhang[k - 1]
-        step = let("step", self.units.outward[k] * kept["inverse"][k - 1])
+        step = let("pass_step", self.units.outward[k] * kept["inverse"][k - 1])
         xx, xy, yy = self._inertia(k)
         arrays["pass_xx"][k] = step * (cosine * (1 + yy) + sine * xy)
         arrays["pass_yx"][k] = -(step * (sine * (1 + xx) + cosine * xy))
         if "pass_xy" in arrays:
-            lever = let("lever", step * overhang)
+            lever = let("pass_lever", step * overhang)
             arrays["pass_xy"][k], arrays["pass_yy"][k] = -(lever * sine), -(lever * cosine)
         turn = self.units.outward[k] * sine, self.units.outward[k] * cosine
         arrays["turn_x"][k], arrays["turn_y"][k] = turn
         rho = self.rho(k)
-        arrays["lean"][k] = dot(turn, rho)
+        arrays["joint_gain"][k] = dot(turn, rho)
         before, back = self.rho(k - 1), self.inwards(k, rho)
         arrays["link_row_x"][k], arrays["link_row_y"][k] = -back[0], -back[1]
         arrays["joint_row_x"][k], arrays["joint_row_y"][k] = before[0] - back[0], before[1] - back[1]
@@ -154,7 +154,7 @@ class Response:
         if "pass_xy" in arrays:
             arrays["pass_xy"][0] = arrays["pass_yy"][0] = self.nothing
         arrays["turn_x"][0], arrays["turn_y"][0] = sine, cosine
-        arrays["lean"][0] = dot((sine, cosine), self.rho(0))
+        arrays["joint_gain"][0] = dot((sine, cosine), self.rho(0))
         zeta = inverse * (pull * inverse - outer.yy * tip[0])
         return Base(tip, zeta, outer.xy * inverse, inverse * units.inverse_torque[0])
 
