@@ -16,6 +16,9 @@ from phichain.lowering.planar.disturbances import Column, Jump
 from phichain.lowering.planar.response import Base, Pair, Response, dot
 from phichain.scene import Scene
 
+#: Links up to which every state has memory of its own; beyond, two rows of states are written and read in turn.
+LONGEST_KEPT = 48
+
 
 @dataclass(frozen=True)
 class Target:
@@ -34,19 +37,29 @@ class Target:
 
 
 class Lanes:
-    """States of columns side by side: one row of cells a link."""
+    """States of columns side by side: one row of cells a link, or two rows in turn for a long chain."""
 
     def __init__(self, builder: Builder, name: str, width: int, links: int) -> None:
-        self.x, self.y = (builder.array(f"{name}_{axis}", width * links) for axis in "xy")
-        self.width = width
+        self.width, self.takes_turns = width, links > LONGEST_KEPT
+        rows = 1 if self.takes_turns else links
+        names = (f"{name}_even", f"{name}_odd") if self.takes_turns else (name,)
+        self.cells = [tuple(builder.array(f"{part}_{axis}", width * rows) for axis in "xy") for part in names]
 
     def put(self, row: Index, column: Index, value: Pair) -> None:
-        cell = row * self.width + column
-        self.x[cell], self.y[cell] = value
+        for cells, entry in zip(self.cells[self._turn(row)], value, strict=True):
+            cells[self._place(row, column)] = entry
 
     def at(self, row: Index, column: Index) -> Pair:
-        cell = row * self.width + column
-        return self.x[cell], self.y[cell]
+        x, y = self.cells[self._turn(row)]
+        place = self._place(row, column)
+        return x[place], y[place]
+
+    def _turn(self, row: Index) -> int:
+        """Rows that loops count step by two links, so that their offset tells even from odd."""
+        return (row if isinstance(row, int) else row.offset) % 2 if self.takes_turns else 0
+
+    def _place(self, row: Index, column: Index) -> Index:
+        return column if self.takes_turns else row * self.width + column
 
 
 class Columns:
@@ -71,7 +84,14 @@ class Columns:
         links = self.scene.links
         for k in range(1, min(peeled, links)):
             self._step(k, k)
-        if links > peeled:
+        if links > LONGEST_KEPT:
+            pairs = (links - peeled) // 2
+            with self.builder.loop("pair", 0, pairs) as loop:
+                for after in range(2):
+                    self._step(2 * loop.index + (peeled + after), peeled)
+            for k in range(peeled + 2 * pairs, links):
+                self._step(k, peeled)
+        elif links > peeled:
             with self.builder.loop("k", peeled, links) as loop:
                 self._step(loop.index, peeled)
 
