@@ -134,6 +134,22 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(
+        frozenset({"state_jacobian", "dynamics_and_jacobian"}), "section 5",
+        _rows(
+            ("link_mobility", "1/(kg m^2)", "angular acceleration of a link per couple on it, its joint at rest"),
+            ("pass_xx pass_xy pass_yx pass_yy", "", "what a joint's acceleration makes of the next joint's, each in its link's frame"),
+            ("turn_x turn_y", "", "across the link before, in the frame of the link, over its length"),
+            ("joint_gain", "", "share of that in the link's angular acceleration"),
+            ("link_row_x link_row_y", "", "share of the joint before's acceleration in a link's angular acceleration"),
+            ("joint_row_x joint_row_y", "", "the same in the angular acceleration against the link before"),
+            ("mobility_xx mobility_xy mobility_yy", "1/(kg m^2)", "acceleration of a joint per force on it, in lengths of its link"),
+            ("couple_state", "1/(kg m^2)", "acceleration of a joint per couple at a joint inside"),
+            ("by_angle_state by_rate_state", "1/s^2", "derivative of a joint's acceleration, in lengths of its link"),
+            ("joint_turn", "1/s^2", "turn of the link before that the next joint's angle takes away"),
+        ),
+        "planar",
+    ),
+    Quantities(
         _FIELD, "(15)",
         _rows(
             ("acceleration", "rad/s^2", "absolute angular acceleration of a link"),

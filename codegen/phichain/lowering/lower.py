@@ -111,7 +111,7 @@ class _Lowering:
     def _derived(self, row: Function, derivative: Derivative) -> Program:
         """The same for the Jacobian of another function: that function differentiated, or written out where that is less work."""
         code, loops, blocks = self.scene.code, self._loops(derivative.function), self._blocks(row, derivative)
-        written = self._loops(row.name) if WRITERS.has(row.name, self.scene.space) else None
+        written = self._loops(row.name) if self._is_written(row.name) else None
         looped = without_short_loops(jacobian(without_short_loops(loops), row.name, row.doc, blocks, derivative.keeps))
         differentiated, looped = looped, _less(looped, None if written is None else without_short_loops(written))
         is_differentiated = looped is differentiated
@@ -121,6 +121,9 @@ class _Lowering:
         flat = _less(flat, None if written is None else unroll(written))
         limit = JACOBIAN_UNROLL_LIMIT if is_differentiated else WRITTEN_JACOBIAN_UNROLL_LIMIT
         return flat if code == "unrolled" or total_operations(flat) <= limit else looped
+
+    def _is_written(self, name: str) -> bool:
+        return WRITERS.has(name, self.scene.space) and WRITERS.of(name, self.scene.space).suits(self.scene)
 
     def _blocks(self, row: Function, derivative: Derivative) -> list[Block]:
         """Where the derivative by each argument goes: into a result of its own, or beside the others into the only one."""

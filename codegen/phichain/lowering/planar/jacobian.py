@@ -8,7 +8,6 @@ of two pairs, and every state goes over every link once: about 20 operations for
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index

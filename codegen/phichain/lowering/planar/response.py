@@ -35,7 +35,7 @@ class Recalled(Sweep):
         self, builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None
     ) -> None:
         super().__init__(builder, scene, parameters, state, couples(builder, scene, parameters, state, u))
-        names = ("inverse", "level", "axial", "pull", "link_xx", "tip_x", "tip_y", "tip_force_x", "tip_force_y")
+        names: tuple[str, ...] = ("inverse", "level", "axial", "pull", "link_xx", "tip_x", "tip_y", "tip_force_x", "tip_force_y")
         names += () if scene.tip_masses else ("link_xy", "link_yy")
         self.kept = {name: builder.array(f"{name}_of", scene.links) for name in names}
 
@@ -72,7 +72,7 @@ class Base:
 
     Attributes:
         tip: its acceleration less gravity.
-        turn_free: what the cart adds to its own acceleration where joint 0 turns, and the chain's inertia stays: zeta.
+        zeta: what turning joint 0 takes away of the cart's acceleration.
         gain: A_xy / D; structurally zero on a fixed base, as all but `tip`.
         mobile: 1 / D as the acceleration, in lengths of link 0, of a moment about one such length.
     """
@@ -96,7 +96,7 @@ class Response:
         links, kept = scene.links, sweep.kept
         mass, com = parameters.mass, parameters.com
         self.torque_unit = parameters.derived("torque_unit", lambda k: mass[k] * com[k] * com[k])
-        names = ("pass_xx", "pass_yx", "turn_x", "turn_y", "link_mobility", "joint_gain")
+        names: tuple[str, ...] = ("pass_xx", "pass_yx", "turn_x", "turn_y", "link_mobility", "joint_gain")
         names += () if scene.tip_masses else ("pass_xy", "pass_yy")
         names += ("link_row_x", "link_row_y", "joint_row_x", "joint_row_y")
         self.arrays = {name: builder.array(name, links + 1) for name in names}
@@ -129,7 +129,8 @@ class Response:
 
     def _inertia(self, k: Index) -> tuple[Expr, Expr, Expr]:
         kept = self.sweep.kept
-        return tuple(kept[name][k] if name in kept else self.nothing for name in ("link_xx", "link_xy", "link_yy"))  # type: ignore[return-value]
+        xx, xy, yy = (kept[name][k] if name in kept else self.nothing for name in ("link_xx", "link_xy", "link_yy"))
+        return xx, xy, yy
 
     def on_wall(self, gravity: Expr, length: Expr) -> Base:
         """A fixed base."""
@@ -189,4 +190,5 @@ class Response:
 
 
 def dot(a: Pair, b: Pair) -> Expr:
+    """a.b"""
     return a[0] * b[0] + a[1] * b[1]
