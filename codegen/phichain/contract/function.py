@@ -64,11 +64,13 @@ class Derivative:
         function: the one that is differentiated.
         output: which of its outputs.
         by: with respect to which of its inputs; the results follow in this order, one each, or side by side in one.
+        keeps: whether that output itself is returned, first and under its own name.
     """
 
     function: str
     output: str
     by: tuple[str, ...]
+    keeps: bool = False
 
 
 @dataclass(frozen=True)

@@ -162,6 +162,19 @@ TABLE: Final[tuple[Function, ...]] = (
         derivative=Derivative("forward_dynamics", "a", by=("q", "v", "u")),
     ),
     Function(
+        "dynamics_and_jacobian", "Accelerations and their exact partial derivatives, from one factorisation.",
+        (
+            *STATE,
+            Argument("a", "out", per_v, "accelerations"),
+            jacobian_by("q", lambda chain: chain.nq, always),
+            jacobian_by("v", lambda chain: chain.nv, always),
+            jacobian_by("u", lambda chain: chain.nu, flows.has_input),
+        ),
+        derivative=Derivative("forward_dynamics", "a", by=("q", "v", "u"), keeps=True),
+        # Who has state_jacobian and forward_dynamics has both: nobody misses it.
+        on_request="it is forward_dynamics and state_jacobian in one call", is_missed=False,
+    ),
+    Function(
         "phi", "Residuals of the single-harmonic balance.",
         (*BALANCE, out(per_v, "residuals of the balance", meanings.residuals)),
         absent=NO_BALANCE, reference=("phi",), longest_checked=_QUADRATURE,

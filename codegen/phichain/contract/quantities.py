@@ -50,8 +50,8 @@ def _rows(*rows: tuple[str, str, str]) -> tuple[Quantity, ...]:
     return tuple(Quantity(name, unit, meaning) for names, unit, meaning in rows for name in names.split())
 
 
-_DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "step"})
-_FIELD: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian"})
+_DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian", "step"})
+_FIELD: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian"})
 _ANGLES: Final = frozenset(
     {"mass_matrix", "coriolis", "gravity_torque", "energy", "positions", "inverse_dynamics", "momentum", "linearization"}
 )
@@ -128,6 +128,22 @@ TABLE: Final[tuple[Quantities, ...]] = (
             ("base_x base_y", "1/s^2", "acceleration of the joint less gravity, in the frame of the link before, over a length"),
             ("joint_x joint_y", "1/s^2", "acceleration of the joint less gravity, in the frame of the link, over its length"),
             ("tip_y", "1/s^2", "acceleration of a link's tip across it, over its length"),
+        ),
+        "planar",
+    ),
+    Quantities(
+        frozenset({"state_jacobian", "dynamics_and_jacobian"}), "section 5",
+        _rows(
+            ("link_mobility", "1/(kg m^2)", "angular acceleration of a link per couple on it, its joint at rest"),
+            ("pass_xx pass_xy pass_yx pass_yy", "", "what a joint's acceleration makes of the next joint's, each in its link's frame"),
+            ("turn_x turn_y", "", "across the link before, in the frame of the link, over its length"),
+            ("joint_gain", "", "share of that in the link's angular acceleration"),
+            ("link_row_x link_row_y", "", "share of the joint before's acceleration in a link's angular acceleration"),
+            ("joint_row_x joint_row_y", "", "the same in the angular acceleration against the link before"),
+            ("mobility_xx mobility_xy mobility_yy", "1/(kg m^2)", "acceleration of a joint per force on it, in lengths of its link"),
+            ("couple_state", "1/(kg m^2)", "acceleration of a joint per couple at a joint inside"),
+            ("by_angle_state by_rate_state", "1/s^2", "derivative of a joint's acceleration, in lengths of its link"),
+            ("joint_turn", "1/s^2", "turn of the link before that the next joint's angle takes away"),
         ),
         "planar",
     ),

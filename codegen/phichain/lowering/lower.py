@@ -26,6 +26,8 @@ Code = Literal["auto", "unrolled", "loops"]
 UNROLL_LIMIT = 600
 #: The same for Jacobians: straight-line code leaves out the zeros that loops compute, but takes longer to compile.
 JACOBIAN_UNROLL_LIMIT = 2500
+#: The same where loops are written out: they are little more work than straight-line code, and vectors serve them.
+WRITTEN_JACOBIAN_UNROLL_LIMIT = 1600
 
 
 @dataclass(frozen=True)
@@ -107,19 +109,27 @@ class _Lowering:
         return flat if is_flat else without_short_loops(loops)
 
     def _derived(self, row: Function, derivative: Derivative) -> Program:
-        """The same for the Jacobian of another function."""
+        """The same for the Jacobian of another function: that function differentiated, or written out where that is less work."""
         code, loops, blocks = self.scene.code, self._loops(derivative.function), self._blocks(row, derivative)
-        looped = without_short_loops(jacobian(without_short_loops(loops), row.name, row.doc, blocks))
+        written = self._loops(row.name) if self._is_written(row.name) else None
+        looped = without_short_loops(jacobian(without_short_loops(loops), row.name, row.doc, blocks, derivative.keeps))
+        differentiated, looped = looped, _less(looped, None if written is None else without_short_loops(written))
+        is_differentiated = looped is differentiated
         if code == "loops" or (code == "auto" and total_operations(looped) > 4 * JACOBIAN_UNROLL_LIMIT):
             return looped
-        flat = jacobian(unroll(loops), row.name, row.doc, blocks)
-        return flat if code == "unrolled" or total_operations(flat) <= JACOBIAN_UNROLL_LIMIT else looped
+        flat = jacobian(unroll(loops), row.name, row.doc, blocks, derivative.keeps)
+        flat = _less(flat, None if written is None else unroll(written))
+        limit = JACOBIAN_UNROLL_LIMIT if is_differentiated else WRITTEN_JACOBIAN_UNROLL_LIMIT
+        return flat if code == "unrolled" or total_operations(flat) <= limit else looped
+
+    def _is_written(self, name: str) -> bool:
+        return WRITERS.has(name, self.scene.space) and WRITERS.of(name, self.scene.space).suits(self.scene)
 
     def _blocks(self, row: Function, derivative: Derivative) -> list[Block]:
         """Where the derivative by each argument goes: into a result of its own, or beside the others into the only one."""
         arguments = {argument.name: argument for argument in row.arguments_of(self.scene)}
         by = [name for name in derivative.by if name in arguments]
-        results = row.outputs_of(self.scene)
+        results = row.outputs_of(self.scene)[int(derivative.keeps) :]
         if len(results) == len(by):
             pairs = zip(by, results, strict=True)
             return [Block(derivative.output, name, result.name) for name, result in pairs]
@@ -138,3 +148,8 @@ class _Lowering:
         callees = [self.program(callee) for callee in writer.calls]
         writer.write(builder, self.scene, parameters, *callees, **declared(builder, self.scene, name))
         return prune(builder.finish())
+
+
+def _less(one: Program, other: Program | None) -> Program:
+    """The one of two Programs of the same function that takes fewer operations."""
+    return one if other is None or total_operations(one) <= total_operations(other) else other

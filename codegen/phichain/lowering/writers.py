@@ -10,7 +10,7 @@ that the contract's row declares; those that a chain does not have are left out.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, TypeVar
 
 from phichain.contract.functions import ROWS
@@ -30,12 +30,14 @@ class Writer:
         doc: its one-line description, where no row of the contract has one.
         calls: names of the Programs that it calls.
         own_units: on which scenes it computes in units of its own (`Parameters`).
+        suits: for a function that another one's derivative can stand for, on which scenes it keeps as many digits as that.
     """
 
     write: Callable[..., None]
     doc: str
     calls: tuple[str, ...]
     own_units: Callable[[Scene], bool]
+    suits: Callable[[Scene], bool]
 
 
 WRITERS: Final[Registry[Writer]] = Registry("phichain.lowering", "writer")
@@ -45,9 +47,14 @@ def _in_si_units(scene: Scene) -> bool:
     return False
 
 
+def _everywhere(scene: Scene) -> bool:
+    return True
+
+
 def writes(
-    name: str, *, space: str = ANY, calls: tuple[str, ...] = (), own_units: Callable[[Scene], bool] = _in_si_units
-) -> Callable[[Write], Write]:
+    name: str, *, space: str = ANY, calls: tuple[str, ...] = (), own_units: Callable[[Scene], bool] = _in_si_units,
+    suits: Callable[[Scene], bool] = _everywhere,
+) -> Callable[[Write], Write]:  # fmt: skip
     """Register the writer of a function of the contract.
 
     Args:
@@ -55,20 +62,23 @@ def writes(
         space: "planar" or "spatial" for a writer that serves such scenes alone.
         calls: the Programs that it calls, handed to it behind the parameters.
         own_units: on which scenes it converts inputs and results by `parameters.units`.
+        suits: see `Writer`.
     """
-    return _registered(name, "", space, calls, own_units, True)
+    return _registered(name, Writer(_nothing, "", calls, own_units, suits), space, True)
 
 
 def helps(name: str, doc: str, calls: tuple[str, ...] = ()) -> Callable[[Write], Write]:
     """Register the writer of a Program that others call and no scene wants; it declares its own arguments."""
-    return _registered(name, doc, ANY, calls, _in_si_units, False)
+    return _registered(name, Writer(_nothing, doc, calls, _in_si_units, _everywhere), ANY, False)
 
 
-def _registered(
-    name: str, doc: str, space: str, calls: tuple[str, ...], own_units: Callable[[Scene], bool], needs_row: bool
-) -> Callable[[Write], Write]:
+def _nothing() -> None:
+    """In the place of a writer that is about to be registered."""
+
+
+def _registered(name: str, how: Writer, space: str, needs_row: bool) -> Callable[[Write], Write]:
     def register(write: Write) -> Write:
-        WRITERS.add(name, Writer(write, doc, calls, own_units), space, needs_row)
+        WRITERS.add(name, replace(how, write=write), space, needs_row)
         return write
 
     return register

@@ -35,6 +35,12 @@ def state_jacobian(case: Case) -> Outputs:
     }
 
 
+@judges("dynamics_and_jacobian")
+def dynamics_and_jacobian(case: Case) -> Outputs:
+    """Both of them, each by its own reference."""
+    return {"a": forward_dynamics(case)["a"], **state_jacobian(case)}
+
+
 def tangents(scene: Scene, q: Vector, v: Vector) -> list[tuple[Vector, Vector]]:
     """Return directions that span the tangent space of spatial states: x, rotations of links, x', rates."""
     carts, size = cart_axes(scene), len(q)

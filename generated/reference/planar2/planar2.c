@@ -416,7 +416,13 @@ void planar2_linearization(const planar2_real s[2], planar2_real M[PLANAR2_RESTR
 
 /* Exact partial derivatives of forward_dynamics.
  *
- * Quantities are named as in forward_dynamics.
+ * Quantities (docs/theory.md, section 5):
+ *   link_minor_y   1/s^2      adjugate of that inertia times that force, over l/r
+ *   outer_xx       m (r/l)^2  inertia of the link and all beyond it, in the frame of the link before
+ *   outer_force_x  1/s^2      force that the motion of the link and all beyond it asks for, in the frame of
+ *                             the link before
+ *   joint_turn     1/s^2      turn of the link before that the next joint's angle takes away
+ * Others are named as in forward_dynamics.
  */
 void planar2_state_jacobian(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
     planar2_real dadq[PLANAR2_RESTRICT 4], planar2_real dadv[PLANAR2_RESTRICT 4],
@@ -431,52 +437,52 @@ void planar2_state_jacobian(const planar2_real q[2], const planar2_real v[2], co
     const planar2_real drive_end = 32.0 * u[1];
     const planar2_real link_force_x = -2.0 * rate_squared_end;
     const planar2_real link_force_y = drive_end + drive_end;
+    const planar2_real link_minor_y = 2.0 * link_force_y;
     const planar2_real shear = 4.0 * sine[1];
-    const planar2_real t1 = 4.0 * cosine[1];
     const planar2_real lean = sine[1] * shear;
-    const planar2_real t2 = shear * cosine[1];
-    const planar2_real t3 = cosine[1] * t1 - lean;
-    const planar2_real t4 = sine[1] * (-2.0 * (link_rate_1 + link_rate_1));
+    const planar2_real outer_xx = 4.0 - lean;
+    const planar2_real outer_xy = cosine[1] * shear;
+    const planar2_real outer_force_x = cosine[1] * link_force_x - sine[1] * link_force_y;
     const planar2_real outer_force_y = sine[1] * link_force_x + cosine[1] * link_force_y;
+    const planar2_real t1 = sine[1] * link_minor_y;
     const planar2_real rate_squared_end_2 = v[0] * v[0];
-    const planar2_real t5 = v[0] + v[0];
     const planar2_real inverse_pivot = 1.0 / (1.0 + lean);
-    const planar2_real t6 = inverse_pivot * inverse_pivot * (t2 + sine[1] * t1);
-    const planar2_real swing = rate_squared_end_2 * t2;
+    const planar2_real swing = rate_squared_end_2 * outer_xy;
     const planar2_real drive_end_2 = 32.0 * link_couple_0;
-    const planar2_real t7 = drive_end_2 + (swing - outer_force_y);
-    const planar2_real free_end = t7 * inverse_pivot;
-    const planar2_real t8 = inverse_pivot * (rate_squared_end_2 * t3
-        + (link_force_y * sine[1] - link_force_x * cosine[1])) - t7 * t6;
-    const planar2_real t9 = inverse_pivot * (t2 * t5 - t4);
-    const planar2_real t10 = inverse_pivot * t4;
-    const planar2_real t11 = 32.0 * inverse_pivot;
-    const planar2_real t12 = inverse_pivot * (-64.0 * cosine[1] - 32.0);
-    const planar2_real gain_x_end = t2 * inverse_pivot;
-    const planar2_real t13 = -19.62 * cosine[0];
-    const planar2_real t14 = 19.62 * sine[0];
-    const planar2_real tip_y_0 = free_end - gain_x_end * t13 - inverse_pivot * t14;
-    const planar2_real t15 = gain_x_end * t14 + inverse_pivot * (19.62 * cosine[0]);
-    const planar2_real t16 = t8 - t13 * (inverse_pivot * t3 - t2 * t6) + t14 * t6;
-    const planar2_real t17 = cosine[1] * t10;
-    const planar2_real t18 = cosine[1] * t11;
-    const planar2_real t19 = cosine[1] * t12;
-    const planar2_real t20 = cosine[1] * t15 + sine[1] * t14;
-    const planar2_real t21 = cosine[1] * t9 + sine[1] * t5;
-    const planar2_real t22 = (t13 - rate_squared_end_2) * cosine[1] - (cosine[1] * t16 - tip_y_0 * sine[1]);
+    const planar2_real free_end = (drive_end_2 + (swing - outer_force_y)) * inverse_pivot;
+    const planar2_real gain_x_end = outer_xy * inverse_pivot;
+    const planar2_real t2 = -19.62 * cosine[0];
+    const planar2_real t3 = 19.62 * sine[0];
+    const planar2_real tip_y_0 = free_end - gain_x_end * t2 - inverse_pivot * t3;
+    const planar2_real t4 = t2 - rate_squared_end_2;
+    const planar2_real t5 = outer_xx * inverse_pivot * t4
+        + (outer_force_x - t1 + (outer_xy * drive_end_2 - t1)) * inverse_pivot;
+    const planar2_real t6 = gain_x_end * t3;
+    const planar2_real t7 = 32.0 * inverse_pivot;
+    const planar2_real t8 = 2.0 * cosine[1];
+    const planar2_real t9 = 1.0 + inverse_pivot;
+    const planar2_real t10 = gain_x_end + 2.0 * (inverse_pivot * (5.0 * sine[1]));
+    const planar2_real joint_turn_1 = inverse_pivot * (t5 - t6) - lean * inverse_pivot * t4;
+    const planar2_real tip_slope_0 = -2.0 * v[0];
+    const planar2_real t11 = t7 * (sine[1] * (-0.125 * link_rate_1));
+    const planar2_real t12 = 19.62 * cosine[0];
+    const planar2_real joint_lever_1 = 1.0 + t8;
+    const planar2_real joint_mobility_1 = t7 * joint_lever_1;
+    const planar2_real t13 = -joint_mobility_1;
+    const planar2_real t14 = t11 * t8;
 
-    dadq[0] = t13 - t15;
-    dadq[1] = t16;
-    dadq[2] = t20 + t20 + (t15 - t13);
-    dadq[3] = t22 + t22 - t16;
-    dadv[0] = t9;
-    dadv[1] = -t10;
-    dadv[2] = -(t21 + t21 + t9);
-    dadv[3] = t17 + t17 + t10;
-    dadu[0] = t11;
-    dadu[1] = t12;
-    dadu[2] = -32.0 * inverse_pivot - (t18 + t18);
-    dadu[3] = 32.0 - t19 - t19 - t12;
+    dadq[0] = -(t6 + t9 * t12);
+    dadq[1] = -(joint_turn_1 + gain_x_end * tip_y_0);
+    dadq[2] = t10 * t3 + (t9 + 2.0 * (inverse_pivot * cosine[1])) * t12;
+    dadq[3] = t10 * tip_y_0 - (rate_squared_end_2 - t2 - joint_turn_1) * t8 + joint_turn_1;
+    dadv[0] = -(t11 + gain_x_end * tip_slope_0);
+    dadv[1] = -t11;
+    dadv[2] = t10 * tip_slope_0 + t14 + t11;
+    dadv[3] = t14 + t11;
+    dadu[0] = t7;
+    dadu[1] = t13;
+    dadu[2] = t13;
+    dadu[3] = 32.0 + joint_mobility_1 * joint_lever_1;
 }
 
 /* Residuals of the single-harmonic balance.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from phichain.contract.functions import ROWS
 from phichain.ir.nodes import Program
 
 
@@ -29,7 +30,9 @@ class Case:
 
 def columns(program: Program, case: Case) -> dict[str, list[str]]:
     """Which arguments' directions meet the columns of each output of a Jacobian."""
-    outputs, moved = [array.name for array in program.outputs], list(case.direction)
+    derivative = ROWS[program.name].derivative
+    kept = int(derivative is not None and derivative.keeps)
+    outputs, moved = [array.name for array in program.outputs[kept:]], list(case.direction)
     if len(outputs) == 1:
         return {outputs[0]: moved}
     return {output: [name] for output, name in zip(outputs, moved, strict=True)}

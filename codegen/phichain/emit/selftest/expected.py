@@ -41,12 +41,22 @@ def exact_results(
     """The reference's outputs as flat mpf by name, or the derivative under "slope"; with a nudge, those of the numbers moved."""
     row = ROWS[program.name]
     if row.derivative is not None:
-        return {"slope": _slope(scene, row.derivative, case, nudge)}
+        slope = {"slope": _slope(scene, row.derivative, case, nudge)}
+        return slope | (_value(scene, program, row.derivative, case, nudge) if row.derivative.keeps else {})
     inputs = shaped(program.inputs, case.inputs)
     params = shaped(program.params, case.params)
     results = reference(scene, program.name, inputs, digits, params, nudge)
     names = row.outputs_in_reference(scene)
     return {a.name: _flat(results[names[a.name]]) for a in row.outputs_of(scene) if a.is_checked}
+
+
+def _value(
+    scene: Scene, program: Program, derivative: Derivative, case: Case, nudge: Nudge | None
+) -> dict[str, list[Any]]:
+    """The output that is differentiated, itself."""
+    inputs, params = shaped(program.inputs, case.inputs), shaped(program.params, case.params)
+    results = reference(scene, derivative.function, inputs, params=params, nudge=nudge)
+    return {derivative.output: _flat(results[ROWS[derivative.function].outputs_in_reference(scene)[derivative.output]])}
 
 
 def _slope(scene: Scene, derivative: Derivative, case: Case, nudge: Nudge | None) -> list[Any]:

@@ -74,7 +74,7 @@ def measured(scene: Scene, program: Program, case: Case) -> dict[str, float]:
     """The Program's error in the scene's arithmetic, max norm over max norm, by output; infinite where it overflows."""
     outputs = run(program, arithmetic(scene.real), {**case.params, **case.inputs})
     if case.direction:
-        outputs = {"slope": _applied(scene, program, case, outputs)}
+        outputs = {**outputs, "slope": _applied(scene, program, case, outputs)}
     return {name: _distance(outputs[name], expected) for name, expected in case.expected.items()}
 
 

@@ -35,7 +35,7 @@ _TIP_LINKS = 2
 
 
 @dataclass(frozen=True)
-class _Outer:
+class Outer:
     """The chain beyond a joint: inertia A, E / lambda, force b and k / lambda."""
 
     xx: Expr
@@ -69,7 +69,7 @@ class _Factors:
 
 
 @dataclass(frozen=True)
-class _Pivot:
+class Pivot:
     """What the elimination of a link leaves for the rest of its step."""
 
     rate_squared: Expr
@@ -84,7 +84,7 @@ def accelerations(
     builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None, a: ArrayRef
 ) -> None:
     """Write the accelerations [x'', theta''] into `a`."""
-    sweep = _Sweep(builder, scene, parameters, state, couples(builder, scene, parameters, state, u))
+    sweep = Sweep(builder, scene, parameters, state, couples(builder, scene, parameters, state, u))
     outer = sweep.inwards()
     base_y = builder.lift(0)
     if scene.has_cart:
@@ -96,7 +96,7 @@ def accelerations(
     sweep.outwards(-parameters.gravity, base_y, a.shifted(int(scene.has_cart)))
 
 
-class _Sweep:
+class Sweep:
     """The inward elimination and the outward substitution; work arrays carry one to the other."""
 
     def __init__(
@@ -110,10 +110,10 @@ class _Sweep:
             builder.array(name, scene.links) for name in ("free", "gain_x", "gain_y", "rate_squared")
         )
 
-    def inwards(self) -> _Outer:
+    def inwards(self) -> Outer:
         """The chain beyond the cart, or beyond link 0 of a chain on a fixed base, which passes nothing on."""
         links, last = self.scene.links, 0 if self.scene.has_cart else 1
-        outer = _Outer(*(self.builder.lift(0) for _ in fields(_Outer)))
+        outer = Outer(*(self.builder.lift(0) for _ in fields(Outer)))
         inner = max(links - _TIP_LINKS, last)
         for k in range(links - 1, inner - 1, -1):
             outer = self.eliminate(outer, k)
@@ -121,19 +121,19 @@ class _Sweep:
             return outer
         with self.builder.loop("k", inner - 1, last - 1, -1) as loop:
             carried = {name: loop.carry(f"outer_{name}", value) for name, value in self._scalars(outer).items()}
-            known = {field.name: self.builder.lift(0) for field in fields(_Outer)}
-            before = _Outer(**(known | carried))
+            known = {field.name: self.builder.lift(0) for field in fields(Outer)}
+            before = Outer(**(known | carried))
             after = self.eliminate(before, loop.index)
             for name, value in carried.items():
                 loop.follow(value, getattr(after, name))
         return before
 
-    def _scalars(self, outer: _Outer) -> dict[str, Expr]:
+    def _scalars(self, outer: Outer) -> dict[str, Expr]:
         """What changes from link to link; E is zero throughout where every mass sits at its link's end."""
-        names = {field.name for field in fields(_Outer)} - ({"determinant"} if self.scene.tip_masses else set())
-        return {field.name: getattr(outer, field.name) for field in fields(_Outer) if field.name in names}
+        names = {field.name for field in fields(Outer)} - ({"determinant"} if self.scene.tip_masses else set())
+        return {field.name: getattr(outer, field.name) for field in fields(Outer) if field.name in names}
 
-    def pivot(self, outer: _Outer, k: Index) -> _Pivot:
+    def pivot(self, outer: Outer, k: Index) -> Pivot:
         """Eliminate the rotation of link k: its tip accelerates by free - gain_x a_x - gain_y a_y along its tangent."""
         let = self.builder.let
         rate_squared = let("rate_squared", self.state.rate[k] * self.state.rate[k])
@@ -147,13 +147,13 @@ class _Sweep:
         gain_x = let("gain_x", outer.xy * inverse)
         self.rate_squared[k], self.free[k], self.gain_x[k] = rate_squared, free, gain_x
         self.gain_y[k] = self.units.overhang[k] * inverse
-        return _Pivot(rate_squared, swing, drive, inverse, free, gain_x)
+        return Pivot(rate_squared, swing, drive, inverse, free, gain_x)
 
-    def eliminate(self, outer: _Outer, k: Index) -> _Outer:
+    def eliminate(self, outer: Outer, k: Index) -> Outer:
         """Link k and all beyond it, seen from the link before."""
         return self._turned(self._with_link(outer, self.pivot(outer, k), k), k)
 
-    def _with_link(self, outer: _Outer, pivot: _Pivot, k: Index) -> _Outer:
+    def _with_link(self, outer: Outer, pivot: Pivot, k: Index) -> Outer:
         """Link k and all beyond it in the frame of link k, in units of the link before."""
         let, factors = self.builder.let, self.factors
         leverage, overhang = self.units.leverage[k], self.units.overhang[k]
@@ -166,7 +166,7 @@ class _Sweep:
         force_y = let("link_force_y", drive + overhang * pivot.free)
         minor_x = (shared - overhang * (rate_squared * across)) * inverse
         minor_y = (drive * along - overhang * (outer.minor_y + pivot.swing)) * inverse
-        return _Outer(
+        return Outer(
             xx=let("link_xx", factors.axial[k] + factors.mass[k] * axial),
             xy=-(factors.skew[k] * pivot.gain_x),
             yy=let("link_yy", factors.lever[k] * (outer.yy * inverse)),
@@ -177,12 +177,12 @@ class _Sweep:
             minor_y=let("link_minor_y", factors.minor_force[k] * force_y + factors.minor[k] * minor_y),
         )
 
-    def _turned(self, link: _Outer, k: Index) -> _Outer:
+    def _turned(self, link: Outer, k: Index) -> Outer:
         """The same in the frame of the link before; determinants do not change."""
         let, sine, cosine = self.builder.let, self.sine[k], self.cosine[k]
         shear = let("shear", sine * (link.xx - link.yy) + cosine * (link.xy + link.xy))
         lean = let("lean", sine * shear)
-        return _Outer(
+        return Outer(
             xx=let("outer_xx", link.xx - lean),
             xy=let("outer_xy", cosine * shear - link.xy),
             yy=let("outer_yy", link.yy + lean),
@@ -193,7 +193,7 @@ class _Sweep:
             minor_y=let("outer_minor_y", sine * link.minor_x + cosine * link.minor_y),
         )
 
-    def cart_acceleration(self, outer: _Outer, force: Expr) -> Expr:
+    def cart_acceleration(self, outer: Outer, force: Expr) -> Expr:
         """(m_c + A_yy) x'' = u - b_y + g A_xy, in the units of the scene's parameters."""
         parameters, unit = self.parameters, self.units.mass_unit[0]
         push = force + parameters.gravity * (unit * outer.xy) - (unit * parameters.length[0]) * outer.force_y
@@ -212,9 +212,14 @@ class _Sweep:
             joint_y = let("joint_y", self.cosine[k] * before_y - self.sine[k] * before_x)
             tip_y = let("tip_y", self.free[k] - self.gain_x[k] * joint_x - self.gain_y[k] * joint_y)
             alpha[k] = tip_y - joint_y
-            loop.follow(carried_x, joint_x - self.rate_squared[k])
+            tip_x = joint_x - self.rate_squared[k]
+            self.moved(k, joint_y, (tip_x, tip_y))
+            loop.follow(carried_x, tip_x)
             loop.follow(carried_y, tip_y)
         from_absolute(builder, self.scene, alpha, theta_ddot)
+
+    def moved(self, k: Index, joint_y: Expr, tip: tuple[Expr, Expr]) -> None:
+        """What else is made of a link's accelerations on the way outwards: nothing."""
 
 
 def _factors(units: LinkUnits) -> _Factors:

@@ -62,6 +62,13 @@ def state_jacobian(case: Case) -> None:
     case.same("a row of the derivatives of a, a", found, true)
 
 
+@proves("dynamics_and_jacobian")
+def dynamics_and_jacobian(case: Case) -> None:
+    """Its accelerations are those of the Lagrangian, and its derivatives theirs."""
+    forward_dynamics(case)
+    state_jacobian(case)
+
+
 def _orthogonal(case: Case, name: str, found: Vector, true: list[int]) -> None:
     """Hold q_k against the k-th triple of an output."""
     carts = case.point.carts

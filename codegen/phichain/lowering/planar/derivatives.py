@@ -1,0 +1,110 @@
+"""The derivatives of the planar accelerations by angles, rates and inputs, and the accelerations themselves (theory, section 5)."""
+
+from __future__ import annotations
+
+from phichain.ir.builder import ArrayRef, Builder
+from phichain.lowering.parameters import Parameters
+from phichain.lowering.planar.disturbances import Column, faster_links, slowed_joints, turned_joints
+from phichain.lowering.planar.jacobian import Columns, Target
+from phichain.lowering.planar.joints import planar_state
+from phichain.lowering.planar.response import Base, Recalled, Response
+from phichain.lowering.writers import writes
+from phichain.scene import Scene
+
+#: Weights of the disturbances at a joint and the next ones in a column by an angle, by a rate of a link.
+_ANGLE = {"relative": (1,), "absolute": (1, -1), "adjacent": (1, 0, -1)}
+_RATE = {"absolute": (1,), "adjacent": (1, 1)}
+
+#: Masses at the ends of the links of a chain on a cart may differ by so much.
+_MOST = 1e6
+
+
+def suits(scene: Scene) -> bool:
+    """Whether no digit is lost against the differentiated sweeps.
+
+    The tension form, which serves masses at the links' ends, keeps 4e-16 on a cart whatever the masses are; here 1e-13 is left where
+    they grow by sixteen decades from link to link.
+    """
+    if not (scene.has_cart and scene.tip_masses):
+        return True
+    return not isinstance(scene.mass, str) and max(scene.mass) <= _MOST * min(scene.mass)
+
+
+@writes("state_jacobian", space="planar", suits=suits)
+def state_jacobian(
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, dadq: ArrayRef, dadv: ArrayRef,
+    u: ArrayRef | None = None, dadu: ArrayRef | None = None,
+) -> None:  # fmt: skip
+    """The derivatives alone."""
+    derivatives(builder, scene, parameters, q, v, u, builder.array("a_value", scene.nv), dadq, dadv, dadu)
+
+
+@writes("dynamics_and_jacobian", space="planar", suits=suits)
+def dynamics_and_jacobian(
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, dadq: ArrayRef,
+    dadv: ArrayRef, u: ArrayRef | None = None, dadu: ArrayRef | None = None,
+) -> None:  # fmt: skip
+    """The accelerations, and their derivatives."""
+    derivatives(builder, scene, parameters, q, v, u, a, dadq, dadv, dadu)
+
+
+def derivatives(
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, u: ArrayRef | None, a: ArrayRef,
+    dadq: ArrayRef, dadv: ArrayRef, dadu: ArrayRef | None,
+) -> None:  # fmt: skip
+    """Write the accelerations and their derivatives."""
+    state = planar_state(builder, scene, q, v)
+    sweep = Recalled(builder, scene, parameters, state, u)
+    response, base = _solved(builder, scene, parameters, sweep, u, a)
+    angles, kind, carts = turned_joints(builder, scene, parameters, response, base), str(scene.angles), int(scene.has_cart)
+    rates = faster_links(builder, scene, response, base, state.rate)
+    parts = [] if kind == "relative" else [(rates, _RATE[kind])]
+    if scene.damping is not None:
+        parts.append((slowed_joints(builder, scene, parameters, response, base), _ANGLE[kind]))
+    by_angle = Column(builder, "by_angle", response, [(angles, _ANGLE[kind])], base)
+    by_rate = Column(builder, "by_rate", response, parts, base, rates if kind == "relative" else None)
+    sides = [(by_angle, Target(dadq, carts, scene.nv)), (by_rate, Target(dadv, carts, scene.nv))]
+    compliance = _compliance(builder, scene, dadu)
+    Columns(builder, scene, response, base, parameters.length[0], sides, compliance).write()
+    if carts:
+        for target in (dadq, dadv):
+            with builder.loop("i", 0, scene.nv) as loop:
+                target[loop.index * scene.nv] = 0
+    if dadu is not None and compliance is not None and compliance.array.name != dadu.name:
+        _chosen(builder, scene, compliance, dadu)
+
+
+def _solved(
+    builder: Builder, scene: Scene, parameters: Parameters, sweep: Recalled, u: ArrayRef | None, a: ArrayRef
+) -> tuple[Response, Base]:
+    """Both sweeps, and how joints answer."""
+    outer = sweep.inwards()
+    if not scene.has_cart:
+        sweep.pivot(outer, 0)
+        sweep.outwards(-parameters.gravity, builder.lift(0), a)
+        response = Response(builder, scene, parameters, sweep)
+        return response, response.on_wall(parameters.gravity, parameters.length[0])
+    force = u[0] if u is not None and scene.has_force else builder.lift(0)
+    slide = sweep.cart_acceleration(outer, force)
+    a[0] = slide
+    sweep.outwards(-parameters.gravity, slide, a.shifted(1))
+    response = Response(builder, scene, parameters, sweep)
+    return response, response.on_cart(parameters, outer, slide, force)
+
+
+def _compliance(builder: Builder, scene: Scene, dadu: ArrayRef | None) -> Target | None:
+    """Where the inverse of the mass matrix goes: into dadu itself where all its columns are asked for."""
+    if dadu is None:
+        return None
+    if scene.nu == scene.nv:
+        return Target(dadu, 0, scene.nv)
+    return Target(builder.array("compliance", scene.nv * scene.nv), 0, scene.nv)
+
+
+def _chosen(builder: Builder, scene: Scene, compliance: Target, dadu: ArrayRef) -> None:
+    """The columns of the inputs that there are."""
+    first = [0] if scene.has_force else []
+    for column, lane in enumerate([*first, *(int(scene.has_cart) + joint - 1 for joint in scene.actuated_joints)]):
+        with builder.loop("i", 0, scene.nv) as loop:
+            dadu[loop.index * scene.nu + column] = compliance.at(loop.index, lane)
+

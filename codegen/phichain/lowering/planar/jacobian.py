@@ -1,0 +1,254 @@
+"""Derivatives of the planar accelerations from one factorisation: every column goes over the links as two numbers.
+
+Column m of a derivative is a sum of disturbances at single joints (`disturbances`). At joint k one is a force eta on the chain inside,
+seen at joint k - 1, and a turn -zeta of link k - 1; what it does inside is by reciprocity read off what unit couples inside do at
+joint k - 1 (lanes Y below): - eta.Y - zeta. What it does beyond is one state X that goes outwards. So every entry is one product
+of two pairs, and every state goes over every link once: about 20 operations for the entries of all three derivatives together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.planar.disturbances import Column, Jump
+from phichain.lowering.planar.response import Base, Pair, Response, dot
+from phichain.scene import Scene
+
+#: Links up to which every state has memory of its own; beyond, two rows of states are written and read in turn.
+LONGEST_KEPT = 48
+
+
+@dataclass(frozen=True)
+class Target:
+    """A matrix of results: where its links' part begins, and its row length."""
+
+    array: ArrayRef
+    first_column: int
+    width: int
+
+    def put(self, row: Index, column: Index, value: Expr | int) -> None:
+        """Write an entry; rows are counted from the cart."""
+        self.array[row * self.width + self.first_column + column] = value
+
+    def at(self, row: Index, column: Index) -> Expr:
+        return self.array[row * self.width + self.first_column + column]
+
+
+class Lanes:
+    """States of columns side by side: one row of cells a link, or two rows in turn for a long chain."""
+
+    def __init__(self, builder: Builder, name: str, width: int, links: int) -> None:
+        self.width, self.takes_turns = width, links > LONGEST_KEPT
+        rows = 1 if self.takes_turns else links
+        names = (f"{name}_even", f"{name}_odd") if self.takes_turns else (name,)
+        self.cells = [tuple(builder.array(f"{part}_{axis}", width * rows) for axis in "xy") for part in names]
+
+    def put(self, row: Index, column: Index, value: Pair) -> None:
+        for cells, entry in zip(self.cells[self._turn(row)], value, strict=True):
+            cells[self._place(row, column)] = entry
+
+    def at(self, row: Index, column: Index) -> Pair:
+        x, y = self.cells[self._turn(row)]
+        place = self._place(row, column)
+        return x[place], y[place]
+
+    def _turn(self, row: Index) -> int:
+        """Rows that loops count step by two links, so that their offset tells even from odd."""
+        return (row if isinstance(row, int) else row.offset) % 2 if self.takes_turns else 0
+
+    def _place(self, row: Index, column: Index) -> Index:
+        return column if self.takes_turns else row * self.width + column
+
+
+class Columns:
+    """Writes the derivatives, link by link from the base."""
+
+    def __init__(
+        self, builder: Builder, scene: Scene, response: Response, base: Base, length: Expr,
+        sides: list[tuple[Column, Target]], compliance: Target | None,
+    ) -> None:  # fmt: skip
+        self.builder, self.scene, self.response, self.base, self.length = builder, scene, response, base, length
+        self.sides, self.compliance = sides, compliance
+        self.carts, links = int(scene.has_cart), scene.links
+        self.relative, self.adjacent = scene.angles == "relative", scene.angles == "adjacent"
+        self.couples = Lanes(builder, "couple_state", links + self.carts, links)
+        self.states = [Lanes(builder, f"{column.name}_state", links, links) for column, _ in sides]
+        self.mobility = [builder.array(f"mobility_{name}", links) for name in ("xx", "xy", "yy")]
+
+    def write(self) -> None:
+        """All rows and columns of links; on a cart its own row and column too."""
+        self._first()
+        peeled = max([1, *(column.reach for column, _ in self.sides)])
+        links = self.scene.links
+        for k in range(1, min(peeled, links)):
+            self._step(k, k)
+        if links > LONGEST_KEPT:
+            pairs = (links - peeled) // 2
+            with self.builder.loop("pair", 0, pairs) as loop:
+                for after in range(2):
+                    self._step(2 * loop.index + (peeled + after), peeled)
+            for k in range(peeled + 2 * pairs, links):
+                self._step(k, peeled)
+        elif links > peeled:
+            with self.builder.loop("k", peeled, links) as loop:
+                self._step(loop.index, peeled)
+
+    # --- the base ---------------------------------------------------------------------------------------------------------
+
+    def _first(self) -> None:
+        response, base, zero = self.response, self.base, self.response.nothing
+        turn, rho = response.turn(0), response.rho(0)
+        for cell, value in zip(self.mobility, (turn[0] * turn[0], turn[0] * turn[1], turn[1] * turn[1]), strict=True):
+            cell[0] = base.mobile * value
+        mobile = response.arrays["link_mobility"][0]
+        lean = base.mobile * dot(turn, rho)
+        self.couples.put(0, self.carts, (-(lean * turn[0]), -(lean * turn[1])))
+        if self.compliance is not None:
+            self.compliance.put(self.carts, self.carts, mobile + lean * dot(turn, rho))
+        if self.carts:
+            slide = self.length * base.mobile
+            state = slide * turn[0], slide * turn[1]
+            self.couples.put(0, 0, state)
+            if self.compliance is not None:
+                self.compliance.put(0, 0, slide * self.length)
+                self._both(0, 0, -(self.length * lean))
+        for (column, target), lanes in zip(self.sides, self.states, strict=True):
+            jump, own = column.start(0), column.along(0, 0)
+            state = self._beyond(0, (zero, zero), jump)
+            lanes.put(0, 0, state)
+            target.put(self.carts, 0, self._own(0, own) - dot(rho, state))
+            if self.carts:
+                target.put(0, 0, self.length * (jump.phi - base.gain * jump.x))
+
+    def _beyond(self, k: Index, before: Pair, jump: Jump) -> Pair:
+        """X of joint k, from that of joint k - 1."""
+        turn, response = self.response.turn(k), self.response
+        free = jump.phi + jump.y
+        if isinstance(k, int) and k == 0 and not self.carts:
+            return free * turn[0], free * turn[1]
+        x = response.outwards(k, (before[0] + jump.x, before[1]))
+        return x[0] + free * turn[0], x[1] + free * turn[1]
+
+    def _own(self, k: Index, jump: Jump) -> Expr:
+        """phi - gain_x d_x of link k."""
+        return jump.phi - self.response.sweep.gain_x[k] * jump.x
+
+    # --- links ------------------------------------------------------------------------------------------------------------
+
+    def _step(self, k: Index, known: int) -> None:
+        """Over link k - 1 to link k; `known` lags surely exist."""
+        response, builder = self.response, self.builder
+        sigma = response.row(k, self.relative)
+        lean = response.arrays["joint_gain"][k]
+        before, mobile = response.arrays["link_mobility"][k - 1], response.arrays["link_mobility"][k]
+        lever = builder.let("joint_lever", 1 + lean) if self.relative else lean
+        omega = builder.let("joint_mobility", before * lever)
+        mobility = tuple(cells[k - 1] for cells in self.mobility)
+        self._move_mobility(k, mobility, before)
+        self._couples(k, sigma, omega, before)
+        for (column, target), lanes in zip(self.sides, self.states, strict=True):
+            self._columns(k, known, column, target, lanes, sigma, mobility)
+        answer = _times(mobility, sigma)
+        turn = response.turn(k)
+        state = response.outwards(k, answer)
+        state = state[0] - omega * turn[0], state[1] - omega * turn[1]
+        diagonal = mobile + dot(sigma, answer) + omega * lever
+        if self.adjacent:
+            self._adjacent_couple(k, answer, omega, turn)
+            return
+        self.couples.put(k, k + self.carts, state)
+        if self.compliance is not None:
+            self.compliance.put(k + self.carts, k + self.carts, diagonal)
+
+    def _adjacent_couple(self, k: Index, answer: Pair, omega: Expr, turn: Pair) -> None:
+        """Y of the adjacent angle: that of a couple on link k less the one before."""
+        response, carts = self.response, self.carts
+        moved = self.couples.at(k, k - 1 + carts)
+        own = response.outwards(k, answer)
+        state = own[0] - omega * turn[0] - moved[0], own[1] - omega * turn[1] - moved[1]
+        self.couples.put(k, k + carts, state)
+        if self.compliance is not None:
+            mixed = self.compliance.at(k + carts, k - 1 + carts)
+            alpha = response.arrays["link_mobility"][k] - dot(response.rho(k), state)
+            self.compliance.put(k + carts, k + carts, alpha - mixed)
+
+    def _move_mobility(self, k: Index, mobility: tuple[Expr, ...], before: Expr) -> None:
+        """Omega_k = T Omega T^T + n n^T / D."""
+        response, turn = self.response, self.response.turn(k)
+        a, b, c, d = response.matrix(k)
+        first = response.outwards(k, (mobility[0], mobility[1]))
+        second = response.outwards(k, (mobility[1], mobility[2]))
+        own = before * turn[0], before * turn[1]
+        self.mobility[0][k] = first[0] * a + second[0] * b + own[0] * turn[0]
+        self.mobility[1][k] = first[0] * c + second[0] * d + own[0] * turn[1]
+        self.mobility[2][k] = first[1] * c + second[1] * d + own[1] * turn[1]
+
+    def _columns(
+        self, k: Index, known: int, column: Column, target: Target, lanes: Lanes, sigma: Pair, mobility: tuple[Expr, ...]
+    ) -> None:  # fmt: skip
+        """All columns of one derivative that are not beyond link k."""
+        special = min(column.reach, known)
+        common = column.common(k - 1), column.common(k)
+        with self.builder.loop("j", 0, k - column.reach if special == column.reach else 0) as loop:
+            self._advance(k, loop.index, target, lanes, lanes.at(k - 1, loop.index), sigma, common)
+        for lag in range(special, 0, -1):
+            jumps = column.along(k - 1, lag - 1), column.along(k, lag)
+            self._advance(k, k - lag, target, lanes, lanes.at(k - 1, k - lag), sigma, jumps)
+        inside = _times(mobility, column.eta(k))
+        state = -inside[0], -inside[1]
+        self._advance(k, k, target, lanes, state, sigma, (column.start(k), column.along(k, 0)))
+
+    def _advance(
+        self, k: Index, j: Index, target: Target, lanes: Lanes, before: Pair, sigma: Pair, jumps: tuple[Jump, Jump]
+    ) -> None:  # fmt: skip
+        """One column over one link: its entry of row k and its state at joint k."""
+        jump, after = jumps
+        response, carts = self.response, self.carts
+        lean = response.arrays["joint_gain"][k]
+        shifted = before[0] + jump.x, before[1]
+        free = jump.phi + jump.y
+        entry = dot(sigma, shifted) + (self._own(k, after) - free * lean)
+        if self.relative:
+            entry = entry - jump.phi
+        lanes.put(k, j, self._beyond(k, before, jump))
+        target.put(k + carts, j, entry - target.at(k - 1 + carts, j) if self.adjacent else entry)
+
+    def _couples(self, k: Index, sigma: Pair, omega: Expr, before: Expr) -> None:
+        """Unit couples inside: what they do at link k, and what the columns of joint k do where they act."""
+        carts, response = self.carts, self.response
+        with self.builder.loop("i", 0, k - 1 + carts) as loop:
+            i = loop.index
+            state = self.couples.at(k - 1, i)
+            self.couples.put(k, i, response.outwards(k, state))
+            self._reciprocal(k, i, state, sigma, None)
+        newest = k - 1 + carts
+        state, turn = self.couples.at(k - 1, newest), response.turn(k)
+        moved = response.outwards(k, state)
+        self.couples.put(k, newest, (moved[0] + before * turn[0], moved[1] + before * turn[1]))
+        self._reciprocal(k, newest, state, sigma, omega)
+
+    def _reciprocal(self, k: Index, i: Index, state: Pair, sigma: Pair, omega: Expr | None) -> None:
+        """One lane: the entries of row i that columns of joint k have, and that of the lane itself in row k."""
+        for column, target in self.sides:
+            entry = -dot(column.eta(k), state)
+            if omega is not None:
+                start = column.start(k)
+                entry = entry + (start.phi - self.response.sweep.gain_x[k - 1] * start.x)
+            target.put(i, k, entry)
+        if self.compliance is not None:
+            entry = dot(sigma, state)
+            self._both(k, i, entry if omega is None else entry - omega)
+
+    def _both(self, k: Index, i: Index, entry: Expr) -> None:
+        compliance, carts = self.compliance, self.carts
+        assert compliance is not None
+        if self.adjacent and not (isinstance(k, int) and k == 0):
+            entry = entry - compliance.at(k - 1 + carts, i)
+        compliance.put(k + carts, i, entry)
+        compliance.put(i, k + carts, entry)
+
+
+def _times(matrix: tuple[Expr, ...], vector: Pair) -> Pair:
+    xx, xy, yy = matrix
+    return xx * vector[0] + xy * vector[1], xy * vector[0] + yy * vector[1]

@@ -1,0 +1,194 @@
+"""How the planar chain answers small forces and jumps, in link frames: what Jacobians are made of (docs/theory.md, section 5).
+
+After the articulated sweep every perturbation of the chain is linear in the joint accelerations X (two numbers a joint, in the
+frame of the link beyond, in units of its length), and a link passes X on outwards by one 2 x 2 matrix:
+
+    alpha_k = phi - rho_k.X - gain_x d_x,     X_{k+1} = T (X + (d_x, 0)) + (phi + d_y) n,     rho = (gain_x, 1 + gain_y)
+
+for a jump d of the acceleration beyond the link's tip and a free turn phi. Forces come in as their moments about one length of
+the link, N m, and go inwards by T^T. The mobility of the joint, all of the chain on both its sides included, is
+Omega_{k+1} = T Omega T^T + n n^T / D. With L the inertia beyond the joint, before it is turned by the joint's angle,
+
+    T = (1 / D) [[c (1 + L_yy) + s L_xy,  -s (lambda - 1)],  [-(s (1 + L_xx) + c L_xy),  -c (lambda - 1)]]
+
+which is R^T times the elimination's [[1, 0], [-gain_x, -gain_y]] without its differences: where much heavier links are beyond,
+c - s gain_x cancels. On a cart joint 0 has a link before it that cannot turn but slide, whose D is that of the cart.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.parameters import Parameters
+from phichain.lowering.planar.articulated import Outer, Pivot, Sweep
+from phichain.lowering.planar.joints import PlanarState, couples
+from phichain.scene import Scene
+
+Pair = tuple[Expr, Expr]
+
+
+class Recalled(Sweep):
+    """The articulated sweep that keeps what derivatives need."""
+
+    def __init__(
+        self, builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None
+    ) -> None:
+        super().__init__(builder, scene, parameters, state, couples(builder, scene, parameters, state, u))
+        names: tuple[str, ...] = ("inverse", "level", "axial", "pull", "link_xx", "tip_x", "tip_y", "tip_force_x", "tip_force_y")
+        names += () if scene.tip_masses else ("link_xy", "link_yy")
+        self.kept = {name: builder.array(f"{name}_of", scene.links) for name in names}
+
+    def pivot(self, outer: Outer, k: Index) -> Pivot:
+        """As the sweep, and keep 1 / D, A_yy / D, (A_xx + E) / D and (b_x + k_x + tau A_xy) / D."""
+        pivot = super().pivot(outer, k)
+        overhang = self.units.overhang[k]
+        self.kept["inverse"][k] = pivot.inverse
+        self.kept["level"][k] = outer.yy * pivot.inverse
+        along = outer.xx + outer.determinant
+        self.kept["axial"][k] = (along + overhang * outer.determinant) * pivot.inverse
+        shared = overhang * outer.minor_x + outer.xy * pivot.drive
+        self.kept["pull"][k] = (outer.force_x + outer.minor_x + shared) * pivot.inverse
+        return pivot
+
+    def _turned(self, link: Outer, k: Index) -> Outer:
+        for name in ("xx", "xy", "yy"):
+            if f"link_{name}" in self.kept:
+                self.kept[f"link_{name}"][k] = getattr(link, name)
+        return super()._turned(link, k)
+
+    def moved(self, k: Index, joint_y: Expr, tip: Pair) -> None:
+        """Keep the acceleration of a link's tip and the force that it gives to what is beyond, in the link's units."""
+        kept, overhang = self.kept, self.units.overhang[k]
+        kept["tip_x"][k], kept["tip_y"][k] = tip
+        drive = self.builder.lift(0) if self.couple is None else self.couple[k] * self.units.inverse_torque[k]
+        kept["tip_force_x"][k] = kept["axial"][k] * tip[0] + kept["pull"][k] - overhang * self.gain_x[k] * joint_y
+        kept["tip_force_y"][k] = drive - overhang * joint_y - tip[1]
+
+
+@dataclass(frozen=True)
+class Base:
+    """What stands before joint 0, in units of link 0.
+
+    Attributes:
+        tip: its acceleration less gravity.
+        zeta: what turning joint 0 takes away of the cart's acceleration.
+        gain: A_xy / D; structurally zero on a fixed base, as all but `tip`.
+        mobile: 1 / D as the acceleration, in lengths of link 0, of a moment about one such length.
+    """
+
+    tip: Pair
+    zeta: Expr
+    gain: Expr
+    mobile: Expr
+
+
+class Response:
+    """T, n, rho, sigma and omega of every joint, and how columns go over a link.
+
+    sigma.X is what joint k's own acceleration makes of X at joint k - 1: rho_{k-1} - T^T rho_k in relative angles, -T^T rho_k in
+    others, whose rows are those of absolute angles; omega n that of a couple on the joint.
+    """
+
+    def __init__(self, builder: Builder, scene: Scene, parameters: Parameters, sweep: Recalled) -> None:
+        self.builder, self.scene, self.sweep, self.units = builder, scene, sweep, sweep.units
+        self.nothing = builder.lift(0)
+        links, kept = scene.links, sweep.kept
+        mass, com = parameters.mass, parameters.com
+        self.torque_unit = parameters.derived("torque_unit", lambda k: mass[k] * com[k] * com[k])
+        names: tuple[str, ...] = ("pass_xx", "pass_yx", "turn_x", "turn_y", "link_mobility", "joint_gain")
+        names += () if scene.tip_masses else ("pass_xy", "pass_yy")
+        names += ("link_row_x", "link_row_y", "joint_row_x", "joint_row_y")
+        self.arrays = {name: builder.array(name, links + 1) for name in names}
+        for name in ("pass_xx", "pass_xy", "pass_yx", "pass_yy", "turn_x", "turn_y"):
+            if name in self.arrays:
+                self.arrays[name][links] = self.nothing
+        with builder.loop("k", 0, links) as loop:
+            k = loop.index
+            self.arrays["link_mobility"][k] = kept["inverse"][k] * self.units.inverse_torque[k]
+        with builder.loop("k", 1, links) as loop:
+            self._joint(loop.index)
+
+    def _joint(self, k: Index) -> None:
+        let, arrays, kept, sweep = self.builder.let, self.arrays, self.sweep.kept, self.sweep
+        sine, cosine, overhang = sweep.sine[k], sweep.cosine[k], self.units.overhang[k - 1]
+        step = let("pass_step", self.units.outward[k] * kept["inverse"][k - 1])
+        xx, xy, yy = self._inertia(k)
+        arrays["pass_xx"][k] = step * (cosine * (1 + yy) + sine * xy)
+        arrays["pass_yx"][k] = -(step * (sine * (1 + xx) + cosine * xy))
+        if "pass_xy" in arrays:
+            lever = let("pass_lever", step * overhang)
+            arrays["pass_xy"][k], arrays["pass_yy"][k] = -(lever * sine), -(lever * cosine)
+        turn = self.units.outward[k] * sine, self.units.outward[k] * cosine
+        arrays["turn_x"][k], arrays["turn_y"][k] = turn
+        rho = self.rho(k)
+        arrays["joint_gain"][k] = dot(turn, rho)
+        before, back = self.rho(k - 1), self.inwards(k, rho)
+        arrays["link_row_x"][k], arrays["link_row_y"][k] = -back[0], -back[1]
+        arrays["joint_row_x"][k], arrays["joint_row_y"][k] = before[0] - back[0], before[1] - back[1]
+
+    def _inertia(self, k: Index) -> tuple[Expr, Expr, Expr]:
+        kept = self.sweep.kept
+        xx, xy, yy = (kept[name][k] if name in kept else self.nothing for name in ("link_xx", "link_xy", "link_yy"))
+        return xx, xy, yy
+
+    def on_wall(self, gravity: Expr, length: Expr) -> Base:
+        """A fixed base."""
+        turn = self.sweep.sine[0], self.sweep.cosine[0]
+        self.arrays["turn_x"][0], self.arrays["turn_y"][0] = turn
+        return Base((-gravity / length, self.nothing), self.nothing, self.nothing, self.nothing)
+
+    def on_cart(self, parameters: Parameters, outer: Outer, acceleration: Expr, force: Expr) -> Base:
+        """The cart, which slides where a link turns."""
+        let, arrays, units, sweep = self.builder.let, self.arrays, self.units, self.sweep
+        unit, length, leverage = units.mass_unit[0], parameters.length[0], units.leverage[0]
+        mass = let("cart_mass_ratio", parameters.cart_mass / unit)
+        inverse = let("inverse_cart_pivot", 1 / (mass + outer.yy))
+        tip = let("cart_tip_x", -parameters.gravity / length), let("cart_tip_y", acceleration / length)
+        axial = outer.xx * mass + leverage * outer.determinant
+        push = force / (unit * length)
+        pull = axial * tip[0] + outer.xy * push + (outer.force_x * mass + leverage * outer.minor_x)
+        xx, xy, yy = self._inertia(0)
+        sine, cosine = sweep.sine[0], sweep.cosine[0]
+        arrays["pass_xx"][0] = inverse * (cosine * (mass + yy) + sine * xy)
+        arrays["pass_yx"][0] = -(inverse * (sine * (mass + xx) + cosine * xy))
+        if "pass_xy" in arrays:
+            arrays["pass_xy"][0] = arrays["pass_yy"][0] = self.nothing
+        arrays["turn_x"][0], arrays["turn_y"][0] = sine, cosine
+        arrays["joint_gain"][0] = dot((sine, cosine), self.rho(0))
+        zeta = inverse * (pull * inverse - outer.yy * tip[0])
+        return Base(tip, zeta, outer.xy * inverse, inverse * units.inverse_torque[0])
+
+    def rho(self, k: Index) -> Pair:
+        """(gain_x, 1 + gain_y): -alpha per joint acceleration, and per couple what the joint before it has to bear."""
+        return self.sweep.gain_x[k], 1 + self.sweep.gain_y[k]
+
+    def matrix(self, k: Index) -> tuple[Expr, Expr, Expr, Expr]:
+        """T of joint k, row by row."""
+        cell = self.arrays
+        xy, yy = (cell[name][k] if name in cell else self.nothing for name in ("pass_xy", "pass_yy"))
+        return cell["pass_xx"][k], xy, cell["pass_yx"][k], yy
+
+    def outwards(self, k: Index, x: Pair) -> Pair:
+        """T x."""
+        a, b, c, d = self.matrix(k)
+        return a * x[0] + b * x[1], c * x[0] + d * x[1]
+
+    def inwards(self, k: Index, force: Pair) -> Pair:
+        """T^T force."""
+        a, b, c, d = self.matrix(k)
+        return a * force[0] + c * force[1], b * force[0] + d * force[1]
+
+    def turn(self, k: Index) -> Pair:
+        """n of joint k."""
+        return self.arrays["turn_x"][k], self.arrays["turn_y"][k]
+
+    def row(self, k: Index, of_joint: bool) -> Pair:
+        """sigma of the joint's own angle, or of the link's absolute one."""
+        name = "joint_row" if of_joint else "link_row"
+        return self.arrays[f"{name}_x"][k], self.arrays[f"{name}_y"][k]
+
+
+def dot(a: Pair, b: Pair) -> Expr:
+    """a.b"""
+    return a[0] * b[0] + a[1] * b[1]
