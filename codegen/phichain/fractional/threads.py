@@ -17,19 +17,20 @@ Vector = NDArray[np.float64]
 _ONE_THREAD = 2**19
 
 
-def run(tasks: Sequence[Callable[[], None]], workers: int | None) -> None:
+def run(tasks: Sequence[Callable[[], None]], workers: int | None, most: int | None = None) -> None:
     """Run the tasks; what they compute must not depend on the order.
 
     Args:
         tasks: Functions without arguments.
         workers: Threads; None takes one per core this process may use.
+        most: How many tasks the memory bears at once, at least one; None bears all.
 
     Raises:
         ArrayError: Fewer than one worker.
     """
     if workers is not None and workers < 1:
         raise ArrayError("workers", workers, "must be at least 1", "leave it out to use every core")
-    threads = min(workers or available_cores(), len(tasks))
+    threads = min(workers or available_cores(), len(tasks), len(tasks) if most is None else max(1, most))
     if threads <= 1:
         for task in tasks:
             task()
