@@ -109,7 +109,10 @@ class _Lowering:
     def _derived(self, row: Function, derivative: Derivative) -> Program:
         """The same for the Jacobian of another function."""
         code, loops, blocks = self.scene.code, self._loops(derivative.function), self._blocks(row, derivative)
-        looped = without_short_loops(jacobian(without_short_loops(loops), row.name, row.doc, blocks))
+        if WRITERS.has(row.name, self.scene.space):
+            looped = without_short_loops(self._loops(row.name))
+        else:
+            looped = without_short_loops(jacobian(without_short_loops(loops), row.name, row.doc, blocks))
         if code == "loops" or (code == "auto" and total_operations(looped) > 4 * JACOBIAN_UNROLL_LIMIT):
             return looped
         flat = jacobian(unroll(loops), row.name, row.doc, blocks)
