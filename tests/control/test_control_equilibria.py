@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from phichain.control import controllability, equilibria, equilibrium, feedback, linearize, lqr
+from phichain.control import LinearSystem, controllability, equilibria, equilibrium, feedback, linearize, lqr
+from phichain.control.controllability import margins_of
 from phichain.errors import ControlError, UnsupportedError
 from phichain.system import AbsentFunctionError, System, rhs_jacobian
 from tests.handmade import GRAVITY, paper_b, planar, spatial, uniform_planar
@@ -241,3 +242,16 @@ def test_a_system_without_linearization_says_what_to_add() -> None:
 def test_without_dynamics_the_target_is_taken_on_trust() -> None:
     blind = planar([0.1], [0.1], cart_mass=1.0, actuated="cart", leave_out=["forward_dynamics", "energy"])
     assert lqr(blind).decay > 0 and equilibrium(blind, [1]).energy is None
+
+
+def test_a_mode_is_judged_on_every_part_that_does_not_mix() -> None:
+    """Two pendulums with inputs of their own, one of which hardly acts: the margin of the whole pencil at each mode."""
+    M, G, B = np.diag([1.0, 2.0]), np.diag([3.0, 5.0]), np.diag([1.0, 1e-3])
+    zero = np.zeros((2, 2))
+    first_order = np.block([[zero, np.eye(2)], [-np.linalg.solve(M, G), zero]]), np.vstack([zero, np.linalg.solve(M, B)])
+    found = margins_of(LinearSystem((1, 1), M, zero, G, B, 0, ("a", "b"), first_order))
+    stiffness, drive = np.diag([3.0, 2.5]), np.diag([1.0, 1e-3 / np.sqrt(2)])
+    expected = [
+        np.linalg.svd(np.hstack([(stiffness - w * np.eye(2)) / 3.0, drive]), compute_uv=False)[-1] for w in (2.5, 3.0)
+    ]
+    assert found.margins == pytest.approx(expected, rel=1e-12)

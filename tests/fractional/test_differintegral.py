@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from math import log2
 from pathlib import Path
 
@@ -11,7 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from phichain.errors import ArrayError, PhichainError, SignalError
-from phichain.fractional import Differintegral, differintegrate, grunwald_letnikov
+from phichain.fractional import (
+    Differintegral,
+    convolution,
+    differintegral,
+    differintegrate,
+    grunwald_letnikov,
+)
 from tests.fractional.closed_forms import cosine, exponential, naive_grunwald_letnikov, power
 
 OMEGA, PHASE, END = 1.5, 0.7, 3.0
@@ -120,6 +127,41 @@ def test_an_order_does_not_depend_on_its_neighbours(orders: list[float], order: 
         assert np.allclose(together.values[k], alone, rtol=1e-12, atol=admitted, equal_nan=True)
 
 
+def test_long_signals_come_by_pieces_and_keep_every_sample(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pieces of 64 samples against the double sum, and against one piece; the last piece is a part of one."""
+    t, signal = sampled(700)
+    pair = np.stack([signal, 1 + t**2], axis=1)
+    orders = [-2.0, -0.7, 0.4, 1.0]
+    whole = differintegrate(t, pair, orders)
+    monkeypatch.setattr(convolution, "PIECE", 64)
+    monkeypatch.setattr(convolution, "DIRECT", 16)
+    pieces = differintegrate(t, pair, orders)
+    assert np.allclose(pieces.values, whole.values, rtol=1e-11, atol=1e-11, equal_nan=True)
+    for alpha in (-2.0, -0.7, 0.4):
+        found = grunwald_letnikov(t, signal, alpha).values[0]
+        expected = naive_grunwald_letnikov(signal, t[1], alpha)
+        assert np.max(np.abs(found - expected)) <= 2e-14 * np.max(np.abs(expected))
+    n = np.arange(5000.0)
+    found = grunwald_letnikov(n, np.ones(n.size), -2.0).values[0]
+    assert np.max(np.abs(found / ((n + 1.0) * (n + 2.0) / 2.0) - 1.0)) < 1e-13
+
+
+def test_many_orders_of_a_long_signal_need_little_beside_the_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    """10^6 samples and 101 orders must fit in 1 GiB, 808 MB of it the result: so many bytes a sample for the rest."""
+    monkeypatch.setattr(convolution, "PIECE", 2**13)
+    monkeypatch.setattr(differintegral, "_MOST_SCRATCH", 80 * 2**17)
+    size = 2**17 + 1
+    t, signal = sampled(size - 1)
+    tracemalloc.start()
+    before = tracemalloc.get_traced_memory()[0]
+    record = differintegrate(t, signal, np.linspace(-1.9, -0.1, 7), workers=64)
+    beside = tracemalloc.get_traced_memory()[1] - before - record.values.nbytes
+    tracemalloc.stop()
+    assert beside < 110 * size
+    assert np.max(np.abs(record.at(-1.0)[1::999] - cosine(-1.0, OMEGA, PHASE, t[1::999]))) < 1e-13
+    assert 101 * 8 * 10**6 + 110 * 10**6 < 2**30 - 128 * 2**20  # what the interpreter and its libraries take
+
+
 def test_channels_and_threads_change_nothing() -> None:
     t, signal = sampled(600)
     pair = np.stack([signal, np.sin(3.0 * t)], axis=1)
@@ -139,6 +181,37 @@ def test_integrals_start_at_zero_and_derivatives_say_that_they_cannot() -> None:
     assert values[2, 0] == signal[0]
     assert np.isnan(values[3, 0]) and not np.any(np.isnan(values[:, 1:]))
     assert values[4, 0] == pytest.approx(-OMEGA * np.sin(PHASE), abs=1e-4)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize(
+    ("alpha", "powers"),
+    [(0.6, [3.0]), (0.6, [1.0, 4.0]), (0.99, [1.5]), (1.5, [2.0]), (1.5, [3.0, 7.0]), (2.4, [3.0]), (0.3, [])],
+)
+def test_the_first_sample_is_zero_where_the_signal_starts_at_zero(alpha: float, powers: list, order: int) -> None:
+    """D^alpha t^b = Gamma(b+1) / Gamma(b+1-alpha) t^(b-alpha), which starts at 0 where b > alpha."""
+    t = np.linspace(0.0, 1.0, 101)
+    found = differintegrate(t, sum((t**b for b in powers), np.zeros(101)), alpha, order=order).values[0]
+    assert found[0] == 0.0 and np.all(np.isfinite(found))
+    if powers == [3.0] and order >= 4:
+        rounding = 10 * np.finfo(float).eps * (sum(2.0**k / k for k in range(1, order + 1)) * 100) ** alpha
+        assert found[1:] == pytest.approx(power(alpha, 3.0, t[1:]), rel=1e-13, abs=rounding)
+
+
+@pytest.mark.parametrize(
+    ("alpha", "start"), [(0.6, 1e-9), (0.6, 1.0), (1.5, 0.0), (2.4, 0.0), (1.2, 1.0)]
+)
+def test_the_first_sample_is_none_where_the_signal_or_a_derivative_does_not(alpha: float, start: float) -> None:
+    t = np.linspace(0.0, 1.0, 101)
+    channels = np.stack([start + np.sin(t) if alpha < 2 else t**2, t**4], axis=1)
+    found = differintegrate(t, channels, alpha).values[0]
+    assert np.isnan(found[0, 0]) and found[0, 1] == 0.0 and np.all(np.isfinite(found[1:]))
+
+
+def test_a_start_at_the_rounding_of_zero_counts_as_zero() -> None:
+    t = np.linspace(0.0, 1.0, 101)
+    signal = np.cos(t + np.pi / 2)
+    assert 0 < signal[0] < 1e-16 and differintegrate(t, signal, 0.5).values[0, 0] == pytest.approx(0, abs=1e-14)
 
 
 def test_initial_terms_lead_back_to_the_motion() -> None:

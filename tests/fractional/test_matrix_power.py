@@ -99,14 +99,75 @@ def test_defective_matrix_is_refused_but_for_schur_pade(p: complex) -> None:
     assert np.array_equal(matrix_power(a, 2), [[4.0, 4.0], [0.0, 4.0]])
 
 
-@pytest.mark.parametrize(
-    "a", [np.ones((2, 2)), np.zeros((3, 3)), [[0.0, 1.0], [0.0, 0.0]], np.outer([1, 2, 3], [3, 1, 0.5])]
-)
-def test_singular_matrix_is_refused(a: object) -> None:
-    for p in (0.5, -1, 0.5j):
-        with pytest.raises(MatrixPowerError, match="singular to working precision"):
+SINGULAR = [
+    (np.array([[1.0, 0, 0, 1], [0, 0, 0, 0], [0, 0, 0, 0], [1, 0, 0, 1]]), np.sqrt(0.5)),
+    (np.ones((3, 3)), 1 / np.sqrt(3)),
+    (np.zeros((3, 3)), 1.0),
+    (np.outer([1, 2, 3], [3, 1, 0.5]), 1 / np.sqrt(6.5)),
+]
+"""Matrices with A^2 = A / c^2: their root is c A."""
+
+
+@pytest.mark.parametrize("method", ["auto", "eigenvectors", "schur"])
+@pytest.mark.parametrize(("a", "factor"), SINGULAR)
+def test_a_semisimple_zero_has_powers(a: np.ndarray, factor: float, method: str) -> None:
+    found = matrix_power(a, [0.5, 0, 1, 2], method=method)
+    assert np.isrealobj(found)
+    assert np.max(np.abs(found[0] - factor * a)) < 1e-14
+    assert np.array_equal(found[1], np.eye(len(a))) and np.array_equal(found[2], a)
+
+
+@pytest.mark.parametrize("method", ["auto", "schur"])
+@pytest.mark.parametrize("p", [0.5, 0.3, 1.7, 0.5 + 2j])
+def test_powers_beside_a_zero_are_those_of_the_rest(p: complex, method: str) -> None:
+    """A = X diag(0, 0, lambda) X^-1 with everything exact in 40 digits."""
+    rng = np.random.default_rng(5)
+    x, values = rng.integers(-3, 4, (5, 5)) + 7 * np.eye(5), [0, 0, 2, 3, 0.5]
+    with mpmath.workdps(40):
+        left = mpmath.matrix(x.tolist())
+        right = left**-1
+        a = np.array((left * mpmath.diag(values) * right).tolist(), dtype=float)
+        power = left * mpmath.diag([mpmath.mpf(v) ** mpmath.mpmathify(p) if v else 0 for v in values]) * right
+        expected = np.array([[complex(power[i, j]) for j in range(5)] for i in range(5)])
+    assert np.max(np.abs(matrix_power(a, p, method=method) - expected)) < 1e-13 * np.max(np.abs(expected))
+
+
+def test_a_zero_beside_a_jordan_block_leaves_the_block_its_power() -> None:
+    a = np.zeros((4, 4))
+    a[:2, :2] = [[4.0, 1.0], [0.0, 4.0]]
+    turn = np.linalg.qr(np.random.default_rng(2).normal(size=(4, 4)))[0]
+    found = turn.T @ matrix_power(turn @ a @ turn.T, 0.5, method="schur") @ turn
+    assert np.allclose(found[:2, :2], [[2.0, 0.25], [0.0, 2.0]], atol=1e-13)
+    assert np.max(np.abs(found[2:])) < 1e-13
+    with pytest.warns(NearDefectiveWarning, match="the latter is returned"):
+        assert np.allclose(matrix_power(a, 0.5)[:2, :2], [[2.0, 0.25], [0.0, 2.0]], atol=1e-13)
+
+
+def test_a_zero_keeps_small_eigenvalues_beside_it() -> None:
+    found = matrix_power(np.diag([0.0, 1.0, 1e-20, -4.0]), 0.5)
+    assert np.allclose(found, np.diag([0.0, 1.0, 1e-10, 2j]), rtol=1e-15)
+
+
+@pytest.mark.parametrize("method", ["auto", "eigenvectors", "schur"])
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_nilpotent_part_is_refused(turned: bool, method: str) -> None:
+    a = np.diag([0.0, 0.0, 0.0, 5.0])
+    a[0, 1] = 1.0
+    if turned:
+        turn = np.linalg.qr(np.random.default_rng(3).normal(size=(4, 4)))[0]
+        a = turn @ a @ turn.T
+    for matrix in (a, np.array([[0.0, 1.0], [0.0, 0.0]])):
+        with pytest.raises(MatrixPowerError, match="singular to working precision.*too few eigenvectors"):
+            matrix_power(matrix, 0.5, method=method)
+        assert np.array_equal(matrix_power(matrix, 2), matrix @ matrix)
+
+
+@pytest.mark.parametrize("a", [matrix for matrix, _ in SINGULAR])
+def test_a_singular_matrix_has_no_inverse_powers(a: np.ndarray) -> None:
+    for p in (-0.5, -1, 0.5j, [0.5, -1]):
+        with pytest.raises(MatrixPowerError, match="singular to working precision.*Re p <= 0"):
             matrix_power(a, p)
-    assert np.array_equal(matrix_power(a, 2), np.asarray(a) @ np.asarray(a))
+    assert np.array_equal(matrix_power(a, 2), a @ a)
 
 
 def test_small_but_certain_eigenvalues_are_kept() -> None:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from phichain.control.blocks import blocks
 from phichain.control.linear import LinearSystem, linearize
 from phichain.control.weights import Spectrum, solve
 from phichain.errors import ControlError
@@ -99,14 +100,38 @@ def margins_of(linear: LinearSystem) -> Controllability:
             "actuated", "none", "this system has no input", "actuate the cart or joints in the scene"
         )
     M, D, G, B = linear.reduced
-    factor = np.linalg.cholesky(M)
-    stiffness, damping = (_normalised(factor, part) for part in (G, D))
-    drive = solve(factor, B)
-    drive = drive / np.linalg.norm(drive, 2)
-    rate = np.sqrt(np.linalg.norm(stiffness, 2)) or 1.0
-    modes = _modes(stiffness, damping)
-    margins = [_margin(mode / rate, stiffness / rate**2, damping / rate, drive) for mode in modes]
-    return Controllability(modes, np.array(margins), max(UNCONTROLLABLE, 100 * linear.noise))
+    parts, members = _distinct(M, D, G, B)
+    rate = max(np.sqrt(np.linalg.norm(part.stiffness, 2)) for part in parts) or 1.0
+    size = max(float(np.linalg.norm(part.drive, 2)) for part in parts)
+    each = [_modes(part.stiffness, part.damping) for part in parts]
+    found = [np.min([_margins(modes / rate, part, rate, size) for part in parts], axis=0) for modes in each]
+    modes, margins = (np.concatenate([values[k] for k in members]) for values in (each, found))
+    rising = np.argsort(np.abs(modes), kind="stable")
+    return Controllability(modes[rising], margins[rising], max(UNCONTROLLABLE, 100 * linear.noise))
+
+
+@dataclass(frozen=True, eq=False)
+class _Part(Held):
+    """Links that others do not touch, in coordinates in which M_qq = I."""
+
+    stiffness: Vector
+    damping: Vector
+    drive: Vector
+
+
+def _distinct(M: Vector, D: Vector, G: Vector, B: Vector) -> tuple[list[_Part], list[int]]:
+    """The parts that differ by more than signs, and which of them each block is."""
+    keys: list[bytes] = []
+    parts, members = [], []
+    for block in blocks((M, D, G), B):
+        mass, damping, stiffness, drive = block.square(M), block.square(D), block.square(G), block.across(B)
+        key = b"".join(matrix.tobytes() for matrix in (mass, damping, stiffness, drive))
+        if key not in keys:
+            keys.append(key)
+            factor = np.linalg.cholesky(mass)
+            parts.append(_Part(_normalised(factor, stiffness), _normalised(factor, damping), solve(factor, drive)))
+        members.append(keys.index(key))
+    return parts, members
 
 
 def _normalised(factor: NDArray[Any], part: Vector) -> Vector:
@@ -128,6 +153,14 @@ def _modes(stiffness: Vector, damping: Vector) -> Spectrum:
     return upper[np.argsort(np.abs(upper), kind="stable")]
 
 
-def _margin(mode: complex, stiffness: Vector, damping: Vector, drive: Vector) -> float:
-    pencil = np.hstack([mode**2 * np.eye(len(stiffness)) + mode * damping + stiffness, drive])
-    return float(np.linalg.svd(pencil, compute_uv=False)[-1])
+def _margins(modes: Spectrum, part: _Part, rate: float, size: float) -> Vector:
+    """Smallest singular values of the pencil of one part at all modes, everything in units of the rate."""
+    n = len(part.stiffness)
+    squares = modes**2
+    # Without damping the squares are real, and so is the pencil.
+    pencil: NDArray[Any] = (squares if np.any(squares.imag) else squares.real)[:, None, None] * np.eye(n)
+    if np.any(part.damping):
+        pencil = pencil + modes[:, None, None] * part.damping / rate
+    pencil = pencil + part.stiffness / rate**2
+    drive = np.broadcast_to(part.drive / size, (len(modes), *part.drive.shape))
+    return np.asarray(np.linalg.svd(np.concatenate([pencil, drive], axis=2), compute_uv=False)[:, -1])

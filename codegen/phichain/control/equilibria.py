@@ -75,7 +75,7 @@ def equilibria(system: System, p: Parameters | None = None) -> tuple[Equilibrium
         )
     found = []
     for s in product((1, -1), repeat=system.links):
-        if _pull(system, s, p) <= _slack(system, s, p):
+        if _pull(system, s, p) <= _slack(linearize(system, s, p)):
             found.append(equilibrium(system, s, p))
     return tuple(found)
 
@@ -87,8 +87,8 @@ def equilibrium(system: System, s: Sequence[int], p: Parameters | None = None) -
         ControlError: s is no equilibrium of this system.
         AbsentFunctionError: The system has no `linearization`.
     """
-    signs = demand_equilibrium(system, s, p)
-    linear = linearize(system, signs, p)
+    linear = demand_equilibrium(system, s, p)
+    signs = linear.s
     q = configuration(system, signs)
     energy = None
     if system.has("energy"):
@@ -103,14 +103,15 @@ def _falling(linear: LinearSystem) -> int:
     return int(np.sum(np.linalg.eigvalsh(links) < 0))
 
 
-def demand_equilibrium(system: System, s: Sequence[int], p: Parameters | None = None) -> Signs:
-    """The signs of an equilibrium at which the chain really rests.
+def demand_equilibrium(system: System, s: Sequence[int], p: Parameters | None = None) -> LinearSystem:
+    """(19) at an equilibrium at which the chain really rests.
 
     Raises:
         ControlError: Not one sign per link, or the chain accelerates there (a planar spring pulls, say).
     """
     signs = check_signs(system, s)
-    pull, slack = _pull(system, signs, p), _slack(system, signs, p)
+    linear = linearize(system, signs, p)
+    pull, slack = _pull(system, signs, p), _slack(linear)
     if pull > slack:
         raise ControlError(
             "s",
@@ -119,7 +120,7 @@ def demand_equilibrium(system: System, s: Sequence[int], p: Parameters | None = 
             "choose a direction of the links in which its springs are relaxed",
             acceleration=pull,
         )
-    return signs
+    return linear
 
 
 def _pull(system: System, s: Signs, p: Parameters | None) -> float:
@@ -131,8 +132,7 @@ def _pull(system: System, s: Signs, p: Parameters | None) -> float:
     return float(np.max(np.abs(system.forward_dynamics(q, v, *u, **system.parameters(p)))))
 
 
-def _slack(system: System, s: Signs, p: Parameters | None) -> float:
+def _slack(linear: LinearSystem) -> float:
     """Accelerations that the rounding of pi explains: |M^-1 G| times a small angle."""
-    linear = linearize(system, s, p)
     angle = max(1e-9, 100 * linear.noise)
     return angle * max(1.0, float(np.max(np.abs(linear.first_order[0][len(linear.M) :]))))

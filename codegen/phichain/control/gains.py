@@ -25,10 +25,9 @@ from phichain.archive import (
 )
 from phichain.control.controllability import Controllability, margins_of
 from phichain.control.equilibria import demand_equilibrium
-from phichain.control.linear import linearize
 from phichain.control.measured import on_angles, on_unit_vectors
 from phichain.control.riccati import riccati
-from phichain.control.weights import Spectrum, spectrum, weight
+from phichain.control.weights import Spectrum, weight
 from phichain.errors import ArrayError
 from phichain.laws import StateFeedback
 from phichain.records import Held, write_csv, write_npz
@@ -250,8 +249,8 @@ def lqr(
             positive, there is no input or no stabilising solution.
         AbsentFunctionError: The system has no `linearization`.
     """
-    signs = demand_equilibrium(system, [-1] * system.links if s is None else s, p)
-    linear = linearize(system, signs, p)
+    linear = demand_equilibrium(system, [-1] * system.links if s is None else s, p)
+    signs = linear.s
     reach: Controllability = margins_of(linear).demand(signs)
     A, B = linear.first_order
     state_weight = weight("Q", Q, len(A), strict=False)
@@ -269,7 +268,7 @@ def lqr(
         B=B,
         Q=state_weight,
         R=input_weight,
-        poles=spectrum(A - B @ solution.K),
+        poles=solution.poles,
         modes=reach.modes,
         margins=reach.margins,
         residual=solution.residual,

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from phichain.control.blocks import blocks, part
 from phichain.control.weights import solve
 from phichain.records import Held
 from phichain.system import Parameters, System, Vector
@@ -31,6 +32,7 @@ class LinearSystem(Held):
         B: Input (m, nu), possibly with no column.
         cart: Number of cart coordinates at the head of x.
         names: Names of the m coordinates.
+        first_order: (A, B) of z' = A z + B u with z = (x, x'); shapes (2m, 2m) and (2m, nu).
         noise: Relative accuracy of the matrices.
     """
 
@@ -41,15 +43,8 @@ class LinearSystem(Held):
     B: Vector
     cart: int
     names: tuple[str, ...]
+    first_order: tuple[Vector, Vector]
     noise: float = float(np.finfo(float).eps)
-
-    @property
-    def first_order(self) -> tuple[Vector, Vector]:
-        """(A, B) of z' = A z + B u with z = (x, x'); shapes (2m, 2m) and (2m, nu)."""
-        m = len(self.M)
-        right = solve(self.M, np.hstack([-self.G, -self.D, self.B]))
-        A = np.block([[np.zeros((m, m)), np.eye(m)], [right[:, :m], right[:, m : 2 * m]]])
-        return A, np.vstack([np.zeros((m, self.B.shape[1])), right[:, 2 * m :]])
 
     @property
     def reduced(self) -> tuple[Vector, Vector, Vector, Vector]:
@@ -84,7 +79,19 @@ def linearize(system: System, s: Sequence[int], p: Parameters | None = None) -> 
     # A damped scene has a third output; an undamped one leaves it out.
     D = parts[2].reshape(m, m) if len(parts) > 2 else np.zeros((m, m))
     noise = float(np.finfo(np.float32 if system.real == "float" else np.float64).eps)
-    return LinearSystem(signs, M, D, G, B, system.cart_size, _names(system), noise)
+    return LinearSystem(signs, M, D, G, B, system.cart_size, _names(system), _first_order(M, D, G, B), noise)
+
+
+def _first_order(M: Vector, D: Vector, G: Vector, B: Vector) -> tuple[Vector, Vector]:
+    """(A, B) of z' = A z + B u; what does not mix is solved apart, so that what is equal in M stays equal to the last bit."""
+    m = len(M)
+    A, drive = np.zeros((2 * m, 2 * m)), np.zeros((2 * m, B.shape[1]))
+    A[:m, m:] = np.eye(m)
+    given = np.hstack([-G, -D, B])
+    for block in blocks((M, D, G), B):
+        right = solve(part(M, block.states, block.states), given[block.states])
+        A[m + block.states], drive[m + block.states] = right[:, : 2 * m], right[:, 2 * m :]
+    return A, drive
 
 
 def _parts(system: System, signs: Signs, p: Parameters | None) -> tuple[Vector, ...]:

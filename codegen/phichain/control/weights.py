@@ -56,7 +56,11 @@ def weight(field: str, value: ArrayLike | None, size: int, *, strict: bool) -> V
 
 def spectrum(A: Vector) -> Spectrum:
     """Eigenvalues (n,) of A by falling real part, conjugates together."""
-    values = np.linalg.eigvals(A).astype(complex)
+    return ordered(np.linalg.eigvals(A).astype(complex))
+
+
+def ordered(values: Spectrum) -> Spectrum:
+    """Eigenvalues by falling real part, conjugates together."""
     return values[np.lexsort((values.imag, -values.real))]
 
 

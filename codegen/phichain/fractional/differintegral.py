@@ -10,6 +10,7 @@ on the whole interval, whatever their values at t = 0. Both do all orders alpha 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -21,7 +22,7 @@ from scipy.special import rgamma
 from phichain.archive import COUNT, TRUTH, Schema, read_archive, real
 from phichain.errors import ArrayError, SignalError
 from phichain.fractional import weights as lubich
-from phichain.fractional.convolution import Signal, convolve, convolve_short, transform
+from phichain.fractional.convolution import SCRATCH, Signal, convolve, convolve_short, transform
 from phichain.fractional.series import difference_weights
 from phichain.fractional.signals import finite_signal, real_array, supported_orders, uniform_step
 from phichain.fractional.threads import run
@@ -38,6 +39,8 @@ _SCHEMA = Schema(
 
 # Samples of kernels transformed together: enough to share the overhead, few enough to stay near the cache.
 _CHUNK_VALUES = 2**17
+# Bytes that orders under way may take together, beside the values: with many cores not all of them work on long signals.
+_MOST_SCRATCH = 2**26
 
 
 @dataclass(frozen=True)
@@ -158,8 +161,8 @@ def differintegrate(
         workers: Threads; None takes one per available core. The result does not depend on it.
 
     Returns:
-        The record of all values. For alpha > 0, not an integer, the sample at t = 0 is NaN: D^alpha f is unbounded
-        there unless f vanishes.
+        The record of all values. For alpha > 0, not an integer, the sample at t = 0 is NaN where D^alpha f is
+        unbounded, and 0 where f and its derivatives below alpha start at zero, as far as the samples tell.
 
     Raises:
         SignalError: The grid is not uniform, the signal too short or not finite, alpha or the order unsupported.
@@ -214,18 +217,25 @@ def _all_orders(
         members = np.flatnonzero((counts == starting) & ~whole)
         rule = lubich.quadrature(order, int(starting), orders[members], size)
         starts = [lubich.start(samples, int(starting), basis) for samples in signal.samples if corrected]
-        chunk = max(1, _CHUNK_VALUES // size)
-        for rows in (slice(k, k + chunk) for k in range(0, members.size, chunk)):
-            tasks.append(
-                partial(_some_orders, values, members[rows], signal, step, rule, rows, basis, starts)
-            )
-    run(tasks, workers)
+        for rows in _runs(members, max(1, _CHUNK_VALUES // size)):
+            # Neighbours in the result, so that they are summed where they stay.
+            out = values[:, members[rows.start] : members[rows.stop - 1] + 1]
+            tasks.append(partial(_some_orders, out, signal, step, rule, rows, basis, starts))
+    run(tasks, workers, most=_MOST_SCRATCH // (SCRATCH * size))
     return values
 
 
+def _runs(members: NDArray[np.intp], longest: int) -> Iterator[slice]:
+    """Pieces of a rising sequence of indices, each without a gap and of at most `longest`."""
+    first = 0
+    for stop in range(1, members.size + 1):
+        if stop == members.size or members[stop] != members[stop - 1] + 1 or stop - first == longest:
+            yield slice(first, stop)
+            first = stop
+
+
 def _some_orders(
-    values: Vector,
-    members: NDArray[np.intp],
+    out: Vector,
     signal: Signal,
     step: float,
     rule: lubich.Quadrature,
@@ -233,11 +243,11 @@ def _some_orders(
     basis: lubich.Basis,
     starts: list[lubich.Start],
 ) -> None:
-    """Set values[:, members] for orders that need the whole past."""
-    result = convolve(signal, lubich.weights(rule, rows, basis))
+    """Set the values (C, rows, n) of orders that need the whole past."""
+    convolve(signal, lubich.weights(rule, rows, basis), out)
     for channel, start in enumerate(starts):
-        result[channel] += lubich.correction(rule, rows, basis, start)
-    values[:, members] = result * (step ** -rule.alpha[rows])[:, None]
+        lubich.correct(out[channel], rule, rows, basis, start)
+    out *= (step ** -rule.alpha[rows])[:, None]
 
 
 def _derivative(signal: Signal, order: int, alpha: int, corrected: bool) -> Vector:

@@ -8,6 +8,13 @@ The paper writes (8)-(11) for A^(1/p); its section 4 uses A^p, as here. The meth
 a defective matrix it loses log10(cond V) digits, a warning says so and the Schur-Pade algorithm takes over. For the
 powers of a chain's inertia matrix use `inertia_powers`, which keeps small eigenvalues that this one cannot see.
 
+A singular matrix has powers of exponents with Re p > 0 where its eigenvalue 0 is semisimple, that is, has as many
+eigenvectors as its multiplicity: then 0^p = 0. With U an orthonormal basis of its range A = U (U^H A), and
+
+    A^p = U C^(p-1) U^H A,   C = U^H A U,
+
+where C is nonsingular exactly when 0 is semisimple (Higham 2008, theorem 1.35 with f(z) = z^p).
+
 Sources: N. J. Higham, Functions of Matrices (2008); N. J. Higham and L. Lin, SIAM J. Matrix Anal. Appl. 34 (2013)
 1341-1360, for the fallback in SciPy.
 """
@@ -74,7 +81,8 @@ def matrix_power(matrix: ArrayLike, p: ArrayLike, *, method: str = "auto") -> Ma
 
     Raises:
         ArrayError: A is not square, not finite or empty.
-        MatrixPowerError: A is singular and a p is not a natural number; A is defective and the method is not "schur".
+        MatrixPowerError: A is singular and a p, no natural number, has Re p <= 0 or 0 is not semisimple; A is
+            defective elsewhere and the method is not "schur".
 
     Warns:
         NearDefectiveWarning: cond V > 1e6; says by how much the two methods differ.
@@ -87,18 +95,22 @@ def matrix_power(matrix: ArrayLike, p: ArrayLike, *, method: str = "auto") -> Ma
         )
     whole = (exponents.imag == 0) & (exponents.real == np.round(exponents.real))
     spectrum = eigenvectors(a)
+    zero = np.zeros(len(a), dtype=bool)
     if not np.all(whole & (exponents.real >= 0)):
-        _refuse_singular(a, spectrum)
+        zero = _zeros(a, spectrum)
+        if np.any(zero) and np.any((exponents.real <= 0) & (exponents != 0)):
+            raise _singular(a, "and 0^p has no meaning where Re p <= 0")
     results = np.empty((*exponents.shape, *a.shape), dtype=complex)
     for at in np.argwhere(whole):
         results[tuple(at)] = np.linalg.matrix_power(a, int(exponents[tuple(at)].real))
     if not np.all(whole):
-        results[~whole] = _powers(a, spectrum, exponents[~whole], method)
+        powers = _singular_powers if np.any(zero) else _powers
+        results[~whole] = powers(a, spectrum, exponents[~whole], method)
     if not np.all(np.isfinite(results)):
         raise MatrixPowerError(
             "matrix", a, "its power overflows or does not exist", "scale it, or pass a smaller p"
         )
-    if _is_real(a, spectrum, exponents):
+    if _is_real(a, spectrum.values[~zero], exponents):
         results = np.ascontiguousarray(results.real)
     return results
 
@@ -145,8 +157,11 @@ def _powers(a: Matrix, spectrum: Spectrum, exponents: Matrix, method: str) -> Ma
     return check if method == "auto" else powers
 
 
-def _eigenvector_powers(spectrum: Spectrum, exponents: Matrix) -> Matrix:
-    diagonals = np.exp(np.multiply.outer(exponents, np.log(spectrum.values.astype(complex))))
+def _eigenvector_powers(spectrum: Spectrum, exponents: Matrix, zero: NDArray[np.bool_] | None = None) -> Matrix:
+    values = spectrum.values.astype(complex)
+    diagonals = np.zeros((exponents.size, values.size), dtype=complex)
+    kept = np.full(values.size, True) if zero is None else ~zero
+    diagonals[:, kept] = np.exp(np.multiply.outer(exponents, np.log(values[kept])))
     return (spectrum.vectors * diagonals[:, None, :]) @ spectrum.inverse
 
 
@@ -160,28 +175,51 @@ def _schur_powers(a: Matrix, exponents: Matrix) -> Matrix:
     return powers
 
 
-def _refuse_singular(a: Matrix, spectrum: Spectrum) -> None:
-    """Raise where an eigenvalue cannot be told from zero: it lies within eps |w_i| |A| |v_i| / |w_i v_i|."""
+def _singular_powers(a: Matrix, spectrum: Spectrum, exponents: Matrix, method: str) -> Matrix:
+    """A^p of a singular A, Re p > 0: by eigenvectors where they are well conditioned, else on the range of A."""
+    zero = _zeros(a, spectrum)
+    if method != "schur" and spectrum.condition <= CONDITION_LIMIT:
+        return _eigenvector_powers(spectrum, exponents, zero)
+    rank = int(np.sum(~zero))
+    directions, sizes, _ = linalg.svd(a)
+    basis = directions[:, :rank]
+    across = basis.conj().T @ a
+    core = across @ basis
+    if np.any(sizes[rank:] > len(a) * _EPS * sizes[0]):
+        raise _singular(a, "and has too few eigenvectors there: a nilpotent part has no such power")
+    if not rank:
+        return np.zeros((exponents.size, *a.shape), dtype=complex)
+    inner = eigenvectors(core)
+    if np.any(_zeros(core, inner)):
+        raise _singular(a, "and has too few eigenvectors there: a nilpotent part has no such power")
+    result: Matrix = basis @ _powers(core, inner, exponents - 1, method) @ across
+    return result
+
+
+def _zeros(a: Matrix, spectrum: Spectrum) -> NDArray[np.bool_]:
+    """Which eigenvalues cannot be told from zero: they lie within eps |w_i| |A| |v_i| / |w_i v_i|."""
     size = a.shape[0]
     if np.all(np.isfinite(spectrum.inverse)):
         uncertainty = np.sum((np.abs(spectrum.inverse) @ np.abs(a)) * np.abs(spectrum.vectors).T, axis=1)
     else:
         uncertainty = np.full(size, np.linalg.norm(a))
-    doubtful = np.abs(spectrum.values) <= size * _EPS * uncertainty
-    if np.any(doubtful):
-        raise MatrixPowerError(
-            "matrix",
-            a,
-            f"is singular to working precision: the eigenvalue {spectrum.values[np.argmax(doubtful)]:.3g} cannot be "
-            "told from 0, and 0^p has no meaning in a power that is not a natural number",
-            "use `inertia_powers` for an inertia matrix, or remove its null space",
-        )
+    doubtful: NDArray[np.bool_] = np.abs(spectrum.values) <= size * _EPS * uncertainty
+    return doubtful
 
 
-def _is_real(a: Matrix, spectrum: Spectrum, exponents: Matrix) -> bool:
+def _singular(a: Matrix, why: str) -> MatrixPowerError:
+    return MatrixPowerError(
+        "matrix",
+        a,
+        f"is singular to working precision: an eigenvalue cannot be told from 0, {why}",
+        "use `inertia_powers` for an inertia matrix, or remove its null space",
+    )
+
+
+def _is_real(a: Matrix, values: Matrix, exponents: Matrix) -> bool:
     if np.iscomplexobj(a) or np.any(exponents.imag != 0):
         return False
-    on_branch_cut = np.any((spectrum.values.imag == 0) & (spectrum.values.real < 0))
+    on_branch_cut = np.any((values.imag == 0) & (values.real < 0))
     return not on_branch_cut or bool(np.all(exponents.real == np.round(exponents.real)))
 
 

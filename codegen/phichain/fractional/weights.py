@@ -28,6 +28,7 @@ K. Diethelm, J. M. Ford, N. J. Ford, M. Weilbeer, J. Comput. Appl. Math. 186 (20
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import ceil, factorial
 
 import numpy as np
@@ -56,7 +57,8 @@ _TAPS = {1: 1, 2: 40, 3: 52, 4: 76, 5: 124, 6: 288}
 # Terms of the expansion, and the few that are left of it beyond n = FAR; derivatives lift the first power by up to 3.
 TERMS = 20
 _FAR, _FAR_TERMS = 2048, 8
-_MOST_LIFTED = 4
+# Samples whose powers are made together: they stay in the cache.
+_PIECE = 2**14
 
 
 @dataclass(frozen=True)
@@ -89,10 +91,12 @@ class Start(Held):
     Attributes:
         polynomial: c_q of the polynomial through the first m samples, in units of the step, shape (m,).
         toeplitz: Its values as a triangular Toeplitz matrix, shape (H, H).
+        vanishing: How many of the c_q, from the first on, cannot be told from zero.
     """
 
     polynomial: Vector
     toeplitz: Vector
+    vanishing: int
 
 
 def starting_values(order: int, alpha: float) -> int:
@@ -144,34 +148,33 @@ def _head(order: int, alpha: Vector, size: int) -> Vector:
 
 
 class Basis:
-    """Powers of n from the head's end on, shared by every alpha of one call.
+    """The samples from the head's end on, piece by piece, so that no table of powers of n is as long as the signal.
 
     Attributes:
         size: Number of samples n.
         near: How many of them are the head's.
+        pieces: Where each piece behind the head begins and ends.
     """
 
     def __init__(self, order: int, size: int) -> None:
         self.size = size
         self.near = min(HEAD[order], size)
-        n = np.arange(self.near, size, dtype=float)
-        split = max(0, _FAR - self.near)
-        self._log = np.log(n)
-        self._close = (1.0 / n[:split]) ** np.arange(TERMS + _MOST_LIFTED)[:, None]
-        self._far = (1.0 / n[split:]) ** np.arange(_FAR_TERMS + _MOST_LIFTED)[:, None]
+        bounds = [self.near, *range(_FAR, size, _PIECE), size] if size > _FAR else [self.near, size]
+        self.pieces = [slice(*ends) for ends in pairwise(bounds) if ends[0] < ends[1]]
 
-    def power(self, exponent: Vector) -> Vector:
-        """n^exponent, shape (A, n - H)."""
-        result: Vector = exponent[:, None] * self._log
-        return np.exp(result, out=result)
-
-    def polynomial(self, coefficients: Vector) -> Vector:
-        """sum_k coefficients_k n^-k, shape (A, n - H)."""
-        terms = coefficients.shape[1]
-        far_terms = terms - (TERMS - _FAR_TERMS)
-        close = product(coefficients, self._close[:terms])
-        far = product(coefficients[:, :far_terms], self._far[:far_terms])
-        return np.concatenate([close, far], axis=1)
+    def tail(self, piece: slice, exponent: Vector, coefficients: Vector) -> Vector:
+        """n^exponent sum_k coefficients_k n^-k of one piece, shape (A, length of the piece)."""
+        n = np.arange(piece.start, piece.stop, dtype=float)
+        terms = coefficients.shape[1] - (TERMS - _FAR_TERMS if piece.start >= _FAR else 0)
+        inverse = np.empty((terms, n.size))
+        inverse[0] = 1.0
+        np.divide(1.0, n, out=inverse[1])
+        for k in range(2, terms):
+            np.multiply(inverse[k - 1], inverse[1], out=inverse[k])
+        result = product(coefficients[:, :terms], inverse)
+        power = exponent[:, None] * np.log(n)
+        result *= np.exp(power, out=power)
+        return result
 
 
 def weights(rule: Quadrature, rows: slice, basis: Basis) -> Vector:
@@ -179,9 +182,8 @@ def weights(rule: Quadrature, rows: slice, basis: Basis) -> Vector:
     head = rule.head[rows]
     result = np.empty((head.shape[0], basis.size))
     result[:, : basis.near] = head
-    if basis.near < basis.size:
-        powers = basis.power(-rule.alpha[rows] - 1.0)
-        np.multiply(powers, basis.polynomial(rule.series[rows]), out=result[:, basis.near :])
+    for piece in basis.pieces:
+        result[:, piece] = basis.tail(piece, -rule.alpha[rows] - 1.0, rule.series[rows])
     return result
 
 
@@ -189,36 +191,47 @@ def start(samples: Vector, starting: int, basis: Basis) -> Start:
     """Prepare the starting correction of a signal, shape (n,)."""
     polynomial = starting_polynomial(samples[:starting])
     values = np.polynomial.polynomial.polyval(np.arange(basis.near, dtype=float), polynomial)
-    return Start(polynomial, triangular_toeplitz(values))
+    return Start(polynomial, triangular_toeplitz(values), _vanishing(samples, polynomial))
 
 
-def correction(rule: Quadrature, rows: slice, basis: Basis, begin: Start) -> Vector:
-    """Starting correction sum_q E_q(n) c_q of a signal, to be added to sum_j w_(n-j) f_j; shape (rows, n)."""
+def _vanishing(samples: Vector, polynomial: Vector) -> int:
+    """How many derivatives from the 0th on vanish at t = 0: their c_q cannot be told from zero.
+
+    What c_q may be off by is the rounding of the samples and, from q = 1 on, what one sample less makes of it.
+    """
+    count = polynomial.size
+    size = max(float(np.max(samples)), -float(np.min(samples)))
+    doubt = 4 * np.finfo(float).eps * size * np.sum(np.abs(inverse_vandermonde(count)), axis=1)
+    if count > 1:
+        doubt[:-1] += 4 * np.abs(polynomial[:-1] - starting_polynomial(samples[: count - 1]))
+    felt = np.flatnonzero(np.abs(polynomial) > doubt)
+    return int(felt[0]) if felt.size else count
+
+
+def correct(out: Vector, rule: Quadrature, rows: slice, basis: Basis, begin: Start) -> None:
+    """Add the starting correction sum_q E_q(n) c_q of a signal to sum_j w_(n-j) f_j, shape (rows, n)."""
     alpha, polynomial, near = rule.alpha[rows], begin.polynomial, basis.near
-    result = np.empty((alpha.size, basis.size))
     # In the head the plain difference will do: it loses eps n^(q-alpha), and c_q is of order h^q.
-    exact = polynomial_differintegral(alpha, near, polynomial)
-    np.subtract(exact, product(rule.head[rows], begin.toeplitz), out=result[:, :near])
-    if near < basis.size:
+    exact = polynomial_differintegral(alpha, near, polynomial, begin.vanishing)
+    out[:, :near] += exact - product(rule.head[rows], begin.toeplitz)
+    for piece in basis.pieces:
         coefficients = np.tensordot(polynomial, rule.defects[:, rows], axes=1)
-        np.multiply(
-            basis.power(rule.lift - alpha - 1.0), basis.polynomial(coefficients), out=result[:, near:]
-        )
-    return result
+        out[:, piece] += basis.tail(piece, rule.lift - alpha - 1.0, coefficients)
 
 
-def polynomial_differintegral(alpha: Vector, size: int, polynomial: Vector) -> Vector:
+def polynomial_differintegral(alpha: Vector, size: int, polynomial: Vector, vanishing: int = 0) -> Vector:
     """D^alpha sum_q c_q t^q = sum_q c_q Gamma(q+1) / Gamma(q+1-alpha) t^(q-alpha) at t = 0 .. size-1, shape (A, size).
 
-    For alpha > 0, not an integer, the value at t = 0 is NaN.
+    At t = 0, for alpha > 0 and not an integer, the value is 0 where the first `vanishing` c_q count as zero and
+    alpha < vanishing, and NaN elsewhere.
     """
     q = np.arange(polynomial.size)
     factors = polynomial * np.array([float(factorial(k)) for k in q]) * rgamma(q + 1.0 - alpha[:, None])
     t = np.arange(1.0, size)
     result = np.empty((alpha.size, size))
     result[:, 1:] = np.exp(-alpha[:, None] * np.log(t)) * (factors @ t ** q[:, None])
-    whole = alpha == np.round(alpha)
-    result[:, 0] = np.where((alpha > 0) & ~whole, np.nan, np.sum(factors * (q == alpha[:, None]), axis=1))
+    unbounded = (alpha > vanishing) & (alpha != np.round(alpha))
+    result[:, 0] = np.where(unbounded, np.nan, np.sum(factors * (q == alpha[:, None]), axis=1))
     return result
 
 

@@ -13,7 +13,7 @@ from phichain.errors import ArrayError
 VARIABLE: Final = "PHICHAIN_WORKERS"
 
 
-def run(tasks: Sequence[Callable[[], None]], workers: int | None) -> None:
+def run(tasks: Sequence[Callable[[], None]], workers: int | None, most: int | None = None) -> None:
     """Run the tasks, on this thread and on others; what they compute must not depend on the order.
 
     Ctrl-C ends it at once: a task that runs on another thread then runs out unheeded, and no other one is begun.
@@ -21,6 +21,7 @@ def run(tasks: Sequence[Callable[[], None]], workers: int | None) -> None:
     Args:
         tasks: Functions without arguments.
         workers: Threads; None takes $PHICHAIN_WORKERS, or else one per core this process may use.
+        most: How many tasks the memory bears at once, at least one; None bears all.
 
     Raises:
         ArrayError: Fewer than one worker.
@@ -28,7 +29,7 @@ def run(tasks: Sequence[Callable[[], None]], workers: int | None) -> None:
     if len(tasks) == 1 and workers is None:
         tasks[0]()
         return
-    threads = min(worker_count(workers), len(tasks))
+    threads = min(worker_count(workers), len(tasks), len(tasks) if most is None else max(1, most))
     waiting, stopped = deque(tasks), Event()
     failures: list[BaseException] = []
 

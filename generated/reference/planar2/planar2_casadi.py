@@ -755,18 +755,13 @@ def _phi(amplitude, omega):
 def _phi_jacobian(amplitude, omega):
     """Exact derivatives of phi, columns [amplitude, omega]."""
     swing = [None] * 2
-    acceleration_kernel = [None] * 4
-    centripetal_kernel = [None] * 4
-    apart_at = [None] * 2
-    kept_at_10 = [None] * 2
-    kept_at_16 = [None] * 2
-    kept_at_25 = [None] * 2
-    kept_at_29 = [None] * 2
-    d_swing = [None] * 2
-    d_acceleration_kernel = [None] * 4
-    d_centripetal_kernel = [None] * 4
-    d_row = [None] * 2
-    d_row_2 = [None] * 2
+    pair_slope = [None] * 4
+    pair_own = [None] * 4
+    pair_value = [None] * 4
+    diagonal = [None] * 2
+    by_omega = [None] * 2
+    slope_by_angle = [None] * 4
+    slope_of_angles = [None] * 4
     out = [None] * 6
     swing_before = 0.0
     for k in range(2):
@@ -777,68 +772,60 @@ def _phi_jacobian(amplitude, omega):
     for i in range(2):
         for j in range(i + 1, 2):
             apart = swing[i] - swing[j]
-            apart_at[i + j - 1] = apart
             bessel_1 = bessel(apart)
-            acceleration_kernel[2 * i + j] = bessel_1[0] - bessel_1[2]
-            centripetal_kernel[2 * i + j] = 0.5 * bessel_1[1] + 0.5 * bessel_1[3]
+            even = bessel_1[0] - bessel_1[2]
+            t2 = 0.5 * bessel_1[3]
+            odd = 0.5 * bessel_1[1] + t2
+            even_slope = t2 - 1.5 * bessel_1[1]
+            odd_slope = -0.25 * bessel_1[4] + 0.25 * bessel_1[0]
+            couple = 0.5 * _MU[j]
+            t3 = (odd_slope * swing[j] - even_slope) * swing[j]
+            pair_own[2 * i + j] = couple * t3
+            pair_value[2 * i + j] = couple * ((odd * swing[j] - even) * swing[j])
+            pair_slope[2 * i + j] = omega_squared * (couple * (2.0 * odd * swing[j] - t3 - even))
+            t4 = (odd_slope * swing[i] + even_slope) * swing[i]
+            pair_own[i + 2 * j] = couple * t4
+            pair_value[i + 2 * j] = -couple * ((odd * swing[i] + even) * swing[i])
+            pair_slope[i + 2 * j] = omega_squared * (couple * (-2.0 * odd * swing[i] - t4 - even))
     for i in range(2):
         inner = 0.0
         for j in range(i):
-            t2 = swing[j] * swing[j]
-            kept_at_10[i + j] = t2
-            t3 = acceleration_kernel[i + 2 * j] * swing[j] + centripetal_kernel[i + 2 * j] * t2
-            inner = inner - 0.5 * t3
+            inner = inner + pair_value[2 * i + j]
         outer = 0.0
         for j in range(i + 1, 2):
-            t4 = swing[j] * swing[j]
-            kept_at_16[i + j - 1] = t4
-            t5 = acceleration_kernel[2 * i + j] * swing[j] - centripetal_kernel[2 * i + j] * t4
-            outer = outer - _MU[j] * t5
-        kept_at_25[i] = _MU[i] * inner + 0.5 * outer - _C_DIAGONAL[i] * swing[i]
-        kept_at_29[i] = 9.81 * _MU[i]
-    for seed in range(2):
-        d_swing_before = 0.0
-        for k in range(2):
-            t6 = d_swing_before + _ONE_HOT[k + 1 - seed]
-            d_swing[k] = t6
-            d_swing_before = t6
-        for i in range(2):
-            for j in range(i + 1, 2):
-                t7 = d_swing[i] - d_swing[j]
-                bessel_8 = bessel(apart_at[i + j - 1])
-                d_acceleration_kernel[2 * i + j] = -(bessel_8[1] * t7 + 0.5 * (bessel_8[1] - bessel_8[3]) * t7)
-                t9 = 0.5 * (0.5 * (bessel_8[0] - bessel_8[2]) * t7) + 0.5 * (0.5 * (bessel_8[2] - bessel_8[4]) * t7)
-                d_centripetal_kernel[2 * i + j] = t9
-        for i in range(2):
-            d_inner = 0.0
-            for j in range(i):
-                t10 = swing[j] * d_acceleration_kernel[i + 2 * j] + acceleration_kernel[i + 2 * j] * d_swing[j]
-                t11 = swing[j] * d_swing[j]
-                t12 = kept_at_10[i + j] * d_centripetal_kernel[i + 2 * j] + centripetal_kernel[i + 2 * j] * (t11 + t11)
-                d_inner = d_inner - 0.5 * (t10 + t12)
-            d_outer = 0.0
-            for j in range(i + 1, 2):
-                t13 = swing[j] * d_acceleration_kernel[2 * i + j] + acceleration_kernel[2 * i + j] * d_swing[j]
-                t14 = swing[j] * d_swing[j]
-                t15 = kept_at_16[i + j - 1] * d_centripetal_kernel[2 * i + j] + centripetal_kernel[2 * i + j] * (t14 + t14)
-                d_outer = d_outer - _MU[j] * (t13 - t15)
-            bessel_16 = bessel(swing[i])
-            t17 = omega_squared * (_MU[i] * d_inner + 0.5 * d_outer - _C_DIAGONAL[i] * d_swing[i])
-            t18 = kept_at_29[i] * (2.0 * (0.5 * (bessel_16[0] - bessel_16[2]) * d_swing[i]))
-            d_row[i] = t17 + t18
-        d_beyond = 0.0
-        for k in range(1, -1, -1):
-            t19 = d_row[k] + d_beyond
-            out[3 * k + seed] = t19
-            d_beyond = t19
-    t20 = omega + omega
+            outer = outer + pair_value[2 * i + j]
+        inner_2 = 0.0
+        for j in range(i):
+            inner_2 = inner_2 + pair_own[2 * i + j]
+        outer_2 = 0.0
+        for j in range(i + 1, 2):
+            outer_2 = outer_2 + pair_own[2 * i + j]
+        bessel_5 = bessel(swing[i])
+        t6 = omega_squared * (inner_2 + outer_2 - _C_DIAGONAL[i]) + 9.81 * _MU[i] * (bessel_5[0] - bessel_5[2])
+        diagonal[i] = t6
+        by_omega[i] = 2.0 * omega * (inner + outer - _C_DIAGONAL[i] * swing[i])
     for i in range(2):
-        d_row_2[i] = kept_at_25[i] * t20
-    d_beyond_2 = 0.0
+        pair_slope[3 * i] = diagonal[i]
+    for i in range(2):
+        beyond = 0.0
+        for k in range(1, -1, -1):
+            t7 = pair_slope[2 * i + k] + beyond
+            slope_by_angle[2 * i + k] = t7
+            beyond = t7
+    for m in range(2):
+        beyond_2 = 0.0
+        for k in range(1, -1, -1):
+            t8 = slope_by_angle[2 * k + m] + beyond_2
+            slope_of_angles[2 * k + m] = t8
+            beyond_2 = t8
+    for i in range(2):
+        for j in range(2):
+            out[3 * i + j] = slope_of_angles[2 * i + j]
+    beyond_3 = 0.0
     for k in range(1, -1, -1):
-        t21 = d_row_2[k] + d_beyond_2
-        out[3 * k + 2] = t21
-        d_beyond_2 = t21
+        t9 = by_omega[k] + beyond_3
+        out[3 * k + 2] = t9
+        beyond_3 = t9
     return out
 
 
