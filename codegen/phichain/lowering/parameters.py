@@ -178,7 +178,7 @@ class Parameters:
         if isinstance(scene.mass, str) or isinstance(scene.cart_mass, str):
             return inf
         ratios = [outer / inner for inner, outer in pairwise((scene.cart_mass or scene.mass[0], *scene.mass))]
-        middle = self.links // 2
+        middle = (self.links - 1) // 2
         return max(prod(1 + ratio for ratio in ratios[:middle]), prod(1 + 1 / ratio for ratio in ratios[middle + 1 :]))
 
     def derived(self, name: str, entry: Callable[[Index], Expr], count: int | None = None) -> ArrayRef:
