@@ -67,9 +67,24 @@ def test_loops_do_not_grow(make: Any) -> None:
     assert small == large
 
 
-def test_spatial_masses_before_the_ends() -> None:
-    counts = count_operations(forward(paper_b(16, com=0.05)))
-    assert counts.total() <= 575 * 16
+@pytest.mark.parametrize(("links", "most"), [(1, 34), (2, 76), (3, 122), (5, 214)])
+def test_few_links_on_a_heavy_cart(links: int, most: int) -> None:
+    """The forces on a cart above a sixteenth of the chain are added as they are; a light one takes eight operations more."""
+    assert total_operations(forward(paper_b(links))) <= most
+    light = Scene("light", links, space="spatial", base="cart", mass=0.1, length=0.1, cart_mass=0.001)
+    assert total_operations(forward(light)) >= total_operations(forward(paper_b(links))) + 6
+
+
+def test_two_links_divide_once() -> None:
+    """The tip's first pivot is a number; what is solved for is the tension of the first link."""
+    assert count_operations(forward(paper_b(2)))["div"] == 1
+
+
+@pytest.mark.parametrize(("ratio", "most"), [(0.5, 205), (0.1, 575)])
+def test_spatial_masses_before_the_ends(ratio: float, most: int) -> None:
+    """By mobilities, and near the joints free of subtractions."""
+    counts = count_operations(forward(paper_b(16, com=0.1 * ratio)))
+    assert counts.total() <= most * 16
     assert not counts.keys() & {"sin", "cos"}
 
 

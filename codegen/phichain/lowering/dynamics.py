@@ -8,6 +8,7 @@ from phichain.lowering.planar import articulated as planar_articulated
 from phichain.lowering.planar import tension as planar_tension
 from phichain.lowering.planar.joints import planar_state
 from phichain.lowering.spatial import articulated as spatial_articulated
+from phichain.lowering.spatial import mobilities
 from phichain.lowering.spatial import tension as spatial_tension
 from phichain.lowering.spatial.rates import AngularVelocities, DirectionRates, Rates
 from phichain.lowering.writers import writes
@@ -15,11 +16,16 @@ from phichain.scene import Scene
 
 
 def by_tensions(scene: Scene) -> bool:
-    """Whether the sweeps solve for tensions; the articulated ones have units of their own."""
+    """Whether the sweeps solve for tensions."""
     return planar_tension.suits(scene) if scene.is_planar else scene.tip_masses
 
 
-@writes("forward_dynamics", space="planar", own_units=by_tensions)
+def in_units_of_links(scene: Scene) -> bool:
+    """Whether a sweep computes in units of the scene's links; the articulated ones have units of their own."""
+    return by_tensions(scene) or (not scene.is_planar and mobilities.suits(scene))
+
+
+@writes("forward_dynamics", space="planar", own_units=in_units_of_links)
 def planar_forward_dynamics(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef | None = None
 ) -> None:
@@ -28,7 +34,7 @@ def planar_forward_dynamics(
     form.accelerations(builder, scene, parameters, planar_state(builder, scene, q, v), u, a)
 
 
-@writes("forward_dynamics", space="spatial", own_units=by_tensions)
+@writes("forward_dynamics", space="spatial", own_units=in_units_of_links)
 def spatial_forward_dynamics(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef | None = None
 ) -> None:
@@ -36,7 +42,7 @@ def spatial_forward_dynamics(
     _sweep(builder, scene, parameters, q, AngularVelocities(scene, v, a), u)
 
 
-@writes("direction_dynamics", own_units=by_tensions)
+@writes("direction_dynamics", own_units=in_units_of_links)
 def direction_dynamics(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, q_dot: ArrayRef, q_ddot: ArrayRef,
     u: ArrayRef | None = None,
@@ -48,6 +54,9 @@ def direction_dynamics(
 def _sweep(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, u: ArrayRef | None
 ) -> None:
-    """Either form of a spatial chain's accelerations."""
-    form = spatial_tension if by_tensions(scene) else spatial_articulated
+    """Any form of a spatial chain's accelerations."""
+    if by_tensions(scene):
+        spatial_tension.accelerations(builder, scene, parameters, q, rates, u)
+        return
+    form = mobilities if mobilities.suits(scene) else spatial_articulated
     form.accelerations(builder, scene, parameters, q, rates, u)

@@ -59,10 +59,17 @@ class Units:
 
 
 def units_of_links(scene: Scene) -> Units:
-    """Mass and length of a uniform chain's links; SI units where links differ or numbers come at run time."""
+    """Mass and length of a uniform chain's links; SI units where links differ or numbers come at run time.
+
+    Masses before the ends of spatial links are measured by r (l - r) m / l^2, by which a link ties its two joints together.
+    """
     if scene.runtime or len(set(scene.mass)) > 1 or len(set(scene.length)) > 1:
         return Units()
-    return Units(Fraction(scene.mass[0]), Fraction(scene.length[0]))
+    mass, length = Fraction(scene.mass[0]), Fraction(scene.length[0])
+    if not scene.is_planar and scene.com is not None and len(set(scene.com)) == 1:
+        com = Fraction(scene.com[0])
+        mass *= com * (length - com) / length**2
+    return Units(mass, length)
 
 
 def _numbers(coefficients: Sequence[Coefficient], unit: Fraction) -> list[Fraction]:
@@ -171,7 +178,7 @@ class Parameters:
         if isinstance(scene.mass, str) or isinstance(scene.cart_mass, str):
             return inf
         ratios = [outer / inner for inner, outer in pairwise((scene.cart_mass or scene.mass[0], *scene.mass))]
-        middle = self.links // 2
+        middle = (self.links - 1) // 2
         return max(prod(1 + ratio for ratio in ratios[:middle]), prod(1 + 1 / ratio for ratio in ratios[middle + 1 :]))
 
     def derived(self, name: str, entry: Callable[[Index], Expr], count: int | None = None) -> ArrayRef:

@@ -26,6 +26,8 @@ from dataclasses import dataclass, replace
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
 from phichain.lowering.parameters import Parameters
 
+#: Up to so many links what counts is the operations; beyond, how long a tension waits for its neighbour's.
+_SHORT = 3
 #: Largest growth of a denominator that leaves the scaled loads far from overflow.
 _LARGEST_GROWTH = {"double": 1e100, "float": 1e12}
 
@@ -78,59 +80,58 @@ class _Front:
 def solve_tensions(builder: Builder, parameters: Parameters, joints: Joints) -> ArrayRef:
     """Scaled tensions lambda_k / m_k, N + 1 cells, the last one (beyond the tip) zero."""
     links = parameters.links
-    middle = links // 2
-    paired = links - 1 - middle
+    # of an even number of links the tip's side takes one more: its first pivot is a number
+    middle = (links - 1) // 2
     sweep = _Sweep(builder, parameters, joints)
     scaled = parameters.pivot_growth <= _LARGEST_GROWTH[parameters.real]
     one, nothing = builder.lift(1), builder.lift(0)
     base = _Front(joints.base_slack, one, nothing, scaled)
     tip = _Front(one, one, nothing, scaled)
-    if paired:
-        with builder.loop("i", 0, paired) as loop:
+    if middle:
+        with builder.loop("i", 0, middle) as loop:
             base, tip = base.carried(loop, "base"), tip.carried(loop, "tip")
             base.followed(loop, sweep.from_base(base, loop.index))
             tip.followed(loop, sweep.from_tip(tip, links - 1 - loop.index))
-    if middle > paired:
-        base = sweep.from_base(base, middle - 1)
-    return sweep.substitute_back(base, tip, middle, paired)
+    if links - 1 - middle > middle:
+        tip = sweep.from_tip(tip, middle + 1)
+    return sweep.substitute_back(base, tip, middle)
 
 
 class _Sweep:
-    """Elimination steps and back substitution; `particular` and `coupling` carry one to the other."""
+    """Elimination steps and back substitution; `load`, `coupling` and `gain` carry one to the other."""
 
     def __init__(self, builder: Builder, parameters: Parameters, joints: Joints) -> None:
         self.builder, self.joints = builder, joints
         self.links = parameters.links
         self.ratio, self.inverse_ratio = parameters.mass_ratio, parameters.inverse_mass_ratio
-        self.particular = builder.array("particular", self.links)
+        self.is_short = self.links <= _SHORT
+        self.load = builder.array("load", self.links)
         self.coupling = builder.array("coupling", self.links)
+        self.gain = builder.array("gain", self.links)
 
     def from_base(self, front: _Front, k: Index) -> _Front:
         """Eliminate link k from the base side."""
-        ratio = self.ratio[k + 1]
+        ratio, cosine = self.ratio[k + 1], self.joints.cosine[k + 1]
         load = self.builder.let("base_load", self.joints.right_side[k] * front.denominator + front.incoming)
-        inverse = self._eliminate("base", front, front.numerator, load, k, self.joints.cosine[k + 1], (None, ratio))
+        inverse = self.builder.let("base_inverse_pivot", 1 / (front.denominator + front.numerator))
+        self._keep(k, load, ratio * (cosine * front.denominator), inverse)
         numerator = ratio * (self.joints.sine_squared[k + 1] * front.denominator + front.numerator)
-        return self._passed_on(front, front.numerator, numerator, self.joints.cosine[k + 1] * load, inverse)
+        return self._passed_on(front, front.numerator, numerator, cosine * load, inverse)
 
     def from_tip(self, front: _Front, k: Index) -> _Front:
         """Eliminate link k from the tip side."""
-        ratio = self.inverse_ratio[k]
+        ratio, cosine = self.inverse_ratio[k], self.joints.cosine[k]
         slack = ratio * front.numerator
         load = self.builder.let("tip_load", self.joints.right_side[k] * front.denominator + front.incoming)
-        inverse = self._eliminate("tip", front, slack, load, k, self.joints.cosine[k], (ratio, ratio))
+        inverse = self.builder.let("tip_inverse_pivot", 1 / (front.denominator + slack))
+        self._keep(k, load, cosine * front.denominator, ratio * inverse)
         numerator = self.joints.sine_squared[k] * front.denominator + slack
-        return self._passed_on(front, slack, numerator, self.joints.cosine[k] * load, inverse)
+        return self._passed_on(front, slack, numerator, cosine * load, inverse)
 
-    def _eliminate(
-        self, side: str, front: _Front, slack: Expr, load: Expr, k: Index, cosine: Expr, ratios: tuple[Expr | None, Expr]
-    ) -> Expr:
-        """Store what back substitution needs; returns 1 / (d + n)."""
-        inverse = self.builder.let(f"{side}_inverse_pivot", 1 / (front.denominator + slack))
-        particular = load * inverse
-        self.particular[k] = particular if ratios[0] is None else ratios[0] * particular
-        self.coupling[k] = ratios[1] * (cosine * front.denominator * inverse)
-        return inverse
+    def _keep(self, k: Index, load: Expr, coupling: Expr, gain: Expr) -> None:
+        """What back substitution needs: the tension is (load + coupling * neighbour's) * gain."""
+        self.gain[k] = gain
+        self.load[k], self.coupling[k] = (load, coupling) if self.is_short else (load * gain, coupling * gain)
 
     def _passed_on(self, front: _Front, slack: Expr, numerator: Expr, incoming: Expr, inverse: Expr) -> _Front:
         """The next front: d + n below the fraction, or everything divided by it."""
@@ -138,7 +139,7 @@ class _Sweep:
             return replace(front, numerator=numerator, denominator=front.denominator + slack, incoming=incoming)
         return replace(front, numerator=numerator * inverse, incoming=incoming * inverse)
 
-    def substitute_back(self, base: _Front, tip: _Front, middle: int, paired: int) -> ArrayRef:
+    def substitute_back(self, base: _Front, tip: _Front, middle: int) -> ArrayRef:
         """Where the fronts meet the pivot is t + Y; then outwards on both sides."""
         builder = self.builder
         tension = builder.array("tension", self.links + 1)
@@ -146,19 +147,20 @@ class _Sweep:
         load = load + base.incoming * tip.denominator + tip.incoming * base.denominator
         pivot = base.numerator * tip.denominator + tip.numerator * base.denominator
         tension[middle] = met = builder.let("middle_tension", load / pivot)
-        inner = met
-        if paired:
-            with builder.loop("i", 0, paired) as loop:
+        outer = met
+        if middle:
+            with builder.loop("i", 0, middle) as loop:
                 inner = loop.carry("inner_tension", met)
                 outer = loop.carry("outer_tension", met)
                 loop.follow(inner, self._outwards("inner", tension, middle - 1 - loop.index, inner))
                 loop.follow(outer, self._outwards("outer", tension, middle + 1 + loop.index, outer))
-        if middle > paired:
-            self._outwards("inner", tension, 0, inner)
+        if self.links - 1 - middle > middle:
+            self._outwards("outer", tension, self.links - 1, outer)
         tension[self.links] = builder.lift(0)
         return tension
 
     def _outwards(self, side: str, tension: ArrayRef, k: Index, neighbour: Expr) -> Expr:
-        value = self.builder.let(f"{side}_tension_next", self.particular[k] + self.coupling[k] * neighbour)
+        total = self.load[k] + self.coupling[k] * neighbour
+        value = self.builder.let(f"{side}_tension_next", total * self.gain[k] if self.is_short else total)
         tension[k] = value
         return value

@@ -163,6 +163,14 @@ def dyads(*vectors: Vector) -> Matrix:
     return symmetric(entries)
 
 
+def cofactors(matrix: Matrix) -> Matrix:
+    """The adjugate of a symmetric 3 x 3 matrix."""
+    xx, xy, xz, yy, yz, zz = triangle(matrix)
+    return symmetric(
+        (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy, xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy)
+    )
+
+
 # --- across a unit vector ---------------------------------------------------------------------------------------------
 
 

@@ -20,14 +20,14 @@ def directions(scene: Scene, q: ArrayRef) -> ArrayRef:
 
 
 def neighbours(builder: Builder, direction: ArrayRef, links: int) -> tuple[ArrayRef, ArrayRef]:
-    """Cosines q_{k-1}.q_k and crosses q_{k-1} x q_k for k = 1..N-1; crosses are zero beyond the tip (k = N)."""
+    """Cosines q_{k-1}.q_k and crosses q_k x q_{k-1} for k = 1..N-1; crosses are zero beyond the tip (k = N)."""
     cosine = builder.array("cosine", links)
     crosses = builder.array("cross", 3 * links + 3)
     with builder.loop("k", 1, links) as loop:
         k = loop.index
         before, here = load(direction, k - 1), load(direction, k)
         cosine[k] = builder.let("cosine_k", dot(before, here))
-        across = cross(before, here)
+        across = cross(here, before)
         store(crosses, k, (
             builder.let("cross_x", across[0]), builder.let("cross_y", across[1]), builder.let("cross_z", across[2]),
         ))  # fmt: skip

@@ -1,15 +1,16 @@
 """Spatial forward dynamics with every mass at its link's end (r = l), theory section 5: tensions on unit vectors, no trigonometry.
 
-With X_k = q_{k-1} x q_k and N_k = n_k / l_k the force pairs of springs and dampers, f the horizontal force left for the cart,
+With X_k = q_k x q_{k-1} and N_k = n_k / l_k the force pairs of springs and dampers, f the horizontal force left for the cart,
 
     b_k = l_k |omega_k|^2 - q_k.N_{k+1} / m_k - q_k.N_{k-1} / m_{k-1},   b_0 gains (g e_3 - C f / m_c).q_0
-    l_k omega_k' = (lambda_{k+1} / m_k) X_{k+1} - (lambda_{k-1} / m_{k-1}) X_k
+    l_k omega_k' = (lambda_{k-1} / m_{k-1}) X_k - (lambda_{k+1} / m_k) X_{k+1}
                    + q_k x (N_k (1/m_k + 1/m_{k-1}) - N_{k+1} / m_k - N_{k-1} / m_{k-1})
     (m_c + m_0 |h|^2) x'' = f + h (m_0 (b_0 + h.f / m_c) + c_1 lambda_1) + (m_0 / m_c) h* (h*.f),   h = C^T q_0,   f = u - C^T N_0
     l_0 omega_0' gains q_0 x (g e_3 - C x'')
 
 h* is h turned by a right angle. The cart's equation is m_c x'' = f + lambda_0 h with lambda_0 put in: on a light cart the two
-forces all but cancel along h.
+forces all but cancel along h. What is left of them is at least the part m_c / (m_c + sum m_k), so on a cart that is known to be heavy
+enough m_c x'' = f + lambda_0 h is the shorter way.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ from phichain.lowering.spatial.links import couples, directions, neighbours
 from phichain.lowering.spatial.rates import Rates
 from phichain.lowering.tensions import Joints, solve_tensions
 from phichain.scene import Scene
+
+#: Up to this ratio of the chain's mass to the cart's the forces on the cart are added as they are.
+_LARGEST_LOAD = 16
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ def accelerations(
     horizontal = _horizontal(builder, scene, parameters, u, pair)
     chain = _Chain(builder, parameters, direction, rates, crosses, pair, horizontal)
     tension = solve_tensions(builder, parameters, _joints(chain, cosine))
-    cart = _cart(chain, cosine, tension)
+    cart = _heavy_cart(chain, tension) if _is_heavy(scene) else _cart(chain, cosine, tension)
     if cart is not None:
         rates.write_cart((cart[0] * parameters.units.length, cart[1] * parameters.units.length))
     _first(chain, tension, cart)
@@ -129,6 +133,27 @@ def _still_right_side(chain: _Chain) -> Expr:
     return value
 
 
+def _is_heavy(scene: Scene) -> bool:
+    """Whether the cart is known to be heavy beside the chain."""
+    if isinstance(scene.mass, str) or isinstance(scene.cart_mass, str) or scene.cart_mass is None:
+        return False
+    return sum(scene.mass) <= _LARGEST_LOAD * scene.cart_mass
+
+
+def _heavy_cart(chain: _Chain, tension: ArrayRef) -> tuple[Expr, Expr]:
+    """x'' from the force and the first tension."""
+    assert chain.horizontal is not None
+    builder, parameters = chain.builder, chain.parameters
+    if parameters.links == 1:
+        x, y, _ = load(chain.direction, 0)
+        pull = _first_right_side(chain) / (x * x + y * y + parameters.cart_mass / parameters.mass[0])
+    else:
+        pull = tension[0] * (parameters.mass[0] / parameters.cart_mass)
+    pull = builder.let("pull_on_cart", pull)
+    first, second = (free + chain.direction[i] * pull for i, free in enumerate(chain.horizontal))
+    return builder.let("cart_acceleration", first), builder.let("cart_acceleration", second)
+
+
 def _cart(chain: _Chain, cosine: ArrayRef, tension: ArrayRef) -> tuple[Expr, Expr] | None:
     """x''; the part of the force across C^T q_0 is met by the cart alone, the part along it by the first mass as well."""
     if chain.horizontal is None:
@@ -148,7 +173,7 @@ def _cart(chain: _Chain, cosine: ArrayRef, tension: ArrayRef) -> tuple[Expr, Exp
 
 
 def _first(chain: _Chain, tension: ArrayRef, cart: tuple[Expr, Expr] | None) -> None:
-    """l_0 omega_0' = (lambda_1 / m_0) X_1 + q_0 x (g e_3 - C x'' + couples)."""
+    """l_0 omega_0' = q_0 x (g e_3 - C x'' + couples) - (lambda_1 / m_0) X_1."""
     parameters, builder = chain.parameters, chain.builder
     inverse = 1 / parameters.length[0]
     here = load(chain.direction, 0)
@@ -160,7 +185,7 @@ def _first(chain: _Chain, tension: ArrayRef, cart: tuple[Expr, Expr] | None) -> 
         own = sub(load(chain.pair, 0), load(chain.pair, 1))
         fall = add(fall, scale(inverse / parameters.mass[0], own))
     pull = tension[1] * (parameters.mass_ratio[1] * inverse)
-    chain.rates.write(0, add(scale(pull, load(chain.crosses, 1)), cross(here, fall)))
+    chain.rates.write(0, sub(cross(here, fall), scale(pull, load(chain.crosses, 1))))
 
 
 def _beyond(chain: _Chain, tension: ArrayRef) -> None:
@@ -170,7 +195,7 @@ def _beyond(chain: _Chain, tension: ArrayRef) -> None:
         k = loop.index
         outer = builder.let("outer_pull", tension[k + 1] * (parameters.mass_ratio[k + 1] * inverse_length[k]))
         inner = builder.let("inner_pull", tension[k - 1] * inverse_length[k])
-        rate = sub(scale(outer, load(chain.crosses, k + 1)), scale(inner, load(chain.crosses, k)))
+        rate = sub(scale(inner, load(chain.crosses, k)), scale(outer, load(chain.crosses, k + 1)))
         if chain.pair is not None:
             rate = add(rate, _couple_rate(chain, k))
         chain.rates.write(k, rate)

@@ -6,7 +6,7 @@ rotation of a link with its mass near the joint leaves to divide by shrinks with
 
 from __future__ import annotations
 
-from phichain.ir.builder import Builder
+from phichain.ir.builder import Builder, Expr, Index
 from phichain.lowering.parameters import Parameters
 from phichain.scene import Scene
 
@@ -40,3 +40,46 @@ class SpatialUnits:
         self.mass = steps("link_mass_step", lambda k: mass[k])
         self.length = steps("length_step", lambda k: length[k])
         self.outward = steps("outward_step", lambda k: 1 / length[k])
+
+
+class MobilityScales:
+    """Per-link numbers; mobilities are kept as -mu W, mu a mass of the link, so that a uniform chain has few factors.
+
+    Attributes:
+        own: b_k.
+        lever: kappa_k.
+        pivot: b_k plus what is isotropic in the G of link k + 1, (1 - beta)^2 m.
+        slack: takes a mobility of link k + 1 to what it takes from that, kappa^2 / mu.
+        lean: kappa_k / mu_k, of which a joint's acceleration is carried on.
+        push: kappa_{k+1} / mu_k.
+        base_slack, base_overhang: the same two of link 0, kappa^2 / mu and (1 - beta)^2 m.
+        scale: mu_k.
+    """
+
+    def __init__(self, parameters: Parameters) -> None:
+        mass, length, com, last = parameters.mass, parameters.length, parameters.com, parameters.links - 1
+        derived = parameters.derived
+
+        def lever(k: Index) -> Expr:
+            return mass[k] * com[k] * (length[k] - com[k]) / (length[k] * length[k])
+
+        def scale_of(k: Index) -> Expr:
+            return mass[k] if lever(k).is_zero else lever(k)
+
+        def overhang(k: Index) -> Expr:
+            short = length[k] - com[k]
+            return mass[k] * short * short / (length[k] * length[k])
+
+        def beyond(k: Index) -> int:
+            assert isinstance(k, int)  # all numbers are known where this form serves
+            return min(k + 1, last)
+
+        self.own = own = derived("own_inertia", lambda k: mass[k] * com[k] * com[k] / (length[k] * length[k]))
+        self.lever = derived("joint_lever", lever)
+        self.scale = derived("mobility_scale", scale_of)
+        self.pivot = derived("pivot_inertia", lambda k: own[k] + overhang(beyond(k)))
+        self.slack = derived("slack", lambda k: lever(beyond(k)) * lever(beyond(k)) / scale_of(beyond(k)))
+        self.lean = derived("lean_share", lambda k: lever(k) / scale_of(k))
+        self.base_slack = lever(0) * lever(0) / scale_of(0)
+        self.base_overhang = overhang(0)
+        self.push = derived("push_share", lambda k: lever(beyond(k)) / scale_of(k))
