@@ -14,9 +14,17 @@ from typing import Any
 from benchmarks.chains import Chain
 from benchmarks.harness import BenchmarkError
 from benchmarks.peers.recursions.planar import Function, Numbers, Scalar, closed_form, link_frame, tension
-from benchmarks.peers.recursions.spatial import spatial_articulated, spatial_tension, spatial_tension_twisted
+from benchmarks.peers.recursions.spatial import (
+    spatial_articulated,
+    spatial_tension,
+    spatial_tension_direct,
+    spatial_tension_twisted,
+)
 
-__all__ = ["LABELS", "SPATIAL", "accelerations", "forms", "planar_link_frame", "spatial_articulated", "spatial_tension"]
+__all__ = [
+    "LABELS", "SPATIAL", "accelerations", "forms", "planar_link_frame", "spatial_articulated", "spatial_tension",
+    "spatial_tension_direct",
+]  # fmt: skip
 
 _MOST_DENSE = 4
 SPATIAL = {"tension": spatial_tension, "twisted": spatial_tension_twisted, "recursion": spatial_articulated}

@@ -20,20 +20,7 @@ def spatial_tension(
     omega_N]``. No trigonometry; per link, about 36 operations with unit masses and lengths.
     """
     system = _tension_system(chain, position, velocity, force)
-    count = chain.links
-    diagonal, off, right = list(system.diagonal), system.off, list(system.right)
-    gain: list[Scalar] = [0.0] * count
-    inverse: list[Scalar] = [0.0] * count
-    for k in reversed(range(count)):
-        inverse[k] = 1.0 / diagonal[k]
-        if k:
-            gain[k] = off[k] * inverse[k]
-            diagonal[k - 1] = diagonal[k - 1] - off[k] * gain[k]
-            right[k - 1] = right[k - 1] + gain[k] * right[k]
-    tension = [right[0] * inverse[0]]
-    for k in range(1, count):
-        tension.append(right[k] * inverse[k] + gain[k] * tension[k - 1])
-    return system.accelerations(tension)
+    return system.accelerations(_eliminated(system))
 
 
 def spatial_tension_twisted(
@@ -67,6 +54,31 @@ def spatial_tension_twisted(
     for k in reversed(range(middle)):
         tension[k] = scaled[k] + gain[k] * tension[k + 1]
     return system.accelerations(tension)
+
+
+def spatial_tension_direct(
+    chain: Chain, position: Sequence[Scalar], rate: Sequence[Scalar], force: Sequence[Scalar]
+) -> list[Scalar]:
+    """``[x'', q_1'', .. q_N'']`` from ``rate = [x', q_1', .. q_N']``: the tension form without angular velocities.
+
+    Every mass is pulled by two tensions along unit vectors, so q'' needs no cross product: the best form for a Taylor
+    series, and this project's own.
+    """
+    system = _tension_system(chain, position, rate, force)
+    tension = _eliminated(system)
+    base = system.accelerations(tension)[:2]
+    count, unit = chain.links, 1.0 / chain.length[0]
+    q = system.directions
+    result = list(base)
+    before: list[Scalar] = [base[0] * unit, base[1] * unit, -GRAVITY * unit]
+    for k in range(count):
+        light = chain.mass[0] / chain.mass[k]
+        own = [-(tension[k] * light) * x for x in q[k]]
+        if k + 1 < count:
+            own = [x + (tension[k + 1] * light) * y for x, y in zip(own, q[k + 1], strict=True)]
+        result.extend((x - y) * (chain.length[0] / chain.length[k]) for x, y in zip(own, before, strict=True))
+        before = own
+    return result
 
 
 def spatial_articulated(
@@ -222,3 +234,21 @@ def _tension_system(
         off.append((a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) * (1.0 / mass[k - 1]))
         crosses.append([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
     return _TensionSystem(chain, q, crosses, diagonal, off, right, force)
+
+
+def _eliminated(system: _TensionSystem) -> list[Scalar]:
+    """The tensions, eliminated from tip to cart."""
+    count = system.chain.links
+    diagonal, off, right = list(system.diagonal), system.off, list(system.right)
+    gain: list[Scalar] = [0.0] * count
+    inverse: list[Scalar] = [0.0] * count
+    for k in reversed(range(count)):
+        inverse[k] = 1.0 / diagonal[k]
+        if k:
+            gain[k] = off[k] * inverse[k]
+            diagonal[k - 1] = diagonal[k - 1] - off[k] * gain[k]
+            right[k - 1] = right[k - 1] + gain[k] * right[k]
+    tension = [right[0] * inverse[0]]
+    for k in range(1, count):
+        tension.append(right[k] * inverse[k] + gain[k] * tension[k - 1])
+    return tension
