@@ -109,14 +109,25 @@ def gather(makers: Sequence[tuple[str, Maker]]) -> tuple[list[Runner], list[Entr
 
 def contest(
     title: str, makers: Sequence[tuple[str, Maker]], rounds: int, budget: float = 6.0, unit: str = "ms", reach: str = "",
-    clock: Callable[[], float] | None = None,
+    clock: Callable[[], float] | None = None, per: float = 1.0,
 ) -> Work:  # fmt: skip
-    """Build, race, relate."""
+    """Build, race, relate.
+
+    Args:
+        title: Of the work.
+        makers: Who takes part.
+        rounds: As `race`.
+        budget: As `race`.
+        unit: Of the times.
+        reach: Ratio aimed at.
+        clock: Processor time by default.
+        per: Pieces of work in one call; times are given for one.
+    """
     runners, skipped = gather(makers)
     found: list[Entry] = []
     if runners:
         options = {} if clock is None else {"clock": clock}
-        samples = race([r.run for r in runners], rounds, budget, **options)
+        samples = race([r.run for r in runners], rounds, budget, **options) / per
         found = entries([r.who for r in runners], [r.kind for r in runners], samples, [r.error for r in runners])
     work = Work(title, (*found, *skipped), unit, reach)
     print(line(work), flush=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 from typing import Any
 
@@ -56,6 +55,12 @@ def configuration(chain: Chain, form: str, x: Array) -> Array:
     """q of the scene from rows of the form's state."""
     q = x[..., : chain.nq]
     return np.diff(q, prepend=0.0, axis=-1) if form == "closed form" else q
+
+
+def integrator(chain: Chain, form: str, q: Array, v: Array, tolerance: float) -> tuple[Any, Array]:
+    """heyoka's own object without compact mode, and its state at the start."""
+    start = state(chain, form, q, v)
+    return hy.taylor_adaptive(system(chain, form), start.copy(), tol=tolerance, compact_mode=False), start
 
 
 def one(chain: Chain, form: str, compact: bool, q: Array, v: Array, tolerance: float) -> Flow:
@@ -128,11 +133,6 @@ def extended(chain: Chain, form: str, q: Array, v: Array, t: float) -> list[str]
     )
     flow.propagate_until(np.longdouble(t))
     return [np.format_float_scientific(x, precision=20) for x in configuration(chain, form, np.array(flow.state))]
-
-
-def variants(forms: tuple[str, ...], links: int) -> list[tuple[str, bool]]:
-    """(form, compact mode or not) that an expert would try: compact mode loses on the smallest chains alone."""
-    return [pair for pair in itertools.product(forms, (False, True)) if links > 1 or not pair[1]]
 
 
 def _symbols(name: str, count: int) -> list[Any]:

@@ -26,7 +26,7 @@ def build(chain: Chain, folder: Path) -> Candidate:
     package = Path(mujoco.__file__).parent
     shared = next(iter(package.glob("libmujoco.so*")))
     library, scene = folder / "mujoco.so", folder / "chain.xml"
-    scene.write_text(_xml(chain))
+    scene.write_text(xml(chain))
     links = [f"-I{package / 'include'}", str(shared), f"-Wl,-rpath,{package}"]
     run_compiler(["cc", "-std=c99", *C_FLAGS, "-fPIC", "-shared", str(_SOURCE), *links, "-o", str(library)])
     reason = ctypes.create_string_buffer(500)
@@ -35,7 +35,7 @@ def build(chain: Chain, folder: Path) -> Candidate:
     return Candidate("MuJoCo", library, "peer_function")
 
 
-def _xml(chain: Chain) -> str:
+def xml(chain: Chain) -> str:
     """Nested bodies hinged about x, gravity along -z."""
     opening, closing = [], []
     for k, (mass, com) in enumerate(zip(chain.mass, chain.com, strict=True)):
