@@ -76,7 +76,7 @@ report: $(PEERS) ## error against run time, beside the peers: tables and generat
 	@$(PY) -m benchmarks.work_precision --out '$(OUT)/report' $(if $(QUICK),--quick,--write)
 
 stability: $(PEERS) ## stiff and extreme cases, case by method: table and generated/report/stability.html (QUICK=1: minutes)
-	@$(PY) -m benchmarks.stability --out '$(OUT)/report' $(if $(QUICK),--quick,--write)
+	@$(PY) -m benchmarks.stability --out '$(OUT)/report' $(if $(QUICK),--quick,--write --resume)
 
 figures: $(READY) ## every figure of both papers and of the examples, in generated/figures
 	@$(PY) -m phichain figure all --out $(OUT)/figures
