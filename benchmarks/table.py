@@ -69,7 +69,7 @@ def circumstances() -> str:
     """Versions and machine, one paragraph."""
     compiler = subprocess.run(["cc", "--version"], capture_output=True, text=True, check=False).stdout
     versions = [f"{name} {version(name)}" for name in _PACKAGES]
-    python = f"Python {platform.pythonversion()}"
+    python = f"Python {platform.python_version()}"
     return f"{_processor()}; {compiler.splitlines()[0] if compiler else 'no cc'}; {python}; {', '.join(versions)}."
 
 

@@ -118,8 +118,8 @@ def tables(run: plan.Plan) -> list[Table]:
             print(f"  {rows[-1]}", flush=True)
         letter = "P, with torques" if space == "planar" else "S"
         notes = (
-            "Seconds elapsed, forward dynamics alone. generate: derive, lower, prove, emit. build: the same and compile. A peer's: its"
-            f" expert's recursion to a compiled function. Ended after {LIMIT:g} s.",
+            ("Seconds elapsed, forward dynamics alone. generate: derive, lower, prove, emit. build: the same and compile. A peer's: its"
+            f" expert's recursion to a compiled function. Ended after {LIMIT:g} s."),
         )
         found.append(Table(f"Chain {letter}", ("seconds, N =", *map(str, sorted(chosen))), tuple(rows), notes))
     return found

@@ -82,7 +82,7 @@ def trajectory(links: int, on_times: bool, run: plan.Plan) -> Work:
         system = build(m.scene(("propagate", "forward_dynamics", "energy", "state_jacobian")))
         flow = system.function("propagate")
         span = times if on_times else (0.0, m.span)
-        run_it = lambda: simulate(system, (q, v), span, method="taylor", tol=TOLERANCE)  # noqa: E731
+        run_it = lambda: simulate(system, (q, v), span, method="taylor", tol=TOLERANCE)
         plain = partial(flow, q, v, 0.0, m.span, TOLERANCE, times=times if on_times else ())
         off = float(np.max(np.abs(run_it().x[-1][:links] - plain().q)))
         return [Runner("phichain simulate", run_it, off, "ours"), Runner("phichain's C flow, one call", plain, 0.0)]
@@ -113,7 +113,7 @@ def one_link(run: plan.Plan) -> Work:
         from phichain import build
 
         flow = build(m.scene(("propagate",))).function("propagate")
-        call = lambda: flow(q, v, 0.0, 1.0, 1e-15)  # noqa: E731
+        call = lambda: flow(q, v, 0.0, 1.0, 1e-15)
         return Runner("phichain", call, error(m.name, flow(q, v, 0.0, m.span, 1e-15).q), "ours")
 
     def heyoka() -> Runner:

@@ -61,7 +61,7 @@ def dynamics(name: str, chain: Chain, run: plan.Plan) -> Work:
         def theirs(width: int) -> Runner:
             function = present.module("benchmarks.peers.heyoka_batch").dynamics(chain, folder, width)
             sizes = ctypes.c_size_t(width), ctypes.c_size_t(count)
-            call = lambda out: passer.batch_peer(function, *sizes, _at(states), _at(out), PASSES)  # noqa: E731
+            call = lambda out: passer.batch_peer(function, *sizes, _at(states), _at(out), PASSES)
             return runner(f"heyoka, batch {width}", "peer", call)
 
         makers: list[tuple[str, Maker]] = [("phichain", mine)]
@@ -106,8 +106,8 @@ def tables(run: plan.Plan) -> list[Table]:
     works = [dynamics(name, make(n), run) for name, (make, sizes) in CHAINS.items() for n in run.few(sizes)]
     both = cores(run)
     notes = (
-        "A pass over random states in component-major arrays, called from C; errors against 40 digits. heyoka: an expert's form"
-        " (spatial: our tension form), fast_math, 8 and 16 states a call. The flows of eight: flows.md.",
+        ("A pass over random states in component-major arrays, called from C; errors against 40 digits. heyoka: an expert's form"
+        " (spatial: our tension form), fast_math, 8 and 16 states a call. The flows of eight: flows.md."),
     )
     own = "Elapsed time; the yardstick is our own flow of eight trajectories at a time: below 1, more than one core works."
     return [

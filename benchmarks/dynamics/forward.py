@@ -47,9 +47,9 @@ _LEGEND = Table(
         ("Pinocchio, MuJoCo", "their own algorithms, called from C"),
     ),
     (
-        "Independent: no result feeds the next evaluation (throughput). Chained: every entry of the next state waits for the last"
+        ("Independent: no result feeds the next evaluation (throughput). Chained: every entry of the next state waits for the last"
         " result, as in an integrator (latency). Ratios are formed round by round; the best peer is the fastest row that is neither"
-        " bold nor italic. Errors: max norm over max norm against the dense Lagrangian at 40 digits.",
+        " bold nor italic. Errors: max norm over max norm against the dense Lagrangian at 40 digits."),
     ),
 )
 

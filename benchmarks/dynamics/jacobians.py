@@ -40,9 +40,9 @@ def tables(run: plan.Plan) -> list[Table]:
     pairs = [measure(links, run) for links in run.few(list(REACH))]
     independent, chained = [pair.independent for pair in pairs], [pair.chained for pair in pairs]
     notes = (
-        "d a/d q and d a/d v, row-major. CasADi: the Jacobian of an expert's recursion, its straight-line C, up to N = "
+        ("d a/d q and d a/d v, row-major. CasADi: the Jacobian of an expert's recursion, its straight-line C, up to N = "
         f"{_LONGEST_SYMBOLIC}. Pinocchio: computeABADerivatives. Errors: max norm over max norm against differences of the dense"
-        " Lagrangian in 40 digits.",
+        " Lagrangian in 40 digits."),
     )
     return [
         summary("Independent evaluations", independent, notes),

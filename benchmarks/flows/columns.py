@@ -45,7 +45,7 @@ def transition(links: int, run: plan.Plan) -> tuple[Work, Entry | None]:
 
         flow = build(m.scene(("propagate",), flow={"variational": True})).function("propagate")
         identity = np.eye(size)
-        whole = lambda: flow(q, v, 0.0, m.span, TOLERANCE, transition=identity).transition  # noqa: E731
+        whole = lambda: flow(q, v, 0.0, m.span, TOLERANCE, transition=identity).transition
         plain = partial(flow, q, v, 0.0, m.span, TOLERANCE)
         return [Runner("phichain", whole, off(whole()), "ours"), Runner("phichain, no columns", plain, kind="hybrid")]
 
@@ -106,7 +106,7 @@ def first_event(run: plan.Plan) -> Work:
         from phichain.system.propagation import Stop
 
         flow, stop = build(m.scene(("propagate",))).function("propagate"), Stop("q", 0)
-        find = lambda: flow(q, v, 0.0, 100.0, TOLERANCE, stop=stop).t  # noqa: E731
+        find = lambda: flow(q, v, 0.0, 100.0, TOLERANCE, stop=stop).t
         return Runner("phichain", find, abs(find() - exact), "ours")
 
     def theirs() -> Runner:
@@ -123,8 +123,8 @@ def tables(run: plan.Plan) -> list[Table]:
     pairs = [transition(n, run) for n in links]
     works = [*(work for work, _ in pairs), first_event(run)]
     notes = (
-        "From Python, tolerance 1e-12. Errors of matrices against differences of SciPy's DOP853, good to about 1e-7: they tell that"
-        " nobody is wrong, no more; of the event against the elliptic integral, s.",
+        ("From Python, tolerance 1e-12. Errors of matrices against differences of SciPy's DOP853, good to about 1e-7: they tell that"
+        " nobody is wrong, no more; of the event against the elliptic integral, s."),
     )
     return [factors(pairs, links), summary("Beside heyoka's variational equations", works, notes), detail("Everybody", works)]
 

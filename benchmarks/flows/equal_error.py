@@ -107,6 +107,8 @@ def slower(works: Sequence[Work]) -> Table:
             factor = entry.time.median / best.time.median  # type: ignore[union-attr]
             reach = next((words for peer, words in REACH.items() if entry.who.startswith(peer)), "-")
             rows.append((work.title, entry.who, f"{factor:.3g}", reach, best.who, f"{best.error:.0e} / {entry.error:.0e}"))
+    if not rows:
+        rows.append(("-", "nobody", "-", "-", "no peer whose error our flow reaches", "-"))
     heads = ("motion", "who", "times slower", "reach", "than", "errors, ours / theirs")
     return Table("Times slower than phichain at no larger error", heads, tuple(rows))
 
@@ -121,9 +123,9 @@ def tables(run: plan.Plan) -> list[Table]:
         chosen = list({who: (who, make) for who, make in makers(m)}.values()) if run.tiny else makers(m)
         works.append(contest(f"{m.name}, {m.span:g} s", chosen, min(run.rounds, 15), 3 * run.budget, "ms"))
     notes = (
-        "Processor time, quartiles over the rounds. CVODES (in CasADi, jit) and DOP853 have a compiled right-hand side; diffrax runs"
+        ("Processor time, quartiles over the rounds. CVODES (in CasADi, jit) and DOP853 have a compiled right-hand side; diffrax runs"
         " in JAX on the CPU in double precision, compiled before; CasADi's collocation has equal elements, Gauss-Legendre. Errors:"
-        " the largest of an entry of q at the end against 80-bit arithmetic.",
+        " the largest of an entry of q at the end against 80-bit arithmetic."),
     )
     return [slower(works), detail("Everybody", works, notes)]
 

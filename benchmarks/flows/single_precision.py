@@ -55,9 +55,9 @@ def tables(run: plan.Plan) -> list[Table]:
     tolerances = run.few(TOLERANCES)
     rows = tuple(row(n, count, tolerances) for n in run.few(LINKS))
     notes = (
-        f"Chain P without torques, {count} states, {SPAN:g} s. A cell: states refused; error over tolerance, 90th percentile and"
+        (f"Chain P without torques, {count} states, {SPAN:g} s. A cell: states refused; error over tolerance, 90th percentile and"
         " largest, the largest angle against the flow in double precision at 1e-13. Aimed at: none refused. A chaotic chain amplifies"
-        " the round-off of single precision, 6e-8, too.",
+        " the round-off of single precision, 6e-8, too."),
     )
     return [Table("Refused; error over tolerance", ("chain", *(f"{t:.0e}" for t in tolerances)), rows, notes)]
 

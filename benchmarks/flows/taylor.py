@@ -32,11 +32,11 @@ REACH = {
 }  # fmt: skip
 """Ratios aimed at, at 1e-12; a single trajectory at 1e-9 is to stay within 0.6."""
 _NOTES = (
-    "Eight trajectories lie side by side in both; their times are for all eight. Errors: the largest of an entry of q at the end,"
+    ("Eight trajectories lie side by side in both; their times are for all eight. Errors: the largest of an entry of q at the end,"
     " over all trajectories, against 80-bit arithmetic at 1e-18 (benchmarks/flows/references.json; the spatial ones are known"
     " to about 1e-14). heyoka gets every formulation an expert would try, our own tension form on unit vectors among them, with"
     " and without its compact mode: the fastest counts. Both keep to the tolerance in their own way, so read each time beside"
-    " its error.",
+    " its error."),
 )
 
 

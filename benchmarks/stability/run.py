@@ -22,8 +22,8 @@ from benchmarks.stability import others, ours
 from benchmarks.stability.apart import run_apart
 from benchmarks.stability.cases.case import Case
 from benchmarks.stability.cases.table import all_cases
-from benchmarks.stability.references import Reference, references
 from benchmarks.stability.horizon import words
+from benchmarks.stability.references import Reference, references
 from benchmarks.stability.report import Result, markdown_tables, page
 from benchmarks.stability.store import done, keep, kept
 from benchmarks.stability.verdict import WRONG, Answer, judge
