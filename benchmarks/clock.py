@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 Samples = NDArray[np.float64]
 LEAST = 2e-3
 """Seconds that a sample lasts at least: short calls are repeated."""
+LONG = 0.3
+"""Seconds from which one call is enough to know how long the next will take."""
 
 
 @dataclass(frozen=True)
@@ -48,17 +50,16 @@ def race(
     """Seconds per call, shape (rounds, runs): all of them in turn, round after round, in rotating order.
 
     Args:
-        runs: What to time; each is called once before.
+        runs: What to time; each is called before, twice where it is short.
         rounds: At most so many; at least three.
         budget: Seconds for all of it, about.
         clock: Processor time of the process unless several cores are what is timed.
     """
     single = []
     for run in runs:
-        run()
-        begin = clock()
-        run()
-        single.append(max(clock() - begin, 1e-7))
+        seconds = _seconds(run, clock)
+        # the first call of a short one fills caches; a long one tells enough at once
+        single.append(max(seconds if seconds > LONG else _seconds(run, clock), 1e-7))
     repeats = [max(1, int(np.ceil(LEAST / seconds))) for seconds in single]
     a_round = sum(seconds * repeat for seconds, repeat in zip(single, repeats, strict=True))
     taken = max(3, min(rounds, int(budget / a_round)))
@@ -71,3 +72,9 @@ def race(
                 runs[i]()
             samples[turn, i] = (clock() - begin) / repeats[i]
     return samples
+
+
+def _seconds(run: Callable[[], object], clock: Callable[[], float]) -> float:
+    begin = clock()
+    run()
+    return clock() - begin

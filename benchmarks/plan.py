@@ -23,8 +23,8 @@ class Plan:
         tiny: Take the smallest of every list of sizes and settings: a table that runs, and says nothing.
     """
 
-    rounds: int = 61
-    budget: float = 4.0
+    rounds: int = 41
+    budget: float = 2.5
     states: int = 4096
     tiny: bool = False
 
