@@ -11,7 +11,8 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks import objects, ours, plan
+from benchmarks import ours, plan
+from benchmarks.building import objects
 from benchmarks.chains import Chain, planar_chain, spatial_chain, tip_chain
 from benchmarks.peers import present
 from benchmarks.table import Table

@@ -12,7 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks import objects, ours, plan, table
+from benchmarks import ours, plan, table
+from benchmarks.building import objects
 
 HEADING = "Leaving out"
 ROOT = Path(__file__).resolve().parents[2]

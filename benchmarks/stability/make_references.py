@@ -22,10 +22,10 @@ from typing import Any
 
 import mpmath as mp
 
-from benchmarks.stability import elliptic, engine, long_chain, quad_taylor
 from benchmarks.stability.cases import shared
 from benchmarks.stability.cases.case import Case
 from benchmarks.stability.cases.table import all_cases, work_cases
+from benchmarks.stability.means import elliptic, engine, long_chain, quad_taylor
 from benchmarks.stability.references import FILE, gap, read
 from phichain.reference import reference as oracle
 

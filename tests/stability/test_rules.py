@@ -10,10 +10,11 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from benchmarks.stability import long_chain, others, store, verdict
+from benchmarks.stability import others, store, verdict
 from benchmarks.stability.cases.case import Case
 from benchmarks.stability.cases.table import all_cases
 from benchmarks.stability.horizon import horizon, words
+from benchmarks.stability.means import long_chain
 from benchmarks.stability.references import Reference, references
 from benchmarks.stability.report import Result
 from benchmarks.stability.run import parser
@@ -56,7 +57,7 @@ def test_a_regular_motion_has_no_horizon() -> None:
 
 def test_the_long_chain_against_the_engine_on_a_short_one() -> None:
     """Two links for 0.1 s: another formula, another method, other arithmetic."""
-    from benchmarks.stability import engine
+    from benchmarks.stability.means import engine
 
     case = next(case for case in all_cases() if case.id == "S09")
     short = replace(case, times=(0.05, 0.1))

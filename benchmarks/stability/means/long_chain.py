@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from benchmarks.chains import Chain
 from benchmarks.peers.recursions import accelerations
-from benchmarks.stability import engine
 from benchmarks.stability.cases.case import Case
+from benchmarks.stability.means import engine
 
 Wide = NDArray[np.longdouble]
 _DIGITS = 40
