@@ -27,6 +27,7 @@ __all__ = [
 ]  # fmt: skip
 
 _MOST_DENSE = 4
+_LONGEST_RECURSION = 16
 SPATIAL = {"tension": spatial_tension, "twisted": spatial_tension_twisted, "recursion": spatial_articulated}
 """The spatial forms by name; a table says which one a peer was given."""
 LABELS = {
@@ -43,8 +44,9 @@ def forms(chain: Chain) -> tuple[str, ...]:
     if chain.space == "spatial":
         if not chain.tip_masses:
             return ("recursion",)
-        # below three tensions both ends are one
-        return ("tension", "recursion", "twisted") if chain.links > 2 else ("tension", "recursion")
+        # below three tensions both ends are one; long recursions compile for minutes and take four times as long as tensions
+        recursion = ("recursion",) if chain.links <= _LONGEST_RECURSION else ()
+        return ("tension", *recursion, "twisted") if chain.links > 2 else ("tension", *recursion)
     found = ["link frame"]
     if chain.tip_masses and not chain.forced and chain.cart_mass is None:
         found.insert(0, "tension")
