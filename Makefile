@@ -66,14 +66,17 @@ types: $(READY) ## mypy
 layers: $(READY) ## the layer contract alone: who may import whom
 	@$(PY) -c 'from importlinter.cli import lint_imports_command; lint_imports_command()' --no-logo
 
-bench: $(PEERS) ## measure against the peers; tables go to benchmarks/results (BENCH=growth: that one alone)
+bench: $(PEERS) ## measure against the peers into benchmarks/results; goes on after an interruption (bench-flows: one table)
 	@$(PY) -m benchmarks $(BENCH)
+
+bench-%: $(PEERS)
+	@$(PY) -m benchmarks $(subst -,_,$*)
 
 report: $(PEERS) ## error against run time, beside the peers: tables and generated/report/work_precision.html (QUICK=1: minutes)
 	@$(PY) -m benchmarks.work_precision --out '$(OUT)/report' $(if $(QUICK),--quick,--write)
 
 stability: $(PEERS) ## stiff and extreme cases, case by method: table and generated/report/stability.html (QUICK=1: minutes)
-	@$(PY) -m benchmarks.stability --out '$(OUT)/report' $(if $(QUICK),--quick,--write)
+	@$(PY) -m benchmarks.stability --out '$(OUT)/report' $(if $(QUICK),--quick,--write --resume)
 
 figures: $(READY) ## every figure of both papers and of the examples, in generated/figures
 	@$(PY) -m phichain figure all --out $(OUT)/figures

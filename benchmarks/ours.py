@@ -1,8 +1,9 @@
-"""Our own code as a candidate: generate, compile with the common flags, read the manifest."""
+"""Our own code as a candidate: generate, wrap into the common signature, compile with the common flags."""
 
 from __future__ import annotations
 
 import json
+import math
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,17 @@ from typing import Any
 from benchmarks.chains import Chain, scene_table
 from benchmarks.harness import Candidate, compile_shared
 
-#: What phichain's own build adds to the common flags; peers get the better of with and without it.
-_OWN_FLAGS = ("-fno-tree-slp-vectorize",)
+#: What phichain's own build adds to the common flags; peers get the better of with and without it. The other one
+#: lets the wrapper become the function itself, as in the peers.
+_OWN_FLAGS = ("-fno-tree-slp-vectorize", "-fno-semantic-interposition")
+_WRAPPER = """#include "{source}"
+
+void bench_{name}(double *out, const double *state, const double *parameters, const double *time)
+{{
+    (void)parameters, (void)time;
+    {symbol}({arguments});
+}}
+"""
 
 
 def generate(
@@ -35,18 +45,38 @@ def source(folder: Path) -> Path:
     return folder / f"{manifest(folder)['name']}.c"
 
 
-def candidate_from_c(path: Path, symbol: str, name: str, folder: Path) -> Candidate:
-    """Any C file with ``symbol(q, v, [u,] a)``."""
-    library = Path(tempfile.mkdtemp(dir=folder)) / "candidate.so"
-    return Candidate(name, compile_shared(path, library, extra=_OWN_FLAGS), symbol, kind="ours")
+def wrapped(generated: Path, function: str, name: str, folder: Path) -> Candidate:
+    """One function of a generated folder as ``f(out, state, parameters, time)``; its outputs one after the other."""
+    entry = manifest(generated)["functions"][function]
+    arguments, at = [], 0
+    if entry["params"]:
+        arguments.append(f"(const {manifest(generated)['name']}_params *)parameters")
+    for argument in entry["inputs"]:
+        arguments.append(f"state + {at}")
+        at += math.prod(argument["shape"])
+    at = 0
+    for argument in entry["outputs"]:
+        arguments.append(f"out + {at}")
+        at += math.prod(argument["shape"])
+    text = _WRAPPER.format(
+        source=source(generated), name=function, symbol=entry["symbol"], arguments=", ".join(arguments)
+    )
+    return from_c(text, f"bench_{function}", name, folder)
 
 
-def build(chain: Chain, folder: Path, code: str = "auto") -> Candidate:
-    """phichain's forward dynamics of the chain."""
-    generated = generate(chain, folder / code, code)
-    entry = manifest(generated)["functions"]["forward_dynamics"]
-    form = entry.get("code", code)
-    return candidate_from_c(source(generated), entry["symbol"], f"phichain ({form})", folder)
+def from_c(text: str, symbol: str, name: str, folder: Path) -> Candidate:
+    """Any C text that defines ``symbol(out, state, parameters, time)``."""
+    scratch = Path(tempfile.mkdtemp(dir=folder))
+    path = scratch / "candidate.c"
+    path.write_text(text)
+    return Candidate(name, compile_shared(path, scratch / "candidate.so", extra=_OWN_FLAGS), symbol, kind="ours")
+
+
+def build(chain: Chain, folder: Path, code: str = "auto", function: str = "forward_dynamics") -> Candidate:
+    """phichain's function of the chain."""
+    generated = generate(chain, folder / f"{code}_{function}", code, (function,))
+    form = manifest(generated)["functions"][function].get("code", code)
+    return wrapped(generated, function, f"phichain ({form})", folder)
 
 
 def operations(folder: Path, function: str = "forward_dynamics") -> int:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 RESULTS = Path(__file__).with_name("results")
 _PACKAGES = (
-    "phichain", "sympy", "casadi", "heyoka", "pin", "mujoco", "numpy", "scipy", "pycaputo", "differint",
+    "phichain", "sympy", "casadi", "heyoka", "pin", "mujoco", "numpy", "scipy", "pycaputo", "differint", "jax", "diffrax",
 )  # fmt: skip
 
 
@@ -45,14 +45,18 @@ class Table:
         return "\n".join(lines) + "\n"
 
 
-def write(name: str, heading: str, tables: Sequence[Table], command: str, folder: Path = RESULTS) -> Path:
-    """Writes ``folder/name.md``: the heading, the circumstances, the tables."""
+def write(
+    name: str, heading: str, tables: Sequence[Table], command: str, folder: Path | None = None, seconds: float | None = None
+) -> Path:
+    """Writes ``folder/name.md``: the heading, the circumstances (and how long it took), the tables."""
+    folder = folder or RESULTS
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.md"
+    took = "" if seconds is None else f" in {seconds:.0f} s"
     head = [
         f"# {heading}",
         "",
-        f"Measured {datetime.date.today().isoformat()} by `{command}`.",
+        f"Measured {datetime.date.today().isoformat()} by `{command}`{took}.",
         "",
         circumstances(),
         "",
@@ -64,12 +68,13 @@ def write(name: str, heading: str, tables: Sequence[Table], command: str, folder
 def circumstances() -> str:
     """Versions and machine, one paragraph."""
     compiler = subprocess.run(["cc", "--version"], capture_output=True, text=True, check=False).stdout
-    versions = [f"{name} {_version(name)}" for name in _PACKAGES]
+    versions = [f"{name} {version(name)}" for name in _PACKAGES]
     python = f"Python {platform.python_version()}"
     return f"{_processor()}; {compiler.splitlines()[0] if compiler else 'no cc'}; {python}; {', '.join(versions)}."
 
 
-def _version(name: str) -> str:
+def version(name: str) -> str:
+    """Of a package, or that it is absent."""
     try:
         return metadata.version(name)
     except metadata.PackageNotFoundError:

@@ -16,7 +16,6 @@ import time
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import metadata
 from math import log2
 from pathlib import Path
 
@@ -26,11 +25,12 @@ import numpy as np
 if __package__ in (None, ""):  # started as a file
     sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from benchmarks import table
+from benchmarks import plan, table
 from benchmarks.fractional.powers import fastest, power_table
 from benchmarks.peers import fractional as peers
 from phichain.fractional import differintegrate, grunwald_letnikov
 
+HEADING = "Fractional operators"
 ALPHA = np.linspace(-2.0, 0.0, 101)
 END = 10.0
 Modes = tuple[tuple[float, float, float], ...]
@@ -107,8 +107,9 @@ def our_rows(samples: Sequence[int], probed: Sequence[float]) -> list[Row]:
 
 def peer_rows(quick: bool, probed: Sequence[float]) -> list[Row]:
     """Each peer alpha by alpha, timed on the probed alpha and scaled to 101."""
-    rows = []
-    for peer in peers.methods(signal, END):
+    found, absent = peers.methods(signal, END)
+    rows = [Row(reason.split()[0], 0, np.nan, np.nan, f"skipped: {reason}") for reason in absent]
+    for peer in found:
         mine = [_peer_row(peer, count, probed) for count in peer.samples[: 2 if quick else None]]
         rows += mine
         if peer.quadratic and not quick:
@@ -208,7 +209,12 @@ def _measured_order(order: int, alpha: float) -> float:
 
 
 def _versions(*names: str) -> str:
-    return ", ".join(f"{name} {metadata.version(name)}" for name in names)
+    return ", ".join(f"{name} {table.version(name)}" for name in names)
+
+
+def tables(run: plan.Plan) -> list[table.Table]:
+    """Differintegrals, powers, orders."""
+    return [differintegral_table(run.tiny), power_table(run.tiny), *([] if run.tiny else [order_table()])]
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -216,13 +222,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--write", action="store_true", help="write benchmarks/results/fractional.md")
     parser.add_argument("--quick", action="store_true", help="small sizes, to see that it runs")
     given = parser.parse_args(arguments)
-    tables = [differintegral_table(given.quick), power_table(given.quick), order_table()]
-    for one in tables:
+    made = tables(plan.TINY if given.quick else plan.FULL)
+    for one in made:
         print(one.markdown())
     if given.write:
         print(
             table.write(
-                "fractional", "Fractional operators", tables, "python -m benchmarks.fractional --write"
+                "fractional", HEADING, made, "python -m benchmarks.fractional --write"
             )
         )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import metadata
 from itertools import product
 
 import mpmath
@@ -13,6 +12,7 @@ from scipy.linalg import solve_continuous_are
 
 from benchmarks import table
 from benchmarks.fractional.powers import fastest
+from benchmarks.peers import present
 from phichain.control import Gains, lqr
 from phichain.control.riccati import riccati
 from phichain.pipeline import build
@@ -28,15 +28,19 @@ EXACT = ((1, 1, 1, 1, 1), (-1, -1, -1, 1, 1), (1, -1, 1, -1, 1), (-1, -1, -1, -1
 
 def gains_table(quick: bool) -> table.Table:
     """Largest error of the gains, largest difference from ours, and the time of one Riccati equation."""
-    control = _python_control()
+    solvers = {"phichain": _ours, "scipy": _by_scipy}
     rows = []
+    try:
+        solvers["python-control"] = _python_control()
+    except present.PeerAbsent as absent:
+        rows.append((f"python-control skipped: {absent}", "-", "-", "-", "-"))
     for words, (cart, links) in list(WEIGHTS.items())[: 1 if quick else None]:
         weights = [cart] * 2 + [links] * 10
         system = build(find_scene("paper_b"))
         signs = EXACT if quick else tuple(product((1, -1), repeat=5))
         all_gains = {s: lqr(system, s, [*weights, *weights]) for s in signs}
         exact = {s: exact_gains(all_gains[s]) for s in EXACT[: 1 if quick else None]}
-        for method, solve in {"phichain": _ours, "python-control": control, "scipy": _by_scipy}.items():
+        for method, solve in solvers.items():
             found = {s: solve(gains) for s, gains in all_gains.items()}
             error = max(_gap(found[s][0, ALONG_1], exact[s]) for s in exact)
             apart = max(_gap(found[s], gains.K) for s, gains in all_gains.items())
@@ -59,7 +63,7 @@ def gains_table(quick: bool) -> table.Table:
             (
                 "Error: max norm over max norm of K against 40 digits (matrix sign function of the Hamiltonian), worst of "
                 f"{len(EXACT)} equilibria, all upright among them; difference: over all equilibria. Ours ends with Newton steps whose residual is "
-                f"taken in extended precision. python-control {_version('control')}, scipy {metadata.version('scipy')}."
+                f"taken in extended precision. python-control {table.version('control')}, scipy {table.version('scipy')}."
             ),
         ),
     )
@@ -75,8 +79,7 @@ def _by_scipy(gains: Gains) -> Vector:
 
 
 def _python_control() -> Callable[[Gains], Vector]:
-    import control
-
+    control = present.module("control")
     return lambda gains: np.asarray(control.lqr(gains.A, gains.B, gains.Q, gains.R)[0])
 
 
@@ -102,10 +105,3 @@ def exact_gains(gains: Gains, digits: int = 40) -> Vector:
         left, right = z[:, n:], -z[:, :n]
         S = (left.T * left) ** -1 * (left.T * right)
         return np.array((gain * S).tolist(), dtype=float)[0]
-
-
-def _version(name: str) -> str:
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return "(absent)"

@@ -24,7 +24,7 @@ from scipy.integrate import solve_ivp
 if __package__ in (None, ""):  # started as a file
     sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from benchmarks import table
+from benchmarks import plan, table
 from benchmarks.fractional.powers import fastest
 from benchmarks.papers.regulators import gains_table
 from phichain.control import computed_torque, in_phase
@@ -34,6 +34,7 @@ from phichain.pipeline import build
 from phichain.scene.library import find_scene
 from phichain.system import System, pack, rhs
 
+HEADING = "Both papers' runs"
 Vector = NDArray[np.float64]
 Run = Callable[[], Vector]
 """One run; its result is the states at the output times, (m, nx)."""
@@ -179,7 +180,7 @@ def energy_table(quick: bool) -> table.Table:
         (
             (
                 f"Error: largest |T + V - E| / E at 1001 times, E = {float(first)!r} J. 'auto' is what `simulate` takes by itself. heyoka "
-                f"{_version('heyoka')}: its adaptive Taylor integrator on an expert's tension form; SciPy through `solve_ivp` on "
+                f"{table.version('heyoka')}: its adaptive Taylor integrator on an expert's tension form; SciPy through `solve_ivp` on "
                 "the compiled right-hand side. In its plane: the largest e_2 component of the links and change of the cart's e_2 rate."
             ),
         ),
@@ -227,11 +228,9 @@ def _heyoka(
         yield "heyoka taylor_adaptive", f"{tol:.0e}", run
 
 
-def _version(name: str) -> str:
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return "(absent)"
+def tables(run: plan.Plan) -> list[table.Table]:
+    """Torque, energy, gains."""
+    return [torque_table(run.tiny), energy_table(run.tiny), gains_table(run.tiny)]
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -239,11 +238,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--write", action="store_true", help="write benchmarks/results/papers.md")
     parser.add_argument("--quick", action="store_true", help="a few tolerances, to see that it runs")
     given = parser.parse_args(arguments)
-    tables = [torque_table(given.quick), energy_table(given.quick), gains_table(given.quick)]
-    for one in tables:
+    made = tables(plan.TINY if given.quick else plan.FULL)
+    for one in made:
         print(one.markdown())
     if given.write:
-        print(table.write("papers", "Both papers' runs", tables, "python -m benchmarks.papers --write"))
+        print(table.write("papers", HEADING, made, "python -m benchmarks.papers --write"))
 
 
 if __name__ == "__main__":

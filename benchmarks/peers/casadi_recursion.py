@@ -8,7 +8,9 @@ allowed to inline the entry into it: the tests vanish, and up to a third of the 
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 
@@ -18,38 +20,66 @@ from benchmarks.peers import recursions
 
 VERSION = ca.CasadiMeta.version()
 _WRAPPER = """
-__attribute__((nonnull)) void peer_forward_dynamics({arguments}, double *restrict a)
+void peer_function(double *restrict out, const double *restrict state, const double *restrict p, const double *time)
 {{
     const double *arg[] = {{{inputs}}};
-    double *res[] = {{a}};
+    double *res[] = {{{outputs}}};
+    (void)time;
     expert(arg, res, 0, 0, 0);
 }}
 """
 
 
-def expert_function(chain: Chain, form: str = "tension") -> ca.Function:
-    """The recursion as a CasADi function ``(q, v, [u]) -> a``."""
-    q, v, u = ca.SX.sym("q", chain.nq), ca.SX.sym("v", chain.nv), ca.SX.sym("u", chain.nu)
-    parts = ca.vertsplit(q), ca.vertsplit(v), ca.vertsplit(u) if chain.nu else []
-    if chain.space == "planar":
-        outputs = recursions.planar_link_frame(chain, *parts, ca.sin, ca.cos)
-    else:
-        outputs = recursions.SPATIAL[form](chain, *parts)
-    return ca.Function("expert", [q, v, u] if chain.nu else [q, v], [ca.vertcat(*outputs)])
+@dataclass(frozen=True)
+class _Symbols:
+    """Runtime parameters in the order of the emitted struct."""
+
+    mass: list[Any]
+    length: list[Any]
+    com: list[Any]
 
 
-def build(chain: Chain, folder: Path, form: str = "tension", slp: bool = True) -> Candidate:
-    """Emits and compiles the expert's function; gcc's superword vectoriser (``slp``) often harms it."""
-    name = "CasADi, emitted C" + (recursions.LABELS[form] if chain.space == "spatial" else "") + ("" if slp else ", no slp")
+def expert_function(chain: Chain, form: str | None = None, jacobian: bool = False) -> ca.Function:
+    """The recursion as a CasADi function of one vector (q, v, u), and of the runtime parameters where there are any.
+
+    Args:
+        chain: The chain.
+        form: One of ``recursions.forms``; the likely best by default.
+        jacobian: d a/d q and d a/d v instead of a, dense and row-major.
+    """
+    form = form or recursions.forms(chain)[0]
+    x, p = ca.SX.sym("x", chain.width), ca.SX.sym("p", 3 * chain.links if chain.runtime else 0)
+    row, n = ca.vertsplit(x), chain.links
+    numbers = _Symbols(*([p[i * n + k] for k in range(n)] for i in range(3))) if chain.runtime else None
+    q, v, u = row[: chain.nq], row[chain.nq : chain.nq + chain.nv], row[chain.nq + chain.nv :]
+    a = ca.vertcat(*recursions.accelerations(chain, form, q, v, u, ca.sin, ca.cos, numbers))
+    if not jacobian:
+        return ca.Function("expert", [x, p], [a])
+    matrix = ca.densify(ca.jacobian(a, x))
+    # CasADi stores by columns, so the transposed matrix is row-major
+    outputs = [matrix[:, : chain.nq].T, matrix[:, chain.nq : chain.nq + chain.nv].T]
+    return ca.Function("expert", [x, p], ca.cse(outputs))
+
+
+def build(
+    chain: Chain, folder: Path, form: str | None = None, slp: bool = True, jacobian: bool = False, seconds: float = 120.0
+) -> Candidate:
+    """Emits and compiles the expert's function; gcc's superword vectoriser (``slp``) often harms it.
+
+    Raises:
+        BenchmarkError: The compiler failed, or took longer than `seconds`.
+    """
+    form = form or recursions.forms(chain)[0]
+    what = "CasADi, Jacobian of its C" if jacobian else "CasADi, emitted C"
+    name = what + recursions.LABELS[form] + ("" if slp else ", no slp")
     source = folder / (name.replace(" ", "_").replace(",", "").replace("^", "") + ".c")
     generator = ca.CodeGenerator("expert.c")
-    generator.add(expert_function(chain, form))
-    inputs = ["q", "v", "u"] if chain.nu else ["q", "v"]
-    arguments = ", ".join(f"const double *restrict {x}" for x in inputs)
-    source.write_text(generator.dump() + _WRAPPER.format(arguments=arguments, inputs=", ".join(inputs)))
+    generator.add(expert_function(chain, form, jacobian))
+    outputs = f"out, out + {chain.nv * chain.nq}" if jacobian else "out"
+    source.write_text(generator.dump() + _WRAPPER.format(inputs="state, p", outputs=outputs))
     extra = ("-fno-semantic-interposition", *(() if slp else ("-fno-tree-slp-vectorize",)))
-    library = compile_shared(source, source.with_suffix(".so"), "gnu99", extra)
-    return Candidate(name, library, "peer_forward_dynamics", kind="hybrid" if form == "twisted" else "peer")
+    library = compile_shared(source, source.with_suffix(".so"), "gnu99", extra, seconds)
+    return Candidate(name, library, "peer_function", kind="hybrid" if form in recursions.HYBRID else "peer")
 
 
 def seconds_to_callable(chain: Chain, folder: Path) -> float:

@@ -8,6 +8,8 @@ from functools import partial
 
 import numpy as np
 
+from benchmarks.peers import present
+
 Signal = Callable[[np.ndarray], np.ndarray]
 
 
@@ -28,34 +30,39 @@ class Peer:
     quadratic: bool = False
 
 
-def methods(signal: Signal, end: float) -> list[Peer]:
-    """Every method of the two packages that integrates a whole signal."""
-    from differint import differint
-    from pycaputo.quadrature import riemann_liouville as rl
+def methods(signal: Signal, end: float) -> tuple[list[Peer], list[str]]:
+    """Every method of the two packages that integrates a whole signal, and why a package is left out."""
+    found: list[Peer] = []
+    absent = []
+    for make in (_of_differint, _of_pycaputo):
+        try:
+            found += make(signal, end)
+        except present.PeerAbsent as reason:
+            absent.append(str(reason))
+    return found, absent
 
+
+def _of_differint(signal: Signal, end: float) -> list[Peer]:
+    differint = present.module("differint.differint")
+    few, many = (20, 50, 100, 300, 1000), (20, 100, 1000, 10_000, 100_000)
+    return [
+        Peer("differint GL", partial(_differint, differint.GL, signal, end), many),
+        Peer("differint RL", partial(_differint, differint.RL, signal, end), few, True),
+    ]
+
+
+def _of_pycaputo(signal: Signal, end: float) -> list[Peer]:
+    rl = present.module("pycaputo.quadrature.riemann_liouville")
     uniform = partial(_pycaputo, signal, end)
     grids = (20, 50, 100, 300, 1000, 3000)
+    spline = partial(rl.SplineLagrange, npoints=4)
     return [
-        Peer(
-            "differint GL", partial(_differint, differint.GL, signal, end), (20, 100, 1000, 10_000, 100_000)
-        ),
-        Peer("differint RL", partial(_differint, differint.RL, signal, end), (20, 50, 100, 300, 1000), True),
         Peer("pycaputo Rectangular", partial(uniform, rl.Rectangular), grids, True),
         Peer("pycaputo Trapezoidal", partial(uniform, rl.Trapezoidal), grids, True),
         Peer("pycaputo Simpson", partial(uniform, rl.Simpson), grids, True),
         Peer("pycaputo Lubich, order 4", partial(uniform, partial(_lubich, rl, 1.0)), grids[1:], True),
-        Peer(
-            "pycaputo Lubich, order 4, no start",
-            partial(uniform, partial(_lubich, rl, np.inf)),
-            grids[1:],
-            True,
-        ),
-        Peer(
-            "pycaputo SplineLagrange, 4 points",
-            partial(uniform, partial(rl.SplineLagrange, npoints=4)),
-            (20, 50, 100, 300),
-            True,
-        ),
+        Peer("pycaputo Lubich, order 4, no start", partial(uniform, partial(_lubich, rl, np.inf)), grids[1:], True),
+        Peer("pycaputo SplineLagrange, 4 points", partial(uniform, spline), (20, 50, 100, 300), True),
         Peer("pycaputo SpectralJacobi", partial(_jacobi, rl, signal, end), (16, 32, 64, 96, 128)),
     ]
 

@@ -8,6 +8,7 @@ code that heyoka itself would run.
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,40 +21,48 @@ from benchmarks.peers import recursions
 VERSION = hy.__version__
 
 
-def compiled(chain: Chain, form: str = "tension", slp: bool = False) -> Any:
+@dataclass(frozen=True)
+class _Symbols:
+    """Runtime parameters in the order of the emitted struct."""
+
+    mass: list[Any]
+    length: list[Any]
+    com: list[Any]
+
+
+def equations(chain: Chain, form: str) -> tuple[list[Any], list[Any]]:
+    """(symbols of the state row, accelerations)."""
+    names = [f"{letter}{i}" for letter, size in (("q", chain.nq), ("v", chain.nv), ("u", chain.nu)) for i in range(size)]
+    symbols = list(hy.make_vars(*names)) if len(names) > 1 else [hy.make_vars(*names)]
+    q, v, u = symbols[: chain.nq], symbols[chain.nq : chain.nq + chain.nv], symbols[chain.nq + chain.nv :]
+    n = chain.links
+    numbers = _Symbols(*([hy.par[i * n + k] for k in range(n)] for i in range(3))) if chain.runtime else None
+    return symbols, recursions.accelerations(chain, form, q, v, u, hy.sin, hy.cos, numbers)
+
+
+def compiled(chain: Chain, form: str, slp: bool = False) -> Any:
     """heyoka's own callable over the state row (q, v, u).
 
     Args:
         chain: the chain.
-        form: spatial only, a key of ``recursions.SPATIAL``.
+        form: one of ``recursions.forms``.
         slp: let LLVM's superword vectoriser try; which setting is better depends on the size.
     """
-    names = (
-        [f"q{i}" for i in range(chain.nq)]
-        + [f"v{i}" for i in range(chain.nv)]
-        + [f"u{i}" for i in range(chain.nu)]
-    )
-    symbols = list(hy.make_vars(*names))
-    q, v, u = symbols[: chain.nq], symbols[chain.nq : chain.nq + chain.nv], symbols[chain.nq + chain.nv :]
-    if chain.space == "planar":
-        outputs = recursions.planar_link_frame(chain, q, v, u, hy.sin, hy.cos)
-    else:
-        outputs = recursions.SPATIAL[form](chain, q, v, u)
+    symbols, outputs = equations(chain, form)
     return hy.cfunc(outputs, vars=symbols, fast_math=True, compact_mode=False, slp_vectorize=slp)
 
 
-def build(chain: Chain, folder: Path, form: str = "tension", slp: bool = False) -> Candidate:
+def build(chain: Chain, folder: Path, form: str | None = None, slp: bool = False) -> Candidate:
     """The scalar function of ``compiled`` as a shared object."""
+    form = form or recursions.forms(chain)[0]
     function = compiled(chain, form, slp)
-    name = "heyoka cfunc" + (recursions.LABELS[form] if chain.space == "spatial" else "") + (", slp" if slp else "")
+    name = f"heyoka cfunc{recursions.LABELS[form]}" + (", slp" if slp else "")
     stem = folder / name.replace(" ", "_").replace(",", "").replace("^", "")
-    scalar = function.llvm_states[
-        0
-    ]  # the modules are: one evaluation, one evaluation with strides, a SIMD batch
-    stem.with_suffix(".o").write_bytes(scalar.object_code)
+    # the modules are: one evaluation, one evaluation with strides, a SIMD batch
+    stem.with_suffix(".o").write_bytes(function.llvm_states[0].object_code)
     library = stem.with_suffix(".so")
     run_compiler(["cc", "-shared", str(stem.with_suffix(".o")), own_library(), "-o", str(library), "-lm"])
-    return Candidate(name, library, "cfunc", abi="flat", kind="hybrid" if form == "twisted" else "peer")
+    return Candidate(name, library, "cfunc", kind="hybrid" if form in recursions.HYBRID else "peer")
 
 
 def own_library() -> str:
@@ -69,5 +78,5 @@ def seconds_to_callable(chain: Chain) -> float:
     hy.llvm_state.clear_memcache()
     hy.llvm_state.set_diskcache_enabled(False)
     start = time.perf_counter()
-    compiled(chain)
+    compiled(chain, recursions.forms(chain)[0])
     return time.perf_counter() - start

@@ -1,4 +1,4 @@
-/* MuJoCo's forward dynamics behind the plain C signature: the minimal pipeline, no contacts or passive forces. */
+/* MuJoCo's forward dynamics behind the common signature, state = (q, v, u): the minimal pipeline, no contacts or passive forces. */
 #include <mujoco/mujoco.h>
 #include <string.h>
 
@@ -15,11 +15,13 @@ int peer_setup(const char *path, char *error, int size)
     return data == NULL;
 }
 
-void peer_forward_dynamics(const double *q, const double *v, const double *u, double *a)
+void peer_function(double *a, const double *state, const double *parameters, const double *time)
 {
+    const double *u = state + 2 * model->nv;
     const size_t bytes = (size_t)model->nv * sizeof(double);
-    memcpy(data->qpos, q, bytes);
-    memcpy(data->qvel, v, bytes);
+    memcpy(data->qpos, state, bytes);
+    memcpy(data->qvel, state + model->nv, bytes);
+    (void)parameters, (void)time;
     mj_kinematics(model, data);
     mj_comPos(model, data);
     mj_makeM(model, data);

@@ -20,21 +20,22 @@ _SOURCE = Path(__file__).with_suffix(".c")
 
 def build(chain: Chain, folder: Path) -> Candidate:
     """MuJoCo's model of a forced chain P."""
-    if chain.space != "planar" or not chain.forced:
-        raise BenchmarkError("MuJoCo is compared on the forced planar chain alone")
+    plain = chain.space == "planar" and chain.angles == "relative" and chain.cart_mass is None and not chain.runtime
+    if not plain or not chain.forced:
+        raise BenchmarkError("MuJoCo is compared on the forced planar chain with a fixed base alone")
     package = Path(mujoco.__file__).parent
     shared = next(iter(package.glob("libmujoco.so*")))
     library, scene = folder / "mujoco.so", folder / "chain.xml"
-    scene.write_text(_xml(chain))
+    scene.write_text(xml(chain))
     links = [f"-I{package / 'include'}", str(shared), f"-Wl,-rpath,{package}"]
     run_compiler(["cc", "-std=c99", *C_FLAGS, "-fPIC", "-shared", str(_SOURCE), *links, "-o", str(library)])
     reason = ctypes.create_string_buffer(500)
     if ctypes.CDLL(str(library)).peer_setup(str(scene).encode(), reason, len(reason)):
         raise BenchmarkError(f"MuJoCo refused the chain: {reason.value.decode()}")
-    return Candidate("MuJoCo", library, "peer_forward_dynamics")
+    return Candidate("MuJoCo", library, "peer_function")
 
 
-def _xml(chain: Chain) -> str:
+def xml(chain: Chain) -> str:
     """Nested bodies hinged about x, gravity along -z."""
     opening, closing = [], []
     for k, (mass, com) in enumerate(zip(chain.mass, chain.com, strict=True)):

@@ -1,5 +1,5 @@
-"""Pinocchio: the articulated-body algorithm, compiled from the headers of its pip package (``pin``) and
-called from C.
+"""Pinocchio: the articulated-body algorithm and its derivatives, compiled from the headers of its pip package (``pin``)
+and called from C.
 
 Chain P only: on the sphere its universal joints are a chart with singular poles and its spherical joints
 need a fictitious axial inertia, so neither computes chain S. The headers of Eigen come with the pip package
@@ -31,16 +31,22 @@ _FLAGS = (
 )
 
 
-def build(chain: Chain, folder: Path) -> Candidate:
-    """Pinocchio's model of a forced chain P."""
-    if chain.space != "planar" or not chain.forced:
-        raise BenchmarkError("Pinocchio is compared on the forced planar chain alone")
-    library = Path(
-        shutil.copy(_compiled(), folder / "pinocchio.so")
-    )  # a copy of its own: the model is global in it
+def build(chain: Chain, folder: Path, jacobian: bool = False) -> Candidate:
+    """Pinocchio's model of chain P: the accelerations of the forced one, or the Jacobian of the unforced one.
+
+    Raises:
+        BenchmarkError: Another kind of chain.
+    """
+    plain = chain.space == "planar" and chain.angles == "relative" and chain.cart_mass is None and not chain.runtime
+    if not plain or chain.forced == jacobian:
+        raise BenchmarkError("Pinocchio is compared on the planar chain with a fixed base and relative angles alone")
+    name = "pinocchio_jacobian.so" if jacobian else "pinocchio.so"
+    library = Path(shutil.copy(_compiled(), folder / name))  # a copy of its own: the model is global in it
     numbers = [(ctypes.c_double * chain.links)(*values) for values in (chain.mass, chain.length, chain.com)]
     ctypes.CDLL(str(library)).peer_setup(chain.links, *numbers)
-    return Candidate("Pinocchio aba", library, "peer_forward_dynamics")
+    if jacobian:
+        return Candidate("Pinocchio computeABADerivatives", library, "peer_jacobian")
+    return Candidate("Pinocchio aba", library, "peer_function")
 
 
 def _compiled() -> Path:

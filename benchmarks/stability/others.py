@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from benchmarks.chains import GRAVITY, Chain
 from benchmarks.harness import BenchmarkError
+from benchmarks.peers import present
 from benchmarks.stability.cases.case import Case
 from benchmarks.stability.ours import same_side
 from benchmarks.stability.references import Reference, gap, relative_gap
@@ -206,6 +207,25 @@ DYNAMICS: dict[str, Peer] = {
     "MuJoCo": _mujoco,
     "CasADi, expert's recursion": _casadi_recursion,
 }
+
+
+NEEDS: dict[str, str] = {
+    "heyoka": "heyoka", "heyoka, 1e-9": "heyoka", "MuJoCo RK4, 0.1 ms": "mujoco", "Pinocchio aba": "pinocchio",
+    "MuJoCo": "mujoco", "CasADi, expert's recursion": "casadi",
+}  # fmt: skip
+"""Peer -> the module it needs."""
+
+
+def installed(peers: Mapping[str, Peer]) -> tuple[dict[str, Peer], list[str]]:
+    """The peers that are here, and words about each that is not."""
+    found, absent = {}, []
+    for name, peer in peers.items():
+        try:
+            present.module(NEEDS[name])
+            found[name] = peer
+        except present.PeerAbsent as reason:
+            absent.append(f"{name}: skipped: {reason}")
+    return found, absent
 
 
 def answer(peer: Peer, case: Case, known: Reference) -> Answer:

@@ -29,13 +29,14 @@ _SHORT = 52
 
 @dataclass(frozen=True)
 class Result:
-    """One method on one case."""
+    """One method on one case; `horizon` is the case's, as `horizon.words` gives it."""
 
     case: Case
     method: str
     own: bool
     answer: Answer
     judgement: Judgement
+    horizon: str = "-"
 
     def line(self) -> str:
         """One line for the terminal."""
@@ -62,8 +63,8 @@ class Result:
         return f"{self.judgement.verdict}: {said if len(said) <= _LONGEST else said[:_LONGEST] + ' ...'}"
 
 
-def markdown_tables(results: Sequence[Result], seconds: float) -> list[Table]:
-    """A summary by method, then one table per kind of case."""
+def markdown_tables(results: Sequence[Result], seconds: float, absent: Sequence[str] = ()) -> list[Table]:
+    """A summary by method, then one table per kind of case; `absent` are words about peers that are not installed."""
     tables = [_summary(results, True), _summary(results, False)]
     kinds = {
         "Forward dynamics": ("dynamics",), "Motion": ("motion",), "Energy over long times": ("energy",),
@@ -73,7 +74,7 @@ def markdown_tables(results: Sequence[Result], seconds: float) -> list[Table]:
         rows = [result for result in results if result.case.kind in chosen]
         if rows:
             tables.append(_details(title, rows))
-    return [*tables, _legend(seconds)]
+    return [*tables, _legend(seconds, absent)]
 
 
 def _summary(results: Sequence[Result], own: bool) -> Table:
@@ -89,18 +90,22 @@ def _summary(results: Sequence[Result], own: bool) -> Table:
 
 
 def _details(title: str, results: Sequence[Result]) -> Table:
-    rows, before = [], ""
+    timed = any(result.case.kind == "motion" for result in results)
+    rows: list[tuple[str, ...]] = []
+    before = ""
     for result in results:
         case = f"**{result.case.id}** {result.case.title}" if result.case.id != before else ""
         before = result.case.id
         method = f"**{result.method}**" if result.own else result.method
         seconds = f"{result.answer.seconds:.2g}" if result.answer.status == "ok" else "-"
         words = result.words.replace("|", "/")
-        rows.append((case, method, result.error, result.attainable, result.steps, seconds, words))
-    return Table(title, ("case", "method", "error", "attainable", "steps", "s", "verdict"), tuple(rows))
+        cells = (case, method, result.error, result.attainable, result.horizon if case else "", result.steps, seconds, words)
+        rows.append(cells if timed else (*cells[:4], *cells[5:]))
+    heads = ("case", "method", "error", "attainable", *(("horizon, s",) if timed else ()), "steps", "s", "verdict")
+    return Table(title, heads, tuple(rows))
 
 
-def _legend(seconds: float) -> Table:
+def _legend(seconds: float, absent: Sequence[str]) -> Table:
     rows = (
         (RIGHT, f"error within {SLACK:.0e} of the attainable one"),
         (
@@ -124,7 +129,9 @@ def _legend(seconds: float) -> Table:
             "of the problem; for motions also of the state on the way, by one ulp). References and how each was made and cross-checked: benchmarks/stability/references.json."),
             ("**Bold**: phichain. DOP853, RK45, Radau, BDF and LSODA are SciPy's, cvodes and idas SUNDIALS', on phichain's "
             "right-hand side and Jacobian. A fixed-step method takes 20 000 steps; 10 000 tell its own estimate. "
-            "A-, B-, C-cases: tests/data/extreme_cases.json."),
+            "A-, B-, C-cases: tests/data/extreme_cases.json. Horizon: when one round-off has grown to 1e-2. The rules, as they were before"
+            " the run: benchmarks/stability/README.md."),
+            *absent,
         ),
     )  # fmt: skip
 

@@ -9,19 +9,32 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.stability.cases.case import Case
+from benchmarks.stability.horizon import words
 from benchmarks.stability.references import Reference
 from benchmarks.stability.report import Result
 from benchmarks.stability.verdict import Answer, judge
 
 
-def keep(path: Path, results: Sequence[Result]) -> None:
-    """Write results, over those of the same case and method that are there."""
+def keep(path: Path, results: Sequence[Result], source: str) -> None:
+    """Write results, over those of the same case and method that are there; `source` is the digest of the code."""
     stored = _read(path)
     for result in results:
-        entry = {"own": result.own, "answer": asdict(result.answer)}
+        entry = {"own": result.own, "answer": asdict(result.answer), "source": source}
         stored.setdefault(result.case.id, {})[result.method] = entry
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(stored, indent=1) + "\n")
+    unfinished = path.with_suffix(".part")
+    unfinished.write_text(json.dumps(stored, indent=1) + "\n")
+    unfinished.replace(path)
+
+
+def done(path: Path, source: str) -> set[tuple[str, str]]:
+    """(case, method) of every stored result of that very code."""
+    return {
+        (case, method)
+        for case, methods in _read(path).items()
+        for method, entry in methods.items()
+        if entry.get("source") == source
+    }
 
 
 def kept(
@@ -31,10 +44,13 @@ def kept(
     stored, found = _read(path), []
     for case in cases:
         rows = [
-            Result(case, method, entry["own"], answer, judge(answer, known[case.id].kappa, case.round_off))
+            Result(
+                case, method, entry["own"], answer, judge(answer, known[case.id].kappa, case.round_off),
+                words(case, known[case.id]),
+            )
             for method, entry in stored.get(case.id, {}).items()
             for answer in [Answer(**{**entry["answer"], "errors": tuple(entry["answer"]["errors"])})]
-        ]
+        ]  # fmt: skip
         found += sorted(rows, key=lambda row: order.index(row.method) if row.method in order else -1)
     return found
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness import BenchmarkError
+from benchmarks.peers import present
 from benchmarks.stability.others import absolute, mujoco_model
 from benchmarks.stability.references import gap, references
 from benchmarks.work_precision.problems import Work
@@ -32,19 +33,20 @@ def candidates(work: Work, quick: bool) -> list[Candidate]:
     def error(state: Any) -> float:
         return gap([known.rows[-1]], [list(state)], known.fastest)
 
-    makers: Sequence[Callable[[Work, Error, bool], Iterator[Candidate]]] = (
-        _ours,
-        _heyoka,
-        _sundials,
-        _scipy,
-        _mujoco,
+    makers: Sequence[tuple[str, Callable[[Work, Error, bool], Iterator[Candidate]]]] = (
+        ("phichain", _ours),
+        ("heyoka", _heyoka),
+        ("casadi", _sundials),
+        ("heyoka", _scipy),
+        ("mujoco", _mujoco),
     )
     found: list[Candidate] = []
-    for maker in makers:
+    for needed, maker in makers:
         try:
+            present.module(needed)
             found += maker(work, error, quick)
         except BenchmarkError as refusal:
-            print(f"  left out: {refusal}", flush=True)
+            print(f"  {maker.__name__.strip('_')} left out: {refusal}", flush=True)
     return found
 
 

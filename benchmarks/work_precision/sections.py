@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import argparse
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from benchmarks import forward_dynamics as dynamics_table
-from benchmarks.chains import chain_of
+from benchmarks.contest import Work, detail
+from benchmarks.dynamics import forward as dynamics
 from benchmarks.fractional import run as fractional_table
-from benchmarks.harness import Timing
 from benchmarks.pages import Figure
+from benchmarks.plan import FULL
 from benchmarks.stability.references import references
 from benchmarks.table import Table
 from benchmarks.work_precision import families as family_rows
@@ -81,29 +80,22 @@ def curves(rows: Sequence[Row]) -> list[Curve]:
 
 
 def forward_dynamics(quick: bool, folder: Path) -> Section:
-    """One state from C, beside CasADi, heyoka, Pinocchio and MuJoCo."""
+    """One state from C, evaluations that overlap, beside CasADi, heyoka, Pinocchio and MuJoCo."""
     section = Section()
-    sizes = {"planar": (2, 8) if quick else (2, 4, 8, 32), "spatial": (5,) if quick else (5, 16)}
-    for space, links in sizes.items():
+    sizes = {"P, torques": (2, 8) if quick else (2, 4, 8, 32), "S": (5,) if quick else (5, 16)}
+    run = replace(FULL, rounds=21) if quick else FULL
+    for kind, links in sizes.items():
         for count in links:
-            chain = chain_of(space, count, True)
-            peers = ["heyoka", "casadi"] + (["pinocchio", "mujoco"] if space == "planar" else [])
-            options = argparse.Namespace(
-                candidate_c=[], symbol=[], code=["auto"], peers=peers, rounds=21 if quick else 101
-            )
-            timings = dynamics_table.measure(chain, options)
-            section.tables.append(dynamics_table.as_table(chain, timings))
-            picture = folder / f"work_precision_dynamics_{space}{count}.png"
-            section.figures.append(
-                Figure(draw_work_precision(picture, chain.label, _points(timings)), chain.label)
-            )
+            work = dynamics.measure(kind, count, run).independent
+            section.tables.append(detail(work.title, [work]))
+            picture = folder / f"work_precision_dynamics_{'planar' if kind != 'S' else 'spatial'}{count}.png"
+            section.figures.append(Figure(draw_work_precision(picture, work.title, _points(work)), work.title))
     return section
 
 
-def _points(timings: Sequence[Timing]) -> list[Curve]:
-    return [
-        Curve(t.name, [1e-9 * t.median], [t.error], t.kind == "ours") for t in timings if t.kind != "hybrid"
-    ]
+def _points(work: Work) -> list[Curve]:
+    timed = [entry for entry in work.entries if entry.time is not None and entry.kind != "hybrid"]
+    return [Curve(e.who, [e.time.median], [e.error], e.kind == "ours") for e in timed if e.time]
 
 
 def families(quick: bool, folder: Path) -> Section:

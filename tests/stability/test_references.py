@@ -9,9 +9,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from benchmarks.stability import elliptic, engine
 from benchmarks.stability.cases.case import Case
 from benchmarks.stability.cases.table import all_cases, work_cases
+from benchmarks.stability.means import elliptic, engine
 from benchmarks.stability.references import gap, read, references, relative_gap
 from phichain.reference import reference
 from phichain.scene import Scene

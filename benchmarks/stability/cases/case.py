@@ -29,7 +29,8 @@ class Case:
         chain: keyword arguments of Scene.
         q, v, u: the state and the held force on a cart.
         times: when states are compared, s.
-        means: how the reference is made: "extrapolation", "radau", "elliptic", "oracle", "engine", "given", "constant".
+        means: how the reference is made: "extrapolation", "radau", "elliptic", "oracle", "engine", "given", "constant",
+            "sweep" (a long chain in 80-bit arithmetic).
         side: up to this time the first angle must be in the reference's turn: on its side of the separatrix. None where
             there is none, or where no double could tell.
         slow: left out of a quick run.

@@ -69,6 +69,8 @@ def regular_and_chaotic() -> list[Case]:
         _case("S15", "light tip, 1e-8 : 1, N = 2, 5 s", (1, 5), [1.0, 0.5], mass=[1.0, 1e-8]),
         _case("S16", "lengths 1 and 1e-8, N = 2, 0.01 s", (0.001, 0.01), [1.0, 0.5], length=[1.0, 1e-8]),
         _case("S17", "N = 64 released from the horizontal, 0.2 s", (0.05, 0.2), [PI / 2, *([0] * 63)], length=1 / 64, mass=1 / 64, slow=True),
+        _case("S37", "N = 256 released from the horizontal, 0.02 s", (0.01, 0.02), [PI / 2, *([0] * 255)], length=1 / 256,
+              mass=1 / 256, means="sweep", slow=True),
         _case("S18", "N = 16 released from the horizontal, 1 s", (0.5, 1), [PI / 2, *([0] * 15)], length=1 / 16, mass=1 / 16),
         _case("S20", "cart of 1e-6, N = 2, 2 s", (0.5, 2), [0.0, 0.5, 0.3], base="cart", cart_mass=1e-6, **half),
         _case("S21", "cart of 1e6, N = 2, 2 s", (0.5, 2), [0.0, 0.5, 0.3], base="cart", cart_mass=1e6, **half),

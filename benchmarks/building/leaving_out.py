@@ -6,16 +6,17 @@ parameter open until run time, every function. The others are what people ask fo
 
 from __future__ import annotations
 
-import argparse
 import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks import objects, ours, table
+from benchmarks import ours, plan, table
+from benchmarks.building import objects
 
-ROOT = Path(__file__).resolve().parents[1]
+HEADING = "Leaving out"
+ROOT = Path(__file__).resolve().parents[2]
 SCENES = {
     "planar4_full": (
         "planar4_full",
@@ -58,12 +59,12 @@ def measure(scene: Path) -> Measured:
         return Measured(scene.stem, names, operations, compiled.text, compiled.symbols)
 
 
-def tables() -> list[table.Table]:
+def tables(run: plan.Plan) -> list[table.Table]:
     """One table of sizes, one of names."""
     rows, names = [], []
-    for full, scenes in SCENES.items():
+    for full, scenes in run.few([*SCENES.items()]):
         yardstick = measure(ROOT / "scenes" / f"{full}.toml")
-        for scene in scenes:
+        for scene in run.few(scenes):
             found = yardstick if scene == full else measure(ROOT / "scenes" / f"{scene}.toml")
             rows.append(
                 (
@@ -97,14 +98,7 @@ def tables() -> list[table.Table]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    p.add_argument("--write", action="store_true", help="write benchmarks/results/leaving_out.md")
-    options = p.parse_args(arguments)
-    found = tables()
-    print("\n".join(t.markdown() for t in found))
-    if options.write:
-        print(table.write("leaving_out", "Leaving out", found, "python -m benchmarks.leaving_out --write"))
-    return 0
+    return plan.command("leaving_out", "benchmarks.building.leaving_out", HEADING, tables, arguments, __doc__)
 
 
 if __name__ == "__main__":

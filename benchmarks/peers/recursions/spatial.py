@@ -1,10 +1,4 @@
-"""The O(N) recursions an expert would write by hand for chains P and S, over any scalar type.
-
-CasADi and heyoka build their expressions by running these functions on their own symbols, so neither is
-held back by a poorer formula than the other's. Constants are folded before the symbols are met: units are
-chosen so that the first link's length and the unit of torque are 1, which removes most multiplications of a
-uniform chain, and every division by a pivot is one reciprocal.
-"""
+"""Chain S and its kind: the tension form, the same from both ends, and the articulated recursion on unit vectors."""
 
 from __future__ import annotations
 
@@ -15,76 +9,6 @@ from typing import Any
 from benchmarks.chains import GRAVITY, Chain
 
 Scalar = Any  # a float, an mpf, a casadi.SX or a heyoka.expression
-Function = Callable[[Scalar], Scalar]
-
-
-def planar_link_frame(
-    chain: Chain,
-    theta: Sequence[Scalar],
-    rate: Sequence[Scalar],
-    torque: Sequence[Scalar],
-    sin: Function,
-    cos: Function,
-) -> list[Scalar]:
-    """Articulated-body sweep in link frames (x along the link, y along its tangent) for relative angles.
-
-    ``A = [axx axy; axy ayy]`` and ``b = (bx, by)`` are the inertia and the force of everything beyond a
-    link, at its tip and in its frame. Per link, about 55 operations with unit lengths.
-    """
-    count, unit = chain.links, chain.length[0]
-    mass = [m * unit**2 for m in chain.mass]
-    length = [x / unit for x in chain.length]
-    com = [x / unit for x in chain.com]
-    sine, cosine = [sin(x) for x in theta], [cos(x) for x in theta]
-    square = _squared_absolute_rates(rate)
-
-    axx = axy = ayy = bx = by = 0.0
-    gain: list[tuple[Scalar, Scalar, Scalar]] = [(0.0, 0.0, 0.0)] * count
-    for k in reversed(range(count)):
-        m, l, r = mass[k], length[k], com[k]
-        offset = m * r * (1.0 - r / l)
-        inverse = 1.0 / (m * r**2 + l**2 * ayy)
-        ux = l * axy
-        kx = ux * inverse
-        ky = 1.0 / l + offset * inverse
-        pull = by - square[k] * ux
-        moment = (torque[k] - torque[k + 1] if k + 1 < count else torque[k]) if len(torque) else 0.0
-        p = moment - l * pull
-        gain[k] = (p * inverse, kx, ky)
-        if k == 0:
-            break
-        x = (m + axx) - ux * kx
-        y = m * (l - r) ** 2 * (ayy * inverse)
-        bx = bx - (m * r + l * axx) * square[k] + kx * p
-        by = pull + ky * p
-        s, c = sine[k], cosine[k]
-        turn = s * (x - y) - c * (2.0 * offset * kx)
-        swap = s * turn
-        axx, axy, ayy = x - swap, c * turn + offset * kx, y + swap
-        bx, by = c * bx - s * by, s * bx + c * by
-
-    ax, ay = -(GRAVITY / unit) * cosine[0], (GRAVITY / unit) * sine[0]
-    result: list[Scalar] = []
-    before: Scalar = 0.0
-    for k in range(count):
-        share, kx, ky = gain[k]
-        alpha = share - kx * ax - ky * ay
-        result.append(alpha - before)
-        before = alpha
-        if k + 1 < count:
-            ax, ay = ax - length[k] * square[k], ay + length[k] * alpha
-            s, c = sine[k + 1], cosine[k + 1]
-            ax, ay = c * ax + s * ay, c * ay - s * ax
-    return result
-
-
-def _squared_absolute_rates(rate: Sequence[Scalar]) -> list[Scalar]:
-    """Squares of the running sums of the relative rates."""
-    squares, total = [], rate[0]
-    for k, own in enumerate(rate):
-        total = total + own if k else own
-        squares.append(total * total)
-    return squares
 
 
 def spatial_tension(
@@ -96,20 +20,7 @@ def spatial_tension(
     omega_N]``. No trigonometry; per link, about 36 operations with unit masses and lengths.
     """
     system = _tension_system(chain, position, velocity, force)
-    count = chain.links
-    diagonal, off, right = list(system.diagonal), system.off, list(system.right)
-    gain: list[Scalar] = [0.0] * count
-    inverse: list[Scalar] = [0.0] * count
-    for k in reversed(range(count)):
-        inverse[k] = 1.0 / diagonal[k]
-        if k:
-            gain[k] = off[k] * inverse[k]
-            diagonal[k - 1] = diagonal[k - 1] - off[k] * gain[k]
-            right[k - 1] = right[k - 1] + gain[k] * right[k]
-    tension = [right[0] * inverse[0]]
-    for k in range(1, count):
-        tension.append(right[k] * inverse[k] + gain[k] * tension[k - 1])
-    return system.accelerations(tension)
+    return system.accelerations(_eliminated(system))
 
 
 def spatial_tension_twisted(
@@ -145,36 +56,64 @@ def spatial_tension_twisted(
     return system.accelerations(tension)
 
 
+def spatial_tension_direct(
+    chain: Chain, position: Sequence[Scalar], rate: Sequence[Scalar], force: Sequence[Scalar]
+) -> list[Scalar]:
+    """``[x'', q_1'', .. q_N'']`` from ``rate = [x', q_1', .. q_N']``: the tension form without angular velocities.
+
+    Every mass is pulled by two tensions along unit vectors, so q'' needs no cross product: the best form for a Taylor
+    series, and this project's own.
+    """
+    system = _tension_system(chain, position, rate, force)
+    tension = _eliminated(system)
+    base = system.accelerations(tension)[:2]
+    count, unit = chain.links, 1.0 / chain.length[0]
+    q = system.directions
+    result = list(base)
+    before: list[Scalar] = [base[0] * unit, base[1] * unit, -GRAVITY * unit]
+    for k in range(count):
+        light = chain.mass[0] / chain.mass[k]
+        own = [-(tension[k] * light) * x for x in q[k]]
+        if k + 1 < count:
+            own = [x + (tension[k + 1] * light) * y for x, y in zip(own, q[k + 1], strict=True)]
+        result.extend((x - y) * (chain.length[0] / chain.length[k]) for x, y in zip(own, before, strict=True))
+        before = own
+    return result
+
+
 def spatial_articulated(
     chain: Chain, position: Sequence[Scalar], velocity: Sequence[Scalar], force: Sequence[Scalar]
 ) -> list[Scalar]:
-    """The articulated-body recursion on S^2: 3 x 3 inertias in the world frame, one 3 x 3 pivot a link.
+    """The articulated-body recursion on S^2: 3 x 3 inertias in the world frame, a 2 x 2 pivot in each tangent plane.
 
-    What the textbook algorithm becomes for links that are unit vectors: with M = m I + A, hat the cross
-    product and h = b - l |w|^2 M q, the pivot S = hat M hat^T + q q^T gives omega' = -S^-1 hat (M a + h) / l,
-    A' = M + M hat S^-1 hat M and b' = h + M hat S^-1 hat h. About 190 operations per link.
+    What the textbook algorithm becomes for links that are unit vectors and masses at r along them. With A and b the
+    inertia and force beyond the link, B = m r I + l A, P = m r^2 I + l^2 A, h = l (b - l |w|^2 A q), the inverse of P in
+    the tangent plane is K = hat P hat^T / (q . adj(P) q), hat the cross product with q; then q'' + |w|^2 q = -K (B a + h),
+    A' = m I + A - B K B and b' = b - |w|^2 B q - B K h. No 3 x 3 inverse; about 250 operations a link.
     """
     count, cart = chain.links, float(chain.cart_mass or 0.0)
     q = [position[2 + 3 * k : 5 + 3 * k] for k in range(count)]
     w = [velocity[2 + 3 * k : 5 + 3 * k] for k in range(count)]
     inertia: list[list[Scalar]] = [[0.0] * 3 for _ in range(3)]
     bias: list[Scalar] = [0.0] * 3
-    stored: list[tuple[list[list[Scalar]], list[Scalar], list[list[Scalar]], Scalar]] = []
+    stored: list[tuple[list[list[Scalar]], list[Scalar], Scalar]] = []
     for k in reversed(range(count)):
-        length, square = chain.length[k], sum((x * x for x in w[k]), 0.0)
-        total = [[inertia[i][j] + (chain.mass[k] if i == j else 0.0) for j in range(3)] for i in range(3)]
-        turned = _columns_crossed(q[k], total)  # hat M
-        pivot = [
-            [_crossed(q[k], turned[i])[j] + q[k][i] * q[k][j] for j in range(3)] for i in range(3)
-        ]  # hat M hat^T + q q^T, rows of hat M crossed with q
-        inverse = _inverse(pivot)
-        lean = [bias[i] - (length * square) * _dot(total[i], q[k]) for i in range(3)]
-        stored.append((turned, _crossed(q[k], lean), inverse, square))
-        gain = [[_dot(inverse[i], [turned[a][j] for a in range(3)]) for j in range(3)] for i in range(3)]
-        push = [_dot(inverse[i], _crossed(q[k], lean)) for i in range(3)]
-        columns = [[turned[a][i] for a in range(3)] for i in range(3)]
-        inertia = [[total[i][j] - _dot(columns[i], [gain[a][j] for a in range(3)]) for j in range(3)] for i in range(3)]
-        bias = [lean[i] - _dot(columns[i], push) for i in range(3)]
+        m, l, r, square = chain.mass[k], chain.length[k], chain.com[k], _dot(w[k], w[k])
+        lever = _scaled_plus(inertia, l, m * r)  # B
+        moment = _scaled_plus(inertia, l * l, m * r * r)  # P
+        turned = _columns_crossed(q[k], moment)
+        scale = 1.0 / _dot(q[k], [_dot(row, q[k]) for row in _adjugate(moment)])
+        mobility = _symmetric(lambda i, j, t=turned, u=q[k], x=scale: _crossed(u, t[i])[j] * x)  # K
+        lean = [l * (bias[i] - (l * square) * _dot(inertia[i], q[k])) for i in range(3)]
+        gain = [[_dot(mobility[i], lever[j]) for j in range(3)] for i in range(3)]  # K B
+        push = [_dot(mobility[i], lean) for i in range(3)]
+        stored.append((gain, push, square))
+        bias = [bias[i] - _dot(lever[i], [square * x + y for x, y in zip(q[k], push, strict=True)]) for i in range(3)]
+        inertia = _symmetric(
+            lambda i, j, b=lever, g=gain, a=inertia, m=m: (
+                (a[i][j] + m if i == j else a[i][j]) - _dot(b[i], [g[s][j] for s in range(3)])
+            )
+        )
     drive = list(force) if len(force) else [0.0, 0.0]
     left = [[inertia[i][j] + (cart if i == j else 0.0) for j in range(2)] for i in range(2)]
     right = [drive[i] - bias[i] + GRAVITY * inertia[i][2] for i in range(2)]
@@ -186,14 +125,22 @@ def spatial_articulated(
     joint: list[Scalar] = [*base, -GRAVITY]
     result = list(base)
     for k in range(count):
-        turned, lean, inverse, square = stored[count - 1 - k]
-        length = chain.length[k]
-        moved = [_dot(turned[i], joint) + lean[i] for i in range(3)]
-        rate = [-_dot(inverse[i], moved) * (1.0 / length) for i in range(3)]
-        result.extend(rate)
-        swing = _crossed(rate, q[k])
-        joint = [joint[i] + length * (swing[i] - square * q[k][i]) for i in range(3)]
+        gain, push, square = stored[count - 1 - k]
+        swing = [-(_dot(gain[i], joint) + push[i]) for i in range(3)]
+        result.extend(_crossed(q[k], swing))
+        joint = [joint[i] + chain.length[k] * (swing[i] - square * q[k][i]) for i in range(3)]
     return result
+
+
+def _scaled_plus(matrix: list[list[Scalar]], scale: Scalar, diagonal: Scalar) -> list[list[Scalar]]:
+    """scale x matrix + diagonal x I of a symmetric matrix."""
+    return _symmetric(lambda i, j: scale * matrix[i][j] + (diagonal if i == j else 0.0))
+
+
+def _symmetric(entry: Callable[[int, int], Scalar]) -> list[list[Scalar]]:
+    """A symmetric 3 x 3 matrix from the entries on and above its diagonal."""
+    upper = {(i, j): entry(i, j) for i in range(3) for j in range(i, 3)}
+    return [[upper[min(i, j), max(i, j)] for j in range(3)] for i in range(3)]
 
 
 def _dot(a: Sequence[Scalar], b: Sequence[Scalar]) -> Scalar:
@@ -210,22 +157,15 @@ def _columns_crossed(a: Sequence[Scalar], matrix: list[list[Scalar]]) -> list[li
     return [[columns[j][i] for j in range(3)] for i in range(3)]
 
 
-def _inverse(s: list[list[Scalar]]) -> list[list[Scalar]]:
-    """Inverse of a symmetric 3 x 3 matrix by cofactors."""
+def _adjugate(s: list[list[Scalar]]) -> list[list[Scalar]]:
+    """Cofactors of a symmetric 3 x 3 matrix."""
     c00 = s[1][1] * s[2][2] - s[1][2] * s[1][2]
     c01 = s[1][2] * s[0][2] - s[0][1] * s[2][2]
     c02 = s[0][1] * s[1][2] - s[1][1] * s[0][2]
     c11 = s[0][0] * s[2][2] - s[0][2] * s[0][2]
     c12 = s[0][1] * s[0][2] - s[0][0] * s[1][2]
     c22 = s[0][0] * s[1][1] - s[0][1] * s[0][1]
-    scale = 1.0 / (s[0][0] * c00 + s[0][1] * c01 + s[0][2] * c02)
-    return [[x * scale for x in row] for row in ([c00, c01, c02], [c01, c11, c12], [c02, c12, c22])]
-
-
-#: The spatial forms by name; a table says which one a peer was given.
-SPATIAL = {"tension": spatial_tension, "twisted": spatial_tension_twisted, "recursion": spatial_articulated}
-#: How a table names them; the tension form is this project's own (design of the emitted code).
-LABELS = {"tension": ", given the tension form", "twisted": ", given the twisted form", "recursion": ", recursion on S^2"}
+    return [[c00, c01, c02], [c01, c11, c12], [c02, c12, c22]]
 
 
 @dataclass(frozen=True)
@@ -294,3 +234,21 @@ def _tension_system(
         off.append((a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) * (1.0 / mass[k - 1]))
         crosses.append([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
     return _TensionSystem(chain, q, crosses, diagonal, off, right, force)
+
+
+def _eliminated(system: _TensionSystem) -> list[Scalar]:
+    """The tensions, eliminated from tip to cart."""
+    count = system.chain.links
+    diagonal, off, right = list(system.diagonal), system.off, list(system.right)
+    gain: list[Scalar] = [0.0] * count
+    inverse: list[Scalar] = [0.0] * count
+    for k in reversed(range(count)):
+        inverse[k] = 1.0 / diagonal[k]
+        if k:
+            gain[k] = off[k] * inverse[k]
+            diagonal[k - 1] = diagonal[k - 1] - off[k] * gain[k]
+            right[k - 1] = right[k - 1] + gain[k] * right[k]
+    tension = [right[0] * inverse[0]]
+    for k in range(1, count):
+        tension.append(right[k] * inverse[k] + gain[k] * tension[k - 1])
+    return tension

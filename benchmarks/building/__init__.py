@@ -1,0 +1,1 @@
+"""From a description to something callable: time, size, growth."""

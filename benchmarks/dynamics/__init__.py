@@ -1,0 +1,1 @@
+"""Functions of one state, and of many at once, timed from C."""
