@@ -525,33 +525,34 @@ void planar2_phi_jacobian(const planar2_real amplitude[2], const planar2_real om
 {
     const planar2_real link_swing_1 = amplitude[0] + amplitude[1];
     const planar2_real omega_squared = omega * omega;
-    const planar2_real t1 = omega + omega;
     const planar2_real apart_0_1 = amplitude[0] - link_swing_1;
     planar2_real bessel_1[5];
     planar2_bessel(apart_0_1, bessel_1);
-    const planar2_real t2 = bessel_1[0] - bessel_1[2];
-    const planar2_real t3 = bessel_1[1] + 0.5 * (bessel_1[1] - bessel_1[3]);
-    const planar2_real t4 = 0.5 * bessel_1[1] + 0.5 * bessel_1[3];
-    const planar2_real t5 = -0.25 * t2 - 0.25 * (bessel_1[2] - bessel_1[4]);
-    const planar2_real t6 = link_swing_1 * link_swing_1;
-    const planar2_real t7 = t4 * (link_swing_1 + link_swing_1);
+    const planar2_real even_0_1 = bessel_1[0] - bessel_1[2];
+    const planar2_real t1 = 0.5 * bessel_1[3];
+    const planar2_real odd_0_1 = 0.5 * bessel_1[1] + t1;
+    const planar2_real even_slope_0_1 = t1 - 1.5 * bessel_1[1];
+    const planar2_real odd_slope_0_1 = -0.25 * bessel_1[4] + 0.25 * bessel_1[0];
+    const planar2_real t2 = (odd_slope_0_1 * link_swing_1 - even_slope_0_1) * link_swing_1;
+    const planar2_real t3 = omega_squared * (0.0625 * (2.0 * odd_0_1 * link_swing_1 - t2 - even_0_1));
+    const planar2_real t4 = (odd_slope_0_1 * amplitude[0] + even_slope_0_1) * amplitude[0];
     planar2_real bessel_2[5];
     planar2_bessel(amplitude[0], bessel_2);
-    const planar2_real t8 = amplitude[0] * amplitude[0];
+    const planar2_real t5 = 2.0 * omega;
     planar2_real bessel_3[5];
     planar2_bessel(link_swing_1, bessel_3);
-    const planar2_real t9 = (-0.0625 * (t2 * amplitude[0] + t4 * t8) - 0.03125 * link_swing_1) * t1;
-    const planar2_real t10 = 1.22625 * (bessel_3[0] - bessel_3[2]);
-    const planar2_real t11 = omega_squared * (-0.0625 * (t2 + t4 * (amplitude[0] + amplitude[0])) - 0.03125)
-        + t10;
-    const planar2_real t12 = omega_squared * (-0.0625 * (amplitude[0] * t3 + t8 * t5) - 0.03125) + t10;
+    const planar2_real t6 = omega_squared * (0.0625 * t4 - 0.03125) + 1.22625 * (bessel_3[0] - bessel_3[2]);
+    const planar2_real t7 = t5 * (-0.0625 * ((odd_0_1 * amplitude[0] + even_0_1) * amplitude[0])
+        - 0.03125 * link_swing_1);
+    const planar2_real t8 = omega_squared * (0.0625 * (-2.0 * odd_0_1 * amplitude[0] - t4 - even_0_1)) + t6;
 
-    out[0] = omega_squared * (-0.0625 * (t2 - t7) - 0.15625) + 3.67875 * (bessel_2[0] - bessel_2[2]) + t11;
-    out[1] = omega_squared * (-0.0625 * (link_swing_1 * t3 + t2 - (t6 * t5 + t7))) + t12;
-    out[3] = t11;
-    out[4] = t12;
-    out[2] = (-0.0625 * (t2 * link_swing_1 - t4 * t6) - 0.15625 * amplitude[0]) * t1 + t9;
-    out[5] = t9;
+    out[0] = omega_squared * (0.0625 * t2 - 0.15625) + 3.67875 * (bessel_2[0] - bessel_2[2]) + t3 + t8;
+    out[1] = t3 + t6;
+    out[2] = t5 * (0.0625 * ((odd_0_1 * link_swing_1 - even_0_1) * link_swing_1) - 0.15625 * amplitude[0])
+        + t7;
+    out[3] = t8;
+    out[4] = t6;
+    out[5] = t7;
 }
 
 /* One Runge-Kutta step of order 4.
@@ -1405,7 +1406,7 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
             planar2_flow_increment(order, jet, &h, increment);
             planar2_flow_move(increment, jet);
         }
-        while (flow->written < count) {
+        while (times != NULL && flow->written < count) {
             const planar2_real inside = (times[flow->written] - flow->t) - flow->t_lost;
             planar2_real x[planar2_flow_x];
             if (!(inside * way <= h * way)) {
@@ -1425,6 +1426,16 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
         if (result == PLANAR2_DONE) {
             flow->t = t_end;
             flow->t_lost = 0;
+        }
+        if (times == NULL && flow->own != NULL && flow->written < count) {
+            planar2_real *q_end = q_out + flow->written * planar2_flow_q, *v_end = v_out
+                + flow->written * planar2_flow_q;
+            memcpy(q_end, jet->state, planar2_flow_q * sizeof *q_end);
+            memcpy(v_end, jet->state + planar2_flow_q, planar2_flow_q * sizeof *v_end);
+            for (int i = planar2_flow_cart; i < planar2_flow_q; ++i) {
+                q_end[i] = planar2_flow_turned(q_end[i], jet->turns[i]);
+            }
+            flow->own[flow->written++] = flow->t;
         }
         ++flow->steps;
     }

@@ -33,7 +33,6 @@ _OPTIONS = {"cse": True}  # what two turns of a loop have in common is computed 
 
 _MU = [0.375, 0.125]
 _C_DIAGONAL = [0.15625, 0.03125]
-_ONE_HOT = [0.0, 1.0, 0.0]
 
 
 def _matrix(cells, rows, columns):

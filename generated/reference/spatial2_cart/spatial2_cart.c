@@ -26,22 +26,19 @@ static const spatial2_cart_real spatial2_cart_mass_table[2] = {0.2, 0.1};
  *   tension                           m/s^2  tension of a link over its mass
  *   middle_tension                    m/s^2  tension of the link where the eliminations from the base and
  *                                            from the tip meet
- *   inner_tension_next                m/s^2  tension, substituted back from the middle towards the base
+ *   outer_tension_next                m/s^2  tension, substituted back from the middle towards the tip
  *   right_side                        m/s^2  right side of a link's row: l |q'|^2 and the forces on both its
  *                                            masses along it
- *   base_inverse_pivot                       1 / scaled pivot of a link's row, eliminated from the base or
- *                                            from the tip
- *   particular                        m/s^2  tension of an eliminated link if its neighbour had none
  *   coupling                                 share of the neighbour's tension that comes on top
  *   sine_squared                             squared sine of the angle between a link and the one before
  *   outer_pull, inner_pull            1/s^2  pull of the link beyond or before, over mass and length of this
  *                                            one
  *   free_cart_acceleration            m/s^2  acceleration of the cart if the first link had no tension
- *   pull_along, push_across           m/s^2  force of the first link on the cart, along and across it, over
- *                                            the cart's mass
  *   cart_acceleration                 m/s^2  acceleration of the cart
  *   cosine                                   q_(k-1) . q_k, cosine of the angle between neighbours
  *   cross, cross_x, cross_y, cross_z         q_(k-1) x q_k
+ *   gain                                     share of the joint's acceleration along the link, and in any
+ *                                            direction, that slows the tip
  */
 void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     const spatial2_cart_real u[2], spatial2_cart_real a[SPATIAL2_CART_RESTRICT 8])
@@ -50,15 +47,16 @@ void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial
     spatial2_cart_real cross[9];
     spatial2_cart_real right_side[2];
     spatial2_cart_real sine_squared[2];
-    spatial2_cart_real particular[2];
+    spatial2_cart_real load[2];
     spatial2_cart_real coupling[2];
+    spatial2_cart_real gain[2];
     spatial2_cart_real tension[3];
 
     const spatial2_cart_real cosine_1 = q[2] * q[5] + q[3] * q[6] + q[4] * q[7];
     cosine[1] = cosine_1;
-    const spatial2_cart_real cross_x_1 = q[3] * q[7] - q[4] * q[6];
-    const spatial2_cart_real cross_y_1 = q[4] * q[5] - q[2] * q[7];
-    const spatial2_cart_real cross_z_1 = q[2] * q[6] - q[3] * q[5];
+    const spatial2_cart_real cross_x_1 = q[6] * q[4] - q[7] * q[3];
+    const spatial2_cart_real cross_y_1 = q[7] * q[2] - q[5] * q[4];
+    const spatial2_cart_real cross_z_1 = q[5] * q[3] - q[6] * q[2];
     cross[3] = cross_x_1;
     cross[4] = cross_y_1;
     cross[5] = cross_z_1;
@@ -67,42 +65,36 @@ void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial
     cross[8] = 0.0;
     const spatial2_cart_real free_cart_acceleration = 2.0 * u[0];
     const spatial2_cart_real free_cart_acceleration_2 = 2.0 * u[1];
-    const spatial2_cart_real t1 = 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]) + 9.81 * q[4];
-    right_side[0] = t1 - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
+    right_side[0] = 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]) + 9.81 * q[4]
+        - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
     right_side[1] = 0.2 * (v[5] * v[5] + v[6] * v[6] + v[7] * v[7]);
     sine_squared[1] = cross[3] * cross[3] + cross[4] * cross[4] + cross[5] * cross[5];
-    const spatial2_cart_real t2 = 0.4 * (q[2] * q[2] + q[3] * q[3]);
-    const spatial2_cart_real t3 = 1.0 + t2;
-    const spatial2_cart_real base_inverse_pivot = 1.0 / t3;
-    particular[0] = right_side[0] * base_inverse_pivot;
-    coupling[0] = 0.5 * (cosine[1] * base_inverse_pivot);
-    const spatial2_cart_real middle_tension = (right_side[1] * t3 + cosine[1] * right_side[0])
-        / (0.5 * (sine_squared[1] + t2) + t3);
-    tension[1] = middle_tension;
-    const spatial2_cart_real inner_tension_next = particular[0] + coupling[0] * middle_tension;
-    tension[0] = inner_tension_next;
+    gain[1] = 0.6666666666666666;
+    load[1] = right_side[1];
+    coupling[1] = cosine[1];
+    const spatial2_cart_real middle_tension = (3.0 * right_side[0] + cosine[1] * right_side[1])
+        / (1.2000000000000002 * (q[2] * q[2] + q[3] * q[3]) + (sine_squared[1] + 2.0));
+    tension[0] = middle_tension;
+    const spatial2_cart_real outer_tension_next = (load[1] + coupling[1] * middle_tension) * gain[1];
+    tension[1] = outer_tension_next;
     tension[2] = 0.0;
-    const spatial2_cart_real pull_along = 0.4 * (t1 + cosine[1] * (0.5 * tension[1]));
-    const spatial2_cart_real push_across = 0.4 * (q[2] * free_cart_acceleration_2
-        - q[3] * free_cart_acceleration);
-    const spatial2_cart_real cart_acceleration = (free_cart_acceleration + q[2] * pull_along
-        - q[3] * push_across) * base_inverse_pivot;
-    const spatial2_cart_real cart_acceleration_2 = (free_cart_acceleration_2 + q[3] * pull_along
-        + q[2] * push_across) * base_inverse_pivot;
+    const spatial2_cart_real pull_on_cart = 0.4 * tension[0];
+    const spatial2_cart_real cart_acceleration = free_cart_acceleration + q[2] * pull_on_cart;
+    const spatial2_cart_real cart_acceleration_2 = free_cart_acceleration_2 + q[3] * pull_on_cart;
     a[0] = cart_acceleration;
     a[1] = cart_acceleration_2;
-    const spatial2_cart_real t4 = -3.3333333333333335 * cart_acceleration;
-    const spatial2_cart_real t5 = -3.3333333333333335 * cart_acceleration_2;
-    const spatial2_cart_real t6 = 1.6666666666666667 * tension[1];
-    a[2] = cross[3] * t6 + (32.7 * q[3] - q[4] * t5);
-    a[3] = cross[4] * t6 + (q[4] * t4 - 32.7 * q[2]);
-    a[4] = cross[5] * t6 + (q[2] * t5 - q[3] * t4);
+    const spatial2_cart_real t1 = -3.3333333333333335 * cart_acceleration;
+    const spatial2_cart_real t2 = -3.3333333333333335 * cart_acceleration_2;
+    const spatial2_cart_real t3 = 1.6666666666666667 * tension[1];
+    a[2] = 32.7 * q[3] - q[4] * t2 - cross[3] * t3;
+    a[3] = q[4] * t1 - 32.7 * q[2] - cross[4] * t3;
+    a[4] = q[2] * t2 - q[3] * t1 - cross[5] * t3;
     const spatial2_cart_real outer_pull_1 = 2.5 * tension[2];
     const spatial2_cart_real inner_pull_1 = 5.0 * tension[0];
 
-    a[5] = cross[6] * outer_pull_1 - cross[3] * inner_pull_1;
-    a[6] = cross[7] * outer_pull_1 - cross[4] * inner_pull_1;
-    a[7] = cross[8] * outer_pull_1 - cross[5] * inner_pull_1;
+    a[5] = cross[3] * inner_pull_1 - cross[6] * outer_pull_1;
+    a[6] = cross[4] * inner_pull_1 - cross[7] * outer_pull_1;
+    a[7] = cross[5] * inner_pull_1 - cross[8] * outer_pull_1;
 }
 
 /* Accelerations of the unit vectors themselves: the equations of motion without angular velocities.
@@ -118,15 +110,16 @@ void spatial2_cart_direction_dynamics(const spatial2_cart_real q[8], const spati
     spatial2_cart_real cross[9];
     spatial2_cart_real right_side[2];
     spatial2_cart_real sine_squared[2];
-    spatial2_cart_real particular[2];
+    spatial2_cart_real load[2];
     spatial2_cart_real coupling[2];
+    spatial2_cart_real gain[2];
     spatial2_cart_real tension[3];
 
     const spatial2_cart_real cosine_1 = q[2] * q[5] + q[3] * q[6] + q[4] * q[7];
     cosine[1] = cosine_1;
-    const spatial2_cart_real cross_x_1 = q[3] * q[7] - q[4] * q[6];
-    const spatial2_cart_real cross_y_1 = q[4] * q[5] - q[2] * q[7];
-    const spatial2_cart_real cross_z_1 = q[2] * q[6] - q[3] * q[5];
+    const spatial2_cart_real cross_x_1 = q[6] * q[4] - q[7] * q[3];
+    const spatial2_cart_real cross_y_1 = q[7] * q[2] - q[5] * q[4];
+    const spatial2_cart_real cross_z_1 = q[5] * q[3] - q[6] * q[2];
     cross[3] = cross_x_1;
     cross[4] = cross_y_1;
     cross[5] = cross_z_1;
@@ -136,49 +129,43 @@ void spatial2_cart_direction_dynamics(const spatial2_cart_real q[8], const spati
     const spatial2_cart_real free_cart_acceleration = 2.0 * u[0];
     const spatial2_cart_real free_cart_acceleration_2 = 2.0 * u[1];
     const spatial2_cart_real t1 = q_dot[2] * q_dot[2] + q_dot[3] * q_dot[3] + q_dot[4] * q_dot[4];
-    const spatial2_cart_real t2 = 0.3 * t1 + 9.81 * q[4];
-    right_side[0] = t2 - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
-    const spatial2_cart_real t3 = q_dot[5] * q_dot[5] + q_dot[6] * q_dot[6] + q_dot[7] * q_dot[7];
-    right_side[1] = 0.2 * t3;
+    right_side[0] = 0.3 * t1 + 9.81 * q[4] - (q[2] * free_cart_acceleration
+        + q[3] * free_cart_acceleration_2);
+    const spatial2_cart_real t2 = q_dot[5] * q_dot[5] + q_dot[6] * q_dot[6] + q_dot[7] * q_dot[7];
+    right_side[1] = 0.2 * t2;
     sine_squared[1] = cross[3] * cross[3] + cross[4] * cross[4] + cross[5] * cross[5];
-    const spatial2_cart_real t4 = 0.4 * (q[2] * q[2] + q[3] * q[3]);
-    const spatial2_cart_real t5 = 1.0 + t4;
-    const spatial2_cart_real base_inverse_pivot = 1.0 / t5;
-    particular[0] = right_side[0] * base_inverse_pivot;
-    coupling[0] = 0.5 * (cosine[1] * base_inverse_pivot);
-    const spatial2_cart_real middle_tension = (right_side[1] * t5 + cosine[1] * right_side[0])
-        / (0.5 * (sine_squared[1] + t4) + t5);
-    tension[1] = middle_tension;
-    const spatial2_cart_real inner_tension_next = particular[0] + coupling[0] * middle_tension;
-    tension[0] = inner_tension_next;
+    gain[1] = 0.6666666666666666;
+    load[1] = right_side[1];
+    coupling[1] = cosine[1];
+    const spatial2_cart_real middle_tension = (3.0 * right_side[0] + cosine[1] * right_side[1])
+        / (1.2000000000000002 * (q[2] * q[2] + q[3] * q[3]) + (sine_squared[1] + 2.0));
+    tension[0] = middle_tension;
+    const spatial2_cart_real outer_tension_next = (load[1] + coupling[1] * middle_tension) * gain[1];
+    tension[1] = outer_tension_next;
     tension[2] = 0.0;
-    const spatial2_cart_real pull_along = 0.4 * (t2 + cosine[1] * (0.5 * tension[1]));
-    const spatial2_cart_real push_across = 0.4 * (q[2] * free_cart_acceleration_2
-        - q[3] * free_cart_acceleration);
-    const spatial2_cart_real cart_acceleration = (free_cart_acceleration + q[2] * pull_along
-        - q[3] * push_across) * base_inverse_pivot;
-    const spatial2_cart_real cart_acceleration_2 = (free_cart_acceleration_2 + q[3] * pull_along
-        + q[2] * push_across) * base_inverse_pivot;
+    const spatial2_cart_real pull_on_cart = 0.4 * tension[0];
+    const spatial2_cart_real cart_acceleration = free_cart_acceleration + q[2] * pull_on_cart;
+    const spatial2_cart_real cart_acceleration_2 = free_cart_acceleration_2 + q[3] * pull_on_cart;
     q_ddot[0] = cart_acceleration;
     q_ddot[1] = cart_acceleration_2;
-    const spatial2_cart_real t6 = -3.3333333333333335 * cart_acceleration;
-    const spatial2_cart_real t7 = -3.3333333333333335 * cart_acceleration_2;
-    const spatial2_cart_real t8 = 1.6666666666666667 * tension[1];
-    const spatial2_cart_real turning_x = cross[3] * t8 + (32.7 * q[3] - q[4] * t7);
-    const spatial2_cart_real turning_y = cross[4] * t8 + (q[4] * t6 - 32.7 * q[2]);
-    const spatial2_cart_real turning_z = cross[5] * t8 + (q[2] * t7 - q[3] * t6);
+    const spatial2_cart_real t3 = -3.3333333333333335 * cart_acceleration;
+    const spatial2_cart_real t4 = -3.3333333333333335 * cart_acceleration_2;
+    const spatial2_cart_real t5 = 1.6666666666666667 * tension[1];
+    const spatial2_cart_real turning_x = 32.7 * q[3] - q[4] * t4 - cross[3] * t5;
+    const spatial2_cart_real turning_y = q[4] * t3 - 32.7 * q[2] - cross[4] * t5;
+    const spatial2_cart_real turning_z = q[2] * t4 - q[3] * t3 - cross[5] * t5;
     q_ddot[2] = turning_y * q[4] - turning_z * q[3] - q[2] * t1;
     q_ddot[3] = turning_z * q[2] - turning_x * q[4] - q[3] * t1;
     q_ddot[4] = turning_x * q[3] - turning_y * q[2] - q[4] * t1;
     const spatial2_cart_real outer_pull_1 = 2.5 * tension[2];
     const spatial2_cart_real inner_pull_1 = 5.0 * tension[0];
-    const spatial2_cart_real turning_x_1 = cross[6] * outer_pull_1 - cross[3] * inner_pull_1;
-    const spatial2_cart_real turning_y_1 = cross[7] * outer_pull_1 - cross[4] * inner_pull_1;
-    const spatial2_cart_real turning_z_1 = cross[8] * outer_pull_1 - cross[5] * inner_pull_1;
+    const spatial2_cart_real turning_x_1 = cross[3] * inner_pull_1 - cross[6] * outer_pull_1;
+    const spatial2_cart_real turning_y_1 = cross[4] * inner_pull_1 - cross[7] * outer_pull_1;
+    const spatial2_cart_real turning_z_1 = cross[5] * inner_pull_1 - cross[8] * outer_pull_1;
 
-    q_ddot[5] = turning_y_1 * q[7] - turning_z_1 * q[6] - q[5] * t3;
-    q_ddot[6] = turning_z_1 * q[5] - turning_x_1 * q[7] - q[6] * t3;
-    q_ddot[7] = turning_x_1 * q[6] - turning_y_1 * q[5] - q[7] * t3;
+    q_ddot[5] = turning_y_1 * q[7] - turning_z_1 * q[6] - q[5] * t2;
+    q_ddot[6] = turning_z_1 * q[5] - turning_x_1 * q[7] - q[6] * t2;
+    q_ddot[7] = turning_x_1 * q[6] - turning_y_1 * q[5] - q[7] * t2;
 }
 
 /* Mass matrix of the equations of motion.
@@ -483,124 +470,118 @@ void spatial2_cart_state_jacobian(const spatial2_cart_real q[8], const spatial2_
     spatial2_cart_real dadv[SPATIAL2_CART_RESTRICT 64], spatial2_cart_real dadu[SPATIAL2_CART_RESTRICT 16])
 {
     const spatial2_cart_real cosine_1 = q[2] * q[5] + q[3] * q[6] + q[4] * q[7];
-    const spatial2_cart_real cross_x_1 = q[3] * q[7] - q[4] * q[6];
-    const spatial2_cart_real cross_y_1 = q[4] * q[5] - q[2] * q[7];
-    const spatial2_cart_real cross_z_1 = q[2] * q[6] - q[3] * q[5];
+    const spatial2_cart_real cross_x_1 = q[6] * q[4] - q[7] * q[3];
+    const spatial2_cart_real cross_y_1 = q[7] * q[2] - q[5] * q[4];
+    const spatial2_cart_real cross_z_1 = q[5] * q[3] - q[6] * q[2];
     const spatial2_cart_real free_cart_acceleration = 2.0 * u[0];
     const spatial2_cart_real free_cart_acceleration_2 = 2.0 * u[1];
-    const spatial2_cart_real t1 = 0.3 * (v[2] + v[2]);
-    const spatial2_cart_real t2 = 0.3 * (v[3] + v[3]);
-    const spatial2_cart_real t3 = 0.3 * (v[4] + v[4]);
-    const spatial2_cart_real t4 = 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]) + 9.81 * q[4];
-    const spatial2_cart_real t5 = t4 - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
-    const spatial2_cart_real t6 = -2.0 * u[0];
-    const spatial2_cart_real t7 = -2.0 * u[1];
-    const spatial2_cart_real t8 = -2.0 * q[2];
-    const spatial2_cart_real t9 = -2.0 * q[3];
-    const spatial2_cart_real t10 = 0.2 * (v[5] * v[5] + v[6] * v[6] + v[7] * v[7]);
-    const spatial2_cart_real t11 = cross_x_1 * q[7];
-    const spatial2_cart_real t12 = cross_x_1 * q[6];
-    const spatial2_cart_real t13 = cross_x_1 * q[4];
-    const spatial2_cart_real t14 = cross_x_1 * q[3];
-    const spatial2_cart_real t15 = cross_y_1 * q[7];
-    const spatial2_cart_real t16 = cross_y_1 * q[5];
-    const spatial2_cart_real t17 = cross_y_1 * q[4];
-    const spatial2_cart_real t18 = cross_y_1 * q[2];
-    const spatial2_cart_real t19 = cross_z_1 * q[6];
-    const spatial2_cart_real t20 = cross_z_1 * q[5];
-    const spatial2_cart_real t21 = cross_z_1 * q[3];
-    const spatial2_cart_real t22 = cross_z_1 * q[2];
-    const spatial2_cart_real t23 = 0.4 * (q[2] * q[2] + q[3] * q[3]);
-    const spatial2_cart_real t24 = 0.4 * (q[2] + q[2]);
-    const spatial2_cart_real t25 = 0.4 * (q[3] + q[3]);
-    const spatial2_cart_real t26 = 1.0 + t23;
-    const spatial2_cart_real base_inverse_pivot = 1.0 / t26;
-    const spatial2_cart_real t27 = base_inverse_pivot * base_inverse_pivot;
-    const spatial2_cart_real t28 = t27 * t24;
-    const spatial2_cart_real t29 = t27 * t25;
-    const spatial2_cart_real t30 = 0.5 * (cosine_1 * base_inverse_pivot);
-    const spatial2_cart_real t31 = 0.5 * (cross_x_1 * cross_x_1 + cross_y_1 * cross_y_1
-        + cross_z_1 * cross_z_1 + t23) + t26;
-    const spatial2_cart_real middle_tension = (t10 * t26 + cosine_1 * t5) / t31;
-    const spatial2_cart_real t32 = 1.0 / t31;
-    const spatial2_cart_real t33 = t32 * middle_tension;
-    const spatial2_cart_real t34 = t32 * (t10 * t24 + (t5 * q[5] + cosine_1 * t6))
-        - t33 * (0.5 * (t19 + t19 - (t15 + t15) + t24) + t24);
-    const spatial2_cart_real t35 = t32 * (t10 * t25 + (t5 * q[6] + cosine_1 * t7))
-        - t33 * (0.5 * (t11 + t11 - (t20 + t20) + t25) + t25);
-    const spatial2_cart_real t36 = t32 * (t5 * q[7] + 9.81 * cosine_1)
-        - t33 * (0.5 * (t16 + t16 - (t12 + t12)));
-    const spatial2_cart_real t37 = t32 * (t5 * q[2]) - t33 * (0.5 * (t17 + t17 - (t21 + t21)));
-    const spatial2_cart_real t38 = t32 * (t5 * q[3]) - t33 * (0.5 * (t22 + t22 - (t13 + t13)));
-    const spatial2_cart_real t39 = t32 * (t5 * q[4]) - t33 * (0.5 * (t14 + t14 - (t18 + t18)));
-    const spatial2_cart_real t40 = t32 * (cosine_1 * t1);
-    const spatial2_cart_real t41 = t32 * (cosine_1 * t2);
-    const spatial2_cart_real t42 = t32 * (cosine_1 * t3);
-    const spatial2_cart_real t43 = t32 * (t26 * (0.2 * (v[5] + v[5])));
-    const spatial2_cart_real t44 = t32 * (t26 * (0.2 * (v[6] + v[6])));
-    const spatial2_cart_real t45 = t32 * (t26 * (0.2 * (v[7] + v[7])));
-    const spatial2_cart_real t46 = t32 * (cosine_1 * t8);
-    const spatial2_cart_real t47 = t32 * (cosine_1 * t9);
-    const spatial2_cart_real inner_tension_next = t5 * base_inverse_pivot + t30 * middle_tension;
-    const spatial2_cart_real t48 = base_inverse_pivot * t6 - t5 * t28
-        + (middle_tension * (0.5 * (base_inverse_pivot * q[5] - cosine_1 * t28)) + t30 * t34);
-    const spatial2_cart_real t49 = base_inverse_pivot * t7 - t5 * t29
-        + (middle_tension * (0.5 * (base_inverse_pivot * q[6] - cosine_1 * t29)) + t30 * t35);
-    const spatial2_cart_real t50 = 0.5 * middle_tension;
-    const spatial2_cart_real pull_along = 0.4 * (t4 + cosine_1 * t50);
-    const spatial2_cart_real t51 = 0.4 * (t50 * q[5] + cosine_1 * (0.5 * t34));
-    const spatial2_cart_real t52 = 0.4 * (t50 * q[6] + cosine_1 * (0.5 * t35));
-    const spatial2_cart_real t53 = 0.4 * (9.81 + (t50 * q[7] + cosine_1 * (0.5 * t36)));
-    const spatial2_cart_real t54 = 0.4 * (t50 * q[2] + cosine_1 * (0.5 * t37));
-    const spatial2_cart_real t55 = 0.4 * (t50 * q[3] + cosine_1 * (0.5 * t38));
-    const spatial2_cart_real t56 = 0.4 * (t50 * q[4] + cosine_1 * (0.5 * t39));
-    const spatial2_cart_real t57 = 0.4 * (t1 + cosine_1 * (0.5 * t40));
-    const spatial2_cart_real t58 = 0.4 * (t2 + cosine_1 * (0.5 * t41));
-    const spatial2_cart_real t59 = 0.4 * (t3 + cosine_1 * (0.5 * t42));
-    const spatial2_cart_real t60 = 0.4 * (cosine_1 * (0.5 * t43));
-    const spatial2_cart_real t61 = 0.4 * (cosine_1 * (0.5 * t44));
-    const spatial2_cart_real t62 = 0.4 * (cosine_1 * (0.5 * t45));
-    const spatial2_cart_real t63 = 0.4 * (cosine_1 * (0.5 * t46));
-    const spatial2_cart_real t64 = 0.4 * (cosine_1 * (0.5 * t47));
-    const spatial2_cart_real push_across = 0.4 * (q[2] * free_cart_acceleration_2
-        - q[3] * free_cart_acceleration);
-    const spatial2_cart_real t65 = 0.8 * u[1];
-    const spatial2_cart_real t66 = -0.8 * u[0];
-    const spatial2_cart_real t67 = -0.8 * q[3];
-    const spatial2_cart_real t68 = 0.8 * q[2];
-    const spatial2_cart_real t69 = free_cart_acceleration + q[2] * pull_along - q[3] * push_across;
-    const spatial2_cart_real cart_acceleration = t69 * base_inverse_pivot;
-    const spatial2_cart_real t70 = base_inverse_pivot * (pull_along + q[2] * t51 - q[3] * t65) - t69 * t28;
-    const spatial2_cart_real t71 = base_inverse_pivot * (q[2] * t52 - (push_across + q[3] * t66)) - t69 * t29;
-    const spatial2_cart_real t72 = base_inverse_pivot * (q[2] * t53);
-    const spatial2_cart_real t73 = base_inverse_pivot * (q[2] * t54);
-    const spatial2_cart_real t74 = base_inverse_pivot * (q[2] * t55);
-    const spatial2_cart_real t75 = base_inverse_pivot * (q[2] * t56);
-    const spatial2_cart_real t76 = base_inverse_pivot * (q[2] * t57);
-    const spatial2_cart_real t77 = base_inverse_pivot * (q[2] * t58);
-    const spatial2_cart_real t78 = base_inverse_pivot * (q[2] * t59);
-    const spatial2_cart_real t79 = base_inverse_pivot * (q[2] * t60);
-    const spatial2_cart_real t80 = base_inverse_pivot * (q[2] * t61);
-    const spatial2_cart_real t81 = base_inverse_pivot * (q[2] * t62);
-    const spatial2_cart_real t82 = base_inverse_pivot * (2.0 + q[2] * t63 - q[3] * t67);
-    const spatial2_cart_real t83 = base_inverse_pivot * (q[2] * t64 - q[3] * t68);
-    const spatial2_cart_real t84 = free_cart_acceleration_2 + q[3] * pull_along + q[2] * push_across;
-    const spatial2_cart_real cart_acceleration_2 = t84 * base_inverse_pivot;
-    const spatial2_cart_real t85 = base_inverse_pivot * (q[3] * t51 + (push_across + q[2] * t65)) - t84 * t28;
-    const spatial2_cart_real t86 = base_inverse_pivot * (pull_along + q[3] * t52 + q[2] * t66) - t84 * t29;
-    const spatial2_cart_real t87 = base_inverse_pivot * (q[3] * t53);
-    const spatial2_cart_real t88 = base_inverse_pivot * (q[3] * t54);
-    const spatial2_cart_real t89 = base_inverse_pivot * (q[3] * t55);
-    const spatial2_cart_real t90 = base_inverse_pivot * (q[3] * t56);
-    const spatial2_cart_real t91 = base_inverse_pivot * (q[3] * t57);
-    const spatial2_cart_real t92 = base_inverse_pivot * (q[3] * t58);
-    const spatial2_cart_real t93 = base_inverse_pivot * (q[3] * t59);
-    const spatial2_cart_real t94 = base_inverse_pivot * (q[3] * t60);
-    const spatial2_cart_real t95 = base_inverse_pivot * (q[3] * t61);
-    const spatial2_cart_real t96 = base_inverse_pivot * (q[3] * t62);
-    const spatial2_cart_real t97 = base_inverse_pivot * (q[3] * t63 + q[2] * t67);
-    const spatial2_cart_real t98 = base_inverse_pivot * (2.0 + q[3] * t64 + q[2] * t68);
-    const spatial2_cart_real t99 = -3.3333333333333335 * cart_acceleration;
+    const spatial2_cart_real t1 = 0.3 * (v[2] * v[2] + v[3] * v[3] + v[4] * v[4]) + 9.81 * q[4]
+        - (q[2] * free_cart_acceleration + q[3] * free_cart_acceleration_2);
+    const spatial2_cart_real t2 = 0.2 * (v[5] * v[5] + v[6] * v[6] + v[7] * v[7]);
+    const spatial2_cart_real t3 = 0.2 * (v[5] + v[5]);
+    const spatial2_cart_real t4 = 0.2 * (v[6] + v[6]);
+    const spatial2_cart_real t5 = 0.2 * (v[7] + v[7]);
+    const spatial2_cart_real t6 = cross_x_1 * q[7];
+    const spatial2_cart_real t7 = cross_x_1 * q[6];
+    const spatial2_cart_real t8 = cross_x_1 * q[4];
+    const spatial2_cart_real t9 = cross_x_1 * q[3];
+    const spatial2_cart_real t10 = cross_y_1 * q[7];
+    const spatial2_cart_real t11 = cross_y_1 * q[5];
+    const spatial2_cart_real t12 = cross_y_1 * q[4];
+    const spatial2_cart_real t13 = cross_y_1 * q[2];
+    const spatial2_cart_real t14 = cross_z_1 * q[6];
+    const spatial2_cart_real t15 = cross_z_1 * q[5];
+    const spatial2_cart_real t16 = cross_z_1 * q[3];
+    const spatial2_cart_real t17 = cross_z_1 * q[2];
+    const spatial2_cart_real t18 = 1.2000000000000002 * (q[2] * q[2] + q[3] * q[3])
+        + (cross_x_1 * cross_x_1 + cross_y_1 * cross_y_1 + cross_z_1 * cross_z_1 + 2.0);
+    const spatial2_cart_real middle_tension = (3.0 * t1 + cosine_1 * t2) / t18;
+    const spatial2_cart_real t19 = 1.0 / t18;
+    const spatial2_cart_real t20 = t19 * middle_tension;
+    const spatial2_cart_real t21 = t19 * (-6.0 * u[0] + t2 * q[5])
+        - t20 * (1.2000000000000002 * (q[2] + q[2]) + (t10 + t10 - (t14 + t14)));
+    const spatial2_cart_real t22 = t19 * (-6.0 * u[1] + t2 * q[6])
+        - t20 * (1.2000000000000002 * (q[3] + q[3]) + (t15 + t15 - (t6 + t6)));
+    const spatial2_cart_real t23 = t19 * (29.43 + t2 * q[7]) - t20 * (t7 + t7 - (t11 + t11));
+    const spatial2_cart_real t24 = t19 * (t2 * q[2]) - t20 * (t16 + t16 - (t12 + t12));
+    const spatial2_cart_real t25 = t19 * (t2 * q[3]) - t20 * (t8 + t8 - (t17 + t17));
+    const spatial2_cart_real t26 = t19 * (t2 * q[4]) - t20 * (t13 + t13 - (t9 + t9));
+    const spatial2_cart_real t27 = t19 * (0.8999999999999999 * (v[2] + v[2]));
+    const spatial2_cart_real t28 = t19 * (0.8999999999999999 * (v[3] + v[3]));
+    const spatial2_cart_real t29 = t19 * (0.8999999999999999 * (v[4] + v[4]));
+    const spatial2_cart_real t30 = t19 * (cosine_1 * t3);
+    const spatial2_cart_real t31 = t19 * (cosine_1 * t4);
+    const spatial2_cart_real t32 = t19 * (cosine_1 * t5);
+    const spatial2_cart_real t33 = t19 * (-6.0 * q[2]);
+    const spatial2_cart_real t34 = t19 * (-6.0 * q[3]);
+    const spatial2_cart_real pull_on_cart = 0.4 * middle_tension;
+    const spatial2_cart_real t35 = 0.4 * t21;
+    const spatial2_cart_real t36 = 0.4 * t22;
+    const spatial2_cart_real t37 = 0.4 * t23;
+    const spatial2_cart_real t38 = 0.4 * t24;
+    const spatial2_cart_real t39 = 0.4 * t25;
+    const spatial2_cart_real t40 = 0.4 * t26;
+    const spatial2_cart_real t41 = 0.4 * t27;
+    const spatial2_cart_real t42 = 0.4 * t28;
+    const spatial2_cart_real t43 = 0.4 * t29;
+    const spatial2_cart_real t44 = 0.4 * t30;
+    const spatial2_cart_real t45 = 0.4 * t31;
+    const spatial2_cart_real t46 = 0.4 * t32;
+    const spatial2_cart_real t47 = 0.4 * t33;
+    const spatial2_cart_real t48 = 0.4 * t34;
+    const spatial2_cart_real t49 = pull_on_cart + q[2] * t35;
+    const spatial2_cart_real t50 = q[2] * t36;
+    const spatial2_cart_real t51 = q[2] * t37;
+    const spatial2_cart_real t52 = q[2] * t38;
+    const spatial2_cart_real t53 = q[2] * t39;
+    const spatial2_cart_real t54 = q[2] * t40;
+    const spatial2_cart_real t55 = q[2] * t41;
+    const spatial2_cart_real t56 = q[2] * t42;
+    const spatial2_cart_real t57 = q[2] * t43;
+    const spatial2_cart_real t58 = q[2] * t44;
+    const spatial2_cart_real t59 = q[2] * t45;
+    const spatial2_cart_real t60 = q[2] * t46;
+    const spatial2_cart_real t61 = q[2] * t48;
+    const spatial2_cart_real cart_acceleration = free_cart_acceleration + q[2] * pull_on_cart;
+    const spatial2_cart_real t62 = 2.0 + q[2] * t47;
+    const spatial2_cart_real t63 = q[3] * t35;
+    const spatial2_cart_real t64 = pull_on_cart + q[3] * t36;
+    const spatial2_cart_real t65 = q[3] * t37;
+    const spatial2_cart_real t66 = q[3] * t38;
+    const spatial2_cart_real t67 = q[3] * t39;
+    const spatial2_cart_real t68 = q[3] * t40;
+    const spatial2_cart_real t69 = q[3] * t41;
+    const spatial2_cart_real t70 = q[3] * t42;
+    const spatial2_cart_real t71 = q[3] * t43;
+    const spatial2_cart_real t72 = q[3] * t44;
+    const spatial2_cart_real t73 = q[3] * t45;
+    const spatial2_cart_real t74 = q[3] * t46;
+    const spatial2_cart_real t75 = q[3] * t47;
+    const spatial2_cart_real cart_acceleration_2 = free_cart_acceleration_2 + q[3] * pull_on_cart;
+    const spatial2_cart_real t76 = 2.0 + q[3] * t48;
+    const spatial2_cart_real t77 = -3.3333333333333335 * cart_acceleration;
+    const spatial2_cart_real t78 = -3.3333333333333335 * t49;
+    const spatial2_cart_real t79 = -3.3333333333333335 * t50;
+    const spatial2_cart_real t80 = -3.3333333333333335 * t51;
+    const spatial2_cart_real t81 = -3.3333333333333335 * t52;
+    const spatial2_cart_real t82 = -3.3333333333333335 * t53;
+    const spatial2_cart_real t83 = -3.3333333333333335 * t54;
+    const spatial2_cart_real t84 = -3.3333333333333335 * t55;
+    const spatial2_cart_real t85 = -3.3333333333333335 * t56;
+    const spatial2_cart_real t86 = -3.3333333333333335 * t57;
+    const spatial2_cart_real t87 = -3.3333333333333335 * t58;
+    const spatial2_cart_real t88 = -3.3333333333333335 * t59;
+    const spatial2_cart_real t89 = -3.3333333333333335 * t60;
+    const spatial2_cart_real t90 = -3.3333333333333335 * t62;
+    const spatial2_cart_real t91 = -3.3333333333333335 * t61;
+    const spatial2_cart_real t92 = -3.3333333333333335 * cart_acceleration_2;
+    const spatial2_cart_real t93 = -3.3333333333333335 * t63;
+    const spatial2_cart_real t94 = -3.3333333333333335 * t64;
+    const spatial2_cart_real t95 = -3.3333333333333335 * t65;
+    const spatial2_cart_real t96 = -3.3333333333333335 * t66;
+    const spatial2_cart_real t97 = -3.3333333333333335 * t67;
+    const spatial2_cart_real t98 = -3.3333333333333335 * t68;
+    const spatial2_cart_real t99 = -3.3333333333333335 * t69;
     const spatial2_cart_real t100 = -3.3333333333333335 * t70;
     const spatial2_cart_real t101 = -3.3333333333333335 * t71;
     const spatial2_cart_real t102 = -3.3333333333333335 * t72;
@@ -608,216 +589,193 @@ void spatial2_cart_state_jacobian(const spatial2_cart_real q[8], const spatial2_
     const spatial2_cart_real t104 = -3.3333333333333335 * t74;
     const spatial2_cart_real t105 = -3.3333333333333335 * t75;
     const spatial2_cart_real t106 = -3.3333333333333335 * t76;
-    const spatial2_cart_real t107 = -3.3333333333333335 * t77;
-    const spatial2_cart_real t108 = -3.3333333333333335 * t78;
-    const spatial2_cart_real t109 = -3.3333333333333335 * t79;
-    const spatial2_cart_real t110 = -3.3333333333333335 * t80;
-    const spatial2_cart_real t111 = -3.3333333333333335 * t81;
-    const spatial2_cart_real t112 = -3.3333333333333335 * t82;
-    const spatial2_cart_real t113 = -3.3333333333333335 * t83;
-    const spatial2_cart_real t114 = -3.3333333333333335 * cart_acceleration_2;
-    const spatial2_cart_real t115 = -3.3333333333333335 * t85;
-    const spatial2_cart_real t116 = -3.3333333333333335 * t86;
-    const spatial2_cart_real t117 = -3.3333333333333335 * t87;
-    const spatial2_cart_real t118 = -3.3333333333333335 * t88;
-    const spatial2_cart_real t119 = -3.3333333333333335 * t89;
-    const spatial2_cart_real t120 = -3.3333333333333335 * t90;
-    const spatial2_cart_real t121 = -3.3333333333333335 * t91;
-    const spatial2_cart_real t122 = -3.3333333333333335 * t92;
-    const spatial2_cart_real t123 = -3.3333333333333335 * t93;
-    const spatial2_cart_real t124 = -3.3333333333333335 * t94;
-    const spatial2_cart_real t125 = -3.3333333333333335 * t95;
-    const spatial2_cart_real t126 = -3.3333333333333335 * t96;
-    const spatial2_cart_real t127 = -3.3333333333333335 * t97;
-    const spatial2_cart_real t128 = -3.3333333333333335 * t98;
-    const spatial2_cart_real t129 = 1.6666666666666667 * middle_tension;
-    const spatial2_cart_real t130 = 1.6666666666666667 * t34;
-    const spatial2_cart_real t131 = 1.6666666666666667 * t35;
-    const spatial2_cart_real t132 = 1.6666666666666667 * t36;
-    const spatial2_cart_real t133 = 1.6666666666666667 * t37;
-    const spatial2_cart_real t134 = 1.6666666666666667 * t38;
-    const spatial2_cart_real t135 = 1.6666666666666667 * t39;
-    const spatial2_cart_real t136 = 1.6666666666666667 * t40;
-    const spatial2_cart_real t137 = 1.6666666666666667 * t41;
-    const spatial2_cart_real t138 = 1.6666666666666667 * t42;
-    const spatial2_cart_real t139 = 1.6666666666666667 * t43;
-    const spatial2_cart_real t140 = 1.6666666666666667 * t44;
-    const spatial2_cart_real t141 = 1.6666666666666667 * t45;
-    const spatial2_cart_real t142 = 1.6666666666666667 * t46;
-    const spatial2_cart_real t143 = 1.6666666666666667 * t47;
-    const spatial2_cart_real t144 = t129 * q[7];
-    const spatial2_cart_real t145 = t129 * q[6];
-    const spatial2_cart_real t146 = t129 * q[4];
-    const spatial2_cart_real t147 = t129 * q[3];
-    const spatial2_cart_real t148 = t129 * q[5];
-    const spatial2_cart_real t149 = t129 * q[2];
-    const spatial2_cart_real inner_pull_1 = 5.0 * inner_tension_next;
-    const spatial2_cart_real t150 = 5.0 * t48;
-    const spatial2_cart_real t151 = 5.0 * t49;
-    const spatial2_cart_real t152 = 5.0 * (9.81 * base_inverse_pivot
-        + (middle_tension * (0.5 * (base_inverse_pivot * q[7])) + t30 * t36));
-    const spatial2_cart_real t153 = 5.0 * (middle_tension * (0.5 * (base_inverse_pivot * q[2])) + t30 * t37);
-    const spatial2_cart_real t154 = 5.0 * (middle_tension * (0.5 * (base_inverse_pivot * q[3])) + t30 * t38);
-    const spatial2_cart_real t155 = 5.0 * (middle_tension * (0.5 * (base_inverse_pivot * q[4])) + t30 * t39);
-    const spatial2_cart_real t156 = 5.0 * (base_inverse_pivot * t1 + t30 * t40);
-    const spatial2_cart_real t157 = 5.0 * (base_inverse_pivot * t2 + t30 * t41);
-    const spatial2_cart_real t158 = 5.0 * (base_inverse_pivot * t3 + t30 * t42);
-    const spatial2_cart_real t159 = 5.0 * (t30 * t43);
-    const spatial2_cart_real t160 = 5.0 * (t30 * t44);
-    const spatial2_cart_real t161 = 5.0 * (t30 * t45);
-    const spatial2_cart_real t162 = 5.0 * (base_inverse_pivot * t8 + t30 * t46);
-    const spatial2_cart_real t163 = 5.0 * (base_inverse_pivot * t9 + t30 * t47);
-    const spatial2_cart_real t164 = inner_pull_1 * q[7];
-    const spatial2_cart_real t165 = inner_pull_1 * q[6];
-    const spatial2_cart_real t166 = inner_pull_1 * q[4];
-    const spatial2_cart_real t167 = inner_pull_1 * q[3];
-    const spatial2_cart_real t168 = inner_pull_1 * q[5];
-    const spatial2_cart_real t169 = inner_pull_1 * q[2];
+    const spatial2_cart_real t107 = 1.1111111111111112 * (t2 + cosine_1 * middle_tension);
+    const spatial2_cart_real t108 = 1.1111111111111112 * (middle_tension * q[5] + cosine_1 * t21);
+    const spatial2_cart_real t109 = 1.1111111111111112 * (middle_tension * q[6] + cosine_1 * t22);
+    const spatial2_cart_real t110 = 1.1111111111111112 * (middle_tension * q[7] + cosine_1 * t23);
+    const spatial2_cart_real t111 = 1.1111111111111112 * (middle_tension * q[2] + cosine_1 * t24);
+    const spatial2_cart_real t112 = 1.1111111111111112 * (middle_tension * q[3] + cosine_1 * t25);
+    const spatial2_cart_real t113 = 1.1111111111111112 * (middle_tension * q[4] + cosine_1 * t26);
+    const spatial2_cart_real t114 = 1.1111111111111112 * (cosine_1 * t27);
+    const spatial2_cart_real t115 = 1.1111111111111112 * (cosine_1 * t28);
+    const spatial2_cart_real t116 = 1.1111111111111112 * (cosine_1 * t29);
+    const spatial2_cart_real t117 = 1.1111111111111112 * (t3 + cosine_1 * t30);
+    const spatial2_cart_real t118 = 1.1111111111111112 * (t4 + cosine_1 * t31);
+    const spatial2_cart_real t119 = 1.1111111111111112 * (t5 + cosine_1 * t32);
+    const spatial2_cart_real t120 = 1.1111111111111112 * (cosine_1 * t33);
+    const spatial2_cart_real t121 = 1.1111111111111112 * (cosine_1 * t34);
+    const spatial2_cart_real t122 = t107 * q[7];
+    const spatial2_cart_real t123 = t107 * q[6];
+    const spatial2_cart_real t124 = t107 * q[4];
+    const spatial2_cart_real t125 = t107 * q[3];
+    const spatial2_cart_real t126 = t107 * q[5];
+    const spatial2_cart_real t127 = t107 * q[2];
+    const spatial2_cart_real inner_pull_1 = 5.0 * middle_tension;
+    const spatial2_cart_real t128 = 5.0 * t21;
+    const spatial2_cart_real t129 = 5.0 * t22;
+    const spatial2_cart_real t130 = 5.0 * t23;
+    const spatial2_cart_real t131 = 5.0 * t24;
+    const spatial2_cart_real t132 = 5.0 * t25;
+    const spatial2_cart_real t133 = 5.0 * t26;
+    const spatial2_cart_real t134 = 5.0 * t27;
+    const spatial2_cart_real t135 = 5.0 * t28;
+    const spatial2_cart_real t136 = 5.0 * t29;
+    const spatial2_cart_real t137 = 5.0 * t30;
+    const spatial2_cart_real t138 = 5.0 * t31;
+    const spatial2_cart_real t139 = 5.0 * t32;
+    const spatial2_cart_real t140 = 5.0 * t33;
+    const spatial2_cart_real t141 = 5.0 * t34;
+    const spatial2_cart_real t142 = inner_pull_1 * q[7];
+    const spatial2_cart_real t143 = inner_pull_1 * q[6];
+    const spatial2_cart_real t144 = inner_pull_1 * q[4];
+    const spatial2_cart_real t145 = inner_pull_1 * q[3];
+    const spatial2_cart_real t146 = inner_pull_1 * q[5];
+    const spatial2_cart_real t147 = inner_pull_1 * q[2];
 
     dadq[0] = 0.0;
     dadq[1] = 0.0;
-    dadq[2] = t70;
-    dadq[3] = t71;
-    dadq[4] = t72;
-    dadq[5] = t73;
-    dadq[6] = t74;
-    dadq[7] = t75;
+    dadq[2] = t49;
+    dadq[3] = t50;
+    dadq[4] = t51;
+    dadq[5] = t52;
+    dadq[6] = t53;
+    dadq[7] = t54;
     dadq[8] = 0.0;
     dadq[9] = 0.0;
-    dadq[10] = t85;
-    dadq[11] = t86;
-    dadq[12] = t87;
-    dadq[13] = t88;
-    dadq[14] = t89;
-    dadq[15] = t90;
+    dadq[10] = t63;
+    dadq[11] = t64;
+    dadq[12] = t65;
+    dadq[13] = t66;
+    dadq[14] = t67;
+    dadq[15] = t68;
     dadq[16] = 0.0;
     dadq[17] = 0.0;
-    dadq[18] = cross_x_1 * t130 - q[4] * t115;
-    dadq[19] = t144 + cross_x_1 * t131 + (32.7 - q[4] * t116);
-    dadq[20] = cross_x_1 * t132 - t145 - (t114 + q[4] * t117);
-    dadq[21] = cross_x_1 * t133 - q[4] * t118;
-    dadq[22] = cross_x_1 * t134 - t146 - q[4] * t119;
-    dadq[23] = t147 + cross_x_1 * t135 - q[4] * t120;
+    dadq[18] = -(q[4] * t93 + cross_x_1 * t108);
+    dadq[19] = 32.7 - q[4] * t94 + (t122 - cross_x_1 * t109);
+    dadq[20] = -(t92 + q[4] * t95 + (t123 + cross_x_1 * t110));
+    dadq[21] = -(q[4] * t96 + cross_x_1 * t111);
+    dadq[22] = -(q[4] * t97 + (t124 + cross_x_1 * t112));
+    dadq[23] = t125 - cross_x_1 * t113 - q[4] * t98;
     dadq[24] = 0.0;
     dadq[25] = 0.0;
-    dadq[26] = cross_y_1 * t130 - t144 + (q[4] * t100 - 32.7);
-    dadq[27] = cross_y_1 * t131 + q[4] * t101;
-    dadq[28] = t148 + cross_y_1 * t132 + (t99 + q[4] * t102);
-    dadq[29] = t146 + cross_y_1 * t133 + q[4] * t103;
-    dadq[30] = cross_y_1 * t134 + q[4] * t104;
-    dadq[31] = cross_y_1 * t135 - t149 + q[4] * t105;
+    dadq[26] = q[4] * t78 - 32.7 - (t122 + cross_y_1 * t108);
+    dadq[27] = q[4] * t79 - cross_y_1 * t109;
+    dadq[28] = t77 + q[4] * t80 + (t126 - cross_y_1 * t110);
+    dadq[29] = q[4] * t81 + (t124 - cross_y_1 * t111);
+    dadq[30] = q[4] * t82 - cross_y_1 * t112;
+    dadq[31] = q[4] * t83 - (t127 + cross_y_1 * t113);
     dadq[32] = 0.0;
     dadq[33] = 0.0;
-    dadq[34] = t145 + cross_z_1 * t130 + (t114 + q[2] * t115 - q[3] * t100);
-    dadq[35] = cross_z_1 * t131 - t148 + (q[2] * t116 - (t99 + q[3] * t101));
-    dadq[36] = cross_z_1 * t132 + (q[2] * t117 - q[3] * t102);
-    dadq[37] = cross_z_1 * t133 - t147 + (q[2] * t118 - q[3] * t103);
-    dadq[38] = t149 + cross_z_1 * t134 + (q[2] * t119 - q[3] * t104);
-    dadq[39] = cross_z_1 * t135 + (q[2] * t120 - q[3] * t105);
+    dadq[34] = t92 + q[2] * t93 - q[3] * t78 + (t123 - cross_z_1 * t108);
+    dadq[35] = q[2] * t94 - (t77 + q[3] * t79) - (t126 + cross_z_1 * t109);
+    dadq[36] = q[2] * t95 - q[3] * t80 - cross_z_1 * t110;
+    dadq[37] = q[2] * t96 - q[3] * t81 - (t125 + cross_z_1 * t111);
+    dadq[38] = q[2] * t97 - q[3] * t82 + (t127 - cross_z_1 * t112);
+    dadq[39] = q[2] * t98 - q[3] * t83 - cross_z_1 * t113;
     dadq[40] = 0.0;
     dadq[41] = 0.0;
-    dadq[42] = -cross_x_1 * t150;
-    dadq[43] = -(t164 + cross_x_1 * t151);
-    dadq[44] = t165 - cross_x_1 * t152;
-    dadq[45] = -cross_x_1 * t153;
-    dadq[46] = t166 - cross_x_1 * t154;
-    dadq[47] = -(t167 + cross_x_1 * t155);
+    dadq[42] = cross_x_1 * t128;
+    dadq[43] = cross_x_1 * t129 - t142;
+    dadq[44] = t143 + cross_x_1 * t130;
+    dadq[45] = cross_x_1 * t131;
+    dadq[46] = t144 + cross_x_1 * t132;
+    dadq[47] = cross_x_1 * t133 - t145;
     dadq[48] = 0.0;
     dadq[49] = 0.0;
-    dadq[50] = t164 - cross_y_1 * t150;
-    dadq[51] = -cross_y_1 * t151;
-    dadq[52] = -(t168 + cross_y_1 * t152);
-    dadq[53] = -(t166 + cross_y_1 * t153);
-    dadq[54] = -cross_y_1 * t154;
-    dadq[55] = t169 - cross_y_1 * t155;
+    dadq[50] = t142 + cross_y_1 * t128;
+    dadq[51] = cross_y_1 * t129;
+    dadq[52] = cross_y_1 * t130 - t146;
+    dadq[53] = cross_y_1 * t131 - t144;
+    dadq[54] = cross_y_1 * t132;
+    dadq[55] = t147 + cross_y_1 * t133;
     dadq[56] = 0.0;
     dadq[57] = 0.0;
-    dadq[58] = -(t165 + cross_z_1 * t150);
-    dadq[59] = t168 - cross_z_1 * t151;
-    dadq[60] = -cross_z_1 * t152;
-    dadq[61] = t167 - cross_z_1 * t153;
-    dadq[62] = -(t169 + cross_z_1 * t154);
-    dadq[63] = -cross_z_1 * t155;
+    dadq[58] = cross_z_1 * t128 - t143;
+    dadq[59] = t146 + cross_z_1 * t129;
+    dadq[60] = cross_z_1 * t130;
+    dadq[61] = t145 + cross_z_1 * t131;
+    dadq[62] = cross_z_1 * t132 - t147;
+    dadq[63] = cross_z_1 * t133;
     dadv[0] = 0.0;
     dadv[1] = 0.0;
-    dadv[2] = t76;
-    dadv[3] = t77;
-    dadv[4] = t78;
-    dadv[5] = t79;
-    dadv[6] = t80;
-    dadv[7] = t81;
+    dadv[2] = t55;
+    dadv[3] = t56;
+    dadv[4] = t57;
+    dadv[5] = t58;
+    dadv[6] = t59;
+    dadv[7] = t60;
     dadv[8] = 0.0;
     dadv[9] = 0.0;
-    dadv[10] = t91;
-    dadv[11] = t92;
-    dadv[12] = t93;
-    dadv[13] = t94;
-    dadv[14] = t95;
-    dadv[15] = t96;
+    dadv[10] = t69;
+    dadv[11] = t70;
+    dadv[12] = t71;
+    dadv[13] = t72;
+    dadv[14] = t73;
+    dadv[15] = t74;
     dadv[16] = 0.0;
     dadv[17] = 0.0;
-    dadv[18] = cross_x_1 * t136 - q[4] * t121;
-    dadv[19] = cross_x_1 * t137 - q[4] * t122;
-    dadv[20] = cross_x_1 * t138 - q[4] * t123;
-    dadv[21] = cross_x_1 * t139 - q[4] * t124;
-    dadv[22] = cross_x_1 * t140 - q[4] * t125;
-    dadv[23] = cross_x_1 * t141 - q[4] * t126;
+    dadv[18] = -(q[4] * t99 + cross_x_1 * t114);
+    dadv[19] = -(q[4] * t100 + cross_x_1 * t115);
+    dadv[20] = -(q[4] * t101 + cross_x_1 * t116);
+    dadv[21] = -(q[4] * t102 + cross_x_1 * t117);
+    dadv[22] = -(q[4] * t103 + cross_x_1 * t118);
+    dadv[23] = -(q[4] * t104 + cross_x_1 * t119);
     dadv[24] = 0.0;
     dadv[25] = 0.0;
-    dadv[26] = cross_y_1 * t136 + q[4] * t106;
-    dadv[27] = cross_y_1 * t137 + q[4] * t107;
-    dadv[28] = cross_y_1 * t138 + q[4] * t108;
-    dadv[29] = cross_y_1 * t139 + q[4] * t109;
-    dadv[30] = cross_y_1 * t140 + q[4] * t110;
-    dadv[31] = cross_y_1 * t141 + q[4] * t111;
+    dadv[26] = q[4] * t84 - cross_y_1 * t114;
+    dadv[27] = q[4] * t85 - cross_y_1 * t115;
+    dadv[28] = q[4] * t86 - cross_y_1 * t116;
+    dadv[29] = q[4] * t87 - cross_y_1 * t117;
+    dadv[30] = q[4] * t88 - cross_y_1 * t118;
+    dadv[31] = q[4] * t89 - cross_y_1 * t119;
     dadv[32] = 0.0;
     dadv[33] = 0.0;
-    dadv[34] = cross_z_1 * t136 + (q[2] * t121 - q[3] * t106);
-    dadv[35] = cross_z_1 * t137 + (q[2] * t122 - q[3] * t107);
-    dadv[36] = cross_z_1 * t138 + (q[2] * t123 - q[3] * t108);
-    dadv[37] = cross_z_1 * t139 + (q[2] * t124 - q[3] * t109);
-    dadv[38] = cross_z_1 * t140 + (q[2] * t125 - q[3] * t110);
-    dadv[39] = cross_z_1 * t141 + (q[2] * t126 - q[3] * t111);
+    dadv[34] = q[2] * t99 - q[3] * t84 - cross_z_1 * t114;
+    dadv[35] = q[2] * t100 - q[3] * t85 - cross_z_1 * t115;
+    dadv[36] = q[2] * t101 - q[3] * t86 - cross_z_1 * t116;
+    dadv[37] = q[2] * t102 - q[3] * t87 - cross_z_1 * t117;
+    dadv[38] = q[2] * t103 - q[3] * t88 - cross_z_1 * t118;
+    dadv[39] = q[2] * t104 - q[3] * t89 - cross_z_1 * t119;
     dadv[40] = 0.0;
     dadv[41] = 0.0;
-    dadv[42] = -cross_x_1 * t156;
-    dadv[43] = -cross_x_1 * t157;
-    dadv[44] = -cross_x_1 * t158;
-    dadv[45] = -cross_x_1 * t159;
-    dadv[46] = -cross_x_1 * t160;
-    dadv[47] = -cross_x_1 * t161;
+    dadv[42] = cross_x_1 * t134;
+    dadv[43] = cross_x_1 * t135;
+    dadv[44] = cross_x_1 * t136;
+    dadv[45] = cross_x_1 * t137;
+    dadv[46] = cross_x_1 * t138;
+    dadv[47] = cross_x_1 * t139;
     dadv[48] = 0.0;
     dadv[49] = 0.0;
-    dadv[50] = -cross_y_1 * t156;
-    dadv[51] = -cross_y_1 * t157;
-    dadv[52] = -cross_y_1 * t158;
-    dadv[53] = -cross_y_1 * t159;
-    dadv[54] = -cross_y_1 * t160;
-    dadv[55] = -cross_y_1 * t161;
+    dadv[50] = cross_y_1 * t134;
+    dadv[51] = cross_y_1 * t135;
+    dadv[52] = cross_y_1 * t136;
+    dadv[53] = cross_y_1 * t137;
+    dadv[54] = cross_y_1 * t138;
+    dadv[55] = cross_y_1 * t139;
     dadv[56] = 0.0;
     dadv[57] = 0.0;
-    dadv[58] = -cross_z_1 * t156;
-    dadv[59] = -cross_z_1 * t157;
-    dadv[60] = -cross_z_1 * t158;
-    dadv[61] = -cross_z_1 * t159;
-    dadv[62] = -cross_z_1 * t160;
-    dadv[63] = -cross_z_1 * t161;
-    dadu[0] = t82;
-    dadu[1] = t83;
-    dadu[2] = t97;
-    dadu[3] = t98;
-    dadu[4] = cross_x_1 * t142 - q[4] * t127;
-    dadu[5] = cross_x_1 * t143 - q[4] * t128;
-    dadu[6] = cross_y_1 * t142 + q[4] * t112;
-    dadu[7] = cross_y_1 * t143 + q[4] * t113;
-    dadu[8] = cross_z_1 * t142 + (q[2] * t127 - q[3] * t112);
-    dadu[9] = cross_z_1 * t143 + (q[2] * t128 - q[3] * t113);
-    dadu[10] = -cross_x_1 * t162;
-    dadu[11] = -cross_x_1 * t163;
-    dadu[12] = -cross_y_1 * t162;
-    dadu[13] = -cross_y_1 * t163;
-    dadu[14] = -cross_z_1 * t162;
-    dadu[15] = -cross_z_1 * t163;
+    dadv[58] = cross_z_1 * t134;
+    dadv[59] = cross_z_1 * t135;
+    dadv[60] = cross_z_1 * t136;
+    dadv[61] = cross_z_1 * t137;
+    dadv[62] = cross_z_1 * t138;
+    dadv[63] = cross_z_1 * t139;
+    dadu[0] = t62;
+    dadu[1] = t61;
+    dadu[2] = t75;
+    dadu[3] = t76;
+    dadu[4] = -(q[4] * t105 + cross_x_1 * t120);
+    dadu[5] = -(q[4] * t106 + cross_x_1 * t121);
+    dadu[6] = q[4] * t90 - cross_y_1 * t120;
+    dadu[7] = q[4] * t91 - cross_y_1 * t121;
+    dadu[8] = q[2] * t105 - q[3] * t90 - cross_z_1 * t120;
+    dadu[9] = q[2] * t106 - q[3] * t91 - cross_z_1 * t121;
+    dadu[10] = cross_x_1 * t140;
+    dadu[11] = cross_x_1 * t141;
+    dadu[12] = cross_y_1 * t140;
+    dadu[13] = cross_y_1 * t141;
+    dadu[14] = cross_z_1 * t140;
+    dadu[15] = cross_z_1 * t141;
 }
 
 /* One Runge-Kutta step of order 4.
@@ -1068,9 +1026,9 @@ static void spatial2_cart_flow_factor(const spatial2_cart_real q[8], const spati
 
     const spatial2_cart_real cosine_1 = q[2] * q[5] + q[3] * q[6] + q[4] * q[7];
     cosine[1] = cosine_1;
-    const spatial2_cart_real cross_x_1 = q[3] * q[7] - q[4] * q[6];
-    const spatial2_cart_real cross_y_1 = q[4] * q[5] - q[2] * q[7];
-    const spatial2_cart_real cross_z_1 = q[2] * q[6] - q[3] * q[5];
+    const spatial2_cart_real cross_x_1 = q[6] * q[4] - q[7] * q[3];
+    const spatial2_cart_real cross_y_1 = q[7] * q[2] - q[5] * q[4];
+    const spatial2_cart_real cross_z_1 = q[5] * q[3] - q[6] * q[2];
     cross[3] = cross_x_1;
     cross[4] = cross_y_1;
     cross[5] = cross_z_1;
@@ -1082,18 +1040,18 @@ static void spatial2_cart_flow_factor(const spatial2_cart_real q[8], const spati
         held[3 * k] = q[3 * k + 2];
         held[3 * k + 1] = q[3 * k + 3];
         held[3 * k + 2] = q[3 * k + 4];
-        held[3 * k + 6] = 0.5 * (cross[3 * k + 4] * q[3 * k + 4] - cross[3 * k + 5] * q[3 * k + 3]);
-        held[3 * k + 7] = 0.5 * (cross[3 * k + 5] * q[3 * k + 2] - cross[3 * k + 3] * q[3 * k + 4]);
-        held[3 * k + 8] = 0.5 * (cross[3 * k + 3] * q[3 * k + 3] - cross[3 * k + 4] * q[3 * k + 2]);
+        held[3 * k + 6] = 0.5 * (q[3 * k + 3] * cross[3 * k + 5] - q[3 * k + 4] * cross[3 * k + 4]);
+        held[3 * k + 7] = 0.5 * (q[3 * k + 4] * cross[3 * k + 3] - q[3 * k + 2] * cross[3 * k + 5]);
+        held[3 * k + 8] = 0.5 * (q[3 * k + 2] * cross[3 * k + 4] - q[3 * k + 3] * cross[3 * k + 3]);
     }
 
     held[12] = 0.0;
     held[13] = 0.0;
     held[14] = 0.0;
     sine_squared[1] = cross[3] * cross[3] + cross[4] * cross[4] + cross[5] * cross[5];
-    held[15] = q[6] * cross[5] - q[7] * cross[4];
-    held[16] = q[7] * cross[3] - q[5] * cross[5];
-    held[17] = q[5] * cross[4] - q[6] * cross[3];
+    held[15] = cross[4] * q[7] - cross[5] * q[6];
+    held[16] = cross[5] * q[5] - cross[3] * q[7];
+    held[17] = cross[3] * q[6] - cross[4] * q[5];
     held[24] = 9.81 * scale[1];
     held[25] = 2.0 * u[0] * scale[1];
     held[26] = 2.0 * u[1] * scale[1];
@@ -1821,7 +1779,7 @@ static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run(spatial2_cart_flow *f
             spatial2_cart_flow_increment(order, jet, &h, increment);
             spatial2_cart_flow_move(increment, jet);
         }
-        while (flow->written < count) {
+        while (times != NULL && flow->written < count) {
             const spatial2_cart_real inside = (times[flow->written] - flow->t) - flow->t_lost;
             spatial2_cart_real x[spatial2_cart_flow_x];
             if (!(inside * way <= h * way)) {
@@ -1841,6 +1799,12 @@ static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run(spatial2_cart_flow *f
         if (result == SPATIAL2_CART_DONE) {
             flow->t = t_end;
             flow->t_lost = 0;
+        }
+        if (times == NULL && flow->own != NULL && flow->written < count) {
+            spatial2_cart_real *q_end = q_out + flow->written * spatial2_cart_flow_q, *v_end = v_out
+                + flow->written * spatial2_cart_flow_q;
+            spatial2_cart_flow_leave(jet->state, jet->state + spatial2_cart_flow_q, q_end, v_end);
+            flow->own[flow->written++] = flow->t;
         }
         ++flow->steps;
     }

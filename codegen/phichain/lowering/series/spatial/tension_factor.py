@@ -54,14 +54,14 @@ def factor(step: Factoring) -> None:
         k = loop.index
         here = load(direction, k)
         store(step.keep("direction"), k, here)
-        store(step.keep("outer"), k, scale(ratio[k + 1], cross(load(crosses, k + 1), here)))
+        store(step.keep("outer"), k, scale(ratio[k + 1], cross(here, load(crosses, k + 1))))
     store(step.keep("inner"), 0, (nothing, nothing, nothing))
     squared = builder.array("sine_squared", links)
     with builder.loop("k", 1, links) as loop:
         k = loop.index
         across = load(crosses, k)
         squared[k] = dot(across, across)
-        store(step.keep("inner"), k, cross(load(direction, k), across))
+        store(step.keep("inner"), k, cross(across, load(direction, k)))
     for number in numbers(scene):
         step.keep_number(number)
     if RATIO in step.layout:
