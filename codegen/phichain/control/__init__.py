@@ -4,8 +4,9 @@ from phichain.control.computed_torque import computed_torque, in_phase, tracking
 from phichain.control.controllability import Controllability, controllability
 from phichain.control.equilibria import Equilibrium, equilibria, equilibrium
 from phichain.control.feedback import deviation, errors, feedback
-from phichain.control.gains import Gains, lqr
+from phichain.control.gains import Gains
 from phichain.control.linear import LinearSystem, linearize
+from phichain.control.regulators import lqr, regulators
 
 __all__ = [
     "Controllability",
@@ -22,5 +23,6 @@ __all__ = [
     "in_phase",
     "linearize",
     "lqr",
+    "regulators",
     "tracking_error",
 ]

@@ -3,6 +3,8 @@
 The states and inputs of z' = A z + B u, weighed by Q and R, are the nodes of a graph whose edges are the entries that are
 not zero. Its components are problems of their own. Components that differ by the signs of their coordinates alone, as the
 two planes do (a rotation about e_1 swings towards -e_2), are one problem: each is brought to a canonical choice of signs.
+
+Matrices come in stacks (count, n, n), one for each equilibrium of a chain: those whose graphs are the same go together.
 """
 
 from __future__ import annotations
@@ -23,13 +25,13 @@ Tree = tuple[tuple[int, int], ...]
 
 @dataclass(frozen=True, eq=False)
 class Block(Held):
-    """One component.
+    """One component, the same of every system of a stack.
 
     Attributes:
         states: Its states (n,), rising.
         inputs: Its inputs (nu,), rising.
-        state_signs: +-1 for each state: canonical coordinates are z times them.
-        input_signs: +-1 for each input.
+        state_signs: +-1 for each state (count, n): canonical coordinates are z times them.
+        input_signs: +-1 for each input (count, nu).
     """
 
     states: Indices
@@ -38,61 +40,128 @@ class Block(Held):
     input_signs: Vector
 
     def square(self, matrix: Vector) -> Vector:
-        """Its part of a matrix over the states, in canonical signs."""
-        signs = self.state_signs
-        return part(matrix, self.states, self.states) * (signs[:, None] * signs) + 0.0
+        """Its part of matrices over the states, in canonical signs."""
+        return part(matrix, self.states, self.states) * _outer(self.state_signs, self.state_signs) + 0.0
 
     def across(self, matrix: Vector) -> Vector:
-        """Its part of a matrix from the inputs to the states, in canonical signs."""
-        return part(matrix, self.states, self.inputs) * (self.state_signs[:, None] * self.input_signs) + 0.0
+        """Its part of matrices from the inputs to the states, in canonical signs."""
+        return part(matrix, self.states, self.inputs) * _outer(self.state_signs, self.input_signs) + 0.0
 
     def over_inputs(self, matrix: Vector) -> Vector:
-        """Its part of a matrix over the inputs, in canonical signs."""
-        signs = self.input_signs
-        return part(matrix, self.inputs, self.inputs) * (signs[:, None] * signs) + 0.0
+        """Its part of matrices over the inputs, in canonical signs."""
+        return part(matrix, self.inputs, self.inputs) * _outer(self.input_signs, self.input_signs) + 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Alike(Held):
+    """Systems of a stack whose parts correspond.
+
+    Attributes:
+        items: Which of the stack they are.
+        blocks: Their components.
+        problems: The matrices of every distinct component, stacks in canonical signs: those over the states, the one from
+            the inputs to the states, and the one over the inputs where there is one.
+        members: Which of the problems each component is.
+    """
+
+    items: Indices
+    blocks: tuple[Block, ...]
+    problems: tuple[tuple[Vector, ...], ...]
+    members: tuple[int, ...]
 
 
 def part(matrix: Vector, rows: Indices, columns: Indices) -> Vector:
-    """Those rows and columns of a matrix."""
-    result: Vector = matrix[rows][:, columns]
+    """Those rows and columns of matrices, contiguous."""
+    result: Vector = matrix.take(rows, axis=-2).take(columns, axis=-1)
     return result
 
 
-def blocks(states: Sequence[Vector], across: Vector, inputs: Vector | None = None) -> tuple[Block, ...]:
-    """The components, by their first state; the whole system where one of them has no state or no input.
+def turned(matrix: NDArray[np.floating]) -> NDArray[np.floating]:
+    """The transposes of a stack of matrices."""
+    return matrix.swapaxes(-1, -2)
+
+
+def _outer(left: Vector, right: Vector) -> Vector:
+    return left[..., :, None] * right[..., None, :]
+
+
+def blocks(states: Sequence[Vector], across: Vector, inputs: Vector | None = None) -> list[tuple[Indices, tuple[Block, ...]]]:
+    """The components of a stack of systems: which of the stack have the same ones, and these, by their first state.
+
+    The whole system is one block where a component has no state or no input.
 
     Args:
-        states: Matrices over the states (n, n).
-        across: The matrix from the inputs to the states (n, nu).
-        inputs: A matrix over the inputs (nu, nu); the identity unless given.
+        states: Matrices over the states, (count, n, n) or one for all (n, n).
+        across: The matrices from the inputs to the states (count, n, nu).
+        inputs: The matrix over the inputs (nu, nu); the identity unless given.
     """
-    n, nu = across.shape
-    edges = np.zeros((n + nu, n + nu))
+    count, n, nu = across.shape
+    edges = np.zeros((count, n + nu, n + nu))
+    inner = edges[:, :n, :n]
     for matrix in reversed(states):
-        for given in (matrix.T, matrix):
-            np.copyto(edges[:n, :n], given, where=given != 0)
-    edges[:n, n:], edges[n:, :n] = across, across.T
+        for given in (turned(matrix), matrix):
+            np.copyto(inner, given, where=given != 0)
+    edges[:, :n, n:], edges[:, n:, :n] = across, turned(across)
     if inputs is not None:
-        edges[n:, n:] = inputs
-    trees = _trees((edges != 0).tobytes(), n + nu)
+        edges[:, n:, n:] = inputs
+    patterns: dict[bytes, list[int]] = {}
+    for k, pattern in enumerate(edges != 0):
+        patterns.setdefault(pattern.tobytes(), []).append(k)
+    return [(np.array(items), _components(key, edges[items], n)) for key, items in patterns.items()]
+
+
+def alike(states: Sequence[Vector], across: Vector, inputs: Vector | None = None) -> list[Alike]:
+    """The systems of a stack by what they are made of; arguments as in `blocks`."""
+    groups = []
+    for items, found in blocks(states, across, inputs):
+        parts = []
+        for block in found:
+            matrices = [block.square(matrix[items] if matrix.ndim > 2 else matrix) for matrix in states]
+            over = () if inputs is None else (block.over_inputs(inputs),)
+            parts.append((*matrices, block.across(across[items]), *over))
+        firsts = _firsts(parts)
+        for row in np.unique(firsts, axis=0):
+            these = np.flatnonzero(np.all(firsts == row, axis=1))
+            distinct = sorted(set(row.tolist()))
+            groups.append(
+                Alike(
+                    items[these],
+                    tuple(Block(b.states, b.inputs, b.state_signs[these], b.input_signs[these]) for b in found),
+                    tuple(tuple(matrix[these] for matrix in parts[k]) for k in distinct),
+                    tuple(distinct.index(k) for k in row.tolist()),
+                )
+            )
+    return groups
+
+
+def _firsts(parts: Sequence[tuple[Vector, ...]]) -> Indices:
+    """For every system of a stack the first component that is the same as each (count, components)."""
+    firsts = np.tile(np.arange(len(parts)), (len(parts[0][0]), 1))
+    for k, own in enumerate(parts):
+        for earlier in reversed(range(k)):
+            if all(mine.shape == theirs.shape for mine, theirs in zip(own, parts[earlier], strict=True)):
+                pairs = zip(own, parts[earlier], strict=True)
+                same = np.logical_and.reduce([np.all(mine == theirs, axis=(1, 2)) for mine, theirs in pairs])
+                firsts[same, k] = earlier
+    return firsts
+
+
+def _components(pattern: bytes, edges: Vector, n: int) -> tuple[Block, ...]:
+    count, size, _ = edges.shape
+    trees = _trees(pattern, size)
     if any(tree[0][0] >= n or max(tree)[0] < n for tree in trees):
-        return (Block(np.arange(n), np.arange(nu), np.ones(n), np.ones(nu)),)
+        return (Block(np.arange(n), np.arange(size - n), np.ones((count, n)), np.ones((count, size - n))),)
     return tuple(_block(tree, edges, n) for tree in trees)
 
 
 def _block(tree: Tree, edges: Vector, n: int) -> Block:
     """One component with the signs that make the edges of its tree positive."""
-    signs = {tree[0][0]: 1.0}
+    signs = np.ones(edges.shape[:2])
     for node, parent in tree[1:]:
-        signs[node] = signs[parent] if edges[parent, node] > 0 else -signs[parent]
-    nodes = sorted(signs)
-    states, inputs = [k for k in nodes if k < n], [k - n for k in nodes if k >= n]
-    return Block(
-        np.array(states),
-        np.array(inputs),
-        np.array([signs[k] for k in states]),
-        np.array([signs[k + n] for k in inputs]),
-    )
+        signs[:, node] = np.where(edges[:, parent, node] > 0, signs[:, parent], -signs[:, parent])
+    nodes = sorted(node for node, _ in tree)
+    states, inputs = (np.array([k for k in nodes if (k < n) == inner]) for inner in (True, False))
+    return Block(states, inputs - n, signs[:, states], signs[:, inputs])
 
 
 @lru_cache(maxsize=64)

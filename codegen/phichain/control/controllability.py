@@ -17,9 +17,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
-from phichain.control.blocks import blocks
+from phichain.control.blocks import Indices, alike, turned
 from phichain.control.linear import LinearSystem, linearize
 from phichain.control.weights import Spectrum, solve
 from phichain.errors import ControlError
@@ -95,72 +94,102 @@ def margins_of(linear: LinearSystem) -> Controllability:
     Raises:
         ControlError: It has no input.
     """
+    demand_input(linear)
+    return margins_of_all([linear])[0]
+
+
+def demand_input(linear: LinearSystem) -> int:
+    """The number of inputs.
+
+    Raises:
+        ControlError: There is none.
+    """
     if linear.B.shape[1] == 0:
         raise ControlError(
             "actuated", "none", "this system has no input", "actuate the cart or joints in the scene"
         )
-    M, D, G, B = linear.reduced
-    parts, members = _distinct(M, D, G, B)
-    rate = max(np.sqrt(np.linalg.norm(part.stiffness, 2)) for part in parts) or 1.0
-    size = max(float(np.linalg.norm(part.drive, 2)) for part in parts)
-    each = [_modes(part.stiffness, part.damping) for part in parts]
-    found = [np.min([_margins(modes / rate, part, rate, size) for part in parts], axis=0) for modes in each]
-    modes, margins = (np.concatenate([values[k] for k in members]) for values in (each, found))
-    rising = np.argsort(np.abs(modes), kind="stable")
-    return Controllability(modes[rising], margins[rising], max(UNCONTROLLABLE, 100 * linear.noise))
+    return linear.B.shape[1]
+
+
+def margins_of_all(systems: Sequence[LinearSystem]) -> list[Controllability]:
+    """The margins of linear systems of one chain that has inputs, each to the same bits as alone."""
+    M, D, G, B = (np.array(matrices) for matrices in zip(*(linear.reduced for linear in systems), strict=True))
+    found: dict[int, Controllability] = {}
+    for group in alike((M, D, G), B):
+        parts = [_Part.of(*problem) for problem in group.problems]
+        # A damped pencil has as many modes as its dampers leave, which depends on the equilibrium.
+        damped = any(np.any(part.damping) for part in parts)
+        for at in np.array_split(np.arange(len(group.items)), len(group.items) if damped else 1):
+            modes, margins = _reach([part.only(at) for part in parts], group.members)
+            for k, own, margin in zip(group.items[at].tolist(), modes, margins, strict=True):
+                found[k] = Controllability(own, margin, max(UNCONTROLLABLE, 100 * systems[k].noise))
+    return [found[k] for k in range(len(systems))]
 
 
 @dataclass(frozen=True, eq=False)
 class _Part(Held):
-    """Links that others do not touch, in coordinates in which M_qq = I."""
+    """Links that others do not touch, in coordinates in which M_qq = I: a stack of them."""
 
     stiffness: Vector
     damping: Vector
     drive: Vector
 
+    @classmethod
+    def of(cls, mass: Vector, damping: Vector, stiffness: Vector, drive: Vector) -> _Part:
+        """The coordinates L^T x with M_qq = L L^T."""
+        factor = np.linalg.cholesky(mass)
+        return cls(_normalised(factor, stiffness), _normalised(factor, damping), solve(factor, drive))
 
-def _distinct(M: Vector, D: Vector, G: Vector, B: Vector) -> tuple[list[_Part], list[int]]:
-    """The parts that differ by more than signs, and which of them each block is."""
-    keys: list[bytes] = []
-    parts, members = [], []
-    for block in blocks((M, D, G), B):
-        mass, damping, stiffness, drive = block.square(M), block.square(D), block.square(G), block.across(B)
-        key = b"".join(matrix.tobytes() for matrix in (mass, damping, stiffness, drive))
-        if key not in keys:
-            keys.append(key)
-            factor = np.linalg.cholesky(mass)
-            parts.append(_Part(_normalised(factor, stiffness), _normalised(factor, damping), solve(factor, drive)))
-        members.append(keys.index(key))
-    return parts, members
+    def only(self, items: Indices) -> _Part:
+        """Those of the stack."""
+        return _Part(self.stiffness[items], self.damping[items], self.drive[items])
 
 
 def _normalised(factor: NDArray[Any], part: Vector) -> Vector:
     """L^-1 part L^-T, symmetric."""
-    scaled = solve(factor, solve(factor, part).T)
-    return (scaled + scaled.T) / 2
+    scaled = solve(factor, turned(solve(factor, part)))
+    return (scaled + turned(scaled)) / 2
+
+
+def _reach(parts: Sequence[_Part], members: Sequence[int]) -> tuple[Spectrum, Vector]:
+    """Modes and margins of a stack (count, k), by rising |lambda|; `members` says which of the parts each block is."""
+    rates = np.max([np.sqrt(_norm(part.stiffness)) for part in parts], axis=0)
+    rate = np.where(rates > 0, rates, 1.0)[:, None, None]
+    size = np.max([_norm(part.drive) for part in parts], axis=0)[:, None, None]
+    scaled = [_Part(part.stiffness / rate**2, part.damping / rate, part.drive / size) for part in parts]
+    each = [_modes(part.stiffness, part.damping) for part in parts]
+    found = [np.min([_margins(modes / rate[:, 0], part) for part in scaled], axis=0) for modes in each]
+    modes, margins = (np.concatenate([values[k] for k in members], axis=1) for values in (each, found))
+    rising = np.argsort(np.abs(modes), axis=1, kind="stable")
+    return np.take_along_axis(modes, rising, axis=1), np.take_along_axis(margins, rising, axis=1)
+
+
+def _norm(matrices: Vector) -> Vector:
+    """The largest singular values of a stack (count,)."""
+    return np.asarray(np.linalg.norm(matrices, 2, axis=(1, 2)))
 
 
 def _modes(stiffness: Vector, damping: Vector) -> Spectrum:
-    """Eigenvalues of lambda^2 + lambda D + G, the one in the closed right or upper half of each pair."""
-    n = len(stiffness)
+    """Eigenvalues of lambda^2 + lambda D + G (count, k), the one in the closed right or upper half of each pair."""
+    n = stiffness.shape[-1]
     if not np.any(damping):
-        squares = -eigh(stiffness, eigvals_only=True)
-        modes: Spectrum = np.sqrt(squares.astype(complex))
-        return modes[np.argsort(np.abs(modes), kind="stable")]
-    first_order = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]])
+        modes: Spectrum = np.sqrt((-np.linalg.eigvalsh(stiffness)).astype(complex))
+        return np.take_along_axis(modes, np.argsort(np.abs(modes), axis=1, kind="stable"), axis=1)
+    ((own, friction),) = zip(stiffness, damping, strict=True)
+    first_order = np.block([[np.zeros((n, n)), np.eye(n)], [-own, -friction]])
     values = np.linalg.eigvals(first_order).astype(complex)
     upper = values[values.imag >= 0]
-    return upper[np.argsort(np.abs(upper), kind="stable")]
+    return upper[np.argsort(np.abs(upper), kind="stable")][None]
 
 
-def _margins(modes: Spectrum, part: _Part, rate: float, size: float) -> Vector:
-    """Smallest singular values of the pencil of one part at all modes, everything in units of the rate."""
-    n = len(part.stiffness)
+def _margins(modes: Spectrum, part: _Part) -> Vector:
+    """Smallest singular values of the pencils of a stack of parts at all modes (count, k), all in units of the rate."""
+    n = part.stiffness.shape[-1]
     squares = modes**2
     # Without damping the squares are real, and so is the pencil.
-    pencil: NDArray[Any] = (squares if np.any(squares.imag) else squares.real)[:, None, None] * np.eye(n)
+    pencil: NDArray[Any] = (squares if np.any(squares.imag) else squares.real)[..., None, None] * np.eye(n)
     if np.any(part.damping):
-        pencil = pencil + modes[:, None, None] * part.damping / rate
-    pencil = pencil + part.stiffness / rate**2
-    drive = np.broadcast_to(part.drive / size, (len(modes), *part.drive.shape))
-    return np.asarray(np.linalg.svd(np.concatenate([pencil, drive], axis=2), compute_uv=False)[:, -1])
+        pencil = pencil + modes[..., None, None] * part.damping[:, None]
+    pencil = pencil + part.stiffness[:, None]
+    drive = np.broadcast_to(part.drive[:, None], (*modes.shape, *part.drive.shape[1:]))
+    return np.asarray(np.linalg.svd(np.concatenate([pencil, drive], axis=3), compute_uv=False)[..., -1])

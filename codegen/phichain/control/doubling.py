@@ -24,54 +24,92 @@ from typing import Any
 import numpy as np
 
 from phichain.control import wide
+from phichain.control.blocks import turned
 from phichain.control.wide import Wide
 from phichain.system import Vector
+
+Terms = tuple[Any, Any, Any]
+"""A_k, G_k and S_k."""
 
 MOST = 40
 """Steps allowed: a horizon of 2^40 times 1/gamma."""
 
 
 def doubled(A: Vector, G: Vector, Q: Vector) -> Vector:
-    """The stabilising S (n, n) in doubles, right to what the equation's conditioning leaves of them.
+    """The stabilising S (count, n, n) of a stack of equations in doubles, right to what their conditioning leaves of them.
+
+    Each equation's digits are its own, whatever it is stacked with. One whose matrices on the way are singular, or whose
+    steps do not settle, has NaN for its S.
+    """
+    one = np.eye(A.shape[-1])
+    try:
+        terms = _cayley(A, G, Q, _gamma(A, G, Q)[:, None, None], np.linalg.inv, one)
+        return _stepped(terms, one)
+    except np.linalg.LinAlgError:
+        # One singular matrix stops the whole stack.
+        if len(A) == 1:
+            return np.full_like(Q, np.nan)
+        return np.concatenate([doubled(*equation) for equation in zip(A[:, None], G[:, None], Q[:, None], strict=True)])
+
+
+def doubled_wide(A: Wide, G: Wide, Q: Wide) -> Wide:
+    """The stabilising S (n, n) of one equation in about 32 digits.
 
     Raises:
         LinAlgError: A matrix on the way is singular, or the steps do not settle.
     """
-    return np.asarray(_doubling(A, G, Q, _gamma(A, G, Q), np.linalg.inv, np.eye(len(A)), 1e-14))
+    gamma, one = float(_gamma(A.high, G.high, Q.high)), Wide.of(np.eye(len(A.high)))
+    terms = _cayley(A, G, Q, gamma, wide.inverse, one)
+    for _ in range(MOST):
+        terms, rise = _step(terms, wide.inverse, one)
+        size = abs(terms[2]).max()
+        if not np.isfinite(size):
+            break
+        if abs(rise).max() <= 1e-30 * size:
+            result: Wide = _symmetric(terms[2])
+            return result
+    raise np.linalg.LinAlgError("the doubling steps do not settle")
 
 
-def doubled_wide(A: Wide, G: Wide, Q: Wide) -> Wide:
-    """The same in about 32 digits.
-
-    Raises:
-        LinAlgError: As `doubled`.
-    """
-    gamma, one = _gamma(A.high, G.high, Q.high), Wide.of(np.eye(len(A.high)))
-    result: Wide = _doubling(A, G, Q, gamma, wide.inverse, one, 1e-30)
+def _stepped(terms: Terms, one: Vector) -> Vector:
+    """The settled S of a stack; an equation takes no steps beyond its own."""
+    result = np.full(terms[2].shape, np.nan)
+    left = np.arange(len(result))
+    for _ in range(MOST):
+        terms, rise = _step(terms, np.linalg.inv, one)
+        size = np.max(np.abs(terms[2]), axis=(1, 2))
+        settled = np.max(np.abs(rise), axis=(1, 2)) <= 1e-14 * size
+        result[left[settled]] = _symmetric(terms[2][settled])
+        going = ~settled & np.isfinite(size)
+        if not np.all(going):
+            left, terms = left[going], tuple(part[going] for part in terms)
+        if not len(left):
+            break
     return result
 
 
-def _gamma(A: Vector, G: Vector, Q: Vector) -> float:
-    hamiltonian = np.block([[A, -G], [-Q, -A.T]])
-    return float(np.exp(np.linalg.slogdet(hamiltonian)[1] / len(hamiltonian)))
+def _gamma(A: Vector, G: Vector, Q: Vector) -> Vector:
+    hamiltonian = np.block([[A, -G], [-Q, -turned(A)]])
+    return np.asarray(np.exp(np.linalg.slogdet(hamiltonian)[1] / hamiltonian.shape[-1]))
 
 
-def _doubling(
-    A: Any, G: Any, Q: Any, gamma: float, inverse: Callable[[Any], Any], one: Any, settled: float
-) -> Any:
-    back = inverse(A - one * gamma)
-    forth = inverse((A - one * gamma).T + Q @ back @ G) * (2 * gamma)
-    a, g, s = one + forth.T, back @ G @ forth, forth @ Q @ back
-    for _ in range(MOST):
-        # Halves are exact in both kinds of number.
-        g, s = (g + g.T) * 0.5, (s + s.T) * 0.5
-        near = inverse(one + g @ s)
-        ahead, across = a @ near, near @ a
-        rise = a.T @ (s @ across)
-        a, g, s = ahead @ a, g + ahead @ g @ a.T, s + rise
-        size = abs(s).max()
-        if not np.isfinite(size):
-            break
-        if abs(rise).max() <= settled * size:
-            return (s + s.T) * 0.5
-    raise np.linalg.LinAlgError("the doubling steps do not settle")
+def _cayley(A: Any, G: Any, Q: Any, gamma: Any, inverse: Callable[[Any], Any], one: Any) -> Terms:
+    """A_0, G_0 and S_0."""
+    shifted = A - one * gamma
+    back = inverse(shifted)
+    forth = inverse(turned(shifted) + Q @ back @ G) * (gamma * 2)
+    return one + turned(forth), back @ G @ forth, forth @ Q @ back
+
+
+def _step(terms: Terms, inverse: Callable[[Any], Any], one: Any) -> tuple[Terms, Any]:
+    """The next A_k, G_k and S_k, and what was added to S_k."""
+    a, g, s = terms[0], _symmetric(terms[1]), _symmetric(terms[2])
+    near = inverse(one + g @ s)
+    ahead, across, back = a @ near, near @ a, turned(a)
+    rise = back @ (s @ across)
+    return (ahead @ a, g + ahead @ g @ back, s + rise), rise
+
+
+def _symmetric(matrix: Any) -> Any:
+    # Halves are exact in both kinds of number.
+    return (matrix + turned(matrix)) * 0.5

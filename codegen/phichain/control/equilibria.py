@@ -8,14 +8,14 @@ stiffness matrix tells).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 from scipy.linalg import eigh
 
-from phichain.control.linear import LinearSystem, linearize
+from phichain.control.linear import LinearSystem, linearize, linearized
 from phichain.control.weights import Spectrum, spectrum
 from phichain.errors import ControlError, UnsupportedError
 from phichain.records import Held
@@ -66,18 +66,7 @@ def equilibria(system: System, p: Parameters | None = None) -> tuple[Equilibrium
         UnsupportedError: More than 16 links.
         AbsentFunctionError: The system has no `linearization`.
     """
-    if system.links > MOST_LINKS:
-        raise UnsupportedError(
-            "links",
-            system.links,
-            f"2^{system.links} equilibria are too many to list",
-            "ask for one: equilibrium(system, s)",
-        )
-    found = []
-    for s in product((1, -1), repeat=system.links):
-        if _pull(system, s, p) <= _slack(linearize(system, s, p)):
-            found.append(equilibrium(system, s, p))
-    return tuple(found)
+    return tuple(equilibrium(system, s, p) for s in at_rest(system, p))
 
 
 def equilibrium(system: System, s: Sequence[int], p: Parameters | None = None) -> Equilibrium:
@@ -107,20 +96,46 @@ def demand_equilibrium(system: System, s: Sequence[int], p: Parameters | None = 
     """(19) at an equilibrium at which the chain really rests.
 
     Raises:
-        ControlError: Not one sign per link, or the chain accelerates there (a planar spring pulls, say).
+        ControlError: s is not one sign per link, or the chain accelerates there (a planar spring pulls, say).
     """
-    signs = check_signs(system, s)
-    linear = linearize(system, signs, p)
-    pull, slack = _pull(system, signs, p), _slack(linear)
-    if pull > slack:
-        raise ControlError(
-            "s",
-            list(signs),
-            f"is no equilibrium of this chain: released there it accelerates by {pull:.3g} rad/s^2",
-            "choose a direction of the links in which its springs are relaxed",
-            acceleration=pull,
+    return demand_equilibria(system, [s], p)[0]
+
+
+def demand_equilibria(system: System, every: Sequence[Sequence[int]], p: Parameters | None = None) -> list[LinearSystem]:
+    """(19) at several of them; errors as in `demand_equilibrium`, of the first that is none."""
+    found = linearized(system, every, p)
+    for linear in found:
+        pull = _pull(system, linear.s, p)
+        if pull > _slack(linear):
+            raise ControlError(
+                "s",
+                list(linear.s),
+                f"is no equilibrium of this chain: released there it accelerates by {pull:.3g} rad/s^2",
+                "choose a direction of the links in which its springs are relaxed",
+                acceleration=pull,
+            )
+    return found
+
+
+def at_rest(system: System, p: Parameters | None = None) -> Iterator[Signs]:
+    """The vertical equilibria at which the chain rests, the hanging one first and the inverted one last.
+
+    Raises:
+        UnsupportedError: More than 16 links.
+        AbsentFunctionError: The system has no `linearization`.
+    """
+    if system.links > MOST_LINKS:
+        raise UnsupportedError(
+            "links",
+            system.links,
+            f"2^{system.links} equilibria are too many to list",
+            "ask for one by its directions s",
         )
-    return linear
+    for s in product((1, -1), repeat=system.links):
+        # Where the system cannot tell, and where nothing pulls, the slack need not be known.
+        pull = _pull(system, s, p)
+        if pull == 0 or pull <= _slack(linearize(system, s, p)):
+            yield s
 
 
 def _pull(system: System, s: Signs, p: Parameters | None) -> float:

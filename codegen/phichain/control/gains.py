@@ -1,8 +1,7 @@
-"""Gains: the frozen record of a linear regulator, and how it is computed."""
+"""Gains: the frozen record of a linear regulator, its law and its files."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,17 +22,14 @@ from phichain.archive import (
     signs,
     word,
 )
-from phichain.control.controllability import Controllability, margins_of
-from phichain.control.equilibria import demand_equilibrium
 from phichain.control.measured import on_angles, on_unit_vectors
-from phichain.control.riccati import riccati
-from phichain.control.weights import Spectrum, weight
+from phichain.control.weights import Spectrum
 from phichain.errors import ArrayError
 from phichain.laws import StateFeedback
 from phichain.records import Held, write_csv, write_npz
-from phichain.system import Parameters, System, Vector
+from phichain.system import Vector
 from phichain.system.arrays import real_numbers
-from phichain.system.vertical import Signs, configuration
+from phichain.system.vertical import Signs
 
 _ARRAYS = {
     "K": real("nu", "state"),
@@ -219,61 +215,3 @@ class Gains(Held):
         plain |= {name: tuple(meta[name]) for name in ("s", "state_names", "input_names")}
         plain |= {name: arrays[name] for name in _ARRAYS}
         return cls(**plain)
-
-
-def lqr(
-    system: System,
-    s: Sequence[int] | None = None,
-    Q: ArrayLike | None = None,
-    R: ArrayLike | None = None,
-    *,
-    p: Parameters | None = None,
-) -> Gains:
-    """The linear quadratic regulator of a chain about one vertical equilibrium.
-
-    Minimises int (z^T Q z + u^T R u) dt along (19).
-
-    Args:
-        system: A chain with inputs and a `linearization`; `forward_dynamics` is used, when there, to check that it
-            rests at the target.
-        s: The target: +1 hanging, -1 upright, per link; every link upright unless given.
-        Q: Weight of z = (x, x'): None (identity), a number, 2m diagonal entries, or a matrix.
-        R: Weight of u: likewise.
-        p: Runtime parameters by name.
-
-    Returns:
-        The Gains; `feedback(system, gains)` makes the control law of them.
-
-    Raises:
-        ControlError: The target is no equilibrium or uncontrollable (names the mode and its margin), weights are not
-            positive, there is no input or no stabilising solution.
-        AbsentFunctionError: The system has no `linearization`.
-    """
-    linear = demand_equilibrium(system, [-1] * system.links if s is None else s, p)
-    signs = linear.s
-    reach: Controllability = margins_of(linear).demand(signs)
-    A, B = linear.first_order
-    state_weight = weight("Q", Q, len(A), strict=False)
-    input_weight = weight("R", R, B.shape[1], strict=True)
-    solution = riccati(A, B, state_weight, input_weight)
-    return Gains(
-        name=system.name,
-        space=system.space,
-        cart=system.cart_size,
-        s=signs,
-        equilibrium=configuration(system, signs),
-        K=solution.K,
-        S=solution.S,
-        A=A,
-        B=B,
-        Q=state_weight,
-        R=input_weight,
-        poles=solution.poles,
-        modes=reach.modes,
-        margins=reach.margins,
-        residual=solution.residual,
-        iterations=solution.iterations,
-        state_names=linear.state_names,
-        input_names=system.u_names or tuple(f"u_{k + 1}" for k in range(system.nu)),
-        digest=system.digest,
-    )

@@ -71,32 +71,39 @@ def linearize(system: System, s: Sequence[int], p: Parameters | None = None) -> 
         ControlError: s is no equilibrium: not one +1 or -1 per link.
         AbsentFunctionError: The system has no `linearization`.
     """
-    signs = check_signs(system, s)
-    parts = [np.asarray(part, dtype=float) for part in _parts(system, signs, p)]
+    return linearized(system, [s], p)[0]
+
+
+def linearized(system: System, every: Sequence[Sequence[int]], p: Parameters | None = None) -> list[LinearSystem]:
+    """(19) at several equilibria; errors as in `linearize`."""
+    signs = [check_signs(system, s) for s in every]
     m = system.cart_size + (system.links if system.is_planar else 2 * system.links)
-    M, G = parts[0].reshape(m, m), parts[1].reshape(m, m)
-    B = parts.pop().reshape(m, system.nu) if system.nu else np.zeros((m, 0))
+    parameters = system.parameters(p)
+    given = [system.linearization(np.array(s, dtype=float), **parameters) for s in signs]
+    parts = [np.array(part, dtype=float) for part in zip(*given, strict=True)]
+    M, G = parts[0].reshape(-1, m, m), parts[1].reshape(-1, m, m)
+    B = parts.pop().reshape(-1, m, system.nu) if system.nu else np.zeros((len(M), m, 0))
     # A damped scene has a third output; an undamped one leaves it out.
-    D = parts[2].reshape(m, m) if len(parts) > 2 else np.zeros((m, m))
+    D = parts[2].reshape(-1, m, m) if len(parts) > 2 else np.zeros_like(M)
     noise = float(np.finfo(np.float32 if system.real == "float" else np.float64).eps)
-    return LinearSystem(signs, M, D, G, B, system.cart_size, _names(system), _first_order(M, D, G, B), noise)
+    names = _names(system)
+    rows = zip(signs, M, D, G, B, *_first_order(M, D, G, B), strict=True)
+    return [LinearSystem(s, *parts, system.cart_size, names, (A, drive), noise) for s, *parts, A, drive in rows]
 
 
 def _first_order(M: Vector, D: Vector, G: Vector, B: Vector) -> tuple[Vector, Vector]:
     """(A, B) of z' = A z + B u; what does not mix is solved apart, so that what is equal in M stays equal to the last bit."""
-    m = len(M)
-    A, drive = np.zeros((2 * m, 2 * m)), np.zeros((2 * m, B.shape[1]))
-    A[:m, m:] = np.eye(m)
-    given = np.hstack([-G, -D, B])
-    for block in blocks((M, D, G), B):
-        right = solve(part(M, block.states, block.states), given[block.states])
-        A[m + block.states], drive[m + block.states] = right[:, : 2 * m], right[:, 2 * m :]
+    count, m, nu = B.shape
+    A, drive = np.zeros((count, 2 * m, 2 * m)), np.zeros((count, 2 * m, nu))
+    A[:, :m, m:] = np.eye(m)
+    given = np.concatenate([-G, -D, B], axis=2)
+    for items, found in blocks((M, D, G), B):
+        for block in found:
+            rows = np.ix_(items, block.states)
+            right = solve(part(M[items], block.states, block.states), given[rows])
+            at = (rows[0], rows[1] + m)
+            A[at], drive[at] = right[..., : 2 * m], right[..., 2 * m :]
     return A, drive
-
-
-def _parts(system: System, signs: Signs, p: Parameters | None) -> tuple[Vector, ...]:
-    result: tuple[Vector, ...] = system.linearization(np.array(signs, dtype=float), **system.parameters(p))
-    return result
 
 
 def _names(system: System) -> tuple[str, ...]:

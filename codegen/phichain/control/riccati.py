@@ -16,23 +16,21 @@ L^T (A - B K) L^-T has a negative definite symmetric part, so that its eigenvalu
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import schur, solve_continuous_are
-from scipy.linalg.lapack import dgees, dtrsyl
 
 from phichain.control import wide
-from phichain.control.blocks import blocks
+from phichain.control.blocks import alike, turned
 from phichain.control.doubling import doubled, doubled_wide
+from phichain.control.newton import Equations, Loop, is_stable, largest, refine, schur_form
 from phichain.control.weights import Spectrum, ordered, solve, spectrum
 from phichain.control.wide import Wide
 from phichain.errors import ControlError
 from phichain.records import Held
 from phichain.system import Vector
-
-Extended = NDArray[np.longdouble]
 
 SOLVED = 1e-6
 """Relative residuals above this belong to no solution: those of solutions are near round-off."""
@@ -66,7 +64,7 @@ class Riccati(Held):
 
 
 def riccati(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int = 12) -> Riccati:
-    """Solve the Riccati equation and refine it until the gains stop changing.
+    """Solve one Riccati equation and refine it until the gains stop changing.
 
     Args:
         A: Dynamics (n, n).
@@ -77,6 +75,15 @@ def riccati(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int = 12
 
     Raises:
         ControlError: There is no stabilising solution.
+    """
+    return riccatis(A[None], B[None], Q, R, max_iterations)[0]
+
+
+def riccatis(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int = 12) -> list[Riccati]:
+    """The same for a stack of systems A (count, n, n), B (count, n, nu) under the same weights, each to the same bits.
+
+    Raises:
+        ControlError: One of them has no stabilising solution.
     """
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
@@ -90,40 +97,59 @@ def riccati(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int = 12
         ) from failure
 
 
-def _by_blocks(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int) -> Riccati:
-    S, K = np.zeros_like(A), np.zeros_like(B.T)
-    solved: dict[bytes, Riccati] = {}
-    poles, parts = [], []
-    for block in blocks((A, Q), B, R):
-        part = block.square(A), block.across(B), block.square(Q), block.over_inputs(R)
-        key = b"".join(matrix.tobytes() for matrix in part)
-        if key not in solved:
-            solved[key] = _refined(*part, max_iterations)
-        found = solved[key]
-        signs = block.state_signs
-        S[np.ix_(block.states, block.states)] = signs[:, None] * found.S * signs
-        K[np.ix_(block.inputs, block.states)] = block.input_signs[:, None] * found.K * signs
-        poles.append(found.poles)
-        parts.append(found)
+def _by_blocks(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int) -> list[Riccati]:
+    S, K = np.zeros_like(A), np.zeros_like(turned(B))
+    parts: dict[int, list[Riccati]] = {}
+    for group in alike((A, Q), B, R):
+        solved = [_refined(a, b, q, r, max_iterations) for a, q, b, r in group.problems]
+        for block, member in zip(group.blocks, group.members, strict=True):
+            signs, over = block.state_signs, block.input_signs
+            costs = signs[:, :, None] * np.array([found.S for found in solved[member]]) * signs[:, None, :]
+            gains = over[:, :, None] * np.array([found.K for found in solved[member]]) * signs[:, None, :]
+            S[np.ix_(group.items, block.states, block.states)] = costs
+            K[np.ix_(group.items, block.inputs, block.states)] = gains
+        for at, k in enumerate(group.items.tolist()):
+            parts[k] = [solved[member][at] for member in group.members]
+    return [_joined(S[k], K[k], parts[k]) for k in range(len(A))]
+
+
+def _joined(S: Vector, K: Vector, parts: Sequence[Riccati]) -> Riccati:
     return Riccati(
         S,
         K,
-        ordered(np.concatenate(poles)),
+        ordered(np.concatenate([part.poles for part in parts])),
         max(part.residual for part in parts),
         max(part.iterations for part in parts),
         max(part.change for part in parts),
     )
 
 
-def _refined(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int) -> Riccati:
+def _refined(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int) -> list[Riccati]:
+    """The solutions of a stack of equations, each checked."""
     _demand_detectable(A, Q)
-    equation = _Extended.of(A, B, Q, R)
-    try:
-        found = _by_newton(equation, A, B, _first(A, B, Q, R), max_iterations)
-    except np.linalg.LinAlgError:
-        found = None
-    if found is None or not found.change < SETTLED or not found.poles[0].real < 0 or not found.residual < SOLVED:
-        found = _in_twice_the_digits(equation, A, B, Q, R)
+    equations = Equations.of(A, B, Q, R)
+    start, loops = _first(A, B, Q, R)
+    refined = refine(equations, A, B, start, loops, max_iterations)
+    S, K = refined.S.astype(float), refined.K.astype(float)
+    poles, residuals = _poles(A - B @ K), equations.relative_residual(refined.S)
+    found = []
+    for k in range(len(A)):
+        one = Riccati(S[k], K[k], poles[k], float(residuals[k]), int(refined.iterations[k]), float(refined.change[k]))
+        if not one.change < SETTLED or not one.poles[0].real < 0 or not one.residual < SOLVED:
+            one = _in_twice_the_digits(equations.only(np.array([k])), A[k], B[k], Q[k], R[k])
+        found.append(_checked(one))
+    return found
+
+
+def _poles(closed: Vector) -> list[Spectrum]:
+    """The eigenvalues of a stack; NaN for all of them where entries of one are not finite."""
+    fit = np.all(np.isfinite(closed), axis=(1, 2))
+    values = np.full(closed.shape[:2], np.nan, dtype=complex)
+    values[fit] = np.linalg.eigvals(closed[fit])
+    return [ordered(row) for row in values]
+
+
+def _checked(found: Riccati) -> Riccati:
     if not (np.all(np.isfinite(found.K)) and np.all(np.isfinite(found.S))):
         raise OverflowError("the gains are not finite")
     if not found.poles[0].real < 0:
@@ -135,28 +161,7 @@ def _refined(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int) ->
     return found
 
 
-def _by_newton(equation: _Extended, A: Vector, B: Vector, start: Vector, max_iterations: int) -> Riccati:
-    S = start.astype(np.longdouble)
-    K = equation.gains(S)
-    change, iterations = np.inf, 0
-    while iterations < max_iterations and change > 0:
-        triangle, vectors = _schur(A - B @ K.astype(float))
-        turned = vectors.T @ equation.residual(S).astype(float) @ vectors
-        part, scale, _ = dtrsyl(triangle, triangle, -turned, trana="T")
-        correction = vectors @ (part / scale) @ vectors.T
-        refined = S + (correction + correction.T) / 2
-        gains = equation.gains(refined)
-        step = float(np.max(np.abs(gains - K)) / np.max(np.abs(gains)))
-        # Quadratic convergence ends in a plateau of round-off: the first step that does not halve the last one. The
-        # first may lift the gains' error, as it is S that it mends.
-        if iterations > 1 and not step < change / 2:
-            break
-        S, K, change, iterations = refined, gains, step, iterations + 1
-    plain = K.astype(float)
-    return Riccati(S.astype(float), plain, spectrum(A - B @ plain), equation.relative_residual(S), iterations, change)
-
-
-def _in_twice_the_digits(equation: _Extended, A: Vector, B: Vector, Q: Vector, R: Vector) -> Riccati:
+def _in_twice_the_digits(equation: Equations, A: Vector, B: Vector, Q: Vector, R: Vector) -> Riccati:
     a, b = Wide.of(A), Wide.of(B)
     pull = wide.inverse(Wide.of(R)) @ b.T
     S = doubled_wide(a, b @ pull, Wide.of(Q))
@@ -168,62 +173,32 @@ def _in_twice_the_digits(equation: _Extended, A: Vector, B: Vector, Q: Vector, R
     root = wide.cholesky(S).T
     closed = root @ (a - b @ Wide.of(K)) @ wide.inverse(root)
     extended = S.high.astype(np.longdouble) + S.low
-    return Riccati(S.high, K, spectrum(closed.high), equation.relative_residual(extended), 0, 0.0)
+    return Riccati(S.high, K, spectrum(closed.high), float(equation.relative_residual(extended[None])[0]), 0, 0.0)
 
 
-def _schur(closed: Vector) -> tuple[Vector, Vector]:
-    triangle, _, _, _, vectors, _, info = dgees(lambda *_: None, closed)
-    if info:
-        raise np.linalg.LinAlgError("the closed loop has no Schur form")
-    return triangle, vectors
+def _first(A: Vector, B: Vector, Q: Vector, R: Vector) -> tuple[Vector, list[Loop | None]]:
+    """Stabilising starts of a stack and the Schur forms of their closed loops; the refinement needs no more."""
+    S = doubled(A, B @ solve(R, turned(B)), Q)
+    closed = A - B @ solve(R, turned(B) @ S)
+    fit = np.all(np.isfinite(closed), axis=(1, 2))
+    loops = [schur_form(loop) if fits else None for loop, fits in zip(closed, fit, strict=True)]
+    for k, loop in enumerate(loops):
+        if not is_stable(loop):
+            S[k] = _by_schur(A[k], B[k], Q[k], R[k])
+            loops[k] = schur_form(A[k] - B[k] @ solve(R[k], B[k].T @ S[k]))
+    return S, loops
 
 
-@dataclass(frozen=True, eq=False)
-class _Extended(Held):
-    """The equation's data in extended precision."""
-
-    A: Extended
-    B: Extended
-    Q: Extended
-    R_inverse: Extended
-
-    @classmethod
-    def of(cls, A: Vector, B: Vector, Q: Vector, R: Vector) -> _Extended:
-        wide = [part.astype(np.longdouble) for part in (A, B, Q, R)]
-        rough = np.linalg.inv(R).astype(np.longdouble)
-        # One Newton step squares the error of a double inverse.
-        return cls(wide[0], wide[1], wide[2], rough @ (2 * np.eye(len(R)) - wide[3] @ rough))
-
-    def gains(self, S: Extended) -> Extended:
-        """R^-1 B^T S."""
-        return np.asarray(self.R_inverse @ (self.B.T @ S))
-
-    def residual(self, S: Extended) -> Extended:
-        """A^T S + S A - S B R^-1 B^T S + Q."""
-        flow, pull = self.A.T @ S, self.B.T @ S
-        return np.asarray(flow + flow.T - pull.T @ self.R_inverse @ pull + self.Q)
-
-    def relative_residual(self, S: Extended) -> float:
-        """The largest entry of the residual over the sum of the sizes of its terms."""
-        flow, pull = self.A.T @ S, self.B.T @ S
-        gain = pull.T @ self.R_inverse @ pull
-        size = 2 * np.max(np.abs(flow)) + np.max(np.abs(gain)) + np.max(np.abs(self.Q))
-        return float(np.max(np.abs(self.residual(S))) / size)
-
-
-def _first(A: Vector, B: Vector, Q: Vector, R: Vector) -> Vector:
-    """A stabilising start; the refinement needs no more."""
-    try:
-        S = doubled(A, B @ solve(R, B.T), Q)
-        if np.all(np.linalg.eigvals(A - B @ solve(R, B.T @ S)).real < 0):
-            return S
-    except np.linalg.LinAlgError:
-        pass
+def _by_schur(A: Vector, B: Vector, Q: Vector, R: Vector) -> Vector:
     try:
         return np.asarray(solve_continuous_are(A, B, Q, R), dtype=float)
     except (np.linalg.LinAlgError, ValueError):
         # SciPy judges its own result and gives up early.
+        pass
+    try:
         return ordered_schur(A, B, Q, R)
+    except np.linalg.LinAlgError:
+        return np.full_like(Q, np.nan)
 
 
 def ordered_schur(A: Vector, B: Vector, Q: Vector, R: Vector) -> Vector:
@@ -247,9 +222,12 @@ def ordered_schur(A: Vector, B: Vector, Q: Vector, R: Vector) -> Vector:
 
 
 def _demand_detectable(A: Vector, Q: Vector) -> None:
-    """Refuse a Q that does not see a mode on the imaginary axis: no cost, so no gain, would ever damp it."""
-    if np.linalg.eigvalsh(Q)[0] > UNSEEN * np.max(np.abs(Q)):
-        return
+    """Refuse Qs that do not see a mode on the imaginary axis: no cost, so no gain, would ever damp it."""
+    for k in np.flatnonzero(~(np.linalg.eigvalsh(Q)[:, 0] > UNSEEN * largest(Q))):
+        _demand_sight(A[k], Q[k])
+
+
+def _demand_sight(A: Vector, Q: Vector) -> None:
     values = spectrum(A)
     size, weights = float(np.max(np.abs(values), initial=0.0)) or 1.0, Q / np.max(np.abs(Q))
     for value in values[np.abs(values.real) <= 1e-6 * size]:

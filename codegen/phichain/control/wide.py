@@ -42,6 +42,10 @@ class Wide(Held):
         """The transpose."""
         return Wide(self.high.T, self.low.T)
 
+    def swapaxes(self, first: int, second: int) -> Wide:
+        """Two axes exchanged, as an array does it."""
+        return Wide(self.high.swapaxes(first, second), self.low.swapaxes(first, second))
+
     def __getitem__(self, key: object) -> Wide:
         return Wide(self.high[key], self.low[key])  # type: ignore[call-overload]
 
