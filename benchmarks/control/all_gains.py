@@ -23,20 +23,23 @@ REACH = {2: "1", 5: "1", 8: "1"}
 def race(links: int, run: plan.Plan) -> Work:
     """All equilibria of one chain; errors are residuals of the Riccati equation over its largest term, the worst of all."""
     from phichain import build
-    from phichain.control import lqr
+    from phichain.control import lqr, regulators
     from phichain.scene import scene_from_dict
 
     want = ("forward_dynamics", "linearization")
     system = build(scene_from_dict(scene_table(spatial_chain(links), want)))
     every = list(product((1, -1), repeat=links))
-    found = [lqr(system, s) for s in every]
+    found = regulators(system, every)
     weights = [(g.A, g.B, g.Q, g.R) for g in found]
 
     def worst(solutions: Sequence[Array]) -> float:
         return max(residual(*w, S) for w, S in zip(weights, solutions, strict=True))
 
     def ours() -> Runner:
-        return Runner("phichain lqr", lambda: [lqr(system, s) for s in every], worst([g.S for g in found]), "ours")
+        return Runner("phichain regulators", lambda: regulators(system, every), worst([g.S for g in found]), "ours")
+
+    def singly() -> Runner:
+        return Runner("phichain lqr, one by one", lambda: [lqr(system, s) for s in every], worst([g.S for g in found]), "ours")
 
     def by(who: str, solve: Callable[..., Array]) -> Runner:
         return Runner(who, lambda: [solve(*w) for w in weights], worst([solve(*w) for w in weights]))
@@ -50,7 +53,7 @@ def race(links: int, run: plan.Plan) -> Work:
         care = present.module("control").care
         return by("python-control care", lambda *w: np.asarray(care(*w)[0]))
 
-    makers: list[tuple[str, Maker]] = [("phichain", ours), ("SciPy", scipy), ("python-control", control)]
+    makers: list[tuple[str, Maker]] = [("phichain", ours), ("phichain lqr", singly), ("SciPy", scipy), ("python-control", control)]
     return contest(f"n = {links}: {len(every)} equilibria", makers, min(run.rounds, 9), 2 * run.budget, "s", REACH[links])
 
 

@@ -25,7 +25,7 @@ def test_the_two_planes_are_one_problem(monkeypatch: pytest.MonkeyPatch) -> None
     solved = []
     monkeypatch.setattr(module, "_refined", lambda *part, refined=module._refined: solved.append(part[0].shape) or refined(*part))
     gains = lqr(PAPER_B, (1, -1, -1, 1, -1))
-    assert solved == [(12, 12)]
+    assert solved == [(1, 12, 12)]
     first, second = gains.K[0].reshape(2, 6, 2), gains.K[1].reshape(2, 6, 2)
     assert np.array_equal(first[:, 0, 0], second[:, 0, 1])
     assert np.array_equal(first[:, 1:, 1], -second[:, 1:, 0])
@@ -34,10 +34,10 @@ def test_the_two_planes_are_one_problem(monkeypatch: pytest.MonkeyPatch) -> None
     weights[2] = 3.0
     solved.clear()
     other = lqr(PAPER_B, (1, -1, -1, 1, -1), Q=weights)
-    assert solved == [(12, 12)] * 2 and np.array_equal(other.K[0], gains.K[0])
+    assert solved == [(1, 12, 12)] * 2 and np.array_equal(other.K[0], gains.K[0])
     solved.clear()
     lqr(PAPER_B, Q=np.ones((24, 24)) + np.eye(24))
-    assert solved == [(24, 24)]
+    assert solved == [(1, 24, 24)]
 
 
 @given(arrays(float, (4, 4), elements=st.floats(-2, 2)), st.permutations(range(8)), st.lists(st.sampled_from([1.0, -1.0]), min_size=8, max_size=8))
@@ -49,20 +49,20 @@ def test_blocks_are_found_under_any_order_and_signs(inner, order, signs) -> None
     order = [k for k in order if k < 4] + [k for k in order if k >= 4]
     turn = np.diag(signs)
     mixed, force = (turn @ A @ turn)[np.ix_(order, order)], (turn @ B)[order]
-    found = blocks((mixed,), force)
+    ((_, found),) = blocks((mixed[None],), force[None])
     assert sorted(len(block.states) for block in found) == [4, 4]
     for block in found:
         positions = np.array(order)[block.states] % 4
         back = np.argsort(positions)
-        square, across = block.square(mixed)[np.ix_(back, back)], block.across(force)[back]
+        square, across = block.square(mixed)[0][np.ix_(back, back)], block.across(force)[0][back]
         assert np.array_equal(np.abs(square), np.abs(chain)) and np.array_equal(np.abs(across), np.abs(drive))
         assert np.array_equal(np.diag(square), np.diag(chain))
 
 
 def test_parts_without_an_input_stay_with_the_whole() -> None:
     A = np.diag([-1.0, -2.0, -3.0])
-    (block,) = blocks((A,), np.array([[1.0], [1.0], [0.0]]))
-    assert block.states.tolist() == [0, 1, 2] and block.square(A).tolist() == A.tolist()
+    ((_, (block,)),) = blocks((A[None],), np.array([[[1.0], [1.0], [0.0]]]))
+    assert block.states.tolist() == [0, 1, 2] and block.square(A)[0].tolist() == A.tolist()
     found = riccati(A, np.array([[1.0], [1.0], [0.0]]), np.eye(3), np.eye(1))
     assert found.S[2, 2] == pytest.approx(1 / 6) and found.K[0, 2] == 0
 
@@ -106,12 +106,12 @@ def test_fourteen_upright_links_need_twice_the_digits() -> None:
 def test_twice_the_digits_agree_with_doubles_where_these_serve() -> None:
     gains = lqr(planar([0.1] * 3, [0.1] * 3, cart_mass=0.5, actuated="cart"), (-1, -1, 1))
     A, B, Q, R = gains.A, gains.B, gains.Q, gains.R
-    extended = module._Extended.of(A, B, Q, R)
+    extended = module.Equations.of(A[None], B[None], Q[None], R[None])
     precise = module._in_twice_the_digits(extended, A, B, Q, R)
     assert np.max(np.abs(precise.K - gains.K)) < 1e-14 * np.max(np.abs(gains.K))
     assert np.allclose(precise.poles, gains.poles, rtol=1e-10)
     schur = ordered_schur(A, B, Q, R)
-    assert np.allclose(doubled(A, B @ B.T, Q), schur, rtol=1e-8, atol=1e-8 * np.max(schur))
+    assert np.allclose(doubled(A[None], (B @ B.T)[None], Q[None])[0], schur, rtol=1e-8, atol=1e-8 * np.max(schur))
 
 
 def exactly(value: Wide) -> list[list[mpmath.mpf]]:

@@ -20,7 +20,6 @@ from phichain.records import Held
 from phichain.system import Vector
 
 Indices = NDArray[np.intp]
-Tree = tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +37,10 @@ class Block(Held):
     inputs: Indices
     state_signs: Vector
     input_signs: Vector
+
+    def only(self, items: list[int]) -> Block:
+        """The same of some of the stack."""
+        return Block(self.states, self.inputs, self.state_signs[items], self.input_signs[items])
 
     def square(self, matrix: Vector) -> Vector:
         """Its part of matrices over the states, in canonical signs."""
@@ -119,16 +122,17 @@ def alike(states: Sequence[Vector], across: Vector, inputs: Vector | None = None
             matrices = [block.square(matrix[items] if matrix.ndim > 2 else matrix) for matrix in states]
             over = () if inputs is None else (block.over_inputs(inputs),)
             parts.append((*matrices, block.across(across[items]), *over))
-        firsts = _firsts(parts)
-        for row in np.unique(firsts, axis=0):
-            these = np.flatnonzero(np.all(firsts == row, axis=1))
-            distinct = sorted(set(row.tolist()))
+        rows: dict[tuple[int, ...], list[int]] = {}
+        for k, row in enumerate(_firsts(parts).tolist()):
+            rows.setdefault(tuple(row), []).append(k)
+        for members, these in rows.items():
+            distinct = sorted(set(members))
             groups.append(
                 Alike(
                     items[these],
-                    tuple(Block(b.states, b.inputs, b.state_signs[these], b.input_signs[these]) for b in found),
+                    tuple(block.only(these) for block in found),
                     tuple(tuple(matrix[these] for matrix in parts[k]) for k in distinct),
-                    tuple(distinct.index(k) for k in row.tolist()),
+                    tuple(distinct.index(k) for k in members),
                 )
             )
     return groups
@@ -147,37 +151,56 @@ def _firsts(parts: Sequence[tuple[Vector, ...]]) -> Indices:
 
 
 def _components(pattern: bytes, edges: Vector, n: int) -> tuple[Block, ...]:
-    count, size, _ = edges.shape
-    trees = _trees(pattern, size)
-    if any(tree[0][0] >= n or max(tree)[0] < n for tree in trees):
-        return (Block(np.arange(n), np.arange(size - n), np.ones((count, n)), np.ones((count, size - n))),)
-    return tuple(_block(tree, edges, n) for tree in trees)
+    """The components of graphs of one pattern, with the signs that make the edges of their trees positive."""
+    found = []
+    for tree in _trees(pattern, edges.shape[1], n):
+        # A node's sign changes with every edge below zero on its way from the root.
+        turns = (edges[:, tree.parents, tree.children] < 0) @ tree.ways % 2
+        signs = 1.0 - 2.0 * turns
+        found.append(Block(tree.states, tree.inputs, signs[:, : len(tree.states)], signs[:, len(tree.states) :]))
+    return tuple(found)
 
 
-def _block(tree: Tree, edges: Vector, n: int) -> Block:
-    """One component with the signs that make the edges of its tree positive."""
-    signs = np.ones(edges.shape[:2])
-    for node, parent in tree[1:]:
-        signs[:, node] = np.where(edges[:, parent, node] > 0, signs[:, parent], -signs[:, parent])
-    nodes = sorted(node for node, _ in tree)
-    states, inputs = (np.array([k for k in nodes if (k < n) == inner]) for inner in (True, False))
-    return Block(states, inputs - n, signs[:, states], signs[:, inputs])
+@dataclass(frozen=True, eq=False)
+class _Tree(Held):
+    """A spanning tree of one component: its states and inputs, its edges, and which of these lead to each of its nodes."""
+
+    states: Indices
+    inputs: Indices
+    parents: Indices
+    children: Indices
+    ways: NDArray[np.float64]
 
 
 @lru_cache(maxsize=64)
-def _trees(pattern: bytes, size: int) -> tuple[Tree, ...]:
-    """A spanning tree of each component of a symmetric pattern, breadth first: (node, its parent) from the first node on."""
+def _trees(pattern: bytes, size: int, n: int) -> tuple[_Tree, ...]:
+    """The components of a symmetric pattern, the first n nodes of which are states."""
     joined = np.frombuffer(pattern, dtype=bool).reshape(size, size)
     seen: set[int] = set()
-    trees = []
+    found = []
     for start in range(size):
         if start in seen:
             continue
-        tree = [(start, start)]
         seen.add(start)
-        for node, _ in tree:
-            new = [k for k in np.flatnonzero(joined[node]).tolist() if k not in seen]
-            seen.update(new)
-            tree.extend((k, node) for k in new)
-        trees.append(tuple(tree))
-    return tuple(trees)
+        ways: dict[int, tuple[int, ...]] = {start: ()}
+        edges: list[tuple[int, int]] = []
+        for node in (order := [start]):
+            for child in np.flatnonzero(joined[node]).tolist():
+                if child not in seen:
+                    seen.add(child)
+                    order.append(child)
+                    ways[child] = (*ways[node], len(edges))
+                    edges.append((node, child))
+        found.append(_tree(ways, edges, n))
+    if any(not (len(tree.states) and len(tree.inputs)) for tree in found):
+        # What has no input, or no state, stays with the whole.
+        return (_tree({node: () for node in range(size)}, [], n),)
+    return tuple(found)
+
+
+def _tree(ways: dict[int, tuple[int, ...]], edges: list[tuple[int, int]], n: int) -> _Tree:
+    nodes = sorted(ways)
+    leads = np.array([[float(edge in ways[node]) for node in nodes] for edge in range(len(edges))])
+    parents, children = np.array(edges, dtype=np.intp).reshape(-1, 2).T
+    states, inputs = (np.array([k for k in nodes if (k < n) == inner], dtype=np.intp) for inner in (True, False))
+    return _Tree(states, inputs - n, parents, children, leads.reshape(len(edges), len(nodes)))
