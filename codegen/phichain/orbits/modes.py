@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.linalg import eigh
 
 from phichain.errors import ConvergenceError, UnsupportedError
+from phichain.orbits.factored import factored_modes
 from phichain.records import Held
 from phichain.system import Parameters, System, Vector
 
@@ -29,7 +32,9 @@ class LinearModes(Held):
 
 
 def linear_modes(system: System, p: Parameters | None = None) -> LinearModes:
-    """Linear modes from Phi's Jacobian at rest: dPhi/dA = K - omega^2 M there, exactly.
+    """Linear modes from the chain's numbers, or from Phi's Jacobian at rest: dPhi/dA = K - omega^2 M there, exactly.
+
+    The numbers serve where they are known and the chain hangs stably; their frequencies are right to the last digits.
 
     Raises:
         AbsentFunctionError: The system has no `phi_jacobian`.
@@ -43,8 +48,14 @@ def linear_modes(system: System, p: Parameters | None = None) -> LinearModes:
             "a spatial chain has no scalar amplitudes",
             "use a planar scene, or shooting",
         )
-    slope, still = system.function("phi_jacobian"), np.zeros(system.nq)
-    parameters = system.parameters(p)
+    slope = system.function("phi_jacobian")
+    if (factored := factored_modes(system, p)) is not None:
+        return LinearModes(factored[0], _normalised(system, factored[1]))
+    return _of_jacobian(system, slope, system.parameters(p))
+
+
+def _of_jacobian(system: System, slope: Callable[..., Any], parameters: dict[str, Any]) -> LinearModes:
+    still = np.zeros(system.nq)
     stiffness = np.asarray(slope(still, 0.0, **parameters))[:, :-1]
     mass = (stiffness - np.asarray(slope(still, _FAST, **parameters))[:, :-1]) / _FAST**2
     try:

@@ -1,0 +1,110 @@
+"""Linear modes of a planar chain from factors of its inertia and stiffness, each frequency to its own last digits.
+
+With x the sideways places of the masses (and of the cart) and phi the links' angles, small oscillations about hanging have
+
+    T = x'^T W x' / 2,   V = |F phi|^2 / 2,   phi = C x,
+
+W the masses, F the roots of g mu_k at the links and of the springs at the joints. The frequencies are the singular values of
+F C W^(-1/2), every entry of which is a product of the scene's numbers or a sum without cancellation, so that it is right to
+the last digits. Rows and columns are scaled over decades where masses and springs are, and one-sided Jacobi rotations find
+the singular values of such a matrix to high relative accuracy, where an eigensolver loses the digits of the ratio of masses:
+a light mass above a heavy one disappears in the sums of the inertia matrix.
+
+Source: J. Demmel, M. Gu, S. Eisenstat, I. Slapnicar, K. Veselic, Z. Drmac, Computing the singular value decomposition with
+high relative accuracy, Linear Algebra Appl. 299 (1999) 21-80.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.lapack import dgejsv
+
+from phichain.records import Held
+from phichain.system import Parameters, System, Vector
+from phichain.system.angles import scene_angles
+
+_SCALED = 2
+"""LAPACK's JOBA = F: the accuracy is that of the matrix with scaled rows and columns."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chain(Held):
+    """A planar chain that hangs stably, in numbers.
+
+    Attributes:
+        mass: m_k (N,), positive.
+        length: l_k (N,), positive.
+        com: r_k (N,), positive.
+        cart: The cart's mass (1,), or nothing (0,).
+        weight: g mu_k (N,), not negative.
+        spring: k_k (N,), not negative; all of one of the two are positive.
+    """
+
+    mass: Vector
+    length: Vector
+    com: Vector
+    cart: Vector
+    weight: Vector
+    spring: Vector
+
+    @classmethod
+    def of(cls, system: System, p: Parameters | None) -> Chain | None:
+        """The chain of a planar system; None where its numbers are not known or it does not hang stably."""
+        # A number that is not known is none, and no comparison below holds for it.
+        mass, length, gravity = (system.number(name, p, np.nan) for name in ("mass", "length", "gravity"))
+        com, spring = system.number("com", p, np.nan), system.number("stiffness", p, 0.0)
+        cart = np.array([system.number("cart_mass", p, np.nan)] if system.cart_size else [])
+        mass, length, com, spring = (np.broadcast_to(part, system.links) for part in (mass, length, com, spring))
+        com = np.where(np.isnan(com), length, com)
+        beyond = np.append(np.cumsum(mass[:0:-1])[::-1], 0.0)
+        weight = gravity * (mass * com + length * beyond)
+        positive = all(np.all(values > 0) for values in (mass, length, com, cart))
+        held = np.all(weight > 0) or np.all(spring > 0)
+        if not (positive and held and np.all(weight >= 0) and np.all(spring >= 0)):
+            return None
+        return cls(mass, length, com, cart, weight, spring)
+
+    def angles(self) -> Vector:
+        """C (N, carts + N): the links' angles of sideways places of cart and masses.
+
+        With s_k the place of joint k, phi_k = (x_k - s_k) / r_k and s_(k+1) = (l_k x_k - (l_k - r_k) s_k) / r_k: no sum.
+        """
+        carts, links = len(self.cart), len(self.mass)
+        found, joint = np.zeros((links, carts + links)), np.zeros(carts + links)
+        joint[:carts] = 1.0
+        for k in range(links):
+            found[k] = -joint / self.com[k]
+            found[k, carts + k] = 1 / self.com[k]
+            joint = joint * ((self.com[k] - self.length[k]) / self.com[k])
+            joint[carts + k] = self.length[k] / self.com[k]
+        return found
+
+
+def factored_modes(system: System, p: Parameters | None = None) -> tuple[Vector, Vector] | None:
+    """Frequencies (k,), rad/s, rising, and shapes (nq, k) of a planar chain; None where `Chain.of` finds none."""
+    chain = Chain.of(system, p)
+    if chain is None:
+        return None
+    carts, links = len(chain.cart), len(chain.mass)
+    angles, roots = chain.angles(), np.sqrt(np.concatenate([chain.cart, chain.mass]))
+    bends = np.diff(angles, axis=0, prepend=0.0)
+    rows = np.vstack([np.sqrt(chain.weight)[:, None] * angles, np.sqrt(chain.spring)[:, None] * bends])
+    scaled, left, right, scale, _, failed = dgejsv(np.asfortranarray(rows / roots), joba=_SCALED)
+    if failed:
+        return None
+    omega = scaled * (scale[1] / scale[0])
+    # The last of a cart's is its free translation.
+    moving = np.arange(links)[::-1]
+    omega, left, right = omega[moving], left[:links, moving], right[:, moving]
+    places = right / roots[:, None]
+    phi = angles @ places
+    # Angles by their weight, phi = omega u / sqrt(g mu), where rounding hurts these less than those by the places.
+    heavy = chain.weight > 0
+    with np.errstate(divide="ignore"):
+        spread = np.where(heavy, 1 / np.sqrt(chain.weight), np.inf)[:, None] * omega
+    by_weight = spread < np.sum(np.abs(angles) / roots, axis=1)[:, None]
+    phi[by_weight] = (spread * left)[by_weight]
+    own = np.column_stack([scene_angles(system, column) for column in phi.T])
+    return omega, np.vstack([places[:carts], own])
