@@ -91,20 +91,13 @@ def factored_modes(system: System, p: Parameters | None = None) -> tuple[Vector,
     angles, roots = chain.angles(), np.sqrt(np.concatenate([chain.cart, chain.mass]))
     bends = np.diff(angles, axis=0, prepend=0.0)
     rows = np.vstack([np.sqrt(chain.weight)[:, None] * angles, np.sqrt(chain.spring)[:, None] * bends])
-    scaled, left, right, scale, _, failed = dgejsv(np.asfortranarray(rows / roots), joba=_SCALED)
+    scaled, _, right, scale, _, failed = dgejsv(np.asfortranarray(rows / roots), joba=_SCALED)
     if failed:
         return None
     omega = scaled * (scale[1] / scale[0])
     # The last of a cart's is its free translation.
     moving = np.arange(links)[::-1]
-    omega, left, right = omega[moving], left[:links, moving], right[:, moving]
-    places = right / roots[:, None]
+    places = right[:, moving] / roots[:, None]
     phi = angles @ places
-    # Angles by their weight, phi = omega u / sqrt(g mu), where rounding hurts these less than those by the places.
-    heavy = chain.weight > 0
-    with np.errstate(divide="ignore"):
-        spread = np.where(heavy, 1 / np.sqrt(chain.weight), np.inf)[:, None] * omega
-    by_weight = spread < np.sum(np.abs(angles) / roots, axis=1)[:, None]
-    phi[by_weight] = (spread * left)[by_weight]
     own = np.column_stack([scene_angles(system, column) for column in phi.T])
-    return omega, np.vstack([places[:carts], own])
+    return omega[moving], np.vstack([places[:carts], own])
