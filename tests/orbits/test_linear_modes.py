@@ -6,7 +6,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from phichain.orbits import linear_modes
+from phichain.errors import UnsupportedError
+from phichain.orbits import linear_modes, trace
 from phichain.orbits.modes import _of_jacobian
 from phichain.pipeline import build
 from phichain.scene import Scene
@@ -122,3 +123,11 @@ def test_runtime_numbers_and_both_routes_agree() -> None:
     lifted = p | {"gravity": -0.01}
     upwards = _of_jacobian(runtime, runtime.phi_jacobian, runtime.parameters(lifted))
     assert linear_modes(runtime, lifted).omega.tolist() == upwards.omega.tolist()
+
+
+def test_a_damped_scene_is_told_what_it_lacks() -> None:
+    """Not to ask for a function that it would be refused."""
+    damped = System("damped", "planar", "fixed", 2, 2, 2, 0, joints=Joints(damping=(0.1, 0.2)))
+    with pytest.raises(UnsupportedError, match="damping: .*no periodic motion.*leave the dampers out") as caught:
+        trace(damped)
+    assert "phi_jacobian" not in str(caught.value)

@@ -20,7 +20,7 @@ from phichain.control.weights import Spectrum, spectrum
 from phichain.errors import ControlError, UnsupportedError
 from phichain.records import Held
 from phichain.system import Parameters, System, Vector
-from phichain.system.vertical import Signs, check_signs, configuration
+from phichain.system.vertical import Signs, configuration
 
 MOST_LINKS = 16
 """2^16 equilibria are listed in one go; more would only fill memory."""

@@ -81,7 +81,8 @@ class Gains(Held):
         poles: Closed-loop eigenvalues (2m,), slowest first, 1/s.
         modes: Open-loop eigenvalues of the links, one of each pair (k,), 1/s.
         margins: Controllability margin of each of them (k,).
-        residual: Relative residual of the Riccati equation.
+        residual: Relative residual of the chain's Riccati equation: no less than the accuracy of A and B, which is that of
+            the type its functions compute in.
         iterations: Newton-Kleinman refinements.
         state_names: Names of z.
         input_names: Names of u.

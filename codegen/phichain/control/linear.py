@@ -87,8 +87,9 @@ def linearized(system: System, every: Sequence[Sequence[int]], p: Parameters | N
     D = parts[2].reshape(-1, m, m) if len(parts) > 2 else np.zeros_like(M)
     noise = float(np.finfo(np.float32 if system.real == "float" else np.float64).eps)
     names = _names(system)
-    rows = zip(signs, M, D, G, B, *_first_order(M, D, G, B), strict=True)
-    return [LinearSystem(s, *parts, system.cart_size, names, (A, drive), noise) for s, *parts, A, drive in rows]
+    first_order = zip(*_first_order(M, D, G, B), strict=True)
+    rows = zip(signs, M, D, G, B, first_order, strict=True)
+    return [LinearSystem(s, m, d, g, b, system.cart_size, names, first, noise) for s, m, d, g, b, first in rows]
 
 
 def _first_order(M: Vector, D: Vector, G: Vector, B: Vector) -> tuple[Vector, Vector]:

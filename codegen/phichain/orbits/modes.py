@@ -38,7 +38,7 @@ def linear_modes(system: System, p: Parameters | None = None) -> LinearModes:
 
     Raises:
         AbsentFunctionError: The system has no `phi_jacobian`.
-        UnsupportedError: The scene is spatial.
+        UnsupportedError: The scene is spatial or damped.
         ConvergenceError: M is not positive definite.
     """
     if not system.is_planar:
@@ -47,6 +47,14 @@ def linear_modes(system: System, p: Parameters | None = None) -> LinearModes:
             system.name,
             "a spatial chain has no scalar amplitudes",
             "use a planar scene, or shooting",
+        )
+    if system.joints.damping is not None and not system.has("phi_jacobian"):
+        # No function to ask for: a damped scene cannot have it.
+        raise UnsupportedError(
+            "damping",
+            system.joints.damping,
+            "damped links have no periodic motion, so no families of oscillations",
+            "leave the dampers out of the scene",
         )
     slope = system.function("phi_jacobian")
     if (factored := factored_modes(system, p)) is not None:

@@ -110,7 +110,7 @@ def trace(
 
     Raises:
         AbsentFunctionError: The system lacks `phi` or `phi_jacobian`.
-        UnsupportedError: The scene is spatial.
+        UnsupportedError: The scene is spatial or damped.
         ArrayError: No mode has that number.
         ToleranceError: Amplitudes not positive, or start not below the end.
         ConvergenceError: Newton did not reach the family.
