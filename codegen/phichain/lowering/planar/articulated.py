@@ -22,9 +22,9 @@ no factor in the usual case r = l / 2.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
-from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
 from phichain.lowering.link_units import LinkUnits
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import PlanarState, couples, from_absolute
@@ -35,7 +35,7 @@ _TIP_LINKS = 2
 
 
 @dataclass(frozen=True)
-class _Outer:
+class Outer:
     """The chain beyond a joint: inertia A, E / lambda, force b and k / lambda."""
 
     xx: Expr
@@ -47,14 +47,9 @@ class _Outer:
     minor_x: Expr
     minor_y: Expr
 
-    def scalars(self) -> dict[str, Expr]:
-        """The scalars by name; what is known to be zero stays a number and is not among them."""
-        named = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {name: value for name, value in named.items() if not value.is_zero}
-
 
 @dataclass(frozen=True)
-class _Factors:
+class Factors:
     """What takes the results of a link into the units of the link before."""
 
     mass: ArrayRef
@@ -84,7 +79,7 @@ def accelerations(
     builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None, a: ArrayRef
 ) -> None:
     """Write the accelerations [x'', theta''] into `a`."""
-    sweep = _Sweep(builder, scene, parameters, state, couples(builder, scene, parameters, state, u))
+    sweep = Sweep(builder, scene, parameters, state, couples(builder, scene, parameters, state, u))
     outer = sweep.inwards()
     base_y = builder.lift(0)
     if scene.has_cart:
@@ -93,10 +88,15 @@ def accelerations(
         a[0] = base_y * parameters.units.length
     else:
         sweep.pivot(outer, 0)
-    sweep.outwards(-parameters.gravity, base_y, a.shifted(int(scene.has_cart)))
+    alpha = builder.array("acceleration", scene.links)
+    inverse = 1 / parameters.length[0]
+    base = inverse * -parameters.gravity, inverse * base_y
+    with builder.loop("k", 0, scene.links) as loop:
+        sweep.outwards(alpha, loop, base, loop.index)
+    from_absolute(builder, scene, alpha, a.shifted(int(scene.has_cart)))
 
 
-class _Sweep:
+class Sweep:
     """The inward elimination and the outward substitution; work arrays carry one to the other."""
 
     def __init__(
@@ -110,30 +110,38 @@ class _Sweep:
             builder.array(name, scene.links) for name in ("free", "gain_x", "gain_y", "rate_squared")
         )
 
-    def inwards(self) -> _Outer:
+    def inwards(self) -> Outer:
         """The chain beyond the cart, or beyond link 0 of a chain on a fixed base, which passes nothing on."""
         links, last = self.scene.links, 0 if self.scene.has_cart else 1
-        outer = _Outer(*(self.builder.lift(0) for _ in fields(_Outer)))
         inner = max(links - _TIP_LINKS, last)
-        for k in range(links - 1, inner - 1, -1):
-            outer = self.eliminate(outer, k)
+        outer = self.beyond(inner)
         if inner == last:
             return outer
         with self.builder.loop("k", inner - 1, last - 1, -1) as loop:
-            carried = {name: loop.carry(f"outer_{name}", value) for name, value in self._scalars(outer).items()}
-            known = {field.name: self.builder.lift(0) for field in fields(_Outer)}
-            before = _Outer(**(known | carried))
-            after = self.eliminate(before, loop.index)
-            for name, value in carried.items():
-                loop.follow(value, getattr(after, name))
+            before = self.carried(loop, outer)
+            self.followed(loop, before, self.eliminate(before, loop.index))
         return before
 
-    def _scalars(self, outer: _Outer) -> dict[str, Expr]:
-        """What changes from link to link; E is zero throughout where every mass sits at its link's end."""
-        names = {field.name for field in fields(_Outer)} - ({"determinant"} if self.scene.tip_masses else set())
-        return {field.name: getattr(outer, field.name) for field in fields(_Outer) if field.name in names}
+    def beyond(self, k: int) -> Outer:
+        """Link k and all beyond it, seen from the link before, written out link by link."""
+        outer = Outer(*(self.builder.lift(0) for _ in fields(Outer)))
+        for link in range(self.scene.links - 1, k - 1, -1):
+            outer = self.eliminate(outer, link)
+        return outer
 
-    def pivot(self, outer: _Outer, k: Index) -> _Pivot:
+    def carried(self, loop: Loop, outer: Outer) -> Outer:
+        """The same as scalars that a loop carries; E is zero throughout where every mass sits at its link's end."""
+        kept = {"determinant"} if self.scene.tip_masses else set()
+        named = {field.name: getattr(outer, field.name) for field in fields(Outer) if field.name not in kept}
+        return replace(outer, **{name: loop.carry(f"outer_{name}", value) for name, value in named.items()})
+
+    def followed(self, loop: Loop, before: Outer, after: Outer) -> None:
+        """Say what they are on the next turn."""
+        for name in (field.name for field in fields(Outer)):
+            if name != "determinant" or not self.scene.tip_masses:
+                loop.follow(getattr(before, name), getattr(after, name))
+
+    def pivot(self, outer: Outer, k: Index) -> _Pivot:
         """Eliminate the rotation of link k: its tip accelerates by free - gain_x a_x - gain_y a_y along its tangent."""
         let = self.builder.let
         rate_squared = let("rate_squared", self.state.rate[k] * self.state.rate[k])
@@ -149,11 +157,11 @@ class _Sweep:
         self.gain_y[k] = self.units.overhang[k] * inverse
         return _Pivot(rate_squared, swing, drive, inverse, free, gain_x)
 
-    def eliminate(self, outer: _Outer, k: Index) -> _Outer:
+    def eliminate(self, outer: Outer, k: Index) -> Outer:
         """Link k and all beyond it, seen from the link before."""
         return self._turned(self._with_link(outer, self.pivot(outer, k), k), k)
 
-    def _with_link(self, outer: _Outer, pivot: _Pivot, k: Index) -> _Outer:
+    def _with_link(self, outer: Outer, pivot: _Pivot, k: Index) -> Outer:
         """Link k and all beyond it in the frame of link k, in units of the link before."""
         let, factors = self.builder.let, self.factors
         leverage, overhang = self.units.leverage[k], self.units.overhang[k]
@@ -166,7 +174,7 @@ class _Sweep:
         force_y = let("link_force_y", drive + overhang * pivot.free)
         minor_x = (shared - overhang * (rate_squared * across)) * inverse
         minor_y = (drive * along - overhang * (outer.minor_y + pivot.swing)) * inverse
-        return _Outer(
+        return Outer(
             xx=let("link_xx", factors.axial[k] + factors.mass[k] * axial),
             xy=-(factors.skew[k] * pivot.gain_x),
             yy=let("link_yy", factors.lever[k] * (outer.yy * inverse)),
@@ -177,12 +185,12 @@ class _Sweep:
             minor_y=let("link_minor_y", factors.minor_force[k] * force_y + factors.minor[k] * minor_y),
         )
 
-    def _turned(self, link: _Outer, k: Index) -> _Outer:
+    def _turned(self, link: Outer, k: Index) -> Outer:
         """The same in the frame of the link before; determinants do not change."""
         let, sine, cosine = self.builder.let, self.sine[k], self.cosine[k]
         shear = let("shear", sine * (link.xx - link.yy) + cosine * (link.xy + link.xy))
         lean = let("lean", sine * shear)
-        return _Outer(
+        return Outer(
             xx=let("outer_xx", link.xx - lean),
             xy=let("outer_xy", cosine * shear - link.xy),
             yy=let("outer_yy", link.yy + lean),
@@ -193,37 +201,38 @@ class _Sweep:
             minor_y=let("outer_minor_y", sine * link.minor_x + cosine * link.minor_y),
         )
 
-    def cart_acceleration(self, outer: _Outer, force: Expr) -> Expr:
+    def cart_acceleration(self, outer: Outer, force: Expr) -> Expr:
         """(m_c + A_yy) x'' = u - b_y + g A_xy, in the units of the scene's parameters."""
         parameters, unit = self.parameters, self.units.mass_unit[0]
         push = force + parameters.gravity * (unit * outer.xy) - (unit * parameters.length[0]) * outer.force_y
         return self.builder.let("cart_acceleration", push / (parameters.cart_mass + unit * outer.yy))
 
-    def outwards(self, base_x: Expr, base_y: Expr, theta_ddot: ArrayRef) -> None:
-        """From the base's acceleration to all others, in units of each link's length."""
-        builder, let = self.builder, self.builder.let
-        alpha = builder.array("acceleration", self.scene.links)
-        inverse = 1 / self.parameters.length[0]
-        with builder.loop("k", 0, self.scene.links) as loop:
-            k = loop.index
-            carried_x, carried_y = loop.carry("base_x", inverse * base_x), loop.carry("base_y", inverse * base_y)
-            before_x, before_y = self.units.outward[k] * carried_x, self.units.outward[k] * carried_y
-            joint_x = let("joint_x", self.cosine[k] * before_x + self.sine[k] * before_y)
-            joint_y = let("joint_y", self.cosine[k] * before_y - self.sine[k] * before_x)
-            tip_y = let("tip_y", self.free[k] - self.gain_x[k] * joint_x - self.gain_y[k] * joint_y)
-            alpha[k] = tip_y - joint_y
-            loop.follow(carried_x, joint_x - self.rate_squared[k])
-            loop.follow(carried_y, tip_y)
-        from_absolute(builder, self.scene, alpha, theta_ddot)
+    def outwards(self, alpha: ArrayRef, loop: Loop, base: tuple[Expr, Expr], k: Index) -> tuple[Expr, Expr]:
+        """One turn from a joint's acceleration to the next, in units of each link's length; what the turn begins with."""
+        carried_x, carried_y = loop.carry("base_x", base[0]), loop.carry("base_y", base[1])
+        following = self.outer_end(alpha, (carried_x, carried_y), k)
+        loop.follow(carried_x, following[0])
+        loop.follow(carried_y, following[1])
+        return carried_x, carried_y
+
+    def outer_end(self, alpha: ArrayRef, base: tuple[Expr, Expr], k: Index) -> tuple[Expr, Expr]:
+        """The acceleration of link k, written into `alpha`, and of its outer end."""
+        let = self.builder.let
+        before_x, before_y = self.units.outward[k] * base[0], self.units.outward[k] * base[1]
+        joint_x = let("joint_x", self.cosine[k] * before_x + self.sine[k] * before_y)
+        joint_y = let("joint_y", self.cosine[k] * before_y - self.sine[k] * before_x)
+        tip_y = let("tip_y", self.free[k] - self.gain_x[k] * joint_x - self.gain_y[k] * joint_y)
+        alpha[k] = tip_y - joint_y
+        return joint_x - self.rate_squared[k], tip_y
 
 
-def _factors(units: LinkUnits) -> _Factors:
+def _factors(units: LinkUnits) -> Factors:
     product = units.product
     skew = product("skew_step", units.mass, units.overhang)
     force = product("force_step", units.mass, units.length)
     determinant = product("determinant_step", units.mass, units.mass, units.leverage_step)
     minor = product("minor_step", determinant, units.length)
-    return _Factors(
+    return Factors(
         mass=units.mass,
         axial=product("axial_step", units.mass, units.leverage, units.leverage),
         skew=skew,
