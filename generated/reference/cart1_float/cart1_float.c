@@ -107,6 +107,21 @@ static void cart1_float_sincos(const int n, const cart1_float_real *CART1_FLOAT_
 }
 #endif
 
+/* 2 numbers side by side, at once where the processor has vectors: a vector read from numbers that were
+ * written one by one waits until they have reached memory. */
+static void cart1_float_write_2(cart1_float_real *at, const cart1_float_real x0, const cart1_float_real x1)
+{
+#if defined(__GNUC__) && (defined(__SSE2__) || defined(__aarch64__))
+    typedef cart1_float_real together __attribute__((vector_size(2 * sizeof(cart1_float_real)), may_alias,
+        aligned(sizeof(cart1_float_real))));
+    const together value = {x0, x1};
+    *(together *)at = value;
+#else
+    at[0] = x0;
+    at[1] = x1;
+#endif
+}
+
 /* Accelerations: the equations of motion solved.
  *
  * Quantities (docs/theory.md, section 5):
@@ -257,7 +272,8 @@ void cart1_float_step(const cart1_float_params *p, const cart1_float_real h, con
     const cart1_float_real t5 = p->mass[0] / t4;
     const cart1_float_real t6 = 0.5F * h;
     const cart1_float_real t7 = q[1] + t6 * v[1];
-    const cart1_float_real angle[2] = {q[1], t7};
+    cart1_float_real angle[2];
+    cart1_float_write_2(angle, q[1], t7);
     cart1_float_real sine[2], cosine[2];
     cart1_float_sincos(2, angle, sine, cosine);
 
@@ -288,7 +304,8 @@ void cart1_float_step(const cart1_float_params *p, const cart1_float_real h, con
     const cart1_float_real t20 = q[1] + t6 * t15;
     const cart1_float_real t21 = v[1] - t6 * t19;
     const cart1_float_real t22 = q[1] + h * t21;
-    const cart1_float_real angle_2[2] = {t20, t22};
+    cart1_float_real angle_2[2];
+    cart1_float_write_2(angle_2, t20, t22);
     cart1_float_real sine_2[2], cosine_2[2];
     cart1_float_sincos(2, angle_2, sine_2, cosine_2);
 

@@ -32,49 +32,14 @@ kappa F, D gains kappa W_xx. Carried are lambda^2 F and lambda h.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from fractions import Fraction
-from math import inf
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.articulated import Outer, Sweep
+from phichain.lowering.planar.base_side import steps, weight
 from phichain.lowering.planar.joints import PlanarState, couples, from_absolute
 from phichain.scene import Scene
-
-#: Fewer links are done sooner from the tip alone.
-_FEWEST_LINKS = 5
-#: Couples on a chain with l/r spread further than this need the sweep from the tip alone.
-_LARGEST_LEVERAGE_SPREAD = 16
-#: Couples on masses spread further than this need kappa.
-_LARGEST_MASS_SPREAD = 100
-
-
-def suits(scene: Scene) -> bool:
-    """Whether this form is the faster one and as accurate: chains of some length, with couples only on links of like l/r."""
-    if scene.links < _FEWEST_LINKS:
-        return False
-    return not _is_driven(scene) or scene.tip_masses or _leverage_spread(scene) <= _LARGEST_LEVERAGE_SPREAD
-
-
-def _is_driven(scene: Scene) -> bool:
-    """Whether forces or couples other than gravity act on links or cart."""
-    return bool(scene.nu) or scene.stiffness is not None or scene.damping is not None
-
-
-def _leverage_spread(scene: Scene) -> Fraction | float:
-    if isinstance(scene.length, str) or isinstance(scene.com, str) or scene.com is None:
-        return inf
-    leverage = [Fraction(length) / Fraction(com) for length, com in zip(scene.length, scene.com, strict=True)]
-    return max(leverage) / min(leverage)
-
-
-def _mass_spread(scene: Scene) -> Fraction | float:
-    if isinstance(scene.mass, str) or isinstance(scene.cart_mass, str):
-        return inf
-    known = [Fraction(mass) for mass in (*scene.mass, *([] if scene.cart_mass is None else [scene.cart_mass]))]
-    return max(known) / min(known)
 
 
 @dataclass(frozen=True)
@@ -107,7 +72,12 @@ class _Met:
 
 
 def accelerations(
-    builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None, a: ArrayRef
+    builder: Builder,
+    scene: Scene,
+    parameters: Parameters,
+    state: PlanarState,
+    u: ArrayRef | None,
+    a: ArrayRef,
 ) -> None:
     """Write the accelerations [x'', theta''] into `a`."""
     sweep = Sweep(builder, scene, parameters, state, couples(builder, scene, parameters, state, u))
@@ -152,7 +122,9 @@ def _met(sweep: Sweep, inner: _Inner, outer: Outer, k: int) -> _Met:
     y = inner.drift_y - inner.xy * force_x - inner.yy * force_y + still_y
     unit = mass * length * inverse
     scale = length * inverse
-    return _Met(let("met_force_x", unit * met_x), unit * met_y, let("met_x", scale * x), let("met_y", scale * y))
+    return _Met(
+        let("met_force_x", unit * met_x), unit * met_y, let("met_x", scale * x), let("met_y", scale * y)
+    )
 
 
 class _BaseSide:
@@ -160,9 +132,9 @@ class _BaseSide:
 
     def __init__(self, sweep: Sweep, links: int) -> None:
         self.sweep, self.links, self.builder, self.units = sweep, links, sweep.builder, sweep.units
-        self.steps = _steps(sweep)
-        self.weight = _weight(sweep)
-        names = ("yield", "reach", "coupling_skew", "rest", "rest_force", "rest_end", "rest_push", "drive")
+        self.steps = steps(sweep, links)
+        self.weight = weight(sweep, links)
+        names = ("yield", "reach", "coupling_skew", "rest", "rest_force", "rest_across", "rest_push", "drive")
         self.kept = {name: self.builder.array(f"base_{name}", links) for name in names}
 
     def beginning(self, force: Expr) -> _Inner:
@@ -215,7 +187,11 @@ class _BaseSide:
         end_x = let("end_x", end_x - leverage * drive * skew)
         end_y = drive - overhang * ((free - leverage * drive * across) * inverse)
         minor_x = inner.minor_x - rate_squared * (overhang * across + inner.yy)
-        minor_x = leverage * end_x + steps.overhang_squared[k] * (minor_x * inverse) + steps.lever[k] * (drive * skew)
+        minor_x = (
+            leverage * end_x
+            + steps.overhang_squared[k] * (minor_x * inverse)
+            + steps.lever[k] * (drive * skew)
+        )
         minor_y = overhang * (inner.minor_y + leverage * swing - drive * inner.determinant)
         minor_y = (drive * (leverage * inner.xx) - minor_y) * inverse
         determinant = (along + steps.overhang_squared[k] * inner.determinant) * inverse
@@ -239,7 +215,7 @@ class _BaseSide:
             across = across + self.weight.determinant[k] * inner.determinant
         rest = let("inverse_rest", 1 / (pivot + self.steps.overhang_squared[k] * across))
         kept["rest"][k], kept["rest_push"][k] = rest * inner.xy, rest * push
-        kept["rest_end"][k], kept["rest_force"][k] = rest * across, rest * pivot
+        kept["rest_across"][k], kept["rest_force"][k] = rest * across, rest * pivot
         kept["yield"][k], kept["coupling_skew"][k] = inverse, self.steps.leverage_squared[k] * skew
         kept["reach"][k] = leverage * (leverage * inner.drift_x - rate_squared) * inverse
 
@@ -248,7 +224,12 @@ class _BaseSide:
         sweep, links, scene = self.sweep, self.links, self.sweep.scene
         with self.builder.loop("i", 0, links) as loop:
             outer = sweep.outwards(alpha, loop, (met.x, met.y), loop.index + links)
-            inner = _Met(loop.carry("force_x", met.x_force), met.y_force, loop.carry("end_x", met.x), loop.carry("end_y", met.y))
+            inner = _Met(
+                loop.carry("force_x", met.x_force),
+                met.y_force,
+                loop.carry("end_x", met.x),
+                loop.carry("end_y", met.y),
+            )
             if scene.has_cart:
                 inner = replace(inner, y_force=loop.carry("force_y", met.y_force))
             before = self._back(inner, alpha, links - 1 - loop.index)
@@ -272,69 +253,20 @@ class _BaseSide:
         joint_x = let("inner_x", end.x + sweep.rate_squared[k])
         pull = end.x_force if self.weight is None else end.x_force - self.weight.own[k] * joint_x
         rest = let("rest", kept["rest_push"] - kept["rest"] * pull)
-        joint_y = let("inner_y", rest - kept["rest_end"] * push)
+        joint_y = let("inner_y", rest - kept["rest_across"] * push)
         alpha[k] = end.y - joint_y
         force_y = let("inner_force_y", steps.overhang_squared[k] * rest + kept["rest_force"] * push)
-        force_x = let("inner_force_x", kept["yield"] * end.x_force + kept["reach"] - kept["coupling_skew"] * force_y)
-        sine, cosine, length, unit = sweep.sine[k], sweep.cosine[k], self.units.length[k], sweep.factors.force[k]
+        force_x = let(
+            "inner_force_x", kept["yield"] * end.x_force + kept["reach"] - kept["coupling_skew"] * force_y
+        )
+        sine, cosine, length, unit = (
+            sweep.sine[k],
+            sweep.cosine[k],
+            self.units.length[k],
+            sweep.factors.force[k],
+        )
         return _Met(
             let("end_force_x", unit * (cosine * force_x - sine * force_y)), unit * (sine * force_x + cosine * force_y),
             let("inner_end_x", length * (cosine * joint_x - sine * joint_y)),
             let("inner_end_y", length * (sine * joint_x + cosine * joint_y)),
         )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class _Steps:
-    """Numbers of each link on the base's side, and what takes its results into the units of the next link."""
-
-    leverage_squared: ArrayRef
-    overhang_squared: ArrayRef
-    lever: ArrayRef
-    mass: ArrayRef
-    length: ArrayRef
-    skew: ArrayRef
-    levered: ArrayRef
-    determinant: ArrayRef
-    minor: ArrayRef
-
-
-def _steps(sweep: Sweep) -> _Steps:
-    units, derived, links = sweep.units, sweep.parameters.derived, sweep.scene.links
-    leverage, overhang, mass, length, ratio = units.leverage, units.overhang, units.mass, units.outward, units.leverage_step
-
-    def next_ones(name: str, entry: Callable[[Index], Expr]) -> ArrayRef:
-        return derived(name, entry, links - 1)
-
-    minor = next_ones("next_minor", lambda k: mass[k + 1] * length[k + 1] * ratio[k + 1])
-    return _Steps(
-        leverage_squared=derived("leverage_squared", lambda k: leverage[k] * leverage[k]),
-        overhang_squared=derived("overhang_squared", lambda k: overhang[k] * overhang[k]),
-        lever=derived("lever", lambda k: leverage[k] * overhang[k]),
-        mass=mass.shifted(1),
-        length=length.shifted(1),
-        skew=next_ones("next_skew", lambda k: mass[k + 1] * overhang[k]),
-        levered=next_ones("next_lever", lambda k: mass[k + 1] * overhang[k] * overhang[k]),
-        determinant=next_ones("next_determinant", lambda k: mass[k + 1] * mass[k + 1] * ratio[k + 1] * ratio[k + 1]),
-        minor=minor,
-    )
-
-
-@dataclass(frozen=True)
-class _Weight:
-    """kappa, kappa / lambda and kappa / lambda^2 of each link but the last."""
-
-    own: ArrayRef
-    minor: ArrayRef
-    determinant: ArrayRef
-
-
-def _weight(sweep: Sweep) -> _Weight | None:
-    """None where nothing needs it."""
-    scene, parameters, units = sweep.scene, sweep.parameters, sweep.units
-    if not _is_driven(scene) or _mass_spread(scene) <= _LARGEST_MASS_SPREAD:
-        return None
-    leverage, count = units.leverage, scene.links - 1
-    own = parameters.derived("counterweight", lambda k: parameters.mass[k + 1] / units.mass_unit[k], count)
-    minor = parameters.derived("minor_counterweight", lambda k: own[k] / leverage[k], count)
-    return _Weight(own, minor, parameters.derived("determinant_counterweight", lambda k: minor[k] / leverage[k], count))
