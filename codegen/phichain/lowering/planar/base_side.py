@@ -104,9 +104,9 @@ def weight(sweep: Sweep, count: int) -> Weight | None:
     scene, parameters, units = sweep.scene, sweep.parameters, sweep.units
     if not _is_driven(scene) or _mass_spread(scene) <= _LARGEST_MASS_SPREAD:
         return None
-    leverage = units.leverage
-    own = parameters.derived("counterweight", lambda k: parameters.mass[k + 1] / units.mass_unit[k], count)
-    minor = parameters.derived("minor_counterweight", lambda k: own[k] / leverage[k], count)
+    shortening = units.shortening
+    own = parameters.derived("counterweight", lambda k: parameters.mass[k + 1] * units.inverse_mass_unit[k], count)
+    minor = parameters.derived("minor_counterweight", lambda k: own[k] * shortening[k], count)
     return Weight(
-        own, minor, parameters.derived("determinant_counterweight", lambda k: minor[k] / leverage[k], count)
+        own, minor, parameters.derived("determinant_counterweight", lambda k: minor[k] * shortening[k], count)
     )

@@ -104,20 +104,22 @@ def accelerations(
 def _met(sweep: Sweep, inner: _Inner, outer: Outer, k: int) -> _Met:
     """What the two sides do where they meet, below link k; worked out in its units, stated in those of the link before."""
     let, units = sweep.builder.let, sweep.units
-    mass, length, leverage = units.mass[k], units.length[k], units.leverage[k]
-    xx, xy, yy = (value / mass for value in (outer.xx, outer.xy, outer.yy))
-    minor = mass * mass * units.leverage_step[k]
-    shrunk = outer.determinant / minor
-    force_x, force_y = (value / (mass * length) for value in (outer.force_x, outer.force_y))
-    minor_x, minor_y = (value / (minor * length) for value in (outer.minor_x, outer.minor_y))
+    mass, length = units.mass[k], units.length[k]
+    leverage, shortening = units.leverage[k], units.shortening[k]
+    of_mass, of_length = 1 / mass, units.outward[k]
+    of_force, minor = of_mass * of_length, of_mass * of_mass * (shortening * units.leverage[k - 1])
+    xx, xy, yy = (value * of_mass for value in (outer.xx, outer.xy, outer.yy))
+    shrunk = outer.determinant * minor
+    force_x, force_y = (value * of_force for value in (outer.force_x, outer.force_y))
+    minor_x, minor_y = (value * (minor * of_length) for value in (outer.minor_x, outer.minor_y))
     trace = xx * inner.xx + 2 * (xy * inner.xy) + yy * inner.yy
-    inverse = let("inverse_meeting", 1 / (1 + trace + shrunk * inner.determinant / leverage))
+    inverse = let("inverse_meeting", 1 / (1 + trace + shrunk * inner.determinant * shortening))
     adjugate_x = leverage * (inner.yy * minor_x - inner.xy * minor_y)
     adjugate_y = leverage * (inner.xx * minor_y - inner.xy * minor_x)
     met_x = xx * inner.drift_x + xy * inner.drift_y + force_x + shrunk * inner.minor_x + adjugate_x
     met_y = xy * inner.drift_x + yy * inner.drift_y + force_y + shrunk * inner.minor_y + adjugate_y
-    still_x = (yy * inner.minor_x - xy * inner.minor_y - inner.determinant * minor_x) / leverage
-    still_y = (xx * inner.minor_y - xy * inner.minor_x - inner.determinant * minor_y) / leverage
+    still_x = (yy * inner.minor_x - xy * inner.minor_y - inner.determinant * minor_x) * shortening
+    still_y = (xx * inner.minor_y - xy * inner.minor_x - inner.determinant * minor_y) * shortening
     x = inner.drift_x - inner.xx * force_x - inner.xy * force_y + still_x
     y = inner.drift_y - inner.xy * force_x - inner.yy * force_y + still_y
     unit = mass * length * inverse
