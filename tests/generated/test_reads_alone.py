@@ -104,8 +104,10 @@ def test_the_table_s_names_are_names_of_programs() -> None:
     for space, com, base, damping, code in kinds:
         keys: dict[str, Any] = {"com": com, "stiffness": 2.0, "cart_mass": 1.0 if base == "cart" else None}
         keys |= {"mass": [5, 4, 3, 2, 1, 2, 3] if code == "auto" else "runtime", "length": 0.5 if code == "auto" else "runtime"}
+        if code == "loops" and com:
+            keys["com"] = "runtime"
         if code == "loops, known lengths":
-            keys["length"] = [0.5, 0.6, 0.7, 0.5, 0.6, 0.7, 0.5]
+            keys |= {"mass": [5e3, 4, 3, 2, 1, 2, 3], "length": [0.5, 0.6, 0.7, 0.5, 0.6, 0.7, 0.5]}
         code = code.partition(",")[0]
         keys |= {"angles": "adjacent" if code == "loops" else "relative", "actuated": "all"} if space == "planar" else {}
         want = [name for name in offered(space, damping is not None, on_request=True) if not name.startswith("step_")]

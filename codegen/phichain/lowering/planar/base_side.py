@@ -13,6 +13,8 @@ from phichain.scene import Scene
 
 #: Fewer links are done sooner from the tip alone.
 _FEWEST_LINKS = 5
+#: The same where tables of runtime parameters for both sides come on top.
+_FEWEST_RUNTIME_LINKS = 12
 #: Couples on a chain with l/r spread further than this need the sweep from the tip alone.
 _LARGEST_LEVERAGE_SPREAD = 16
 #: Couples on masses spread further than this need kappa.
@@ -21,7 +23,8 @@ _LARGEST_MASS_SPREAD = 100
 
 def suits(scene: Scene) -> bool:
     """Whether this form is the faster one and as accurate: chains of some length, with couples only on links of like l/r."""
-    if scene.links < _FEWEST_LINKS:
+    tabled = bool({"mass", "length", "com"} & set(scene.runtime))
+    if scene.links < (_FEWEST_RUNTIME_LINKS if tabled else _FEWEST_LINKS):
         return False
     return not _is_driven(scene) or scene.tip_masses or _leverage_spread(scene) <= _LARGEST_LEVERAGE_SPREAD
 
