@@ -242,8 +242,10 @@ class _BaseSide:
         if not scene.has_cart:
             return self.builder.lift(0)
         unit, parameters = self.units.mass_unit[0], sweep.parameters
-        push = force + unit * parameters.length[0] * (inner.y - inner.y_force)
-        return self.builder.let("cart_acceleration", push / (parameters.cart_mass + unit))
+        # With u - f_y = m_c x'' goes x'' = t_y, weighed by the heavier of what a light cart carries.
+        weight = unit if self.weight is None else unit * (1 + self.weight.own[0])
+        push = force + parameters.length[0] * (weight * inner.y - unit * inner.y_force)
+        return self.builder.let("cart_acceleration", push / (parameters.cart_mass + weight))
 
     def _back(self, end: _Met, alpha: ArrayRef, k: Index) -> _Met:
         """Write the angular acceleration of link k; returns what the outer end of the link before does."""
