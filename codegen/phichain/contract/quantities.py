@@ -15,7 +15,7 @@ from phichain.contract.quantity import Quantities, Quantity, rows
 _DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian", "step"})
 _FIELD: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian"})
 _ANGLES: Final = frozenset(
-    "mass_matrix coriolis gravity_torque energy positions inverse_dynamics momentum linearization".split()
+    {"mass_matrix", "coriolis", "gravity_torque", "energy", "positions", "inverse_dynamics", "momentum", "linearization"}
 )
 _BALANCE: Final = frozenset({"phi", "phi_jacobian"})
 _SERIES: Final = frozenset({"flow_factor", "flow_order", "flow_columns", "flow_settle"})
