@@ -86,9 +86,12 @@ def test_no_sample_is_left_from_a_scene_that_is_gone() -> None:
     assert {path.name for path in FOLDER.iterdir() if path.is_dir()} == set(REFERENCE)
 
 
-@pytest.mark.parametrize("seed", ["0", "1", "2", "42", "4294967295"])
+@pytest.mark.parametrize("seed", ["1", "4294967295"])
 def test_bytes_depend_neither_on_the_hash_seed_nor_on_the_folder(seed: str, tmp_path: Path) -> None:
-    """A process of its own, another working folder, another language, another day's environment."""
+    """A process of its own, another working folder, another language, another day's environment.
+
+    Two more seeds, over every committed scene: test_processors.
+    """
     script = (
         "from phichain import generate\n"
         "from tests.generated.reference_scenes import REFERENCE\n"

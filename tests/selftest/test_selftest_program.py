@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import pytest
 
 from phichain.contract.functions import ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
 from phichain.scene import Scene
-from tests.generated.compiling import COMMITTED, STRICT, committed, need, run, selftest_program, write_all
+from tests.generated.compiling import COMMITTED, STRICT, committed, need, run, selftest_program
 from tests.generated.reference_scenes import FOLDER, REFERENCE
 
 SANITIZERS = (
@@ -37,9 +38,14 @@ def exit_code(program: Path) -> int:
     return subprocess.run([program], capture_output=True, check=False).returncode
 
 
+def whole(generated: Path, folder: Path) -> Path:
+    """A copy of a generated folder, to be compiled in."""
+    return Path(shutil.copytree(generated, folder / generated.name))
+
+
 def copied(name: str, folder: Path) -> Path:
     """A reference folder, to be spoilt."""
-    return Path(shutil.copytree(FOLDER / name, folder / name))
+    return whole(FOLDER / name, folder)
 
 
 def spoilt(path: Path, pattern: str, replacement: str) -> None:
@@ -50,9 +56,9 @@ def spoilt(path: Path, pattern: str, replacement: str) -> None:
 
 
 @pytest.mark.parametrize("name", COMMITTED)
-def test_committed_scenes_pass(name: str, tmp_path: Path) -> None:
+def test_committed_scenes_pass(name: str, generated_once: Callable[[Scene], Path], tmp_path: Path) -> None:
     scene = committed(name)
-    program = selftest_program(write_all(scene, tmp_path), *STRICT, "-O0")
+    program = selftest_program(whole(generated_once(scene), tmp_path), *STRICT, "-O0")
     *cases, last = run(program).splitlines()
     assert last == "all passed"
     assert {line.split()[0].rstrip(",") for line in cases} == set(scene.want)
@@ -77,8 +83,10 @@ def sanitizers(tmp_path: Path) -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize("scene", SANITIZED, ids=lambda scene: scene.name)
-def test_sanitizers_find_nothing(scene: Scene, sanitizers: tuple[str, ...], tmp_path: Path) -> None:
-    assert run(selftest_program(write_all(scene, tmp_path), *sanitizers)).endswith("all passed\n")
+def test_sanitizers_find_nothing(
+    scene: Scene, sanitizers: tuple[str, ...], generated_once: Callable[[Scene], Path], tmp_path: Path
+) -> None:
+    assert run(selftest_program(whole(generated_once(scene), tmp_path), *sanitizers)).endswith("all passed\n")
 
 
 def test_sanitizers_would_find_an_overrun(sanitizers: tuple[str, ...], tmp_path: Path) -> None:

@@ -12,11 +12,14 @@ So one residual costs two evaluations of T, V and R, however long the chain is.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final
 
 import sympy
 
-from phichain.ir.nodes import Affine, Array, Cell, Operand
+from phichain.ir.nodes import Affine, Array, Cell, Operand, Program
+from phichain.ir.passes import prune
 from phichain.mechanics import Model
 from phichain.mechanics.energies import names_of
 from phichain.mechanics.symbols import cart_mass, gravity, parameter
@@ -66,6 +69,10 @@ class Motion:
     omega: Vector
 
 
+ENERGIES: Final = ("kinetic", "potential", "dissipation")
+"""Outputs of a Judge's Program that are T, V and R."""
+
+
 class Judge:
     """A Model's Lagrangian, compiled once.
 
@@ -102,6 +109,12 @@ class Judge:
         }
         self.program = as_program("lagrangian", inputs, known, energies.definitions, outputs)
         self._run: Compiled = compiled(self.program, 2)
+
+    @cached_property
+    def energy_program(self) -> Program:
+        """T, V and R alone."""
+        outputs = {array.name: array for array in self.program.outputs}
+        return prune(replace(self.program, outputs=tuple(outputs[name] for name in ENERGIES)))
 
     def motion(self, point: Point, v: Vector | None = None, a: Vector | None = None) -> Motion:
         """The motion of a point with rates v (its own where not given) and accelerations a (none where not given)."""

@@ -27,8 +27,11 @@ LONGEST_REFERENCE: Final = 8
 _STEPS: Final = 2048
 #: Midpoint substeps of the extrapolated rows.
 _ROWS: Final = tuple(range(2, 26, 2))
-#: A reference is taken when its last two extrapolations agree to this, relative to the largest entry.
-_AGREEMENT: Final = Fraction(1, 10**20)
+#: A reference is taken when two extrapolations in turn agree to so many digits of the largest entry.
+_AGREEMENT: Final = 20
+#: Rows gain digits evenly. After so many it is seen whether the rest will do, each gaining this much more than those before.
+_SEEN: Final = 5
+_FASTER: Final = Fraction(3, 2)
 
 
 @dataclass(frozen=True)
@@ -111,13 +114,9 @@ def exact_motion(
             a = reference(scene, "forward_dynamics", {"q": q, "v": v, **u}, params=params)["a"]
             return [*_velocity(scene, q, v), *a]
 
-        end, before = _extrapolated(slope, start, mp.mpf(t_end))
-        parts = {"q": slice(0, scene.nq), "v": slice(scene.nq, None)}
-        for part in parts.values():
-            apart = max(abs(x - y) for x, y in zip(end[part], before[part], strict=True))
-            if apart * _AGREEMENT.denominator > max(map(abs, end[part])):
-                return None
-        return {name: end[part] for name, part in parts.items()}
+        sizes = {"q": slice(0, scene.nq), "v": slice(scene.nq, None)}
+        end = _extrapolated(slope, start, mp.mpf(t_end), tuple(sizes.values()))
+        return None if end is None else {name: end[part] for name, part in sizes.items()}
 
 
 def _velocity(scene: Scene, q: list[Any], v: list[Any]) -> list[Any]:
@@ -133,9 +132,9 @@ def _velocity(scene: Scene, q: list[Any], v: list[Any]) -> list[Any]:
 
 
 def _extrapolated(
-    slope: Callable[[list[Any]], list[Any]], start: list[Any], t_end: Any
-) -> tuple[list[Any], list[Any]]:
-    """Aitken-Neville extrapolation in h^2 of the midpoint rule's results: the last two of the diagonal."""
+    slope: Callable[[list[Any]], list[Any]], start: list[Any], t_end: Any, parts: Sequence[slice]
+) -> list[Any] | None:
+    """Aitken-Neville extrapolation in h^2 of the midpoint rule's results, until two of the diagonal agree in every part."""
     first = slope(start)
     row: list[list[Any]] = []
     for k, count in enumerate(_ROWS):
@@ -144,7 +143,18 @@ def _extrapolated(
             ratio = mp.mpf(count) / _ROWS[k - 1 - j]
             new.append([x + (x - y) / (ratio**2 - 1) for x, y in zip(new[-1], before, strict=True)])
         row, last = new, row[-1] if row else start
-    return row[-1], last
+        digits = min(_digits(row[-1][part], last[part]) for part in parts)
+        if digits >= _AGREEMENT:
+            return row[-1]
+        if k + 1 >= _SEEN and digits * (k + _FASTER * (len(_ROWS) - 1 - k)) < _AGREEMENT * k:
+            return None
+    return None
+
+
+def _digits(one: list[Any], other: list[Any]) -> Any:
+    """To how many digits of the largest entry two vectors agree."""
+    apart = max(abs(x - y) for x, y in zip(one, other, strict=True))
+    return -mp.log10(apart / max(map(abs, one))) if apart else mp.inf
 
 
 def _midpoint(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from phichain.lowering.series.planar import planar_series
 from phichain.lowering.series.planar_single import single_series
 from phichain.lowering.series.series import Series
@@ -9,8 +11,9 @@ from phichain.lowering.series.spatial import spatial_series
 from phichain.mechanics import Model
 
 
+@lru_cache(maxsize=4)
 def series(model: Model) -> Series:
-    """The Taylor recurrences of a scene."""
+    """The Taylor recurrences of a scene; those of the last few Models are kept, as proof and flows ask for the same."""
     if not model.scene.is_planar:
         return spatial_series(model)
     if model.scene.links == 1 and not model.scene.has_cart:

@@ -22,7 +22,7 @@ from phichain.ir.nodes import Program
 from phichain.lowering.series.run import Arithmetic, Expanded, Row, expand, expand_column
 from phichain.lowering.series.series import Series
 from phichain.proof.case import Subject, Wrong, nothing
-from phichain.proof.lagrange import Judge
+from phichain.proof.lagrange import ENERGIES, Judge
 from phichain.proof.modular.compiled import FAULTS, Given
 from phichain.proof.modular.field import PRIME, Vector, dot, exact, inverse, plus
 from phichain.proof.modular.points import Point
@@ -172,30 +172,26 @@ def _no_residual(judge: Judge, point: Point, found: Expanded, rho: int) -> None:
         # Dampers work along what stays across the links.
         still = [*still[:carts], *_crossed(ring, q[carts:], shift[carts:])]
 
-    def evaluated(
-        along: dict[str, list[Coefficients]], across: dict[str, list[Coefficients]]
-    ) -> dict[str, list[Jet]]:
-        values = {"q": q, "v": omega, judge.rate: rate}
-        arguments = {
-            name: [ring.constant(entry) for entry in entries] for name, entries in point.parameters.items()
-        }
-        for name, series in values.items():
-            arguments[name] = []
-            for i, entry in enumerate(series):
-                parts = {"": entry}
-                parts |= {mark: rows[name][i] for mark, rows in (("a", along), ("b", across)) if name in rows}
-                circle = point.circles[i] if judge.scene.is_planar and name == "q" else None
-                arguments[name].append(Jet(parts, circle))
-        return run(judge.program, ring.algebra, arguments)
-
-    timed = evaluated({"q": rate, judge.rate: second}, {"v": still, judge.rate: shift})
-    moved = evaluated({"q": shift}, {})
+    # Along time (a), along the virtual displacement as rates (b) and as a change of place (c).
+    directions = {
+        "a": {"q": rate, judge.rate: second},
+        "b": {"v": still, judge.rate: shift},
+        "c": {"q": shift},
+    }
+    arguments = {name: [ring.constant(entry) for entry in entries] for name, entries in point.parameters.items()}
+    for name, series in {"q": q, "v": omega, judge.rate: rate}.items():
+        arguments[name] = []
+        for i, entry in enumerate(series):
+            parts = {"": entry} | {mark: rows[name][i] for mark, rows in directions.items() if name in rows}
+            circle = point.circles[i] if judge.scene.is_planar and name == "q" else None
+            arguments[name].append(Jet(parts, circle))
+    energies = run(judge.energy_program, ring.algebra, arguments)
+    kinetic, potential, dissipation = (energies[name][0].parts for name in ENERGIES)
     zeros = [0] * ORDERS
-    parts = [
-        timed["kinetic"][0].parts.get("m", zeros), [-x for x in moved["kinetic"][0].parts.get("a", zeros)],
-        moved["potential"][0].parts.get("a", zeros), timed["dissipation"][0].parts.get("b", zeros),
+    work = [
+        kinetic.get("m", zeros), [-x for x in kinetic.get("c", zeros)], potential.get("c", zeros), dissipation.get("b", zeros),
     ]  # fmt: skip
-    for n, entries in enumerate(zip(*parts, strict=True)):
+    for n, entries in enumerate(zip(*work, strict=True)):
         if (sum(entries) - (judge.push(point, turn) if n == 0 else 0)) % PRIME:
             raise Wrong(f"the accelerations of order {n}")
 

@@ -1,7 +1,7 @@
-"""Truncated power series over the field, with derivatives along up to two directions, as an algebra that runs Programs.
+"""Truncated power series over the field, with derivatives along up to three directions, as an algebra that runs Programs.
 
-A value is x(t) + x_a(t) a + x_b(t) b + x_m(t) a b, a^2 = b^2 = 0, each a list of coefficients. What is an angle knows the point of the
-circle (cosine, sine) that it has at t = 0; from there c' = -s x' and s' = c x'.
+A value is x(t) + x_a(t) a + x_b(t) b + x_c(t) c + x_m(t) a b where all other products of a, b and c vanish, each a list of coefficients.
+What is an angle knows the point of the circle (cosine, sine) that it has at t = 0; from there c' = -s x' and s' = c x'.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ _PRODUCT = {
     "": (("", ""),),
     "a": (("", "a"), ("a", "")),
     "b": (("", "b"), ("b", "")),
+    "c": (("", "c"), ("c", "")),
     "m": (("", "m"), ("m", ""), ("a", "b"), ("b", "a")),
 }
 
@@ -30,7 +31,7 @@ class Jet:
     """One value.
 
     Attributes:
-        parts: coefficients by mark: "" itself, "a" and "b" its derivatives, "m" that along both; what is zero is left out.
+        parts: coefficients by mark: "" itself, "a", "b" and "c" its derivatives, "m" that along a and b; what is zero is left out.
         circle: (cosine, sine) at t = 0 where it is an angle.
         whole: the number that it is, where it is an integer constant.
     """
@@ -139,7 +140,7 @@ class PowerSeries:
             cosine.append(-over * sum(j * base[j] * sine[n - j] for j in range(1, n + 1)) % PRIME)
             sine.append(over * sum(j * base[j] * cosine[n - j] for j in range(1, n + 1)) % PRIME)
         value, slope = (sine, cosine) if kind == "sin" else (cosine, [-entry for entry in sine])
-        parts = {"": value} | {mark: self.times(slope, x.parts[mark]) for mark in "ab" if mark in x.parts}
+        parts = {"": value} | {mark: self.times(slope, x.parts[mark]) for mark in "abc" if mark in x.parts}
         if "m" in x.parts or ("a" in x.parts and "b" in x.parts):
             bent = self.times(self.times(value, x.parts.get("a", zeros)), x.parts.get("b", zeros))
             parts["m"] = [
