@@ -163,7 +163,7 @@ size_t phi_propagate_batch(ARGUMENTS)
             memset(jet->x, 0, sizeof jet->x);
             for (int lane = 0; lane < stem_lane_count; ++lane) {
                 if (lanes.busy[lane] && lanes.is_new[lane]) {
-                    lanes.at_event[lane] = stem_scalar(POSITIONS_PASS order, jet, lane, 0, event);
+                    lanes.at_event[lane] = stem_at_start(POSITIONS_PASS order, jet, lane, event, scales);
                 }
             }
         }

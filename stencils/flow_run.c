@@ -38,7 +38,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     if (event != NULL) {
         memset(jet->x, 0, sizeof jet->x);
         jet->start.unit[0] = unit;
-        at_event = stem_scalar(POSITIONS_PASS order, jet, 0, 0, event);
+        at_event = stem_at_start(POSITIONS_PASS order, jet, 0, event, scales);
     }
     flow->tolerance = tolerance;
     flow->order = order;
