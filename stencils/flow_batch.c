@@ -132,7 +132,7 @@ size_t phi_propagate_batch(ARGUMENTS)
     /* Errors add up over the steps: each aims below the tolerance. */
     const phi_real goal = tolerance * PHI_MARGIN;
     int order = (int)phi_ceil(1 - PHI_SHARE * phi_log(goal));
-    order = order < 4 ? 4 : order > stem_highest ? stem_highest : order;
+    order = order < 4 ? 4 : (order > stem_highest ? stem_highest : order);
 #if WITH_SCALES
     const phi_real scales[2] = {PHI_SCALES}; /* fastest linear rate, length of the chain */
 #else
@@ -163,7 +163,7 @@ size_t phi_propagate_batch(ARGUMENTS)
             memset(jet->x, 0, sizeof jet->x);
             for (int lane = 0; lane < stem_lane_count; ++lane) {
                 if (lanes.busy[lane] && lanes.is_new[lane]) {
-                    lanes.at_event[lane] = stem_scalar(POSITIONS_PASS order, jet, lane, 0, event);
+                    lanes.at_event[lane] = stem_at_start(POSITIONS_PASS order, jet, lane, event, scales);
                 }
             }
         }

@@ -20,6 +20,25 @@ static phi_real stem_scalar(POSITIONS_CONTEXT const int order, const stem_jets *
     return place[stem_axes * event->index + stem_axes - 1] - event->value;
 }
 
+/* The scalar where a run starts: zero within rounding, so that one that stopped there does not stop again. */
+static phi_real stem_at_start(POSITIONS_CONTEXT const int order, const stem_jets *jet, const int lane, const stem_event *event, const phi_real scales[2])
+{
+    phi_real norm[2][stem_lane_count];
+    const phi_real scalar = stem_scalar(POSITIONS_PASS order, jet, lane, 0, event);
+    stem_norms(scales[1], jet->state, norm);
+    const phi_real angle = norm[0][lane], rate = norm[1][lane];
+    phi_real size = stem_larger(rate / stem_larger(scales[0], rate), angle);
+    if (event->scalar == STEM_OF_V) {
+        size = stem_larger(rate, scales[0] * angle);
+    }
+    if (event->scalar == STEM_OF_DEPTH) {
+        size = scales[1];
+    } else if (event->index < stem_cart) {
+        size *= scales[1];
+    }
+    return phi_abs(scalar) > 8 * PHI_EPSILON * (phi_abs(event->value) + size) ? scalar : 0;
+}
+
 /* The scalar, or by how much it grows over twice a short time around h. */
 static phi_real stem_signal(POSITIONS_CONTEXT const int order, const stem_jets *jet, const int lane, const phi_real h, const stem_event *event, const phi_real around)
 {
@@ -62,8 +81,8 @@ static phi_real stem_zero(POSITIONS_CONTEXT const int order, const stem_jets *je
     return high;
 }
 
-/* Time at which the scalar turns back towards where it came from between two times at which it lies on the same side of
- * zero, or the second of them where it does not. */
+/* Time at which the scalar turns, lowest where it lies above zero at the end and highest where it lies below, between two
+ * times between which it has not changed sides, or the second of them where it does not turn. */
 static phi_real stem_turning(POSITIONS_CONTEXT const int order, const stem_jets *jet, const int lane, const phi_real h, const stem_event *event, const phi_real low, const phi_real high, const int is_above)
 {
     const phi_real around = h / 1024;
@@ -81,12 +100,12 @@ static phi_real stem_crossing(POSITIONS_CONTEXT const int order, const stem_jets
 {
     phi_real low = 0, at_low = *before;
     for (int look = 1; look <= stem_looks; ++look) {
-        const phi_real end = look == stem_looks ? h : h * (phi_real)look / stem_looks;
+        const phi_real end = look == stem_looks ? h : h * (phi_real)look / (phi_real)stem_looks;
         const phi_real at_end = stem_scalar(POSITIONS_PASS order, jet, lane, end, event);
         phi_real high = end, at_high = at_end;
-        if ((at_low > 0 && at_end > 0) || (at_low < 0 && at_end < 0)) {
-            /* Twice across zero and back, perhaps. */
-            high = stem_turning(POSITIONS_PASS order, jet, lane, h, event, low, end, at_low > 0);
+        if (!((at_low < 0 && at_end >= 0) || (at_low > 0 && at_end <= 0))) {
+            /* Twice across zero and back, perhaps; or, where it starts at zero, once. */
+            high = stem_turning(POSITIONS_PASS order, jet, lane, h, event, low, end, at_end > 0);
             at_high = stem_scalar(POSITIONS_PASS order, jet, lane, high, event);
         }
         for (;;) {

@@ -6,7 +6,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     /* Errors add up over the steps: each aims below the tolerance. */
     const phi_real goal = tolerance * PHI_MARGIN;
     int order = (int)phi_ceil(1 - PHI_SHARE * phi_log(goal));
-    order = order < 4 ? 4 : order > stem_highest ? stem_highest : order;
+    order = order < 4 ? 4 : (order > stem_highest ? stem_highest : order);
     const phi_real way = t_end < flow->t ? -1 : 1;
     int result = PHI_STEP_BUDGET, is_new = 1;
 #if WITH_SCALES
@@ -38,7 +38,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     if (event != NULL) {
         memset(jet->x, 0, sizeof jet->x);
         jet->start.unit[0] = unit;
-        at_event = stem_scalar(POSITIONS_PASS order, jet, 0, 0, event);
+        at_event = stem_at_start(POSITIONS_PASS order, jet, 0, event, scales);
     }
     flow->tolerance = tolerance;
     flow->order = order;

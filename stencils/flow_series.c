@@ -124,7 +124,7 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
             stem_rest(n, turn, jet);
         }
 #if WITH_SQUARES
-        stem_square_sums(n, jet, sums + stem_lefts * stem_rights);
+        stem_square_sums(n, jet, sums + (size_t)(stem_lefts * stem_rights));
 #endif
         stem_order(PASS jet->start.held, sums, NEWEST(jet->left[n]) jet->x[n], stem_now[n], jet->left[n + 1], jet->right[n + 1], jet->x[n + 1]);
     }

@@ -1,0 +1,40 @@
+/* Stencils compiled without a scene: the first ALONE_COUNT of them, each behind those that it leans on; 7 are all. */
+#include "alone.h"
+
+#if ALONE_COUNT < 7 && defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wunused-function"
+#endif
+
+#include "flow_norms.c"
+#if ALONE_COUNT > 1 && WITH_TURNS
+#include "flow_turns.c"
+#endif
+#if ALONE_COUNT > 2
+#include "flow_series.c"
+#endif
+#if ALONE_COUNT > 3
+#include "flow_length.c"
+#endif
+#if ALONE_COUNT > 4
+#include "flow_event.c"
+#endif
+#if ALONE_COUNT > 5 && WITH_COLUMNS
+/* Norms of derivatives: the same stencil on their lanes. */
+#define stem_norms wide_norms
+#define stem_lanes wide_lanes
+#define stem_lane_count wide_lane_count
+#undef STEM_OF
+#define STEM_OF WIDE_OF
+#include "flow_norms.c"
+#undef stem_norms
+#undef stem_lanes
+#undef stem_lane_count
+#undef STEM_OF
+#define STEM_OF(lanes, lane) (((const phi_real *)&(lanes))[lane])
+#include "flow_columns.c"
+#endif
+#if ALONE_COUNT > 6 && ALONE_BATCH
+#include "flow_batch.c"
+#elif ALONE_COUNT > 6
+#include "flow_run.c"
+#endif

@@ -1,0 +1,289 @@
+/* What a scene puts into the stencils, so that they compile without one: names, types, sizes, and prototypes of the
+ * functions that a scene's Programs become. `alone.c` compiles every stencil on these; none of it is ever emitted.
+ *
+ *   WITH_...       the features of the stencils, 0 or 1 each
+ *   ALONE_FLOAT    1: single precision
+ *   ALONE_BATCH    1: trajectories side by side, as propagate_batch has them
+ *   ALONE_VECTORS  1: side by side in the compiler's vectors
+ *   ALONE_CART     coordinates of a cart
+ *   ALONE_NEWEST   1: `order` is given the last row of left as well
+ *   ALONE_PARAMS   1: runtime parameters; 2: some that no position depends on
+ */
+#ifndef PHICHAIN_ALONE_H
+#define PHICHAIN_ALONE_H
+
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#if WITH_TURNS && WITH_SPHERE
+#error "unit vectors have no turns"
+#endif
+#if ALONE_BATCH && (WITH_COLUMNS || WITH_STACK)
+#error "the batch form carries no derivatives and works in the caller's memory"
+#endif
+
+/* --- numbers --- */
+
+#if ALONE_FLOAT
+typedef float phi_real;
+#define PHI_HALF 0.5f
+#define PHI_EPSILON 0x1p-23f
+#define PHI_NOISE 0x1p-12f
+#define PHI_MARGIN 0x1p-8f
+#define PHI_SHARE 0.6f
+#define PHI_SLACK 0.9375f
+#define PHI_HUGE 80
+#define PHI_LOG_TWO 0x1.62e43p-1f
+#define PHI_TURN_HIGH 0x1.921fb6p+2f
+#define PHI_TURN_LOW (-0x1.777a5cp-23f)
+#define PHI_SCALES 9.0f, 1.5f
+#define phi_abs fabsf
+#define phi_ceil ceilf
+#define phi_exp expf
+#define phi_floor floorf
+#define phi_fma fmaf
+#define phi_frexp frexpf
+#define phi_ldexp ldexpf
+#define phi_log logf
+#else
+typedef double phi_real;
+#define PHI_HALF 0.5
+#define PHI_EPSILON 0x1p-52
+#define PHI_NOISE 0x1p-26
+#define PHI_MARGIN 0x1p-8
+#define PHI_SHARE 0.6
+#define PHI_SLACK 0.9375
+#define PHI_HUGE 700
+#define PHI_LOG_TWO 0x1.62e42fefa39efp-1
+#define PHI_TURN_HIGH 0x1.921fb54442d18p+2
+#define PHI_TURN_LOW 0x1.1a62633145c07p-52
+#define PHI_SCALES 9.0, 1.5
+#define phi_abs fabs
+#define phi_ceil ceil
+#define phi_exp exp
+#define phi_floor floor
+#define phi_fma fma
+#define phi_frexp frexp
+#define phi_ldexp ldexp
+#define phi_log log
+#endif
+#define PHI_ROOM 64
+
+/* --- words of the compiler --- */
+
+#define PHI_RESTRICT restrict
+#define PHI_ALIGNED
+#define STEM_APART
+
+/* --- sizes of a small chain --- */
+
+enum {
+    stem_q = ALONE_CART + 3,
+    stem_x = 2 * stem_q,
+    stem_cart = ALONE_CART,
+    stem_inputs = 2,
+    stem_masses = 1,
+    stem_axes = 3,
+    stem_lefts = 4,
+    stem_rights = 2,
+    stem_squares = WITH_SQUARES ? 2 : 0,
+    stem_all = stem_lefts * stem_rights + stem_squares,
+    stem_highest = 22,
+    stem_looks = 4
+};
+extern const phi_real stem_now[stem_highest][4];
+
+/* --- lanes: one number, or one of each trajectory that runs beside others --- */
+
+#if ALONE_BATCH && ALONE_VECTORS
+typedef phi_real stem_lanes __attribute__((vector_size(64), may_alias));
+#else
+typedef phi_real stem_lanes;
+#endif
+#if ALONE_BATCH
+enum { stem_lane_count = ALONE_VECTORS ? 64 / (int)sizeof(phi_real) : 1 };
+#define STEM_ZERO ((0) - (stem_lanes){0})
+#else
+enum { stem_lane_count = 1 };
+#define STEM_ZERO 0
+#endif
+#define STEM_OF(lanes, lane) (((const phi_real *)&(lanes))[lane])
+#define STEM_AT(lanes, lane) (((phi_real *)&(lanes))[lane])
+
+/* --- runtime parameters --- */
+
+typedef struct phi_params {
+    phi_real length;
+} phi_params;
+#if ALONE_PARAMS
+#define PASS p,
+#define CONTEXT const phi_params *p,
+#else
+#define PASS
+#define CONTEXT
+#endif
+#if ALONE_PARAMS == 1
+#define POSITIONS_PASS p,
+#define POSITIONS_CONTEXT const phi_params *p,
+#else
+#define POSITIONS_PASS
+#define POSITIONS_CONTEXT
+#endif
+#if !WITH_SCALES
+void stem_scales(const phi_params *p, phi_real scales[2]);
+#endif
+
+/* --- structs --- */
+
+enum {
+    STEM_OF_Q,
+    STEM_OF_V,
+    STEM_OF_DEPTH
+};
+
+typedef struct stem_event {
+    int scalar, index, direction;
+    phi_real value;
+} stem_event;
+
+typedef struct stem_start {
+    stem_lanes unit[2], held[4], slope[stem_x], left[2][stem_lefts], right[2][stem_lefts * stem_rights];
+} stem_start;
+
+#if WITH_COLUMNS
+#if ALONE_VECTORS
+typedef phi_real wide_lanes __attribute__((vector_size(16), aligned(sizeof(phi_real)), may_alias));
+#else
+typedef phi_real wide_lanes;
+#endif
+enum { wide_lane_count = ALONE_VECTORS ? 16 / (int)sizeof(phi_real) : 1 };
+#define WIDE_ZERO ((0) - (wide_lanes){0})
+#define WIDE_OF(lanes, lane) (((const phi_real *)&(lanes))[lane])
+#define WIDE_AT(lanes, lane) (((phi_real *)&(lanes))[lane])
+#define ROWS_0 jet->start.held, jet->start.left[0], jet->start.right[0], wide->x[0], wide->x[0] + stem_q,
+
+typedef struct wide_jets {
+    wide_lanes x[stem_highest + 1][stem_x], left[stem_highest + 1][stem_lefts];
+    wide_lanes right[stem_highest + 1][stem_lefts * stem_rights], lead[stem_lefts];
+} wide_jets;
+#endif
+
+typedef struct stem_jets {
+    stem_start start, end;
+    stem_lanes x[stem_highest + 1][stem_x], left[stem_highest + 1][stem_lefts];
+    stem_lanes right[stem_highest + 1][stem_lefts * stem_rights], sums[4][stem_all];
+    stem_lanes state[stem_x], lost[stem_x], moved[stem_x], moved_lost[stem_x];
+#if WITH_INPUTS
+    stem_lanes u[stem_inputs];
+#endif
+#if WITH_TURNS
+    stem_lanes turns[stem_q];
+#endif
+#if WITH_COLUMNS
+    phi_real columns[sizeof(wide_jets) / sizeof(phi_real)], carried[stem_x * stem_x];
+#endif
+} stem_jets;
+typedef stem_jets phi_workspace;
+
+typedef struct phi_flow {
+    phi_real t, tolerance, t_lost, lost[stem_x], *own;
+#if WITH_COLUMNS
+    phi_real *transition;
+    int columns;
+#endif
+    phi_workspace *work;
+    unsigned long steps, written;
+    int order;
+} phi_flow;
+
+typedef struct phi_flow_batch {
+    phi_real tolerance;
+    phi_real *t, *lost;
+    unsigned long *steps, *written;
+    int *result, order;
+} phi_flow_batch;
+
+typedef struct stem_state {
+    size_t trajectory[stem_lane_count];
+    int busy[stem_lane_count], is_new[stem_lane_count], result[stem_lane_count];
+    phi_real t[stem_lane_count], t_lost[stem_lane_count], t_end[stem_lane_count];
+    phi_real h[stem_lane_count], left[stem_lane_count], at_event[stem_lane_count];
+    unsigned long steps[stem_lane_count], written[stem_lane_count];
+} stem_state;
+
+/* --- what a call is given and returns --- */
+
+enum {
+    PHI_DONE,
+    PHI_EVENT,
+    PHI_STEP_BUDGET,
+    PHI_NOT_FINITE,
+    PHI_NO_WORKSPACE
+};
+enum {
+    PHI_BATCH_DONE,
+    PHI_BATCH_EVENT,
+    PHI_BATCH_STEP_BUDGET,
+    PHI_BATCH_NOT_FINITE
+};
+enum { stem_goes_on = -1 };
+#define PHI_BATCH_WORK 100000
+
+#if WITH_INPUTS
+#define INPUTS jet->u,
+#define PASS_INPUTS u,
+#define INPUTS_OF_ALL const phi_real u[],
+#define OWN_INPUTS const phi_real u[stem_inputs],
+#define LANES_OF_INPUTS const stem_lanes *u,
+#else
+#define INPUTS
+#define PASS_INPUTS
+#define INPUTS_OF_ALL
+#define OWN_INPUTS
+#define LANES_OF_INPUTS
+#endif
+
+#if ALONE_BATCH
+#define ARGUMENTS CONTEXT const size_t n, phi_flow_batch *flow, const phi_real t_end[], const unsigned long max_steps, INPUTS_OF_ALL phi_real q[], phi_real v[], const stem_event *event, const unsigned long count, const phi_real times[], phi_real q_out[], phi_real v_out[], void *work
+size_t phi_propagate_batch(ARGUMENTS);
+#else
+#define ARGUMENTS CONTEXT phi_flow *flow, const phi_real t_end, const unsigned long max_steps, OWN_INPUTS phi_real q[stem_q], phi_real v[stem_q], const stem_event *event, const unsigned long count, const phi_real *times, phi_real *q_out, phi_real *v_out
+#define PASS_ALL PASS flow, t_end, max_steps, PASS_INPUTS q, v, event, count, times, q_out, v_out
+int phi_propagate(ARGUMENTS);
+#endif
+
+/* --- Programs --- */
+
+#if WITH_LOST
+#define LOST lost,
+#define LANES_LOST const stem_lanes *lost,
+#else
+#define LOST
+#define LANES_LOST
+#endif
+#if ALONE_NEWEST
+#define NEWEST(row) row,
+#define LANES_NEWEST(lanes) const lanes *newest,
+#else
+#define NEWEST(row)
+#define LANES_NEWEST(lanes)
+#endif
+
+void stem_factor(CONTEXT const stem_lanes *q, const stem_lanes *v, LANES_OF_INPUTS const stem_lanes *scale, LANES_LOST stem_lanes *held, stem_lanes *left, stem_lanes *right);
+void stem_order(CONTEXT const stem_lanes *held, const stem_lanes *sums, LANES_NEWEST(stem_lanes) const stem_lanes *coefficient, const phi_real now[4], stem_lanes *left, stem_lanes *right, stem_lanes *next);
+void phi_positions(POSITIONS_CONTEXT const phi_real *q, phi_real *place);
+#if WITH_SPHERE
+void stem_enter(const phi_real *q, const phi_real *v, phi_real *rate);
+void stem_leave(const phi_real *q, const phi_real *rate, phi_real *q_out, phi_real *v_out);
+void stem_settle(const stem_lanes *x, const stem_lanes *lost, stem_lanes *settled);
+#endif
+#if WITH_COLUMNS
+void stem_enter_column(const phi_real *q, const phi_real *v, const phi_real *dq, const phi_real *dv, phi_real *d_rate);
+void stem_leave_column(const phi_real *q, const phi_real *rate, const phi_real *dq, const phi_real *d_rate, phi_real *dq_out, phi_real *dv_out);
+void wide_rows(CONTEXT const phi_real *held, const phi_real *left, const phi_real *right, const wide_lanes *dq, const wide_lanes *dv, wide_lanes *lead, wide_lanes *d_left, wide_lanes *d_right);
+void wide_order(CONTEXT const phi_real *held, const wide_lanes *sums, LANES_NEWEST(wide_lanes) const wide_lanes *coefficient, const phi_real now[4], wide_lanes *left, wide_lanes *right, wide_lanes *next);
+#endif
+
+#endif
