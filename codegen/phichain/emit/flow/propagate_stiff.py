@@ -20,8 +20,9 @@ from phichain.emit.flow.flows import FlowText, prints
 from phichain.emit.render import render
 from phichain.ir.nodes import Program
 from phichain.lowering.lower import lower_function
+from phichain.lowering.planar.joint_state import carries_joints, from_joints, joint_scene, to_joint_inputs, to_joints
 from phichain.lowering.stiff_scales import scales_program
-from phichain.mechanics import Model
+from phichain.mechanics import Model, derive
 from phichain.scene import Scene
 
 #: Tolerances below this are round-off.
@@ -58,13 +59,21 @@ def stiff(model: Model, known: Collection[str] = ()) -> FlowText:
         model: the scene's mechanics.
         known: functions of NAME.c that stand before the flow and that it may call.
     """
-    scene, step = model.scene, lower_function(model, "rosenbrock_increment")
+    scene, is_carried = model.scene, carries_joints(model.scene)
+    if is_carried:
+        # Its own dynamics, in joint angles: what NAME.c has is in the scene's.
+        inner, known = derive(joint_scene(scene)), ()
+    else:
+        inner = model
+    step = lower_function(inner, "rosenbrock_increment")
     symbols = {
         name: f"{scene.name}_{name}" if name in known else f"{scene.name}_stiff_{name}"
         for name in step.callees
     }
     programs = {symbols[name]: callee for name, callee in step.callees.items() if name not in known}
     programs |= {f"{scene.name}_stiff_step": step, f"{scene.name}_stiff_scales": scales_program(model)}
+    if is_carried:
+        programs |= {f"{scene.name}_{made.name}": made for made in _conversions(scene)}
     tables: Tables = {}
     for program in programs.values():
         for key in program.tables.items():
@@ -80,6 +89,11 @@ def stiff(model: Model, known: Collection[str] = ()) -> FlowText:
     )
 
 
+def _conversions(scene: Scene) -> list[Program]:
+    """What leads into joint terms and out of them again."""
+    return [to_joints(scene), from_joints(scene), *([to_joint_inputs(scene)] if scene.actuated_joints else [])]
+
+
 def _part(scene: Scene, symbol: str, program: Program, lines: tuple[str, ...]) -> _Part:
     declared = [f"const {scene.name}_params *p"] if program.params else []
     declared += [declaration(array, scene.name, False, True) for array in program.inputs]
@@ -92,7 +106,8 @@ def _part(scene: Scene, symbol: str, program: Program, lines: tuple[str, ...]) -
 
 
 def _definitions(scene: Scene, parts: list[_Part], names: CNames) -> str:
-    number = names.number
+    number, is_carried = names.number, carries_joints(scene)
+    joint_inputs = joint_scene(scene).nu if is_carried and scene.actuated_joints else 0
     tables = [
         (table, len(values), ", ".join(number(value).text for value in values))
         for (_, values), table in names.tables.items()
@@ -101,7 +116,9 @@ def _definitions(scene: Scene, parts: list[_Part], names: CNames) -> str:
         "stiff.c.j2", name=scene.name, doc=ROWS["propagate_stiff"].doc, upper=scene.name.upper(), real=f"{scene.name}_real", size=scene.nq,
         tables=tables, functions=parts, cart=(1 if scene.is_planar else 2) if scene.has_cart else 0,
         parameter="p, " if scene.runtime else "",
-        given="u, " if scene.nu else "", definition=", ".join(arguments(PROPAGATE_STIFF, scene, definition=True)),
+        carried=is_carried, inputs=joint_inputs,
+        **dict(zip(("q", "v", "lost"), ("joint_q", "joint_v", "lost") if is_carried else ("q", "v", "flow->lost"), strict=True)),
+        given=("joint_u, " if joint_inputs else "u, ") if scene.nu else "", definition=", ".join(arguments(PROPAGATE_STIFF, scene, definition=True)),
         least=number(LEAST_TOLERANCE[scene.real]).text, margin=number(MARGIN).text,
         smallest=number(LEAST_FACTOR).text, largest=number(LARGEST_FACTOR).text, safety=number(SAFETY).text,
         proportional=number(PROPORTIONAL).text, integral=number(INTEGRAL).text,

@@ -9,6 +9,7 @@ from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
 from phichain.lowering.parameters import Parameters
+from phichain.lowering.planar.joint_state import rest_of_difference
 from phichain.lowering.planar.joints import absolute, difference, input_couples
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import HELD, LEFT, LOST, RIGHT, SCALE
@@ -103,6 +104,8 @@ class _Factor:
             inertia = _Inertia(**known)
         self.base(inertia)
         self.inputs(u)
+        if "rest" in self.layout:
+            self.rests(q, lost)
 
     def turned(self, beyond: _Inertia, k: Index) -> _Turned:
         """The chain from joint k on, in the frame of the link before."""
@@ -205,3 +208,11 @@ class _Factor:
                 self.keep("stiffness", k, self.square * parameters.stiffness[k])
             if parameters.damping is not None:
                 self.keep("damping", k, self.rho * parameters.damping[k])
+
+    def rests(self, q: ArrayRef, lost: ArrayRef) -> None:
+        """Torques of the joints' springs for what the rounded differences of the angles leave out of them."""
+        offset, stiffness = int(self.scene.has_cart), self.parameters.stiffness
+        assert stiffness is not None
+        rest = rest_of_difference(self.builder, self.scene, "spring_rest", q.shifted(offset), lost.shifted(offset))
+        with self.builder.loop("k", 0, self.scene.links) as loop:
+            self.keep("rest", loop.index, self.square * stiffness[loop.index] * rest[loop.index])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from phichain.lowering.planar.joint_state import carries_joints
 from phichain.lowering.series.held import Layout
 from phichain.scene import Scene
 
@@ -25,5 +26,6 @@ def planar_layout(scene: Scene) -> Layout:
         ("base", 2), ("base_arm", 2 * scene.has_cart), ("drive", links * bool(scene.actuated_joints)),
         ("push", int(scene.has_force)), ("stiffness", links * (scene.stiffness is not None)),
         ("damping", links * (scene.damping is not None)),
+        ("rest", links * (carries_joints(scene) and scene.stiffness is not None)),
     ]  # fmt: skip
     return Layout(runs)

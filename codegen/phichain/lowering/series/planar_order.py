@@ -126,6 +126,8 @@ class _Order:
             total = builder.lift(0)
             if stiffness is not None:
                 total = total - stiffness[k] * angle[k]
+                if "rest" in self.layout:
+                    total = total - self.now[3] * self.of("rest")[k]
             if damping is not None:
                 total = total - damping[k] * rate[k]
             pull[k] = total
