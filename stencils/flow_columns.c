@@ -3,36 +3,107 @@
  * factors start from, `lead`. */
 static void wide_sums(const int n, const stem_jets *PHI_RESTRICT jet, const wide_jets *PHI_RESTRICT wide, wide_lanes *PHI_RESTRICT sums)
 {
-    for (int i = 0; i < stem_lefts; ++i) {
-        for (int row = 0; row < stem_rights; ++row) {
+    for (int row = 0; row < stem_rights; ++row) {
+        for (int i = 0; i < stem_lefts; ++i) {
             const int k = stem_lefts * row + i;
             wide_lanes sum = wide->lead[i] * jet->right[n + 1][k], other = WIDE_ZERO;
             for (int j = 0; j <= n; ++j) {
                 sum += wide->left[j][i] * jet->right[n - j][k];
-                other += wide->right[n - j][k] * jet->left[j][i];
+                other += wide->right[j][k] * jet->left[n - j][i];
             }
             sums[k] = sum + other;
         }
     }
+}
+
+/* Orders come in blocks of four: what the sums of orders n to n + 3 can take from derivatives up to order n, which share
+ * what they read: eight sums at a time that do not wait for each other. All factors are known already. */
+static STEM_APART void wide_ahead(const int n, const stem_jets *PHI_RESTRICT jet, const wide_jets *PHI_RESTRICT wide, wide_lanes sums[PHI_RESTRICT 4][stem_all])
+{
+    for (int row = 0; row < stem_rights; ++row) {
+        for (int i = 0; i < stem_lefts; ++i) {
+            const int k = stem_lefts * row + i;
+            const wide_lanes lead = wide->lead[i];
+            wide_lanes right_1 = WIDE_EVERY(jet->right[n + 1][k]), left_1 = WIDE_EVERY(jet->left[n + 1][i]);
+            wide_lanes right_2 = WIDE_EVERY(jet->right[n + 2][k]), left_2 = WIDE_EVERY(jet->left[n + 2][i]);
+            wide_lanes right_3 = WIDE_EVERY(jet->right[n + 3][k]), left_3 = WIDE_EVERY(jet->left[n + 3][i]);
+            wide_lanes first = lead * right_1, second = lead * right_2, third = lead * right_3, fourth = lead * jet->right[n + 4][k];
+            wide_lanes first_too = WIDE_ZERO, second_too = first_too, third_too = first_too, fourth_too = first_too;
+            for (int j = 0; j <= n; ++j) {
+                const wide_lanes d_left = wide->left[j][i], right = WIDE_EVERY(jet->right[n - j][k]);
+                const wide_lanes d_right = wide->right[j][k], left = WIDE_EVERY(jet->left[n - j][i]);
+                first += d_left * right;
+                second += d_left * right_1;
+                third += d_left * right_2;
+                fourth += d_left * right_3;
+                first_too += d_right * left;
+                second_too += d_right * left_1;
+                third_too += d_right * left_2;
+                fourth_too += d_right * left_3;
+                right_3 = right_2;
+                right_2 = right_1;
+                right_1 = right;
+                left_3 = left_2;
+                left_2 = left_1;
+                left_1 = left;
+            }
+            sums[0][k] = first + first_too;
+            sums[1][k] = second + second_too;
+            sums[2][k] = third + third_too;
+            sums[3][k] = fourth + fourth_too;
+        }
+    }
+}
+
+/* What the sums of order n, `turn` orders after the start of a block, still want of the derivatives that have come since. */
+static void wide_rest(const int n, const int turn, const stem_jets *PHI_RESTRICT jet, const wide_jets *PHI_RESTRICT wide, wide_lanes *PHI_RESTRICT sums)
+{
+    for (int row = 0; row < stem_rights; ++row) {
+        for (int i = 0; i < stem_lefts; ++i) {
+            const int k = stem_lefts * row + i;
+            wide_lanes sum = sums[k];
+            for (int j = 0; j < turn; ++j) {
+                sum += wide->left[n - j][i] * jet->right[j][k];
+                sum += wide->right[n - j][k] * jet->left[j][i];
+            }
+            sums[k] = sum;
+        }
+    }
+}
 #if WITH_SQUARES
+
+/* Sums of order n of the squares, behind the others. */
+static void wide_square_sums(const int n, const stem_jets *PHI_RESTRICT jet, const wide_jets *PHI_RESTRICT wide, wide_lanes *PHI_RESTRICT sums)
+{
     for (int i = 0; i < stem_squares; ++i) {
         wide_lanes sum = wide->lead[i] * jet->left[n + 1][i];
         for (int j = 0; j <= n; ++j) {
             sum += wide->left[j][i] * jet->left[n - j][i];
         }
-        sums[stem_lefts * stem_rights + i] = sum + sum;
+        sums[i] = sum + sum;
     }
-#endif
 }
+#endif
 
 /* The coefficients of the derivatives up to the given order, from wide->x[0] and the state's. */
 static STEM_APART void wide_expand(CONTEXT const int order, const stem_jets *PHI_RESTRICT jet, wide_jets *PHI_RESTRICT wide)
 {
     static const phi_real first[4] = {1, 1, PHI_HALF, 0};
-    wide_lanes sums[stem_all];
+    wide_lanes block[4][stem_all];
     wide_rows(PASS ROWS_0 wide->lead, wide->left[0], wide->right[0]);
     for (int n = 0; n < order; ++n) {
-        wide_sums(n, jet, wide, sums);
+        const int turn = n < order % 4 ? 0 : (n - order % 4) % 4;
+        wide_lanes *sums = block[turn];
+        if (n < order % 4) {
+            wide_sums(n, jet, wide, sums);
+        } else if (turn == 0) {
+            wide_ahead(n, jet, wide, block);
+        } else {
+            wide_rest(n, turn, jet, wide, sums);
+        }
+#if WITH_SQUARES
+        wide_square_sums(n, jet, wide, sums + stem_lefts * stem_rights);
+#endif
         wide_order(PASS jet->start.held, sums, NEWEST(wide->left[n]) wide->x[n], n > 0 ? stem_now[n] : first, wide->left[n + 1], wide->right[n + 1], wide->x[n + 1]);
     }
 }
@@ -83,7 +154,7 @@ static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_re
             }
         }
         wide_expand(PASS order, jet, wide);
-        const phi_real longest = wide_length(order, jet, wide, goal, scales);
+        const phi_real longest = wide_length(order, jet, wide, PHI_LEEWAY * goal, scales);
         /* Later columns accept a little more, so that going back to the first ones is rare. */
         if (longest < phi_abs(h) * (first > 0 ? PHI_SLACK : 1)) {
             if (!(longest > 0)) {
@@ -95,17 +166,31 @@ static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_re
                 continue;
             }
         }
-        const phi_real t = h / unit;
+        const phi_real t = h / unit, square = t * t;
         phi_real zero = 0;
-        for (int i = 0; i < stem_x; ++i) {
-            wide_lanes sum = wide->x[order][i];
-            for (int n = order - 1; n >= 0; --n) {
-                sum = sum * t + wide->x[n][i];
+        for (int i = 0; i < stem_q; ++i) {
+            /* Even and odd powers apart, so that no sum waits for the one before. */
+            wide_lanes angle = wide->x[order][i], rate = wide->x[order][stem_q + i];
+            wide_lanes next_angle = wide->x[order - 1][i], next_rate = wide->x[order - 1][stem_q + i];
+            int n = order - 2;
+            for (; n > 0; n -= 2) {
+                angle = angle * square + wide->x[n][i];
+                rate = rate * square + wide->x[n][stem_q + i];
+                next_angle = next_angle * square + wide->x[n - 1][i];
+                next_rate = next_rate * square + wide->x[n - 1][stem_q + i];
+            }
+            if (n == 0) {
+                angle = angle * square + wide->x[0][i] + t * next_angle;
+                rate = rate * square + wide->x[0][stem_q + i] + t * next_rate;
+            } else {
+                angle = angle * t + next_angle;
+                rate = rate * t + next_rate;
             }
             for (int lane = 0; lane < many; ++lane) {
-                const phi_real carried = (i < stem_q ? 1 : 1 / unit) * WIDE_OF(sum, lane);
-                jet->carried[count * i + first + lane] = carried;
-                zero += 0 * carried;
+                const phi_real of_angle = WIDE_OF(angle, lane), of_rate = 1 / unit * WIDE_OF(rate, lane);
+                jet->carried[count * i + first + lane] = of_angle;
+                jet->carried[count * (stem_q + i) + first + lane] = of_rate;
+                zero += 0 * of_angle + 0 * of_rate;
             }
         }
         if (!(zero >= 0 && zero <= 0)) {

@@ -9,12 +9,21 @@ from phichain.scene import Scene
 
 #: Columns in one vector of lanes.
 _WIDTHS: Final = (2, 4, 8)
+#: Bytes of the widest vector by the macro of a processor that has them: wider ones would be taken apart in memory.
+_WIDEST: Final = {"__AVX512F__": 64, "__AVX__": 32, "": 16}
 
 
 def columns_at_once(scene: Scene) -> int:
-    """How many columns are carried side by side: whole vectors, few of them in vain."""
+    """How many columns are carried side by side at most: all of them where one vector holds them."""
     size = scene.nq + scene.nv
-    return min(_WIDTHS, key=lambda width: (-(-size // width) * width, -width))
+    return next((width for width in _WIDTHS if width >= size), _WIDTHS[-1])
+
+
+def vector_bytes(scene: Scene) -> list[tuple[str, int]]:
+    """Bytes of a vector of columns by what a processor has; the last for all others."""
+    wanted = columns_at_once(scene) * (8 if scene.real == "double" else 4)
+    sizes = {macro: min(wanted, widest) for macro, widest in _WIDEST.items()}
+    return [(macro, size) for macro, size in sizes.items() if size != sizes[""] or not macro]
 
 
 def workspace(scene: Scene, made: Series, highest: int) -> list[tuple[str, tuple[int, ...]]]:

@@ -11,7 +11,7 @@ from phichain.contract.flows import PROPAGATE
 from phichain.contract.functions import ROWS
 from phichain.emit.c.layout import laid_out_text
 from phichain.emit.c.names import CNames
-from phichain.emit.flow.columns import columns_at_once
+from phichain.emit.flow.columns import columns_at_once, vector_bytes
 from phichain.emit.flow.flows import FlowText, prints
 from phichain.emit.flow.header import declarations, on_stack
 from phichain.emit.flow.instance import (
@@ -37,6 +37,9 @@ from phichain.mechanics import Model
 ORDER_SHARE: Final = Fraction(3, 5)
 #: The local error aimed at, in units of the tolerance: over steps errors add up.
 MARGIN: Final = Fraction(1, 256)
+#: The local error of derivatives aimed at, in units of that of the state: nothing feeds it back into the motion, and
+#: their last terms are larger by the order and more, which would shorten every step.
+LEEWAY: Final = 16
 #: Of several blocks of columns the later ones accept steps longer than theirs by this, an error four times the goal.
 SLACK: Final = Fraction(15, 16)
 
@@ -74,7 +77,7 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
     number = 8 if scene.real == "double" else 4
     definitions = render(
         "flow.c.j2", upper=scene.name.upper(), tangent=tangent if scene.variational else "", width=width,
-        width_bytes=number * width, number_bytes=number, functions=parts, is_scalar=True,
+        vectors=vector_bytes(scene), number_bytes=number, functions=parts, is_scalar=True,
         stencils=_stencils(model, made, names, positions), **sizes(scene, stem, made, names),
     )  # fmt: skip
     return TaylorFlow(
@@ -99,7 +102,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
     spelt = spelling(model, made, stem, PROPAGATE, names, positions)
     spelt |= own | {
         "PHI_MARGIN": names.number(MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE).text,
-        "PHI_SLACK": names.number(SLACK).text,
+        "PHI_SLACK": names.number(SLACK).text, "PHI_LEEWAY": str(LEEWAY),
     }  # fmt: skip
     files = ["flow_norms", *(["flow_turns"] if turns(scene) else []), "flow_series", "flow_length", "flow_event"]
     texts = [instance(name, spelt, wanted) for name in files]
