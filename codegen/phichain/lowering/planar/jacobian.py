@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.lanes import Lanes
 from phichain.lowering.planar.disturbances import Column, Jump
 from phichain.lowering.planar.response import Base, Pair, Response, dot
 from phichain.scene import Scene
@@ -35,32 +36,6 @@ class Target:
         return self.array[row * self.width + self.first_column + column]
 
 
-class Lanes:
-    """States of columns side by side: one row of cells a link, or two rows in turn for a long chain."""
-
-    def __init__(self, builder: Builder, name: str, width: int, links: int) -> None:
-        self.width, self.takes_turns = width, links > LONGEST_KEPT
-        rows = 1 if self.takes_turns else links
-        names = (f"{name}_even", f"{name}_odd") if self.takes_turns else (name,)
-        self.cells = [tuple(builder.array(f"{part}_{axis}", width * rows) for axis in "xy") for part in names]
-
-    def put(self, row: Index, column: Index, value: Pair) -> None:
-        for cells, entry in zip(self.cells[self._turn(row)], value, strict=True):
-            cells[self._place(row, column)] = entry
-
-    def at(self, row: Index, column: Index) -> Pair:
-        x, y = self.cells[self._turn(row)]
-        place = self._place(row, column)
-        return x[place], y[place]
-
-    def _turn(self, row: Index) -> int:
-        """Rows that loops count step by two links, so that their offset tells even from odd."""
-        return (row if isinstance(row, int) else row.offset) % 2 if self.takes_turns else 0
-
-    def _place(self, row: Index, column: Index) -> Index:
-        return column if self.takes_turns else row * self.width + column
-
-
 class Columns:
     """Writes the derivatives, link by link from the base."""
 
@@ -72,8 +47,9 @@ class Columns:
         self.sides, self.compliance = sides, compliance
         self.carts, links = int(scene.has_cart), scene.links
         self.relative, self.adjacent = scene.angles == "relative", scene.angles == "adjacent"
-        self.couples = Lanes(builder, "couple_state", links + self.carts, links)
-        self.states = [Lanes(builder, f"{column.name}_state", links, links) for column, _ in sides]
+        turns = links > LONGEST_KEPT
+        self.couples = Lanes(builder, "couple_state", links + self.carts, links, "xy", turns)
+        self.states = [Lanes(builder, f"{column.name}_state", links, links, "xy", turns) for column, _ in sides]
         self.mobility = [builder.array(f"mobility_{name}", links) for name in ("xx", "xy", "yy")]
 
     def write(self) -> None:

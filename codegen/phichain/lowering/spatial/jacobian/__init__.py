@@ -1,0 +1,1 @@
+"""Derivatives of the spatial accelerations from one factorisation."""
