@@ -16,7 +16,7 @@ from phichain.native.signature import Manifest, Signature
 _PLAIN = ("int", "unsigned long", "size_t")
 
 
-def glue_source(manifest: Manifest, chain: Chain, prepared: Signature | None) -> str:
+def glue_source(manifest: Manifest, chain: Chain, prepared: Signature | None = None) -> str:
     """C text of the glue; `prepared` as in `rows_source`."""
     name = manifest.name
     signatures = [*manifest.functions.values(), *([prepared] if prepared else [])]

@@ -17,7 +17,7 @@ def rows_symbol(name: str, signature: Signature) -> str:
     return f"{name}_rows_{signature.symbol.removeprefix(f'{name}_')}"
 
 
-def rows_source(manifest: Manifest, prepared: Signature | None) -> str:
+def rows_source(manifest: Manifest, prepared: Signature | None = None) -> str:
     """C text of the row loops of every function in the manifest.
 
     Args:
