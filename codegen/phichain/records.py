@@ -90,15 +90,16 @@ class Held:
 
     def __post_init__(self) -> None:
         """Put views that cannot be written to in the place of arrays and dictionaries."""
-        for name, value in tuple(vars(self).items()):
+        fields = vars(self)
+        for name, value in fields.items():
             if not isinstance(value, _WRITEABLE):
                 continue
             if isinstance(value, dict):
-                object.__setattr__(self, name, MappingProxyType(value))
+                fields[name] = MappingProxyType(value)
             elif value.flags.writeable:
                 view = value.view()
                 view.setflags(write=False)
-                object.__setattr__(self, name, view)
+                fields[name] = view
 
     @classmethod
     def made(cls, **fields: Any) -> Self:

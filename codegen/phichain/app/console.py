@@ -44,6 +44,8 @@ def arguments(row: Function) -> str:
 def chains(row: Function) -> str:
     """Which chains have a function: all, planar or spatial, undamped."""
     spaces = [space for space in ("planar", "spatial") if row.absence(Sample(space == "planar")) is None]
+    if not spaces:
+        return "runtime parameters"
     where = "all" if len(spaces) == 2 else spaces[0]
     damped = [row.absence(Sample(space == "planar", (1.0,))) for space in spaces]
     return f"{where}, undamped" if any(damped) else where

@@ -85,3 +85,10 @@ NO_BALANCE: Final = (
         'use "linearization" for the decaying modes, "step" for the motion, or remove joints.damping',
     ),
 )
+NO_PREPARATION: Final = (
+    Absence(
+        lambda chain: not chain.runtime,
+        "has nothing to prepare on a scene without runtime parameters, whose numbers are folded into the code",
+        'use "forward_dynamics", or make some number of the scene "runtime"',
+    ),
+)

@@ -218,3 +218,23 @@ FORWARD_DYNAMICS_BATCH: Final = Flow(
     ),
     returns="void",
 )  # fmt: skip
+
+PREPARE: Final = Flow(
+    (
+        replace(_P, doc="runtime parameters"),
+        Passed("prepared", "prepared", "out", "what they alone determine; it holds until they change", "pointer"),
+    ),
+    returns="void",
+)
+
+PREPARED_DYNAMICS: Final = Flow(
+    (
+        Passed("prepared", "prepared", "in", lambda chain: f"what {chain.name}_prepare left", "pointer"),
+        Passed("q", "real", "in", "configuration", "array", _nq),
+        Passed("v", "real", "in", "rates", "array", _nv),
+        replace(_U, doc="inputs"),
+        Passed("a", "real", "out", "accelerations", "array", _nv, is_restrict=True),
+    ),
+    returns="void",
+)
+"""NAME_forward_dynamics_prepared, which comes with `prepare`."""

@@ -15,6 +15,7 @@ from phichain.contract.arguments import (
     BALANCE,
     ESTIMATE,
     NO_BALANCE,
+    NO_PREPARATION,
     STATE,
     STEP,
     Q,
@@ -49,6 +50,10 @@ TABLE: Final[tuple[Function, ...]] = (
     Function(
         "forward_dynamics_batch", "Accelerations of many states at once, on vectors.",
         flow=flows.FORWARD_DYNAMICS_BATCH, on_request=_MANY,
+    ),
+    Function(
+        "prepare", "What the runtime parameters alone determine, computed once; forward_dynamics_prepared goes on from there.",
+        flow=flows.PREPARE, absent=NO_PREPARATION, on_request="for many states under the same runtime parameters", is_missed=False,
     ),
     Function(
         "direction_dynamics",
@@ -260,6 +265,7 @@ class Sample:
 
     is_planar: bool
     damping: PerLink | None = None
+    runtime: tuple[str, ...] = ()
 
 
 def _offered(kind: Kind) -> tuple[str, ...]:

@@ -27,6 +27,8 @@ STABLE_INTERVAL = 6.0
 WORTH_IT = 1000.0
 """Fewer stability-limited steps than this are taken explicitly: an implicit step costs more."""
 
+UNDAMPED = "no joint has a damper, so that nothing decays but what grows as fast elsewhere"
+
 
 @dataclass(frozen=True)
 class Stiffness:
@@ -86,8 +88,28 @@ def _motion(problem: Problem) -> float:
     return float(np.max(np.linalg.norm(angular_velocities(system, rates), axis=-1)))
 
 
+def is_undamped(problem: Problem) -> bool:
+    """Whether a scene says that nothing takes energy from the chain; of callables that stand for themselves nobody knows."""
+    system = problem.system
+    return bool(system.digest) and system.joints.damping is None and _is_left_alone(problem)
+
+
+def _is_left_alone(problem: Problem) -> bool:
+    return problem.control is None or problem.held is not None
+
+
+def _judged(found: Stiffness) -> tuple[bool, str]:
+    return found.is_stiff, (
+        f"fastest decay {found.decay:.3g}/s and rate {found.rate:.3g} rad/s ({found.source}) ask about "
+        f"{found.stability_steps:.0f} explicit steps for stability, {found.accuracy_steps:.0f} for accuracy"
+    )
+
+
 def choose(problem: Problem, free: bool = False) -> tuple[str, str]:
     """The method `auto` takes, and why.
+
+    A chain without dampers under a constant input loses no energy: nothing in it decays but what grows as fast elsewhere, and no
+    eigenvalue is asked for.
 
     Not stiff: the Taylor flow where the system has it and the input is constant, else DOP853, or RK45 where few digits
     are asked. Stiff: the emitted implicit flow, likewise; else CVODES when the system carries a CasADi function and its
@@ -97,21 +119,16 @@ def choose(problem: Problem, free: bool = False) -> tuple[str, str]:
         problem: What is to be integrated.
         free: Whether no tolerance was given, so that the Taylor flow may run at round-off.
     """
-    found = measure(problem)
     few_digits = problem.tol > 1e-4
-    finding = (
-        f"fastest decay {found.decay:.3g}/s and rate {found.rate:.3g} rad/s ({found.source}) ask about "
-        f"{found.stability_steps:.0f} explicit steps for stability, {found.accuracy_steps:.0f} for accuracy"
-    )
-    if not found.is_stiff:
+    is_stiff, finding = (False, UNDAMPED) if is_undamped(problem) else _judged(measure(problem))
+    if not is_stiff:
         method = "taylor" if taylor.is_possible(problem) else "RK45" if few_digits else "DOP853"
         at_round_off = free and method == "taylor"
         how = "at round-off, as no tolerance was given" if at_round_off else f"with local tolerance {problem.tol:g}"
         return method, f"auto took {method} {how}: not stiff, {finding}"
-    constant_input = problem.control is None or problem.held is not None
     if rosenbrock.is_possible(problem):
         method = "rosenbrock"
-    elif problem.system.has("casadi") and constant_input and problem.tol >= 1e-11:
+    elif problem.system.has("casadi") and _is_left_alone(problem) and problem.tol >= 1e-11:
         method = "cvodes"
     else:
         method = "BDF" if few_digits else "Radau"

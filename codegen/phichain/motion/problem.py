@@ -84,6 +84,10 @@ class Problem(Held):
     progress: Progress | None
     notes: tuple[str, ...] = ()
 
+    def within(self, tol: float, atol: float) -> Problem:
+        """The same problem under other tolerances."""
+        return Problem.made(**{**vars(self), "tol": tol, "atol": atol})
+
     @property
     def own_steps(self) -> bool:
         """True when the outputs are the method's own steps."""

@@ -151,10 +151,10 @@ def simulate(
         _budget(max_steps), _told(progress), notes,
     )  # fmt: skip
     if method == "auto":
-        problem = replace(problem, tol=asked / choose.SAFETY)
+        problem = problem.within(asked / choose.SAFETY, problem.atol)
         name, why = choose.choose(problem, free=tol is None)
         if name == "taylor" and tol is None:
-            problem = replace(problem, tol=choose.ROUND_OFF)
+            problem = problem.within(choose.ROUND_OFF, problem.atol)
     else:
         name, why = method, f"{method} as asked"
     engine = _method(system, name)
@@ -220,7 +220,7 @@ def _clamp(problem: Problem, engine: Method, name: str, atol: float | None) -> t
         else []
     )
     absolute = tol / 100 if atol is None else check_tolerance(atol, "atol")
-    return replace(problem, tol=tol, atol=absolute), said
+    return problem.within(tol, absolute), said
 
 
 def _remedy(status: str, engine: Method) -> str:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import ctypes
 import inspect
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any, NoReturn
 
 import numpy as np
@@ -44,9 +45,28 @@ _Short = tuple[tuple[int, ...], NDArray[Any], Callable[[Any], bool]]
 """The shape of a buffer, the buffer, and what fills it from anything but an array of its own type."""
 
 
+@dataclass(frozen=True)
+class Kept:
+    """A struct that C makes of the runtime parameters and takes in their place.
+
+    Attributes:
+        make: The foreign function of parameters and struct.
+        size: Its bytes.
+    """
+
+    make: Callable[..., None]
+    size: int
+
+
+def struct_of(size: int) -> NDArray[np.float64]:
+    """Memory of a struct of so many bytes, aligned for numbers."""
+    return np.zeros(-(-size // ctypes.sizeof(ctypes.c_double)))
+
+
 def make_callable(
-    signature: Signature, function: Callable[..., None], row_loop: Callable[..., None], real: np.dtype[Any]
-) -> Callable[..., Arrays]:
+    signature: Signature, function: Callable[..., None], row_loop: Callable[..., None], real: np.dtype[Any],
+    kept: Kept | NDArray[Any] | None = None,
+) -> Callable[..., Arrays]:  # fmt: skip
     """Wrap an emitted function as a Python function of its inputs and the keyword ``p``.
 
     Args:
@@ -54,6 +74,7 @@ def make_callable(
         function: The foreign function ``NAME_f``.
         row_loop: The foreign function ``NAME_rows_f``.
         real: The type that C computes in.
+        kept: What C takes in place of the runtime parameters: made of them whenever they change, or a struct that is there.
 
     Returns:
         A callable that raises `ArrayError` for arrays of the wrong number, shape or type.
@@ -68,7 +89,7 @@ def make_callable(
         try:
             frame = idle.pop()
         except IndexError:
-            frame = _Frame(signature, real)
+            frame = _Frame(signature, real, kept)
         if not _copied(values, frame.slots, real):
             rows, places = steps_through(values, layouts, real)
             if rows is None:
@@ -77,7 +98,7 @@ def make_callable(
                 places = [part for item in inputs for part in (place(item.values), item.stride)]
             if rows is not None:
                 if takes_parameters or p is not None:
-                    frame.parameters.fill(p)
+                    frame.fill(p)
                 demand_room(signature.name, rows, row_size, real)
                 outputs = [np.empty((rows, *item.shape), real) for item in signature.outputs]
                 row_loop(SIZE(rows), *frame.block, *map(SIZE, places), *map(address, outputs))
@@ -85,7 +106,7 @@ def make_callable(
                 return outputs[0] if len(outputs) == 1 else tuple(outputs)
             frame.take(inputs)
         if takes_parameters or p is not None:
-            frame.parameters.fill(p)
+            frame.fill(p)
         function(*frame.arguments)
         result = frame.result()
         idle.append(frame)
@@ -112,12 +133,17 @@ def _short(shape: tuple[int, ...], buffer: NDArray[Any]) -> _Short:
 class _Frame:
     """Preallocated buffers of one call, and the arguments C takes for them."""
 
-    __slots__ = ("arguments", "block", "parameters", "result", "slots")
+    __slots__ = ("arguments", "block", "fill", "kept", "result", "slots")
 
-    def __init__(self, signature: Signature, real: np.dtype[Any]) -> None:
-        self.parameters = ParameterBlock(signature, real)
+    def __init__(self, signature: Signature, real: np.dtype[Any], kept: Kept | NDArray[Any] | None) -> None:
+        parameters = ParameterBlock(signature, real)
         self.slots: list[_Short] = []
-        self.block = [address(self.parameters.values)] if signature.takes_parameters else []
+        self.fill: Callable[[Any], object] = parameters.fill
+        self.kept = kept if isinstance(kept, ndarray) else parameters.values
+        if isinstance(kept, Kept):
+            self.kept = struct_of(kept.size)
+            self.fill = _maker(parameters, kept.make, address(self.kept))
+        self.block = [address(self.kept)] if signature.takes_parameters or kept is not None else []
         arguments: list[Any] = [*self.block]
         for item in signature.inputs:
             buffer, argument = _buffer(item, real)
@@ -131,6 +157,17 @@ class _Frame:
         """Copy checked inputs of a single state into the buffers."""
         for (_, buffer, _), item in zip(self.slots, inputs, strict=True):
             buffer[...] = item.values
+
+
+def _maker(parameters: ParameterBlock, make: Callable[..., None], struct: ctypes.c_void_p) -> Callable[[Any], object]:
+    """What takes parameters and, where they are not those of the last call, has C make the struct of them."""
+    given = address(parameters.values)
+
+    def fill(p: Any) -> None:
+        if parameters.fill(p):
+            make(given, struct)
+
+    return fill
 
 
 def _buffer(item: Argument, real: np.dtype[Any]) -> tuple[NDArray[Any], Any]:

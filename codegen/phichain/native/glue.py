@@ -11,15 +11,16 @@ from phichain.contract.functions import ROWS
 from phichain.native.flows.structs import struct_type
 from phichain.native.interrupts import HEADERS, Foreign, interrupts_source
 from phichain.native.rows import row_loop
-from phichain.native.signature import Manifest
+from phichain.native.signature import Manifest, Signature
 
 _PLAIN = ("int", "unsigned long", "size_t")
 
 
-def glue_source(manifest: Manifest, chain: Chain) -> str:
-    """C text of the glue."""
+def glue_source(manifest: Manifest, chain: Chain, prepared: Signature | None = None) -> str:
+    """C text of the glue; `prepared` as in `rows_source`."""
     name = manifest.name
-    loops = [row_loop(name, signature) for signature in manifest.functions.values()]
+    signatures = [*manifest.functions.values(), *([prepared] if prepared else [])]
+    loops = [row_loop(name, signature) for signature in signatures]
     declared = [f"{loop.declaration};" for loop in loops]
     twins = [*loops, *(foreign_flow(symbol, flow, chain) for flow, symbol in manifest.flows.items())]
     checks = [line for flow in manifest.flows for line in _layout_checks(name, _flow(flow), chain)]

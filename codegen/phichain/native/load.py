@@ -13,12 +13,13 @@ from phichain.native.cache import Cache, default_cache
 from phichain.native.callables import make_callable
 from phichain.native.compiler import CompilerOptions
 from phichain.native.flows.call import CALLERS
+from phichain.native.flows.prepare import Foreigners, prepared_dynamics, prepared_signature
 from phichain.native.glue import foreign_flow, glue_source
 from phichain.native.interrupts import Interruptible
 from phichain.native.library import load_library, shared_object
 from phichain.native.memory.arrays import REAL
 from phichain.native.origin import Origin, mark
-from phichain.native.rows import row_loop, rows_source
+from phichain.native.rows import prepared_size, row_loop, rows_source
 from phichain.native.signature import Manifest, manifest_of, read_manifest
 from phichain.native.symbolic import casadi_dynamics
 from phichain.scene import Scene
@@ -64,7 +65,8 @@ def build_files(
 def _built(manifest: Manifest, options: CompilerOptions | None, cache: Cache | None) -> System:
     scene, name = demand_agreement(manifest), manifest.name
     sources = {file: manifest.source(file) for file in (f"{name}.h", f"{name}.c")}
-    glue = {f"{name}_rows.c": rows_source(manifest), f"{name}_glue.c": glue_source(manifest, scene)}
+    prepared = prepared_signature(scene, manifest.parameters) if "prepare" in manifest.flows else None
+    glue = {f"{name}_rows.c": rows_source(manifest, prepared), f"{name}_glue.c": glue_source(manifest, scene, prepared)}
     texts = {**sources, **{file: text.encode() for file, text in glue.items()}}
     library = load_library(shared_object(name, texts, cache or default_cache(), options))
     functions = _callables(manifest, scene, library)
@@ -113,10 +115,23 @@ def _callables(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> dict[s
         function.restype = loop.restype = None
         functions[name] = make_callable(signature, function, loop, REAL[manifest.real])
     for name, symbol in manifest.flows.items():
-        foreign = Interruptible(library, foreign_flow(symbol, name, scene))
+        foreign: Any = Interruptible(library, foreign_flow(symbol, name, scene))
+        if name == "prepare":
+            foreign = _foreigners(manifest, scene, library, foreign)
+            if "forward_dynamics" in functions:
+                functions["forward_dynamics"] = prepared_dynamics(scene, manifest.parameters, foreign)
         functions[name] = CALLERS.of(name)(scene, manifest.parameters, foreign)
     dynamics = casadi_dynamics(manifest)
     return functions if dynamics is None else {**functions, "casadi": dynamics}
+
+
+def _foreigners(manifest: Manifest, scene: Scene, library: ctypes.CDLL, prepare: Any) -> Foreigners:
+    """What belongs to NAME_prepare."""
+    signature = prepared_signature(scene, manifest.parameters)
+    size = library[prepared_size(manifest.name)]
+    size.restype = ctypes.c_size_t
+    rows = Interruptible(library, row_loop(manifest.name, signature))
+    return Foreigners(prepare, library[signature.symbol], rows, int(size()))
 
 
 def _system(manifest: Manifest, scene: Scene, functions: Mapping[str, Callable[..., Any]]) -> System:

@@ -14,15 +14,28 @@ from phichain.native.signature import Argument, Manifest, Signature
 
 def rows_symbol(name: str, signature: Signature) -> str:
     """Name of a function's row loop."""
-    return f"{name}_rows_{signature.name}"
+    return f"{name}_rows_{signature.symbol.removeprefix(f'{name}_')}"
 
 
-def rows_source(manifest: Manifest) -> str:
-    """C text of the row loops of every function in the manifest."""
+def rows_source(manifest: Manifest, prepared: Signature | None = None) -> str:
+    """C text of the row loops of every function in the manifest.
+
+    Args:
+        manifest: The generated folder.
+        prepared: The function that goes on from what was prepared, where there is one.
+    """
     name = manifest.name
     parts = ["#include <stddef.h>", f'#include "{name}.h"', *_layout_checks(name, manifest.parameters)]
     parts += [_row_loop(name, signature) for signature in manifest.functions.values()]
+    if prepared:
+        size = f"size_t {prepared_size(name)}(void)"
+        parts += [_row_loop(name, prepared), f"{size};\n{size}\n{{\n    return sizeof({name}_prepared);\n}}"]
     return "\n\n".join(parts) + "\n"
+
+
+def prepared_size(name: str) -> str:
+    """Name of the function that says how many bytes NAME_prepared takes."""
+    return f"{name}_rows_prepared_size"
 
 
 def _layout_checks(name: str, parameters: tuple[Argument, ...]) -> list[str]:
@@ -43,7 +56,7 @@ def row_loop(name: str, signature: Signature) -> Foreign:
     real = f"{name}_real"
     arguments = [("size_t", "rows")]
     if signature.takes_parameters:
-        arguments.append((f"const {name}_params", "*p"))
+        arguments.append((f"const {name}_{signature.struct}", "*p"))
     for item in signature.inputs:
         arguments += [(f"const {real}", f"*in_{item.name}"), ("size_t", f"in_{item.name}_stride")]
     arguments += [(real, f"*out_{item.name}") for item in signature.outputs]

@@ -48,6 +48,7 @@ class Signature:
         outputs: Always by pointer.
         parameters: The scene's runtime parameters in the order of the C struct.
         takes_parameters: Whether this function takes the struct.
+        struct: Which one: "params", or "prepared", which was made of them.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Signature:
     outputs: tuple[Argument, ...]
     parameters: tuple[Argument, ...]
     takes_parameters: bool
+    struct: str = "params"
 
     def __str__(self) -> str:
         tail = ["p="] if self.takes_parameters else []

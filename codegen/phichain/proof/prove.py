@@ -13,6 +13,7 @@ from phichain.errors import ProofError
 from phichain.lowering import Lowered, lower
 from phichain.lowering.field import vector_field
 from phichain.lowering.lower import lower_function
+from phichain.lowering.preparation import preparation
 from phichain.lowering.series import Series, series
 from phichain.mechanics import Model, derive
 from phichain.proof.case import IDENTITIES, Case, Subject, Wrong
@@ -32,6 +33,7 @@ EXACTLY: Final = f"modulo 2^61 - 1, {POINTS} points"
 _BY_DIGITS: Final = "50 digits in the self-test: no identity modulo a prime is written for it"
 _FLOW: Final = f"50 digits in the self-test: steps in floating point; its vector field {EXACTLY}"
 _RECURRENCES: Final = f"50 digits in the self-test: steps in floating point; its recurrences {EXACTLY}, {ORDERS} orders"
+_PREPARED: Final = "prepare"
 _TAYLOR: Final = frozenset({"propagate", "propagate_batch"})
 _REMEDY: Final = "nothing was written: report this scene, or give prove=False (--no-proof) to have it unproven"
 
@@ -118,7 +120,7 @@ class _Court:
         Raises:
             ProofError: they are not the Lagrangian's.
         """
-        wanted = [name for name in self.model.scene.want if name in FLOWS]
+        wanted = [name for name in self.model.scene.want if name in FLOWS and name != _PREPARED]
         start, by_field = time.process_time(), [name for name in wanted if name not in _TAYLOR]
         if by_field:
             self.hold(by_field[0], Subject(vector_field(self.model)), field_of_flows)
@@ -126,9 +128,21 @@ class _Court:
         if len(by_field) < len(wanted):
             _hold_recurrences(self.model, series(self.model), self.judge, [chain.point for chain in self.chains])
         seconds = {False: middle - start, True: time.process_time() - middle}
-        return [
+        return self.prepared() + [
             Proven(name, _RECURRENCES if name in _TAYLOR else _FLOW, False, seconds[name in _TAYLOR]) for name in wanted
         ]
+
+    def prepared(self) -> list[Proven]:
+        """Both parts of the forward dynamics, one after the other, are the Lagrangian's.
+
+        Raises:
+            ProofError: they are not.
+        """
+        if _PREPARED not in self.model.scene.want:
+            return []
+        start, identity = time.process_time(), IDENTITIES.of("forward_dynamics", self.model.scene.space)
+        self.hold(_PREPARED, Subject(preparation(self.model).whole), identity)
+        return [Proven(_PREPARED, EXACTLY, True, time.process_time() - start)]
 
     def hold(self, name: str, subject: Subject, identity: Callable[[Case], None]) -> None:
         """Hold a Program against its identity at every point.

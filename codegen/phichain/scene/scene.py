@@ -120,7 +120,9 @@ class Scene:
         com = None if com is None else centre_of_mass(per_link("com", com, links, POSITIVE, real), length)
         check_inertia(mass, length, com, real)
         damping = joint_law("damping", damping, links, real)
-        want = wanted(want, Sample(space == "planar", damping))
+        numbers = (mass, length, com, cart_mass, gravity, damping, stiffness)
+        runtime = tuple(value for value in numbers if isinstance(value, str))
+        want = wanted(want, Sample(space == "planar", damping, runtime))
         values = {
             "name": name,
             "links": links,

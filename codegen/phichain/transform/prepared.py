@@ -44,10 +44,14 @@ class Split:
     size: int
 
 
-def prepared(program: Program) -> Split | None:
+def prepared(program: Program, into: str = PREPARED) -> Split | None:
     """Split a Program without calls; None where its parameters alone determine nothing worth keeping.
 
     Statements stand or move as a whole: in a loop that reads an input everything stays.
+
+    Args:
+        program: the function.
+        into: what the array between the parts is called.
     """
     moving = _moving(program)
     still = tuple(s for s in program.body if not _defined(s) & moving)
@@ -60,15 +64,27 @@ def prepared(program: Program) -> Split | None:
         size += sizes.get(name, 1)
     if not size:
         return None
-    keep = tuple(_kept(name, sizes.get(name), offset) for name, offset in base.items())
-    out = Array(PREPARED, (size,), "what the runtime parameters alone determine")
+    keep = tuple(_kept(into, name, sizes.get(name), offset) for name, offset in base.items())
+    out = Array(into, (size,), "what the runtime parameters alone determine")
     first = replace(
         program, name="prepare", doc="What the runtime parameters alone determine.", inputs=(), outputs=(out,),
         body=(*still, *keep),
     )  # fmt: skip
-    given = _Given(base)
+    given = _Given(into, base)
     second = replace(program, inputs=(*program.inputs, out), body=tuple(map(given.statement, rest)))
     return Split(prune(first), prune(second), size)
+
+
+def joined(split: Split) -> Program:
+    """The two parts one after the other: the function again, as one that is given nothing prepared."""
+    first, rest = split.first, split.rest
+    (between,) = first.outputs
+    params = {array.name: array for array in (*first.params, *rest.params)}
+    work = {array.name: array for array in (*first.work, *rest.work, between)}
+    return replace(
+        rest, params=tuple(params.values()), inputs=tuple(array for array in rest.inputs if array != between),
+        work=tuple(work.values()), tables={**first.tables, **rest.tables}, body=(*first.body, *rest.body),
+    )  # fmt: skip
 
 
 def _moving(program: Program) -> frozenset[str]:
@@ -118,27 +134,27 @@ def _names(operands: Iterable[Operand]) -> Iterator[str]:
             yield operand.array
 
 
-def _kept(name: str, size: int | None, offset: int) -> Statement:
-    """A value, or an array of that size, written into its place in `prepared`."""
+def _kept(into: str, name: str, size: int | None, offset: int) -> Statement:
+    """A value, or an array of that size, written into its place in the array between the parts."""
     if size is None:
-        return Store(Cell(PREPARED, Affine(offset)), Local(name))
+        return Store(Cell(into, Affine(offset)), Local(name))
     turn = Affine(0, (("k", 1),))
-    copy = Store(Cell(PREPARED, turn + offset), Cell(name, turn))
+    copy = Store(Cell(into, turn + offset), Cell(name, turn))
     return For("k", Affine(0), Affine(size), 1, (), (copy,), (0, size - 1))
 
 
 class _Given:
     """Statements with what was prepared read from its place."""
 
-    def __init__(self, base: dict[str, int]) -> None:
-        self.base = base
+    def __init__(self, into: str, base: dict[str, int]) -> None:
+        self.into, self.base = into, base
 
     def operand(self, operand: Operand) -> Operand:
         match operand:
             case Local(name) if name in self.base:
-                return Cell(PREPARED, Affine(self.base[name]))
+                return Cell(self.into, Affine(self.base[name]))
             case Cell(array, index) if array in self.base:
-                return Cell(PREPARED, index + self.base[array])
+                return Cell(self.into, index + self.base[array])
         return operand
 
     def statement(self, statement: Statement) -> Statement:

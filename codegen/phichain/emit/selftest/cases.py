@@ -25,17 +25,26 @@ from phichain.emit.selftest.states import draw_inputs, draw_parameter, rounded, 
 from phichain.emit.selftest.tolerance import one_digit, out_of_range, tolerance
 from phichain.ir.nodes import Program
 from phichain.lowering.lower import Lowered
+from phichain.lowering.preparation import preparation
 from phichain.reference.algebra import cross
 from phichain.scene import Scene
 
 
 @dataclass(frozen=True)
 class Selftest:
-    """All cases of a scene, and the tolerance of each function as a literal of the scene's type."""
+    """All cases of a scene, and the tolerance of each function as a literal of the scene's type.
+
+    Attributes:
+        cases: calls of functions.
+        motions: runs of flows.
+        tolerances: by function.
+        prepared: calls of NAME_forward_dynamics_prepared, in terms of the forward dynamics.
+    """
 
     cases: tuple[Case, ...]
     motions: tuple[FlowCase, ...]
     tolerances: Mapping[str, str]
+    prepared: tuple[Case, ...] = ()
 
 
 def make_selftest(scene: Scene, lowered: Lowered) -> Selftest:
@@ -54,9 +63,14 @@ def make_selftest(scene: Scene, lowered: Lowered) -> Selftest:
         mine = [_case(scene, program, source) for _ in range(count)]
         tolerances[name] = tolerance(scene, program, mine)
         cases += mine
+    prepared: list[Case] = []
+    if "prepare" in scene.want:
+        program = preparation(lowered.model).whole
+        prepared = [_case(scene, program, source) for _ in range(count)]
+        tolerances["forward_dynamics_prepared"] = tolerance(scene, program, prepared)
     motions = flow_cases(scene, lowered)
     tolerances |= {motion.function: one_digit(scene, motion.accepted) for motion in motions}
-    return Selftest(tuple(cases), motions, tolerances)
+    return Selftest(tuple(cases), motions, tolerances, tuple(prepared))
 
 
 def _case(scene: Scene, program: Program, source: random.Random) -> Case:

@@ -16,6 +16,7 @@ from phichain.emit.selftest.flow import FlowCase
 from phichain.emit.selftest.states import rounded
 from phichain.ir.nodes import Array, Program
 from phichain.lowering.lower import Lowered
+from phichain.lowering.preparation import preparation
 from phichain.scene import Scene
 
 
@@ -24,6 +25,9 @@ def selftest_source(scene: Scene, lowered: Lowered, selftest: Selftest) -> str:
     cases = [
         _rendered(scene, lowered.wanted[case.function], case, i) for i, case in enumerate(selftest.cases, 1)
     ]
+    if selftest.prepared:
+        program = preparation(lowered.model).whole
+        cases += [_prepared(scene, program, case, i) for i, case in enumerate(selftest.prepared, len(cases) + 1)]
     text = render(
         "selftest.c.j2", name=scene.name, upper=scene.name.upper(), cases=cases,
         motions=[_motion(scene, lowered, motion) for motion in selftest.motions], literal=_literal(scene, 0.0),
@@ -54,6 +58,13 @@ def _motion(scene: Scene, lowered: Lowered, motion: FlowCase) -> dict[str, Any]:
         "tolerance": _literal(scene, rounded(scene, motion.tolerance)),
         "has_input": "u" in motion.inputs,
     }
+
+
+def _prepared(scene: Scene, program: Program, case: Case, number: int) -> dict[str, Any]:
+    """A case of the forward dynamics as a call of the two functions."""
+    rendered = _rendered(scene, program, case, number)
+    call = rendered["call"].replace("&parameters", "&prepared", 1)
+    return rendered | {"function": "forward_dynamics_prepared", "call": call, "is_prepared": True}
 
 
 def _literals(scene: Scene, values: Sequence[float]) -> str:
@@ -90,4 +101,5 @@ def _rendered(scene: Scene, program: Program, case: Case, number: int) -> dict[s
             for output, arguments in (columns(program, case).items() if case.direction else ())
         ],
         "rows": len(case.expected.get("slope", ())),
+        "is_prepared": False,
     }  # fmt: skip

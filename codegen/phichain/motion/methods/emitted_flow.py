@@ -101,14 +101,13 @@ def own_path(problem: Problem, run: EmittedFlow[P]) -> Path:
     """The states at the ends of the flow's own steps, in compiled code from end to end."""
     t0, t_end = float(problem.t[0]), float(problem.t[-1])
     t, x, steps, told = t0, problem.x0, 0, 0.0
-    times, states = [np.array([t0])], [x[np.newaxis]]
+    pieces: list[P] = []
     status, message = "complete", ""
     while True:
         left = problem.max_steps - steps
         found = run(t, x, t_end, max_steps=left if problem.progress is None else min(left, _REPORTED), own=True)
         t, x, steps = found.t, np.concatenate((found.q, found.v)), steps + found.steps
-        times.append(found.t_at)
-        states.append(np.concatenate((found.q_at, found.v_at), axis=1))
+        pieces.append(found)
         told = tell(problem, t, told)
         if found.outcome == "done":
             break
@@ -116,7 +115,19 @@ def own_path(problem: Problem, run: EmittedFlow[P]) -> Path:
             status, message = _early(found, problem, run.name)
             break
     again = partial(_again, problem, run, t, x, steps)
-    return Path(np.concatenate(times), np.concatenate(states), status, message, (), steps, again)
+    return Path(*_strung(t0, problem.x0, pieces), status, message, (), steps, again)
+
+
+def _strung(t0: float, x0: Vector, pieces: list[P]) -> tuple[Vector, Vector]:
+    """Times and states of a start and of all that was passed after it."""
+    count, nq = 1 + sum(len(piece.t_at) for piece in pieces), pieces[0].q_at.shape[1]
+    times, states, at = np.empty(count), np.empty((count, len(x0))), 1
+    times[0], states[0] = t0, x0
+    for piece in pieces:
+        end = at + len(piece.t_at)
+        times[at:end], states[at:end, :nq], states[at:end, nq:] = piece.t_at, piece.q_at, piece.v_at
+        at = end
+    return times, states
 
 
 def _again(problem: Problem, run: EmittedFlow[P], t_last: float, x_last: Vector, steps: int, times: Vector) -> Vector:

@@ -60,6 +60,7 @@ class Frame:
         self._t_end, self._max_steps = self.given["t_end"], self.given["max_steps"]
         self._outputs = tuple(self.given[name] for name in ("count", "times", "q_out", "v_out"))
         self._has_u, self._has_p = "u" in self.given, "p" in self.given
+        self._ends: tuple[NDArray[Any], ...] = ()
         self._none = (wide(np.empty(0)), wide(np.empty((0, nq))), wide(np.empty((0, nv))))
 
     def begin(
@@ -130,8 +131,8 @@ class Frame:
         while True:
             count = min(budget - self.steps, most)
             self._max_steps.value = count
-            times = np.empty(count, self._call.kind)
-            q_at, v_at = self._rows(count, None)
+            times, q_at, v_at = self._room_for_ends(count)
+            self._point_to(count, None, place(q_at), place(v_at))
             self.flow.own = place(times)
             result, written = self._called()
             if written:  # the last of them is where it ended: the state itself, to the last bit
@@ -140,6 +141,13 @@ class Frame:
             if OUTCOMES[result] != "step budget" or self.steps >= budget:
                 break
         return result, found[0] if len(found) == 1 else tuple(map(np.concatenate, zip(*found, strict=True)))
+
+    def _room_for_ends(self, count: int) -> tuple[NDArray[Any], ...]:
+        """Memory of so many ends of steps, kept for the next call: fresh pages cost as much as a short flow."""
+        if not self._ends or len(self._ends[0]) < count:
+            nq, nv, _, _ = self._call.sizes
+            self._ends = tuple(np.empty(shape, self._call.kind) for shape in (count, (count, nq), (count, nv)))
+        return self._ends
 
     def _called(self) -> tuple[int, int]:
         """Call C, and how many rows it wrote."""

@@ -39,7 +39,7 @@ def handed(argument: Passed, chain: Chain) -> Callable[[Any], Any]:
     """What makes of a value the argument that C takes: a ctypes number, or the address of an array or a struct."""
     if argument.form == "value":
         return _number(argument.type, chain)
-    return address if argument.type in ("real", "params") else _struct_address
+    return address if argument.type in ("real", "params", "prepared") else _struct_address
 
 
 def _struct_address(struct: ctypes.Structure | None) -> Any:

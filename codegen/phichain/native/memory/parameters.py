@@ -40,8 +40,11 @@ class ParameterBlock:
         self._names = [parameter.name for parameter in signature.parameters]
         self._takes = [slot(field.shape, field).take for field in self._fields]
 
-    def fill(self, p: Mapping[str, Any] | None) -> None:
+    def fill(self, p: Mapping[str, Any] | None) -> bool:
         """Take parameters by name.
+
+        Returns:
+            Whether they are others than those taken last.
 
         Raises:
             ArrayError: One is missing, unknown, has another shape, or is none that a scene could hold.
@@ -52,10 +55,12 @@ class ParameterBlock:
                 field[...] = value
         values = self.values.tobytes()
         # What was given last time was checked then; comparing costs a tenth of checking.
-        if values != self._checked:
-            for parameter, field in zip(self._signature.parameters, self._fields, strict=True):
-                demand_range(f"{self._signature.name}.p[{parameter.name!r}]", parameter.name, field)
-            self._checked = values
+        if values == self._checked:
+            return False
+        for parameter, field in zip(self._signature.parameters, self._fields, strict=True):
+            demand_range(f"{self._signature.name}.p[{parameter.name!r}]", parameter.name, field)
+        self._checked = values
+        return True
 
     def _took(self, p: Any) -> bool:
         """Copy parameters that need no conversion; False at anything else."""
