@@ -103,7 +103,7 @@ def test_long_chains_do_not_work_on_the_stack(tmp_path: Path) -> None:
         state, ctypes.c_double(1.0), ctypes.c_ulong(1), q, v, None, ctypes.c_ulong(0), None, None, None
     )
     assert result == 4
-    needed = int.from_bytes(bytes(state)[8 * (3 + 128 + 1) : 8 * (3 + 128 + 2)], "little")
+    needed = int.from_bytes(bytes(state)[8 * (3 + 128 + 2) : 8 * (3 + 128 + 3)], "little")
     assert f" {needed} bytes;" in made.declarations and needed > ON_STACK
 
 
