@@ -91,10 +91,9 @@ def test_an_installation_generates_the_checkouts_bytes_from_another_folder(
 @pytest.mark.slow
 def test_a_wheel_brings_what_it_needs(wheel: Path, tmp_path: Path) -> None:
     """The declared dependencies suffice: nothing is borrowed, everything comes through pip."""
-    run(sys.executable, "-m", "venv", "--without-pip", tmp_path / "env", cwd=tmp_path)
+    run(sys.executable, "-m", "venv", tmp_path / "env", cwd=tmp_path)
     python = tmp_path / "env" / "bin" / "python"
-    pip = (sys.executable, "-m", "pip", "--python", python, "install")
-    words = [*pip, "--quiet", "--no-compile", "--disable-pip-version-check", wheel]
+    words = [python, "-m", "pip", "install", "--quiet", "--no-compile", "--disable-pip-version-check", wheel]
     install = subprocess.run([str(word) for word in words], cwd=tmp_path, capture_output=True, text=True, check=False)
     if "No matching distribution" in install.stderr or "connection" in install.stderr.lower():
         pytest.skip("no package index in reach")
