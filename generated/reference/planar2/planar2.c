@@ -1278,6 +1278,26 @@ static planar2_real planar2_flow_scalar(const int order, const planar2_workspace
     return place[planar2_flow_axes * event->index + planar2_flow_axes - 1] - event->value;
 }
 
+/* The scalar where a run starts: zero within rounding, so that one that stopped there does not stop again. */
+static planar2_real planar2_flow_at_start(const int order, const planar2_workspace *jet, const int lane,
+    const planar2_event *event, const planar2_real scales[2])
+{
+    planar2_real norm[2][planar2_flow_lane_count];
+    const planar2_real scalar = planar2_flow_scalar(order, jet, lane, 0, event);
+    planar2_flow_norms(scales[1], jet->state, norm);
+    const planar2_real angle = norm[0][lane], rate = norm[1][lane];
+    planar2_real size = planar2_flow_larger(rate / planar2_flow_larger(scales[0], rate), angle);
+    if (event->scalar == PLANAR2_OF_V) {
+        size = planar2_flow_larger(rate, scales[0] * angle);
+    }
+    if (event->scalar == PLANAR2_OF_DEPTH) {
+        size = scales[1];
+    } else if (event->index < planar2_flow_cart) {
+        size *= scales[1];
+    }
+    return fabs(scalar) > 8 * 2.220446049250313e-16 * (fabs(event->value) + size) ? scalar : 0;
+}
+
 /* The scalar, or by how much it grows over twice a short time around h. */
 static planar2_real planar2_flow_signal(const int order, const planar2_workspace *jet, const int lane,
     const planar2_real h, const planar2_event *event, const planar2_real around)
@@ -1324,8 +1344,9 @@ static planar2_real planar2_flow_zero(const int order, const planar2_workspace *
     return high;
 }
 
-/* Time at which the scalar turns back towards where it came from between two times at which it lies on the
- * same side of zero, or the second of them where it does not. */
+/* Time at which the scalar turns, lowest where it lies above zero at the end and highest where it lies
+ * below, between two times between which it has not changed sides, or the second of them where it does not
+ * turn. */
 static planar2_real planar2_flow_turning(const int order, const planar2_workspace *jet, const int lane,
     const planar2_real h, const planar2_event *event, const planar2_real low, const planar2_real high,
     const int is_above)
@@ -1346,12 +1367,13 @@ static planar2_real planar2_flow_crossing(const int order, const planar2_workspa
 {
     planar2_real low = 0, at_low = *before;
     for (int look = 1; look <= planar2_flow_looks; ++look) {
-        const planar2_real end = look == planar2_flow_looks ? h : h * (planar2_real)look / planar2_flow_looks;
+        const planar2_real end = look == planar2_flow_looks ? h : h * (planar2_real)look
+            / (planar2_real)planar2_flow_looks;
         const planar2_real at_end = planar2_flow_scalar(order, jet, lane, end, event);
         planar2_real high = end, at_high = at_end;
-        if ((at_low > 0 && at_end > 0) || (at_low < 0 && at_end < 0)) {
-            /* Twice across zero and back, perhaps. */
-            high = planar2_flow_turning(order, jet, lane, h, event, low, end, at_low > 0);
+        if (!((at_low < 0 && at_end >= 0) || (at_low > 0 && at_end <= 0))) {
+            /* Twice across zero and back, perhaps; or, where it starts at zero, once. */
+            high = planar2_flow_turning(order, jet, lane, h, event, low, end, at_end > 0);
             at_high = planar2_flow_scalar(order, jet, lane, high, event);
         }
         for (;;) {
@@ -1383,7 +1405,7 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
     /* Errors add up over the steps: each aims below the tolerance. */
     const planar2_real goal = tolerance * 0.00390625;
     int order = (int)ceil(1 - 0.6 * log(goal));
-    order = order < 4 ? 4 : order > planar2_flow_highest ? planar2_flow_highest : order;
+    order = order < 4 ? 4 : (order > planar2_flow_highest ? planar2_flow_highest : order);
     const planar2_real way = t_end < flow->t ? -1 : 1;
     int result = PLANAR2_STEP_BUDGET, is_new = 1;
     const planar2_real scales[2] = {17.3, 1.0}; /* fastest linear rate, length of the chain */
@@ -1400,7 +1422,7 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
     if (event != NULL) {
         memset(jet->x, 0, sizeof jet->x);
         jet->start.unit[0] = unit;
-        at_event = planar2_flow_scalar(order, jet, 0, 0, event);
+        at_event = planar2_flow_at_start(order, jet, 0, event, scales);
     }
     flow->tolerance = tolerance;
     flow->order = order;

@@ -1384,7 +1384,8 @@ static SPATIAL2_CART_FLOW_APART void spatial2_cart_flow_expand(const int order,
         } else {
             spatial2_cart_flow_rest(n, turn, jet);
         }
-        spatial2_cart_flow_square_sums(n, jet, sums + spatial2_cart_flow_lefts * spatial2_cart_flow_rights);
+        spatial2_cart_flow_square_sums(n, jet, sums
+            + (size_t)(spatial2_cart_flow_lefts * spatial2_cart_flow_rights));
         spatial2_cart_flow_order(jet->start.held, sums, jet->x[n], spatial2_cart_flow_now[n],
             jet->left[n + 1], jet->right[n + 1], jet->x[n + 1]);
     }
@@ -1605,6 +1606,27 @@ static spatial2_cart_real spatial2_cart_flow_scalar(const int order, const spati
     return place[spatial2_cart_flow_axes * event->index + spatial2_cart_flow_axes - 1] - event->value;
 }
 
+/* The scalar where a run starts: zero within rounding, so that one that stopped there does not stop again. */
+static spatial2_cart_real spatial2_cart_flow_at_start(const int order, const spatial2_cart_workspace *jet,
+    const int lane, const spatial2_cart_event *event, const spatial2_cart_real scales[2])
+{
+    spatial2_cart_real norm[2][spatial2_cart_flow_lane_count];
+    const spatial2_cart_real scalar = spatial2_cart_flow_scalar(order, jet, lane, 0, event);
+    spatial2_cart_flow_norms(scales[1], jet->state, norm);
+    const spatial2_cart_real angle = norm[0][lane], rate = norm[1][lane];
+    spatial2_cart_real size = spatial2_cart_flow_larger(rate / spatial2_cart_flow_larger(scales[0], rate),
+        angle);
+    if (event->scalar == SPATIAL2_CART_OF_V) {
+        size = spatial2_cart_flow_larger(rate, scales[0] * angle);
+    }
+    if (event->scalar == SPATIAL2_CART_OF_DEPTH) {
+        size = scales[1];
+    } else if (event->index < spatial2_cart_flow_cart) {
+        size *= scales[1];
+    }
+    return fabs(scalar) > 8 * 2.220446049250313e-16 * (fabs(event->value) + size) ? scalar : 0;
+}
+
 /* The scalar, or by how much it grows over twice a short time around h. */
 static spatial2_cart_real spatial2_cart_flow_signal(const int order, const spatial2_cart_workspace *jet,
     const int lane, const spatial2_cart_real h, const spatial2_cart_event *event,
@@ -1654,8 +1676,9 @@ static spatial2_cart_real spatial2_cart_flow_zero(const int order, const spatial
     return high;
 }
 
-/* Time at which the scalar turns back towards where it came from between two times at which it lies on the
- * same side of zero, or the second of them where it does not. */
+/* Time at which the scalar turns, lowest where it lies above zero at the end and highest where it lies
+ * below, between two times between which it has not changed sides, or the second of them where it does not
+ * turn. */
 static spatial2_cart_real spatial2_cart_flow_turning(const int order, const spatial2_cart_workspace *jet,
     const int lane, const spatial2_cart_real h, const spatial2_cart_event *event,
     const spatial2_cart_real low, const spatial2_cart_real high, const int is_above)
@@ -1677,12 +1700,12 @@ static spatial2_cart_real spatial2_cart_flow_crossing(const int order, const spa
     spatial2_cart_real low = 0, at_low = *before;
     for (int look = 1; look <= spatial2_cart_flow_looks; ++look) {
         const spatial2_cart_real end = look == spatial2_cart_flow_looks ? h : h * (spatial2_cart_real)look
-            / spatial2_cart_flow_looks;
+            / (spatial2_cart_real)spatial2_cart_flow_looks;
         const spatial2_cart_real at_end = spatial2_cart_flow_scalar(order, jet, lane, end, event);
         spatial2_cart_real high = end, at_high = at_end;
-        if ((at_low > 0 && at_end > 0) || (at_low < 0 && at_end < 0)) {
-            /* Twice across zero and back, perhaps. */
-            high = spatial2_cart_flow_turning(order, jet, lane, h, event, low, end, at_low > 0);
+        if (!((at_low < 0 && at_end >= 0) || (at_low > 0 && at_end <= 0))) {
+            /* Twice across zero and back, perhaps; or, where it starts at zero, once. */
+            high = spatial2_cart_flow_turning(order, jet, lane, h, event, low, end, at_end > 0);
             at_high = spatial2_cart_flow_scalar(order, jet, lane, high, event);
         }
         for (;;) {
@@ -1715,7 +1738,7 @@ static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run(spatial2_cart_flow *f
     /* Errors add up over the steps: each aims below the tolerance. */
     const spatial2_cart_real goal = tolerance * 0.00390625;
     int order = (int)ceil(1 - 0.6 * log(goal));
-    order = order < 4 ? 4 : order > spatial2_cart_flow_highest ? spatial2_cart_flow_highest : order;
+    order = order < 4 ? 4 : (order > spatial2_cart_flow_highest ? spatial2_cart_flow_highest : order);
     const spatial2_cart_real way = t_end < flow->t ? -1 : 1;
     int result = SPATIAL2_CART_STEP_BUDGET, is_new = 1;
     const spatial2_cart_real scales[2] = {10.3, 0.5}; /* fastest linear rate, length of the chain */
@@ -1731,7 +1754,7 @@ static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run(spatial2_cart_flow *f
     if (event != NULL) {
         memset(jet->x, 0, sizeof jet->x);
         jet->start.unit[0] = unit;
-        at_event = spatial2_cart_flow_scalar(order, jet, 0, 0, event);
+        at_event = spatial2_cart_flow_at_start(order, jet, 0, event, scales);
     }
     flow->tolerance = tolerance;
     flow->order = order;
