@@ -66,11 +66,10 @@ def departed(problem: Problem, path: Path, name: str, segments: Segments, asked:
     most = _most(problem, name, asked, scale)
     if apart <= most:
         return []
-    return [
-        f"doubtful: {by} ends {apart:.2g} of the motion away, and {most:.2g} is what "
-        f"{f'tol {asked:g}' if asked else name} promises; lower tol, shorten the span (errors may grow by themselves), or use "
-        "the Taylor flow (propagate) at round-off"
-    ]
+    promised = f"tol {asked:g}" if asked else name
+    why = f"{by} ends {apart:.2g} of the motion away, and {most:.2g} is what {promised} promises"
+    remedy = "lower tol, shorten the span (errors may grow by themselves), or use the Taylor flow (propagate) at round-off"
+    return [f"doubtful: {why}; {remedy}"]
 
 
 def _most(problem: Problem, name: str, asked: float | None, scale: float) -> float:

@@ -49,8 +49,8 @@ def rest_of_difference(
 ) -> ArrayRef:
     """What the rounded `planar.joints.difference` of theta leaves out of that of theta + lost."""
     lag, rest = LAG[str(scene.angles)], builder.array(name, scene.links)
-    for k in range(min(lag or scene.links, scene.links)):
-        rest[k] = lost[k]
+    for first in range(min(lag or scene.links, scene.links)):
+        rest[first] = lost[first]
     if lag:
         with builder.loop("k", min(lag, scene.links), scene.links) as loop:
             k = loop.index
