@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from phichain.errors import ArrayError, ConvergenceError, UnsupportedError
 from phichain.motion import choose
+from phichain.motion.companion import departed
 from phichain.motion.doubts import doubts
 from phichain.motion.events import Event, Scalar, as_events
 from phichain.motion.ledger import Ledger
@@ -150,7 +151,8 @@ def simulate(
         system, field, jacobian, control, held, p, state, times, asked, asked / 100, h, watched,
         _budget(max_steps), _told(progress), notes,
     )  # fmt: skip
-    if method == "auto":
+    is_auto = method == "auto"
+    if is_auto:
         problem = problem.within(asked / choose.SAFETY, problem.atol)
         name, why = choose.choose(problem, free=tol is None)
         if name == "taylor" and tol is None:
@@ -166,7 +168,7 @@ def simulate(
         reasons.append("outputs were projected on the manifold")
     reasons += ledger.remarks
     energies = _energies(problem, path.x[:, : system.nq], path.x[:, system.nq :])
-    if path.status == "complete" and (found := doubts(problem, path, name, energies and energies[0] + energies[1])):
+    if path.status == "complete" and (found := _doubted(problem, path, name, engine, energies, asked if is_auto and tol is not None else None)):
         path, reasons = replace(path, status="doubtful"), [*reasons, *found]
     trajectory = _record(
         problem, path, name, engine, ledger, "; ".join(filter(None, [*reasons, path.message])), project, energies
@@ -177,6 +179,14 @@ def simulate(
             trajectory=trajectory,
         )  # fmt: skip
     return trajectory
+
+
+def _doubted(
+    problem: Problem, path: Path, name: str, engine: Method, energies: Energies, asked: float | None
+) -> list[str]:
+    """Reasons to doubt a complete run."""
+    found = doubts(problem, path, name, energies and energies[0] + energies[1])
+    return found or ([] if engine.fixed else departed(problem, path, name, engine.segments, asked))
 
 
 def _budget(max_steps: int) -> int:

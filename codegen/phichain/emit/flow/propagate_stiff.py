@@ -20,7 +20,13 @@ from phichain.emit.flow.flows import FlowText, prints
 from phichain.emit.render import render
 from phichain.ir.nodes import Program
 from phichain.lowering.lower import lower_function
-from phichain.lowering.planar.joint_state import carries_joints, from_joints, joint_scene, to_joint_inputs, to_joints
+from phichain.lowering.planar.joint_state import (
+    carries_joints,
+    from_joints,
+    joint_scene,
+    to_joint_inputs,
+    to_joints,
+)
 from phichain.lowering.stiff_scales import scales_program
 from phichain.mechanics import Model, derive
 from phichain.scene import Scene

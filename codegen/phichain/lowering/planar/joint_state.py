@@ -44,11 +44,13 @@ def two_sum(a: Expr, b: Expr) -> Double:
     return total, (a - (total - other)) + (b - other)
 
 
-def rest_of_difference(builder: Builder, scene: Scene, name: str, theta: ArrayRef, lost: ArrayRef) -> ArrayRef:
+def rest_of_difference(
+    builder: Builder, scene: Scene, name: str, theta: ArrayRef, lost: ArrayRef
+) -> ArrayRef:
     """What the rounded `planar.joints.difference` of theta leaves out of that of theta + lost."""
     lag, rest = LAG[str(scene.angles)], builder.array(name, scene.links)
-    for k in range(min(lag or scene.links, scene.links)):
-        rest[k] = lost[k]
+    for first in range(min(lag or scene.links, scene.links)):
+        rest[first] = lost[first]
     if lag:
         with builder.loop("k", min(lag, scene.links), scene.links) as loop:
             k = loop.index
@@ -58,19 +60,25 @@ def rest_of_difference(builder: Builder, scene: Scene, name: str, theta: ArrayRe
 
 def to_joints(scene: Scene) -> Program:
     """q, v and what rounding took from them -> the same of the joints."""
-    builder = Builder("stiff_to_joints", "Joint angles and rates of a state, and what rounding took from them.")
+    builder = Builder(
+        "stiff_to_joints", "Joint angles and rates of a state, and what rounding took from them."
+    )
     return _converted(builder, scene, is_inwards=True)
 
 
 def from_joints(scene: Scene) -> Program:
     """Joint angles and rates, and what rounding took from them -> the state."""
-    builder = Builder("stiff_from_joints", "The state of joint angles and rates, and what rounding took from it.")
+    builder = Builder(
+        "stiff_from_joints", "The state of joint angles and rates, and what rounding took from it."
+    )
     return _converted(builder, scene, is_inwards=False)
 
 
 def to_joint_inputs(scene: Scene) -> Program:
     """u, conjugate to the scene's angles -> forces conjugate to the joints' angles."""
-    builder = Builder("stiff_joint_inputs", "Torques at the joints of torques conjugate to the scene's angles.")
+    builder = Builder(
+        "stiff_joint_inputs", "Torques at the joints of torques conjugate to the scene's angles."
+    )
     carts, links, lag = int(scene.has_force), scene.links, LAG[str(scene.angles)]
     u = builder.input("u", (scene.nu,), "inputs")
     out = builder.output("joint_u", (joint_scene(scene).nu,), "force, torques at the joints")
@@ -96,7 +104,9 @@ def _converted(builder: Builder, scene: Scene, is_inwards: bool) -> Program:
     given = [builder.input(name, (count,), name) for name, count in sizes.items()]
     made = [builder.output(f"{name}_made", (count,), name) for name, count in sizes.items()]
     for part in range(2):
-        (old, old_rest), (new, new_rest) = ((half[part], half[2].shifted(part * size)) for half in (given, made))
+        (old, old_rest), (new, new_rest) = (
+            (half[part], half[2].shifted(part * size)) for half in (given, made)
+        )
         for i in range(carts + lag):
             new[i], new_rest[i] = _settled(old[i], old_rest[i])
         with builder.loop("k", carts + lag, size) as loop:
