@@ -88,7 +88,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
     scene = model.scene
     stem, upper = f"{scene.name}_flows", scene.name.upper()
     spelt = spelling(model, made, stem, PROPAGATE_BATCH, names, positions) | {
-        "PROPAGATE_DOC": ROWS["propagate_batch"].doc, "PHI_MARGIN": names.number(MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE).text,
+        "STEM_SINGLY": "", "PROPAGATE_DOC": ROWS["propagate_batch"].doc, "PHI_MARGIN": names.number(MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE).text,
         "stem_event": f"{scene.name}_batch_event", **{f"STEM_OF_{what}": f"{upper}_BATCH_OF_{what}" for what in ("DEPTH", "V")},
     }  # fmt: skip
     wanted = features(scene, made, False, False)
