@@ -38,7 +38,9 @@ from phichain.scene import Scene
 ORDER_SHARE: Final = Fraction(3, 5)
 #: The local error aimed at, in units of the tolerance: over steps errors add up.
 MARGIN: Final = Fraction(1, 256)
-#: Bytes of a vector, on every machine.
+#: Vector registers a value takes: vectors that a processor does not have are taken apart in memory, six times as slow.
+REGISTERS: Final = 1
+#: Bytes of a vector at most.
 VECTOR: Final = 64
 
 
@@ -71,7 +73,7 @@ def flow_batch(model: Model, known: Collection[str] = ()) -> FlowBatch:
     names = c_names(scene, stem, called)
     parts, uses = printed(scene, names, called)
     definitions = render(
-        "flow_batch.c.j2", upper=scene.name.upper(), kernel=lanes_kernel(scene, stem, uses, None), functions=parts, is_scalar=False,
+        "flow_batch.c.j2", upper=scene.name.upper(), kernel=lanes_kernel(scene, stem, uses, REGISTERS), functions=parts, is_scalar=False,
         stencils=_stencils(model, made, names, positions), **sizes(scene, stem, made, names),
     )  # fmt: skip
     return FlowBatch(
