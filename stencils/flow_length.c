@@ -59,19 +59,15 @@ static void stem_lengths(const int order, const stem_jets *jet, const phi_real g
 }
 
 /* How far the series are from the equations at the ends of their steps: h times the difference of the two slopes there,
- * over what is allowed. Expects the start of the next steps in jet->end. */
-static void stem_defects(const int order, const stem_jets *jet, const stem_lanes *h, const phi_real room, const phi_real scales[2], phi_real defect[stem_lane_count])
+ * over what is allowed. Expects the start of the next steps in jet->end, and h times the series' slopes. */
+static void stem_defects(const stem_jets *jet, const stem_lanes along[stem_x], const stem_lanes *h, const phi_real room, const phi_real scales[2], phi_real defect[stem_lane_count])
 {
     stem_lanes apart[stem_x], slope[stem_x];
     phi_real state[2][stem_lane_count], motion[2][stem_lane_count], off[2][stem_lane_count];
     const stem_lanes t = *h / jet->start.unit[0], unit = jet->start.unit[0] / jet->end.unit[0], square = unit * unit;
     for (int i = 0; i < stem_x; ++i) {
-        stem_lanes sum = (phi_real)order * jet->x[order][i];
-        for (int n = order - 1; n > 0; --n) {
-            sum = sum * t + (phi_real)n * jet->x[n][i];
-        }
         slope[i] = t * (jet->end.slope[i] * (i < stem_q ? unit : square));
-        apart[i] = t * sum - slope[i];
+        apart[i] = along[i] - slope[i];
     }
     stem_norms(scales[1], jet->state, state);
     stem_norms(scales[1], slope, motion);
@@ -98,14 +94,14 @@ static void stem_check(CONTEXT const int order, stem_jets *jet, const phi_real g
     phi_real defect[stem_lane_count], last[stem_lane_count] = {0};
     int slow[stem_lane_count] = {0}, shorter = 1;
     while (shorter) {
-        stem_lanes increment[stem_x], unit = *h;
-        stem_increment(order, jet, h, increment);
+        stem_lanes increment[stem_x], along[stem_x], unit = *h;
+        stem_advance(order, jet, h, increment, along);
         stem_move(increment, jet);
         for (int lane = 0; lane < stem_lane_count; ++lane) {
             STEM_AT(unit, lane) = stem_unit(phi_abs(STEM_OF(*h, lane)));
         }
         stem_begin(PASS jet, jet->moved, jet->moved_lost, &unit, &jet->end);
-        stem_defects(order, jet, h, room, scales, defect);
+        stem_defects(jet, along, h, room, scales, defect);
         shorter = 0;
         for (int lane = 0; lane < stem_lane_count; ++lane) {
             if (!(defect[lane] > 1) || slow[lane] == 3) {

@@ -44,17 +44,18 @@ static void stem_ahead(const int n, stem_jets *PHI_RESTRICT jet)
     }
 }
 
-/* What the sums `turn` orders after the start of a block still want of the rows that have come since. */
-static void stem_rest(const int n, const int turn, stem_jets *PHI_RESTRICT jet)
+/* What the sums `turn` orders after the start of a block still want of the rows that have come since; the newest last, for
+ * which everything else waits. */
+static STEM_SINGLY void stem_rest(const int n, const int turn, stem_jets *PHI_RESTRICT jet)
 {
     for (int row = 0; row < stem_rights; ++row) {
         for (int i = 0; i < stem_lefts; ++i) {
             const int k = stem_lefts * row + i;
             stem_lanes sum = jet->sums[turn][k];
-            int j = 0;
+            int j = turn - 1;
             do {
-                sum += jet->left[n - j][i] * jet->right[j][k] + jet->left[j][i] * jet->right[n - j][k];
-            } while (++j < turn);
+                sum += jet->left[j][i] * jet->right[n - j][k] + jet->left[n - j][i] * jet->right[j][k];
+            } while (--j >= 0);
             jet->sums[turn][k] = sum;
         }
     }
@@ -140,6 +141,35 @@ static void stem_increment(const int order, const stem_jets *PHI_RESTRICT jet, c
             sum = sum * t + jet->x[n][i];
         }
         increment[i] = sum * (i < stem_q ? t : share);
+    }
+}
+
+/* The same, and h times the slope of the series in the units of its coefficients: even and odd powers apart, so that no sum
+ * waits for the one before. Order 1, the most of it, is added last and rounded once. */
+static void stem_advance(const int order, const stem_jets *PHI_RESTRICT jet, const stem_lanes *h, stem_lanes increment[PHI_RESTRICT stem_x], stem_lanes along[PHI_RESTRICT stem_x])
+{
+    const stem_lanes t = *h / jet->start.unit[0], share = t / jet->start.unit[0], square = t * t;
+    for (int i = 0; i < stem_x; ++i) {
+        stem_lanes sum = jet->x[order][i], next = jet->x[order - 1][i];
+        stem_lanes slope = (phi_real)order * sum, next_slope = (phi_real)(order - 1) * next;
+        int n = order - 2;
+        for (; n > 2; n -= 2) {
+            sum = sum * square + jet->x[n][i];
+            next = next * square + jet->x[n - 1][i];
+            slope = slope * square + (phi_real)n * jet->x[n][i];
+            next_slope = next_slope * square + (phi_real)(n - 1) * jet->x[n - 1][i];
+        }
+        if (n == 2) {
+            sum = (sum * square + jet->x[2][i]) + next * t;
+            slope = (slope * square + 2 * jet->x[2][i]) + next_slope * t;
+        } else {
+            sum = sum * t + next;
+            slope = slope * t + next_slope;
+        }
+        sum = sum * t + jet->x[1][i];
+        slope = slope * t + jet->x[1][i];
+        increment[i] = sum * (i < stem_q ? t : share);
+        along[i] = slope * t;
     }
 }
 

@@ -126,7 +126,7 @@ def test_errors_follow_the_tolerance(tol: float) -> None:
     exact = go([0.4, 0], [0, 0], 0.0, 20.0, 1e-15)
     found = go([0.4, 0], [0, 0], 0.0, 20.0, tol)
     assert np.max(np.abs(found.q - exact.q)) < tol
-    assert found.steps < 1.5 * exact.steps and found.order < exact.order
+    assert found.steps < exact.steps and found.order <= exact.order
 
 
 # --- trouble ---------------------------------------------------------------------------------------------------------------

@@ -191,6 +191,26 @@ def test_errors_of_derivatives_follow_the_tolerance(tol: float) -> None:
     assert np.max(np.abs(found - exact)) < tol * np.max(np.abs(exact))
 
 
+@pytest.mark.parametrize("tol", [1e-6, 1e-9, 1e-12])
+def test_columns_hardly_shorten_the_steps(tol: float) -> None:
+    """Relative to the motion their goal would cost a quarter more steps."""
+    go = compiled(FIVE)
+    alone, along = (
+        go([0.4, 0, 0, 0, 0], np.zeros(5), 0.0, 1.0, tol, **more) for more in ({}, {"transition": np.eye(10)})
+    )
+    assert along.steps < 1.15 * alone.steps
+
+
+def test_vectors_of_columns_are_those_of_the_processor() -> None:
+    """Wider ones would be taken apart in memory; narrower ones than all columns need are not padded."""
+    wide, narrow = unit(FIVE)[0], unit(TWO)[0]
+    sizes = [line.split()[-1] for line in wide.splitlines() if "TANGENT_BYTES " in line]
+    assert sizes == ["64", "32", "16"]
+    assert "__AVX512F__" in wide and [
+        line.split()[-1] for line in narrow.splitlines() if "define TWO_TANGENT_BYTES" in line
+    ] == ["32", "32", "16"]
+
+
 def test_columns_do_not_depend_on_their_company() -> None:
     """Some columns alone, in blocks that are not full, are those of the whole matrix."""
     go = compiled(FIVE)

@@ -32,11 +32,15 @@ from phichain.lowering.series import series
 from phichain.lowering.series.series import HELD, LEFT, NOW, RIGHT, Series
 from phichain.mechanics import Model
 
-#: Order 1 - share * log(local error). One half is the optimum where sums cost most (Jorba & Zou 2005); the sweep along
-#: the chain costs as much, which favours fewer and longer steps.
-ORDER_SHARE: Final = Fraction(3, 5)
+#: Order 1 - share * log(local error). One half is the optimum where sums cost most (Jorba & Zou 2005); what a step costs
+#: whatever its order, and the sweep along the chain, favour fewer and longer steps.
+ORDER_SHARE: Final = Fraction(4, 5)
 #: The local error aimed at, in units of the tolerance: over steps errors add up.
 MARGIN: Final = Fraction(1, 256)
+#: The same for a single link: its phase alone takes up what every step leaves, always of one sign.
+SINGLE_MARGIN: Final = Fraction(1, 512)
+#: Sums an order up to which what newest rows add to them is not worth a vector: it would wait for the rows' numbers.
+SINGLY: Final = 8
 #: The local error of derivatives aimed at, in units of that of the state: nothing feeds it back into the motion, and
 #: their last terms are larger by the order and more, which would shorten every step.
 LEEWAY: Final = 16
@@ -78,6 +82,7 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
     definitions = render(
         "flow.c.j2", upper=scene.name.upper(), tangent=tangent if scene.variational else "", width=width,
         vectors=vector_bytes(scene), number_bytes=number, functions=parts, is_scalar=True,
+        singly=_singly(made),
         stencils=_stencils(model, made, names, positions), **sizes(scene, stem, made, names),
     )  # fmt: skip
     return TaylorFlow(
@@ -87,6 +92,11 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
         uses=uses,
         recurrences=made,
     )
+
+
+def _singly(made: Series) -> bool:
+    """Whether rows are too short for vectors."""
+    return made.lanes * made.rights <= SINGLY
 
 
 def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
@@ -100,8 +110,8 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
         "stem_event": f"{scene.name}_event", **{f"STEM_OF_{what}": f"{scene.name.upper()}_OF_{what}" for what in ("DEPTH", "V")},
     }  # fmt: skip
     spelt = spelling(model, made, stem, PROPAGATE, names, positions)
-    spelt |= own | {
-        "PHI_MARGIN": names.number(MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE).text,
+    spelt |= own | ({} if _singly(made) else {"STEM_SINGLY": ""}) | {
+        "PHI_MARGIN": names.number(SINGLE_MARGIN if scene.links == 1 else MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE).text,
         "PHI_SLACK": names.number(SLACK).text, "PHI_LEEWAY": str(LEEWAY),
     }  # fmt: skip
     files = ["flow_norms", *(["flow_turns"] if turns(scene) else []), "flow_series", "flow_length", "flow_event"]

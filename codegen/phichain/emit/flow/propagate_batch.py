@@ -38,7 +38,9 @@ from phichain.scene import Scene
 ORDER_SHARE: Final = Fraction(3, 5)
 #: The local error aimed at, in units of the tolerance: over steps errors add up.
 MARGIN: Final = Fraction(1, 256)
-#: Bytes of a vector, on every machine.
+#: Vector registers a value takes: vectors that a processor does not have are taken apart in memory, six times as slow.
+REGISTERS: Final = 1
+#: Bytes of a vector at most.
 VECTOR: Final = 64
 
 
@@ -71,7 +73,7 @@ def flow_batch(model: Model, known: Collection[str] = ()) -> FlowBatch:
     names = c_names(scene, stem, called)
     parts, uses = printed(scene, names, called)
     definitions = render(
-        "flow_batch.c.j2", upper=scene.name.upper(), kernel=lanes_kernel(scene, stem, uses, None), functions=parts, is_scalar=False,
+        "flow_batch.c.j2", upper=scene.name.upper(), kernel=lanes_kernel(scene, stem, uses, REGISTERS), functions=parts, is_scalar=False,
         stencils=_stencils(model, made, names, positions), **sizes(scene, stem, made, names),
     )  # fmt: skip
     return FlowBatch(
@@ -88,7 +90,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
     scene = model.scene
     stem, upper = f"{scene.name}_flows", scene.name.upper()
     spelt = spelling(model, made, stem, PROPAGATE_BATCH, names, positions) | {
-        "PROPAGATE_DOC": ROWS["propagate_batch"].doc, "PHI_MARGIN": names.number(MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE).text,
+        "STEM_SINGLY": "", "PROPAGATE_DOC": ROWS["propagate_batch"].doc, "PHI_MARGIN": names.number(MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE).text,
         "stem_event": f"{scene.name}_batch_event", **{f"STEM_OF_{what}": f"{upper}_BATCH_OF_{what}" for what in ("DEPTH", "V")},
     }  # fmt: skip
     wanted = features(scene, made, False, False)
