@@ -167,10 +167,10 @@ class Columns:
         special = min(column.reach, known)
         common = column.common(k - 1), column.common(k)
         with self.builder.loop("j", 0, k - column.reach if special == column.reach else 0) as loop:
-            self._advance(k, loop.index, target, lanes, lanes.at(k - 1, loop.index), sigma, common)
+            self._advance(k, loop.index, target, lanes, _pair(lanes.at(k - 1, loop.index)), sigma, common)
         for lag in range(special, 0, -1):
             jumps = column.along(k - 1, lag - 1), column.along(k, lag)
-            self._advance(k, k - lag, target, lanes, lanes.at(k - 1, k - lag), sigma, jumps)
+            self._advance(k, k - lag, target, lanes, _pair(lanes.at(k - 1, k - lag)), sigma, jumps)
         inside = _times(mobility, column.eta(k))
         state = -inside[0], -inside[1]
         self._advance(k, k, target, lanes, state, sigma, (column.start(k), column.along(k, 0)))
@@ -195,11 +195,11 @@ class Columns:
         carts, response = self.carts, self.response
         with self.builder.loop("i", 0, k - 1 + carts) as loop:
             i = loop.index
-            state = self.couples.at(k - 1, i)
+            state = _pair(self.couples.at(k - 1, i))
             self.couples.put(k, i, response.outwards(k, state))
             self._reciprocal(k, i, state, sigma, None)
         newest = k - 1 + carts
-        state, turn = self.couples.at(k - 1, newest), response.turn(k)
+        state, turn = _pair(self.couples.at(k - 1, newest)), response.turn(k)
         moved = response.outwards(k, state)
         self.couples.put(k, newest, (moved[0] + before * turn[0], moved[1] + before * turn[1]))
         self._reciprocal(k, newest, state, sigma, omega)
@@ -223,6 +223,11 @@ class Columns:
             entry = entry - compliance.at(k - 1 + carts, i)
         compliance.put(k + carts, i, entry)
         compliance.put(i, k + carts, entry)
+
+
+def _pair(state: tuple[Expr, ...]) -> Pair:
+    x, y = state
+    return x, y
 
 
 def _times(matrix: tuple[Expr, ...], vector: Pair) -> Pair:

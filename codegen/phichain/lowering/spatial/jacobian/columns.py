@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.ir.builder import ArrayRef, Builder, Index
 from phichain.lowering.algebra.matrix import (
     Matrix,
     applied,
@@ -63,7 +63,9 @@ class Columns:
         self.couples = Lanes(builder, "couple_state", self.nv, self.links, parts, turns)
         self.by_angle = Lanes(builder, "by_angle_state", 3 * self.links, self.links, parts, turns)
         self.by_rate = Lanes(builder, "by_rate_state", 3 * self.links, self.links, parts, turns)
-        self.fresh = {name: builder.array(f"{name}_fresh", 9 * self.links) for name in ("couple", "angle", "rate")}
+        self.fresh = {
+            name: builder.array(f"{name}_fresh", 9 * self.links) for name in ("couple", "angle", "rate")
+        }
         self.mobility = builder.array("joint_mobility", 6 * self.links)
 
     def write(self, base: Matrix | None) -> None:
@@ -73,15 +75,24 @@ class Columns:
         for k in range(1, min(2, links)):
             self._step(k)
         if links > LONGEST_KEPT:
-            pairs = (links - 2) // 2
+            pairs = (links - 3) // 2
             with self.builder.loop("pair", 0, pairs) as loop:
                 for after in range(2):
                     self._step(2 * loop.index + (2 + after))
             for k in range(2 + 2 * pairs, links):
                 self._step(k)
         elif links > 2:
-            with self.builder.loop("k", 2, links) as loop:
+            with self.builder.loop("k", 2, links - 1) as loop:
                 self._step(loop.index)
+            self._step(links - 1)
+
+    def _is_last(self, k: Index) -> bool:
+        """Whether nothing is handed on."""
+        return isinstance(k, int) and k == self.links - 1
+
+    def _keep(self, lanes: Lanes, k: Index, column: Index, state: Vector) -> None:
+        if not self._is_last(k):
+            lanes.put(k, column, state)
 
     def _first(self, base: Matrix | None) -> None:
         nothing = zeros(self.builder, 3)
@@ -99,7 +110,7 @@ class Columns:
                 if self.dadu is not None:
                     self.dadu[i * 2 + j] = state[j] / self.units.force
             self._answer(0, i, applied(turn, state))
-            self.couples.put(0, i, self._reduced(link, state))
+            self._keep(self.couples, 0, i, self._reduced(link, state))
         self._own(0, link, turn, base, hit)
 
     def _empty_columns(self) -> None:
@@ -123,7 +134,10 @@ class Columns:
         own = link.multiplier
         if link.carried is not None:
             force = minus(force, scaled(own, link.carried))
-        force = tuple(tuple(entry + own if i == j else entry for j, entry in enumerate(row)) for i, row in enumerate(force))
+        force = tuple(
+            tuple(entry + own if i == j else entry for j, entry in enumerate(row))
+            for i, row in enumerate(force)
+        )
         doubled = scale(2 * self.length[k], load(self.omega, k))
         return _Disturbed(force, tuple(builder.let("drawn", entry) for entry in along), doubled)
 
@@ -140,7 +154,9 @@ class Columns:
         first = outer(scale(link.axial, link.axis), drawn)
         return first if link.carried is None or matrix is None else plus(first, product(link.carried, matrix))
 
-    def _own(self, k: Index, link: Link, turn: Matrix, mobility: Matrix, hit: _Disturbed | None = None) -> None:
+    def _own(
+        self, k: Index, link: Link, turn: Matrix, mobility: Matrix, hit: _Disturbed | None = None
+    ) -> None:
         """The blocks of link k itself, and what its disturbances and couples hand on."""
         hit = hit or self._disturbed(k, link)
         carts, wide = self.carts, link.carried is not None
@@ -151,8 +167,6 @@ class Columns:
         across = cross(scale(self.length[k], load(self.turned, k)), link.q)
         arm = scale(inverse, link.q)
         pushed = transposed(tuple(cross(arm, column) for column in link.held))
-        shaken = applied(transposed(hit.force), drawn)
-        unheld = product(mobility, hit.force) if wide else None
         # omega_k' by q_k: J (P - I) y + J C s - alpha J w d^T - (a' - a) x / l
         spin = load(self.omega, k)
         x, y, z = sub(cross(load(self.turned, k), link.q), scale(dot(spin, spin), link.q))
@@ -167,10 +181,16 @@ class Columns:
             for j in range(3):
                 place = (3 * k + carts + i) * self.nv + (3 * k + carts + j)
                 self.dadq[place], self.dadv[place] = own[i][j], rates[i][j]
+        if self._is_last(k):
+            return
+        shaken = applied(transposed(hit.force), drawn)
+        unheld = product(mobility, hit.force) if wide else None
         reached = self._passed(link, swung, lever if wide else None)
         fresh_couple = plus(reached, transposed(pushed))
         left = self._passed(link, shaken, unheld)
-        fresh_angle = minus(scaled(link.multiplier, link.held), plus(left, outer(scale(axial, link.axis), across)))
+        fresh_angle = minus(
+            scaled(link.multiplier, link.held), plus(left, outer(scale(axial, link.axis), across))
+        )
         freed = self._passed(link, (dot(link.stretch, drawn),), transposed((drawn,)) if wide else None)
         slack = tuple(axial * (row[0] - entry) for row, entry in zip(freed, link.axis, strict=True))
         fresh_rate = outer(slack, hit.doubled)
@@ -210,12 +230,12 @@ class Columns:
             with self.builder.loop("i", 0, 3 * k + carts) as loop:
                 state = self.couples.at(k - 1, loop.index)
                 self._mirrored(k, loop.index, state, hit)
-                self.couples.put(k, loop.index, self._reduced(link, state))
+                self._keep(self.couples, k, loop.index, self._reduced(link, state))
             for lanes, target in ((self.by_angle, self.dadq), (self.by_rate, self.dadv)):
                 with self.builder.loop("j", 0, 3 * k) as loop:
                     state = lanes.at(k - 1, loop.index)
                     self._put(target, k, loop.index, applied(turn, state))
-                    lanes.put(k, loop.index, self._reduced(link, state))
+                    self._keep(lanes, k, loop.index, self._reduced(link, state))
             for i in range(carts):
                 self._answer(k, i, applied(turn, self.couples.at(k - 1, i)))
         self._own(k, link, turn, mobility, hit)
@@ -230,24 +250,27 @@ class Columns:
         with self.builder.loop("i", 0, 3 * (k - 1) + carts) as loop:
             (state,) = self.couples.at(k - 1, loop.index)
             self._mirror(k, loop.index, scale(-state, force), scale(state, doubled))
-            self.couples.put(k, loop.index, (gain * state,))
+            self._keep(self.couples, k, loop.index, (gain * state,))
         for lanes, target in ((self.by_angle, self.dadq), (self.by_rate, self.dadv)):
             with self.builder.loop("j", 0, 3 * (k - 1)) as loop:
                 (state,) = lanes.at(k - 1, loop.index)
                 self._put(target, k, loop.index, scale(state, turned))
-                lanes.put(k, loop.index, (gain * state,))
+                self._keep(lanes, k, loop.index, (gain * state,))
         for i in range(carts):
             (state,) = self.couples.at(k - 1, i)
             self._answer(k, i, scale(state, turned))
         for i in range(3):
             place = 3 * (k - 1) + i
-            state = load(self.fresh["couple"], place)
-            self._mirrored(k, place + carts, state, hit)
-            self.couples.put(k, place + carts, self._reduced(link, state))
-            for name, lanes, target in (("angle", self.by_angle, self.dadq), ("rate", self.by_rate, self.dadv)):
-                state = load(self.fresh[name], place)
-                self._put(target, k, place, applied(turn, state))
-                lanes.put(k, place, self._reduced(link, state))
+            newest = load(self.fresh["couple"], place)
+            self._mirrored(k, place + carts, newest, hit)
+            self._keep(self.couples, k, place + carts, self._reduced(link, newest))
+            for name, lanes, target in (
+                ("angle", self.by_angle, self.dadq),
+                ("rate", self.by_rate, self.dadv),
+            ):
+                newest = load(self.fresh[name], place)
+                self._put(target, k, place, applied(turn, newest))
+                self._keep(lanes, k, place, self._reduced(link, newest))
 
     def _put(self, target: ArrayRef, k: Index, column: Index, value: Vector) -> None:
         for i, entry in enumerate(value):

@@ -15,10 +15,28 @@ from phichain.lowering.spatial.rates import AngularVelocities
 from phichain.lowering.writers import writes
 from phichain.scene import Scene
 
+#: Up to this ratio of what hangs beyond a link to the link's own mass no digit is lost where the masses are at the ends.
+_LARGEST_LOAD = 32
+
 
 def suits(scene: Scene) -> bool:
-    """Whether the forms here serve a scene: none has springs or dampers."""
-    return scene.stiffness is None and scene.damping is None and (scene.tip_masses or mobilities.suits(scene))
+    """Whether the forms here serve a scene without springs and dampers, and keep its digits.
+
+    A disturbance of a link is answered by forces of the order of all that hangs beyond it, which a light link has to cancel; the
+    differentiated tensions keep every digit whatever the masses are.
+    """
+    if scene.stiffness is not None or scene.damping is not None:
+        return False
+    if not scene.tip_masses:
+        return mobilities.suits(scene) and _is_even(scene)
+    return _is_even(scene)
+
+
+def _is_even(scene: Scene) -> bool:
+    """Whether no link is much lighter than what is beyond it; all masses must be known."""
+    if isinstance(scene.mass, str):
+        return False
+    return all(sum(scene.mass[k + 1 :]) <= _LARGEST_LOAD * mass for k, mass in enumerate(scene.mass))
 
 
 @writes("state_jacobian", space="spatial", own_units=in_units_of_links, suits=suits)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.algebra.matrix import Matrix, minus, outer, scaled, symmetric
+from phichain.lowering.algebra.matrix import Matrix, minus, outer, scaled, symmetric, triangle
 from phichain.lowering.algebra.vector import Vector, cross, dot, load, scale, store, zeros
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.jacobian.response import Link
@@ -26,17 +26,23 @@ class FreeMasses(Sweep):
         store(self.tension_axis, tip, scale(1 / own, here))
         store(self.stretch_axis, tip, scale(1 + scales.lever[tip] / own, here))
         free = -(scales.scale[tip] / own)
-        store(self.mobility, tip, (free, nothing, nothing, free, nothing, free))
+        self.free = symmetric((free, nothing, nothing, free, nothing, free))
+        store(self.mobility, tip, triangle(self.free))
 
     def link(self, k: Index) -> Link:
         """The answers of link k."""
         q, inverse, scales = load(self.direction, k), self.inverse_length[k], self.scales
         axial, axis = self.axial[k], load(self.tension_axis, k)
-        mobility = symmetric(load(self.mobility, k, 6))
+        mobility = self._mobility(k)
         held = minus(scaled(-(1 / scales.scale[k]), mobility), outer(scale(axial, axis), axis))
         turned = scale(inverse, cross(q, axis))
         carried = scaled(scales.lean[k], mobility)
         return Link(q, inverse, axial, axis, load(self.stretch_axis, k), turned, held, carried, self.multiplier[k])
+
+    def _mobility(self, k: Index) -> Matrix:
+        """-mu W; the last link's has zeros that are known."""
+        last = isinstance(k, int) and k == self.scene.links - 1
+        return self.free if last else symmetric(load(self.mobility, k, 6))
 
     def turned_before(self, k: Index) -> Vector:
         """J_k w_{k-1}, which a P of full rank does without."""
@@ -46,7 +52,7 @@ class FreeMasses(Sweep):
         """Omega of the base of a chain on a cart: the inverse of m_c I + alpha v v^T + G, all horizontal."""
         scales, axial, nothing = self.scales, self.axial[0], self.builder.lift(0)
         x, y, _ = load(self.stretch_axis, 0)
-        (xx, xy, _), (_, yy, _), _ = symmetric(load(self.mobility, 0, 6))
+        (xx, xy, _), (_, yy, _), _ = self._mobility(0)
         firm, slack = cart_mass + scales.base_overhang, scales.base_slack
         xx, xy, yy = firm + slack * xx, slack * xy, firm + slack * yy
         heavy = x * (yy * x - xy * y) + y * (xx * y - xy * x)
