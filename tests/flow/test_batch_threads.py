@@ -49,7 +49,7 @@ def test_no_bit_depends_on_the_number_of_threads(system: System, workers: int) -
 
 def test_small_batches_stay_on_one_thread_and_large_ones_do_not(system: System, calls: list[str]) -> None:
     q, v = np.zeros((2, 1000, 2))
-    for n, expected in ((1, 1), (127, 1), (128, 2), (1000, 8)):
+    for n, expected in ((1, 1), (63, 1), (64, 2), (1000, 8)):
         del calls[:]
         system.propagate_batch(q[:n], v[:n], 0.0, 0.01, 1e-6, workers=2)
         assert calls == ["owned_propagate_batch"] * expected
@@ -63,7 +63,7 @@ def test_workers_that_are_none_are_refused(system: System, workers: Any) -> None
 
 def test_the_environment_says_how_many(system: System, calls: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     q = np.zeros((256, 2))
-    for given, expected in (("1", 1), ("2", 4)):
+    for given, expected in (("1", 1), ("2", 8)):
         del calls[:]
         monkeypatch.setenv("PHICHAIN_WORKERS", given)
         system.propagate_batch(q, q, 0.0, 0.01, 1e-6)

@@ -17,6 +17,7 @@ from phichain.emit import library_files
 from phichain.lowering import lower
 from phichain.mechanics import derive
 from phichain.native.glue import glue_source
+from phichain.native.flows.prepare import prepared_signature
 from phichain.native.signature import manifest_of
 from phichain.pipeline import build
 from phichain.scene import Scene
@@ -115,11 +116,14 @@ def test_threads_run_on_while_the_main_thread_is_interrupted(system: System) -> 
 
 
 def test_every_flow_of_the_contract_and_every_row_loop_has_a_twin() -> None:
-    files = library_files(SCENE, lower(derive(SCENE)))
-    source = glue_source(manifest_of({name: text.encode() for name, text in files.items()}), SCENE)
-    for name in SCENE.want:
+    chain = Scene("endless", 2, mass="runtime", length=1.0, want=(*WANT, "prepare"))
+    files = library_files(chain, lower(derive(chain)))
+    manifest = manifest_of({name: text.encode() for name, text in files.items()})
+    source = glue_source(manifest, chain, prepared_signature(chain, manifest.parameters))
+    assert " endless_rows_forward_dynamics_prepared_until_interrupted(int *stopped, " in source
+    for name in chain.want:
         symbol = f"endless_{name}" if ROWS[name].flow else f"endless_rows_{name}"
         assert f" {symbol}_until_interrupted(int *stopped, " in source
     assert "interrupted" not in files["endless.c"] + files["endless.h"]
     flows = {name for name, row in ROWS.items() if row.flow}
-    assert flows <= set(SCENE.want)
+    assert flows <= set(chain.want)

@@ -14,7 +14,10 @@ from phichain.errors import UnsupportedError
 from phichain.ir.evaluate import evaluate
 from phichain.lowering.lower import lower_function
 from phichain.mechanics import derive
-from phichain.motion import Event, simulate
+from phichain.motion import Event, choose, simulate
+from phichain.motion.problem import Problem, bind
+from phichain.pipeline import build
+from phichain.scene import Scene
 from phichain.system import rhs_jacobian
 from tests.stiff.systems import SCENES, spatial_start, system
 
@@ -59,6 +62,29 @@ def test_auto_takes_it_where_a_scene_is_stiff() -> None:
     run = simulate(system("rigid_joint"), START, (0.0, 0.1), tol=1e-8)
     assert run.method == "rosenbrock" and "auto took rosenbrock" in run.reason and "stiff" in run.reason
     assert simulate(system("free_pair"), START, (0.0, 0.1), tol=1e-8).method == "DOP853"
+
+
+def test_an_undamped_scene_is_not_asked_for_eigenvalues(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And they would have said the same: springs, light links, fast motion, both ways in time."""
+    spread = Scene("spread", 3, mass=[1.0, 1e-4, 1.0], length=[1.0, 0.1, 0.5], stiffness=1e3, want=["forward_dynamics", "state_jacobian"])
+    chain, rng = build(spread), np.random.default_rng(5)
+    run = simulate(chain, (rng.uniform(-1, 1, 3), np.zeros(3)), (0.0, 1e-3), tol=1e-8)
+    assert "no joint has a damper" in run.reason and "jacobian" not in {k for k, n in run.counts.items() if n}
+    monkeypatch.setattr(choose, "is_undamped", lambda problem: False)
+    for end in (50.0, -50.0):
+        for _ in range(20):
+            x0 = rng.uniform(-3, 3, 6) * np.repeat([1.0, 10.0], 3)
+            field, jacobian, control, held = bind(chain, None, None, 0.0, x0)
+            problem = Problem(chain, field, jacobian, control, held, None, x0, np.array([0.0, end]), 1e-4, 1e-6, None, (), 10, None)
+            assert choose.choose(problem)[0] == "DOP853"
+
+
+def test_a_law_may_damp_an_undamped_scene() -> None:
+    driven = build(Scene("driven", 1, mass=1.0, length=1.0, actuated="all", want=["forward_dynamics", "state_jacobian"]))
+    held = simulate(driven, [0.5, 0.0], (0.0, 10.0), tol=1e-6, u=lambda t, x: -1e5 * x[1:])
+    assert held.method == "Radau" and "fastest decay 1e+05/s" in held.reason
+    damped = simulate(system("rigid_joint"), START, (0.0, 0.01), tol=1e-8)
+    assert "fastest decay" in damped.reason
 
 
 def test_spatial_runs_stay_on_the_manifold() -> None:

@@ -13,7 +13,7 @@ import ctypes
 import signal
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,6 +58,12 @@ class Interruptible:
     @restype.setter
     def restype(self, kind: Any) -> None:
         self._plain.restype = self._twin.restype = kind
+
+    @property
+    def briefly(self) -> Callable[..., Any]:
+        """The function itself, for calls that are over before anybody could press Ctrl-C: the way through the twin asks the system twice."""
+        plain: Callable[..., Any] = self._plain
+        return plain
 
     def __call__(self, *arguments: Any) -> Any:
         """Call C.

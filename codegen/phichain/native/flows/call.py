@@ -48,6 +48,7 @@ class FlowCall:
         takes: Name and conversion of every argument, in the order of the C.
         carried: Makes the struct that goes on from call to call.
         event: Makes the struct that says where to stop.
+        brief: Steps that are over before anybody could press Ctrl-C, and after which a flow goes on as if it had not stopped.
     """
 
     name: str
@@ -58,6 +59,7 @@ class FlowCall:
     takes: tuple[tuple[str, Callable[[Any], Any]], ...]
     carried: Callable[..., Any]
     event: Callable[..., Any]
+    brief: int
 
     def __call__(self, values: dict[str, Any], p: Mapping[str, Any] | None) -> Any:
         """Call C.
@@ -96,7 +98,12 @@ def flow_call(name: str, chain: Chain, parameters: Sequence[Argument], function:
         takes=tuple((argument.name, handed(argument, chain)) for argument in flow.arguments_of(chain)),
         carried=struct_type(flow.carries, chain) if flow.carries else _none,
         event=struct_type(flow.event, chain) if flow.event else _none,
+        brief=_BRIEF // chain.links if chain.is_planar else 0,
     )
+
+
+_BRIEF: Final = 24
+"""Steps of one link that take some ten microseconds."""
 
 
 def _row(name: str) -> Flow:

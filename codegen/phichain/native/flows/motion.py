@@ -7,7 +7,7 @@ A frame serves one call at a time and goes back to its pool afterwards, so threa
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -59,6 +59,7 @@ class Frame:
         self._arguments = tuple(self.given.values())
         self._t_end, self._max_steps = self.given["t_end"], self.given["max_steps"]
         self._outputs = tuple(self.given[name] for name in ("count", "times", "q_out", "v_out"))
+        self._briefly = getattr(call.function, "briefly", call.function)
         self._has_u, self._has_p = "u" in self.given, "p" in self.given
         self._ends: tuple[NDArray[Any], ...] = ()
         self._none = (wide(np.empty(0)), wide(np.empty((0, nq))), wide(np.empty((0, nv))))
@@ -115,14 +116,25 @@ class Frame:
         Raises:
             ArrayError: The times do not lie in the order of travel.
         """
-        self._max_steps.value = budget
         if isinstance(times, tuple) and not times:
             self._point_to(0, None, None, None)
-            return self._called()[0], self._none
+            return self._to_the_end(budget), self._none
+        self._max_steps.value = budget
         grid = output_times(self._call.name, times, t, t_end, self._call.kind)
         q_at, v_at = self._rows(len(grid), grid)
         result, written = self._called()
         return result, (wide(grid[:written]), wide(q_at[:written]), wide(v_at[:written]))
+
+    def _to_the_end(self, budget: int) -> int:
+        """Run, the first steps without a way out for Ctrl-C: a short run costs half as much without one."""
+        brief = min(self._call.brief, budget)
+        if brief:
+            self._max_steps.value = brief
+            result, _ = self._called(self._briefly)
+            if OUTCOMES[result] != "step budget" or brief == budget:
+                return result
+        self._max_steps.value = budget - brief
+        return self._called()[0]
 
     def own(self, budget: int) -> tuple[int, Passed]:
         """Run, and the states at the ends of the flow's own steps: one call of C unless they are very many."""
@@ -149,13 +161,14 @@ class Frame:
             self._ends = tuple(np.empty(shape, self._call.kind) for shape in (count, (count, nq), (count, nv)))
         return self._ends
 
-    def _called(self) -> tuple[int, int]:
+    def _called(self, function: Callable[..., int] | None = None) -> tuple[int, int]:
         """Call C, and how many rows it wrote."""
-        result = int(self._call.function(*self._arguments))
+        function = function or self._call.function
+        result = int(function(*self._arguments))
         if result == NO_WORKSPACE.number:
             self._room = np.empty(self.flow.steps + _CACHE_LINE, np.uint8)
             self.flow.work = self._desk = -(-place(self._room) // _CACHE_LINE) * _CACHE_LINE
-            result = int(self._call.function(*self._arguments))
+            result = int(function(*self._arguments))
         self.steps += self.flow.steps
         return result, self.flow.written
 

@@ -106,7 +106,7 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
 
 _CARRIED: Final = ("t", "lost", "steps", "written", "result")
 """What the struct of the flow points to."""
-_LEAST: Final = 64
+_LEAST: Final = 32
 """Trajectories that are worth a thread; whole lanes of every kind of number."""
 
 
