@@ -61,7 +61,8 @@ def test_a_batch_in_pieces_is_the_batch(chain: Scene) -> None:
     """Handing a state out and taking it in again rounds it: what that takes is in `lost`, and what stays is round-off."""
     go, (q, v) = flow(chain), begun(chain, 9)
     whole = go(q, v, 0.0, 1.0, 1e-13)
-    t, more = np.zeros(9), {}
+    t = np.zeros(9)
+    more: dict[str, Any] = {}
     while not np.all(t == 1.0):
         part = go(q, v, t, 1.0, 1e-13, max_steps=5, **more)
         q, v, t, more = part.q, part.v, part.t, {"lost": part.lost}
