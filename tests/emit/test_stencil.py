@@ -23,7 +23,7 @@ STRICT = (
 )  # fmt: skip
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 STENCILS = ("norms", "turns", "series", "length", "event", "columns", "run")
-SPACES = ({"WITH_TURNS": 1}, {}, {"WITH_SPHERE": 1})
+SPACES: tuple[dict[str, int], ...] = ({"WITH_TURNS": 1}, {}, {"WITH_SPHERE": 1})
 Combination = dict[str, int]
 
 

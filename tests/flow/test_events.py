@@ -205,7 +205,8 @@ def test_unit_vectors_meet_every_crossing_once(links: int) -> None:
     for (kind, index, signal), share in product(moving, random.uniform(0.1, 0.9, 3)):
         value = float(np.min(signal) + share * np.ptp(signal))
         expected = np.count_nonzero(np.diff(np.sign(signal - value)))
-        met, state, more, t = 0, (q.ravel(), v.ravel()), {}, 0.0
+        met, state, t = 0, (q.ravel(), v.ravel()), 0.0
+        more: dict[str, Any] = {}
         while t < 2.0:
             part = one(chain, *state, t, 2.0, stop=Stop(kind, index, value), **more)
             state, more, t = (part.q, part.v), {"lost": part.lost}, part.t
