@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 
 from phichain.errors import PhichainError
+from phichain.motion.doubts import doubts
 from phichain.motion.ledger import Ledger
 from phichain.motion.manifold import project_state
 from phichain.motion.path import Path, Segment, StalledError
@@ -44,6 +45,14 @@ ROUND_OFF: Final = float(np.finfo(float).eps)
 MEASURED_BY_MOTION: Final = ("taylor", "rosenbrock")
 #: Methods that auto takes for stiff motions.
 STIFF: Final = ("rosenbrock", "cvodes", "Radau", "BDF")
+
+
+def reasons_to_doubt(
+    problem: Problem, path: Path, name: str, segments: Segments | None, energies: Vector | None, asked: float | None
+) -> list[str]:
+    """Reasons to doubt a complete run: by its energy, else by a second run; a fixed step (no `segments`) has none of those."""
+    found = doubts(problem, path, name, energies)
+    return found or ([] if segments is None else departed(problem, path, name, segments, asked))
 
 
 def departed(problem: Problem, path: Path, name: str, segments: Segments, asked: float | None) -> list[str]:

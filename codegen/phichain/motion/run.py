@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from phichain.errors import ArrayError, ConvergenceError, UnsupportedError
 from phichain.motion import choose
-from phichain.motion.companion import departed
-from phichain.motion.doubts import doubts
+from phichain.motion.companion import reasons_to_doubt
 from phichain.motion.events import Event, Scalar, as_events
 from phichain.motion.ledger import Ledger
 from phichain.motion.manifold import project_state, violations
@@ -134,7 +133,7 @@ def simulate(
 
     Returns:
         The Trajectory, with the method taken and why. Its status is "complete", "event", "step budget" or, where the run
-        cannot vouch for the side of a separatrix it took, "doubtful", and the reason says more.
+        cannot vouch for its side of a separatrix or its error, "doubtful", and the reason says more.
 
     Raises:
         ArrayError: Bad x0, t, u or event.
@@ -168,7 +167,8 @@ def simulate(
         reasons.append("outputs were projected on the manifold")
     reasons += ledger.remarks
     energies = _energies(problem, path.x[:, : system.nq], path.x[:, system.nq :])
-    if path.status == "complete" and (found := _doubted(problem, path, name, engine, energies, asked if is_auto and tol is not None else None)):
+    kept, steps = asked if is_auto and tol is not None else None, None if engine.fixed else engine.segments
+    if path.status == "complete" and (found := reasons_to_doubt(problem, path, name, steps, energies and energies[0] + energies[1], kept)):
         path, reasons = replace(path, status="doubtful"), [*reasons, *found]
     trajectory = _record(
         problem, path, name, engine, ledger, "; ".join(filter(None, [*reasons, path.message])), project, energies
@@ -179,14 +179,6 @@ def simulate(
             trajectory=trajectory,
         )  # fmt: skip
     return trajectory
-
-
-def _doubted(
-    problem: Problem, path: Path, name: str, engine: Method, energies: Energies, asked: float | None
-) -> list[str]:
-    """Reasons to doubt a complete run."""
-    found = doubts(problem, path, name, energies and energies[0] + energies[1])
-    return found or ([] if engine.fixed else departed(problem, path, name, engine.segments, asked))
 
 
 def _budget(max_steps: int) -> int:
