@@ -141,7 +141,7 @@ def test_two_rows_of_memory_serve_long_chains(more: dict[str, Any], monkeypatch:
         monkeypatch.undo()
         assert any(array.name.startswith("couple_state_odd") for array in program.work)
         for name, values in evaluate(program, given).items():
-            assert np.array_equal(values, kept[name])
+            assert np.abs(values - kept[name]).max() < 1e-13 * np.abs(values).max()
 
 
 @pytest.mark.parametrize("more", [CART, FREE])
