@@ -24,7 +24,7 @@ static void stem_take(const size_t n, const size_t k, const int lane, const phi_
     for (int i = 0; i < stem_q; ++i) {
         STEM_AT(jet->turns[i], lane) = 0;
     }
-    stem_wind(lane, jet);
+    (void)stem_wind(lane, jet);
 #endif
     lanes->trajectory[lane] = k;
     lanes->busy[lane] = lanes->is_new[lane] = 1;
@@ -238,7 +238,10 @@ size_t phi_propagate_batch(ARGUMENTS)
                 continue;
             }
 #if WITH_TURNS
-            stem_wind(lane, jet);
+            /* The next step starts from what a trajectory that began here would see. */
+            if (stem_wind(lane, jet)) {
+                changed = 1;
+            }
 #endif
             if (lanes.result[lane] == stem_goes_on) {
                 continue;

@@ -31,7 +31,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
 #endif
 #if WITH_TURNS
     memset(jet->turns, 0, sizeof jet->turns);
-    stem_wind(0, jet);
+    (void)stem_wind(0, jet);
 #endif
     stem_norms(scales[1], jet->state, speed);
     unit = stem_unit(1 / stem_larger(scales[0], speed[1][0]));
@@ -116,7 +116,11 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
         memcpy(jet->state, jet->moved, sizeof jet->state);
         memcpy(jet->lost, jet->moved_lost, sizeof jet->lost);
 #if WITH_TURNS
-        stem_wind(0, jet);
+        /* The next step starts from what a run that began here would see. */
+        if (stem_wind(0, jet) && !is_new) {
+            unit = jet->end.unit[0];
+            is_new = 1;
+        }
 #endif
         const phi_real whole = h + flow->t_lost, after = flow->t + whole;
         flow->t_lost = whole - (after - flow->t);

@@ -11,9 +11,10 @@ static phi_real stem_turned(const phi_real x, const phi_real turns)
     return phi_fma(turns, stem_turn_high, x + turns * stem_turn_low);
 }
 
-/* Take whole turns out of a lane's angles, to the last bit that `lost` can hold. */
-static void stem_wind(const int lane, stem_jets *jet)
+/* Take whole turns out of a lane's angles, to the last bit that `lost` can hold; whether there were any. */
+static int stem_wind(const int lane, stem_jets *jet)
 {
+    int wound = 0;
     for (int i = stem_cart; i < stem_q; ++i) {
         const phi_real x = STEM_OF(jet->state[i], lane);
         if (phi_abs(x) > 4) {
@@ -23,8 +24,10 @@ static void stem_wind(const int lane, stem_jets *jet)
             STEM_AT(jet->state[i], lane) = sum;
             STEM_AT(jet->lost[i], lane) = whole - (sum - rest);
             STEM_AT(jet->turns[i], lane) += turns;
+            wound = 1;
         }
     }
+    return wound;
 }
 
 /* A lane's angles as they are, rounded; `lost` holds the rest. */
