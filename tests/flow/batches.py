@@ -68,7 +68,7 @@ def unit(chain: Scene, name: str, portable: bool = False) -> str:
         text.append(f"typedef struct {{ {' '.join(fields)} }} {chain.name}_params;")
     text.append(made.declarations)
     if "sincos" in uses:
-        text.append(sincos_kernel(chain))
+        text.append(sincos_kernel(chain, uses))
     numbers = CNames(chain.name, chain.real, {}).number
     for (_, values), table in tables.items():
         listed = ", ".join(numbers(value).text for value in values)

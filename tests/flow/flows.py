@@ -50,7 +50,7 @@ def unit(chain: Scene) -> tuple[str, TaylorFlow]:
         text.append(f"typedef struct {{ {' '.join(fields)} }} {chain.name}_params;")
     text.append(made.declarations)
     if "sincos" in made.uses:
-        text.append(sincos_kernel(chain))
+        text.append(sincos_kernel(chain, made.uses))
     return "\n".join([*text, made.definitions]), made
 
 

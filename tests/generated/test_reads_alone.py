@@ -100,13 +100,18 @@ def names_of(scene: Scene) -> dict[str, set[str]]:
 def test_the_table_s_names_are_names_of_programs() -> None:
     """No row is about a name that no function has: each is found in a Program of some chain."""
     missing = {row.name for group in TABLE for row in group.rows if not row.name.startswith("jet_")}
-    kinds = product(("planar", "spatial"), (None, 0.2), ("fixed", "cart"), (0.1, None), ("loops", "auto"))
+    kinds = product(("planar", "spatial"), (None, 0.2), ("fixed", "cart"), (0.1, None), ("loops", "auto", "loops, known lengths"))
     for space, com, base, damping, code in kinds:
         keys: dict[str, Any] = {"com": com, "stiffness": 2.0, "cart_mass": 1.0 if base == "cart" else None}
-        keys |= {"mass": "runtime", "length": "runtime"} if code == "loops" else {"mass": [5, 4, 3, 2, 1], "length": 0.5}
+        keys |= {"mass": [5, 4, 3, 2, 1, 2, 3] if code == "auto" else "runtime", "length": 0.5 if code == "auto" else "runtime"}
+        if code == "loops" and com:
+            keys["com"] = "runtime"
+        if code == "loops, known lengths":
+            keys |= {"mass": [5e3, 4, 3, 2, 1, 2, 3], "length": [0.5, 0.6, 0.7, 0.5, 0.6, 0.7, 0.5]}
+        code = code.partition(",")[0]
         keys |= {"angles": "adjacent" if code == "loops" else "relative", "actuated": "all"} if space == "planar" else {}
         want = [name for name in offered(space, damping is not None, on_request=True) if not name.startswith("step_")]
-        scene = Scene("names", 5, space=space, base=base, damping=damping, code=code, want=want, **keys)
+        scene = Scene("names", 7, space=space, base=base, damping=damping, code=code, want=want, **keys)
         for function, names in names_of(scene).items():
             missing -= {row.name for _, row in quantities_of(function, scene)} & names
     assert missing == set()

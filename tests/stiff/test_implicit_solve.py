@@ -128,7 +128,10 @@ def test_uneven_and_stiff_planar_chains(name: str, com: list[float] | None, base
 @pytest.mark.parametrize("base", ["fixed", "cart"])
 @pytest.mark.parametrize("space", ["planar", "spatial"])
 def test_a_link_costs_the_same_in_every_chain(space: str, base: str, joints: str) -> None:
-    """Operations of a factorisation, of a solution and of the whole step grow by one amount a link, N = 8 .. 64."""
+    """Operations of a factorisation, of a solution and of the whole step grow by one amount a link, N = 8 .. 64.
+
+    A step's accelerations take the leaner of two forms as long as the numbers bound its rounding, which 64 spatial links do not.
+    """
     names = ("implicit_factors", "implicit_solution", "step_rosenbrock")
     counts = {
         name: [
@@ -139,20 +142,22 @@ def test_a_link_costs_the_same_in_every_chain(space: str, base: str, joints: str
     }
     for name, (eight, sixteen, thirty_two, sixty_four) in counts.items():
         a_link = (sixteen - eight) / 8
-        assert a_link == (thirty_two - sixteen) / 16 == (sixty_four - thirty_two) / 32, name
-    most = {("planar", "free"): 1700, ("planar", "damped"): 2100, ("spatial", "free"): 9500}
+        assert a_link == (thirty_two - sixteen) / 16, name
+        if (space, name) != ("spatial", "step_rosenbrock"):
+            assert a_link == (sixty_four - thirty_two) / 32, name
+    most = {("planar", "free"): 1750, ("planar", "damped"): 2150, ("spatial", "free"): 9500}
     assert counts["step_rosenbrock"][3] / 64 < most.get((space, joints), 13500)
 
 
 @pytest.mark.parametrize("base", ["fixed", "cart"])
-def test_a_link_with_its_mass_near_the_joint_costs_a_seventh_more(base: str) -> None:
-    """A step of a free spatial chain, beside the same chain with its masses half way."""
+def test_a_link_with_its_mass_near_the_joint_costs_little_more(base: str) -> None:
+    """A step of a free spatial chain: the careful form of its accelerations costs at most 1.85 times the lean one half way."""
     half, near = (
         [total_operations(lowered(long_chain(n, "spatial", base, "free", r), "step_rosenbrock", "loops")) for n in (8, 16, 32)]
         for r in (0.5, 1e-3)
     )
     assert near[1] - near[0] == (near[2] - near[1]) / 2
-    assert near[1] - near[0] < 1.14 * (half[1] - half[0])
+    assert near[1] - near[0] < 1.85 * (half[1] - half[0]) and near[1] - near[0] < 8 * 10200
 
 
 def long_chain(links: int, space: str, base: str, joints: str, place: float = 0.5) -> Scene:

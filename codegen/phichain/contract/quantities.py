@@ -7,48 +7,10 @@ links are alike. Sections and equation numbers are those of docs/theory.md.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 from phichain.contract.chain import Chain
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """One row.
-
-    Attributes:
-        name: the name in the Program, without the numbers and loop variables behind it.
-        unit: its unit; empty for a pure number.
-        meaning: one line.
-    """
-
-    name: str
-    unit: str
-    meaning: str
-
-
-@dataclass(frozen=True)
-class Quantities:
-    """Names that mean the same in some functions.
-
-    Attributes:
-        functions: whose names these are.
-        source: where docs/theory.md derives them.
-        rows: the names.
-        space: "planar" or "spatial" where the other kind of chain means something else by them.
-    """
-
-    functions: frozenset[str]
-    source: str
-    rows: tuple[Quantity, ...]
-    space: str = ""
-
-
-def _rows(*rows: tuple[str, str, str]) -> tuple[Quantity, ...]:
-    """Rows of which one may name several, separated by blanks, that mean the same in turn."""
-    return tuple(Quantity(name, unit, meaning) for names, unit, meaning in rows for name in names.split())
-
+from phichain.contract.quantity import Quantities, Quantity, rows
 
 _DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian", "step"})
 _FIELD: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian"})
@@ -60,12 +22,13 @@ _SERIES: Final = frozenset({"flow_factor", "flow_order", "flow_columns", "flow_s
 """What a Taylor flow does once a step, once an order, and first of all for its derivatives."""
 
 _OF_LINKS: Final = "of the link and all beyond it"
-_LINK_MASS: Final = "m (r/l)^2"
+_LINK_MASS, _PER_MASS = "m (r/l)^2", "l^2/(m r^2)"
+_ON_BASE_SIDE: Final = "the links between it and the base"
 
 TABLE: Final[tuple[Quantities, ...]] = (
     Quantities(
         _DYNAMICS, "section 5",
-        _rows(
+        rows(
             ("tension", "L/s^2", "tension of a link over its mass"),
             ("middle_tension", "L/s^2", "tension of the link where the eliminations from the base and from the tip meet"),
             ("inner_tension inner_tension_next", "L/s^2", "tension, substituted back from the middle towards the base"),
@@ -94,12 +57,16 @@ TABLE: Final[tuple[Quantities, ...]] = (
     ),
     Quantities(
         _DYNAMICS, "section 5",
-        _rows(
+        rows(
             ("rate link_rate", "rad/s", "absolute angular rate of a link"),
             ("rate_squared", "rad^2/s^2", "squared absolute rate of a link"),
             ("leverage", "", "l/r of a link, its length over the distance of its mass"),
             ("overhang", "", "l/r - 1"),
             ("mass_unit", "M", "m (r/l)^2 of a link, the unit of mass for the chain at its joint"),
+            ("shortening", "", "r/l of a link"),
+            ("inverse_com", "1/L", "1 / r of a link"),
+            ("inverse_mass", "1/M", "1 / mass of a link"),
+            ("inverse_mass_unit", "1/M", "1 / mass_unit"),
             ("inverse_torque", "1/(M L^2)", "1 / (m r^2) of a link"),
             ("mass_step length_step leverage_step", "", "mass_unit, length, l/r of a link over that of the one before"),
             ("outward_step", "", "length of the link before over that of a link"),
@@ -110,7 +77,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
     ),
     Quantities(
         _DYNAMICS, "section 5",
-        _rows(
+        rows(
             ("inverse_pivot", "", "1 / inertia against which a link turns, its own included"),
             ("swing", "1/s^2", "centrifugal force of the chain beyond, across the link"),
             ("free", "1/s^2", "acceleration of a link's tip across it while its joint rests"),
@@ -133,7 +100,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
     ),
     Quantities(
         frozenset({"state_jacobian", "dynamics_and_jacobian"}), "section 5",
-        _rows(
+        rows(
             ("link_mobility", "1/(kg m^2)", "angular acceleration of a link per couple on it, its joint at rest"),
             ("pass_xx pass_xy pass_yx pass_yy", "", "what a joint's acceleration makes of the next joint's, each in its link's frame"),
             ("turn_x turn_y", "", "across the link before, in the frame of the link, over its length"),
@@ -148,8 +115,40 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(
+        _DYNAMICS, "section 5, from both ends",
+        rows(
+            ("yield_xx yield_xy yield_yy", _PER_MASS, f"how {_ON_BASE_SIDE} yield to a force, along the link and across"),
+            ("yield_shear yield_lean", _PER_MASS, "what turning by the joint's angle moves between those entries"),
+            ("yield_along yield_across yield_slack yield_skew", _PER_MASS, "parts of how the links up to this one yield"),
+            ("yield_swing", "1/s^2", "centrifugal part of the acceleration across the link"),
+            ("inverse_yield base_yield", "", "1 / compliance along the link, its mass included"),
+            ("drift_x drift_y", "1/s^2", "acceleration of the joint less gravity without the chain beyond it, over a length"),
+            ("drift_minor_x drift_minor_y", "1/s^2", "adjugate of the mobility times that acceleration, times l/r"),
+            ("drift_free", "1/s^2", "acceleration across the link without the chain beyond it, times that compliance"),
+            ("drive base_drive", "1/s^2", "couple on the link over m r^2"),
+            ("mobility_xx mobility_xy mobility_yy", _PER_MASS, f"how {_ON_BASE_SIDE} yield, in the frame of the link before"),
+            ("mobility_determinant", "", "determinant of that mobility, times (l/r)^2"),
+            ("mobility_drift_x mobility_drift_y", "1/s^2", "acceleration of the joint without the chain beyond it"),
+            ("mobility_minor_x mobility_minor_y", "1/s^2", "adjugate of the mobility times that acceleration, times l/r"),
+            ("inverse_rest", "", "1 / pivot of the way back"),
+            ("base_rest base_rest_push base_rest_across base_rest_force", "", "what the way back takes from the elimination"),
+            ("base_reach base_coupling_skew", "", "what the way back takes from the elimination"),
+            ("inverse_meeting", "", "1 / det(I + A W), where the eliminations from the base and from the tip meet"),
+            ("met_force_x met_x met_y", "1/s^2", "force and acceleration there"),
+            ("rest", "1/s^2", "acceleration across the link if its outer end had none"),
+            ("inner_x inner_y", "1/s^2", "acceleration of the joint less gravity, in the frame of the link, over its length"),
+            ("inner_force_x inner_force_y", "1/s^2", "force at the joint, in the frame of the link, over m r^2 / l"),
+            ("force_x force_y end_force_x", "1/s^2", "force at the outer end of the link before, over m r^2 / l"),
+            ("end_x end_y inner_end_x inner_end_y", "1/s^2", "acceleration of the outer end of the link before, over its length"),
+            ("counterweight minor_counterweight determinant_counterweight", "", "mass of the next link in this link's units"),
+            ("leverage_squared overhang_squared lever", "", "(l/r)^2, (l/r - 1)^2, (l/r) (l/r - 1)"),
+            ("next_skew next_lever next_determinant next_minor", "", "what takes results into the units of the next link"),
+        ),
+        "planar",
+    ),
+    Quantities(
         _FIELD, "(15)",
-        _rows(
+        rows(
             ("acceleration", "rad/s^2", "absolute angular acceleration of a link"),
             ("joint_angle", "rad", "angle of a link against the one before"),
             ("joint_rate", "rad/s", "rate of a link against the one before"),
@@ -157,16 +156,16 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(
-        _DYNAMICS | {"inverse_dynamics"}, "section 5", _rows(("sine cosine", "", "sine and cosine of the joints' angles")),
+        _DYNAMICS | {"inverse_dynamics"}, "section 5", rows(("sine cosine", "", "sine and cosine of the joints' angles")),
         "planar",
     ),
     Quantities(
-        _ANGLES - {"inverse_dynamics"}, "section 2", _rows(("sine cosine", "", "sine and cosine of the absolute angles")),
+        _ANGLES - {"inverse_dynamics"}, "section 2", rows(("sine cosine", "", "sine and cosine of the absolute angles")),
         "planar",
     ),
     Quantities(
         _DYNAMICS, "section 5",
-        _rows(
+        rows(
             ("cosine", "", "q_(k-1) . q_k, cosine of the angle between neighbours"),
             ("cross cross_x cross_y cross_z", "", "q_(k-1) x q_k"),
             ("omega", "rad/s", "angular velocity of a link, q_k x q_k'"),
@@ -190,7 +189,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
     ),
     Quantities(
         frozenset({"step"}), "",
-        _rows(
+        rows(
             ("q_stage v_stage", "as q, v", "state at a stage of the step"),
             ("velocity", "as v", "rate of q at a stage"),
             ("acceleration", "as a", "accelerations at a stage"),
@@ -198,7 +197,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
     ),
     Quantities(
         _ANGLES, "section 2",
-        _rows(
+        rows(
             ("phi link_phi", "rad", "absolute angle of a link, from the hanging vertical"),
             ("rate link_rate", "rad/s", "absolute angular rate of a link"),
             ("alpha link_alpha", "rad/s^2", "absolute angular acceleration of a link"),
@@ -207,7 +206,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
     ),
     Quantities(
         _ANGLES, "(13)-(16)",
-        _rows(
+        rows(
             ("mu", "kg m", "first moment of a link: m_k r_k + l_k (mass beyond)"),
             ("c_diagonal", "kg m^2", "second moment of a link: m_k r_k^2 + l_k^2 (mass beyond)"),
             ("outer_mass", "kg", "mass beyond a link"),
@@ -226,7 +225,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
     ),
     Quantities(
         frozenset({"energy", "momentum"}), "section 1",
-        _rows(
+        rows(
             ("joint_speed_x joint_speed_y joint_speed_z", "m/s", "velocity of a joint"),
             ("mass_speed_x mass_speed_y mass_speed_z", "m/s", "velocity of a link's mass"),
             ("sideways", "1/s", "rate of a link's direction, its horizontal part"),
@@ -242,7 +241,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
     ),
     Quantities(
         frozenset({"inverse_dynamics"}), "(15)",
-        _rows(
+        rows(
             ("rate_squared", "rad^2/s^2", "squared absolute rate of a link"),
             ("base_x base_y", "m/s^2", "acceleration of the joint less gravity in the frame of the link before"),
             ("joint_x joint_y", "m/s^2", "acceleration of the joint less gravity, in the frame of the link"),
@@ -253,11 +252,11 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(
-        frozenset({"positions"}), "section 1", _rows(("joint_x joint_y joint_z", "m", "position of a joint")),
+        frozenset({"positions"}), "section 1", rows(("joint_x joint_y joint_z", "m", "position of a joint")),
     ),
     Quantities(
         _BALANCE, "section 6",
-        _rows(
+        rows(
             ("swing link_swing", "rad", "amplitude of a link's absolute angle"),
             ("omega_squared", "rad^2/s^2", "squared angular frequency"),
             ("apart", "rad", "difference of two links' amplitudes"),
@@ -272,7 +271,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
     ),
     Quantities(
         _SERIES, "section 10",
-        _rows(
+        rows(
             ("held", "", "what is constant over a step: the factored mass matrix and what goes with it, link by link"),
             ("left right", "", "coefficients of the factors of every product, order by order"),
             ("sums", "", "for every product what the coefficients that are known contribute to it"),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar import articulated as planar_articulated
+from phichain.lowering.planar import base_side
+from phichain.lowering.planar import both_ends as planar_both_ends
 from phichain.lowering.planar import tension as planar_tension
 from phichain.lowering.planar.joints import planar_state
 from phichain.lowering.spatial import articulated as spatial_articulated
@@ -30,7 +32,8 @@ def planar_forward_dynamics(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef | None = None
 ) -> None:
     """(15) of paper A solved for the accelerations."""
-    form = planar_tension if by_tensions(scene) else planar_articulated
+    articulated = planar_both_ends if base_side.suits(scene) else planar_articulated
+    form = planar_tension if by_tensions(scene) else articulated
     form.accelerations(builder, scene, parameters, planar_state(builder, scene, q, v), u, a)
 
 

@@ -17,7 +17,9 @@ class LinkUnits:
     Attributes:
         leverage: lambda = l / r.
         overhang: lambda - 1 = (l - r) / r, structurally zero where every mass sits at its link's end.
+        shortening: r / l.
         mass_unit: m (r / l)^2, kg.
+        inverse_mass_unit: 1 / mass_unit.
         inverse_torque: 1 / (m r^2), takes a couple into the link's units.
         mass: takes a mass from link k to link k - 1.
         length: takes a length or an acceleration from link k to link k - 1.
@@ -28,15 +30,21 @@ class LinkUnits:
     def __init__(self, builder: Builder, scene: Scene, parameters: Parameters) -> None:
         self._parameters = parameters
         mass, length, com = parameters.mass, parameters.length, parameters.com
-        derived, steps, one = parameters.derived, parameters.steps, builder.lift(1)
-        self.leverage = leverage = derived("leverage", lambda k: one if scene.tip_masses else length[k] / com[k])
-        self.overhang = derived("overhang", lambda k: (length[k] - com[k]) / com[k])
-        self.inverse_torque = derived("inverse_torque", lambda k: 1 / (mass[k] * com[k] * com[k]))
-        self.mass_unit = mass_unit = derived("mass_unit", lambda k: mass[k] / (leverage[k] * leverage[k]))
-        self.mass = steps("mass_step", lambda k: mass_unit[k])
-        self.length = steps("length_step", lambda k: length[k])
-        self.leverage_step = steps("leverage_step", lambda k: leverage[k])
-        self.outward = steps("outward_step", lambda k: 1 / length[k])
+        derived, one = parameters.derived, builder.lift(1)
+        # Of runtime parameters these three are all that is divided by: divisions are what such tables cost.
+        of_mass = derived("inverse_mass", lambda k: 1 / mass[k])
+        of_length = derived("inverse_length", lambda k: 1 / length[k])
+        of_com = of_length if scene.com is None else derived("inverse_com", lambda k: 1 / com[k])
+        self.leverage = leverage = derived("leverage", lambda k: one if scene.tip_masses else length[k] * of_com[k])
+        self.shortening = shortening = derived("shortening", lambda k: one if scene.tip_masses else com[k] * of_length[k])
+        self.overhang = derived("overhang", lambda k: (length[k] - com[k]) * of_com[k])
+        self.inverse_torque = derived("inverse_torque", lambda k: of_mass[k] * of_com[k] * of_com[k])
+        self.mass_unit = mass_unit = derived("mass_unit", lambda k: mass[k] * (shortening[k] * shortening[k]))
+        self.inverse_mass_unit = of_mass_unit = derived("inverse_mass_unit", lambda k: of_mass[k] * (leverage[k] * leverage[k]))
+        self.mass = parameters.steps("mass_step", lambda k: mass_unit[k], lambda k: of_mass_unit[k])
+        self.length = parameters.steps("length_step", lambda k: length[k], lambda k: of_length[k])
+        self.leverage_step = parameters.steps("leverage_step", lambda k: leverage[k], lambda k: shortening[k])
+        self.outward = parameters.steps("outward_step", lambda k: of_length[k], lambda k: length[k])
 
     def product(self, name: str, *factors: ArrayRef) -> ArrayRef:
         """The product of per-link numbers."""

@@ -185,18 +185,24 @@ class Parameters:
         """A table of per-link values made once per Program."""
         return self._once(name, lambda: self._builder.table(name, count or self.links, entry))
 
-    def steps(self, name: str, unit: Callable[[Index], Expr]) -> ArrayRef:
-        """unit(k) / unit(k - 1) for each link, 1 for the link at the base."""
-        if not {"mass", "length", "com"} & set(self._scene.runtime):
-            return self.derived(name, lambda k: unit(k) / unit(k - 1) if k else self._builder.lift(1))
-        return self._once(name, lambda: self._step_cells(name, unit))
+    def steps(
+        self, name: str, unit: Callable[[Index], Expr], inverse: Callable[[Index], Expr] | None = None
+    ) -> ArrayRef:
+        """unit(k) / unit(k - 1) for each link, by a product where the inverse is known; 1 for the link at the base."""
 
-    def _step_cells(self, name: str, unit: Callable[[Index], Expr]) -> ArrayRef:
+        def step(k: Index) -> Expr:
+            return unit(k) * inverse(k - 1) if inverse else unit(k) / unit(k - 1)
+
+        if not {"mass", "length", "com"} & set(self._scene.runtime):
+            return self.derived(name, lambda k: step(k) if k else self._builder.lift(1))
+        return self._once(name, lambda: self._step_cells(name, step))
+
+    def _step_cells(self, name: str, step: Callable[[Index], Expr]) -> ArrayRef:
         builder = self._builder
         cells = builder.array(name, self.links)
         cells[0] = builder.lift(1)
         with builder.loop("k", 1, self.links) as loop:
-            cells[loop.index] = unit(loop.index) / unit(loop.index - 1)
+            cells[loop.index] = step(loop.index)
         return cells
 
     def _between(self, name: str, entry: Callable[[Index], Expr]) -> ArrayRef:

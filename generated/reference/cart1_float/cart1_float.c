@@ -107,6 +107,21 @@ static void cart1_float_sincos(const int n, const cart1_float_real *CART1_FLOAT_
 }
 #endif
 
+/* 2 numbers side by side, at once where the processor has vectors: a vector read from numbers that were
+ * written one by one waits until they have reached memory. */
+static void cart1_float_write_2(cart1_float_real *at, const cart1_float_real x0, const cart1_float_real x1)
+{
+#if defined(__GNUC__) && (defined(__SSE2__) || defined(__aarch64__))
+    typedef cart1_float_real together __attribute__((vector_size(2 * sizeof(cart1_float_real)), may_alias,
+        aligned(sizeof(cart1_float_real))));
+    const together value = {x0, x1};
+    *(together *)at = value;
+#else
+    at[0] = x0;
+    at[1] = x1;
+#endif
+}
+
 /* Accelerations: the equations of motion solved.
  *
  * Quantities (docs/theory.md, section 5):
@@ -119,27 +134,28 @@ static void cart1_float_sincos(const int n, const cart1_float_real *CART1_FLOAT_
 void cart1_float_forward_dynamics(const cart1_float_params *p, const cart1_float_real q[2],
     const cart1_float_real v[2], const cart1_float_real u[1], cart1_float_real a[CART1_FLOAT_RESTRICT 2])
 {
-    const cart1_float_real t1 = p->length[0] / p->com[0];
-    const cart1_float_real t2 = (p->length[0] - p->com[0]) / p->com[0];
-    const cart1_float_real t3 = t1 * t1;
-    const cart1_float_real t4 = p->mass[0] / t3;
+    const cart1_float_real t1 = 1.0F / p->length[0];
+    const cart1_float_real t2 = 1.0F / p->com[0];
+    const cart1_float_real t3 = p->length[0] * t2;
+    const cart1_float_real t4 = p->com[0] * t1;
+    const cart1_float_real t5 = (p->length[0] - p->com[0]) * t2;
+    const cart1_float_real t6 = p->mass[0] * (t4 * t4);
     cart1_float_real sine, cosine;
     cart1_float_sincos(1, &q[1], &sine, &cosine);
 
     const cart1_float_real rate_squared_end = v[1] * v[1];
-    const cart1_float_real t5 = (p->stiffness[0] * q[1] + p->damping[0] * v[1])
-        * (1.0F / (p->mass[0] * p->com[0] * p->com[0]));
-    const cart1_float_real shear = sine * t3;
+    const cart1_float_real t7 = (p->stiffness[0] * q[1] + p->damping[0] * v[1])
+        * (1.0F / p->mass[0] * t2 * t2);
+    const cart1_float_real shear = sine * (t3 * t3);
     const cart1_float_real lean = sine * shear;
     const cart1_float_real outer_xy = cosine * shear;
-    const cart1_float_real t6 = u[0] + p->gravity * (t4 * outer_xy)
-        + t4 * p->length[0] * (cosine * (t5 + t2 * t5) + sine * (rate_squared_end * t1));
-    const cart1_float_real cart_acceleration = t6 / (p->cart_mass + t4 * lean);
-    const cart1_float_real t7 = 1.0F / p->length[0];
-    const cart1_float_real t8 = cosine * (t7 * cart_acceleration) + sine * (t7 * p->gravity);
+    const cart1_float_real t8 = u[0] + p->gravity * (t6 * outer_xy)
+        + t6 * p->length[0] * (cosine * (t7 + t5 * t7) + sine * (rate_squared_end * t3));
+    const cart1_float_real cart_acceleration = t8 / (p->cart_mass + t6 * lean);
+    const cart1_float_real t9 = cosine * (t1 * cart_acceleration) + sine * (t1 * p->gravity);
 
     a[0] = cart_acceleration;
-    a[1] = -(t5 + t2 * t8 + t8);
+    a[1] = -(t7 + t5 * t9 + t9);
 }
 
 /* Kinetic and potential energy.
@@ -197,49 +213,51 @@ void cart1_float_state_jacobian(const cart1_float_params *p, const cart1_float_r
     const cart1_float_real v[2], const cart1_float_real u[1], cart1_float_real dadq[CART1_FLOAT_RESTRICT 4],
     cart1_float_real dadv[CART1_FLOAT_RESTRICT 4], cart1_float_real dadu[CART1_FLOAT_RESTRICT 2])
 {
-    const cart1_float_real t1 = p->length[0] / p->com[0];
-    const cart1_float_real t2 = (p->length[0] - p->com[0]) / p->com[0];
-    const cart1_float_real t3 = 1.0F / (p->mass[0] * p->com[0] * p->com[0]);
-    const cart1_float_real t4 = t1 * t1;
-    const cart1_float_real t5 = p->mass[0] / t4;
+    const cart1_float_real t1 = 1.0F / p->length[0];
+    const cart1_float_real t2 = 1.0F / p->com[0];
+    const cart1_float_real t3 = p->length[0] * t2;
+    const cart1_float_real t4 = p->com[0] * t1;
+    const cart1_float_real t5 = (p->length[0] - p->com[0]) * t2;
+    const cart1_float_real t6 = 1.0F / p->mass[0] * t2 * t2;
+    const cart1_float_real t7 = p->mass[0] * (t4 * t4);
+    const cart1_float_real t8 = t3 * t3;
     cart1_float_real sine, cosine;
     cart1_float_sincos(1, &q[1], &sine, &cosine);
 
     const cart1_float_real rate_squared_end = v[1] * v[1];
-    const cart1_float_real t6 = (p->stiffness[0] * q[1] + p->damping[0] * v[1]) * t3;
-    const cart1_float_real t7 = t3 * p->stiffness[0];
-    const cart1_float_real t8 = t3 * p->damping[0];
-    const cart1_float_real t9 = rate_squared_end * t1;
-    const cart1_float_real t10 = t6 + t2 * t6;
-    const cart1_float_real shear = sine * t4;
-    const cart1_float_real t11 = t4 * cosine;
+    const cart1_float_real t9 = (p->stiffness[0] * q[1] + p->damping[0] * v[1]) * t6;
+    const cart1_float_real t10 = t6 * p->stiffness[0];
+    const cart1_float_real t11 = t6 * p->damping[0];
+    const cart1_float_real t12 = rate_squared_end * t3;
+    const cart1_float_real t13 = t9 + t5 * t9;
+    const cart1_float_real shear = sine * t8;
+    const cart1_float_real t14 = t8 * cosine;
     const cart1_float_real lean = sine * shear;
-    const cart1_float_real t12 = shear * cosine;
-    const cart1_float_real t13 = t5 * p->length[0];
-    const cart1_float_real t14 = p->gravity * (t5 * (cosine * t11 - lean))
-        + t13 * (cosine * (t7 + t2 * t7) - t10 * sine + t9 * cosine);
-    const cart1_float_real t15 = p->cart_mass + t5 * lean;
-    const cart1_float_real cart_acceleration = (u[0] + p->gravity * (t5 * t12)
-        + t13 * (cosine * t10 + sine * t9)) / t15;
-    const cart1_float_real t16 = 1.0F / t15;
-    const cart1_float_real t17 = t16 * t14 - t16 * cart_acceleration * (t5 * (t12 + sine * t11));
-    const cart1_float_real t18 = t16 * (t13 * (cosine * (t8 + t2 * t8) + sine * (t1 * (v[1] + v[1]))));
-    const cart1_float_real t19 = 1.0F / p->length[0];
-    const cart1_float_real t20 = cosine * (t19 * t18);
-    const cart1_float_real t21 = cosine * (t19 * t16);
-    const cart1_float_real t22 = cosine * (t19 * t17) - t19 * cart_acceleration * sine
-        + t19 * p->gravity * cosine;
+    const cart1_float_real t15 = shear * cosine;
+    const cart1_float_real t16 = t7 * p->length[0];
+    const cart1_float_real t17 = p->gravity * (t7 * (cosine * t14 - lean))
+        + t16 * (cosine * (t10 + t5 * t10) - t13 * sine + t12 * cosine);
+    const cart1_float_real t18 = p->cart_mass + t7 * lean;
+    const cart1_float_real cart_acceleration = (u[0] + p->gravity * (t7 * t15)
+        + t16 * (cosine * t13 + sine * t12)) / t18;
+    const cart1_float_real t19 = 1.0F / t18;
+    const cart1_float_real t20 = t19 * t17 - t19 * cart_acceleration * (t7 * (t15 + sine * t14));
+    const cart1_float_real t21 = t19 * (t16 * (cosine * (t11 + t5 * t11) + sine * (t3 * (v[1] + v[1]))));
+    const cart1_float_real t22 = cosine * (t1 * t21);
+    const cart1_float_real t23 = cosine * (t1 * t19);
+    const cart1_float_real t24 = cosine * (t1 * t20) - t1 * cart_acceleration * sine
+        + t1 * p->gravity * cosine;
 
     dadq[0] = 0.0F;
-    dadq[1] = t17;
+    dadq[1] = t20;
     dadq[2] = 0.0F;
-    dadq[3] = -(t7 + t2 * t22 + t22);
+    dadq[3] = -(t10 + t5 * t24 + t24);
     dadv[0] = 0.0F;
-    dadv[1] = t18;
+    dadv[1] = t21;
     dadv[2] = 0.0F;
-    dadv[3] = -(t8 + t2 * t20 + t20);
-    dadu[0] = t16;
-    dadu[1] = -(t2 * t21 + t21);
+    dadv[3] = -(t11 + t5 * t22 + t22);
+    dadu[0] = t19;
+    dadu[1] = -(t5 * t23 + t23);
 }
 
 /* One Runge-Kutta step of order 4.
@@ -250,76 +268,80 @@ void cart1_float_step(const cart1_float_params *p, const cart1_float_real h, con
     const cart1_float_real v[2], const cart1_float_real u[1], cart1_float_real q_next[CART1_FLOAT_RESTRICT 2],
     cart1_float_real v_next[CART1_FLOAT_RESTRICT 2])
 {
-    const cart1_float_real t1 = p->length[0] / p->com[0];
-    const cart1_float_real t2 = (p->length[0] - p->com[0]) / p->com[0];
-    const cart1_float_real t3 = 1.0F / (p->mass[0] * p->com[0] * p->com[0]);
-    const cart1_float_real t4 = t1 * t1;
-    const cart1_float_real t5 = p->mass[0] / t4;
-    const cart1_float_real t6 = 0.5F * h;
-    const cart1_float_real t7 = q[1] + t6 * v[1];
-    const cart1_float_real angle[2] = {q[1], t7};
+    const cart1_float_real t1 = 1.0F / p->length[0];
+    const cart1_float_real t2 = 1.0F / p->com[0];
+    const cart1_float_real t3 = p->length[0] * t2;
+    const cart1_float_real t4 = p->com[0] * t1;
+    const cart1_float_real t5 = (p->length[0] - p->com[0]) * t2;
+    const cart1_float_real t6 = 1.0F / p->mass[0] * t2 * t2;
+    const cart1_float_real t7 = p->mass[0] * (t4 * t4);
+    const cart1_float_real t8 = t3 * t3;
+    const cart1_float_real t9 = 0.5F * h;
+    const cart1_float_real t10 = q[1] + t9 * v[1];
+    cart1_float_real angle[2];
+    cart1_float_write_2(angle, q[1], t10);
     cart1_float_real sine[2], cosine[2];
     cart1_float_sincos(2, angle, sine, cosine);
 
     const cart1_float_real rate_squared_end = v[1] * v[1];
-    const cart1_float_real t8 = (p->stiffness[0] * q[1] + p->damping[0] * v[1]) * t3;
-    const cart1_float_real shear = sine[0] * t4;
+    const cart1_float_real t11 = (p->stiffness[0] * q[1] + p->damping[0] * v[1]) * t6;
+    const cart1_float_real shear = sine[0] * t8;
     const cart1_float_real lean = sine[0] * shear;
     const cart1_float_real outer_xy = cosine[0] * shear;
-    const cart1_float_real t9 = t5 * p->length[0];
-    const cart1_float_real t10 = u[0] + p->gravity * (t5 * outer_xy)
-        + t9 * (cosine[0] * (t8 + t2 * t8) + sine[0] * (rate_squared_end * t1));
-    const cart1_float_real cart_acceleration = t10 / (p->cart_mass + t5 * lean);
-    const cart1_float_real t11 = 1.0F / p->length[0];
-    const cart1_float_real t12 = t11 * p->gravity;
-    const cart1_float_real t13 = cosine[0] * (t11 * cart_acceleration) + sine[0] * t12;
-    const cart1_float_real t14 = t8 + t2 * t13 + t13;
-    const cart1_float_real t15 = v[1] - t6 * t14;
-    const cart1_float_real rate_squared_end_2 = t15 * t15;
-    const cart1_float_real t16 = (p->stiffness[0] * t7 + p->damping[0] * t15) * t3;
-    const cart1_float_real shear_2 = sine[1] * t4;
+    const cart1_float_real t12 = t7 * p->length[0];
+    const cart1_float_real t13 = u[0] + p->gravity * (t7 * outer_xy)
+        + t12 * (cosine[0] * (t11 + t5 * t11) + sine[0] * (rate_squared_end * t3));
+    const cart1_float_real cart_acceleration = t13 / (p->cart_mass + t7 * lean);
+    const cart1_float_real t14 = t1 * p->gravity;
+    const cart1_float_real t15 = cosine[0] * (t1 * cart_acceleration) + sine[0] * t14;
+    const cart1_float_real t16 = t11 + t5 * t15 + t15;
+    const cart1_float_real t17 = v[1] - t9 * t16;
+    const cart1_float_real rate_squared_end_2 = t17 * t17;
+    const cart1_float_real t18 = (p->stiffness[0] * t10 + p->damping[0] * t17) * t6;
+    const cart1_float_real shear_2 = sine[1] * t8;
     const cart1_float_real lean_2 = sine[1] * shear_2;
     const cart1_float_real outer_xy_2 = cosine[1] * shear_2;
-    const cart1_float_real t17 = u[0] + p->gravity * (t5 * outer_xy_2)
-        + t9 * (cosine[1] * (t16 + t2 * t16) + sine[1] * (rate_squared_end_2 * t1));
-    const cart1_float_real cart_acceleration_2 = t17 / (p->cart_mass + t5 * lean_2);
-    const cart1_float_real t18 = cosine[1] * (t11 * cart_acceleration_2) + sine[1] * t12;
-    const cart1_float_real t19 = t16 + t2 * t18 + t18;
-    const cart1_float_real t20 = q[1] + t6 * t15;
-    const cart1_float_real t21 = v[1] - t6 * t19;
-    const cart1_float_real t22 = q[1] + h * t21;
-    const cart1_float_real angle_2[2] = {t20, t22};
+    const cart1_float_real t19 = u[0] + p->gravity * (t7 * outer_xy_2)
+        + t12 * (cosine[1] * (t18 + t5 * t18) + sine[1] * (rate_squared_end_2 * t3));
+    const cart1_float_real cart_acceleration_2 = t19 / (p->cart_mass + t7 * lean_2);
+    const cart1_float_real t20 = cosine[1] * (t1 * cart_acceleration_2) + sine[1] * t14;
+    const cart1_float_real t21 = t18 + t5 * t20 + t20;
+    const cart1_float_real t22 = q[1] + t9 * t17;
+    const cart1_float_real t23 = v[1] - t9 * t21;
+    const cart1_float_real t24 = q[1] + h * t23;
+    cart1_float_real angle_2[2];
+    cart1_float_write_2(angle_2, t22, t24);
     cart1_float_real sine_2[2], cosine_2[2];
     cart1_float_sincos(2, angle_2, sine_2, cosine_2);
 
-    const cart1_float_real rate_squared_end_3 = t21 * t21;
-    const cart1_float_real t23 = (p->stiffness[0] * t20 + p->damping[0] * t21) * t3;
-    const cart1_float_real shear_3 = sine_2[0] * t4;
+    const cart1_float_real rate_squared_end_3 = t23 * t23;
+    const cart1_float_real t25 = (p->stiffness[0] * t22 + p->damping[0] * t23) * t6;
+    const cart1_float_real shear_3 = sine_2[0] * t8;
     const cart1_float_real lean_3 = sine_2[0] * shear_3;
     const cart1_float_real outer_xy_3 = cosine_2[0] * shear_3;
-    const cart1_float_real t24 = u[0] + p->gravity * (t5 * outer_xy_3)
-        + t9 * (cosine_2[0] * (t23 + t2 * t23) + sine_2[0] * (rate_squared_end_3 * t1));
-    const cart1_float_real cart_acceleration_3 = t24 / (p->cart_mass + t5 * lean_3);
-    const cart1_float_real t25 = cosine_2[0] * (t11 * cart_acceleration_3) + sine_2[0] * t12;
-    const cart1_float_real t26 = t23 + t2 * t25 + t25;
-    const cart1_float_real t27 = v[1] - h * t26;
-    const cart1_float_real rate_squared_end_4 = t27 * t27;
-    const cart1_float_real t28 = (p->stiffness[0] * t22 + p->damping[0] * t27) * t3;
-    const cart1_float_real shear_4 = sine_2[1] * t4;
+    const cart1_float_real t26 = u[0] + p->gravity * (t7 * outer_xy_3)
+        + t12 * (cosine_2[0] * (t25 + t5 * t25) + sine_2[0] * (rate_squared_end_3 * t3));
+    const cart1_float_real cart_acceleration_3 = t26 / (p->cart_mass + t7 * lean_3);
+    const cart1_float_real t27 = cosine_2[0] * (t1 * cart_acceleration_3) + sine_2[0] * t14;
+    const cart1_float_real t28 = t25 + t5 * t27 + t27;
+    const cart1_float_real t29 = v[1] - h * t28;
+    const cart1_float_real rate_squared_end_4 = t29 * t29;
+    const cart1_float_real t30 = (p->stiffness[0] * t24 + p->damping[0] * t29) * t6;
+    const cart1_float_real shear_4 = sine_2[1] * t8;
     const cart1_float_real lean_4 = sine_2[1] * shear_4;
     const cart1_float_real outer_xy_4 = cosine_2[1] * shear_4;
-    const cart1_float_real t29 = u[0] + p->gravity * (t5 * outer_xy_4)
-        + t9 * (cosine_2[1] * (t28 + t2 * t28) + sine_2[1] * (rate_squared_end_4 * t1));
-    const cart1_float_real cart_acceleration_4 = t29 / (p->cart_mass + t5 * lean_4);
-    const cart1_float_real t30 = cosine_2[1] * (t11 * cart_acceleration_4) + sine_2[1] * t12;
-    const cart1_float_real t31 = 0.16666667F * h;
-    const cart1_float_real t32 = v[0] + (v[0] + h * cart_acceleration_3)
-        + 2.0F * (v[0] + t6 * cart_acceleration + (v[0] + t6 * cart_acceleration_2));
-    const cart1_float_real t33 = t31 * (cart_acceleration + cart_acceleration_4
+    const cart1_float_real t31 = u[0] + p->gravity * (t7 * outer_xy_4)
+        + t12 * (cosine_2[1] * (t30 + t5 * t30) + sine_2[1] * (rate_squared_end_4 * t3));
+    const cart1_float_real cart_acceleration_4 = t31 / (p->cart_mass + t7 * lean_4);
+    const cart1_float_real t32 = cosine_2[1] * (t1 * cart_acceleration_4) + sine_2[1] * t14;
+    const cart1_float_real t33 = 0.16666667F * h;
+    const cart1_float_real t34 = v[0] + (v[0] + h * cart_acceleration_3)
+        + 2.0F * (v[0] + t9 * cart_acceleration + (v[0] + t9 * cart_acceleration_2));
+    const cart1_float_real t35 = t33 * (cart_acceleration + cart_acceleration_4
         + 2.0F * (cart_acceleration_2 + cart_acceleration_3));
 
-    q_next[0] = q[0] + t31 * t32;
-    q_next[1] = q[1] + t31 * (v[1] + t27 + 2.0F * (t15 + t21));
-    v_next[0] = v[0] + t33;
-    v_next[1] = v[1] + t31 * (-2.0F * (t19 + t26) - (t14 + (t28 + t2 * t30 + t30)));
+    q_next[0] = q[0] + t33 * t34;
+    q_next[1] = q[1] + t33 * (v[1] + t29 + 2.0F * (t17 + t23));
+    v_next[0] = v[0] + t35;
+    v_next[1] = v[1] + t33 * (-2.0F * (t21 + t28) - (t16 + (t30 + t5 * t32 + t32)));
 }

@@ -63,7 +63,7 @@ typedef struct cart1_float_params {
  *   v  in   rates
  *   u  in   inputs
  *   a  out  accelerations
- * 43 operations, straight-line code.
+ * 46 operations, straight-line code.
  */
 void cart1_float_forward_dynamics(const cart1_float_params *p, const cart1_float_real q[2],
     const cart1_float_real v[2], const cart1_float_real u[1], cart1_float_real a[2]);
@@ -100,7 +100,7 @@ void cart1_float_linearization(const cart1_float_params *p, const cart1_float_re
  *   dadq  out  2 x 2, partial derivatives of a by q
  *   dadv  out  2 x 2, partial derivatives of a by v
  *   dadu  out  2 x 1, partial derivatives of a by u
- * 90 operations, straight-line code.
+ * 93 operations, straight-line code.
  */
 void cart1_float_state_jacobian(const cart1_float_params *p, const cart1_float_real q[2],
     const cart1_float_real v[2], const cart1_float_real u[1], cart1_float_real dadq[4],
@@ -114,7 +114,7 @@ void cart1_float_state_jacobian(const cart1_float_params *p, const cart1_float_r
  *   u       in   inputs
  *   q_next  out  configuration after the step
  *   v_next  out  rates after the step
- * 179 operations, straight-line code.
+ * 182 operations, straight-line code.
  */
 void cart1_float_step(const cart1_float_params *p, cart1_float_real h, const cart1_float_real q[2],
     const cart1_float_real v[2], const cart1_float_real u[1], cart1_float_real q_next[2],

@@ -109,6 +109,38 @@ static void planar2_sincos(const int n, const planar2_real *PLANAR2_RESTRICT ang
 }
 #endif
 
+/* 2 numbers side by side, at once where the processor has vectors: a vector read from numbers that were
+ * written one by one waits until they have reached memory. */
+static void planar2_write_2(planar2_real *at, const planar2_real x0, const planar2_real x1)
+{
+#if defined(__GNUC__) && (defined(__SSE2__) || defined(__aarch64__))
+    typedef planar2_real together __attribute__((vector_size(2 * sizeof(planar2_real)), may_alias,
+        aligned(sizeof(planar2_real))));
+    const together value = {x0, x1};
+    *(together *)at = value;
+#else
+    at[0] = x0;
+    at[1] = x1;
+#endif
+}
+/* 4 numbers side by side, at once where the processor has vectors: a vector read from numbers that were
+ * written one by one waits until they have reached memory. */
+static void planar2_write_4(planar2_real *at, const planar2_real x0, const planar2_real x1,
+    const planar2_real x2, const planar2_real x3)
+{
+#if defined(__GNUC__) && (defined(__SSE2__) || defined(__aarch64__))
+    typedef planar2_real together __attribute__((vector_size(4 * sizeof(planar2_real)), may_alias,
+        aligned(sizeof(planar2_real))));
+    const together value = {x0, x1, x2, x3};
+    *(together *)at = value;
+#else
+    at[0] = x0;
+    at[1] = x1;
+    at[2] = x2;
+    at[3] = x3;
+#endif
+}
+
 /* J0..J4 for |x| < 25: backward recurrence (J. C. P. Miller) on r_k = J_k(x) / (x/2)^k,
  *     r_(k-1) = k r_k - (x/2)^2 r_(k+1),
  * from an order where J_k has died out, scaled at the end by J0 + 2 J2 + 2 J4 + ... = 1. No division by x. */
@@ -213,6 +245,8 @@ static void planar2_bessel(const planar2_real x, planar2_real j[5])
  *                                          over its length
  *   tip_y                       1/s^2      acceleration of a link's tip across it, over its length
  *   sine, cosine                           sine and cosine of the joints' angles
+ * Quantities (docs/theory.md, section 5, from both ends):
+ *   drive  1/s^2  couple on the link over m r^2
  */
 void planar2_forward_dynamics(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
     planar2_real a[PLANAR2_RESTRICT 2])
@@ -290,7 +324,8 @@ void planar2_inverse_dynamics(const planar2_real q[2], const planar2_real v[2], 
 void planar2_mass_matrix(const planar2_real q[2], planar2_real out[PLANAR2_RESTRICT 4])
 {
     const planar2_real link_phi_1 = q[0] + q[1];
-    const planar2_real angle[2] = {q[0], link_phi_1};
+    planar2_real angle[2];
+    planar2_write_2(angle, q[0], link_phi_1);
     planar2_real sine[2], cosine[2];
     planar2_sincos(2, angle, sine, cosine);
 
@@ -312,7 +347,8 @@ void planar2_mass_matrix(const planar2_real q[2], planar2_real out[PLANAR2_RESTR
 void planar2_coriolis(const planar2_real q[2], const planar2_real v[2], planar2_real out[PLANAR2_RESTRICT 2])
 {
     const planar2_real link_phi_1 = q[0] + q[1];
-    const planar2_real angle[2] = {q[0], link_phi_1};
+    planar2_real angle[2];
+    planar2_write_2(angle, q[0], link_phi_1);
     planar2_real sine[2], cosine[2];
     planar2_sincos(2, angle, sine, cosine);
 
@@ -332,7 +368,8 @@ void planar2_coriolis(const planar2_real q[2], const planar2_real v[2], planar2_
 void planar2_gravity_torque(const planar2_real q[2], planar2_real out[PLANAR2_RESTRICT 2])
 {
     const planar2_real link_phi_1 = q[0] + q[1];
-    const planar2_real angle[2] = {q[0], link_phi_1};
+    planar2_real angle[2];
+    planar2_write_2(angle, q[0], link_phi_1);
     planar2_real sine[2], cosine[2];
     planar2_sincos(2, angle, sine, cosine);
 
@@ -353,7 +390,8 @@ void planar2_energy(const planar2_real q[2], const planar2_real v[2], planar2_re
     planar2_real *potential)
 {
     const planar2_real link_phi_1 = q[0] + q[1];
-    const planar2_real angle[2] = {q[0], link_phi_1};
+    planar2_real angle[2];
+    planar2_write_2(angle, q[0], link_phi_1);
     planar2_real sine[2], cosine[2];
     planar2_sincos(2, angle, sine, cosine);
 
@@ -379,7 +417,8 @@ void planar2_energy(const planar2_real q[2], const planar2_real v[2], planar2_re
 void planar2_positions(const planar2_real q[2], planar2_real out[PLANAR2_RESTRICT 4])
 {
     const planar2_real link_phi_1 = q[0] + q[1];
-    const planar2_real angle[2] = {q[0], link_phi_1};
+    planar2_real angle[2];
+    planar2_write_2(angle, q[0], link_phi_1);
     planar2_real sine[2], cosine[2];
     planar2_sincos(2, angle, sine, cosine);
 
@@ -567,7 +606,8 @@ void planar2_step(const planar2_real h, const planar2_real q[2], const planar2_r
     const planar2_real t1 = 0.5 * h;
     const planar2_real t2 = q[0] + t1 * v[0];
     const planar2_real t3 = q[1] + t1 * v[1];
-    const planar2_real angle[4] = {q[0], q[1], t2, t3};
+    planar2_real angle[4];
+    planar2_write_4(angle, q[0], q[1], t2, t3);
     planar2_real sine[4], cosine[4];
     planar2_sincos(4, angle, sine, cosine);
 
@@ -620,7 +660,8 @@ void planar2_step(const planar2_real h, const planar2_real q[2], const planar2_r
     const planar2_real link_rate_1_3 = t16 + t17;
     const planar2_real t18 = q[0] + h * t16;
     const planar2_real t19 = q[1] + h * t17;
-    const planar2_real angle_2[4] = {t14, t15, t18, t19};
+    planar2_real angle_2[4];
+    planar2_write_4(angle_2, t14, t15, t18, t19);
     planar2_real sine_2[4], cosine_2[4];
     planar2_sincos(4, angle_2, sine_2, cosine_2);
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from itertools import groupby
 from textwrap import wrap
 
-from phichain.contract.quantities import DERIVATIVE, Quantities, Quantity, quantities_of
+from phichain.contract.quantities import DERIVATIVE, quantities_of
+from phichain.contract.quantity import Quantities, Quantity
 from phichain.emit.c.layout import WIDTH
 from phichain.emit.c.parts import words
 from phichain.lowering.dynamics import by_tensions

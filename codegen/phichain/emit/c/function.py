@@ -227,8 +227,20 @@ class Writer:
             if len(texts) == 1:
                 self.line(depth, f"const {self.element} {angle} = {texts[0]};")
                 return f"&{angle}"
-            self.line(depth, f"const {self.element} {angle}[{len(texts)}] = {{{', '.join(texts)}}};")
+            self.side_by_side(angle, texts, depth)
         return angle
+
+    def side_by_side(self, array: str, texts: list[str], depth: int) -> None:
+        """An array of values, written in pieces as wide as those it is read in."""
+        self.line(depth, f"{self.element} {array}[{len(texts)}];")
+        start = 0
+        for width in (*[4] * (len(texts) // 4), *[2] * (len(texts) % 4 // 2)):
+            self.uses.add(f"write_{width}")
+            values = ", ".join(texts[start : start + width])
+            self.line(depth, f"{self.names.prefix}_write_{width}({f'&{array}[{start}]' if start else array}, {values});")
+            start += width
+        for position in range(start, len(texts)):
+            self.line(depth, f"{array}[{position}] = {texts[position]};")
 
     def run_of_cells(self, angles: list[Operand]) -> str | None:
         """The array where the angles lie side by side, if they do."""

@@ -73,6 +73,9 @@ class _LaneWriter(Writer):
         self.scalars -= self.lanes
         self.pointers = set()
 
+    def side_by_side(self, array: str, texts: list[str], depth: int) -> None:
+        self.line(depth, f"const {self.element} {array}[{len(texts)}] = {{{', '.join(texts)}}};")
+
     def kind(self, value: str) -> str:
         return self.element if value in self.lanes else self.names.type
 

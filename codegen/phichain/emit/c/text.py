@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from textwrap import wrap
 
 from phichain.contract.meanings import state_meanings
@@ -36,7 +36,7 @@ def source(printed: Printed) -> str:
     return render(
         "source.c.j2", name=scene.name, functions=programs.functions, tables=programs.tables,
         includes=sorted(set(includes(uses)).union(*(flow.includes for flow in made))),
-        sincos=sincos_kernel(scene) if "sincos" in uses else "", bessel=bessel_kernel(scene) if "bessel" in uses else "",
+        sincos=sincos_kernel(scene, uses) if "sincos" in uses else "", bessel=bessel_kernel(scene) if "bessel" in uses else "",
         flows=[flow.definitions for flow in made], restrict=restrict_macro(scene.name),
     )  # fmt: skip
 
@@ -46,9 +46,11 @@ def restrict_macro(name: str) -> str:
     return render("restrict.c.j2", name=name)
 
 
-def sincos_kernel(scene: Scene) -> str:
-    """The vectorisable sine-cosine kernel in the scene's type."""
-    return laid_out_text(render("sincos.c.j2", name=scene.name, real=scene.real, **trig.coefficients(scene.real)))
+def sincos_kernel(scene: Scene, uses: Collection[str]) -> str:
+    """The vectorisable sine-cosine kernel in the scene's type, and what sets its angles side by side ("write_2", "write_4")."""
+    writes = [width for width in (2, 4) if f"write_{width}" in uses]
+    numbers = trig.coefficients(scene.real)
+    return laid_out_text(render("sincos.c.j2", name=scene.name, real=scene.real, writes=writes, **numbers))
 
 
 def bessel_kernel(scene: Scene) -> str:

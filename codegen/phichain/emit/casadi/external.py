@@ -98,7 +98,7 @@ def _definitions(scene: Scene, tangents: Iterable[Tangent]) -> dict[str, object]
         "tangents": made.functions,
         "tables": made.tables,
         "includes": sorted({*includes(made.uses), "stddef.h"}),
-        "sincos": sincos_kernel(scene) if "sincos" in made.uses else "",
+        "sincos": sincos_kernel(scene, made.uses) if "sincos" in made.uses else "",
         "bessel": bessel_kernel(scene) if "bessel" in made.uses else "",
     }
 

@@ -8,6 +8,7 @@ from typing import Final
 
 from phichain.contract.flows import FORWARD_DYNAMICS_BATCH as CONTRACT
 from phichain.contract.functions import ROWS
+from phichain.emit.c.function import c_function
 from phichain.emit.c.lanes import lane_function, lanes_kernel
 from phichain.emit.c.layout import laid_out_text
 from phichain.emit.c.names import CNames
@@ -15,11 +16,13 @@ from phichain.emit.c.parts import words
 from phichain.emit.flow.declared import arguments, documented
 from phichain.emit.flow.flows import FlowText, prints
 from phichain.emit.render import render
+from phichain.ir.inline import inline
 from phichain.ir.nodes import Program
 from phichain.ir.passes import total_operations
 from phichain.lowering.lower import lower_function
 from phichain.mechanics import Model
 from phichain.scene import Scene
+from phichain.transform.prepared import PREPARED, prepared
 
 #: Vector registers a value takes: sweeps are bound by latency, and this many do not wait for each other.
 REGISTERS: Final = 4
@@ -40,16 +43,20 @@ def forward_dynamics_batch(model: Model, known: Collection[str] = ()) -> FlowTex
     tables = table_names(scene, program)
     names = CNames(scene.name, scene.real, tables)
     stem = f"{scene.name}_batch"
-    body = lane_function(program, names, stem)
+    split = prepared(inline(program)) if program.params else None
+    program = split.rest if split else program
+    body = lane_function(program, names, stem, {PREPARED})
+    first = c_function(split.first, names, {}) if split else None
     uses = body.uses | {"lanes_move"}
     used = words("\n".join(body.lines))
-    inputs = [(array.name, array.size) for array in program.inputs]
+    inputs = [(array.name, array.size) for array in program.inputs if array.name != PREPARED]
     given = ["p"] if program.params else []
     text = render(
         "forward_dynamics_batch.c.j2", name=scene.name, doc=ROWS["forward_dynamics_batch"].doc, stem=stem, kernel=lanes_kernel(scene, stem, uses, REGISTERS), real=f"{scene.name}_real", nv=scene.nv, inputs=inputs,
         tables=[(table, len(values), ", ".join(names.number(value).text for value in values)) for (_, values), table in tables.items()],
         parameter=f"const {scene.name}_params *p, " if program.params else "", lines=body.lines,
-        pass_parameter="p, " if program.params else "",
+        pass_parameter="p, " if program.params else "", prepared=split.size if split else 0,
+        prepare=first.lines if first else (),
         ignored=[name for name in given if name not in used],
         definition=", ".join(arguments(CONTRACT, scene, definition=True)),
     )  # fmt: skip

@@ -22,9 +22,9 @@ no factor in the usual case r = l / 2.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
-from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
 from phichain.lowering.link_units import LinkUnits
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import PlanarState, couples, from_absolute
@@ -47,14 +47,9 @@ class Outer:
     minor_x: Expr
     minor_y: Expr
 
-    def scalars(self) -> dict[str, Expr]:
-        """The scalars by name; what is known to be zero stays a number and is not among them."""
-        named = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {name: value for name, value in named.items() if not value.is_zero}
-
 
 @dataclass(frozen=True)
-class _Factors:
+class Factors:
     """What takes the results of a link into the units of the link before."""
 
     mass: ArrayRef
@@ -93,7 +88,7 @@ def accelerations(
         a[0] = base_y * parameters.units.length
     else:
         sweep.pivot(outer, 0)
-    sweep.outwards(-parameters.gravity, base_y, a.shifted(int(scene.has_cart)))
+    sweep.all_outwards(-parameters.gravity, base_y, a.shifted(int(scene.has_cart)))
 
 
 class Sweep:
@@ -113,25 +108,33 @@ class Sweep:
     def inwards(self) -> Outer:
         """The chain beyond the cart, or beyond link 0 of a chain on a fixed base, which passes nothing on."""
         links, last = self.scene.links, 0 if self.scene.has_cart else 1
-        outer = Outer(*(self.builder.lift(0) for _ in fields(Outer)))
         inner = max(links - _TIP_LINKS, last)
-        for k in range(links - 1, inner - 1, -1):
-            outer = self.eliminate(outer, k)
+        outer = self.beyond(inner)
         if inner == last:
             return outer
         with self.builder.loop("k", inner - 1, last - 1, -1) as loop:
-            carried = {name: loop.carry(f"outer_{name}", value) for name, value in self._scalars(outer).items()}
-            known = {field.name: self.builder.lift(0) for field in fields(Outer)}
-            before = Outer(**(known | carried))
-            after = self.eliminate(before, loop.index)
-            for name, value in carried.items():
-                loop.follow(value, getattr(after, name))
+            before = self.carried(loop, outer)
+            self.followed(loop, before, self.eliminate(before, loop.index))
         return before
 
-    def _scalars(self, outer: Outer) -> dict[str, Expr]:
-        """What changes from link to link; E is zero throughout where every mass sits at its link's end."""
-        names = {field.name for field in fields(Outer)} - ({"determinant"} if self.scene.tip_masses else set())
-        return {field.name: getattr(outer, field.name) for field in fields(Outer) if field.name in names}
+    def beyond(self, k: int) -> Outer:
+        """Link k and all beyond it, seen from the link before, written out link by link."""
+        outer = Outer(*(self.builder.lift(0) for _ in fields(Outer)))
+        for link in range(self.scene.links - 1, k - 1, -1):
+            outer = self.eliminate(outer, link)
+        return outer
+
+    def carried(self, loop: Loop, outer: Outer) -> Outer:
+        """The same as scalars that a loop carries; E is zero throughout where every mass sits at its link's end."""
+        kept = {"determinant"} if self.scene.tip_masses else set()
+        named = {field.name: getattr(outer, field.name) for field in fields(Outer) if field.name not in kept}
+        return replace(outer, **{name: loop.carry(f"outer_{name}", value) for name, value in named.items()})
+
+    def followed(self, loop: Loop, before: Outer, after: Outer) -> None:
+        """Say what they are on the next turn."""
+        for name in (field.name for field in fields(Outer)):
+            if name != "determinant" or not self.scene.tip_masses:
+                loop.follow(getattr(before, name), getattr(after, name))
 
     def pivot(self, outer: Outer, k: Index) -> Pivot:
         """Eliminate the rotation of link k: its tip accelerates by free - gain_x a_x - gain_y a_y along its tangent."""
@@ -199,36 +202,45 @@ class Sweep:
         push = force + parameters.gravity * (unit * outer.xy) - (unit * parameters.length[0]) * outer.force_y
         return self.builder.let("cart_acceleration", push / (parameters.cart_mass + unit * outer.yy))
 
-    def outwards(self, base_x: Expr, base_y: Expr, theta_ddot: ArrayRef) -> None:
-        """From the base's acceleration to all others, in units of each link's length."""
-        builder, let = self.builder, self.builder.let
-        alpha = builder.array("acceleration", self.scene.links)
+    def all_outwards(self, base_x: Expr, base_y: Expr, theta_ddot: ArrayRef) -> None:
+        """From the base's acceleration to all others."""
+        alpha = self.builder.array("acceleration", self.scene.links)
         inverse = 1 / self.parameters.length[0]
-        with builder.loop("k", 0, self.scene.links) as loop:
-            k = loop.index
-            carried_x, carried_y = loop.carry("base_x", inverse * base_x), loop.carry("base_y", inverse * base_y)
-            before_x, before_y = self.units.outward[k] * carried_x, self.units.outward[k] * carried_y
-            joint_x = let("joint_x", self.cosine[k] * before_x + self.sine[k] * before_y)
-            joint_y = let("joint_y", self.cosine[k] * before_y - self.sine[k] * before_x)
-            tip_y = let("tip_y", self.free[k] - self.gain_x[k] * joint_x - self.gain_y[k] * joint_y)
-            alpha[k] = tip_y - joint_y
-            tip_x = joint_x - self.rate_squared[k]
-            self.moved(k, joint_y, (tip_x, tip_y))
-            loop.follow(carried_x, tip_x)
-            loop.follow(carried_y, tip_y)
-        from_absolute(builder, self.scene, alpha, theta_ddot)
+        with self.builder.loop("k", 0, self.scene.links) as loop:
+            self.outwards(alpha, loop, (inverse * base_x, inverse * base_y), loop.index)
+        from_absolute(self.builder, self.scene, alpha, theta_ddot)
 
     def moved(self, k: Index, joint_y: Expr, tip: tuple[Expr, Expr]) -> None:
         """What else is made of a link's accelerations on the way outwards: nothing."""
 
+    def outwards(self, alpha: ArrayRef, loop: Loop, base: tuple[Expr, Expr], k: Index) -> tuple[Expr, Expr]:
+        """One turn from a joint's acceleration to the next, in units of each link's length; what the turn begins with."""
+        carried_x, carried_y = loop.carry("base_x", base[0]), loop.carry("base_y", base[1])
+        following = self.outer_end(alpha, (carried_x, carried_y), k)
+        loop.follow(carried_x, following[0])
+        loop.follow(carried_y, following[1])
+        return carried_x, carried_y
 
-def _factors(units: LinkUnits) -> _Factors:
+    def outer_end(self, alpha: ArrayRef, base: tuple[Expr, Expr], k: Index) -> tuple[Expr, Expr]:
+        """The acceleration of link k, written into `alpha`, and of its outer end."""
+        let = self.builder.let
+        before_x, before_y = self.units.outward[k] * base[0], self.units.outward[k] * base[1]
+        joint_x = let("joint_x", self.cosine[k] * before_x + self.sine[k] * before_y)
+        joint_y = let("joint_y", self.cosine[k] * before_y - self.sine[k] * before_x)
+        tip_y = let("tip_y", self.free[k] - self.gain_x[k] * joint_x - self.gain_y[k] * joint_y)
+        alpha[k] = tip_y - joint_y
+        tip_x = joint_x - self.rate_squared[k]
+        self.moved(k, joint_y, (tip_x, tip_y))
+        return tip_x, tip_y
+
+
+def _factors(units: LinkUnits) -> Factors:
     product = units.product
     skew = product("skew_step", units.mass, units.overhang)
     force = product("force_step", units.mass, units.length)
     determinant = product("determinant_step", units.mass, units.mass, units.leverage_step)
     minor = product("minor_step", determinant, units.length)
-    return _Factors(
+    return Factors(
         mass=units.mass,
         axial=product("axial_step", units.mass, units.leverage, units.leverage),
         skew=skew,

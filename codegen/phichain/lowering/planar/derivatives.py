@@ -81,13 +81,13 @@ def _solved(
     outer = sweep.inwards()
     if not scene.has_cart:
         sweep.pivot(outer, 0)
-        sweep.outwards(-parameters.gravity, builder.lift(0), a)
+        sweep.all_outwards(-parameters.gravity, builder.lift(0), a)
         response = Response(builder, scene, parameters, sweep)
         return response, response.on_wall(parameters.gravity, parameters.length[0])
     force = u[0] if u is not None and scene.has_force else builder.lift(0)
     slide = sweep.cart_acceleration(outer, force)
     a[0] = slide
-    sweep.outwards(-parameters.gravity, slide, a.shifted(1))
+    sweep.all_outwards(-parameters.gravity, slide, a.shifted(1))
     response = Response(builder, scene, parameters, sweep)
     return response, response.on_cart(parameters, outer, slide, force)
 
