@@ -722,6 +722,14 @@ void planar2_step(const planar2_real h, const planar2_real q[2], const planar2_r
 #define PLANAR2_FLOW_APART
 #endif
 
+/* Rows of a few numbers, written one by one: a vector that is read from them waits until all have arrived
+ * in memory. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define PLANAR2_FLOW_SINGLY __attribute__((optimize("no-tree-vectorize")))
+#else
+#define PLANAR2_FLOW_SINGLY
+#endif
+
 enum {
     planar2_flow_q = 2,
     planar2_flow_x = 4,
@@ -931,9 +939,10 @@ static planar2_real planar2_flow_turned(const planar2_real x, const planar2_real
     return fma(turns, planar2_flow_turn_high, x + turns * planar2_flow_turn_low);
 }
 
-/* Take whole turns out of a lane's angles, to the last bit that `lost` can hold. */
-static void planar2_flow_wind(const int lane, planar2_workspace *jet)
+/* Take whole turns out of a lane's angles, to the last bit that `lost` can hold; whether there were any. */
+static int planar2_flow_wind(const int lane, planar2_workspace *jet)
 {
+    int wound = 0;
     for (int i = planar2_flow_cart; i < planar2_flow_q; ++i) {
         const planar2_real x = PLANAR2_FLOW_OF(jet->state[i], lane);
         if (fabs(x) > 4) {
@@ -944,8 +953,10 @@ static void planar2_flow_wind(const int lane, planar2_workspace *jet)
             PLANAR2_FLOW_AT(jet->state[i], lane) = sum;
             PLANAR2_FLOW_AT(jet->lost[i], lane) = whole - (sum - rest);
             PLANAR2_FLOW_AT(jet->turns[i], lane) += turns;
+            wound = 1;
         }
     }
+    return wound;
 }
 
 /* A lane's angles as they are, rounded; `lost` holds the rest. */
@@ -1016,17 +1027,19 @@ static void planar2_flow_ahead(const int n, planar2_workspace *PLANAR2_RESTRICT 
     }
 }
 
-/* What the sums `turn` orders after the start of a block still want of the rows that have come since. */
-static void planar2_flow_rest(const int n, const int turn, planar2_workspace *PLANAR2_RESTRICT jet)
+/* What the sums `turn` orders after the start of a block still want of the rows that have come since; the
+ * newest last, for which everything else waits. */
+static PLANAR2_FLOW_SINGLY void planar2_flow_rest(const int n, const int turn,
+    planar2_workspace *PLANAR2_RESTRICT jet)
 {
     for (int row = 0; row < planar2_flow_rights; ++row) {
         for (int i = 0; i < planar2_flow_lefts; ++i) {
             const int k = planar2_flow_lefts * row + i;
             planar2_real sum = jet->sums[turn][k];
-            int j = 0;
+            int j = turn - 1;
             do {
-                sum += jet->left[n - j][i] * jet->right[j][k] + jet->left[j][i] * jet->right[n - j][k];
-            } while (++j < turn);
+                sum += jet->left[j][i] * jet->right[n - j][k] + jet->left[n - j][i] * jet->right[j][k];
+            } while (--j >= 0);
             jet->sums[turn][k] = sum;
         }
     }
@@ -1086,6 +1099,37 @@ static void planar2_flow_increment(const int order, const planar2_workspace *PLA
             sum = sum * t + jet->x[n][i];
         }
         increment[i] = sum * (i < planar2_flow_q ? t : share);
+    }
+}
+
+/* The same, and h times the slope of the series in the units of its coefficients: even and odd powers
+ * apart, so that no sum waits for the one before. Order 1, the most of it, is added last and rounded once. */
+static void planar2_flow_advance(const int order, const planar2_workspace *PLANAR2_RESTRICT jet,
+    const planar2_real *h, planar2_real increment[PLANAR2_RESTRICT planar2_flow_x],
+    planar2_real along[PLANAR2_RESTRICT planar2_flow_x])
+{
+    const planar2_real t = *h / jet->start.unit[0], share = t / jet->start.unit[0], square = t * t;
+    for (int i = 0; i < planar2_flow_x; ++i) {
+        planar2_real sum = jet->x[order][i], next = jet->x[order - 1][i];
+        planar2_real slope = (planar2_real)order * sum, next_slope = (planar2_real)(order - 1) * next;
+        int n = order - 2;
+        for (; n > 2; n -= 2) {
+            sum = sum * square + jet->x[n][i];
+            next = next * square + jet->x[n - 1][i];
+            slope = slope * square + (planar2_real)n * jet->x[n][i];
+            next_slope = next_slope * square + (planar2_real)(n - 1) * jet->x[n - 1][i];
+        }
+        if (n == 2) {
+            sum = (sum * square + jet->x[2][i]) + next * t;
+            slope = (slope * square + 2 * jet->x[2][i]) + next_slope * t;
+        } else {
+            sum = sum * t + next;
+            slope = slope * t + next_slope;
+        }
+        sum = sum * t + jet->x[1][i];
+        slope = slope * t + jet->x[1][i];
+        increment[i] = sum * (i < planar2_flow_q ? t : share);
+        along[i] = slope * t;
     }
 }
 
@@ -1193,9 +1237,11 @@ static void planar2_flow_lengths(const int order, const planar2_workspace *jet, 
 }
 
 /* How far the series are from the equations at the ends of their steps: h times the difference of the two
- * slopes there, over what is allowed. Expects the start of the next steps in jet->end. */
-static void planar2_flow_defects(const int order, const planar2_workspace *jet, const planar2_real *h,
-    const planar2_real room, const planar2_real scales[2], planar2_real defect[planar2_flow_lane_count])
+ * slopes there, over what is allowed. Expects the start of the next steps in jet->end, and h times the
+ * series' slopes. */
+static void planar2_flow_defects(const planar2_workspace *jet, const planar2_real along[planar2_flow_x],
+    const planar2_real *h, const planar2_real room, const planar2_real scales[2],
+    planar2_real defect[planar2_flow_lane_count])
 {
     planar2_real apart[planar2_flow_x], slope[planar2_flow_x];
     planar2_real state[2][planar2_flow_lane_count], motion[2][planar2_flow_lane_count],
@@ -1203,12 +1249,8 @@ static void planar2_flow_defects(const int order, const planar2_workspace *jet, 
     const planar2_real t = *h / jet->start.unit[0], unit = jet->start.unit[0] / jet->end.unit[0],
         square = unit * unit;
     for (int i = 0; i < planar2_flow_x; ++i) {
-        planar2_real sum = (planar2_real)order * jet->x[order][i];
-        for (int n = order - 1; n > 0; --n) {
-            sum = sum * t + (planar2_real)n * jet->x[n][i];
-        }
         slope[i] = t * (jet->end.slope[i] * (i < planar2_flow_q ? unit : square));
-        apart[i] = t * sum - slope[i];
+        apart[i] = along[i] - slope[i];
     }
     planar2_flow_norms(scales[1], jet->state, state);
     planar2_flow_norms(scales[1], slope, motion);
@@ -1238,14 +1280,14 @@ static void planar2_flow_check(const int order, planar2_workspace *jet, const pl
     planar2_real defect[planar2_flow_lane_count], last[planar2_flow_lane_count] = {0};
     int slow[planar2_flow_lane_count] = {0}, shorter = 1;
     while (shorter) {
-        planar2_real increment[planar2_flow_x], unit = *h;
-        planar2_flow_increment(order, jet, h, increment);
+        planar2_real increment[planar2_flow_x], along[planar2_flow_x], unit = *h;
+        planar2_flow_advance(order, jet, h, increment, along);
         planar2_flow_move(increment, jet);
         for (int lane = 0; lane < planar2_flow_lane_count; ++lane) {
             PLANAR2_FLOW_AT(unit, lane) = planar2_flow_unit(fabs(PLANAR2_FLOW_OF(*h, lane)));
         }
         planar2_flow_begin(jet, jet->moved, jet->moved_lost, &unit, &jet->end);
-        planar2_flow_defects(order, jet, h, room, scales, defect);
+        planar2_flow_defects(jet, along, h, room, scales, defect);
         shorter = 0;
         for (int lane = 0; lane < planar2_flow_lane_count; ++lane) {
             if (!(defect[lane] > 1) || slow[lane] == 3) {
@@ -1404,7 +1446,7 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
     const planar2_real tolerance = at_least < 1 ? at_least : 1;
     /* Errors add up over the steps: each aims below the tolerance. */
     const planar2_real goal = tolerance * 0.00390625;
-    int order = (int)ceil(1 - 0.6 * log(goal));
+    int order = (int)ceil(1 - 0.8 * log(goal));
     order = order < 4 ? 4 : (order > planar2_flow_highest ? planar2_flow_highest : order);
     const planar2_real way = t_end < flow->t ? -1 : 1;
     int result = PLANAR2_STEP_BUDGET, is_new = 1;
@@ -1416,7 +1458,7 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
     memcpy(jet->lost, flow->lost, sizeof jet->lost);
     memcpy(jet->u, u, sizeof jet->u);
     memset(jet->turns, 0, sizeof jet->turns);
-    planar2_flow_wind(0, jet);
+    (void)planar2_flow_wind(0, jet);
     planar2_flow_norms(scales[1], jet->state, speed);
     unit = planar2_flow_unit(1 / planar2_flow_larger(scales[0], speed[1][0]));
     if (event != NULL) {
@@ -1482,7 +1524,11 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
         }
         memcpy(jet->state, jet->moved, sizeof jet->state);
         memcpy(jet->lost, jet->moved_lost, sizeof jet->lost);
-        planar2_flow_wind(0, jet);
+        /* The next step starts from what a run that began here would see. */
+        if (planar2_flow_wind(0, jet) && !is_new) {
+            unit = jet->end.unit[0];
+            is_new = 1;
+        }
         const planar2_real whole = h + flow->t_lost, after = flow->t + whole;
         flow->t_lost = whole - (after - flow->t);
         flow->t = after;

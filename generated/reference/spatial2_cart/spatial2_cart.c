@@ -951,6 +951,14 @@ void spatial2_cart_project(const spatial2_cart_real q[8], const spatial2_cart_re
 #define SPATIAL2_CART_FLOW_APART
 #endif
 
+/* Rows of a few numbers, written one by one: a vector that is read from them waits until all have arrived
+ * in memory. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define SPATIAL2_CART_FLOW_SINGLY __attribute__((optimize("no-tree-vectorize")))
+#else
+#define SPATIAL2_CART_FLOW_SINGLY
+#endif
+
 enum {
     spatial2_cart_flow_q = 8,
     spatial2_cart_flow_x = 16,
@@ -1304,18 +1312,19 @@ static void spatial2_cart_flow_ahead(const int n, spatial2_cart_workspace *SPATI
     }
 }
 
-/* What the sums `turn` orders after the start of a block still want of the rows that have come since. */
-static void spatial2_cart_flow_rest(const int n, const int turn,
+/* What the sums `turn` orders after the start of a block still want of the rows that have come since; the
+ * newest last, for which everything else waits. */
+static SPATIAL2_CART_FLOW_SINGLY void spatial2_cart_flow_rest(const int n, const int turn,
     spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
 {
     for (int row = 0; row < spatial2_cart_flow_rights; ++row) {
         for (int i = 0; i < spatial2_cart_flow_lefts; ++i) {
             const int k = spatial2_cart_flow_lefts * row + i;
             spatial2_cart_real sum = jet->sums[turn][k];
-            int j = 0;
+            int j = turn - 1;
             do {
-                sum += jet->left[n - j][i] * jet->right[j][k] + jet->left[j][i] * jet->right[n - j][k];
-            } while (++j < turn);
+                sum += jet->left[j][i] * jet->right[n - j][k] + jet->left[n - j][i] * jet->right[j][k];
+            } while (--j >= 0);
             jet->sums[turn][k] = sum;
         }
     }
@@ -1403,6 +1412,39 @@ static void spatial2_cart_flow_increment(const int order,
             sum = sum * t + jet->x[n][i];
         }
         increment[i] = sum * (i < spatial2_cart_flow_q ? t : share);
+    }
+}
+
+/* The same, and h times the slope of the series in the units of its coefficients: even and odd powers
+ * apart, so that no sum waits for the one before. Order 1, the most of it, is added last and rounded once. */
+static void spatial2_cart_flow_advance(const int order,
+    const spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet, const spatial2_cart_real *h,
+    spatial2_cart_real increment[SPATIAL2_CART_RESTRICT spatial2_cart_flow_x],
+    spatial2_cart_real along[SPATIAL2_CART_RESTRICT spatial2_cart_flow_x])
+{
+    const spatial2_cart_real t = *h / jet->start.unit[0], share = t / jet->start.unit[0], square = t * t;
+    for (int i = 0; i < spatial2_cart_flow_x; ++i) {
+        spatial2_cart_real sum = jet->x[order][i], next = jet->x[order - 1][i];
+        spatial2_cart_real slope = (spatial2_cart_real)order * sum,
+            next_slope = (spatial2_cart_real)(order - 1) * next;
+        int n = order - 2;
+        for (; n > 2; n -= 2) {
+            sum = sum * square + jet->x[n][i];
+            next = next * square + jet->x[n - 1][i];
+            slope = slope * square + (spatial2_cart_real)n * jet->x[n][i];
+            next_slope = next_slope * square + (spatial2_cart_real)(n - 1) * jet->x[n - 1][i];
+        }
+        if (n == 2) {
+            sum = (sum * square + jet->x[2][i]) + next * t;
+            slope = (slope * square + 2 * jet->x[2][i]) + next_slope * t;
+        } else {
+            sum = sum * t + next;
+            slope = slope * t + next_slope;
+        }
+        sum = sum * t + jet->x[1][i];
+        slope = slope * t + jet->x[1][i];
+        increment[i] = sum * (i < spatial2_cart_flow_q ? t : share);
+        along[i] = slope * t;
     }
 }
 
@@ -1520,9 +1562,11 @@ static void spatial2_cart_flow_lengths(const int order, const spatial2_cart_work
 }
 
 /* How far the series are from the equations at the ends of their steps: h times the difference of the two
- * slopes there, over what is allowed. Expects the start of the next steps in jet->end. */
-static void spatial2_cart_flow_defects(const int order, const spatial2_cart_workspace *jet,
-    const spatial2_cart_real *h, const spatial2_cart_real room, const spatial2_cart_real scales[2],
+ * slopes there, over what is allowed. Expects the start of the next steps in jet->end, and h times the
+ * series' slopes. */
+static void spatial2_cart_flow_defects(const spatial2_cart_workspace *jet,
+    const spatial2_cart_real along[spatial2_cart_flow_x], const spatial2_cart_real *h,
+    const spatial2_cart_real room, const spatial2_cart_real scales[2],
     spatial2_cart_real defect[spatial2_cart_flow_lane_count])
 {
     spatial2_cart_real apart[spatial2_cart_flow_x], slope[spatial2_cart_flow_x];
@@ -1531,12 +1575,8 @@ static void spatial2_cart_flow_defects(const int order, const spatial2_cart_work
     const spatial2_cart_real t = *h / jet->start.unit[0], unit = jet->start.unit[0] / jet->end.unit[0],
         square = unit * unit;
     for (int i = 0; i < spatial2_cart_flow_x; ++i) {
-        spatial2_cart_real sum = (spatial2_cart_real)order * jet->x[order][i];
-        for (int n = order - 1; n > 0; --n) {
-            sum = sum * t + (spatial2_cart_real)n * jet->x[n][i];
-        }
         slope[i] = t * (jet->end.slope[i] * (i < spatial2_cart_flow_q ? unit : square));
-        apart[i] = t * sum - slope[i];
+        apart[i] = along[i] - slope[i];
     }
     spatial2_cart_flow_norms(scales[1], jet->state, state);
     spatial2_cart_flow_norms(scales[1], slope, motion);
@@ -1567,15 +1607,15 @@ static void spatial2_cart_flow_check(const int order, spatial2_cart_workspace *j
     spatial2_cart_real defect[spatial2_cart_flow_lane_count], last[spatial2_cart_flow_lane_count] = {0};
     int slow[spatial2_cart_flow_lane_count] = {0}, shorter = 1;
     while (shorter) {
-        spatial2_cart_real increment[spatial2_cart_flow_x], unit = *h;
-        spatial2_cart_flow_increment(order, jet, h, increment);
+        spatial2_cart_real increment[spatial2_cart_flow_x], along[spatial2_cart_flow_x], unit = *h;
+        spatial2_cart_flow_advance(order, jet, h, increment, along);
         spatial2_cart_flow_move(increment, jet);
         for (int lane = 0; lane < spatial2_cart_flow_lane_count; ++lane) {
             SPATIAL2_CART_FLOW_AT(unit, lane)
                 = spatial2_cart_flow_unit(fabs(SPATIAL2_CART_FLOW_OF(*h, lane)));
         }
         spatial2_cart_flow_begin(jet, jet->moved, jet->moved_lost, &unit, &jet->end);
-        spatial2_cart_flow_defects(order, jet, h, room, scales, defect);
+        spatial2_cart_flow_defects(jet, along, h, room, scales, defect);
         shorter = 0;
         for (int lane = 0; lane < spatial2_cart_flow_lane_count; ++lane) {
             if (!(defect[lane] > 1) || slow[lane] == 3) {
@@ -1737,7 +1777,7 @@ static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run(spatial2_cart_flow *f
     const spatial2_cart_real tolerance = at_least < 1 ? at_least : 1;
     /* Errors add up over the steps: each aims below the tolerance. */
     const spatial2_cart_real goal = tolerance * 0.00390625;
-    int order = (int)ceil(1 - 0.6 * log(goal));
+    int order = (int)ceil(1 - 0.8 * log(goal));
     order = order < 4 ? 4 : (order > spatial2_cart_flow_highest ? spatial2_cart_flow_highest : order);
     const spatial2_cart_real way = t_end < flow->t ? -1 : 1;
     int result = SPATIAL2_CART_STEP_BUDGET, is_new = 1;
