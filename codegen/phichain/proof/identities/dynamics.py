@@ -47,14 +47,10 @@ def inverse_dynamics(case: Case) -> None:
 
 @proves("state_jacobian")
 def state_jacobian(case: Case) -> None:
-    """dadq dq + dadv dv + dadu du is the derivative of the forward dynamics, itself proven, along a random direction.
-
-    In space dq keeps the lengths of the unit vectors: what is said of others is no mechanics.
-    """
+    """dadq dq + dadv dv + dadu du is the derivative of the forward dynamics, itself proven, along a random direction."""
     point, scene = case.point, case.scene
     forward = case.forward
-    dq = case.judge.turned(point, point.tangent("dq"))
-    moved = {"q": dq, "v": point.free("dv"), "u": point.free("du", scene.nu)}
+    moved = {"q": point.free("dq", scene.nq), "v": point.free("dv"), "u": point.free("du", scene.nu)}
     try:
         true = forward.slopes(replace(point.given(), along=moved), point)["a"][1]
     except FAULTS as fault:

@@ -1,1 +1,0 @@
-"""Derivatives of the spatial accelerations from one factorisation."""
