@@ -61,10 +61,11 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
         workers: int | None = None,
     ) -> PropagationBatch:
         n, budget = _count(q), step_budget(call.name, max_steps)
-        demand_room("propagate_batch.q", n, (nq + nv) * (2 + np.size(times)), kind)
+        wanted = np.atleast_1d(own("propagate_batch.times", times, kind))
+        demand_room("propagate_batch.q", n, (nq + nv) * (2 + wanted.size), kind)
         state_q, state_v = _columns("q", q, (n, nq), kind), _columns("v", v, (n, nv), kind)
         start, end = _each("t", t, n, kind), _each("t_end", t_end, n, kind)
-        grid = _times(times, start, end, kind)
+        grid = _times(wanted, start, end)
         kept = _columns("lost", np.zeros((n, 1 + nq + nv)) if lost is None else lost, (n, 1 + nq + nv), kind)
         q_at, v_at = np.full((len(grid), nq, n), np.nan, kind), np.full((len(grid), nv, n), np.nan, kind)
         steps, written = np.zeros(n, np.dtype("ulong")), np.zeros(n, np.dtype("ulong"))
@@ -155,8 +156,7 @@ def _each(name: str, value: ArrayLike, n: int, kind: np.dtype[Any]) -> NDArray[A
     return np.broadcast_to(finite(f"propagate_batch.{name}", array, "give finite times"), (n,)).copy()
 
 
-def _times(times: ArrayLike, start: NDArray[Any], end: NDArray[Any], kind: np.dtype[Any]) -> NDArray[Any]:
-    grid = np.atleast_1d(own("propagate_batch.times", times, kind))
+def _times(grid: NDArray[Any], start: NDArray[Any], end: NDArray[Any]) -> NDArray[Any]:
     if grid.ndim != 1:
         raise ArrayError("propagate_batch.times", grid.shape, "is no list of times", "give them one after the other")
     finite("propagate_batch.times", grid, "give finite times")
