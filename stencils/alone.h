@@ -34,6 +34,7 @@ typedef float phi_real;
 #define PHI_MARGIN 0x1p-8f
 #define PHI_SHARE 0.6f
 #define PHI_SLACK 0.9375f
+#define PHI_LEEWAY 16
 #define PHI_HUGE 80
 #define PHI_LOG_TWO 0x1.62e43p-1f
 #define PHI_TURN_HIGH 0x1.921fb6p+2f
@@ -55,6 +56,7 @@ typedef double phi_real;
 #define PHI_MARGIN 0x1p-8
 #define PHI_SHARE 0.6
 #define PHI_SLACK 0.9375
+#define PHI_LEEWAY 16
 #define PHI_HUGE 700
 #define PHI_LOG_TWO 0x1.62e42fefa39efp-1
 #define PHI_TURN_HIGH 0x1.921fb54442d18p+2
@@ -76,6 +78,7 @@ typedef double phi_real;
 #define PHI_RESTRICT restrict
 #define PHI_ALIGNED
 #define STEM_APART
+#define STEM_SINGLY
 
 /* --- sizes of a small chain --- */
 
@@ -159,7 +162,8 @@ typedef phi_real wide_lanes __attribute__((vector_size(16), aligned(sizeof(phi_r
 typedef phi_real wide_lanes;
 #endif
 enum { wide_lane_count = ALONE_VECTORS ? 16 / (int)sizeof(phi_real) : 1 };
-#define WIDE_ZERO ((0) - (wide_lanes){0})
+#define WIDE_EVERY(number) ((number) - (wide_lanes){0})
+#define WIDE_ZERO WIDE_EVERY(0)
 #define WIDE_OF(lanes, lane) (((const phi_real *)&(lanes))[lane])
 #define WIDE_AT(lanes, lane) (((phi_real *)&(lanes))[lane])
 #define ROWS_0 jet->start.held, jet->start.left[0], jet->start.right[0], wide->x[0], wide->x[0] + stem_q,
