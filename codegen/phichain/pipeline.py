@@ -57,7 +57,7 @@ def build(scene: Scene, prove: bool = True) -> System:
     if texts is None:
         from phichain.scratch import library_texts
 
-        texts = library_texts(scene, prove)
+        texts = library_texts(scene, prove, default_cache())
         system = build_files(texts)
         if prove:
             remember(scene, texts, cache)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
+from typing import Protocol
 
 from phichain._version import __version__
 from phichain.emit import folder_files, library_files, with_proof
 from phichain.files import MANIFEST
 from phichain.lowering import lower
 from phichain.mechanics import derive
-from phichain.native import default_cache
 from phichain.proof import prove as proven
 from phichain.reading import parse_json
 from phichain.scene import Scene
@@ -24,17 +24,31 @@ def folder_texts(scene: Scene, with_casadi_c: bool, prove: bool) -> dict[str, st
     return folder_files(scene, lowered, with_casadi_c, proof)
 
 
-def library_texts(scene: Scene, prove: bool) -> dict[str, str]:
-    """The texts that a System is compiled from by file name; arguments and errors as in `pipeline.build`."""
+class Kept(Protocol):
+    """Where what was proven is kept."""
+
+    def fetch(self, key: str) -> bytes | None: ...
+    def store(self, key: str, payload: bytes) -> object: ...
+
+
+def library_texts(scene: Scene, prove: bool, cache: Kept | None = None) -> dict[str, str]:
+    """The texts that a System is compiled from by file name; arguments and errors as in `pipeline.build`.
+
+    Args:
+        scene: the scene.
+        prove: whether its functions are proven.
+        cache: where proofs are kept; None proves anew.
+    """
     lowered = lower(derive(scene))
     files = library_files(scene, lowered)
     if not prove:
         return files
-    key, cache = _proof_key(scene, files), default_cache()
-    record = _kept(cache.fetch(key), key)
+    key = _proof_key(scene, files)
+    record = None if cache is None else _kept(cache.fetch(key), key)
     if record is None:
         record = dict(proven(lowered.model, lowered).record)
-        cache.store(key, json.dumps({"key": key, "proof": record}).encode())
+        if cache is not None:
+            cache.store(key, json.dumps({"key": key, "proof": record}).encode())
     return files | {MANIFEST: with_proof(files[MANIFEST], record)}
 
 

@@ -101,10 +101,11 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 @pytest.mark.parametrize("t", [(0.0, 20.0), np.linspace(0.0, 20.0, 101)], ids=["own steps", "a grid"])
-def test_simulate_is_one_call_of_the_flow(system: System, calls: list[str], t: Any) -> None:
+def test_simulate_is_one_call_of_the_flow_and_one_of_its_companion(system: System, calls: list[str], t: Any) -> None:
     run = simulate(system, STATE, t)
     assert run.method == "taylor" and run.counts["steps"] > 100
-    assert calls == ["owned_propagate", "owned_rows_energy", "owned_rows_forward_dynamics"]
+    # The last one is the companion, which says how far errors grow on a long run (`motion.companion`).
+    assert calls == ["owned_propagate", "owned_rows_energy", "owned_propagate", "owned_rows_forward_dynamics"]
 
 
 def test_a_resampled_run_is_one_call_more_and_the_run_itself(system: System, calls: list[str]) -> None:

@@ -50,7 +50,8 @@ def test_a_folder_prints_each_program_once(kind: str, printed: Counter[tuple[str
     folder_files(scene, lowered, with_casadi_c=True)
     assert len(printed) > len(lowered.wanted) + len(lowered.helpers)
     again = {text.split("(")[0] for (_, text), count in printed.items() if count > 1}
-    assert again <= {COPIED}
+    # A trajectory of a batch goes in and out one by one, as the scalar flow's does.
+    assert again <= {COPIED, "flow_enter", "flow_leave"}
     assert max(printed.values()) <= 2
 
 

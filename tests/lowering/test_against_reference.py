@@ -18,7 +18,7 @@ from tests.lowering.chains import Arguments, functions, gap, kinds, label, rando
 from tests.reference_cases import flat, relative_error
 
 #: What the spatial reference defines otherwise: `test_spatial_jacobian`, `test_spatial_step`.
-SPATIAL_APART = ("state_jacobian", "step")
+SPATIAL_APART = ("state_jacobian", "dynamics_and_jacobian", "step")
 ENDS = [scene(n, space, base, "mid") for n in (1, 2) for space in ("planar", "spatial") for base in ("fixed", "cart")]
 SPATIAL = [chain for chain in kinds() if not chain.is_planar]
 
