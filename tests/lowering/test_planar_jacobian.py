@@ -56,7 +56,7 @@ def test_an_entry_of_all_three_takes_24_operations(links: int) -> None:
     ("more", "most"),
     [
         ({"base": "cart", "cart_mass": 1.2, "actuated": "cart"}, 31800), ({"angles": "absolute", "actuated": "none"}, 24600), ({"angles": "adjacent"}, 29500),
-        ({"stiffness": "runtime", "damping": "runtime"}, 32500), ({"mass": "runtime", "length": "runtime", "com": "runtime"}, 32400),
+        ({"stiffness": "runtime", "damping": "runtime"}, 32500), ({"mass": "runtime", "length": "runtime", "com": "runtime"}, 32500),
         ({"com": None}, 22700),
     ],
 )  # fmt: skip
@@ -129,7 +129,7 @@ def test_dynamics_and_jacobian_are_both(more: dict[str, Any]) -> None:
     scene = chain(9, **more)
     given, programs = arguments(scene), {name: lower_function(derive(scene), name, "loops") for name in (*WANT, "forward_dynamics")}
     found, slopes, a = (evaluate(programs[name], given) for name in ("dynamics_and_jacobian", "state_jacobian", "forward_dynamics"))
-    assert np.array_equal(found["a"], a["a"])
+    assert np.allclose(found["a"], a["a"], rtol=1e-12, atol=1e-12 * np.max(np.abs(a["a"])))
     assert all(np.array_equal(found[name], slopes[name]) for name in slopes)
     both = total_operations(programs["state_jacobian"]) + total_operations(programs["forward_dynamics"])
     assert total_operations(programs["dynamics_and_jacobian"]) < both - 9 * 30

@@ -20,7 +20,7 @@ from phichain.scene import Scene
 LONGEST_KEPT = 48
 
 
-@dataclass(frozen=True)
+@dataclass
 class Target:
     """A matrix of results: where its links' part begins, and its row length."""
 

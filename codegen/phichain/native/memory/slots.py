@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from phichain.native.memory.arrays import SCALAR
 
 
-@dataclass(frozen=True)
+@dataclass
 class Slot:
     """A piece of it.
 

@@ -132,7 +132,7 @@ def factor_program(model: Model, layout: Layout, write: Callable[[Factoring], No
     return shaped(builder.finish(), scene.code)
 
 
-@dataclass(frozen=True)
+@dataclass
 class Ordering:
     """`flow_order` being written.
 
