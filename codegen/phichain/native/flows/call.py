@@ -98,7 +98,7 @@ def flow_call(name: str, chain: Chain, parameters: Sequence[Argument], function:
         takes=tuple((argument.name, handed(argument, chain)) for argument in flow.arguments_of(chain)),
         carried=struct_type(flow.carries, chain) if flow.carries else _none,
         event=struct_type(flow.event, chain) if flow.event else _none,
-        brief=_BRIEF // chain.links if chain.is_planar else 0,
+        brief=_BRIEF // chain.links if chain.is_planar and name == "propagate" else 0,  # refused steps are counted once
     )
 
 
