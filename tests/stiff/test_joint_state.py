@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from typing import Any
@@ -10,9 +11,11 @@ import numpy as np
 import pytest
 from mpmath import mp
 
+from phichain.emit.flow.propagate_stiff import stiff
 from phichain.ir.interpret import run
 from phichain.ir.rounded import arithmetic
 from phichain.lowering.planar.joint_state import from_joints, to_joint_inputs, to_joints
+from phichain.mechanics import derive
 from phichain.motion import simulate
 from phichain.pipeline import build
 from phichain.scene import Scene, scene_from_dict
@@ -188,3 +191,11 @@ def test_torques_at_joints_do_the_work_of_those_on_angles() -> None:
         phi = np.array([1.0, -2.0, 4.0, 0.5])
         theta = own(angles, phi)
         assert float(np.dot([3.0, 5.0, -7.0, 11.0], theta)) == float(np.dot(made, own("relative", phi)))
+
+
+@pytest.mark.parametrize("angles", KINDS)
+def test_a_scene_that_carries_derivatives_along_has_its_implicit_flow(angles: str) -> None:
+    """The chain in joint angles is asked for its dynamics alone, whatever the scene's own flows carry."""
+    sprung = scene(f"carried_{angles}", angles, {"stiffness": 1.0, "damping": 0.1})
+    with_columns = stiff(derive(replace(sprung, variational=True)))
+    assert with_columns == stiff(derive(sprung))
