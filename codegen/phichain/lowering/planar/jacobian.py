@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.lanes import Lanes
 from phichain.lowering.planar.disturbances import Column, Jump
 from phichain.lowering.planar.response import Base, Pair, Response, dot
 from phichain.scene import Scene
@@ -36,6 +35,32 @@ class Target:
         return self.array[row * self.width + self.first_column + column]
 
 
+class Lanes:
+    """States of columns side by side: one row of cells a link, or two rows in turn for a long chain."""
+
+    def __init__(self, builder: Builder, name: str, width: int, links: int) -> None:
+        self.width, self.takes_turns = width, links > LONGEST_KEPT
+        rows = 1 if self.takes_turns else links
+        names = (f"{name}_even", f"{name}_odd") if self.takes_turns else (name,)
+        self.cells = [tuple(builder.array(f"{part}_{axis}", width * rows) for axis in "xy") for part in names]
+
+    def put(self, row: Index, column: Index, value: Pair) -> None:
+        for cells, entry in zip(self.cells[self._turn(row)], value, strict=True):
+            cells[self._place(row, column)] = entry
+
+    def at(self, row: Index, column: Index) -> Pair:
+        x, y = self.cells[self._turn(row)]
+        place = self._place(row, column)
+        return x[place], y[place]
+
+    def _turn(self, row: Index) -> int:
+        """Rows that loops count step by two links, so that their offset tells even from odd."""
+        return (row if isinstance(row, int) else row.offset) % 2 if self.takes_turns else 0
+
+    def _place(self, row: Index, column: Index) -> Index:
+        return column if self.takes_turns else row * self.width + column
+
+
 class Columns:
     """Writes the derivatives, link by link from the base."""
 
@@ -47,9 +72,8 @@ class Columns:
         self.sides, self.compliance = sides, compliance
         self.carts, links = int(scene.has_cart), scene.links
         self.relative, self.adjacent = scene.angles == "relative", scene.angles == "adjacent"
-        turns = links > LONGEST_KEPT
-        self.couples = Lanes(builder, "couple_state", links + self.carts, links, "xy", turns)
-        self.states = [Lanes(builder, f"{column.name}_state", links, links, "xy", turns) for column, _ in sides]
+        self.couples = Lanes(builder, "couple_state", links + self.carts, links)
+        self.states = [Lanes(builder, f"{column.name}_state", links, links) for column, _ in sides]
         self.mobility = [builder.array(f"mobility_{name}", links) for name in ("xx", "xy", "yy")]
 
     def write(self) -> None:
@@ -167,10 +191,10 @@ class Columns:
         special = min(column.reach, known)
         common = column.common(k - 1), column.common(k)
         with self.builder.loop("j", 0, k - column.reach if special == column.reach else 0) as loop:
-            self._advance(k, loop.index, target, lanes, _pair(lanes.at(k - 1, loop.index)), sigma, common)
+            self._advance(k, loop.index, target, lanes, lanes.at(k - 1, loop.index), sigma, common)
         for lag in range(special, 0, -1):
             jumps = column.along(k - 1, lag - 1), column.along(k, lag)
-            self._advance(k, k - lag, target, lanes, _pair(lanes.at(k - 1, k - lag)), sigma, jumps)
+            self._advance(k, k - lag, target, lanes, lanes.at(k - 1, k - lag), sigma, jumps)
         inside = _times(mobility, column.eta(k))
         state = -inside[0], -inside[1]
         self._advance(k, k, target, lanes, state, sigma, (column.start(k), column.along(k, 0)))
@@ -195,11 +219,11 @@ class Columns:
         carts, response = self.carts, self.response
         with self.builder.loop("i", 0, k - 1 + carts) as loop:
             i = loop.index
-            state = _pair(self.couples.at(k - 1, i))
+            state = self.couples.at(k - 1, i)
             self.couples.put(k, i, response.outwards(k, state))
             self._reciprocal(k, i, state, sigma, None)
         newest = k - 1 + carts
-        state, turn = _pair(self.couples.at(k - 1, newest)), response.turn(k)
+        state, turn = self.couples.at(k - 1, newest), response.turn(k)
         moved = response.outwards(k, state)
         self.couples.put(k, newest, (moved[0] + before * turn[0], moved[1] + before * turn[1]))
         self._reciprocal(k, newest, state, sigma, omega)
@@ -223,11 +247,6 @@ class Columns:
             entry = entry - compliance.at(k - 1 + carts, i)
         compliance.put(k + carts, i, entry)
         compliance.put(i, k + carts, entry)
-
-
-def _pair(state: tuple[Expr, ...]) -> Pair:
-    x, y = state
-    return x, y
 
 
 def _times(matrix: tuple[Expr, ...], vector: Pair) -> Pair:

@@ -87,13 +87,7 @@ def accelerations(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, u: ArrayRef | None
 ) -> None:
     """Write x'' and the omega_k' through `rates`."""
-    solve(Sweep(builder, scene, parameters, q, rates), builder, scene, parameters, rates, u)
-
-
-def solve(
-    sweep: Sweep, builder: Builder, scene: Scene, parameters: Parameters, rates: Rates, u: ArrayRef | None
-) -> None:
-    """Both sweeps."""
+    sweep = _Sweep(builder, scene, parameters, q, rates)
     chain = sweep.inwards()
     x, y, fall = builder.lift(0), builder.lift(0), -parameters.gravity
     if scene.has_cart:
@@ -125,18 +119,18 @@ class _Beyond:
         return _Beyond(tuple(values[:3]), values[3], values[4], symmetric(values[5:11]), tuple(values[11:]))
 
 
-class Sweep:
+class _Sweep:
     """The inward elimination and the outward substitution; work arrays carry one to the other."""
 
     def __init__(
-        self, builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, kept: int = 0
+        self, builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates
     ) -> None:
         self.builder, self.scene, self.parameters = builder, scene, parameters
         self.direction, self.rates = directions(scene, q), rates
         self.scales = MobilityScales(parameters)
         self.inverse_length = parameters.derived("inverse_length", lambda k: 1 / parameters.length[k])
         self.pair = self._pairs()
-        inner = kept or max(scene.links - 1, 1)
+        inner = max(scene.links - 1, 1)
         self.tension_axis = builder.array("tension_axis", 3 * inner)
         self.stretch_axis = builder.array("stretch_axis", 3 * inner)
         self.axial, self.pull = builder.array("axial", inner), builder.array("pull", inner)
@@ -263,7 +257,6 @@ class Sweep:
             joint: Vector = tuple(loop.carry(f"joint_{x}", part) for x, part in zip("xyz", base, strict=True))
             stretched = dot(load(self.stretch_axis, k), joint) + self.pull[k]
             tension = self.builder.let("tension", self.axial[k] * stretched)
-            self._keep(k, tension)
             first, second = load(self.mobility, 2 * k), load(self.mobility, 2 * k + 1)
             carried = scale(self.scales.lean[k], applied(symmetric((*first, *second)), joint))
             left = sub(carried, load(self.yielding, k))
@@ -273,9 +266,6 @@ class Sweep:
             for before, after in zip(joint, end, strict=True):
                 loop.follow(before, after)
         self._turn_tip(joint)
-
-    def _keep(self, k: Index, multiplier: Expr) -> None:
-        """For those who need the multipliers s."""
 
     def _turn_tip(self, joint: Vector) -> None:
         """The last link swings about its joint: omega' = q x (p / b - a / beta) / l."""

@@ -30,15 +30,6 @@ _LARGEST_LOAD = 16
 
 
 @dataclass(frozen=True)
-class Tensions:
-    """lambda_k / m_k (N + 1 cells, the last one zero), q_{k-1}.q_k and q_k x q_{k-1}."""
-
-    tension: ArrayRef
-    cosine: ArrayRef
-    crosses: ArrayRef
-
-
-@dataclass(frozen=True)
 class _Chain:
     """What both halves of the computation share: `pair` is zero beyond the tip, `horizontal` is f / m_c."""
 
@@ -53,7 +44,7 @@ class _Chain:
 
 def accelerations(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, u: ArrayRef | None
-) -> Tensions:
+) -> None:
     """Write x'' and the omega_k' through `rates`."""
     direction = directions(scene, q)
     cosine, crosses = neighbours(builder, direction, scene.links)
@@ -66,7 +57,6 @@ def accelerations(
         rates.write_cart((cart[0] * parameters.units.length, cart[1] * parameters.units.length))
     _first(chain, tension, cart)
     _beyond(chain, tension)
-    return Tensions(tension, cosine, crosses)
 
 
 def _force_pairs(
