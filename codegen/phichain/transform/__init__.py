@@ -1,4 +1,4 @@
-"""Program -> Program: tangents and Jacobians, Taylor recurrences, factors and columns. It knows no scene."""
+"""Program -> Program: tangents, Jacobians, and what parameters alone determine. It knows no scene."""
 
 from phichain.transform.blocks import Block
 from phichain.transform.tangent import jacobian, sparsity

@@ -1,6 +1,6 @@
 """The Jacobian of Phi in closed form: O(N^2) kernels, where differentiating the loops column by column takes O(N^3).
 
-With R_i the rows of Phi in absolute amplitudes B (`lowering.harmonic_balance`), D = B_i - B_j and c_ij = l_i mu_j (i < j),
+With R_i the rows of Phi in absolute amplitudes B (`lowering.harmonic.balance`), D = B_i - B_j and c_ij = l_i mu_j (i < j),
 
     dR_i/dB_j = w^2 c_ij (2 s B_j - s' B_j^2 - a + a' B_j)
     dR_i/dB_i = w^2 (sum_(j != i) c_ij (s' B_j^2 - a' B_j) - c_ii - mu_i a'(B_i) X) + g mu_i h'(B_i)

@@ -1,0 +1,1 @@
+"""The harmonic-balance equations of planar chains and their Jacobian as Programs."""
