@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from phichain.emit.c.layout import laid_out
 from phichain.emit.c.names import CNames
-from phichain.emit.c.parts import assignment, first_result, names_in, words
+from phichain.emit.c.parts import assignment, first_result, in_pieces, names_in, words
 from phichain.emit.c.trig_batches import TrigBatch, TrigBatches
 from phichain.emit.expressions import SUM, Text, infix
 from phichain.emit.inlining import used_once
@@ -233,14 +233,9 @@ class Writer:
     def side_by_side(self, array: str, texts: list[str], depth: int) -> None:
         """An array of values, written in pieces as wide as those it is read in."""
         self.line(depth, f"{self.element} {array}[{len(texts)}];")
-        start = 0
-        for width in (*[4] * (len(texts) // 4), *[2] * (len(texts) % 4 // 2)):
-            self.uses.add(f"write_{width}")
-            values = ", ".join(texts[start : start + width])
-            self.line(depth, f"{self.names.prefix}_write_{width}({f'&{array}[{start}]' if start else array}, {values});")
-            start += width
-        for position in range(start, len(texts)):
-            self.line(depth, f"{array}[{position}] = {texts[position]};")
+        for statement, kernel in in_pieces(self.names.prefix, array, texts):
+            self.line(depth, statement)
+            self.uses |= kernel
 
     def run_of_cells(self, angles: list[Operand]) -> str | None:
         """The array where the angles lie side by side, if they do."""

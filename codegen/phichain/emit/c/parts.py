@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from phichain.ir.nodes import Array, For, Op, Program, Statement, Store, walk
 
 
@@ -37,6 +39,19 @@ def assignment(name: str, text: str) -> str:
         if text.startswith(start) and not _has_terms(text.removeprefix(start)):
             return f"{name} {operator}= {text.removeprefix(start)};"
     return f"{name} = {text};"
+
+
+def in_pieces(prefix: str, array: str, texts: list[str]) -> Iterator[tuple[str, frozenset[str]]]:
+    """Statements that fill an array in pieces as wide as those it is read in, four, two or one, and the kernel of each."""
+    start = 0
+    for width in (4, 2, 1):
+        while len(texts) - start >= width:
+            target, values = f"&{array}[{start}]" if start else array, ", ".join(texts[start : start + width])
+            if width == 1:
+                yield f"{array}[{start}] = {values};", frozenset()
+            else:
+                yield f"{prefix}_write_{width}({target}, {values});", frozenset({f"write_{width}"})
+            start += width
 
 
 def _has_terms(text: str) -> bool:

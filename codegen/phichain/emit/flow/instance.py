@@ -73,13 +73,40 @@ class Part:
     lines: tuple[str, ...]
 
 
-def c_names(scene: Scene, stem: str, called: Iterable[Called]) -> CNames:
+def c_names(scene: Scene, stem: str, programs: Iterable[Program]) -> CNames:
     """The spelling of a scene's C, with the tables of these Programs."""
     tables: Tables = {}
-    for one in called:
-        for key in one.program.tables.items():
+    for program in programs:
+        for key in program.tables.items():
             tables.setdefault(key, f"{stem}_{key[0]}_{len(tables) + 1}")
     return CNames(scene.name, scene.real, tables)
+
+
+def table_rows(names: CNames) -> list[tuple[str, int, str]]:
+    """Name, size and numbers of every table, for a template."""
+    return [
+        (table, len(values), ", ".join(names.number(value).text for value in values))
+        for (_, values), table in names.tables.items()
+    ]
+
+
+def on_numbers(scene: Scene, program: Program) -> list[str]:
+    """The arguments of a Program on numbers, as a static function declares them."""
+    declared = [declaration(array, scene.name, False, True) for array in program.inputs]
+    return declared + [declaration(array, scene.name, True, True) for array in program.outputs]
+
+
+def static_function(
+    scene: Scene, comments: Comments, called: Called, declared: list[str], lines: tuple[str, ...]
+) -> Part:
+    """A printed Program as the template sees it; what its body does not use is said to be ignored."""
+    program, given = called.program, [array.name for array in called.program.inputs]
+    if scene.runtime and called.takes_params:
+        declared, given = [f"const {scene.name}_params *p", *declared], ["p", *given]
+    used = words("\n".join(lines))
+    ignored = tuple(name for name in given if name not in used)
+    comment = comments.above(program.name, program.doc, lines)
+    return Part(comment, called.symbol, ", ".join(declared), ignored, lines)
 
 
 def printed(scene: Scene, names: CNames, called: Iterable[Called]) -> tuple[list[Part], frozenset[str]]:
@@ -95,15 +122,8 @@ def printed(scene: Scene, names: CNames, called: Iterable[Called]) -> tuple[list
                 for array in arrays
             ]
         else:
-            body = c_function(program, names, {})
-            declared = [declaration(array, scene.name, False, True) for array in program.inputs]
-            declared += [declaration(array, scene.name, True, True) for array in program.outputs]
-        used, given = words("\n".join(body.lines)), [array.name for array in program.inputs]
-        if scene.runtime and one.takes_params:
-            declared, given = [f"const {scene.name}_params *p", *declared], ["p", *given]
-        ignored = tuple(name for name in given if name not in used)
-        comment = comments.above(program.name, program.doc, body.lines)
-        parts.append(Part(comment, one.symbol, ", ".join(declared), ignored, body.lines))
+            body, declared = c_function(program, names, {}), on_numbers(scene, program)
+        parts.append(static_function(scene, comments, one, declared, body.lines))
         uses |= body.uses
     return parts, frozenset(uses)
 
@@ -129,10 +149,7 @@ def sizes(scene: Scene, stem: str, made: Series, names: CNames) -> dict[str, obj
         "axes": 2 if scene.is_planar else 3, "lefts": made.lanes, "rights": made.rights, "squares": made.squares,
         "highest": HIGHEST[scene.real], "held": made.held, "turns": turns(scene), "real": f"{scene.name}_real",
         "now": [", ".join(names.number(value).text for value in row) for row in rows],
-        "tables": [
-            (table, len(values), ", ".join(names.number(value).text for value in values))
-            for (_, values), table in names.tables.items()
-        ],
+        "tables": table_rows(names),
     }  # fmt: skip
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from fractions import Fraction
 
 from phichain.contract.flow import Flow
 from phichain.contract.flows import PREPARE, PREPARED_DYNAMICS
@@ -11,12 +10,11 @@ from phichain.contract.functions import ROWS
 from phichain.emit.c.comment import Comments
 from phichain.emit.c.function import c_function
 from phichain.emit.c.layout import laid_out_text
-from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import words
 from phichain.emit.flow.declared import arguments, documented
 from phichain.emit.flow.flows import FlowText, prints
+from phichain.emit.flow.instance import c_names, table_rows
 from phichain.emit.render import render
-from phichain.ir.nodes import Program
 from phichain.lowering.preparation import VALUES, Preparation, preparation
 from phichain.mechanics import Model
 from phichain.scene import Scene
@@ -34,19 +32,14 @@ def prepare(model: Model, known: Collection[str] = ()) -> FlowText:
         known: functions of NAME.c that stand before; these need none of them.
     """
     scene, made = model.scene, preparation(model)
-    programs = [*([made.split.first] if made.split else []), made.rest]
-    tables: dict[tuple[str, tuple[Fraction, ...]], str] = {}
-    for program in programs:
-        for key in program.tables.items():
-            tables.setdefault(key, f"{scene.name}_prepared_{key[0]}_{len(tables) + 1}")
-    names = CNames(scene.name, scene.real, tables)
-    first, rest = (c_function(program, names, {}) if program else None for program in _parts(made))
-    assert rest is not None
+    before = made.split.first if made.split else None
+    names = c_names(scene, f"{scene.name}_prepared", filter(None, (before, made.rest)))
+    first, rest = c_function(before, names, {}) if before else None, c_function(made.rest, names, {})
     used = words("\n".join(rest.lines))
     uses = rest.uses | (first.uses if first else frozenset())
     definitions = render(
         "prepare.c.j2", name=scene.name, real=f"{scene.name}_real", size=made.size, first=first.lines if first else (), lines=rest.lines,
-        tables=[(table, len(values), ", ".join(names.number(value).text for value in values)) for (_, values), table in tables.items()],
+        tables=table_rows(names),
         doc=ROWS["prepare"].doc, comment=Comments(scene).above("forward_dynamics", DYNAMICS_DOC, rest.lines),
         prepare=_declared(PREPARE, scene, True), dynamics=_declared(PREPARED_DYNAMICS, scene, True),
         takes_p="p" in used, takes_values=VALUES in used,
@@ -56,10 +49,6 @@ def prepare(model: Model, known: Collection[str] = ()) -> FlowText:
         declarations=laid_out_text(_declarations(scene, made)), definitions=laid_out_text(definitions),
         includes=("math.h",) if "math" in uses else (), uses=uses,
     )  # fmt: skip
-
-
-def _parts(made: Preparation) -> tuple[Program | None, Program]:
-    return made.split.first if made.split else None, made.rest
 
 
 def _declarations(scene: Scene, made: Preparation) -> str:

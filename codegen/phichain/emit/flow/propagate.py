@@ -75,8 +75,9 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
         ]
     if scene.runtime:
         others = [*others, Called(f"{stem}_scales", scales_program(model))]
-    names = c_names(scene, stem, [*called, *others])
-    parts, uses = printed(scene, names, [*called, *others])
+    called += others
+    names = c_names(scene, stem, (one.program for one in called))
+    parts, uses = printed(scene, names, called)
     width = columns_at_once(scene)
     number = 8 if scene.real == "double" else 4
     definitions = render(

@@ -70,7 +70,7 @@ def flow_batch(model: Model, known: Collection[str] = ()) -> FlowBatch:
     ]
     if scene.runtime:
         called.append(Called(f"{stem}_scales", scales_program(model)))
-    names = c_names(scene, stem, called)
+    names = c_names(scene, stem, (one.program for one in called))
     parts, uses = printed(scene, names, called)
     definitions = render(
         "flow_batch.c.j2", upper=scene.name.upper(), kernel=lanes_kernel(scene, stem, uses, REGISTERS), functions=parts, is_scalar=False,

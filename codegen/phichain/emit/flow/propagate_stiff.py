@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
 
@@ -14,9 +13,9 @@ from phichain.emit.c.comment import Comments
 from phichain.emit.c.function import c_function
 from phichain.emit.c.layout import laid_out_text
 from phichain.emit.c.names import CNames
-from phichain.emit.c.parts import declaration, words
 from phichain.emit.flow.declared import arguments, documented, outcome_lines, struct_lines
 from phichain.emit.flow.flows import FlowText, prints
+from phichain.emit.flow.instance import Called, Part, c_names, on_numbers, static_function, table_rows
 from phichain.emit.render import render
 from phichain.ir.nodes import Program
 from phichain.lowering.lower import lower_function
@@ -43,19 +42,6 @@ SAFETY: Final = Fraction(9, 10)
 PROPORTIONAL: Final = Fraction(7, 10) / (EMBEDDED_ORDER + 1)
 INTEGRAL: Final = Fraction(4, 10) / (EMBEDDED_ORDER + 1)
 
-Tables = dict[tuple[str, tuple[Fraction, ...]], str]
-
-
-@dataclass(frozen=True)
-class _Part:
-    """One static function as the template sees it."""
-
-    comment: tuple[str, ...]
-    symbol: str
-    definition: str
-    ignored: tuple[str, ...]
-    lines: tuple[str, ...]
-
 
 @prints("propagate_stiff")
 def stiff(model: Model, known: Collection[str] = ()) -> FlowText:
@@ -80,13 +66,13 @@ def stiff(model: Model, known: Collection[str] = ()) -> FlowText:
     programs |= {f"{scene.name}_stiff_step": step, f"{scene.name}_stiff_scales": scales_program(model)}
     if is_carried:
         programs |= {f"{scene.name}_{made.name}": made for made in _conversions(scene)}
-    tables: Tables = {}
-    for program in programs.values():
-        for key in program.tables.items():
-            tables.setdefault(key, f"{scene.name}_stiff_{key[0]}_{len(tables) + 1}")
-    names = CNames(scene.name, scene.real, tables)
+    names = c_names(scene, f"{scene.name}_stiff", programs.values())
     bodies = {symbol: c_function(program, names, symbols) for symbol, program in programs.items()}
-    parts = [_part(scene, symbol, programs[symbol], body.lines) for symbol, body in bodies.items()]
+    called = {symbol: Called(symbol, program, takes_params=bool(program.params)) for symbol, program in programs.items()}
+    parts = [
+        static_function(scene, Comments(scene), called[symbol], on_numbers(scene, programs[symbol]), body.lines)
+        for symbol, body in bodies.items()
+    ]
     return FlowText(
         declarations=laid_out_text(_declarations(scene)),
         definitions=laid_out_text(_definitions(scene, parts, names)),
@@ -100,27 +86,12 @@ def _conversions(scene: Scene) -> list[Program]:
     return [to_joints(scene), from_joints(scene), *([to_joint_inputs(scene)] if scene.actuated_joints else [])]
 
 
-def _part(scene: Scene, symbol: str, program: Program, lines: tuple[str, ...]) -> _Part:
-    declared = [f"const {scene.name}_params *p"] if program.params else []
-    declared += [declaration(array, scene.name, False, True) for array in program.inputs]
-    declared += [declaration(array, scene.name, True, True) for array in program.outputs]
-    used = words("\n".join(lines))
-    given = [*(["p"] if program.params else []), *(array.name for array in program.inputs)]
-    ignored = tuple(name for name in given if name not in used)
-    comment = Comments(scene).above(program.name, program.doc, lines)
-    return _Part(comment, symbol, ", ".join(declared), ignored, lines)
-
-
-def _definitions(scene: Scene, parts: list[_Part], names: CNames) -> str:
+def _definitions(scene: Scene, parts: list[Part], names: CNames) -> str:
     number, is_carried = names.number, carries_joints(scene)
     joint_inputs = joint_scene(scene).nu if is_carried and scene.actuated_joints else 0
-    tables = [
-        (table, len(values), ", ".join(number(value).text for value in values))
-        for (_, values), table in names.tables.items()
-    ]
     return render(
         "stiff.c.j2", name=scene.name, doc=ROWS["propagate_stiff"].doc, upper=scene.name.upper(), real=f"{scene.name}_real", size=scene.nq,
-        tables=tables, functions=parts, cart=(1 if scene.is_planar else 2) if scene.has_cart else 0,
+        tables=table_rows(names), functions=parts, cart=(1 if scene.is_planar else 2) if scene.has_cart else 0,
         parameter="p, " if scene.runtime else "",
         carried=is_carried, inputs=joint_inputs,
         **dict(zip(("q", "v", "lost"), ("joint_q", "joint_v", "lost") if is_carried else ("q", "v", "flow->lost"), strict=True)),
