@@ -150,8 +150,7 @@ def simulate(
         system, field, jacobian, control, held, p, state, times, asked, asked / 100, h, watched,
         _budget(max_steps), _told(progress), notes,
     )  # fmt: skip
-    is_auto = method == "auto"
-    if is_auto:
+    if method == "auto":
         problem = problem.within(asked / choose.SAFETY, problem.atol)
         name, why = choose.choose(problem, free=tol is None)
         if name == "taylor" and tol is None:
@@ -167,7 +166,7 @@ def simulate(
         reasons.append("outputs were projected on the manifold")
     reasons += ledger.remarks
     energies = _energies(problem, path.x[:, : system.nq], path.x[:, system.nq :])
-    kept, steps = asked if is_auto and tol is not None else None, None if engine.fixed else engine.segments
+    kept, steps = asked if method == "auto" and tol is not None else None, None if engine.fixed else engine.segments
     if path.status == "complete" and (found := reasons_to_doubt(problem, path, name, steps, energies and energies[0] + energies[1], kept)):
         path, reasons = replace(path, status="doubtful"), [*reasons, *found]
     trajectory = _record(
@@ -216,13 +215,9 @@ def _clamp(problem: Problem, engine: Method, name: str, atol: float | None) -> t
     single = problem.system.real == "float" and not engine.fixed
     tol = max(problem.tol, engine.floor, SINGLE_FLOOR if single else 0.0)
     whose = "single precision" if single else name
-    said = (
-        [f"tol {problem.tol:g} was raised to {tol:.2g}, the round-off floor of {whose}"]
-        if tol != problem.tol
-        else []
-    )
+    said = f"tol {problem.tol:g} was raised to {tol:.2g}, the round-off floor of {whose}"
     absolute = tol / 100 if atol is None else check_tolerance(atol, "atol")
-    return problem.within(tol, absolute), said
+    return problem.within(tol, absolute), [said] if tol != problem.tol else []
 
 
 def _remedy(status: str, engine: Method) -> str:
