@@ -61,11 +61,11 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
         workers: int | None = None,
     ) -> PropagationBatch:
         n, budget = _count(q), step_budget(call.name, max_steps)
-        wanted = np.atleast_1d(own("propagate_batch.times", times, kind))
+        wanted = converted("propagate_batch.times", times, kind)
         demand_room("propagate_batch.q", n, (nq + nv) * (2 + wanted.size), kind)
         state_q, state_v = _columns("q", q, (n, nq), kind), _columns("v", v, (n, nv), kind)
         start, end = _each("t", t, n, kind), _each("t_end", t_end, n, kind)
-        grid = _times(wanted, start, end)
+        grid = _times(np.atleast_1d(own("propagate_batch.times", wanted, kind)), start, end)
         kept = _columns("lost", np.zeros((n, 1 + nq + nv)) if lost is None else lost, (n, 1 + nq + nv), kind)
         q_at, v_at = np.full((len(grid), nq, n), np.nan, kind), np.full((len(grid), nv, n), np.nan, kind)
         steps, written = np.zeros(n, np.dtype("ulong")), np.zeros(n, np.dtype("ulong"))
