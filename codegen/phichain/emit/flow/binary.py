@@ -19,7 +19,7 @@ def binary_words(real: str) -> dict[str, str]:
     return {
         "PHI_WORD": f"uint{width}_t",
         "PHI_DIGITS": str(bits),
-        "PHI_DIGITS_MASK": word(2**bits - 1),
+        "PHI_DIGITS_MASK": word((1 << bits) - 1),
         "PHI_ONE_BITS": word(bias << bits),
         "PHI_COUNT_BITS": word((bias + bits) << bits),
     }
@@ -28,10 +28,10 @@ def binary_words(real: str) -> dict[str, str]:
 def binary_numbers(real: str) -> dict[str, Fraction]:
     """Their numbers: what a counted exponent of 1 reads as, what rounds to whole numbers, and bounds of powers that exist."""
     bits, bias = _FRACTION_BITS[real], _BIAS[real]
-    far = Fraction(2 ** (bias - 7))
+    far = Fraction(1 << (bias - 7))
     return {
-        "PHI_COUNT_ONE": Fraction(2**bits + bias),
-        "PHI_ROUNDER": Fraction(3 * 2 ** (bits - 1)),
+        "PHI_COUNT_ONE": Fraction((1 << bits) + bias),
+        "PHI_ROUNDER": Fraction(3 << (bits - 1)),
         "PHI_NEAR": 1 / far,
         "PHI_FAR": far,
     }
