@@ -23,14 +23,22 @@
 #define stem_norms wide_norms
 #define stem_lanes wide_lanes
 #define stem_lane_count wide_lane_count
-#undef STEM_OF
-#define STEM_OF WIDE_OF
+#undef STEM_ZERO
+#undef STEM_SIZE
+#undef STEM_LARGER
+#define STEM_ZERO WIDE_ZERO
+#define STEM_SIZE WIDE_SIZE
+#define STEM_LARGER WIDE_LARGER
 #include "flow_norms.c"
 #undef stem_norms
 #undef stem_lanes
 #undef stem_lane_count
-#undef STEM_OF
-#define STEM_OF(lanes, lane) (((const phi_real *)&(lanes))[lane])
+#undef STEM_ZERO
+#undef STEM_SIZE
+#undef STEM_LARGER
+#define STEM_ZERO 0
+#define STEM_SIZE(x) phi_abs(x)
+#define STEM_LARGER(a, b) STEM_CHOOSE((a) > (b), a, b)
 #include "flow_columns.c"
 #endif
 #if ALONE_COUNT > 6 && ALONE_BATCH

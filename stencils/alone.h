@@ -36,18 +36,21 @@ typedef float phi_real;
 #define PHI_SLACK 0.9375f
 #define PHI_LEEWAY 16
 #define PHI_HUGE 80
-#define PHI_LOG_TWO 0x1.62e43p-1f
+#define PHI_WORD uint32_t
+#define PHI_DIGITS 23
+#define PHI_DIGITS_MASK UINT32_C(0x007fffff)
+#define PHI_ONE_BITS UINT32_C(0x3f800000)
+#define PHI_COUNT_BITS UINT32_C(0x4b000000)
+#define PHI_COUNT_ONE 0x1.0000fep+23f
+#define PHI_ROUNDER 0x1.8p+23f
+#define PHI_NEAR 0x1p-120f
+#define PHI_FAR 0x1p+120f
 #define PHI_TURN_HIGH 0x1.921fb6p+2f
 #define PHI_TURN_LOW (-0x1.777a5cp-23f)
 #define PHI_SCALES 9.0f, 1.5f
 #define phi_abs fabsf
-#define phi_ceil ceilf
-#define phi_exp expf
 #define phi_floor floorf
 #define phi_fma fmaf
-#define phi_frexp frexpf
-#define phi_ldexp ldexpf
-#define phi_log logf
 #else
 typedef double phi_real;
 #define PHI_HALF 0.5
@@ -58,18 +61,21 @@ typedef double phi_real;
 #define PHI_SLACK 0.9375
 #define PHI_LEEWAY 16
 #define PHI_HUGE 700
-#define PHI_LOG_TWO 0x1.62e42fefa39efp-1
+#define PHI_WORD uint64_t
+#define PHI_DIGITS 52
+#define PHI_DIGITS_MASK UINT64_C(0x000fffffffffffff)
+#define PHI_ONE_BITS UINT64_C(0x3ff0000000000000)
+#define PHI_COUNT_BITS UINT64_C(0x4330000000000000)
+#define PHI_COUNT_ONE 0x1.00000000003ffp+52
+#define PHI_ROUNDER 0x1.8p+52
+#define PHI_NEAR 0x1p-1016
+#define PHI_FAR 0x1p+1016
 #define PHI_TURN_HIGH 0x1.921fb54442d18p+2
 #define PHI_TURN_LOW 0x1.1a62633145c07p-52
 #define PHI_SCALES 9.0, 1.5
 #define phi_abs fabs
-#define phi_ceil ceil
-#define phi_exp exp
 #define phi_floor floor
 #define phi_fma fma
-#define phi_frexp frexp
-#define phi_ldexp ldexp
-#define phi_log log
 #endif
 #define PHI_ROOM 64
 
@@ -100,11 +106,23 @@ extern const phi_real stem_now[stem_highest][4];
 
 /* --- lanes: one number, or one of each trajectory that runs beside others --- */
 
+#if ALONE_VECTORS
+#define LANES_CHOOSE(lanes, condition, a, b) ((lanes)(((condition) & (__typeof__(condition))(a)) | (~(condition) & (__typeof__(condition))(b))))
+#else
+#define LANES_CHOOSE(lanes, condition, a, b) ((condition) ? (a) : (b))
+#endif
 #if ALONE_BATCH && ALONE_VECTORS
 typedef phi_real stem_lanes __attribute__((vector_size(64), may_alias));
+typedef PHI_WORD stem_words __attribute__((vector_size(64), may_alias));
+#define STEM_CHOOSE(condition, a, b) LANES_CHOOSE(stem_lanes, condition, a, b)
+#define STEM_SIZE(x) STEM_CHOOSE((x) < 0, -(x), x)
 #else
 typedef phi_real stem_lanes;
+typedef PHI_WORD stem_words;
+#define STEM_CHOOSE(condition, a, b) ((condition) ? (a) : (b))
+#define STEM_SIZE(x) phi_abs(x)
 #endif
+#define STEM_LARGER(a, b) STEM_CHOOSE((a) > (b), a, b)
 #if ALONE_BATCH
 enum { stem_lane_count = ALONE_VECTORS ? 64 / (int)sizeof(phi_real) : 1 };
 #define STEM_ZERO ((0) - (stem_lanes){0})
@@ -164,6 +182,9 @@ typedef phi_real wide_lanes;
 enum { wide_lane_count = ALONE_VECTORS ? 16 / (int)sizeof(phi_real) : 1 };
 #define WIDE_EVERY(number) ((number) - (wide_lanes){0})
 #define WIDE_ZERO WIDE_EVERY(0)
+#define WIDE_CHOOSE(condition, a, b) LANES_CHOOSE(wide_lanes, condition, a, b)
+#define WIDE_SIZE(x) WIDE_CHOOSE((x) < 0, -(x), x)
+#define WIDE_LARGER(a, b) WIDE_CHOOSE((a) > (b), a, b)
 #define WIDE_OF(lanes, lane) (((const phi_real *)&(lanes))[lane])
 #define WIDE_AT(lanes, lane) (((phi_real *)&(lanes))[lane])
 #define ROWS_0 jet->start.held, jet->start.left[0], jet->start.right[0], wide->x[0], wide->x[0] + stem_q,

@@ -84,12 +84,14 @@ static void stem_rest_lane(const int lane, const int other, stem_jets *jet)
 /* Units of time and first coefficients where lanes have taken up trajectories; the others have theirs already. */
 static void stem_begin_new(CONTEXT const phi_real scales[2], stem_state *lanes, stem_jets *jet)
 {
-    phi_real speed[2][stem_lane_count];
-    stem_lanes unit = jet->start.unit[0];
+    const stem_lanes linear = STEM_ZERO + scales[0];
+    stem_lanes speed[2], fresh, length, unit = jet->start.unit[0];
     stem_norms(scales[1], jet->state, speed);
+    length = 1 / STEM_LARGER(linear, speed[1]);
+    stem_unit(&length, &fresh);
     for (int lane = 0; lane < stem_lane_count; ++lane) {
         if (lanes->is_new[lane] || !lanes->busy[lane]) {
-            STEM_AT(unit, lane) = stem_unit(1 / stem_larger(scales[0], speed[1][lane]));
+            STEM_AT(unit, lane) = STEM_OF(fresh, lane);
         }
     }
     stem_begin(PASS jet, jet->state, jet->lost, &unit, &jet->start);
@@ -131,8 +133,7 @@ size_t phi_propagate_batch(ARGUMENTS)
     const phi_real tolerance = at_least < 1 ? at_least : 1;
     /* Errors add up over the steps: each aims below the tolerance. */
     const phi_real goal = tolerance * PHI_MARGIN;
-    int order = (int)phi_ceil(1 - PHI_SHARE * phi_log(goal));
-    order = order < 4 ? 4 : (order > stem_highest ? stem_highest : order);
+    const int order = stem_order_for(goal);
 #if WITH_SCALES
     const phi_real scales[2] = {PHI_SCALES}; /* fastest linear rate, length of the chain */
 #else
@@ -155,7 +156,7 @@ size_t phi_propagate_batch(ARGUMENTS)
         }
     }
     while (running > 0) {
-        phi_real length[stem_lane_count];
+        stem_lanes length;
         if (changed) {
             stem_begin_new(PASS scales, &lanes, jet);
         }
@@ -170,9 +171,9 @@ size_t phi_propagate_batch(ARGUMENTS)
         memset(lanes.is_new, 0, sizeof lanes.is_new);
         changed = 0;
         stem_expand(PASS order, jet);
-        stem_lengths(order, jet, goal, scales, length);
+        stem_lengths(order, jet, goal, scales, &length);
         for (int lane = 0; lane < stem_lane_count; ++lane) {
-            stem_propose(lane, max_steps, length[lane], &lanes);
+            stem_propose(lane, max_steps, STEM_OF(length, lane), &lanes);
         }
         memcpy(&step, lanes.h, sizeof step);
         stem_check(PASS order, jet, goal, scales, &step);

@@ -112,7 +112,8 @@ static STEM_APART void wide_expand(CONTEXT const int order, const stem_jets *PHI
  * is not finite. */
 static phi_real wide_length(const int order, const stem_jets *jet, const wide_jets *wide, const phi_real goal, const phi_real scales[2])
 {
-    phi_real state[2][1], size[2][wide_lane_count], last[2][wide_lane_count], before[2][wide_lane_count];
+    phi_real state[2], radius;
+    wide_lanes size[2], last[2], before[2];
     const phi_real unit = jet->start.unit[0];
     phi_real end = 0, next = 0, zero = 0;
     for (int i = 0; i < stem_x; ++i) {
@@ -124,19 +125,20 @@ static phi_real wide_length(const int order, const stem_jets *jet, const wide_je
         return 0;
     }
     stem_norms(scales[1], jet->state, state);
-    phi_real pace = stem_larger(scales[0], state[1][0]);
+    phi_real pace = stem_larger(scales[0], state[1]);
     pace = unit * (pace > 0 ? pace : 1);
     wide_norms(scales[1], wide->x[0], size);
     wide_norms(scales[1], wide->x[order], last);
     wide_norms(scales[1], wide->x[order - 1], before);
     for (int lane = 0; lane < wide_lane_count; ++lane) {
-        const phi_real allowed = goal * stem_larger(size[0][lane], size[1][lane] / pace);
+        const phi_real allowed = goal * stem_larger(WIDE_OF(size[0], lane), WIDE_OF(size[1], lane) / pace);
         if (allowed > 0) {
-            end = stem_larger(stem_larger(last[0][lane], last[1][lane] / pace) / allowed, end);
-            next = stem_larger(stem_larger(before[0][lane], before[1][lane] / pace) / allowed, next);
+            end = stem_larger(stem_larger(WIDE_OF(last[0], lane), WIDE_OF(last[1], lane) / pace) / allowed, end);
+            next = stem_larger(stem_larger(WIDE_OF(before[0], lane), WIDE_OF(before[1], lane) / pace) / allowed, next);
         }
     }
-    return stem_radius(order, unit, end, next);
+    stem_radius(order, &unit, &end, &next, &radius);
+    return radius;
 }
 
 /* Carry columns of derivatives over a step of length h or, where they ask for it, a shorter one, which is returned; zero

@@ -23,10 +23,10 @@ static phi_real stem_scalar(POSITIONS_CONTEXT const int order, const stem_jets *
 /* The scalar where a run starts: zero within rounding, so that one that stopped there does not stop again. */
 static phi_real stem_at_start(POSITIONS_CONTEXT const int order, const stem_jets *jet, const int lane, const stem_event *event, const phi_real scales[2])
 {
-    phi_real norm[2][stem_lane_count];
+    stem_lanes norm[2];
     const phi_real scalar = stem_scalar(POSITIONS_PASS order, jet, lane, 0, event);
     stem_norms(scales[1], jet->state, norm);
-    const phi_real angle = norm[0][lane], rate = norm[1][lane];
+    const phi_real angle = STEM_OF(norm[0], lane), rate = STEM_OF(norm[1], lane);
     phi_real size = stem_larger(rate / stem_larger(scales[0], rate), angle);
     if (event->scalar == STEM_OF_V) {
         size = stem_larger(rate, scales[0] * angle);

@@ -4,40 +4,75 @@ static phi_real stem_larger(const phi_real a, const phi_real b)
     return a > b ? a : b;
 }
 
-/* The power of two just below a length of time; 1 for none. */
-static phi_real stem_unit(const phi_real length)
+/* Powers of two just below lengths of time; 1 for none. */
+static void stem_unit(const stem_lanes *length, stem_lanes *unit)
 {
-    int exponent = 0;
-    const phi_real share = phi_frexp(length, &exponent);
-    return share > 0 || share < 0 ? phi_ldexp(1, exponent - 1) : 1;
+    const stem_lanes one = STEM_ZERO + 1;
+    stem_words bits;
+    memcpy(&bits, length, sizeof bits);
+    bits &= ~PHI_DIGITS_MASK;
+    memcpy(unit, &bits, sizeof bits);
+    *unit = STEM_CHOOSE((*length > PHI_NEAR) & (*length < PHI_FAR), *unit, one);
 }
 
-/* Logarithm of a size to the power 1 / order, in seconds; `shift` is the binary exponent of the unit of time. Its binary
- * exponent is counted apart, so that the unit does not touch a digit. */
-static phi_real stem_root(const int order, const int shift, const phi_real size)
+/* Binary logarithms of sizes, to a hundredth, to the power 1 / order, in units of seconds. Exponents are counted apart, so
+ * that the unit of time does not touch a digit. Nothing counts as the least number. */
+static void stem_root(const int order, const stem_lanes *unit, const stem_lanes *size, stem_lanes *root)
 {
-    int exponent = 0;
-    const phi_real digits = phi_frexp(size, &exponent);
-    if (!(digits > 0)) {
-        return -PHI_HUGE;
-    }
-    return (phi_log(digits) + (phi_real)(exponent - order * shift) * PHI_LOG_TWO) / (phi_real)order;
+    const stem_lanes zero = STEM_ZERO;
+    const stem_lanes some = STEM_CHOOSE(*size > 0, *size, zero);
+    stem_words bits, unit_bits, rest;
+    stem_lanes exponent, shift, digits;
+    memcpy(&bits, &some, sizeof bits);
+    memcpy(&unit_bits, unit, sizeof unit_bits);
+    rest = (bits & PHI_DIGITS_MASK) | PHI_ONE_BITS;
+    bits = (bits >> PHI_DIGITS) | PHI_COUNT_BITS;
+    unit_bits = (unit_bits >> PHI_DIGITS) | PHI_COUNT_BITS;
+    memcpy(&digits, &rest, sizeof rest);
+    memcpy(&exponent, &bits, sizeof bits);
+    memcpy(&shift, &unit_bits, sizeof unit_bits);
+    exponent = (exponent - PHI_COUNT_ONE) - (phi_real)order * (shift - PHI_COUNT_ONE);
+    *root = (exponent + ((6 - digits) * digits - 5) / 3) / (phi_real)order;
 }
 
-/* The time at which neither of the last two terms exceeds the goal; given are their sizes over the goal. */
-static phi_real stem_radius(const int order, const phi_real unit, const phi_real end, const phi_real next)
+/* Order of the series for a local error: as many more as it has digits. */
+static int stem_order_for(const phi_real goal)
 {
-    int exponent = 0;
-    (void)phi_frexp(unit, &exponent);
-    return phi_exp(-stem_larger(stem_root(order, exponent - 1, end), stem_root(order - 1, exponent - 1, next)));
+    const stem_lanes one = STEM_ZERO + 1, size = STEM_ZERO + goal;
+    stem_lanes root;
+    stem_root(1, &one, &size, &root);
+    const phi_real wanted = 1 - PHI_SHARE * STEM_OF(root, 0);
+    const int whole = (int)wanted, order = (phi_real)whole < wanted ? whole + 1 : whole;
+    return order < 4 ? 4 : (order > stem_highest ? stem_highest : order);
+}
+
+/* Times at which neither of the last two terms exceeds the goal, to half a per cent; given are their sizes over the goal. */
+static void stem_radius(const int order, const stem_lanes *unit, const stem_lanes *end, const stem_lanes *next, stem_lanes *radius)
+{
+    const stem_lanes limit = STEM_ZERO + PHI_HUGE;
+    stem_lanes of_end, of_next, power, rounded, part;
+    stem_words bits, shift;
+    stem_root(order, unit, end, &of_end);
+    stem_root(order - 1, unit, next, &of_next);
+    power = -STEM_LARGER(of_end, of_next);
+    power = STEM_CHOOSE(power < limit, power, limit);
+    power = STEM_CHOOSE(power > -limit, power, -limit);
+    /* The nearest whole number ends up in the last bits of `rounded`. */
+    rounded = power + PHI_ROUNDER;
+    part = power - (rounded - PHI_ROUNDER);
+    part = 1 + part * (35 + 12 * part) / 50;
+    memcpy(&bits, &part, sizeof bits);
+    memcpy(&shift, &rounded, sizeof shift);
+    bits += shift << PHI_DIGITS;
+    memcpy(radius, &bits, sizeof bits);
 }
 
 /* Step lengths: each of the last two terms within the goal, relative to the motion (Jorba and Zou 2005). Zero where a
  * coefficient or the square of a rate is not finite. `scales` holds the fastest linear rate and the length of the chain. */
-static void stem_lengths(const int order, const stem_jets *jet, const phi_real goal, const phi_real scales[2], phi_real length[stem_lane_count])
+static void stem_lengths(const int order, const stem_jets *jet, const phi_real goal, const phi_real scales[2], stem_lanes *length)
 {
-    phi_real state[2][stem_lane_count], last[2][stem_lane_count], before[2][stem_lane_count];
-    stem_lanes finite = STEM_ZERO;
+    const stem_lanes zero = STEM_ZERO, one = STEM_ZERO + 1, unit = jet->start.unit[0];
+    stem_lanes state[2], last[2], before[2], finite = zero;
     for (int i = 0; i < stem_x; ++i) {
         finite += 0 * jet->x[order][i];
     }
@@ -47,24 +82,25 @@ static void stem_lengths(const int order, const stem_jets *jet, const phi_real g
     stem_norms(scales[1], jet->state, state);
     stem_norms(scales[1], jet->x[order], last);
     stem_norms(scales[1], jet->x[order - 1], before);
-    for (int lane = 0; lane < stem_lane_count; ++lane) {
-        const phi_real zero = STEM_OF(finite, lane), unit = STEM_OF(jet->start.unit[0], lane);
-        const phi_real wide = stem_larger(state[0][lane], state[1][lane] / scales[0]);
-        const phi_real angle = goal * (wide < 1 ? wide : 1);
-        const phi_real rate = unit * stem_larger(angle * scales[0], goal * state[1][lane]);
-        const phi_real end = stem_larger(last[0][lane] / angle, last[1][lane] / rate);
-        const phi_real next = stem_larger(before[0][lane] / angle, before[1][lane] / rate);
-        length[lane] = zero >= 0 && zero <= 0 ? stem_radius(order, unit, end, next) : 0;
-    }
+    const stem_lanes turning = state[1] / scales[0], wide = STEM_LARGER(state[0], turning);
+    const stem_lanes angle = goal * STEM_CHOOSE(wide < 1, wide, one);
+    const stem_lanes linear = angle * scales[0], moving = goal * state[1];
+    const stem_lanes rate = unit * STEM_LARGER(linear, moving);
+    const stem_lanes last_angle = last[0] / angle, last_rate = last[1] / rate;
+    const stem_lanes next_angle = before[0] / angle, next_rate = before[1] / rate;
+    const stem_lanes end = STEM_LARGER(last_angle, last_rate), next = STEM_LARGER(next_angle, next_rate);
+    stem_lanes radius;
+    stem_radius(order, &unit, &end, &next, &radius);
+    *length = STEM_CHOOSE((finite >= 0) & (finite <= 0), radius, zero);
 }
 
 /* How far the series are from the equations at the ends of their steps: h times the difference of the two slopes there,
  * over what is allowed. Expects the start of the next steps in jet->end, and h times the series' slopes. */
-static void stem_defects(const stem_jets *jet, const stem_lanes along[stem_x], const stem_lanes *h, const phi_real room, const phi_real scales[2], phi_real defect[stem_lane_count])
+static void stem_defects(const stem_jets *jet, const stem_lanes along[stem_x], const stem_lanes *h, const phi_real room, const phi_real scales[2], stem_lanes *defect)
 {
-    stem_lanes apart[stem_x], slope[stem_x];
-    phi_real state[2][stem_lane_count], motion[2][stem_lane_count], off[2][stem_lane_count];
+    stem_lanes apart[stem_x], slope[stem_x], state[2], motion[2], off[2];
     const stem_lanes t = *h / jet->start.unit[0], unit = jet->start.unit[0] / jet->end.unit[0], square = unit * unit;
+    const stem_lanes one = STEM_ZERO + 1;
     for (int i = 0; i < stem_x; ++i) {
         slope[i] = t * (jet->end.slope[i] * (i < stem_q ? unit : square));
         apart[i] = along[i] - slope[i];
@@ -72,16 +108,13 @@ static void stem_defects(const stem_jets *jet, const stem_lanes along[stem_x], c
     stem_norms(scales[1], jet->state, state);
     stem_norms(scales[1], slope, motion);
     stem_norms(scales[1], apart, off);
-    for (int lane = 0; lane < stem_lane_count; ++lane) {
-        const phi_real wide = stem_larger(state[0][lane], state[1][lane] / scales[0]);
-        const phi_real angle = wide < 1 ? wide : 1;
-        const phi_real rate = STEM_OF(jet->start.unit[0], lane) * stem_larger(angle * scales[0], state[1][lane]);
-        const phi_real of_angle = off[0][lane] / stem_larger(angle, motion[0][lane]);
-        /* A large angle is known to as many digits only, and so is its acceleration. */
-        const phi_real digits = stem_larger(state[0][lane], 1);
-        const phi_real of_rate = off[1][lane] / stem_larger(rate, motion[1][lane] * digits);
-        defect[lane] = stem_larger(of_angle, of_rate) / room;
-    }
+    const stem_lanes turning = state[1] / scales[0], wide = STEM_LARGER(state[0], turning);
+    const stem_lanes angle = STEM_CHOOSE(wide < 1, wide, one), linear = angle * scales[0];
+    const stem_lanes rate = jet->start.unit[0] * STEM_LARGER(linear, state[1]);
+    /* A large angle is known to as many digits only, and so is its acceleration. */
+    const stem_lanes moving = motion[1] * STEM_LARGER(state[0], one);
+    const stem_lanes of_angle = off[0] / STEM_LARGER(angle, motion[0]), of_rate = off[1] / STEM_LARGER(rate, moving);
+    *defect = STEM_LARGER(of_angle, of_rate) / room;
 }
 
 /* Each lane's first of h, h/2, h/4, ... at whose end the series keeps to the equations; what the next steps start from
@@ -91,24 +124,23 @@ static void stem_defects(const stem_jets *jet, const stem_lanes along[stem_x], c
 static void stem_check(CONTEXT const int order, stem_jets *jet, const phi_real goal, const phi_real scales[2], stem_lanes *h)
 {
     const phi_real room = PHI_ROOM * stem_larger(goal, PHI_EPSILON);
-    phi_real defect[stem_lane_count], last[stem_lane_count] = {0};
+    phi_real last[stem_lane_count] = {0};
     int slow[stem_lane_count] = {0}, shorter = 1;
     while (shorter) {
-        stem_lanes increment[stem_x], along[stem_x], unit = *h;
+        stem_lanes increment[stem_x], along[stem_x], defects, unit, length = STEM_SIZE(*h);
         stem_advance(order, jet, h, increment, along);
         stem_move(increment, jet);
-        for (int lane = 0; lane < stem_lane_count; ++lane) {
-            STEM_AT(unit, lane) = stem_unit(phi_abs(STEM_OF(*h, lane)));
-        }
+        stem_unit(&length, &unit);
         stem_begin(PASS jet, jet->moved, jet->moved_lost, &unit, &jet->end);
-        stem_defects(jet, along, h, room, scales, defect);
+        stem_defects(jet, along, h, room, scales, &defects);
         shorter = 0;
         for (int lane = 0; lane < stem_lane_count; ++lane) {
-            if (!(defect[lane] > 1) || slow[lane] == 3) {
+            const phi_real defect = STEM_OF(defects, lane);
+            if (!(defect > 1) || slow[lane] == 3) {
                 continue;
             }
-            slow[lane] = 4 * defect[lane] > last[lane] && defect[lane] * room < PHI_NOISE ? slow[lane] + 1 : 0;
-            last[lane] = defect[lane];
+            slow[lane] = 4 * defect > last[lane] && defect * room < PHI_NOISE ? slow[lane] + 1 : 0;
+            last[lane] = defect;
             if (slow[lane] < 3) {
                 STEM_AT(*h, lane) /= 2;
                 shorter = 1;

@@ -5,8 +5,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     const phi_real tolerance = at_least < 1 ? at_least : 1;
     /* Errors add up over the steps: each aims below the tolerance. */
     const phi_real goal = tolerance * PHI_MARGIN;
-    int order = (int)phi_ceil(1 - PHI_SHARE * phi_log(goal));
-    order = order < 4 ? 4 : (order > stem_highest ? stem_highest : order);
+    const int order = stem_order_for(goal);
     const phi_real way = t_end < flow->t ? -1 : 1;
     int result = PHI_STEP_BUDGET, is_new = 1;
 #if WITH_SCALES
@@ -15,7 +14,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     phi_real scales[2]; /* fastest linear rate, length of the chain */
     stem_scales(p, scales);
 #endif
-    phi_real at_event = 0, speed[2][1], unit;
+    phi_real at_event = 0, speed[2], unit, span;
 
     memcpy(jet->state, q, stem_q * sizeof *q);
     memcpy(jet->state + stem_q, v, stem_q * sizeof *v);
@@ -34,7 +33,8 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     (void)stem_wind(0, jet);
 #endif
     stem_norms(scales[1], jet->state, speed);
-    unit = stem_unit(1 / stem_larger(scales[0], speed[1][0]));
+    span = 1 / stem_larger(scales[0], speed[1]);
+    stem_unit(&span, &unit);
     if (event != NULL) {
         memset(jet->x, 0, sizeof jet->x);
         jet->start.unit[0] = unit;
@@ -98,7 +98,8 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
 #endif
         if (is_new) {
             phi_real increment[stem_x];
-            unit = stem_unit(phi_abs(h));
+            span = phi_abs(h);
+            stem_unit(&span, &unit);
             stem_increment(order, jet, &h, increment);
             stem_move(increment, jet);
         }

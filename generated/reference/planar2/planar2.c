@@ -748,6 +748,9 @@ enum {
 /* One lane's number, to read it and to set it. */
 #define PLANAR2_FLOW_OF(lanes, lane) (((const planar2_real *)&(lanes))[lane])
 #define PLANAR2_FLOW_AT(lanes, lane) (((planar2_real *)&(lanes))[lane])
+#define PLANAR2_FLOW_CHOOSE(condition, a, b) ((condition) ? (a) : (b))
+#define PLANAR2_FLOW_SIZE(x) fabs(x)
+#define PLANAR2_FLOW_LARGER(a, b) PLANAR2_FLOW_CHOOSE((a) > (b), a, b)
 
 /* Of each order n: n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and whether n = 0. */
 static const planar2_real planar2_flow_now[22][4] = {
@@ -909,20 +912,18 @@ static void planar2_flow_order(const planar2_real held[36], const planar2_real s
 
 /* Largest angle and rate of a row in every lane, the cart's in lengths of the chain. */
 static void planar2_flow_norms(const planar2_real reach, const planar2_real x[planar2_flow_x],
-    planar2_real norm[2][planar2_flow_lane_count])
+    planar2_real norm[2])
 {
-    for (int lane = 0; lane < planar2_flow_lane_count; ++lane) {
-        norm[0][lane] = norm[1][lane] = 0;
-    }
+    planar2_real angle = 0, rate = 0;
     for (int i = 0; i < planar2_flow_q; ++i) {
         const planar2_real share = i < planar2_flow_cart ? 1 / reach : 1;
-        for (int lane = 0; lane < planar2_flow_lane_count; ++lane) {
-            const planar2_real angle = fabs(PLANAR2_FLOW_OF(x[i], lane)) * share,
-                rate = fabs(PLANAR2_FLOW_OF(x[planar2_flow_q + i], lane)) * share;
-            norm[0][lane] = angle > norm[0][lane] ? angle : norm[0][lane];
-            norm[1][lane] = rate > norm[1][lane] ? rate : norm[1][lane];
-        }
+        const planar2_real of_angle = PLANAR2_FLOW_SIZE(x[i]) * share,
+            of_rate = PLANAR2_FLOW_SIZE(x[planar2_flow_q + i]) * share;
+        angle = PLANAR2_FLOW_LARGER(of_angle, angle);
+        rate = PLANAR2_FLOW_LARGER(of_rate, rate);
     }
+    norm[0] = angle;
+    norm[1] = rate;
 }
 
 /* Forces repeat every turn, and large angles have no digits to spare: angles are followed within a turn of
@@ -1175,46 +1176,81 @@ static planar2_real planar2_flow_larger(const planar2_real a, const planar2_real
     return a > b ? a : b;
 }
 
-/* The power of two just below a length of time; 1 for none. */
-static planar2_real planar2_flow_unit(const planar2_real length)
+/* Powers of two just below lengths of time; 1 for none. */
+static void planar2_flow_unit(const planar2_real *length, planar2_real *unit)
 {
-    int exponent = 0;
-    const planar2_real share = frexp(length, &exponent);
-    return share > 0 || share < 0 ? ldexp(1, exponent - 1) : 1;
+    const planar2_real one = 0 + 1;
+    uint64_t bits;
+    memcpy(&bits, length, sizeof bits);
+    bits &= ~UINT64_C(0x000fffffffffffff);
+    memcpy(unit, &bits, sizeof bits);
+    *unit = PLANAR2_FLOW_CHOOSE((*length > 1.424047269444609e-306) & (*length < 7.022238808055922e+305),
+        *unit, one);
 }
 
-/* Logarithm of a size to the power 1 / order, in seconds; `shift` is the binary exponent of the unit of
- * time. Its binary exponent is counted apart, so that the unit does not touch a digit. */
-static planar2_real planar2_flow_root(const int order, const int shift, const planar2_real size)
+/* Binary logarithms of sizes, to a hundredth, to the power 1 / order, in units of seconds. Exponents are
+ * counted apart, so that the unit of time does not touch a digit. Nothing counts as the least number. */
+static void planar2_flow_root(const int order, const planar2_real *unit, const planar2_real *size,
+    planar2_real *root)
 {
-    int exponent = 0;
-    const planar2_real digits = frexp(size, &exponent);
-    if (!(digits > 0)) {
-        return -700;
-    }
-    return (log(digits) + (planar2_real)(exponent - order * shift) * 0.6931471805599453)
-        / (planar2_real)order;
+    const planar2_real zero = 0;
+    const planar2_real some = PLANAR2_FLOW_CHOOSE(*size > 0, *size, zero);
+    uint64_t bits, unit_bits, rest;
+    planar2_real exponent, shift, digits;
+    memcpy(&bits, &some, sizeof bits);
+    memcpy(&unit_bits, unit, sizeof unit_bits);
+    rest = (bits & UINT64_C(0x000fffffffffffff)) | UINT64_C(0x3ff0000000000000);
+    bits = (bits >> 52) | UINT64_C(0x4330000000000000);
+    unit_bits = (unit_bits >> 52) | UINT64_C(0x4330000000000000);
+    memcpy(&digits, &rest, sizeof rest);
+    memcpy(&exponent, &bits, sizeof bits);
+    memcpy(&shift, &unit_bits, sizeof unit_bits);
+    exponent = (exponent - 4503599627371519.0) - (planar2_real)order * (shift - 4503599627371519.0);
+    *root = (exponent + ((6 - digits) * digits - 5) / 3) / (planar2_real)order;
 }
 
-/* The time at which neither of the last two terms exceeds the goal; given are their sizes over the goal. */
-static planar2_real planar2_flow_radius(const int order, const planar2_real unit, const planar2_real end,
-    const planar2_real next)
+/* Order of the series for a local error: as many more as it has digits. */
+static int planar2_flow_order_for(const planar2_real goal)
 {
-    int exponent = 0;
-    (void)frexp(unit, &exponent);
-    return exp(-planar2_flow_larger(planar2_flow_root(order, exponent - 1, end),
-        planar2_flow_root(order - 1, exponent - 1, next)));
+    const planar2_real one = 0 + 1, size = 0 + goal;
+    planar2_real root;
+    planar2_flow_root(1, &one, &size, &root);
+    const planar2_real wanted = 1 - 0.5545177444479562 * PLANAR2_FLOW_OF(root, 0);
+    const int whole = (int)wanted, order = (planar2_real)whole < wanted ? whole + 1 : whole;
+    return order < 4 ? 4 : (order > planar2_flow_highest ? planar2_flow_highest : order);
+}
+
+/* Times at which neither of the last two terms exceeds the goal, to half a per cent; given are their sizes
+ * over the goal. */
+static void planar2_flow_radius(const int order, const planar2_real *unit, const planar2_real *end,
+    const planar2_real *next, planar2_real *radius)
+{
+    const planar2_real limit = 0 + 700;
+    planar2_real of_end, of_next, power, rounded, part;
+    uint64_t bits, shift;
+    planar2_flow_root(order, unit, end, &of_end);
+    planar2_flow_root(order - 1, unit, next, &of_next);
+    power = -PLANAR2_FLOW_LARGER(of_end, of_next);
+    power = PLANAR2_FLOW_CHOOSE(power < limit, power, limit);
+    power = PLANAR2_FLOW_CHOOSE(power > -limit, power, -limit);
+    /* The nearest whole number ends up in the last bits of `rounded`. */
+    rounded = power + 6755399441055744.0;
+    part = power - (rounded - 6755399441055744.0);
+    part = 1 + part * (35 + 12 * part) / 50;
+    memcpy(&bits, &part, sizeof bits);
+    memcpy(&shift, &rounded, sizeof shift);
+    bits += shift << 52;
+    memcpy(radius, &bits, sizeof bits);
 }
 
 /* Step lengths: each of the last two terms within the goal, relative to the motion (Jorba and Zou 2005).
  * Zero where a coefficient or the square of a rate is not finite. `scales` holds the fastest linear rate
  * and the length of the chain. */
 static void planar2_flow_lengths(const int order, const planar2_workspace *jet, const planar2_real goal,
-    const planar2_real scales[2], planar2_real length[planar2_flow_lane_count])
+    const planar2_real scales[2], planar2_real *length)
 {
-    planar2_real state[2][planar2_flow_lane_count], last[2][planar2_flow_lane_count],
-        before[2][planar2_flow_lane_count];
-    planar2_real finite = 0;
+    const planar2_real zero = 0, one = 0 + 1, unit = jet->start.unit[0];
+    planar2_real state[2], last[2], before[2], finite = zero;
     for (int i = 0; i < planar2_flow_x; ++i) {
         finite += 0 * jet->x[order][i];
     }
@@ -1224,30 +1260,29 @@ static void planar2_flow_lengths(const int order, const planar2_workspace *jet, 
     planar2_flow_norms(scales[1], jet->state, state);
     planar2_flow_norms(scales[1], jet->x[order], last);
     planar2_flow_norms(scales[1], jet->x[order - 1], before);
-    for (int lane = 0; lane < planar2_flow_lane_count; ++lane) {
-        const planar2_real zero = PLANAR2_FLOW_OF(finite, lane),
-            unit = PLANAR2_FLOW_OF(jet->start.unit[0], lane);
-        const planar2_real wide = planar2_flow_larger(state[0][lane], state[1][lane] / scales[0]);
-        const planar2_real angle = goal * (wide < 1 ? wide : 1);
-        const planar2_real rate = unit * planar2_flow_larger(angle * scales[0], goal * state[1][lane]);
-        const planar2_real end = planar2_flow_larger(last[0][lane] / angle, last[1][lane] / rate);
-        const planar2_real next = planar2_flow_larger(before[0][lane] / angle, before[1][lane] / rate);
-        length[lane] = zero >= 0 && zero <= 0 ? planar2_flow_radius(order, unit, end, next) : 0;
-    }
+    const planar2_real turning = state[1] / scales[0], wide = PLANAR2_FLOW_LARGER(state[0], turning);
+    const planar2_real angle = goal * PLANAR2_FLOW_CHOOSE(wide < 1, wide, one);
+    const planar2_real linear = angle * scales[0], moving = goal * state[1];
+    const planar2_real rate = unit * PLANAR2_FLOW_LARGER(linear, moving);
+    const planar2_real last_angle = last[0] / angle, last_rate = last[1] / rate;
+    const planar2_real next_angle = before[0] / angle, next_rate = before[1] / rate;
+    const planar2_real end = PLANAR2_FLOW_LARGER(last_angle, last_rate),
+        next = PLANAR2_FLOW_LARGER(next_angle, next_rate);
+    planar2_real radius;
+    planar2_flow_radius(order, &unit, &end, &next, &radius);
+    *length = PLANAR2_FLOW_CHOOSE((finite >= 0) & (finite <= 0), radius, zero);
 }
 
 /* How far the series are from the equations at the ends of their steps: h times the difference of the two
  * slopes there, over what is allowed. Expects the start of the next steps in jet->end, and h times the
  * series' slopes. */
 static void planar2_flow_defects(const planar2_workspace *jet, const planar2_real along[planar2_flow_x],
-    const planar2_real *h, const planar2_real room, const planar2_real scales[2],
-    planar2_real defect[planar2_flow_lane_count])
+    const planar2_real *h, const planar2_real room, const planar2_real scales[2], planar2_real *defect)
 {
-    planar2_real apart[planar2_flow_x], slope[planar2_flow_x];
-    planar2_real state[2][planar2_flow_lane_count], motion[2][planar2_flow_lane_count],
-        off[2][planar2_flow_lane_count];
+    planar2_real apart[planar2_flow_x], slope[planar2_flow_x], state[2], motion[2], off[2];
     const planar2_real t = *h / jet->start.unit[0], unit = jet->start.unit[0] / jet->end.unit[0],
         square = unit * unit;
+    const planar2_real one = 0 + 1;
     for (int i = 0; i < planar2_flow_x; ++i) {
         slope[i] = t * (jet->end.slope[i] * (i < planar2_flow_q ? unit : square));
         apart[i] = along[i] - slope[i];
@@ -1255,17 +1290,14 @@ static void planar2_flow_defects(const planar2_workspace *jet, const planar2_rea
     planar2_flow_norms(scales[1], jet->state, state);
     planar2_flow_norms(scales[1], slope, motion);
     planar2_flow_norms(scales[1], apart, off);
-    for (int lane = 0; lane < planar2_flow_lane_count; ++lane) {
-        const planar2_real wide = planar2_flow_larger(state[0][lane], state[1][lane] / scales[0]);
-        const planar2_real angle = wide < 1 ? wide : 1;
-        const planar2_real rate = PLANAR2_FLOW_OF(jet->start.unit[0], lane)
-            * planar2_flow_larger(angle * scales[0], state[1][lane]);
-        const planar2_real of_angle = off[0][lane] / planar2_flow_larger(angle, motion[0][lane]);
-        /* A large angle is known to as many digits only, and so is its acceleration. */
-        const planar2_real digits = planar2_flow_larger(state[0][lane], 1);
-        const planar2_real of_rate = off[1][lane] / planar2_flow_larger(rate, motion[1][lane] * digits);
-        defect[lane] = planar2_flow_larger(of_angle, of_rate) / room;
-    }
+    const planar2_real turning = state[1] / scales[0], wide = PLANAR2_FLOW_LARGER(state[0], turning);
+    const planar2_real angle = PLANAR2_FLOW_CHOOSE(wide < 1, wide, one), linear = angle * scales[0];
+    const planar2_real rate = jet->start.unit[0] * PLANAR2_FLOW_LARGER(linear, state[1]);
+    /* A large angle is known to as many digits only, and so is its acceleration. */
+    const planar2_real moving = motion[1] * PLANAR2_FLOW_LARGER(state[0], one);
+    const planar2_real of_angle = off[0] / PLANAR2_FLOW_LARGER(angle, motion[0]), of_rate = off[1]
+        / PLANAR2_FLOW_LARGER(rate, moving);
+    *defect = PLANAR2_FLOW_LARGER(of_angle, of_rate) / room;
 }
 
 /* Each lane's first of h, h/2, h/4, ... at whose end the series keeps to the equations; what the next
@@ -1277,25 +1309,25 @@ static void planar2_flow_check(const int order, planar2_workspace *jet, const pl
     const planar2_real scales[2], planar2_real *h)
 {
     const planar2_real room = 64 * planar2_flow_larger(goal, 2.220446049250313e-16);
-    planar2_real defect[planar2_flow_lane_count], last[planar2_flow_lane_count] = {0};
+    planar2_real last[planar2_flow_lane_count] = {0};
     int slow[planar2_flow_lane_count] = {0}, shorter = 1;
     while (shorter) {
-        planar2_real increment[planar2_flow_x], along[planar2_flow_x], unit = *h;
+        planar2_real increment[planar2_flow_x], along[planar2_flow_x], defects, unit,
+            length = PLANAR2_FLOW_SIZE(*h);
         planar2_flow_advance(order, jet, h, increment, along);
         planar2_flow_move(increment, jet);
-        for (int lane = 0; lane < planar2_flow_lane_count; ++lane) {
-            PLANAR2_FLOW_AT(unit, lane) = planar2_flow_unit(fabs(PLANAR2_FLOW_OF(*h, lane)));
-        }
+        planar2_flow_unit(&length, &unit);
         planar2_flow_begin(jet, jet->moved, jet->moved_lost, &unit, &jet->end);
-        planar2_flow_defects(jet, along, h, room, scales, defect);
+        planar2_flow_defects(jet, along, h, room, scales, &defects);
         shorter = 0;
         for (int lane = 0; lane < planar2_flow_lane_count; ++lane) {
-            if (!(defect[lane] > 1) || slow[lane] == 3) {
+            const planar2_real defect = PLANAR2_FLOW_OF(defects, lane);
+            if (!(defect > 1) || slow[lane] == 3) {
                 continue;
             }
-            slow[lane] = 4 * defect[lane] > last[lane] && defect[lane]
-                * room < 1.4901161193847656e-08 ? slow[lane] + 1 : 0;
-            last[lane] = defect[lane];
+            slow[lane] = 4 * defect > last[lane] && defect * room < 1.4901161193847656e-08 ? slow[lane]
+                + 1 : 0;
+            last[lane] = defect;
             if (slow[lane] < 3) {
                 PLANAR2_FLOW_AT(*h, lane) /= 2;
                 shorter = 1;
@@ -1324,10 +1356,10 @@ static planar2_real planar2_flow_scalar(const int order, const planar2_workspace
 static planar2_real planar2_flow_at_start(const int order, const planar2_workspace *jet, const int lane,
     const planar2_event *event, const planar2_real scales[2])
 {
-    planar2_real norm[2][planar2_flow_lane_count];
+    planar2_real norm[2];
     const planar2_real scalar = planar2_flow_scalar(order, jet, lane, 0, event);
     planar2_flow_norms(scales[1], jet->state, norm);
-    const planar2_real angle = norm[0][lane], rate = norm[1][lane];
+    const planar2_real angle = PLANAR2_FLOW_OF(norm[0], lane), rate = PLANAR2_FLOW_OF(norm[1], lane);
     planar2_real size = planar2_flow_larger(rate / planar2_flow_larger(scales[0], rate), angle);
     if (event->scalar == PLANAR2_OF_V) {
         size = planar2_flow_larger(rate, scales[0] * angle);
@@ -1446,12 +1478,11 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
     const planar2_real tolerance = at_least < 1 ? at_least : 1;
     /* Errors add up over the steps: each aims below the tolerance. */
     const planar2_real goal = tolerance * 0.00390625;
-    int order = (int)ceil(1 - 0.8 * log(goal));
-    order = order < 4 ? 4 : (order > planar2_flow_highest ? planar2_flow_highest : order);
+    const int order = planar2_flow_order_for(goal);
     const planar2_real way = t_end < flow->t ? -1 : 1;
     int result = PLANAR2_STEP_BUDGET, is_new = 1;
     const planar2_real scales[2] = {17.3, 1.0}; /* fastest linear rate, length of the chain */
-    planar2_real at_event = 0, speed[2][1], unit;
+    planar2_real at_event = 0, speed[2], unit, span;
 
     memcpy(jet->state, q, planar2_flow_q * sizeof *q);
     memcpy(jet->state + planar2_flow_q, v, planar2_flow_q * sizeof *v);
@@ -1460,7 +1491,8 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
     memset(jet->turns, 0, sizeof jet->turns);
     (void)planar2_flow_wind(0, jet);
     planar2_flow_norms(scales[1], jet->state, speed);
-    unit = planar2_flow_unit(1 / planar2_flow_larger(scales[0], speed[1][0]));
+    span = 1 / planar2_flow_larger(scales[0], speed[1]);
+    planar2_flow_unit(&span, &unit);
     if (event != NULL) {
         memset(jet->x, 0, sizeof jet->x);
         jet->start.unit[0] = unit;
@@ -1507,7 +1539,8 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
         }
         if (is_new) {
             planar2_real increment[planar2_flow_x];
-            unit = planar2_flow_unit(fabs(h));
+            span = fabs(h);
+            planar2_flow_unit(&span, &unit);
             planar2_flow_increment(order, jet, &h, increment);
             planar2_flow_move(increment, jet);
         }

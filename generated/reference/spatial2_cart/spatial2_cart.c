@@ -3,6 +3,7 @@
  */
 #include "spatial2_cart.h"
 #include <math.h>
+#include <stdint.h>
 #include <string.h>
 
 /* Stands where an argument promises that nothing else reaches what it points to. C++ and MSVC know no such
@@ -978,6 +979,9 @@ enum {
 /* One lane's number, to read it and to set it. */
 #define SPATIAL2_CART_FLOW_OF(lanes, lane) (((const spatial2_cart_real *)&(lanes))[lane])
 #define SPATIAL2_CART_FLOW_AT(lanes, lane) (((spatial2_cart_real *)&(lanes))[lane])
+#define SPATIAL2_CART_FLOW_CHOOSE(condition, a, b) ((condition) ? (a) : (b))
+#define SPATIAL2_CART_FLOW_SIZE(x) fabs(x)
+#define SPATIAL2_CART_FLOW_LARGER(a, b) SPATIAL2_CART_FLOW_CHOOSE((a) > (b), a, b)
 
 /* Of each order n: n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and whether n = 0. */
 static const spatial2_cart_real spatial2_cart_flow_now[22][4] = {
@@ -1246,21 +1250,18 @@ static void spatial2_cart_flow_settle(const spatial2_cart_real x[16], const spat
 
 /* Largest angle and rate of a row in every lane, the cart's in lengths of the chain. */
 static void spatial2_cart_flow_norms(const spatial2_cart_real reach,
-    const spatial2_cart_real x[spatial2_cart_flow_x],
-    spatial2_cart_real norm[2][spatial2_cart_flow_lane_count])
+    const spatial2_cart_real x[spatial2_cart_flow_x], spatial2_cart_real norm[2])
 {
-    for (int lane = 0; lane < spatial2_cart_flow_lane_count; ++lane) {
-        norm[0][lane] = norm[1][lane] = 0;
-    }
+    spatial2_cart_real angle = 0, rate = 0;
     for (int i = 0; i < spatial2_cart_flow_q; ++i) {
         const spatial2_cart_real share = i < spatial2_cart_flow_cart ? 1 / reach : 1;
-        for (int lane = 0; lane < spatial2_cart_flow_lane_count; ++lane) {
-            const spatial2_cart_real angle = fabs(SPATIAL2_CART_FLOW_OF(x[i], lane)) * share,
-                rate = fabs(SPATIAL2_CART_FLOW_OF(x[spatial2_cart_flow_q + i], lane)) * share;
-            norm[0][lane] = angle > norm[0][lane] ? angle : norm[0][lane];
-            norm[1][lane] = rate > norm[1][lane] ? rate : norm[1][lane];
-        }
+        const spatial2_cart_real of_angle = SPATIAL2_CART_FLOW_SIZE(x[i]) * share,
+            of_rate = SPATIAL2_CART_FLOW_SIZE(x[spatial2_cart_flow_q + i]) * share;
+        angle = SPATIAL2_CART_FLOW_LARGER(of_angle, angle);
+        rate = SPATIAL2_CART_FLOW_LARGER(of_rate, rate);
     }
+    norm[0] = angle;
+    norm[1] = rate;
 }
 
 /* Sums of order n over 0 <= j <= n of left_j right_{n-j}, where orders come one by one. */
@@ -1496,48 +1497,81 @@ static spatial2_cart_real spatial2_cart_flow_larger(const spatial2_cart_real a, 
     return a > b ? a : b;
 }
 
-/* The power of two just below a length of time; 1 for none. */
-static spatial2_cart_real spatial2_cart_flow_unit(const spatial2_cart_real length)
+/* Powers of two just below lengths of time; 1 for none. */
+static void spatial2_cart_flow_unit(const spatial2_cart_real *length, spatial2_cart_real *unit)
 {
-    int exponent = 0;
-    const spatial2_cart_real share = frexp(length, &exponent);
-    return share > 0 || share < 0 ? ldexp(1, exponent - 1) : 1;
+    const spatial2_cart_real one = 0 + 1;
+    uint64_t bits;
+    memcpy(&bits, length, sizeof bits);
+    bits &= ~UINT64_C(0x000fffffffffffff);
+    memcpy(unit, &bits, sizeof bits);
+    *unit = SPATIAL2_CART_FLOW_CHOOSE((*length > 1.424047269444609e-306) & (*length < 7.022238808055922e+305),
+        *unit, one);
 }
 
-/* Logarithm of a size to the power 1 / order, in seconds; `shift` is the binary exponent of the unit of
- * time. Its binary exponent is counted apart, so that the unit does not touch a digit. */
-static spatial2_cart_real spatial2_cart_flow_root(const int order, const int shift,
-    const spatial2_cart_real size)
+/* Binary logarithms of sizes, to a hundredth, to the power 1 / order, in units of seconds. Exponents are
+ * counted apart, so that the unit of time does not touch a digit. Nothing counts as the least number. */
+static void spatial2_cart_flow_root(const int order, const spatial2_cart_real *unit,
+    const spatial2_cart_real *size, spatial2_cart_real *root)
 {
-    int exponent = 0;
-    const spatial2_cart_real digits = frexp(size, &exponent);
-    if (!(digits > 0)) {
-        return -700;
-    }
-    return (log(digits) + (spatial2_cart_real)(exponent - order * shift) * 0.6931471805599453)
-        / (spatial2_cart_real)order;
+    const spatial2_cart_real zero = 0;
+    const spatial2_cart_real some = SPATIAL2_CART_FLOW_CHOOSE(*size > 0, *size, zero);
+    uint64_t bits, unit_bits, rest;
+    spatial2_cart_real exponent, shift, digits;
+    memcpy(&bits, &some, sizeof bits);
+    memcpy(&unit_bits, unit, sizeof unit_bits);
+    rest = (bits & UINT64_C(0x000fffffffffffff)) | UINT64_C(0x3ff0000000000000);
+    bits = (bits >> 52) | UINT64_C(0x4330000000000000);
+    unit_bits = (unit_bits >> 52) | UINT64_C(0x4330000000000000);
+    memcpy(&digits, &rest, sizeof rest);
+    memcpy(&exponent, &bits, sizeof bits);
+    memcpy(&shift, &unit_bits, sizeof unit_bits);
+    exponent = (exponent - 4503599627371519.0) - (spatial2_cart_real)order * (shift - 4503599627371519.0);
+    *root = (exponent + ((6 - digits) * digits - 5) / 3) / (spatial2_cart_real)order;
 }
 
-/* The time at which neither of the last two terms exceeds the goal; given are their sizes over the goal. */
-static spatial2_cart_real spatial2_cart_flow_radius(const int order, const spatial2_cart_real unit,
-    const spatial2_cart_real end, const spatial2_cart_real next)
+/* Order of the series for a local error: as many more as it has digits. */
+static int spatial2_cart_flow_order_for(const spatial2_cart_real goal)
 {
-    int exponent = 0;
-    (void)frexp(unit, &exponent);
-    return exp(-spatial2_cart_flow_larger(spatial2_cart_flow_root(order, exponent - 1, end),
-        spatial2_cart_flow_root(order - 1, exponent - 1, next)));
+    const spatial2_cart_real one = 0 + 1, size = 0 + goal;
+    spatial2_cart_real root;
+    spatial2_cart_flow_root(1, &one, &size, &root);
+    const spatial2_cart_real wanted = 1 - 0.5545177444479562 * SPATIAL2_CART_FLOW_OF(root, 0);
+    const int whole = (int)wanted, order = (spatial2_cart_real)whole < wanted ? whole + 1 : whole;
+    return order < 4 ? 4 : (order > spatial2_cart_flow_highest ? spatial2_cart_flow_highest : order);
+}
+
+/* Times at which neither of the last two terms exceeds the goal, to half a per cent; given are their sizes
+ * over the goal. */
+static void spatial2_cart_flow_radius(const int order, const spatial2_cart_real *unit,
+    const spatial2_cart_real *end, const spatial2_cart_real *next, spatial2_cart_real *radius)
+{
+    const spatial2_cart_real limit = 0 + 700;
+    spatial2_cart_real of_end, of_next, power, rounded, part;
+    uint64_t bits, shift;
+    spatial2_cart_flow_root(order, unit, end, &of_end);
+    spatial2_cart_flow_root(order - 1, unit, next, &of_next);
+    power = -SPATIAL2_CART_FLOW_LARGER(of_end, of_next);
+    power = SPATIAL2_CART_FLOW_CHOOSE(power < limit, power, limit);
+    power = SPATIAL2_CART_FLOW_CHOOSE(power > -limit, power, -limit);
+    /* The nearest whole number ends up in the last bits of `rounded`. */
+    rounded = power + 6755399441055744.0;
+    part = power - (rounded - 6755399441055744.0);
+    part = 1 + part * (35 + 12 * part) / 50;
+    memcpy(&bits, &part, sizeof bits);
+    memcpy(&shift, &rounded, sizeof shift);
+    bits += shift << 52;
+    memcpy(radius, &bits, sizeof bits);
 }
 
 /* Step lengths: each of the last two terms within the goal, relative to the motion (Jorba and Zou 2005).
  * Zero where a coefficient or the square of a rate is not finite. `scales` holds the fastest linear rate
  * and the length of the chain. */
 static void spatial2_cart_flow_lengths(const int order, const spatial2_cart_workspace *jet,
-    const spatial2_cart_real goal, const spatial2_cart_real scales[2],
-    spatial2_cart_real length[spatial2_cart_flow_lane_count])
+    const spatial2_cart_real goal, const spatial2_cart_real scales[2], spatial2_cart_real *length)
 {
-    spatial2_cart_real state[2][spatial2_cart_flow_lane_count], last[2][spatial2_cart_flow_lane_count],
-        before[2][spatial2_cart_flow_lane_count];
-    spatial2_cart_real finite = 0;
+    const spatial2_cart_real zero = 0, one = 0 + 1, unit = jet->start.unit[0];
+    spatial2_cart_real state[2], last[2], before[2], finite = zero;
     for (int i = 0; i < spatial2_cart_flow_x; ++i) {
         finite += 0 * jet->x[order][i];
     }
@@ -1547,18 +1581,18 @@ static void spatial2_cart_flow_lengths(const int order, const spatial2_cart_work
     spatial2_cart_flow_norms(scales[1], jet->state, state);
     spatial2_cart_flow_norms(scales[1], jet->x[order], last);
     spatial2_cart_flow_norms(scales[1], jet->x[order - 1], before);
-    for (int lane = 0; lane < spatial2_cart_flow_lane_count; ++lane) {
-        const spatial2_cart_real zero = SPATIAL2_CART_FLOW_OF(finite, lane),
-            unit = SPATIAL2_CART_FLOW_OF(jet->start.unit[0], lane);
-        const spatial2_cart_real wide = spatial2_cart_flow_larger(state[0][lane], state[1][lane] / scales[0]);
-        const spatial2_cart_real angle = goal * (wide < 1 ? wide : 1);
-        const spatial2_cart_real rate = unit * spatial2_cart_flow_larger(angle * scales[0], goal
-            * state[1][lane]);
-        const spatial2_cart_real end = spatial2_cart_flow_larger(last[0][lane] / angle, last[1][lane] / rate);
-        const spatial2_cart_real next = spatial2_cart_flow_larger(before[0][lane] / angle, before[1][lane]
-            / rate);
-        length[lane] = zero >= 0 && zero <= 0 ? spatial2_cart_flow_radius(order, unit, end, next) : 0;
-    }
+    const spatial2_cart_real turning = state[1] / scales[0],
+        wide = SPATIAL2_CART_FLOW_LARGER(state[0], turning);
+    const spatial2_cart_real angle = goal * SPATIAL2_CART_FLOW_CHOOSE(wide < 1, wide, one);
+    const spatial2_cart_real linear = angle * scales[0], moving = goal * state[1];
+    const spatial2_cart_real rate = unit * SPATIAL2_CART_FLOW_LARGER(linear, moving);
+    const spatial2_cart_real last_angle = last[0] / angle, last_rate = last[1] / rate;
+    const spatial2_cart_real next_angle = before[0] / angle, next_rate = before[1] / rate;
+    const spatial2_cart_real end = SPATIAL2_CART_FLOW_LARGER(last_angle, last_rate),
+        next = SPATIAL2_CART_FLOW_LARGER(next_angle, next_rate);
+    spatial2_cart_real radius;
+    spatial2_cart_flow_radius(order, &unit, &end, &next, &radius);
+    *length = SPATIAL2_CART_FLOW_CHOOSE((finite >= 0) & (finite <= 0), radius, zero);
 }
 
 /* How far the series are from the equations at the ends of their steps: h times the difference of the two
@@ -1566,14 +1600,12 @@ static void spatial2_cart_flow_lengths(const int order, const spatial2_cart_work
  * series' slopes. */
 static void spatial2_cart_flow_defects(const spatial2_cart_workspace *jet,
     const spatial2_cart_real along[spatial2_cart_flow_x], const spatial2_cart_real *h,
-    const spatial2_cart_real room, const spatial2_cart_real scales[2],
-    spatial2_cart_real defect[spatial2_cart_flow_lane_count])
+    const spatial2_cart_real room, const spatial2_cart_real scales[2], spatial2_cart_real *defect)
 {
-    spatial2_cart_real apart[spatial2_cart_flow_x], slope[spatial2_cart_flow_x];
-    spatial2_cart_real state[2][spatial2_cart_flow_lane_count], motion[2][spatial2_cart_flow_lane_count],
-        off[2][spatial2_cart_flow_lane_count];
+    spatial2_cart_real apart[spatial2_cart_flow_x], slope[spatial2_cart_flow_x], state[2], motion[2], off[2];
     const spatial2_cart_real t = *h / jet->start.unit[0], unit = jet->start.unit[0] / jet->end.unit[0],
         square = unit * unit;
+    const spatial2_cart_real one = 0 + 1;
     for (int i = 0; i < spatial2_cart_flow_x; ++i) {
         slope[i] = t * (jet->end.slope[i] * (i < spatial2_cart_flow_q ? unit : square));
         apart[i] = along[i] - slope[i];
@@ -1581,18 +1613,16 @@ static void spatial2_cart_flow_defects(const spatial2_cart_workspace *jet,
     spatial2_cart_flow_norms(scales[1], jet->state, state);
     spatial2_cart_flow_norms(scales[1], slope, motion);
     spatial2_cart_flow_norms(scales[1], apart, off);
-    for (int lane = 0; lane < spatial2_cart_flow_lane_count; ++lane) {
-        const spatial2_cart_real wide = spatial2_cart_flow_larger(state[0][lane], state[1][lane] / scales[0]);
-        const spatial2_cart_real angle = wide < 1 ? wide : 1;
-        const spatial2_cart_real rate = SPATIAL2_CART_FLOW_OF(jet->start.unit[0], lane)
-            * spatial2_cart_flow_larger(angle * scales[0], state[1][lane]);
-        const spatial2_cart_real of_angle = off[0][lane] / spatial2_cart_flow_larger(angle, motion[0][lane]);
-        /* A large angle is known to as many digits only, and so is its acceleration. */
-        const spatial2_cart_real digits = spatial2_cart_flow_larger(state[0][lane], 1);
-        const spatial2_cart_real of_rate = off[1][lane]
-            / spatial2_cart_flow_larger(rate, motion[1][lane] * digits);
-        defect[lane] = spatial2_cart_flow_larger(of_angle, of_rate) / room;
-    }
+    const spatial2_cart_real turning = state[1] / scales[0],
+        wide = SPATIAL2_CART_FLOW_LARGER(state[0], turning);
+    const spatial2_cart_real angle = SPATIAL2_CART_FLOW_CHOOSE(wide < 1, wide, one), linear = angle
+        * scales[0];
+    const spatial2_cart_real rate = jet->start.unit[0] * SPATIAL2_CART_FLOW_LARGER(linear, state[1]);
+    /* A large angle is known to as many digits only, and so is its acceleration. */
+    const spatial2_cart_real moving = motion[1] * SPATIAL2_CART_FLOW_LARGER(state[0], one);
+    const spatial2_cart_real of_angle = off[0] / SPATIAL2_CART_FLOW_LARGER(angle, motion[0]), of_rate = off[1]
+        / SPATIAL2_CART_FLOW_LARGER(rate, moving);
+    *defect = SPATIAL2_CART_FLOW_LARGER(of_angle, of_rate) / room;
 }
 
 /* Each lane's first of h, h/2, h/4, ... at whose end the series keeps to the equations; what the next
@@ -1604,26 +1634,25 @@ static void spatial2_cart_flow_check(const int order, spatial2_cart_workspace *j
     const spatial2_cart_real goal, const spatial2_cart_real scales[2], spatial2_cart_real *h)
 {
     const spatial2_cart_real room = 64 * spatial2_cart_flow_larger(goal, 2.220446049250313e-16);
-    spatial2_cart_real defect[spatial2_cart_flow_lane_count], last[spatial2_cart_flow_lane_count] = {0};
+    spatial2_cart_real last[spatial2_cart_flow_lane_count] = {0};
     int slow[spatial2_cart_flow_lane_count] = {0}, shorter = 1;
     while (shorter) {
-        spatial2_cart_real increment[spatial2_cart_flow_x], along[spatial2_cart_flow_x], unit = *h;
+        spatial2_cart_real increment[spatial2_cart_flow_x], along[spatial2_cart_flow_x], defects, unit,
+            length = SPATIAL2_CART_FLOW_SIZE(*h);
         spatial2_cart_flow_advance(order, jet, h, increment, along);
         spatial2_cart_flow_move(increment, jet);
-        for (int lane = 0; lane < spatial2_cart_flow_lane_count; ++lane) {
-            SPATIAL2_CART_FLOW_AT(unit, lane)
-                = spatial2_cart_flow_unit(fabs(SPATIAL2_CART_FLOW_OF(*h, lane)));
-        }
+        spatial2_cart_flow_unit(&length, &unit);
         spatial2_cart_flow_begin(jet, jet->moved, jet->moved_lost, &unit, &jet->end);
-        spatial2_cart_flow_defects(jet, along, h, room, scales, defect);
+        spatial2_cart_flow_defects(jet, along, h, room, scales, &defects);
         shorter = 0;
         for (int lane = 0; lane < spatial2_cart_flow_lane_count; ++lane) {
-            if (!(defect[lane] > 1) || slow[lane] == 3) {
+            const spatial2_cart_real defect = SPATIAL2_CART_FLOW_OF(defects, lane);
+            if (!(defect > 1) || slow[lane] == 3) {
                 continue;
             }
-            slow[lane] = 4 * defect[lane] > last[lane] && defect[lane]
-                * room < 1.4901161193847656e-08 ? slow[lane] + 1 : 0;
-            last[lane] = defect[lane];
+            slow[lane] = 4 * defect > last[lane] && defect * room < 1.4901161193847656e-08 ? slow[lane]
+                + 1 : 0;
+            last[lane] = defect;
             if (slow[lane] < 3) {
                 SPATIAL2_CART_FLOW_AT(*h, lane) /= 2;
                 shorter = 1;
@@ -1650,10 +1679,11 @@ static spatial2_cart_real spatial2_cart_flow_scalar(const int order, const spati
 static spatial2_cart_real spatial2_cart_flow_at_start(const int order, const spatial2_cart_workspace *jet,
     const int lane, const spatial2_cart_event *event, const spatial2_cart_real scales[2])
 {
-    spatial2_cart_real norm[2][spatial2_cart_flow_lane_count];
+    spatial2_cart_real norm[2];
     const spatial2_cart_real scalar = spatial2_cart_flow_scalar(order, jet, lane, 0, event);
     spatial2_cart_flow_norms(scales[1], jet->state, norm);
-    const spatial2_cart_real angle = norm[0][lane], rate = norm[1][lane];
+    const spatial2_cart_real angle = SPATIAL2_CART_FLOW_OF(norm[0], lane),
+        rate = SPATIAL2_CART_FLOW_OF(norm[1], lane);
     spatial2_cart_real size = spatial2_cart_flow_larger(rate / spatial2_cart_flow_larger(scales[0], rate),
         angle);
     if (event->scalar == SPATIAL2_CART_OF_V) {
@@ -1777,12 +1807,11 @@ static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run(spatial2_cart_flow *f
     const spatial2_cart_real tolerance = at_least < 1 ? at_least : 1;
     /* Errors add up over the steps: each aims below the tolerance. */
     const spatial2_cart_real goal = tolerance * 0.00390625;
-    int order = (int)ceil(1 - 0.8 * log(goal));
-    order = order < 4 ? 4 : (order > spatial2_cart_flow_highest ? spatial2_cart_flow_highest : order);
+    const int order = spatial2_cart_flow_order_for(goal);
     const spatial2_cart_real way = t_end < flow->t ? -1 : 1;
     int result = SPATIAL2_CART_STEP_BUDGET, is_new = 1;
     const spatial2_cart_real scales[2] = {10.3, 0.5}; /* fastest linear rate, length of the chain */
-    spatial2_cart_real at_event = 0, speed[2][1], unit;
+    spatial2_cart_real at_event = 0, speed[2], unit, span;
 
     memcpy(jet->state, q, spatial2_cart_flow_q * sizeof *q);
     memcpy(jet->state + spatial2_cart_flow_q, v, spatial2_cart_flow_q * sizeof *v);
@@ -1790,7 +1819,8 @@ static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run(spatial2_cart_flow *f
     memcpy(jet->u, u, sizeof jet->u);
     spatial2_cart_flow_enter(q, v, jet->state + spatial2_cart_flow_q);
     spatial2_cart_flow_norms(scales[1], jet->state, speed);
-    unit = spatial2_cart_flow_unit(1 / spatial2_cart_flow_larger(scales[0], speed[1][0]));
+    span = 1 / spatial2_cart_flow_larger(scales[0], speed[1]);
+    spatial2_cart_flow_unit(&span, &unit);
     if (event != NULL) {
         memset(jet->x, 0, sizeof jet->x);
         jet->start.unit[0] = unit;
@@ -1838,7 +1868,8 @@ static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run(spatial2_cart_flow *f
         }
         if (is_new) {
             spatial2_cart_real increment[spatial2_cart_flow_x];
-            unit = spatial2_cart_flow_unit(fabs(h));
+            span = fabs(h);
+            spatial2_cart_flow_unit(&span, &unit);
             spatial2_cart_flow_increment(order, jet, &h, increment);
             spatial2_cart_flow_move(increment, jet);
         }

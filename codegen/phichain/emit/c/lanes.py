@@ -27,12 +27,12 @@ def lanes_kernel(scene: Scene, stem: str, uses: Collection[str], registers: int 
     Args:
         scene: the scene.
         stem: prefix of the type and of its functions.
-        uses: "lanes_sincos", "lanes_sqrt", "lanes_move".
+        uses: "lanes_sincos", "lanes_sqrt", "lanes_move", "lanes_choose".
         registers: how many vector registers of the machine a value takes; None for 64 bytes on any machine.
     """
     text = render(
         "lanes.c.j2", name=scene.name, stem=stem, upper=stem.upper(), uses=uses, registers=registers,
-        sqrt="sqrtf" if scene.real == "float" else "sqrt", **trig.coefficients(scene.real),
+        sqrt="sqrtf" if scene.real == "float" else "sqrt", abs="fabsf" if scene.real == "float" else "fabs", **trig.coefficients(scene.real),
     )  # fmt: skip
     return laid_out_text(text)
 

@@ -13,6 +13,7 @@ from phichain.emit.c.function import c_function
 from phichain.emit.c.lanes import lane_declaration, lane_function
 from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration, words
+from phichain.emit.flow.binary import binary_numbers, binary_words
 from phichain.emit.flow.declared import arguments, passed_on
 from phichain.ir.nodes import Program
 from phichain.ir.rounded import nearest
@@ -33,7 +34,7 @@ EPSILON: Final = {"double": Fraction(1, 2**52), "float": Fraction(1, 2**23)}
 ROOM: Final = 64
 #: Relative differences below this may be rounding of the equations themselves.
 NOISE: Final = {"double": Fraction(1, 2**26), "float": Fraction(1, 2**12)}
-#: The logarithm of sizes that are zero, less than that of any number.
+#: Binary logarithm of the longest step, in seconds.
 HUGE: Final = {"double": 700, "float": 80}
 #: log 2 to 40 digits.
 LOG_TWO: Final = Fraction(6931471805599453094172321214581765680755, 10**40)
@@ -148,7 +149,7 @@ def sizes(scene: Scene, stem: str, made: Series, names: CNames) -> dict[str, obj
         "stem": stem, "nq": scene.nq, "nu": scene.nu, "cart": cart(scene), "masses": scene.links,
         "axes": 2 if scene.is_planar else 3, "lefts": made.lanes, "rights": made.rights, "squares": made.squares,
         "highest": HIGHEST[scene.real], "held": made.held, "turns": turns(scene), "real": f"{scene.name}_real",
-        "now": [", ".join(names.number(value).text for value in row) for row in rows],
+        "abs": names.libm("fabs"), "now": [", ".join(names.number(value).text for value in row) for row in rows],
         "tables": table_rows(names),
     }  # fmt: skip
 
@@ -180,14 +181,14 @@ def spelling(model: Model, made: Series, stem: str, contract: Flow, names: CName
     parameter = f"const {scene.name}_params *p, "
     numbers = {
         "PHI_HALF": Fraction(1, 2), "PHI_EPSILON": EPSILON[real], "PHI_NOISE": NOISE[real], "PHI_TURN_HIGH": high,
-        "PHI_TURN_LOW": TURN - high, "PHI_LOG_TWO": LOG_TWO,
+        "PHI_TURN_LOW": TURN - high, **binary_numbers(real),
     }  # fmt: skip
     return {
         "PASS": "p, " if has_params else "", "CONTEXT": parameter if has_params else "",
         "POSITIONS_PASS": "p, " if of_positions else "", "POSITIONS_CONTEXT": parameter if of_positions else "",
         "ARGUMENTS": ", ".join(arguments(contract, scene, definition=True)), "PASS_ALL": passed_on(contract, scene),
         "INPUTS": "jet->u, " if scene.nu else "", "INPUTS_OF_ALL": f"const {scene.name}_real u[], " if scene.nu else "",
-        "NEWEST": "given" if _takes(made.order, NEWEST) else "", "LOST": "lost, " if _takes(made.factor, LOST) else "", "PASS_INPUTS": "u, " if scene.nu else "", "PHI_ROOM": str(ROOM), "PHI_HUGE": str(HUGE[real]),
+        "NEWEST": "given" if _takes(made.order, NEWEST) else "", "LOST": "lost, " if _takes(made.factor, LOST) else "", "PASS_INPUTS": "u, " if scene.nu else "", "PHI_ROOM": str(ROOM), "PHI_HUGE": str(HUGE[real]), **binary_words(real),
         **{name: names.number(value).text for name, value in numbers.items()},
         "PHI_SCALES": ", ".join(scale_literals(scene, names) or ()), "phi_positions": positions,
         **libm_names(names), "phi_": f"{scene.name}_", "PHI_": f"{scene.name.upper()}_",
@@ -211,7 +212,7 @@ def scale_literals(scene: Scene, names: CNames | None) -> tuple[str, str] | None
 
 def libm_names(names: CNames) -> Mapping[str, str]:
     """The C library's functions as the stencils call them, for the scene's type."""
-    functions = {"abs": "fabs", **{name: name for name in ("exp", "log", "ceil", "floor", "fma", "frexp", "ldexp")}}
+    functions = {"abs": "fabs", "floor": "floor", "fma": "fma"}
     return {f"phi_{key}": names.libm(function) for key, function in functions.items()}
 
 

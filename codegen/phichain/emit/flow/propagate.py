@@ -15,6 +15,7 @@ from phichain.emit.flow.columns import columns_at_once, vector_bytes
 from phichain.emit.flow.flows import FlowText, prints
 from phichain.emit.flow.header import declarations, on_stack
 from phichain.emit.flow.instance import (
+    LOG_TWO,
     Called,
     c_names,
     ends_of_a_call,
@@ -89,7 +90,7 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
     return TaylorFlow(
         declarations=laid_out_text(declarations(scene, made)),
         definitions=laid_out_text(definitions),
-        includes=("math.h", "string.h"),
+        includes=("math.h", "stdint.h", "string.h"),
         uses=uses,
         recurrences=made,
     )
@@ -106,13 +107,13 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
     stem = f"{scene.name}_flow"
     wanted = features(scene, made, made.columns is not None, on_stack(scene, made))
     own = {
-        "STEM_ZERO": "0", "STEM_OF": f"{stem.upper()}_OF", "STEM_AT": f"{stem.upper()}_AT",
+        "STEM_ZERO": "0", "stem_words": f"uint{64 if scene.real == 'double' else 32}_t", "STEM_OF": f"{stem.upper()}_OF", "STEM_AT": f"{stem.upper()}_AT",
         "stem_lanes": f"{scene.name}_real", "stem_jets": f"{scene.name}_workspace", "stem_start": f"{scene.name}_start",
         "stem_event": f"{scene.name}_event", **{f"STEM_OF_{what}": f"{scene.name.upper()}_OF_{what}" for what in ("DEPTH", "V")},
     }  # fmt: skip
     spelt = spelling(model, made, stem, PROPAGATE, names, positions)
     spelt |= own | ({} if _singly(made) else {"STEM_SINGLY": ""}) | {
-        "PHI_MARGIN": names.number(SINGLE_MARGIN if scene.links == 1 else MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE).text,
+        "PHI_MARGIN": names.number(SINGLE_MARGIN if scene.links == 1 else MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE * LOG_TWO).text,
         "PHI_SLACK": names.number(SLACK).text, "PHI_LEEWAY": str(LEEWAY),
     }  # fmt: skip
     files = ["flow_norms", *(["flow_turns"] if turns(scene) else []), "flow_series", "flow_length", "flow_event"]
@@ -125,6 +126,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
         }  # fmt: skip
         norms = {name: value for name, value in spelt.items() if not name.startswith(("stem_", "STEM_"))}
         norms |= {
+            "STEM_ZERO": f"{tangent.upper()}_EVERY(0)",
             "stem_cart": f"{stem}_cart", "stem_q": f"{stem}_q", "stem_x": f"{stem}_x", "stem_": f"{tangent}_",
             "STEM_": f"{tangent.upper()}_",
         }  # fmt: skip

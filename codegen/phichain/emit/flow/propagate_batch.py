@@ -16,6 +16,7 @@ from phichain.emit.flow.declared import arguments, documented, outcome_lines, sc
 from phichain.emit.flow.flows import FlowText, prints
 from phichain.emit.flow.instance import (
     HIGHEST,
+    LOG_TWO,
     Called,
     c_names,
     ends_of_a_call,
@@ -73,7 +74,7 @@ def flow_batch(model: Model, known: Collection[str] = ()) -> FlowBatch:
     names = c_names(scene, stem, (one.program for one in called))
     parts, uses = printed(scene, names, called)
     definitions = render(
-        "flow_batch.c.j2", upper=scene.name.upper(), kernel=lanes_kernel(scene, stem, uses, REGISTERS), functions=parts, is_scalar=False,
+        "flow_batch.c.j2", upper=scene.name.upper(), kernel=lanes_kernel(scene, stem, uses | {"lanes_choose"}, REGISTERS), functions=parts, is_scalar=False,
         stencils=_stencils(model, made, names, positions), **sizes(scene, stem, made, names),
     )  # fmt: skip
     return FlowBatch(
@@ -90,7 +91,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
     scene = model.scene
     stem, upper = f"{scene.name}_flows", scene.name.upper()
     spelt = spelling(model, made, stem, PROPAGATE_BATCH, names, positions) | {
-        "STEM_SINGLY": "", "PROPAGATE_DOC": ROWS["propagate_batch"].doc, "PHI_MARGIN": names.number(MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE).text,
+        "STEM_SINGLY": "", "PROPAGATE_DOC": ROWS["propagate_batch"].doc, "PHI_MARGIN": names.number(MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE * LOG_TWO).text,
         "stem_event": f"{scene.name}_batch_event", **{f"STEM_OF_{what}": f"{upper}_BATCH_OF_{what}" for what in ("DEPTH", "V")},
     }  # fmt: skip
     wanted = features(scene, made, False, False)
