@@ -10,7 +10,7 @@ from mpmath import mp
 from scipy.linalg import expm
 
 from phichain.control import Gains, linearize, lqr, regulators
-from phichain.control.equations.sampled import held, sampled_riccati
+from phichain.control.equations.sampled import held, sampled_riccatis
 from phichain.errors import ArrayError, ControlError
 from phichain.system import System
 from tests.handmade import paper_b, planar, spatial
@@ -151,7 +151,7 @@ def test_an_oscillation_that_every_sample_meets_alike_is_refused() -> None:
     """x'' = -(2 pi)^2 x sampled every second: held inputs never move it."""
     A, B = np.array([[0.0, 1.0], [-((2 * np.pi) ** 2), 0.0]]), np.array([[0.0], [1.0]])
     with pytest.raises(ControlError, match="leaves no stabilising solution"):
-        sampled_riccati(A, B, np.eye(2), np.eye(1), 1.0)
+        sampled_riccatis(A[None], B[None], np.eye(2), np.eye(1), 1.0)
 
 
 def test_systems_by_hand_have_a_sample_too() -> None:

@@ -175,6 +175,8 @@ class Gains(Held):
         bound = real_numbers("limit", np.inf if limit is None else limit, "give the largest size of every input")
         if bound.shape not in ((), (nu,)):
             raise ArrayError("limit", limit, f"must be one number or hold {nu}", "give the largest size of every input")
+        if not np.all(bound > 0):
+            raise ArrayError("limit", limit, "is not positive", "give the largest size of every input")
         high = np.broadcast_to(bound, (nu,))
         return StateFeedback(
             name=self.name,

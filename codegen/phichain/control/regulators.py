@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from phichain.control.controllability import demand_input, margins_of_all
+from phichain.control.equations.riccati import riccatis
+from phichain.control.equations.sampled import sampled_riccatis
 from phichain.control.equilibria import at_rest, demand_equilibria
 from phichain.control.gains import Gains
 from phichain.control.linear import LinearSystem
-from phichain.control.equations.riccati import riccatis
-from phichain.control.equations.sampled import sampled_riccati
 from phichain.control.weights import weight
 from phichain.system import Parameters, System
 from phichain.system.vertical import configuration
@@ -102,7 +102,7 @@ def _stack(
     if sample is None:
         solutions = riccatis(A, B, state_weight, input_weight)
     else:
-        solutions = [sampled_riccati(a, b, state_weight, input_weight, sample) for a, b in zip(A, B, strict=True)]
+        solutions = sampled_riccatis(A, B, state_weight, input_weight, sample)
     state_names = linear[0].state_names
     input_names = system.u_names or tuple(f"u_{k + 1}" for k in range(nu))
     return [

@@ -16,7 +16,7 @@ import numpy as np
 
 from phichain.control.equations import wide
 from phichain.control.equations.doubling import settled_wide
-from phichain.control.equations.riccati import SOLVED, Riccati, demand_detectable
+from phichain.control.equations.riccati import SOLVED, Riccati, by_blocks, demand_detectable
 from phichain.control.equations.wide import Wide
 from phichain.control.weights import ordered, spectrum
 from phichain.errors import ControlError
@@ -46,28 +46,33 @@ def held(A: Vector, B: Vector, sample: float) -> tuple[Wide, Wide]:
     return flow[:n, :n], flow[:n, n:]
 
 
-def sampled_riccati(A: Vector, B: Vector, Q: Vector, R: Vector, sample: float) -> Riccati:
-    """The stabilising solution for a chain z' = A z + B u whose input is held between samples.
+def sampled_riccatis(A: Vector, B: Vector, Q: Vector, R: Vector, sample: float) -> list[Riccati]:
+    """The stabilising solutions for chains z' = A z + B u whose input is held between samples.
 
     Args:
-        A: Dynamics (n, n).
-        B: Input (n, nu).
+        A: Dynamics (count, n, n).
+        B: Input (count, n, nu).
         Q: State weight (n, n), positive semidefinite, of every sample.
         R: Input weight (nu, nu), positive definite, of every sample.
         sample: Time from one sample to the next, s.
 
     Returns:
-        S, K and the rest; `poles` are log(z) / sample of the closed loop's eigenvalues z, 1/s.
+        S, K and the rest of each; `poles` are log(z) / sample of the closed loop's eigenvalues z, 1/s.
 
     Raises:
         ControlError: `sample` is no positive time, or too long for the fastest unstable mode; or there is no stabilising
             solution.
     """
-    demand_sample(A, sample)
-    demand_detectable(A[None], Q[None])
+    for one in A:
+        demand_sample(one, sample)
+    demand_detectable(A, np.broadcast_to(Q, A.shape))
+
+    def solved(*stack: Vector) -> list[Riccati]:
+        return [_solved(a, b, q, r, sample) for a, b, q, r in zip(*stack, strict=True)]
+
     try:
         with np.errstate(all="ignore"):
-            return _solved(A, B, Q, R, sample)
+            return by_blocks(A, B, Q, R, solved)
     except np.linalg.LinAlgError as failure:
         raise ControlError(
             "sample", sample, f"leaves no stabilising solution: {failure}", "sample faster, weigh every state, or actuate more"
@@ -103,7 +108,7 @@ def _solved(A: Vector, B: Vector, Q: Vector, R: Vector, sample: float) -> Riccat
     root = wide.cholesky(S).T
     closed = root @ (a - b @ gains) @ wide.inverse(root)
     multipliers = spectrum(closed.high)
-    poles = ordered(np.log(multipliers) / sample)
+    poles = ordered(np.asarray(np.log(multipliers) / sample, dtype=complex))
     error = float(np.max(abs(residual))) / size
     if not (np.all(np.isfinite(gains.high)) and error < SOLVED and poles[0].real < 0):
         raise np.linalg.LinAlgError(f"its residual stays at {error:.2g} of its terms")
