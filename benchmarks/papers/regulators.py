@@ -14,7 +14,7 @@ from benchmarks import table
 from benchmarks.fractional.powers import fastest
 from benchmarks.peers import present
 from phichain.control import Gains, lqr
-from phichain.control.riccati import riccati
+from phichain.control.equations.riccati import riccati
 from phichain.pipeline import build
 from phichain.scene.library import find_scene
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from phichain.orbits import trace as trace
     from phichain.pipeline import build as build
     from phichain.pipeline import generate as generate
+    from phichain.pipeline import generate_controller as generate_controller
     from phichain.proof import prove as prove
     from phichain.scene import Scene as Scene
     from phichain.scene import load_scene as load_scene
@@ -42,6 +43,7 @@ _HOME = {
     "lower": "phichain.lowering",
     "prove": "phichain.proof",
     "generate": "phichain.pipeline",
+    "generate_controller": "phichain.pipeline",
     "build": "phichain.pipeline",
     "System": "phichain.system",
     "simulate": "phichain.motion",

@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from phichain.files import write_folder
+from phichain.laws import StateFeedback
 from phichain.native import build_files, default_cache, recalled, remember
 from phichain.scene import Scene, given_scene
+from phichain.scene.validate import choice
 from phichain.system import System
 
 
@@ -34,6 +36,28 @@ def generate(
 
     texts = folder_texts(given_scene(scene), with_casadi_c, prove)
     return write_folder(Path(out) / scene.name, texts)
+
+
+def generate_controller(law: StateFeedback, out: Path | str = "generated", real: str = "double") -> Path:
+    """Write a controller as C that stands alone, with its self-test and its CasADi form.
+
+    Args:
+        law: what to generate, such as `lqr(system, s, sample=0.001).law(limit=20)`.
+        out: the folder in which NAME_controller/ is written, whole or not at all.
+        real: "double" or "float", the type of the C.
+
+    Returns:
+        The folder OUT/NAME_controller.
+
+    Raises:
+        SceneError: there is no such type.
+        OutputError: the folder cannot be written; what was there before is still there.
+        EmissionError: a number of the law does not fit the type.
+    """
+    from phichain.emit.law.controller import controller_files, controller_name
+
+    texts = controller_files(law, choice("real", real, ("double", "float")))
+    return write_folder(Path(out) / controller_name(law), texts)
 
 
 def build(scene: Scene, prove: bool = True) -> System:

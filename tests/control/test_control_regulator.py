@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.integrate import simpson
 
 from phichain.control import Gains, deviation, errors, feedback, lqr
-from phichain.control.riccati import ordered_schur
+from phichain.control.equations.riccati import ordered_schur
 from phichain.errors import ArrayError, OutputError
 from phichain.motion import simulate
 from tests.handmade import paper_b, planar, spatial

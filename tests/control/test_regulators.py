@@ -8,9 +8,10 @@ from itertools import product
 import numpy as np
 import pytest
 
-from phichain.control import Gains, equilibria, lqr, newton, regulators, riccati
+from phichain.control import Gains, equilibria, lqr, regulators
 from phichain.control import regulators as function
-from phichain.control.doubling import doubled
+from phichain.control.equations import newton, riccati
+from phichain.control.equations.doubling import doubled
 from phichain.errors import ControlError, UnsupportedError
 from phichain.system import System
 from tests.handmade import paper_b, planar, spatial

@@ -9,12 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from phichain.control import linearize, lqr, wide
-from phichain.control import riccati as module
-from phichain.control.blocks import blocks
-from phichain.control.doubling import doubled, doubled_wide
-from phichain.control.riccati import ordered_schur, riccati
-from phichain.control.wide import Wide
+from phichain.control import linearize, lqr
+from phichain.control.equations import riccati as module
+from phichain.control.equations import wide
+from phichain.control.equations.blocks import blocks
+from phichain.control.equations.doubling import doubled, doubled_wide
+from phichain.control.equations.riccati import ordered_schur, riccati
+from phichain.control.equations.wide import Wide
 from tests.handmade import paper_b, planar, spatial
 
 PAPER_B = paper_b()

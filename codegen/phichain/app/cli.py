@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import typer
 
 import phichain
-from phichain.app import cli_figures
+from phichain.app import cli_control, cli_figures
 from phichain.app.outputs import figures, named, write
 from phichain.app.streams import print_anything
 from phichain.errors import PhichainError, printable
@@ -267,3 +267,4 @@ def info() -> None:
 
 
 cli_figures.register(app)
+cli_control.register(app)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.control.blocks import Indices, alike, turned
+from phichain.control.equations.blocks import Indices, alike, turned
 from phichain.control.linear import LinearSystem, linearize
 from phichain.control.weights import Spectrum, solve
 from phichain.errors import ControlError

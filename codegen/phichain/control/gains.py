@@ -50,6 +50,7 @@ _PLAIN = {
     "residual": NUMBER,
     "iterations": COUNT,
     "digest": replace(TEXT, default=""),
+    "sample": replace(NUMBER, default=0.0),
 }
 _SCHEMA = Schema(
     "Gains",
@@ -87,6 +88,8 @@ class Gains(Held):
         state_names: Names of z.
         input_names: Names of u.
         digest: Canonical digest of the system's scene; empty for one that was made by hand.
+        sample: Time between two samples, s, over which the input is held; 0 for a regulator in continuous time. Where it is not,
+            S and the weights belong to the sum over samples, and poles are log(z) / sample of the closed loop's eigenvalues z.
     """
 
     name: str
@@ -108,11 +111,13 @@ class Gains(Held):
     state_names: tuple[str, ...]
     input_names: tuple[str, ...]
     digest: str = ""
+    sample: float = 0.0
 
     def __str__(self) -> str:
         slowest = complex(self.poles[0])
+        kind = f"regulator sampled every {self.sample:g} s" if self.sample else "linear regulator"
         return (
-            f"{self.name}: linear regulator about s = {list(self.s)}, slowest closed-loop eigenvalue "
+            f"{self.name}: {kind} about s = {list(self.s)}, slowest closed-loop eigenvalue "
             f"{slowest.real:.8f} 1/s, controllability margin {self.margin:.3g}, largest gain "
             f"{np.max(np.abs(self.K)):.4g}, Riccati residual {self.residual:.1e}"
         )
@@ -170,6 +175,8 @@ class Gains(Held):
         bound = real_numbers("limit", np.inf if limit is None else limit, "give the largest size of every input")
         if bound.shape not in ((), (nu,)):
             raise ArrayError("limit", limit, f"must be one number or hold {nu}", "give the largest size of every input")
+        if not np.all(bound > 0):
+            raise ArrayError("limit", limit, "is not positive", "give the largest size of every input")
         high = np.broadcast_to(bound, (nu,))
         return StateFeedback(
             name=self.name,
@@ -184,6 +191,7 @@ class Gains(Held):
             wraps=tuple(turns and wrap for turns in on.wraps),
             low=tuple(-high),
             high=tuple(high),
+            sample=self.sample,
         )
 
     def to_csv(self, path: Path | str) -> Path:

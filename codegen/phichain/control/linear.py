@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from phichain.control.blocks import blocks, part
+from phichain.control.equations.blocks import blocks, part
 from phichain.control.weights import solve
 from phichain.records import Held
 from phichain.system import Parameters, System, Vector

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from phichain.control.controllability import demand_input, margins_of_all
+from phichain.control.equations.riccati import riccatis
+from phichain.control.equations.sampled import sampled_riccatis
 from phichain.control.equilibria import at_rest, demand_equilibria
 from phichain.control.gains import Gains
 from phichain.control.linear import LinearSystem
-from phichain.control.riccati import riccatis
 from phichain.control.weights import weight
 from phichain.system import Parameters, System
 from phichain.system.vertical import configuration
@@ -26,11 +27,13 @@ def lqr(
     Q: ArrayLike | None = None,
     R: ArrayLike | None = None,
     *,
+    sample: float | None = None,
     p: Parameters | None = None,
 ) -> Gains:
     """The linear quadratic regulator of a chain about one vertical equilibrium.
 
-    Minimises int (z^T Q z + u^T R u) dt along (19).
+    Minimises int (z^T Q z + u^T R u) dt along (19); with `sample` the sum of z_k^T Q z_k + u_k^T R u_k over samples, the input
+    held between them, the way from one to the next exact.
 
     Args:
         system: A chain with inputs and a `linearization`; `forward_dynamics` is used, when there, to check that it
@@ -38,18 +41,20 @@ def lqr(
         s: The target: +1 hanging, -1 upright, per link; every link upright unless given.
         Q: Weight of z = (x, x'): None (identity), a number, 2m diagonal entries, or a matrix.
         R: Weight of u: likewise.
+        sample: Time between two samples, s; None for a regulator in continuous time.
         p: Runtime parameters by name.
 
     Returns:
-        The Gains; `feedback(system, gains)` makes the control law of them.
+        The Gains; `feedback(system, gains)` makes the control law of them, `gains.law()` one that C can be made of.
 
     Raises:
         ControlError: The target is no equilibrium or uncontrollable (names the mode and its margin), weights are not
-            positive, there is no input or no stabilising solution.
+            positive, there is no input or no stabilising solution; `sample` is no positive time, or so long that the
+            fastest unstable mode grows tenfold meanwhile.
         AbsentFunctionError: The system has no `linearization`.
     """
     target = [-1] * system.links if s is None else s
-    return _stack(system, demand_equilibria(system, [target], p), Q, R)[0]
+    return _stack(system, demand_equilibria(system, [target], p), Q, R, sample)[0]
 
 
 def regulators(
@@ -58,6 +63,7 @@ def regulators(
     Q: ArrayLike | None = None,
     R: ArrayLike | None = None,
     *,
+    sample: float | None = None,
     p: Parameters | None = None,
 ) -> tuple[Gains, ...]:
     """The regulators about several vertical equilibria, each to the same bits as `lqr` gives, in a third of its time.
@@ -69,6 +75,7 @@ def regulators(
         every: The targets; all vertical equilibria at which the chain rests unless given, the hanging one first.
         Q: Weight of z = (x, x'), the same about each: as for `lqr`.
         R: Weight of u: likewise.
+        sample: Time between two samples, s, as for `lqr`.
         p: Runtime parameters by name.
 
     Raises:
@@ -79,18 +86,23 @@ def regulators(
     targets = list(at_rest(system, p) if every is None else every)
     found: list[Gains] = []
     for start in range(0, len(targets), STACK):
-        found += _stack(system, demand_equilibria(system, targets[start : start + STACK], p), Q, R)
+        found += _stack(system, demand_equilibria(system, targets[start : start + STACK], p), Q, R, sample)
     return tuple(found)
 
 
-def _stack(system: System, linear: Sequence[LinearSystem], Q: ArrayLike | None, R: ArrayLike | None) -> list[Gains]:
+def _stack(
+    system: System, linear: Sequence[LinearSystem], Q: ArrayLike | None, R: ArrayLike | None, sample: float | None
+) -> list[Gains]:
     """The regulators of one stack."""
     nu = demand_input(linear[0])
     reach = [margins.demand(one.s) for margins, one in zip(margins_of_all(linear), linear, strict=True)]
     A, B = (np.array(matrices) for matrices in zip(*(one.first_order for one in linear), strict=True))
     state_weight = weight("Q", Q, A.shape[-1], strict=False)
     input_weight = weight("R", R, nu, strict=True)
-    solutions = riccatis(A, B, state_weight, input_weight)
+    if sample is None:
+        solutions = riccatis(A, B, state_weight, input_weight)
+    else:
+        solutions = sampled_riccatis(A, B, state_weight, input_weight, sample)
     state_names = linear[0].state_names
     input_names = system.u_names or tuple(f"u_{k + 1}" for k in range(nu))
     return [
@@ -115,6 +127,7 @@ def _stack(system: System, linear: Sequence[LinearSystem], Q: ArrayLike | None, 
             state_names=state_names,
             input_names=input_names,
             digest=system.digest,
+            sample=0.0 if sample is None else float(sample),
         )
         for one, margins, solution in zip(linear, reach, solutions, strict=True)
     ]

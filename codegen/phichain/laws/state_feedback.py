@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.archive import TEXT, Array, Schema, names, read_archive, real
+from phichain.archive import NUMBER, TEXT, Array, Schema, names, read_archive, real
 from phichain.errors import ArrayError, OutputError
 from phichain.records import write_npz
 
@@ -26,7 +26,8 @@ _WORDS = {
     "input_names": names("nu"),
     "input_units": names("nu"),
 }
-_SCHEMA = Schema("StateFeedback", _ARRAYS, _WORDS, filled=("nx", "nu"))
+_PLAIN = {"sample": replace(NUMBER, default=0.0)}
+_SCHEMA = Schema("StateFeedback", _ARRAYS, {**_WORDS, **_PLAIN}, filled=("nx", "nu"))
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,7 @@ class StateFeedback:
         wraps: For every entry of x whether its deviation counts modulo a full turn, in [-pi, pi).
         low: Least inputs (nu,); -inf for one without a limit.
         high: Largest inputs (nu,); inf for one without a limit.
+        sample: Time between two calls, s, over which the inputs are held; 0 where it is called all the time.
 
     Raises:
         ArrayError: Shapes that do not fit, numbers that are not finite, or limits that leave nothing.
@@ -65,6 +67,7 @@ class StateFeedback:
     wraps: tuple[bool, ...]
     low: tuple[float, ...]
     high: tuple[float, ...]
+    sample: float = 0.0
 
     def __post_init__(self) -> None:
         nx, nu = len(self.state_names), len(self.input_names)
@@ -75,6 +78,8 @@ class StateFeedback:
             if len(getattr(self, field)) != size:
                 raise ArrayError(f"law.{field}", getattr(self, field), f"must hold {size} entries", "give one for each")
         object.__setattr__(self, "wraps", tuple(map(bool, self.wraps)))
+        if not 0 <= self.sample < np.inf:
+            raise ArrayError("law.sample", self.sample, "is no time between two calls", "give seconds, or 0 for none")
         for name, low, high in zip(self.input_names, self.low, self.high, strict=True):
             if not low < high:
                 raise ArrayError(
@@ -99,7 +104,7 @@ class StateFeedback:
         """Write the whole record; `from_npz` reads it back."""
         arrays: dict[str, Any] = {name: np.array(getattr(self, name)) for name in _NUMBERS}
         arrays["wraps"] = np.array(self.wraps, dtype=bool)
-        return write_npz(path, arrays, {name: getattr(self, name) for name in _WORDS} | {"kind": _SCHEMA.kind})
+        return write_npz(path, arrays, {name: getattr(self, name) for name in (*_WORDS, *_PLAIN)} | {"kind": _SCHEMA.kind})
 
     @classmethod
     def from_npz(cls, path: Path | str) -> StateFeedback:
@@ -111,6 +116,7 @@ class StateFeedback:
         arrays, meta = read_archive(path, _SCHEMA)
         fields: dict[str, Any] = {**arrays}
         fields |= {name: meta[name] if isinstance(meta[name], str) else tuple(meta[name]) for name in _WORDS}
+        fields |= {name: meta[name] for name in _PLAIN}
         try:
             return cls(**fields)
         except ArrayError as failure:

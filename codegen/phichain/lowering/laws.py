@@ -28,7 +28,7 @@ def controller(law: StateFeedback) -> Program:
     w takes whole turns from the deviations of angles that are to be wrapped: d - 2 pi floor(d / 2 pi + 1/2), in
     [-pi, pi). Gains and targets that are zero cost nothing. An input is NaN where a measurement that acts on it is.
     """
-    builder = Builder("controller", f"inputs of {law.name} that lead it to its target, from its measured state")
+    builder = Builder("controller", f"Inputs of {law.name} that lead it to its target, from its measured state.")
     measured = builder.input("x_meas", (len(law.state_names),), "measured state, (q, v)")
     inputs = builder.output("u", (len(law.input_names),), "inputs")
     away = [_deviation(builder, law, measured[i], i) for i in range(len(law.state_names))]

@@ -1,6 +1,6 @@
 """The algebraic Riccati equation A^T S + S A - S B R^-1 B^T S + Q = 0, to round-off.
 
-Parts that do not mix are solved apart, equal ones once (`control.blocks`). For each, doubling (`control.doubling`) gives
+Parts that do not mix are solved apart, equal ones once (`control.equations.blocks`). For each, doubling (`control.equations.doubling`) gives
 a stabilising solution. Newton's iteration, which is Kleinman's (1968), then removes what round-off it left: with
 K = R^-1 B^T S and the residual F of the equation, (A - B K)^T X + X (A - B K) = -F and S <- S + X. Each step squares
 the error and none can lose stability. In this form, unlike Kleinman's own, only the small correction X suffers from the
@@ -16,18 +16,18 @@ L^T (A - B K) L^-T has a negative definite symmetric part, so that its eigenvalu
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import schur, solve_continuous_are
 
-from phichain.control import wide
-from phichain.control.blocks import alike, turned
-from phichain.control.doubling import doubled, doubled_wide
-from phichain.control.newton import Equations, Loop, is_stable, largest, refine, schur_form
+from phichain.control.equations import wide
+from phichain.control.equations.blocks import alike, turned
+from phichain.control.equations.doubling import doubled, doubled_wide
+from phichain.control.equations.newton import Equations, Loop, is_stable, largest, refine, schur_form
+from phichain.control.equations.wide import Wide
 from phichain.control.weights import Spectrum, ordered, solve, spectrum
-from phichain.control.wide import Wide
 from phichain.errors import ControlError
 from phichain.records import Held
 from phichain.system import Vector
@@ -88,7 +88,7 @@ def riccatis(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int = 1
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
-            return _by_blocks(A, B, Q, R, max_iterations)
+            return by_blocks(A, B, Q, R, lambda a, b, q, r: _refined(a, b, q, r, max_iterations))
     except (np.linalg.LinAlgError, ValueError, OverflowError, FloatingPointError) as failure:
         sizes = tuple(float(np.max(np.abs(part))) for part in (Q, R))
         raise ControlError(
@@ -97,11 +97,20 @@ def riccatis(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int = 1
         ) from failure
 
 
-def _by_blocks(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int) -> list[Riccati]:
+def by_blocks(A: Vector, B: Vector, Q: Vector, R: Vector, solver: Callable[..., list[Riccati]]) -> list[Riccati]:
+    """The solutions of a stack whose parts that do not mix are solved apart, equal ones once.
+
+    Args:
+        A: Dynamics (count, n, n).
+        B: Input (count, n, nu).
+        Q: State weight (n, n).
+        R: Input weight (nu, nu).
+        solver: Solves a stack of parts, given as these four.
+    """
     S, K = np.zeros_like(A), np.zeros_like(turned(B))
     parts: dict[int, list[Riccati]] = {}
     for group in alike((A, Q), B, R):
-        solved = [_refined(a, b, q, r, max_iterations) for a, q, b, r in group.problems]
+        solved = [solver(a, b, q, r) for a, q, b, r in group.problems]
         for block, member in zip(group.blocks, group.members, strict=True):
             signs, over = block.state_signs, block.input_signs
             costs = signs[:, :, None] * np.array([found.S for found in solved[member]]) * signs[:, None, :]
@@ -126,7 +135,7 @@ def _joined(S: Vector, K: Vector, parts: Sequence[Riccati]) -> Riccati:
 
 def _refined(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int) -> list[Riccati]:
     """The solutions of a stack of equations, each checked."""
-    _demand_detectable(A, Q)
+    demand_detectable(A, Q)
     equations = Equations.of(A, B, Q, R)
     start, loops = _first(A, B, Q, R)
     refined = refine(equations, A, B, start, loops, max_iterations)
@@ -221,7 +230,7 @@ def ordered_schur(A: Vector, B: Vector, Q: Vector, R: Vector) -> Vector:
     return np.asarray((S + S.T) / 2, dtype=float)
 
 
-def _demand_detectable(A: Vector, Q: Vector) -> None:
+def demand_detectable(A: Vector, Q: Vector) -> None:
     """Refuse Qs that do not see a mode on the imaginary axis: no cost, so no gain, would ever damp it."""
     for k in np.flatnonzero(~(np.linalg.eigvalsh(Q)[:, 0] > UNSEEN * largest(Q))):
         _demand_sight(A[k], Q[k])

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dgees, dtrsyl
 
-from phichain.control.blocks import Indices, turned
+from phichain.control.equations.blocks import Indices, turned
 from phichain.records import Held
 from phichain.system import Vector
 

@@ -23,9 +23,9 @@ from typing import Any
 
 import numpy as np
 
-from phichain.control import wide
-from phichain.control.blocks import turned
-from phichain.control.wide import Wide
+from phichain.control.equations import wide
+from phichain.control.equations.blocks import turned
+from phichain.control.equations.wide import Wide
 from phichain.system import Vector
 
 Terms = tuple[Any, Any, Any]
@@ -59,7 +59,16 @@ def doubled_wide(A: Wide, G: Wide, Q: Wide) -> Wide:
         LinAlgError: A matrix on the way is singular, or the steps do not settle.
     """
     gamma, one = float(_gamma(A.high, G.high, Q.high)), Wide.of(np.eye(len(A.high)))
-    terms = _cayley(A, G, Q, gamma, wide.inverse, one)
+    return settled_wide(_cayley(A, G, Q, gamma, wide.inverse, one))
+
+
+def settled_wide(terms: Terms) -> Wide:
+    """The S (n, n) at which doubling settles, in about 32 digits, from A_0, G_0 and S_0 of a discrete equation.
+
+    Raises:
+        LinAlgError: A matrix on the way is singular, or the steps do not settle.
+    """
+    one = Wide.of(np.eye(len(terms[0].high)))
     for _ in range(MOST):
         terms, rise = _step(terms, wide.inverse, one)
         size = abs(terms[2]).max()

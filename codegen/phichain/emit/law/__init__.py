@@ -1,0 +1,1 @@
+"""Controllers as folders of C and CasADi text, each law printed once."""

@@ -1,0 +1,164 @@
+"""A law -> NAME_controller/: C that stands alone, its self-test, its CasADi form, a manifest, a README."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Mapping
+from fractions import Fraction
+from math import isfinite
+from textwrap import wrap
+from typing import Any, Final
+
+from phichain._version import __version__
+from phichain.emit.c.function import c_function
+from phichain.emit.c.layout import WIDTH, laid_out, laid_out_text
+from phichain.emit.c.names import CNames
+from phichain.emit.c.parts import declaration
+from phichain.emit.c.text import restrict_macro
+from phichain.emit.casadi.python_function import python_function
+from phichain.emit.law.vectors import Vector, vectors
+from phichain.emit.render import render
+from phichain.files import MANIFEST
+from phichain.ir.nodes import Program
+from phichain.ir.passes import count_operations
+from phichain.ir.rounded import nearest
+from phichain.laws import StateFeedback
+from phichain.lowering.laws import controller
+
+_BYTES: Final = {"double": 8, "float": 4}
+
+
+def controller_name(law: StateFeedback) -> str:
+    """NAME_controller: the folder, the files and the function of a law."""
+    return f"{law.name}_controller"
+
+
+def controller_files(law: StateFeedback, real: str = "double") -> dict[str, str]:
+    """The whole folder by file name.
+
+    Args:
+        law: the law.
+        real: "double" or "float", the type of its C.
+
+    Raises:
+        EmissionError: a number of the law does not fit the type.
+    """
+    name, program, tests = controller_name(law), controller(law), vectors(law, real)
+    shown = {
+        "name": name, "upper": name.upper(), "chain": law.name, "real": real, "nx": len(law.state_names), "nu": len(law.input_names),
+        "formula": _formula(law), "sample": f"{law.sample:.17g}" if law.sample else "", "digest": law.digest,
+    }  # fmt: skip
+    files = {
+        f"{name}.h": _header(law, program, shown),
+        f"{name}.c": _source(name, program, real),
+        f"{name}_casadi.py": _casadi(law, program, shown),
+        "selftest.c": _selftest(tests, real, shown),
+        "CMakeLists.txt": render("CMakeLists.txt.j2", name=name),
+        "README.md": render("law_readme.md.j2", **shown, operations=_operations(program), rows=_rows(law, real)),
+    }
+    return files | {MANIFEST: _manifest(law, program, real, files)}
+
+
+def _header(law: StateFeedback, program: Program, shown: Mapping[str, Any]) -> str:
+    rows = _rows(law, str(shown["real"]))
+    width = max(len(row) for row in rows)
+    about = wrap(
+        f"Its inputs leave u_0 by K (x_meas - target), {len(law.state_names)} measured entries in, {len(law.input_names)} out; "
+        "it has no state and takes the same operations every time. An input is NaN where a measurement that acts on it is.",
+        WIDTH - 3,
+    )  # fmt: skip
+    return render(
+        "law_header.h.j2", **shown, about=about, rows=[row.ljust(width).rstrip() for row in rows],
+        prototype="\n".join(laid_out(f"{_declared(str(shown['name']), program, definition=False)};")),
+        operations=_operations(program), stack=0,
+    )  # fmt: skip
+
+
+def _source(name: str, program: Program, real: str) -> str:
+    body = c_function(program, CNames(name, real, {}), {})
+    return laid_out_text(
+        render(
+            "law_source.c.j2", name=name, doc=program.doc, includes=["math.h"] if "math" in body.uses else [],
+            restrict=restrict_macro(name), definition=_declared(name, program, definition=True), lines=body.lines,
+        )
+    )  # fmt: skip
+
+
+def _declared(name: str, program: Program, definition: bool) -> str:
+    arguments = [declaration(array, name, False, definition) for array in program.inputs]
+    arguments += [declaration(array, name, True, definition) for array in program.outputs]
+    return f"void {name}({', '.join(arguments)})"
+
+
+def _selftest(tests: tuple[Vector, ...], real: str, shown: Mapping[str, Any]) -> str:
+    cases = [
+        tuple(", ".join(_literal(value, real) for value in values) for values in (test.measured, test.expected, test.allowed))
+        for test in tests
+    ]
+    return laid_out_text(render("law_selftest.c.j2", **shown, cases=cases, zero=_literal(0.0, real)))
+
+
+def _literal(value: float, real: str) -> str:
+    text = re.sub(r"\.?0*p", "p", value.hex()) if value else "0.0"
+    return f"{text}F" if real == "float" else text
+
+
+def _casadi(law: StateFeedback, program: Program, shown: Mapping[str, Any]) -> str:
+    printed = python_function(program, {}, {})
+    return render("law_casadi.py.j2", **shown, arguments=", ".join(printed.arguments), lines=printed.lines, doc=program.doc)
+
+
+def _rows(law: StateFeedback, real: str) -> list[str]:
+    """What every entry of x_meas and u is."""
+    names = [f"x_meas[{i}]" for i in range(len(law.state_names))] + [f"u[{i}]" for i in range(len(law.input_names))]
+    width = max(map(len, names))
+    rows = []
+    for i, (what, unit, target, turns) in enumerate(
+        zip(law.state_names, law.state_units, law.target, law.wraps, strict=True)
+    ):
+        whole = ", whole turns away from it count as none" if turns else ""
+        rows.append(f"{names[i]:{width}}  {what}, {unit}; target {nearest(real, Fraction(target)):.9g}{whole}")
+    for j, (what, unit) in enumerate(zip(law.input_names, law.input_units, strict=True)):
+        bounds = [f"{side} {bound:.9g}" for side, bound in (("at least", law.low[j]), ("at most", law.high[j])) if isfinite(bound)]
+        rows.append(f"{names[len(law.state_names) + j]:{width}}  {', '.join([f'{what}, {unit}', *bounds])}")
+    return rows
+
+
+def _formula(law: StateFeedback) -> str:
+    wrapped = "w(x_meas - target)" if any(law.wraps) else "(x_meas - target)"
+    free = f"u_0 - K {wrapped}" if any(law.rest) else f"-K {wrapped}"
+    return f"clip({free}, low, high)" if any(map(isfinite, (*law.low, *law.high))) else free
+
+
+def _operations(program: Program) -> int:
+    return sum(count_operations(program).values())
+
+
+def _manifest(law: StateFeedback, program: Program, real: str, files: Mapping[str, str]) -> str:
+    record = {
+        "kind": "controller",
+        "name": controller_name(law),
+        "scene": law.name,
+        "digest": law.digest or "of no scene",
+        "generator": {"phichain": __version__},
+        "real": real,
+        "sample": law.sample,
+        "state": [list(row) for row in zip(law.state_names, law.state_units, law.target, law.wraps, strict=True)],
+        "inputs": [
+            [name, unit, _bound(low), _bound(high)]
+            for name, unit, low, high in zip(law.input_names, law.input_units, law.low, law.high, strict=True)
+        ],
+        "rest": list(law.rest),
+        "gains": [list(row) for row in law.gains],
+        "operations": {"total": _operations(program), **dict(sorted(count_operations(program).items()))},
+        "state_bytes": 0,
+        "constant_bytes": _BYTES[real] * (len(law.gains) * len(law.target) + len(law.target)),
+        "files": {name: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
+    }
+    return json.dumps(record, indent=2, ensure_ascii=True) + "\n"
+
+
+def _bound(value: float) -> float | None:
+    return value if isfinite(value) else None
