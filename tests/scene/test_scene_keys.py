@@ -22,14 +22,15 @@ TABLES = {"name": "chain", "chain": {"links": 2, "mass": 1, "length": 1}}
             {"chain": TABLES["chain"] | {"masss": 1}},
             (
                 'chain.masss: is not a key of a scene (got 1); did you mean "mass"? The keys of [chain] are '
-                "links, space, base, mass, length, com, cart_mass, gravity"
+                "links, space, base, mass, length, com, inertia, cart_mass, cart_damping, cart_friction, cart_friction_speed, "
+                "drive, gravity"
             ),
         ),
         (
             {"joints": {"Stifness": 1}},
             (
                 'joints.Stifness: is not a key of a scene (got 1); did you mean "stiffness"? '
-                "The keys of [joints] are angles, damping, stiffness, actuated"
+                "The keys of [joints] are angles, damping, stiffness, rest_angle, friction, friction_speed, armature, actuated"
             ),
         ),
         ({"links": 2}, "links: stands in the wrong place (got 2); write links in [chain]"),

@@ -39,7 +39,7 @@ BAD_VALUES = [
         ),
     ),
     ({"space": 2}, 'chain.space: is not one of the choices (got 2); use "planar" or "spatial"'),
-    ({"base": ["cart"]}, 'chain.base: is not one of the choices (got [\'cart\']); use "fixed" or "cart"'),
+    ({"base": ["cart"]}, 'chain.base: is not one of the choices (got [\'cart\']); use "fixed" or "cart" or "moving"'),
     ({"mass": -1.0}, f"chain.mass: is not positive (got -1.0); {POSITIVE}"),
     ({"mass": [1.0, -1]}, f"chain.mass: entry 2 is not positive (got -1); {POSITIVE}"),
     ({"mass": 0}, f"chain.mass: is not positive (got 0); {POSITIVE}"),
@@ -79,7 +79,7 @@ BAD_VALUES = [
     ({"mass": 1e-200, "length": 1e-100}, None),
     (
         {"com": 1.5},
-        "chain.com: puts the mass of link 1 beyond the link's length 1.0 (got 1.5); use 0 < com <= length",
+        "chain.com: puts the mass of link 1 beyond the link's length 1.0 (got 1.5); use 0 < com <= length, or give the link an inertia",
     ),
     ({"com": [1.0, math.nextafter(1.0, 2.0)]}, None),
     ({"com": 0}, f"chain.com: is not positive (got 0); {POSITIVE}"),

@@ -47,7 +47,7 @@ def chains(row: Function) -> str:
     if not spaces:
         return "runtime parameters"
     where = "all" if len(spaces) == 2 else spaces[0]
-    damped = [row.absence(Sample(space == "planar", (1.0,))) for space in spaces]
+    damped = [row.absence(Sample(space == "planar", damping=(1.0,))) for space in spaces]
     return f"{where}, undamped" if any(damped) else where
 
 

@@ -266,6 +266,14 @@ class Sample:
     is_planar: bool
     damping: PerLink | None = None
     runtime: tuple[str, ...] = ()
+    friction: PerLink | None = None
+    cart_damping: float | str | None = None
+    cart_friction: float | str | None = None
+    rest_angle: PerLink | None = None
+    armature: PerLink | None = None
+    inertia: PerLink | None = None
+    drive: str | None = None
+    base: str = "fixed"
 
 
 def _offered(kind: Kind) -> tuple[str, ...]:

@@ -34,13 +34,22 @@ def _rates(chain: Chain) -> str:
 
 
 def _inputs(chain: Chain) -> str:
-    force = ["horizontal force on the cart, N"] if chain.has_force else []
+    base = _base_inputs(chain)
     if not chain.actuated_joints:
-        return force[0]
+        return base[0]
     every = len(chain.actuated_joints) == chain.links
     joints = "every joint" if every else "joint " + ", ".join(map(str, chain.actuated_joints))
     is_torque = chain.angles == "relative"
-    return "; then ".join([*force, f"the torque at {joints}, N m" if is_torque else _CONJUGATE])
+    return "; then ".join([*base, f"the torque at {joints}, N m" if is_torque else _CONJUGATE])
+
+
+def _base_inputs(chain: Chain) -> list[str]:
+    """What drives the base."""
+    if chain.is_moving:
+        return [f"acceleration of the base, {chain.base_inputs} components, the last one down, m/s^2"]
+    if not chain.has_force:
+        return []
+    return ["acceleration of the cart, m/s^2" if chain.is_driven else "horizontal force on the cart, N"]
 
 
 def units(chain: Chain, cart: str, link: str) -> str:

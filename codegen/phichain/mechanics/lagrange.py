@@ -22,6 +22,7 @@ from phichain.mechanics.planar import PlanarExpressions
 from phichain.mechanics.spatial import SpatialExpressions
 from phichain.mechanics.symbols import ChainSymbols, Coefficient, Show, exact, expression
 from phichain.scene import Scene, given_scene
+from phichain.scene.keys import PARAMETERS, label
 
 
 @dataclass(frozen=True)
@@ -194,8 +195,12 @@ def derive(scene: Scene) -> Model:
 
     Raises:
         SceneError: What is given is no `Scene`.
+        UnsupportedError: The scene asks for what no equations are derived for.
     """
     scene = given_scene(scene)
+    for key in _UNSERVED:
+        if getattr(scene, key) not in (None, "force", "fixed", "cart"):
+            raise UnsupportedError(label(key), getattr(scene, key), "has no equations in this version", "remove it")
     return Model(scene, energies_of(scene))
 
 
@@ -204,8 +209,18 @@ def with_symbols(scene: Scene) -> Scene:
 
     Masses at the links' ends stay there, and absent joints stay absent.
     """
-    present: dict[str, Any] = {name: "runtime" for name in _PARAMETERS if getattr(scene, name) is not None}
+    present: dict[str, Any] = {name: "runtime" for name in PARAMETERS if getattr(scene, name) is not None}
     return replace(scene, **present)
 
 
-_PARAMETERS = ("mass", "length", "com", "cart_mass", "gravity", "damping", "stiffness")
+_UNSERVED = (
+    "inertia",
+    "armature",
+    "cart_damping",
+    "cart_friction",
+    "friction",
+    "rest_angle",
+    "drive",
+    "base",
+)
+"""Keys of a scene that nothing is derived for yet."""

@@ -25,7 +25,17 @@ Show = Callable[[Coefficient], sympy.Expr]
 
 Symbols = tuple[sympy.Symbol, ...]
 
-_LETTERS = {"mass": "m", "length": "l", "com": "r", "damping": "d", "stiffness": "k"}
+_LETTERS = {
+    "mass": "m",
+    "length": "l",
+    "com": "r",
+    "damping": "d",
+    "stiffness": "k",
+    "inertia": "J",
+    "armature": "A",
+    "friction": "F",
+    "rest_angle": "alpha",
+}
 _LONGEST_RATIONAL = 10_000
 
 

@@ -9,8 +9,11 @@ from phichain.contract.words import nearest
 from phichain.errors import SceneError
 
 TABLES: Final[dict[str, tuple[str, ...]]] = {
-    "chain": ("links", "space", "base", "mass", "length", "com", "cart_mass", "gravity"),
-    "joints": ("angles", "damping", "stiffness", "actuated"),
+    "chain": (
+        "links", "space", "base", "mass", "length", "com", "inertia", "cart_mass", "cart_damping", "cart_friction",
+        "cart_friction_speed", "drive", "gravity",
+    ),
+    "joints": ("angles", "damping", "stiffness", "rest_angle", "friction", "friction_speed", "armature", "actuated"),
     "functions": ("want",),
     "flow": ("variational",),
     "target": ("real", "code"),
@@ -20,16 +23,21 @@ TABLES: Final[dict[str, tuple[str, ...]]] = {
 REQUIRED: Final = ("name", "links", "mass", "length")
 """The keys without a default value."""
 
-PARAMETERS: Final = ("mass", "length", "com", "cart_mass", "gravity", "damping", "stiffness")
+PARAMETERS: Final = (
+    "mass", "length", "com", "cart_mass", "gravity", "damping", "stiffness",
+    "inertia", "armature", "friction", "cart_damping", "cart_friction", "rest_angle",
+)  # fmt: skip
 """The physical parameters in the order of the emitted `NAME_params`."""
 
-PER_LINK: Final = ("mass", "length", "com", "damping", "stiffness")
+PER_LINK: Final = (
+    "mass", "length", "com", "damping", "stiffness", "inertia", "armature", "friction", "rest_angle",
+)  # fmt: skip
 """The parameters that hold one number per link."""
 
 POSITIVE: Final = ("mass", "length", "com", "cart_mass")
 """The parameters that must be above zero."""
 
-NOT_NEGATIVE: Final = ("damping", "stiffness")
+NOT_NEGATIVE: Final = ("damping", "stiffness", "inertia", "armature", "friction", "cart_damping", "cart_friction")
 """The parameters that must not be below zero."""
 
 _LABELS: Final = {"name": "name"} | {key: f"{table}.{key}" for table, keys in TABLES.items() for key in keys}

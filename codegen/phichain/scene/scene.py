@@ -7,7 +7,7 @@ are equal and have the same digest, however they were written. Everything else i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Literal
 
 from phichain.contract.functions import Sample
@@ -15,6 +15,18 @@ from phichain.contract.wanted import wanted
 from phichain.scene.digest import digest_of
 from phichain.scene.keys import PARAMETERS, PER_LINK, TABLES
 from phichain.scene.name import scene_name
+from phichain.scene.physical import (
+    armature_of,
+    cart_law,
+    cart_mass_of,
+    check_inertia,
+    com_of,
+    drive_of,
+    friction_speeds,
+    inertia_of,
+    joint_law,
+    rest_angle_of,
+)
 from phichain.scene.sketch import sketch
 from phichain.scene.toml import write_toml
 from phichain.scene.validate import (
@@ -23,22 +35,19 @@ from phichain.scene.validate import (
     Runtime,
     actuation,
     angle_kind,
-    cart_mass_of,
-    centre_of_mass,
-    check_inertia,
     choice,
-    joint_law,
     link_count,
     per_link,
     scalar,
     variational_equations,
 )
+from phichain.scene.vectors import Vectors
 
 PerLink = float | Sequence[float] | Runtime
 
 
 @dataclass(frozen=True, init=False)
-class Scene:
+class Scene(Vectors):
     """A chain of N links on a fixed base or a cart, and what is wanted of it.
 
     Units are the user's, as long as they are consistent (kg, m, s, N throughout the documentation).
@@ -47,17 +56,29 @@ class Scene:
         name: Prefix of every emitted symbol and file.
         links: Number of links N, 1 to 4096.
         space: `"planar"` (d = 2, angles) or `"spatial"` (d = 3, unit vectors).
-        base: `"fixed"`, or `"cart"` free in the d - 1 horizontal directions.
+        base: `"fixed"`, `"cart"` free in the d - 1 horizontal directions, or `"moving"`: its acceleration is an input.
         mass: m_k of every link [kg], or `"runtime"`.
         length: l_k of every link [m], or `"runtime"`.
-        com: r_k, the distance of the mass from its joint [m], 0 < r_k <= l_k; None when every mass sits at
-            its link's end, which a default `com` and one equal to `length` both mean.
-        cart_mass: m_0 [kg], or `"runtime"`; None exactly on a fixed base.
+        com: r_k, the distance of the mass from its joint [m], 0 < r_k <= l_k, and any r_k >= 0 of a link with
+            inertia; None when every mass sits at its link's end, which a default `com` and one equal to `length` mean.
+        inertia: J_k of every link about its centre of mass, the axis across the link [kg m^2], or `"runtime"`; None for
+            point masses.
+        cart_mass: m_0 [kg], or `"runtime"`; None without a cart, and where one driven by its acceleration is given none.
+        cart_damping: d_0 of the cart [N s/m], `"runtime"`, or None.
+        cart_friction: dry friction F_0 of the cart [N], F_0 tanh(x' / v_0), `"runtime"`, or None.
+        cart_friction_speed: v_0 of the cart's friction [m/s]; None exactly without it.
+        drive: `"force"`, or `"acceleration"` for a cart whose acceleration is the input; None exactly without a cart.
         gravity: g [m/s^2] along the last axis, or `"runtime"`.
         angles: `"relative"`, `"absolute"` or `"adjacent"` (docs/theory.md, section 2); None exactly
             on a spatial scene.
         damping: d_k of every joint [N m s/rad], `"runtime"`, or None for a chain without dampers.
         stiffness: k_k of every joint [N m/rad], `"runtime"`, or None for a chain without springs.
+        rest_angle: the angle of every joint against the link before at which its spring rests [rad], `"runtime"`, or None
+            where all rest at zero.
+        friction: dry friction F_k of every joint [N m], F_k tanh(theta_k' / v_0) with the relative rate, `"runtime"`, or None.
+        friction_speed: v_0 of the joints' friction [rad/s]; None exactly without it.
+        armature: A_k, the inertia of a motor's rotor at every joint [kg m^2], A_k/2 theta_k'^2 with the relative rate,
+            `"runtime"`, or None.
         actuated: `"none"`, `"all"`, `"cart"`, or the joints with a torque, counted from 1.
         want: The wanted functions, in the contract's order.
         variational: Whether `propagate` carries the variational equations along.
@@ -68,15 +89,24 @@ class Scene:
     name: str
     links: int
     space: Literal["planar", "spatial"]
-    base: Literal["fixed", "cart"]
+    base: Literal["fixed", "cart", "moving"]
     mass: tuple[float, ...] | Runtime
     length: tuple[float, ...] | Runtime
     com: tuple[float, ...] | Runtime | None
+    inertia: tuple[float, ...] | Runtime | None
     cart_mass: float | Runtime | None
+    cart_damping: float | Runtime | None
+    cart_friction: float | Runtime | None
+    cart_friction_speed: float | None
+    drive: Literal["force", "acceleration"] | None
     gravity: float | Runtime
     angles: Literal["relative", "absolute", "adjacent"] | None
     damping: tuple[float, ...] | Runtime | None
     stiffness: tuple[float, ...] | Runtime | None
+    rest_angle: tuple[float, ...] | Runtime | None
+    friction: tuple[float, ...] | Runtime | None
+    friction_speed: float | None
+    armature: tuple[float, ...] | Runtime | None
     actuated: Literal["none", "all", "cart"] | tuple[int, ...]
     want: tuple[str, ...]
     variational: bool
@@ -93,11 +123,20 @@ class Scene:
         mass: PerLink,
         length: PerLink,
         com: PerLink | None = None,
+        inertia: PerLink | None = None,
         cart_mass: float | Runtime | None = None,
+        cart_damping: float | Runtime | None = None,
+        cart_friction: float | Runtime | None = None,
+        cart_friction_speed: float | None = None,
+        drive: str | None = None,
         gravity: float | Runtime = 9.81,
         angles: str | None = None,
         damping: PerLink | None = None,
         stiffness: PerLink | None = None,
+        rest_angle: PerLink | None = None,
+        friction: PerLink | None = None,
+        friction_speed: float | None = None,
+        armature: PerLink | None = None,
         actuated: str | Sequence[int] | None = None,
         want: Sequence[str] = ("forward_dynamics",),
         variational: bool = False,
@@ -112,31 +151,44 @@ class Scene:
         """
         name, links = scene_name(name), link_count(links)
         space = choice("space", space, ("planar", "spatial"))
-        base = choice("base", base, ("fixed", "cart"))
+        base = choice("base", base, ("fixed", "cart", "moving"))
         real = choice("real", real, ("double", "float"))
         angles = angle_kind(angles, space)
-        mass = per_link("mass", mass, links, POSITIVE, real)
-        length = per_link("length", length, links, POSITIVE, real)
-        com = None if com is None else centre_of_mass(per_link("com", com, links, POSITIVE, real), length)
-        check_inertia(mass, length, com, real)
-        damping = joint_law("damping", damping, links, real)
-        numbers = (mass, length, com, cart_mass, gravity, damping, stiffness)
-        runtime = tuple(value for value in numbers if isinstance(value, str))
-        want = wanted(want, Sample(space == "planar", damping, runtime))
-        values = {
+        actuated = actuation(actuated, space, base, links, angles)
+        drive = drive_of(drive, base, actuated)
+        physical: dict[str, Any] = {
+            "mass": per_link("mass", mass, links, POSITIVE, real),
+            "length": per_link("length", length, links, POSITIVE, real),
+            "inertia": inertia_of(inertia, links, real),
+            "cart_mass": cart_mass_of(cart_mass, base, drive, real),
+            "cart_damping": cart_law("cart_damping", cart_damping, base, real),
+            "cart_friction": cart_law("cart_friction", cart_friction, base, real),
+            "gravity": scalar("gravity", gravity, ANY, real),
+            "damping": joint_law("damping", damping, links, base, real),
+            "stiffness": joint_law("stiffness", stiffness, links, base, real),
+            "friction": joint_law("friction", friction, links, base, real),
+            "armature": armature_of(armature, space, links, real),
+        }
+        bodies = physical["mass"], physical["length"], com_of(com, physical["length"], physical["inertia"], links, real)
+        check_inertia(*bodies, physical["inertia"], real)
+        rest_angle = rest_angle_of(rest_angle, physical["stiffness"], space, links, real)
+        physical |= {"com": bodies[-1], "rest_angle": rest_angle}
+        runtime = tuple(key for key in PARAMETERS if physical[key] == "runtime")
+        kind = {field.name: physical[field.name] for field in fields(Sample) if field.name in physical}
+        want = wanted(want, Sample(is_planar=space == "planar", base=base, drive=drive, runtime=runtime, **kind))
+        speeds = friction_speeds(
+            physical["friction"], physical["cart_friction"], friction_speed, cart_friction_speed, real
+        )
+        values = physical | {
             "name": name,
             "links": links,
             "space": space,
             "base": base,
-            "mass": mass,
-            "length": length,
-            "com": com,
-            "cart_mass": cart_mass_of(cart_mass, base, real),
-            "gravity": scalar("gravity", gravity, ANY, real),
+            "drive": drive,
+            "friction_speed": speeds[0],
+            "cart_friction_speed": speeds[1],
             "angles": angles,
-            "damping": damping,
-            "stiffness": joint_law("stiffness", stiffness, links, real),
-            "actuated": actuation(actuated, space, base, links, angles),
+            "actuated": actuated,
             "want": want,
             "variational": variational_equations(variational, want),
             "real": real,
@@ -144,88 +196,6 @@ class Scene:
         }
         for key, value in values.items():
             object.__setattr__(self, key, value)
-
-    @property
-    def is_planar(self) -> bool:
-        """Whether the chain moves in a plane, described by angles."""
-        return self.space == "planar"
-
-    @property
-    def has_cart(self) -> bool:
-        """Whether the base is a cart."""
-        return self.base == "cart"
-
-    @property
-    def has_force(self) -> bool:
-        """Whether u holds the horizontal force on the cart."""
-        return self.has_cart and self.actuated != "none"
-
-    @property
-    def tip_masses(self) -> bool:
-        """Whether every mass sits at its link's end (r_k = l_k), structurally."""
-        return self.com is None
-
-    @property
-    def actuated_joints(self) -> tuple[int, ...]:
-        """The joints (angles, unless relative) whose generalised force is part of u, counted from 1."""
-        if isinstance(self.actuated, tuple):
-            return self.actuated
-        return tuple(range(1, self.links + 1)) if self.actuated == "all" else ()
-
-    @property
-    def nq(self) -> int:
-        """Length of q: the cart's position, then an angle (planar) or a unit vector (spatial) per link."""
-        return self._cart_size + self.links * (1 if self.is_planar else 3)
-
-    @property
-    def nv(self) -> int:
-        """Length of v and a: the cart's velocity, then a rate or an angular velocity per link."""
-        return self.nq
-
-    @property
-    def nu(self) -> int:
-        """Length of u: the force on the cart, then the generalised forces of the joints."""
-        return self._cart_size * self.has_force + len(self.actuated_joints)
-
-    @property
-    def driven(self) -> tuple[int, ...]:
-        """Which entries of v the entries of u act on, in their order: the force the cart, the torques their angles."""
-        cart = self._cart_size
-        return (*range(cart * self.has_force), *(cart + joint - 1 for joint in self.actuated_joints))
-
-    @property
-    def _cart_size(self) -> int:
-        """Number of the cart's directions d - 1; zero on a fixed base."""
-        return (1 if self.is_planar else 2) * self.has_cart
-
-    @property
-    def q_names(self) -> tuple[str, ...]:
-        """Names of the entries of q, in order: x, theta_1, ... or x_1, x_2, q_1_1, q_1_2, q_1_3, ..."""
-        return self._cart_names("x") + self._link_names("theta", "q")
-
-    @property
-    def v_names(self) -> tuple[str, ...]:
-        """Names of the entries of v, in order: x_dot, theta_dot_1, ... or x_dot_1, x_dot_2, omega_1_1, ..."""
-        return self._cart_names("x_dot") + self._link_names("theta_dot", "omega")
-
-    @property
-    def u_names(self) -> tuple[str, ...]:
-        """Names of the entries of u, in order: force or force_1, force_2; then torque_k of actuated joints."""
-        force = self._cart_names("force") if self.has_force else ()
-        return force + tuple(f"torque_{k}" for k in self.actuated_joints)
-
-    def _cart_names(self, stem: str) -> tuple[str, ...]:
-        """Name a quantity in the cart's horizontal directions; nothing on a fixed base."""
-        if not self.has_cart:
-            return ()
-        return (stem,) if self.is_planar else (f"{stem}_1", f"{stem}_2")
-
-    def _link_names(self, planar: str, spatial: str) -> tuple[str, ...]:
-        """Name a quantity of every link: one scalar each in the plane, three components in space."""
-        links = range(1, self.links + 1)
-        if self.is_planar:
-            return tuple(f"{planar}_{k}" for k in links)
-        return tuple(f"{spatial}_{k}_{i}" for k in links for i in (1, 2, 3))
 
     @property
     def runtime(self) -> tuple[str, ...]:
@@ -256,7 +226,7 @@ class Scene:
         return {
             key: list(value) if isinstance(value, tuple) else value
             for key, value in values.items()
-            if value is not None and value is not False
+            if value is not None and value is not False and (key, value) != ("drive", "force")
         }
 
     def to_toml(self) -> str:

@@ -16,7 +16,7 @@ def sketch(scene: Chain) -> str:
 def _title(scene: Chain) -> str:
     """Return one line that says what the scene is."""
     links = f"{scene.links} link{'s' if scene.links > 1 else ''}"
-    base = "on a cart" if scene.has_cart else "on a fixed base"
+    base = "on a cart" if scene.has_cart else f"on a {'moving' if scene.is_moving else 'fixed'} base"
     state = f"{scene.angles} angles" if scene.is_planar else "unit vectors"
     return f"{scene.name}: {scene.space} chain, {links} {base}, {state}"
 
@@ -24,9 +24,14 @@ def _title(scene: Chain) -> str:
 def _base(scene: Chain) -> list[str]:
     """Return the drawing of the base, whose joint is the first."""
     if not scene.has_cart:
-        return ["  ///////"]
-    force = " <-> force" if scene.has_force else ""
-    return ["  ._____.", f"  |_____|{force}  mass {_number(scene.cart_mass)}", "   O   O"]
+        return ["  ^ <-> v  base_acceleration", "  ///////"] if scene.is_moving else ["  ///////"]
+    drive = f" <-> {'acceleration' if scene.is_driven else 'force'}" if scene.has_force else ""
+    acting = [] if scene.cart_mass is None else [f"mass {_number(scene.cart_mass)}"]
+    if scene.cart_damping is not None:
+        acting.append(f"damping {_number(scene.cart_damping)}")
+    if scene.cart_friction is not None:
+        acting.append(f"friction {_number(scene.cart_friction)} (v_0 {_number(scene.cart_friction_speed)})")
+    return ["  ._____.", f"  |_____|{drive}  {', '.join(acting)}".rstrip(), "   O   O"]
 
 
 def _chain(scene: Chain) -> list[str]:
@@ -47,6 +52,8 @@ def _links(scene: Chain, links: list[int]) -> list[str]:
 def _link(scene: Chain, k: int) -> list[str]:
     """Return the drawing of one link below its joint."""
     mass, length = _entry(scene.mass, k), _entry(scene.length, k)
+    if scene.inertia is not None:
+        mass += f", inertia {_entry(scene.inertia, k)}"
     joint = f"     o   {_joint(scene, k)}"
     if scene.com is None:
         return [joint, f"     |   length {length}", f"     @   mass {mass}"]
@@ -57,9 +64,14 @@ def _joint(scene: Chain, k: int) -> str:
     """Return a joint's name and what acts there."""
     acting = [f"torque_{k}"] if k in scene.actuated_joints else []
     if scene.stiffness is not None:
-        acting.append(f"stiffness {_entry(scene.stiffness, k)}")
+        rest = "" if scene.rest_angle is None else f" (rest {_entry(scene.rest_angle, k)})"
+        acting.append(f"stiffness {_entry(scene.stiffness, k)}{rest}")
     if scene.damping is not None:
         acting.append(f"damping {_entry(scene.damping, k)}")
+    if scene.friction is not None:
+        acting.append(f"friction {_entry(scene.friction, k)} (v_0 {_number(scene.friction_speed)})")
+    if scene.armature is not None:
+        acting.append(f"armature {_entry(scene.armature, k)}")
     return f"joint {k}" + (": " if acting else "") + ", ".join(acting)
 
 

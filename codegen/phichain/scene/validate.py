@@ -102,7 +102,7 @@ def _number(key: str, value: object, whose: str, sign: Sign, real: str) -> float
     if not sign.holds(result):
         raise SceneError(label(key), value, f"{whose}{sign.broken}", sign.remedy)
     if not representable(result, real):
-        raise SceneError(label(key), value, f"{whose}is outside the range of {real}", _range_remedy(real))
+        raise SceneError(label(key), value, f"{whose}is outside the range of {real}", range_remedy(real))
     return result
 
 
@@ -111,70 +111,10 @@ def representable(value: float, real: str) -> bool:
     return value == 0.0 or _SMALLEST_NORMAL[real] <= abs(value) <= _LARGEST[real]
 
 
-def _range_remedy(real: str) -> str:
+def range_remedy(real: str) -> str:
     """Return the remedy for a number that the type cannot hold."""
     alternative = ', or real = "double"' if real == "float" else ""
     return f"choose units that keep it from {_SMALLEST_NORMAL[real]:.2g} to {_LARGEST[real]:.2g}{alternative}"
-
-
-def centre_of_mass(
-    com: tuple[float, ...] | Runtime, length: tuple[float, ...] | Runtime
-) -> tuple[float, ...] | Runtime | None:
-    """Return the distances of the masses from their joints, or None where every mass sits at its link's end.
-
-    Raises:
-        SceneError: A mass lies beyond the end of its link (r_k > l_k).
-    """
-    if com == RUNTIME or length == RUNTIME:
-        return com
-    for k, (r, l) in enumerate(zip(com, length, strict=True), start=1):
-        if r > l:
-            problem = f"puts the mass of link {k} beyond the link's length {l!r}"
-            raise SceneError(label("com"), r, problem, "use 0 < com <= length", link=k)
-    return None if com == length else com
-
-
-def check_inertia(
-    mass: tuple[float, ...] | Runtime,
-    length: tuple[float, ...] | Runtime,
-    com: tuple[float, ...] | Runtime | None,
-    real: str,
-) -> None:
-    """Check that the type holds every link's inertia c_kk = m_k r_k^2 + l_k^2 sum_{a>k} m_a.
-
-    It is the diagonal of the inertia matrix in absolute angles (docs/theory.md, section 1).
-
-    Raises:
-        SceneError: An inertia over- or underflows.
-    """
-    if mass == RUNTIME or length == RUNTIME or com == RUNTIME:
-        return
-    outer = 0.0
-    for k in range(len(mass), 0, -1):
-        m, l, r = mass[k - 1], length[k - 1], (com or length)[k - 1]
-        inertia = m * r * r + outer * l * l
-        if not (inertia and representable(inertia, real)):
-            problem = f"gives link {k} the inertia {inertia:.3g}, outside the range of {real}"
-            raise SceneError(label("mass"), m, problem, _range_remedy(real), link=k)
-        outer += m
-
-
-def cart_mass_of(value: object, base: str, real: str) -> float | Runtime | None:
-    """Return the cart's mass m_0, which a scene has exactly when it has a cart."""
-    key = "cart_mass"
-    if base == "cart":
-        if value is None:
-            raise SceneError(label(key), None, "is missing on a cart", 'give it, or set base = "fixed"')
-        return scalar(key, value, POSITIVE, real)
-    if value is not None:
-        raise SceneError(label(key), value, _NO_CART, 'remove it, or set base = "cart"')
-    return None
-
-
-def joint_law(key: str, value: object, links: int, real: str) -> tuple[float, ...] | Runtime | None:
-    """Return the joints' dampers or springs; all zero means that there are none."""
-    values = None if value is None else per_link(key, value, links, NOT_NEGATIVE, real)
-    return None if values is None or not any(values) else values
 
 
 def angle_kind(value: object, space: str) -> str | None:
@@ -205,15 +145,19 @@ def actuation(value: object, space: str, base: str, links: int, angles: str | No
         raise SceneError(label(key), value, "is no kind of actuation", _ACTUATED_REMEDY)
     word = choice(key, plain, ("none", "all", "cart"))
     if word == "cart" and not on_cart:
-        raise SceneError(label(key), value, _NO_CART, 'use "none" or "all", or set base = "cart"')
+        raise SceneError(label(key), value, no_cart(base), 'use "none" or "all", or set base = "cart"')
     if word == "all" and space == "spatial":
         raise SceneError(label(key), value, _SPATIAL_JOINTS, f'use "{default}"')
     return word
 
 
 _ACTUATED_REMEDY: Final = 'use "none", "all", "cart" or a list of joints such as [1, 2]'
-_NO_CART: Final = "needs a cart, and the base is fixed"
 _SPATIAL_JOINTS: Final = "asks for joint torques, and spatial joints are not actuated"
+
+
+def no_cart(base: str) -> str:
+    """Say that there is no cart."""
+    return f"needs a cart, and the base is {base}"
 
 
 def variational_equations(value: object, want: Sequence[str]) -> bool:

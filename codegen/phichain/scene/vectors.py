@@ -1,0 +1,123 @@
+"""What the entries of q, v and u of a chain are, in order: their number and their names."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+
+class Vectors:
+    """The sizes and names of a scene's vectors, by what its base is and where its inputs act."""
+
+    if TYPE_CHECKING:
+        links: int
+        space: str
+        base: str
+        com: object
+        inertia: object
+        drive: str | None
+        actuated: str | tuple[int, ...]
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether the chain moves in a plane, described by angles."""
+        return self.space == "planar"
+
+    @property
+    def has_cart(self) -> bool:
+        """Whether the base is a cart."""
+        return self.base == "cart"
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the base is moved: its acceleration, all d components, is an input."""
+        return self.base == "moving"
+
+    @property
+    def has_force(self) -> bool:
+        """Whether u holds what drives the cart: the horizontal force on it, or its acceleration (`is_driven`)."""
+        return self.has_cart and self.actuated != "none"
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether the cart is driven by its acceleration, which u then holds, instead of by a force."""
+        return self.drive == "acceleration"
+
+    @property
+    def tip_masses(self) -> bool:
+        """Whether links are points at their ends (r_k = l_k without inertia), structurally."""
+        return self.com is None and self.inertia is None
+
+    @property
+    def actuated_joints(self) -> tuple[int, ...]:
+        """The joints (angles, unless relative) whose generalised force is part of u, counted from 1."""
+        if isinstance(self.actuated, tuple):
+            return self.actuated
+        return tuple(range(1, self.links + 1)) if self.actuated == "all" else ()
+
+    @property
+    def nq(self) -> int:
+        """Length of q: the cart's position, then an angle (planar) or a unit vector (spatial) per link."""
+        return self._cart_size + self.links * (1 if self.is_planar else 3)
+
+    @property
+    def nv(self) -> int:
+        """Length of v and a: the cart's velocity, then a rate or an angular velocity per link."""
+        return self.nq
+
+    @property
+    def nu(self) -> int:
+        """Length of u: what drives the base, then the generalised forces of the joints."""
+        return self.base_inputs + len(self.actuated_joints)
+
+    @property
+    def base_inputs(self) -> int:
+        """How many entries of u, the first ones, drive the base."""
+        if self.is_moving:
+            return 2 if self.is_planar else 3
+        return self._cart_size * self.has_force
+
+    @property
+    def driven(self) -> tuple[int, ...]:
+        """Which entries of v the entries of u act on, in their order: the force the cart, the torques their angles."""
+        cart = self._cart_size
+        return (*range(cart * self.has_force), *(cart + joint - 1 for joint in self.actuated_joints))
+
+    @property
+    def _cart_size(self) -> int:
+        """Number of the cart's directions d - 1; zero on a fixed base."""
+        return (1 if self.is_planar else 2) * self.has_cart
+
+    @property
+    def q_names(self) -> tuple[str, ...]:
+        """Names of the entries of q, in order: x, theta_1, ... or x_1, x_2, q_1_1, q_1_2, q_1_3, ..."""
+        return self._cart_names("x") + self._link_names("theta", "q")
+
+    @property
+    def v_names(self) -> tuple[str, ...]:
+        """Names of the entries of v, in order: x_dot, theta_dot_1, ... or x_dot_1, x_dot_2, omega_1_1, ..."""
+        return self._cart_names("x_dot") + self._link_names("theta_dot", "omega")
+
+    @property
+    def u_names(self) -> tuple[str, ...]:
+        """Names of the entries of u, in order: what drives the base, then torque_k of actuated joints.
+
+        force or force_1, force_2 on a cart; acceleration or acceleration_1, acceleration_2 where it is driven by that;
+        base_acceleration_1 to base_acceleration_d of a moving base, the last one down.
+        """
+        base = self._cart_names("acceleration" if self.is_driven else "force") if self.has_force else ()
+        if self.is_moving:
+            base = tuple(f"base_acceleration_{i}" for i in range(1, self.base_inputs + 1))
+        return base + tuple(f"torque_{k}" for k in self.actuated_joints)
+
+    def _cart_names(self, stem: str) -> tuple[str, ...]:
+        """Name a quantity in the cart's horizontal directions; nothing on a fixed base."""
+        if not self.has_cart:
+            return ()
+        return (stem,) if self.is_planar else (f"{stem}_1", f"{stem}_2")
+
+    def _link_names(self, planar: str, spatial: str) -> tuple[str, ...]:
+        """Name a quantity of every link: one scalar each in the plane, three components in space."""
+        links = range(1, self.links + 1)
+        if self.is_planar:
+            return tuple(f"{planar}_{k}" for k in links)
+        return tuple(f"{spatial}_{k}_{i}" for k in links for i in (1, 2, 3))
