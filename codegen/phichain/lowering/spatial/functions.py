@@ -127,7 +127,10 @@ def energy(
         here = load(direction, k)
         turning = cross(load(omega, k), here)
         at_mass = add(speed, scale(com, turning))
-        loop.follow(twice_kinetic, twice_kinetic + mass * dot(at_mass, at_mass))
+        moving = twice_kinetic + mass * dot(at_mass, at_mass)
+        if parameters.inertia is not None:
+            moving = moving + parameters.inertia[k] * dot(turning, turning)
+        loop.follow(twice_kinetic, moving)
         loop.follow(fallen, fallen + parameters.gravity * mass * (depth + com * here[2]))
         for before, after in zip(speed, add(speed, scale(length, turning)), strict=True):
             loop.follow(before, after)
