@@ -16,6 +16,7 @@ from phichain.contract.arguments import (
     ESTIMATE,
     NO_BALANCE,
     NO_PREPARATION,
+    NO_TAYLOR,
     STATE,
     STEP,
     Q,
@@ -226,7 +227,7 @@ TABLE: Final[tuple[Function, ...]] = (
     ),
     Function(
         "propagate", "Taylor flow: order and steps chosen from a tolerance, with dense output and an event.",
-        flow=flows.PROPAGATE,
+        flow=flows.PROPAGATE, absent=NO_TAYLOR,
     ),
     Function(
         "propagate_stiff",
@@ -235,7 +236,7 @@ TABLE: Final[tuple[Function, ...]] = (
     ),
     Function(
         "propagate_batch", "Taylor flow of many trajectories at once, on vectors, each with steps of its own.",
-        flow=flows.PROPAGATE_BATCH, on_request=_MANY,
+        flow=flows.PROPAGATE_BATCH, absent=NO_TAYLOR, on_request=_MANY,
     ),
     Function(
         "project", "Unit vectors made unit, angular velocities made tangent.",
@@ -272,6 +273,7 @@ class Sample:
     rest_angle: PerLink | None = None
     armature: PerLink | None = None
     inertia: PerLink | None = None
+    com: PerLink | None = None
     drive: str | None = None
     base: str = "fixed"
 

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.lowering.algebra.vector import Vector, load, scale, store
+from phichain.lowering.body import point_masses
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import COEFFICIENT, HELD, LEAD, LEFT, NEXT, NOW, RIGHT, SCALE, SUMS
