@@ -70,6 +70,7 @@ FLOAT_SCENES = (
     make("float_planar", 2, "planar", "fixed", STEPS, com=_mid(2), actuated="all", code="loops", real="float"),
     make("float_planar_cart", 2, "planar", "cart", stiffness="runtime", damping="runtime", cart_mass="runtime",
          code="unrolled", real="float", **_ALL_RUNTIME),
+    make("float_rigid", 3, "planar", "cart", com=[0.3, 0.4, 0.0], inertia=_joint(3, 0.2), actuated="all", code="loops", real="float"),
     make("float_spatial_cart", 3, "spatial", "cart", code="unrolled", real="float"),
 )  # fmt: skip
 """In single precision."""

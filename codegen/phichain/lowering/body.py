@@ -166,8 +166,8 @@ def _tables(builder: Builder, count: int, links: Links) -> tuple[ArrayRef, Array
         m, l, r, spin = links.mass[k], links.length[k], links.com[k], links.inertia[k]
         end = loop.carry("end_mass", 0)
         reach, held = let("own_moment", m * r), let("end_moment", l * end)
-        apart = let("overhang", l - r)
-        b = let("moment_here", reach * r + spin + l * held)
+        apart = let("length_beyond", l - r)
+        b = let("link_moment", reach * r + spin + l * held)
         inverse = let("inverse_moment", 1 / b)
         first[k], second[k], over[k] = reach + held, b, inverse
         loop.follow(end, (m * (spin + end * (apart * apart)) + end * spin) * inverse)

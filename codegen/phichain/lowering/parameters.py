@@ -34,6 +34,8 @@ _DOC = {
     "inertia": "moment of inertia of each link about its centre of mass, kg m^2",
 }
 
+_RIGID_DOC = {"mass": "mass of each link, kg", "com": "distance of each centre of mass from its link's base joint, m"}
+
 
 @dataclass(frozen=True)
 class Units:
@@ -107,7 +109,7 @@ class Parameters:
         self.links = scene.links
         for name in scene.runtime:
             shape = (scene.links,) if name in PER_LINK else ()
-            self._made[name] = builder.param(name, shape, _DOC[name])
+            self._made[name] = builder.param(name, shape, (_DOC if scene.inertia is None else _DOC | _RIGID_DOC)[name])
         self.mass = self._given("mass")
         self.length = self._given("length")
         self.com = self.length if scene.com is None else self._given("com")
