@@ -57,8 +57,7 @@ TABLE: Final[tuple[Function, ...]] = (
         flow=flows.PREPARE, absent=NO_PREPARATION, on_request="for many states under the same runtime parameters", is_missed=False,
     ),
     Function(
-        "direction_dynamics",
-        "Accelerations of the unit vectors themselves: the equations of motion without angular velocities.",
+        "direction_dynamics", "Accelerations of the unit vectors themselves: the equations of motion without angular velocities.",
         (
             Q,
             Argument("q_dot", "in", per_q, "rate of q", meanings.direction_rates),
@@ -230,8 +229,7 @@ TABLE: Final[tuple[Function, ...]] = (
         flow=flows.PROPAGATE, absent=NO_TAYLOR,
     ),
     Function(
-        "propagate_stiff",
-        "Stiff flow: an L-stable Rosenbrock method of order 5, its steps chosen from a tolerance.",
+        "propagate_stiff", "Stiff flow: an L-stable Rosenbrock method of order 5, its steps chosen from a tolerance.",
         flow=flows.PROPAGATE_STIFF, on_request=_FURTHER_FLOW,
     ),
     Function(

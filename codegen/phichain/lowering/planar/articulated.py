@@ -264,11 +264,12 @@ class Sweep:
 
 
 def _factors(units: LinkUnits) -> Factors:
-    product, levers = units.product, (units.leverage,)
+    product, levers = units.product, [units.leverage]
     skew = product("skew_step", units.mass, units.overhang)
     force = product("force_step", units.mass, units.length)
     if units.is_rigid:
-        determinant, levers = product("determinant_step", units.mass, units.mass), (units.leverage, units.leverage)
+        determinant = product("determinant_step", units.mass, units.mass)
+        levers.append(units.leverage)
     else:
         determinant = product("determinant_step", units.mass, units.mass, units.leverage_step)
     minor = product("minor_step", determinant, units.length)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from phichain.ir.builder import ArrayRef, Expr
+from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.parameters import Parameters
 
 
@@ -58,7 +58,7 @@ class PlanarLinks:
         length, com = parameters.length, parameters.com
         return parameters.derived("overhang", lambda k: (length[k] - com[k]) / com[k])
 
-    def alone(self, k: int) -> tuple[Expr, Expr, Expr]:
+    def alone(self, k: Index) -> tuple[Expr, Expr, Expr]:
         """1 / (m r^2), m r and 1 / r of one link."""
         mass, com, bodies = self.parameters.mass[k], self.parameters.com[k], self.parameters.bodies
         if bodies is not None:
