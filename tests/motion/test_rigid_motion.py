@@ -11,6 +11,7 @@ from scipy.linalg import solve_continuous_are
 
 from phichain import build, simulate
 from phichain.control import lqr
+from phichain.fractional.factor import inertia_factor
 from phichain.orbits.factored import factored_modes
 from phichain.scene import Scene
 from phichain.system import System
@@ -99,6 +100,53 @@ def test_wheel_at_the_tip_only_turns() -> None:
     assert run.x[:, 0].min() < -0.9
     at = np.array([0.7, 0.0]), np.array([0.4, 2.0])
     assert np.allclose(system.functions["forward_dynamics"](*at), [-weight / moment * np.sin(0.7), 0.0], rtol=1e-14, atol=1e-15)
+
+
+BODIES: dict[str, dict[str, Any]] = {
+    "numbers": {"com": [0.25, 0.5], "inertia": [0.02, 0.01]},
+    "runtime inertia": {"com": [0.25, 0.5], "inertia": "runtime"},
+    "runtime wheel": {"com": "runtime", "inertia": "runtime"},
+}
+
+
+@pytest.mark.parametrize("method", ["taylor", "rosenbrock"])
+@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("space", ["planar", "spatial"])
+def test_flows_of_rods_on_a_cart(space: str, body: str, method: str) -> None:
+    """Against a Runge-Kutta method of order 8; the wheel's centre of mass is at its joint."""
+    given = {name: value for name, value in {"com": [0.25, 0.0], "inertia": [0.02, 0.01]}.items() if BODIES[body][name] == "runtime"}
+    flows = ["propagate_stiff"] if space == "spatial" and body == "runtime wheel" else ["propagate", "propagate_stiff"]
+    if method == "taylor" and len(flows) == 1:
+        method = "step_lie4"
+    keys: dict[str, Any] = {"base": "cart", "cart_mass": 1.3, "mass": [0.5, 0.3], "length": [0.5, 0.4], "actuated": "none"}
+    want = ["forward_dynamics", "step_lie4", *flows]
+    system = build(Scene("rods_flow", 2, space=space, damping=0.01, want=want, **keys, **BODIES[body]))
+    q, v = np.array([0.1, 0.7, -0.4]), np.array([0.0, 1.0, 2.0])
+    if space == "spatial":
+        q, v = np.array([0.1, 0.0, 0.6, 0.0, 0.8, 0.0, 0.6, 0.8]), np.array([0.0, 0.0, 0.8, 1.0, -0.6, 2.0, 0.8, -0.6])
+    carts = system.cart_size
+
+    def field(t: float, x: np.ndarray) -> np.ndarray:
+        q, v = x[: system.nq], x[system.nq :]
+        rate = v
+        if space == "spatial":
+            rate = np.append(v[:carts], np.cross(v[carts:].reshape(-1, 3), q[carts:].reshape(-1, 3)))
+        return np.append(rate, system.functions["forward_dynamics"](q, v, **({"p": given} if given else {})))
+
+    true = solve_ivp(field, (0, 0.5), np.append(q, v), "DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    more: dict[str, Any] = {"h": 1e-3} if method == "step_lie4" else {"tol": 1e-10}
+    run = simulate(system, np.append(q, v), 0.5, method, p=given or None, **more)
+    assert np.allclose(run.x[-1], true, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("base", ["fixed", "cart"])
+def test_factor_of_the_inertia_matrix(base: str) -> None:
+    keys: dict[str, Any] = {"base": "cart", "cart_mass": 1.3} if base == "cart" else {}
+    rods: dict[str, Any] = {"mass": [0.5, 0.3], "length": [0.5, 0.4], "com": [0.25, 0.5], "inertia": "runtime"}
+    system = build(Scene("rod_factor", 2, want=["mass_matrix"], **rods, **keys))
+    q, p = np.linspace(0.3, 1.9, system.nq), {"inertia": [0.01, 0.3]}
+    (factor,) = inertia_factor(system, q, p)
+    assert np.allclose(factor.T @ factor, system.functions["mass_matrix"](q, p=p), rtol=1e-14, atol=1e-15)
 
 
 @pytest.mark.parametrize("base", ["fixed", "cart"])
