@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 from scipy.linalg import solve_continuous_are
 
@@ -13,8 +14,11 @@ from phichain import build, simulate
 from phichain.control import lqr
 from phichain.fractional.factor import inertia_factor
 from phichain.orbits.factored import factored_modes
+from phichain.reference import reference
+from phichain.reference.nudge import Nudge
 from phichain.scene import Scene
 from phichain.system import System
+from tests.reference_cases import relative_error
 
 FLOWS = ["forward_dynamics", "energy", "linearization", "propagate", "propagate_batch", "propagate_stiff", "step_variational"]
 
@@ -137,6 +141,29 @@ def test_flows_of_rods_on_a_cart(space: str, body: str, method: str) -> None:
     more: dict[str, Any] = {"h": 1e-3} if method == "step_lie4" else {"tol": 1e-10}
     run = simulate(system, np.append(q, v), 0.5, method, p=given or None, **more)
     assert np.allclose(run.x[-1], true, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("space", ["planar", "spatial"])
+def test_single_precision_over_decades(space: str) -> None:
+    """Masses and lengths over four decades, a wheel among rods: 2e-6, or ten times what the rounding of the arguments does."""
+    rng = np.random.default_rng(3)
+    mass, length = (np.float32(10 ** rng.uniform(-2, 2, 4)).astype(float) for _ in range(2))
+    com, spin = np.float32(length * [0.5, 1e-4, 1.5, 0.0]), np.float32(mass * length**2 / [12, 1e3, 2, 4])
+    body = {"mass": mass.tolist(), "length": length.tolist(), "com": com.tolist(), "inertia": spin.tolist()}
+    system = build(Scene("rods_float", 4, space=space, real="float", want=["forward_dynamics"], **body))
+    scene = Scene("rods", 4, space=space, **body)
+    q, v = rng.normal(size=(4, 3)), rng.normal(size=(4, 3))
+    q /= np.linalg.norm(q, axis=1)[:, None]
+    v -= q * np.sum(q * v, axis=1)[:, None]
+    if space == "planar":
+        q, v = q[:, 0], v[:, 0]
+    q, v = np.float32(q).ravel(), np.float32(v).ravel()
+    found = np.asarray(system.functions["forward_dynamics"](q, v), dtype=float)
+    inputs = {"q": q.tolist(), "v": v.tolist()}
+    true, moved = (reference(scene, "forward_dynamics", inputs, nudge=nudge)["a"] for nudge in (None, Nudge("1")))
+    with mp.workdps(50):
+        amplified = float(max(abs(a - b) for a, b in zip(true, moved, strict=True)) / max(map(abs, true)) * mpf(2) ** (80 - 24))
+    assert relative_error(found.tolist(), true) < max(2e-6, 10 * amplified)
 
 
 @pytest.mark.parametrize("base", ["fixed", "cart"])

@@ -32,7 +32,7 @@ Derived = Callable[[str, Callable[[Index], Expr]], ArrayRef]
 #: A point mass further out than so many lengths of its link costs the forms that measure by it their last digits.
 _FARTHEST: Final = 4
 #: Links up to which numbers are folded: the digits of exact fractions grow along the chain.
-_LONGEST: Final = 96
+_LONGEST: Final = 64
 
 
 @dataclass(frozen=True)
