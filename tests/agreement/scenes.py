@@ -53,7 +53,11 @@ SCENES = (
          actuated=[1, 3], code="loops"),
     make("planar_cart_runtime", 2, "planar", "cart", mass="runtime", length="runtime", cart_mass="runtime",
          angles="adjacent", stiffness=_joint(2, 1.5), code="unrolled"),
+    make("planar_rigid", 5, "planar", "cart", STEPS, com=_mid(5), inertia=_joint(5, 0.2), actuated="all", code="unrolled"),
+    make("planar_rigid_runtime", 2, "planar", "cart", com="runtime", inertia="runtime", stiffness=_joint(2, 1.5), code="loops"),
     make("spatial_tip", 3, "spatial", "fixed", STEPS, code="loops"),
+    make("spatial_rigid", 3, "spatial", "cart", STEPS, com=[0.3, 1.2, 0.0], inertia=_joint(3, 0.2), code="loops"),
+    make("spatial_rigid_runtime", 2, "spatial", "fixed", mass="runtime", com=_mid(2), inertia="runtime", code="unrolled"),
     make("spatial_runtime", 2, "spatial", "fixed", stiffness="runtime", damping="runtime", code="unrolled", **_ALL_RUNTIME),
     make("spatial_cart_tip", 5, "spatial", "cart", code="loops"),
     make("spatial_cart_springs", 4, "spatial", "cart", mass="runtime", length="runtime", cart_mass="runtime",
@@ -66,6 +70,7 @@ FLOAT_SCENES = (
     make("float_planar", 2, "planar", "fixed", STEPS, com=_mid(2), actuated="all", code="loops", real="float"),
     make("float_planar_cart", 2, "planar", "cart", stiffness="runtime", damping="runtime", cart_mass="runtime",
          code="unrolled", real="float", **_ALL_RUNTIME),
+    make("float_rigid", 3, "planar", "cart", com=[0.3, 0.4, 0.0], inertia=_joint(3, 0.2), actuated="all", code="loops", real="float"),
     make("float_spatial_cart", 3, "spatial", "cart", code="unrolled", real="float"),
 )  # fmt: skip
 """In single precision."""

@@ -23,6 +23,10 @@ _MASSES: dict[str, dict[str, Any]] = {
     "unlike": {"mass": [2.0, 3e-4, 1.5, 0.8]},
     "runtime": {"mass": "runtime", "length": "runtime", "com": "runtime", "gravity": "runtime"},
     "runtime_tip": {"mass": "runtime", "length": "runtime"},
+    "rigid": {"com": [0.3, 0.9, 1.4, 0.55], "inertia": [0.05, 0.3, 0.02, 0.1]},
+    "held": {"com": [0.3, 0.0, 0.0, 0.55], "inertia": [0.0, 0.3, 0.05, 0.1]},
+    "runtime_rigid": {"mass": "runtime", "length": "runtime", "com": "runtime", "inertia": "runtime"},
+    "runtime_inertia": {"inertia": "runtime"},
 }
 _JOINTS: dict[str, dict[str, Any]] = {
     "free": {},
@@ -55,11 +59,18 @@ def kinds(links: int = 3) -> Iterator[Scene]:
         yield scene(links, "planar", base, "tip", actuated="none")
         yield scene(links, "spatial", base, "one_at_its_end", "sprung")
         yield scene(links, "spatial", base, "runtime_tip", actuated="none")
+    for base, masses in product(("fixed", "cart"), ("rigid", "held")):
+        yield scene(links, "planar", base, masses, "damped", actuated="all")
+        yield scene(links, "spatial", base, masses, "free" if base == "fixed" else "damped")
+    for space in ("planar", "spatial"):
+        yield scene(links, space, "cart", "runtime_rigid", "damped")
+        yield scene(links, space, "fixed", "runtime_inertia")
 
 
 def label(chain: Scene) -> str:
     """A readable test id."""
     com = "tip" if chain.com is None else "com"
+    com += "" if chain.inertia is None else "-rigid" if chain.com is None or all(chain.com) else "-held"
     numbers = "-".join(chain.runtime) if chain.runtime else "numbers"
     joints = "".join(name[0] for name in ("damping", "stiffness") if getattr(chain, name) is not None)
     form = chain.angles or "spatial"

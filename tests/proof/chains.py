@@ -29,6 +29,9 @@ SCENES = {
         Scene("flying", 2, space="spatial", base="cart", cart_mass=0.7, **TWO, com=[0.2, 0.3], want=SPATIAL),
         Scene("stiff", 2, **TWO, com=[0.2, 0.3], stiffness=1.0, damping=0.2, want=("step_rosenbrock",)),
         Scene("stiff_flying", 2, space="spatial", base="cart", cart_mass=0.7, **TWO, damping=0.2, want=("step_rosenbrock",)),
+        Scene("rods", 2, base="cart", cart_mass=0.7, **TWO, com=[0.2, 0.5], inertia=[0.01, 0.02], actuated="all", want=PLANAR),
+        Scene("wheel", 2, **TWO, com=[0.2, 0.0], inertia="runtime", damping=[0.1, 0.2], want=DAMPED, code="loops"),
+        Scene("bars", 2, space="spatial", **TWO, com=[0.2, 0.0], inertia=[0.01, 0.02], want=SPATIAL),
         Scene("sprung", 2, space="spatial", **TWO, com=[0.2, 0.3], stiffness=1.0, damping=0.2, want=SPATIAL, code="loops"),
     )
 }  # fmt: skip

@@ -47,6 +47,12 @@ def is_damped(chain: Kind) -> bool:
     return chain.damping is not None
 
 
+def may_be_held_at_its_centre(chain: Kind) -> bool:
+    """A spatial link with inertia may turn about its own centre of mass."""
+    rigid = not chain.is_planar and chain.inertia is not None and chain.com is not None
+    return rigid and (chain.com == "runtime" or not all(chain.com or ()))
+
+
 def out(shape: Callable[[Chain], Shape], doc: str, meaning: Words) -> Argument:
     """The only result of a function."""
     return Argument("out", "out", shape, doc, meaning)
@@ -83,6 +89,13 @@ NO_BALANCE: Final = (
         is_damped,
         "needs an undamped scene, since damped links have no in-phase periodic motion",
         'use "linearization" for the decaying modes, "step" for the motion, or remove joints.damping',
+    ),
+)
+NO_TAYLOR: Final = (
+    Absence(
+        may_be_held_at_its_centre,
+        "divides by the first moments of spatial links, which com = 0, or one that comes at run time, may make vanish",
+        'use "propagate_stiff" or "step_lie4", or give com as numbers above zero',
     ),
 )
 NO_PREPARATION: Final = (

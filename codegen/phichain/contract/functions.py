@@ -16,6 +16,7 @@ from phichain.contract.arguments import (
     ESTIMATE,
     NO_BALANCE,
     NO_PREPARATION,
+    NO_TAYLOR,
     STATE,
     STEP,
     Q,
@@ -56,8 +57,7 @@ TABLE: Final[tuple[Function, ...]] = (
         flow=flows.PREPARE, absent=NO_PREPARATION, on_request="for many states under the same runtime parameters", is_missed=False,
     ),
     Function(
-        "direction_dynamics",
-        "Accelerations of the unit vectors themselves: the equations of motion without angular velocities.",
+        "direction_dynamics", "Accelerations of the unit vectors themselves: the equations of motion without angular velocities.",
         (
             Q,
             Argument("q_dot", "in", per_q, "rate of q", meanings.direction_rates),
@@ -226,16 +226,15 @@ TABLE: Final[tuple[Function, ...]] = (
     ),
     Function(
         "propagate", "Taylor flow: order and steps chosen from a tolerance, with dense output and an event.",
-        flow=flows.PROPAGATE,
+        flow=flows.PROPAGATE, absent=NO_TAYLOR,
     ),
     Function(
-        "propagate_stiff",
-        "Stiff flow: an L-stable Rosenbrock method of order 5, its steps chosen from a tolerance.",
+        "propagate_stiff", "Stiff flow: an L-stable Rosenbrock method of order 5, its steps chosen from a tolerance.",
         flow=flows.PROPAGATE_STIFF, on_request=_FURTHER_FLOW,
     ),
     Function(
         "propagate_batch", "Taylor flow of many trajectories at once, on vectors, each with steps of its own.",
-        flow=flows.PROPAGATE_BATCH, on_request=_MANY,
+        flow=flows.PROPAGATE_BATCH, absent=NO_TAYLOR, on_request=_MANY,
     ),
     Function(
         "project", "Unit vectors made unit, angular velocities made tangent.",
@@ -272,6 +271,7 @@ class Sample:
     rest_angle: PerLink | None = None
     armature: PerLink | None = None
     inertia: PerLink | None = None
+    com: PerLink | None = None
     drive: str | None = None
     base: str = "fixed"
 

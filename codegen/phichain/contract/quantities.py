@@ -61,6 +61,8 @@ TABLE: Final[tuple[Quantities, ...]] = (
             ("rate_squared", "rad^2/s^2", "squared absolute rate of a link"),
             ("leverage", "", "l/r of a link, its length over the distance of its mass"),
             ("overhang", "", "l/r - 1"),
+            ("own_moment end_moment", "kg m", "first moment of a link's own mass, and of what rigid links beyond leave at its end"),
+            ("swung", "1/s^2", "angular acceleration of a link but for what its joint's acceleration across it adds"),
             ("mass_unit", "M", "m (r/l)^2 of a link, the unit of mass for the chain at its joint"),
             ("shortening", "", "r/l of a link"),
             ("inverse_com", "1/L", "1 / r of a link"),

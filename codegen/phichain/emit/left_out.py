@@ -34,6 +34,8 @@ def left_out(printed: Printed) -> dict[str, str]:
         absent["Bessel functions"] = "only phi needs them"
     if scene.tip_masses:
         absent["articulated inertias"] = "all masses sit at the link ends, so that link tensions serve"
+    elif scene.inertia is not None:
+        absent["link tensions"] = "links have moments of inertia, so that articulated inertias serve"
     else:
         absent["link tensions"] = "some mass sits before its link's end, so that articulated inertias serve"
     return absent

@@ -6,7 +6,7 @@ them solve one Lagrangian,
     T = 1/2 M00 |x'|^2 + x'.sum_k mu_k C^T q_k' + 1/2 sum_k c_kk |q_k'|^2 + sum_{i<j} l_i mu_j q_i'.q_j',
     V = -g sum_k mu_k e_d.q_k + springs,    2 R = sum_k d_k |slip_k|^2,
 
-and T = 1/2 m_0 |x'|^2 + 1/2 sum_k m_k |r_k'|^2 of the same numbers. Both, with the numbers as Programs hold them or compute
+and T = 1/2 m_0 |x'|^2 + 1/2 sum_k (m_k |r_k'|^2 + J_k |q_k'|^2) of the same numbers. Both, with the numbers as Programs hold them or compute
 them, are compared with the Model's T, V and R at random points modulo a prime: any term that is missing, wrong or one too
 many shows, for O(N) operations a point. Which coefficient it is, is found out only then.
 """
@@ -158,7 +158,7 @@ def _places(model: Model, motion: _Motion, held: Values) -> Iterator[tuple[str, 
 
 
 def _by_masses(motion: _Motion, held: Values) -> int:
-    """T of the masses on their way, from m_k, r_k, l_k and m_0."""
+    """T of the masses on their way, from m_k, r_k, l_k, J_k and m_0."""
     base = [*motion.cart_rate, *([0] * (len(motion.rate[0]) - len(motion.cart_rate)))]
     twice = sum(m * _dot(base, base) for m in held.get("found_cart_mass", ()))
     for k, rate in enumerate(motion.rate):
@@ -166,6 +166,7 @@ def _by_masses(motion: _Motion, held: Values) -> int:
         mass = [b + own * r for b, r in zip(base, rate, strict=True)]
         base = [(b + arm * r) % PRIME for b, r in zip(base, rate, strict=True)]
         twice += held["found_mass"][k] * _dot(mass, mass)
+    twice += sum(own * _dot(rate, rate) for own, rate in zip(held.get("found_inertia", ()), motion.rate, strict=False))
     return twice * _HALF
 
 
@@ -198,7 +199,8 @@ def _pairs(model: Model, held: Values) -> Iterator[tuple[str, Coefficient, Coeff
     links = range(model.scene.links)
     beyond = [sum(mass[k + 1 :], Fraction(0)) for k in links]
     mu = [mass[k] * com[k] + length[k] * beyond[k] for k in links]
-    diagonal = [mass[k] * com[k] * com[k] + length[k] * length[k] * beyond[k] for k in links]
+    spin = held.get("found_inertia", [Fraction(0)] * len(links))
+    diagonal = [mass[k] * com[k] * com[k] + spin[k] + length[k] * length[k] * beyond[k] for k in links]
     if model.scene.has_cart:
         yield "M00", model.total_mass, sum(mass, Fraction(0)) + held["found_cart_mass"][0]
         yield "M00", model.total_mass, held["found_total_mass"][0]
@@ -243,7 +245,7 @@ def _residue(value: Fraction) -> int:
 
 #: Models that passed: one is lowered function by function.
 _AGREED: Final[WeakValueDictionary[int, Model]] = WeakValueDictionary()
-_TABLES: Final = ("mass", "length", "com", "mu", "c_diagonal", "stiffness", "damping")
+_TABLES: Final = ("mass", "length", "com", "mu", "c_diagonal", "stiffness", "damping", "inertia")
 _HALF: Final = inverse(2)
 _RESIDUES: Final[Mapping[str, Callable[..., int]]] = {
     "add": lambda a, b: a + b, "sub": lambda a, b: a - b, "mul": lambda a, b: a * b, "neg": lambda a: -a,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder
+from phichain.lowering.body import has_points
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar import articulated as planar_articulated
 from phichain.lowering.planar import base_side
@@ -13,6 +14,7 @@ from phichain.lowering.spatial import articulated as spatial_articulated
 from phichain.lowering.spatial import mobilities
 from phichain.lowering.spatial import tension as spatial_tension
 from phichain.lowering.spatial.rates import AngularVelocities, DirectionRates, Rates
+from phichain.lowering.steps import rigid_links
 from phichain.lowering.writers import writes
 from phichain.scene import Scene
 
@@ -27,7 +29,7 @@ def in_units_of_links(scene: Scene) -> bool:
     return by_tensions(scene) or (not scene.is_planar and mobilities.suits(scene))
 
 
-@writes("forward_dynamics", space="planar", own_units=in_units_of_links)
+@writes("forward_dynamics", space="planar", own_units=in_units_of_links, lumped=True)
 def planar_forward_dynamics(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef | None = None
 ) -> None:
@@ -37,7 +39,7 @@ def planar_forward_dynamics(
     form.accelerations(builder, scene, parameters, planar_state(builder, scene, q, v), u, a)
 
 
-@writes("forward_dynamics", space="spatial", own_units=in_units_of_links)
+@writes("forward_dynamics", space="spatial", own_units=in_units_of_links, lumped=True)
 def spatial_forward_dynamics(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef | None = None
 ) -> None:
@@ -45,7 +47,7 @@ def spatial_forward_dynamics(
     _sweep(builder, scene, parameters, q, AngularVelocities(scene, v, a), u)
 
 
-@writes("direction_dynamics", own_units=in_units_of_links)
+@writes("direction_dynamics", own_units=in_units_of_links, lumped=True)
 def direction_dynamics(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, q_dot: ArrayRef, q_ddot: ArrayRef,
     u: ArrayRef | None = None,
@@ -60,6 +62,9 @@ def _sweep(
     """Any form of a spatial chain's accelerations."""
     if by_tensions(scene):
         spatial_tension.accelerations(builder, scene, parameters, q, rates, u)
+        return
+    if scene.inertia is not None and not has_points(scene):
+        rigid_links.accelerations(builder, scene, parameters, q, rates, u)
         return
     form = mobilities if mobilities.suits(scene) else spatial_articulated
     form.accelerations(builder, scene, parameters, q, rates, u)

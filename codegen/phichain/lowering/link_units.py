@@ -2,11 +2,15 @@
 
 What link k passes on to link k - 1 changes units on the way; the conversion is folded into factors that are there anyway
 and vanishes where links are alike. Link 0 keeps its own units.
+
+Of a rigid link m r^2 is its second moment b and m r its first one, a (`body`): lambda = a l / b is then any number, zero too, and
+lambda - 1 = (a l - b) / b.
 """
 
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder
+from phichain.lowering.body import Bodies
 from phichain.lowering.parameters import Parameters
 from phichain.scene import Scene
 
@@ -17,7 +21,7 @@ class LinkUnits:
     Attributes:
         leverage: lambda = l / r.
         overhang: lambda - 1 = (l - r) / r, structurally zero where every mass sits at its link's end.
-        shortening: r / l.
+        shortening: r / l, of points alone.
         mass_unit: m (r / l)^2, kg.
         inverse_mass_unit: 1 / mass_unit.
         inverse_torque: 1 / (m r^2), takes a couple into the link's units.
@@ -25,10 +29,40 @@ class LinkUnits:
         length: takes a length or an acceleration from link k to link k - 1.
         leverage_step: lambda_k / lambda_{k-1}.
         outward: takes a length or an acceleration from link k - 1 to link k.
+        torque_unit: m r^2.
+        is_rigid: whether links are known by their moments.
     """
 
     def __init__(self, builder: Builder, scene: Scene, parameters: Parameters) -> None:
-        self._parameters = parameters
+        self._parameters, self._builder = parameters, builder
+        self.is_rigid = parameters.bodies is not None
+        if parameters.bodies is not None:
+            self._of_bodies(parameters.bodies)
+        else:
+            self._of_points(scene)
+
+    @property
+    def torque_unit(self) -> ArrayRef:
+        bodies, mass, com = self._parameters.bodies, self._parameters.mass, self._parameters.com
+        if bodies is not None:
+            return bodies.second
+        return self._parameters.derived("torque_unit", lambda k: mass[k] * com[k] * com[k])
+
+    def _of_bodies(self, bodies: Bodies) -> None:
+        parameters, length, over = self._parameters, self._parameters.length, bodies.over_second
+        derived = parameters.derived
+        of_length = derived("inverse_length", lambda k: 1 / length[k])
+        self.leverage = derived("leverage", lambda k: length[k] * bodies.first[k] * over[k])
+        self.overhang = derived("overhang", lambda k: bodies.lever[k] * over[k])
+        self.inverse_torque = over
+        self.mass_unit = mass_unit = derived("mass_unit", lambda k: bodies.second[k] * (of_length[k] * of_length[k]))
+        self.inverse_mass_unit = of_mass_unit = derived("inverse_mass_unit", lambda k: over[k] * (length[k] * length[k]))
+        self.mass = parameters.steps("mass_step", lambda k: mass_unit[k], lambda k: of_mass_unit[k])
+        self.length = parameters.steps("length_step", lambda k: length[k], lambda k: of_length[k])
+        self.outward = parameters.steps("outward_step", lambda k: of_length[k], lambda k: length[k])
+
+    def _of_points(self, scene: Scene) -> None:
+        parameters, builder = self._parameters, self._builder
         mass, length, com = parameters.mass, parameters.length, parameters.com
         derived, one = parameters.derived, builder.lift(1)
         # Of runtime parameters these three are all that is divided by: divisions are what such tables cost.

@@ -14,9 +14,11 @@ from phichain.ir.nodes import Array, Program
 from phichain.ir.passes import prune, total_operations, unroll
 from phichain.ir.short_loops import without_short_loops
 from phichain.lowering.agreement import check_model
+from phichain.lowering.body import point_masses
 from phichain.lowering.parameters import Parameters
-from phichain.lowering.writers import WRITERS, declared
+from phichain.lowering.writers import WRITERS, Writer, declared
 from phichain.mechanics import Model
+from phichain.scene import Scene
 from phichain.transform.blocks import Block
 from phichain.transform.tangent import jacobian
 
@@ -123,7 +125,14 @@ class _Lowering:
         return flat if code == "unrolled" or total_operations(flat) <= limit else looped
 
     def _is_written(self, name: str) -> bool:
-        return WRITERS.has(name, self.scene.space) and WRITERS.of(name, self.scene.space).suits(self.scene)
+        if not WRITERS.has(name, self.scene.space):
+            return False
+        writer = WRITERS.of(name, self.scene.space)
+        return writer.suits(self._given(writer))
+
+    def _given(self, writer: Writer) -> Scene:
+        """The chain as a writer is given it: with links as they are, or as the point masses that move alike."""
+        return point_masses(self.scene) if writer.lumped else self.scene
 
     def _blocks(self, row: Function, derivative: Derivative) -> list[Block]:
         """Where the derivative by each argument goes: into a result of its own, or beside the others into the only one."""
@@ -144,9 +153,10 @@ class _Lowering:
         """The structured form of a function."""
         writer = WRITERS.of(name, self.scene.space)
         builder = Builder(name, writer.doc or ROWS[name].doc)
-        parameters = Parameters(builder, self.model, own_units=writer.own_units(self.scene))
+        scene = self._given(writer)
+        parameters = Parameters(builder, self.model, writer.own_units(scene), scene)
         callees = [self.program(callee) for callee in writer.calls]
-        writer.write(builder, self.scene, parameters, *callees, **declared(builder, self.scene, name))
+        writer.write(builder, scene, parameters, *callees, **declared(builder, self.scene, name))
         return prune(builder.finish())
 
 

@@ -2,11 +2,12 @@
 
 Mass k moves with r_k' = x' + sum_{j<k} l_j q_j' + r_k q_k', and P_k = sum_{a>=k} m_a r_a' is the momentum from link k on. Then
 
-    p_x = m_0 x' + C^T P_1,       p_k = (dq_k'/d rate_k)^T (r_k P_k + (l_k - r_k) P_{k+1})
+    p_x = m_0 x' + C^T P_1,       p_k = (dq_k'/d rate_k)^T (r_k P_k + (l_k - r_k) P_{k+1} + J_k q_k')
 
 In the plane dq_k'/d phi_k' = (cos phi_k, -sin phi_k), and p_theta = S^T p_phi. In space q_k' = omega_k x q_k gives
-p_k = q_k x (r_k P_k + (l_k - r_k) P_{k+1}), which is orthogonal to q_k: the gradient of T along the rates that are tangent. For
-tangent omega p is the matrix of (16) times v. No term is subtracted, and masses at the links' ends have no second one.
+p_k = q_k x (r_k P_k + (l_k - r_k) P_{k+1} + J_k q_k'), which is orthogonal to q_k: the gradient of T along the rates that are tangent. For
+tangent omega p is the matrix of (16) times v. No term is subtracted but where a centre of mass is beyond its link's end, and
+masses at the links' ends have no second one.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ def planar_momentum(
         return cosine[k], sine[k]
 
     def share(k: Index, com: Expr, own: Vector, overhang: Expr, beyond: Vector) -> Vector:
-        return (com * dot(along(k), own) + overhang * dot(along(k), beyond),)
+        share = com * dot(along(k), own) + overhang * dot(along(k), beyond)
+        return (share if parameters.inertia is None else share + parameters.inertia[k] * rate[k],)
 
     (forwards, _) = _swept(builder, parameters, v, (offset, 2), lambda k: multiple(rate[k], along(k)), share, momenta)
     to_generalised(builder, scene, momenta, out.shifted(offset))
@@ -58,7 +60,10 @@ def spatial_momentum(
         return cross(load(omega, k, 3), load(direction, k, 3))
 
     def share(k: Index, com: Expr, own: Vector, overhang: Expr, beyond: Vector) -> Vector:
-        return cross(load(direction, k, 3), add(multiple(com, own), multiple(overhang, beyond)))
+        share = add(multiple(com, own), multiple(overhang, beyond))
+        if parameters.inertia is not None:
+            share = add(share, multiple(parameters.inertia[k], turning(k)))
+        return cross(load(direction, k, 3), share)
 
     whole = _swept(builder, parameters, v, (offset, 3), turning, share, out.shifted(offset))
     for i in range(offset):

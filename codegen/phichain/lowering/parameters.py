@@ -14,11 +14,14 @@ from itertools import pairwise
 from math import inf, prod
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.body import Bodies, Links
 from phichain.mechanics import Model
 from phichain.mechanics.symbols import Coefficient
 from phichain.scene import Scene
+from phichain.scene.keys import PER_LINK
 
-_PER_LINK = ("mass", "length", "com", "damping", "stiffness")
+#: What says where and how heavy links are.
+BODY = frozenset({"mass", "length", "com", "inertia"})
 
 _DOC = {
     "mass": "point mass of each link, kg",
@@ -28,7 +31,10 @@ _DOC = {
     "gravity": "gravitational acceleration, m/s^2",
     "damping": "damping of each joint, N m s/rad",
     "stiffness": "stiffness of each joint, N m/rad",
+    "inertia": "moment of inertia of each link about its centre of mass, kg m^2",
 }
+
+_RIGID_DOC = {"mass": "mass of each link, kg", "com": "distance of each centre of mass from its link's base joint, m"}
 
 
 @dataclass(frozen=True)
@@ -59,11 +65,11 @@ class Units:
 
 
 def units_of_links(scene: Scene) -> Units:
-    """Mass and length of a uniform chain's links; SI units where links differ or numbers come at run time.
+    """Mass and length of a uniform chain's links; SI units where links differ, are no points, or numbers come at run time.
 
     Masses before the ends of spatial links are measured by r (l - r) m / l^2, by which a link ties its two joints together.
     """
-    if scene.runtime or len(set(scene.mass)) > 1 or len(set(scene.length)) > 1:
+    if scene.runtime or scene.inertia is not None or len(set(scene.mass)) > 1 or len(set(scene.length)) > 1:
         return Units()
     mass, length = Fraction(scene.mass[0]), Fraction(scene.length[0])
     if not scene.is_planar and scene.com is not None and len(set(scene.com)) == 1:
@@ -82,10 +88,10 @@ class Parameters:
     """Per-link parameters and the sums of theory section 1 that lowering needs, each made on first use.
 
     Links are counted from 0. ``outer_mass[k]`` is the mass beyond link k, ``mu[k] = m_k r_k + l_k outer_mass[k]``,
-    ``c_diagonal[k] = m_k r_k^2 + l_k^2 outer_mass[k]``; for i != j ``c_ij = length[min(i, j)] * mu[max(i, j)]``.
+    ``c_diagonal[k] = m_k r_k^2 + J_k + l_k^2 outer_mass[k]``; for i != j ``c_ij = length[min(i, j)] * mu[max(i, j)]``.
     """
 
-    def __init__(self, builder: Builder, model: Model, own_units: bool = False) -> None:
+    def __init__(self, builder: Builder, model: Model, own_units: bool = False, scene: Scene | None = None) -> None:
         """Declare the runtime parameters and read the numbers.
 
         Args:
@@ -93,15 +99,17 @@ class Parameters:
             model: the chain's mechanics.
             own_units: measure a uniform chain in units of its own mass and length, so that they vanish from the code;
                 the caller converts inputs and results by `units`.
+            scene: the chain whose masses and lengths to give instead of the model's own (`body.point_masses`).
         """
-        scene = model.scene
+        scene = scene or model.scene
         self._builder, self._model, self._scene = builder, model, scene
+        self._bodies: Bodies | None = None
         self.units = units_of_links(scene) if own_units else Units()
         self._made: dict[str, ArrayRef] = {}
         self.links = scene.links
         for name in scene.runtime:
-            shape = (scene.links,) if name in _PER_LINK else ()
-            self._made[name] = builder.param(name, shape, _DOC[name])
+            shape = (scene.links,) if name in PER_LINK else ()
+            self._made[name] = builder.param(name, shape, (_DOC if scene.inertia is None else _DOC | _RIGID_DOC)[name])
         self.mass = self._given("mass")
         self.length = self._given("length")
         self.com = self.length if scene.com is None else self._given("com")
@@ -117,14 +125,37 @@ class Parameters:
         return None if self._scene.stiffness is None else self._given("stiffness")
 
     @property
+    def inertia(self) -> ArrayRef | None:
+        """Moments of inertia about the links' centres of mass, or None on a scene of point masses."""
+        return None if self._scene.inertia is None else self._given("inertia")
+
+    @property
+    def bodies(self) -> Bodies | None:
+        """Moments of the links about their joints, or None on a scene of point masses."""
+        if self._bodies is None and self.inertia is not None:
+            with self._builder.first_of_all():
+                links = Links(self.mass, self.length, self.com, self.inertia)
+                self._bodies = Bodies(self._builder, self._scene, links, self.derived)
+        return self._bodies
+
+    @property
     def gravity(self) -> Expr:
         """Gravitational acceleration."""
         return self._scalar("gravity")
 
     @property
     def cart_mass(self) -> Expr:
-        """Mass of the cart."""
-        return self._scalar("cart_mass")
+        """Mass of the cart; with it what rigid links leave there if they are given as point masses."""
+        mass, own = self._scalar("cart_mass"), self._model.scene
+        if self._scene.cart_mass != "runtime" or self._scene.inertia is own.inertia:
+            return mass
+        left = sum(map(Fraction, own.mass)) - sum(map(Fraction, self._scene.mass))
+        return mass + left / self.units.mass
+
+    @property
+    def base_mass(self) -> Expr:
+        """Mass of the cart, with what rigid links leave at the joint on it (`body`)."""
+        return self.cart_mass if self.bodies is None else self.cart_mass + self.bodies.left
 
     @property
     def outer_mass(self) -> ArrayRef:
@@ -151,10 +182,14 @@ class Parameters:
         """Second moments c_kk."""
         if known := _numbers(self._model.c_diagonal, self.units.torque):
             return self._once("c_diagonal", lambda: self._builder.constants("c_diagonal", known))
-        length, com = self.length, self.com
-        return self.derived(
-            "c_diagonal", lambda k: self.mass[k] * com[k] * com[k] + length[k] * length[k] * self.outer_mass[k]
-        )
+        length, com, inertia = self.length, self.com, self.inertia
+
+        def moment(k: Index) -> Expr:
+            own = self.mass[k] * com[k] * com[k]
+            own = own if inertia is None else own + inertia[k]
+            return own + length[k] * length[k] * self.outer_mass[k]
+
+        return self.derived("c_diagonal", moment)
 
     @property
     def mass_ratio(self) -> ArrayRef:
@@ -193,7 +228,7 @@ class Parameters:
         def step(k: Index) -> Expr:
             return unit(k) * inverse(k - 1) if inverse else unit(k) / unit(k - 1)
 
-        if not {"mass", "length", "com"} & set(self._scene.runtime):
+        if not BODY & set(self._scene.runtime):
             return self.derived(name, lambda k: step(k) if k else self._builder.lift(1))
         return self._once(name, lambda: self._step_cells(name, step))
 

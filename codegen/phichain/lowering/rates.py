@@ -1,6 +1,6 @@
 """The fastest linear mode of the hanging chain, by which angles and rates are weighed against each other.
 
-Small motions about hanging are those of T = 1/2 m_0 x'^2 + 1/2 sum_k m_k (y_{k-1} + r_k phi_k)'^2 with y_k = y_{k-1} + l_k phi_k,
+Small motions about hanging are those of T = 1/2 m_0 x'^2 + 1/2 sum_k (m_k (y_{k-1} + r_k phi_k)'^2 + J_k phi_k'^2) with y_k = y_{k-1} + l_k phi_k,
 y_0 = x, and V = 1/2 sum_k g mu_k phi_k^2 + 1/2 sum_k k_k (phi_k - phi_{k-1})^2; their largest frequency bounds how fast a chain
 swings without being driven. The form V - omega^2 T is eliminated link by link from the tip; as many pivots are negative as
 squared frequencies lie below omega^2 (Sylvester), and the wanted digits of the largest follow by bisection. Where parameters
@@ -10,7 +10,8 @@ come at run time
 
 serves. For r = l it is Gershgorin's bound on the tridiagonal inverse of M, for masses that do not grow outwards; the last
 factor is an estimate: with masses half-way zigzags of N links hardly move them, and frequencies grow by as much as N
-(checked on uniform chains). The largest of the terms is replaced by their 4-norm, which a Program can compute.
+(checked on uniform chains). Of rigid links r_k is the radius of gyration about the joint, sqrt(r_k^2 + J_k / m_k), and l_k stands for
+l_k - r_k. The largest of the terms is replaced by their 4-norm, which a Program can compute.
 """
 
 from __future__ import annotations
@@ -60,11 +61,12 @@ def fastest_rate(scene: Scene) -> Fraction | None:
 
 @dataclass(frozen=True)
 class _Chain:
-    """What small motions need of a chain, as mpf: m_k (kg), r_k and l_k (m), k_k and g mu_k (N m), m_0 (kg, None: fixed)."""
+    """What small motions need of a chain, as mpf: m_k (kg), r_k and l_k (m), J_k (kg m^2), k_k and g mu_k (N m), m_0 (kg, None: fixed)."""
 
     mass: list[Any]
     com: list[Any]
     length: list[Any]
+    inertia: list[Any]
     spring: list[Any]
     weight: list[Any]
     cart_mass: Any
@@ -79,16 +81,18 @@ def _chain(scene: Scene) -> _Chain:
         weight.append(mpf(scene.gravity) * (m * r + l * outer))
         outer += m
     cart_mass = mpf(scene.cart_mass) if scene.cart_mass is not None else None
-    return _Chain(mass, com, length, spring, weight[::-1], cart_mass)
+    spin = [mpf(0)] * scene.links if scene.inertia is None else [mpf(x) for x in scene.inertia]
+    return _Chain(mass, com, length, spin, spring, weight[::-1], cart_mass)
 
 
 def _decades(scene: Scene) -> int:
-    """Over how many powers of ten masses, lengths and springs spread, together."""
-    arrays = (scene.mass, scene.cart_mass, scene.length, scene.com, scene.stiffness, scene.gravity)
-    mass, cart_mass, length, com, stiffness, gravity = (
+    """Over how many powers of ten masses, lengths, inertias and springs spread, together."""
+    arrays = (scene.mass, scene.cart_mass, scene.length, scene.com, scene.stiffness, scene.gravity, scene.inertia)
+    mass, cart_mass, length, com, stiffness, gravity, inertia = (
         () if x is None else x if isinstance(x, tuple) else (x,) for x in arrays
     )
-    groups = [[abs(Fraction(x)) for x in group if x] for group in (mass + cart_mass, length + com, stiffness + gravity)]
+    lists = (mass + cart_mass, length + com, stiffness + gravity, inertia)
+    groups = [[abs(Fraction(x)) for x in group if x] for group in lists]
     return sum(len(str(int(max(group) / min(group)))) for group in groups if group)
 
 
@@ -115,10 +119,10 @@ def _all_below(chain: _Chain, square: Any) -> bool:
     before it.
     """
     a = b = c = mpf(0)
-    links = zip(chain.mass, chain.com, chain.length, chain.spring, chain.weight, strict=True)
-    for m, r, l, k, weight in reversed(list(links)):
+    links = zip(chain.mass, chain.com, chain.length, chain.inertia, chain.spring, chain.weight, strict=True)
+    for m, r, l, spin, k, weight in reversed(list(links)):
         inertia = square * m
-        pivot = weight + k - inertia * r * r + (a * l + 2 * b) * l + c
+        pivot = weight + k - inertia * r * r - square * spin + (a * l + 2 * b) * l + c
         if pivot >= 0:
             return False
         slope = (a * l + b) - inertia * r
@@ -137,9 +141,14 @@ def scales_program(model: Model) -> Program:
     builder = Builder("flow_scales", "Fastest linear rate, and length of the chain.")
     scene, parameters = model.scene, Parameters(builder, model)
     scales = builder.output("scales", (2,))
+    inertia = parameters.inertia
 
-    def term(k: Index) -> Expr:
-        mass, com = parameters.mass[k], parameters.com[k]
+    def radius(k: Index) -> Expr:
+        com = parameters.com[k]
+        return com if inertia is None else builder.let("gyration", builder.sqrt(com * com + inertia[k] / parameters.mass[k]))
+
+    def term(k: Index, com: Expr) -> Expr:
+        mass = parameters.mass[k]
         outer = parameters.outer_mass[k] + mass
         pull = parameters.gravity * outer
         if parameters.stiffness is not None:
@@ -148,12 +157,14 @@ def scales_program(model: Model) -> Program:
 
     with builder.loop("k", 0, scene.links) as loop:
         total, length, slack = loop.carry("total", 0), loop.carry("length_before", 0), loop.carry("slack", 1)
-        square = builder.let("square", 4 * term(loop.index))
+        com = radius(loop.index)
+        square = builder.let("square", 4 * term(loop.index, com))
         square = square * square
         loop.follow(total, total + square * square)
-        arm, com = parameters.length[loop.index], parameters.com[loop.index]
+        arm = parameters.length[loop.index]
         loop.follow(length, length + arm)
-        loop.follow(slack, slack if scene.com is None else slack + Fraction(1, 2) * ((arm - com) / com))
+        over = arm if inertia is not None else arm - com
+        loop.follow(slack, slack if scene.tip_masses else slack + Fraction(1, 2) * (over / com))
     scales[0] = slack * builder.sqrt(builder.sqrt(builder.sqrt(total)))
     scales[1] = length
     return prune(builder.finish())

@@ -31,6 +31,7 @@ class Writer:
         calls: names of the Programs that it calls.
         own_units: on which scenes it computes in units of its own (`Parameters`).
         suits: for a function that another one's derivative can stand for, on which scenes it keeps as many digits as that.
+        lumped: whether it is given the point masses that rigid links move like, where there are such (`body`).
     """
 
     write: Callable[..., None]
@@ -38,6 +39,7 @@ class Writer:
     calls: tuple[str, ...]
     own_units: Callable[[Scene], bool]
     suits: Callable[[Scene], bool]
+    lumped: bool = False
 
 
 WRITERS: Final[Registry[Writer]] = Registry("phichain.lowering", "writer")
@@ -53,7 +55,7 @@ def _everywhere(scene: Scene) -> bool:
 
 def writes(
     name: str, *, space: str = ANY, calls: tuple[str, ...] = (), own_units: Callable[[Scene], bool] = _in_si_units,
-    suits: Callable[[Scene], bool] = _everywhere,
+    suits: Callable[[Scene], bool] = _everywhere, lumped: bool = False,
 ) -> Callable[[Write], Write]:  # fmt: skip
     """Register the writer of a function of the contract.
 
@@ -63,13 +65,14 @@ def writes(
         calls: the Programs that it calls, handed to it behind the parameters.
         own_units: on which scenes it converts inputs and results by `parameters.units`.
         suits: see `Writer`.
+        lumped: see `Writer`.
     """
-    return _registered(name, Writer(_nothing, "", calls, own_units, suits), space, True)
+    return _registered(name, Writer(_nothing, "", calls, own_units, suits, lumped), space, True)
 
 
-def helps(name: str, doc: str, calls: tuple[str, ...] = ()) -> Callable[[Write], Write]:
+def helps(name: str, doc: str, calls: tuple[str, ...] = (), *, lumped: bool = False) -> Callable[[Write], Write]:
     """Register the writer of a Program that others call and no scene wants; it declares its own arguments."""
-    return _registered(name, Writer(_nothing, doc, calls, _in_si_units, _everywhere), ANY, False)
+    return _registered(name, Writer(_nothing, doc, calls, _in_si_units, _everywhere, lumped), ANY, False)
 
 
 def _nothing() -> None:

@@ -4,7 +4,7 @@ Joint k ends link k and mass k sits on it, so that (theory section 1)
 
     p_0 = C x,    p_k = p_{k-1} + l_k q_k,    r_k = p_{k-1} + r_k q_k,
 
-    T = 1/2 m_0 |p_0'|^2 + 1/2 sum_k m_k |r_k'|^2,    V = -g S + springs,    S = sum_k m_k e_d.r_k,
+    T = 1/2 m_0 |p_0'|^2 + 1/2 sum_k (m_k |r_k'|^2 + J_k |q_k'|^2),    V = -g S + springs,    S = sum_k m_k e_d.r_k,
 
 and dampers dissipate 2 R = sum_k d_k |slip_k|^2. Nothing is multiplied out: every p_k, r_k and their rates is a symbol with
 a definition, so a chain of N links takes O(N) operations. In the plane q_k = (sin phi_k, cos phi_k) and phi_k is defined by
@@ -96,6 +96,9 @@ def energies_of(scene: Scene) -> Energies:
     rates = _rates(names, symbols, scene, places)
     fall = sympy.Add(*[m * names.mass(k)[-1] for k, m in zip(links, mass, strict=True)])
     moving = [h * y**2 for k, h in zip(links, half, strict=True) for y in names.mass(k, rate=True)]
+    if scene.inertia is not None:
+        spins = [exact(j / 2) for j in parameter(scene, "inertia")]
+        moving += [h * y**2 for k, h in zip(links, spins, strict=True) for y in names.link(k, rate=True)]
     if scene.has_cart:
         moving += [exact(cart_mass(scene) / 2) * y**2 for y in names.joint(0, rate=True)[:-1]]
     springs = [

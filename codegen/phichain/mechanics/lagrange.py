@@ -214,7 +214,6 @@ def with_symbols(scene: Scene) -> Scene:
 
 
 _UNSERVED = (
-    "inertia",
     "armature",
     "cart_damping",
     "cart_friction",

@@ -150,7 +150,7 @@ def _system(manifest: Manifest, scene: Scene, functions: Mapping[str, Callable[.
         u_names=scene.u_names,
         params=None,
         angles=scene.angles,
-        numbers=Numbers(scene.mass, scene.length, scene.com, scene.cart_mass, scene.gravity),
+        numbers=Numbers(scene.mass, scene.length, scene.com, scene.cart_mass, scene.gravity, scene.inertia),
         joints=Joints(scene.stiffness, scene.damping),
         drive=Drive(scene.driven),
         scene=manifest.scene,

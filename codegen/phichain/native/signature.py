@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import prod
 from pathlib import Path
 from types import MappingProxyType
@@ -23,10 +23,15 @@ _LARGEST_SOURCE: Final = 1024 * MEBIBYTE
 
 @dataclass(frozen=True)
 class Argument:
-    """A named array (or, with the empty shape, a scalar)."""
+    """A named array (or, with the empty shape, a scalar).
+
+    Attributes:
+        may_be_zero: Of a runtime parameter: whether zero serves where only numbers above it do elsewhere.
+    """
 
     name: str
     shape: tuple[int, ...]
+    may_be_zero: bool = field(default=False, compare=False)
 
     @property
     def size(self) -> int:
@@ -142,6 +147,8 @@ def _manifest(folder: Path | None, data: Mapping[str, Any], texts: Mapping[str, 
     if data["real"] not in ("double", "float"):
         raise ValueError(f"real is {data['real']!r}")
     parameters = tuple(_argument(entry) for entry in data["params"])
+    if "inertia" in data["scene"].get("chain", {}):
+        parameters = tuple(replace(entry, may_be_zero=entry.name == "com") for entry in parameters)
     functions = {name: _signature(name, entry, parameters) for name, entry in data["functions"].items()}
     return Manifest(
         folder=folder,

@@ -31,12 +31,13 @@ _SCALED = 2
 
 @dataclass(frozen=True, eq=False)
 class Chain(Held):
-    """A planar chain that hangs stably, in numbers.
+    """A planar chain that hangs stably, in numbers; rigid links as the point masses that move alike (theory section 1).
 
     Attributes:
         mass: m_k (N,), positive.
         length: l_k (N,), positive.
         com: r_k (N,), positive.
+        short: (r_k - l_k) / r_k (N,).
         cart: The cart's mass (1,), or nothing (0,).
         weight: g mu_k (N,), not negative.
         spring: k_k (N,), not negative; all of one of the two are positive.
@@ -45,6 +46,7 @@ class Chain(Held):
     mass: Vector
     length: Vector
     com: Vector
+    short: Vector
     cart: Vector
     weight: Vector
     spring: Vector
@@ -60,11 +62,16 @@ class Chain(Held):
         com = np.where(np.isnan(com), length, com)
         beyond = np.append(np.cumsum(mass[:0:-1])[::-1], 0.0)
         weight = gravity * (mass * com + length * beyond)
-        positive = all(np.all(values > 0) for values in (mass, length, com, cart))
+        short = (com - length) / com
+        spin = system.number("inertia", p, 0.0 if system.numbers.inertia is None else np.nan)
+        if np.any(spin != 0):
+            mass, com, short, left = _points(mass, length, com, spin)
+            cart = cart + left
+        positive = all(np.all(values > 0) and np.all(np.isfinite(values)) for values in (mass, length, com, cart))
         held = np.all(weight > 0) or np.all(spring > 0)
         if not (positive and held and np.all(weight >= 0) and np.all(spring >= 0)):
             return None
-        return cls(mass, length, com, cart, weight, spring)
+        return cls(mass, length, com, short, cart, weight, spring)
 
     def angles(self) -> Vector:
         """C (N, carts + N): the links' angles of sideways places of cart and masses.
@@ -77,9 +84,26 @@ class Chain(Held):
         for k in range(links):
             found[k] = -joint / self.com[k]
             found[k, carts + k] = 1 / self.com[k]
-            joint = joint * ((self.com[k] - self.length[k]) / self.com[k])
+            joint = joint * self.short[k]
             joint[carts + k] = self.length[k] / self.com[k]
         return found
+
+
+def _points(mass: Vector, length: Vector, com: Vector, spin: Vector) -> tuple[Vector, Vector, Vector, float]:
+    """Masses, places and (r - l) / r of the point masses that move as rigid links do, and the mass left at joint 0: no difference.
+
+    A link that turns about its own centre of mass has its point at infinity, and no modes by this road.
+    """
+    point, place, short, left = np.zeros_like(mass), np.zeros_like(mass), np.zeros_like(mass), 0.0
+    spin = np.broadcast_to(spin, mass.shape)
+    for k in reversed(range(len(mass))):
+        m, l, r, own = mass[k], length[k], com[k], spin[k]
+        first, second = m * r + l * left, m * r * r + own + l * l * left
+        with np.errstate(divide="ignore", invalid="ignore"):
+            point[k], place[k] = first * first / second, np.divide(second, first)
+        short[k] = (own - m * r * (l - r)) / second
+        left = (m * (own + left * (l - r) ** 2) + left * own) / second
+    return point, place, short, left
 
 
 def factored_modes(system: System, p: Parameters | None = None) -> tuple[Vector, Vector] | None:

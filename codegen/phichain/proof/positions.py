@@ -4,7 +4,7 @@ Nothing of `mechanics` takes part, so a Model whose T was doubled is told apart 
 springs store and what dampers take is written down here once more (theory section 1):
 
     b_0 = C x,    r_k = b_{k-1} + r_k q_k,    b_k = b_{k-1} + l_k q_k
-    T = 1/2 m_0 |x'|^2 + 1/2 sum m_k |r_k'|^2,    V = -g sum m_k e_d.r_k + springs,    R = 1/2 sum d_k |rate_k - rate_{k-1}|^2
+    T = 1/2 m_0 |x'|^2 + 1/2 sum (m_k |r_k'|^2 + J_k |q_k'|^2),    V = -g sum m_k e_d.r_k + springs,    R = 1/2 sum d_k |rate_k - rate_{k-1}|^2
 """
 
 from __future__ import annotations
@@ -70,8 +70,10 @@ class Chain:
     def moments(self) -> Vector:
         """The second moments c_kk."""
         return [
-            (m * r * r + length * length * outer) % PRIME
-            for m, r, length, outer in zip(*map(self.per_link, ("mass", "com", "length")), self.outer_mass, strict=True)
+            (m * r * r + own + length * length * outer) % PRIME
+            for m, r, length, own, outer in zip(
+                *map(self.per_link, ("mass", "com", "length", "inertia")), self.outer_mass, strict=True
+            )
         ]
 
     @property
@@ -126,6 +128,7 @@ class Chain:
         point, mass, carts = self.point, self.per_link("mass"), self.point.carts
         places, speeds = self.places(point.q[:carts], self.directions), self.places(point.v[:carts], self.rates)
         twice = sum(m * dot(speed, speed) for m, speed in zip(mass, speeds, strict=True))
+        twice += sum(own * dot(rate, rate) for own, rate in zip(self.per_link("inertia"), self.rates, strict=True))
         twice += self.single("cart_mass") * dot(point.v[:carts], point.v[:carts])
         fall = sum(m * place[-1] for m, place in zip(mass, places, strict=True))
         weight = -self.single("gravity") * fall % PRIME

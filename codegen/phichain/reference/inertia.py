@@ -3,7 +3,7 @@
 Short chains are solved with the matrix as it is written out. Longer ones in coordinates that keep what the Jacobians eliminate:
 the places p_k of the joints beyond the links, held by forces f_k. What is to be stationary is
 
-    1/2 m_0 |x''|^2 + sum_k 1/2 m_k |p_{k-1}'' + com_k w_k|^2 + sum_k f_k.(p_k'' - p_{k-1}'' - l_k w_k) - F.x'' - sum_k tau_k.(rates of w_k),
+    1/2 m_0 |x''|^2 + sum_k 1/2 (m_k |p_{k-1}'' + com_k w_k|^2 + J_k |w_k|^2) + sum_k f_k.(p_k'' - p_{k-1}'' - l_k w_k) - F.x'' - sum_k tau_k.(rates of w_k),
 
 w_k the links' vectors moved by their own rates: one sparse system whose band is as wide as one link, eliminated with pivots. That
 system is believed in nothing: M times its solution, summed up from positions, must be the force, and what is left of the force,
@@ -151,7 +151,8 @@ def _rows(inertia: Inertia) -> list[Row]:
     rows: list[Row] = [{axis: values.cart_mass} for axis in range(carts)]
     inner: Sequence[int | None] = [axis if axis < carts else None for axis in range(size)]
     numbers = zip(values.mass, values.length, values.com, pose.turning, ahead.turning, strict=True)
-    for k, (mass, length, com, turning, moving) in enumerate(numbers, 1):
+    spins = values.inertia or [mpf(0)] * inertia.scene.links
+    for k, ((mass, length, com, turning, moving), spin) in enumerate(zip(numbers, spins, strict=True), 1):
         first = len(rows)
         normal = None if inertia.normals is None else inertia.normals[k - 1]
         held = first + len(turning)
@@ -159,7 +160,7 @@ def _rows(inertia: Inertia) -> list[Row]:
         joint = range(force.stop, force.stop + size)
         is_last = k == inertia.scene.links
         for turn in turning:
-            row: Row = {first + j: mass * com * com * dot(turn, other) for j, other in enumerate(moving)}
+            row: Row = {first + j: (mass * com * com + spin) * dot(turn, other) for j, other in enumerate(moving)}
             row |= {place: mass * com * entry for place, entry in zip(inner, turn, strict=True) if place is not None}
             rows.append(row if is_last else row | {place: -length * entry for place, entry in zip(force, turn, strict=True)})
         if normal is not None:

@@ -5,9 +5,10 @@ no tension, no sweep. Every quantity comes from the positions r_a of the point m
 
     r_a = C x + sum_{k<a} l_k q_k + com_a q_a,
 
-their Jacobians J_a with respect to the rates, and sum_a J_a^T m_a (r_a'' - g e_d) = generalised force. No J_a is written
-out: J_a times rates is a sum from the base outwards, sum_a J_a^T times forces one from the tip inwards, so that each
-quantity costs O(N). Vectors of all masses are stacked, N times d entries.
+their Jacobians J_a with respect to the rates, and sum_a J_a^T m_a (r_a'' - g e_d) = generalised force. A link's moment of inertia
+about its centre of mass is that of two halves of its mass sqrt(J/m) before and behind it: what they move with beside the centre is
++-sqrt(J/m) q_k, so that J_k weighs q_k as m_a weighs r_a, and gravity pulls on neither. No J_a is written out: J_a times rates is a sum from the base outwards, sum_a J_a^T times forces one from the tip inwards, so that each
+quantity costs O(N). Vectors of all masses are stacked, N times d entries, and those of the links behind them where these have inertia.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def stacked(values: Parameters, links: Matrix, base: Sequence[object] = ()) -> V
     for length, com, link in zip(values.length, values.com, links, strict=True):
         masses += [a + com * b for a, b in zip(inner, link, strict=True)]
         inner = [a + length * b for a, b in zip(inner, link, strict=True)]
-    return masses
+    return masses + [entry for _, link in zip(values.inertia, links, strict=False) for entry in link]
 
 
 def gathered(values: Parameters, forces: Vector, size: int) -> tuple[Vector, Matrix]:
@@ -40,6 +41,9 @@ def gathered(values: Parameters, forces: Vector, size: int) -> tuple[Vector, Mat
         own = forces[size * k : size * (k + 1)]
         length, com = values.length[k], values.com[k]
         links.append([com * a + length * b for a, b in zip(own, beyond, strict=True)])
+        if values.inertia:
+            turning = forces[size * (len(values.mass) + k) :]
+            links[-1] = [a + b for a, b in zip(links[-1], turning, strict=False)]
         beyond = [a + b for a, b in zip(own, beyond, strict=True)]
     return beyond, links[::-1]
 
@@ -81,9 +85,10 @@ def conjugate(scene: Scene, values: Parameters, pose: Pose, acceleration: Vector
 
 
 def weighted(values: Parameters, column: Vector) -> Vector:
-    """Return the entries of N stacked vectors times their mass m_a."""
-    size = len(column) // len(values.mass)
-    return [values.mass[i // size] * entry for i, entry in enumerate(column)]
+    """Return the entries of stacked vectors times their mass m_a, or the inertia of their link."""
+    weights = [*values.mass, *values.inertia]
+    size = len(column) // len(weights)
+    return [weights[i // size] * entry for i, entry in enumerate(column)]
 
 
 def centripetal(values: Parameters, pose: Pose) -> Vector:
@@ -98,7 +103,8 @@ def centripetal(values: Parameters, pose: Pose) -> Vector:
 def anti_gravity(values: Parameters, pose: Pose) -> Vector:
     """Return -g e_d for every mass, stacked (m/s^2)."""
     size = len(pose.direction[0])
-    return [-values.gravity * entry for entry in unit(size, size - 1)] * len(values.mass)
+    fall = [-values.gravity * entry for entry in unit(size, size - 1)] * len(values.mass)
+    return fall + [mpf(0)] * (size * len(values.inertia))
 
 
 def joint_force(scene: Scene, values: Parameters, pose: Pose) -> Vector:

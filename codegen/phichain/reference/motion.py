@@ -81,7 +81,7 @@ def gravity_torque(case: Case) -> Outputs:
 
 @judges("energy")
 def energy(case: Case) -> Outputs:
-    """T = 1/2 m_0 |x'|^2 + sum 1/2 m_a |r_a'|^2, V = -g sum m_a e_d.r_a + the springs' energy (J)."""
+    """T = 1/2 m_0 |x'|^2 + sum 1/2 m_a |r_a'|^2 (+ 1/2 J_k |q_k'|^2), V = -g sum m_a e_d.r_a + the springs' energy (J)."""
     values, pose = case.values, case.pose()
     velocity = masses.stacked(values, pose.rate, pose.cart_rate)
     kinetic = fdot(masses.weighted(values, velocity), velocity) / 2
@@ -109,7 +109,7 @@ def positions(case: Case) -> Outputs:
     pose = case.pose()
     size = len(pose.direction[0])
     flat = masses.stacked(case.values, pose.direction, pose.cart_position)
-    return {"r": [flat[i : i + size] for i in range(0, len(flat), size)]}
+    return {"r": [flat[i : i + size] for i in range(0, size * case.scene.links, size)]}
 
 
 @judges("linearization")

@@ -7,8 +7,8 @@ current when a function is called.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from itertools import accumulate
+from dataclasses import dataclass, field
+from itertools import accumulate, zip_longest
 from typing import Any
 
 from mpmath import fdot, mp, mpf
@@ -21,7 +21,7 @@ from phichain.scene import Scene
 
 @dataclass(frozen=True)
 class Parameters:
-    """The numbers of a scene: masses (kg), lengths and centres (m), gravity (m/s^2), joints (0 if absent)."""
+    """The numbers of a scene: masses (kg), lengths and centres (m), gravity (m/s^2), joints (0 if absent), inertias (kg m^2)."""
 
     mass: Vector
     length: Vector
@@ -30,14 +30,19 @@ class Parameters:
     gravity: Any
     damping: Vector
     stiffness: Vector
+    inertia: Vector = field(default_factory=list)
 
     def moments(self, power: int) -> Vector:
-        """Return sum_a m_a lever_ak^power for every link k, lever_ak the weight of q_k in r_a: l_k inside, com_a at the mass."""
+        """Return sum_a m_a lever_ak^power for every link k, lever_ak the weight of q_k in r_a: l_k inside, com_a at the mass.
+
+        The second ones hold the link's own inertia.
+        """
         beyond, found = mpf(0), []
         for mass, length, com in zip(self.mass[::-1], self.length[::-1], self.com[::-1], strict=True):
             found.append(mass * com**power + beyond * length**power)
             beyond += mass
-        return found[::-1]
+        own = self.inertia if power == 2 else []
+        return [a + b for a, b in zip_longest(found[::-1], own, fillvalue=mpf(0))]
 
     def decades(self) -> int:
         """Return over how many powers of ten masses, lengths and joints spread, to choose guard digits by."""
@@ -45,6 +50,7 @@ class Parameters:
             [*self.mass, self.cart_mass or 0],
             [*self.length, *self.com],
             [*self.damping, *self.stiffness, 1],
+            [*self.inertia, 1],
         ]
         sizes = [[abs(entry) for entry in group if entry] for group in groups]
         return sum(int(mp.ceil(mp.log10(max(group) / min(group)))) for group in sizes)
@@ -60,6 +66,7 @@ class Parameters:
             gravity=nudge("gravity", [self.gravity])[0],
             damping=nudge("damping", self.damping),
             stiffness=nudge("stiffness", self.stiffness),
+            inertia=nudge("inertia", self.inertia),
         )
 
 
@@ -121,6 +128,7 @@ def parameters(scene: Scene, values: Mapping[str, Any] | None = None) -> Paramet
         gravity=exact(read("gravity")),
         damping=per_link("damping"),
         stiffness=per_link("stiffness"),
+        inertia=[] if scene.inertia is None else per_link("inertia"),
     )
 
 

@@ -49,6 +49,7 @@ class Numbers(_Given):
         com: r_k, the distance of the mass from its joint, m; None where every mass sits at its link's end.
         cart_mass: m_0, kg; None on a fixed base.
         gravity: g, m/s^2.
+        inertia: J_k of every link about its centre of mass, kg m^2, or None for point masses.
 
     Raises:
         ArrayError: A value is no number.
@@ -59,6 +60,7 @@ class Numbers(_Given):
     com: PerLink | None = None
     cart_mass: float | Runtime | None = None
     gravity: float | Runtime | None = None
+    inertia: PerLink | None = None
 
 
 @dataclass(frozen=True)

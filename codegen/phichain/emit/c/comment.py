@@ -18,6 +18,8 @@ from phichain.scene import Scene
 
 #: What stands behind a quantity's name: links, repetitions, the loop it is computed in, arrays that keep it for later.
 _BEHIND = re.compile(r"(_(\d+|[ijk]|at|end))+$")
+#: Runtime parameters have their meaning in the header.
+_PARAMETER = re.compile(r"\bp->\w+")
 #: Units of SI for those of mass and length.
 _SI = (("M L^2/s^2", "N m"), ("M L/s^2", "N"), ("M", "kg"), ("L", "m"))
 
@@ -66,7 +68,8 @@ class Comments:
 
 def _used(scene: Scene, function: str, lines: Iterable[str]) -> list[tuple[Quantities, Quantity]]:
     """The rows of the table that a function's body names, those of one section together."""
-    stems = {_BEHIND.sub("", word) for word in words("\n".join(lines))}
+    body = _PARAMETER.sub("", "\n".join(lines))
+    stems = {_BEHIND.sub("", word) for word in words(body)}
     rows = quantities_of(function, scene)
     names = {row.name for _, row in rows}
     found = [(group, row) for group, row in rows if row.name in stems]

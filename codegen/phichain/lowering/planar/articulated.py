@@ -17,7 +17,8 @@ and outwards the link's tip is accelerated by free - (A_xy a_x + (lambda - 1) a_
 
 E and k are carried because A and b alone cancel: b_x + k_x stands for b_x D - A_xy b_y, whose terms are as large as the
 heaviest mass beyond while their difference is as small as the lightest. Carried are E / lambda and k / lambda, which leaves
-no factor in the usual case r = l / 2.
+no factor in the usual case r = l / 2; of rigid links E and k themselves, since their lambda may be zero. There phi'' is no
+difference of accelerations either: phi'' = free - (A_xy a_x + (lambda + A_yy) a_y) / D.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ _TIP_LINKS = 2
 
 @dataclass(frozen=True)
 class Outer:
-    """The chain beyond a joint: inertia A, E / lambda, force b and k / lambda."""
+    """The chain beyond a joint: inertia A, E / lambda, force b and k / lambda; E and k of rigid links."""
 
     xx: Expr
     xy: Expr
@@ -100,6 +101,7 @@ class Sweep:
         self.builder, self.scene, self.parameters, self.state, self.couple = builder, scene, parameters, state, couple
         self.units = LinkUnits(builder, scene, parameters)
         self.factors = _factors(self.units)
+        self.rho_y = builder.array("turning_gain_y", scene.links) if self.units.is_rigid else None
         self.sine, self.cosine = builder.sincos(state.angle, scene.links)
         self.free, self.gain_x, self.gain_y, self.rate_squared = (
             builder.array(name, scene.links) for name in ("free", "gain_x", "gain_y", "rate_squared")
@@ -150,6 +152,8 @@ class Sweep:
         gain_x = let("gain_x", outer.xy * inverse)
         self.rate_squared[k], self.free[k], self.gain_x[k] = rate_squared, free, gain_x
         self.gain_y[k] = self.units.overhang[k] * inverse
+        if self.rho_y is not None:
+            self.rho_y[k] = (self.units.leverage[k] + outer.yy) * inverse
         return Pivot(rate_squared, swing, drive, inverse, free, gain_x)
 
     def eliminate(self, outer: Outer, k: Index) -> Outer:
@@ -161,14 +165,14 @@ class Sweep:
         let, factors = self.builder.let, self.factors
         leverage, overhang = self.units.leverage[k], self.units.overhang[k]
         inverse, rate_squared, drive = pivot.inverse, pivot.rate_squared, pivot.drive
-        across, along = outer.yy + outer.determinant, outer.xx + outer.determinant
-        shared = overhang * outer.minor_x + outer.xy * drive
-        axial = let("axial", (along + overhang * outer.determinant) * inverse)
-        determinant = (across + overhang * outer.yy) * inverse
-        force_x = (outer.force_x + outer.minor_x + shared) * inverse - rate_squared * (leverage + axial)
+        across, along = self.lifted(outer.yy, k) + outer.determinant, self.lifted(outer.xx, k) + outer.determinant
+        shared = overhang * outer.minor_x + self.lifted(outer.xy, k) * drive
+        axial = let("axial", self.axial(outer, k) * inverse)
+        determinant = self.area(outer, k) * inverse
+        force_x = self.pulled(outer, drive, k) * inverse - rate_squared * (leverage + axial)
         force_y = let("link_force_y", drive + overhang * pivot.free)
         minor_x = (shared - overhang * (rate_squared * across)) * inverse
-        minor_y = (drive * along - overhang * (outer.minor_y + pivot.swing)) * inverse
+        minor_y = (drive * along - overhang * (outer.minor_y + self.lifted(pivot.swing, k))) * inverse
         return Outer(
             xx=let("link_xx", factors.axial[k] + factors.mass[k] * axial),
             xy=-(factors.skew[k] * pivot.gain_x),
@@ -179,6 +183,28 @@ class Sweep:
             minor_x=let("link_minor_x", factors.minor_x[k] * minor_x),
             minor_y=let("link_minor_y", factors.minor_force[k] * force_y + factors.minor[k] * minor_y),
         )
+
+    def lifted(self, value: Expr, k: Index) -> Expr:
+        """A value beside E and k: times lambda where these are carried as they are."""
+        return self.units.leverage[k] * value if self.units.is_rigid else value
+
+    def axial(self, outer: Outer, k: Index) -> Expr:
+        """A_xx + E."""
+        along = outer.xx + outer.determinant
+        return along if self.units.is_rigid else along + self.units.overhang[k] * outer.determinant
+
+    def area(self, outer: Outer, k: Index) -> Expr:
+        """lambda^2 A_yy + E, over what E is carried over."""
+        if self.units.is_rigid:
+            return self.units.leverage[k] * self.lifted(outer.yy, k) + outer.determinant
+        return (outer.yy + outer.determinant) + self.units.overhang[k] * outer.yy
+
+    def pulled(self, outer: Outer, drive: Expr, k: Index) -> Expr:
+        """b_x + k_x + tau A_xy."""
+        whole = outer.xy * drive
+        if not self.units.is_rigid:
+            whole = self.units.overhang[k] * outer.minor_x + whole
+        return outer.force_x + outer.minor_x + whole
 
     def _turned(self, link: Outer, k: Index) -> Outer:
         """The same in the frame of the link before; determinants do not change."""
@@ -197,10 +223,10 @@ class Sweep:
         )
 
     def cart_acceleration(self, outer: Outer, force: Expr) -> Expr:
-        """(m_c + A_yy) x'' = u - b_y + g A_xy, in the units of the scene's parameters."""
+        """(m_c + A_yy) x'' = u - b_y + g A_xy, in the units of the scene's parameters; m_c holds what rigid links leave there."""
         parameters, unit = self.parameters, self.units.mass_unit[0]
         push = force + parameters.gravity * (unit * outer.xy) - (unit * parameters.length[0]) * outer.force_y
-        return self.builder.let("cart_acceleration", push / (parameters.cart_mass + unit * outer.yy))
+        return self.builder.let("cart_acceleration", push / (parameters.base_mass + unit * outer.yy))
 
     def all_outwards(self, base_x: Expr, base_y: Expr, theta_ddot: ArrayRef) -> None:
         """From the base's acceleration to all others."""
@@ -227,18 +253,25 @@ class Sweep:
         before_x, before_y = self.units.outward[k] * base[0], self.units.outward[k] * base[1]
         joint_x = let("joint_x", self.cosine[k] * before_x + self.sine[k] * before_y)
         joint_y = let("joint_y", self.cosine[k] * before_y - self.sine[k] * before_x)
-        tip_y = let("tip_y", self.free[k] - self.gain_x[k] * joint_x - self.gain_y[k] * joint_y)
-        alpha[k] = tip_y - joint_y
+        swung = self.free[k] - self.gain_x[k] * joint_x
+        if self.rho_y is not None:
+            swung = let("swung", swung)
+        tip_y = let("tip_y", swung - self.gain_y[k] * joint_y)
+        alpha[k] = tip_y - joint_y if self.rho_y is None else swung - self.rho_y[k] * joint_y
         tip_x = joint_x - self.rate_squared[k]
         self.moved(k, joint_y, (tip_x, tip_y))
         return tip_x, tip_y
 
 
 def _factors(units: LinkUnits) -> Factors:
-    product = units.product
+    product, levers = units.product, [units.leverage]
     skew = product("skew_step", units.mass, units.overhang)
     force = product("force_step", units.mass, units.length)
-    determinant = product("determinant_step", units.mass, units.mass, units.leverage_step)
+    if units.is_rigid:
+        determinant = product("determinant_step", units.mass, units.mass)
+        levers.append(units.leverage)
+    else:
+        determinant = product("determinant_step", units.mass, units.mass, units.leverage_step)
     minor = product("minor_step", determinant, units.length)
     return Factors(
         mass=units.mass,
@@ -249,5 +282,5 @@ def _factors(units: LinkUnits) -> Factors:
         force=force,
         minor=minor,
         minor_x=product("minor_lever", minor, units.overhang),
-        minor_force=product("minor_leverage", minor, units.leverage),
+        minor_force=product("minor_leverage", minor, *levers),
     )

@@ -22,7 +22,12 @@ _LARGEST_MASS_SPREAD = 100
 
 
 def suits(scene: Scene) -> bool:
-    """Whether this form is the faster one and as accurate: chains of some length, with couples only on links of like l/r."""
+    """Whether this form is the faster one and as accurate: chains of some length, with couples only on links of like l/r.
+
+    Rigid links that are no points (`body`) have no l/r to measure their minors by.
+    """
+    if scene.inertia is not None:
+        return False
     tabled = bool({"mass", "length", "com"} & set(scene.runtime))
     if scene.links < (_FEWEST_RUNTIME_LINKS if tabled else _FEWEST_LINKS):
         return False

@@ -147,9 +147,9 @@ class _BaseSide:
         wall = replace(wall, drift_x=-parameters.gravity * inverse)
         if not self.sweep.scene.has_cart:
             return wall
-        yielding = self.units.mass_unit[0] / parameters.cart_mass
+        yielding = self.units.mass_unit[0] / parameters.base_mass
         return replace(
-            wall, yy=yielding, drift_y=force * inverse / parameters.cart_mass,
+            wall, yy=yielding, drift_y=force * inverse / parameters.base_mass,
             minor_x=self.units.leverage[0] * yielding * wall.drift_x,
         )  # fmt: skip
 
@@ -245,7 +245,7 @@ class _BaseSide:
         # With u - f_y = m_c x'' goes x'' = t_y, weighed by the heavier of what a light cart carries.
         weight = unit if self.weight is None else unit * (1 + self.weight.own[0])
         push = force + parameters.length[0] * (weight * inner.y - unit * inner.y_force)
-        return self.builder.let("cart_acceleration", push / (parameters.cart_mass + weight))
+        return self.builder.let("cart_acceleration", push / (parameters.base_mass + weight))
 
     def _back(self, end: _Met, alpha: ArrayRef, k: Index) -> _Met:
         """Write the angular acceleration of link k; returns what the outer end of the link before does."""

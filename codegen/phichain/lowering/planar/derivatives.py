@@ -30,7 +30,7 @@ def suits(scene: Scene) -> bool:
     return not isinstance(scene.mass, str) and max(scene.mass) <= _MOST * min(scene.mass)
 
 
-@writes("state_jacobian", space="planar", suits=suits)
+@writes("state_jacobian", space="planar", suits=suits, lumped=True)
 def state_jacobian(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, dadq: ArrayRef, dadv: ArrayRef,
     u: ArrayRef | None = None, dadu: ArrayRef | None = None,
@@ -39,7 +39,7 @@ def state_jacobian(
     derivatives(builder, scene, parameters, q, v, u, builder.array("a_value", scene.nv), dadq, dadv, dadu)
 
 
-@writes("dynamics_and_jacobian", space="planar", suits=suits)
+@writes("dynamics_and_jacobian", space="planar", suits=suits, lumped=True)
 def dynamics_and_jacobian(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, dadq: ArrayRef,
     dadv: ArrayRef, u: ArrayRef | None = None, dadu: ArrayRef | None = None,

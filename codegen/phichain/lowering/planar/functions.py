@@ -116,7 +116,7 @@ def gravity_torque(builder: Builder, scene: Scene, parameters: Parameters, q: Ar
 def energy(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, kinetic: ArrayRef, potential: ArrayRef
 ) -> None:
-    """T and V of theory section 1 from the masses' velocities and heights (no cancellation), with the springs' energy."""
+    """T and V of theory section 1 from the masses' velocities and heights (no cancellation), the links' spins and the springs."""
     sine, cosine = absolute_sincos(builder, scene, q)
     state = planar_state(builder, scene, q, v)
     half, nothing = builder.lift(1) / 2, builder.lift(0)
@@ -132,7 +132,10 @@ def energy(
         downwards = builder.let("downwards", -(sine[k] * state.rate[k]))
         mass_x = builder.let("mass_speed_x", speed_x + com * sideways)
         mass_y = builder.let("mass_speed_y", speed_y + com * downwards)
-        loop.follow(twice_kinetic, twice_kinetic + mass * (mass_x * mass_x + mass_y * mass_y))
+        moving = twice_kinetic + mass * (mass_x * mass_x + mass_y * mass_y)
+        if parameters.inertia is not None:
+            moving = moving + parameters.inertia[k] * (state.rate[k] * state.rate[k])
+        loop.follow(twice_kinetic, moving)
         stored = parameters.gravity * mass * (depth + com * cosine[k])
         if parameters.stiffness is not None:
             stored = stored - half * parameters.stiffness[k] * (state.angle[k] * state.angle[k])
@@ -189,6 +192,8 @@ def inverse_dynamics(
         k = loop.index
         beyond_x, beyond_y = loop.carry("beyond_x", 0), loop.carry("beyond_y", 0)
         own = parameters.com[k] * inertial_y[k] + parameters.length[k] * beyond_y
+        if parameters.inertia is not None:
+            own = own + parameters.inertia[k] * alpha[k]
         passive = passive_torque(parameters, state, k)
         if passive is not None:
             outer = loop.carry("passive_beyond", 0)

@@ -6,7 +6,7 @@ with rate w and acceleration alpha, P and V the absolute r_q + g r_v and r_v, it
 
     dA + l (n x + c),   n = (-(g^2 alpha + 2 g w), 1 - g^2 w^2),   c = (-(alpha P + 2 w V), -w^2 P)
 
-more than before, and its moment balance gains -R (P + g^2 x) with R = r m A_mx + l F_x, the pull that the link carries. The chain
+more than before, and its moment balance gains J x - R (P + g^2 x) with R = r m A_mx + l F_x, the pull that the link carries. The chain
 beyond a joint asks for force and moment Lambda (dA, x_before) + lambda there, where x_before belongs to the link before: joints
 transmit -s (x_k - x_before) - rho with s = g d_k + g^2 k_k. Lambda is not symmetric; one sweep per step builds it, and each
 right side costs one sweep inwards and one outwards. With D the pivot of the joint less s and S what acts on it,
@@ -143,7 +143,10 @@ class _Inwards:
         self._levers(beyond, k)
         overhang = length - com
         body = beyond if self.scene.tip_masses else beyond.shifted(overhang, column)
-        body = body.with_mass(mass).stiffened(-(self.squared * self.motion.pull[k])).shifted(com, column)
+        held = -(self.squared * self.motion.pull[k])
+        if parameters.inertia is not None:
+            held = held + parameters.inertia[k]
+        body = body.with_mass(mass).stiffened(held).shifted(com, column)
         joint = self.joint_stiffness(k)
         pivot = body.matrix[2][2]
         inverse = let("inverse_pivot", 1 / (pivot + joint))

@@ -42,13 +42,10 @@ class Recalled(Sweep):
     def pivot(self, outer: Outer, k: Index) -> Pivot:
         """As the sweep, and keep 1 / D, A_yy / D, (A_xx + E) / D and (b_x + k_x + tau A_xy) / D."""
         pivot = super().pivot(outer, k)
-        overhang = self.units.overhang[k]
         self.kept["inverse"][k] = pivot.inverse
         self.kept["level"][k] = outer.yy * pivot.inverse
-        along = outer.xx + outer.determinant
-        self.kept["axial"][k] = (along + overhang * outer.determinant) * pivot.inverse
-        shared = overhang * outer.minor_x + outer.xy * pivot.drive
-        self.kept["pull"][k] = (outer.force_x + outer.minor_x + shared) * pivot.inverse
+        self.kept["axial"][k] = self.axial(outer, k) * pivot.inverse
+        self.kept["pull"][k] = self.pulled(outer, pivot.drive, k) * pivot.inverse
         return pivot
 
     def _turned(self, link: Outer, k: Index) -> Outer:
@@ -94,8 +91,7 @@ class Response:
         self.builder, self.scene, self.sweep, self.units = builder, scene, sweep, sweep.units
         self.nothing = builder.lift(0)
         links, kept = scene.links, sweep.kept
-        mass, com = parameters.mass, parameters.com
-        self.torque_unit = parameters.derived("torque_unit", lambda k: mass[k] * com[k] * com[k])
+        self.torque_unit = sweep.units.torque_unit
         names: tuple[str, ...] = ("pass_xx", "pass_yx", "turn_x", "turn_y", "link_mobility", "joint_gain")
         names += () if scene.tip_masses else ("pass_xy", "pass_yy")
         names += ("link_row_x", "link_row_y", "joint_row_x", "joint_row_y")
@@ -141,8 +137,9 @@ class Response:
     def on_cart(self, parameters: Parameters, outer: Outer, acceleration: Expr, force: Expr) -> Base:
         """The cart, which slides where a link turns."""
         let, arrays, units, sweep = self.builder.let, self.arrays, self.units, self.sweep
-        unit, length, leverage = units.mass_unit[0], parameters.length[0], units.leverage[0]
-        mass = let("cart_mass_ratio", parameters.cart_mass / unit)
+        unit, length = units.mass_unit[0], parameters.length[0]
+        leverage = self.builder.lift(1) if units.is_rigid else units.leverage[0]
+        mass = let("cart_mass_ratio", parameters.base_mass / unit)
         inverse = let("inverse_cart_pivot", 1 / (mass + outer.yy))
         tip = let("cart_tip_x", -parameters.gravity / length), let("cart_tip_y", acceleration / length)
         axial = outer.xx * mass + leverage * outer.determinant
@@ -161,7 +158,8 @@ class Response:
 
     def rho(self, k: Index) -> Pair:
         """(gain_x, 1 + gain_y): -alpha per joint acceleration, and per couple what the joint before it has to bear."""
-        return self.sweep.gain_x[k], 1 + self.sweep.gain_y[k]
+        rho_y = self.sweep.rho_y
+        return self.sweep.gain_x[k], 1 + self.sweep.gain_y[k] if rho_y is None else rho_y[k]
 
     def matrix(self, k: Index) -> tuple[Expr, Expr, Expr, Expr]:
         """T of joint k, row by row."""

@@ -89,9 +89,9 @@ def _chain(
     if scene.has_cart:
         horizontal = builder.lift(0)
         if u is not None and scene.has_force:
-            horizontal = u[0] * (1 / (parameters.cart_mass * parameters.units.force))
+            horizontal = u[0] * (1 / (parameters.base_mass * parameters.units.force))
         if pair is not None:
-            horizontal = horizontal - pair[0] * cosine[0] / parameters.cart_mass
+            horizontal = horizontal - pair[0] * cosine[0] / parameters.base_mass
     return _Chain(builder, parameters, sine, cosine, pair, horizontal)
 
 
@@ -108,7 +108,7 @@ def _joints(chain: _Chain, state: PlanarState) -> Joints:
         squared[loop.index] = sine[loop.index] * sine[loop.index]
     base_slack = builder.lift(0)
     if chain.horizontal is not None:
-        base_slack = parameters.mass[0] / parameters.cart_mass * (sine[0] * sine[0])
+        base_slack = parameters.mass[0] / parameters.base_mass * (sine[0] * sine[0])
     return Joints(chain.cosine, squared, base_slack, right_side)
 
 
@@ -139,7 +139,7 @@ def _cart(chain: _Chain, state: PlanarState, horizontal: Expr, tension: ArrayRef
     """x''."""
     parameters, sine = chain.parameters, chain.sine[0]
     beyond = tension[1] * parameters.mass_ratio[1] * chain.cosine[1]
-    ratio = parameters.mass[0] / parameters.cart_mass
+    ratio = parameters.mass[0] / parameters.base_mass
     pull = ratio * sine * (_still_right_side(chain, state) + beyond)
     return chain.builder.let("cart_acceleration", (horizontal + pull) / (1 + ratio * (sine * sine)))
 

@@ -24,6 +24,7 @@ from __future__ import annotations
 from phichain.ir.builder import Builder
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune, unroll
+from phichain.lowering.body import point_masses
 from phichain.lowering.planar.joints import absolute
 from phichain.lowering.series.planar_factor import planar_factor
 from phichain.lowering.series.planar_held import planar_layout
@@ -38,7 +39,8 @@ UNROLLED = 4
 
 def planar_series(model: Model) -> Series:
     """The recurrences of a planar scene."""
-    scene, layout = model.scene, planar_layout(model.scene)
+    scene = point_masses(model.scene)
+    layout = planar_layout(scene)
     written = unroll if scene.links <= UNROLLED else (lambda program: program)
     return Series(
         factor=written(planar_factor(model, layout)),

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
+from phichain.lowering.body import point_masses
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joint_state import rest_of_difference
 from phichain.lowering.planar.joints import absolute, difference, input_couples
 from phichain.lowering.series.held import Layout
+from phichain.lowering.series.planar_links import PlanarLinks
 from phichain.lowering.series.series import HELD, LEFT, LOST, RIGHT, SCALE
 from phichain.mechanics import Model
 from phichain.scene import Scene
@@ -52,9 +53,9 @@ def directions(builder: Builder, scene: Scene, q: ArrayRef, lost: ArrayRef) -> t
 
 def planar_factor(model: Model, layout: Layout) -> Program:
     """Everything that is constant over a step, and rows 0."""
-    scene = model.scene
+    scene = point_masses(model.scene)
     builder = Builder("flow_factor", "Factor the mass matrix at the start of a step.")
-    parameters = Parameters(builder, model, own_units=True)
+    parameters = Parameters(builder, model, True, scene)
     q, v = builder.input("q", (scene.nq,), "configuration"), builder.input("v", (scene.nv,), "rates in scaled time")
     u = builder.input("u", (scene.nu,), "inputs") if scene.nu else None
     scale = builder.input(SCALE, (2,), "unit of time and its square")
@@ -80,6 +81,7 @@ class _Factor:
     ) -> None:
         self.builder, self.scene, self.parameters, self.layout = builder, scene, parameters, layout
         self.held, self.rho, self.square = held, scale[0], scale[1]
+        self.links = PlanarLinks(parameters)
 
     def keep(self, name: str, k: Index, value: Expr) -> None:
         """Store a number of link k where the scene has a place for it."""
@@ -88,12 +90,16 @@ class _Factor:
 
     def write(self, q: ArrayRef, lost: ArrayRef, u: ArrayRef | None) -> None:
         """All numbers of `held`."""
-        builder, scene, links = self.builder, self.scene, self.scene.links
+        builder, scene, links, parameters = self.builder, self.scene, self.scene.links, self.parameters
         offset = int(scene.has_cart)
         self.sine, self.cosine = directions(builder, scene, q.shifted(offset), lost.shifted(offset))
-        inertia = self.tip(links - 1)
-        if links > 1:
-            with builder.loop("k", links - 2, -1, -1) as loop:
+        inertia, last = self.tip(links - 1), links - 1
+        if parameters.bodies is not None and last:
+            # a rigid link that is held at its centre of mass has no force at its joint to divide by
+            last -= 1
+            inertia = self.link(inertia, last)
+        if last:
+            with builder.loop("k", last - 1, -1, -1) as loop:
                 parts = {"xx": inertia.xx, "xy": inertia.xy, "determinant": inertia.determinant}
                 moving = {"xx"} if scene.tip_masses else set(parts)
                 carried = {name: loop.carry(f"beyond_{name}", parts[name]) for name in parts if name in moving}
@@ -110,9 +116,10 @@ class _Factor:
     def turned(self, beyond: _Inertia, k: Index) -> _Turned:
         """The chain from joint k on, in the frame of the link before."""
         let, s, c = self.builder.let, self.sine[k], self.cosine[k]
-        if self.scene.tip_masses:
+        if beyond.xy.is_zero and beyond.determinant.is_zero:
             across, along = let("across", beyond.xx * s), let("along", beyond.xx * c)
             self.keep("pull_x", k, along)
+            self.keep("pull_y", k, self.builder.lift(0))
             return _Turned(across, self.builder.lift(0), along * c, along * s, across * s)
         inverse = let("inverse_axial", 1 / beyond.xx)
         across, along = let("across", beyond.xx * s + beyond.xy * c), let("along", beyond.xx * c - beyond.xy * s)
@@ -129,24 +136,23 @@ class _Factor:
 
     def tip(self, k: Index) -> _Inertia:
         """The last link: a point mass beyond which there is nothing."""
-        mass, com, zero = self.parameters.mass[k], self.parameters.com[k], self.builder.lift(0)
+        (inverse, moment, gain), zero = self.links.alone(k), self.builder.lift(0)
         self.keep("sine", k, self.sine[k])
         self.keep("cosine", k, self.cosine[k])
-        self.keep("inverse", k, 1 / (mass * com * com))
-        self.keep("axial", k, mass * com)
-        self.keep("gain_y", k, 1 / com)
+        self.keep("inverse", k, inverse)
+        self.keep("axial", k, moment)
+        self.keep("gain_y", k, gain)
         for name in ("lag", "skew", "gain_x", "q_xx", "q_xy", "q_yx", "q_yy", "arm_x", "arm_y"):
             self.keep(name, k, zero)
-        return _Inertia(mass, zero, zero)
+        return _Inertia(self.links.mass[k], zero, zero)
 
     def link(self, beyond: _Inertia, k: Index) -> _Inertia:
         """Eliminate the rotation of link k; the chain from its joint on."""
         let, parameters, scene = self.builder.let, self.parameters, self.scene
-        mass, length = parameters.mass[k], parameters.length[k]
+        mass, length = self.links.mass[k], parameters.length[k]
         s, c, outer = self.sine[k + 1], self.cosine[k + 1], self.turned(beyond, k + 1)
-        own = self.number("own_inertia", lambda k: parameters.mass[k] * parameters.com[k] * parameters.com[k])[k]
-        moment = self.number("moment", lambda k: parameters.mass[k] * parameters.com[k])[k]
-        square = self.number("length_square", lambda k: parameters.length[k] * parameters.length[k])[k]
+        own, moment = self.links.own[k], self.links.moment[k]
+        square = parameters.derived("length_square", lambda k: parameters.length[k] * parameters.length[k])[k]
         inverse = let("inverse_pivot", 1 / (own + square * outer.yy))
         shift = let("shift", (own * outer.xx + square * beyond.determinant) * inverse)
         gain_x = let("gain_x", length * outer.xy * inverse)
@@ -162,19 +168,14 @@ class _Factor:
         if scene.tip_masses:
             zero = self.builder.lift(0)
             return _Inertia(xx, zero, zero)
-        lever = self.number("lever", lambda k: parameters.mass[k] * parameters.com[k] * (parameters.length[k] - parameters.com[k]))[k]
-        kappa = let("kappa", lever * inverse)
-        overhang = self.number("overhang", lambda k: (parameters.length[k] - parameters.com[k]) / parameters.com[k])[k]
+        kappa = let("kappa", self.links.lever[k] * inverse)
+        overhang = self.links.overhang[k]
         xy, zero = let("link_xy", -(kappa * outer.xy)), self.builder.lift(0)
         self.keep("q_yx", k, -(kappa * s))
         self.keep("q_yy", k, -(kappa * c))
         self.keep("skew", k, kappa * (length * outer.xy))
         determinant = kappa * (overhang * (mass * outer.yy + beyond.determinant))
         return _Inertia(xx, xy, let("link_determinant", determinant))
-
-    def number(self, name: str, entry: Callable[[Index], Expr]) -> ArrayRef:
-        """A table of per-link numbers."""
-        return self.parameters.derived(name, entry)
 
     def base(self, inertia: _Inertia) -> None:
         """Gravity and, on a cart, its mobility."""
@@ -186,7 +187,7 @@ class _Factor:
             self.keep("pull_x", 0, self.builder.lift(0))
             self.keep("pull_y", 0, self.builder.lift(0))
             return
-        mass, outer = self.parameters.cart_mass, self.turned(inertia, 0)
+        mass, outer = self.parameters.base_mass, self.turned(inertia, 0)
         inverse = self.builder.let("mobility", 1 / (mass + outer.yy))
         scaled = weight * inverse
         self.keep("base", 0, scaled * (mass * c + outer.mixed))

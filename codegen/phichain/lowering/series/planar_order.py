@@ -7,9 +7,11 @@ from fractions import Fraction
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
+from phichain.lowering.body import point_masses
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import difference
 from phichain.lowering.series.held import Layout
+from phichain.lowering.series.planar_links import PlanarLinks
 from phichain.lowering.series.series import COEFFICIENT, HELD, LEFT, NEXT, NOW, RIGHT, SUMS
 from phichain.mechanics import Model
 from phichain.scene import Scene
@@ -17,9 +19,9 @@ from phichain.scene import Scene
 
 def planar_order(model: Model, layout: Layout) -> Program:
     """Solve for the coefficients of order n + 1."""
-    scene = model.scene
+    scene = point_masses(model.scene)
     builder = Builder("flow_order", "Solve for the coefficients of order n + 1 of the Taylor series.")
-    parameters = Parameters(builder, model, own_units=True)
+    parameters = Parameters(builder, model, True, scene)
     held = builder.input(HELD, (layout.size,), "constants of the step")
     sums = builder.input(SUMS, (4 * scene.links,), "sums of products of known coefficients")
     coefficient = builder.input(COEFFICIENT, (scene.nq + scene.nv,), "coefficients of order n of the state")
@@ -43,9 +45,8 @@ class _Order:
             "bend", "torque", "push_x", "push_y", "force_x", "force_y", "free", "joint_x", "joint_y", "turn", "swing", "rise",
         )  # fmt: skip
         self.work = {name: builder.array(name, scene.links) for name in names}
-        mass, com = parameters.mass, parameters.com
-        self.moment = parameters.derived("moment", lambda k: mass[k] * com[k])
-        self.own = parameters.derived("own_inertia", lambda k: mass[k] * com[k] * com[k])
+        links = PlanarLinks(parameters)
+        self.moment, self.own = links.moment, links.own
 
     def of(self, name: str) -> ArrayRef:
         """Where a quantity's numbers begin; zero everywhere where the scene has none."""

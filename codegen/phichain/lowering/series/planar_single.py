@@ -12,6 +12,7 @@ from __future__ import annotations
 from phichain.ir.builder import Builder
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune, unroll
+from phichain.lowering.body import point_masses
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import input_couples
 from phichain.lowering.series.planar_factor import directions
@@ -55,7 +56,7 @@ def _held(scene: Scene) -> int:
 def _factor(model: Model) -> Program:
     scene = model.scene
     builder = Builder("flow_factor", "What is constant over a step.")
-    parameters = Parameters(builder, model, own_units=True)
+    parameters = Parameters(builder, model, True, point_masses(scene))
     q, v = builder.input("q", (1,), "configuration"), builder.input("v", (1,), "rates in scaled time")
     u = builder.input("u", (scene.nu,), "inputs") if scene.nu else None
     scale = builder.input(SCALE, (2,), "unit of time and its square")
@@ -64,9 +65,13 @@ def _factor(model: Model) -> Program:
     left = builder.output(LEFT, (2,), "the link's cosine and sine")
     right = builder.output(RIGHT, (2,), "the link's rate, twice")
     sine, cosine = directions(builder, scene, q, lost)
-    weight = scale[1] * (parameters.gravity / parameters.com[0])
+    bodies = parameters.bodies
+    if bodies is None:
+        weight = scale[1] * (parameters.gravity / parameters.com[0])
+    else:
+        weight = scale[1] * (parameters.gravity * (bodies.first[0] * bodies.over_second[0]))
     held[0], held[1] = -(weight * cosine[0]), -(weight * sine[0])
-    place, inverse = 2, 1 / (parameters.mass[0] * parameters.com[0] * parameters.com[0])
+    place, inverse = 2, 1 / (parameters.mass[0] * parameters.com[0] * parameters.com[0]) if bodies is None else bodies.over_second[0]
     couple = input_couples(builder, scene, parameters, u)
     if couple is not None:
         held[place] = scale[1] * (couple[0] * inverse)

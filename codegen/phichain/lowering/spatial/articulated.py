@@ -225,7 +225,7 @@ class _Sweep:
         parameters, nothing = self.parameters, self.builder.lift(0)
         seen = Seen(chain, (nothing, nothing, self.builder.lift(1)), nothing)
         mass, length = self.units.mass_unit[0], parameters.length[0]
-        cart, gravity = parameters.cart_mass / mass, parameters.gravity / length
+        cart, gravity = parameters.base_mass / mass, parameters.gravity / length
         inverse = self.builder.let(
             "inverse_cart_pivot", 1 / (cart * cart + cart * seen.trace + seen.adjugate_axial)
         )

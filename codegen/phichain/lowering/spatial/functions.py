@@ -118,16 +118,15 @@ def energy(
     with builder.loop("k", 0, scene.links) as loop:
         k = loop.index
         mass, length, com = parameters.mass[k], parameters.length[k], parameters.com[k]
-        names = ("joint_speed_x", "joint_speed_y", "joint_speed_z")
-        speed = (
-            loop.carry(names[0], cart_speed[0]), loop.carry(names[1], cart_speed[1]), loop.carry(names[2], nothing),
-        )  # fmt: skip
+        speed: Vector = tuple(loop.carry(f"joint_speed_{x}", part) for x, part in zip("xyz", cart_speed, strict=True))
         depth = loop.carry("joint_depth", nothing)
         twice_kinetic, fallen = loop.carry("twice_kinetic", start), loop.carry("fallen", nothing)
         here = load(direction, k)
         turning = cross(load(omega, k), here)
         at_mass = add(speed, scale(com, turning))
-        loop.follow(twice_kinetic, twice_kinetic + mass * dot(at_mass, at_mass))
+        own = mass * dot(at_mass, at_mass)
+        spin = None if parameters.inertia is None else parameters.inertia[k] * dot(turning, turning)
+        loop.follow(twice_kinetic, twice_kinetic + own if spin is None else twice_kinetic + own + spin)
         loop.follow(fallen, fallen + parameters.gravity * mass * (depth + com * here[2]))
         for before, after in zip(speed, add(speed, scale(length, turning)), strict=True):
             loop.follow(before, after)

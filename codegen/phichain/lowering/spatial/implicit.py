@@ -5,7 +5,7 @@ perturbation of nu', gives dnu = V + g x and ds = P + g^2 x, V = r_nu, P = r_s +
 acceleration alpha and velocity q' = omega x q has
 
     d q'' = n x + c,   n = (1 - g^2 w^2) I - q (g^2 alpha + 2 g q')^T,   c = -w^2 P - q (alpha . P + 2 q' . V)
-    across q_k:  m r dA_m + l dF_next - R ds - dQ = 0,   R = q . (m r A_m + l F_next - Q)
+    across q_k:  m r dA_m + J dq'' + l dF_next - R ds - dQ = 0,   R = q . (m r A_m + J q'' + l F_next - Q)
 
 Q holds the springs' k q_{k-1} and the dampers' -d (omega_k - omega_{k-1}) x q_k, and the same of the joint beyond. A joint
 ties x_k to x_{k-1}: the chain beyond it asks for a force and a couple on the link before,
@@ -144,7 +144,11 @@ def _motion(
         k = loop.index
         beyond: Vector = tuple(loop.carry(f"beyond_{x}", 0) for x in "xyz")
         own, here = load(inertial, k), load(out["unit"], k)
-        out["pull"][k] = com[k] * dot(here, own) + length[k] * dot(here, beyond)
+        pull = com[k] * dot(here, own) + length[k] * dot(here, beyond)
+        if parameters.inertia is not None:
+            spin = load(out["spin"], k)
+            pull = pull - parameters.inertia[k] * dot(spin, spin)
+        out["pull"][k] = pull
         for before, after in zip(beyond, add(beyond, own), strict=True):
             loop.follow(before, after)
 
@@ -184,8 +188,9 @@ class _Inwards:
         lean = add(scale(self.squared, load(out["turning"], k)), scale(self.twice, moving))
         bent = minus(scalar(1 - self.squared * dot(spin, spin)), outer(here, lean))
         carried = plus(scalar(mass * com), scaled(length, beyond.force))
+        own = mass * com * com if parameters.inertia is None else mass * com * com + parameters.inertia[k]
         arm = plus(
-            across_rows(plus(scalar(mass * com * com), scaled(length * length, beyond.force)), here),
+            across_rows(plus(scalar(own), scaled(length * length, beyond.force)), here),
             scaled(length, beyond.couple),
         )
         row = plus(across_rows(carried, here), beyond.couple)

@@ -46,10 +46,10 @@ LARGEST_SPREAD = 10**6
 def suits(scene: Scene) -> bool:
     """Whether the errors of this form are bounded by the scene's numbers, all of which must be known."""
     links = _links(scene)
-    if scene.tip_masses or links is None or isinstance(scene.cart_mass, str):
+    if scene.tip_masses or scene.inertia is not None or links is None or isinstance(scene.cart_mass, str):
         return False
     own = [mass * beta * beta for mass, beta in links]
-    leverage = prod(max(1, (1 - beta) / beta) for _, beta in links)
+    leverage = prod(max(1, abs(1 - beta) / beta) for _, beta in links)
     is_even = max(own) <= LARGEST_SPREAD * min(own) and leverage <= LARGEST_LEVERAGE
     return is_even and amplification(links, scene.cart_mass) <= LARGEST_AMPLIFICATION
 
@@ -68,10 +68,10 @@ def amplification(links: Sequence[tuple[float, float]], cart_mass: float | None)
     for place, (mass, beta) in enumerate(reversed(links)):
         own, over = mass * beta * beta, 1 - beta
         worst = max(worst, inertia / own, force / own)
-        growth = over / beta
+        growth = abs(over) / beta
         inertia, force = growth * growth * inertia, growth * force
         if place:
-            inertia, force = inertia + mass * over * over, force + mass * beta * over
+            inertia, force = inertia + mass * over * over, force + mass * beta * abs(over)
     return worst if cart_mass is None else max(worst, inertia / cart_mass, force / cart_mass)
 
 
@@ -223,7 +223,7 @@ class _Sweep:
     def close_on_cart(self, chain: _Beyond, force: tuple[Expr, Expr]) -> tuple[Expr, Expr]:
         """(m_c I + alpha u u^T + G) x'' = force - alpha (c - g u_z) u - d + g G e_3, all horizontal."""
         parameters, scales, alpha = self.parameters, self.scales, chain.axial
-        cart, gravity, (x, y, z) = parameters.cart_mass, parameters.gravity, chain.direction
+        cart, gravity, (x, y, z) = parameters.base_mass, parameters.gravity, chain.direction
         push = [scales.lever[0] * entry for entry in chain.yielding]
         if self.pair is not None:
             push = [entry - own for entry, own in zip(push, load(self.pair, 0), strict=True)]

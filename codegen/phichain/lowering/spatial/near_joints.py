@@ -67,7 +67,7 @@ CART_PIVOT, CART_LOAD = "cart_pivot", "cart_load"
 
 def near_joints(scene: Scene) -> bool:
     """Whether some mass of a chain without springs and dampers is known to sit near its joint; what is not known stays cheap."""
-    is_free = scene.stiffness is None and scene.damping is None
+    is_free = scene.stiffness is None and scene.damping is None and scene.inertia is None
     if scene.com is None or not is_free or isinstance(scene.com, str) or isinstance(scene.length, str):
         return False
     return any(r < NEAR * length for r, length in zip(scene.com, scene.length, strict=True))
@@ -130,7 +130,7 @@ class NearJoints:
         chain = self._inwards()
         if not self.scene.has_cart:
             return
-        cart = self.parameters.cart_mass / self.parameters.mass[0]
+        cart = self.parameters.base_mass / self.parameters.mass[0]
         (xx, xy, xz), (yx, yy, yz), _ = chain.force
         inverse = self.builder.let("inverse_cart", 1 / (cart * (cart + xx + yy) + chain.adjugate[2][2]))
         for i, entry in enumerate((cart + yy, -xy, -yx, cart + xx)):

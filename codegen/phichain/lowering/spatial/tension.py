@@ -82,8 +82,8 @@ def _horizontal(
         return None
     total = []
     for i in range(2):
-        force = builder.lift(0) if u is None else u[i] * (1 / (parameters.cart_mass * parameters.units.force))
-        pull = builder.lift(0) if pair is None else pair[i] / parameters.cart_mass
+        force = builder.lift(0) if u is None else u[i] * (1 / (parameters.base_mass * parameters.units.force))
+        pull = builder.lift(0) if pair is None else pair[i] / parameters.base_mass
         total.append(builder.let("free_cart_acceleration", force - pull))
     return total[0], total[1]
 
@@ -102,7 +102,7 @@ def _joints(chain: _Chain, cosine: ArrayRef) -> Joints:
     base_slack = builder.lift(0)
     if chain.horizontal is not None:
         x, y, _ = load(chain.direction, 0)
-        base_slack = parameters.mass[0] / parameters.cart_mass * (x * x + y * y)
+        base_slack = parameters.mass[0] / parameters.base_mass * (x * x + y * y)
     return Joints(cosine, squared, base_slack, right_side)
 
 
@@ -146,9 +146,9 @@ def _heavy_cart(chain: _Chain, tension: ArrayRef) -> tuple[Expr, Expr]:
     builder, parameters = chain.builder, chain.parameters
     if parameters.links == 1:
         x, y, _ = load(chain.direction, 0)
-        pull = _first_right_side(chain) / (x * x + y * y + parameters.cart_mass / parameters.mass[0])
+        pull = _first_right_side(chain) / (x * x + y * y + parameters.base_mass / parameters.mass[0])
     else:
-        pull = tension[0] * (parameters.mass[0] / parameters.cart_mass)
+        pull = tension[0] * (parameters.mass[0] / parameters.base_mass)
     pull = builder.let("pull_on_cart", pull)
     first, second = (free + chain.direction[i] * pull for i, free in enumerate(chain.horizontal))
     return builder.let("cart_acceleration", first), builder.let("cart_acceleration", second)
@@ -160,7 +160,7 @@ def _cart(chain: _Chain, cosine: ArrayRef, tension: ArrayRef) -> tuple[Expr, Exp
         return None
     builder, parameters = chain.builder, chain.parameters
     (x, y), (free_x, free_y) = (chain.direction[0], chain.direction[1]), chain.horizontal
-    ratio = parameters.mass[0] / parameters.cart_mass
+    ratio = parameters.mass[0] / parameters.base_mass
     value = _still_right_side(chain)
     if parameters.links > 1:
         value = value + cosine[1] * (tension[1] * parameters.mass_ratio[1])

@@ -6,7 +6,9 @@ rotation of a link with its mass near the joint leaves to divide by shrinks with
 
 from __future__ import annotations
 
-from phichain.ir.builder import Builder, Expr, Index
+from collections.abc import Callable
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.parameters import Parameters
 from phichain.scene import Scene
 
@@ -15,7 +17,7 @@ class SpatialUnits:
     """Per-link numbers; what link k passes on to link k - 1 changes units on the way, and link 0 keeps its own.
 
     Attributes:
-        reach: beta = r / l.
+        reach: beta = r / l, of rigid links that of their points (`body`), which have to be somewhere.
         reach_squared: beta^2, the link's inertia against turning about its joint.
         overhang: 1 - beta = (l - r) / l.
         overhang_squared: (1 - beta)^2.
@@ -28,18 +30,27 @@ class SpatialUnits:
     """
 
     def __init__(self, builder: Builder, scene: Scene, parameters: Parameters) -> None:
-        mass, length, com = parameters.mass, parameters.length, parameters.com
-        derived, steps = parameters.derived, parameters.steps
-        self.mass_unit = mass
-        self.reach = reach = derived("reach", lambda k: com[k] / length[k])
+        length, derived, steps = parameters.length, parameters.derived, parameters.steps
+        self.mass_unit = mass = parameters.mass if parameters.bodies is None else parameters.bodies.point
+        self.reach, over = _reach(parameters)
+        reach = self.reach
         self.reach_squared = derived("reach_squared", lambda k: reach[k] * reach[k])
-        self.overhang = overhang = derived("overhang_share", lambda k: (length[k] - com[k]) / length[k])
+        self.overhang = overhang = derived("overhang_share", over)
         self.overhang_squared = derived("overhang_squared", lambda k: overhang[k] * overhang[k])
         self.lever = derived("tip_lever", lambda k: reach[k] * overhang[k])
         self.inverse_torque = derived("over_end_inertia", lambda k: 1 / (mass[k] * length[k] * length[k]))
         self.mass = steps("link_mass_step", lambda k: mass[k])
         self.length = steps("length_step", lambda k: length[k])
         self.outward = steps("outward_step", lambda k: 1 / length[k])
+
+
+def _reach(parameters: Parameters) -> tuple[ArrayRef, Callable[[Index], Expr]]:
+    """beta, and how to make 1 - beta; of rigid links b / (a l) and (a l - b) / (a l)."""
+    length, com, bodies, derived = parameters.length, parameters.com, parameters.bodies, parameters.derived
+    if bodies is None:
+        return derived("reach", lambda k: com[k] / length[k]), lambda k: (length[k] - com[k]) / length[k]
+    over = derived("inverse_reach_moment", lambda k: 1 / (bodies.first[k] * length[k]))
+    return derived("reach", lambda k: bodies.second[k] * over[k]), lambda k: bodies.lever[k] * over[k]
 
 
 class MobilityScales:

@@ -1,7 +1,8 @@
 """The system of `link_multipliers` where masses sit anywhere on their links: a sweep in from the tip, one out from the base.
 
 The chain beyond a joint asks for the force A a + b, a the joint's acceleration less gravity. For a link with mass m at r, couple s,
-mu = m r^2, D = mu + l^2 A, W = D^-1 (m r + l A), kappa = m (l - r)^2, gamma = m r (l - r), and n its normal,
+mu = m r^2, D = mu + l^2 A, W = D^-1 (m r + l A), kappa = m (l - r)^2, gamma = m r (l - r), and n its normal (rigid links have their
+moments in the place of m r and m r^2, and W as it stands: their gamma may be negative),
 
     y = D^-1 q,  z = D^-1 (s - l b),  p = W q,  p* = W^T n,  f = n.y,  e = (along - n.z) / f
     q'' = z + e y + (y p*^T / f - W) a
@@ -25,7 +26,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from phichain.ir.builder import Builder, Expr, Index, Loop
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
 from phichain.lowering.algebra.matrix import (
     Matrix,
     adjugate,
@@ -41,6 +42,7 @@ from phichain.lowering.algebra.matrix import (
     transposed,
 )
 from phichain.lowering.algebra.vector import Vector, add, dot, down, load, multiple, named, store, sub, zeros
+from phichain.lowering.parameters import Parameters
 from phichain.lowering.steps.link_multipliers import Links
 
 
@@ -104,13 +106,9 @@ class _Link:
 
     def __init__(self, links: Links, k: Index, inertia: _Inertia, bias: Vector) -> None:
         builder, parameters, size = links.builder, links.parameters, links.size
-        mass, length, com = parameters.mass, parameters.length, parameters.com
-        own = parameters.derived("own_inertia", lambda k: mass[k] * com[k] * com[k])
+        length = parameters.length
+        own, lever, overhang = _numbers(parameters)
         square = parameters.derived("length_squared", lambda k: length[k] * length[k])
-        lever = parameters.derived("lever", lambda k: mass[k] * com[k] * (length[k] - com[k]))
-        overhang = parameters.derived(
-            "overhang", lambda k: mass[k] * (length[k] - com[k]) * (length[k] - com[k])
-        )
         over_length = parameters.derived("over_length", lambda k: 1 / length[k])[k]
         joined = _joined(inertia, own[k], square[k])
         over_joined = builder.let("over_determinant", 1 / joined.determinant)
@@ -118,7 +116,11 @@ class _Link:
             named(builder, f"yield_{axis}", multiple(over_joined, row))
             for axis, row in zip("xyz", joined.adjugate, strict=False)
         )
-        turn = combined(over_length * lever[k], yielding, over_length)
+        if parameters.bodies is None:
+            turn = combined(over_length * lever[k], yielding, over_length)
+        else:
+            met = _met(inertia, own[k], square[k])
+            turn = plus(combined(parameters.bodies.first[k], yielding, 0), combined(length[k] * over_joined, met, 0))
         turn = tuple(named(builder, f"turn_{axis}", row) for axis, row in zip("xyz", turn, strict=False))
         q, normal = links.at(links.q, k), links.at(links.normal, k)
         couple = zeros(builder, size) if links.couple is None else load(links.couple, k, size)
@@ -135,6 +137,27 @@ class _Link:
         self.inertia_at_base = _added(builder, bent, pull, seen)
         carried = sub(applied(turn, couple), multiple(lever[k], applied(yielding, bias)))
         self.bias_at_base = add(carried, multiple(excess, pull))
+
+
+def _numbers(parameters: Parameters) -> tuple[ArrayRef, ArrayRef, ArrayRef]:
+    """mu, gamma and kappa of every link."""
+    mass, length, com, bodies = parameters.mass, parameters.length, parameters.com, parameters.bodies
+    if bodies is not None:
+        return bodies.second, bodies.lever, bodies.beyond
+    own = parameters.derived("own_inertia", lambda k: mass[k] * com[k] * com[k])
+    lever = parameters.derived("lever", lambda k: mass[k] * com[k] * (length[k] - com[k]))
+    overhang = parameters.derived("overhang", lambda k: mass[k] * (length[k] - com[k]) * (length[k] - com[k]))
+    return own, lever, overhang
+
+
+def _met(inertia: _Inertia, own: Expr, square: Expr) -> Matrix:
+    """A adj D."""
+    matrix, minors, determinant = inertia.matrix, inertia.adjugate, inertia.determinant
+    if len(matrix) == 2:
+        return combined(own, matrix, square * determinant)
+    return plus(
+        combined(own * own, matrix, square * square * determinant), combined(own * square, complement(minors), 0)
+    )
 
 
 def _joined(inertia: _Inertia, own: Expr, square: Expr) -> _Inertia:
@@ -158,14 +181,10 @@ def _bent(inertia: _Inertia, own: Expr, square: Expr, overhang: Expr, over_joine
     lean = overhang * over_joined
     minor = combined(own, minors, square * determinant)
     if len(matrix) == 2:
-        times = combined(own, matrix, square * determinant)
+        times = _met(inertia, own, square)
         return _Inertia(combined(lean, times, 0), combined(lean, minor, 0), overhang * lean * determinant)
-    times = plus(
-        combined(own * own, matrix, square * square * determinant),
-        combined(own * square, complement(minors), 0),
-    )
     return _Inertia(
-        combined(lean, times, 0),
+        combined(lean, _met(inertia, own, square), 0),
         combined(overhang * lean, minor, 0),
         overhang * overhang * lean * determinant,
     )
@@ -190,7 +209,7 @@ def _base(links: Links, inertia: Matrix, bias: Vector) -> Vector:
     asked = add(bias, applied(inertia, rise))[:-1]
     force = multiple(-1, asked) if links.push is None else sub(links.push, asked)
     horizontal = tuple(row[:-1] for row in inertia[:-1])
-    pivot = combined(1, horizontal, parameters.cart_mass)
+    pivot = combined(1, horizontal, parameters.base_mass)
     over = 1 / (pivot[0][0] if size == 2 else dot(pivot[0], transposed(adjugate(pivot))[0]))
     cart = named(builder, "cart", multiple(over, applied(adjugate(pivot), force)))
     for i, entry in enumerate(cart):

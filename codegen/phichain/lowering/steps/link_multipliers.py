@@ -148,7 +148,7 @@ def _base_row(
         total = total + dot(normal, sub(load(pair, 0, size), load(pair, 1, size)))
     weight = builder.lift(0)
     if links.scene.has_cart:
-        ratio = builder.let("cart_ratio", mass / parameters.cart_mass)
+        ratio = builder.let("cart_ratio", mass / parameters.base_mass)
         weight = builder.let("cart_weight", ratio * dot(normal[:-1], q[:-1]))
         sideways = _sideways(links, zeros(builder, size - 1) if pair is None else load(pair, 0, size)[:-1])
         total = total + ratio * dot(normal[:-1], sideways)
@@ -197,7 +197,7 @@ def _write_accelerations(links: Links, force: ArrayRef, size: int) -> None:
     here = load(force, 0, size)
     against = add(fall, multiple(1 / parameters.mass[0], sub(here, load(force, 1, size))))
     if links.scene.has_cart:
-        cart = multiple(-1 / parameters.cart_mass, _sideways(links, here[:-1]))
+        cart = multiple(-1 / parameters.base_mass, _sideways(links, here[:-1]))
         cart = named(builder, "cart", cart)
         for i, entry in enumerate(cart):
             links.out[i] = entry

@@ -37,7 +37,7 @@ class _Callees:
     solution: Program
 
 
-@helps("implicit_factors", "The linearised chain of an implicit step, eliminated from the tip to the base.")
+@helps("implicit_factors", "The linearised chain of an implicit step, eliminated from the tip to the base.", lumped=True)
 def write_factors(builder: Builder, scene: Scene, parameters: Parameters) -> None:
     """The Program `implicit_factors`: gain, q, v, a -> what one step's solves need."""
     gain = builder.input("gain", (1,), "gamma h, s")
@@ -47,7 +47,7 @@ def write_factors(builder: Builder, scene: Scene, parameters: Parameters) -> Non
     factors(builder, scene, parameters, (gain[0], state[0], state[1], state[2]), out)
 
 
-@helps("implicit_solution", "One right side of an implicit step: forces inwards, motions outwards.")
+@helps("implicit_solution", "One right side of an implicit step: forces inwards, motions outwards.", lumped=True)
 def write_solution(builder: Builder, scene: Scene, parameters: Parameters) -> None:
     """The Program `implicit_solution`: gain, factors, right side -> k_q, k_v."""
     gain = builder.input("gain", (1,), "gamma h, s")
@@ -59,7 +59,7 @@ def write_solution(builder: Builder, scene: Scene, parameters: Parameters) -> No
 
 
 @helps(
-    "rosenbrock_increment", "What one Rosenbrock step of order 5 adds to the state, and its error estimate.", CALLEES
+    "rosenbrock_increment", "What one Rosenbrock step of order 5 adds to the state, and its error estimate.", CALLEES, lumped=True
 )
 def write_increment(builder: Builder, scene: Scene, parameters: Parameters, *callees: Program) -> None:
     """The Program `rosenbrock_increment`: h, q, v[, u] -> q_1 - q_0, v_1 - v_0 and the error estimate."""
@@ -71,7 +71,7 @@ def write_increment(builder: Builder, scene: Scene, parameters: Parameters, *cal
     _increments(builder, scene, _Callees(*callees), arguments, ((moved_q, moved_v), (error_q, error_v)))
 
 
-@writes("step_rosenbrock", calls=CALLEES)
+@writes("step_rosenbrock", calls=CALLEES, lumped=True)
 def step(
     builder: Builder, scene: Scene, parameters: Parameters, *callees: Program, **arguments: ArrayRef
 ) -> None:

@@ -45,7 +45,9 @@ def step(
     _Step(builder, scene, parameters, solver, arguments).run()
 
 
-@helps("constrained_accelerations", "Accelerations with prescribed components, by multipliers along the unit vectors.")
+@helps(
+    "constrained_accelerations", "Accelerations with prescribed components, by multipliers along the unit vectors.", lumped=True
+)
 def constrained_accelerations(builder: Builder, scene: Scene, parameters: Parameters) -> None:
     """Declare the arguments of one Newton step, linearise the links' lengths, and solve for its accelerations."""
     size, links = ambient_size(scene), scene.links

@@ -58,7 +58,7 @@ class ParameterBlock:
         if values == self._checked:
             return False
         for parameter, field in zip(self._signature.parameters, self._fields, strict=True):
-            demand_range(f"{self._signature.name}.p[{parameter.name!r}]", parameter.name, field)
+            demand_range(f"{self._signature.name}.p[{parameter.name!r}]", parameter, field)
         self._checked = values
         return True
 
@@ -107,11 +107,11 @@ def _parameter(field: str, parameter: Argument, value: Any, real: np.dtype[Any])
     array = converted(field, value, real)
     if array.shape != parameter.shape:
         raise wrong_shape(field, parameter, value, array, batch=False)
-    demand_range(field, parameter.name, array)
+    demand_range(field, parameter, array)
     return array
 
 
-def demand_range(field: str, name: str, array: NDArray[Any]) -> None:
+def demand_range(field: str, parameter: Argument, array: NDArray[Any]) -> None:
     """Check that a runtime parameter is one that a scene could hold.
 
     Raises:
@@ -119,7 +119,8 @@ def demand_range(field: str, name: str, array: NDArray[Any]) -> None:
     """
     if not np.isfinite(array).all():
         raise ArrayError(field, array.tolist(), "is not finite", f"use finite numbers that {array.dtype} can hold")
-    if name in POSITIVE and not (array > 0).all():
+    above_zero = parameter.name in POSITIVE and not parameter.may_be_zero
+    if above_zero and not (array > 0).all():
         raise ArrayError(field, array.tolist(), "is not positive", "use numbers above zero")
-    if name in NOT_NEGATIVE and not (array >= 0).all():
+    if (parameter.may_be_zero or parameter.name in NOT_NEGATIVE) and not (array >= 0).all():
         raise ArrayError(field, array.tolist(), "is negative", "use zero or numbers above it")

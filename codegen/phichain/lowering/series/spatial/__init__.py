@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from phichain.lowering.body import point_masses
 from phichain.lowering.series.series import Series
 from phichain.lowering.series.spatial.articulated import articulated_series
 from phichain.lowering.series.spatial.tension import tension_series
@@ -10,4 +11,4 @@ from phichain.mechanics import Model
 
 def spatial_series(model: Model) -> Series:
     """The recurrences of a spatial scene."""
-    return tension_series(model) if model.scene.com is None else articulated_series(model)
+    return tension_series(model) if point_masses(model.scene).tip_masses else articulated_series(model)

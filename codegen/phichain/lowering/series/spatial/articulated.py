@@ -24,6 +24,7 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, symmetric
 from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, store, sub
+from phichain.lowering.body import point_masses
 from phichain.lowering.series.series import Series
 from phichain.lowering.series.spatial.articulated_factor import factor, layout, load_size
 from phichain.lowering.series.spatial.rows import (
@@ -39,7 +40,7 @@ from phichain.mechanics import Model
 
 def articulated_series(model: Model) -> Series:
     """The recurrences of a spatial scene with masses anywhere on their links."""
-    scene = model.scene
+    scene = point_masses(model.scene)
     held = layout(scene)
     return Series(
         factor=factor_program(model, held, factor),

@@ -13,6 +13,7 @@ from typing import Final
 from phichain.ir.builder import Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, combine, dyads, triangle
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.lowering.parameters import BODY
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.spatial.rows import Factoring, joint_runs
 from phichain.lowering.spatial.outer import Outer, Seen
@@ -25,7 +26,7 @@ _STEEP: Final = 30
 
 def load_size(scene: Scene) -> int:
     """Numbers of a load beside its pull: d, and on chains that grow heavy outwards adj(G) d, which d alone gives with lost digits."""
-    if isinstance(scene.mass, str):
+    if isinstance(scene.mass, str) or scene.inertia is not None:
         return 3
     return 6 if any(outer > _STEEP * inner for inner, outer in pairwise(scene.mass)) else 3
 
@@ -50,7 +51,7 @@ _UNITS: Final = ("overhang", "lever", "length", "outward")
 
 def layout(scene: Scene) -> Layout:
     links, cart = scene.links, scene.has_cart
-    held_units = links * bool({"mass", "length", "com"} & set(scene.runtime))
+    held_units = links * bool(BODY & set(scene.runtime))
     couples = scene.stiffness is not None or scene.damping is not None
     return Layout(
         [
@@ -223,7 +224,7 @@ def _close_on_cart(step: Factoring, units: SpatialUnits, chain: Outer) -> None:
     builder, parameters, nothing = step.builder, step.parameters, step.builder.lift(0)
     down: Vector = (nothing, nothing, builder.lift(1))
     mass, length = units.mass_unit[0], parameters.length[0]
-    cart, gravity = parameters.cart_mass / mass, parameters.gravity * step.square / length
+    cart, gravity = parameters.base_mass / mass, parameters.gravity * step.square / length
     seen = Seen(chain, down, cart)
     inverse = builder.let("inverse_cart_pivot", 1 / (cart * (cart + seen.trace) + seen.adjugate_axial))
     given: Vector = (nothing, nothing, nothing)

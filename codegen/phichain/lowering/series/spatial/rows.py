@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.lowering.algebra.vector import Vector, load, scale, store
+from phichain.lowering.body import point_masses
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import COEFFICIENT, HELD, LEAD, LEFT, NEXT, NOW, RIGHT, SCALE, SUMS
@@ -103,9 +104,9 @@ class Factoring:
 
 def factor_program(model: Model, layout: Layout, write: Callable[[Factoring], None]) -> Program:
     """`flow_factor`: rows 0, the joints' constants, and what `write` adds."""
-    scene = model.scene
+    scene = point_masses(model.scene)
     builder = Builder("flow_factor", "Factor the mass matrix at the start of a step.")
-    parameters = Parameters(builder, model, own_units=True)
+    parameters = Parameters(builder, model, True, scene)
     q, v = (
         builder.input("q", (scene.nq,), "configuration"),
         builder.input("v", (scene.nv,), "its rates in scaled time"),
@@ -184,10 +185,10 @@ class Ordering:
 
 def order_program(model: Model, layout: Layout, write: Callable[[Ordering], None]) -> Program:
     """`flow_order`: everything but the solution for q''_n and mu_n, which `write` adds."""
-    scene, lanes = model.scene, 3 * model.scene.links
+    scene, lanes = point_masses(model.scene), 3 * model.scene.links
     rows = right_rows(scene)
     builder = Builder("flow_order", "The coefficients of the next order.")
-    parameters = Parameters(builder, model, own_units=True)
+    parameters = Parameters(builder, model, True, scene)
     held = builder.input(HELD, (layout.size,), "constants of the step")
     sums = builder.input(
         SUMS, ((rows + 1) * lanes,), "convolutions of left and right, and of left with itself"

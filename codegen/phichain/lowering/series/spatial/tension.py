@@ -22,6 +22,7 @@ from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, store, sub
+from phichain.lowering.body import point_masses
 from phichain.lowering.series.series import Series
 from phichain.lowering.series.spatial.rows import (
     Ordering,
@@ -44,7 +45,7 @@ from phichain.mechanics import Model
 
 def tension_series(model: Model) -> Series:
     """The recurrences of a spatial scene with tip masses."""
-    scene = model.scene
+    scene = point_masses(model.scene)
     held = layout(scene)
     return Series(
         factor=factor_program(model, held, factor),

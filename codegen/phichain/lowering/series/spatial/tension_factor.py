@@ -77,13 +77,13 @@ def _base(step: Factoring, cosine: ArrayRef) -> Expr:
     if step.u is not None and "push" in step.layout:
         for i in range(2):
             step.keep("push")[i] = (
-                step.u[i] * (1 / (parameters.cart_mass * parameters.units.force)) * step.square
+                step.u[i] * (1 / (parameters.base_mass * parameters.units.force)) * step.square
             )
     if not step.scene.has_cart:
         return builder.lift(0)
     (x, y, _), ratio = (
         load(step.direction, 0),
-        builder.let("cart_ratio", parameters.mass[0] / parameters.cart_mass),
+        builder.let("cart_ratio", parameters.mass[0] / parameters.base_mass),
     )
     slack = builder.let("base_slack", ratio * (x * x + y * y))
     inverse = builder.let("inverse_cart_pivot", 1 / (1 + slack))
