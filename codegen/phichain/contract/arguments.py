@@ -47,6 +47,11 @@ def is_damped(chain: Kind) -> bool:
     return chain.damping is not None
 
 
+def has_rotors(chain: Kind) -> bool:
+    """Joints carry rotors."""
+    return chain.armature is not None
+
+
 def out(shape: Callable[[Chain], Shape], doc: str, meaning: Words) -> Argument:
     """The only result of a function."""
     return Argument("out", "out", shape, doc, meaning)
@@ -84,6 +89,11 @@ NO_BALANCE: Final = (
         "needs an undamped scene, since damped links have no in-phase periodic motion",
         'use "linearization" for the decaying modes, "step" for the motion, or remove joints.damping',
     ),
+)
+NO_ROTORS: Final = Absence(
+    has_rotors,
+    "moves the ends of the links, which do not hold the inertia of the joints' rotors",
+    'use "step", "step_rosenbrock" or the Taylor flow, or remove joints.armature',
 )
 NO_PREPARATION: Final = (
     Absence(

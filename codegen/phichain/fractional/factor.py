@@ -24,7 +24,7 @@ def joint_map(angles: str | None, links: int) -> Vector:
 def inertia_factor(system: System, q: ArrayLike, p: Parameters | None = None) -> Vector:
     """F = diag(sqrt(m_a)) J_a with I(q) = F^T F, from the scene's parameters.
 
-    Two rows per mass, horizontal and along gravity; a cart adds its own row and the column of x.
+    Two rows per mass, horizontal and along gravity; rotors add a row per joint, a cart its own row and the column of x.
 
     Args:
         system: A planar chain.
@@ -32,7 +32,7 @@ def inertia_factor(system: System, q: ArrayLike, p: Parameters | None = None) ->
         p: Runtime parameters by name; None means the system's defaults.
 
     Returns:
-        Shape (S, 2N (+ 1), nv).
+        Shape (S, 2N (+ N) (+ 1), nv).
 
     Raises:
         UnsupportedError: A spatial scene.
@@ -63,18 +63,22 @@ def _directions(angles: str | None, theta: Vector) -> tuple[Vector, Vector]:
 
 
 def absolute_factor(system: System, q: Vector, p: Parameters | None) -> Vector:
-    """The factor in absolute angles with the states along the last axis: q (nq, S) -> (2N (+ 1), nv, S)."""
+    """The factor in absolute angles with the states along the last axis: q (nq, S) -> (2N (+ N) (+ 1), nv, S)."""
     refuse_spatial(system)
     links, cart = system.links, system.cart_size
     mass, length = system.number("mass", p), system.number("length", p)
     com = system.number("com", p, default=length)
     cosine, minus_sine = _directions(system.angles, q[cart:])
-    factor = np.zeros((2 * links + cart, cart + links, q.shape[1]))
+    rotors = 0 if system.joints.armature is None else links
+    factor = np.zeros((2 * links + rotors + cart, cart + links, q.shape[1]))
     for a in range(links):
         reach = (np.where(np.arange(a + 1) < a, length[: a + 1], com[: a + 1]) * np.sqrt(mass[a]))[:, None]
         factor[2 * a, cart : cart + a + 1] = reach * cosine[: a + 1]
         factor[2 * a + 1, cart : cart + a + 1] = reach * minus_sine[: a + 1]
         factor[2 * a, :cart] = np.sqrt(mass[a])
+    if rotors:
+        slips = np.sqrt(system.number("armature", p))[:, None] * (np.eye(links) - np.eye(links, k=-1))
+        factor[2 * links : 3 * links, cart:] = slips[:, :, None]
     if cart:
         factor[-1, 0] = np.sqrt(system.number("cart_mass", p))
     return factor

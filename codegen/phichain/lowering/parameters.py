@@ -18,7 +18,7 @@ from phichain.mechanics import Model
 from phichain.mechanics.symbols import Coefficient
 from phichain.scene import Scene
 
-_PER_LINK = ("mass", "length", "com", "damping", "stiffness")
+_PER_LINK = ("mass", "length", "com", "damping", "stiffness", "armature")
 
 _DOC = {
     "mass": "point mass of each link, kg",
@@ -28,6 +28,7 @@ _DOC = {
     "gravity": "gravitational acceleration, m/s^2",
     "damping": "damping of each joint, N m s/rad",
     "stiffness": "stiffness of each joint, N m/rad",
+    "armature": "inertia of the rotor at each joint, kg m^2",
 }
 
 
@@ -115,6 +116,11 @@ class Parameters:
     def stiffness(self) -> ArrayRef | None:
         """Joint stiffness, or None on a scene without springs."""
         return None if self._scene.stiffness is None else self._given("stiffness")
+
+    @property
+    def armature(self) -> ArrayRef | None:
+        """The rotors' inertias, or None on a scene without rotors."""
+        return None if self._scene.armature is None else self._given("armature")
 
     @property
     def gravity(self) -> Expr:

@@ -2,7 +2,7 @@
 
 Small motions about hanging are those of T = 1/2 m_0 x'^2 + 1/2 sum_k m_k (y_{k-1} + r_k phi_k)'^2 with y_k = y_{k-1} + l_k phi_k,
 y_0 = x, and V = 1/2 sum_k g mu_k phi_k^2 + 1/2 sum_k k_k (phi_k - phi_{k-1})^2; their largest frequency bounds how fast a chain
-swings without being driven. The form V - omega^2 T is eliminated link by link from the tip; as many pivots are negative as
+swings without being driven. Rotors add 1/2 sum_k A_k (phi_k' - phi_{k-1}')^2 to T. The form V - omega^2 T is eliminated link by link from the tip; as many pivots are negative as
 squared frequencies lie below omega^2 (Sylvester), and the wanted digits of the largest follow by bisection. Where parameters
 come at run time
 
@@ -10,7 +10,7 @@ come at run time
 
 serves. For r = l it is Gershgorin's bound on the tridiagonal inverse of M, for masses that do not grow outwards; the last
 factor is an estimate: with masses half-way zigzags of N links hardly move them, and frequencies grow by as much as N
-(checked on uniform chains). The largest of the terms is replaced by their 4-norm, which a Program can compute.
+(checked on uniform chains). Rotors only slow it down. The largest of the terms is replaced by their 4-norm, which a Program can compute.
 """
 
 from __future__ import annotations
@@ -60,12 +60,13 @@ def fastest_rate(scene: Scene) -> Fraction | None:
 
 @dataclass(frozen=True)
 class _Chain:
-    """What small motions need of a chain, as mpf: m_k (kg), r_k and l_k (m), k_k and g mu_k (N m), m_0 (kg, None: fixed)."""
+    """What small motions need of a chain, as mpf: m_k (kg), r_k and l_k (m), k_k (N m), A_k (kg m^2), g mu_k (N m), m_0 (kg or None)."""
 
     mass: list[Any]
     com: list[Any]
     length: list[Any]
     spring: list[Any]
+    rotor: list[Any]
     weight: list[Any]
     cart_mass: Any
 
@@ -73,13 +74,15 @@ class _Chain:
 def _chain(scene: Scene) -> _Chain:
     mass, length = ([mpf(x) for x in values] for values in (scene.mass, scene.length))
     com = length if scene.com is None else [mpf(x) for x in scene.com]
-    spring = [mpf(0)] * scene.links if scene.stiffness is None else [mpf(x) for x in scene.stiffness]
+    spring, rotor = (
+        [mpf(0)] * scene.links if law is None else [mpf(x) for x in law] for law in (scene.stiffness, scene.armature)
+    )
     weight, outer = [], mpf(0)
     for m, r, l in zip(reversed(mass), reversed(com), reversed(length), strict=True):
         weight.append(mpf(scene.gravity) * (m * r + l * outer))
         outer += m
     cart_mass = mpf(scene.cart_mass) if scene.cart_mass is not None else None
-    return _Chain(mass, com, length, spring, weight[::-1], cart_mass)
+    return _Chain(mass, com, length, spring, rotor, weight[::-1], cart_mass)
 
 
 def _decades(scene: Scene) -> int:
@@ -88,7 +91,8 @@ def _decades(scene: Scene) -> int:
     mass, cart_mass, length, com, stiffness, gravity = (
         () if x is None else x if isinstance(x, tuple) else (x,) for x in arrays
     )
-    groups = [[abs(Fraction(x)) for x in group if x] for group in (mass + cart_mass, length + com, stiffness + gravity)]
+    inertia = mass if scene.armature is None else mass + scene.armature
+    groups = [[abs(Fraction(x)) for x in group if x] for group in (inertia + cart_mass, length + com, stiffness + gravity)]
     return sum(len(str(int(max(group) / min(group)))) for group in groups if group)
 
 
@@ -115,7 +119,8 @@ def _all_below(chain: _Chain, square: Any) -> bool:
     before it.
     """
     a = b = c = mpf(0)
-    links = zip(chain.mass, chain.com, chain.length, chain.spring, chain.weight, strict=True)
+    springs = [k - square * rotor for k, rotor in zip(chain.spring, chain.rotor, strict=True)]
+    links = zip(chain.mass, chain.com, chain.length, springs, chain.weight, strict=True)
     for m, r, l, k, weight in reversed(list(links)):
         inertia = square * m
         pivot = weight + k - inertia * r * r + (a * l + 2 * b) * l + c

@@ -21,7 +21,7 @@ from phichain.scene import Scene
 
 @dataclass(frozen=True)
 class Parameters:
-    """The numbers of a scene: masses (kg), lengths and centres (m), gravity (m/s^2), joints (0 if absent)."""
+    """The numbers of a scene: masses (kg), lengths and centres (m), gravity (m/s^2), joints and rotors (0 if absent)."""
 
     mass: Vector
     length: Vector
@@ -30,6 +30,7 @@ class Parameters:
     gravity: Any
     damping: Vector
     stiffness: Vector
+    armature: Vector
 
     def moments(self, power: int) -> Vector:
         """Return sum_a m_a lever_ak^power for every link k, lever_ak the weight of q_k in r_a: l_k inside, com_a at the mass."""
@@ -45,6 +46,7 @@ class Parameters:
             [*self.mass, self.cart_mass or 0],
             [*self.length, *self.com],
             [*self.damping, *self.stiffness, 1],
+            [*self.armature, 1],
         ]
         sizes = [[abs(entry) for entry in group if entry] for group in groups]
         return sum(int(mp.ceil(mp.log10(max(group) / min(group)))) for group in sizes)
@@ -60,6 +62,7 @@ class Parameters:
             gravity=nudge("gravity", [self.gravity])[0],
             damping=nudge("damping", self.damping),
             stiffness=nudge("stiffness", self.stiffness),
+            armature=nudge("armature", self.armature),
         )
 
 
@@ -121,6 +124,7 @@ def parameters(scene: Scene, values: Mapping[str, Any] | None = None) -> Paramet
         gravity=exact(read("gravity")),
         damping=per_link("damping"),
         stiffness=per_link("stiffness"),
+        armature=per_link("armature"),
     )
 
 

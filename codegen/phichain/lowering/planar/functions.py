@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder
 from phichain.lowering.parameters import Parameters
-from phichain.lowering.planar.joints import absolute, passive_torque, planar_state, to_generalised
+from phichain.lowering.planar.geared import terms as rotors
+from phichain.lowering.planar.joints import absolute, congruence, passive_torque, planar_state, to_generalised
 from phichain.lowering.writers import writes
 from phichain.scene import Scene
 
@@ -19,20 +20,6 @@ def absolute_sincos(builder: Builder, scene: Scene, q: ArrayRef) -> tuple[ArrayR
     """Sines and cosines of the absolute angles."""
     phi = absolute(builder, scene, "phi", q.shifted(int(scene.has_cart)))
     return builder.sincos(phi, scene.links)
-
-
-def congruence(builder: Builder, scene: Scene, inner: ArrayRef, out: ArrayRef, nv: int) -> None:
-    """S^T M S: `inner` holds M (links x links), `out` starts at the block's first cell and has rows of nv cells."""
-    links = scene.links
-    if scene.angles == "absolute":
-        with builder.loop("i", 0, links) as rows, builder.loop("j", 0, links) as columns:
-            out[rows.index * nv + columns.index] = inner[rows.index * links + columns.index]
-        return
-    half = builder.array("half", links * links)
-    with builder.loop("i", 0, links) as rows:
-        to_generalised(builder, scene, inner.shifted(rows.index * links), half.shifted(rows.index * links))
-    with builder.loop("j", 0, links) as columns:
-        to_generalised(builder, scene, half.shifted(columns.index, links), out.shifted(columns.index, nv))
 
 
 @writes("mass_matrix", space="planar")
@@ -50,7 +37,7 @@ def mass_matrix(builder: Builder, scene: Scene, parameters: Parameters, q: Array
             entry = builder.let("entry", length[i] * mu[j] * (cosine[i] * cosine[j] + sine[i] * sine[j]))
             inner[i * links + j] = entry
             inner[j * links + i] = entry
-    congruence(builder, scene, inner, out.shifted(offset * (scene.nv + 1)), scene.nv)
+    rotors.inertia(builder, scene, parameters, inner, out)
     if scene.has_cart:
         coupling = builder.array("cart_coupling", links)
         with builder.loop("k", 0, links) as loop:
@@ -132,7 +119,9 @@ def energy(
         downwards = builder.let("downwards", -(sine[k] * state.rate[k]))
         mass_x = builder.let("mass_speed_x", speed_x + com * sideways)
         mass_y = builder.let("mass_speed_y", speed_y + com * downwards)
-        loop.follow(twice_kinetic, twice_kinetic + mass * (mass_x * mass_x + mass_y * mass_y))
+        twice = twice_kinetic + mass * (mass_x * mass_x + mass_y * mass_y)
+        rotor = rotors.kinetic(parameters, state.joint_rate, k)
+        loop.follow(twice_kinetic, twice if rotor is None else twice + rotor)
         stored = parameters.gravity * mass * (depth + com * cosine[k])
         if parameters.stiffness is not None:
             stored = stored - half * parameters.stiffness[k] * (state.angle[k] * state.angle[k])
@@ -185,6 +174,7 @@ def inverse_dynamics(
         loop.follow(before_x, joint_x - parameters.length[k] * squared)
         loop.follow(before_y, joint_y + parameters.length[k] * alpha[k])
     torque = builder.array("absolute_torque", links)
+    couple = rotors.couples(builder, scene, parameters, "rotor_couple", a.shifted(offset))
     with builder.loop("k", links - 1, -1, -1) as loop:
         k = loop.index
         beyond_x, beyond_y = loop.carry("beyond_x", 0), loop.carry("beyond_y", 0)
@@ -194,7 +184,7 @@ def inverse_dynamics(
             outer = loop.carry("passive_beyond", 0)
             own = own - (passive - outer)
             loop.follow(outer, passive)
-        torque[k] = own
+        torque[k] = rotors.added(own, couple, k)
         force_x = builder.let("force_x", inertial_x[k] + beyond_x)
         force_y = builder.let("force_y", inertial_y[k] + beyond_y)
         loop.follow(beyond_x, cosine[k] * force_x - sine[k] * force_y)
@@ -220,7 +210,7 @@ def linearization(
             entry = builder.let("entry", length[i] * mu[j] * (s[i] * s[j]))
             inner[i * links + j] = entry
             inner[j * links + i] = entry
-    congruence(builder, scene, inner, outputs["M"].shifted(offset * (nv + 1)), nv)
+    rotors.inertia(builder, scene, parameters, inner, outputs["M"])
     coupling, falling = builder.array("cart_coupling", links), builder.array("falling", links)
     with builder.loop("k", 0, links) as loop:
         coupling[loop.index] = mu[loop.index] * s[loop.index]

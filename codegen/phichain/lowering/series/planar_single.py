@@ -4,7 +4,8 @@ With psi the angle from the link's direction at the step's start, C and S its co
 
     S' = C w,   C' = -S w,   w' = (a_x S - a_y C) / r + tau / (m r^2)
 
-where (a_x, a_y) = rho^2 g (-cos phi_0, sin phi_0) is gravity as the acceleration of the base in the link's frame.
+where (a_x, a_y) = rho^2 g (-cos phi_0, sin phi_0) is gravity as the acceleration of the base in the link's frame. With a rotor at
+the joint 1 / r becomes m r / (m r^2 + A), and 1 / (m r^2) likewise.
 """
 
 from __future__ import annotations
@@ -64,9 +65,14 @@ def _factor(model: Model) -> Program:
     left = builder.output(LEFT, (2,), "the link's cosine and sine")
     right = builder.output(RIGHT, (2,), "the link's rate, twice")
     sine, cosine = directions(builder, scene, q, lost)
-    weight = scale[1] * (parameters.gravity / parameters.com[0])
+    own = parameters.mass[0] * parameters.com[0] * parameters.com[0]
+    if parameters.armature is None:
+        inverse, weight = 1 / own, scale[1] * (parameters.gravity / parameters.com[0])
+    else:
+        inverse = 1 / (own + parameters.armature[0])
+        weight = scale[1] * (parameters.gravity * (parameters.mass[0] * parameters.com[0] * inverse))
     held[0], held[1] = -(weight * cosine[0]), -(weight * sine[0])
-    place, inverse = 2, 1 / (parameters.mass[0] * parameters.com[0] * parameters.com[0])
+    place = 2
     couple = input_couples(builder, scene, parameters, u)
     if couple is not None:
         held[place] = scale[1] * (couple[0] * inverse)
