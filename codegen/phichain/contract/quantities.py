@@ -11,6 +11,7 @@ from typing import Final
 
 from phichain.contract.chain import Chain
 from phichain.contract.quantity import Quantities, Quantity, rows
+from phichain.contract.quantities_geared import geared
 
 _DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian", "step"})
 _FIELD: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian"})
@@ -280,6 +281,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
             ("lead", "", "variation of what stands before the first row of left"),
         ),
     ),
+    geared(_DYNAMICS | _SERIES),
 )  # fmt: skip
 """Every explained name. What stands in no row is explained by the line that computes it."""
 

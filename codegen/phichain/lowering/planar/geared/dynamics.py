@@ -14,14 +14,14 @@ def accelerations(
     builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None, a: ArrayRef
 ) -> None:
     """Write the accelerations [x'', theta''] into `a`."""
-    kept = {name: builder.array(f"{name}_of", size) for name, size in layout_of(scene)}
-    joints = builder.sincos(state.angle, scene.links)
-    elimination = Elimination(builder, scene, parameters, joints, kept_in(kept))
+    sine, cosine = builder.sincos(state.angle, scene.links)
+    kept = {name: builder.array(f"{name}_of", size) for name, size in layout_of(scene) if name not in ("sine", "cosine")}
+    elimination = Elimination(builder, scene, parameters, (sine, cosine), kept_in(kept))
     elimination.base(elimination.run(), parameters.gravity)
     bend = builder.array("bend", scene.links)
     with builder.loop("k", 0, scene.links) as loop:
         bend[loop.index] = -(state.rate[loop.index] * state.rate[loop.index])
-    substitution = Substitution(builder, parameters, kept.__getitem__)
+    substitution = Substitution(builder, parameters, (kept | {"sine": sine, "cosine": cosine}).__getitem__)
     substitution.inwards(couples(builder, scene, parameters, state, u), bend, None)
     push = u[0] if u is not None and scene.has_force else None
     base, cart = substitution.base(push, scene.has_cart)

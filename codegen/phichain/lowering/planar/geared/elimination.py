@@ -98,7 +98,7 @@ class Elimination:
         mass, length, com, derived = parameters.mass, parameters.length, parameters.com, parameters.derived
         self.first = derived("moment", lambda k: mass[k] * com[k])
         self.own = derived("own_inertia", lambda k: mass[k] * com[k] * com[k])
-        self.lever = derived("lever", lambda k: mass[k] * com[k] * (length[k] - com[k]))
+        self.lever = derived("overhang_moment", lambda k: mass[k] * com[k] * (length[k] - com[k]))
 
     def run(self) -> Beyond:
         """Eliminate all links; the chain from the first joint on."""
@@ -117,7 +117,7 @@ class Elimination:
         """The last link: a point mass and a rotor beyond which there is nothing."""
         let, mass, zero = self.builder.let, self.parameters.mass[k], self.builder.lift(0)
         first, own, rotor = self.first[k], self.own[k], self.armature[k]
-        inverse = let("inverse_pivot", 1 / (own + rotor))
+        inverse = let("inverse_turning", 1 / (own + rotor))
         share = let("share", rotor * inverse)
         kept = {
             "gain_x": zero, "gain_y": first * inverse, "inverse": inverse, "share": share, "slack": own * inverse,
@@ -144,8 +144,8 @@ class Elimination:
         t_y = let("turning_y", pull * seen.across + c * sigma)
         t_n = let("turning_moment", pull * beyond.moment + rho)
         pivot = let("pivot", own + (pull * reach + (arm * sigma + rho)))
-        inverse = let("inverse_pivot", 1 / (pivot + rotor))
-        held = let("held_inertia", own + rotor)
+        inverse = let("inverse_turning", 1 / (pivot + rotor))
+        held = let("own_held", own + rotor)
         forward = length * beyond.xx + s * beyond.moment, seen.along
         sideways = -(c * beyond.moment), seen.across
         bent = self._product("bent", beyond, forward)
@@ -154,7 +154,7 @@ class Elimination:
         aside = let("sideways", _dot(sideways, self._product("leaned", beyond, sideways)) * beyond.over_xx)
         minor_yy = aside + c * c * beyond.determinant
         shift = let("shift", (seen.xx * held + minor_xx) * inverse)
-        skew = let("link_xy", ((rotor - lever) * seen.xy + (minor_xy - first * seen.moment)) * inverse)
+        skew = let("held_xy", ((rotor - lever) * seen.xy + (minor_xy - first * seen.moment)) * inverse)
         inwards = let("inwards", (rotor - lever + t_n) * inverse)
         share = let("share", rotor * inverse)
         gain_y = let("side", first + t_y)
@@ -170,18 +170,18 @@ class Elimination:
             ("sine", self.sine[k]), ("cosine", self.cosine[k]),
         ):  # fmt: skip
             self.keep(name, k, value)
-        xx = let("link_xx", mass + shift)
-        over = let("over_link_xx", 1 / xx)
+        xx = let("held_xx", mass + shift)
+        over = let("over_held_xx", 1 / xx)
         whole = let("whole", self._whole(beyond, seen, k, aside))
         sides = mass * (beyond.xx + beyond.xy * beyond.xy * beyond.over_xx + beyond.across)
         freed = let("freed", mass * mass + sides + beyond.xx * beyond.across)
         shared = let("shared", share * over)
         return Beyond(
-            xx=xx, over_xx=over, xy=skew, moment=let("link_moment", share * t_x),
-            across=let("link_across", (whole + rotor * freed) * (inverse * over)),
-            mixed=let("link_mixed", shared * (mass * gain_y + (first * seen.xx + bent[0]))),
-            turning=let("link_turning", shared * (mass * pivot + (own * seen.xx + minor_xx))),
-            determinant=let("link_determinant", shared * whole),
+            xx=xx, over_xx=over, xy=skew, moment=let("held_moment", share * t_x),
+            across=let("held_across", (whole + rotor * freed) * (inverse * over)),
+            mixed=let("held_mixed", shared * (mass * gain_y + (first * seen.xx + bent[0]))),
+            turning=let("held_turning", shared * (mass * pivot + (own * seen.xx + minor_xx))),
+            determinant=let("held_determinant", shared * whole),
         )  # fmt: skip
 
     def base(self, beyond: Beyond, gravity: Expr) -> None:

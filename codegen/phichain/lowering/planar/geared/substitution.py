@@ -36,8 +36,9 @@ class Substitution:
             of: the arrays that the elimination filled, by name.
         """
         self.builder, self.parameters, self.of = builder, parameters, of
-        names = ("force_x", "force_y", "free", "joint_x", "joint_y", "swing", "slip")
-        self.work = {name: builder.array(name, parameters.links) for name in names}
+        names = {"force_x": "asked_x", "force_y": "asked_y", "free": "loose", "swing": "turned"}
+        names |= {name: name for name in ("joint_x", "joint_y", "slip")}
+        self.work = {name: builder.array(label, parameters.links) for name, label in names.items()}
 
     def inwards(self, torque: ArrayRef | None, bend: ArrayRef, rise: ArrayRef | None) -> None:
         """Forces and moments that the chain beyond each joint asks for, and the links' free turning."""
@@ -51,11 +52,11 @@ class Substitution:
             lifted = zero if rise is None else rise[k]
             driven = builder.let("driven", pushed - n)
             still = of("inverse")[k] * driven - of("lag")[k] * lifted
-            self.work["free"][k] = free = builder.let("free", still - of("arm_x")[k] * x - of("arm_y")[k] * y)
+            self.work["free"][k] = free = builder.let("loose", still - of("arm_x")[k] * x - of("arm_y")[k] * y)
             own_x = of("axial")[k] * bend[k] + of("gain_x")[k] * driven + of("lift_x")[k] * lifted
             own_y = of("skew")[k] * bend[k] + of("gain_y")[k] * driven + of("lift_y")[k] * lifted
-            force_x = builder.let("force_x", own_x + of("q_xx")[k] * x + of("q_xy")[k] * y)
-            force_y = builder.let("force_y", own_y + of("q_yx")[k] * x + of("q_yy")[k] * y)
+            force_x = builder.let("asked_x", own_x + of("q_xx")[k] * x + of("q_xy")[k] * y)
+            force_y = builder.let("asked_y", own_y + of("q_yx")[k] * x + of("q_yy")[k] * y)
             self.work["force_x"][k], self.work["force_y"][k] = force_x, force_y
             loop.follow(x, force_x)
             loop.follow(y, force_y)
@@ -98,10 +99,10 @@ class Substitution:
         """Write the accelerations of joint and link k; returns that of its outer end along it, and its turning."""
         let, of, work = self.builder.let, self.of, self.work
         work["joint_x"][k], work["joint_y"][k] = joint
-        along = let("end_x", joint[0] + self.parameters.length[k] * bend[k])
+        along = let("tip_along", joint[0] + self.parameters.length[k] * bend[k])
         drawn = let("drawn", work["free"][k] - of("gain_x")[k] * along - of("gain_y")[k] * joint[1])
         work["slip"][k] = drawn - of("slack")[k] * before
-        work["swing"][k] = swing = let("swing", drawn + of("share")[k] * before)
+        work["swing"][k] = swing = let("turned", drawn + of("share")[k] * before)
         return along, swing
 
     def _outer_end(
@@ -111,7 +112,7 @@ class Substitution:
         let, of = self.builder.let, self.of
         along, swing = self._turn(k, joint, before, bend)
         turning = self.work["free"][k] + of("share")[k] * before
-        across = let("end_y", self.parameters.length[k] * (turning if rise is None else turning + rise[k]))
+        across = let("tip_across", self.parameters.length[k] * (turning if rise is None else turning + rise[k]))
         return (
             let("next_x", of("q_xx")[k] * along + of("q_yx")[k] * joint[1] + of("sine")[k + 1] * across),
             let("next_y", of("q_xy")[k] * along + of("q_yy")[k] * joint[1] + of("cosine")[k + 1] * across),
