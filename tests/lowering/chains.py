@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phichain.contract.functions import ROWS
 from phichain.ir import Program
 from phichain.scene import Scene
 from tests.offered import offered
@@ -28,6 +29,9 @@ _JOINTS: dict[str, dict[str, Any]] = {
     "free": {},
     "sprung": {"stiffness": [2.0, 0.5, 1.5, 0.8]},
     "damped": {"stiffness": [2.0, 0.5, 1.5, 0.8], "damping": [0.3, 0.1, 0.2, 0.4]},
+    "geared": {"armature": [0.3, 0.0, 0.5, 0.1]},
+    "geared_damped": {"armature": [0.3, 0.0, 0.5, 0.1], "stiffness": [2.0, 0.5, 1.5, 0.8], "damping": [0.3, 0.1, 0.2, 0.4]},
+    "geared_runtime": {"armature": "runtime"},
 }
 
 
@@ -55,20 +59,31 @@ def kinds(links: int = 3) -> Iterator[Scene]:
         yield scene(links, "planar", base, "tip", actuated="none")
         yield scene(links, "spatial", base, "one_at_its_end", "sprung")
         yield scene(links, "spatial", base, "runtime_tip", actuated="none")
+    yield from geared_kinds(links)
+
+
+def geared_kinds(links: int = 3) -> Iterator[Scene]:
+    """Scenes with rotors at their joints that between them take every branch of those."""
+    for base, angles in product(("fixed", "cart"), ("relative", "absolute", "adjacent")):
+        masses, joints = ("mid", "geared_damped") if base == "fixed" else ("tip", "geared")
+        yield scene(links, "planar", base, masses, joints, angles=angles, actuated="all")
+    yield scene(links, "planar", "fixed", "runtime", "geared_runtime", actuated="none")
+    yield scene(links, "planar", "cart", "one_at_its_end", "geared_runtime", actuated=[1])
 
 
 def label(chain: Scene) -> str:
     """A readable test id."""
     com = "tip" if chain.com is None else "com"
     numbers = "-".join(chain.runtime) if chain.runtime else "numbers"
-    joints = "".join(name[0] for name in ("damping", "stiffness") if getattr(chain, name) is not None)
+    joints = "".join(name[0] for name in ("damping", "stiffness", "armature") if getattr(chain, name) is not None)
     form = chain.angles or "spatial"
     return f"{form}-{chain.links}-{chain.base}-{com}-{numbers}-{joints or 'free'}-{chain.nu}u"
 
 
 def functions(chain: Scene) -> tuple[str, ...]:
     """Every function of a scene that is a Program."""
-    return offered(chain.space, chain.damping is not None, on_request=True)
+    known = offered(chain.space, chain.damping is not None, on_request=True)
+    return tuple(name for name in known if ROWS[name].absence(chain) is None)
 
 
 def random_arguments(chain: Scene, program: Program, seed: int = 0) -> Arguments:

@@ -29,6 +29,12 @@ SCENES = {
         Scene("flying", 2, space="spatial", base="cart", cart_mass=0.7, **TWO, com=[0.2, 0.3], want=SPATIAL),
         Scene("stiff", 2, **TWO, com=[0.2, 0.3], stiffness=1.0, damping=0.2, want=("step_rosenbrock",)),
         Scene("stiff_flying", 2, space="spatial", base="cart", cart_mass=0.7, **TWO, damping=0.2, want=("step_rosenbrock",)),
+        Scene("geared", 2, **TWO, com=[0.2, 0.3], armature="runtime", actuated="all", want=PLANAR),
+        Scene(
+            "geared_cart", 3, base="cart", cart_mass=0.7, **THREE, armature=[0.1, 0.0, 0.3], angles="adjacent", want=PLANAR,
+            code="loops",
+        ),
+        Scene("geared_stiff", 2, **TWO, com=[0.2, 0.3], armature=[0.1, 0.2], damping=0.2, want=("step_rosenbrock",)),
         Scene("sprung", 2, space="spatial", **TWO, com=[0.2, 0.3], stiffness=1.0, damping=0.2, want=SPATIAL, code="loops"),
     )
 }  # fmt: skip
