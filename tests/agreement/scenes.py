@@ -53,6 +53,9 @@ SCENES = (
          actuated=[1, 3], code="loops"),
     make("planar_cart_runtime", 2, "planar", "cart", mass="runtime", length="runtime", cart_mass="runtime",
          angles="adjacent", stiffness=_joint(2, 1.5), code="unrolled"),
+    make("planar_geared", 3, "planar", "fixed", com=_mid(3), armature="runtime", actuated="all", code="loops"),
+    make("planar_cart_geared", 2, "planar", "cart", armature=[0.0, 0.6], stiffness=_joint(2, 2.0), damping=_joint(2, 0.3),
+         angles="absolute", code="unrolled"),
     make("spatial_tip", 3, "spatial", "fixed", STEPS, code="loops"),
     make("spatial_runtime", 2, "spatial", "fixed", stiffness="runtime", damping="runtime", code="unrolled", **_ALL_RUNTIME),
     make("spatial_cart_tip", 5, "spatial", "cart", code="loops"),
@@ -66,6 +69,7 @@ FLOAT_SCENES = (
     make("float_planar", 2, "planar", "fixed", STEPS, com=_mid(2), actuated="all", code="loops", real="float"),
     make("float_planar_cart", 2, "planar", "cart", stiffness="runtime", damping="runtime", cart_mass="runtime",
          code="unrolled", real="float", **_ALL_RUNTIME),
+    make("float_geared", 2, "planar", "fixed", com=_mid(2), armature=_joint(2, 0.4), actuated="all", real="float"),
     make("float_spatial_cart", 3, "spatial", "cart", code="unrolled", real="float"),
 )  # fmt: skip
 """In single precision."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Final
 
 from phichain.contract.chain import Chain
-from phichain.contract.quantity import Quantities, Quantity, rows
 from phichain.contract.quantities_geared import geared
+from phichain.contract.quantity import Quantities, Quantity, rows
 
 _DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian", "step"})
 _FIELD: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian"})

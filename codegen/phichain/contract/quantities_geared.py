@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from phichain.contract.quantity import Quantities, rows
 
+
 def geared(functions: frozenset[str]) -> Quantities:
     """The rows for some functions."""
     return Quantities(

@@ -6,7 +6,8 @@ Mass k moves with r_k' = x' + sum_{j<k} l_j q_j' + r_k q_k', and P_k = sum_{a>=k
 
 In the plane dq_k'/d phi_k' = (cos phi_k, -sin phi_k), and p_theta = S^T p_phi; rotors add A_k slip_k - A_{k+1} slip_{k+1} to p_phi,
 slip_k the rate of joint k. In space q_k' = omega_k x q_k gives p_k = q_k x (r_k P_k + (l_k - r_k) P_{k+1}),
-which is orthogonal to q_k: the gradient of T along the rates that are tangent. For tangent omega p is the matrix of (16) times v. No term is subtracted, and masses at the links' ends have no second one.
+which is orthogonal to q_k: the gradient of T along the rates that are tangent. For tangent omega p is the matrix of (16) times v.
+No term of a mass is subtracted, and masses at the links' ends have no second one.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from collections.abc import Callable
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, multiple, named, store, zeros
 from phichain.lowering.parameters import Parameters
-from phichain.lowering.planar.geared import terms as rotors
 from phichain.lowering.planar.functions import absolute_sincos
+from phichain.lowering.planar.geared import terms as rotors
 from phichain.lowering.planar.joints import absolute, to_generalised
 from phichain.lowering.writers import writes
 from phichain.scene import Scene

@@ -2,15 +2,16 @@
 
 Small motions about hanging are those of T = 1/2 m_0 x'^2 + 1/2 sum_k m_k (y_{k-1} + r_k phi_k)'^2 with y_k = y_{k-1} + l_k phi_k,
 y_0 = x, and V = 1/2 sum_k g mu_k phi_k^2 + 1/2 sum_k k_k (phi_k - phi_{k-1})^2; their largest frequency bounds how fast a chain
-swings without being driven. Rotors add 1/2 sum_k A_k (phi_k' - phi_{k-1}')^2 to T. The form V - omega^2 T is eliminated link by link from the tip; as many pivots are negative as
-squared frequencies lie below omega^2 (Sylvester), and the wanted digits of the largest follow by bisection. Where parameters
-come at run time
+swings without being driven. Rotors add 1/2 sum_k A_k (phi_k' - phi_{k-1}')^2 to T. The form V - omega^2 T is eliminated link by
+link from the tip; as many pivots are negative as squared frequencies lie below omega^2 (Sylvester), and the wanted digits of the
+largest follow by bisection. Where parameters come at run time
 
     omega^2 <~ 4 max_k (g outer_k + k_k / r_k) / (m_k r_k) (1 + sum_k (l_k - r_k) / (2 r_k))^2,   outer_k = sum_{a >= k} m_a
 
 serves. For r = l it is Gershgorin's bound on the tridiagonal inverse of M, for masses that do not grow outwards; the last
 factor is an estimate: with masses half-way zigzags of N links hardly move them, and frequencies grow by as much as N
-(checked on uniform chains). Rotors only slow it down. The largest of the terms is replaced by their 4-norm, which a Program can compute.
+(checked on uniform chains). A rotor adds A_k to its link's own m_k r_k^2 there. The largest of the terms is replaced by their 4-norm, which a Program
+can compute.
 """
 
 from __future__ import annotations
@@ -86,13 +87,13 @@ def _chain(scene: Scene) -> _Chain:
 
 
 def _decades(scene: Scene) -> int:
-    """Over how many powers of ten masses, lengths and springs spread, together."""
-    arrays = (scene.mass, scene.cart_mass, scene.length, scene.com, scene.stiffness, scene.gravity)
-    mass, cart_mass, length, com, stiffness, gravity = (
+    """Over how many powers of ten masses, rotors, lengths and springs spread, together."""
+    arrays = (scene.mass, scene.cart_mass, scene.length, scene.com, scene.stiffness, scene.gravity, scene.armature)
+    mass, cart_mass, length, com, stiffness, gravity, armature = (
         () if x is None else x if isinstance(x, tuple) else (x,) for x in arrays
     )
-    inertia = mass if scene.armature is None else mass + scene.armature
-    groups = [[abs(Fraction(x)) for x in group if x] for group in (inertia + cart_mass, length + com, stiffness + gravity)]
+    inertia = mass + cart_mass + armature
+    groups = [[abs(Fraction(x)) for x in group if x] for group in (inertia, length + com, stiffness + gravity)]
     return sum(len(str(int(max(group) / min(group)))) for group in groups if group)
 
 
@@ -147,6 +148,9 @@ def scales_program(model: Model) -> Program:
         mass, com = parameters.mass[k], parameters.com[k]
         outer = parameters.outer_mass[k] + mass
         pull = parameters.gravity * outer
+        if parameters.armature is not None:
+            held = pull * com if parameters.stiffness is None else pull * com + parameters.stiffness[k]
+            return held / (mass * com * com + parameters.armature[k])
         if parameters.stiffness is not None:
             pull = pull + parameters.stiffness[k] / com
         return pull / (mass * com)

@@ -26,8 +26,7 @@ def absolute_sincos(builder: Builder, scene: Scene, q: ArrayRef) -> tuple[ArrayR
 def mass_matrix(builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, out: ArrayRef) -> None:
     """I(q) of (15), nv x nv."""
     sine, cosine = absolute_sincos(builder, scene, q)
-    links, offset = scene.links, int(scene.has_cart)
-    mu, length = parameters.mu, parameters.length
+    links, mu, length = scene.links, parameters.mu, parameters.length
     inner = builder.array("absolute_mass", links * links)
     with builder.loop("i", 0, links) as rows:
         i = rows.index
@@ -199,8 +198,7 @@ def linearization(
     builder: Builder, scene: Scene, parameters: Parameters, s: ArrayRef, **outputs: ArrayRef
 ) -> None:
     """M x'' + [D x'] + G x = B u about the equilibrium phi_k = 0 (s_k = 1) or pi (s_k = -1); (19) in the plane."""
-    links, offset, nv = scene.links, int(scene.has_cart), scene.nv
-    mu, length = parameters.mu, parameters.length
+    links, mu, length = scene.links, parameters.mu, parameters.length
     inner = builder.array("absolute_mass", links * links)
     with builder.loop("i", 0, links) as rows:
         i = rows.index
