@@ -86,3 +86,17 @@ def test_straight_and_folded_chains_with_uneven_masses(shape: str, spread: tuple
 def test_256_links() -> None:
     chain = Scene("geared", 256, mass=1.0, length=0.1, com=0.05, armature=[0.01 * (k % 3) for k in range(256)], actuated="all")
     check(chain, arguments(chain, 1))
+
+
+@pytest.mark.parametrize("angles", ["relative", "absolute", "adjacent"])
+def test_large_rotors_round_no_other_entry_of_the_inertia(angles: str) -> None:
+    """Entry by entry: what a rotor of 1e8 has no part in keeps all its digits."""
+    numbers = {"mass": [1.0, 0.3, 0.2], "length": [0.5, 0.4, 0.3], "com": [0.2, 0.3, 0.1], "armature": [0.1, 1e8, 0.0]}
+    chain = Scene("geared", 3, **numbers, angles=angles, want=("mass_matrix", "linearization"))
+    for function, given, output, name in (
+        ("mass_matrix", {"q": [0.3, -0.2, 0.9]}, "out", "M"), ("linearization", {"s": [1, -1, -1]}, "M", "M"),
+    ):  # fmt: skip
+        program = lower_function(derive(chain), function, "loops")
+        found = np.asarray(evaluate(program, {key: np.asarray(x, dtype=float) for key, x in given.items()})[output])
+        true = np.array(reference(chain, function, given)[name], dtype=float)
+        assert found.reshape(3, 3) == pytest.approx(true, rel=1e-14)
