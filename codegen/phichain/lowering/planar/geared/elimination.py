@@ -184,13 +184,18 @@ class Elimination:
             determinant=let("held_determinant", shared * whole),
         )  # fmt: skip
 
-    def base(self, beyond: Beyond, gravity: Expr) -> None:
-        """Gravity and, on a cart, its mobility."""
-        weight = -gravity
+    def base(self, beyond: Beyond, fall: tuple[Expr, Expr]) -> None:
+        """Gravity and, on a cart, its mobility.
+
+        Args:
+            beyond: the chain from the first joint on.
+            fall: what all falls with, aside and down: gravity, seen from a base at rest. Aside is nothing where a cart is free.
+        """
+        aside, weight = -fall[0], -fall[1]
         s, c = self.sine[0], self.cosine[0]
         if not self.scene.has_cart:
-            self.keep("base", 0, weight * c)
-            self.keep("base", 1, -(weight * s))
+            self.keep("base", 0, weight * c + aside * s)
+            self.keep("base", 1, aside * c - weight * s)
             for name in ("pull_x", "pull_y", "pull_n"):
                 self.keep(name, 0, self.builder.lift(0))
             return
