@@ -3,31 +3,31 @@
 A rotor of inertia A_k at joint k takes the couple A_k (alpha_k - alpha_{k-1}). So the chain from joint k on, as link k - 1 sees it,
 asks for a force and a moment at the joint that are linear in its acceleration a less gravity and in the turning alpha of link k - 1:
 
-    (f, n) = K (a, alpha) + p,    K = kappa kappa^T / X + [0; S],    kappa = (X, Z, H),    S = [E F; F G],    delta = det S
+    (f, n) = K (a, alpha) + p,    K = X kappa kappa^T + [0; S],    kappa = (1, z, h),    S = [E F; F G],    delta = det S
 
-with axes along link k, along its tangent, and its angle; X > 0 and S >= 0 stand for K because the entries of K itself cancel where
-much heavier links are beyond. With s, c sine and cosine of the joint at the tip of a link, e = X s + Z c and b = X c - Z s,
+with axes along link k, along its tangent, and its angle; X, kappa and S >= 0 stand for K because the entries of K itself cancel where
+much heavier links are beyond. With s, c sine and cosine of the joint at the tip of a link, e = s + z c and b = c - z s,
 
-    g = l e + H,   sigma = l c E + F,   rho = l c F + G,   t_n = g H / X + rho
-    t_x = g b / X - s sigma,   t_y = g e / X + c sigma,   P = m r^2 + g^2 / X + l c sigma + rho,   D = P + A_k
+    g = l e + h,   sigma = l c E + F,   rho = l c F + G,   t_n = X g h + rho
+    t_x = X g b - s sigma,   t_y = X g e + c sigma,   P = m r^2 + X g^2 + l c sigma + rho,   D = P + A_k
 
 are what one unit of the link's own turning asks for: (t_x, m r + t_y) at its joint, t_n at its tip. With the chain beyond turned into
-the frame of the link, T_xx = b^2 / X + s^2 E, T_xy = b e / X - s c E, T_yy = e^2 / X + c^2 E, h_x = b H / X - s F, and with
+the frame of the link, T_xx = X b^2 + s^2 E, T_xy = X b e - s c E, T_yy = X e^2 + c^2 E, h_x = X b h - s F, and with
 
-    u = (l X + s H, b),   v = (-c H, e),   U_xx = u.S u / X + s^2 delta,   U_xy = v.S u / X - s c delta,   U_yy = v.S v / X + c^2 delta
+    u = (l + s h, b),   v = (-c h, e),   U_xx = X u.S u + s^2 delta,   U_xy = X v.S u - s c delta,   U_yy = X v.S v + c^2 delta
 
 which are the minors of T bordered by the turning, the link and all beyond it have
 
-    X' = m + (T_xx (m r^2 + A) + U_xx) / D,    Z' = ((A - m r (l - r)) T_xy - m r h_x + U_xy) / D,    H' = A t_x / D
-    d = X delta + m (delta + (u_o.S u_o + v.S v) / X) + m^2 ((o e + H)^2 / X + (o c)^2 E + 2 o c F + G),   o = l - r
-    E' = (d + A (m^2 + m (X + Z^2 / X + E) + X E)) / (D X'),   delta' = A d / (D X')
-    F' = A (m (m r + t_y) + m r T_xx + u.(E, F)) / (D X'),     G' = A (m P + m r^2 T_xx + U_xx) / (D X')
+    X' = m + (T_xx (m r^2 + A) + U_xx) / D,    X' z' = ((A - m r (l - r)) T_xy - m r h_x + U_xy) / D,    X' h' = A t_x / D
+    d = X delta + m (delta + X (u_o.S u_o + v.S v)) + m^2 (X (o e + h)^2 + (o c)^2 E + 2 o c F + G),   o = l - r
+    E' = (d + A (m^2 + m (X + X z^2 + E) + X E)) / (D X'),   delta' = A d / (D X')
+    F' = A (m (m r + t_y) + m r T_xx + X u.(E, F)) / (D X'),     G' = A (m P + m r^2 T_xx + U_xx) / (D X')
 
 u_o is u with o for l. Forces and moments p of the chain beyond go over the link by Q, accelerations outwards by its transpose; what
 bending C'' and rising (S'' beyond the turning) of the link's direction add to p goes by `axial`, `skew` and `lift_x`, `lift_y`. No
 sum has terms that must cancel because masses or rotors differ much:
 
-    Q_xx = (c (m r^2 + A + rho) + g (l Z + c H) / X + l sigma) / D,     Q_xy = -(s (m r^2 + A + rho) + g (l + s H / X)) / D
+    Q_xx = (c (m r^2 + A + rho) + X g (l z + c h) + l sigma) / D,     Q_xy = -(s (m r^2 + A + rho) + X g (l + s h)) / D
     Q_y. = (s, c) (A - m r (l - r) + t_n) / D,    Q_.n = -(t_x, m r + t_y) / D,    Q_n. = A (l s, l c, 1) / D
 """
 
@@ -60,12 +60,11 @@ Keep = Callable[[str, Index, Expr], None]
 
 @dataclass(frozen=True)
 class Beyond:
-    """A chain from a joint on, as the link before sees it: X, 1 / X, Z, H, E, F, G and delta."""
+    """A chain from a joint on, as the link before sees it: X, z, h, E, F, G and delta."""
 
-    xx: Expr
-    over_xx: Expr
-    xy: Expr
-    moment: Expr
+    inertia: Expr
+    skew: Expr
+    reach: Expr
     across: Expr
     mixed: Expr
     turning: Expr
@@ -127,7 +126,7 @@ class Elimination:
         for name in PER_LINK:
             if not name.startswith("pull"):
                 self.keep(name, k, kept.get(name, zero))
-        return Beyond(mass, 1 / mass, zero, zero, share * mass, share * first, share * own, zero)
+        return Beyond(mass, zero, zero, share * mass, share * first, share * own, zero)
 
     def link(self, beyond: Beyond, k: Index) -> Beyond:
         """Eliminate the turning of link k; the chain from its joint on."""
@@ -135,31 +134,31 @@ class Elimination:
         mass, length, rotor = parameters.mass[k], parameters.length[k], self.armature[k]
         first, own, lever = self.first[k], self.own[k], self.lever[k]
         s, c, seen = self.sine[k + 1], self.cosine[k + 1], self._seen(beyond, k + 1)
-        reach = let("reach", length * seen.across + beyond.moment)
-        pull = let("reach_over", reach * beyond.over_xx)
+        reach = let("reach", length * seen.across + beyond.reach)
+        pull = let("pull_of_turning", beyond.inertia * reach)
         arm = let("arm", length * c)
         sigma = let("sigma", arm * beyond.across + beyond.mixed)
         rho = let("rho", arm * beyond.mixed + beyond.turning)
         t_x = let("turning_x", pull * seen.along - s * sigma)
         t_y = let("turning_y", pull * seen.across + c * sigma)
-        t_n = let("turning_moment", pull * beyond.moment + rho)
+        t_n = let("turning_moment", pull * beyond.reach + rho)
         pivot = let("pivot", own + (pull * reach + (arm * sigma + rho)))
         inverse = let("inverse_turning", 1 / (pivot + rotor))
-        held = let("own_held", own + rotor)
-        forward = length * beyond.xx + s * beyond.moment, seen.along
-        sideways = -(c * beyond.moment), seen.across
+        held = let("own_with_rotor", own + rotor)
+        forward = length + s * beyond.reach, seen.along
+        sideways = -(c * beyond.reach), seen.across
         bent = self._product("bent", beyond, forward)
-        minor_xx = let("minor_xx", _dot(forward, bent) * beyond.over_xx + s * s * beyond.determinant)
-        minor_xy = let("minor_xy", _dot(sideways, bent) * beyond.over_xx - s * c * beyond.determinant)
-        aside = let("sideways", _dot(sideways, self._product("leaned", beyond, sideways)) * beyond.over_xx)
-        minor_yy = aside + c * c * beyond.determinant
+        minor_xx = let("minor_xx", beyond.inertia * _dot(forward, bent) + s * s * beyond.determinant)
+        minor_xy = let("minor_xy", beyond.inertia * _dot(sideways, bent) - s * c * beyond.determinant)
+        aside = let("sideways", _dot(sideways, self._product("leaned", beyond, sideways)))
+        minor_yy = beyond.inertia * aside + c * c * beyond.determinant
         shift = let("shift", (seen.xx * held + minor_xx) * inverse)
-        skew = let("held_xy", ((rotor - lever) * seen.xy + (minor_xy - first * seen.moment)) * inverse)
+        skew = let("link_skew", ((rotor - lever) * seen.xy + (minor_xy - first * seen.moment)) * inverse)
         inwards = let("inwards", (rotor - lever + t_n) * inverse)
         share = let("share", rotor * inverse)
         gain_y = let("side", first + t_y)
         for name, value in (
-            ("q_xx", (c * (held + rho) + (pull * (length * beyond.xy + c * beyond.moment) + length * sigma)) * inverse),
+            ("q_xx", (c * (held + rho) + (pull * (length * beyond.skew + c * beyond.reach) + length * sigma)) * inverse),
             ("q_xy", -((s * (held + rho) + pull * forward[0]) * inverse)),
             ("q_yx", s * inwards), ("q_yy", c * inwards), ("gain_x", t_x * inverse), ("gain_y", gain_y * inverse),
             ("inverse", inverse), ("share", share), ("slack", pivot * inverse),
@@ -170,16 +169,16 @@ class Elimination:
             ("sine", self.sine[k]), ("cosine", self.cosine[k]),
         ):  # fmt: skip
             self.keep(name, k, value)
-        xx = let("held_xx", mass + shift)
-        over = let("over_held_xx", 1 / xx)
+        inertia = let("held_inertia", mass + shift)
+        over = let("over_held_inertia", 1 / inertia)
         whole = let("whole", self._whole(beyond, seen, k, aside))
-        sides = mass * (beyond.xx + beyond.xy * beyond.xy * beyond.over_xx + beyond.across)
-        freed = let("freed", mass * mass + sides + beyond.xx * beyond.across)
+        sides = mass * (beyond.inertia + beyond.inertia * (beyond.skew * beyond.skew) + beyond.across)
+        freed = let("freed", mass * mass + sides + beyond.inertia * beyond.across)
         shared = let("shared", share * over)
         return Beyond(
-            xx=xx, over_xx=over, xy=skew, moment=let("held_moment", share * t_x),
+            inertia=inertia, skew=let("held_skew", skew * over), reach=let("held_reach", shared * t_x),
             across=let("held_across", (whole + rotor * freed) * (inverse * over)),
-            mixed=let("held_mixed", shared * (mass * gain_y + (first * seen.xx + bent[0]))),
+            mixed=let("held_mixed", shared * (mass * gain_y + (first * seen.xx + beyond.inertia * bent[0]))),
             turning=let("held_turning", shared * (mass * pivot + (own * seen.xx + minor_xx))),
             determinant=let("held_determinant", shared * whole),
         )  # fmt: skip
@@ -202,26 +201,25 @@ class Elimination:
         mass, seen = self.parameters.cart_mass, self._seen(beyond, 0)
         inverse = self.builder.let("mobility", 1 / (mass + seen.yy))
         scaled = weight * inverse
-        mixed = seen.across * beyond.xy * beyond.over_xx + c * beyond.across
-        self.keep("base", 0, scaled * (mass * c + mixed))
-        self.keep("base", 1, -(scaled * (mass * s + seen.across)))
+        across = beyond.inertia * seen.across
+        self.keep("base", 0, scaled * (mass * c + (across * beyond.skew + c * beyond.across)))
+        self.keep("base", 1, -(scaled * (mass * s + across)))
         self.keep("base_arm", 0, inverse)
         self.keep("base_arm", 1, -(scaled * seen.xy))
 
     def _seen(self, beyond: Beyond, k: Index) -> _Seen:
         """The chain from joint k on, in the frame of the link before."""
         let, s, c = self.builder.let, self.sine[k], self.cosine[k]
-        across, along = let("across", beyond.xx * s + beyond.xy * c), let("along", beyond.xx * c - beyond.xy * s)
-        over = let("along_over", along * beyond.over_xx)
-        rest_s = let("rest_s", s * beyond.across)
-        moment = let("seen_moment", over * beyond.moment - s * beyond.mixed)
-        self.keep("pull_x", k, along)
-        self.keep("pull_y", k, over * beyond.xy - rest_s)
+        across, along = let("across", s + beyond.skew * c), let("along", c - beyond.skew * s)
+        pull, rest_s = let("pull_along", beyond.inertia * along), let("rest_s", s * beyond.across)
+        moment = let("seen_moment", pull * beyond.reach - s * beyond.mixed)
+        self.keep("pull_x", k, pull)
+        self.keep("pull_y", k, pull * beyond.skew - rest_s)
         self.keep("pull_n", k, moment)
         return _Seen(
-            across=across, along=along, xx=let("seen_xx", over * along + s * rest_s),
-            xy=let("seen_xy", over * across - c * rest_s),
-            yy=let("seen_yy", across * across * beyond.over_xx + c * c * beyond.across), moment=moment,
+            across=across, along=along, xx=let("seen_xx", pull * along + s * rest_s),
+            xy=let("seen_xy", pull * across - c * rest_s),
+            yy=let("seen_yy", beyond.inertia * (across * across) + c * c * beyond.across), moment=moment,
         )  # fmt: skip
 
     def _product(self, name: str, beyond: Beyond, pair: tuple[Expr, Expr]) -> tuple[Expr, Expr]:
@@ -240,11 +238,11 @@ class Elimination:
         if not self.scene.tip_masses:
             length, com = self.parameters.length, self.parameters.com
             overhang = self.parameters.derived("length_beyond", lambda k: length[k] - com[k])[k]
-        lean = overhang * beyond.xx + s * beyond.moment, seen.along
-        forward = _dot(lean, self._product("swung", beyond, lean)) * beyond.over_xx
-        reach, arm = overhang * seen.across + beyond.moment, overhang * c
-        swung = reach * reach * beyond.over_xx + arm * (arm * beyond.across + (beyond.mixed + beyond.mixed)) + beyond.turning
-        return beyond.xx * delta + mass * (delta + (forward + aside) + mass * swung)
+        lean = overhang + s * beyond.reach, seen.along
+        forward = _dot(lean, self._product("swung", beyond, lean))
+        reach, arm = overhang * seen.across + beyond.reach, overhang * c
+        swung = beyond.inertia * (reach * reach) + arm * (arm * beyond.across + (beyond.mixed + beyond.mixed)) + beyond.turning
+        return beyond.inertia * delta + mass * (delta + beyond.inertia * (forward + aside) + mass * swung)
 
 
 @dataclass(frozen=True)
