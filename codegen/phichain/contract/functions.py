@@ -110,8 +110,7 @@ TABLE: Final[tuple[Function, ...]] = (
     Function(
         "energy", "Kinetic and potential energy.",
         (
-            Q,
-            V,
+            Q, V,
             Argument("kinetic", "out", scalar, "kinetic energy, J", "J"),
             Argument("potential", "out", scalar, "potential energy, J, springs included", meanings.potential),
         ),
