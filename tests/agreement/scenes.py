@@ -55,6 +55,9 @@ SCENES = (
          angles="adjacent", stiffness=_joint(2, 1.5), code="unrolled"),
     make("planar_rigid", 5, "planar", "cart", STEPS, com=_mid(5), inertia=_joint(5, 0.2), actuated="all", code="unrolled"),
     make("planar_rigid_runtime", 2, "planar", "cart", com="runtime", inertia="runtime", stiffness=_joint(2, 1.5), code="loops"),
+    make("planar_geared", 3, "planar", "fixed", com=_mid(3), armature="runtime", actuated="all", code="loops"),
+    make("planar_cart_geared", 2, "planar", "cart", armature=[0.0, 0.6], stiffness=_joint(2, 2.0), damping=_joint(2, 0.3),
+         angles="absolute", code="unrolled"),
     make("spatial_tip", 3, "spatial", "fixed", STEPS, code="loops"),
     make("spatial_rigid", 3, "spatial", "cart", STEPS, com=[0.3, 1.2, 0.0], inertia=_joint(3, 0.2), code="loops"),
     make("spatial_rigid_runtime", 2, "spatial", "fixed", mass="runtime", com=_mid(2), inertia="runtime", code="unrolled"),
@@ -71,6 +74,7 @@ FLOAT_SCENES = (
     make("float_planar_cart", 2, "planar", "cart", stiffness="runtime", damping="runtime", cart_mass="runtime",
          code="unrolled", real="float", **_ALL_RUNTIME),
     make("float_rigid", 3, "planar", "cart", com=[0.3, 0.4, 0.0], inertia=_joint(3, 0.2), actuated="all", code="loops", real="float"),
+    make("float_geared", 2, "planar", "fixed", com=_mid(2), armature=_joint(2, 0.4), actuated="all", real="float"),
     make("float_spatial_cart", 3, "spatial", "cart", code="unrolled", real="float"),
 )  # fmt: skip
 """In single precision."""

@@ -22,6 +22,7 @@ def planar(
     angles: str = "relative",
     stiffness: Sequence[float] | None = None,
     damping: Sequence[float] | None = None,
+    armature: Sequence[float] | None = None,
     actuated: str = "none",
     leave_out: Sequence[str] = (),
     name: str = "handmade",
@@ -35,19 +36,21 @@ def planar(
     S[cart:, cart:] = angle_map(n, angles)
     to_relative = np.linalg.inv(angle_map(n, "relative"))
     K = np.zeros((n + cart, n + cart))
-    D = np.zeros_like(K)
+    D, rotors = np.zeros_like(K), np.zeros_like(K)
     if stiffness is not None:
         K[cart:, cart:] = to_relative.T @ np.diag(stiffness) @ to_relative
     if damping is not None:
         D[cart:, cart:] = to_relative.T @ np.diag(damping) @ to_relative
+    if armature is not None:
+        rotors[cart:, cart:] = to_relative.T @ np.diag(armature) @ to_relative
     nu = {"none": 0, "all": n + cart, "cart": 1}[actuated]
     B = np.eye(n + cart)[:, :nu]
 
     def absolute_terms(y: np.ndarray, y_dot: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         phi, rate = y[cart:], y_dot[cart:]
         gap = phi[:, None] - phi
-        M = np.zeros((n + cart, n + cart), dtype=gap.dtype)
-        M[cart:, cart:] = c * np.cos(gap)
+        M = rotors.astype(gap.dtype)
+        M[cart:, cart:] += c * np.cos(gap)
         h, g = np.zeros(n + cart, dtype=np.result_type(y, y_dot)), np.zeros(n + cart, dtype=y.dtype)
         h[cart:] = (c * np.sin(gap)) @ rate**2
         g[cart:] = gravity * mu * np.sin(phi)
@@ -103,7 +106,7 @@ def planar(
         "linearization": linearization,
         "step": step,
     }
-    if damping is None:
+    if damping is None and armature is None:
         phi, phi_jacobian = harmonic(mu, c, S, K, gravity, None if not cart else cart_mass + m.sum())
         functions |= {"phi": phi, "phi_jacobian": phi_jacobian}
     thetas = tuple(f"theta_{k + 1}" for k in range(n))
@@ -122,7 +125,7 @@ def planar(
         u_names=tuple(f"u_{k}" for k in range(nu)),
         angles=angles,
         numbers=Numbers(m, l, r, cart_mass, gravity),
-        joints=Joints(stiffness, damping),
+        joints=Joints(stiffness, damping, armature),
     )
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phichain.contract.functions import ROWS
 from phichain.ir import Program
 from phichain.scene import Scene
 from tests.offered import offered
@@ -32,6 +33,9 @@ _JOINTS: dict[str, dict[str, Any]] = {
     "free": {},
     "sprung": {"stiffness": [2.0, 0.5, 1.5, 0.8]},
     "damped": {"stiffness": [2.0, 0.5, 1.5, 0.8], "damping": [0.3, 0.1, 0.2, 0.4]},
+    "geared": {"armature": [0.3, 0.0, 0.5, 0.1]},
+    "geared_damped": {"armature": [0.3, 0.0, 0.5, 0.1], "stiffness": [2.0, 0.5, 1.5, 0.8], "damping": [0.3, 0.1, 0.2, 0.4]},
+    "geared_runtime": {"armature": "runtime"},
 }
 
 
@@ -65,6 +69,16 @@ def kinds(links: int = 3) -> Iterator[Scene]:
     for space in ("planar", "spatial"):
         yield scene(links, space, "cart", "runtime_rigid", "damped")
         yield scene(links, space, "fixed", "runtime_inertia")
+    yield from geared_kinds(links)
+
+
+def geared_kinds(links: int = 3) -> Iterator[Scene]:
+    """Scenes with rotors at their joints that between them take every branch of those."""
+    for base, angles in product(("fixed", "cart"), ("relative", "absolute", "adjacent")):
+        masses, joints = ("mid", "geared_damped") if base == "fixed" else ("tip", "geared")
+        yield scene(links, "planar", base, masses, joints, angles=angles, actuated="all")
+    yield scene(links, "planar", "fixed", "runtime", "geared_runtime", actuated="none")
+    yield scene(links, "planar", "cart", "one_at_its_end", "geared_runtime", actuated=[1])
 
 
 def label(chain: Scene) -> str:
@@ -72,14 +86,15 @@ def label(chain: Scene) -> str:
     com = "tip" if chain.com is None else "com"
     com += "" if chain.inertia is None else "-rigid" if chain.com is None or all(chain.com) else "-held"
     numbers = "-".join(chain.runtime) if chain.runtime else "numbers"
-    joints = "".join(name[0] for name in ("damping", "stiffness") if getattr(chain, name) is not None)
+    joints = "".join(name[0] for name in ("damping", "stiffness", "armature") if getattr(chain, name) is not None)
     form = chain.angles or "spatial"
     return f"{form}-{chain.links}-{chain.base}-{com}-{numbers}-{joints or 'free'}-{chain.nu}u"
 
 
 def functions(chain: Scene) -> tuple[str, ...]:
     """Every function of a scene that is a Program."""
-    return offered(chain.space, chain.damping is not None, on_request=True)
+    known = offered(chain.space, chain.damping is not None, on_request=True)
+    return tuple(name for name in known if ROWS[name].absence(chain) is None)
 
 
 def random_arguments(chain: Scene, program: Program, seed: int = 0) -> Arguments:

@@ -25,6 +25,8 @@ KINDS: dict[str, dict[str, Any]] = {
     "planar fixed, adjacent": {**_UNEVEN, "angles": "adjacent", "stiffness": 0.1},
     "planar fixed, tip masses": {"mass": 0.3, "length": 0.2},
     "planar cart": {**_UNEVEN, **_JOINTS, **_CART},
+    "planar fixed, rotors": {**_UNEVEN, "armature": [0.2, 0.0, 0.3], "damping": 0.1},
+    "planar cart, runtime rotors": {**_UNEVEN, **_CART, "armature": "runtime", "angles": "adjacent"},
     "planar fixed, runtime": {**_RUNTIME, "stiffness": "runtime", "damping": "runtime"},
     "planar cart, runtime": {**_RUNTIME, "base": "cart", "cart_mass": "runtime"},
     "planar fixed, runtime masses": {"mass": "runtime", "length": [0.5, 0.4, 0.9], "com": [0.2, 0.4, 0.1]},
@@ -91,6 +93,8 @@ def _coefficients(model: Model) -> Iterator[tuple[str, Energies]]:
         bend = sympy.Symbol(f"bend_{i + 1}")
         if model.scene.stiffness is not None:
             yield f"k_{i + 1}", potential(bend**2 if axes == 2 else bend)
+        if model.scene.armature is not None:
+            yield f"A_{i + 1}", kinetic(sympy.Symbol(f"slip_{i + 1}") ** 2)
         if model.scene.damping is not None:
             slip = [f"slip_{i + 1}"] if axes == 2 else [f"slip_{i + 1}_{axis}" for axis in (1, 2, 3)]
             square = _dot(*[[sympy.Symbol(name) for name in slip]] * 2)

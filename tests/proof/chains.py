@@ -32,6 +32,12 @@ SCENES = {
         Scene("rods", 2, base="cart", cart_mass=0.7, **TWO, com=[0.2, 0.5], inertia=[0.01, 0.02], actuated="all", want=PLANAR),
         Scene("wheel", 2, **TWO, com=[0.2, 0.0], inertia="runtime", damping=[0.1, 0.2], want=DAMPED, code="loops"),
         Scene("bars", 2, space="spatial", **TWO, com=[0.2, 0.0], inertia=[0.01, 0.02], want=SPATIAL),
+        Scene("geared", 2, **TWO, com=[0.2, 0.3], armature="runtime", actuated="all", want=PLANAR),
+        Scene(
+            "geared_cart", 3, base="cart", cart_mass=0.7, **THREE, armature=[0.1, 0.0, 0.3], angles="adjacent", want=PLANAR,
+            code="loops",
+        ),
+        Scene("geared_stiff", 2, **TWO, com=[0.2, 0.3], armature=[0.1, 0.2], damping=0.2, want=("step_rosenbrock",)),
         Scene("sprung", 2, space="spatial", **TWO, com=[0.2, 0.3], stiffness=1.0, damping=0.2, want=SPATIAL, code="loops"),
     )
 }  # fmt: skip

@@ -39,6 +39,9 @@ CHAINS = {
         Scene("planar_damped", 3, **PLANAR, **CART, **JOINTS, com=[0.3, 0.9, 0.5], angles="absolute"),
         Scene("planar_tips", 2, mass="runtime", length="runtime", actuated=[2], code="loops"),
         Scene("planar_one", 1, mass=0.7, length=0.5, com=0.3, want=("propagate",), variational=True),
+        Scene("geared", 3, **PLANAR, com=[0.3, 0.9, 0.5], armature=[0.4, 0.0, 0.2], actuated="all", want=("propagate",), variational=True),
+        Scene("geared_cart", 2, mass=[0.7, 1.9], length=[0.5, 1.3], **CART, armature="runtime", damping=0.1, angles="absolute"),
+        Scene("geared_one", 1, mass=0.7, length=0.5, com=0.3, armature=0.2, want=("propagate",), variational=True),
         Scene("runtime", 3, **{**UNEVEN, "mass": "runtime", "length": "runtime"}, **CART),
     )
 }

@@ -102,6 +102,8 @@ UNEVEN: dict[str, tuple[dict[str, Any], float]] = {
     "heavy root": ({"mass": [1e8, 1.0, 1.0, 1.0]}, 1e-2),
     "long and short": ({"length": [1.0, 1e-4, 1.0, 1e-4]}, 1e-6),
     "dampers": ({"damping": [1e6] * 4}, 1e-3),
+    "rotors": ({"armature": [1e4, 0.0, 1e-4, 1.0]}, 1e-2),
+    "rotors on stiff springs": ({"armature": [1e-2, 1e2, 0.0, 1.0], "stiffness": [1e6, 0.0, 1e4, 1e6], "damping": 1.0}, 1e-4),
     "stiff springs with dampers": (
         {"stiffness": [0.0, 1e6, 0.0, 1e6], "damping": [0.0, 1e4, 0.0, 1e4]},
         1e-4,

@@ -53,6 +53,11 @@ def may_be_held_at_its_centre(chain: Kind) -> bool:
     return rigid and (chain.com == "runtime" or not all(chain.com or ()))
 
 
+def has_rotors(chain: Kind) -> bool:
+    """Joints carry rotors."""
+    return chain.armature is not None
+
+
 def out(shape: Callable[[Chain], Shape], doc: str, meaning: Words) -> Argument:
     """The only result of a function."""
     return Argument("out", "out", shape, doc, meaning)
@@ -97,6 +102,11 @@ NO_TAYLOR: Final = (
         "divides by the first moments of spatial links, which com = 0, or one that comes at run time, may make vanish",
         'use "propagate_stiff" or "step_lie4", or give com as numbers above zero',
     ),
+)
+NO_ROTORS: Final = Absence(
+    has_rotors,
+    "moves the ends of the links, which do not hold the inertia of the joints' rotors",
+    'use "step", "step_rosenbrock" or the Taylor flow, or remove joints.armature',
 )
 NO_PREPARATION: Final = (
     Absence(

@@ -16,6 +16,7 @@ from phichain.contract.arguments import (
     ESTIMATE,
     NO_BALANCE,
     NO_PREPARATION,
+    NO_ROTORS,
     NO_TAYLOR,
     STATE,
     STEP,
@@ -109,8 +110,7 @@ TABLE: Final[tuple[Function, ...]] = (
     Function(
         "energy", "Kinetic and potential energy.",
         (
-            Q,
-            V,
+            Q, V,
             Argument("kinetic", "out", scalar, "kinetic energy, J", "J"),
             Argument("potential", "out", scalar, "potential energy, J, springs included", meanings.potential),
         ),
@@ -210,7 +210,7 @@ TABLE: Final[tuple[Function, ...]] = (
                 "norm of (|q_k|^2 - 1) over the links before they are made unit: round-off when the iteration was enough",
             ),
         ),
-        on_request=_FURTHER_STEP,
+        absent=(NO_ROTORS,), on_request=_FURTHER_STEP,
     ),
     Function(
         "step_rosenbrock", "One L-stable Rosenbrock step of order 5 (Rodas5P), with an error estimate.",

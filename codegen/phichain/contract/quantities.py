@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Final
 
 from phichain.contract.chain import Chain
+from phichain.contract.quantities_geared import geared
 from phichain.contract.quantity import Quantities, Quantity, rows
 
 _DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian", "step"})
@@ -282,6 +283,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
             ("lead", "", "variation of what stands before the first row of left"),
         ),
     ),
+    geared(_DYNAMICS | _SERIES),
 )  # fmt: skip
 """Every explained name. What stands in no row is explained by the line that computes it."""
 

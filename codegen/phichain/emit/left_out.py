@@ -32,7 +32,9 @@ def left_out(printed: Printed) -> dict[str, str]:
         absent["trigonometry"] = reason
     if not any(kind.startswith("bessel") for kind in kinds):
         absent["Bessel functions"] = "only phi needs them"
-    if scene.tip_masses:
+    if scene.armature is not None:
+        absent["link tensions"] = "the joints carry rotors, so that articulated inertias serve"
+    elif scene.tip_masses:
         absent["articulated inertias"] = "all masses sit at the link ends, so that link tensions serve"
     elif scene.inertia is not None:
         absent["link tensions"] = "links have moments of inertia, so that articulated inertias serve"

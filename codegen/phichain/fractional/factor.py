@@ -24,8 +24,8 @@ def joint_map(angles: str | None, links: int) -> Vector:
 def inertia_factor(system: System, q: ArrayLike, p: Parameters | None = None) -> Vector:
     """F = diag(sqrt(m_a)) J_a with I(q) = F^T F, from the scene's parameters.
 
-    Two rows per mass, horizontal and along gravity; links with inertia add one each, sqrt(J_k) phi_k', and a cart its own row and
-    the column of x.
+    Two rows per mass, horizontal and along gravity; links with inertia add one each, sqrt(J_k) phi_k', rotors one per joint, and a
+    cart its own row and the column of x.
 
     Args:
         system: A planar chain.
@@ -71,7 +71,8 @@ def absolute_factor(system: System, q: Vector, p: Parameters | None) -> Vector:
     com = system.number("com", p, default=length)
     cosine, minus_sine = _directions(system.angles, q[cart:])
     spin = system.number("inertia", p, default=())
-    factor = np.zeros((2 * links + len(spin) + cart, cart + links, q.shape[1]))
+    rotors = 0 if system.joints.armature is None else links
+    factor = np.zeros((2 * links + len(spin) + rotors + cart, cart + links, q.shape[1]))
     for k, own in enumerate(spin):
         factor[2 * links + k, cart + k] = np.sqrt(own)
     for a in range(links):
@@ -79,6 +80,9 @@ def absolute_factor(system: System, q: Vector, p: Parameters | None) -> Vector:
         factor[2 * a, cart : cart + a + 1] = reach * cosine[: a + 1]
         factor[2 * a + 1, cart : cart + a + 1] = reach * minus_sine[: a + 1]
         factor[2 * a, :cart] = np.sqrt(mass[a])
+    if rotors:
+        slips = np.sqrt(system.number("armature", p))[:, None] * (np.eye(links) - np.eye(links, k=-1))
+        factor[2 * links : 3 * links, cart:] = slips[:, :, None]
     if cart:
         factor[-1, 0] = np.sqrt(system.number("cart_mass", p))
     return factor

@@ -13,7 +13,7 @@ functions (theory section 6); with D = B_i - B_j
     Phi_0      = -omega^2 M00 X - omega^2 sum_k mu_k [a(B_k) B_k + s(B_k) B_k^2]
     Phi(theta) = S^T Phi(phi) + springs,
 
-the cart being a link of angle 0 that couples with mu_k. A spring adds k_k times the amplitude of its joint.
+the cart being a link of angle 0 that couples with mu_k. A spring adds k_k times the amplitude of its joint, a rotor -omega^2 A_k times it.
 """
 
 from __future__ import annotations
@@ -127,14 +127,14 @@ class _Projection:
         self._total_mass = expression(model.total_mass)
         self._gravity = expression(gravity(scene))
         self._stiffness = [expression(entry) for entry in parameter(scene, "stiffness")]
+        self._armature = [expression(entry) for entry in parameter(scene, "armature")]
         self._B = absolute_angles(self._angles, theta)
 
     def rows(self) -> tuple[sympy.Expr, ...]:
-        """Return Phi_0 on a cart, then S^T Phi(phi) plus the springs."""
+        """Return Phi_0 on a cart, then S^T Phi(phi) plus springs and rotors."""
         bends = joint_angles(self._angles, self._theta)
-        springs = joint_forces(
-            self._angles, [k * bend for k, bend in zip(self._stiffness, bends, strict=True)]
-        )
+        held = zip(self._stiffness, self._armature, bends, strict=True)
+        springs = joint_forces(self._angles, [(k - rotor * OMEGA**2) * bend for k, rotor, bend in held])
         links = pull_back(self._angles, [self._link(i) for i in self._links])
         balance = [sympy.Add(*self._horizontal(X)) for X in self._cart]
         return (*balance, *(sympy.Add(*terms, spring) for terms, spring in zip(links, springs, strict=True)))

@@ -6,9 +6,9 @@ them solve one Lagrangian,
     T = 1/2 M00 |x'|^2 + x'.sum_k mu_k C^T q_k' + 1/2 sum_k c_kk |q_k'|^2 + sum_{i<j} l_i mu_j q_i'.q_j',
     V = -g sum_k mu_k e_d.q_k + springs,    2 R = sum_k d_k |slip_k|^2,
 
-and T = 1/2 m_0 |x'|^2 + 1/2 sum_k (m_k |r_k'|^2 + J_k |q_k'|^2) of the same numbers. Both, with the numbers as Programs hold them or compute
-them, are compared with the Model's T, V and R at random points modulo a prime: any term that is missing, wrong or one too
-many shows, for O(N) operations a point. Which coefficient it is, is found out only then.
+and T = 1/2 m_0 |x'|^2 + 1/2 sum_k (m_k |r_k'|^2 + J_k |q_k'|^2) of the same numbers; rotors add 1/2 A_k slip_k^2 to either. Both,
+with the numbers as Programs hold them or compute them, are compared with the Model's T, V and R at random points modulo a prime: any
+term that is missing, wrong or one too many shows, for O(N) operations a point. Which coefficient it is, is found out only then.
 """
 
 from __future__ import annotations
@@ -134,10 +134,11 @@ def _energies(model: Model, motion: _Motion, held: Values) -> Iterator[tuple[str
     kinetic, potential = value(model.energies.kinetic), value(model.energies.potential)
     moment = sum(mu * q[-1] for mu, q in zip(held["found_mu"], motion.direction, strict=True))
     springs = sum(k * bend for k, bend in zip(held.get("found_stiffness", ()), motion.bends, strict=False))
+    rotors = sum(a * _dot(slip, slip) for a, slip in zip(held.get("found_armature", ()), motion.slips, strict=False)) * _HALF
     losses = sum(d * _dot(slip, slip) for d, slip in zip(held.get("found_damping", ()), motion.slips, strict=False))
     yield from _places(model, motion, held)
-    yield "T", kinetic, _by_masses(motion, held)
-    yield "T", kinetic, _by_moments(motion, held)
+    yield "T", kinetic, _by_masses(motion, held) + rotors
+    yield "T", kinetic, _by_moments(motion, held) + rotors
     yield "S", value(names_of(model.scene).moment), moment
     yield "V", potential, springs - held["found_gravity"][0] * moment
     yield "R", value(model.energies.dissipation), losses * _HALF
@@ -213,6 +214,7 @@ def _pairs(model: Model, held: Values) -> Iterator[tuple[str, Coefficient, Coeff
     still = [Fraction(0)] * len(links)
     yield from _listed("k", model.stiffness, held.get("found_stiffness", still))
     yield from _listed("d", model.damping, held.get("found_damping", still))
+    yield from _listed("A", model.armature, held.get("found_armature", still))
     for i, row in enumerate(model.c):
         yield from ((f"c_{i + 1}_{j + 1}", row[j], length[i] * mu[j]) for j in links[i + 1 :])
 
@@ -245,7 +247,7 @@ def _residue(value: Fraction) -> int:
 
 #: Models that passed: one is lowered function by function.
 _AGREED: Final[WeakValueDictionary[int, Model]] = WeakValueDictionary()
-_TABLES: Final = ("mass", "length", "com", "mu", "c_diagonal", "stiffness", "damping", "inertia")
+_TABLES: Final = ("mass", "length", "com", "mu", "c_diagonal", "stiffness", "damping", "inertia", "armature")
 _HALF: Final = inverse(2)
 _RESIDUES: Final[Mapping[str, Callable[..., int]]] = {
     "add": lambda a, b: a + b, "sub": lambda a, b: a - b, "mul": lambda a, b: a * b, "neg": lambda a: -a,

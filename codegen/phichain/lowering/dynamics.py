@@ -9,6 +9,7 @@ from phichain.lowering.planar import articulated as planar_articulated
 from phichain.lowering.planar import base_side
 from phichain.lowering.planar import both_ends as planar_both_ends
 from phichain.lowering.planar import tension as planar_tension
+from phichain.lowering.planar.geared import dynamics as planar_geared
 from phichain.lowering.planar.joints import planar_state
 from phichain.lowering.spatial import articulated as spatial_articulated
 from phichain.lowering.spatial import mobilities
@@ -34,9 +35,13 @@ def planar_forward_dynamics(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef | None = None
 ) -> None:
     """(15) of paper A solved for the accelerations."""
+    state = planar_state(builder, scene, q, v)
+    if scene.armature is not None:
+        planar_geared.accelerations(builder, scene, parameters, state, u, a)
+        return
     articulated = planar_both_ends if base_side.suits(scene) else planar_articulated
     form = planar_tension if by_tensions(scene) else articulated
-    form.accelerations(builder, scene, parameters, planar_state(builder, scene, q, v), u, a)
+    form.accelerations(builder, scene, parameters, state, u, a)
 
 
 @writes("forward_dynamics", space="spatial", own_units=in_units_of_links, lumped=True)

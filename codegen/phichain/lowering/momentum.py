@@ -4,10 +4,10 @@ Mass k moves with r_k' = x' + sum_{j<k} l_j q_j' + r_k q_k', and P_k = sum_{a>=k
 
     p_x = m_0 x' + C^T P_1,       p_k = (dq_k'/d rate_k)^T (r_k P_k + (l_k - r_k) P_{k+1} + J_k q_k')
 
-In the plane dq_k'/d phi_k' = (cos phi_k, -sin phi_k), and p_theta = S^T p_phi. In space q_k' = omega_k x q_k gives
-p_k = q_k x (r_k P_k + (l_k - r_k) P_{k+1} + J_k q_k'), which is orthogonal to q_k: the gradient of T along the rates that are tangent. For
-tangent omega p is the matrix of (16) times v. No term is subtracted but where a centre of mass is beyond its link's end, and
-masses at the links' ends have no second one.
+In the plane dq_k'/d phi_k' = (cos phi_k, -sin phi_k), and p_theta = S^T p_phi; rotors add A_k slip_k - A_{k+1} slip_{k+1} to p_phi,
+slip_k the rate of joint k. In space q_k' = omega_k x q_k gives p_k = q_k x (r_k P_k + (l_k - r_k) P_{k+1} + J_k q_k'), which is
+orthogonal to q_k: the gradient of T along the rates that are tangent. For tangent omega p is the matrix of (16) times v. No term of a
+mass is subtracted but where a centre of mass is beyond its link's end, and masses at the links' ends have no second one.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, multiple, named, store, zeros
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.functions import absolute_sincos
+from phichain.lowering.planar.geared import terms as rotors
 from phichain.lowering.planar.joints import absolute, to_generalised
 from phichain.lowering.writers import writes
 from phichain.scene import Scene
@@ -35,12 +36,16 @@ def planar_momentum(
     sine, cosine = absolute_sincos(builder, scene, q)
     rate, momenta = absolute(builder, scene, "rate", v.shifted(offset)), builder.array("absolute_momentum", scene.links)
 
+    couple = rotors.couples(builder, scene, parameters, "rotor_momentum", v.shifted(offset))
+
     def along(k: Index) -> Vector:
         return cosine[k], sine[k]
 
     def share(k: Index, com: Expr, own: Vector, overhang: Expr, beyond: Vector) -> Vector:
-        share = com * dot(along(k), own) + overhang * dot(along(k), beyond)
-        return (share if parameters.inertia is None else share + parameters.inertia[k] * rate[k],)
+        own = com * dot(along(k), own) + overhang * dot(along(k), beyond)
+        if parameters.inertia is not None:
+            own = own + parameters.inertia[k] * rate[k]
+        return (rotors.added(own, couple, k),)
 
     (forwards, _) = _swept(builder, parameters, v, (offset, 2), lambda k: multiple(rate[k], along(k)), share, momenta)
     to_generalised(builder, scene, momenta, out.shifted(offset))

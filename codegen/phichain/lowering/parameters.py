@@ -32,6 +32,7 @@ _DOC = {
     "damping": "damping of each joint, N m s/rad",
     "stiffness": "stiffness of each joint, N m/rad",
     "inertia": "moment of inertia of each link about its centre of mass, kg m^2",
+    "armature": "inertia of the rotor at each joint, kg m^2",
 }
 
 _RIGID_DOC = {"mass": "mass of each link, kg", "com": "distance of each centre of mass from its link's base joint, m"}
@@ -137,6 +138,9 @@ class Parameters:
                 links = Links(self.mass, self.length, self.com, self.inertia)
                 self._bodies = Bodies(self._builder, self._scene, links, self.derived)
         return self._bodies
+    def armature(self) -> ArrayRef | None:
+        """The rotors' inertias, or None on a scene without rotors."""
+        return None if self._scene.armature is None else self._given("armature")
 
     @property
     def gravity(self) -> Expr:

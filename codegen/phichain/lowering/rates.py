@@ -2,16 +2,17 @@
 
 Small motions about hanging are those of T = 1/2 m_0 x'^2 + 1/2 sum_k (m_k (y_{k-1} + r_k phi_k)'^2 + J_k phi_k'^2) with y_k = y_{k-1} + l_k phi_k,
 y_0 = x, and V = 1/2 sum_k g mu_k phi_k^2 + 1/2 sum_k k_k (phi_k - phi_{k-1})^2; their largest frequency bounds how fast a chain
-swings without being driven. The form V - omega^2 T is eliminated link by link from the tip; as many pivots are negative as
-squared frequencies lie below omega^2 (Sylvester), and the wanted digits of the largest follow by bisection. Where parameters
-come at run time
+swings without being driven. Rotors add 1/2 sum_k A_k (phi_k' - phi_{k-1}')^2 to T. The form V - omega^2 T is eliminated link by
+link from the tip; as many pivots are negative as squared frequencies lie below omega^2 (Sylvester), and the wanted digits of the
+largest follow by bisection. Where parameters come at run time
 
     omega^2 <~ 4 max_k (g outer_k + k_k / r_k) / (m_k r_k) (1 + sum_k (l_k - r_k) / (2 r_k))^2,   outer_k = sum_{a >= k} m_a
 
 serves. For r = l it is Gershgorin's bound on the tridiagonal inverse of M, for masses that do not grow outwards; the last
 factor is an estimate: with masses half-way zigzags of N links hardly move them, and frequencies grow by as much as N
 (checked on uniform chains). Of rigid links r_k is the radius of gyration about the joint, sqrt(r_k^2 + J_k / m_k), and l_k stands for
-l_k - r_k. The largest of the terms is replaced by their 4-norm, which a Program can compute.
+l_k - r_k; a rotor adds A_k to its link's own m_k r_k^2 there. The largest of the terms is replaced by their 4-norm, which a Program can
+compute.
 """
 
 from __future__ import annotations
@@ -61,13 +62,14 @@ def fastest_rate(scene: Scene) -> Fraction | None:
 
 @dataclass(frozen=True)
 class _Chain:
-    """What small motions need of a chain, as mpf: m_k (kg), r_k and l_k (m), J_k (kg m^2), k_k and g mu_k (N m), m_0 (kg, None: fixed)."""
+    """What small motions need of a chain, as mpf: m_k (kg), r_k and l_k (m), J_k and A_k (kg m^2), k_k and g mu_k (N m), m_0 (kg or None)."""
 
     mass: list[Any]
     com: list[Any]
     length: list[Any]
     inertia: list[Any]
     spring: list[Any]
+    rotor: list[Any]
     weight: list[Any]
     cart_mass: Any
 
@@ -75,23 +77,27 @@ class _Chain:
 def _chain(scene: Scene) -> _Chain:
     mass, length = ([mpf(x) for x in values] for values in (scene.mass, scene.length))
     com = length if scene.com is None else [mpf(x) for x in scene.com]
-    spring = [mpf(0)] * scene.links if scene.stiffness is None else [mpf(x) for x in scene.stiffness]
+    spring, rotor = (
+        [mpf(0)] * scene.links if law is None else [mpf(x) for x in law] for law in (scene.stiffness, scene.armature)
+    )
     weight, outer = [], mpf(0)
     for m, r, l in zip(reversed(mass), reversed(com), reversed(length), strict=True):
         weight.append(mpf(scene.gravity) * (m * r + l * outer))
         outer += m
     cart_mass = mpf(scene.cart_mass) if scene.cart_mass is not None else None
     spin = [mpf(0)] * scene.links if scene.inertia is None else [mpf(x) for x in scene.inertia]
-    return _Chain(mass, com, length, spin, spring, weight[::-1], cart_mass)
+    return _Chain(mass, com, length, spin, spring, rotor, weight[::-1], cart_mass)
 
 
 def _decades(scene: Scene) -> int:
-    """Over how many powers of ten masses, lengths, inertias and springs spread, together."""
-    arrays = (scene.mass, scene.cart_mass, scene.length, scene.com, scene.stiffness, scene.gravity, scene.inertia)
-    mass, cart_mass, length, com, stiffness, gravity, inertia = (
+    """Over how many powers of ten masses, lengths, inertias, rotors and springs spread, together."""
+    arrays = (
+        scene.mass, scene.cart_mass, scene.length, scene.com, scene.stiffness, scene.gravity, scene.inertia, scene.armature,
+    )  # fmt: skip
+    mass, cart_mass, length, com, stiffness, gravity, inertia, armature = (
         () if x is None else x if isinstance(x, tuple) else (x,) for x in arrays
     )
-    lists = (mass + cart_mass, length + com, stiffness + gravity, inertia)
+    lists = (mass + cart_mass, length + com, stiffness + gravity, inertia, armature)
     groups = [[abs(Fraction(x)) for x in group if x] for group in lists]
     return sum(len(str(int(max(group) / min(group)))) for group in groups if group)
 
@@ -119,7 +125,8 @@ def _all_below(chain: _Chain, square: Any) -> bool:
     before it.
     """
     a = b = c = mpf(0)
-    links = zip(chain.mass, chain.com, chain.length, chain.inertia, chain.spring, chain.weight, strict=True)
+    springs = [k - square * rotor for k, rotor in zip(chain.spring, chain.rotor, strict=True)]
+    links = zip(chain.mass, chain.com, chain.length, chain.inertia, springs, chain.weight, strict=True)
     for m, r, l, spin, k, weight in reversed(list(links)):
         inertia = square * m
         pivot = weight + k - inertia * r * r - square * spin + (a * l + 2 * b) * l + c
@@ -151,6 +158,9 @@ def scales_program(model: Model) -> Program:
         mass = parameters.mass[k]
         outer = parameters.outer_mass[k] + mass
         pull = parameters.gravity * outer
+        if parameters.armature is not None:
+            held = pull * com if parameters.stiffness is None else pull * com + parameters.stiffness[k]
+            return held / (mass * com * com + parameters.armature[k])
         if parameters.stiffness is not None:
             pull = pull + parameters.stiffness[k] / com
         return pull / (mass * com)

@@ -3,7 +3,9 @@
 With the definitions eliminated down to the rates of the base and of the links, T is a quadratic form in them and S a linear
 one in their places:
 
-    T = 1/2 M00 |p_0'|^2 + p_0'.sum_k mu_k q_k' + 1/2 sum_ij c_ij q_i'.q_j',    V = -g S + springs,    S = sum_k mu_k e_d.q_k.
+    T = 1/2 M00 |p_0'|^2 + p_0'.sum_k mu_k q_k' + 1/2 sum_ij c_ij q_i'.q_j',    V = -g S + springs,    S = sum_k mu_k e_d.q_k,
+
+and what rotors at the joints add to T.
 
 The coefficients are those of the first component; that all of T and V is made of them is for `lowering` to check. Terms of
 equal weight are gathered before they are multiplied, so a coefficient comes out as (sum of masses) times lever times lever,
@@ -82,6 +84,12 @@ class Coefficients:
     def damping(self) -> tuple[Coefficient, ...]:
         """d_k (N m s/rad): R holds 1/2 d_k |slip_k|^2."""
         found = _sums(self._terms(self.energies.dissipation))
+        return tuple(2 * found.get((self._names.slip(k)[0],) * 2, Fraction(0)) for k in self._links)
+
+    @cached_property
+    def armature(self) -> tuple[Coefficient, ...]:
+        """A_k (kg m^2): T holds 1/2 A_k slip_k^2."""
+        found = _sums(self._terms(self.energies.kinetic))
         return tuple(2 * found.get((self._names.slip(k)[0],) * 2, Fraction(0)) for k in self._links)
 
     @cached_property

@@ -58,6 +58,8 @@ class _Forms:
     joint_springs: str
     joint_dampers: str
     cart_row: str
+    kinetic_rotors: str = ""
+    joint_rotors: str = ""
     directions: tuple[str, str, str, str] | None = None
     """The same equation in q_i'' alone, (15) of paper B: its head, what a cart adds, its end, what joints add."""
 
@@ -76,6 +78,8 @@ _TEXT = {
         joint_springs=" + k_k (phi_k - phi_{k-1})",
         joint_dampers=" + d_k (phi_k' - phi_{k-1}')",
         cart_row="F = M00 x'' + sum_k mu_k [cos(phi_k) phi_k'' - sin(phi_k) phi_k'^2]",
+        kinetic_rotors=" + 1/2 sum_k A_k (phi_k' - phi_{k-1}')^2",
+        joint_rotors=" + A_k (phi_k'' - phi_{k-1}'')",
     ),
     "spatial": _Forms(
         kinetic="T = 1/2 sum_ij c_ij q_i'.q_j'",
@@ -113,6 +117,8 @@ _LATEX = {
         joint_springs=r" + k_k (\phi_k - \phi_{k-1})",
         joint_dampers=r" + d_k (\dot\phi_k - \dot\phi_{k-1})",
         cart_row=r"F &= M_{00} \ddot x + \sum_k \mu_k \left[\cos(\phi_k)\, \ddot\phi_k - \sin(\phi_k)\, \dot\phi_k^2\right]",
+        kinetic_rotors=r" + \tfrac12 \sum_k A_k (\dot\phi_k - \dot\phi_{k-1})^2",
+        joint_rotors=r" + A_k (\ddot\phi_k - \ddot\phi_{k-1})",
     ),
     "spatial": _Forms(
         kinetic=r"T &= \tfrac12 \sum_{i,j} c_{ij}\, \dot q_i \cdot \dot q_j",
@@ -181,13 +187,15 @@ def plain(value: Any) -> str:
 def _general(model: Mechanics, forms: _Forms) -> list[str]:
     """Return T, V, a link's equation (in space also without angular velocities) and the cart's, in index form."""
     scene = model.scene
-    sprung, damped = scene.stiffness is not None, scene.damping is not None
-    kinetic = forms.kinetic + forms.kinetic_cart * scene.has_cart
+    sprung, damped, geared = (law is not None for law in (scene.stiffness, scene.damping, scene.armature))
+    kinetic = forms.kinetic + forms.kinetic_cart * scene.has_cart + forms.kinetic_rotors * geared
     potential = forms.potential + forms.springs * sprung
     equation = (
-        forms.equation + forms.equation_cart * scene.has_cart + forms.equation_joints * (sprung or damped)
+        forms.equation
+        + forms.equation_cart * scene.has_cart
+        + forms.equation_joints * (sprung or damped or geared)
     )
-    joint = forms.joint_springs * sprung + forms.joint_dampers * damped
+    joint = forms.joint_springs * sprung + forms.joint_dampers * damped + forms.joint_rotors * geared
     lines = [kinetic, potential, equation]
     if forms.directions is not None:
         head, cart, end, joints = forms.directions

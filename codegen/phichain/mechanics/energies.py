@@ -6,7 +6,8 @@ Joint k ends link k and mass k sits on it, so that (theory section 1)
 
     T = 1/2 m_0 |p_0'|^2 + 1/2 sum_k (m_k |r_k'|^2 + J_k |q_k'|^2),    V = -g S + springs,    S = sum_k m_k e_d.r_k,
 
-and dampers dissipate 2 R = sum_k d_k |slip_k|^2. Nothing is multiplied out: every p_k, r_k and their rates is a symbol with
+dampers dissipate 2 R = sum_k d_k |slip_k|^2, and in the plane the rotors of the joints' motors add 1/2 sum_k A_k slip_k^2
+to T, slip_k the relative rate of joint k. Nothing is multiplied out: every p_k, r_k and their rates is a symbol with
 a definition, so a chain of N links takes O(N) operations. In the plane q_k = (sin phi_k, cos phi_k) and phi_k is defined by
 the scene's own angles; in space q_k, q_k' and omega_k are the symbols themselves. Numbers are exact rationals.
 """
@@ -68,7 +69,7 @@ class Names:
         return self.vector("qdot" if rate else "q", k)
 
     def slip(self, k: int) -> tuple[sympy.Symbol, ...]:
-        """What damper k sees (rad/s): the relative rate of its joint, a vector in space."""
+        """What damper and rotor k see (rad/s): the relative rate of their joint, a vector in space."""
         return (sympy.Symbol(f"slip_{k}"),) if self.axes == 2 else self.vector("slip", k)
 
     @staticmethod
@@ -101,6 +102,7 @@ def energies_of(scene: Scene) -> Energies:
         moving += [h * y**2 for k, h in zip(links, spins, strict=True) for y in names.link(k, rate=True)]
     if scene.has_cart:
         moving += [exact(cart_mass(scene) / 2) * y**2 for y in names.joint(0, rate=True)[:-1]]
+    moving += [exact(a / 2) * y**2 for i, a in enumerate(parameter(scene, "armature"), 1) for y in names.slip(i)]
     springs = [
         exact(k / 2) * names.bend(i) ** 2 if scene.is_planar else exact(k) * names.bend(i)
         for i, k in enumerate(parameter(scene, "stiffness"), 1)
@@ -109,7 +111,7 @@ def energies_of(scene: Scene) -> Energies:
     definitions = [*_coordinates(scene, symbols, names), *places, *rates, (names.moment, fall)]
     if scene.stiffness is not None:
         definitions += _bends(scene, names)
-    if scene.damping is not None:
+    if scene.damping is not None or scene.armature is not None:
         definitions += _slips(scene, symbols, names)
     return Energies(
         kinetic=sympy.Add(*moving),

@@ -86,6 +86,11 @@ class Model:
         """d_k (N m s/rad), as Rayleigh's function holds them; zeros without dampers."""
         return self._chain.damping
 
+    @property
+    def armature(self) -> tuple[Coefficient, ...]:
+        """A_k (kg m^2), the rotors' inertias as T holds them; zeros without rotors."""
+        return self._chain.armature
+
     @cached_property
     def positions(self) -> tuple[sympy.ImmutableDenseMatrix, ...]:
         """r_a (m), the positions of the masses by component, the last axis along gravity."""
@@ -214,7 +219,6 @@ def with_symbols(scene: Scene) -> Scene:
 
 
 _UNSERVED = (
-    "armature",
     "cart_damping",
     "cart_friction",
     "friction",

@@ -7,6 +7,8 @@ of the equations is
     sum_j c_ij [cos(phi_i - phi_j) phi_j'' + sin(phi_i - phi_j) phi_j'^2]
         + mu_i cos(phi_i) x'' + g mu_i sin(phi_i),
 
+to which rotors add A_i (phi_i'' - phi_{i-1}'') - A_{i+1} (phi_{i+1}'' - phi_i''),
+
 and the rows of theta are S^T times those. Nothing is simplified or expanded on the way.
 """
 
@@ -43,6 +45,7 @@ class PlanarExpressions:
         self._gravity = show(chain.gravity)
         self._stiffness = [show(entry) for entry in chain.stiffness]
         self._damping = [show(entry) for entry in chain.damping]
+        self._armature = [show(entry) for entry in chain.armature]
 
     @cached_property
     def phi(self) -> Expressions:
@@ -61,7 +64,7 @@ class PlanarExpressions:
 
     @cached_property
     def kinetic(self) -> sympy.Expr:
-        """1/2 M00 x'^2 + x' sum mu_k cos(phi_k) phi_k' + 1/2 sum c_ij cos(phi_i - phi_j) phi_i' phi_j'."""
+        """1/2 M00 x'^2 + x' sum mu_k cos(phi_k) phi_k' + 1/2 sum c_ij cos(phi_i - phi_j) phi_i' phi_j' + rotors."""
         rate = self.phi_dot
         terms = [self._c[i][i] * rate[i] ** 2 / 2 for i in self._links]
         terms += [self._c[i][j] * sympy.cos(self._difference(j, i)) * rate[i] * rate[j]
@@ -69,6 +72,8 @@ class PlanarExpressions:
         for speed in self._symbols.cart_rate:
             terms.append(self._total_mass * speed**2 / 2)
             terms += [speed * self._mu[k] * sympy.cos(self.phi[k]) * rate[k] for k in self._links]
+        slips = joint_angles(self._angles, self._symbols.theta_dot)
+        terms += [rotor * slip**2 / 2 for rotor, slip in zip(self._armature, slips, strict=True)]
         return sympy.Add(*terms)
 
     @cached_property
@@ -81,8 +86,14 @@ class PlanarExpressions:
 
     @cached_property
     def mass_matrix(self) -> sympy.ImmutableDenseMatrix:
-        """I of (15): S^T [c_ij cos(phi_i - phi_j)] S, bordered by M00 and mu_k cos(phi_k) on a cart."""
+        """I of (15): S^T [c_ij cos(phi_i - phi_j) + rotors] S, bordered by M00 and mu_k cos(phi_k) on a cart."""
         cosines = [[self._c[i][j] * self._cosine(i, j) for j in self._links] for i in self._links]
+        for k, rotor in enumerate(self._armature):
+            cosines[k][k] += rotor
+            if k:
+                cosines[k - 1][k - 1] += rotor
+                cosines[k][k - 1] -= rotor
+                cosines[k - 1][k] -= rotor
         inertia = [list(row) for row in pull_back_matrix(self._angles, cosines)]
         for _ in self._symbols.cart:
             border = pull_back(self._angles, [self._mu[k] * sympy.cos(self.phi[k]) for k in self._links])

@@ -151,7 +151,7 @@ def _system(manifest: Manifest, scene: Scene, functions: Mapping[str, Callable[.
         params=None,
         angles=scene.angles,
         numbers=Numbers(scene.mass, scene.length, scene.com, scene.cart_mass, scene.gravity, scene.inertia),
-        joints=Joints(scene.stiffness, scene.damping),
+        joints=Joints(scene.stiffness, scene.damping, scene.armature),
         drive=Drive(scene.driven),
         scene=manifest.scene,
         digest=manifest.digest,

@@ -53,7 +53,9 @@ class Chain(Held):
 
     @classmethod
     def of(cls, system: System, p: Parameters | None) -> Chain | None:
-        """The chain of a planar system; None where its numbers are not known or it does not hang stably."""
+        """The chain of a planar system; None where its numbers are not known, it does not hang stably, or joints carry rotors."""
+        if system.joints.armature is not None:
+            return None
         # A number that is not known is none, and no comparison below holds for it.
         mass, length, gravity = (system.number(name, p, np.nan) for name in ("mass", "length", "gravity"))
         com, spring = system.number("com", p, np.nan), system.number("stiffness", p, 0.0)

@@ -4,7 +4,9 @@ Nothing of `mechanics` takes part, so a Model whose T was doubled is told apart 
 springs store and what dampers take is written down here once more (theory section 1):
 
     b_0 = C x,    r_k = b_{k-1} + r_k q_k,    b_k = b_{k-1} + l_k q_k
-    T = 1/2 m_0 |x'|^2 + 1/2 sum (m_k |r_k'|^2 + J_k |q_k'|^2),    V = -g sum m_k e_d.r_k + springs,    R = 1/2 sum d_k |rate_k - rate_{k-1}|^2
+    T = 1/2 m_0 |x'|^2 + 1/2 sum (m_k |r_k'|^2 + J_k |q_k'|^2) + rotors,    V = -g sum m_k e_d.r_k + springs,    R = 1/2 sum d_k |rate_k - rate_{k-1}|^2
+
+where rotors, of planar chains, are 1/2 sum A_k |rate_k - rate_{k-1}|^2.
 """
 
 from __future__ import annotations
@@ -129,7 +131,7 @@ class Chain:
         places, speeds = self.places(point.q[:carts], self.directions), self.places(point.v[:carts], self.rates)
         twice = sum(m * dot(speed, speed) for m, speed in zip(mass, speeds, strict=True))
         twice += sum(own * dot(rate, rate) for own, rate in zip(self.per_link("inertia"), self.rates, strict=True))
-        twice += self.single("cart_mass") * dot(point.v[:carts], point.v[:carts])
+        twice += self.single("cart_mass") * dot(point.v[:carts], point.v[:carts]) + self._rotors()
         fall = sum(m * place[-1] for m, place in zip(mass, places, strict=True))
         weight = -self.single("gravity") * fall % PRIME
         return {
@@ -154,10 +156,14 @@ class Chain:
         slips = [plus(outer, inner, -1) for inner, outer in zip([still, *spins], spins, strict=False)]
         return [dot(slip, slip) for slip in slips]
 
+    def _rotors(self) -> int:
+        """Twice the energy of the rotors."""
+        return dot(self.per_link("armature"), self._slips())
+
     def collected_kinetic(self) -> int:
         """T from M00, mu_k, c_kk and c_ij = l_i mu_j: what shows that those are the coefficients of T."""
         point, carts = self.point, self.point.carts
-        twice = self.total_mass * dot(point.v[:carts], point.v[:carts])
+        twice = self.total_mass * dot(point.v[:carts], point.v[:carts]) + self._rotors()
         inner = [*point.v[:carts], *[0] * (len(self.rates[0]) - carts)]
         for k, rate in enumerate(self.rates):
             twice += self.moments[k] * dot(rate, rate) + 2 * self.mu[k] * dot(inner, rate)

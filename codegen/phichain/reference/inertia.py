@@ -1,9 +1,9 @@
-"""The inertia of a chain: applied to rates, written out, and solved with; J^T m J of `masses`.
+"""The inertia of a chain: applied to rates, written out, and solved with; J^T m J of `masses`, and the joints' rotors.
 
 Short chains are solved with the matrix as it is written out. Longer ones in coordinates that keep what the Jacobians eliminate:
 the places p_k of the joints beyond the links, held by forces f_k. What is to be stationary is
 
-    1/2 m_0 |x''|^2 + sum_k 1/2 (m_k |p_{k-1}'' + com_k w_k|^2 + J_k |w_k|^2) + sum_k f_k.(p_k'' - p_{k-1}'' - l_k w_k) - F.x'' - sum_k tau_k.(rates of w_k),
+    1/2 m_0 |x''|^2 + sum_k 1/2 (m_k |p_{k-1}'' + com_k w_k|^2 + J_k |w_k|^2) + sum_k 1/2 A_k (w_k - w_{k-1})^2 + sum_k f_k.(p_k'' - p_{k-1}'' - l_k w_k) - F.x'' - sum_k tau_k.(rates of w_k),
 
 w_k the links' vectors moved by their own rates: one sparse system whose band is as wide as one link, eliminated with pivots. That
 system is believed in nothing: M times its solution, summed up from positions, must be the force, and what is left of the force,
@@ -21,7 +21,7 @@ from mpmath import mp, mpf
 from phichain.errors import ConvergenceError
 from phichain.reference.algebra import Matrix, Vector, dot, solve, unit
 from phichain.reference.elimination import Factored, Row, factored
-from phichain.reference.masses import conjugate, driven
+from phichain.reference.masses import conjugate, driven, rotor_momentum
 from phichain.reference.pose import Parameters, Pose, cart_axes, pushed_forward, scene_angles
 from phichain.scene import Scene
 
@@ -34,7 +34,7 @@ _PRECISIONS: Final = (1, 2, 4)
 
 @dataclass(frozen=True)
 class Inertia:
-    """J^T m J with m_0 on the cart's diagonal, in the rates of a pose (planar: of the scene's own angles).
+    """J^T m J and rotors with m_0 on the cart's diagonal, in the rates of a pose (planar: of the scene's own angles).
 
     Attributes:
         scene: the chain.
@@ -59,6 +59,7 @@ class Inertia:
         force = conjugate(self.scene, self.values, self.pose, moved)
         for axis in range(carts):
             force[axis] += self.values.cart_mass * rates[axis]
+        force = [a + b for a, b in zip(force, rotor_momentum(self.scene, self.values, rates), strict=True)]
         if self.normals is None:
             return force
         pulls = [held * entry for held, normal in zip(multipliers, self.normals, strict=True) for entry in normal]
@@ -150,6 +151,7 @@ def _rows(inertia: Inertia) -> list[Row]:
     carts, size = cart_axes(inertia.scene), len(pose.direction[0])
     rows: list[Row] = [{axis: values.cart_mass} for axis in range(carts)]
     inner: Sequence[int | None] = [axis if axis < carts else None for axis in range(size)]
+    before: int | None = None
     numbers = zip(values.mass, values.length, values.com, pose.turning, ahead.turning, strict=True)
     spins = values.inertia or [mpf(0)] * inertia.scene.links
     for k, ((mass, length, com, turning, moving), spin) in enumerate(zip(numbers, spins, strict=True), 1):
@@ -163,6 +165,8 @@ def _rows(inertia: Inertia) -> list[Row]:
             row: Row = {first + j: (mass * com * com + spin) * dot(turn, other) for j, other in enumerate(moving)}
             row |= {place: mass * com * entry for place, entry in zip(inner, turn, strict=True) if place is not None}
             rows.append(row if is_last else row | {place: -length * entry for place, entry in zip(force, turn, strict=True)})
+        _add_rotor(rows, values.armature[k - 1], first, before)
+        before = first
         if normal is not None:
             for j, entry in enumerate(normal):
                 rows[first + j][held] = -entry
@@ -182,6 +186,17 @@ def _rows(inertia: Inertia) -> list[Row]:
         rows += [{force[axis]: mpf(1)} for axis in range(size)]
         inner = list(joint)
     return rows
+
+
+def _add_rotor(rows: list[Row], inertia: Any, own: int, before: int | None) -> None:
+    """The derivatives of 1/2 A (w_k - w_{k-1})^2; rates and rows have the same numbers."""
+    if not inertia:
+        return
+    _add(rows[own], own, inertia)
+    if before is not None:
+        _add(rows[before], before, inertia)
+        _add(rows[own], before, -inertia)
+        _add(rows[before], own, -inertia)
 
 
 def _add(row: Row, column: int, value: Any) -> None:

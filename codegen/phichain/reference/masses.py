@@ -128,6 +128,18 @@ def joint_force(scene: Scene, values: Parameters, pose: Pose) -> Vector:
     return [mpf(0)] * cart_axes(scene) + (pulled_back(scene, force) if scene.is_planar else force)
 
 
+def rotor_momentum(scene: Scene, values: Parameters, rates: Vector) -> Vector:
+    """Return the derivatives of sum 1/2 A_k (relative rate of joint k)^2 by the rates (planar: of the scene's own angles)."""
+    force = [mpf(0)] * len(rates)
+    if not any(values.armature):
+        return force
+    carts, zero = cart_axes(scene), mpf(0)
+    own = absolute(scene, rates[carts:])
+    moments = [a * (w - before) for a, w, before in zip(values.armature, own, [zero, *own], strict=False)]
+    couples = [moment - after for moment, after in zip(moments, [*moments[1:], zero], strict=True)]
+    return force[:carts] + pulled_back(scene, couples)
+
+
 def push(scene: Scene, inputs: Sequence[object]) -> Vector:
     """Return B u: the inputs as generalised forces."""
     force: Vector = [mpf(0)] * rate_count(scene)

@@ -81,12 +81,15 @@ def gravity_torque(case: Case) -> Outputs:
 
 @judges("energy")
 def energy(case: Case) -> Outputs:
-    """T = 1/2 m_0 |x'|^2 + sum 1/2 m_a |r_a'|^2 (+ 1/2 J_k |q_k'|^2), V = -g sum m_a e_d.r_a + the springs' energy (J)."""
+    """T = 1/2 m_0 |x'|^2 + sum 1/2 m_a |r_a'|^2 (+ 1/2 J_k |q_k'|^2 + the rotors'), V = -g sum m_a e_d.r_a + the springs' energy (J)."""
     values, pose = case.values, case.pose()
     velocity = masses.stacked(values, pose.rate, pose.cart_rate)
     kinetic = fdot(masses.weighted(values, velocity), velocity) / 2
     if case.scene.has_cart:
         kinetic += values.cart_mass * fdot(pose.cart_rate, pose.cart_rate) / 2
+    if any(values.armature):
+        spins = [rate for (rate,) in pose.spin]
+        kinetic += fdot(values.armature, [(a - b) ** 2 for a, b in zip(spins, [mpf(0), *spins], strict=False)]) / 2
     places = masses.stacked(values, pose.direction)
     height = fdot(masses.anti_gravity(values, pose), masses.weighted(values, places))
     return {"kinetic": kinetic, "potential": height + _spring_energy(case, pose)}
@@ -94,12 +97,15 @@ def energy(case: Case) -> Outputs:
 
 @judges("momentum")
 def momentum(case: Case) -> Outputs:
-    """p = sum_a J_a^T m_a r_a' + m_0 x' (kg m/s, kg m^2/s), in space along three axes a link: q_k x (its share of J^T m r')."""
+    """p = sum_a J_a^T m_a r_a' + m_0 x' + rotors (kg m/s, kg m^2/s), in space along three axes a link: q_k x (its share of J^T m r')."""
     values, pose = case.values, case.pose(ambient=True)
     velocity = masses.stacked(values, pose.rate, pose.cart_rate)
     result = masses.conjugate(case.scene, values, pose, velocity)
     for axis, rate in enumerate(pose.cart_rate):
         result[axis] += values.cart_mass * rate
+    if case.scene.is_planar:
+        rotors = masses.rotor_momentum(case.scene, values, case.inputs["v"])
+        result = [a + b for a, b in zip(result, rotors, strict=True)]
     return {"p": result}
 
 

@@ -21,7 +21,7 @@ from phichain.scene import Scene
 
 @dataclass(frozen=True)
 class Parameters:
-    """The numbers of a scene: masses (kg), lengths and centres (m), gravity (m/s^2), joints (0 if absent), inertias (kg m^2)."""
+    """The numbers of a scene: masses (kg), lengths and centres (m), gravity (m/s^2), joints and rotors (0 if absent), inertias (kg m^2)."""
 
     mass: Vector
     length: Vector
@@ -30,6 +30,7 @@ class Parameters:
     gravity: Any
     damping: Vector
     stiffness: Vector
+    armature: Vector
     inertia: Vector = field(default_factory=list)
 
     def moments(self, power: int) -> Vector:
@@ -51,6 +52,7 @@ class Parameters:
             [*self.length, *self.com],
             [*self.damping, *self.stiffness, 1],
             [*self.inertia, 1],
+            [*self.armature, 1],
         ]
         sizes = [[abs(entry) for entry in group if entry] for group in groups]
         return sum(int(mp.ceil(mp.log10(max(group) / min(group)))) for group in sizes)
@@ -67,6 +69,7 @@ class Parameters:
             damping=nudge("damping", self.damping),
             stiffness=nudge("stiffness", self.stiffness),
             inertia=nudge("inertia", self.inertia),
+            armature=nudge("armature", self.armature),
         )
 
 
@@ -129,6 +132,7 @@ def parameters(scene: Scene, values: Mapping[str, Any] | None = None) -> Paramet
         damping=per_link("damping"),
         stiffness=per_link("stiffness"),
         inertia=[] if scene.inertia is None else per_link("inertia"),
+        armature=per_link("armature"),
     )
 
 

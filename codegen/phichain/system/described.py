@@ -70,6 +70,7 @@ class Joints(_Given):
     Attributes:
         stiffness: k_k of every joint, N m/rad, or None for a chain without springs.
         damping: d_k of every joint, N m s/rad, or None for a chain without dampers.
+        armature: A_k of the rotor at every joint, kg m^2, or None for a chain without rotors.
 
     Raises:
         ArrayError: A value is no number.
@@ -77,6 +78,7 @@ class Joints(_Given):
 
     stiffness: PerLink | None = None
     damping: PerLink | None = None
+    armature: PerLink | None = None
 
     @property
     def is_free(self) -> bool:

@@ -174,7 +174,7 @@ class System:
         """A physical parameter: the number that the chain has, or its runtime value.
 
         Args:
-            name: "mass", "length", "com", "inertia", "stiffness" or "damping", per link; "cart_mass" or "gravity".
+            name: "mass", "length", "com", "inertia", "stiffness", "damping" or "armature", per link; "cart_mass" or "gravity".
             p: Runtime values by name; those left out keep the system's defaults.
             default: What stands in where the chain has none; an error unless given.
 

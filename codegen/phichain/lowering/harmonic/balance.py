@@ -3,7 +3,7 @@
 For x = X cos wt, theta = A cos wt, B = S A and D = B_i - B_j,
 
     Phi_i(phi) = w^2 sum_j c_ij (s(D) B_j^2 - a(D) B_j) - w^2 mu_i a(B_i) X + g mu_i h(B_i)
-    Phi_0      = -w^2 (M00 X + sum_j mu_j (a(B_j) B_j + s(B_j) B_j^2)),      Phi(theta) = S^T Phi(phi) + stiffness
+    Phi_0      = -w^2 (M00 X + sum_j mu_j (a(B_j) B_j + s(B_j) B_j^2)),      Phi(theta) = S^T Phi(phi) + stiffness - w^2 rotors
 
 with the acceleration kernel a (even, a(0) = 1), the centripetal kernel s (odd) and the gravity kernel h. Pairs i < j serve
 both rows.
@@ -51,7 +51,7 @@ def phi(
             balance = balance - mu[i] * (own_kernel * amplitude[0])
         fall = from_sympy(builder, projected.gravity, {projected.amplitude: swing[i]})
         row[i] = squared * balance + parameters.gravity * mu[i] * fall
-    to_generalised(builder, scene, _with_springs(builder, scene, parameters, own, row), out.shifted(offset))
+    to_generalised(builder, scene, _with_joints(builder, scene, parameters, squared, own, row), out.shifted(offset))
     if scene.has_cart:
         out[0] = squared * _cart_balance(builder, scene, parameters, projected, swing, amplitude[0])
 
@@ -68,18 +68,23 @@ def _pair_kernels(builder: Builder, scene: Scene, kernels: Kernels, swing: Array
     return even, odd
 
 
-def _with_springs(
-    builder: Builder, scene: Scene, parameters: Parameters, own: ArrayRef, row: ArrayRef
+def _with_joints(
+    builder: Builder, scene: Scene, parameters: Parameters, squared: Expr, own: ArrayRef, row: ArrayRef
 ) -> ArrayRef:
-    """Rows in phi with the springs' moments k_k A_k of the joint amplitudes."""
-    if parameters.stiffness is None:
+    """Rows in phi with the moments of springs and rotors, (stiffness - w^2 armature) times the joints' amplitudes."""
+    stiffness, armature = parameters.stiffness, parameters.armature
+    if stiffness is None and armature is None:
         return row
+    nothing = builder.lift(0)
     joint = difference(builder, scene, "joint_amplitude", own)
     total = builder.array("row_with_springs", scene.links)
     with builder.loop("k", scene.links - 1, -1, -1) as loop:
         k = loop.index
         beyond = loop.carry("spring_beyond", 0)
-        moment = builder.let("spring_moment", parameters.stiffness[k] * joint[k])
+        held = nothing if stiffness is None else stiffness[k]
+        if armature is not None:
+            held = held - squared * armature[k]
+        moment = builder.let("spring_moment", held * joint[k])
         total[k] = row[k] + (moment - beyond)
         loop.follow(beyond, moment)
     return total

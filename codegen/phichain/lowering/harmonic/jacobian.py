@@ -6,7 +6,7 @@ With R_i the rows of Phi in absolute amplitudes B (`lowering.harmonic.balance`),
     dR_i/dB_i = w^2 (sum_(j != i) c_ij (s' B_j^2 - a' B_j) - c_ii - mu_i a'(B_i) X) + g mu_i h'(B_i)
     dR_i/dX   = -w^2 mu_i a(B_i),      dR_0/dB_j = -w^2 mu_j (a + a' B_j + 2 s B_j + s' B_j^2)(B_j)
 
-and dPhi/dA = S^T (dR/dB) S. a and s' are even in D, a' and s odd: a pair i < j serves both rows.
+and dPhi/dA = S^T (dR/dB) S + springs - w^2 rotors. a and s' are even in D, a' and s odd: a pair i < j serves both rows.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ from phichain.harmonic import kernels
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.from_sympy import from_sympy
 from phichain.lowering.parameters import Parameters
+from phichain.lowering.planar.geared import terms as rotors
+from phichain.lowering.planar.geared.joint_form import with_joints
 from phichain.lowering.planar.joints import absolute
 from phichain.lowering.writers import writes
 from phichain.scene import Scene
@@ -38,7 +40,8 @@ class _Jacobian:
     ) -> None:
         self.builder, self.scene, self.parameters, self.omega = builder, scene, parameters, omega
         self.cart = amplitude[0] if scene.has_cart else None
-        self.swing = absolute(builder, scene, "swing", amplitude.shifted(int(scene.has_cart)))
+        self.own = amplitude.shifted(int(scene.has_cart))
+        self.swing = absolute(builder, scene, "swing", self.own)
         self.squared = builder.let("omega_squared", omega * omega)
         found = kernels()
         self._kernels = {
@@ -64,7 +67,9 @@ class _Jacobian:
         with self.builder.loop("m", 0, links) as loop:
             m = loop.index
             self._gathered(lambda i: by_angle[i * links + m], lambda i, value: turned.__setitem__(i * links + m, value))
-        self._with_springs(turned, out, width, first)
+        with_joints(
+            self.builder, scene, self._joint_weight(), turned, out, lambda i, j: (i + first) * width + first + j
+        )
         for column, values in rest.items():
             self._gathered(
                 lambda i, values=values: values[i],  # type: ignore[misc]
@@ -90,11 +95,14 @@ class _Jacobian:
         slope, own, value = self._pairs()
         diagonal, by_omega = builder.array("diagonal", links), builder.array("by_omega", links)
         by_cart = builder.array("by_cart", links) if self.cart is not None else None
+        couple = rotors.couples(builder, self.scene, parameters, "rotor_couple", self.own)
         with builder.loop("i", 0, links) as loop:
             i = loop.index
             swing, mu = self.swing[i], parameters.mu[i]
             total, turn = self._summed(value, i), self._summed(own, i)
             total, turn = total - parameters.c_diagonal[i] * swing, turn - parameters.c_diagonal[i]
+            if couple is not None:
+                total = total - couple[i]
             if by_cart is not None and self.cart is not None:
                 even = builder.let("own_kernel", self.kernel("a", swing))
                 total = total - mu * (even * self.cart)
@@ -138,45 +146,17 @@ class _Jacobian:
             loop.follow(outer, outer + parts[i * self.scene.links + loop.index])
         return inner + outer
 
-    def _with_springs(self, slope: ArrayRef, out: ArrayRef, width: int, first: int) -> None:
-        """The links' part of the result, with the springs.
+    def _joint_weight(self) -> Callable[[Index], Expr] | None:
+        """k_k - w^2 A_k of springs and rotors; None where there are none."""
+        stiffness, armature = self.parameters.stiffness, self.parameters.armature
+        if armature is None:
+            return None if stiffness is None else stiffness.__getitem__
 
-        The angle of joint k is theta_k - theta_(k - lag): its spring stands at (k, k), at (k - lag, k - lag) and, with the
-        other sign, between them. Added here and not to the rows in B, stiff ones round nothing but themselves.
-        """
-        builder, links, stiffness = self.builder, self.scene.links, self.parameters.stiffness
-        lag = {"relative": 0, "absolute": 1, "adjacent": 2}[str(self.scene.angles)]
+        def weight(k: Index) -> Expr:
+            inertial = self.squared * armature[k]
+            return -inertial if stiffness is None else stiffness[k] - inertial
 
-        def cell(i: Index, j: Index) -> Index:
-            return (i + first) * width + first + j
-
-        def copied(i: Index, start: Index, stop: Index) -> None:
-            with builder.loop("j", start, stop) as columns:
-                out[cell(i, columns.index)] = slope[i * links + columns.index]
-
-        def row(i: Index, has_before: bool, has_after: bool) -> None:
-            assert stiffness is not None
-            held = slope[i * links + i] + stiffness[i]
-            copied(i, 0, i - lag if has_before else i)
-            if has_before:
-                out[cell(i, i - lag)] = slope[i * links + i - lag] - stiffness[i]
-                copied(i, i - lag + 1, i)
-            if has_after:
-                held = held + stiffness[i + lag]
-                copied(i, i + 1, i + lag)
-                out[cell(i, i + lag)] = slope[i * links + i + lag] - stiffness[i + lag]
-            copied(i, i + lag + 1 if has_after else i + 1, links)
-            out[cell(i, i)] = held
-
-        if stiffness is None:
-            with builder.loop("i", 0, links) as rows:
-                copied(rows.index, 0, links)
-            return
-        ends = [k for k in range(links) if lag and (k < lag or k >= links - lag)]
-        for k in ends:
-            row(k, k >= lag, k + lag < links)
-        with builder.loop("i", lag, max(lag, links - lag)) as rows:
-            row(rows.index, bool(lag), bool(lag))
+        return weight
 
     def _cart_row(self, out: ArrayRef, width: int, cart: Expr) -> None:
         builder, links, mu = self.builder, self.scene.links, self.parameters.mu

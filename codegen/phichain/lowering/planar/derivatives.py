@@ -23,8 +23,10 @@ def suits(scene: Scene) -> bool:
     """Whether no digit is lost against the differentiated sweeps.
 
     The tension form, which serves masses at the links' ends, keeps 4e-16 on a cart whatever the masses are; here 1e-13 is left where
-    they grow by sixteen decades from link to link.
+    they grow by sixteen decades from link to link. Where joints carry rotors the sweeps are differentiated.
     """
+    if scene.armature is not None:
+        return False
     if not (scene.has_cart and scene.tip_masses):
         return True
     return not isinstance(scene.mass, str) and max(scene.mass) <= _MOST * min(scene.mass)

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder
 from phichain.lowering.parameters import Parameters
-from phichain.lowering.planar.joints import absolute, passive_torque, planar_state, to_generalised
+from phichain.lowering.planar.geared import terms as rotors
+from phichain.lowering.planar.joints import absolute, congruence, passive_torque, planar_state, to_generalised
 from phichain.lowering.writers import writes
 from phichain.scene import Scene
 
@@ -21,26 +22,11 @@ def absolute_sincos(builder: Builder, scene: Scene, q: ArrayRef) -> tuple[ArrayR
     return builder.sincos(phi, scene.links)
 
 
-def congruence(builder: Builder, scene: Scene, inner: ArrayRef, out: ArrayRef, nv: int) -> None:
-    """S^T M S: `inner` holds M (links x links), `out` starts at the block's first cell and has rows of nv cells."""
-    links = scene.links
-    if scene.angles == "absolute":
-        with builder.loop("i", 0, links) as rows, builder.loop("j", 0, links) as columns:
-            out[rows.index * nv + columns.index] = inner[rows.index * links + columns.index]
-        return
-    half = builder.array("half", links * links)
-    with builder.loop("i", 0, links) as rows:
-        to_generalised(builder, scene, inner.shifted(rows.index * links), half.shifted(rows.index * links))
-    with builder.loop("j", 0, links) as columns:
-        to_generalised(builder, scene, half.shifted(columns.index, links), out.shifted(columns.index, nv))
-
-
 @writes("mass_matrix", space="planar")
 def mass_matrix(builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, out: ArrayRef) -> None:
     """I(q) of (15), nv x nv."""
     sine, cosine = absolute_sincos(builder, scene, q)
-    links, offset = scene.links, int(scene.has_cart)
-    mu, length = parameters.mu, parameters.length
+    links, mu, length = scene.links, parameters.mu, parameters.length
     inner = builder.array("absolute_mass", links * links)
     with builder.loop("i", 0, links) as rows:
         i = rows.index
@@ -50,7 +36,7 @@ def mass_matrix(builder: Builder, scene: Scene, parameters: Parameters, q: Array
             entry = builder.let("entry", length[i] * mu[j] * (cosine[i] * cosine[j] + sine[i] * sine[j]))
             inner[i * links + j] = entry
             inner[j * links + i] = entry
-    congruence(builder, scene, inner, out.shifted(offset * (scene.nv + 1)), scene.nv)
+    rotors.inertia(builder, scene, parameters, inner, out)
     if scene.has_cart:
         coupling = builder.array("cart_coupling", links)
         with builder.loop("k", 0, links) as loop:
@@ -135,7 +121,8 @@ def energy(
         moving = twice_kinetic + mass * (mass_x * mass_x + mass_y * mass_y)
         if parameters.inertia is not None:
             moving = moving + parameters.inertia[k] * (state.rate[k] * state.rate[k])
-        loop.follow(twice_kinetic, moving)
+        rotor = rotors.kinetic(parameters, state.joint_rate, k)
+        loop.follow(twice_kinetic, moving if rotor is None else moving + rotor)
         stored = parameters.gravity * mass * (depth + com * cosine[k])
         if parameters.stiffness is not None:
             stored = stored - half * parameters.stiffness[k] * (state.angle[k] * state.angle[k])
@@ -188,6 +175,7 @@ def inverse_dynamics(
         loop.follow(before_x, joint_x - parameters.length[k] * squared)
         loop.follow(before_y, joint_y + parameters.length[k] * alpha[k])
     torque = builder.array("absolute_torque", links)
+    couple = rotors.couples(builder, scene, parameters, "rotor_couple", a.shifted(offset))
     with builder.loop("k", links - 1, -1, -1) as loop:
         k = loop.index
         beyond_x, beyond_y = loop.carry("beyond_x", 0), loop.carry("beyond_y", 0)
@@ -199,7 +187,7 @@ def inverse_dynamics(
             outer = loop.carry("passive_beyond", 0)
             own = own - (passive - outer)
             loop.follow(outer, passive)
-        torque[k] = own
+        torque[k] = rotors.added(own, couple, k)
         force_x = builder.let("force_x", inertial_x[k] + beyond_x)
         force_y = builder.let("force_y", inertial_y[k] + beyond_y)
         loop.follow(beyond_x, cosine[k] * force_x - sine[k] * force_y)
@@ -214,8 +202,7 @@ def linearization(
     builder: Builder, scene: Scene, parameters: Parameters, s: ArrayRef, **outputs: ArrayRef
 ) -> None:
     """M x'' + [D x'] + G x = B u about the equilibrium phi_k = 0 (s_k = 1) or pi (s_k = -1); (19) in the plane."""
-    links, offset, nv = scene.links, int(scene.has_cart), scene.nv
-    mu, length = parameters.mu, parameters.length
+    links, mu, length = scene.links, parameters.mu, parameters.length
     inner = builder.array("absolute_mass", links * links)
     with builder.loop("i", 0, links) as rows:
         i = rows.index
@@ -225,7 +212,7 @@ def linearization(
             entry = builder.let("entry", length[i] * mu[j] * (s[i] * s[j]))
             inner[i * links + j] = entry
             inner[j * links + i] = entry
-    congruence(builder, scene, inner, outputs["M"].shifted(offset * (nv + 1)), nv)
+    rotors.inertia(builder, scene, parameters, inner, outputs["M"])
     coupling, falling = builder.array("cart_coupling", links), builder.array("falling", links)
     with builder.loop("k", 0, links) as loop:
         coupling[loop.index] = mu[loop.index] * s[loop.index]

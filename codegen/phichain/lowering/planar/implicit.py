@@ -8,10 +8,11 @@ with rate w and acceleration alpha, P and V the absolute r_q + g r_v and r_v, it
 
 more than before, and its moment balance gains J x - R (P + g^2 x) with R = r m A_mx + l F_x, the pull that the link carries. The chain
 beyond a joint asks for force and moment Lambda (dA, x_before) + lambda there, where x_before belongs to the link before: joints
-transmit -s (x_k - x_before) - rho with s = g d_k + g^2 k_k. Lambda is not symmetric; one sweep per step builds it, and each
-right side costs one sweep inwards and one outwards. With D the pivot of the joint less s and S what acts on it,
+transmit -s (x_k - x_before) - rho with s = A_k + g d_k + g^2 k_k, A_k the rotor's inertia. Lambda is not symmetric; one sweep per
+step builds it, and each right side costs one sweep inwards and one outwards. With D the pivot of the joint less s, B = D + A_k and S
+what acts on it,
 
-    (D + s) (x_k - x_before) = S - rho,   k_v = (D r_v + g S - g k_k r_q) / (D + s),   k_q = ((D + g d_k) r_q + g (D r_v + g S)) / (D + s)
+    (D + s) (x_k - x_before) = S - rho,   k_v = (B r_v + g S - g k_k r_q) / (D + s),   k_q = ((B + g d_k) r_q + g (B r_v + g S)) / (D + s)
 
 in joint terms: what a stiff joint's rate and angle are is formed at once, never as the difference of what the spring cancels.
 """
@@ -123,7 +124,7 @@ class _Inwards:
 
     def run(self) -> Compound:
         """The chain beyond the base, in the base's frame (down, sideways)."""
-        nothing, is_sprung = self.builder.lift(0), sprung(self.scene)
+        nothing, is_sprung = self.builder.lift(0), transmits(self.scene)
         with self.builder.loop("k", self.scene.links - 1, -1, -1) as loop:
             carried = [loop.carry(name, 0) if is_sprung or name in _FREE else nothing for name in _NAMES]
             following = self.eliminate(Compound.from_flat(carried), loop.index)
@@ -169,19 +170,24 @@ class _Inwards:
         self.out["arm"][2 * k + 1] = moment * com + length * (length * m[1][1] + m[2][1])
 
     def joint_stiffness(self, k: Index) -> Expr:
-        """g d_k + g^2 k_k."""
+        """A_k + g d_k + g^2 k_k."""
         parameters = self.parameters
-        total = self.builder.lift(0)
+        total = self.builder.lift(0) if parameters.armature is None else parameters.armature[k]
         if parameters.stiffness is not None:
-            total = self.squared * parameters.stiffness[k]
+            total = total + self.squared * parameters.stiffness[k]
         if parameters.damping is not None:
             total = total + self.gain * parameters.damping[k]
         return total
 
 
 def sprung(scene: Scene) -> bool:
-    """Whether joints transmit moments."""
+    """Whether joints carry springs or dampers."""
     return scene.stiffness is not None or scene.damping is not None
+
+
+def transmits(scene: Scene) -> bool:
+    """Whether joints transmit moments."""
+    return sprung(scene) or scene.armature is not None
 
 
 _NAMES = (

@@ -81,15 +81,29 @@ def to_generalised(builder: Builder, scene: Scene, tau: ArrayRef, out: ArrayRef)
         loop.follow(beyond, tau[k] if scene.angles == "adjacent" else value)
 
 
+def congruence(builder: Builder, scene: Scene, inner: ArrayRef, out: ArrayRef, nv: int) -> None:
+    """S^T M S: `inner` holds M (links x links), `out` starts at the block's first cell and has rows of nv cells."""
+    links = scene.links
+    if scene.angles == "absolute":
+        with builder.loop("i", 0, links) as rows, builder.loop("j", 0, links) as columns:
+            out[rows.index * nv + columns.index] = inner[rows.index * links + columns.index]
+        return
+    half = builder.array("half", links * links)
+    with builder.loop("i", 0, links) as rows:
+        to_generalised(builder, scene, inner.shifted(rows.index * links), half.shifted(rows.index * links))
+    with builder.loop("j", 0, links) as columns:
+        to_generalised(builder, scene, half.shifted(columns.index, links), out.shifted(columns.index, nv))
+
+
 def planar_state(builder: Builder, scene: Scene, q: ArrayRef, v: ArrayRef) -> PlanarState:
     """Joint angles and rates of the argument arrays q and v (the cart's coordinate, if any, comes first in both)."""
     offset = int(scene.has_cart)
     theta, theta_dot = q.shifted(offset), v.shifted(offset)
-    damped = scene.damping is not None
+    slips = scene.damping is not None or scene.armature is not None
     return PlanarState(
         angle=difference(builder, scene, "joint_angle", theta),
         rate=absolute(builder, scene, "rate", theta_dot),
-        joint_rate=difference(builder, scene, "joint_rate", theta_dot) if damped else theta_dot,
+        joint_rate=difference(builder, scene, "joint_rate", theta_dot) if slips else theta_dot,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.parameters import Parameters
-from phichain.lowering.planar.implicit import CART_PIVOT, sprung
+from phichain.lowering.planar.implicit import CART_PIVOT, sprung, transmits
 from phichain.lowering.planar.joints import difference, from_absolute
 from phichain.scene import Scene
 
@@ -65,7 +65,7 @@ class _Solution:
         with builder.loop("k", links - 1, -1, -1) as loop:
             k = loop.index
             force = (loop.carry("force_x", 0), loop.carry("force_y", 0))
-            moment = loop.carry("moment", 0) if self.rest is not None else builder.lift(0)
+            moment = loop.carry("moment", 0) if transmits(self.scene) else builder.lift(0)
             rate = known["rate"][k]
             constant = (
                 let("constant_x", -(known["turning"][k] * turn[k] + 2 * (rate * spin[k]))),
@@ -86,6 +86,8 @@ class _Solution:
             loop.follow(force[1], sine * passed[0] + cosine * passed[1])
             if rest is not None:
                 loop.follow(moment, (joint * load - pivot * rest) * inverse)
+            elif not moment.is_zero:
+                loop.follow(moment, joint * load * inverse)
         return force[1]
 
     def _product(self, name: str, k: Index, vector: Pair) -> Expr:
@@ -139,6 +141,8 @@ class _Solution:
             joint_v[k] = moved = self.builder.let("joint_rate", right_v + gain * (acting * inverse))
             joint_q[k] = right_q + gain * moved
             return
+        if self.parameters.armature is not None:
+            pivot = self.builder.let("borne", pivot + self.parameters.armature[k])
         driven = self.builder.let("driven", pivot * right_v + gain * acting)
         slowed = driven if stiffness is None else driven - gain * (stiffness[k] * right_q)
         joint_v[k] = slowed * inverse

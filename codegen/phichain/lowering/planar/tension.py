@@ -41,7 +41,12 @@ class _Chain:
 
 
 def suits(scene: Scene) -> bool:
-    """Whether tensions give all digits: every mass at its link's end and, with couples on links, masses much alike."""
+    """Whether tensions give all digits: every mass at its link's end and, with couples on links, masses much alike.
+
+    Rotors' couples depend on the accelerations that tensions are to give.
+    """
+    if scene.armature is not None:
+        return False
     has_couples = scene.actuated_joints or scene.stiffness is not None or scene.damping is not None
     return scene.tip_masses and not (has_couples and _spread(scene) > _LARGEST_SPREAD)
 

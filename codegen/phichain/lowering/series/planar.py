@@ -16,7 +16,8 @@ s, c sine and cosine of the joint's angle, X, Z, E = X Y - Z^2 of the chain beyo
     a_beyond = Q^T (a + (l C''_n, 0)) + l z (s, c),    z = (y - l (s p_x + c p_y)) / D,   S''_n = z - (l U_x C''_n + U.a) / D
 
 Q holds what turning and eliminating do to a force, multiplied out so that nothing cancels (docs/theory.md). A cart is the
-same with m r^2 -> m_c, l -> 1 and the vertical for the link's direction.
+same with m r^2 -> m_c, l -> 1 and the vertical for the link's direction. Where joints carry rotors, moments go along with the
+forces (`lowering.planar.geared`).
 """
 
 from __future__ import annotations
@@ -26,9 +27,11 @@ from phichain.ir.nodes import Program
 from phichain.ir.passes import prune, unroll
 from phichain.lowering.body import point_masses
 from phichain.lowering.planar.joints import absolute
-from phichain.lowering.series.planar_factor import planar_factor
+from phichain.lowering.series.geared_factor import GearedFactor
+from phichain.lowering.series.geared_order import GearedOrder
+from phichain.lowering.series.planar_factor import Factor, planar_factor
 from phichain.lowering.series.planar_held import planar_layout
-from phichain.lowering.series.planar_order import planar_order
+from phichain.lowering.series.planar_order import Order, planar_order
 from phichain.lowering.series.series import LEAD, LEFT, RIGHT, Series
 from phichain.mechanics import Model
 from phichain.scene import Scene
@@ -41,10 +44,11 @@ def planar_series(model: Model) -> Series:
     """The recurrences of a planar scene."""
     scene = point_masses(model.scene)
     layout = planar_layout(scene)
+    elimination, substitution = (Factor, Order) if scene.armature is None else (GearedFactor, GearedOrder)
     written = unroll if scene.links <= UNROLLED else (lambda program: program)
     return Series(
-        factor=written(planar_factor(model, layout)),
-        order=written(planar_order(model, layout)),
+        factor=written(planar_factor(model, layout, elimination)),
+        order=written(planar_order(model, layout, substitution)),
         columns=written(_columns(scene)) if scene.variational else None,
         lanes=2 * scene.links,
         rights=2,

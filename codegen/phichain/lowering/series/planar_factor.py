@@ -51,8 +51,8 @@ def directions(builder: Builder, scene: Scene, q: ArrayRef, lost: ArrayRef) -> t
     return sine, cosine
 
 
-def planar_factor(model: Model, layout: Layout) -> Program:
-    """Everything that is constant over a step, and rows 0."""
+def planar_factor(model: Model, layout: Layout, elimination: type[Factor]) -> Program:
+    """Everything that is constant over a step, and rows 0, by one kind of `Factor`."""
     scene = point_masses(model.scene)
     builder = Builder("flow_factor", "Factor the mass matrix at the start of a step.")
     parameters = Parameters(builder, model, True, scene)
@@ -63,7 +63,7 @@ def planar_factor(model: Model, layout: Layout) -> Program:
     held = builder.output(HELD, (layout.size,), "constants of the step")
     left = builder.output(LEFT, (2 * scene.links,), "coefficients 1 of the links' cosines and sines")
     right = builder.output(RIGHT, (4 * scene.links,), "the links' rates, twice, and zeros")
-    _Factor(builder, scene, parameters, layout, held, scale).write(q, lost, u)
+    elimination(builder, scene, parameters, layout, held, scale).write(q, lost, u)
     rate = absolute(builder, scene, "rate", v.shifted(int(scene.has_cart)))
     with builder.loop("k", 0, scene.links) as loop:
         k = loop.index
@@ -73,7 +73,7 @@ def planar_factor(model: Model, layout: Layout) -> Program:
     return prune(builder.finish())
 
 
-class _Factor:
+class Factor:
     """The elimination from the tip to the base."""
 
     def __init__(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from phichain.lowering.planar.geared.elimination import layout_of as geared_layout
 from phichain.lowering.planar.joint_state import carries_joints
 from phichain.lowering.series.held import Layout
 from phichain.scene import Scene
@@ -22,8 +23,11 @@ def planar_layout(scene: Scene) -> Layout:
     """What is held of a scene's links, its base, inputs and joints."""
     links = scene.links
     runs = [(name, 0 if scene.tip_masses and name in ("q_yx", "q_yy", "skew", "pull_y") else links) for name in _PER_LINK]
+    runs += [("base", 2), ("base_arm", 2 * scene.has_cart)]
+    if scene.armature is not None:
+        runs = list(geared_layout(scene))
     runs += [
-        ("base", 2), ("base_arm", 2 * scene.has_cart), ("drive", links * bool(scene.actuated_joints)),
+        ("drive", links * bool(scene.actuated_joints)),
         ("push", int(scene.has_force)), ("stiffness", links * (scene.stiffness is not None)),
         ("damping", links * (scene.damping is not None)),
         ("rest", links * (carries_joints(scene) and scene.stiffness is not None)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import ClassVar
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
@@ -17,8 +18,8 @@ from phichain.mechanics import Model
 from phichain.scene import Scene
 
 
-def planar_order(model: Model, layout: Layout) -> Program:
-    """Solve for the coefficients of order n + 1."""
+def planar_order(model: Model, layout: Layout, substitution: type[Order]) -> Program:
+    """Solve for the coefficients of order n + 1, by the kind of `Order` that goes with the factorisation."""
     scene = point_masses(model.scene)
     builder = Builder("flow_order", "Solve for the coefficients of order n + 1 of the Taylor series.")
     parameters = Parameters(builder, model, True, scene)
@@ -29,22 +30,24 @@ def planar_order(model: Model, layout: Layout) -> Program:
     left = builder.output(LEFT, (2 * scene.links,), "coefficients n + 2 of the links' cosines and sines")
     right = builder.output(RIGHT, (4 * scene.links,), "the links' rates, twice, and moments of force")
     following = builder.output(NEXT, (scene.nq + scene.nv,), "coefficients of order n + 1 of the state")
-    _Order(builder, scene, parameters, layout, held, now).write(sums, coefficient, left, right, following)
+    substitution(builder, scene, parameters, layout, held, now).write(sums, coefficient, left, right, following)
     return prune(builder.finish())
 
 
-class _Order:
+class Order:
     """The back substitution: beside the chain first, along it inwards, beside it, outwards, and beside it again."""
+
+    WORK: ClassVar[tuple[str, ...]] = (
+        "bend", "torque", "push_x", "push_y", "force_x", "force_y", "free", "joint_x", "joint_y", "turn", "swing", "rise",
+    )  # fmt: skip
+    """Names of the work arrays."""
 
     def __init__(
         self, builder: Builder, scene: Scene, parameters: Parameters, layout: Layout, held: ArrayRef, now: ArrayRef
     ) -> None:
         self.builder, self.scene, self.parameters, self.layout, self.now = builder, scene, parameters, layout, now
         self.held = held
-        names = (
-            "bend", "torque", "push_x", "push_y", "force_x", "force_y", "free", "joint_x", "joint_y", "turn", "swing", "rise",
-        )  # fmt: skip
-        self.work = {name: builder.array(name, scene.links) for name in names}
+        self.work = {name: builder.array(name, scene.links) for name in self.WORK}
         links = PlanarLinks(parameters)
         self.moment, self.own = links.moment, links.own
 
@@ -96,13 +99,17 @@ class _Order:
     def arms(self, right: ArrayRef) -> None:
         """Moments of the forces at the links, less what a mass on its own circle needs, which has none."""
         builder, last, length = self.builder, self.scene.links - 1, self.parameters.length
-        joint_x, joint_y, torque = (self.work[name] for name in ("joint_x", "joint_y", "torque"))
+        joint_x, joint_y = self.work["joint_x"], self.work["joint_y"]
         lateral, axial = right.shifted(2 * (last + 1)), right.shifted(3 * (last + 1))
         with builder.loop("k", 0, last) as loop:
             k = loop.index
-            lateral[k] = torque[k] - self.own[k] * self.work["swing"][k]
+            lateral[k] = self.borne(k)
             axial[k] = -(self.moment[k] * joint_x[k] + length[k] * self.tip_force(k + 1))
         lateral[last], axial[last] = self.moment[last] * joint_y[last], -(self.moment[last] * joint_x[last])
+
+    def borne(self, k: Index) -> Expr:
+        """The moment of the forces at link k: what is left of the torque on it."""
+        return self.work["torque"][k] - self.own[k] * self.work["swing"][k]
 
     def tip_force(self, k: Index) -> Expr:
         """The force at joint k along the link before."""

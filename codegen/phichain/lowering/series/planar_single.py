@@ -4,7 +4,8 @@ With psi the angle from the link's direction at the step's start, C and S its co
 
     S' = C w,   C' = -S w,   w' = (a_x S - a_y C) / r + tau / (m r^2)
 
-where (a_x, a_y) = rho^2 g (-cos phi_0, sin phi_0) is gravity as the acceleration of the base in the link's frame.
+where (a_x, a_y) = rho^2 g (-cos phi_0, sin phi_0) is gravity as the acceleration of the base in the link's frame. With a rotor at
+the joint 1 / r becomes m r / (m r^2 + A), and 1 / (m r^2) likewise.
 """
 
 from __future__ import annotations
@@ -65,13 +66,16 @@ def _factor(model: Model) -> Program:
     left = builder.output(LEFT, (2,), "the link's cosine and sine")
     right = builder.output(RIGHT, (2,), "the link's rate, twice")
     sine, cosine = directions(builder, scene, q, lost)
-    bodies = parameters.bodies
-    if bodies is None:
+    bodies, rotor = parameters.bodies, parameters.armature
+    if bodies is None and rotor is None:
+        inverse = 1 / (parameters.mass[0] * parameters.com[0] * parameters.com[0])
         weight = scale[1] * (parameters.gravity / parameters.com[0])
     else:
-        weight = scale[1] * (parameters.gravity * (bodies.first[0] * bodies.over_second[0]))
+        first, second = _moments(parameters)
+        inverse = 1 / (second if rotor is None else second + rotor[0])
+        weight = scale[1] * (parameters.gravity * (first * inverse))
     held[0], held[1] = -(weight * cosine[0]), -(weight * sine[0])
-    place, inverse = 2, 1 / (parameters.mass[0] * parameters.com[0] * parameters.com[0]) if bodies is None else bodies.over_second[0]
+    place = 2
     couple = input_couples(builder, scene, parameters, u)
     if couple is not None:
         held[place] = scale[1] * (couple[0] * inverse)
@@ -84,6 +88,14 @@ def _factor(model: Model) -> Program:
     left[0], left[1] = builder.lift(1), builder.lift(0)
     right[0], right[1] = v[0], v[0]
     return prune(unroll(builder.finish()))
+
+
+def _moments(parameters: Parameters) -> tuple[Expr, Expr]:
+    """First and second moment of the link about its joint."""
+    if parameters.bodies is not None:
+        return parameters.bodies.first[0], parameters.bodies.second[0]
+    moment = parameters.mass[0] * parameters.com[0]
+    return moment, moment * parameters.com[0]
 
 
 def _order(scene: Scene) -> Program:

@@ -4,7 +4,7 @@ Along theta = A cos tau, x = X cos tau, tau = omega t, integration by parts in t
 equations of motion into a gradient. With B = S A, D = B_i - B_j and Jacobi and Anger's expansions
 
     <cos(D cos tau) sin^2 tau> = J_1(D) / D,    <cos(B cos tau)> = J_0(B),
-    <L> = omega^2 / 2 [M00 X^2 / 2 + 2 X sum mu_k B_k K(B_k) + sum_ij c_ij B_i B_j K(B_i - B_j)] + g sum mu_k J_0(B_k) - springs / 2,
+    <L> = omega^2 / 2 [M00 X^2 / 2 + 2 X sum mu_k B_k K(B_k) + sum_ij c_ij B_i B_j K(B_i - B_j) + rotors] + g sum mu_k J_0(B_k) - springs / 2,
 
 K(z) = J_1(z) / z, K(0) = 1/2, K'(z) = -J_2(z) / z. None of the kernels that `harmonic` projects takes part.
 """
@@ -48,6 +48,8 @@ class Averaged:
     def mixed(self, one: Vector, other: Vector | None, frequency: int) -> int:
         """d<L> along `one`; or, where there is a second direction, the derivative of that along (other, frequency)."""
         kinetic, slope = self._kinetic(one, other)
+        kinetic += self._joints("armature", one, self._amplitude)
+        slope += 0 if other is None else self._joints("armature", one, other)
         square = self._omega * self._omega
         if other is None:
             return (square * HALF * kinetic + self._weight(one, None) - self._springs(one, self._amplitude)) % PRIME
@@ -100,9 +102,13 @@ class Averaged:
 
     def _springs(self, one: Vector, other: Vector) -> int:
         """The derivative of <springs> = 1/4 sum k_k bend_k^2 along `one`, at amplitudes `other`."""
+        return HALF * self._joints("stiffness", one, other)
+
+    def _joints(self, law: str, one: Vector, other: Vector) -> int:
+        """sum law_k bend_k other_k of two vectors of amplitudes, at the joints."""
         angles = str(self._chain.point.scene.angles)
         bends, others = (joint_angles(angles, vector[self._carts :]) for vector in (one, other))
-        return HALF * dot(self._chain.per_link("stiffness"), [a * b for a, b in zip(bends, others, strict=True)])
+        return dot(self._chain.per_link(law), [a * b for a, b in zip(bends, others, strict=True)])
 
 
 def _averaged(case: Case) -> tuple[Averaged, Vector, int]:

@@ -1,0 +1,41 @@
+"""What the named quantities are in planar chains whose joints carry rotors."""
+
+from __future__ import annotations
+
+from phichain.contract.quantity import Quantities, rows
+
+
+def geared(functions: frozenset[str]) -> Quantities:
+    """The rows for some functions."""
+    return Quantities(
+        functions, "section 5, rotors",
+        rows(
+            ("beyond_inertia", "kg", "the chain beyond a joint: force along its first link per acceleration along it, X"),
+            ("beyond_skew", "", "share of that across the first link, z"),
+            ("beyond_reach", "m", "share of that in the turning of the link before, h"),
+            ("beyond_across beyond_mixed", "", "what the rest of its inertia comes to across the link, E and F"),
+            ("beyond_turning", "kg m^2", "and in turning, G"),
+            ("beyond_determinant", "", "determinant of that rest, delta"),
+            ("held_inertia", "kg", "X of the link and all beyond it"),
+            ("held_skew held_reach", "", "z and h of the link and all beyond it"),
+            ("held_across held_mixed", "", "E and F of the link and all beyond it"),
+            ("held_turning", "kg m^2", "G of the link and all beyond it"),
+            ("held_determinant", "", "delta of the link and all beyond it"),
+            ("seen_xx seen_xy seen_yy", "kg", "inertia of the chain beyond in the frame of the link"),
+            ("seen_moment", "kg m", "force along the link per turning of it, from the chain beyond"),
+            ("turning_x turning_y", "kg m", "force that the chain beyond asks for while the link turns"),
+            ("turning_moment", "kg m^2", "moment that it asks for then"),
+            ("pivot", "kg m^2", "inertia against which a link turns, without the rotor at its joint"),
+            ("inverse_turning", "", "1 / (pivot + rotor)"),
+            ("share share_of", "", "rotor / (pivot + rotor)"),
+            ("slack_of", "", "pivot / (pivot + rotor)"),
+            ("minor_xx minor_xy", "", "minors of the inertia of the chain beyond, bordered by the turning"),
+            ("beyond_x beyond_y", "N", "force that the motion of all beyond a joint asks for"),
+            ("beyond_n", "N m", "moment that its rotor asks for"),
+            ("driven", "N m", "torque on a link less what the next rotor asks for"),
+            ("loose", "rad/s^2", "acceleration of a link's angle while its joint and the link before rest"),
+            ("slip", "rad/s^2", "acceleration of a joint's angle"),
+            ("bend", "1/s^2", "second derivative of a link's direction, along it"),
+        ),
+        "planar",
+    )  # fmt: skip

@@ -1,0 +1,21 @@
+"""The factorisation of a step of a planar chain whose joints carry rotors (lowering.planar.geared)."""
+
+from __future__ import annotations
+
+from phichain.ir.builder import ArrayRef
+from phichain.lowering.planar.geared.elimination import Elimination
+from phichain.lowering.series.planar_factor import Factor, directions
+
+
+class GearedFactor(Factor):
+    """The elimination with rotors; inputs, springs and dampers are those of any planar chain."""
+
+    def write(self, q: ArrayRef, lost: ArrayRef, u: ArrayRef | None) -> None:
+        """All numbers of `held`."""
+        offset = int(self.scene.has_cart)
+        joints = directions(self.builder, self.scene, q.shifted(offset), lost.shifted(offset))
+        elimination = Elimination(self.builder, self.scene, self.parameters, joints, self.keep)
+        elimination.base(elimination.run(), (self.builder.lift(0), self.square * self.parameters.gravity))
+        self.inputs(u)
+        if "rest" in self.layout:
+            self.rests(q, lost)

@@ -1,0 +1,87 @@
+"""The back substitution of one order of a planar step whose joints carry rotors (lowering.planar.geared).
+
+With slip_n the relative angular acceleration of joint k, the moment balance of `lowering.series.planar` becomes
+
+    Hy_n + A_k slip_{k,n} - A_{k+1} slip_{k+1,n} + sum_{j=0..n-1} (C_{j+1} Hy_{n-1-j} - S_{j+1} Hx_{n-1-j}) = tau_n
+
+whose couples are linear in what is solved for: one factorisation a step serves every order here, too.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.parameters import Parameters
+from phichain.lowering.planar.geared.substitution import Substitution
+from phichain.lowering.series.held import Layout
+from phichain.lowering.series.planar_order import Order, from_links
+from phichain.scene import Scene
+
+
+class GearedOrder(Order):
+    """The substitutions with rotors; what is beside the chain is that of any planar chain."""
+
+    WORK: ClassVar[tuple[str, ...]] = ("bend", "torque", "turn", "rise")
+
+    def __init__(
+        self, builder: Builder, scene: Scene, parameters: Parameters, layout: Layout, held: ArrayRef, now: ArrayRef
+    ) -> None:
+        super().__init__(builder, scene, parameters, layout, held, now)
+        self.substitution = Substitution(builder, parameters, self.of)
+        self.work |= self.substitution.work
+
+    def write(self, sums: ArrayRef, coefficient: ArrayRef, left: ArrayRef, right: ArrayRef, following: ArrayRef) -> None:
+        """All cells of the results."""
+        bend, rise = self.work["bend"], self.work["rise"]
+        self.moments(sums, coefficient)
+        self.substitution.inwards(self.work["torque"], bend, rise)
+        push = self.now[3] * self.of("push")[0] if self.scene.has_force else None
+        base, cart = self.substitution.base(push, self.scene.has_cart, self.now[3])
+        if self.scene.has_cart:
+            following[self.scene.nq] = self.now[1] * cart * self.parameters.units.length
+        self.substitution.outwards(base, bend, rise)
+        self.rows(sums, left, right)
+        self.arms(right)
+        self.state(coefficient, following)
+
+    def moments(self, sums: ArrayRef, coefficient: ArrayRef) -> None:
+        """What is known of each link: C'', S'' beside turning, and the moment about its joint."""
+        builder, links, now, couple = self.builder, self.scene.links, self.now, self.couple(coefficient)
+        with builder.loop("k", 0, links) as loop:
+            k = loop.index
+            self.work["bend"][k] = -(now[0] * sums[k + links])
+            self.work["rise"][k] = now[0] * sums[k]
+            known = -(sums[k + 2 * links] + sums[k + 3 * links])
+            self.work["torque"][k] = known if couple is None else couple[k] + known
+
+    def rows(self, sums: ArrayRef, left: ArrayRef, right: ArrayRef) -> None:
+        """The links' directions and rates."""
+        links, now, work = self.scene.links, self.now, self.work
+        with self.builder.loop("k", 0, links) as loop:
+            k = loop.index
+            work["turn"][k] = rate = self.builder.let("rate", now[1] * work["swing"][k])
+            left[k], left[k + links] = now[2] * work["bend"][k], now[2] * (work["swing"][k] + work["rise"][k])
+            right[k], right[k + links] = rate, rate
+
+    def borne(self, k: Index) -> Expr:
+        """The moment of the forces at link k: what is left of the torques on it."""
+        armature, slip = self.parameters.armature, self.work["slip"]
+        assert armature is not None
+        rotors = armature[k] * slip[k] - armature[k + 1] * slip[k + 1]
+        return super().borne(k) - rotors
+
+    def tip_force(self, k: Index) -> Expr:
+        """The force at joint k along the link before."""
+        return super().tip_force(k) + self.of("pull_n")[k] * self.work["swing"][k - 1]
+
+    def state(self, coefficient: ArrayRef, following: ArrayRef) -> None:
+        """The state's coefficients of order n + 1; rates of joints are formed at once, not as differences."""
+        builder, scene = self.builder, self.scene
+        with builder.loop("i", 0, scene.nq) as loop:
+            following[loop.index] = self.now[1] * coefficient[loop.index + scene.nq]
+        is_relative = scene.angles == "relative"
+        own = self.work["slip"] if is_relative else from_links(builder, scene, "own_rate", self.work["turn"])
+        with builder.loop("k", 0, scene.links) as loop:
+            rate = self.now[1] * own[loop.index] if is_relative else own[loop.index]
+            following[loop.index + scene.nq + int(scene.has_cart)] = rate
