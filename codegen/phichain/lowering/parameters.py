@@ -138,6 +138,8 @@ class Parameters:
                 links = Links(self.mass, self.length, self.com, self.inertia)
                 self._bodies = Bodies(self._builder, self._scene, links, self.derived)
         return self._bodies
+
+    @property
     def armature(self) -> ArrayRef | None:
         """The rotors' inertias, or None on a scene without rotors."""
         return None if self._scene.armature is None else self._given("armature")

@@ -23,7 +23,10 @@ which are the minors of T bordered by the turning, the link and all beyond it ha
     E' = (d + A (m^2 + m (X + X z^2 + E) + X E)) / (D X'),   delta' = A d / (D X')
     F' = A (m (m r + t_y) + m r T_xx + X u.(E, F)) / (D X'),     G' = A (m P + m r^2 T_xx + U_xx) / (D X')
 
-u_o is u with o for l. Forces and moments p of the chain beyond go over the link by Q, accelerations outwards by its transpose; what
+u_o is u with o for l. A link's own inertia J about its centre of mass goes with the
+link's turning alone: m r^2 becomes m r^2 + J, m r (l - r) loses J, and d gains J (m^2 + m (X + X z^2 + E) + X E).
+
+Forces and moments p of the chain beyond go over the link by Q, accelerations outwards by its transpose; what
 bending C'' and rising (S'' beyond the turning) of the link's direction add to p goes by `axial`, `skew` and `lift_x`, `lift_y`. No
 sum has terms that must cancel because masses or rotors differ much:
 
@@ -38,6 +41,7 @@ from dataclasses import dataclass, fields
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.parameters import Parameters
+from phichain.lowering.planar.geared.terms import first_moments, second_moments
 from phichain.scene import Scene
 
 PER_LINK = (
@@ -93,11 +97,10 @@ class Elimination:
         self.builder, self.scene, self.parameters, self.keep = builder, scene, parameters, keep
         self.sine, self.cosine = joints
         assert parameters.armature is not None
-        self.armature = parameters.armature
+        self.armature, self.spin = parameters.armature, parameters.inertia
         mass, length, com, derived = parameters.mass, parameters.length, parameters.com, parameters.derived
-        self.first = derived("moment", lambda k: mass[k] * com[k])
-        self.own = derived("own_inertia", lambda k: mass[k] * com[k] * com[k])
-        self.lever = derived("overhang_moment", lambda k: mass[k] * com[k] * (length[k] - com[k]))
+        self.first, self.own = first_moments(parameters), second_moments(parameters)
+        self.lever = derived("overhang_moment", lambda k: self._less_spin(mass[k] * com[k] * (length[k] - com[k]), k))
 
     def run(self) -> Beyond:
         """Eliminate all links; the chain from the first joint on."""
@@ -113,7 +116,7 @@ class Elimination:
         return Beyond(**carried)
 
     def tip(self, k: int) -> Beyond:
-        """The last link: a point mass and a rotor beyond which there is nothing."""
+        """The last link: a mass and a rotor beyond which there is nothing."""
         let, mass, zero = self.builder.let, self.parameters.mass[k], self.builder.lift(0)
         first, own, rotor = self.first[k], self.own[k], self.armature[k]
         inverse = let("inverse_turning", 1 / (own + rotor))
@@ -126,7 +129,9 @@ class Elimination:
         for name in PER_LINK:
             if not name.startswith("pull"):
                 self.keep(name, k, kept.get(name, zero))
-        return Beyond(mass, zero, zero, share * mass, share * first, share * own, zero)
+        across = mass * (self._with_spin(rotor, k) * inverse)
+        determinant = zero if self.spin is None else share * (mass * self.spin[k])
+        return Beyond(mass, zero, zero, across, share * first, share * own, determinant)
 
     def link(self, beyond: Beyond, k: Index) -> Beyond:
         """Eliminate the turning of link k; the chain from its joint on."""
@@ -174,6 +179,8 @@ class Elimination:
         whole = let("whole", self._whole(beyond, seen, k, aside))
         sides = mass * (beyond.inertia + beyond.inertia * (beyond.skew * beyond.skew) + beyond.across)
         freed = let("freed", mass * mass + sides + beyond.inertia * beyond.across)
+        if self.spin is not None:
+            whole = let("whole_with_spin", whole + self.spin[k] * freed)
         shared = let("shared", share * over)
         return Beyond(
             inertia=inertia, skew=let("held_skew", skew * over), reach=let("held_reach", shared * t_x),
@@ -206,6 +213,12 @@ class Elimination:
         self.keep("base", 1, -(scaled * (mass * s + across)))
         self.keep("base_arm", 0, inverse)
         self.keep("base_arm", 1, -(scaled * seen.xy))
+
+    def _with_spin(self, value: Expr, k: Index) -> Expr:
+        return value if self.spin is None else value + self.spin[k]
+
+    def _less_spin(self, value: Expr, k: Index) -> Expr:
+        return value if self.spin is None else value - self.spin[k]
 
     def _seen(self, beyond: Beyond, k: Index) -> _Seen:
         """The chain from joint k on, in the frame of the link before."""
