@@ -16,12 +16,13 @@ from phichain.contract.arguments import (
     ESTIMATE,
     NO_BALANCE,
     NO_PREPARATION,
+    NO_RECURRENCE,
     STATE,
     STEP,
     Q,
     U,
     V,
-    is_damped,
+    is_lossy,
     is_planar,
     is_spatial,
     jacobian_by,
@@ -149,7 +150,7 @@ TABLE: Final[tuple[Function, ...]] = (
             ),
             Argument("M", "out", small, "inertia", meanings.small_inertia),
             Argument("G", "out", small, "stiffness of gravity and springs", meanings.small_stiffness),
-            Argument("D", "out", small, "damping", present=is_damped),
+            Argument("D", "out", small, "damping", meanings.small_damping, is_lossy),
             Argument(
                 "B", "out", lambda chain: (small(chain)[0], chain.nu), "input matrix", "how the inputs u enter",
                 flows.has_input,
@@ -226,7 +227,7 @@ TABLE: Final[tuple[Function, ...]] = (
     ),
     Function(
         "propagate", "Taylor flow: order and steps chosen from a tolerance, with dense output and an event.",
-        flow=flows.PROPAGATE,
+        flow=flows.PROPAGATE, absent=NO_RECURRENCE,
     ),
     Function(
         "propagate_stiff",
@@ -235,7 +236,7 @@ TABLE: Final[tuple[Function, ...]] = (
     ),
     Function(
         "propagate_batch", "Taylor flow of many trajectories at once, on vectors, each with steps of its own.",
-        flow=flows.PROPAGATE_BATCH, on_request=_MANY,
+        flow=flows.PROPAGATE_BATCH, on_request=_MANY, absent=NO_RECURRENCE,
     ),
     Function(
         "project", "Unit vectors made unit, angular velocities made tangent.",

@@ -262,7 +262,7 @@ def _accelerations(system: System, motion: Motion, params: Parameters | None) ->
     total = acceleration(system, q, motion.v, motion.u, params)
     unforced = acceleration(system, q, motion.v, None, params) if system.nu else total
     known = {"total": total, "input": total - unforced}
-    if system.joints.is_free:
+    if system.joints.is_free and not system.numbers.brakes_cart:
         gravity = acceleration(system, q, at_rest, None, params)
         known |= {"feedback": unforced, "gravity": gravity, "coriolis": unforced - gravity}
     return known
@@ -283,13 +283,27 @@ def _input_forces(system: System, motion: Motion) -> Vector:
 
 
 def _joint_forces(system: System, motion: Motion, params: Parameters | None) -> Vector:
-    """-k theta - d theta' at every joint, theta the relative angle, as forces of the scene's angles; (m, nv)."""
+    """-k (theta - alpha) - d theta' - F tanh(theta' / v_0) at every joint, theta the relative angle, as forces of the scene's angles, and
+
+    what resists the cart; (m, nv).
+    """
     forces = np.zeros((len(motion.t), system.nv))
     relative = (np.eye(system.links) - np.eye(system.links, k=-1)) @ joint_map(
         system.angles, system.links
     )
-    for name, signal in (("stiffness", motion.q), ("damping", motion.v)):
+    bend, rate = (signal[:, system.cart_size :] @ relative.T for signal in (motion.q, motion.v))
+    if system.joints.rest_angle is not None:
+        bend = bend - system.number("rest_angle", params)
+    laws = [("stiffness", bend), ("damping", rate)]
+    if system.joints.friction is not None:
+        laws.append(("friction", np.tanh(rate / system.joints.friction_speed)))
+    for name, signal in laws:
         if getattr(system.joints, name) is not None:
-            torque = -system.number(name, params) * (signal[:, system.cart_size :] @ relative.T)
-            forces[:, system.cart_size :] += torque @ relative
+            forces[:, system.cart_size :] += (-system.number(name, params) * signal) @ relative
+    speed = motion.v[:, : system.cart_size]
+    if system.numbers.cart_damping is not None:
+        forces[:, : system.cart_size] -= system.number("cart_damping", params) * speed
+    if system.numbers.cart_friction is not None:
+        saturation = np.tanh(speed / system.numbers.cart_friction_speed)
+        forces[:, : system.cart_size] -= system.number("cart_friction", params) * saturation
     return forces

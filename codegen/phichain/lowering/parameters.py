@@ -17,8 +17,9 @@ from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.mechanics import Model
 from phichain.mechanics.symbols import Coefficient
 from phichain.scene import Scene
+from phichain.scene.keys import PER_LINK
 
-_PER_LINK = ("mass", "length", "com", "damping", "stiffness")
+_PER_LINK = PER_LINK
 
 _DOC = {
     "mass": "point mass of each link, kg",
@@ -28,6 +29,10 @@ _DOC = {
     "gravity": "gravitational acceleration, m/s^2",
     "damping": "damping of each joint, N m s/rad",
     "stiffness": "stiffness of each joint, N m/rad",
+    "friction": "dry friction of each joint, N m",
+    "cart_damping": "damping of the cart, N s/m",
+    "cart_friction": "dry friction of the cart, N",
+    "rest_angle": "angle of each joint at which its spring rests, rad",
 }
 
 
@@ -51,8 +56,12 @@ class Units:
     def of(self, parameter: str) -> Fraction:
         """Unit of a parameter of the scene."""
         match parameter:
-            case "mass" | "cart_mass":
+            case "mass" | "cart_mass" | "cart_damping":
                 return self.mass
+            case "cart_friction":
+                return self.force
+            case "rest_angle":
+                return Fraction(1)
             case "length" | "com" | "gravity":
                 return self.length
         return self.torque
@@ -115,6 +124,31 @@ class Parameters:
     def stiffness(self) -> ArrayRef | None:
         """Joint stiffness, or None on a scene without springs."""
         return None if self._scene.stiffness is None else self._given("stiffness")
+
+    @property
+    def friction(self) -> ArrayRef | None:
+        """Dry friction of the joints, or None on a scene without."""
+        return None if self._scene.friction is None else self._given("friction")
+
+    @property
+    def rest_angle(self) -> ArrayRef | None:
+        """Angles at which the joints' springs rest, or None where all rest at zero."""
+        return None if self._scene.rest_angle is None else self._given("rest_angle")
+
+    @property
+    def cart_damping(self) -> Expr | None:
+        """Damping of the cart, or None without."""
+        return None if self._scene.cart_damping is None else self._scalar("cart_damping")
+
+    @property
+    def cart_friction(self) -> Expr | None:
+        """Dry friction of the cart, or None without."""
+        return None if self._scene.cart_friction is None else self._scalar("cart_friction")
+
+    @property
+    def none(self) -> Expr:
+        """Zero."""
+        return self._builder.lift(0)
 
     @property
     def gravity(self) -> Expr:

@@ -91,7 +91,8 @@ def _motion(problem: Problem) -> float:
 def is_undamped(problem: Problem) -> bool:
     """Whether a scene says that nothing takes energy from the chain; of callables that stand for themselves nobody knows."""
     system = problem.system
-    return bool(system.digest) and system.joints.damping is None and _is_left_alone(problem)
+    resists = system.joints.resists or system.numbers.brakes_cart
+    return bool(system.digest) and not resists and _is_left_alone(problem)
 
 
 def _is_left_alone(problem: Problem) -> bool:

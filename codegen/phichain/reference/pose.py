@@ -21,7 +21,7 @@ from phichain.scene import Scene
 
 @dataclass(frozen=True)
 class Parameters:
-    """The numbers of a scene: masses (kg), lengths and centres (m), gravity (m/s^2), joints (0 if absent)."""
+    """The numbers of a scene: masses (kg), lengths and centres (m), gravity (m/s^2), joints and the cart's brakes (0 if absent)."""
 
     mass: Vector
     length: Vector
@@ -30,6 +30,12 @@ class Parameters:
     gravity: Any
     damping: Vector
     stiffness: Vector
+    rest_angle: Vector
+    friction: Vector
+    friction_speed: Any
+    cart_damping: Any
+    cart_friction: Any
+    cart_friction_speed: Any
 
     def moments(self, power: int) -> Vector:
         """Return sum_a m_a lever_ak^power for every link k, lever_ak the weight of q_k in r_a: l_k inside, com_a at the mass."""
@@ -44,7 +50,7 @@ class Parameters:
         groups = [
             [*self.mass, self.cart_mass or 0],
             [*self.length, *self.com],
-            [*self.damping, *self.stiffness, 1],
+            [*self.damping, *self.stiffness, *self.friction, self.cart_damping, self.cart_friction, 1],
         ]
         sizes = [[abs(entry) for entry in group if entry] for group in groups]
         return sum(int(mp.ceil(mp.log10(max(group) / min(group)))) for group in sizes)
@@ -60,6 +66,12 @@ class Parameters:
             gravity=nudge("gravity", [self.gravity])[0],
             damping=nudge("damping", self.damping),
             stiffness=nudge("stiffness", self.stiffness),
+            rest_angle=nudge("rest_angle", self.rest_angle),
+            friction=nudge("friction", self.friction),
+            friction_speed=nudge("friction_speed", [self.friction_speed])[0],
+            cart_damping=nudge("cart_damping", [self.cart_damping])[0],
+            cart_friction=nudge("cart_friction", [self.cart_friction])[0],
+            cart_friction_speed=nudge("cart_friction_speed", [self.cart_friction_speed])[0],
         )
 
 
@@ -112,6 +124,10 @@ def parameters(scene: Scene, values: Mapping[str, Any] | None = None) -> Paramet
         value = read(name)
         return [mpf(0)] * scene.links if value is None else [exact(entry) for entry in value]
 
+    def single(name: str, absent: int) -> Any:
+        value = read(name)
+        return mpf(absent) if value is None else exact(value)
+
     length, cart = per_link("length"), read("cart_mass")
     return Parameters(
         mass=per_link("mass"),
@@ -121,6 +137,12 @@ def parameters(scene: Scene, values: Mapping[str, Any] | None = None) -> Paramet
         gravity=exact(read("gravity")),
         damping=per_link("damping"),
         stiffness=per_link("stiffness"),
+        rest_angle=per_link("rest_angle"),
+        friction=per_link("friction"),
+        friction_speed=single("friction_speed", 1),
+        cart_damping=single("cart_damping", 0),
+        cart_friction=single("cart_friction", 0),
+        cart_friction_speed=single("cart_friction_speed", 1),
     )
 
 

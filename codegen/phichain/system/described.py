@@ -49,6 +49,9 @@ class Numbers(_Given):
         com: r_k, the distance of the mass from its joint, m; None where every mass sits at its link's end.
         cart_mass: m_0, kg; None on a fixed base.
         gravity: g, m/s^2.
+        cart_damping: d_0 of the cart, N s/m, or None.
+        cart_friction: dry friction F_0 tanh(x' / v_0) of the cart, N, or None.
+        cart_friction_speed: its v_0, m/s.
 
     Raises:
         ArrayError: A value is no number.
@@ -59,6 +62,14 @@ class Numbers(_Given):
     com: PerLink | None = None
     cart_mass: float | Runtime | None = None
     gravity: float | Runtime | None = None
+    cart_damping: float | Runtime | None = None
+    cart_friction: float | Runtime | None = None
+    cart_friction_speed: float | None = None
+
+    @property
+    def brakes_cart(self) -> bool:
+        """True where something resists the cart's speed."""
+        return self.cart_damping is not None or self.cart_friction is not None
 
 
 @dataclass(frozen=True)
@@ -68,6 +79,9 @@ class Joints(_Given):
     Attributes:
         stiffness: k_k of every joint, N m/rad, or None for a chain without springs.
         damping: d_k of every joint, N m s/rad, or None for a chain without dampers.
+        rest_angle: angles of the joints at which their springs rest, rad, or None where all rest at zero.
+        friction: dry friction F_k tanh(theta_k' / v_0) of every joint, N m, or None.
+        friction_speed: its v_0, rad/s.
 
     Raises:
         ArrayError: A value is no number.
@@ -75,11 +89,19 @@ class Joints(_Given):
 
     stiffness: PerLink | None = None
     damping: PerLink | None = None
+    rest_angle: PerLink | None = None
+    friction: PerLink | None = None
+    friction_speed: float | None = None
 
     @property
     def is_free(self) -> bool:
-        """True without springs and dampers."""
-        return self.stiffness is None and self.damping is None
+        """True without springs, dampers and dry friction."""
+        return self.stiffness is None and not self.resists
+
+    @property
+    def resists(self) -> bool:
+        """True where something resists the joints' rates."""
+        return self.damping is not None or self.friction is not None
 
 
 @dataclass(frozen=True)

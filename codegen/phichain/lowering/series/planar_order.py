@@ -57,7 +57,7 @@ class _Order:
         """All cells of the results."""
         self.moments(sums, coefficient)
         self.inwards()
-        self.outwards(following)
+        self.outwards(coefficient, following)
         self.rows(sums, left, right)
         self.arms(right)
         self.state(coefficient, following)
@@ -164,11 +164,11 @@ class _Order:
             free[k] = own - self.of("arm_x")[k] * force_x[k + 1] - self.of("arm_y")[k] * force_y[k + 1]
         free[last] = self.of("inverse")[last] * torque[last]
 
-    def outwards(self, following: ArrayRef) -> None:
+    def outwards(self, coefficient: ArrayRef, following: ArrayRef) -> None:
         """Accelerations of the joints less gravity, in the links' frames."""
         builder, links, length = self.builder, self.scene.links, self.parameters.length
         joint_x, joint_y, bend, free, rise = (self.work[name] for name in ("joint_x", "joint_y", "bend", "free", "rise"))
-        base_x, base_y = self.base(following)
+        base_x, base_y = self.base(coefficient, following)
         joint_x[0], joint_y[0] = base_x, base_y
         if links == 1:
             return
@@ -193,7 +193,7 @@ class _Order:
             loop.follow(x, outer_x)
             loop.follow(y, outer_y)
 
-    def base(self, following: ArrayRef) -> tuple[Expr, Expr]:
+    def base(self, coefficient: ArrayRef, following: ArrayRef) -> tuple[Expr, Expr]:
         """Acceleration of the base less gravity in the first link's frame; a cart's goes into the results."""
         scene, now, base = self.scene, self.now, self.of("base")
         weight_x, weight_y = now[3] * base[0], now[3] * base[1]
@@ -203,6 +203,8 @@ class _Order:
         push = -(sine * self.work["force_x"][0] + cosine * self.work["force_y"][0])
         if scene.has_force:
             push = now[3] * self.of("push")[0] + push
+        if "cart_damping" in self.layout:
+            push = push - self.of("cart_damping")[0] * coefficient[scene.nq]
         free = self.builder.let("cart_free", arm[0] * push)
         acceleration = now[1] * (free + now[3] * arm[1])
         following[scene.nq] = acceleration * self.parameters.units.length

@@ -164,6 +164,8 @@ class Python:
         elif kind == "sqrt":
             self._line(f"r = at.root({values[0]['']} % {PRIME})")
             made = self._chain(values[0], "r", "inverse(2 * r)", "-inverse(4 * r * r * r)")
+        elif kind in ("tanh", "lncosh"):
+            made = self._hyperbolic(kind, values[0])
         elif kind == "mul":
             made = multiplied(values[0], values[1], self._marks)
         else:
@@ -172,6 +174,14 @@ class Python:
         variable = self._local(result, [mark for mark in self._marks if mark in made])
         for mark, text in (made | points).items():
             self._line(f"{variable}{mark} = {text}")
+
+    def _hyperbolic(self, kind: str, x: Parts) -> Parts:
+        """tanh with tanh' = 1 - tanh^2, or ln cosh, whose derivative tanh is."""
+        self._line(f"y = at.tanh({x['']} % {PRIME})")
+        if kind == "tanh":
+            return self._chain(x, "y", f"(1 - y * y) % {PRIME}", f"-2 * y * (1 - y * y) % {PRIME}")
+        self._line(f"z = at.log_cosh({x['']} % {PRIME})")
+        return self._chain(x, "z", "y", f"(1 - y * y) % {PRIME}")
 
     def _chain(self, x: Parts, value: str, slope: str, bend: str) -> Parts:
         """f(x) from f, f' and f'' there."""
