@@ -125,7 +125,7 @@ class _Order:
             k = loop.index
             total = builder.lift(0)
             if stiffness is not None:
-                total = total - stiffness[k] * angle[k]
+                total = total - stiffness[k] * self.bend(angle[k], k)
                 if "rest" in self.layout:
                     total = total - self.now[3] * self.of("rest")[k]
             if damping is not None:
@@ -141,6 +141,11 @@ class _Order:
             couple[loop.index] = on(loop.index, pull[loop.index + 1])
         couple[links - 1] = on(links - 1, builder.lift(0))
         return couple
+
+    def bend(self, angle: Expr, k: Index) -> Expr:
+        """What the spring of joint k sees at this order: where it rests is constant in time."""
+        rest = self.parameters.rest_angle
+        return angle if rest is None else angle - self.now[3] * rest[k]
 
     def inwards(self) -> None:
         """Forces of order n that the chain beyond each joint asks for, and the links' free angular accelerations."""
