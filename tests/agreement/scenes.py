@@ -16,6 +16,7 @@ from tests.offered import offered
 Arguments = dict[str, NDArray[np.float64]]
 
 
+LOSSES = {"damping", "friction", "cart_damping", "cart_friction"}
 STEPS = tuple(name for name in ON_REQUEST if name not in FLOWS)
 
 
@@ -27,7 +28,7 @@ def make(name: str, links: int, space: str, base: str, more: Sequence[str] = (),
     }
     if base == "cart":
         numbers["cart_mass"] = 1.9
-    want = offered(space, "damping" in keys)
+    want = offered(space, bool(LOSSES & keys.keys()))
     return Scene(name, links, space=space, base=base, want=[*want, *more], **(numbers | keys))
 
 
@@ -41,6 +42,11 @@ def _joint(links: int, first: float) -> list[float]:
 
 _ALL_RUNTIME = {"mass": "runtime", "length": "runtime", "com": "runtime", "gravity": "runtime"}
 
+_BRAKED = {
+    "stiffness": _joint(3, 1.5), "rest_angle": [0.5, -0.25, 0.0], "damping": _joint(3, 0.25), "friction": _joint(3, 0.5),
+    "friction_speed": 0.75,
+}  # fmt: skip
+
 SCENES = (
     make("planar_tip", 4, "planar", "fixed", angles="relative", code="loops"),
     make("planar_uniform", 3, "planar", "fixed", mass=0.3, length=0.4, com=0.2, actuated="all", code="unrolled"),
@@ -53,6 +59,11 @@ SCENES = (
          actuated=[1, 3], code="loops"),
     make("planar_cart_runtime", 2, "planar", "cart", mass="runtime", length="runtime", cart_mass="runtime",
          angles="adjacent", stiffness=_joint(2, 1.5), code="unrolled"),
+    make("planar_braked", 3, "planar", "cart", STEPS, angles="absolute", actuated="all", code="loops", **_BRAKED,
+         cart_damping=0.4, cart_friction=0.9, cart_friction_speed=1.5),
+    make("planar_braked_runtime", 2, "planar", "cart", com=_mid(2), code="unrolled", stiffness=1.5, friction="runtime",
+         rest_angle="runtime", cart_damping="runtime", cart_friction="runtime", friction_speed=0.7),
+    make("spatial_braked", 2, "spatial", "cart", STEPS, com=_mid(2), cart_damping="runtime", code="loops"),
     make("spatial_tip", 3, "spatial", "fixed", STEPS, code="loops"),
     make("spatial_runtime", 2, "spatial", "fixed", stiffness="runtime", damping="runtime", code="unrolled", **_ALL_RUNTIME),
     make("spatial_cart_tip", 5, "spatial", "cart", code="loops"),
@@ -66,6 +77,8 @@ FLOAT_SCENES = (
     make("float_planar", 2, "planar", "fixed", STEPS, com=_mid(2), actuated="all", code="loops", real="float"),
     make("float_planar_cart", 2, "planar", "cart", stiffness="runtime", damping="runtime", cart_mass="runtime",
          code="unrolled", real="float", **_ALL_RUNTIME),
+    make("float_planar_braked", 3, "planar", "cart", code="unrolled", real="float", **_BRAKED, cart_friction=0.9,
+         cart_friction_speed=1.5),
     make("float_spatial_cart", 3, "spatial", "cart", code="unrolled", real="float"),
 )  # fmt: skip
 """In single precision."""

@@ -75,13 +75,13 @@ def equilibrium(model: Model, signs: Sequence[int]) -> Equilibrium:
     """
     s = checked(model, signs)
     scene = model.scene
-    if scene.is_planar and scene.stiffness is not None and -1 in s:
-        raise UnsupportedError("s", s, "is no equilibrium: planar springs pull upright links", "use all +1")
     if scene.rest_angle is not None:
         raise UnsupportedError(
             label("rest_angle"), scene.rest_angle, "leaves no vertical equilibrium: springs pull where the chain is straight",
             "solve gravity_torque + joint_torque = 0 for the angles, or remove it",
         )  # fmt: skip
+    if scene.is_planar and scene.stiffness is not None and -1 in s:
+        raise UnsupportedError("s", s, "is no equilibrium: planar springs pull upright links", "use all +1")
     weight, spring = gravity(scene), parameter(scene, "stiffness")
     align = [inner * outer for inner, outer in zip((1, *s), s, strict=False)]
     stiff = [0 * k if scene.is_planar else k * (1 - a) for k, a in zip(spring, align, strict=True)]
