@@ -22,7 +22,7 @@ def tableau(stages: int, digits: int) -> tuple[list[Any], list[list[Any]]]:
         for _ in range(stages - 1):
             coefficients = [c * p for c, p in zip(coefficients, powers, strict=True)][:-1]
             powers = [p - 1 for p in powers][:-1]
-        nodes = sorted((mp.re(x) for x in polyroots(coefficients, maxsteps=500, extraprec=400)))
+        nodes = sorted(mp.re(x) for x in polyroots(coefficients, maxsteps=500, extraprec=400))
         vandermonde = matrix([[c**j for c in nodes] for j in range(stages)])
         rows = [list(lu_solve(vandermonde, matrix([c ** (j + 1) / (j + 1) for j in range(stages)]))) for c in nodes]
         return nodes, rows

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import product
+from itertools import pairwise, product
 from random import Random
 from typing import Any
 
@@ -98,7 +98,7 @@ def test_losses_take_the_power_that_they_say() -> None:
             rate = [mpf(x) + sign * h * y for x, y in zip(v, a, strict=True)]
             found = reference(chain, "energy", {"q": place, "v": rate}, digits=55)
             ends.append(found["kinetic"] + found["potential"])
-        w = [mpf(v[1]), *(mpf(y) - mpf(x) for x, y in zip(v[1:], v[2:], strict=False))]
+        w = [mpf(v[1]), *(mpf(y) - mpf(x) for x, y in pairwise(v[1:]))]
         lost = sum(mpf(d) * x * x + mpf(F) * x * mp.tanh(x / mpf(0.8)) for d, F, x in zip(chain.damping, chain.friction, w, strict=True))
         lost += mpf(0.45) * mpf(v[0]) ** 2 + mpf(0.9) * v[0] * mp.tanh(mpf(v[0]) / mpf(1.3))
         assert abs((ends[0] - ends[1]) / (2 * h) + lost) < mpf(10) ** -25

@@ -67,8 +67,7 @@ TABLE: Final[tuple[Function, ...]] = (
         ),
         absent=(
             Absence(
-                is_planar,
-                "is defined on spatial scenes alone, since a planar link has an angle and no unit vector",
+                is_planar, "is defined on spatial scenes alone, since a planar link has an angle and no unit vector",
                 'use "forward_dynamics", whose accelerations are those of the angles',
             ),
         ),

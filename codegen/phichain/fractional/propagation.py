@@ -283,27 +283,18 @@ def _input_forces(system: System, motion: Motion) -> Vector:
 
 
 def _joint_forces(system: System, motion: Motion, params: Parameters | None) -> Vector:
-    """-k (theta - alpha) - d theta' - F tanh(theta' / v_0) at every joint, theta the relative angle, as forces of the scene's angles, and
-
-    what resists the cart; (m, nv).
-    """
+    """-k (theta - alpha) - d theta' - F tanh(theta' / v_0) of every joint as forces of the scene's angles, and the cart's; (m, nv)."""
     forces = np.zeros((len(motion.t), system.nv))
-    relative = (np.eye(system.links) - np.eye(system.links, k=-1)) @ joint_map(
-        system.angles, system.links
-    )
-    bend, rate = (signal[:, system.cart_size :] @ relative.T for signal in (motion.q, motion.v))
-    if system.joints.rest_angle is not None:
-        bend = bend - system.number("rest_angle", params)
-    laws = [("stiffness", bend), ("damping", rate)]
-    if system.joints.friction is not None:
-        laws.append(("friction", np.tanh(rate / system.joints.friction_speed)))
-    for name, signal in laws:
-        if getattr(system.joints, name) is not None:
-            forces[:, system.cart_size :] += (-system.number(name, params) * signal) @ relative
-    speed = motion.v[:, : system.cart_size]
-    if system.numbers.cart_damping is not None:
-        forces[:, : system.cart_size] -= system.number("cart_damping", params) * speed
-    if system.numbers.cart_friction is not None:
-        saturation = np.tanh(speed / system.numbers.cart_friction_speed)
-        forces[:, : system.cart_size] -= system.number("cart_friction", params) * saturation
+    relative = (np.eye(system.links) - np.eye(system.links, k=-1)) @ joint_map(system.angles, system.links)
+    joints, cart, carts = system.joints, system.numbers, system.cart_size
+    bend, rate = (signal[:, carts:] @ relative.T for signal in (motion.q, motion.v))
+    bend = bend if joints.rest_angle is None else bend - system.number("rest_angle", params)
+    laws = {"stiffness": bend, "damping": rate, "friction": np.tanh(rate / (joints.friction_speed or 1.0))}
+    for name, signal in laws.items():
+        if getattr(joints, name) is not None:
+            forces[:, carts:] += (-system.number(name, params) * signal) @ relative
+    speed = motion.v[:, :carts]
+    for name, signal in {"cart_damping": speed, "cart_friction": np.tanh(speed / (cart.cart_friction_speed or 1.0))}.items():
+        if getattr(cart, name) is not None:
+            forces[:, :carts] -= system.number(name, params) * signal
     return forces

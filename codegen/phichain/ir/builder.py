@@ -171,10 +171,6 @@ class Builder:
         """Cosine of one value."""
         return self.apply("cos", x)
 
-    def tanh(self, x: Expr) -> Expr:
-        """Hyperbolic tangent."""
-        return self.apply("tanh", x)
-
     def sqrt(self, x: Expr) -> Expr:
         """Square root."""
         return self.apply("sqrt", x)

@@ -25,7 +25,15 @@ from fractions import Fraction
 
 import sympy
 
-from phichain.mechanics.symbols import ChainSymbols, Coefficient, cart_law, cart_mass, exact, gravity, parameter
+from phichain.mechanics.symbols import (
+    ChainSymbols,
+    Coefficient,
+    cart_law,
+    cart_mass,
+    exact,
+    gravity,
+    parameter,
+)
 from phichain.scene import Scene
 
 Definition = tuple[sympy.Symbol, sympy.Expr]

@@ -21,7 +21,6 @@ from phichain.ir.nodes import Array, Cell, Const, Local, Op, Operand, Program
 from phichain.ir.varying import varying
 from phichain.scene import Scene
 
-
 _THROUGH_MEMORY: Final = {"sqrt": ("radicand", "root"), "tanh": ("rate_ratio", "saturation")}
 """Functions that lanes have no operator for: what their argument and their value are called where nothing else names them."""
 

@@ -192,8 +192,7 @@ def linearization(
     springs = None if parameters.stiffness is None else _signed(builder, parameters.stiffness, s, links)
     _neighbour_matrix(builder, links, weight, springs, _Planes(outputs["G"].shifted(offset * (size + 1)), size))
     if "D" in outputs:
-        joint = parameters.damping
-        _neighbour_matrix(builder, links, None, joint, _Planes(outputs["D"].shifted(offset * (size + 1)), size))
+        _neighbour_matrix(builder, links, None, parameters.damping, _Planes(outputs["D"].shifted(offset * (size + 1)), size))
     if scene.has_cart:
         _cart_inertia(builder, scene, parameters, s, outputs["M"])
         _border(builder, outputs["G"], size, builder.lift(0))
