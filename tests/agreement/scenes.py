@@ -16,6 +16,7 @@ from tests.offered import offered
 Arguments = dict[str, NDArray[np.float64]]
 
 
+LOSSES = {"damping", "friction", "cart_damping", "cart_friction"}
 STEPS = tuple(name for name in ON_REQUEST if name not in FLOWS)
 
 
@@ -27,7 +28,7 @@ def make(name: str, links: int, space: str, base: str, more: Sequence[str] = (),
     }
     if base == "cart":
         numbers["cart_mass"] = 1.9
-    want = offered(space, "damping" in keys)
+    want = offered(space, bool(LOSSES & keys.keys()))
     return Scene(name, links, space=space, base=base, want=[*want, *more], **(numbers | keys))
 
 
@@ -40,6 +41,11 @@ def _joint(links: int, first: float) -> list[float]:
 
 
 _ALL_RUNTIME = {"mass": "runtime", "length": "runtime", "com": "runtime", "gravity": "runtime"}
+
+_BRAKED = {
+    "stiffness": _joint(3, 1.5), "rest_angle": [0.5, -0.25, 0.0], "damping": _joint(3, 0.25), "friction": _joint(3, 0.5),
+    "friction_speed": 0.75,
+}  # fmt: skip
 
 SCENES = (
     make("planar_tip", 4, "planar", "fixed", angles="relative", code="loops"),
@@ -58,6 +64,11 @@ SCENES = (
     make("planar_geared", 3, "planar", "fixed", com=_mid(3), armature="runtime", actuated="all", code="loops"),
     make("planar_cart_geared", 2, "planar", "cart", armature=[0.0, 0.6], stiffness=_joint(2, 2.0), damping=_joint(2, 0.3),
          angles="absolute", code="unrolled"),
+    make("planar_braked", 3, "planar", "cart", STEPS, angles="absolute", actuated="all", code="loops", **_BRAKED,
+         cart_damping=0.4, cart_friction=0.9, cart_friction_speed=1.5),
+    make("planar_braked_runtime", 2, "planar", "cart", com=_mid(2), code="unrolled", stiffness=1.5, friction="runtime",
+         rest_angle="runtime", cart_damping="runtime", cart_friction="runtime", friction_speed=0.7),
+    make("spatial_braked", 2, "spatial", "cart", STEPS, com=_mid(2), cart_damping="runtime", code="loops"),
     make("spatial_tip", 3, "spatial", "fixed", STEPS, code="loops"),
     make("spatial_rigid", 3, "spatial", "cart", STEPS, com=[0.3, 1.2, 0.0], inertia=_joint(3, 0.2), code="loops"),
     make("spatial_rigid_runtime", 2, "spatial", "fixed", mass="runtime", com=_mid(2), inertia="runtime", code="unrolled"),
@@ -75,6 +86,8 @@ FLOAT_SCENES = (
          code="unrolled", real="float", **_ALL_RUNTIME),
     make("float_rigid", 3, "planar", "cart", com=[0.3, 0.4, 0.0], inertia=_joint(3, 0.2), actuated="all", code="loops", real="float"),
     make("float_geared", 2, "planar", "fixed", com=_mid(2), armature=_joint(2, 0.4), actuated="all", real="float"),
+    make("float_planar_braked", 3, "planar", "cart", code="unrolled", real="float", **_BRAKED, cart_friction=0.9,
+         cart_friction_speed=1.5),
     make("float_spatial_cart", 3, "spatial", "cart", code="unrolled", real="float"),
 )  # fmt: skip
 """In single precision."""

@@ -110,6 +110,8 @@ def test_the_table_s_names_are_names_of_programs() -> None:
             keys |= {"mass": [5e3, 4, 3, 2, 1, 2, 3], "length": [0.5, 0.6, 0.7, 0.5, 0.6, 0.7, 0.5]}
         code = code.partition(",")[0]
         keys |= {"angles": "adjacent" if code == "loops" else "relative", "actuated": "all"} if space == "planar" else {}
+        if damping is not None and space == "planar":
+            keys |= {"friction": 0.3, "friction_speed": 0.5, "cart_friction": 0.4 if base == "cart" else None}
         want = [name for name in offered(space, damping is not None, on_request=True) if not name.startswith("step_")]
         scene = Scene("names", 7, space=space, base=base, damping=damping, code=code, want=want, **keys)
         for function, names in names_of(scene).items():

@@ -18,6 +18,10 @@ _UNEVEN: dict[str, Any] = {"mass": [1.0, 0.7, 0.3], "length": [0.5, 0.4, 0.9], "
 _RUNTIME: dict[str, Any] = {"mass": "runtime", "length": "runtime", "com": "runtime", "gravity": "runtime"}
 _JOINTS: dict[str, Any] = {"stiffness": [0.3, 0.2, 0.5], "damping": [0.1, 0.4, 0.2]}
 _CART: dict[str, Any] = {"base": "cart", "cart_mass": 2.5}
+_LOSSES: dict[str, Any] = {
+    "rest_angle": [0.3, -0.2, 0.5], "friction": [0.2, 0.6, 0.1], "friction_speed": 0.5,
+    "cart_damping": 0.2, "cart_friction": 0.4, "cart_friction_speed": 0.3,
+}  # fmt: skip
 
 KINDS: dict[str, dict[str, Any]] = {
     "planar fixed": {**_UNEVEN, **_JOINTS},
@@ -30,6 +34,9 @@ KINDS: dict[str, dict[str, Any]] = {
     "planar fixed, runtime": {**_RUNTIME, "stiffness": "runtime", "damping": "runtime"},
     "planar cart, runtime": {**_RUNTIME, "base": "cart", "cart_mass": "runtime"},
     "planar fixed, runtime masses": {"mass": "runtime", "length": [0.5, 0.4, 0.9], "com": [0.2, 0.4, 0.1]},
+    "planar cart, losses": {**_UNEVEN, **_JOINTS, **_CART, **_LOSSES},
+    "planar fixed, runtime losses": {**_RUNTIME, "damping": "runtime", "friction": "runtime", "friction_speed": 0.5},
+    "spatial cart, braked": {"space": "spatial", **_UNEVEN, **_CART, "cart_damping": 0.2},
     "spatial fixed": {"space": "spatial", **_UNEVEN, **_JOINTS},
     "spatial cart": {"space": "spatial", **_UNEVEN, **_JOINTS, **_CART},
     "spatial cart, tip masses": {"space": "spatial", "mass": 0.1, "length": 0.1, "base": "cart", "cart_mass": 0.5},

@@ -13,6 +13,7 @@ PLANAR = tuple(name for name in PLANAR_FUNCTIONS if name != "propagate") + ("mom
 SPATIAL = tuple(name for name in SPATIAL_FUNCTIONS if name != "propagate") + ("momentum",)
 DAMPED = tuple(name for name in PLANAR if not name.startswith("phi"))
 TWO = {"mass": [0.3, 0.2], "length": [0.5, 0.4]}
+DRY = {"stiffness": 1.0, "rest_angle": 0.3, "damping": 0.1, "friction": [0.1, 0.2], "friction_speed": 0.5}
 THREE = {"mass": [0.3, 0.2, 0.1], "length": [0.5, 0.4, 0.3]}
 
 SCENES = {
@@ -38,6 +39,11 @@ SCENES = {
             code="loops",
         ),
         Scene("geared_stiff", 2, **TWO, com=[0.2, 0.3], armature=[0.1, 0.2], damping=0.2, want=("step_rosenbrock",)),
+        Scene("braked", 2, base="cart", cart_mass=0.7, cart_damping=0.3, cart_friction=0.4, cart_friction_speed=0.5, **TWO, **DRY,
+              actuated="all", want=DAMPED),
+        Scene("stuck", 2, base="cart", cart_mass=0.7, cart_friction=0.4, cart_friction_speed=0.5, **TWO, **DRY, com=[0.2, 0.3],
+              want=("step_rosenbrock",)),
+        Scene("trolley", 2, space="spatial", base="cart", cart_mass=0.7, cart_damping=0.3, **TWO, want=(*SPATIAL, "step_rosenbrock")),
         Scene("sprung", 2, space="spatial", **TWO, com=[0.2, 0.3], stiffness=1.0, damping=0.2, want=SPATIAL, code="loops"),
     )
 }  # fmt: skip

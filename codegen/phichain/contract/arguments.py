@@ -58,6 +58,21 @@ def has_rotors(chain: Kind) -> bool:
     return chain.armature is not None
 
 
+def rubs(chain: Kind) -> bool:
+    """Dry friction acts, at joints or on the cart."""
+    return chain.friction is not None or chain.cart_friction is not None
+
+
+def is_lossy(chain: Kind) -> bool:
+    """Something resists a motion: dampers or dry friction, at joints or on the cart."""
+    return is_damped(chain) or rubs(chain) or chain.cart_damping is not None
+
+
+def rests_bent(chain: Kind) -> bool:
+    """Springs rest elsewhere than along the link before."""
+    return chain.rest_angle is not None
+
+
 def out(shape: Callable[[Chain], Shape], doc: str, meaning: Words) -> Argument:
     """The only result of a function."""
     return Argument("out", "out", shape, doc, meaning)
@@ -94,6 +109,24 @@ NO_BALANCE: Final = (
         is_damped,
         "needs an undamped scene, since damped links have no in-phase periodic motion",
         'use "linearization" for the decaying modes, "step" for the motion, or remove joints.damping',
+    ),
+    Absence(
+        is_lossy,
+        "needs a scene without losses, since nothing swings periodically against dry friction or a cart's damper",
+        'use "linearization" for small motions, "step" for the motion, or remove joints.friction, chain.cart_damping and'
+        " chain.cart_friction",
+    ),
+    Absence(
+        rests_bent,
+        "needs springs that rest along the link before, since others pull to one side and leave no motion in phase",
+        'use "step" for the motion, or remove joints.rest_angle',
+    ),
+)
+NO_RECURRENCE: Final = (
+    Absence(
+        rubs,
+        "has no Taylor recurrence for dry friction, whose series converge no longer than a rate takes to change by v_0",
+        'use "propagate_stiff", or remove joints.friction and chain.cart_friction',
     ),
 )
 NO_TAYLOR: Final = (

@@ -16,6 +16,7 @@ from phichain.contract.arguments import (
     ESTIMATE,
     NO_BALANCE,
     NO_PREPARATION,
+    NO_RECURRENCE,
     NO_ROTORS,
     NO_TAYLOR,
     STATE,
@@ -23,7 +24,7 @@ from phichain.contract.arguments import (
     Q,
     U,
     V,
-    is_damped,
+    is_lossy,
     is_planar,
     is_spatial,
     jacobian_by,
@@ -67,8 +68,7 @@ TABLE: Final[tuple[Function, ...]] = (
         ),
         absent=(
             Absence(
-                is_planar,
-                "is defined on spatial scenes alone, since a planar link has an angle and no unit vector",
+                is_planar, "is defined on spatial scenes alone, since a planar link has an angle and no unit vector",
                 'use "forward_dynamics", whose accelerations are those of the angles',
             ),
         ),
@@ -149,7 +149,7 @@ TABLE: Final[tuple[Function, ...]] = (
             ),
             Argument("M", "out", small, "inertia", meanings.small_inertia),
             Argument("G", "out", small, "stiffness of gravity and springs", meanings.small_stiffness),
-            Argument("D", "out", small, "damping", present=is_damped),
+            Argument("D", "out", small, "damping", meanings.small_damping, is_lossy),
             Argument(
                 "B", "out", lambda chain: (small(chain)[0], chain.nu), "input matrix", "how the inputs u enter",
                 flows.has_input,
@@ -226,7 +226,7 @@ TABLE: Final[tuple[Function, ...]] = (
     ),
     Function(
         "propagate", "Taylor flow: order and steps chosen from a tolerance, with dense output and an event.",
-        flow=flows.PROPAGATE, absent=NO_TAYLOR,
+        flow=flows.PROPAGATE, absent=(*NO_TAYLOR, *NO_RECURRENCE),
     ),
     Function(
         "propagate_stiff", "Stiff flow: an L-stable Rosenbrock method of order 5, its steps chosen from a tolerance.",
@@ -234,7 +234,7 @@ TABLE: Final[tuple[Function, ...]] = (
     ),
     Function(
         "propagate_batch", "Taylor flow of many trajectories at once, on vectors, each with steps of its own.",
-        flow=flows.PROPAGATE_BATCH, absent=NO_TAYLOR, on_request=_MANY,
+        flow=flows.PROPAGATE_BATCH, on_request=_MANY, absent=(*NO_TAYLOR, *NO_RECURRENCE),
     ),
     Function(
         "project", "Unit vectors made unit, angular velocities made tangent.",

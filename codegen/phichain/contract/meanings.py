@@ -103,6 +103,12 @@ def small_stiffness(chain: Chain) -> str:
     return "stiffness by gravity" + (" and springs" if chain.stiffness is not None else "")
 
 
+def small_damping(chain: Chain) -> str:
+    """The damping of (19)."""
+    is_dry = chain.friction is not None or chain.cart_friction is not None
+    return "damping" + (", dry friction F tanh(v / v_0) as F / v_0" if is_dry else "")
+
+
 def amplitudes(chain: Chain) -> str:
     """The amplitudes of the single-harmonic balance."""
     cart = "amplitude of the cart, m; then " if chain.has_cart else ""

@@ -156,7 +156,12 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(
-        _DYNAMICS | {"inverse_dynamics"}, "section 5", rows(("sine cosine", "", "sine and cosine of the joints' angles")),
+        _DYNAMICS | {"inverse_dynamics"}, "section 5",
+        rows(
+            ("sine cosine", "", "sine and cosine of the joints' angles"),
+            ("joint_saturation cart_saturation", "", "tanh(v / v_0) of dry friction"),
+            ("resistance", "N m s/rad", "slope of what resists a joint's rate"),
+        ),
         "planar",
     ),
     Quantities(
@@ -251,9 +256,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
         ),
         "planar",
     ),
-    Quantities(
-        frozenset({"positions"}), "section 1", rows(("joint_x joint_y joint_z", "m", "position of a joint")),
-    ),
+    Quantities(frozenset({"positions"}), "section 1", rows(("joint_x joint_y joint_z", "m", "position of a joint"))),
     Quantities(
         _BALANCE, "section 6",
         rows(

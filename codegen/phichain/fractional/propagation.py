@@ -262,7 +262,7 @@ def _accelerations(system: System, motion: Motion, params: Parameters | None) ->
     total = acceleration(system, q, motion.v, motion.u, params)
     unforced = acceleration(system, q, motion.v, None, params) if system.nu else total
     known = {"total": total, "input": total - unforced}
-    if system.joints.is_free:
+    if system.joints.is_free and not system.numbers.brakes_cart:
         gravity = acceleration(system, q, at_rest, None, params)
         known |= {"feedback": unforced, "gravity": gravity, "coriolis": unforced - gravity}
     return known
@@ -283,13 +283,18 @@ def _input_forces(system: System, motion: Motion) -> Vector:
 
 
 def _joint_forces(system: System, motion: Motion, params: Parameters | None) -> Vector:
-    """-k theta - d theta' at every joint, theta the relative angle, as forces of the scene's angles; (m, nv)."""
+    """-k (theta - alpha) - d theta' - F tanh(theta' / v_0) of every joint as forces of the scene's angles, and the cart's; (m, nv)."""
     forces = np.zeros((len(motion.t), system.nv))
-    relative = (np.eye(system.links) - np.eye(system.links, k=-1)) @ joint_map(
-        system.angles, system.links
-    )
-    for name, signal in (("stiffness", motion.q), ("damping", motion.v)):
-        if getattr(system.joints, name) is not None:
-            torque = -system.number(name, params) * (signal[:, system.cart_size :] @ relative.T)
-            forces[:, system.cart_size :] += torque @ relative
+    relative = (np.eye(system.links) - np.eye(system.links, k=-1)) @ joint_map(system.angles, system.links)
+    joints, cart, carts = system.joints, system.numbers, system.cart_size
+    bend, rate = (signal[:, carts:] @ relative.T for signal in (motion.q, motion.v))
+    bend = bend if joints.rest_angle is None else bend - system.number("rest_angle", params)
+    laws = {"stiffness": bend, "damping": rate, "friction": np.tanh(rate / (joints.friction_speed or 1.0))}
+    for name, signal in laws.items():
+        if getattr(joints, name) is not None:
+            forces[:, carts:] += (-system.number(name, params) * signal) @ relative
+    speed = motion.v[:, :carts]
+    for name, signal in {"cart_damping": speed, "cart_friction": np.tanh(speed / (cart.cart_friction_speed or 1.0))}.items():
+        if getattr(cart, name) is not None:
+            forces[:, :carts] -= system.number(name, params) * signal
     return forces

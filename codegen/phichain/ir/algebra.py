@@ -147,6 +147,7 @@ def _floor(args: tuple[Operand, ...], definition: Definition, emit: Emit) -> Ope
 
 _RULES: dict[str, Callable[[tuple[Operand, ...], Definition, Emit], Operand | None]] = {
     "add": _add, "sub": _sub, "mul": _mul, "div": _div, "neg": _neg, "sqrt": _sqrt, "sin": _sin, "cos": _cos,
+    "tanh": _sin,
     "select": _select, "floor": _floor,
     "besselj0": _cos, "besselj1": _sin, "besselj2": _sin, "besselj3": _sin, "besselj4": _sin,
 }  # fmt: skip

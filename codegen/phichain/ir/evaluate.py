@@ -17,14 +17,14 @@ from phichain.ir.nodes import Array, Program
 
 _NUMPY: dict[str, Callable[..., Any]] = {
     "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "neg": np.negative, "sqrt": np.sqrt,
-    "sin": np.sin, "cos": np.cos, **{f"besselj{n}": lambda x, n=n: scipy.special.jv(n, x) for n in range(5)},
+    "sin": np.sin, "cos": np.cos, "tanh": np.tanh, **{f"besselj{n}": lambda x, n=n: scipy.special.jv(n, x) for n in range(5)},
     # A complex step moves along the branch that the real parts take.
     "select": lambda a, b, x, y: np.where(np.real(a) < np.real(b), x, y), "floor": lambda x: np.floor(np.real(x)),
 }  # fmt: skip
 
 _MPMATH: dict[str, Callable[..., Any]] = {
     "add": lambda a, b: a + b, "sub": lambda a, b: a - b, "mul": lambda a, b: a * b, "div": lambda a, b: a / b,
-    "neg": lambda a: -a, "sqrt": mpmath.sqrt, "sin": mpmath.sin, "cos": mpmath.cos,
+    "neg": lambda a: -a, "sqrt": mpmath.sqrt, "sin": mpmath.sin, "cos": mpmath.cos, "tanh": mpmath.tanh,
     **{f"besselj{n}": lambda x, n=n: mpmath.besselj(n, x) for n in range(5)},
     "select": lambda a, b, x, y: x if a < b else y, "floor": mpmath.floor,
 }  # fmt: skip

@@ -13,7 +13,7 @@ from phichain.ir.builder import Builder, Expr
 
 
 def from_sympy(builder: Builder, expression: sympy.Expr, values: Mapping[sympy.Symbol, Expr]) -> Expr:
-    """Record a SymPy expression of +, *, powers by multiples of 1/2, sin, cos and besselj of orders 0 to 4.
+    """Record a SymPy expression of +, *, powers by multiples of 1/2, sin, cos, tanh and besselj of orders 0 to 4.
 
     Args:
         builder: where the operations go.
@@ -34,13 +34,13 @@ def from_sympy(builder: Builder, expression: sympy.Expr, values: Mapping[sympy.S
             return reduce(lambda a, b: a * b, map(visit, node.args))
         if node.is_Pow:
             return _power(builder, visit(node.base), node.exp)
-        if isinstance(node, sympy.sin | sympy.cos):
+        if isinstance(node, sympy.sin | sympy.cos | sympy.tanh):
             return builder.apply(type(node).__name__, visit(node.args[0]))
         if isinstance(node, sympy.besselj) and node.order in range(5):
             return builder.apply(f"besselj{int(node.order)}", visit(node.argument))
         raise EmissionError(
             "expression", str(node), "this function has no operation in the Program",
-            "use +, *, powers, sin, cos, sqrt or besselj of orders 0 to 4",
+            "use +, *, powers, sin, cos, tanh, sqrt or besselj of orders 0 to 4",
         )  # fmt: skip
 
     return visit(sympy.sympify(expression))

@@ -90,8 +90,8 @@ Operand = Const | Cell | Local
 
 @dataclass(frozen=True, slots=True)
 class Op:
-    """``result = kind(*args)``; kinds: add, sub, mul, div of two, neg, sqrt, sin, cos, floor, besselj0 to besselj4 of one,
-    select(a, b, x, y) that is x where a < b, else y.
+    """``result = kind(*args)``; kinds: add, sub, mul, div of two, neg, sqrt, sin, cos, tanh, floor, besselj0 to besselj4 of
+    one, select(a, b, x, y) that is x where a < b, else y.
     """
 
     result: str

@@ -130,7 +130,7 @@ def _arrays_of(statement: Statement) -> Iterable[str]:
 
 
 def count_operations(program: Program) -> Counter[str]:
-    """How often each kind of operation runs in one call: + - * / sqrt one each, a sine and a cosine one each."""
+    """How often each kind of operation runs in one call: + - * / sqrt tanh one each, a sine and a cosine one each."""
     counts: Counter[str] = Counter()
     _count(program, program.body, {}, counts)
     return counts

@@ -2,7 +2,7 @@
 
 IEEE 754 fixes +, -, *, / and the square root to the last bit, so Python's floats give the same on every machine. A result of
 two binary32 numbers is rounded in binary64 and then to binary32, which is as good as once: 53 >= 2 * 24 + 2 (Figueroa 1995).
-Sines, cosines and Bessel functions come from mpmath with twice the digits. Nothing here asks NumPy or the C library's libm,
+Sines, cosines, tanh and Bessel functions come from mpmath with twice the digits. Nothing here asks NumPy or the C library's libm,
 whose last bits depend on the processor and the release.
 """
 
@@ -118,7 +118,7 @@ _OPERATIONS: Final[Mapping[str, Callable[..., float]]] = {
 }  # fmt: skip
 
 _FUNCTIONS: Final[Mapping[str, Callable[[Any], Any]]] = {
-    "sin": mp.sin, "cos": mp.cos, **{f"besselj{n}": partial(mp.besselj, n) for n in range(5)},
+    "sin": mp.sin, "cos": mp.cos, "tanh": mp.tanh, **{f"besselj{n}": partial(mp.besselj, n) for n in range(5)},
 }  # fmt: skip
 
 

@@ -4,7 +4,7 @@ The structured forms use masses and lengths one by one; others use mu_k, c_kk an
 them solve one Lagrangian,
 
     T = 1/2 M00 |x'|^2 + x'.sum_k mu_k C^T q_k' + 1/2 sum_k c_kk |q_k'|^2 + sum_{i<j} l_i mu_j q_i'.q_j',
-    V = -g sum_k mu_k e_d.q_k + springs,    2 R = sum_k d_k |slip_k|^2,
+    V = -g sum_k mu_k e_d.q_k + springs,    2 R = d_0 |x'|^2 + sum_k d_k |slip_k|^2 + dry friction,
 
 and T = 1/2 m_0 |x'|^2 + 1/2 sum_k (m_k |r_k'|^2 + J_k |q_k'|^2) of the same numbers; rotors add 1/2 A_k slip_k^2 to either. Both,
 with the numbers as Programs hold them or compute them, are compared with the Model's T, V and R at random points modulo a prime: any
@@ -33,7 +33,8 @@ from phichain.mechanics import Model
 from phichain.mechanics.coordinates import absolute_angles
 from phichain.mechanics.energies import names_of
 from phichain.mechanics.residues import PRIME, Residues, inverse
-from phichain.mechanics.symbols import Coefficient, cart_mass, exact, gravity, parameter
+from phichain.mechanics.symbols import Coefficient, exact, parameter, single
+from phichain.scene.keys import PER_LINK
 
 #: A wrong coefficient passes one point with a probability below 1e-17.
 _POINTS: Final = 3
@@ -82,6 +83,8 @@ def _coefficients(model: Model) -> Program:
     scalars = {"total_mass": parameters.total_mass, "gravity": parameters.gravity}
     if model.scene.has_cart:
         scalars["cart_mass"] = parameters.cart_mass
+    of_cart = {"cart_damping": parameters.cart_damping, "cart_friction": parameters.cart_friction}
+    scalars |= {name: value for name, value in of_cart.items() if value is not None}
     for name, table in tables.items():
         if table is not None:
             out = builder.output(f"found_{name}", (links,))
@@ -94,10 +97,9 @@ def _coefficients(model: Model) -> Program:
 
 def _symbols(model: Model) -> dict[str, list[sympy.Expr]]:
     """The symbols of the runtime parameters, in the order of the params struct."""
-    single = {"gravity": gravity, "cart_mass": cart_mass}
+    scene = model.scene
     return {
-        name: [single[name](model.scene)] if name in single else list(parameter(model.scene, name))
-        for name in model.scene.runtime
+        name: list(parameter(scene, name)) if name in PER_LINK else [single(scene, name)] for name in scene.runtime
     }
 
 
@@ -114,7 +116,7 @@ class _Motion:
             circles = [angle.circle for angle in phi]
             self.direction = [[sine, cosine] for cosine, sine in circles]
             self.rate = [[cos * rate, -sin * rate] for (cos, sin), rate in zip(circles, phi_dot, strict=True)]
-            self.bends = [pow(own - inner, 2, PRIME) * _HALF for inner, own in pairwise([0, *(p.value for p in phi)])]
+            self.bends = [own - inner for inner, own in pairwise([0, *(p.value for p in phi)])]
             spins = [[rate] for rate in phi_dot]
         else:
             self.direction, self.rate, spins = (
@@ -133,18 +135,37 @@ def _energies(model: Model, motion: _Motion, held: Values) -> Iterator[tuple[str
     value, written = motion.point.value, model.scene.links <= _WRITTEN_OUT
     kinetic, potential = value(model.energies.kinetic), value(model.energies.potential)
     moment = sum(mu * q[-1] for mu, q in zip(held["found_mu"], motion.direction, strict=True))
-    springs = sum(k * bend for k, bend in zip(held.get("found_stiffness", ()), motion.bends, strict=False))
     rotors = sum(a * _dot(slip, slip) for a, slip in zip(held.get("found_armature", ()), motion.slips, strict=False)) * _HALF
-    losses = sum(d * _dot(slip, slip) for d, slip in zip(held.get("found_damping", ()), motion.slips, strict=False))
     yield from _places(model, motion, held)
     yield "T", kinetic, _by_masses(motion, held) + rotors
     yield "T", kinetic, _by_moments(motion, held) + rotors
     yield "S", value(names_of(model.scene).moment), moment
-    yield "V", potential, springs - held["found_gravity"][0] * moment
-    yield "R", value(model.energies.dissipation), losses * _HALF
+    yield "V", potential, _springs(model, motion, held) - held["found_gravity"][0] * moment
+    yield "R", value(model.energies.dissipation), _losses(model, motion, held)
     if written:
         yield "T as it is written out", value(model.kinetic), kinetic
         yield "V as it is written out", value(model.potential), potential
+
+
+def _springs(model: Model, motion: _Motion, held: Values) -> int:
+    """1/2 k_k (theta_k - alpha_k)^2 in the plane, k_k (1 - q_{k-1}.q_k) in space."""
+    stored, rest = motion.bends, held.get("found_rest_angle", [0] * len(motion.bends))
+    if model.scene.is_planar:
+        stored = [pow(bend - alpha, 2, PRIME) * _HALF for bend, alpha in zip(stored, rest, strict=True)]
+    return sum(k * bend for k, bend in zip(held.get("found_stiffness", ()), stored, strict=False))
+
+
+def _losses(model: Model, motion: _Motion, held: Values) -> int:
+    """R of dampers and dry friction, the cart's among them."""
+    twice = sum(d * _dot(slip, slip) for d, slip in zip(held.get("found_damping", ()), motion.slips, strict=False))
+    twice += sum(d * _dot(motion.cart_rate, motion.cart_rate) for d in held.get("found_cart_damping", ()))
+    rubbed = [(held.get("found_cart_friction", ()), [motion.cart_rate], model.scene.cart_friction_speed)]
+    rubbed.append((held.get("found_friction", ()), motion.slips, model.scene.friction_speed))
+    total = twice * _HALF
+    for forces, rates, speed in rubbed:
+        v_0 = _residue(Fraction(speed or 1))
+        total += sum(f * v_0 * motion.point.log_cosh(rate[0] * inverse(v_0)) for f, rate in zip(forces, rates, strict=False))
+    return total
 
 
 def _places(model: Model, motion: _Motion, held: Values) -> Iterator[tuple[str, int, int]]:
@@ -215,6 +236,10 @@ def _pairs(model: Model, held: Values) -> Iterator[tuple[str, Coefficient, Coeff
     yield from _listed("k", model.stiffness, held.get("found_stiffness", still))
     yield from _listed("d", model.damping, held.get("found_damping", still))
     yield from _listed("A", model.armature, held.get("found_armature", still))
+    yield from _listed("F", model.friction, held.get("found_friction", still))
+    yield from _listed("alpha", model.rest_angle, held.get("found_rest_angle", still))
+    for name in ("cart_damping", "cart_friction"):
+        yield name, getattr(model, name), held.get(f"found_{name}", still)[0]
     for i, row in enumerate(model.c):
         yield from ((f"c_{i + 1}_{j + 1}", row[j], length[i] * mu[j]) for j in links[i + 1 :])
 
@@ -247,7 +272,9 @@ def _residue(value: Fraction) -> int:
 
 #: Models that passed: one is lowered function by function.
 _AGREED: Final[WeakValueDictionary[int, Model]] = WeakValueDictionary()
-_TABLES: Final = ("mass", "length", "com", "mu", "c_diagonal", "stiffness", "damping", "inertia", "armature")
+_TABLES: Final = (
+    "mass", "length", "com", "mu", "c_diagonal", "stiffness", "damping", "inertia", "armature", "friction", "rest_angle",
+)  # fmt: skip
 _HALF: Final = inverse(2)
 _RESIDUES: Final[Mapping[str, Callable[..., int]]] = {
     "add": lambda a, b: a + b, "sub": lambda a, b: a - b, "mul": lambda a, b: a * b, "neg": lambda a: -a,

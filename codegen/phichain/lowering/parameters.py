@@ -33,6 +33,10 @@ _DOC = {
     "stiffness": "stiffness of each joint, N m/rad",
     "inertia": "moment of inertia of each link about its centre of mass, kg m^2",
     "armature": "inertia of the rotor at each joint, kg m^2",
+    "friction": "dry friction of each joint, N m",
+    "cart_damping": "damping of the cart, N s/m",
+    "cart_friction": "dry friction of the cart, N",
+    "rest_angle": "angle of each joint at which its spring rests, rad",
 }
 
 _RIGID_DOC = {"mass": "mass of each link, kg", "com": "distance of each centre of mass from its link's base joint, m"}
@@ -58,8 +62,12 @@ class Units:
     def of(self, parameter: str) -> Fraction:
         """Unit of a parameter of the scene."""
         match parameter:
-            case "mass" | "cart_mass":
+            case "mass" | "cart_mass" | "cart_damping":
                 return self.mass
+            case "cart_friction":
+                return self.force
+            case "rest_angle":
+                return Fraction(1)
             case "length" | "com" | "gravity":
                 return self.length
         return self.torque
@@ -143,6 +151,31 @@ class Parameters:
     def armature(self) -> ArrayRef | None:
         """The rotors' inertias, or None on a scene without rotors."""
         return None if self._scene.armature is None else self._given("armature")
+
+    @property
+    def friction(self) -> ArrayRef | None:
+        """Dry friction of the joints, or None on a scene without."""
+        return None if self._scene.friction is None else self._given("friction")
+
+    @property
+    def rest_angle(self) -> ArrayRef | None:
+        """Angles at which the joints' springs rest, or None where all rest at zero."""
+        return None if self._scene.rest_angle is None else self._given("rest_angle")
+
+    @property
+    def cart_damping(self) -> Expr | None:
+        """Damping of the cart, or None without."""
+        return None if self._scene.cart_damping is None else self._scalar("cart_damping")
+
+    @property
+    def cart_friction(self) -> Expr | None:
+        """Dry friction of the cart, or None without."""
+        return None if self._scene.cart_friction is None else self._scalar("cart_friction")
+
+    @property
+    def none(self) -> Expr:
+        """Zero."""
+        return self._builder.lift(0)
 
     @property
     def gravity(self) -> Expr:

@@ -1,4 +1,4 @@
-"""The coefficients of a Lagrangian, read off its expressions: mu_k, c_ij, M00, g and what joints hold.
+"""The coefficients of a Lagrangian, read off its expressions: mu_k, c_ij, M00, g, what joints hold and what brakes the cart.
 
 With the definitions eliminated down to the rates of the base and of the links, T is a quadratic form in them and S a linear
 one in their places:
@@ -83,8 +83,37 @@ class Coefficients:
     @cached_property
     def damping(self) -> tuple[Coefficient, ...]:
         """d_k (N m s/rad): R holds 1/2 d_k |slip_k|^2."""
-        found = _sums(self._terms(self.energies.dissipation))
-        return tuple(2 * found.get((self._names.slip(k)[0],) * 2, Fraction(0)) for k in self._links)
+        return tuple(2 * self._losses.get((self._names.slip(k)[0],) * 2, Fraction(0)) for k in self._links)
+
+    @cached_property
+    def friction(self) -> tuple[Coefficient, ...]:
+        """F_k (N m): R holds F_k v_0 ln cosh(slip_k / v_0); zeros without dry friction."""
+        return tuple(self._rubbed(k, self.scene.friction_speed) for k in self._links)
+
+    @cached_property
+    def cart_damping(self) -> Coefficient:
+        """d_0 (N s/m): R holds 1/2 d_0 |p_0'|^2."""
+        rate = self._names.joint(0, rate=True)[0]
+        return 2 * self._losses.get((rate, rate), Fraction(0))
+
+    @cached_property
+    def cart_friction(self) -> Coefficient:
+        """F_0 (N): R holds F_0 v_0 ln cosh(x' / v_0)."""
+        return self._rubbed(0, self.scene.cart_friction_speed)
+
+    @cached_property
+    def rest_angle(self) -> tuple[Coefficient, ...]:
+        """alpha_k (rad), where planar springs rest: what is missing from phi_k - phi_{k-1} in bend_k."""
+        bends = dict(self.energies.definitions)
+        found = [_sums(self._terms(bends.get(self._names.bend(k), sympy.S.Zero))) for k in self._links]
+        return tuple(-terms.get((), Fraction(0)) if self.scene.is_planar else Fraction(0) for terms in found)
+
+    @cached_property
+    def _losses(self) -> dict[tuple[sympy.Symbol, ...], Coefficient]:
+        return _sums(self._terms(self.energies.dissipation))
+
+    def _rubbed(self, k: int, speed: float | None) -> Coefficient:
+        return self._losses.get((self._names.rub(k),), Fraction(0)) / Fraction(speed or 1)
 
     @cached_property
     def armature(self) -> tuple[Coefficient, ...]:

@@ -57,7 +57,14 @@ class _Forms:
     joint: str
     joint_springs: str
     joint_dampers: str
+    joint_friction: str
     cart_row: str
+    cart_damper: str
+    cart_friction: str
+    bend: str
+    """What springs see of a joint whose spring rests along the link before."""
+    rest: str
+    """What is subtracted where it does not."""
     kinetic_rotors: str = ""
     joint_rotors: str = ""
     directions: tuple[str, str, str, str] | None = None
@@ -77,9 +84,14 @@ _TEXT = {
         joint="J_k =",
         joint_springs=" + k_k (phi_k - phi_{k-1})",
         joint_dampers=" + d_k (phi_k' - phi_{k-1}')",
+        joint_friction=" + F_k tanh((phi_k' - phi_{k-1}') / v_0)",
         cart_row="F = M00 x'' + sum_k mu_k [cos(phi_k) phi_k'' - sin(phi_k) phi_k'^2]",
         kinetic_rotors=" + 1/2 sum_k A_k (phi_k' - phi_{k-1}')^2",
         joint_rotors=" + A_k (phi_k'' - phi_{k-1}'')",
+        cart_damper=" + d_0 x'",
+        cart_friction=" + F_0 tanh(x' / v_0)",
+        bend="(phi_k - phi_{k-1})",
+        rest=" - alpha_k",
     ),
     "spatial": _Forms(
         kinetic="T = 1/2 sum_ij c_ij q_i'.q_j'",
@@ -93,7 +105,12 @@ _TEXT = {
         joint="J_k =",
         joint_springs=" + k_k q_{k-1} x q_k",
         joint_dampers=" + d_k (omega_k - omega_{k-1})",
+        joint_friction="",
         cart_row="u = M00 x'' + sum_k mu_k C^T q_k''",
+        cart_damper=" + d_0 x'",
+        cart_friction="",
+        bend="",
+        rest="",
         directions=(
             "0 = c_ii (q_i'' + |q_i'|^2 q_i) + (I - q_i q_i^T) (sum_{j != i} c_ij q_j'' - g mu_i e_3",
             " + mu_i C x''",
@@ -116,9 +133,14 @@ _LATEX = {
         joint="J_k &=",
         joint_springs=r" + k_k (\phi_k - \phi_{k-1})",
         joint_dampers=r" + d_k (\dot\phi_k - \dot\phi_{k-1})",
+        joint_friction=r" + F_k \tanh\frac{\dot\phi_k - \dot\phi_{k-1}}{v_0}",
         cart_row=r"F &= M_{00} \ddot x + \sum_k \mu_k \left[\cos(\phi_k)\, \ddot\phi_k - \sin(\phi_k)\, \dot\phi_k^2\right]",
         kinetic_rotors=r" + \tfrac12 \sum_k A_k (\dot\phi_k - \dot\phi_{k-1})^2",
         joint_rotors=r" + A_k (\ddot\phi_k - \ddot\phi_{k-1})",
+        cart_damper=r" + d_0 \dot x",
+        cart_friction=r" + F_0 \tanh\frac{\dot x}{v_0}",
+        bend=r"(\phi_k - \phi_{k-1})",
+        rest=r" - \alpha_k",
     ),
     "spatial": _Forms(
         kinetic=r"T &= \tfrac12 \sum_{i,j} c_{ij}\, \dot q_i \cdot \dot q_j",
@@ -132,7 +154,12 @@ _LATEX = {
         joint="J_k &=",
         joint_springs=r" + k_k\, q_{k-1} \times q_k",
         joint_dampers=r" + d_k (\omega_k - \omega_{k-1})",
+        joint_friction="",
         cart_row=r"u &= M_{00} \ddot x + \sum_k \mu_k C^T \ddot q_k",
+        cart_damper=r" + d_0 \dot x",
+        cart_friction="",
+        bend="",
+        rest="",
         directions=(
             (
                 r"0 &= c_{ii} (\ddot q_i + \|\dot q_i\|^2 q_i)"
@@ -187,21 +214,25 @@ def plain(value: Any) -> str:
 def _general(model: Mechanics, forms: _Forms) -> list[str]:
     """Return T, V, a link's equation (in space also without angular velocities) and the cart's, in index form."""
     scene = model.scene
-    sprung, damped, geared = (law is not None for law in (scene.stiffness, scene.damping, scene.armature))
+    sprung, damped, rubbed, geared = (
+        getattr(scene, name) is not None for name in ("stiffness", "damping", "friction", "armature")
+    )
+    is_tied = sprung or damped or rubbed or geared
     kinetic = forms.kinetic + forms.kinetic_cart * scene.has_cart + forms.kinetic_rotors * geared
     potential = forms.potential + forms.springs * sprung
-    equation = (
-        forms.equation
-        + forms.equation_cart * scene.has_cart
-        + forms.equation_joints * (sprung or damped or geared)
-    )
-    joint = forms.joint_springs * sprung + forms.joint_dampers * damped + forms.joint_rotors * geared
+    equation = forms.equation + forms.equation_cart * scene.has_cart + forms.equation_joints * is_tied
+    joint = forms.joint_springs * sprung + forms.joint_dampers * damped + forms.joint_friction * rubbed
+    joint += forms.joint_rotors * geared
+    if scene.rest_angle is not None:
+        away = f"{forms.bend[:-1]}{forms.rest})"
+        potential, joint = potential.replace(forms.bend, away), joint.replace(forms.bend, away)
     lines = [kinetic, potential, equation]
     if forms.directions is not None:
         head, cart, end, joints = forms.directions
-        lines.append(head + cart * scene.has_cart + end + joints * (sprung or damped))
+        lines.append(head + cart * scene.has_cart + end + joints * is_tied)
     if scene.has_cart:
-        lines.append(forms.cart_row)
+        braked = (scene.cart_damping is not None, scene.cart_friction is not None)
+        lines.append(forms.cart_row + forms.cart_damper * braked[0] + forms.cart_friction * braked[1])
     return [*lines, *([forms.joint + joint.removeprefix(" +")] if joint else [])]
 
 

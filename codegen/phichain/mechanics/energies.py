@@ -6,8 +6,14 @@ Joint k ends link k and mass k sits on it, so that (theory section 1)
 
     T = 1/2 m_0 |p_0'|^2 + 1/2 sum_k (m_k |r_k'|^2 + J_k |q_k'|^2),    V = -g S + springs,    S = sum_k m_k e_d.r_k,
 
-dampers dissipate 2 R = sum_k d_k |slip_k|^2, and in the plane the rotors of the joints' motors add 1/2 sum_k A_k slip_k^2
-to T, slip_k the relative rate of joint k. Nothing is multiplied out: every p_k, r_k and their rates is a symbol with
+dampers dissipate 2 R = d_0 |x'|^2 + sum_k d_k |slip_k|^2, and in the plane the rotors of the joints' motors add
+1/2 sum_k A_k slip_k^2 to T, slip_k the relative rate of joint k. Dry friction, F tanh(v / v_0) against the rate v, is the
+derivative of F v_0 ln cosh(v / v_0), so that
+
+    R = 1/2 d_0 |x'|^2 + 1/2 sum_k d_k |slip_k|^2 + F_0 v_0 ln cosh(x' / v_0) + sum_k F_k v_0 ln cosh(slip_k / v_0)
+
+gives all forces that take energy as its derivatives by rates; of dry friction it is no power any more, which is force times rate.
+Planar springs pull towards theta_k = alpha_k, bend_k = theta_k - alpha_k. Nothing is multiplied out: every p_k, r_k and their rates is a symbol with
 a definition, so a chain of N links takes O(N) operations. In the plane q_k = (sin phi_k, cos phi_k) and phi_k is defined by
 the scene's own angles; in space q_k, q_k' and omega_k are the symbols themselves. Numbers are exact rationals.
 """
@@ -16,10 +22,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 import sympy
 
-from phichain.mechanics.symbols import ChainSymbols, cart_mass, exact, gravity, parameter
+from phichain.mechanics.symbols import (
+    ChainSymbols,
+    Coefficient,
+    cart_law,
+    cart_mass,
+    exact,
+    gravity,
+    parameter,
+)
 from phichain.scene import Scene
 
 Definition = tuple[sympy.Symbol, sympy.Expr]
@@ -32,7 +47,7 @@ class Energies:
     Attributes:
         kinetic: T (J).
         potential: V (J), zero for all links horizontal and springs at rest.
-        dissipation: R (W), half the power that dampers take.
+        dissipation: R (W), Rayleigh's function: its derivatives by the rates are the forces of dampers and dry friction.
         definitions: (symbol, expression) in an order in which each leans on coordinates, rates and earlier ones alone.
     """
 
@@ -74,8 +89,13 @@ class Names:
 
     @staticmethod
     def bend(k: int) -> sympy.Symbol:
-        """What spring k sees: phi_k - phi_{k-1} in the plane, 1 - q_{k-1}.q_k in space."""
+        """What spring k sees: phi_k - phi_{k-1} - alpha_k in the plane, 1 - q_{k-1}.q_k in space."""
         return sympy.Symbol(f"bend_{k}")
+
+    @staticmethod
+    def rub(k: int) -> sympy.Symbol:
+        """ln cosh of what the dry friction of joint k, or for k = 0 of the cart, sees, over its speed v_0."""
+        return sympy.Symbol(f"rub_{k}")
 
     @property
     def moment(self) -> sympy.Symbol:
@@ -108,11 +128,14 @@ def energies_of(scene: Scene) -> Energies:
         for i, k in enumerate(parameter(scene, "stiffness"), 1)
     ]
     losses = [exact(d / 2) * y**2 for i, d in enumerate(parameter(scene, "damping"), 1) for y in names.slip(i)]
+    losses += [exact(cart_law(scene, "cart_damping") / 2) * y**2 for y in names.joint(0, rate=True)[:-1]]
+    losses += [exact(force * speed) * names.rub(k) for k, _, force, speed in _frictions(scene, names)]
     definitions = [*_coordinates(scene, symbols, names), *places, *rates, (names.moment, fall)]
     if scene.stiffness is not None:
         definitions += _bends(scene, names)
-    if scene.damping is not None or scene.armature is not None:
+    if any(law is not None for law in (scene.damping, scene.friction, scene.armature)):
         definitions += _slips(scene, symbols, names)
+    definitions += [(names.rub(k), sympy.log(sympy.cosh(rate / exact(v_0)))) for k, rate, _, v_0 in _frictions(scene, names)]
     return Energies(
         kinetic=sympy.Add(*moving),
         potential=sympy.Add(-exact(gravity(scene)) * names.moment, *springs),
@@ -167,9 +190,24 @@ def absolute_rate(k: int) -> sympy.Symbol:
     return sympy.Symbol(f"phidot_{k}")
 
 
+def _frictions(scene: Scene, names: Names) -> list[tuple[int, sympy.Symbol, Coefficient, Fraction]]:
+    """(number, rate, F, v_0) of every dry friction, 0 the cart's; in the plane alone."""
+    found: list[tuple[int, sympy.Symbol, Coefficient, Fraction]] = []
+    if scene.cart_friction is not None and scene.cart_friction_speed is not None:
+        rate = names.joint(0, rate=True)[0]
+        found.append((0, rate, cart_law(scene, "cart_friction"), Fraction(scene.cart_friction_speed)))
+    if scene.friction is not None and scene.friction_speed is not None:
+        forces = enumerate(parameter(scene, "friction"), 1)
+        found += [(k, names.slip(k)[0], force, Fraction(scene.friction_speed)) for k, force in forces]
+    return found
+
+
 def _bends(scene: Scene, names: Names) -> list[Definition]:
     if scene.is_planar:
-        return [(names.bend(k), absolute(k) - (absolute(k - 1) if k > 1 else 0)) for k in range(1, scene.links + 1)]
+        rest = [exact(angle) for angle in parameter(scene, "rest_angle")]
+        return [
+            (names.bend(k), absolute(k) - (absolute(k - 1) if k > 1 else 0) - rest[k - 1]) for k in range(1, scene.links + 1)
+        ]
     chain = [(sympy.S.Zero, sympy.S.Zero, sympy.S.One), *(names.link(k) for k in range(1, scene.links + 1))]
     return [
         (names.bend(k), 1 - sympy.Add(*[a * b for a, b in zip(chain[k - 1], chain[k], strict=True)]))

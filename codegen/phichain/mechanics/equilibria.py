@@ -23,6 +23,7 @@ from phichain.mechanics.display import plain
 from phichain.mechanics.lagrange import Model
 from phichain.mechanics.linearization import checked
 from phichain.mechanics.symbols import gravity, parameter
+from phichain.scene.keys import label
 
 
 @dataclass(frozen=True)
@@ -68,11 +69,17 @@ def equilibrium(model: Model, signs: Sequence[int]) -> Equilibrium:
 
     Raises:
         ArrayError: There is not one sign +1 or -1 per link.
-        UnsupportedError: A planar chain with springs has links upright (no equilibrium: the springs pull), or
+        UnsupportedError: A planar chain with springs has links upright, or springs that rest elsewhere than along the link
+            before (no equilibrium: the springs pull), or
             gravity and springs are runtime parameters, so the type is not decided.
     """
     s = checked(model, signs)
     scene = model.scene
+    if scene.rest_angle is not None:
+        raise UnsupportedError(
+            label("rest_angle"), scene.rest_angle, "leaves no vertical equilibrium: springs pull where the chain is straight",
+            "solve gravity_torque + joint_torque = 0 for the angles, or remove it",
+        )  # fmt: skip
     if scene.is_planar and scene.stiffness is not None and -1 in s:
         raise UnsupportedError("s", s, "is no equilibrium: planar springs pull upright links", "use all +1")
     weight, spring = gravity(scene), parameter(scene, "stiffness")

@@ -91,6 +91,26 @@ class Model:
         """A_k (kg m^2), the rotors' inertias as T holds them; zeros without rotors."""
         return self._chain.armature
 
+    @property
+    def rest_angle(self) -> tuple[Coefficient, ...]:
+        """alpha_k (rad), the joints' angles at which planar springs rest; zeros along the links before."""
+        return self._chain.rest_angle
+
+    @property
+    def friction(self) -> tuple[Coefficient, ...]:
+        """F_k (N m) of dry friction F_k tanh(slip_k / v_0), as Rayleigh's function holds them; zeros without."""
+        return self._chain.friction
+
+    @property
+    def cart_damping(self) -> Coefficient:
+        """d_0 (N s/m), as Rayleigh's function holds it; zero without a damper on the cart."""
+        return self._chain.cart_damping
+
+    @property
+    def cart_friction(self) -> Coefficient:
+        """F_0 (N) of the cart's dry friction F_0 tanh(x' / v_0); zero without."""
+        return self._chain.cart_friction
+
     @cached_property
     def positions(self) -> tuple[sympy.ImmutableDenseMatrix, ...]:
         """r_a (m), the positions of the masses by component, the last axis along gravity."""
@@ -148,7 +168,7 @@ class Model:
 
     @property
     def joint_torque(self) -> sympy.ImmutableDenseMatrix:
-        """The terms of springs and dampers on the left side of the equations; nv x 1."""
+        """The terms of springs, dampers and dry friction on the left side of the equations, the cart's in its rows; nv x 1."""
         return self._expressions.joint_torque
 
     @property
@@ -206,6 +226,10 @@ def derive(scene: Scene) -> Model:
     for key in _UNSERVED:
         if getattr(scene, key) not in (None, "force", "fixed", "cart"):
             raise UnsupportedError(label(key), getattr(scene, key), "has no equations in this version", "remove it")
+    for key, instead in _PLANAR.items():
+        if not scene.is_planar and getattr(scene, key) is not None:
+            problem = "is derived for planar chains alone: in space its law along a vector has no equations in this version"
+            raise UnsupportedError(label(key), getattr(scene, key), problem, f"use {label(instead)}, or remove it")
     return Model(scene, energies_of(scene))
 
 
@@ -219,11 +243,10 @@ def with_symbols(scene: Scene) -> Scene:
 
 
 _UNSERVED = (
-    "cart_damping",
-    "cart_friction",
-    "friction",
-    "rest_angle",
     "drive",
     "base",
 )
 """Keys of a scene that nothing is derived for yet."""
+
+_PLANAR = {"friction": "damping", "cart_friction": "cart_damping"}
+"""Keys that nothing is derived for in space, and what there is instead."""

@@ -10,15 +10,17 @@ J)
     J = [[0, -1], [1, 0]],
 
 and in the plane M00, s_j mu_j, s_i s_j c_ij and s_i g mu_i, pulled back to the scene's angles. Springs add to
-G and dampers make D, by the form sum_k w_k (xi_k - xi_{k-1})^2; a spatial spring counts with the sign s_{k-1}
-s_k. A planar chain with springs has no equilibrium with links upright unless constant joint torques hold it:
-(19) then describes small motions about the held position.
+G and dampers make D, by the form sum_k w_k (xi_k - xi_{k-1})^2; dry friction F tanh(v / v_0) is a damper F / v_0 there, and that of
+the cart with its damper D's first entry. A spatial spring counts with the sign s_{k-1}
+s_k. A planar chain with springs has no equilibrium with links upright, nor anywhere vertical where springs rest elsewhere
+(`rest_angle`), unless constant joint torques hold it: (19) then describes small motions about the held position.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import sympy
@@ -26,7 +28,8 @@ import sympy
 from phichain.errors import ArrayError
 from phichain.mechanics.coordinates import pull_back, pull_back_matrix
 from phichain.mechanics.lagrange import Model
-from phichain.mechanics.symbols import gravity, parameter
+from phichain.mechanics.symbols import Coefficient, cart_law, gravity, parameter
+from phichain.scene import Scene
 
 QUARTER_TURN = ((0, -1), (1, 0))
 """J = C^T hat(e_3) C, the cross product with e_3 seen in the horizontal plane."""
@@ -39,7 +42,7 @@ class Linearization:
     Attributes:
         signs: s_1 .. s_N, numbers or symbols.
         M: Inertia, n x n, n = 2 N + 2 (spatial; 2 N on a fixed base) or nq (planar).
-        D: Damping, n x n, zeros without dampers.
+        D: Damping, n x n, zeros without dampers and dry friction.
         G: Stiffness of gravity and springs, n x n.
         B: Input, n x nu.
     """
@@ -63,7 +66,7 @@ def linearize(model: Model, signs: Sequence[int] | None = None) -> Linearization
         if signs is None
         else checked(model, signs)
     )
-    spring, damper = (_sympy(parameter(scene, name)) for name in ("stiffness", "damping"))
+    spring, damper = _sympy(parameter(scene, "stiffness")), _sympy(_slopes(scene))
     if not scene.is_planar:
         spring = [k * inner * outer for k, inner, outer in zip(spring, (1, *s), s, strict=False)]
     fall = [sign * _exact(gravity(scene)) * mu for sign, mu in zip(s, _sympy(model.mu), strict=True)]
@@ -74,10 +77,26 @@ def linearize(model: Model, signs: Sequence[int] | None = None) -> Linearization
     return Linearization(
         signs=s,
         M=_inertia(model, s),
-        D=_in_coordinates(model, _joint_form(damper)),
+        D=_with_drag(model, _in_coordinates(model, _joint_form(damper))),
         G=_in_coordinates(model, stiff),
         B=_input(model),
     )
+
+
+def _slopes(scene: Scene) -> list[Coefficient]:
+    """What joints resist per rate at rest: d_k + F_k / v_0."""
+    pairs = zip(parameter(scene, "damping"), parameter(scene, "friction"), strict=True)
+    return [d + force / Fraction(scene.friction_speed or 1) for d, force in pairs]
+
+
+def _with_drag(model: Model, damping: sympy.ImmutableDenseMatrix) -> sympy.ImmutableDenseMatrix:
+    """The same with d_0 + F_0 / v_0 on the cart's diagonal."""
+    scene, carts = model.scene, len(model.symbols.cart)
+    drag = cart_law(scene, "cart_damping") + cart_law(scene, "cart_friction") / Fraction(scene.cart_friction_speed or 1)
+    matrix = sympy.Matrix(damping)
+    for i in range(carts):
+        matrix[i, i] = _exact(drag)
+    return sympy.ImmutableDenseMatrix(matrix)
 
 
 def checked(model: Model, signs: Sequence[int]) -> tuple[int, ...]:

@@ -14,6 +14,7 @@ and the rows of theta are S^T times those. Nothing is simplified or expanded on 
 
 from __future__ import annotations
 
+from fractions import Fraction
 from functools import cached_property
 from itertools import combinations
 
@@ -46,6 +47,10 @@ class PlanarExpressions:
         self._stiffness = [show(entry) for entry in chain.stiffness]
         self._damping = [show(entry) for entry in chain.damping]
         self._armature = [show(entry) for entry in chain.armature]
+        self._friction = [show(entry) for entry in chain.friction]
+        self._rest_angle = [show(entry) for entry in chain.rest_angle]
+        self._cart_laws = show(chain.cart_damping), show(chain.cart_friction)
+        self._speeds = [show(Fraction(speed or 1)) for speed in (scene.friction_speed, scene.cart_friction_speed)]
 
     @cached_property
     def phi(self) -> Expressions:
@@ -78,9 +83,9 @@ class PlanarExpressions:
 
     @cached_property
     def potential(self) -> sympy.Expr:
-        """V = -g sum mu_k cos(phi_k) + 1/2 sum k_k (phi_k - phi_{k-1})^2."""
+        """V = -g sum mu_k cos(phi_k) + 1/2 sum k_k (phi_k - phi_{k-1} - alpha_k)^2."""
         fall = [-self._gravity * self._mu[k] * sympy.cos(self.phi[k]) for k in self._links]
-        bends = joint_angles(self._angles, self._symbols.theta)
+        bends = self._bends
         springs = [k * bend**2 / 2 for k, bend in zip(self._stiffness, bends, strict=True)]
         return sympy.Add(*fall, *springs)
 
@@ -124,15 +129,23 @@ class PlanarExpressions:
 
     @cached_property
     def joint_torque(self) -> sympy.ImmutableDenseMatrix:
-        """What springs and dampers ask for: k_k bend_k + d_k bend_k' across joint k, as forces of theta."""
-        bends = joint_angles(self._angles, self._symbols.theta)
+        """What springs, dampers and dry friction ask for: k_k bend_k + d_k bend_k' + F_k tanh(bend_k' / v_0) across joint k, as forces of
+
+        theta; d_0 x' + F_0 tanh(x' / v_0) on the cart.
+        """
         rates = joint_angles(self._angles, self._symbols.theta_dot)
-        moments = [
-            k * bend + d * rate
-            for k, d, bend, rate in zip(self._stiffness, self._damping, bends, rates, strict=True)
-        ]
-        cart = [sympy.S.Zero for _ in self._symbols.cart]
+        speed, cart_speed = self._speeds
+        laws = zip(self._stiffness, self._damping, self._friction, self._bends, rates, strict=True)
+        moments = [k * bend + d * rate + f * sympy.tanh(rate / speed) for k, d, f, bend, rate in laws]
+        damping, friction = self._cart_laws
+        cart = [damping * rate + friction * sympy.tanh(rate / cart_speed) for rate in self._symbols.cart_rate]
         return sympy.ImmutableDenseMatrix([*cart, *joint_forces(self._angles, moments)])
+
+    @property
+    def _bends(self) -> list[sympy.Expr]:
+        """What springs see: the joints' angles less those at which they rest."""
+        bends = joint_angles(self._angles, self._symbols.theta)
+        return [bend - rest for bend, rest in zip(bends, self._rest_angle, strict=True)]
 
     @cached_property
     def equations(self) -> tuple[sympy.Eq, ...]:

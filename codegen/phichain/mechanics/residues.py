@@ -42,6 +42,7 @@ class Residues:
         self._values: dict[sympy.Symbol, int] = {}
         self._circles: dict[sympy.Symbol, Circle] = {}
         self._defined: set[sympy.Symbol] = set()
+        self._log_cosh: dict[int, int] = {}
 
     def define(self, definitions: Iterable[tuple[sympy.Symbol, sympy.Expr]]) -> None:
         """Give symbols the values of their definitions, one after the other.
@@ -60,7 +61,7 @@ class Residues:
         """Return the value of an expression.
 
         Raises:
-            DerivationError: It is no rational function of symbols and of sines and cosines of angles.
+            DerivationError: It is no rational function of symbols, of sines and cosines of angles, and of ln cosh.
         """
         if isinstance(expression, sympy.Symbol):
             if expression not in self._values:
@@ -82,10 +83,19 @@ class Residues:
             circle = self._circle(expression.args[0])
             if circle is not None:
                 return circle[isinstance(expression, sympy.sin)]
+        if isinstance(expression, sympy.log) and isinstance(expression.args[0], sympy.cosh):
+            return self.log_cosh(self.value(expression.args[0].args[0]))
         raise DerivationError(
             "Lagrangian", expression, "holds what is no rational function of symbols and of sines of sums of angles",
             "write it in symbols with definitions",
         )  # fmt: skip
+
+    def log_cosh(self, x: int) -> int:
+        """Return ln cosh(x): a value of its own for every x and its opposite, zero at zero."""
+        even = min(x % PRIME, -x % PRIME)
+        if even not in self._log_cosh:
+            self._log_cosh[even] = self._source.randrange(1, PRIME) if even else 0
+        return self._log_cosh[even]
 
     def angle(self, symbol: sympy.Symbol) -> Angle:
         """Return the angle that a symbol without a definition stands for."""

@@ -35,6 +35,7 @@ class SpatialExpressions:
         self._gravity = show(chain.gravity)
         self._stiffness = [show(entry) for entry in chain.stiffness]
         self._damping = [show(entry) for entry in chain.damping]
+        self._cart_damping = show(chain.cart_damping)
         self._q = [_vector(link) for link in symbols.links]
         self._omega = [_vector(rate) for rate in symbols.omega]
 
@@ -99,7 +100,7 @@ class SpatialExpressions:
 
     @cached_property
     def joint_torque(self) -> sympy.ImmutableDenseMatrix:
-        """What springs and dampers ask for: couple_i = P_i (J_i - J_{i+1}), zero for the cart,
+        """What springs and dampers ask for: couple_i = P_i (J_i - J_{i+1}), and d_0 x' of the cart,
 
         J_k = k_k q_{k-1} x q_k + d_k (omega_k - omega_{k-1}); P_i = I - q_i q_i^T only turns the neighbours'
         rates, the rest is orthogonal to q_i already.
@@ -107,7 +108,8 @@ class SpatialExpressions:
         still = sympy.zeros(3, 1)
         chain = [(_DOWN, still), *zip(self._q, self._omega, strict=True), (_DOWN, still)]
         couples = [self._across(k, k, *chain[k]) + self._across(k, k + 1, *chain[k + 2]) for k in self._links]
-        cart = [sympy.zeros(2, 1)] if self._symbols.cart else []
+        drag = [self._cart_damping * rate for rate in self._symbols.cart_rate]
+        cart = [sympy.Matrix(drag)] if drag else []
         return sympy.ImmutableDenseMatrix.vstack(*cart, *couples)
 
     def _across(self, k: int, joint: int, neighbour: Any, spin: Any) -> sympy.ImmutableDenseMatrix:
@@ -127,7 +129,7 @@ class SpatialExpressions:
 
     @cached_property
     def unit_vector_equations(self) -> tuple[sympy.Eq, ...]:
-        """(15): M00 x'' + sum mu_k C^T q_k'' = u, and for every link, with P_i = I - q_i q_i^T = -hat(q_i)^2,
+        """(15): M00 x'' + sum mu_k C^T q_k'' + d_0 x' = u, and for every link, with P_i = I - q_i q_i^T = -hat(q_i)^2,
 
         c_ii (q_i'' + |q_i'|^2 q_i) + P_i (mu_i C x'' + sum_{j != i} c_ij q_j'' - mu_i g e_3) + couple_i x q_i
         = 0,
@@ -139,7 +141,8 @@ class SpatialExpressions:
         rows: list[Any] = []
         if symbols.cart:
             sway = _sum(mu * entry for mu, entry in zip(self._mu, accelerations, strict=True))
-            rows = list((self._total_mass * push + sway)[:2])
+            drag = [self._cart_damping * rate for rate in symbols.cart_rate]
+            rows = [a + b for a, b in zip(self._total_mass * push + sway, drag, strict=False)]
         rates = [_vector(rate) for rate in symbols.link_rates]
         spins = {
             entry: value

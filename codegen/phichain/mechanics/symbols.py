@@ -1,7 +1,8 @@
 """The SymPy symbols of a scene, and the exact value or symbol that stands for each of its parameters.
 
 Names read as the papers print them, in text and in LaTeX: theta_1, thetadot_1, thetaddot_1; x, q_1_1,
-omega_1_1; the parameters m_k, l_k, r_k, m_0, g, d_k (dampers), k_k (springs); the inputs F (force) and T_k
+omega_1_1; the parameters m_k, l_k, r_k, m_0, g, d_k (dampers), k_k (springs), alpha_k (where springs rest), F_k (dry friction), d_0 and F_0
+of the cart; the inputs F (force) and T_k
 (torques).
 """
 
@@ -156,9 +157,23 @@ def parameter(scene: Scene, name: str) -> tuple[Coefficient, ...]:
     if value is None:
         return parameter(scene, "length") if name == "com" else (Fraction(0),) * scene.links
     if isinstance(value, str):
-        letter = _LETTERS[name]
-        return tuple(sympy.Symbol(f"{letter}_{k}", positive=True) for k in range(1, scene.links + 1))
+        letter, is_positive = _LETTERS[name], True if name != "rest_angle" else None
+        return tuple(sympy.Symbol(f"{letter}_{k}", positive=is_positive) for k in range(1, scene.links + 1))
     return tuple(Fraction(entry) for entry in value)
+
+
+_OF_CART = {"cart_damping": "d_0", "cart_friction": "F_0"}
+
+
+def cart_law(scene: Scene, name: str) -> Coefficient:
+    """Return `cart_damping`, d_0 (N s/m), or `cart_friction`, F_0 (N); zero where there is none."""
+    value: Any = getattr(scene, name)
+    return sympy.Symbol(_OF_CART[name], positive=True) if isinstance(value, str) else Fraction(value or 0)
+
+
+def single(scene: Scene, name: str) -> Coefficient:
+    """Return a parameter of the whole chain by its name."""
+    return {"cart_mass": cart_mass, "gravity": gravity}[name](scene) if name not in _OF_CART else cart_law(scene, name)
 
 
 def cart_mass(scene: Scene) -> Coefficient:

@@ -15,7 +15,7 @@ import numpy as np
 
 from phichain.motion.methods import rosenbrock, taylor
 from phichain.motion.problem import Problem, differences
-from phichain.system import angular_velocities
+from phichain.system import Vector, angular_velocities
 
 ROUND_OFF = float(np.finfo(float).eps)
 """Tolerance of a method run as exactly as double precision allows."""
@@ -32,7 +32,7 @@ UNDAMPED = "no joint has a damper, so that nothing decays but what grows as fast
 
 @dataclass(frozen=True)
 class Stiffness:
-    """How stiff a problem is at its start.
+    """How stiff a problem is at its start, or where it comes to rest.
 
     Attributes:
         decay: Fastest decay rate max(-Re lambda), 1/s, less the fastest growth.
@@ -57,16 +57,35 @@ class Stiffness:
 def measure(problem: Problem) -> Stiffness:
     """Estimate the stiffness at the initial state from the eigenvalues of df/dx.
 
+    Dry friction F tanh(v / v_0) resists a fast start by no slope at all, and F / v_0 once a rate falls below v_0: what comes to
+    rest on the way is judged by the same place at rest, too, and the stiffer of both counts.
+
     The Jacobian is the exact one when the system has a `state_jacobian`, else forward differences.
     """
-    t0, x0 = float(problem.t[0]), problem.x0
+    here = _measured(problem, problem.x0, "")
+    if not _rubs(problem):
+        return here
+    still = problem.x0.copy()
+    still[problem.system.nq :] = 0.0
+    rest = _measured(problem, still, " at rest")
+    return rest if rest.stability_steps > here.stability_steps else here
+
+
+def _rubs(problem: Problem) -> bool:
+    """Whether dry friction acts, at joints or on the cart."""
+    return problem.system.joints.friction is not None or problem.system.numbers.cart_friction is not None
+
+
+def _measured(problem: Problem, x0: Vector, where: str) -> Stiffness:
+    """The stiffness at a state."""
+    t0 = float(problem.t[0])
     span = abs(float(problem.t[-1]) - t0)
     if problem.jacobian is not None:
-        slope, source = problem.jacobian(t0, x0), "exact Jacobian"
+        slope, source = problem.jacobian(t0, x0), f"exact Jacobian{where}"
     else:
         noise = float(np.finfo(np.float32 if problem.system.real == "float" else np.float64).eps)
         slope = differences(lambda x: problem.field(t0, x), x0, problem.field(t0, x0), noise)
-        source = "differenced Jacobian"
+        source = f"differenced Jacobian{where}"
     if not np.isfinite(slope).all():
         return Stiffness(float("nan"), float("nan"), 0.0, 0.0, f"{source}, not finite")
     ahead = 1.0 if problem.t[-1] > t0 else -1.0
@@ -91,7 +110,8 @@ def _motion(problem: Problem) -> float:
 def is_undamped(problem: Problem) -> bool:
     """Whether a scene says that nothing takes energy from the chain; of callables that stand for themselves nobody knows."""
     system = problem.system
-    return bool(system.digest) and system.joints.damping is None and _is_left_alone(problem)
+    resists = system.joints.resists or system.numbers.brakes_cart
+    return bool(system.digest) and not resists and _is_left_alone(problem)
 
 
 def _is_left_alone(problem: Problem) -> bool:

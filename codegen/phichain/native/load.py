@@ -150,8 +150,13 @@ def _system(manifest: Manifest, scene: Scene, functions: Mapping[str, Callable[.
         u_names=scene.u_names,
         params=None,
         angles=scene.angles,
-        numbers=Numbers(scene.mass, scene.length, scene.com, scene.cart_mass, scene.gravity, scene.inertia),
-        joints=Joints(scene.stiffness, scene.damping, scene.armature),
+        numbers=Numbers(
+            scene.mass, scene.length, scene.com, scene.cart_mass, scene.gravity, scene.inertia,
+            scene.cart_damping, scene.cart_friction, scene.cart_friction_speed,
+        ),
+        joints=Joints(
+            scene.stiffness, scene.damping, scene.armature, scene.rest_angle, scene.friction, scene.friction_speed,
+        ),
         drive=Drive(scene.driven),
         scene=manifest.scene,
         digest=manifest.digest,

@@ -48,6 +48,20 @@ def linear_modes(system: System, p: Parameters | None = None) -> LinearModes:
             "a spatial chain has no scalar amplitudes",
             "use a planar scene, or shooting",
         )
+    if system.joints.rest_angle is not None:
+        raise UnsupportedError(
+            "rest_angle",
+            system.joints.rest_angle,
+            "springs that rest elsewhere pull to one side, so no family of oscillations about hanging starts here",
+            "leave it out of the scene",
+        )
+    if (system.joints.friction is not None or system.numbers.brakes_cart) and not system.has("phi_jacobian"):
+        raise UnsupportedError(
+            "system",
+            system.name,
+            "dry friction or a cart's damper leaves no periodic motion, so no families of oscillations",
+            "leave joints.friction, chain.cart_damping and chain.cart_friction out of the scene",
+        )
     if system.joints.damping is not None and not system.has("phi_jacobian"):
         # No function to ask for: a damped scene cannot have it.
         raise UnsupportedError(

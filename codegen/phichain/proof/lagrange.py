@@ -22,12 +22,13 @@ from phichain.ir.nodes import Affine, Array, Cell, Operand, Program
 from phichain.ir.passes import prune
 from phichain.mechanics import Model
 from phichain.mechanics.energies import names_of
-from phichain.mechanics.symbols import cart_mass, gravity, parameter
+from phichain.mechanics.symbols import parameter, single
 from phichain.proof.modular.compiled import Circle, Compiled, Given, compiled
 from phichain.proof.modular.field import PRIME, Vector, cross, plus
 from phichain.proof.modular.points import Point
 from phichain.proof.modular.symbolic import as_program, cells
 from phichain.scene import Scene
+from phichain.scene.keys import PER_LINK
 
 
 @dataclass(frozen=True)
@@ -186,8 +187,7 @@ def triples(vectors: Vector, turns: Vector, start: int) -> Iterable[int]:
 def runtime_cells(scene: Scene) -> dict[sympy.Symbol, Operand]:
     """The cells of the parameters that come at run time."""
     known: dict[sympy.Symbol, Operand] = {}
-    single = {"cart_mass": cart_mass, "gravity": gravity}
     for name in scene.runtime:
-        symbols = [single[name](scene)] if name in single else parameter(scene, name)
+        symbols = parameter(scene, name) if name in PER_LINK else [single(scene, name)]
         known |= {symbol: Cell(name, Affine(k)) for k, symbol in enumerate(symbols)}
     return known

@@ -4,7 +4,8 @@ Nothing of `mechanics` takes part, so a Model whose T was doubled is told apart 
 springs store and what dampers take is written down here once more (theory section 1):
 
     b_0 = C x,    r_k = b_{k-1} + r_k q_k,    b_k = b_{k-1} + l_k q_k
-    T = 1/2 m_0 |x'|^2 + 1/2 sum (m_k |r_k'|^2 + J_k |q_k'|^2) + rotors,    V = -g sum m_k e_d.r_k + springs,    R = 1/2 sum d_k |rate_k - rate_{k-1}|^2
+    T = 1/2 m_0 |x'|^2 + 1/2 sum (m_k |r_k'|^2 + J_k |q_k'|^2) + rotors,    V = -g sum m_k e_d.r_k + springs,
+    R = 1/2 d_0 |x'|^2 + 1/2 sum d_k |rate_k - rate_{k-1}|^2 + F_0 v_0 ln cosh(x' / v_0) + sum F_k v_0 ln cosh((rate_k - rate_{k-1}) / v_0)
 
 where rotors, of planar chains, are 1/2 sum A_k |rate_k - rate_{k-1}|^2.
 """
@@ -17,7 +18,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
-from phichain.proof.modular.field import HALF, PRIME, Vector, cross, dot, exact, plus
+from phichain.proof.modular.field import HALF, PRIME, Vector, cross, dot, exact, inverse, plus
 from phichain.proof.modular.points import Point
 
 
@@ -138,23 +139,42 @@ class Chain:
             "kinetic": [twice * HALF % PRIME],
             "weight": [weight],
             "potential": [(weight + dot(self.per_link("stiffness"), self._bends())) % PRIME],
-            "dissipation": [dot(self.per_link("damping"), self._slips()) * HALF % PRIME],
+            "dissipation": [(self._drag() + self._dry()) % PRIME],
             "positions": [entry for place in places for entry in place],
         }
 
+    def _drag(self) -> int:
+        """R of the dampers."""
+        speed = self.point.v[: self.point.carts]
+        squares = [dot(slip, slip) for slip in self._slips()]
+        return (self.single("cart_damping") * dot(speed, speed) + dot(self.per_link("damping"), squares)) * HALF
+
+    def _dry(self) -> int:
+        """R of dry friction."""
+        scene, forces, rates = self.point.scene, list[int](), list[int]()
+        if scene.cart_friction_speed is not None:
+            over = inverse(exact(scene.cart_friction_speed))
+            forces.append(self.single("cart_friction") * exact(scene.cart_friction_speed))
+            rates.append(self.point.v[0] * over % PRIME)
+        if scene.friction_speed is not None:
+            over = inverse(exact(scene.friction_speed))
+            forces += [force * exact(scene.friction_speed) for force in self.per_link("friction")]
+            rates += [slip[0] * over % PRIME for slip in self._slips()]
+        return sum(force * self.point.log_cosh(rate) for force, rate in zip(forces, rates, strict=True))
+
     def _bends(self) -> Vector:
-        """(phi_k - phi_{k-1})^2 / 2, or 1 - q_{k-1}.q_k."""
+        """(phi_k - phi_{k-1} - alpha_k)^2 / 2, or 1 - q_{k-1}.q_k."""
         if self.point.scene.is_planar:
             angles = [0, *(angle for angle, _, _ in self.turns)]
-            return [(outer - inner) ** 2 * HALF for inner, outer in pairwise(angles)]
+            rests = self.per_link("rest_angle")
+            return [(outer - inner - rest) ** 2 * HALF for (inner, outer), rest in zip(pairwise(angles), rests, strict=True)]
         return [1 - dot(inner, outer) for inner, outer in zip([[0, 0, 1], *self.directions], self.directions, strict=False)]
 
-    def _slips(self) -> Vector:
-        """|rate_k - rate_{k-1}|^2."""
+    def _slips(self) -> list[Vector]:
+        """rate_k - rate_{k-1}."""
         spins = [[rate] for _, rate, _ in self.turns] if self.point.scene.is_planar else self.omega
         still = [0] * len(spins[0])
-        slips = [plus(outer, inner, -1) for inner, outer in zip([still, *spins], spins, strict=False)]
-        return [dot(slip, slip) for slip in slips]
+        return [plus(outer, inner, -1) for inner, outer in zip([still, *spins], spins, strict=False)]
 
     def _rotors(self) -> int:
         """Twice the energy of the rotors."""

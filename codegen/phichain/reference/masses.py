@@ -14,8 +14,9 @@ quantity costs O(N). Vectors of all masses are stacked, N times d entries, and t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
-from mpmath import fdot, mpf
+from mpmath import fdot, mp, mpf
 
 from phichain.reference.algebra import Matrix, Vector, dot, unit
 from phichain.reference.pose import Parameters, Pose, absolute, cart_axes, pulled_back
@@ -108,24 +109,36 @@ def anti_gravity(values: Parameters, pose: Pose) -> Vector:
 
 
 def joint_force(scene: Scene, values: Parameters, pose: Pose) -> Vector:
-    """Return the generalised force of springs and dampers (N m; N for the cart, always 0).
+    """Return the generalised force of springs, dampers and dry friction (N m; N for the cart).
 
     Joint k loads its outer link with -k_k bend_k - d_k (spin_k - spin_{k-1}) and its inner one with the
-    opposite.
+    opposite, bend_k less the angle at which the spring rests; dry friction of F against a rate w is -F tanh(w / v_0).
     """
     zero = [mpf(0)] * len(pose.spin[0])
-    moments = [
-        [-k * angle - d * (outer - inner) for angle, outer, inner in zip(bend, spin, before, strict=True)]
-        for k, d, bend, spin, before in zip(
-            values.stiffness, values.damping, pose.bend, pose.spin, [zero, *pose.spin], strict=False
-        )
-    ]
+    moments = []
+    for k, (bend, spin, before) in enumerate(zip(pose.bend, pose.spin, [zero, *pose.spin], strict=False)):
+        slips = [outer - inner for outer, inner in zip(spin, before, strict=True)]
+        bends = [angle - values.rest_angle[k] for angle in bend]
+        dry = [_dry(values.friction[k], values.friction_speed, slip) for slip in slips]
+        laws = zip(bends, slips, dry, strict=True)
+        moments.append([-values.stiffness[k] * angle - values.damping[k] * slip - rub for angle, slip, rub in laws])
     couples = [
         [own - beyond for own, beyond in zip(moment, after, strict=True)]
         for moment, after in zip(moments, [*moments[1:], zero], strict=True)
     ]
     force = [dot(axis, couple) for own, couple in zip(pose.axes, couples, strict=True) for axis in own]
-    return [mpf(0)] * cart_axes(scene) + (pulled_back(scene, force) if scene.is_planar else force)
+    return cart_force(values, pose) + (pulled_back(scene, force) if scene.is_planar else force)
+
+
+def cart_force(values: Parameters, pose: Pose) -> Vector:
+    """Return the force of damper and dry friction on the cart, by its directions (N)."""
+    rubs = (_dry(values.cart_friction, values.cart_friction_speed, rate) for rate in pose.cart_rate)
+    return [-values.cart_damping * rate - rub for rate, rub in zip(pose.cart_rate, rubs, strict=True)]
+
+
+def _dry(force: Any, speed: Any, rate: Any) -> Any:
+    """F tanh(v / v_0)."""
+    return force * mp.tanh(rate / speed) if force else mpf(0)
 
 
 def rotor_momentum(scene: Scene, values: Parameters, rates: Vector) -> Vector:

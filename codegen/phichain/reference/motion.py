@@ -38,7 +38,7 @@ def load(case: Case, pose: Pose) -> Vector:
 
 @judges("inverse_dynamics")
 def inverse_dynamics(case: Case) -> Outputs:
-    """u = M a + coriolis + gravity + springs + dampers, the full generalised force (planar).
+    """u = M a + coriolis + gravity + springs + dampers + dry friction, the full generalised force (planar).
 
     The accelerations of the masses are summed up link by link, without the inertia matrix.
     """
@@ -123,7 +123,8 @@ def linearization(case: Case) -> Outputs:
     """(19) at q_k = s_k e_d: M and B of that pose, G and D from second variations of V and the dissipation.
 
     Along any axis d^2 q_k = -q_k, so gravity curves V by g s_k sum_a m_a lever_ak. Springs curve it by k_k
-    times the square of the difference of neighbouring rotations, in space with the sign s_{k-1} s_k.
+    times the square of the difference of neighbouring rotations, in space with the sign s_{k-1} s_k. Dry friction resists small
+    rates as a damper F / v_0 does.
     """
     scene, values, signs = case.scene, case.values, [int(s) for s in case.inputs["s"]]
     pose = straight_pose(scene, signs)
@@ -138,8 +139,12 @@ def linearization(case: Case) -> Outputs:
         "G": _in_coordinates(scene, stiff),
         "B": masses.input_matrix(scene),
     }
-    if any(values.damping):
-        outputs["D"] = _in_coordinates(scene, _joint_form(values.damping))
+    resisted = [d + force / values.friction_speed for d, force in zip(values.damping, values.friction, strict=True)]
+    drag = values.cart_damping + values.cart_friction / values.cart_friction_speed
+    if any(resisted) or drag:
+        outputs["D"] = _in_coordinates(scene, _joint_form(resisted))
+        for axis in range(cart_axes(scene)):
+            outputs["D"][axis][axis] = drag
     return outputs
 
 
@@ -153,7 +158,7 @@ def project_state(case: Case) -> Outputs:
 def _spring_energy(case: Case, pose: Pose) -> Any:
     """1/2 k theta^2 in the plane, k (1 - q_{k-1}.q_k) in space, computed as k |q_k - q_{k-1}|^2 / 2."""
     if case.scene.is_planar:
-        bends = [angle for (angle,) in pose.bend]
+        bends = [angle - rest for (angle,), rest in zip(pose.bend, case.values.rest_angle, strict=True)]
         return fdot(case.values.stiffness, [angle**2 for angle in bends]) / 2
     inner = [[mpf(0), mpf(0), mpf(1)], *pose.direction]
     gaps = [[a - b for a, b in zip(*pair, strict=True)] for pair in zip(inner, pose.direction, strict=False)]

@@ -21,7 +21,9 @@ from phichain.scene import Scene
 
 @dataclass(frozen=True)
 class Parameters:
-    """The numbers of a scene: masses (kg), lengths and centres (m), gravity (m/s^2), joints and rotors (0 if absent), inertias (kg m^2)."""
+    """The numbers of a scene: masses (kg), lengths and centres (m), gravity (m/s^2), joints, rotors and the cart's brakes (0 if absent),
+    inertias (kg m^2).
+    """
 
     mass: Vector
     length: Vector
@@ -30,6 +32,12 @@ class Parameters:
     gravity: Any
     damping: Vector
     stiffness: Vector
+    rest_angle: Vector
+    friction: Vector
+    friction_speed: Any
+    cart_damping: Any
+    cart_friction: Any
+    cart_friction_speed: Any
     armature: Vector
     inertia: Vector = field(default_factory=list)
 
@@ -50,7 +58,7 @@ class Parameters:
         groups = [
             [*self.mass, self.cart_mass or 0],
             [*self.length, *self.com],
-            [*self.damping, *self.stiffness, 1],
+            [*self.damping, *self.stiffness, *self.friction, self.cart_damping, self.cart_friction, 1],
             [*self.inertia, 1],
             [*self.armature, 1],
         ]
@@ -70,6 +78,12 @@ class Parameters:
             stiffness=nudge("stiffness", self.stiffness),
             inertia=nudge("inertia", self.inertia),
             armature=nudge("armature", self.armature),
+            rest_angle=nudge("rest_angle", self.rest_angle),
+            friction=nudge("friction", self.friction),
+            friction_speed=nudge("friction_speed", [self.friction_speed])[0],
+            cart_damping=nudge("cart_damping", [self.cart_damping])[0],
+            cart_friction=nudge("cart_friction", [self.cart_friction])[0],
+            cart_friction_speed=nudge("cart_friction_speed", [self.cart_friction_speed])[0],
         )
 
 
@@ -122,6 +136,10 @@ def parameters(scene: Scene, values: Mapping[str, Any] | None = None) -> Paramet
         value = read(name)
         return [mpf(0)] * scene.links if value is None else [exact(entry) for entry in value]
 
+    def single(name: str, absent: int) -> Any:
+        value = read(name)
+        return mpf(absent) if value is None else exact(value)
+
     length, cart = per_link("length"), read("cart_mass")
     return Parameters(
         mass=per_link("mass"),
@@ -133,6 +151,12 @@ def parameters(scene: Scene, values: Mapping[str, Any] | None = None) -> Paramet
         stiffness=per_link("stiffness"),
         inertia=[] if scene.inertia is None else per_link("inertia"),
         armature=per_link("armature"),
+        rest_angle=per_link("rest_angle"),
+        friction=per_link("friction"),
+        friction_speed=single("friction_speed", 1),
+        cart_damping=single("cart_damping", 0),
+        cart_friction=single("cart_friction", 0),
+        cart_friction_speed=single("cart_friction_speed", 1),
     )
 
 

@@ -50,6 +50,9 @@ class Numbers(_Given):
         cart_mass: m_0, kg; None on a fixed base.
         gravity: g, m/s^2.
         inertia: J_k of every link about its centre of mass, kg m^2, or None for point masses.
+        cart_damping: d_0 of the cart, N s/m, or None.
+        cart_friction: dry friction F_0 tanh(x' / v_0) of the cart, N, or None.
+        cart_friction_speed: its v_0, m/s.
 
     Raises:
         ArrayError: A value is no number.
@@ -61,6 +64,14 @@ class Numbers(_Given):
     cart_mass: float | Runtime | None = None
     gravity: float | Runtime | None = None
     inertia: PerLink | None = None
+    cart_damping: float | Runtime | None = None
+    cart_friction: float | Runtime | None = None
+    cart_friction_speed: float | None = None
+
+    @property
+    def brakes_cart(self) -> bool:
+        """True where something resists the cart's speed."""
+        return self.cart_damping is not None or self.cart_friction is not None
 
 
 @dataclass(frozen=True)
@@ -71,6 +82,9 @@ class Joints(_Given):
         stiffness: k_k of every joint, N m/rad, or None for a chain without springs.
         damping: d_k of every joint, N m s/rad, or None for a chain without dampers.
         armature: A_k of the rotor at every joint, kg m^2, or None for a chain without rotors.
+        rest_angle: angles of the joints at which their springs rest, rad, or None where all rest at zero.
+        friction: dry friction F_k tanh(theta_k' / v_0) of every joint, N m, or None.
+        friction_speed: its v_0, rad/s.
 
     Raises:
         ArrayError: A value is no number.
@@ -79,11 +93,19 @@ class Joints(_Given):
     stiffness: PerLink | None = None
     damping: PerLink | None = None
     armature: PerLink | None = None
+    rest_angle: PerLink | None = None
+    friction: PerLink | None = None
+    friction_speed: float | None = None
 
     @property
     def is_free(self) -> bool:
-        """True without springs and dampers."""
-        return self.stiffness is None and self.damping is None
+        """True without springs, dampers and dry friction."""
+        return self.stiffness is None and not self.resists
+
+    @property
+    def resists(self) -> bool:
+        """True where something resists the joints' rates."""
+        return self.damping is not None or self.friction is not None
 
 
 @dataclass(frozen=True)

@@ -174,7 +174,8 @@ class System:
         """A physical parameter: the number that the chain has, or its runtime value.
 
         Args:
-            name: "mass", "length", "com", "inertia", "stiffness", "damping" or "armature", per link; "cart_mass" or "gravity".
+            name: "mass", "length", "com", "inertia", "stiffness", "damping", "armature", "rest_angle" or "friction", per link;
+                "cart_mass", "gravity", "cart_damping" or "cart_friction".
             p: Runtime values by name; those left out keep the system's defaults.
             default: What stands in where the chain has none; an error unless given.
 
@@ -194,7 +195,7 @@ class System:
                 f"p.{name}", None, f"system '{self.name}' holds no value of it", f"pass p={{'{name}': ...}}"
             )
         given = reals(f"p.{name}", value, "give real numbers")
-        return float(given) if name in ("cart_mass", "gravity") else np.broadcast_to(given, (self.links,))
+        return float(given) if name == "gravity" or name.startswith("cart_") else np.broadcast_to(given, (self.links,))
 
     def parameters(self, p: Parameters | None = None) -> dict[str, Any]:
         """Keyword arguments that carry the runtime parameters: ``{}`` or ``{"p": values}``.

@@ -47,6 +47,8 @@ def _term(builder: Builder, kind: str, args: list[Expr], result: Expr, position:
             return builder.cos(args[0]) * direction
         case "cos", 0:
             return -(builder.sin(args[0]) * direction)
+        case "tanh", 0:
+            return ((1 - result) * (1 + result)) * direction
     return _bessel(builder, int(kind[-1]), args[0]) * direction
 
 

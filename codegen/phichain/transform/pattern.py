@@ -10,7 +10,7 @@ from phichain.ir.interpret import Algebra, run
 from phichain.ir.nodes import Program
 
 #: Functions that are zero at zero, so that structural zeros pass through them.
-_ODD = frozenset({"neg", "sqrt", "sin", "besselj1", "besselj2", "besselj3", "besselj4"})
+_ODD = frozenset({"neg", "sqrt", "sin", "tanh", "besselj1", "besselj2", "besselj3", "besselj4"})
 
 
 @dataclass(frozen=True, slots=True)

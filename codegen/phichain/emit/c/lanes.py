@@ -7,6 +7,7 @@ has none; what depends on parameters and constants alone stays a number. The tex
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import Final
 
 from phichain.emit.c import sincos as trig
 from phichain.emit.c.function import CFunction, Writer
@@ -20,6 +21,14 @@ from phichain.ir.nodes import Array, Cell, Const, Local, Op, Operand, Program
 from phichain.ir.varying import varying
 from phichain.scene import Scene
 
+_THROUGH_MEMORY: Final = {"sqrt": ("radicand", "root"), "tanh": ("rate_ratio", "saturation")}
+"""Functions that lanes have no operator for: what their argument and their value are called where nothing else names them."""
+
+
+def _libm(real: str) -> dict[str, str]:
+    """How the C library calls them for numbers of a type."""
+    return {kind: f"{kind}f" if real == "float" else kind for kind in _THROUGH_MEMORY}
+
 
 def lanes_kernel(scene: Scene, stem: str, uses: Collection[str], registers: int | None) -> str:
     """The type of lanes and what is used of it: sines and cosines, roots, the way from arrays to lanes and back.
@@ -27,12 +36,12 @@ def lanes_kernel(scene: Scene, stem: str, uses: Collection[str], registers: int 
     Args:
         scene: the scene.
         stem: prefix of the type and of its functions.
-        uses: "lanes_sincos", "lanes_sqrt", "lanes_move", "lanes_choose".
+        uses: "lanes_sincos", "lanes_sqrt", "lanes_tanh", "lanes_move", "lanes_choose".
         registers: how many vector registers of the machine a value takes; None for 64 bytes on any machine.
     """
     text = render(
         "lanes.c.j2", name=scene.name, stem=stem, upper=stem.upper(), uses=uses, registers=registers,
-        sqrt="sqrtf" if scene.real == "float" else "sqrt", abs="fabsf" if scene.real == "float" else "fabs", **trig.coefficients(scene.real),
+        abs="fabsf" if scene.real == "float" else "fabs", **_libm(scene.real), **trig.coefficients(scene.real),
     )  # fmt: skip
     return laid_out_text(text)
 
@@ -96,21 +105,20 @@ class _LaneWriter(Writer):
                 return array in self.lanes
 
     def op(self, op: Op, depth: int) -> None:
-        if op.kind == "sqrt" and op.result in self.lanes:
-            self.root(op, depth)
+        if op.kind in _THROUGH_MEMORY and op.result in self.lanes:
+            self.through_memory(op, depth)
             return
         if op.kind in ("select", "floor") and op.result in self.lanes:
             raise EmissionError("operation", op.kind, "has no form on vectors", "write the Program without it")
         super().op(op, depth)
 
-    def root(self, op: Op, depth: int) -> None:
-        """Roots have no operator: they are taken through memory."""
-        self.uses |= {"math", "lanes_sqrt"}
-        radicand, root = (
-            self.fresh("radicand"),
-            self.fresh("root") if op.result.startswith("_") else op.result,
-        )
-        self.variable(depth, radicand, self.operand(op.args[0]).text, self.element)
-        self.line(depth, f"{self.element} {root};")
-        self.line(depth, f"{self.stem}_sqrt(&{radicand}, &{root});")
-        self.texts[op.result] = Text(root)
+    def through_memory(self, op: Op, depth: int) -> None:
+        """Roots and tanh have no operator: they are taken lane by lane, through memory."""
+        self.uses |= {"math", f"lanes_{op.kind}"}
+        of, value = _THROUGH_MEMORY[op.kind]
+        argument = self.fresh(of)
+        result = self.fresh(value) if op.result.startswith("_") else op.result
+        self.variable(depth, argument, self.operand(op.args[0]).text, self.element)
+        self.line(depth, f"{self.element} {result};")
+        self.line(depth, f"{self.stem}_{op.kind}(&{argument}, &{result});")
+        self.texts[op.result] = Text(result)

@@ -27,6 +27,7 @@ from dataclasses import dataclass, fields, replace
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
 from phichain.lowering.link_units import LinkUnits
+from phichain.lowering.losses import push_on_cart
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import PlanarState, couples, from_absolute
 from phichain.scene import Scene
@@ -84,7 +85,7 @@ def accelerations(
     outer = sweep.inwards()
     base_y = builder.lift(0)
     if scene.has_cart:
-        force = u[0] / parameters.units.force if u is not None and scene.has_force else builder.lift(0)
+        force = push_on_cart(scene, parameters, u, state.speed)
         base_y = sweep.cart_acceleration(outer, force)
         a[0] = base_y * parameters.units.length
     else:

@@ -8,6 +8,7 @@ from fractions import Fraction
 from math import inf
 
 from phichain.ir.builder import ArrayRef, Expr, Index
+from phichain.lowering.losses import brakes_cart, ties_links
 from phichain.lowering.planar.articulated import Sweep
 from phichain.scene import Scene
 
@@ -36,7 +37,7 @@ def suits(scene: Scene) -> bool:
 
 def _is_driven(scene: Scene) -> bool:
     """Whether forces or couples other than gravity act on links or cart."""
-    return bool(scene.nu) or scene.stiffness is not None or scene.damping is not None
+    return bool(scene.nu) or ties_links(scene) or brakes_cart(scene)
 
 
 def _leverage_spread(scene: Scene) -> Fraction | float:

@@ -35,6 +35,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
+from phichain.lowering.losses import push_on_cart
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.articulated import Outer, Sweep
 from phichain.lowering.planar.base_side import steps, weight
@@ -83,7 +84,7 @@ def accelerations(
     sweep = Sweep(builder, scene, parameters, state, couples(builder, scene, parameters, state, u))
     middle = (scene.links - 1) // 2
     base = _BaseSide(sweep, middle)
-    force = u[0] / parameters.units.force if u is not None and scene.has_force else builder.lift(0)
+    force = push_on_cart(scene, parameters, u, state.speed)
     inner = base.eliminate(base.turned(base.beginning(force), 0), 0)
     outer = sweep.beyond(2 * middle - 1)
     with builder.loop("i", 0, middle - 1) as loop:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder
+from phichain.lowering.losses import brakes_cart, cart_slope, joint_slopes, push_on_cart
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.disturbances import Column, faster_links, slowed_joints, turned_joints
 from phichain.lowering.planar.jacobian import Columns, Target
@@ -61,17 +62,21 @@ def derivatives(
     angles, kind, carts = turned_joints(builder, scene, parameters, response, base), str(scene.angles), int(scene.has_cart)
     rates = faster_links(builder, scene, response, base, state.rate)
     parts = [] if kind == "relative" else [(rates, _RATE[kind])]
-    if scene.damping is not None:
-        parts.append((slowed_joints(builder, scene, parameters, response, base), _ANGLE[kind]))
+    slopes = joint_slopes(builder, scene, parameters, "resistance", state.joint_rate)
+    if slopes is not None:
+        parts.append((slowed_joints(builder, scene, slopes, response, base), _ANGLE[kind]))
     by_angle = Column(builder, "by_angle", response, [(angles, _ANGLE[kind])], base)
     by_rate = Column(builder, "by_rate", response, parts, base, rates if kind == "relative" else None)
     sides = [(by_angle, Target(dadq, carts, scene.nv)), (by_rate, Target(dadv, carts, scene.nv))]
     compliance = _compliance(builder, scene, dadu)
     Columns(builder, scene, response, base, parameters.length[0], sides, compliance).write()
     if carts:
-        for target in (dadq, dadv):
-            with builder.loop("i", 0, scene.nv) as loop:
-                target[loop.index * scene.nv] = 0
+        slope = cart_slope(scene, parameters, None if state.speed is None else state.speed[0])
+        with builder.loop("i", 0, scene.nv) as loop:
+            dadq[loop.index * scene.nv] = 0
+        with builder.loop("i", 0, scene.nv) as loop:
+            moved = 0 if compliance is None or slope.is_zero else -(slope * compliance.at(loop.index, 0))
+            dadv[loop.index * scene.nv] = moved
     if dadu is not None and compliance is not None and compliance.array.name != dadu.name:
         _chosen(builder, scene, compliance, dadu)
 
@@ -86,7 +91,7 @@ def _solved(
         sweep.all_outwards(-parameters.gravity, builder.lift(0), a)
         response = Response(builder, scene, parameters, sweep)
         return response, response.on_wall(parameters.gravity, parameters.length[0])
-    force = u[0] if u is not None and scene.has_force else builder.lift(0)
+    force = push_on_cart(scene, parameters, u, sweep.state.speed)
     slide = sweep.cart_acceleration(outer, force)
     a[0] = slide
     sweep.all_outwards(-parameters.gravity, slide, a.shifted(1))
@@ -95,10 +100,13 @@ def _solved(
 
 
 def _compliance(builder: Builder, scene: Scene, dadu: ArrayRef | None) -> Target | None:
-    """Where the inverse of the mass matrix goes: into dadu itself where all its columns are asked for."""
-    if dadu is None:
+    """Where the inverse of the mass matrix goes: into dadu itself where all its columns are asked for.
+
+    What slows the cart is a force on it, whose answers are that inverse's first column.
+    """
+    if dadu is None and not brakes_cart(scene):
         return None
-    if scene.nu == scene.nv:
+    if dadu is not None and scene.nu == scene.nv:
         return Target(dadu, 0, scene.nv)
     return Target(builder.array("compliance", scene.nv * scene.nv), 0, scene.nv)
 

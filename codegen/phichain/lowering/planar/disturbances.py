@@ -68,15 +68,15 @@ def turned_joints(builder: Builder, scene: Scene, parameters: Parameters, respon
     return found
 
 
-def slowed_joints(builder: Builder, scene: Scene, parameters: Parameters, response: Response, base: Base) -> Disturbance:
-    """Of the joints' rates: dampers alone."""
+def slowed_joints(builder: Builder, scene: Scene, slopes: ArrayRef, response: Response, base: Base) -> Disturbance:
+    """Of the joints' rates: what resists them, by its slopes (N m s/rad)."""
     found = Disturbance(builder, "slowing", scene.links, ["eta_x", "eta_y", "zeta", "phi"])
     nothing = builder.lift(0)
-    found.put(0, zeta=_at_base(response, base, parameters.damping, nothing))
+    found.put(0, zeta=_at_base(response, base, slopes, nothing))
     with builder.loop("k", 1, scene.links) as loop:
         k = loop.index
-        found.put(k, **_with_couple(response, parameters.damping, k, (nothing, nothing), nothing))
-    _own_couple(builder, response, parameters.damping, found)
+        found.put(k, **_with_couple(response, slopes, k, (nothing, nothing), nothing))
+    _own_couple(builder, response, slopes, found)
     return found
 
 

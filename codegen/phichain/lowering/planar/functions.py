@@ -8,10 +8,11 @@ the linear map phi = S theta of theory section 2.
 
 from __future__ import annotations
 
-from phichain.ir.builder import ArrayRef, Builder
+from phichain.ir.builder import ArrayRef, Builder, Expr
+from phichain.lowering.losses import cart_drag, cart_slope, slopes_at_rest
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.geared import terms as rotors
-from phichain.lowering.planar.joints import absolute, congruence, passive_torque, planar_state, to_generalised
+from phichain.lowering.planar.joints import absolute, bend, congruence, passive_torque, planar_state, to_generalised
 from phichain.lowering.writers import writes
 from phichain.scene import Scene
 
@@ -125,7 +126,8 @@ def energy(
         loop.follow(twice_kinetic, moving if rotor is None else moving + rotor)
         stored = parameters.gravity * mass * (depth + com * cosine[k])
         if parameters.stiffness is not None:
-            stored = stored - half * parameters.stiffness[k] * (state.angle[k] * state.angle[k])
+            stretch = bend(parameters, state, k)
+            stored = stored - half * parameters.stiffness[k] * (stretch * stretch)
         loop.follow(fallen, fallen + stored)
         loop.follow(speed_x, speed_x + length * sideways)
         loop.follow(speed_y, speed_y + length * downwards)
@@ -155,8 +157,8 @@ def inverse_dynamics(
 ) -> None:
     """The full generalised force that produces the accelerations a: a sweep out for motions and back for forces.
 
-    Link frames have x along the link and y along its tangent; accelerations carry -g. Springs and dampers are part of the
-    chain: their torques are overcome by u.
+    Link frames have x along the link and y along its tangent; accelerations carry -g. Springs, dampers and dry friction are part
+    of the chain: their forces are overcome by u.
     """
     links, offset = scene.links, int(scene.has_cart)
     state = planar_state(builder, scene, q, v)
@@ -182,7 +184,7 @@ def inverse_dynamics(
         own = parameters.com[k] * inertial_y[k] + parameters.length[k] * beyond_y
         if parameters.inertia is not None:
             own = own + parameters.inertia[k] * alpha[k]
-        passive = passive_torque(parameters, state, k)
+        passive = passive_torque(scene, parameters, state, k)
         if passive is not None:
             outer = loop.carry("passive_beyond", 0)
             own = own - (passive - outer)
@@ -194,14 +196,15 @@ def inverse_dynamics(
         loop.follow(beyond_y, sine[k] * force_x + cosine[k] * force_y)
     to_generalised(builder, scene, torque, u.shifted(offset))
     if scene.has_cart:
-        u[0] = parameters.cart_mass * a[0] + beyond_y
+        needed = parameters.cart_mass * a[0] + beyond_y
+        u[0] = needed if state.speed is None else needed + cart_drag(scene, parameters, state.speed[0])
 
 
 @writes("linearization", space="planar")
 def linearization(
     builder: Builder, scene: Scene, parameters: Parameters, s: ArrayRef, **outputs: ArrayRef
 ) -> None:
-    """M x'' + [D x'] + G x = B u about the equilibrium phi_k = 0 (s_k = 1) or pi (s_k = -1); (19) in the plane."""
+    """M x'' + [D x'] + G x = B u about phi_k = 0 (s_k = 1) or pi (s_k = -1); (19) in the plane. Dry friction is a damper F / v_0 there."""
     links, mu, length = scene.links, parameters.mu, parameters.length
     inner = builder.array("absolute_mass", links * links)
     with builder.loop("i", 0, links) as rows:
@@ -219,7 +222,8 @@ def linearization(
         falling[loop.index] = parameters.gravity * coupling[loop.index]
     _joint_matrix(builder, scene, parameters.stiffness, falling, outputs["G"])
     if "D" in outputs:
-        _joint_matrix(builder, scene, parameters.damping, None, outputs["D"])
+        resistance = slopes_at_rest(scene, parameters)
+        _joint_matrix(builder, scene, resistance, None, outputs["D"], cart_slope(scene, parameters, None))
     if scene.has_cart:
         cart_border(builder, scene, parameters, coupling, outputs["M"])
     if "B" in outputs:
@@ -227,9 +231,9 @@ def linearization(
 
 
 def _joint_matrix(
-    builder: Builder, scene: Scene, joint: ArrayRef | None, diagonal: ArrayRef | None, out: ArrayRef
+    builder: Builder, scene: Scene, joint: ArrayRef | None, diagonal: ArrayRef | None, out: ArrayRef, corner: Expr | int = 0
 ) -> None:
-    """S^T (diag(absolute) + P^T diag(joint) P) S, P phi the joint angles; zero in the cart's row and column."""
+    """S^T (diag(absolute) + P^T diag(joint) P) S, P phi the joint angles; of the cart's row and column the corner alone is not zero."""
     links, offset, nv = scene.links, int(scene.has_cart), scene.nv
     inner, nothing = builder.array("absolute_matrix", links * links), builder.lift(0)
     with builder.loop("i", 0, links) as rows:
@@ -245,7 +249,7 @@ def _joint_matrix(
         inner[i * links + (i - 1)], inner[(i - 1) * links + i] = shared, shared
     congruence(builder, scene, inner, out.shifted(offset * (nv + 1)), nv)
     if scene.has_cart:
-        out[0] = nothing
+        out[0] = corner
         with builder.loop("k", 1, nv) as loop:
             out[loop.index], out[loop.index * nv] = nothing, nothing
 

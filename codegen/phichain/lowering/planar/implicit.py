@@ -8,9 +8,9 @@ with rate w and acceleration alpha, P and V the absolute r_q + g r_v and r_v, it
 
 more than before, and its moment balance gains J x - R (P + g^2 x) with R = r m A_mx + l F_x, the pull that the link carries. The chain
 beyond a joint asks for force and moment Lambda (dA, x_before) + lambda there, where x_before belongs to the link before: joints
-transmit -s (x_k - x_before) - rho with s = A_k + g d_k + g^2 k_k, A_k the rotor's inertia. Lambda is not symmetric; one sweep per
-step builds it, and each right side costs one sweep inwards and one outwards. With D the pivot of the joint less s, B = D + A_k and S
-what acts on it,
+transmit -s (x_k - x_before) - rho with s = A_k + g d_k + g^2 k_k, A_k the rotor's inertia and d_k the slope of the joint's damper and
+dry friction together. Lambda is not symmetric; one sweep per step builds it, and each right side costs one sweep inwards and one
+outwards. With D the pivot of the joint less s, B = D + A_k and S what acts on it,
 
     (D + s) (x_k - x_before) = S - rho,   k_v = (B r_v + g S - g k_k r_q) / (D + s),   k_q = ((B + g d_k) r_q + g (B r_v + g S)) / (D + s)
 
@@ -23,6 +23,7 @@ from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.compound import Compound
+from phichain.lowering.losses import brakes_cart, cart_slope, joint_slope, ties_links
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import absolute, planar_state
 from phichain.scene import Scene
@@ -31,14 +32,25 @@ from phichain.scene import Scene
 FACTORS = {
     "joint_sine": 1, "joint_cosine": 1, "rate": 1, "turning": 1, "pull": 1, "carried": 4, "arm": 2, "column": 2, "row": 2, "pivot": 3,
 }  # fmt: skip
-#: And the pivot of the cart, 1 / (m_c + Lambda_yy).
+#: And the pivot of the cart, 1 / (m_c + g c + Lambda_yy), c the slope of what resists its speed.
 CART_PIVOT = "cart_pivot"
+#: Where it is resisted, c and m_c + Lambda_yy.
+CART_DRAG = "cart_drag"
+#: Slopes of what resists the joints' rates, where dry friction makes them other than the dampers.
+SLOPES = "resistance"
 
 
 def factor_sizes(scene: Scene) -> dict[str, int]:
     """Names and sizes of what `factors` writes."""
     sizes = {name: size * scene.links for name, size in FACTORS.items()}
-    return sizes | ({CART_PIVOT: 1} if scene.has_cart else {})
+    sizes |= {SLOPES: scene.links} if scene.friction is not None else {}
+    sizes |= {CART_PIVOT: 1} if scene.has_cart else {}
+    return sizes | ({CART_DRAG: 2} if brakes_cart(scene) else {})
+
+
+def held_slopes(scene: Scene, parameters: Parameters, known: dict[str, ArrayRef]) -> ArrayRef | None:
+    """Slopes of what resists the joints' rates; None where nothing does."""
+    return known[SLOPES] if scene.friction is not None else parameters.damping
 
 
 @dataclass(frozen=True)
@@ -63,7 +75,12 @@ def factors(
     gain, q, v, a = inputs
     motion = _motion(builder, scene, parameters, q, v, a, out)
     beyond = _Inwards(builder, scene, parameters, gain, motion, out).run()
-    if scene.has_cart:
+    if brakes_cart(scene):
+        slope = builder.let("cart_slope", cart_slope(scene, parameters, v[0]))
+        firm = builder.let("cart_inertia", parameters.cart_mass + beyond.matrix[1][1])
+        out[CART_PIVOT][0] = 1 / (firm + gain * slope)
+        out[CART_DRAG][0], out[CART_DRAG][1] = slope, firm
+    elif scene.has_cart:
         out[CART_PIVOT][0] = 1 / (parameters.cart_mass + beyond.matrix[1][1])
 
 
@@ -79,6 +96,9 @@ def _motion(
     links, offset = scene.links, int(scene.has_cart)
     state = planar_state(builder, scene, q, v)
     builder.sincos_into(out["joint_sine"], out["joint_cosine"], state.angle, links)
+    if scene.friction is not None:
+        with builder.loop("k", 0, links) as loop:
+            out[SLOPES][loop.index] = joint_slope(scene, parameters, loop.index, state.joint_rate[loop.index])
     alpha = absolute(builder, scene, "alpha", a.shifted(offset))
     sine, cosine, let = out["joint_sine"], out["joint_cosine"], builder.let
     inertial_x, inertial_y = builder.array("inertial_x", links), builder.array("inertial_y", links)
@@ -172,22 +192,19 @@ class _Inwards:
     def joint_stiffness(self, k: Index) -> Expr:
         """A_k + g d_k + g^2 k_k."""
         parameters = self.parameters
-        total = self.builder.lift(0) if parameters.armature is None else parameters.armature[k]
+        total, slopes = self.builder.lift(0), held_slopes(self.scene, parameters, self.out)
+        if parameters.armature is not None:
+            total = parameters.armature[k]
         if parameters.stiffness is not None:
             total = total + self.squared * parameters.stiffness[k]
-        if parameters.damping is not None:
-            total = total + self.gain * parameters.damping[k]
+        if slopes is not None:
+            total = total + self.gain * slopes[k]
         return total
-
-
-def sprung(scene: Scene) -> bool:
-    """Whether joints carry springs or dampers."""
-    return scene.stiffness is not None or scene.damping is not None
 
 
 def transmits(scene: Scene) -> bool:
     """Whether joints transmit moments."""
-    return sprung(scene) or scene.armature is not None
+    return ties_links(scene) or scene.armature is not None
 
 
 _NAMES = (

@@ -16,6 +16,7 @@ from dataclasses import replace
 from phichain.ir.builder import ArrayRef, Builder, Expr
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
+from phichain.lowering.losses import ties_links
 from phichain.scene import Scene
 
 Double = tuple[Expr, Expr]
@@ -26,8 +27,7 @@ LAG = {"relative": 0, "absolute": 1, "adjacent": 2}
 
 def carries_joints(scene: Scene) -> bool:
     """Whether joints transmit moments that differences of the scene's angles would blur."""
-    is_sprung = scene.stiffness is not None or scene.damping is not None
-    return scene.is_planar and scene.links > 1 and scene.angles != "relative" and is_sprung
+    return scene.is_planar and scene.links > 1 and scene.angles != "relative" and ties_links(scene)
 
 
 def joint_scene(scene: Scene) -> Scene:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
+from phichain.lowering.losses import brakes_cart, joint_drag, slows_joints, ties_links
 from phichain.lowering.parameters import Parameters
 from phichain.scene import Scene
 
@@ -22,11 +23,13 @@ class PlanarState:
         angle: joint angles, N cells.
         rate: absolute rates of the links, N cells.
         joint_rate: rates of the joint angles, N cells.
+        speed: x' of the cart, one cell; None where nothing resists it.
     """
 
     angle: ArrayRef
     rate: ArrayRef
     joint_rate: ArrayRef
+    speed: ArrayRef | None = None
 
 
 def difference(builder: Builder, scene: Scene, name: str, theta: ArrayRef) -> ArrayRef:
@@ -99,31 +102,37 @@ def planar_state(builder: Builder, scene: Scene, q: ArrayRef, v: ArrayRef) -> Pl
     """Joint angles and rates of the argument arrays q and v (the cart's coordinate, if any, comes first in both)."""
     offset = int(scene.has_cart)
     theta, theta_dot = q.shifted(offset), v.shifted(offset)
-    slips = scene.damping is not None or scene.armature is not None
+    slips = slows_joints(scene) or scene.armature is not None
     return PlanarState(
         angle=difference(builder, scene, "joint_angle", theta),
         rate=absolute(builder, scene, "rate", theta_dot),
         joint_rate=difference(builder, scene, "joint_rate", theta_dot) if slips else theta_dot,
+        speed=v if brakes_cart(scene) else None,
     )
 
 
-def passive_torque(parameters: Parameters, state: PlanarState, k: Index) -> Expr | None:
-    """Torque -k_k theta_k - d_k theta_k' of the spring and damper at joint k; None where there is neither."""
+def passive_torque(scene: Scene, parameters: Parameters, state: PlanarState, k: Index) -> Expr | None:
+    """Torque -k_k (theta_k - alpha_k) - d_k theta_k' - F_k tanh(theta_k' / v_0) at joint k; None where nothing ties it."""
     torque = None
     if parameters.stiffness is not None:
-        torque = -(parameters.stiffness[k] * state.angle[k])
-    if parameters.damping is not None:
-        drag = parameters.damping[k] * state.joint_rate[k]
-        torque = -drag if torque is None else torque - drag
-    return torque
+        torque = -(parameters.stiffness[k] * bend(parameters, state, k))
+    drag = joint_drag(scene, parameters, k, state.joint_rate[k])
+    if drag is None:
+        return torque
+    return -drag if torque is None else torque - drag
+
+
+def bend(parameters: Parameters, state: PlanarState, k: Index) -> Expr:
+    """theta_k - alpha_k, what the spring at joint k sees."""
+    angle = state.angle[k]
+    return angle if parameters.rest_angle is None else angle - parameters.rest_angle[k]
 
 
 def couples(
     builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None
 ) -> ArrayRef | None:
-    """tau_phi of all inputs, springs and dampers, N cells; None on an unforced chain without springs and dampers."""
-    has_passive = scene.stiffness is not None or scene.damping is not None
-    return _couples(builder, scene, parameters, u, state if has_passive else None)
+    """tau_phi of all inputs, springs, dampers and dry friction, N cells; None on an unforced chain without any."""
+    return _couples(builder, scene, parameters, u, state if ties_links(scene) else None)
 
 
 def input_couples(builder: Builder, scene: Scene, parameters: Parameters, u: ArrayRef | None) -> ArrayRef | None:
@@ -140,7 +149,7 @@ def _couples(
     couple = builder.array("couple", scene.links)
     with builder.loop("k", scene.links - 1, -1, -1) as loop:
         k = loop.index
-        couple[k] = _couple(builder, loop, scene, drive, None if passive is None else passive_torque(parameters, passive, k), k)
+        couple[k] = _couple(builder, loop, scene, drive, None if passive is None else passive_torque(scene, parameters, passive, k), k)
     return couple
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.losses import brakes_cart, ties_links
 from phichain.lowering.parameters import Parameters
-from phichain.lowering.planar.implicit import CART_PIVOT, sprung, transmits
+from phichain.lowering.planar.implicit import CART_DRAG, CART_PIVOT, held_slopes, transmits
 from phichain.lowering.planar.joints import difference, from_absolute
 from phichain.scene import Scene
 
@@ -39,20 +40,31 @@ class _Solution:
         self.joint_v = difference(builder, scene, "joint_right_v", self.right_v.shifted(offset))
         self.constant = builder.array("constant", 2 * links)
         self.load = builder.array("load", links)
-        self.rest = builder.array("rest", links) if sprung(scene) else None
+        self.rest = builder.array("rest", links) if ties_links(scene) else None
+        self.slopes = held_slopes(scene, parameters, known)
 
     def write(self, result_q: ArrayRef, result_v: ArrayRef) -> None:
         scene, builder = self.scene, self.builder
         sideways = self.inwards()
         base = builder.lift(0)
         if scene.has_cart:
-            base = builder.let("cart", -(sideways * self.known[CART_PIVOT][0]))
-            result_v[0] = moved = self.right_v[0] + self.gain * base
+            base, moved = self._cart(sideways)
+            result_v[0] = moved
             result_q[0] = self.right_q[0] + self.gain * moved
         joints = [builder.array(name, scene.links) for name in ("joint_q", "joint_v")]
         self.outwards(base, *joints)
         for joint, target in zip(joints, (result_q, result_v), strict=True):
             _from_joints(builder, scene, joint, target.shifted(int(scene.has_cart)))
+
+    def _cart(self, sideways: Expr) -> tuple[Expr, Expr]:
+        """The cart's x and k_v; where something resists its speed, k_v is formed at once, as at the joints."""
+        inverse = self.known[CART_PIVOT][0]
+        if not brakes_cart(self.scene):
+            base = self.builder.let("cart", -(sideways * inverse))
+            return base, self.right_v[0] + self.gain * base
+        slope, firm = self.known[CART_DRAG][0], self.known[CART_DRAG][1]
+        base = self.builder.let("cart", -((sideways + slope * self.right_v[0]) * inverse))
+        return base, (firm * self.right_v[0] - self.gain * sideways) * inverse
 
     def inwards(self) -> Expr:
         """Forces and moments lambda; returns the sideways force on the base."""
@@ -101,8 +113,8 @@ class _Solution:
         rest = self.builder.lift(0)
         if self.parameters.stiffness is not None:
             rest = self.parameters.stiffness[k] * spread[k]
-        if self.parameters.damping is not None:
-            rest = rest + self.parameters.damping[k] * self.joint_v[k]
+        if self.slopes is not None:
+            rest = rest + self.slopes[k] * self.joint_v[k]
         self.rest[k] = rest = self.builder.let("own_rest", rest)
         return rest
 
@@ -131,11 +143,11 @@ class _Solution:
     def _results(self, k: Index, acting: Expr, joint_q: ArrayRef, joint_v: ArrayRef) -> None:
         """k_v and k_q of a joint, without what its spring and damper cancel."""
         gain, pivot, inverse = self.gain, self.known["pivot"][3 * k], self.known["pivot"][3 * k + 1]
-        right_q, right_v, stiffness, damping = (
+        right_q, right_v, stiffness, slopes = (
             self.joint_q[k],
             self.joint_v[k],
             self.parameters.stiffness,
-            self.parameters.damping,
+            self.slopes,
         )
         if self.rest is None:
             joint_v[k] = moved = self.builder.let("joint_rate", right_v + gain * (acting * inverse))
@@ -146,7 +158,7 @@ class _Solution:
         driven = self.builder.let("driven", pivot * right_v + gain * acting)
         slowed = driven if stiffness is None else driven - gain * (stiffness[k] * right_q)
         joint_v[k] = slowed * inverse
-        held = pivot if damping is None else pivot + gain * damping[k]
+        held = pivot if slopes is None else pivot + gain * slopes[k]
         joint_q[k] = (held * right_q + gain * driven) * inverse
 
 

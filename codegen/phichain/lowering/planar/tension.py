@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from math import inf
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.losses import cart_drag, ties_links
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import PlanarState, couples, from_absolute
 from phichain.lowering.tensions import Joints, solve_tensions
@@ -47,7 +48,7 @@ def suits(scene: Scene) -> bool:
     """
     if scene.armature is not None:
         return False
-    has_couples = scene.actuated_joints or scene.stiffness is not None or scene.damping is not None
+    has_couples = scene.actuated_joints or ties_links(scene)
     return scene.tip_masses and not (has_couples and _spread(scene) > _LARGEST_SPREAD)
 
 
@@ -95,6 +96,8 @@ def _chain(
         horizontal = builder.lift(0)
         if u is not None and scene.has_force:
             horizontal = u[0] * (1 / (parameters.base_mass * parameters.units.force))
+        if state.speed is not None:
+            horizontal = horizontal - cart_drag(scene, parameters, state.speed[0]) / parameters.base_mass
         if pair is not None:
             horizontal = horizontal - pair[0] * cosine[0] / parameters.base_mass
     return _Chain(builder, parameters, sine, cosine, pair, horizontal)

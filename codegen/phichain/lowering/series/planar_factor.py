@@ -196,10 +196,12 @@ class Factor:
         self.keep("base_arm", 1, -(scaled * outer.xy))
 
     def inputs(self, u: ArrayRef | None) -> None:
-        """Inputs, springs and dampers in scaled time."""
+        """Inputs, springs and dampers in scaled time; the cart's damper takes speeds in the scene's own unit of length."""
         builder, scene, parameters = self.builder, self.scene, self.parameters
         if scene.has_force and u is not None:
             self.keep("push", 0, self.square * (u[0] / parameters.units.force))
+        if parameters.cart_damping is not None:
+            self.keep("cart_damping", 0, self.rho * (parameters.cart_damping / parameters.units.length))
         couple = input_couples(builder, scene, parameters, u)
         with builder.loop("k", 0, scene.links) as loop:
             k = loop.index

@@ -28,7 +28,7 @@ def planar_layout(scene: Scene) -> Layout:
         runs = list(geared_layout(scene))
     runs += [
         ("drive", links * bool(scene.actuated_joints)),
-        ("push", int(scene.has_force)), ("stiffness", links * (scene.stiffness is not None)),
+        ("push", int(scene.has_force)), ("cart_damping", int(scene.cart_damping is not None)), ("stiffness", links * (scene.stiffness is not None)),
         ("damping", links * (scene.damping is not None)),
         ("rest", links * (carries_joints(scene) and scene.stiffness is not None)),
     ]  # fmt: skip

@@ -61,7 +61,7 @@ class Order:
         """All cells of the results."""
         self.moments(sums, coefficient)
         self.inwards()
-        self.outwards(following)
+        self.outwards(coefficient, following)
         self.rows(sums, left, right)
         self.arms(right)
         self.state(coefficient, following)
@@ -133,7 +133,7 @@ class Order:
             k = loop.index
             total = builder.lift(0)
             if stiffness is not None:
-                total = total - stiffness[k] * angle[k]
+                total = total - stiffness[k] * self.bend(angle[k], k)
                 if "rest" in self.layout:
                     total = total - self.now[3] * self.of("rest")[k]
             if damping is not None:
@@ -149,6 +149,11 @@ class Order:
             couple[loop.index] = on(loop.index, pull[loop.index + 1])
         couple[links - 1] = on(links - 1, builder.lift(0))
         return couple
+
+    def bend(self, angle: Expr, k: Index) -> Expr:
+        """What the spring of joint k sees at this order: where it rests is constant in time."""
+        rest = self.parameters.rest_angle
+        return angle if rest is None else angle - self.now[3] * rest[k]
 
     def inwards(self) -> None:
         """Forces of order n that the chain beyond each joint asks for, and the links' free angular accelerations."""
@@ -172,11 +177,11 @@ class Order:
             free[k] = own - self.of("arm_x")[k] * force_x[k + 1] - self.of("arm_y")[k] * force_y[k + 1]
         free[last] = self.of("inverse")[last] * torque[last]
 
-    def outwards(self, following: ArrayRef) -> None:
+    def outwards(self, coefficient: ArrayRef, following: ArrayRef) -> None:
         """Accelerations of the joints less gravity, in the links' frames."""
         builder, links, length = self.builder, self.scene.links, self.parameters.length
         joint_x, joint_y, bend, free, rise = (self.work[name] for name in ("joint_x", "joint_y", "bend", "free", "rise"))
-        base_x, base_y = self.base(following)
+        base_x, base_y = self.base(coefficient, following)
         joint_x[0], joint_y[0] = base_x, base_y
         if links == 1:
             return
@@ -201,7 +206,7 @@ class Order:
             loop.follow(x, outer_x)
             loop.follow(y, outer_y)
 
-    def base(self, following: ArrayRef) -> tuple[Expr, Expr]:
+    def base(self, coefficient: ArrayRef, following: ArrayRef) -> tuple[Expr, Expr]:
         """Acceleration of the base less gravity in the first link's frame; a cart's goes into the results."""
         scene, now, base = self.scene, self.now, self.of("base")
         weight_x, weight_y = now[3] * base[0], now[3] * base[1]
@@ -211,6 +216,8 @@ class Order:
         push = -(sine * self.work["force_x"][0] + cosine * self.work["force_y"][0])
         if scene.has_force:
             push = now[3] * self.of("push")[0] + push
+        if "cart_damping" in self.layout:
+            push = push - self.of("cart_damping")[0] * coefficient[scene.nq]
         free = self.builder.let("cart_free", arm[0] * push)
         acceleration = now[1] * (free + now[3] * arm[1])
         following[scene.nq] = acceleration * self.parameters.units.length

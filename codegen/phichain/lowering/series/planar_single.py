@@ -40,7 +40,7 @@ def single_series(model: Model) -> Series:
     scene = model.scene
     return Series(
         factor=_factor(model),
-        order=_order(scene),
+        order=_order(model),
         columns=_columns() if scene.variational else None,
         lanes=2,
         rights=1,
@@ -98,8 +98,9 @@ def _moments(parameters: Parameters) -> tuple[Expr, Expr]:
     return moment, moment * parameters.com[0]
 
 
-def _order(scene: Scene) -> Program:
-    builder = Builder("flow_order", "Coefficients of order n + 1 of the Taylor series.")
+def _order(model: Model) -> Program:
+    scene, builder = model.scene, Builder("flow_order", "Coefficients of order n + 1 of the Taylor series.")
+    rest = None if scene.rest_angle is None else Parameters(builder, model, own_units=True).rest_angle
     held = builder.input(HELD, (_held(scene),), "constants of the step")
     sums = builder.input(SUMS, (2,), "products of cosine, sine and rate")
     newest = builder.input(NEWEST, (2,), "coefficients of order n of cosine and sine")
@@ -114,7 +115,7 @@ def _order(scene: Scene) -> Program:
         swing = swing + now[3] * held[place]
         place += 1
     if scene.stiffness is not None:
-        swing = swing - held[place] * coefficient[0]
+        swing = swing - held[place] * (coefficient[0] if rest is None else coefficient[0] - now[3] * rest[0])
         place += 1
     if scene.damping is not None:
         swing = swing - held[place] * coefficient[1]

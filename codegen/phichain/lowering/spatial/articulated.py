@@ -33,6 +33,7 @@ from dataclasses import dataclass
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, combine, dyads, symmetric, triangle
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.lowering.losses import push_on_cart
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.links import couples, directions
 from phichain.lowering.spatial.outer import Outer, Seen
@@ -67,9 +68,8 @@ def accelerations(
     base: Vector = (nothing, nothing, -parameters.gravity)
     if scene.has_cart:
         unit = parameters.units
-        force = (
-            (u[0] / unit.force, u[1] / unit.force, nothing) if u is not None else (nothing, nothing, nothing)
-        )
+        first, second = (push_on_cart(scene, parameters, u, rates.cart(), axis) for axis in (0, 1))
+        force = (first, second, nothing)
         x, y, _ = sweep.close_on_cart(chain, force)
         rates.write_cart((x * unit.length, y * unit.length))
         base = (x, y, base[2])

@@ -11,6 +11,7 @@ from fractions import Fraction
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.lowering.losses import cart_slope
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.links import directions
 from phichain.lowering.writers import writes
@@ -189,15 +190,13 @@ def linearization(
         weight[loop.index] = parameters.gravity * mu[loop.index] * s[loop.index]
     springs = None if parameters.stiffness is None else _signed(builder, parameters.stiffness, s, links)
     _neighbour_matrix(builder, links, weight, springs, _Planes(outputs["G"].shifted(offset * (size + 1)), size))
-    bordered = ["G"]
-    if parameters.damping is not None:
-        joint = parameters.damping
-        _neighbour_matrix(builder, links, None, joint, _Planes(outputs["D"].shifted(offset * (size + 1)), size))
-        bordered.append("D")
+    if "D" in outputs:
+        _neighbour_matrix(builder, links, None, parameters.damping, _Planes(outputs["D"].shifted(offset * (size + 1)), size))
     if scene.has_cart:
         _cart_inertia(builder, scene, parameters, s, outputs["M"])
-        for name in bordered:
-            _zero_border(builder, outputs[name], size)
+        _border(builder, outputs["G"], size, builder.lift(0))
+        if "D" in outputs:
+            _border(builder, outputs["D"], size, cart_slope(scene, parameters, None))
     if "B" in outputs:
         _force_matrix(builder, outputs["B"], size)
 
@@ -261,11 +260,12 @@ def _cart_inertia(builder: Builder, scene: Scene, parameters: Parameters, s: Arr
         out[second + size], out[second * size + 1] = nothing, nothing
 
 
-def _zero_border(builder: Builder, out: ArrayRef, size: int) -> None:
+def _border(builder: Builder, out: ArrayRef, size: int, corner: Expr) -> None:
+    """The cart's rows and columns: corner * I, and zeros."""
     nothing = builder.lift(0)
     for a in range(2):
         for b in range(2):
-            out[a * size + b] = nothing
+            out[a * size + b] = corner if a == b else nothing
         with builder.loop("k", 2, size) as loop:
             out[loop.index + a * size], out[loop.index * size + a] = nothing, nothing
 

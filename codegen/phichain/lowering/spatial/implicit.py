@@ -35,6 +35,7 @@ from phichain.lowering.algebra.matrix import (
     zero,
 )
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.lowering.losses import brakes_cart, cart_slope
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.joint import Joint
 from phichain.lowering.spatial.links import directions
@@ -55,6 +56,8 @@ _FREE = {
     "inverse": 9,
 }
 _JOINED = {"inner": 9, "outer": 9}
+#: Where something resists the cart's speed: its slope c, then m_c + Lambda of its horizontal block, row by row.
+CART_DRAG = "cart_drag"
 
 
 def joined(scene: Scene) -> bool:
@@ -67,7 +70,8 @@ def factor_sizes(scene: Scene) -> dict[str, int]:
     if near_joints(scene):
         return near_sizes(scene)
     sizes = {name: size * scene.links for name, size in (_FREE | (_JOINED if joined(scene) else {})).items()}
-    return sizes | ({CART_PIVOT: 4} if scene.has_cart else {})
+    sizes |= {CART_PIVOT: 4} if scene.has_cart else {}
+    return sizes | ({CART_DRAG: 5} if brakes_cart(scene) else {})
 
 
 @dataclass(frozen=True)
@@ -104,6 +108,11 @@ def factors(
     if scene.has_cart:
         (xx, xy, _), (yx, yy, _), _ = beyond.force
         xx, yy = xx + parameters.cart_mass, yy + parameters.cart_mass
+        if brakes_cart(scene):
+            slope = builder.let("cart_slope", cart_slope(scene, parameters, None))
+            for i, entry in enumerate((slope, xx, xy, yx, yy)):
+                out[CART_DRAG][i] = entry
+            xx, yy = xx + gain * slope, yy + gain * slope
         inverse = builder.let("inverse_cart", 1 / (xx * yy - xy * yx))
         for i, entry in enumerate((yy, -xy, -yx, xx)):
             out[CART_PIVOT][i] = entry * inverse

@@ -29,6 +29,7 @@ from math import prod
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, cofactors, combine, dyads, symmetric, triangle
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, named, scale, store, sub, zeros
+from phichain.lowering.losses import push_on_cart
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.links import couples, directions
 from phichain.lowering.spatial.rates import Rates
@@ -92,8 +93,8 @@ def accelerations(
     x, y, fall = builder.lift(0), builder.lift(0), -parameters.gravity
     if scene.has_cart:
         unit = parameters.units
-        force = (u[0] / unit.force, u[1] / unit.force) if u is not None else (x, y)
-        x, y = sweep.close_on_cart(chain, force)
+        first, second = (push_on_cart(scene, parameters, u, rates.cart(), axis) for axis in (0, 1))
+        x, y = sweep.close_on_cart(chain, (first, second))
         rates.write_cart((x * unit.length, y * unit.length))
     sweep.outwards((x, y, fall))
 

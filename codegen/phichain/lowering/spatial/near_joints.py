@@ -23,7 +23,8 @@ The shift to the other end of the link, P (beta + Lambda) N M^-1 = P + zeta M^-1
     D E' = eta^2 (E + c) + eta kappa (tr C + tr L) + kappa^2 (1 + a) + (1 - beta)^2 b.(eta y - kappa h).
 
 For g = 0 every bracket is a sum of positive terms; kappa is the geometric stiffness, positive in a link under tension.
-A cart adds m_c to the horizontal block: det = m_c (m_c + Lambda_xx + Lambda_yy) + K_zz.
+A cart adds m_c, and g times the slope of what resists its speed, to the horizontal block:
+det = m_c (m_c + Lambda_xx + Lambda_yy) + K_zz.
 """
 
 from __future__ import annotations
@@ -47,6 +48,7 @@ from phichain.lowering.algebra.matrix import (
     transposed,
 )
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.lowering.losses import brakes_cart, cart_slope
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.units import SpatialUnits
 from phichain.scene import Scene
@@ -63,6 +65,8 @@ NEAR_JOINTS = {
 
 
 CART_PIVOT, CART_LOAD = "cart_pivot", "cart_load"
+#: Where something resists the cart's speed: its slope and the cart's mass, both over that of link 0.
+CART_DRAG = "cart_drag"
 
 
 def near_joints(scene: Scene) -> bool:
@@ -76,7 +80,8 @@ def near_joints(scene: Scene) -> bool:
 def near_sizes(scene: Scene) -> dict[str, int]:
     """Names and sizes of what the elimination writes."""
     sizes = {name: size * scene.links for name, size in NEAR_JOINTS.items()}
-    return sizes | ({CART_PIVOT: 4, CART_LOAD: 6} if scene.has_cart else {})
+    sizes |= {CART_PIVOT: 4, CART_LOAD: 6} if scene.has_cart else {}
+    return sizes | ({CART_DRAG: 2} if brakes_cart(scene) else {})
 
 
 @dataclass(frozen=True)
@@ -119,7 +124,7 @@ class NearJoints:
         self, builder: Builder, scene: Scene, parameters: Parameters, gain: Expr, out: dict[str, ArrayRef]
     ) -> None:
         self.builder, self.scene, self.parameters, self.out = builder, scene, parameters, out
-        self.units = SpatialUnits(builder, scene, parameters)
+        self.units, self.gain = SpatialUnits(builder, scene, parameters), gain
         self.squared, self.twice = (
             builder.let("gain_squared", gain * gain),
             builder.let("gain_twice", gain + gain),
@@ -131,6 +136,10 @@ class NearJoints:
         if not self.scene.has_cart:
             return
         cart = self.parameters.base_mass / self.parameters.mass[0]
+        if brakes_cart(self.scene):
+            slope = self.builder.let("cart_slope", cart_slope(self.scene, self.parameters, None) / self.parameters.mass[0])
+            self.out[CART_DRAG][0], self.out[CART_DRAG][1] = slope, cart
+            cart = self.builder.let("cart_held", cart + self.gain * slope)
         (xx, xy, xz), (yx, yy, yz), _ = chain.force
         inverse = self.builder.let("inverse_cart", 1 / (cart * (cart + xx + yy) + chain.adjugate[2][2]))
         for i, entry in enumerate((cart + yy, -xy, -yx, cart + xx)):

@@ -15,9 +15,10 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, load_matrix
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.lowering.losses import brakes_cart
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.links import directions
-from phichain.lowering.spatial.near_joints import CART_LOAD, CART_PIVOT, COEFFICIENTS
+from phichain.lowering.spatial.near_joints import CART_DRAG, CART_LOAD, CART_PIVOT, COEFFICIENTS
 from phichain.lowering.spatial.units import SpatialUnits
 from phichain.scene import Scene
 
@@ -34,9 +35,22 @@ def solution(
     if scene.has_cart:
         loads, pivot = known[CART_LOAD], known[CART_PIVOT]
         x, y = (dot((loads[3 * i], loads[3 * i + 1], loads[3 * i + 2]), drawn) + push[i] for i in range(2))
+        length = parameters.length[0]
+        if brakes_cart(scene):
+            slope, cart = known[CART_DRAG][0], known[CART_DRAG][1]
+            # k_v is formed at once, and no difference of what the resistance cancels.
+            held = [
+                cart * right[1][i] + loads[3 * i] * right[1][0] + loads[3 * i + 1] * right[1][1] - gain * (length * pull)
+                for i, pull in enumerate((x, y))
+            ]
+            over = 1 / length
+            x, y = x + slope * (over * right[1][0]), y + slope * (over * right[1][1])
         base = (-(pivot[0] * x + pivot[1] * y), -(pivot[2] * x + pivot[3] * y), nothing)
         for i in range(2):
-            result[1][i] = moved = right[1][i] + gain * (parameters.length[0] * base[i])
+            moved = right[1][i] + gain * (length * base[i])
+            if brakes_cart(scene):
+                moved = pivot[2 * i] * held[0] + pivot[2 * i + 1] * held[1]
+            result[1][i] = moved
             result[0][i] = right[0][i] + gain * moved
     solve.outwards(base, *result)
 

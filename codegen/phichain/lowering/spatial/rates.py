@@ -27,6 +27,9 @@ class Rates(Protocol):
     def angular(self) -> ArrayRef:
         """omega, three cells a link."""
 
+    def cart(self) -> ArrayRef:
+        """x', two cells."""
+
     def write_cart(self, acceleration: tuple[Expr, Expr]) -> None:
         """x''."""
 
@@ -48,6 +51,9 @@ class AngularVelocities:
 
     def angular(self) -> ArrayRef:
         return directions(self.scene, self.v)
+
+    def cart(self) -> ArrayRef:
+        return self.v
 
     def write_cart(self, acceleration: tuple[Expr, Expr]) -> None:
         self.a[0], self.a[1] = acceleration
@@ -76,6 +82,9 @@ class DirectionRates:
         with self.builder.loop("k", 0, self.scene.links) as loop:
             store(omega, loop.index, cross(load(direction, loop.index), load(rate, loop.index)))
         return omega
+
+    def cart(self) -> ArrayRef:
+        return self.q_dot
 
     def write_cart(self, acceleration: tuple[Expr, Expr]) -> None:
         self.q_ddot[0], self.q_ddot[1] = acceleration

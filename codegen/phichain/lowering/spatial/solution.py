@@ -5,10 +5,11 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, load_matrix
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.lowering.losses import brakes_cart
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial import near_joints_solution
 from phichain.lowering.spatial.chart import across
-from phichain.lowering.spatial.implicit import joined
+from phichain.lowering.spatial.implicit import CART_DRAG, joined
 from phichain.lowering.spatial.joint import Joint
 from phichain.lowering.spatial.links import directions
 from phichain.lowering.spatial.near_joints import CART_PIVOT, near_joints
@@ -28,14 +29,34 @@ def solution(
     nothing = builder.lift(0)
     base: Vector = (nothing, nothing, nothing)
     if scene.has_cart:
-        pivot = known[CART_PIVOT]
+        base = _cart(scene, gain, known, right, sideways, result)
+    solve.outwards(base, *result)
+
+
+def _cart(
+    scene: Scene, gain: Expr, known: dict[str, ArrayRef], right: tuple[ArrayRef, ArrayRef], sideways: Vector,
+    result: tuple[ArrayRef, ArrayRef],
+) -> Vector:  # fmt: skip
+    """Write the cart's k_s and k_v, and return its x; where something resists its speed, k_v is formed at once."""
+    pivot, nothing = known[CART_PIVOT], gain.builder.lift(0)
+    if not brakes_cart(scene):
         base = (
             -(pivot[0] * sideways[0] + pivot[1] * sideways[1]), -(pivot[2] * sideways[0] + pivot[3] * sideways[1]), nothing,
         )  # fmt: skip
         for i in range(2):
             result[1][i] = moved = right[1][i] + gain * base[i]
             result[0][i] = right[0][i] + gain * moved
-    solve.outwards(base, *result)
+        return base
+    slope, xx, xy, yx, yy = (known[CART_DRAG][i] for i in range(5))
+    x, y = right[1][0], right[1][1]
+    driven = xx * x + xy * y - gain * sideways[0], yx * x + yy * y - gain * sideways[1]
+    pulled = sideways[0] + slope * x, sideways[1] + slope * y
+    for i in range(2):
+        result[1][i] = moved = pivot[2 * i] * driven[0] + pivot[2 * i + 1] * driven[1]
+        result[0][i] = right[0][i] + gain * moved
+    return (
+        -(pivot[0] * pulled[0] + pivot[1] * pulled[1]), -(pivot[2] * pulled[0] + pivot[3] * pulled[1]), nothing,
+    )  # fmt: skip
 
 
 class _Solution:

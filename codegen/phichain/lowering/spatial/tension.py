@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.lowering.losses import brakes_cart, cart_drag
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.links import couples, directions, neighbours
 from phichain.lowering.spatial.rates import Rates
@@ -49,7 +50,7 @@ def accelerations(
     direction = directions(scene, q)
     cosine, crosses = neighbours(builder, direction, scene.links)
     pair = _force_pairs(builder, scene, parameters, direction, rates)
-    horizontal = _horizontal(builder, scene, parameters, u, pair)
+    horizontal = _horizontal(builder, scene, parameters, rates, u, pair)
     chain = _Chain(builder, parameters, direction, rates, crosses, pair, horizontal)
     tension = solve_tensions(builder, parameters, _joints(chain, cosine))
     cart = _heavy_cart(chain, tension) if _is_heavy(scene) else _cart(chain, cosine, tension)
@@ -75,7 +76,7 @@ def _force_pairs(
 
 
 def _horizontal(
-    builder: Builder, scene: Scene, parameters: Parameters, u: ArrayRef | None, pair: ArrayRef | None
+    builder: Builder, scene: Scene, parameters: Parameters, rates: Rates, u: ArrayRef | None, pair: ArrayRef | None
 ) -> tuple[Expr, Expr] | None:
     """f / m_c, what the cart's acceleration would be without the first tension."""
     if not scene.has_cart:
@@ -83,6 +84,8 @@ def _horizontal(
     total = []
     for i in range(2):
         force = builder.lift(0) if u is None else u[i] * (1 / (parameters.base_mass * parameters.units.force))
+        if brakes_cart(scene):
+            force = force - cart_drag(scene, parameters, rates.cart()[i]) / parameters.base_mass
         pull = builder.lift(0) if pair is None else pair[i] / parameters.base_mass
         total.append(builder.let("free_cart_acceleration", force - pull))
     return total[0], total[1]

@@ -12,6 +12,7 @@ from fractions import Fraction
 from phichain.ir.builder import ArrayRef, Builder, Index
 from phichain.lowering.algebra.unit_vectors import ambient_size, cart_size, dimension
 from phichain.lowering.algebra.vector import Vector, cross, dot, load, multiple, store
+from phichain.lowering.losses import brakes_cart, push_on_cart, ties_links
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar import joints as planar_joints
 from phichain.lowering.planar.joints import PlanarState
@@ -25,7 +26,12 @@ _HALF = Fraction(1, 2)
 
 def has_couples(scene: Scene) -> bool:
     """Whether anything but gravity and the cart's force acts on the links."""
-    return scene.stiffness is not None or scene.damping is not None or bool(scene.actuated_joints)
+    return ties_links(scene) or bool(scene.actuated_joints)
+
+
+def has_push(scene: Scene) -> bool:
+    """Whether a horizontal force acts on the cart."""
+    return scene.has_force or brakes_cart(scene)
 
 
 @dataclass(frozen=True)
@@ -113,6 +119,17 @@ class Ambient:
         with builder.loop("k", 0, scene.links) as loop:
             store(couple, loop.index, multiple(torque[loop.index], tangent(self.at(place, loop.index))))
         return couple
+
+    def push(self, v: ArrayRef, u: ArrayRef | None, name: str) -> ArrayRef | None:
+        """The horizontal force on the cart at rates v, its input less what resists its speed; None without either."""
+        if not has_push(self.scene):
+            return None
+        if not brakes_cart(self.scene):
+            return u
+        push = self.builder.array(name, self.cart)
+        for axis in range(self.cart):
+            push[axis] = push_on_cart(self.scene, self.parameters, u, v, axis)
+        return push
 
     def arrive(self, q: ArrayRef, place: ArrayRef, moved: ArrayRef, arrived: ArrayRef) -> None:
         """The configuration of vectors `moved` that are unit up to rounding, found from q, whose z is `place`."""

@@ -11,7 +11,7 @@ gives a map (z_0, z_0') -> (z_1, z_1') through both discrete Legendre transforms
     z_1' = w + h/2 a_1,      M a_1 = F_1 - dV_1 + kappa q_1,     q_1.z_1' = 0            (linear)
 
 Both lines of multipliers are one call of `constrained_accelerations` an iteration; the second asks for q_1.a_1 = -|w|^2. Newton's method
-on q.a + |w|^2 = 0, w = z_0' + h/2 a, asks for (q + h w).a_next = h w.a - |w|^2. Dampers act through the rates at either end,
+on q.a + |w|^2 = 0, w = z_0' + h/2 a, asks for (q + h w).a_next = h w.a - |w|^2. Dampers and dry friction act through the rates at either end,
 z_0' and 2 w - z_0' = z_1' + O(h^2).
 """
 
@@ -23,8 +23,9 @@ from phichain.ir.builder import ArrayRef, Builder, Expr
 from phichain.ir.nodes import Program
 from phichain.lowering.algebra.unit_vectors import ambient_size, cart_size, dimension
 from phichain.lowering.algebra.vector import add, dot, multiple, named
+from phichain.lowering.losses import brakes_cart, slows_joints
 from phichain.lowering.parameters import Parameters
-from phichain.lowering.steps.ambient import Ambient, has_couples
+from phichain.lowering.steps.ambient import Ambient, has_couples, has_push
 from phichain.lowering.steps.articulated_links import sweep
 from phichain.lowering.steps.link_multipliers import Links, tensions
 from phichain.lowering.writers import helps, writes
@@ -61,8 +62,9 @@ def constrained_accelerations(builder: Builder, scene: Scene, parameters: Parame
     if has_couples(scene):
         couple = builder.input("force", (dimension(scene) * links,), "forces conjugate to the unit vectors")
     push = None
-    if scene.has_force:
-        u = builder.input("u", (scene.nu,), "inputs")
+    if has_push(scene):
+        own = ("push", cart_size(scene), "horizontal force on the cart") if brakes_cart(scene) else ("u", scene.nu, "inputs")
+        u = builder.input(own[0], (own[1],), own[2])
         push = tuple(u[i] for i in range(cart_size(scene)))
     out = builder.output("acceleration", (size,), "accelerations of the cart and of the unit vectors")
     vectors = Ambient(builder, scene, parameters)
@@ -100,20 +102,23 @@ class _Step:
         """Write q_next, v_next and residual."""
         builder, vectors, arguments = self.builder, self.vectors, self.arguments
         force = vectors.couple(arguments["q"], arguments["v"], self.place, self.u, "force")
+        push = vectors.push(arguments["v"], self.u, "push")
         step, acceleration = self._scalar("step", self.h), builder.array("guess", ambient_size(self.scene))
         with builder.loop("i", 0, ambient_size(self.scene)) as loop:
             acceleration[loop.index] = 0
         for _ in range(ITERATIONS):
-            acceleration = self._solve(step, self.place, self.rate, acceleration, force)
+            acceleration = self._solve((step, self.place, self.rate, acceleration), force, push)
         self._drift(acceleration)
         arrived = builder.array("arrived", self.scene.nq)
         vectors.arrive(arguments["q"], self.place, self.moved, arrived)
         with builder.loop("i", 0, self.scene.nq) as loop:
             arguments["q_next"][loop.index] = arrived[loop.index]
         place = vectors.place("_next", arrived)
-        force = vectors.couple(arrived, self._predicted(place), place, self.u, "force_next")
+        predicted = self._predicted(place)
+        force = vectors.couple(arrived, predicted, place, self.u, "force_next")
+        push = vectors.push(predicted, self.u, "push_next")
         # Newton's step of no length asks for q.a = -|w|^2: the links' rates shall be tangent.
-        acceleration = self._solve(self._scalar("no_step", 0), place, self.half, acceleration, force)
+        acceleration = self._solve((self._scalar("no_step", 0), place, self.half, acceleration), force, push)
         rate = builder.array("rate_next", ambient_size(self.scene))
         with builder.loop("i", 0, ambient_size(self.scene)) as loop:
             rate[loop.index] = self.half[loop.index] + _HALF * self.h * acceleration[loop.index]
@@ -124,12 +129,9 @@ class _Step:
         array[0] = value
         return array
 
-    def _solve(
-        self, step: ArrayRef, place: ArrayRef, rate: ArrayRef, guess: ArrayRef, force: ArrayRef | None
-    ) -> ArrayRef:
-        given = [step, place, rate, guess]
-        given += [] if force is None else [force]
-        given += [self.u] if self.scene.has_force and self.u is not None else []
+    def _solve(self, start: tuple[ArrayRef, ...], force: ArrayRef | None, push: ArrayRef | None) -> ArrayRef:
+        """Accelerations for the step, the place, the rate and the guess of `start`."""
+        given = [*start, *(array for array in (force, push) if array is not None)]
         (acceleration,) = self.builder.call(self.solver, given, {"acceleration": ambient_size(self.scene)})
         return acceleration
 
@@ -154,7 +156,7 @@ class _Step:
     def _predicted(self, place: ArrayRef) -> ArrayRef:
         """v at the end to second order, which dampers look at."""
         builder, size = self.builder, ambient_size(self.scene)
-        if self.scene.damping is None:
+        if not (slows_joints(self.scene) or brakes_cart(self.scene)):
             return self.arguments["v"]
         ahead = builder.array("rate_ahead", size)
         with builder.loop("i", 0, size) as loop:

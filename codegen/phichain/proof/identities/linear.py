@@ -144,5 +144,6 @@ class _Spatial:
 
     def damping(self, one: Vector, other: Vector) -> int:
         """one^T D other."""
-        parts = self._evaluated(along={"v": self._turn(one)[0]}, across={"v": self._turn(other)[0]})
+        directions = (dict(zip(("v", "q_dot"), self._turn(vector), strict=True)) for vector in (one, other))
+        parts = self._evaluated(**dict(zip(("along", "across"), directions, strict=True)))
         return parts["dissipation"][3][0]

@@ -56,6 +56,12 @@ class Functions(Protocol):
     def root(self, x: int) -> int:
         """The square root of x."""
 
+    def tanh(self, x: int) -> int:
+        """tanh(x), an odd function."""
+
+    def log_cosh(self, x: int) -> int:
+        """ln cosh(x), an even one."""
+
 
 @dataclass(frozen=True)
 class Compiled:

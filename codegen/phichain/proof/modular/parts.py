@@ -6,7 +6,7 @@ that are structurally zero are left out.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Final
 
 from phichain.ir.nodes import Affine
@@ -47,4 +47,21 @@ def multiplied(a: Mapping[str, str], b: Mapping[str, str], marks: tuple[str, ...
         terms = [f"{a[x]} * {b[y]}" for x, y in pairs if x in a and y in b]
         if terms:
             made[mark] = f"({' + '.join(terms)}) % {PRIME}" if len(terms) > 1 else f"{terms[0]} % {PRIME}"
+    return made
+
+
+def chained(line: Callable[[str], None], marks: tuple[str, ...], x: Parts, value: str, slope: str, bend: str) -> Parts:
+    """f(x) from f, f' and f'' there; `line` writes a statement ahead."""
+    made = {"": value}
+    if len(x) > 1:
+        line(f"d = {slope}")
+    for mark in "ab":
+        if mark in x:
+            made[mark] = f"d * {x[mark]} % {PRIME}"
+    mixed = [f"d * {x['m']}"] if "m" in x else []
+    if "m" in marks and "a" in x and "b" in x:
+        mixed.append(f"({bend}) * {x['a']} % {PRIME} * {x['b']}")
+    if mixed:
+        made["m"] = f"({' + '.join(mixed)}) % {PRIME}"
+    # A slope's variable serves the next operation too: what needs it is evaluated first.
     return made

@@ -122,6 +122,17 @@ class Point:
         found = root(x)
         return found if found * found % PRIME == x else self.source(f"root {x}").element()
 
+    def tanh(self, x: int) -> int:
+        """tanh(x): an element of its own for every value, that of -x its opposite, zero at zero."""
+        even = min(x, PRIME - x)
+        value = self.source(f"tanh {even}").element() if even else 0
+        return value if x == even else -value % PRIME
+
+    def log_cosh(self, x: int) -> int:
+        """ln cosh(x): an element of its own for every value and its opposite, zero at zero."""
+        even = min(x, PRIME - x)
+        return self.source(f"log cosh {even}").element() if even else 0
+
     @cached_property
     def _atoms(self) -> dict[int, Circle]:
         return {}

@@ -40,7 +40,7 @@ def as_program(
         outputs: what to compute, by the name of an array each.
 
     Raises:
-        DerivationError: an expression holds what is no rational step, sine or cosine.
+        DerivationError: an expression holds what is no rational step, sine, cosine, tanh or ln cosh.
     """
     body = _Body(known)
     for symbol, expression in definitions:
@@ -79,8 +79,12 @@ class _Body:
             return power if expression.exp > 0 else self._op("div", Const(Fraction(1)), power)
         if isinstance(expression, sympy.sin | sympy.cos):
             return self._op(type(expression).__name__, self.operand(expression.args[0]))
+        if isinstance(expression, sympy.tanh):
+            return self._op("tanh", self.operand(expression.args[0]))
+        if isinstance(expression, sympy.log) and isinstance(expression.args[0], sympy.cosh):
+            return self._op("lncosh", self.operand(expression.args[0].args[0]))
         raise DerivationError(
-            "Lagrangian", expression, "has no value in the field", "write it with +, *, whole powers, sin and cos"
+            "Lagrangian", expression, "has no value in the field", "write it with +, *, whole powers, sin, cos, tanh and ln cosh"
         )
 
     def _op(self, kind: str, *args: Operand) -> Local:

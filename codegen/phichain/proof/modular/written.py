@@ -26,7 +26,7 @@ from phichain.ir.nodes import (
 )
 from phichain.proof.modular.circles import whole_multiple
 from phichain.proof.modular.field import PRIME, exact
-from phichain.proof.modular.parts import Parts, added, index_text, multiplied
+from phichain.proof.modular.parts import Parts, added, chained, index_text, multiplied
 
 _GIVEN: Final = {"": "values", "a": "along", "b": "across", "m": "mixed"}
 
@@ -156,14 +156,16 @@ class Python:
         if kind in ("sin", "cos"):
             cosine, sine = self._circle(args[0])
             value, slope = (sine, cosine) if kind == "sin" else (cosine, f"-{sine}")
-            made = self._chain(values[0], value, slope, f"-({value})")
+            made = chained(self._line, self._marks, values[0], value, slope, f"-({value})")
         elif kind.startswith("besselj"):
             made = self._bessel(int(kind[-1]), values[0])
         elif kind == "div":
             made = multiplied(values[0], self._inverse(values[1]), self._marks)
         elif kind == "sqrt":
             self._line(f"r = at.root({values[0]['']} % {PRIME})")
-            made = self._chain(values[0], "r", "inverse(2 * r)", "-inverse(4 * r * r * r)")
+            made = chained(self._line, self._marks, values[0], "r", "inverse(2 * r)", "-inverse(4 * r * r * r)")
+        elif kind in ("tanh", "lncosh"):
+            made = self._hyperbolic(kind, values[0])
         elif kind == "mul":
             made = multiplied(values[0], values[1], self._marks)
         else:
@@ -173,25 +175,17 @@ class Python:
         for mark, text in (made | points).items():
             self._line(f"{variable}{mark} = {text}")
 
-    def _chain(self, x: Parts, value: str, slope: str, bend: str) -> Parts:
-        """f(x) from f, f' and f'' there."""
-        made = {"": value}
-        if len(x) > 1:
-            self._line(f"d = {slope}")
-        for mark in "ab":
-            if mark in x:
-                made[mark] = f"d * {x[mark]} % {PRIME}"
-        mixed = [f"d * {x['m']}"] if "m" in x else []
-        if "m" in self._marks and "a" in x and "b" in x:
-            mixed.append(f"({bend}) * {x['a']} % {PRIME} * {x['b']}")
-        if mixed:
-            made["m"] = f"({' + '.join(mixed)}) % {PRIME}"
-        # A slope's variable serves the next operation too: what needs it is evaluated first.
-        return made
+    def _hyperbolic(self, kind: str, x: Parts) -> Parts:
+        """tanh with tanh' = 1 - tanh^2, or ln cosh, whose derivative tanh is."""
+        self._line(f"y = at.tanh({x['']} % {PRIME})")
+        if kind == "tanh":
+            return chained(self._line, self._marks, x, "y", f"(1 - y * y) % {PRIME}", f"-2 * y * (1 - y * y) % {PRIME}")
+        self._line(f"z = at.log_cosh({x['']} % {PRIME})")
+        return chained(self._line, self._marks, x, "z", "y", f"(1 - y * y) % {PRIME}")
 
     def _inverse(self, x: Parts) -> Parts:
         self._line(f"i = inverse({x['']})")
-        made = self._chain(x, "i", f"-i * i % {PRIME}", f"2 * i * i % {PRIME} * i")
+        made = chained(self._line, self._marks, x, "i", f"-i * i % {PRIME}", f"2 * i * i % {PRIME} * i")
         for mark in [mark for mark in made if mark]:
             self._line(f"i{mark} = {made[mark]}")
         return {mark: f"i{mark}" for mark in made}
@@ -205,7 +199,7 @@ class Python:
             self._line(f"j = at.bessel({x['']} % {PRIME})")
             self._argument_of_j = x[""]
         slope = "-j[1]" if order == 0 else f"(j[{order - 1}] - j[{order + 1}]) * {(PRIME + 1) // 2} % {PRIME}"
-        return self._chain(x, f"j[{order}]", slope, "")
+        return chained(self._line, self._marks, x, f"j[{order}]", slope, "")
 
     def _points_of(self, kind: str, args: tuple[Operand, ...], made: Parts) -> Parts:
         """The point of the circle that the result of an operation has as an angle."""

@@ -63,6 +63,12 @@ def _order(order: Ordering) -> None:
         return
     entries, loads, length = order.kept("cart"), (pull, *push), order.parameters.length[0]
     made = [base[0], base[1], order.first * order.kept("base")[3]]
+    if "cart_damping" in order.layout:
+        answers = order.kept("cart_damping")
+        made = [
+            value - (answers[2 * row] * order.cart_rate(0) + answers[2 * row + 1] * order.cart_rate(1))
+            for row, value in enumerate(made)
+        ]
     for row in range(3):
         for i, entry in enumerate(loads):
             made[row] = made[row] + entries[len(loads) * row + i] * entry

@@ -56,6 +56,7 @@ def layout(scene: Scene) -> Layout:
     return Layout(
         [
             *((name, size * links) for name, size in _per_link(scene).items()), ("base", 3 + cart), ("cart", 3 * (1 + load_size(scene)) * cart), *joint_runs(scene),
+            ("cart_damping", 6 * (scene.cart_damping is not None)),
             *((f"unit_{name}", held_units) for name in _UNITS), ("unit_inverse_torque", held_units * couples),
         ]
     )  # fmt: skip
@@ -237,6 +238,13 @@ def _close_on_cart(step: Factoring, units: SpatialUnits, chain: Outer) -> None:
     for i, entry in enumerate((x, y, -gravity)):
         step.keep("base")[i] = entry
     step.keep("base")[3] = inverse * (dot(seen.yielding_u, given) - gravity * seen.share)
+    if parameters.cart_damping is not None:
+        drag = step.rho * (parameters.cart_damping / (mass * length * parameters.units.length))
+        for axis in range(2):
+            resisted: Vector = tuple(drag if i == axis else nothing for i in range(3))
+            answer = scale(inverse, add(scale(cart, resisted), seen.turned(resisted)))
+            for row, entry in enumerate((answer[0], answer[1], inverse * dot(seen.yielding_u, resisted))):
+                step.keep("cart_damping")[2 * row + axis] = entry
     size = load_size(step.scene)
     for i, unit_load in enumerate(_loaded(chain, size)):
         loaded = Seen(unit_load, down, cart)

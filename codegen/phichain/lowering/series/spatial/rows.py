@@ -167,6 +167,10 @@ class Ordering:
         """A number of every link."""
         return self.kept(number.name) if number.name in self.layout else number.table(self.parameters)
 
+    def cart_rate(self, axis: int) -> Expr:
+        """The coefficient of x', in the scene's own unit of length."""
+        return self.coefficient[self.scene.nq + axis]
+
     def write(self, k: Index, acceleration: Vector, inverse_length: Expr, multiplier: Expr) -> None:
         """Rows n + 1 and the state's coefficients of link k: q''_n = acceleration * inverse_length, and mu_n."""
         rate, ahead = (

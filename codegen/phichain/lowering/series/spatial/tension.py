@@ -114,6 +114,8 @@ def _known(order: Ordering) -> _Known:
     free = [order.kept("cart_ratio")[0] * known[i] for i in range(2)]
     if "push" in order.layout:
         free = [value + order.first * order.kept("push")[i] for i, value in enumerate(free)]
+    if "cart_damping" in order.layout:
+        free = [value - order.kept("cart_damping")[0] * order.cart_rate(i) for i, value in enumerate(free)]
     first, second = builder.let("free_cart_x", free[0]), builder.let("free_cart_y", free[1])
     loads[0] = pull - (direction[0] * first + direction[1] * second)
     return _Known(apart, loads, falling, pull, (first, second))

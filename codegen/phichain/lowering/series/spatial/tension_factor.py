@@ -31,7 +31,7 @@ def layout(scene: Scene) -> Layout:
         [
             ("direction", 3 * links), ("outer", 3 * links), ("inner", 3 * links),  # q_k, rho_{k+1} P_k q_{k+1}, P_k q_{k-1}
             ("passed", links), ("particular", links), ("coupling", links),
-            ("gravity", 1), ("push", 2 * scene.has_force), ("cart", 6 * cart), ("cart_ratio", int(cart)),
+            ("gravity", 1), ("push", 2 * scene.has_force), ("cart_damping", int(scene.cart_damping is not None)), ("cart", 6 * cart), ("cart_ratio", int(cart)),
             *joint_runs(scene), *(number.run(scene) for number in numbers(scene)),
             (RATIO, links * (scene.mass == "runtime")),
         ]
@@ -79,6 +79,9 @@ def _base(step: Factoring, cosine: ArrayRef) -> Expr:
             step.keep("push")[i] = (
                 step.u[i] * (1 / (parameters.base_mass * parameters.units.force)) * step.square
             )
+    if parameters.cart_damping is not None:
+        unit = parameters.cart_mass * parameters.units.length
+        step.keep("cart_damping")[0] = step.rho * (parameters.cart_damping / unit)
     if not step.scene.has_cart:
         return builder.lift(0)
     (x, y, _), ratio = (

@@ -1,0 +1,117 @@
+"""What takes energy from a chain: dampers and dry friction at its joints and its cart, as forces and as their slopes.
+
+    f(v) = d v + F tanh(v / v_0),    f'(v) = d + (F / v_0) (1 - tanh^2(v / v_0)),    f'(0) = d + F / v_0
+
+with v the relative rate of a joint or the speed of the cart. All forces here act against the motion, in the Program's units; a
+speed is asked for in SI units and a torque or force comes out in the Program's.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.parameters import Parameters
+from phichain.scene import Scene
+
+
+def ties_links(scene: Scene) -> bool:
+    """Whether joints transmit moments: springs, dampers or dry friction."""
+    return scene.stiffness is not None or scene.damping is not None or scene.friction is not None
+
+
+def slows_joints(scene: Scene) -> bool:
+    """Whether joints resist their rates."""
+    return scene.damping is not None or scene.friction is not None
+
+
+def brakes_cart(scene: Scene) -> bool:
+    """Whether anything resists the cart's speed."""
+    return scene.cart_damping is not None or scene.cart_friction is not None
+
+
+def joint_drag(scene: Scene, parameters: Parameters, k: Index, rate: Expr) -> Expr | None:
+    """d_k v + F_k tanh(v / v_0) of a joint at its relative rate; None where nothing resists."""
+    total = None if parameters.damping is None else parameters.damping[k] * rate
+    if parameters.friction is None:
+        return total
+    dry = parameters.friction[k] * _saturation(rate, scene.friction_speed, "joint_saturation")
+    return dry if total is None else total + dry
+
+
+def joint_slope(scene: Scene, parameters: Parameters, k: Index, rate: Expr) -> Expr:
+    """d_k + (F_k / v_0) (1 - tanh^2(v / v_0))."""
+    total = rate.builder.lift(0) if parameters.damping is None else parameters.damping[k]
+    if parameters.friction is None:
+        return total
+    steepness = _steepness(rate, scene.friction_speed, "joint_saturation")
+    return total + (parameters.friction[k] / _speed(scene.friction_speed)) * steepness
+
+
+def joint_slopes(builder: Builder, scene: Scene, parameters: Parameters, name: str, rate: ArrayRef) -> ArrayRef | None:
+    """The same of all joints; the dampers themselves where friction is not there, None where nothing resists."""
+    if parameters.friction is None:
+        return parameters.damping
+    slopes = builder.array(name, scene.links)
+    with builder.loop("k", 0, scene.links) as loop:
+        slopes[loop.index] = joint_slope(scene, parameters, loop.index, rate[loop.index])
+    return slopes
+
+
+def slopes_at_rest(scene: Scene, parameters: Parameters) -> ArrayRef | None:
+    """d_k + F_k / v_0, which a joint at rest resists small rates with."""
+    damping, friction = parameters.damping, parameters.friction
+    if friction is None:
+        return damping
+    over = 1 / _speed(scene.friction_speed)
+    return parameters.derived(
+        "resistance", lambda k: over * friction[k] if damping is None else damping[k] + over * friction[k]
+    )
+
+
+def cart_drag(scene: Scene, parameters: Parameters, speed: Expr) -> Expr:
+    """d_0 v + F_0 tanh(v / v_0) along one of the cart's directions; in space dampers alone act so."""
+    total = speed.builder.lift(0)
+    if parameters.cart_damping is not None:
+        total = parameters.cart_damping * (speed / parameters.units.length)
+    if parameters.cart_friction is not None:
+        total = total + parameters.cart_friction * _saturation(speed, scene.cart_friction_speed, "cart_saturation")
+    return total
+
+
+def cart_slope(scene: Scene, parameters: Parameters, speed: Expr | None) -> Expr:
+    """d_0 + (F_0 / v_0) (1 - tanh^2(v / v_0)) in the Program's unit of mass over seconds; at rest where no speed is given."""
+    total = parameters.none if parameters.cart_damping is None else parameters.cart_damping
+    if parameters.cart_friction is None:
+        return total
+    steep = (parameters.cart_friction * parameters.units.length) / _speed(scene.cart_friction_speed)
+    return total + (steep if speed is None else steep * _steepness(speed, scene.cart_friction_speed, "cart_saturation"))
+
+
+def push_on_cart(
+    scene: Scene, parameters: Parameters, u: ArrayRef | None, speeds: ArrayRef | None, axis: int = 0
+) -> Expr:
+    """The horizontal force on the cart along one of its directions: its input, less what resists its speed."""
+    force = parameters.none
+    if u is not None and scene.has_force:
+        force = u[axis] / parameters.units.force
+    if speeds is None or not brakes_cart(scene):
+        return force
+    return force - cart_drag(scene, parameters, speeds[axis])
+
+
+def _speed(speed: float | None) -> Fraction:
+    assert speed is not None
+    return Fraction(speed)
+
+
+def _saturation(rate: Expr, speed: float | None, name: str) -> Expr:
+    """tanh(v / v_0)."""
+    builder = rate.builder
+    return builder.let(name, builder.apply("tanh", (1 / _speed(speed)) * rate))
+
+
+def _steepness(rate: Expr, speed: float | None, name: str) -> Expr:
+    """1 - tanh^2(v / v_0), as a product that rounds no small one away beside 1."""
+    saturation = _saturation(rate, speed, name)
+    return (1 - saturation) * (1 + saturation)
