@@ -42,10 +42,10 @@ def planar_momentum(
         return cosine[k], sine[k]
 
     def share(k: Index, com: Expr, own: Vector, overhang: Expr, beyond: Vector) -> Vector:
-        own = com * dot(along(k), own) + overhang * dot(along(k), beyond)
+        total = com * dot(along(k), own) + overhang * dot(along(k), beyond)
         if parameters.inertia is not None:
-            own = own + parameters.inertia[k] * rate[k]
-        return (rotors.added(own, couple, k),)
+            total = total + parameters.inertia[k] * rate[k]
+        return (rotors.added(total, couple, k),)
 
     (forwards, _) = _swept(builder, parameters, v, (offset, 2), lambda k: multiple(rate[k], along(k)), share, momenta)
     to_generalised(builder, scene, momenta, out.shifted(offset))

@@ -178,7 +178,7 @@ class Chain:
 
     def _rotors(self) -> int:
         """Twice the energy of the rotors."""
-        return dot(self.per_link("armature"), self._slips())
+        return dot(self.per_link("armature"), [dot(slip, slip) for slip in self._slips()])
 
     def collected_kinetic(self) -> int:
         """T from M00, mu_k, c_kk and c_ij = l_i mu_j: what shows that those are the coefficients of T."""

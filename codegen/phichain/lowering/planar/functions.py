@@ -12,7 +12,14 @@ from phichain.ir.builder import ArrayRef, Builder, Expr
 from phichain.lowering.losses import cart_drag, cart_slope, slopes_at_rest
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.geared import terms as rotors
-from phichain.lowering.planar.joints import absolute, bend, congruence, passive_torque, planar_state, to_generalised
+from phichain.lowering.planar.joints import (
+    absolute,
+    bend,
+    congruence,
+    passive_torque,
+    planar_state,
+    to_generalised,
+)
 from phichain.lowering.writers import writes
 from phichain.scene import Scene
 

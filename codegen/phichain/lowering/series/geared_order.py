@@ -40,6 +40,9 @@ class GearedOrder(Order):
         self.moments(sums, coefficient)
         self.substitution.inwards(self.work["torque"], bend, rise)
         push = self.now[3] * self.of("push")[0] if self.scene.has_force else None
+        if "cart_damping" in self.layout:
+            drag = self.of("cart_damping")[0] * coefficient[self.scene.nq]
+            push = -drag if push is None else push - drag
         base, cart = self.substitution.base(push, self.scene.has_cart, self.now[3])
         if self.scene.has_cart:
             following[self.scene.nq] = self.now[1] * cart * self.parameters.units.length

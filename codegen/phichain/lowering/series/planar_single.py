@@ -10,7 +10,7 @@ the joint 1 / r becomes m r / (m r^2 + A), and 1 / (m r^2) likewise.
 
 from __future__ import annotations
 
-from phichain.ir.builder import Builder
+from phichain.ir.builder import Builder, Expr
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune, unroll
 from phichain.lowering.body import point_masses

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder
+from phichain.lowering.losses import push_on_cart
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.geared.elimination import Elimination, kept_in, layout_of
 from phichain.lowering.planar.geared.substitution import Substitution
@@ -23,7 +24,7 @@ def accelerations(
         bend[loop.index] = -(state.rate[loop.index] * state.rate[loop.index])
     substitution = Substitution(builder, parameters, (kept | {"sine": sine, "cosine": cosine}).__getitem__)
     substitution.inwards(couples(builder, scene, parameters, state, u), bend, None)
-    push = u[0] if u is not None and scene.has_force else None
+    push = push_on_cart(scene, parameters, u, state.speed) if scene.has_cart else None
     base, cart = substitution.base(push, scene.has_cart)
     substitution.outwards(base, bend, None)
     offset = int(scene.has_cart)
