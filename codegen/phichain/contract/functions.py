@@ -18,6 +18,7 @@ from phichain.contract.arguments import (
     NO_PREPARATION,
     STATE,
     STEP,
+    B,
     Q,
     U,
     V,
@@ -78,6 +79,7 @@ TABLE: Final[tuple[Function, ...]] = (
             Q,
             V,
             Argument("a", "in", per_v, "accelerations"),
+            B,
             Argument(
                 "u", "out", per_v, "full generalised force",
                 lambda chain: f"generalised force conjugate to q, {meanings.forces(chain)}",
@@ -111,7 +113,7 @@ TABLE: Final[tuple[Function, ...]] = (
         (
             Q,
             V,
-            Argument("kinetic", "out", scalar, "kinetic energy, J", "J"),
+            Argument("kinetic", "out", scalar, "kinetic energy, J", meanings.kinetic),
             Argument("potential", "out", scalar, "potential energy, J, springs included", meanings.potential),
         ),
     ),

@@ -58,8 +58,11 @@ class _Forms:
     joint_springs: str
     joint_dampers: str
     cart_row: str
-    directions: tuple[str, str, str, str] | None = None
-    """The same equation in q_i'' alone, (15) of paper B: its head, what a cart adds, its end, what joints add."""
+    driven_row: str
+    kinetic_moving: str
+    equation_moving: str
+    directions: tuple[str, str, str, str, str] | None = None
+    """The same equation in q_i'' alone, (15) of paper B: its head, what a cart or a moving base adds, its end, what joints add."""
 
 
 _TEXT = {
@@ -76,6 +79,9 @@ _TEXT = {
         joint_springs=" + k_k (phi_k - phi_{k-1})",
         joint_dampers=" + d_k (phi_k' - phi_{k-1}')",
         cart_row="F = M00 x'' + sum_k mu_k [cos(phi_k) phi_k'' - sin(phi_k) phi_k'^2]",
+        driven_row="x'' = b",
+        kinetic_moving=" + sum_k mu_k (c_1 cos(phi_k) - c_2 sin(phi_k)) phi_k' + 1/2 M00 |c|^2",
+        equation_moving=" + mu_i (b_1 cos(phi_i) - b_2 sin(phi_i))",
     ),
     "spatial": _Forms(
         kinetic="T = 1/2 sum_ij c_ij q_i'.q_j'",
@@ -90,9 +96,13 @@ _TEXT = {
         joint_springs=" + k_k q_{k-1} x q_k",
         joint_dampers=" + d_k (omega_k - omega_{k-1})",
         cart_row="u = M00 x'' + sum_k mu_k C^T q_k''",
+        driven_row="x'' = b",
+        kinetic_moving=" + c.sum_k mu_k q_k' + 1/2 M00 |c|^2",
+        equation_moving=" + mu_i q_i x b",
         directions=(
             "0 = c_ii (q_i'' + |q_i'|^2 q_i) + (I - q_i q_i^T) (sum_{j != i} c_ij q_j'' - g mu_i e_3",
             " + mu_i C x''",
+            " + mu_i b",
             ")",
             " + (J_i - J_{i+1}) x q_i",
         ),
@@ -113,6 +123,9 @@ _LATEX = {
         joint_springs=r" + k_k (\phi_k - \phi_{k-1})",
         joint_dampers=r" + d_k (\dot\phi_k - \dot\phi_{k-1})",
         cart_row=r"F &= M_{00} \ddot x + \sum_k \mu_k \left[\cos(\phi_k)\, \ddot\phi_k - \sin(\phi_k)\, \dot\phi_k^2\right]",
+        driven_row=r"\ddot x &= b",
+        kinetic_moving=r" + \sum_k \mu_k (c_1 \cos\phi_k - c_2 \sin\phi_k)\, \dot\phi_k + \tfrac12 M_{00} \|c\|^2",
+        equation_moving=r" + \mu_i (b_1 \cos\phi_i - b_2 \sin\phi_i)",
     ),
     "spatial": _Forms(
         kinetic=r"T &= \tfrac12 \sum_{i,j} c_{ij}\, \dot q_i \cdot \dot q_j",
@@ -127,12 +140,16 @@ _LATEX = {
         joint_springs=r" + k_k\, q_{k-1} \times q_k",
         joint_dampers=r" + d_k (\omega_k - \omega_{k-1})",
         cart_row=r"u &= M_{00} \ddot x + \sum_k \mu_k C^T \ddot q_k",
+        driven_row=r"\ddot x &= b",
+        kinetic_moving=r" + c \cdot \sum_k \mu_k\, \dot q_k + \tfrac12 M_{00} \|c\|^2",
+        equation_moving=r" + \mu_i\, q_i \times b",
         directions=(
             (
                 r"0 &= c_{ii} (\ddot q_i + \|\dot q_i\|^2 q_i)"
                 r" + (I - q_i q_i^T) \Big(\sum_{j \ne i} c_{ij} \ddot q_j - g \mu_i e_3"
             ),
             r" + \mu_i C \ddot x",
+            r" + \mu_i b",
             r"\Big)",
             r" + (J_i - J_{i+1}) \times q_i",
         ),
@@ -144,8 +161,7 @@ def text(model: Mechanics) -> str:
     """Return a model as text: the form of any such chain, its coefficients, and short chains written out."""
     scene = model.scene
     links = "1 link" if scene.links == 1 else f"{scene.links} links"
-    base = "cart" if scene.has_cart else "fixed base"
-    head = f"{scene.space} chain of {links} on a {base}, {_coordinates(scene)}"
+    head = f"{scene.space} chain of {links} on a {_base(scene)}, {_coordinates(scene)}"
     lines = [head, *_general(model, _TEXT[scene.space]), "", *_coefficients(model)]
     if scene.links <= _WRITTEN_OUT[scene.space]:
         lines += ["", f"T = {plain(model.kinetic)}", f"V = {plain(model.potential)}", ""]
@@ -169,7 +185,7 @@ def latex(model: Mechanics) -> str:
             f"\\mu &= {sympy.latex(mu)}",
             f"c &= {sympy.latex(c)}",
         ]
-        rows += [f"M_{{00}} &= {sympy.latex(expression(model.total_mass))}"] if model.scene.has_cart else []
+        rows += [f"M_{{00}} &= {sympy.latex(expression(model.total_mass))}"] if model.scene.base != "fixed" else []
     return "\\begin{aligned}" + " \\\\ ".join(rows) + "\\end{aligned}"
 
 
@@ -182,19 +198,29 @@ def _general(model: Mechanics, forms: _Forms) -> list[str]:
     """Return T, V, a link's equation (in space also without angular velocities) and the cart's, in index form."""
     scene = model.scene
     sprung, damped = scene.stiffness is not None, scene.damping is not None
-    kinetic = forms.kinetic + forms.kinetic_cart * scene.has_cart
+    kinetic = forms.kinetic + forms.kinetic_cart * scene.has_cart + forms.kinetic_moving * scene.is_moving
     potential = forms.potential + forms.springs * sprung
     equation = (
-        forms.equation + forms.equation_cart * scene.has_cart + forms.equation_joints * (sprung or damped)
+        forms.equation
+        + forms.equation_cart * scene.has_cart
+        + forms.equation_moving * scene.is_moving
+        + forms.equation_joints * (sprung or damped)
     )
     joint = forms.joint_springs * sprung + forms.joint_dampers * damped
     lines = [kinetic, potential, equation]
     if forms.directions is not None:
-        head, cart, end, joints = forms.directions
-        lines.append(head + cart * scene.has_cart + end + joints * (sprung or damped))
+        head, cart, moving, end, joints = forms.directions
+        lines.append(head + cart * scene.has_cart + moving * scene.is_moving + end + joints * (sprung or damped))
     if scene.has_cart:
-        lines.append(forms.cart_row)
+        lines.append(forms.driven_row if scene.is_driven else forms.cart_row)
     return [*lines, *([forms.joint + joint.removeprefix(" +")] if joint else [])]
+
+
+def _base(scene: Scene) -> str:
+    """Return what the base is."""
+    if scene.is_moving:
+        return "base that moves with velocity c and acceleration b"
+    return f"cart{' driven by its acceleration b' * scene.is_driven}" if scene.has_cart else "fixed base"
 
 
 def _coordinates(scene: Scene) -> str:
@@ -209,7 +235,7 @@ def _coefficients(model: Mechanics) -> list[str]:
     lines = [f"mu = {_row(model.mu)}"]
     lines += [f"{'c  =' if i == 0 else '    '} {_row(row)}" for i, row in enumerate(model.c[:_COLUMNS])]
     lines += ["     ..."] if len(model.c) > _COLUMNS else []
-    return [*lines, f"M00 = {plain(model.total_mass)}"] if model.scene.has_cart else lines
+    return [*lines, f"M00 = {plain(model.total_mass)}"] if model.scene.base != "fixed" else lines
 
 
 def _row(entries: Iterable[Any]) -> str:

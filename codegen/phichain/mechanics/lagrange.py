@@ -199,7 +199,7 @@ def derive(scene: Scene) -> Model:
     """
     scene = given_scene(scene)
     for key in _UNSERVED:
-        if getattr(scene, key) not in (None, "force", "fixed", "cart"):
+        if getattr(scene, key) is not None:
             raise UnsupportedError(label(key), getattr(scene, key), "has no equations in this version", "remove it")
     return Model(scene, energies_of(scene))
 
@@ -220,7 +220,5 @@ _UNSERVED = (
     "cart_friction",
     "friction",
     "rest_angle",
-    "drive",
-    "base",
 )
 """Keys of a scene that nothing is derived for yet."""

@@ -121,10 +121,11 @@ class Chain:
             base = plus(base, vector, length)
         return found
 
-    def energies(self) -> dict[str, list[int]]:
-        """T, gravity's part of V, V, R and the positions, as the Lagrangian's compiled form names them."""
+    def energies(self, drift: Sequence[int] = ()) -> dict[str, list[int]]:
+        """T, gravity's part of V, V, R and the positions, as the Lagrangian's compiled form names them; on a base of that velocity."""
         point, mass, carts = self.point, self.per_link("mass"), self.point.carts
-        places, speeds = self.places(point.q[:carts], self.directions), self.places(point.v[:carts], self.rates)
+        start = [*point.v[:carts], *drift]
+        places, speeds = self.places(point.q[:carts], self.directions), self.places(start, self.rates)
         twice = sum(m * dot(speed, speed) for m, speed in zip(mass, speeds, strict=True))
         twice += self.single("cart_mass") * dot(point.v[:carts], point.v[:carts])
         fall = sum(m * place[-1] for m, place in zip(mass, places, strict=True))
@@ -151,11 +152,11 @@ class Chain:
         slips = [plus(outer, inner, -1) for inner, outer in zip([still, *spins], spins, strict=False)]
         return [dot(slip, slip) for slip in slips]
 
-    def collected_kinetic(self) -> int:
+    def collected_kinetic(self, drift: Sequence[int] = ()) -> int:
         """T from M00, mu_k, c_kk and c_ij = l_i mu_j: what shows that those are the coefficients of T."""
-        point, carts = self.point, self.point.carts
-        twice = self.total_mass * dot(point.v[:carts], point.v[:carts])
-        inner = [*point.v[:carts], *[0] * (len(self.rates[0]) - carts)]
+        start = [*self.point.v[: self.point.carts], *drift]
+        twice = self.total_mass * dot(start, start)
+        inner = [*start, *[0] * (len(self.rates[0]) - len(start))]
         for k, rate in enumerate(self.rates):
             twice += self.moments[k] * dot(rate, rate) + 2 * self.mu[k] * dot(inner, rate)
             inner = plus(inner, rate, self.per_link("length")[k])

@@ -22,9 +22,11 @@ _MOST = 1e6
 def suits(scene: Scene) -> bool:
     """Whether no digit is lost against the differentiated sweeps.
 
-    The tension form, which serves masses at the links' ends, keeps 4e-16 on a cart whatever the masses are; here 1e-13 is left where
+    A base that is given its acceleration is left to those. The tension form, which serves masses at the links' ends, keeps 4e-16 on a cart whatever the masses are; here 1e-13 is left where
     they grow by sixteen decades from link to link.
     """
+    if scene.base_accelerations:
+        return False
     if not (scene.has_cart and scene.tip_masses):
         return True
     return not isinstance(scene.mass, str) and max(scene.mass) <= _MOST * min(scene.mass)

@@ -45,8 +45,9 @@ class _Solution:
         scene, builder = self.scene, self.builder
         sideways = self.inwards()
         base = builder.lift(0)
-        if scene.has_cart:
+        if scene.has_free_cart:
             base = builder.let("cart", -(sideways * self.known[CART_PIVOT][0]))
+        if scene.has_cart:
             result_v[0] = moved = self.right_v[0] + self.gain * base
             result_q[0] = self.right_q[0] + self.gain * moved
         joints = [builder.array(name, scene.links) for name in ("joint_q", "joint_v")]

@@ -23,7 +23,7 @@ def planar_layout(scene: Scene) -> Layout:
     links = scene.links
     runs = [(name, 0 if scene.tip_masses and name in ("q_yx", "q_yy", "skew", "pull_y") else links) for name in _PER_LINK]
     runs += [
-        ("base", 2), ("base_arm", 2 * scene.has_cart), ("drive", links * bool(scene.actuated_joints)),
+        ("base", 2), ("base_arm", 2 * scene.has_free_cart), ("drive", links * bool(scene.actuated_joints)),
         ("push", int(scene.has_force)), ("stiffness", links * (scene.stiffness is not None)),
         ("damping", links * (scene.damping is not None)),
         ("rest", links * (carries_joints(scene) and scene.stiffness is not None)),

@@ -4,7 +4,8 @@ With psi the angle from the link's direction at the step's start, C and S its co
 
     S' = C w,   C' = -S w,   w' = (a_x S - a_y C) / r + tau / (m r^2)
 
-where (a_x, a_y) = rho^2 g (-cos phi_0, sin phi_0) is gravity as the acceleration of the base in the link's frame.
+where (a_x, a_y) = rho^2 g (-cos phi_0, sin phi_0) is gravity as the acceleration of the base in the link's frame; a moving base
+adds its own.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 from phichain.ir.builder import Builder
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune, unroll
+from phichain.lowering.base import carried
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import input_couples
 from phichain.lowering.series.planar_factor import directions
@@ -64,8 +66,8 @@ def _factor(model: Model) -> Program:
     left = builder.output(LEFT, (2,), "the link's cosine and sine")
     right = builder.output(RIGHT, (2,), "the link's rate, twice")
     sine, cosine = directions(builder, scene, q, lost)
-    weight = scale[1] * (parameters.gravity / parameters.com[0])
-    held[0], held[1] = -(weight * cosine[0]), -(weight * sine[0])
+    aside, weight = (scale[1] * (entry / parameters.com[0]) for entry in carried(builder, scene, parameters, u).parameters.fall)
+    held[0], held[1] = -(weight * cosine[0] + aside * sine[0]), aside * cosine[0] - weight * sine[0]
     place, inverse = 2, 1 / (parameters.mass[0] * parameters.com[0] * parameters.com[0])
     couple = input_couples(builder, scene, parameters, u)
     if couple is not None:

@@ -11,6 +11,7 @@ from fractions import Fraction
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.lowering.base import spatial_base_columns
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.links import directions
 from phichain.lowering.writers import writes
@@ -195,11 +196,14 @@ def linearization(
         joint = parameters.damping
         _neighbour_matrix(builder, links, None, joint, _Planes(outputs["D"].shifted(offset * (size + 1)), size))
         bordered.append("D")
-    if scene.has_cart:
+    if scene.has_free_cart:
         _cart_inertia(builder, scene, parameters, s, outputs["M"])
+    if scene.has_cart:
         for name in bordered:
             _zero_border(builder, outputs[name], size)
-    if "B" in outputs:
+    if scene.base_accelerations:
+        spatial_base_columns(builder, scene, lambda k: mu[k] * s[k], outputs["M"], outputs["B"])
+    elif "B" in outputs:
         _force_matrix(builder, outputs["B"], size)
 
 

@@ -89,10 +89,10 @@ def accelerations(
     """Write x'' and the omega_k' through `rates`."""
     sweep = _Sweep(builder, scene, parameters, q, rates)
     chain = sweep.inwards()
-    x, y, fall = builder.lift(0), builder.lift(0), -parameters.gravity
+    x, y, fall = (-entry for entry in parameters.fall)
     if scene.has_cart:
         unit = parameters.units
-        force = (u[0] / unit.force, u[1] / unit.force) if u is not None else (x, y)
+        force = (u[0] / unit.force, u[1] / unit.force) if u is not None else (builder.lift(0), builder.lift(0))
         x, y = sweep.close_on_cart(chain, force)
         rates.write_cart((x * unit.length, y * unit.length))
     sweep.outwards((x, y, fall))

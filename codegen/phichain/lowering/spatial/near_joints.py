@@ -76,7 +76,7 @@ def near_joints(scene: Scene) -> bool:
 def near_sizes(scene: Scene) -> dict[str, int]:
     """Names and sizes of what the elimination writes."""
     sizes = {name: size * scene.links for name, size in NEAR_JOINTS.items()}
-    return sizes | ({CART_PIVOT: 4, CART_LOAD: 6} if scene.has_cart else {})
+    return sizes | ({CART_PIVOT: 4, CART_LOAD: 6} if scene.has_free_cart else {})
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class NearJoints:
     def run(self) -> None:
         """Write all that `near_joints_solution` needs."""
         chain = self._inwards()
-        if not self.scene.has_cart:
+        if not self.scene.has_free_cart:
             return
         cart = self.parameters.cart_mass / self.parameters.mass[0]
         (xx, xy, xz), (yx, yy, yz), _ = chain.force

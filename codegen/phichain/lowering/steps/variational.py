@@ -23,6 +23,7 @@ from phichain.ir.builder import ArrayRef, Builder, Expr
 from phichain.ir.nodes import Program
 from phichain.lowering.algebra.unit_vectors import ambient_size, cart_size, dimension
 from phichain.lowering.algebra.vector import add, dot, multiple, named
+from phichain.lowering.base import carried
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.steps.ambient import Ambient, has_couples
 from phichain.lowering.steps.articulated_links import sweep
@@ -58,9 +59,8 @@ def constrained_accelerations(builder: Builder, scene: Scene, parameters: Parame
     couple = None
     if has_couples(scene):
         couple = builder.input("force", (dimension(scene) * links,), "forces conjugate to the unit vectors")
-    push = None
-    if scene.has_force:
-        u = builder.input("u", (scene.nu,), "inputs")
+    push, u = None, builder.input("u", (scene.nu,), "inputs") if scene.base_inputs else None
+    if u is not None and scene.has_free_cart:
         push = tuple(u[i] for i in range(cart_size(scene)))
     out = builder.output("acceleration", (size,), "accelerations of the cart and of the unit vectors")
     vectors = Ambient(builder, scene, parameters)
@@ -71,8 +71,11 @@ def constrained_accelerations(builder: Builder, scene: Scene, parameters: Parame
         speed = named(builder, "speed", add(vectors.at(rate, k), multiple(_HALF * h, turning)))
         vectors.put(normal, k, add(vectors.at(place, k), multiple(h, speed)))
         along[k] = h * dot(speed, turning) - dot(speed, speed)
+    base = carried(builder, scene, parameters, u)
+    base.write_cart(out)
+    place, normal, out = (base.seen(array) for array in (place, normal, out))
     (tensions if scene.tip_masses else sweep)(
-        Links(builder, scene, parameters, place, normal, along, couple, push, out)
+        Links(builder, base.scene, base.parameters, place, normal, along, couple, push, out)
     )
 
 
@@ -127,7 +130,7 @@ class _Step:
     ) -> ArrayRef:
         given = [step, place, rate, guess]
         given += [] if force is None else [force]
-        given += [self.u] if self.scene.has_force and self.u is not None else []
+        given += [self.u] if self.scene.base_inputs and self.u is not None else []
         (acceleration,) = self.builder.call(self.solver, given, {"acceleration": ambient_size(self.scene)})
         return acceleration
 
