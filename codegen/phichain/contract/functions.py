@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
-from phichain.contract import flows, meanings
+from phichain.contract import arguments, flows, meanings
 from phichain.contract.arguments import (
     BALANCE,
     ESTIMATE,
@@ -18,7 +18,6 @@ from phichain.contract.arguments import (
     NO_PREPARATION,
     STATE,
     STEP,
-    B,
     Q,
     U,
     V,
@@ -78,8 +77,7 @@ TABLE: Final[tuple[Function, ...]] = (
         (
             Q,
             V,
-            Argument("a", "in", per_v, "accelerations"),
-            B,
+            Argument("a", "in", per_v, "accelerations"), arguments.B,
             Argument(
                 "u", "out", per_v, "full generalised force",
                 lambda chain: f"generalised force conjugate to q, {meanings.forces(chain)}",

@@ -152,7 +152,7 @@ def _system(manifest: Manifest, scene: Scene, functions: Mapping[str, Callable[.
         angles=scene.angles,
         numbers=Numbers(scene.mass, scene.length, scene.com, scene.cart_mass, scene.gravity),
         joints=Joints(scene.stiffness, scene.damping),
-        drive=Drive(scene.driven),
+        drive=Drive(scene.driven, scene.base_accelerations),
         scene=manifest.scene,
         digest=manifest.digest,
     )

@@ -191,15 +191,13 @@ def linearization(
         weight[loop.index] = parameters.gravity * mu[loop.index] * s[loop.index]
     springs = None if parameters.stiffness is None else _signed(builder, parameters.stiffness, s, links)
     _neighbour_matrix(builder, links, weight, springs, _Planes(outputs["G"].shifted(offset * (size + 1)), size))
-    bordered = ["G"]
     if parameters.damping is not None:
         joint = parameters.damping
         _neighbour_matrix(builder, links, None, joint, _Planes(outputs["D"].shifted(offset * (size + 1)), size))
-        bordered.append("D")
     if scene.has_free_cart:
         _cart_inertia(builder, scene, parameters, s, outputs["M"])
-    if scene.has_cart:
-        for name in bordered:
+    for name in ("G", "D") if scene.has_cart else ():
+        if name in outputs:
             _zero_border(builder, outputs[name], size)
     if scene.base_accelerations:
         spatial_base_columns(builder, scene, lambda k: mu[k] * s[k], outputs["M"], outputs["B"])
@@ -269,16 +267,14 @@ def _cart_inertia(builder: Builder, scene: Scene, parameters: Parameters, s: Arr
 def _zero_border(builder: Builder, out: ArrayRef, size: int) -> None:
     nothing = builder.lift(0)
     for a in range(2):
-        for b in range(2):
-            out[a * size + b] = nothing
+        out[a * size] = out[a * size + 1] = nothing
         with builder.loop("k", 2, size) as loop:
             out[loop.index + a * size], out[loop.index * size + a] = nothing, nothing
 
 
 def _force_matrix(builder: Builder, out: ArrayRef, size: int) -> None:
-    for a in range(2):
-        for b in range(2):
-            out[2 * a + b] = builder.lift(int(a == b))
+    for i in range(4):
+        out[i] = builder.lift(int(i in (0, 3)))
     with builder.loop("i", 4, 2 * size) as loop:
         out[loop.index] = builder.lift(0)
 

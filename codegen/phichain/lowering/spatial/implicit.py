@@ -122,9 +122,8 @@ def _motion(
     out: dict[str, ArrayRef],
 ) -> None:
     """The unperturbed chain: unit vectors, rates, velocities, tangential accelerations, and the pull R of each link."""
-    links, nothing, mass, length, com = (
+    links, mass, length, com = (
         scene.links,
-        builder.lift(0),
         parameters.mass,
         parameters.length,
         parameters.com,
