@@ -9,14 +9,21 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
+from phichain.contract.functions import ROWS
+from phichain.errors import UnsupportedError
 from phichain.ir import evaluate
-from phichain.ir.passes import total_operations
+from phichain.ir.builder import Builder
+from phichain.ir.passes import prune, total_operations
 from phichain.lowering import lower_function
 from phichain.lowering.base import on_wall
+from phichain.lowering.parameters import Parameters
+from phichain.lowering.writers import WRITERS, Writer, declared
 from phichain.mechanics import derive
 from phichain.reference import tangent_directions
 from phichain.scene import Scene
-from tests.lowering.bases import chain, functions, given, named
+from phichain.transform.blocks import Block
+from phichain.transform.tangent import jacobian
+from tests.lowering.bases import GIVEN, chain, functions, given, named
 from tests.lowering.chains import Arguments, gap, random_arguments
 from tests.lowering.test_against_reference import SPATIAL_APART, error, truth
 
@@ -130,6 +137,41 @@ def test_it_costs_no_more_than_a_cart_that_forces_move(space: str, masses: str) 
     driven = chain("cart", 4, space, masses, cart_mass=1.7)
     counts = [total_operations(lower_function(derive(of), "forward_dynamics")) for of in (driven, replace(driven, drive="force"))]
     assert counts[0] <= counts[1]
+
+
+@pytest.mark.parametrize("of", [of for of in given(4) if of.is_planar], ids=named)
+def test_jacobians_as_written_are_those_of_the_accelerations(of: Scene) -> None:
+    """The form that long chains take, against the accelerations differentiated operation by operation."""
+    model, row = derive(of), ROWS["state_jacobian"]
+    written = writer_of(row.name, of)
+    builder = Builder(row.name, row.doc)
+    written.write(builder, of, Parameters(builder, model), **declared(builder, of, row.name))
+    forward = lower_function(model, "forward_dynamics", "loops")
+    blocks = [Block("a", name, f"dad{name}") for name in ("q", "v", "u")]
+    arguments = drawn(of, 2, "state_jacobian")
+    found, expected = (evaluate(p, arguments) for p in (prune(builder.finish()), jacobian(forward, row.name, row.doc, blocks)))
+    for name in found:
+        assert gap(found[name], expected[name]) < 1e-14
+
+
+def writer_of(name: str, of: Scene) -> Writer:
+    written = WRITERS.of(name, of.space)
+    assert written.suits(of)
+    return written
+
+
+def test_long_jacobians_cost_what_those_on_a_wall_do() -> None:
+    counts = []
+    for base in ("fixed", "moving", "cart"):
+        keys = {} if base == "fixed" else {**GIVEN[base]}
+        of = Scene("long_chain", 10, base=base, mass=0.3, length=0.4, com=0.2, actuated="all", **keys)
+        counts.append(total_operations(lower_function(derive(of), "state_jacobian")))
+    assert max(counts[1:]) < 1.15 * counts[0]
+
+
+def test_a_driven_cart_has_no_balance_of_forces() -> None:
+    with pytest.raises(UnsupportedError, match="goes where it is told .*use base = \"fixed\""):
+        chain("cart", 2, "planar", "tip", want=["phi"])
 
 
 def apart(found: Any, exact: Any) -> float:

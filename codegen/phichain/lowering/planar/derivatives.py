@@ -5,6 +5,7 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.disturbances import Column, faster_links, slowed_joints, turned_joints
+from phichain.lowering.planar.given_base import over_given_base
 from phichain.lowering.planar.jacobian import Columns, Target
 from phichain.lowering.planar.joints import planar_state
 from phichain.lowering.planar.response import Base, Recalled, Response
@@ -22,12 +23,10 @@ _MOST = 1e6
 def suits(scene: Scene) -> bool:
     """Whether no digit is lost against the differentiated sweeps.
 
-    A base that is given its acceleration is left to those. The tension form, which serves masses at the links' ends, keeps 4e-16 on a cart whatever the masses are; here 1e-13 is left where
+    The tension form, which serves masses at the links' ends, keeps 4e-16 on a cart whatever the masses are; here 1e-13 is left where
     they grow by sixteen decades from link to link.
     """
-    if scene.base_accelerations:
-        return False
-    if not (scene.has_cart and scene.tip_masses):
+    if not (scene.has_free_cart and scene.tip_masses):
         return True
     return not isinstance(scene.mass, str) and max(scene.mass) <= _MOST * min(scene.mass)
 
@@ -53,8 +52,11 @@ def dynamics_and_jacobian(
 def derivatives(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, u: ArrayRef | None, a: ArrayRef,
     dadq: ArrayRef, dadv: ArrayRef, dadu: ArrayRef | None,
-) -> None:  # fmt: skip
-    """Write the accelerations and their derivatives."""
+) -> Response | None:  # fmt: skip
+    """Write the accelerations and their derivatives; returns how joints answer, where the base's acceleration is not given."""
+    if scene.base_accelerations and u is not None and dadu is not None:
+        over_given_base(builder, scene, parameters, (q, v, u), (a, dadq, dadv, dadu), derivatives)
+        return None
     state = planar_state(builder, scene, q, v)
     sweep = Recalled(builder, scene, parameters, state, u)
     response, base = _solved(builder, scene, parameters, sweep, u, a)
@@ -74,6 +76,7 @@ def derivatives(
                 target[loop.index * scene.nv] = 0
     if dadu is not None and compliance is not None and compliance.array.name != dadu.name:
         _chosen(builder, scene, compliance, dadu)
+    return response
 
 
 def _solved(
@@ -83,9 +86,9 @@ def _solved(
     outer = sweep.inwards()
     if not scene.has_cart:
         sweep.pivot(outer, 0)
-        sweep.all_outwards(-parameters.gravity, builder.lift(0), a)
+        sweep.all_outwards(-parameters.fall[1], -parameters.fall[0], a)
         response = Response(builder, scene, parameters, sweep)
-        return response, response.on_wall(parameters.gravity, parameters.length[0])
+        return response, response.on_wall(parameters.fall, parameters.length[0])
     force = u[0] if u is not None and scene.has_force else builder.lift(0)
     slide = sweep.cart_acceleration(outer, force)
     a[0] = slide
