@@ -10,6 +10,7 @@ from phichain import build
 from phichain.control import computed_torque, controllability, equilibria, lqr
 from phichain.errors import UnsupportedError
 from phichain.fractional import inertia_spectrum
+from phichain.orbits import linear_modes
 from phichain.scene import Scene
 
 G, L = 9.81, 0.4
@@ -84,5 +85,7 @@ def test_what_asks_for_forces_refuses() -> None:
     system = build(DRIVEN)
     with pytest.raises(UnsupportedError, match="given its acceleration"):
         computed_torque(system, lambda t: (np.zeros(2), np.zeros(2), np.zeros(2)), 3.0)
+    with pytest.raises(UnsupportedError, match="goes where it is told"):
+        linear_modes(system)
     with pytest.raises(UnsupportedError, match="given its acceleration"):
         inertia_spectrum(system, np.zeros(2))
