@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,8 @@ STEPPER = Scene(
 )  # fmt: skip
 SPAN = 0.05
 """Length of a segment of constant acceleration, s."""
+SHARES = 4
+"""Steps of the reference a segment."""
 
 
 def shaken(state: Sequence[Any], b: Sequence[float]) -> list[Any]:
@@ -44,11 +47,13 @@ def stepper(state: Sequence[Any], b: Sequence[float]) -> list[Any]:
     return [speed, w1, w2, mpf(b[0]), (c22 * first - c12 * second) / whole, (c11 * second - c12 * first) / whole]
 
 
-def exact(field: Callable[..., list[Any]], start: Sequence[float], inputs: Sequence[Sequence[float]]) -> np.ndarray:
-    """The state after all segments, by Gragg's midpoint rule extrapolated in 30 digits until it stands still."""
+@cache
+def exact(run: str, first: int = 0, last: int | None = None) -> np.ndarray:
+    """The state after all of some segments, by Gragg's midpoint rule extrapolated in 30 digits until it stands still."""
+    _, field, start, inputs = RUNS[run]
     with mp.workdps(30):
         state = [mpf(x) for x in start]
-        for b in inputs:
+        for b in (b for b in inputs[first:last] for _ in range(SHARES)):
             state = extrapolated(lambda y, b=b: field(y, b), state)
         return np.array(state, float)
 
@@ -56,7 +61,7 @@ def exact(field: Callable[..., list[Any]], start: Sequence[float], inputs: Seque
 def extrapolated(slope: Callable[[list[Any]], list[Any]], start: list[Any]) -> list[Any]:
     row: list[list[Any]] = []
     for k, count in enumerate(range(2, 32, 2)):
-        h = mpf(SPAN) / count
+        h = mpf(SPAN) / (SHARES * count)
         before, now = start, moved(start, slope(start), h)
         for _ in range(count - 1):
             before, now = now, moved(before, slope(now), 2 * h)
@@ -64,7 +69,7 @@ def extrapolated(slope: Callable[[list[Any]], list[Any]], start: list[Any]) -> l
         for j, last in enumerate(row):
             ratio = (mpf(count) / (2 * (k - j))) ** 2
             new.append([x + (x - y) / (ratio - 1) for x, y in zip(new[-1], last, strict=True)])
-        if row and max(abs(x - y) for x, y in zip(new[-1], row[-1], strict=True)) < 1e-17:
+        if row and max(abs(x - y) for x, y in zip(new[-1], row[-1], strict=True)) < 1e-15 * max(map(abs, new[-1])):
             return new[-1]
         row = new
     raise AssertionError("the reference does not settle")
@@ -81,7 +86,7 @@ STEPS = [[6.0 * (-1) ** (k // 3)] for k in range(12)]
 RUNS = {
     "kapitza": (SHAKEN, shaken, [3.0, 0.4], KAPITZA),
     "both ways": (SHAKEN, shaken, [0.3, -1.0], ASIDE),
-    "stepper": (STEPPER, stepper, [0.1, 0.4, 2.5, -0.2, 1.0, 0.3], STEPS),
+    "stepper": (STEPPER, stepper, [0.1, 0.4, 0.9, -0.2, 1.0, 0.3], STEPS),
 }
 BUILT: dict[str, System] = {}
 
@@ -107,8 +112,8 @@ def flown(of: System, flow: str, start: Sequence[float], inputs: Sequence[Sequen
 @pytest.mark.parametrize("flow", FLOWS)
 @pytest.mark.parametrize("run", RUNS)
 def test_motion_over_segments_of_constant_acceleration(run: str, flow: str) -> None:
-    scene, field, start, inputs = RUNS[run]
-    true = exact(field, start, inputs)
+    scene, _, start, inputs = RUNS[run]
+    true = exact(run)
     found = flown(system(scene), flow, start, inputs, 1e-13 if flow == "propagate_stiff" else 1e-15)
     assert np.max(np.abs(found - true)) < (1e-9 if flow == "propagate_stiff" else 1e-11) * np.max(np.abs(true))
 
@@ -131,8 +136,8 @@ def test_columns_are_derivatives_of_the_flow(run: str) -> None:
 @pytest.mark.parametrize("run", RUNS)
 def test_simulate_and_steps_follow(run: str) -> None:
     """One segment by SciPy on the emitted right side, and by Runge-Kutta steps whose error falls by sixteen."""
-    scene, field, start, inputs = RUNS[run]
-    of, true = system(scene), exact(field, start, inputs[1:2])
+    scene, _, start, inputs = RUNS[run]
+    of, true = system(scene), exact(run, 1, 2)
     motion = simulate(of, start, SPAN, u=inputs[1], method="DOP853", tol=1e-12)
     assert np.max(np.abs(np.concatenate([motion.q[-1], motion.v[-1]]) - true)) < 1e-10 * np.max(np.abs(true))
     gaps = []
