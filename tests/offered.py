@@ -8,7 +8,9 @@ DERIVATIVES = frozenset(row.name for row in TABLE if row.derivative)
 """Functions that are the Jacobians of others."""
 
 
-def offered(space: str, damped: bool = False, *, on_request: bool = False, flows: bool = False) -> tuple[str, ...]:
+def offered(
+    space: str, damped: bool = False, *, on_request: bool = False, flows: bool = False, driven: bool = False
+) -> tuple[str, ...]:
     """The functions of such a chain, in the order of the contract.
 
     Args:
@@ -16,8 +18,9 @@ def offered(space: str, damped: bool = False, *, on_request: bool = False, flows
         damped: whether its joints carry dampers.
         on_request: also those that are asked for by name.
         flows: also those that run over many steps or states, which are no Program.
+        driven: whether a cart is driven by its acceleration.
     """
-    kind = Sample(space == "planar", (1.0,) if damped else None)
+    kind = Sample(space == "planar", (1.0,) if damped else None, drive="acceleration" if driven else None)
     return tuple(
         row.name
         for row in TABLE

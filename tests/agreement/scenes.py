@@ -26,9 +26,10 @@ def make(name: str, links: int, space: str, base: str, more: Sequence[str] = (),
         "mass": [0.7 + 0.3 * (k % 4) for k in range(links)],
         "length": [1.1 - 0.2 * (k % 3) for k in range(links)],
     }
-    if base == "cart":
+    driven = keys.get("drive") == "acceleration"
+    if base == "cart" and not driven:
         numbers["cart_mass"] = 1.9
-    want = offered(space, bool(LOSSES & keys.keys()))
+    want = offered(space, bool(LOSSES & keys.keys()), driven=driven)
     return Scene(name, links, space=space, base=base, want=[*want, *more], **(numbers | keys))
 
 
@@ -77,6 +78,10 @@ SCENES = (
     make("spatial_cart_springs", 4, "spatial", "cart", mass="runtime", length="runtime", cart_mass="runtime",
          stiffness=_joint(4, 2.0), code="loops"),
     make("spatial_cart_mid", 2, "spatial", "cart", STEPS, com=_mid(2), damping=_joint(2, 0.3), code="loops"),
+    make("planar_driven", 3, "planar", "cart", STEPS, drive="acceleration", com=_mid(3), actuated="all", code="loops"),
+    make("planar_moving", 3, "planar", "moving", STEPS, damping=_joint(3, 0.4), angles="adjacent", actuated="all", code="unrolled"),
+    make("spatial_driven", 2, "spatial", "cart", STEPS, drive="acceleration", cart_mass="runtime", code="loops"),
+    make("spatial_moving", 2, "spatial", "moving", STEPS, com=_mid(2), gravity="runtime", code="loops"),
 )  # fmt: skip
 """In double precision."""
 

@@ -45,6 +45,12 @@ SCENES = {
               want=("step_rosenbrock",)),
         Scene("trolley", 2, space="spatial", base="cart", cart_mass=0.7, cart_damping=0.3, **TWO, want=(*SPATIAL, "step_rosenbrock")),
         Scene("sprung", 2, space="spatial", **TWO, com=[0.2, 0.3], stiffness=1.0, damping=0.2, want=SPATIAL, code="loops"),
+        Scene("shaken", 2, base="moving", **TWO, com=[0.2, 0.3], actuated="all", want=PLANAR),
+        Scene("stepper", 2, base="cart", drive="acceleration", cart_mass=0.7, **TWO, actuated="all", want=DAMPED),
+        Scene("shaken_space", 2, space="spatial", base="moving", **TWO, com=[0.2, 0.3], want=SPATIAL),
+        Scene("stiff_shaken", 2, base="moving", **TWO, com=[0.2, 0.3], want=("step_rosenbrock",)),
+        Scene("stiff_stepper", 2, space="spatial", base="cart", drive="acceleration", **TWO, want=("step_rosenbrock",)),
+        Scene("stepper_space", 2, space="spatial", base="cart", drive="acceleration", **TWO, want=SPATIAL),
     )
 }  # fmt: skip
 

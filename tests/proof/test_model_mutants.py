@@ -22,7 +22,7 @@ from phichain.proof import prove
 from phichain.scene import Scene
 from tests.proof.chains import SCENES, lowered
 
-CHAINS = ("tips", "damped", "adjacent", "runtime", "flying", "sprung", "geared_cart")
+CHAINS = ("tips", "damped", "adjacent", "runtime", "flying", "sprung", "geared_cart", "shaken", "stepper_space")
 
 
 def model_mutants(model: Model) -> Iterator[tuple[str, Model]]:

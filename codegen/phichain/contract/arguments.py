@@ -42,6 +42,11 @@ def is_spatial(chain: Kind) -> bool:
     return not chain.is_planar
 
 
+def is_driven(chain: Kind) -> bool:
+    """A cart is driven by its acceleration."""
+    return chain.drive == "acceleration"
+
+
 def is_damped(chain: Kind) -> bool:
     """Joints carry dampers."""
     return chain.damping is not None
@@ -87,6 +92,10 @@ def jacobian_by(name: str, columns: Callable[[Chain], int], present: Callable[[C
 Q: Final = Argument("q", "in", per_q, "configuration")
 V: Final = Argument("v", "in", per_v, "rates")
 U: Final = Argument("u", "in", lambda chain: (chain.nu,), "inputs", present=has_input)
+B: Final = Argument(
+    "b", "in", lambda chain: (chain.base_inputs,), "acceleration of the base",
+    "acceleration of the base, the last component down, m/s^2", lambda chain: chain.is_moving,
+)  # fmt: skip
 STATE: Final = (Q, V, U)
 STEP: Final = (
     Argument("h", "in", scalar, "step, s"),
@@ -120,6 +129,11 @@ NO_BALANCE: Final = (
         rests_bent,
         "needs springs that rest along the link before, since others pull to one side and leave no motion in phase",
         'use "step" for the motion, or remove joints.rest_angle',
+    ),
+    Absence(
+        is_driven,
+        "is a balance of forces, and a cart that is driven by its acceleration goes where it is told",
+        'use base = "fixed" for the chain beneath it, or drive = "force"',
     ),
 )
 NO_RECURRENCE: Final = (

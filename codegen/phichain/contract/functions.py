@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
-from phichain.contract import flows, meanings
+from phichain.contract import arguments, flows, meanings
 from phichain.contract.arguments import (
     BALANCE,
     ESTIMATE,
@@ -78,7 +78,7 @@ TABLE: Final[tuple[Function, ...]] = (
         (
             Q,
             V,
-            Argument("a", "in", per_v, "accelerations"),
+            Argument("a", "in", per_v, "accelerations"), arguments.B,
             Argument(
                 "u", "out", per_v, "full generalised force",
                 lambda chain: f"generalised force conjugate to q, {meanings.forces(chain)}",
@@ -111,7 +111,7 @@ TABLE: Final[tuple[Function, ...]] = (
         "energy", "Kinetic and potential energy.",
         (
             Q, V,
-            Argument("kinetic", "out", scalar, "kinetic energy, J", "J"),
+            Argument("kinetic", "out", scalar, "kinetic energy, J", meanings.kinetic),
             Argument("potential", "out", scalar, "potential energy, J, springs included", meanings.potential),
         ),
     ),

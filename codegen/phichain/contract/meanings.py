@@ -68,6 +68,13 @@ def inertias(chain: Chain) -> str:
     return f"M of M a + coriolis + gravity_torque = generalised force; {units}"
 
 
+def kinetic(chain: Chain) -> str:
+    """The kinetic energy, and the frame that it is counted in."""
+    if chain.is_moving:
+        return "J, of the motion against the base"
+    return "J, of the chain alone" if chain.is_driven and chain.cart_mass is None else "J"
+
+
 def potential(chain: Chain) -> str:
     """The potential energy and its zero."""
     springs = ", springs included" if chain.stiffness is not None else ""
@@ -77,7 +84,8 @@ def potential(chain: Chain) -> str:
 def places(chain: Chain) -> str:
     """The positions of the masses."""
     axes = "[horizontal, down]" if chain.is_planar else "[horizontal, horizontal, down]"
-    return f"row k holds the position {axes} of mass k, m"
+    start = ", from the base" if chain.is_moving else ""
+    return f"row k holds the position {axes} of mass k{start}, m"
 
 
 def direction_rates(chain: Chain) -> str:
@@ -95,7 +103,8 @@ def small_inertia(chain: Chain) -> str:
     """The inertia of (19), and which coordinates it is in."""
     cart = "the cart's position and " if chain.has_cart else ""
     what = "the angles" if chain.is_planar else "the two horizontal components of each link's rotation"
-    return f"inertia; the coordinates x are {cart}{what}, counted from the equilibrium"
+    told = "; the cart's rows say x'' = u" if chain.is_driven else ""
+    return f"inertia; the coordinates x are {cart}{what}, counted from the equilibrium{told}"
 
 
 def small_stiffness(chain: Chain) -> str:

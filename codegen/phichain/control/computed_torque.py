@@ -109,6 +109,13 @@ def _check(system: System, rate: float | None) -> None:
             "a spatial chain has no joint torques",
             "use a planar scene, or `lqr` on a cart",
         )
+    if system.drive.accelerations:
+        raise UnsupportedError(
+            "base",
+            system.base,
+            "is given its acceleration, which computed torque does not choose",
+            'use base = "fixed", or drive = "force" on a cart; inverse_dynamics gives the torques at any acceleration',
+        )
     if system.nu < system.nv:
         raise ControlError(
             "actuated",

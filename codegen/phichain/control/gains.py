@@ -184,7 +184,7 @@ class Gains(Held):
             state_names=on.names,
             state_units=on.units,
             input_names=self.input_names,
-            input_units=("N",) * min(self.cart, nu) + ("N m",) * (nu - min(self.cart, nu)),
+            input_units=tuple(_unit(name, k < self.cart) for k, name in enumerate(self.input_names)),
             target=tuple(state),
             rest=tuple(np.zeros(nu) if u_0 is None else real_numbers("u_0", u_0, "give one number per input")),
             gains=tuple(map(tuple, on.gains)),
@@ -224,3 +224,10 @@ class Gains(Held):
         plain |= {name: tuple(meta[name]) for name in ("s", "state_names", "input_names")}
         plain |= {name: arrays[name] for name in _ARRAYS}
         return cls(**plain)
+
+
+def _unit(name: str, is_on_cart: bool) -> str:
+    """The unit of an input, by its name."""
+    if "acceleration" in name:
+        return "m/s^2"
+    return "N" if is_on_cart else "N m"

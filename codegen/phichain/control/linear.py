@@ -50,12 +50,13 @@ class LinearSystem(Held):
     def reduced(self) -> tuple[Vector, Vector, Vector, Vector]:
         """(M_qq, D_qq, G_qq, B_q) of equation (20): the links driven by the cart's acceleration.
 
-        On a cart the force can give the cart any acceleration a, and feedback does not change controllability:
+        On a cart a force can give the cart any acceleration a, and feedback does not change controllability:
         M_qq x_q'' + D_qq x_q' + G_qq x_q = -M_qx a + B_q u_q, where u_q are the joint torques, if any (the paper
-        prints G_qq without x_q, and another sign of a). On a fixed base nothing is removed.
+        prints G_qq without x_q, and another sign of a). A cart that is driven by its acceleration has that in B. On a fixed base
+        nothing is removed.
         """
         c = self.cart
-        inputs = np.hstack([-self.M[c:, :c], self.B[c:, c:]]) if c else self.B
+        inputs = np.hstack([self.B[c:, :c] - self.M[c:, :c], self.B[c:, c:]]) if c else self.B
         return self.M[c:, c:], self.D[c:, c:], self.G[c:, c:], inputs
 
     @property

@@ -18,7 +18,7 @@ def left_out(printed: Printed) -> dict[str, str]:
     is_partial = any(row.is_missed and row.name not in scene.want for row in TABLE)
     absent = {"other functions": OTHERS} if is_partial else {}
     if not scene.has_cart:
-        absent["cart terms"] = "the base is fixed"
+        absent["cart terms"] = "the base is moved, and has no equation of its own" if scene.is_moving else "the base is fixed"
     if not scene.runtime:
         absent["params struct"] = "every parameter is a number and folded into the code"
     if scene.damping is None:

@@ -89,7 +89,7 @@ def absolute_factor(system: System, q: Vector, p: Parameters | None) -> Vector:
 
 
 def refuse_spatial(system: System) -> None:
-    """Raise for spatial scenes, which have no fractional view.
+    """Raise for spatial scenes, which have no fractional view, and for planar ones whose base is given its acceleration.
 
     Raises:
         UnsupportedError: Always for them, with the reason.
@@ -100,6 +100,13 @@ def refuse_spatial(system: System) -> None:
             system.space,
             "the fractional view needs angles: on the sphere v' = omega', and its second integral is not q",
             "use a planar scene",
+        )
+    if system.drive.accelerations:
+        raise UnsupportedError(
+            "base",
+            system.base,
+            "the fractional view is one of forces, and this base is given its acceleration",
+            'use base = "fixed", or drive = "force" on a cart',
         )
 
 

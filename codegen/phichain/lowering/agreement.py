@@ -108,7 +108,7 @@ class _Motion:
 
     def __init__(self, model: Model, point: Residues) -> None:
         symbols, self.point = model.symbols, point
-        self.cart, self.cart_rate = ([*map(point.value, cart)] for cart in (symbols.cart, symbols.cart_rate))
+        self.cart, self.base_rate = ([*map(point.value, base)] for base in (symbols.cart, symbols.base_rate))
         if model.scene.is_planar:
             kind = str(model.scene.angles)
             phi = absolute_angles(kind, [point.angle(theta) for theta in symbols.theta])
@@ -158,8 +158,8 @@ def _springs(model: Model, motion: _Motion, held: Values) -> int:
 def _losses(model: Model, motion: _Motion, held: Values) -> int:
     """R of dampers and dry friction, the cart's among them."""
     twice = sum(d * _dot(slip, slip) for d, slip in zip(held.get("found_damping", ()), motion.slips, strict=False))
-    twice += sum(d * _dot(motion.cart_rate, motion.cart_rate) for d in held.get("found_cart_damping", ()))
-    rubbed = [(held.get("found_cart_friction", ()), [motion.cart_rate], model.scene.cart_friction_speed)]
+    twice += sum(d * _dot(motion.base_rate, motion.base_rate) for d in held.get("found_cart_damping", ()))
+    rubbed = [(held.get("found_cart_friction", ()), [motion.base_rate], model.scene.cart_friction_speed)]
     rubbed.append((held.get("found_friction", ()), motion.slips, model.scene.friction_speed))
     total = twice * _HALF
     for forces, rates, speed in rubbed:
@@ -181,7 +181,7 @@ def _places(model: Model, motion: _Motion, held: Values) -> Iterator[tuple[str, 
 
 def _by_masses(motion: _Motion, held: Values) -> int:
     """T of the masses on their way, from m_k, r_k, l_k, J_k and m_0."""
-    base = [*motion.cart_rate, *([0] * (len(motion.rate[0]) - len(motion.cart_rate)))]
+    base = [*motion.base_rate, *([0] * (len(motion.rate[0]) - len(motion.base_rate)))]
     twice = sum(m * _dot(base, base) for m in held.get("found_cart_mass", ()))
     for k, rate in enumerate(motion.rate):
         own, arm = held["found_com"][k], held["found_length"][k]
@@ -194,8 +194,8 @@ def _by_masses(motion: _Motion, held: Values) -> int:
 
 def _by_moments(motion: _Motion, held: Values) -> int:
     """T from M00, mu_k, c_kk and c_ij = l_i mu_j, i < j."""
-    twice = held["found_total_mass"][0] * _dot(motion.cart_rate, motion.cart_rate)
-    inner = [*motion.cart_rate, *([0] * (len(motion.rate[0]) - len(motion.cart_rate)))]
+    twice = held["found_total_mass"][0] * _dot(motion.base_rate, motion.base_rate)
+    inner = [*motion.base_rate, *([0] * (len(motion.rate[0]) - len(motion.base_rate)))]
     for k, rate in enumerate(motion.rate):
         twice += held["found_c_diagonal"][k] * _dot(rate, rate) + 2 * held["found_mu"][k] * _dot(inner, rate)
         inner = [(b + held["found_length"][k] * r) % PRIME for b, r in zip(inner, rate, strict=True)]
@@ -223,8 +223,8 @@ def _pairs(model: Model, held: Values) -> Iterator[tuple[str, Coefficient, Coeff
     mu = [mass[k] * com[k] + length[k] * beyond[k] for k in links]
     spin = held.get("found_inertia", [Fraction(0)] * len(links))
     diagonal = [mass[k] * com[k] * com[k] + spin[k] + length[k] * length[k] * beyond[k] for k in links]
-    if model.scene.has_cart:
-        yield "M00", model.total_mass, sum(mass, Fraction(0)) + held["found_cart_mass"][0]
+    if model.scene.base != "fixed":
+        yield "M00", model.total_mass, sum((*mass, *held.get("found_cart_mass", ())), Fraction(0))
         yield "M00", model.total_mass, held["found_total_mass"][0]
         yield from _listed("coupling", model.coupling, mu)
     for found in (diagonal, held["found_c_diagonal"]):

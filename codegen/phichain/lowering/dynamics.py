@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder
+from phichain.lowering.base import Carried, carried, on_wall
 from phichain.lowering.body import has_points
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar import articulated as planar_articulated
@@ -27,6 +28,7 @@ def by_tensions(scene: Scene) -> bool:
 
 def in_units_of_links(scene: Scene) -> bool:
     """Whether a sweep computes in units of the scene's links; the articulated ones have units of their own."""
+    scene = on_wall(scene)
     return by_tensions(scene) or (not scene.is_planar and mobilities.suits(scene))
 
 
@@ -35,13 +37,15 @@ def planar_forward_dynamics(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef | None = None
 ) -> None:
     """(15) of paper A solved for the accelerations."""
-    state = planar_state(builder, scene, q, v)
+    base = carried(builder, scene, parameters, u)
+    state = planar_state(builder, base.scene, base.seen(q), base.seen(v))
+    base.write_cart(a)
     if scene.armature is not None:
-        planar_geared.accelerations(builder, scene, parameters, state, u, a)
+        planar_geared.accelerations(builder, base.scene, base.parameters, state, base.u, base.seen(a))
         return
-    articulated = planar_both_ends if base_side.suits(scene) else planar_articulated
-    form = planar_tension if by_tensions(scene) else articulated
-    form.accelerations(builder, scene, parameters, state, u, a)
+    articulated = planar_both_ends if base_side.suits(base.scene) else planar_articulated
+    form = planar_tension if by_tensions(base.scene) else articulated
+    form.accelerations(builder, base.scene, base.parameters, state, base.u, base.seen(a))
 
 
 @writes("forward_dynamics", space="spatial", own_units=in_units_of_links, lumped=True)
@@ -49,7 +53,9 @@ def spatial_forward_dynamics(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef | None = None
 ) -> None:
     """(16) of paper B solved for [x'', omega']."""
-    _sweep(builder, scene, parameters, q, AngularVelocities(scene, v, a), u)
+    base = carried(builder, scene, parameters, u)
+    base.write_cart(a)
+    _sweep(builder, base, base.seen(q), AngularVelocities(base.scene, base.seen(v), base.seen(a)))
 
 
 @writes("direction_dynamics", own_units=in_units_of_links, lumped=True)
@@ -58,18 +64,19 @@ def direction_dynamics(
     u: ArrayRef | None = None,
 ) -> None:  # fmt: skip
     """(15) of paper B solved for [x'', q''] of the unit vectors."""
-    _sweep(builder, scene, parameters, q, DirectionRates(builder, scene, q, q_dot, q_ddot), u)
+    base = carried(builder, scene, parameters, u)
+    base.write_cart(q_ddot)
+    arrays = base.seen(q), base.seen(q_dot), base.seen(q_ddot)
+    _sweep(builder, base, arrays[0], DirectionRates(builder, base.scene, *arrays))
 
 
-def _sweep(
-    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, u: ArrayRef | None
-) -> None:
+def _sweep(builder: Builder, base: Carried, q: ArrayRef, rates: Rates) -> None:
     """Any form of a spatial chain's accelerations."""
-    if by_tensions(scene):
-        spatial_tension.accelerations(builder, scene, parameters, q, rates, u)
+    if by_tensions(base.scene):
+        spatial_tension.accelerations(builder, base.scene, base.parameters, q, rates, base.u)
         return
-    if scene.inertia is not None and not has_points(scene):
-        rigid_links.accelerations(builder, scene, parameters, q, rates, u)
+    if base.scene.inertia is not None and not has_points(base.scene):
+        rigid_links.accelerations(builder, base.scene, base.parameters, q, rates, base.u)
         return
-    form = mobilities if mobilities.suits(scene) else spatial_articulated
-    form.accelerations(builder, scene, parameters, q, rates, u)
+    form = mobilities if mobilities.suits(base.scene) else spatial_articulated
+    form.accelerations(builder, base.scene, base.parameters, q, rates, base.u)

@@ -26,8 +26,8 @@ def slows_joints(scene: Scene) -> bool:
 
 
 def brakes_cart(scene: Scene) -> bool:
-    """Whether anything resists the cart's speed."""
-    return scene.cart_damping is not None or scene.cart_friction is not None
+    """Whether anything resists the speed of a free cart; one that is driven goes where it is told."""
+    return scene.has_free_cart and (scene.cart_damping is not None or scene.cart_friction is not None)
 
 
 def joint_drag(scene: Scene, parameters: Parameters, k: Index, rate: Expr) -> Expr | None:

@@ -8,6 +8,7 @@ the Lagrangian.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -115,6 +116,7 @@ class Parameters:
         self._bodies: Bodies | None = None
         self.units = units_of_links(scene) if own_units else Units()
         self._made: dict[str, ArrayRef] = {}
+        self._base: tuple[Expr, ...] = ()
         self.links = scene.links
         for name in scene.runtime:
             shape = (scene.links,) if name in PER_LINK else ()
@@ -183,8 +185,25 @@ class Parameters:
         return self._scalar("gravity")
 
     @property
+    def fall(self) -> tuple[Expr, ...]:
+        """Gravity less the acceleration of the base, the last of d components down: what a chain falls with, seen from there."""
+        zero, size = self._builder.lift(0), 2 if self._scene.is_planar else 3
+        still = (*(zero for _ in range(size - 1)), self.gravity)
+        if not self._base:
+            return still
+        return tuple(own - given / self.units.length for own, given in zip(still, self._base, strict=True))
+
+    def carried(self, scene: Scene, acceleration: tuple[Expr, ...]) -> Parameters:
+        """The same numbers as sweeps see them over a base with a given acceleration (m/s^2): those of another scene, on a wall."""
+        numbers = copy(self)
+        numbers._scene, numbers._base = scene, acceleration
+        return numbers
+
+    @property
     def cart_mass(self) -> Expr:
-        """Mass of the cart; with it what rigid links leave there if they are given as point masses."""
+        """Mass of the cart, zero for one that is driven and weighs nothing; with it what rigid links leave there as point masses."""
+        if self._scene.cart_mass is None:
+            return self._builder.lift(0)
         mass, own = self._scalar("cart_mass"), self._model.scene
         if self._scene.cart_mass != "runtime" or self._scene.inertia is own.inertia:
             return mass

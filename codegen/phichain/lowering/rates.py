@@ -27,6 +27,7 @@ from mpmath import mp, mpf
 from phichain.ir.builder import Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
+from phichain.lowering.base import on_wall
 from phichain.lowering.parameters import Parameters
 from phichain.mechanics import Model
 from phichain.scene import Scene
@@ -43,6 +44,7 @@ _LEAST: Final = Fraction(1, 10**300)
 @lru_cache(maxsize=8)
 def fastest_rate(scene: Scene) -> Fraction | None:
     """Largest linear frequency of the hanging chain, rad/s, to three digits; None where parameters come at run time."""
+    scene = on_wall(scene)
     if scene.runtime:
         return None
     with mp.workdps(_GUARD_DIGITS + 2 * _decades(scene)):

@@ -49,8 +49,8 @@ class Coefficients:
 
     @cached_property
     def coupling(self) -> tuple[Coefficient, ...]:
-        """The coefficients of x'.C^T q_k' in T (kg m), empty on a fixed base; they come out equal to mu_k."""
-        return tuple(self._moment(0, k) for k in self._links) if self.scene.has_cart else ()
+        """The coefficients of p_0'.q_k' in T (kg m), empty on a fixed base; they come out equal to mu_k."""
+        return tuple(self._moment(0, k) for k in self._links) if self.scene.base != "fixed" else ()
 
     @cached_property
     def c(self) -> tuple[tuple[Coefficient, ...], ...]:
@@ -143,9 +143,9 @@ class Coefficients:
 
     @cached_property
     def _number(self) -> dict[sympy.Symbol, int]:
-        """The number of each of them; the cart's place and rate are those of the base."""
+        """The number of each of them; the cart's place and rate are those of the base, and so is the rate that is given."""
         numbers, symbols = {symbol: i for i, symbol in enumerate(self.free)}, ChainSymbols(self.scene)
-        for cart, rate in ((symbols.cart, False), (symbols.cart_rate, True)):
+        for cart, rate in ((symbols.cart, False), (symbols.base_rate, True)):
             numbers |= {own: numbers[base] for own, base in zip(cart, self._names.joint(0, rate), strict=False)}
         return numbers
 

@@ -65,10 +65,13 @@ class _Forms:
     """What springs see of a joint whose spring rests along the link before."""
     rest: str
     """What is subtracted where it does not."""
+    driven_row: str
+    kinetic_moving: str
+    equation_moving: str
     kinetic_rotors: str = ""
     joint_rotors: str = ""
-    directions: tuple[str, str, str, str] | None = None
-    """The same equation in q_i'' alone, (15) of paper B: its head, what a cart adds, its end, what joints add."""
+    directions: tuple[str, str, str, str, str] | None = None
+    """The same equation in q_i'' alone, (15) of paper B: its head, what a cart or a moving base adds, its end, what joints add."""
 
 
 _TEXT = {
@@ -92,6 +95,9 @@ _TEXT = {
         cart_friction=" + F_0 tanh(x' / v_0)",
         bend="(phi_k - phi_{k-1})",
         rest=" - alpha_k",
+        driven_row="x'' = b",
+        kinetic_moving=" + sum_k mu_k (c_1 cos(phi_k) - c_2 sin(phi_k)) phi_k' + 1/2 M00 |c|^2",
+        equation_moving=" + mu_i (b_1 cos(phi_i) - b_2 sin(phi_i))",
     ),
     "spatial": _Forms(
         kinetic="T = 1/2 sum_ij c_ij q_i'.q_j'",
@@ -111,9 +117,13 @@ _TEXT = {
         cart_friction="",
         bend="",
         rest="",
+        driven_row="x'' = b",
+        kinetic_moving=" + c.sum_k mu_k q_k' + 1/2 M00 |c|^2",
+        equation_moving=" + mu_i q_i x b",
         directions=(
             "0 = c_ii (q_i'' + |q_i'|^2 q_i) + (I - q_i q_i^T) (sum_{j != i} c_ij q_j'' - g mu_i e_3",
             " + mu_i C x''",
+            " + mu_i b",
             ")",
             " + (J_i - J_{i+1}) x q_i",
         ),
@@ -141,6 +151,9 @@ _LATEX = {
         cart_friction=r" + F_0 \tanh\frac{\dot x}{v_0}",
         bend=r"(\phi_k - \phi_{k-1})",
         rest=r" - \alpha_k",
+        driven_row=r"\ddot x &= b",
+        kinetic_moving=r" + \sum_k \mu_k (c_1 \cos\phi_k - c_2 \sin\phi_k)\, \dot\phi_k + \tfrac12 M_{00} \|c\|^2",
+        equation_moving=r" + \mu_i (b_1 \cos\phi_i - b_2 \sin\phi_i)",
     ),
     "spatial": _Forms(
         kinetic=r"T &= \tfrac12 \sum_{i,j} c_{ij}\, \dot q_i \cdot \dot q_j",
@@ -160,12 +173,16 @@ _LATEX = {
         cart_friction="",
         bend="",
         rest="",
+        driven_row=r"\ddot x &= b",
+        kinetic_moving=r" + c \cdot \sum_k \mu_k\, \dot q_k + \tfrac12 M_{00} \|c\|^2",
+        equation_moving=r" + \mu_i\, q_i \times b",
         directions=(
             (
                 r"0 &= c_{ii} (\ddot q_i + \|\dot q_i\|^2 q_i)"
                 r" + (I - q_i q_i^T) \Big(\sum_{j \ne i} c_{ij} \ddot q_j - g \mu_i e_3"
             ),
             r" + \mu_i C \ddot x",
+            r" + \mu_i b",
             r"\Big)",
             r" + (J_i - J_{i+1}) \times q_i",
         ),
@@ -177,8 +194,7 @@ def text(model: Mechanics) -> str:
     """Return a model as text: the form of any such chain, its coefficients, and short chains written out."""
     scene = model.scene
     links = "1 link" if scene.links == 1 else f"{scene.links} links"
-    base = "cart" if scene.has_cart else "fixed base"
-    head = f"{scene.space} chain of {links} on a {base}, {_coordinates(scene)}"
+    head = f"{scene.space} chain of {links} on a {_base(scene)}, {_coordinates(scene)}"
     lines = [head, *_general(model, _TEXT[scene.space]), "", *_coefficients(model)]
     if scene.links <= _WRITTEN_OUT[scene.space]:
         lines += ["", f"T = {plain(model.kinetic)}", f"V = {plain(model.potential)}", ""]
@@ -202,7 +218,7 @@ def latex(model: Mechanics) -> str:
             f"\\mu &= {sympy.latex(mu)}",
             f"c &= {sympy.latex(c)}",
         ]
-        rows += [f"M_{{00}} &= {sympy.latex(expression(model.total_mass))}"] if model.scene.has_cart else []
+        rows += [f"M_{{00}} &= {sympy.latex(expression(model.total_mass))}"] if model.scene.base != "fixed" else []
     return "\\begin{aligned}" + " \\\\ ".join(rows) + "\\end{aligned}"
 
 
@@ -218,9 +234,11 @@ def _general(model: Mechanics, forms: _Forms) -> list[str]:
         getattr(scene, name) is not None for name in ("stiffness", "damping", "friction", "armature")
     )
     is_tied = sprung or damped or rubbed or geared
-    kinetic = forms.kinetic + forms.kinetic_cart * scene.has_cart + forms.kinetic_rotors * geared
+    kinetic = forms.kinetic + forms.kinetic_cart * scene.has_cart + forms.kinetic_moving * scene.is_moving
+    kinetic += forms.kinetic_rotors * geared
     potential = forms.potential + forms.springs * sprung
-    equation = forms.equation + forms.equation_cart * scene.has_cart + forms.equation_joints * is_tied
+    equation = forms.equation + forms.equation_cart * scene.has_cart + forms.equation_moving * scene.is_moving
+    equation += forms.equation_joints * is_tied
     joint = forms.joint_springs * sprung + forms.joint_dampers * damped + forms.joint_friction * rubbed
     joint += forms.joint_rotors * geared
     if scene.rest_angle is not None:
@@ -228,12 +246,21 @@ def _general(model: Mechanics, forms: _Forms) -> list[str]:
         potential, joint = potential.replace(forms.bend, away), joint.replace(forms.bend, away)
     lines = [kinetic, potential, equation]
     if forms.directions is not None:
-        head, cart, end, joints = forms.directions
-        lines.append(head + cart * scene.has_cart + end + joints * is_tied)
-    if scene.has_cart:
+        head, cart, moving, end, joints = forms.directions
+        lines.append(head + cart * scene.has_cart + moving * scene.is_moving + end + joints * is_tied)
+    if scene.is_driven:
+        lines.append(forms.driven_row)
+    elif scene.has_cart:
         braked = (scene.cart_damping is not None, scene.cart_friction is not None)
         lines.append(forms.cart_row + forms.cart_damper * braked[0] + forms.cart_friction * braked[1])
     return [*lines, *([forms.joint + joint.removeprefix(" +")] if joint else [])]
+
+
+def _base(scene: Scene) -> str:
+    """Return what the base is."""
+    if scene.is_moving:
+        return "base that moves with velocity c and acceleration b"
+    return f"cart{' driven by its acceleration b' * scene.is_driven}" if scene.has_cart else "fixed base"
 
 
 def _coordinates(scene: Scene) -> str:
@@ -248,7 +275,7 @@ def _coefficients(model: Mechanics) -> list[str]:
     lines = [f"mu = {_row(model.mu)}"]
     lines += [f"{'c  =' if i == 0 else '    '} {_row(row)}" for i, row in enumerate(model.c[:_COLUMNS])]
     lines += ["     ..."] if len(model.c) > _COLUMNS else []
-    return [*lines, f"M00 = {plain(model.total_mass)}"] if model.scene.has_cart else lines
+    return [*lines, f"M00 = {plain(model.total_mass)}"] if model.scene.base != "fixed" else lines
 
 
 def _row(entries: Iterable[Any]) -> str:

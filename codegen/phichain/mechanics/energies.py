@@ -2,7 +2,7 @@
 
 Joint k ends link k and mass k sits on it, so that (theory section 1)
 
-    p_0 = C x,    p_k = p_{k-1} + l_k q_k,    r_k = p_{k-1} + r_k q_k,
+    p_0 = C x,    p_k = p_{k-1} + l_k q_k,    r_k = p_{k-1} + r_k q_k,    or p_0' = c(t) given on a moving base,
 
     T = 1/2 m_0 |p_0'|^2 + 1/2 sum_k (m_k |r_k'|^2 + J_k |q_k'|^2),    V = -g S + springs,    S = sum_k m_k e_d.r_k,
 
@@ -13,7 +13,8 @@ derivative of F v_0 ln cosh(v / v_0), so that
     R = 1/2 d_0 |x'|^2 + 1/2 sum_k d_k |slip_k|^2 + F_0 v_0 ln cosh(x' / v_0) + sum_k F_k v_0 ln cosh(slip_k / v_0)
 
 gives all forces that take energy as its derivatives by rates; of dry friction it is no power any more, which is force times rate.
-Planar springs pull towards theta_k = alpha_k, bend_k = theta_k - alpha_k. Nothing is multiplied out: every p_k, r_k and their rates is a symbol with
+Planar springs pull towards theta_k = alpha_k, bend_k = theta_k - alpha_k. Places are counted from where a moving base is; its motion is no
+coordinate, and its c is that of any inertial frame: the equations hold b = c' alone. Nothing is multiplied out: every p_k, r_k and their rates is a symbol with
 a definition, so a chain of N links takes O(N) operations. In the plane q_k = (sin phi_k, cos phi_k) and phi_k is defined by
 the scene's own angles; in space q_k, q_k' and omega_k are the symbols themselves. Numbers are exact rationals.
 """
@@ -158,12 +159,13 @@ def _places(
 
 
 def _rates(names: Names, symbols: ChainSymbols, scene: Scene, places: Sequence[Definition]) -> list[Definition]:
-    """The rates of all places: positions are linear in x and q_k with constant coefficients."""
+    """The rates of all places: positions are linear in x and q_k with constant coefficients; that of a moving base is given."""
     dots = dict(zip(symbols.cart, symbols.cart_rate, strict=True))
+    given = dict(zip(names.joint(0, rate=True), symbols.base_rate, strict=False)) if scene.is_moving else {}
     for k in range(scene.links + 1):
         for vector in (names.joint, *((names.mass, names.link) if k else ())):
             dots |= zip(vector(k), vector(k, rate=True), strict=True)
-    return [(dots[place], expression.xreplace(dots)) for place, expression in places]
+    return [(dots[place], given.get(dots[place], expression.xreplace(dots))) for place, expression in places]
 
 
 def _coordinates(scene: Scene, symbols: ChainSymbols, names: Names) -> list[Definition]:

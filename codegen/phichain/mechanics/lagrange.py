@@ -223,9 +223,6 @@ def derive(scene: Scene) -> Model:
         UnsupportedError: The scene asks for what no equations are derived for.
     """
     scene = given_scene(scene)
-    for key in _UNSERVED:
-        if getattr(scene, key) not in (None, "force", "fixed", "cart"):
-            raise UnsupportedError(label(key), getattr(scene, key), "has no equations in this version", "remove it")
     for key, instead in _PLANAR.items():
         if not scene.is_planar and getattr(scene, key) is not None:
             problem = "is derived for planar chains alone: in space its law along a vector has no equations in this version"
@@ -241,12 +238,6 @@ def with_symbols(scene: Scene) -> Scene:
     present: dict[str, Any] = {name: "runtime" for name in PARAMETERS if getattr(scene, name) is not None}
     return replace(scene, **present)
 
-
-_UNSERVED = (
-    "drive",
-    "base",
-)
-"""Keys of a scene that nothing is derived for yet."""
 
 _PLANAR = {"friction": "damping", "cart_friction": "cart_damping"}
 """Keys that nothing is derived for in space, and what there is instead."""

@@ -14,6 +14,9 @@ G and dampers make D, by the form sum_k w_k (xi_k - xi_{k-1})^2; dry friction F 
 the cart with its damper D's first entry. A spatial spring counts with the sign s_{k-1}
 s_k. A planar chain with springs has no equilibrium with links upright, nor anywhere vertical where springs rest elsewhere
 (`rest_angle`), unless constant joint torques hold it: (19) then describes small motions about the held position.
+
+Over a base that is given its acceleration, x'' = b holds by itself: M has nothing between cart and links, and B
+has it instead, with the other sign. Up and down enters in second order only.
 """
 
 from __future__ import annotations
@@ -79,7 +82,7 @@ def linearize(model: Model, signs: Sequence[int] | None = None) -> Linearization
         M=_inertia(model, s),
         D=_with_drag(model, _in_coordinates(model, _joint_form(damper))),
         G=_in_coordinates(model, stiff),
-        B=_input(model),
+        B=_input(model, s),
     )
 
 
@@ -121,20 +124,23 @@ def _inertia(model: Model, s: Sequence[Any]) -> sympy.ImmutableDenseMatrix:
     inner = _in_coordinates(model, turns)
     if not scene.has_cart:
         return inner
-    mu = [sign * entry for sign, entry in zip(s, _sympy(model.mu), strict=True)]
-    if scene.is_planar:
-        corner, border = (
-            sympy.Matrix([[_exact(model.total_mass)]]),
-            sympy.Matrix([pull_back(str(scene.angles), mu)]),
-        )
-    else:
-        turn = sympy.Matrix(QUARTER_TURN)
-        corner = _exact(model.total_mass) * sympy.eye(2)
-        border = sympy.Matrix.hstack(*[-entry * turn for entry in mu])
-    carts = corner.rows
+    border = _border(model, s)
+    carts = border.rows
+    corner = sympy.eye(carts) * (1 if scene.is_driven else _exact(model.total_mass))
+    if scene.is_driven:
+        border = sympy.zeros(*border.shape)
     matrix = sympy.Matrix(inner)
     matrix[:carts, :carts], matrix[:carts, carts:], matrix[carts:, :carts] = corner, border, border.T
     return sympy.ImmutableDenseMatrix(matrix)
+
+
+def _border(model: Model, s: Sequence[Any]) -> sympy.Matrix:
+    """Return the part of M between horizontal motions of the base and the links."""
+    mu = [sign * entry for sign, entry in zip(s, _sympy(model.mu), strict=True)]
+    if model.scene.is_planar:
+        return sympy.Matrix([pull_back(str(model.scene.angles), mu)])
+    turn = sympy.Matrix(QUARTER_TURN)
+    return sympy.Matrix.hstack(*[-entry * turn for entry in mu])
 
 
 def _in_coordinates(model: Model, form: Sequence[Sequence[Any]]) -> sympy.ImmutableDenseMatrix:
@@ -165,13 +171,18 @@ def _joint_form(weights: Sequence[Any]) -> list[list[Any]]:
     ]
 
 
-def _input(model: Model) -> sympy.ImmutableDenseMatrix:
-    """Return B: the force on the cart, then the actuated angles; in space the rotations take no input."""
+def _input(model: Model, s: Sequence[Any]) -> sympy.ImmutableDenseMatrix:
+    """Return B: what drives the base, then the actuated angles; in space the rotations take no input."""
     scene = model.scene
     carts = len(model.symbols.cart)
     rows = carts + (1 if scene.is_planar else 2) * scene.links
-    driven = list(range(len(model.symbols.force))) + [carts + joint - 1 for joint in scene.actuated_joints]
-    return sympy.ImmutableDenseMatrix(rows, len(driven), lambda i, j: int(i == driven[j]))
+    forces = sympy.Matrix(rows, len(scene.driven), lambda i, j: int(i == scene.driven[j]))
+    if not scene.base_accelerations:
+        return sympy.ImmutableDenseMatrix(forces)
+    given = sympy.zeros(rows, scene.base_accelerations)
+    border = _border(model, s)
+    given[:carts, :carts], given[carts:, : border.rows] = sympy.eye(carts), -border.T
+    return sympy.ImmutableDenseMatrix.hstack(given, forces)
 
 
 def _exact(value: Any) -> sympy.Expr:

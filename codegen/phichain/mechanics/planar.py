@@ -69,14 +69,14 @@ class PlanarExpressions:
 
     @cached_property
     def kinetic(self) -> sympy.Expr:
-        """1/2 M00 x'^2 + x' sum mu_k cos(phi_k) phi_k' + 1/2 sum c_ij cos(phi_i - phi_j) phi_i' phi_j' + rotors."""
+        """1/2 M00 x'^2 + x' sum mu_k cos(phi_k) phi_k' + 1/2 sum c_ij cos(phi_i - phi_j) phi_i' phi_j' + rotors; c for x' on a moving base."""
         rate = self.phi_dot
         terms = [self._c[i][i] * rate[i] ** 2 / 2 for i in self._links]
         terms += [self._c[i][j] * sympy.cos(self._difference(j, i)) * rate[i] * rate[j]
                   for i, j in combinations(self._links, 2)]  # fmt: skip
-        for speed in self._symbols.cart_rate:
+        for axis, speed in enumerate(self._symbols.base_rate):
             terms.append(self._total_mass * speed**2 / 2)
-            terms += [speed * self._mu[k] * sympy.cos(self.phi[k]) * rate[k] for k in self._links]
+            terms += [speed * self._mu[k] * self._tangent(k)[axis] * rate[k] for k in self._links]
         slips = joint_angles(self._angles, self._symbols.theta_dot)
         terms += [rotor * slip**2 / 2 for rotor, slip in zip(self._armature, slips, strict=True)]
         return sympy.Add(*terms)
@@ -148,20 +148,38 @@ class PlanarExpressions:
         return [bend - rest for bend, rest in zip(bends, self._rest_angle, strict=True)]
 
     @cached_property
+    def base_torque(self) -> sympy.ImmutableDenseMatrix:
+        """What the acceleration b of a moving base asks for: mu_k b.(cos phi_k, -sin phi_k), pulled back."""
+        given = self._symbols.base_acceleration if self._scene.is_moving else ()
+        rows = [
+            sympy.Add(*[b * self._mu[k] * along for b, along in zip(given, self._tangent(k), strict=False)])
+            for k in self._links
+        ]
+        cart = [sympy.S.Zero for _ in self._symbols.cart]
+        return sympy.ImmutableDenseMatrix([*cart, *pull_back(self._angles, rows)])
+
+    def _tangent(self, k: int) -> Expressions:
+        """dq_k / dphi_k."""
+        return sympy.cos(self.phi[k]), -sympy.sin(self.phi[k])
+
+    @cached_property
     def equations(self) -> tuple[sympy.Eq, ...]:
-        """(15): I a + N + G + joints = generalised force, one equation per coordinate."""
+        """(15): I a + N + G + joints = generalised force, one equation per coordinate; x'' = b for a driven cart."""
         symbols, scene = self._symbols, self._scene
         left = (
             self.mass_matrix * sympy.Matrix(symbols.a)
             + self.coriolis
             + self.gravity_torque
             + self.joint_torque
+            + self.base_torque
         )
         push = {
             joint - 1: torque for joint, torque in zip(scene.actuated_joints, symbols.torque, strict=True)
         }
         carts = [symbols.force[0] if symbols.force else sympy.S.Zero for _ in symbols.cart]
         right = carts + [push.get(k, sympy.S.Zero) for k in self._links]
+        if scene.is_driven:
+            left, right = [*symbols.cart_acceleration, *left[1:]], [*symbols.base_acceleration, *right[1:]]
         return tuple(sympy.Eq(a, b, evaluate=False) for a, b in zip(left, right, strict=True))
 
     def _difference(self, i: int, j: int) -> sympy.Expr:

@@ -26,7 +26,7 @@ class SpatialExpressions:
     """The expressions of one spatial chain, each made when first asked for."""
 
     def __init__(self, chain: Coefficients, symbols: ChainSymbols, show: Show = expression) -> None:
-        scene = chain.scene
+        scene = self._scene = chain.scene
         self._symbols = symbols
         self._links = range(scene.links)
         self._mu = [show(entry) for entry in chain.mu]
@@ -45,10 +45,10 @@ class SpatialExpressions:
         rates = self._symbols.link_rates
         terms = [self._c[k][k] * _dot(rates[k], rates[k]) / 2 for k in self._links]
         terms += [self._c[i][j] * _dot(rates[i], rates[j]) for i, j in combinations(self._links, 2)]
-        speed = self._symbols.cart_rate
+        speed = self._symbols.base_rate
         if speed:
             terms.append(self._total_mass * _dot(speed, speed) / 2)
-            terms += [self._mu[k] * _dot(speed, rates[k][:2]) for k in self._links]
+            terms += [self._mu[k] * _dot(speed, rates[k][: len(speed)]) for k in self._links]
         return sympy.Add(*terms)
 
     @cached_property
@@ -121,10 +121,23 @@ class SpatialExpressions:
         return self._stiffness[joint] * neighbour.cross(link) + self._damping[joint] * slip
 
     @cached_property
+    def base_torque(self) -> sympy.ImmutableDenseMatrix:
+        """What the acceleration b of a moving base asks for: mu_i q_i x b."""
+        cart = [sympy.zeros(2, 1)] if self._symbols.cart else []
+        return sympy.ImmutableDenseMatrix.vstack(
+            *cart, *[mu * link.cross(self._given()) for mu, link in zip(self._mu, self._q, strict=True)]
+        )
+
+    def _given(self) -> sympy.ImmutableDenseMatrix:
+        """b of a moving base, zero on others."""
+        return _vector(self._symbols.base_acceleration) if self._scene.is_moving else sympy.zeros(3, 1)
+
+    @cached_property
     def equations(self) -> tuple[sympy.Eq, ...]:
-        """(16): M [x''; omega'] + velocity, gravity and joint terms = [u; 0], with (17)."""
+        """(16): M [x''; omega'] + velocity, gravity and joint terms = [u; 0], with (17); x'' = b for a driven cart."""
         accelerations = sympy.Matrix(self._symbols.a)
-        left = self.mass_matrix * accelerations + self.coriolis + self.gravity_torque + self.joint_torque
+        left = self.mass_matrix * accelerations + self.coriolis + self.gravity_torque + self.joint_torque + self.base_torque
+        left = [*self._symbols.cart_acceleration, *left[2:]] if self._scene.is_driven else left
         return tuple(sympy.Eq(a, b, evaluate=False) for a, b in zip(left, self._right(), strict=True))
 
     @cached_property
@@ -137,12 +150,14 @@ class SpatialExpressions:
         where couple_i is what the springs and dampers ask for, with omega_k = q_k x q_k'.
         """
         symbols, accelerations = self._symbols, [_vector(entry) for entry in self._symbols.link_accelerations]
-        push = _vector([*symbols.cart_acceleration, 0]) if symbols.cart else sympy.zeros(3, 1)
+        push = _vector([*symbols.cart_acceleration, 0]) if symbols.cart else self._given()
         rows: list[Any] = []
         if symbols.cart:
             sway = _sum(mu * entry for mu, entry in zip(self._mu, accelerations, strict=True))
             drag = [self._cart_damping * rate for rate in symbols.cart_rate]
             rows = [a + b for a, b in zip(self._total_mass * push + sway, drag, strict=False)]
+            if self._scene.is_driven:
+                rows = list(symbols.cart_acceleration)
         rates = [_vector(rate) for rate in symbols.link_rates]
         spins = {
             entry: value
@@ -161,7 +176,7 @@ class SpatialExpressions:
 
     def _right(self) -> list[sympy.Expr]:
         """Return [u; 0]."""
-        carts = list(self._symbols.force) or [sympy.S.Zero] * len(self._symbols.cart)
+        carts = list(self._symbols.force or (self._symbols.base_acceleration if self._scene.is_driven else ())) or [sympy.S.Zero] * len(self._symbols.cart)
         return carts + [sympy.S.Zero] * (3 * len(self._links))
 
 

@@ -2,8 +2,7 @@
 
 Names read as the papers print them, in text and in LaTeX: theta_1, thetadot_1, thetaddot_1; x, q_1_1,
 omega_1_1; the parameters m_k, l_k, r_k, m_0, g, d_k (dampers), k_k (springs), alpha_k (where springs rest), F_k (dry friction), d_0 and F_0
-of the cart; the inputs F (force) and T_k
-(torques).
+of the cart; the inputs F (force), b (acceleration of the base) and T_k (torques); c_i, the velocity of a moving base.
 """
 
 from __future__ import annotations
@@ -65,6 +64,16 @@ class ChainSymbols:
         """x''."""
         return self._cart("xddot")
 
+    @property
+    def base_rate(self) -> Symbols:
+        """The components of p_0' that there are (m/s): x' of a cart, all d of a moving base, which is given."""
+        return self._moving("c") if self.scene.is_moving else self.cart_rate
+
+    @property
+    def base_acceleration(self) -> Symbols:
+        """The components of p_0'' (m/s^2), where they are inputs."""
+        return self._moving("b") if self.scene.is_moving else self._cart("b") if self.scene.is_driven else ()
+
     @cached_property
     def theta(self) -> Symbols:
         """The scene's planar angles (rad)."""
@@ -108,7 +117,7 @@ class ChainSymbols:
     @cached_property
     def force(self) -> Symbols:
         """The horizontal force on the cart (N), if the scene has one."""
-        return self._cart("F") if self.scene.has_force else ()
+        return self._cart("F") if self.scene.has_force and not self.scene.is_driven else ()
 
     @cached_property
     def torque(self) -> Symbols:
@@ -133,12 +142,15 @@ class ChainSymbols:
     @property
     def u(self) -> Symbols:
         """The inputs in the contract's order."""
-        return self.force + self.torque
+        return self.base_acceleration + self.force + self.torque
 
     def _cart(self, name: str) -> Symbols:
         if not self.scene.has_cart:
             return ()
         return (sympy.Symbol(name),) if self.scene.is_planar else sympy.symbols(f"{name}_1 {name}_2")
+
+    def _moving(self, name: str) -> Symbols:
+        return tuple(sympy.Symbol(f"{name}_{i}") for i in range(1, self.scene.base_inputs + 1))
 
     def _links(self, name: str) -> Symbols:
         return tuple(sympy.Symbol(f"{name}_{k}") for k in range(1, self.scene.links + 1))

@@ -157,7 +157,7 @@ def _system(manifest: Manifest, scene: Scene, functions: Mapping[str, Callable[.
         joints=Joints(
             scene.stiffness, scene.damping, scene.armature, scene.rest_angle, scene.friction, scene.friction_speed,
         ),
-        drive=Drive(scene.driven),
+        drive=Drive(scene.driven, scene.base_accelerations),
         scene=manifest.scene,
         digest=manifest.digest,
     )

@@ -38,7 +38,7 @@ def linear_modes(system: System, p: Parameters | None = None) -> LinearModes:
 
     Raises:
         AbsentFunctionError: The system has no `phi_jacobian`.
-        UnsupportedError: The scene is spatial or damped.
+        UnsupportedError: The scene is spatial or damped, or a cart is driven by its acceleration.
         ConvergenceError: M is not positive definite.
     """
     if not system.is_planar:
@@ -61,6 +61,13 @@ def linear_modes(system: System, p: Parameters | None = None) -> LinearModes:
             system.name,
             "dry friction or a cart's damper leaves no periodic motion, so no families of oscillations",
             "leave joints.friction, chain.cart_damping and chain.cart_friction out of the scene",
+        )
+    if system.has_cart and system.drive.accelerations:
+        raise UnsupportedError(
+            "drive",
+            "acceleration",
+            "a cart that goes where it is told takes part in no oscillation",
+            'use base = "fixed" for the chain beneath it, or drive = "force"',
         )
     if system.joints.damping is not None and not system.has("phi_jacobian"):
         # No function to ask for: a damped scene cannot have it.

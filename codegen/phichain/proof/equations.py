@@ -54,13 +54,13 @@ def check_equations(model: Model, judge: Judge, chains: Sequence[Chain], params:
 
 def _true(judge: Judge, point: Point, a: Vector, turn: Vector, other: Vector) -> dict[str, int]:
     """What each term's work along `turn` must be, the mass matrix times `other`."""
-    still, moving = (judge.work(point, judge.motion(point, a=given), turn) for given in (None, a))
+    still = judge.work(point, judge.motion(point), turn)
     return {
         "mass_matrix": judge.kinetic_form(point, judge.turned(point, turn), judge.turned(point, other)),
         "coriolis": still.inertia,
         "gravity_torque": still.weight,
         "joint_torque": still.potential - still.weight + still.dampers,
-        "equations": moving.whole - judge.push(point, turn),
+        "equations": judge.balance(point, judge.motion(point, a=a), turn),
     }
 
 

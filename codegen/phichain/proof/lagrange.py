@@ -12,7 +12,7 @@ So one residual costs two evaluations of T, V and R, however long the chain is.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final
 
@@ -62,13 +62,18 @@ class Motion:
         rate: x'.
         acceleration: x''.
         omega: what dampers see: v.
+        base: acceleration of a moving base; none where it moves steadily.
     """
 
     x: Vector
     rate: Vector
     acceleration: Vector
     omega: Vector
+    base: Vector = field(default_factory=list)
 
+
+BASE_RATE: Final = "base_rate"
+"""The velocity of a moving base: an argument of a Judge's Program, and no coordinate."""
 
 ENERGIES: Final = ("kinetic", "potential", "dissipation")
 """Outputs of a Judge's Program that are T, V and R."""
@@ -99,6 +104,9 @@ class Judge:
             self.rate = "q_dot"
             inputs.append(Array("q_dot", (scene.nq,)))
             known |= cells(inputs[-1], [*symbols.cart_rate, *(entry for link in symbols.link_rates for entry in link)])
+        if scene.is_moving:
+            inputs.append(Array(BASE_RATE, (scene.base_inputs,)))
+            known |= cells(inputs[-1], symbols.base_rate)
         links = range(1, scene.links + 1)
         weight = energies.potential.xreplace({names.bend(k): sympy.S.Zero for k in links})
         outputs = {
@@ -127,6 +135,20 @@ class Judge:
             acceleration = plus(acceleration, [0] * point.carts + list(triples(rate, v, point.carts)))
         return Motion(point.q, rate, acceleration, v)
 
+    def drift(self, point: Point) -> dict[str, Vector]:
+        """Some velocity of a moving base: of the equations of motion none may feel it."""
+        return {BASE_RATE: point.free("base rate", self.scene.base_inputs)} if self.scene.is_moving else {}
+
+    def balance(self, point: Point, motion: Motion, turn: Vector) -> int:
+        """What a motion under the point's inputs leaves of the equations of motion along a direction: zero.
+
+        Lagrange and d'Alembert for everything that forces move, x'' = u for a cart that is driven by its acceleration.
+        """
+        told = point.carts if self.scene.is_driven else 0
+        moved = replace(motion, base=point.u[: self.scene.base_inputs]) if self.scene.is_moving else motion
+        left = self.work(point, moved, [*[0] * told, *turn[told:]]).whole - self.push(point, turn)
+        return left + sum(turn[i] * (motion.acceleration[i] - point.u[i]) for i in range(told))
+
     def turned(self, point: Point, turn: Vector) -> Vector:
         """What rates do to the coordinates: themselves in the plane, eta_k x q_k in space."""
         if self.scene.is_planar:
@@ -136,10 +158,9 @@ class Judge:
     def work(self, point: Point, motion: Motion, turn: Vector) -> Work:
         """The virtual work of a motion along the rotations (or angles) `turn`."""
         shift = self.turned(point, turn)
-        values = {"q": motion.x, "v": motion.omega, self.rate: motion.rate}
-        timed = self.evaluate(
-            point, values, along={"q": motion.rate, self.rate: motion.acceleration}, across={"v": turn, self.rate: shift}
-        )
+        values = {"q": motion.x, "v": motion.omega, self.rate: motion.rate, **self.drift(point)}
+        ahead = {"q": motion.rate, self.rate: motion.acceleration} | ({BASE_RATE: motion.base} if motion.base else {})
+        timed = self.evaluate(point, values, along=ahead, across={"v": turn, self.rate: shift})
         still = self.evaluate(point, values, along={"q": shift})
         return Work(
             inertia=timed["kinetic"][3][0] - still["kinetic"][1][0],
@@ -151,14 +172,16 @@ class Judge:
     def evaluate(
         self, point: Point, values: dict[str, Vector], circles: list[Circle] | None = None, **directions: dict[str, Vector]
     ) -> dict[str, tuple[list[int], ...]]:
-        """T, V, R and the positions with their derivatives along the directions."""
+        """T, V, R and the positions with their derivatives along the directions; a moving base rests unless its rate is given."""
+        if self.scene.is_moving:
+            values = {BASE_RATE: [0] * self.scene.base_inputs} | values
         turns = {"q": point.circles if circles is None else circles} if self.scene.is_planar else {}
         return self._run(Given(point.parameters | values, turns, **directions), point)
 
-    def energies(self, point: Point) -> dict[str, list[int]]:
-        """T, V's parts, R and the positions of a point."""
+    def energies(self, point: Point, drift: bool = False) -> dict[str, list[int]]:
+        """T, V's parts, R and the positions of a point; seen from a moving base, or from where that drifts."""
         motion = self.motion(point)
-        values = {"q": motion.x, "v": motion.omega, self.rate: motion.rate}
+        values = {"q": motion.x, "v": motion.omega, self.rate: motion.rate, **(self.drift(point) if drift else {})}
         return {name: parts[0] for name, parts in self.evaluate(point, values).items()}
 
     def kinetic_form(self, point: Point, one: Vector, other: Vector) -> int:
@@ -174,8 +197,9 @@ class Judge:
         return self.evaluate(point, values, along={self.rate: shift})["kinetic"][1][0]
 
     def push(self, point: Point, turn: Vector) -> int:
-        """The virtual work of the point's inputs: the cart's force, then the actuated angles."""
-        return sum(u * turn[i] for u, i in zip(point.u, self.scene.driven, strict=True)) % PRIME
+        """The virtual work of the forces among the point's inputs: on the cart, then on the actuated angles."""
+        forces = point.u[self.scene.base_accelerations :]
+        return sum(u * turn[i] for u, i in zip(forces, self.scene.driven, strict=True)) % PRIME
 
 
 def triples(vectors: Vector, turns: Vector, start: int) -> Iterable[int]:

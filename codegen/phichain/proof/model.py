@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from phichain.errors import ProofError
 from phichain.mechanics import Model
-from phichain.proof.lagrange import Judge
+from phichain.proof.lagrange import BASE_RATE, Judge
 from phichain.proof.modular.field import PRIME
 from phichain.proof.modular.points import Point
 from phichain.proof.positions import Chain
@@ -28,11 +28,12 @@ def check_lagrangian(model: Model, judge: Judge, chains: Sequence[Chain]) -> Non
         ProofError: one of them is not what the positions of the masses say.
     """
     for chain in chains:
-        point, found = chain.point, judge.energies(chain.point)
-        for name, true in chain.energies().items():
+        point, found = chain.point, judge.energies(chain.point, drift=True)
+        drift = judge.drift(point).get(BASE_RATE, ())
+        for name, true in chain.energies(drift).items():
             if any((a - b) % PRIME for a, b in zip(found[name], true, strict=True)):
                 raise _wrong(model, _NAMES[name], "is not what the positions of the masses say", point)
-        if (chain.collected_kinetic() - found["kinetic"][0]) % PRIME:
+        if (chain.collected_kinetic(drift) - found["kinetic"][0]) % PRIME:
             raise _wrong(model, "T", "has other coefficients than M00, mu_k and c_ij", point)
 
 

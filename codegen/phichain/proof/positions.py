@@ -126,10 +126,11 @@ class Chain:
             base = plus(base, vector, length)
         return found
 
-    def energies(self) -> dict[str, list[int]]:
-        """T, gravity's part of V, V, R and the positions, as the Lagrangian's compiled form names them."""
+    def energies(self, drift: Sequence[int] = ()) -> dict[str, list[int]]:
+        """T, gravity's part of V, V, R and the positions, as the Lagrangian's compiled form names them; on a base of that velocity."""
         point, mass, carts = self.point, self.per_link("mass"), self.point.carts
-        places, speeds = self.places(point.q[:carts], self.directions), self.places(point.v[:carts], self.rates)
+        start = [*point.v[:carts], *drift]
+        places, speeds = self.places(point.q[:carts], self.directions), self.places(start, self.rates)
         twice = sum(m * dot(speed, speed) for m, speed in zip(mass, speeds, strict=True))
         twice += sum(own * dot(rate, rate) for own, rate in zip(self.per_link("inertia"), self.rates, strict=True))
         twice += self.single("cart_mass") * dot(point.v[:carts], point.v[:carts]) + self._rotors()
@@ -180,11 +181,11 @@ class Chain:
         """Twice the energy of the rotors."""
         return dot(self.per_link("armature"), [dot(slip, slip) for slip in self._slips()])
 
-    def collected_kinetic(self) -> int:
+    def collected_kinetic(self, drift: Sequence[int] = ()) -> int:
         """T from M00, mu_k, c_kk and c_ij = l_i mu_j: what shows that those are the coefficients of T."""
-        point, carts = self.point, self.point.carts
-        twice = self.total_mass * dot(point.v[:carts], point.v[:carts]) + self._rotors()
-        inner = [*point.v[:carts], *[0] * (len(self.rates[0]) - carts)]
+        start = [*self.point.v[: self.point.carts], *drift]
+        twice = self.total_mass * dot(start, start) + self._rotors()
+        inner = [*start, *[0] * (len(self.rates[0]) - len(start))]
         for k, rate in enumerate(self.rates):
             twice += self.moments[k] * dot(rate, rate) + 2 * self.mu[k] * dot(inner, rate)
             inner = plus(inner, rate, self.per_link("length")[k])

@@ -49,7 +49,7 @@ def reference(
         scene: The chain; which functions it wants does not matter here.
         function: A name of `phichain.scene.FUNCTIONS` that is no flow, e.g. "forward_dynamics".
         inputs: The C arguments by name (q, v, q_dot, u, a, s, amplitude, omega, h): flat sequences, numbers for
-            scalars, in SI units. A missing `u` is zero.
+            scalars, in SI units. A missing `u` or `b` is zero.
         digits: Significant digits of the outputs; guard digits are added for mass and length ratios.
         params: Values of the runtime parameters by name.
         nudge: Moves every constant, parameter and input a little, to see how much the outputs move; signs s stay.
@@ -127,7 +127,7 @@ def _read(scene: Scene, function: str, inputs: Mapping[str, Any]) -> dict[str, A
         if argument.direction == "out":
             continue
         name, shape = argument.name, argument.shape(scene)
-        given = inputs.get(name, [0.0] * scene.nu if name == "u" else None)
+        given = inputs.get(name, [0.0] * shape[0] if name in ("u", "b") else None)
         if given is None:
             raise ArrayError(name, None, f"is an argument of {function}", "pass it in inputs")
         entries = [exact(entry) for entry in (given if shape else [given])]

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Final, TypeVar
 
 from mpmath import mpf
 
 from phichain.contract.registry import Registry
-from phichain.reference.pose import Parameters, Pose, planar_pose, spatial_pose
+from phichain.reference.pose import Parameters, Pose, cart_axes, planar_pose, spatial_pose
 from phichain.scene import Scene
 
 Outputs = dict[str, Any]
@@ -17,11 +17,19 @@ Outputs = dict[str, Any]
 
 @dataclass(frozen=True)
 class Case:
-    """One evaluation: the scene, its numbers and the inputs, all at the working precision."""
+    """One evaluation: the scene, its numbers and the inputs, all at the working precision.
+
+    Attributes:
+        scene: the chain.
+        values: its numbers.
+        inputs: the arguments by name.
+        base: acceleration of the place that positions are counted from, m/s^2; none where it rests.
+    """
 
     scene: Scene
     values: Parameters
     inputs: Mapping[str, Any]
+    base: Sequence[Any] = ()
 
     def pose(self, ambient: bool = False) -> Pose:
         """Return the pose at the inputs q and v (v = 0 for a function that takes none)."""
@@ -33,7 +41,19 @@ class Case:
 
     def at(self, **inputs: Any) -> Case:
         """Return the same case with some inputs replaced."""
-        return Case(self.scene, self.values, {**self.inputs, **inputs})
+        return replace(self, inputs={**self.inputs, **inputs})
+
+    def links(self) -> Case:
+        """The links of a chain whose base is given its acceleration, seen from there: on a wall that has it."""
+        scene, carts = self.scene, cart_axes(self.scene)
+        size, u = 2 if scene.is_planar else 3, self.inputs["u"]
+        given, torques = u[: scene.base_accelerations], u[scene.base_accelerations :]
+        wall = replace(
+            scene, base="fixed", drive=None, cart_mass=None, cart_damping=None, cart_friction=None, cart_friction_speed=None,
+            actuated=scene.actuated if scene.actuated_joints else "none", want=("forward_dynamics",), variational=False,
+        )  # fmt: skip
+        own = {name: self.inputs[name][carts:] for name in ("q", "v", "q_dot") if name in self.inputs}
+        return Case(wall, self.values, {**self.inputs, **own, "u": torques}, [*given, *[mpf(0)] * (size - len(given))])
 
 
 Judge = TypeVar("Judge", bound=Callable[[Case], Outputs])

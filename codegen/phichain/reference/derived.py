@@ -22,6 +22,8 @@ def state_jacobian(case: Case) -> Outputs:
     """Differentiate u(q, v, a) at fixed a and solve with the inertia; in space, see `_tangent_jacobian`."""
     if not case.scene.is_planar:
         return _tangent_jacobian(case)
+    if case.scene.base_accelerations:
+        return _told_jacobian(case)
     nv = case.scene.nv
     fixed = case.at(a=forward_dynamics(case)["a"])
     slopes = [_slope(fixed, name, unit(nv, i)) for name in ("q", "v") for i in range(nv)]
@@ -33,6 +35,22 @@ def state_jacobian(case: Case) -> Outputs:
         "dadv": transposed(answer[nv : 2 * nv]),
         "dadu": _rows(answer[2 * nv :], nv),
     }
+
+
+def _told_jacobian(case: Case) -> Outputs:
+    """Differentiate the accelerations themselves, where the base has no equation to be solved with."""
+    width, precision = _difference()
+    outputs: Outputs = {}
+    for name in ("q", "v", "u"):
+        columns, point = [], case.inputs[name]
+        for i in range(len(point)):
+            with mp.workprec(precision):
+                ahead, behind = (
+                    forward_dynamics(case.at(**{name: moved(point, unit(len(point), i), h)}))["a"] for h in (width, -width)
+                )
+                columns.append([(a - b) / (2 * width) for a, b in zip(ahead, behind, strict=True)])
+        outputs[f"dad{name}"] = transposed(columns)
+    return outputs
 
 
 @judges("dynamics_and_jacobian")

@@ -25,11 +25,13 @@ from phichain.reference.pose import Pose, cart_axes, project, spatial_pose
 @judges("direction_dynamics")
 def direction_dynamics(case: Case) -> Outputs:
     """Solve for q'' = [x'', q_k''] at the exact state nearest to (q, q')."""
+    if case.scene.base_accelerations:
+        return {"q_ddot": case.inputs["u"][: cart_axes(case.scene)] + direction_dynamics(case.links())["q_ddot"]}
     scene, values, pose = case.scene, case.values, _pose(case)
     carts = cart_axes(scene)
     free = replace(pose, turning=[pose.axes[0]] * scene.links)
     push = [*case.inputs["u"], *[mpf(0)] * (carts + 3 * scene.links - scene.nu)]
-    weight = masses.conjugate(scene, values, free, masses.anti_gravity(values, pose))
+    weight = masses.conjugate(scene, values, free, masses.anti_gravity(values, pose, case.base))
     forces = [a - b + c for a, b, c in zip(push, weight, _couple_force(case, pose, carts), strict=True)]
     bound = [-fdot(rate, rate) for rate in pose.rate]
     (answer,) = Inertia(scene, values, free, normals=pose.direction).solve(forces + bound)

@@ -101,10 +101,11 @@ def centripetal(values: Parameters, pose: Pose) -> Vector:
     return stacked(values, inward)
 
 
-def anti_gravity(values: Parameters, pose: Pose) -> Vector:
-    """Return -g e_d for every mass, stacked (m/s^2)."""
+def anti_gravity(values: Parameters, pose: Pose, base: Sequence[object] = ()) -> Vector:
+    """Return -g e_d for every mass, stacked (m/s^2), and what its base accelerates it by."""
     size = len(pose.direction[0])
-    fall = [-values.gravity * entry for entry in unit(size, size - 1)] * len(values.mass)
+    rise = [-values.gravity * entry for entry in unit(size, size - 1)]
+    fall = ([a + b for a, b in zip(rise, base, strict=True)] if base else rise) * len(values.mass)
     return fall + [mpf(0)] * (size * len(values.inertia))
 
 
@@ -154,15 +155,15 @@ def rotor_momentum(scene: Scene, values: Parameters, rates: Vector) -> Vector:
 
 
 def push(scene: Scene, inputs: Sequence[object]) -> Vector:
-    """Return B u: the inputs as generalised forces."""
+    """Return B u: the forces among the inputs as generalised ones."""
     force: Vector = [mpf(0)] * rate_count(scene)
-    for target, entry in zip(_driven_rates(scene), inputs, strict=True):
+    for target, entry in zip(_driven_rates(scene), inputs[scene.base_accelerations :], strict=True):
         force[target] = entry
     return force
 
 
 def input_matrix(scene: Scene) -> Matrix:
-    """Return B: the force on the cart's axes, then the scene's own angles that are actuated."""
+    """Return B: the force on the cart's axes, then the scene's own angles that are actuated; nothing of accelerations."""
     targets = _driven_rates(scene)
     return [[mpf(int(row == target)) for target in targets] for row in range(rate_count(scene))]
 
@@ -174,4 +175,4 @@ def rate_count(scene: Scene) -> int:
 
 def _driven_rates(scene: Scene) -> list[int]:
     carts = cart_axes(scene)
-    return (list(range(carts)) if scene.has_force else []) + [carts + joint - 1 for joint in scene.actuated_joints]
+    return (list(range(carts)) if scene.has_force and not scene.is_driven else []) + [carts + joint - 1 for joint in scene.actuated_joints]

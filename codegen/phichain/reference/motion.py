@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from mpmath import fdot, mpf
@@ -16,7 +17,12 @@ from phichain.scene import Scene
 
 @judges("forward_dynamics")
 def forward_dynamics(case: Case) -> Outputs:
-    """Solve M a = B u - load; omega_k' is put together from the two tangent axes of its link."""
+    """Solve M a = B u - load; omega_k' is put together from the two tangent axes of its link.
+
+    A base that is given its acceleration has no equation: r_a'' of every mass has it, and forces are those of the links.
+    """
+    if case.scene.base_accelerations:
+        return {"a": case.inputs["u"][: cart_axes(case.scene)] + forward_dynamics(case.links())["a"]}
     pose = case.pose()
     push = masses.push(case.scene, case.inputs["u"])
     (rates,) = Inertia(case.scene, case.values, pose).solve([a - b for a, b in zip(push, load(case, pose), strict=True)])
@@ -30,7 +36,8 @@ def load(case: Case, pose: Pose) -> Vector:
     """Return coriolis + gravity - joint forces, conjugate to the rates of the pose."""
     scene, values = case.scene, case.values
     fall = [
-        a + b for a, b in zip(masses.centripetal(values, pose), masses.anti_gravity(values, pose), strict=True)
+        a + b
+        for a, b in zip(masses.centripetal(values, pose), masses.anti_gravity(values, pose, case.base), strict=True)
     ]
     inertial = masses.conjugate(scene, values, pose, fall)
     return [a - b for a, b in zip(inertial, masses.joint_force(scene, values, pose), strict=True)]
@@ -42,6 +49,8 @@ def inverse_dynamics(case: Case) -> Outputs:
 
     The accelerations of the masses are summed up link by link, without the inertia matrix.
     """
+    if case.scene.is_moving:
+        case = replace(case, base=case.inputs["b"]) if "b" in case.inputs else case
     pose = case.pose()
     inertial = Inertia(case.scene, case.values, pose).times(case.inputs["a"])
     return {"u": [a + b for a, b in zip(inertial, load(case, pose), strict=True)]}
@@ -139,13 +148,29 @@ def linearization(case: Case) -> Outputs:
         "G": _in_coordinates(scene, stiff),
         "B": masses.input_matrix(scene),
     }
+    if scene.base_accelerations:
+        outputs |= _told(case, pose, outputs["M"], outputs["B"])
     resisted = [d + force / values.friction_speed for d, force in zip(values.damping, values.friction, strict=True)]
-    drag = values.cart_damping + values.cart_friction / values.cart_friction_speed
+    drag = mpf(0) if scene.is_driven else values.cart_damping + values.cart_friction / values.cart_friction_speed
     if any(resisted) or drag:
         outputs["D"] = _in_coordinates(scene, _joint_form(resisted))
         for axis in range(cart_axes(scene)):
             outputs["D"][axis][axis] = drag
     return outputs
+
+
+def _told(case: Case, pose: Pose, inertia: Matrix, inputs: Matrix) -> Outputs:
+    """M and B where the base is given its acceleration: rows x'' = u, and of every mass what b does to it, on the right side."""
+    carts, size = cart_axes(case.scene), len(pose.direction[0])
+    columns = []
+    for i in range(case.scene.base_accelerations):
+        moved = [mpf(int(axis == i)) for axis in range(size)] * case.scene.links
+        pull = masses.conjugate(case.scene, case.values, pose, moved)
+        columns.append([mpf(int(k == i)) if k < carts else -entry for k, entry in enumerate(pull)])
+    rows = [
+        [mpf(int(i == j)) if min(i, j) < carts else entry for j, entry in enumerate(row)] for i, row in enumerate(inertia)
+    ]
+    return {"M": rows, "B": [[*given, *forces] for given, forces in zip(transposed(columns), inputs, strict=True)]}
 
 
 @judges("project")

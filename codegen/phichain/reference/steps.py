@@ -83,7 +83,7 @@ def _at(case: Case, q: Vector, v: Vector) -> Pose:
 def _force(case: Case, pose: Pose) -> Vector:
     """Gravity, springs, dampers and inputs, without the velocity terms of the equations of motion."""
     push = masses.push(case.scene, case.inputs["u"])
-    fall = masses.conjugate(case.scene, case.values, pose, masses.anti_gravity(case.values, pose))
+    fall = masses.conjugate(case.scene, case.values, pose, masses.anti_gravity(case.values, pose, case.base))
     joints = masses.joint_force(case.scene, case.values, pose)
     return [a - b + c for a, b, c in zip(push, fall, joints, strict=True)]
 
@@ -100,6 +100,8 @@ def _rates(case: Case, pose: Pose, v: Vector) -> Vector:
 def step_variational(case: Case) -> Outputs:
     """Solve the discrete equations of Lee, Leok & McClamroch (2009) in momenta; the residual of an exact step is 0."""
     h, q, v = case.inputs["h"], case.inputs["q"], case.inputs["v"]
+    if case.scene.base_accelerations:
+        return _told(case, step_variational(case.links()))
     if not case.scene.is_planar:
         q, v = project(case.scene, q, v)
     start = _at(case, q, v)
@@ -110,6 +112,15 @@ def step_variational(case: Case) -> Outputs:
     gained = moved(_transport(case, start, end, q_next, q, end), _force(case, end), h / 2)
     (rates,) = Inertia(case.scene, case.values, end).solve(gained)
     return {"q_next": q_next, "v_next": _contract_rates(case, end, rates), "residual": mpf(0)}
+
+
+def _told(case: Case, links: Outputs) -> Outputs:
+    """The step of a chain whose base is given its acceleration, held: a driven cart moves as such a motion does."""
+    h, carts, u = case.inputs["h"], cart_axes(case.scene), case.inputs["u"]
+    x, rate = case.inputs["q"][:carts], case.inputs["v"][:carts]
+    place = [a + h * b + h * h * c / 2 for a, b, c in zip(x, rate, u, strict=False)]
+    rates = [b + h * c for b, c in zip(rate, u, strict=False)]
+    return {**links, "q_next": place + links["q_next"], "v_next": rates + links["v_next"]}
 
 
 def _transport(case: Case, start: Pose, end: Pose, q_next: Vector, q: Vector, pose: Pose) -> Vector:

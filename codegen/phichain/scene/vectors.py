@@ -77,10 +77,21 @@ class Vectors:
         return self._cart_size * self.has_force
 
     @property
+    def base_accelerations(self) -> int:
+        """How many entries of u, the first ones, are accelerations of the base; all others are generalised forces."""
+        return self.base_inputs * (self.is_moving or self.is_driven)
+
+    @property
+    def has_free_cart(self) -> bool:
+        """Whether the base is a cart that forces move, so that it has an equation of motion of its own."""
+        return self.has_cart and not self.is_driven
+
+    @property
     def driven(self) -> tuple[int, ...]:
-        """Which entries of v the entries of u act on, in their order: the force the cart, the torques their angles."""
+        """Which entries of v the forces in u act on, in their order: that on the cart, the torques on their angles."""
         cart = self._cart_size
-        return (*range(cart * self.has_force), *(cart + joint - 1 for joint in self.actuated_joints))
+        forces = cart * (self.has_force and not self.is_driven)
+        return (*range(forces), *(cart + joint - 1 for joint in self.actuated_joints))
 
     @property
     def _cart_size(self) -> int:

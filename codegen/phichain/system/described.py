@@ -110,33 +110,36 @@ class Joints(_Given):
 
 @dataclass(frozen=True)
 class Drive:
-    """What the inputs push: u_j is the generalised force of one entry of v.
+    """What the inputs do: the first ones may give the base its acceleration, every other is the generalised force of an entry of v.
 
     Attributes:
-        coordinates: Which one, counted from 0, for every entry of u; a System takes none said as the first nu.
+        coordinates: Which one, counted from 0, for every force in u; a System takes none said as the first ones.
+        accelerations: How many entries of u, the first ones, are accelerations of the base.
     """
 
     coordinates: tuple[int, ...] = ()
+    accelerations: int = 0
 
     def forces(self, u: ArrayLike, nv: int) -> NDArray[np.float64]:
         """The generalised forces (..., nv) of inputs (..., nu)."""
-        given = np.asarray(u, dtype=float)
+        given = np.asarray(u, dtype=float)[..., self.accelerations :]
         pushed = np.zeros((*given.shape[:-1], nv))
         pushed[..., list(self.coordinates)] = given
         return pushed
 
 
 def drive_of(drive: Drive, nu: int, nv: int) -> Drive:
-    """A drive that fits the sizes: the first nu coordinates unless said.
+    """A drive that fits the sizes: the first coordinates unless said.
 
     Raises:
-        ArrayError: Not one coordinate per input, or one that there is not, or one twice.
+        ArrayError: Not one coordinate per force, or one that there is not, or one twice.
     """
-    made = Drive(tuple(int(k) for k in drive.coordinates or range(nu)))
+    forces = nu - drive.accelerations
+    made = Drive(tuple(int(k) for k in drive.coordinates or range(forces)), drive.accelerations)
     known = set(made.coordinates) <= set(range(nv)) and len(set(made.coordinates)) == len(made.coordinates)
-    if not known or len(made.coordinates) != nu:
+    if not known or len(made.coordinates) != forces:
         raise ArrayError(
-            "drive.coordinates", made.coordinates, f"must hold {nu} different numbers below {nv}", "name one entry of v per input"
+            "drive.coordinates", made.coordinates, f"must hold {forces} different numbers below {nv}", "name one entry of v per force"
         )  # fmt: skip
     return made
 

@@ -83,14 +83,14 @@ def accelerations(
     """Write the accelerations [x'', theta''] into `a`."""
     sweep = Sweep(builder, scene, parameters, state, couples(builder, scene, parameters, state, u))
     outer = sweep.inwards()
-    base_y = builder.lift(0)
+    base_y = -parameters.fall[0]
     if scene.has_cart:
         force = push_on_cart(scene, parameters, u, state.speed)
         base_y = sweep.cart_acceleration(outer, force)
         a[0] = base_y * parameters.units.length
     else:
         sweep.pivot(outer, 0)
-    sweep.all_outwards(-parameters.gravity, base_y, a.shifted(int(scene.has_cart)))
+    sweep.all_outwards(-parameters.fall[1], base_y, a.shifted(int(scene.has_cart)))
 
 
 class Sweep:

@@ -141,11 +141,11 @@ class _BaseSide:
         self.kept = {name: self.builder.array(f"base_{name}", links) for name in names}
 
     def beginning(self, force: Expr) -> _Inner:
-        """What carries link 0: a wall, or a cart that yields to the side."""
+        """What carries link 0: a wall, which may be given an acceleration, or a cart that yields to the side."""
         parameters, zero = self.sweep.parameters, self.builder.lift(0)
         inverse = 1 / parameters.length[0]
         wall = _Inner(*(zero for _ in fields(_Inner)))
-        wall = replace(wall, drift_x=-parameters.gravity * inverse)
+        wall = replace(wall, drift_x=-parameters.fall[1] * inverse, drift_y=-parameters.fall[0] * inverse)
         if not self.sweep.scene.has_cart:
             return wall
         yielding = self.units.mass_unit[0] / parameters.base_mass

@@ -6,6 +6,7 @@ from phichain.ir.builder import ArrayRef, Builder
 from phichain.lowering.losses import brakes_cart, cart_slope, joint_slopes, push_on_cart
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.disturbances import Column, faster_links, slowed_joints, turned_joints
+from phichain.lowering.planar.given_base import over_given_base
 from phichain.lowering.planar.jacobian import Columns, Target
 from phichain.lowering.planar.joints import planar_state
 from phichain.lowering.planar.response import Base, Recalled, Response
@@ -28,7 +29,7 @@ def suits(scene: Scene) -> bool:
     """
     if scene.armature is not None:
         return False
-    if not (scene.has_cart and scene.tip_masses):
+    if not (scene.has_free_cart and scene.tip_masses):
         return True
     return not isinstance(scene.mass, str) and max(scene.mass) <= _MOST * min(scene.mass)
 
@@ -54,8 +55,11 @@ def dynamics_and_jacobian(
 def derivatives(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, u: ArrayRef | None, a: ArrayRef,
     dadq: ArrayRef, dadv: ArrayRef, dadu: ArrayRef | None,
-) -> None:  # fmt: skip
-    """Write the accelerations and their derivatives."""
+) -> Response | None:  # fmt: skip
+    """Write the accelerations and their derivatives; returns how joints answer, where the base's acceleration is not given."""
+    if scene.base_accelerations and u is not None and dadu is not None:
+        over_given_base(builder, scene, parameters, (q, v, u), (a, dadq, dadv, dadu), derivatives)
+        return None
     state = planar_state(builder, scene, q, v)
     sweep = Recalled(builder, scene, parameters, state, u)
     response, base = _solved(builder, scene, parameters, sweep, u, a)
@@ -79,6 +83,7 @@ def derivatives(
             dadv[loop.index * scene.nv] = moved
     if dadu is not None and compliance is not None and compliance.array.name != dadu.name:
         _chosen(builder, scene, compliance, dadu)
+    return response
 
 
 def _solved(
@@ -88,9 +93,9 @@ def _solved(
     outer = sweep.inwards()
     if not scene.has_cart:
         sweep.pivot(outer, 0)
-        sweep.all_outwards(-parameters.gravity, builder.lift(0), a)
+        sweep.all_outwards(-parameters.fall[1], -parameters.fall[0], a)
         response = Response(builder, scene, parameters, sweep)
-        return response, response.on_wall(parameters.gravity, parameters.length[0])
+        return response, response.on_wall(parameters.fall, parameters.length[0])
     force = push_on_cart(scene, parameters, u, sweep.state.speed)
     slide = sweep.cart_acceleration(outer, force)
     a[0] = slide

@@ -9,6 +9,7 @@ the linear map phi = S theta of theory section 2.
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder, Expr
+from phichain.lowering.base import base_acceleration, planar_base_columns
 from phichain.lowering.losses import cart_drag, cart_slope, slopes_at_rest
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.geared import terms as rotors
@@ -160,22 +161,25 @@ def positions(builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRe
 
 @writes("inverse_dynamics", space="planar")
 def inverse_dynamics(
-    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef
-) -> None:
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef,
+    b: ArrayRef | None = None,
+) -> None:  # fmt: skip
     """The full generalised force that produces the accelerations a: a sweep out for motions and back for forces.
 
     Link frames have x along the link and y along its tangent; accelerations carry -g. Springs, dampers and dry friction are part
-    of the chain: their forces are overcome by u.
+    of the chain: their forces are overcome by u. b is the acceleration of a moving base.
     """
     links, offset = scene.links, int(scene.has_cart)
+    given = () if b is None else (b[0], b[1])
+    fall = parameters.carried(scene, base_acceleration(builder, scene, given)).fall
     state = planar_state(builder, scene, q, v)
     sine, cosine = builder.sincos(state.angle, links)
     alpha = absolute(builder, scene, "alpha", a.shifted(offset))
     inertial_x, inertial_y = builder.array("inertial_x", links), builder.array("inertial_y", links)
     with builder.loop("k", 0, links) as loop:
         k = loop.index
-        before_x = loop.carry("base_x", -parameters.gravity)
-        before_y = loop.carry("base_y", a[0] if scene.has_cart else builder.lift(0))
+        before_x = loop.carry("base_x", -fall[1])
+        before_y = loop.carry("base_y", a[0] if scene.has_cart else -fall[0])
         joint_x = builder.let("joint_x", cosine[k] * before_x + sine[k] * before_y)
         joint_y = builder.let("joint_y", cosine[k] * before_y - sine[k] * before_x)
         squared = builder.let("rate_squared", state.rate[k] * state.rate[k])
@@ -230,11 +234,14 @@ def linearization(
     _joint_matrix(builder, scene, parameters.stiffness, falling, outputs["G"])
     if "D" in outputs:
         resistance = slopes_at_rest(scene, parameters)
-        _joint_matrix(builder, scene, resistance, None, outputs["D"], cart_slope(scene, parameters, None))
-    if scene.has_cart:
+        drag = cart_slope(scene, parameters, None) if scene.has_free_cart else builder.lift(0)
+        _joint_matrix(builder, scene, resistance, None, outputs["D"], drag)
+    if scene.has_free_cart:
         cart_border(builder, scene, parameters, coupling, outputs["M"])
     if "B" in outputs:
         input_matrix(builder, scene, outputs["B"])
+    if scene.base_accelerations:
+        planar_base_columns(builder, scene, coupling, outputs["M"], outputs["B"])
 
 
 def _joint_matrix(
@@ -272,10 +279,9 @@ def _beyond(builder: Builder, joint: ArrayRef, links: int) -> ArrayRef:
 
 
 def input_matrix(builder: Builder, scene: Scene, out: ArrayRef) -> None:
-    """The constant matrix that takes u to generalised forces, nv x nu."""
-    columns = ([0] if scene.has_force else []) + [joint - 1 + int(scene.has_cart) for joint in scene.actuated_joints]
-    if len(columns) < scene.nv:
-        for column, driven in enumerate(columns):
+    """The constant matrix that takes u to generalised forces, nv x nu; columns of the base's acceleration are left out."""
+    if scene.base_accelerations or len(scene.driven) < scene.nv:
+        for column, driven in enumerate(scene.driven, scene.base_accelerations):
             _unit_column(builder, scene, out.shifted(column, scene.nu), driven)
         return
     with builder.loop("i", 0, scene.nv) as rows:

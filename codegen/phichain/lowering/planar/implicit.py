@@ -23,6 +23,7 @@ from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.compound import Compound
+from phichain.lowering.base import base_acceleration
 from phichain.lowering.losses import brakes_cart, cart_slope, joint_slope, ties_links
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import absolute, planar_state
@@ -44,7 +45,7 @@ def factor_sizes(scene: Scene) -> dict[str, int]:
     """Names and sizes of what `factors` writes."""
     sizes = {name: size * scene.links for name, size in FACTORS.items()}
     sizes |= {SLOPES: scene.links} if scene.friction is not None else {}
-    sizes |= {CART_PIVOT: 1} if scene.has_cart else {}
+    sizes |= {CART_PIVOT: 1} if scene.has_free_cart else {}
     return sizes | ({CART_DRAG: 2} if brakes_cart(scene) else {})
 
 
@@ -70,9 +71,11 @@ def factors(
     parameters: Parameters,
     inputs: tuple[Expr, ArrayRef, ArrayRef, ArrayRef],
     out: dict[str, ArrayRef],
+    b: tuple[Expr, ...] = (),
 ) -> None:
-    """Write what `solution` needs for the g, q, v and a (the accelerations at q, v) of `inputs`."""
+    """Write what `solution` needs for the g, q, v and a (the accelerations at q, v) of `inputs`, on a base moved by b."""
     gain, q, v, a = inputs
+    parameters = parameters.carried(scene, base_acceleration(builder, scene, b))
     motion = _motion(builder, scene, parameters, q, v, a, out)
     beyond = _Inwards(builder, scene, parameters, gain, motion, out).run()
     if brakes_cart(scene):
@@ -80,7 +83,7 @@ def factors(
         firm = builder.let("cart_inertia", parameters.cart_mass + beyond.matrix[1][1])
         out[CART_PIVOT][0] = 1 / (firm + gain * slope)
         out[CART_DRAG][0], out[CART_DRAG][1] = slope, firm
-    elif scene.has_cart:
+    elif scene.has_free_cart:
         out[CART_PIVOT][0] = 1 / (parameters.cart_mass + beyond.matrix[1][1])
 
 
@@ -104,8 +107,8 @@ def _motion(
     inertial_x, inertial_y = builder.array("inertial_x", links), builder.array("inertial_y", links)
     with builder.loop("k", 0, links) as loop:
         k = loop.index
-        before_x = loop.carry("base_x", -parameters.gravity)
-        before_y = loop.carry("base_y", a[0] if scene.has_cart else builder.lift(0))
+        before_x = loop.carry("base_x", -parameters.fall[1])
+        before_y = loop.carry("base_y", a[0] if scene.has_cart else -parameters.fall[0])
         joint_x = let("joint_x", cosine[k] * before_x + sine[k] * before_y)
         joint_y = let("joint_y", cosine[k] * before_y - sine[k] * before_x)
         squared = let("rate_squared", state.rate[k] * state.rate[k])

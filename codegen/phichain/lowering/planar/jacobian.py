@@ -126,7 +126,8 @@ class Columns:
         turn, response = self.response.turn(k), self.response
         free = jump.phi + jump.y
         if isinstance(k, int) and k == 0 and not self.carts:
-            return free * turn[0], free * turn[1]
+            aside = response.nothing if self.base.tip[1].is_zero else jump.x
+            return free * turn[0] + aside * turn[1], free * turn[1] - aside * turn[0]
         x = response.outwards(k, (before[0] + jump.x, before[1]))
         return x[0] + free * turn[0], x[1] + free * turn[1]
 

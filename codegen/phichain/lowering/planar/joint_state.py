@@ -79,7 +79,7 @@ def to_joint_inputs(scene: Scene) -> Program:
     builder = Builder(
         "stiff_joint_inputs", "Torques at the joints of torques conjugate to the scene's angles."
     )
-    carts, links, lag = int(scene.has_force), scene.links, LAG[str(scene.angles)]
+    carts, links, lag = scene.base_inputs, scene.links, LAG[str(scene.angles)]
     u = builder.input("u", (scene.nu,), "inputs")
     out = builder.output("joint_u", (joint_scene(scene).nu,), "force, torques at the joints")
     for i in range(carts):

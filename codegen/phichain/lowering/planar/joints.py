@@ -182,7 +182,7 @@ def _drive(builder: Builder, scene: Scene, parameters: Parameters, u: ArrayRef |
     joints = scene.actuated_joints
     if u is None or not joints:
         return None
-    u = u.shifted(int(scene.has_force))
+    u = u.shifted(scene.base_inputs)
     unit = parameters.units.torque
     drive = builder.array("drive", scene.links)
     if len(joints) == scene.links:

@@ -128,11 +128,11 @@ class Response:
         xx, xy, yy = (kept[name][k] if name in kept else self.nothing for name in ("link_xx", "link_xy", "link_yy"))
         return xx, xy, yy
 
-    def on_wall(self, gravity: Expr, length: Expr) -> Base:
-        """A fixed base."""
+    def on_wall(self, fall: tuple[Expr, ...], length: Expr) -> Base:
+        """A base that stands still, or is given its acceleration."""
         turn = self.sweep.sine[0], self.sweep.cosine[0]
         self.arrays["turn_x"][0], self.arrays["turn_y"][0] = turn
-        return Base((-gravity / length, self.nothing), self.nothing, self.nothing, self.nothing)
+        return Base((-fall[1] / length, -fall[0] / length), self.nothing, self.nothing, self.nothing)
 
     def on_cart(self, parameters: Parameters, outer: Outer, acceleration: Expr, force: Expr) -> Base:
         """The cart, which slides where a link turns."""

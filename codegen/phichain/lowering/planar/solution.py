@@ -47,9 +47,12 @@ class _Solution:
         scene, builder = self.scene, self.builder
         sideways = self.inwards()
         base = builder.lift(0)
-        if scene.has_cart:
+        if scene.has_free_cart:
             base, moved = self._cart(sideways)
             result_v[0] = moved
+        elif scene.has_cart:
+            result_v[0] = moved = self.right_v[0]
+        if scene.has_cart:
             result_q[0] = self.right_q[0] + self.gain * moved
         joints = [builder.array(name, scene.links) for name in ("joint_q", "joint_v")]
         self.outwards(base, *joints)

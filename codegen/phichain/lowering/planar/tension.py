@@ -135,9 +135,10 @@ def _first_right_side(chain: _Chain, state: PlanarState) -> Expr:
 
 
 def _still_right_side(chain: _Chain, state: PlanarState) -> Expr:
-    """b_0 over a base that stands still."""
+    """b_0 over a base that stands still, or is given its acceleration."""
     parameters = chain.parameters
-    value = parameters.length[0] * (state.rate[0] * state.rate[0]) + parameters.gravity * chain.cosine[0]
+    value = parameters.length[0] * (state.rate[0] * state.rate[0]) + parameters.fall[1] * chain.cosine[0]
+    value = value + parameters.fall[0] * chain.sine[0]
     if chain.pair is not None:
         value = value + chain.pair[1] * chain.sine[1] / parameters.mass[0]
     return value
@@ -155,7 +156,8 @@ def _cart(chain: _Chain, state: PlanarState, horizontal: Expr, tension: ArrayRef
 def _first(chain: _Chain, tension: ArrayRef, cart: Expr | None) -> Expr:
     """l_0 phi_0''."""
     parameters, sine, cosine, pair = chain.parameters, chain.sine, chain.cosine, chain.pair
-    value = tension[1] * parameters.mass_ratio[1] * sine[1] - parameters.gravity * sine[0]
+    value = tension[1] * parameters.mass_ratio[1] * sine[1] - parameters.fall[1] * sine[0]
+    value = value + parameters.fall[0] * cosine[0]
     if pair is not None:
         value = value + (pair[0] - pair[1] * cosine[1]) / parameters.mass[0]
     return value if cart is None else value - cosine[0] * cart

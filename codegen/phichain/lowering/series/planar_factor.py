@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
+from phichain.lowering.base import carried
 from phichain.lowering.body import point_masses
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joint_state import rest_of_difference
@@ -58,6 +59,7 @@ def planar_factor(model: Model, layout: Layout, elimination: type[Factor]) -> Pr
     parameters = Parameters(builder, model, True, scene)
     q, v = builder.input("q", (scene.nq,), "configuration"), builder.input("v", (scene.nv,), "rates in scaled time")
     u = builder.input("u", (scene.nu,), "inputs") if scene.nu else None
+    parameters = carried(builder, scene, parameters, u).parameters
     scale = builder.input(SCALE, (2,), "unit of time and its square")
     lost = builder.input(LOST, (scene.nq + scene.nv,), "what rounding took from q and v")
     held = builder.output(HELD, (layout.size,), "constants of the step")
@@ -179,11 +181,11 @@ class Factor:
 
     def base(self, inertia: _Inertia) -> None:
         """Gravity and, on a cart, its mobility."""
-        weight = -(self.square * self.parameters.gravity)
+        aside, weight = (-(self.square * entry) for entry in self.parameters.fall)
         s, c = self.sine[0], self.cosine[0]
-        if not self.scene.has_cart:
-            self.keep("base", 0, weight * c)
-            self.keep("base", 1, -(weight * s))
+        if not self.scene.has_free_cart:
+            self.keep("base", 0, weight * c + aside * s)
+            self.keep("base", 1, aside * c - weight * s)
             self.keep("pull_x", 0, self.builder.lift(0))
             self.keep("pull_y", 0, self.builder.lift(0))
             return
@@ -199,8 +201,9 @@ class Factor:
         """Inputs, springs and dampers in scaled time; the cart's damper takes speeds in the scene's own unit of length."""
         builder, scene, parameters = self.builder, self.scene, self.parameters
         if scene.has_force and u is not None:
-            self.keep("push", 0, self.square * (u[0] / parameters.units.force))
-        if parameters.cart_damping is not None:
+            unit = parameters.units.length if scene.is_driven else parameters.units.force
+            self.keep("push", 0, self.square * (u[0] / unit))
+        if "cart_damping" in self.layout and parameters.cart_damping is not None:
             self.keep("cart_damping", 0, self.rho * (parameters.cart_damping / parameters.units.length))
         couple = input_couples(builder, scene, parameters, u)
         with builder.loop("k", 0, scene.links) as loop:

@@ -27,8 +27,8 @@ def planar_layout(scene: Scene) -> Layout:
     if scene.armature is not None:
         runs = list(geared_layout(scene))
     runs += [
-        ("drive", links * bool(scene.actuated_joints)),
-        ("push", int(scene.has_force)), ("cart_damping", int(scene.cart_damping is not None)), ("stiffness", links * (scene.stiffness is not None)),
+        ("drive", links * bool(scene.actuated_joints)), ("push", int(scene.has_force)),
+        ("cart_damping", int(scene.has_free_cart and scene.cart_damping is not None)), ("stiffness", links * (scene.stiffness is not None)),
         ("damping", links * (scene.damping is not None)),
         ("rest", links * (carries_joints(scene) and scene.stiffness is not None)),
     ]  # fmt: skip

@@ -159,7 +159,7 @@ class Order:
         """Forces of order n that the chain beyond each joint asks for, and the links' free angular accelerations."""
         builder, links = self.builder, self.scene.links
         force_x, force_y, push_x, push_y = (self.work[name] for name in ("force_x", "force_y", "push_x", "push_y"))
-        first, last = (0 if self.scene.has_cart else 1), links - 1
+        first, last = (0 if self.scene.has_free_cart else 1), links - 1
         force_x[last], force_y[last] = push_x[last], push_y[last]
         if last > first - 1 and last - 1 >= first:
             with builder.loop("k", last - 1, first - 1, -1) as loop:
@@ -210,7 +210,9 @@ class Order:
         """Acceleration of the base less gravity in the first link's frame; a cart's goes into the results."""
         scene, now, base = self.scene, self.now, self.of("base")
         weight_x, weight_y = now[3] * base[0], now[3] * base[1]
-        if not scene.has_cart:
+        if scene.is_driven:
+            following[scene.nq] = now[1] * (now[3] * self.of("push")[0]) * self.parameters.units.length
+        if not scene.has_free_cart:
             return weight_x, weight_y
         sine, cosine, arm = self.of("sine")[0], self.of("cosine")[0], self.of("base_arm")
         push = -(sine * self.work["force_x"][0] + cosine * self.work["force_y"][0])

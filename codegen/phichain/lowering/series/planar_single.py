@@ -4,8 +4,8 @@ With psi the angle from the link's direction at the step's start, C and S its co
 
     S' = C w,   C' = -S w,   w' = (a_x S - a_y C) / r + tau / (m r^2)
 
-where (a_x, a_y) = rho^2 g (-cos phi_0, sin phi_0) is gravity as the acceleration of the base in the link's frame. With a rotor at
-the joint 1 / r becomes m r / (m r^2 + A), and 1 / (m r^2) likewise.
+where (a_x, a_y) = rho^2 g (-cos phi_0, sin phi_0) is gravity as the acceleration of the base in the link's frame; a moving base
+adds its own. With a rotor at the joint 1 / r becomes m r / (m r^2 + A), and 1 / (m r^2) likewise.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 from phichain.ir.builder import Builder, Expr
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune, unroll
+from phichain.lowering.base import carried
 from phichain.lowering.body import point_masses
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import input_couples
@@ -67,14 +68,15 @@ def _factor(model: Model) -> Program:
     right = builder.output(RIGHT, (2,), "the link's rate, twice")
     sine, cosine = directions(builder, scene, q, lost)
     bodies, rotor = parameters.bodies, parameters.armature
+    fall = carried(builder, scene, parameters, u).parameters.fall
     if bodies is None and rotor is None:
         inverse = 1 / (parameters.mass[0] * parameters.com[0] * parameters.com[0])
-        weight = scale[1] * (parameters.gravity / parameters.com[0])
+        aside, weight = (scale[1] * (entry / parameters.com[0]) for entry in fall)
     else:
         first, second = _moments(parameters)
         inverse = 1 / (second if rotor is None else second + rotor[0])
-        weight = scale[1] * (parameters.gravity * (first * inverse))
-    held[0], held[1] = -(weight * cosine[0]), -(weight * sine[0])
+        aside, weight = (scale[1] * (entry * (first * inverse)) for entry in fall)
+    held[0], held[1] = -(weight * cosine[0] + aside * sine[0]), aside * cosine[0] - weight * sine[0]
     place = 2
     couple = input_couples(builder, scene, parameters, u)
     if couple is not None:

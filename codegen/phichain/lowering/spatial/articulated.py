@@ -65,7 +65,7 @@ def accelerations(
     sweep = _Sweep(builder, scene, parameters, q, rates)
     chain = sweep.inwards()
     nothing = builder.lift(0)
-    base: Vector = (nothing, nothing, -parameters.gravity)
+    base: Vector = tuple(-entry for entry in parameters.fall)
     if scene.has_cart:
         unit = parameters.units
         first, second = (push_on_cart(scene, parameters, u, rates.cart(), axis) for axis in (0, 1))

@@ -11,6 +11,7 @@ from fractions import Fraction
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.lowering.base import spatial_base_columns
 from phichain.lowering.losses import cart_slope
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.links import directions
@@ -192,12 +193,16 @@ def linearization(
     _neighbour_matrix(builder, links, weight, springs, _Planes(outputs["G"].shifted(offset * (size + 1)), size))
     if "D" in outputs:
         _neighbour_matrix(builder, links, None, parameters.damping, _Planes(outputs["D"].shifted(offset * (size + 1)), size))
-    if scene.has_cart:
+    if scene.has_free_cart:
         _cart_inertia(builder, scene, parameters, s, outputs["M"])
+    if scene.has_cart:
         _border(builder, outputs["G"], size, builder.lift(0))
         if "D" in outputs:
-            _border(builder, outputs["D"], size, cart_slope(scene, parameters, None))
-    if "B" in outputs:
+            drag = cart_slope(scene, parameters, None) if scene.has_free_cart else builder.lift(0)
+            _border(builder, outputs["D"], size, drag)
+    if scene.base_accelerations:
+        spatial_base_columns(builder, scene, lambda k: mu[k] * s[k], outputs["M"], outputs["B"])
+    elif "B" in outputs:
         _force_matrix(builder, outputs["B"], size)
 
 
@@ -271,9 +276,8 @@ def _border(builder: Builder, out: ArrayRef, size: int, corner: Expr) -> None:
 
 
 def _force_matrix(builder: Builder, out: ArrayRef, size: int) -> None:
-    for a in range(2):
-        for b in range(2):
-            out[2 * a + b] = builder.lift(int(a == b))
+    for i in range(4):
+        out[i] = builder.lift(int(i in (0, 3)))
     with builder.loop("i", 4, 2 * size) as loop:
         out[loop.index] = builder.lift(0)
 

@@ -35,6 +35,7 @@ from phichain.lowering.algebra.matrix import (
     zero,
 )
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
+from phichain.lowering.base import base_acceleration
 from phichain.lowering.losses import brakes_cart, cart_slope
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.joint import Joint
@@ -70,7 +71,7 @@ def factor_sizes(scene: Scene) -> dict[str, int]:
     if near_joints(scene):
         return near_sizes(scene)
     sizes = {name: size * scene.links for name, size in (_FREE | (_JOINED if joined(scene) else {})).items()}
-    sizes |= {CART_PIVOT: 4} if scene.has_cart else {}
+    sizes |= {CART_PIVOT: 4} if scene.has_free_cart else {}
     return sizes | ({CART_DRAG: 5} if brakes_cart(scene) else {})
 
 
@@ -97,15 +98,17 @@ def factors(
     parameters: Parameters,
     inputs: tuple[Expr, ArrayRef, ArrayRef, ArrayRef],
     out: dict[str, ArrayRef],
+    b: tuple[Expr, ...] = (),
 ) -> None:
-    """Write what `solution` needs for the g, q, v and a (the accelerations at q, v) of `inputs`."""
+    """Write what `solution` needs for the g, q, v and a (the accelerations at q, v) of `inputs`, on a base moved by b."""
     gain, q, v, a = inputs
+    parameters = parameters.carried(scene, base_acceleration(builder, scene, b))
     _motion(builder, scene, parameters, q, v, a, out)
     if near_joints(scene):
         NearJoints(builder, scene, parameters, gain, out).run()
         return
     beyond = _Inwards(builder, scene, parameters, gain, out).run()
-    if scene.has_cart:
+    if scene.has_free_cart:
         (xx, xy, _), (yx, yy, _), _ = beyond.force
         xx, yy = xx + parameters.cart_mass, yy + parameters.cart_mass
         if brakes_cart(scene):
@@ -128,18 +131,18 @@ def _motion(
     out: dict[str, ArrayRef],
 ) -> None:
     """The unperturbed chain: unit vectors, rates, velocities, tangential accelerations, and the pull R of each link."""
-    links, nothing, mass, length, com = (
+    links, mass, length, com = (
         scene.links,
-        builder.lift(0),
         parameters.mass,
         parameters.length,
         parameters.com,
     )
     inertial = builder.array("inertial", 3 * links)
-    base = (a[0], a[1]) if scene.has_cart else (nothing, nothing)
+    rise = tuple(-entry for entry in parameters.fall)
+    base = (a[0], a[1]) if scene.has_cart else rise[:-1]
     with builder.loop("k", 0, links) as loop:
         k = loop.index
-        start = (*base, -parameters.gravity)
+        start = (*base, rise[-1])
         joint: Vector = tuple(loop.carry(f"joint_{x}", part) for x, part in zip("xyz", start, strict=True))
         here, omega = load(directions(scene, q), k), load(directions(scene, v), k)
         moving, turning = cross(omega, here), cross(load(directions(scene, a), k), here)

@@ -90,7 +90,7 @@ def accelerations(
     """Write x'' and the omega_k' through `rates`."""
     sweep = _Sweep(builder, scene, parameters, q, rates)
     chain = sweep.inwards()
-    x, y, fall = builder.lift(0), builder.lift(0), -parameters.gravity
+    x, y, fall = (-entry for entry in parameters.fall)
     if scene.has_cart:
         unit = parameters.units
         first, second = (push_on_cart(scene, parameters, u, rates.cart(), axis) for axis in (0, 1))

@@ -80,7 +80,7 @@ def near_joints(scene: Scene) -> bool:
 def near_sizes(scene: Scene) -> dict[str, int]:
     """Names and sizes of what the elimination writes."""
     sizes = {name: size * scene.links for name, size in NEAR_JOINTS.items()}
-    sizes |= {CART_PIVOT: 4, CART_LOAD: 6} if scene.has_cart else {}
+    sizes |= {CART_PIVOT: 4, CART_LOAD: 6} if scene.has_free_cart else {}
     return sizes | ({CART_DRAG: 2} if brakes_cart(scene) else {})
 
 
@@ -133,7 +133,7 @@ class NearJoints:
     def run(self) -> None:
         """Write all that `near_joints_solution` needs."""
         chain = self._inwards()
-        if not self.scene.has_cart:
+        if not self.scene.has_free_cart:
             return
         cart = self.parameters.base_mass / self.parameters.mass[0]
         if brakes_cart(self.scene):

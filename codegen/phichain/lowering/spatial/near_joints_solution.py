@@ -32,7 +32,7 @@ def solution(
     drawn, push = solve.inwards()
     nothing = builder.lift(0)
     base: Vector = (nothing, nothing, nothing)
-    if scene.has_cart:
+    if scene.has_free_cart:
         loads, pivot = known[CART_LOAD], known[CART_PIVOT]
         x, y = (dot((loads[3 * i], loads[3 * i + 1], loads[3 * i + 2]), drawn) + push[i] for i in range(2))
         length = parameters.length[0]
@@ -46,6 +46,7 @@ def solution(
             over = 1 / length
             x, y = x + slope * (over * right[1][0]), y + slope * (over * right[1][1])
         base = (-(pivot[0] * x + pivot[1] * y), -(pivot[2] * x + pivot[3] * y), nothing)
+    if scene.has_cart:
         for i in range(2):
             moved = right[1][i] + gain * (length * base[i])
             if brakes_cart(scene):

@@ -28,8 +28,12 @@ def solution(
     sideways = solve.inwards()
     nothing = builder.lift(0)
     base: Vector = (nothing, nothing, nothing)
-    if scene.has_cart:
+    if scene.has_free_cart:
         base = _cart(scene, gain, known, right, sideways, result)
+    elif scene.has_cart:
+        for i in range(2):
+            result[1][i] = moved = right[1][i] + nothing
+            result[0][i] = right[0][i] + gain * moved
     solve.outwards(base, *result)
 
 
@@ -43,6 +47,7 @@ def _cart(
         base = (
             -(pivot[0] * sideways[0] + pivot[1] * sideways[1]), -(pivot[2] * sideways[0] + pivot[3] * sideways[1]), nothing,
         )  # fmt: skip
+    if scene.has_cart:
         for i in range(2):
             result[1][i] = moved = right[1][i] + gain * base[i]
             result[0][i] = right[0][i] + gain * moved

@@ -127,10 +127,10 @@ def _first_right_side(chain: _Chain) -> Expr:
 
 
 def _still_right_side(chain: _Chain) -> Expr:
-    """b_0 over a base that stands still."""
+    """b_0 over a base that stands still, or is given its acceleration."""
     parameters = chain.parameters
     here = load(chain.direction, 0)
-    value = parameters.length[0] * chain.rates.squared(0) + parameters.gravity * here[2]
+    value = parameters.length[0] * chain.rates.squared(0) + dot(parameters.fall, here)
     if chain.pair is not None:
         value = value - dot(here, load(chain.pair, 1)) / parameters.mass[0]
     return value
@@ -177,11 +177,10 @@ def _cart(chain: _Chain, cosine: ArrayRef, tension: ArrayRef) -> tuple[Expr, Exp
 
 def _first(chain: _Chain, tension: ArrayRef, cart: tuple[Expr, Expr] | None) -> None:
     """l_0 omega_0' = q_0 x (g e_3 - C x'' + couples) - (lambda_1 / m_0) X_1."""
-    parameters, builder = chain.parameters, chain.builder
+    parameters = chain.parameters
     inverse = 1 / parameters.length[0]
     here = load(chain.direction, 0)
-    nothing = builder.lift(0)
-    fall: Vector = (nothing, nothing, parameters.gravity * inverse)
+    fall: Vector = tuple(entry * inverse for entry in parameters.fall)
     if cart is not None:
         fall = (-(cart[0] * inverse), -(cart[1] * inverse), fall[2])
     if chain.pair is not None:

@@ -30,8 +30,8 @@ def has_couples(scene: Scene) -> bool:
 
 
 def has_push(scene: Scene) -> bool:
-    """Whether a horizontal force acts on the cart."""
-    return scene.has_force or brakes_cart(scene)
+    """Whether a horizontal force acts on a free cart."""
+    return scene.has_free_cart and (scene.has_force or brakes_cart(scene))
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ from phichain.lowering.algebra.matrix import (
     trace,
     transposed,
 )
-from phichain.lowering.algebra.vector import Vector, add, dot, down, load, multiple, named, store, sub, zeros
+from phichain.lowering.algebra.vector import Vector, add, dot, load, multiple, named, store, sub, zeros
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.steps.link_multipliers import Links
 
@@ -203,7 +203,7 @@ def _added(builder: Builder, bent: _Inertia, pull: Vector, seen: Vector) -> _Ine
 def _base(links: Links, inertia: Matrix, bias: Vector) -> Vector:
     """Acceleration of joint 0 less gravity; writes that of the cart."""
     builder, parameters, size = links.builder, links.parameters, links.size
-    rise = down(builder, size, -parameters.gravity)
+    rise = tuple(-entry for entry in parameters.fall)
     if not links.scene.has_cart:
         return rise
     asked = add(bias, applied(inertia, rise))[:-1]

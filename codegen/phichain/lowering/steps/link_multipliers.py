@@ -25,7 +25,6 @@ from phichain.lowering.algebra.vector import (
     add,
     cross,
     dot,
-    down,
     load,
     multiple,
     named,
@@ -142,7 +141,7 @@ def _base_row(
     builder, parameters, size = links.builder, links.parameters, links.size
     q, normal = links.at(links.q, 0), links.at(links.normal, 0)
     mass = parameters.mass[0]
-    fall = parameters.gravity * normal[-1] - parameters.length[0] * links.along[0]
+    fall = dot(parameters.fall, normal) - parameters.length[0] * links.along[0]
     total = mass * fall
     if pair is not None:
         total = total + dot(normal, sub(load(pair, 0, size), load(pair, 1, size)))
@@ -193,7 +192,7 @@ def _forces(links: Links, tension: ArrayRef, pair: ArrayRef | None) -> ArrayRef:
 def _write_accelerations(links: Links, force: ArrayRef, size: int) -> None:
     """l_k a_k is what the forces accelerate the mass at link k's end by, less that at its base."""
     builder, parameters = links.builder, links.parameters
-    fall = down(builder, size, parameters.gravity)
+    fall = parameters.fall
     here = load(force, 0, size)
     against = add(fall, multiple(1 / parameters.mass[0], sub(here, load(force, 1, size))))
     if links.scene.has_cart:

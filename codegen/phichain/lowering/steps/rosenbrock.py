@@ -39,12 +39,14 @@ class _Callees:
 
 @helps("implicit_factors", "The linearised chain of an implicit step, eliminated from the tip to the base.", lumped=True)
 def write_factors(builder: Builder, scene: Scene, parameters: Parameters) -> None:
-    """The Program `implicit_factors`: gain, q, v, a -> what one step's solves need."""
+    """The Program `implicit_factors`: gain, q, v, a[, u] -> what one step's solves need."""
     gain = builder.input("gain", (1,), "gamma h, s")
     state = [builder.input(name, (scene.nv,), name) for name in ("q", "v", "a")]
+    u = builder.input("u", (scene.nu,), "inputs") if scene.is_moving else None
+    b = () if u is None else tuple(u[i] for i in range(scene.base_inputs))
     out = {name: builder.output(name, (size,), name) for name, size in factor_arrays(scene).items()}
     factors = planar_implicit.factors if scene.is_planar else spatial_implicit.factors
-    factors(builder, scene, parameters, (gain[0], state[0], state[1], state[2]), out)
+    factors(builder, scene, parameters, (gain[0], state[0], state[1], state[2]), out, b)
 
 
 @helps("implicit_solution", "One right side of an implicit step: forces inwards, motions outwards.", lumped=True)
@@ -133,7 +135,8 @@ class _Step:
         (acceleration,) = builder.call(
             self.callees.forward, [self.q, self.v, *self.inputs], {"acceleration": scene.nv}
         )
-        known = builder.call(self.callees.factors, [gain, self.q, self.v, acceleration], factor_arrays(scene))
+        given = [gain, self.q, self.v, acceleration, *(self.inputs if scene.is_moving else [])]
+        known = builder.call(self.callees.factors, given, factor_arrays(scene))
         first = self._slope(self.q, self.v, acceleration)
         found: list[Pair] = []
         for stage in range(STAGES):

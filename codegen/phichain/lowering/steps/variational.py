@@ -23,6 +23,7 @@ from phichain.ir.builder import ArrayRef, Builder, Expr
 from phichain.ir.nodes import Program
 from phichain.lowering.algebra.unit_vectors import ambient_size, cart_size, dimension
 from phichain.lowering.algebra.vector import add, dot, multiple, named
+from phichain.lowering.base import carried
 from phichain.lowering.losses import brakes_cart, slows_joints
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.steps.ambient import Ambient, has_couples, has_push
@@ -61,11 +62,13 @@ def constrained_accelerations(builder: Builder, scene: Scene, parameters: Parame
     couple = None
     if has_couples(scene):
         couple = builder.input("force", (dimension(scene) * links,), "forces conjugate to the unit vectors")
-    push = None
+    push = moved = None
     if has_push(scene):
         own = ("push", cart_size(scene), "horizontal force on the cart") if brakes_cart(scene) else ("u", scene.nu, "inputs")
         u = builder.input(own[0], (own[1],), own[2])
         push = tuple(u[i] for i in range(cart_size(scene)))
+    elif scene.base_inputs:
+        moved = builder.input("u", (scene.nu,), "inputs")
     out = builder.output("acceleration", (size,), "accelerations of the cart and of the unit vectors")
     vectors = Ambient(builder, scene, parameters)
     normal, along = builder.array("normal", size), builder.array("along", links)
@@ -75,8 +78,11 @@ def constrained_accelerations(builder: Builder, scene: Scene, parameters: Parame
         speed = named(builder, "speed", add(vectors.at(rate, k), multiple(_HALF * h, turning)))
         vectors.put(normal, k, add(vectors.at(place, k), multiple(h, speed)))
         along[k] = h * dot(speed, turning) - dot(speed, speed)
+    base = carried(builder, scene, parameters, moved)
+    base.write_cart(out)
+    place, normal, out = (base.seen(array) for array in (place, normal, out))
     (tensions if scene.tip_masses else sweep)(
-        Links(builder, scene, parameters, place, normal, along, couple, push, out)
+        Links(builder, base.scene, base.parameters, place, normal, along, couple, push, out)
     )
 
 
@@ -131,7 +137,8 @@ class _Step:
 
     def _solve(self, start: tuple[ArrayRef, ...], force: ArrayRef | None, push: ArrayRef | None) -> ArrayRef:
         """Accelerations for the step, the place, the rate and the guess of `start`."""
-        given = [*start, *(array for array in (force, push) if array is not None)]
+        moved = self.u if push is None and self.scene.base_inputs else None
+        given = [*start, *(array for array in (force, push, moved) if array is not None)]
         (acceleration,) = self.builder.call(self.solver, given, {"acceleration": ambient_size(self.scene)})
         return acceleration
 

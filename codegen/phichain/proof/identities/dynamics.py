@@ -12,13 +12,13 @@ from phichain.proof.modular.field import PRIME, Vector, dot, plus
 
 @proves("forward_dynamics")
 def forward_dynamics(case: Case) -> None:
-    """The Lagrangian's virtual work is that of the inputs along every direction; omega_k' is orthogonal to q_k."""
+    """The Lagrangian's virtual work is that of the inputs along every direction but a driven cart's; omega_k' is orthogonal to q_k."""
     point, judge = case.point, case.judge
     a = case.run()["a"]
     if not case.scene.is_planar:
         _orthogonal(case, "a", a, [0] * case.scene.links)
     motion = judge.motion(point, a=a)
-    case.zero("a", lambda turn: judge.work(point, motion, turn).whole - judge.push(point, turn), point.tangent("turn"))
+    case.zero("a", lambda turn: judge.balance(point, motion, turn), point.tangent("turn"))
 
 
 @proves("direction_dynamics")
@@ -30,18 +30,16 @@ def direction_dynamics(case: Case) -> None:
     speeds = [rate[i : i + 3] for i in range(carts, len(rate), 3)]
     _orthogonal(case, "q_ddot", second, [-dot(speed, speed) for speed in speeds])
     motion = Motion(point.q, rate, second, [*rate[:carts], *triples(rate, point.q, carts)])
-    case.zero(
-        "q_ddot", lambda turn: judge.work(point, motion, turn).whole - judge.push(point, turn), point.tangent("turn")
-    )
+    case.zero("q_ddot", lambda turn: judge.balance(point, motion, turn), point.tangent("turn"))
 
 
 @proves("inverse_dynamics")
 def inverse_dynamics(case: Case) -> None:
-    """u is the Lagrangian's virtual work at any accelerations."""
+    """u is the Lagrangian's virtual work at any accelerations, those of a moving base among them."""
     point, judge = case.point, case.judge
-    a = point.free("a")
-    u = case.run(point.given(a=a))["u"]
-    motion = judge.motion(point, a=a)
+    a, b = point.free("a"), point.free("b", case.scene.base_inputs * case.scene.is_moving)
+    u = case.run(point.given(a=a, **({"b": b} if b else {})))["u"]
+    motion = replace(judge.motion(point, a=a), base=b)
     case.zero("u", lambda turn: judge.work(point, motion, turn).whole - dot(u, turn), point.free("turn"))
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from phichain.mechanics.coordinates import absolute_angles
 from phichain.proof.case import Case, Wrong, proves
-from phichain.proof.lagrange import triples
+from phichain.proof.lagrange import BASE_RATE, triples
 from phichain.proof.modular.field import PRIME, Vector, dot, inverse
 
 Form = Callable[[Vector], int]
@@ -32,10 +32,20 @@ def linearization(case: Case) -> None:
             _rows(case, name, column, form, point.free("one", size))
     if scene.nu:
         rows = [dot(found["B"][i * scene.nu : (i + 1) * scene.nu], point.u) for i in range(size)]
-        pushed = [0] * size
-        for u, i in zip(point.u, scene.driven, strict=True):
-            pushed[i] = u
-        case.same("a row of B, B", rows, pushed)
+        case.same("a row of B, B", rows, _pushed(case, s, size))
+
+
+def _pushed(case: Case, s: Vector, size: int) -> Vector:
+    """B u: forces where they act, and what of T couples links with a base that is given its acceleration."""
+    point, scene, carts = case.point, case.scene, case.point.carts
+    given, pushed = point.u[: scene.base_accelerations], [0] * size
+    for u, i in zip(point.u[len(given) :], scene.driven, strict=True):
+        pushed[i] = u
+    straight = _Planar(case, s) if scene.is_planar else _Spatial(case, s)
+    for i in range(size if given else 0):
+        alone = [int(k == i) for k in range(size)]
+        pushed[i] += given[i] if i < carts else -straight.coupling(alone, given)
+    return pushed
 
 
 def _rows(case: Case, name: str, column: Vector, form: Form, one: Vector) -> None:
@@ -52,11 +62,19 @@ def _rows(case: Case, name: str, column: Vector, form: Form, one: Vector) -> Non
 def _forms(case: Case, s: Vector, other: Vector) -> dict[str, Form]:
     """M, G and D as functions of `one`."""
     straight = _Planar(case, s) if case.scene.is_planar else _Spatial(case, s)
+    told = case.point.carts if case.scene.is_driven else 0
+    # x'' = u leaves the cart's own row, and nothing of T between it and the links.
     return {
-        "M": lambda one: straight.inertia(one, other),
+        "M": lambda one: dot(one[:told], other[:told])
+        + straight.inertia(*([*[0] * told, *vector[told:]] for vector in (one, other))),
         "G": lambda one: straight.stiffness(one, other),
         "D": lambda one: straight.damping(one, other),
     }
+
+
+def _of_base(case: Case, rate: str, given: Vector) -> dict[str, Vector]:
+    """A motion of the base as a direction: of a cart's coordinates, or of what is none."""
+    return {BASE_RATE: given} if case.scene.is_moving else {rate: [*given, *[0] * (case.scene.nq - len(given))]}
 
 
 class _Planar:
@@ -88,6 +106,13 @@ class _Planar:
             )
         )  # fmt: skip
         return self._second("kinetic", "v", one, other) + mended
+
+    def coupling(self, one: Vector, given: Vector) -> int:
+        """What of T lies between rates of the links and a motion of the base."""
+        judge, point, nv = self._case.judge, self._case.point, self._case.scene.nv
+        still = {"q": point.q, "v": [0] * nv}
+        parts = judge.evaluate(point, still, self._circles, along={"v": one}, across=_of_base(self._case, "v", given))
+        return parts["kinetic"][3][0]
 
     def stiffness(self, one: Vector, other: Vector) -> int:
         """one^T G other."""
@@ -130,6 +155,11 @@ class _Spatial:
             for moment, s, both in zip(self._case.chain.moments, self._signs, self._aligned(one, other), strict=True)
         )
         return parts["kinetic"][3][0] + mended
+
+    def coupling(self, one: Vector, given: Vector) -> int:
+        """What of T lies between rates of the links and a motion of the base."""
+        parts = self._evaluated(along={"q_dot": self._turn(one)[1]}, across=_of_base(self._case, "q_dot", given))
+        return parts["kinetic"][3][0]
 
     def stiffness(self, one: Vector, other: Vector) -> int:
         """one^T G other: turned by xi and eta, q_k moves by -(xi_k.eta_k) q_k in second order."""

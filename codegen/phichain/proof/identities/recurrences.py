@@ -162,7 +162,8 @@ def _no_residual(judge: Judge, point: Point, found: Expanded, rho: int) -> None:
     rate = [[over * entry % PRIME for entry in row[:ORDERS]] for row in rows[size:]]
     square = over * over % PRIME
     second = [[square * (n + 1) % PRIME * row[n + 1] % PRIME for n in range(ORDERS)] for row in rows[size:]]
-    turn = point.tangent("turn")
+    told = point.carts if judge.scene.is_driven else 0
+    turn = [*[0] * told, *point.tangent("turn")[told:]]
     still = [[entry, *[0] * (ORDERS - 1)] for entry in turn]
     shift, omega = still, rate
     if not judge.scene.is_planar:
@@ -178,8 +179,11 @@ def _no_residual(judge: Judge, point: Point, found: Expanded, rho: int) -> None:
         "b": {"v": still, judge.rate: shift},
         "c": {"q": shift},
     }
+    held = [0] * (ORDERS - 1)
+    base = {name: [[entry, *held] for entry in rates] for name, rates in judge.drift(point).items()}
+    directions["a"] |= {name: [[entry, *held] for entry in point.u[: point.scene.base_inputs]] for name in base}
     arguments = {name: [ring.constant(entry) for entry in entries] for name, entries in point.parameters.items()}
-    for name, series in {"q": q, "v": omega, judge.rate: rate}.items():
+    for name, series in {"q": q, "v": omega, judge.rate: rate, **base}.items():
         arguments[name] = []
         for i, entry in enumerate(series):
             parts = {"": entry} | {mark: rows[name][i] for mark, rows in directions.items() if name in rows}
@@ -191,9 +195,18 @@ def _no_residual(judge: Judge, point: Point, found: Expanded, rho: int) -> None:
     work = [
         kinetic.get("m", zeros), [-x for x in kinetic.get("c", zeros)], potential.get("c", zeros), dissipation.get("b", zeros),
     ]  # fmt: skip
+    _told(judge, point, second)
     for n, entries in enumerate(zip(*work, strict=True)):
         if (sum(entries) - (judge.push(point, turn) if n == 0 else 0)) % PRIME:
             raise Wrong(f"the accelerations of order {n}")
+
+
+def _told(judge: Judge, point: Point, second: list[Coefficients]) -> None:
+    """A cart that is driven by its acceleration has x'' = u, held."""
+    for axis in range(point.carts if judge.scene.is_driven else 0):
+        for n, entry in enumerate(second[axis]):
+            if (entry - (point.u[axis] if n == 0 else 0)) % PRIME:
+                raise Wrong(f"the cart's acceleration of order {n}")
 
 
 def _crossed(ring: PowerSeries, a: list[Coefficients], b: list[Coefficients]) -> list[Coefficients]:

@@ -58,7 +58,8 @@ def _order(order: Ordering) -> None:
     sweep = _Order(order)
     pull, push = sweep.inwards()
     base = [order.first * order.kept("base")[i] for i in range(3)]
-    if not order.scene.has_cart:
+    if not order.scene.has_free_cart:
+        order.write_driven()
         sweep.outwards((base[0], base[1], base[2]), None)
         return
     entries, loads, length = order.kept("cart"), (pull, *push), order.parameters.length[0]

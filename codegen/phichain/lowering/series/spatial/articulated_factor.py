@@ -50,13 +50,14 @@ _UNITS: Final = ("overhang", "lever", "length", "outward")
 
 
 def layout(scene: Scene) -> Layout:
-    links, cart = scene.links, scene.has_cart
+    links, cart = scene.links, scene.has_free_cart
     held_units = links * bool(BODY & set(scene.runtime))
     couples = scene.stiffness is not None or scene.damping is not None
     return Layout(
         [
-            *((name, size * links) for name, size in _per_link(scene).items()), ("base", 3 + cart), ("cart", 3 * (1 + load_size(scene)) * cart), *joint_runs(scene),
-            ("cart_damping", 6 * (scene.cart_damping is not None)),
+            *((name, size * links) for name, size in _per_link(scene).items()), ("base", 3 + cart), ("cart", 3 * (1 + load_size(scene)) * cart),
+            ("push", 2 * scene.is_driven), *joint_runs(scene),
+            ("cart_damping", 6 * (cart and scene.cart_damping is not None)),
             *((f"unit_{name}", held_units) for name in _UNITS), ("unit_inverse_torque", held_units * couples),
         ]
     )  # fmt: skip
@@ -70,7 +71,7 @@ def factor(step: Factoring) -> None:
         if f"unit_{name}" in step.layout:
             with builder.loop("k", 0, scene.links) as loop:
                 step.keep(f"unit_{name}")[loop.index] = getattr(units, name)[loop.index]
-    links, last = scene.links, 0 if scene.has_cart else 1
+    links, last = scene.links, 0 if scene.has_free_cart else 1
     chain = Outer.from_flat([builder.lift(0)] * 21)
     chain = _eliminate(step, units, chain, links - 1)
     if links - 1 > last:
@@ -79,13 +80,14 @@ def factor(step: Factoring) -> None:
             for before, after in zip(carried, _geometry(_eliminate(step, units, _chain(builder, carried), loop.index)), strict=True):
                 loop.follow(before, after)
         chain = _chain(builder, carried)
-    if scene.has_cart:
+    if scene.has_free_cart:
         _close_on_cart(step, units, chain)
         return
     if links > 1:
         _eliminate(step, units, chain, 0)
-    step.keep("base")[2] = -(step.parameters.gravity * step.square) / step.parameters.length[0]
-    step.keep("base")[0] = step.keep("base")[1] = builder.lift(0)
+    step.keep_driven()
+    for i in (2, 0, 1):
+        step.keep("base")[i] = -(step.parameters.fall[i] * step.square) / step.parameters.length[0]
 
 
 def _geometry(chain: Outer) -> list[Expr]:

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.lowering.algebra.vector import Vector, load, scale, store
+from phichain.lowering.base import carried
 from phichain.lowering.body import point_masses
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.series.held import Layout
@@ -101,6 +102,12 @@ class Factoring:
             with self.builder.loop("k", 0, self.scene.links) as loop:
                 self.keep(number.name)[loop.index] = table[loop.index]
 
+    def keep_driven(self) -> None:
+        """Hold the acceleration of a cart that is driven by it, in the scene's own unit of length."""
+        if self.scene.is_driven and self.u is not None:
+            for i in range(2):
+                self.keep("push")[i] = self.u[i] * (1 / self.parameters.units.length) * self.square
+
 
 def factor_program(model: Model, layout: Layout, write: Callable[[Factoring], None]) -> Program:
     """`flow_factor`: rows 0, the joints' constants, and what `write` adds."""
@@ -112,6 +119,7 @@ def factor_program(model: Model, layout: Layout, write: Callable[[Factoring], No
         builder.input("v", (scene.nv,), "its rates in scaled time"),
     )
     u = builder.input("u", (scene.nu,), "inputs") if scene.nu else None
+    parameters = carried(builder, scene, parameters, u).parameters
     unit = builder.input(SCALE, (2,), "unit of time and its square")
     held = builder.output(HELD, (layout.size,), "constants of the step")
     left = builder.output(LEFT, (3 * scene.links,), "rates of the unit vectors")
@@ -180,6 +188,11 @@ class Ordering:
         store(self.left, k, scale(self.builder.let("ahead_unit", ahead), acceleration))
         store(directions(self.scene, self.next.shifted(self.scene.nq)), k, scale(rate, acceleration))
         store(self.right, k, (multiplier, multiplier, multiplier))
+
+    def write_driven(self) -> None:
+        """The rate of a cart that is driven by its acceleration, which is constant over a step."""
+        if self.scene.is_driven:
+            self.write_cart((self.first * self.kept("push")[0], self.first * self.kept("push")[1]))
 
     def write_cart(self, acceleration: tuple[Expr, Expr]) -> None:
         """The cart's rate, from x''_n in the scene's own unit of length."""

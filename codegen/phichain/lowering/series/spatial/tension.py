@@ -106,9 +106,11 @@ def _known(order: Ordering) -> _Known:
         store(apart, k, value := sub(load(still, k), load(still, k - 1)))
         loads[k] = dot(load(direction, k), value) - length[k] * order.along(k)
     x, y, z = load(still, 0)
-    falling = (x, y, z + order.first * order.kept("gravity")[0])
+    *aside, weight = (order.first * order.kept("gravity")[i] for i in range(3 if order.scene.base_accelerations else 1))
+    falling = (*(a + b for a, b in zip((x, y), aside, strict=True)), z + weight) if aside else (x, y, z + weight)
     pull = builder.let("pull", dot(load(direction, 0), falling) - length[0] * order.along(0))
-    if not order.scene.has_cart:
+    if not order.scene.has_free_cart:
+        order.write_driven()
         loads[0] = pull
         return _Known(apart, loads, falling, pull, None)
     free = [order.kept("cart_ratio")[0] * known[i] for i in range(2)]

@@ -26,12 +26,13 @@ def numbers(scene: Scene) -> tuple[Number, ...]:
 
 
 def layout(scene: Scene) -> Layout:
-    links, cart = scene.links, scene.has_cart
+    links, cart = scene.links, scene.has_free_cart
     return Layout(
         [
             ("direction", 3 * links), ("outer", 3 * links), ("inner", 3 * links),  # q_k, rho_{k+1} P_k q_{k+1}, P_k q_{k-1}
             ("passed", links), ("particular", links), ("coupling", links),
-            ("gravity", 1), ("push", 2 * scene.has_force), ("cart_damping", int(scene.cart_damping is not None)), ("cart", 6 * cart), ("cart_ratio", int(cart)),
+            ("gravity", 3 if scene.base_accelerations else 1), ("push", 2 * scene.has_force), ("cart_damping", int(cart and scene.cart_damping is not None)),
+            ("cart", 6 * cart), ("cart_ratio", int(cart)),
             *joint_runs(scene), *(number.run(scene) for number in numbers(scene)),
             (RATIO, links * (scene.mass == "runtime")),
         ]
@@ -73,16 +74,19 @@ def factor(step: Factoring) -> None:
 def _base(step: Factoring, cosine: ArrayRef) -> Expr:
     """Hold gravity, the push and the cart's matrix; rho_0 s_0^2, zero on a fixed base."""
     builder, parameters = step.builder, step.parameters
-    step.keep("gravity")[0] = parameters.gravity * step.square
-    if step.u is not None and "push" in step.layout:
+    fall = parameters.fall if step.scene.base_accelerations else parameters.fall[-1:]
+    for i, entry in enumerate(fall):
+        step.keep("gravity")[i] = entry * step.square
+    step.keep_driven()
+    if step.u is not None and "push" in step.layout and step.scene.has_free_cart:
         for i in range(2):
             step.keep("push")[i] = (
                 step.u[i] * (1 / (parameters.base_mass * parameters.units.force)) * step.square
             )
-    if parameters.cart_damping is not None:
+    if "cart_damping" in step.layout and parameters.cart_damping is not None:
         unit = parameters.cart_mass * parameters.units.length
         step.keep("cart_damping")[0] = step.rho * (parameters.cart_damping / unit)
-    if not step.scene.has_cart:
+    if not step.scene.has_free_cart:
         return builder.lift(0)
     (x, y, _), ratio = (
         load(step.direction, 0),
