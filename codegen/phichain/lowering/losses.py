@@ -27,7 +27,12 @@ def slows_joints(scene: Scene) -> bool:
 
 def brakes_cart(scene: Scene) -> bool:
     """Whether anything resists the speed of a free cart; one that is driven goes where it is told."""
-    return scene.has_free_cart and (scene.cart_damping is not None or scene.cart_friction is not None)
+    return scene.has_free_cart and is_braked(scene)
+
+
+def is_braked(scene: Scene) -> bool:
+    """Whether a cart is resisted at all, be it only felt by what drives it."""
+    return scene.cart_damping is not None or scene.cart_friction is not None
 
 
 def joint_drag(scene: Scene, parameters: Parameters, k: Index, rate: Expr) -> Expr | None:

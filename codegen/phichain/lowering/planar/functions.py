@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder, Expr
 from phichain.lowering.base import base_acceleration, planar_base_columns
-from phichain.lowering.losses import cart_drag, cart_slope, slopes_at_rest
+from phichain.lowering.losses import cart_drag, cart_slope, is_braked, slopes_at_rest
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.geared import terms as rotors
 from phichain.lowering.planar.joints import (
@@ -208,7 +208,7 @@ def inverse_dynamics(
     to_generalised(builder, scene, torque, u.shifted(offset))
     if scene.has_cart:
         needed = parameters.cart_mass * a[0] + beyond_y
-        u[0] = needed if state.speed is None else needed + cart_drag(scene, parameters, state.speed[0])
+        u[0] = needed + cart_drag(scene, parameters, v[0]) if is_braked(scene) else needed
 
 
 @writes("linearization", space="planar")

@@ -15,7 +15,7 @@ class GearedFactor(Factor):
         offset = int(self.scene.has_cart)
         joints = directions(self.builder, self.scene, q.shifted(offset), lost.shifted(offset))
         elimination = Elimination(self.builder, self.scene, self.parameters, joints, self.keep)
-        elimination.base(elimination.run(), (self.builder.lift(0), self.square * self.parameters.gravity))
+        elimination.base(elimination.run(), tuple(self.square * entry for entry in self.parameters.fall))
         self.inputs(u)
         if "rest" in self.layout:
             self.rests(q, lost)

@@ -40,11 +40,13 @@ class GearedOrder(Order):
         self.moments(sums, coefficient)
         self.substitution.inwards(self.work["torque"], bend, rise)
         push = self.now[3] * self.of("push")[0] if self.scene.has_force else None
+        if self.scene.is_driven and push is not None:
+            following[self.scene.nq] = self.now[1] * push * self.parameters.units.length
         if "cart_damping" in self.layout:
             drag = self.of("cart_damping")[0] * coefficient[self.scene.nq]
             push = -drag if push is None else push - drag
-        base, cart = self.substitution.base(push, self.scene.has_cart, self.now[3])
-        if self.scene.has_cart:
+        base, cart = self.substitution.base(push, self.scene.has_free_cart, self.now[3])
+        if self.scene.has_free_cart:
             following[self.scene.nq] = self.now[1] * cart * self.parameters.units.length
         self.substitution.outwards(base, bend, rise)
         self.rows(sums, left, right)

@@ -23,7 +23,7 @@ def planar_layout(scene: Scene) -> Layout:
     """What is held of a scene's links, its base, inputs and joints."""
     links = scene.links
     runs = [(name, 0 if scene.tip_masses and name in ("q_yx", "q_yy", "skew", "pull_y") else links) for name in _PER_LINK]
-    runs += [("base", 2), ("base_arm", 2 * scene.has_cart)]
+    runs += [("base", 2), ("base_arm", 2 * scene.has_free_cart)]
     if scene.armature is not None:
         runs = list(geared_layout(scene))
     runs += [

@@ -47,7 +47,6 @@ def _cart(
         base = (
             -(pivot[0] * sideways[0] + pivot[1] * sideways[1]), -(pivot[2] * sideways[0] + pivot[3] * sideways[1]), nothing,
         )  # fmt: skip
-    if scene.has_cart:
         for i in range(2):
             result[1][i] = moved = right[1][i] + gain * base[i]
             result[0][i] = right[0][i] + gain * moved

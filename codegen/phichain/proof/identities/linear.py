@@ -68,7 +68,7 @@ def _forms(case: Case, s: Vector, other: Vector) -> dict[str, Form]:
         "M": lambda one: dot(one[:told], other[:told])
         + straight.inertia(*([*[0] * told, *vector[told:]] for vector in (one, other))),
         "G": lambda one: straight.stiffness(one, other),
-        "D": lambda one: straight.damping(one, other),
+        "D": lambda one: straight.damping(*([*[0] * told, *vector[told:]] for vector in (one, other))),
     }
 
 

@@ -18,7 +18,7 @@ def accelerations(
     sine, cosine = builder.sincos(state.angle, scene.links)
     kept = {name: builder.array(f"{name}_of", size) for name, size in layout_of(scene) if name not in ("sine", "cosine")}
     elimination = Elimination(builder, scene, parameters, (sine, cosine), kept_in(kept))
-    elimination.base(elimination.run(), (builder.lift(0), parameters.gravity))
+    elimination.base(elimination.run(), parameters.fall)
     bend = builder.array("bend", scene.links)
     with builder.loop("k", 0, scene.links) as loop:
         bend[loop.index] = -(state.rate[loop.index] * state.rate[loop.index])

@@ -36,7 +36,7 @@ sum has terms that must cancel because masses or rotors differ much:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
@@ -190,7 +190,7 @@ class Elimination:
             determinant=let("held_determinant", shared * whole),
         )  # fmt: skip
 
-    def base(self, beyond: Beyond, fall: tuple[Expr, Expr]) -> None:
+    def base(self, beyond: Beyond, fall: Sequence[Expr]) -> None:
         """Gravity and, on a cart, its mobility.
 
         Args:
@@ -199,7 +199,7 @@ class Elimination:
         """
         aside, weight = -fall[0], -fall[1]
         s, c = self.sine[0], self.cosine[0]
-        if not self.scene.has_cart:
+        if not self.scene.has_free_cart:
             self.keep("base", 0, weight * c + aside * s)
             self.keep("base", 1, aside * c - weight * s)
             for name in ("pull_x", "pull_y", "pull_n"):
@@ -278,7 +278,7 @@ def layout_of(scene: Scene) -> Iterable[tuple[str, int]]:
     """Names and numbers of cells of what is kept."""
     yield from ((name, scene.links) for name in PER_LINK)
     yield "base", BASE["base"]
-    if scene.has_cart:
+    if scene.has_free_cart:
         yield "base_arm", BASE["base_arm"]
 
 
