@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from phichain.lowering.body import is_folded
 from phichain.lowering.planar.joint_state import carries_joints
 from phichain.lowering.series.held import Layout
 from phichain.scene import Scene
@@ -27,5 +28,6 @@ def planar_layout(scene: Scene) -> Layout:
         ("push", int(scene.has_force)), ("stiffness", links * (scene.stiffness is not None)),
         ("damping", links * (scene.damping is not None)),
         ("rest", links * (carries_joints(scene) and scene.stiffness is not None)),
+        *((name, links * (scene.inertia is not None and not is_folded(scene))) for name in ("own_moment", "second_moment")),
     ]  # fmt: skip
     return Layout(runs)

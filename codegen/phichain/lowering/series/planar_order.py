@@ -45,8 +45,11 @@ class _Order:
             "bend", "torque", "push_x", "push_y", "force_x", "force_y", "free", "joint_x", "joint_y", "turn", "swing", "rise",
         )  # fmt: skip
         self.work = {name: builder.array(name, scene.links) for name in names}
-        links = PlanarLinks(parameters)
-        self.moment, self.own = links.moment, links.own
+        if "own_moment" in layout:
+            self.moment, self.own = layout.of(held, "own_moment"), layout.of(held, "second_moment")
+        else:
+            links = PlanarLinks(parameters)
+            self.moment, self.own = links.moment, links.own
 
     def of(self, name: str) -> ArrayRef:
         """Where a quantity's numbers begin; zero everywhere where the scene has none."""
