@@ -80,7 +80,7 @@ def test_chains_too_long_to_fold_are_proven(space: str, monkeypatch: pytest.Monk
     monkeypatch.setattr(body, "_LONGEST", 2)
     keys = {"mass": 0.3, "length": [0.5, 0.4, 0.2], "com": 0.2, "inertia": [0.01, 0.02, 0.01], "stiffness": 0.1}
     want = ["forward_dynamics", "propagate", "step_rosenbrock", "step_variational", "state_jacobian"]
-    prove(Scene("long", 3, space=space, base="cart", cart_mass=0.7, want=want, **keys))
+    prove(Scene("long_chain", 3, space=space, base="cart", cart_mass=0.7, want=want, **keys))
 
 
 def _without_inertia(model: Model) -> Model:
