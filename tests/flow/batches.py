@@ -44,6 +44,8 @@ CHAINS = {
     "spatial": scene("sphere3", "spatial", "cart", links=3, mass=0.1, length=0.1, cart_mass=0.5),
     "half": scene("halfway", "spatial", "fixed", links=2, mass=0.1, length=0.1, com=0.06),
     "runtime": scene("given", "planar", "fixed", links=2, **RUNTIME),
+    "rods": scene("rods", "planar", "cart", links=2, mass=1, length=[0.5, 1], com=[0.3, 0.0], inertia=0.1, cart_mass=0.7),
+    "bars": scene("bars", "spatial", "fixed", links=2, mass=0.1, length=0.1, com=[0.06, 0.2], inertia=[0, 1e-4]),
     "single": planar(2, "single", target={"real": "float"}),
 }
 GIVEN = {"mass": [1.0, 0.5], "length": [1.0, 0.7], "com": [0.5, 0.3], "gravity": 9.81}

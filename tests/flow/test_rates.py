@@ -28,6 +28,18 @@ def test_one_link_swings_like_a_pendulum() -> None:
     assert rate(planar(1)) >= math.sqrt(9.81 / 0.5)
 
 
+@pytest.mark.parametrize("com", [0.0, 0.2, 0.9])
+def test_a_rod_swings_as_its_moments_say(com: float) -> None:
+    """omega^2 = (g m r + k) / (m r^2 + J), at run time within the bound's own looseness."""
+    keys: dict[str, Any] = {"links": 1, "mass": 0.7, "length": 0.5, "com": com, "inertia": 0.03}
+    square = (9.81 * 0.7 * com + 0.4) / (0.7 * com**2 + 0.03)
+    assert rate(Scene("rod", stiffness=0.4, **keys)) == pytest.approx(math.sqrt(square), rel=6e-3)
+    chain = Scene("rod", stiffness=0.4, **(keys | {"com": "runtime", "inertia": "runtime"}))
+    given = {"com": [com], "inertia": [0.03]}
+    bound = evaluate(scales_program(derive(chain)), {name: np.array(value) for name, value in given.items()})["scales"][0]
+    assert math.sqrt(square) <= bound < 20 * math.sqrt(square)
+
+
 def test_two_equal_links() -> None:
     """omega^2 = (2 + sqrt 2) g / l of the double pendulum with equal masses at the tips."""
     chain = scene("two_equal", "planar", "fixed", links=2, mass=1, length=1)

@@ -74,6 +74,15 @@ def test_true_moments_are_proven() -> None:
     assert all(proven.is_exact for chain in CHAINS.values() for proven in prove(chain).functions)
 
 
+@pytest.mark.parametrize("space", ["planar", "spatial"])
+def test_chains_too_long_to_fold_are_proven(space: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their moments are computed by the emitted code."""
+    monkeypatch.setattr(body, "_LONGEST", 2)
+    keys = {"mass": 0.3, "length": [0.5, 0.4, 0.2], "com": 0.2, "inertia": [0.01, 0.02, 0.01], "stiffness": 0.1}
+    want = ["forward_dynamics", "propagate", "step_rosenbrock", "step_variational", "state_jacobian"]
+    prove(Scene("long_chain", 3, space=space, base="cart", cart_mass=0.7, want=want, **keys))
+
+
 def _without_inertia(model: Model) -> Model:
     """A Lagrangian of the same masses as points."""
     spins = {symbol: sympy.S.Zero for symbol in model.energies.kinetic.free_symbols if str(symbol).startswith("qdot")}

@@ -56,6 +56,13 @@ def is_known(scene: Scene) -> bool:
     return scene.links <= _LONGEST and not any(isinstance(values, str) for values in given)
 
 
+def is_folded(scene: Scene) -> bool:
+    """Whether tables of masses, places and lengths, and of what is made of them, are constants."""
+    if scene.inertia is not None:
+        return is_known(scene)
+    return not any(isinstance(values, str) for values in (scene.mass, scene.length, scene.com))
+
+
 def moments(scene: Scene) -> Moments:
     """a_k and b_k of a chain whose numbers are known."""
     length = _exact(scene.length)

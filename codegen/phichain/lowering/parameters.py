@@ -15,14 +15,11 @@ from itertools import pairwise
 from math import inf, prod
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.body import Bodies, Links
+from phichain.lowering.body import Bodies, Links, is_folded
 from phichain.mechanics import Model
 from phichain.mechanics.symbols import Coefficient
 from phichain.scene import Scene
 from phichain.scene.keys import PER_LINK
-
-#: What says where and how heavy links are.
-BODY = frozenset({"mass", "length", "com", "inertia"})
 
 _DOC = {
     "mass": "point mass of each link, kg",
@@ -286,7 +283,7 @@ class Parameters:
         def step(k: Index) -> Expr:
             return unit(k) * inverse(k - 1) if inverse else unit(k) / unit(k - 1)
 
-        if not BODY & set(self._scene.runtime):
+        if is_folded(self._scene):
             return self.derived(name, lambda k: step(k) if k else self._builder.lift(1))
         return self._once(name, lambda: self._step_cells(name, step))
 

@@ -112,6 +112,10 @@ class Factor:
             inertia = _Inertia(**known)
         self.base(inertia)
         self.inputs(u)
+        if "own_moment" in self.layout:
+            with builder.loop("k", 0, links) as loop:
+                self.keep("own_moment", loop.index, self.links.moment[loop.index])
+                self.keep("second_moment", loop.index, self.links.own[loop.index])
         if "rest" in self.layout:
             self.rests(q, lost)
 

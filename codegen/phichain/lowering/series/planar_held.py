@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from phichain.lowering.body import is_folded
 from phichain.lowering.planar.geared.elimination import layout_of as geared_layout
 from phichain.lowering.planar.joint_state import carries_joints
 from phichain.lowering.series.held import Layout
@@ -24,12 +25,14 @@ def planar_layout(scene: Scene) -> Layout:
     links = scene.links
     runs = [(name, 0 if scene.tip_masses and name in ("q_yx", "q_yy", "skew", "pull_y") else links) for name in _PER_LINK]
     runs += [("base", 2), ("base_arm", 2 * scene.has_free_cart)]
+    is_held = scene.inertia is not None and not is_folded(scene)
     if scene.armature is not None:
-        runs = list(geared_layout(scene))
+        runs, is_held = list(geared_layout(scene)), False
     runs += [
         ("drive", links * bool(scene.actuated_joints)), ("push", int(scene.has_force)),
         ("cart_damping", int(scene.has_free_cart and scene.cart_damping is not None)), ("stiffness", links * (scene.stiffness is not None)),
         ("damping", links * (scene.damping is not None)),
         ("rest", links * (carries_joints(scene) and scene.stiffness is not None)),
+        *((name, links * is_held) for name in ("own_moment", "second_moment")),
     ]  # fmt: skip
     return Layout(runs)

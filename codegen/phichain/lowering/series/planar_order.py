@@ -48,8 +48,11 @@ class Order:
         self.builder, self.scene, self.parameters, self.layout, self.now = builder, scene, parameters, layout, now
         self.held = held
         self.work = {name: builder.array(name, scene.links) for name in self.WORK}
-        links = PlanarLinks(parameters)
-        self.moment, self.own = links.moment, links.own
+        if "own_moment" in layout:
+            self.moment, self.own = layout.of(held, "own_moment"), layout.of(held, "second_moment")
+        else:
+            links = PlanarLinks(parameters)
+            self.moment, self.own = links.moment, links.own
 
     def of(self, name: str) -> ArrayRef:
         """Where a quantity's numbers begin; zero everywhere where the scene has none."""

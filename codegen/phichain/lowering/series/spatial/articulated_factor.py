@@ -13,7 +13,7 @@ from typing import Final
 from phichain.ir.builder import Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, combine, dyads, triangle
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
-from phichain.lowering.parameters import BODY
+from phichain.lowering.body import is_folded
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.spatial.rows import Factoring, joint_runs
 from phichain.lowering.spatial.outer import Outer, Seen
@@ -51,7 +51,7 @@ _UNITS: Final = ("overhang", "lever", "length", "outward")
 
 def layout(scene: Scene) -> Layout:
     links, cart = scene.links, scene.has_free_cart
-    held_units = links * bool(BODY & set(scene.runtime))
+    held_units = links * (not is_folded(scene))
     couples = scene.stiffness is not None or scene.damping is not None
     return Layout(
         [
