@@ -8,8 +8,9 @@ with rate w and acceleration alpha, P and V the absolute r_q + g r_v and r_v, it
 
 more than before, and its moment balance gains -R (P + g^2 x) with R = r m A_mx + l F_x, the pull that the link carries. The chain
 beyond a joint asks for force and moment Lambda (dA, x_before) + lambda there, where x_before belongs to the link before: joints
-transmit -s (x_k - x_before) - rho with s = g d_k + g^2 k_k, d_k the slope of the joint's damper and dry friction together. Lambda is not symmetric; one sweep per step builds it, and each
-right side costs one sweep inwards and one outwards. With D the pivot of the joint less s and S what acts on it,
+transmit -s (x_k - x_before) - rho with s = g d_k + g^2 k_k, d_k the slope of damper and dry friction together. Lambda is not
+symmetric; one sweep per step builds it, and each right side costs one sweep inwards and one outwards. With D the pivot of the
+joint less s and S what acts on it,
 
     (D + s) (x_k - x_before) = S - rho,   k_v = (D r_v + g S - g k_k r_q) / (D + s),   k_q = ((D + g d_k) r_q + g (D r_v + g S)) / (D + s)
 
@@ -188,9 +189,10 @@ class _Inwards:
     def joint_stiffness(self, k: Index) -> Expr:
         """g d_k + g^2 k_k."""
         parameters = self.parameters
-        total, slopes = self.builder.lift(0), held_slopes(self.scene, parameters, self.out)
+        total = self.builder.lift(0)
         if parameters.stiffness is not None:
             total = self.squared * parameters.stiffness[k]
+        slopes = held_slopes(self.scene, parameters, self.out)
         if slopes is not None:
             total = total + self.gain * slopes[k]
         return total
