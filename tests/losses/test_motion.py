@@ -9,6 +9,7 @@ import pytest
 from mpmath import mp, mpf
 
 from phichain import build
+from phichain.fractional import propagation
 from phichain.motion import simulate
 from phichain.scene import Scene
 from phichain.system import System
@@ -127,3 +128,28 @@ def test_a_braked_spatial_cart_slows_down() -> None:
     for name, tol in (("propagate", 1e-16), ("propagate_stiff", 1e-12)):
         found = system.function(name)(q, v, 0.0, 0.6, tol, u=np.zeros(2))
         assert np.max(np.abs(found.v[:2] - right)) < 1e-9
+
+
+def test_many_states_at_once_are_each_of_them() -> None:
+    """tanh lane by lane, in either type, with numbers at run time as well."""
+    for real, most in (("double", 1e-14), ("float", 1e-6)):
+        scene = replace(STICKING, links=2, mass=[0.5, 0.3], length=[0.7, 0.6], friction="runtime", friction_speed=0.4, cart_friction_speed=0.6,
+                        real=real, want=("forward_dynamics", "forward_dynamics_batch"))  # fmt: skip
+        system, rng = build(scene), np.random.default_rng(3)
+        q, v = rng.normal(size=(2, 37, 3))
+        p = {"p": {"friction": [0.2, 0.5]}}
+        many = np.asarray(system.function("forward_dynamics_batch")(q, v, **p))
+        each = np.array([system.forward_dynamics(*state, **p) for state in zip(q, v, strict=True)])
+        assert np.max(np.abs(many - each)) < most * np.max(np.abs(each))
+
+
+def test_forces_of_a_motion_add_up() -> None:
+    """M a + N + G is what inputs, joints and the cart's brakes do, at every sample of a motion."""
+    scene = replace(STICKING, links=2, mass=[0.5, 0.3], length=[0.7, 0.6], angles="adjacent", friction=[0.2, 0.1], friction_speed=0.4,
+                    cart_friction_speed=0.6, stiffness=[1.0, 0.5], rest_angle=[0.3, -0.2], damping=0.05,
+                    want=("forward_dynamics", "mass_matrix", "coriolis", "gravity_torque"))  # fmt: skip
+    system = build(scene)
+    motion = simulate(system, [0.0, 0.5, -0.4, 0.3, 1.0, -2.0], np.linspace(0.0, 0.5, 11), tol=1e-10)
+    total = propagation(system, motion, [1.0], [0.0]).forces["total"]
+    needed = np.array([system.mass_matrix(q) @ a for q, a in zip(motion.q, motion.a, strict=True)])
+    assert np.max(np.abs(total - needed)) < 1e-12 * np.max(np.abs(needed))
