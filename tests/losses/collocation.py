@@ -28,7 +28,7 @@ def tableau(stages: int, digits: int) -> tuple[list[Any], list[list[Any]]]:
         return nodes, rows
 
 
-def _step(f: Field, x: list[Any], h: Any, stages: int) -> list[Any] | None:
+def one_step(f: Field, x: list[Any], h: Any, stages: int) -> list[Any] | None:
     """The end of one step, by Newton's method with the Jacobian at its start; None where that does not converge."""
     size, (_, A) = len(x), tableau(stages, mp.dps)
     slope, small = f(x), mpf(10) ** (-mp.dps // 3)
@@ -61,8 +61,8 @@ def integrate(f: Field, x: Sequence[Any], t: Any, tolerance: Any, stages: int = 
     x, now, h, end = [mpf(y) for y in x], mpf(0), mpf(first), mpf(t)
     while now < end:
         h = min(h, end - now)
-        whole, middle = _step(f, x, h, stages), _step(f, x, h / 2, stages)
-        halves = None if middle is None else _step(f, middle, h / 2, stages)
+        whole, middle = one_step(f, x, h, stages), one_step(f, x, h / 2, stages)
+        halves = None if middle is None else one_step(f, middle, h / 2, stages)
         if whole is None or halves is None:
             h /= 4
             continue

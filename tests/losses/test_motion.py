@@ -9,45 +9,82 @@ import pytest
 from mpmath import mp, mpf
 
 from phichain import build
+from phichain.fractional import propagation
 from phichain.motion import simulate
 from phichain.scene import Scene
 from phichain.system import System
-from tests.losses.collocation import integrate
+from tests.losses.collocation import Field, integrate, one_step
 from tests.losses.dense import accelerations
 
 STICKING = Scene("sticking", 1, base="cart", cart_mass=1.0, mass=0.5, length=0.7, friction=0.3, friction_speed=1e-3, cart_friction=1.5,
                  cart_friction_speed=1e-3, cart_damping=0.3, actuated="none",
                  want=("forward_dynamics", "state_jacobian", "energy", "propagate_stiff"))  # fmt: skip
 START = np.array([0.0, 1.2, 0.5, -1.0])
-#: The state after 2 s, by `integrate` on `dense.accelerations`, 36 digits, tolerance 1e-26.
-AFTER = {1e-3: [0.349821989009394631664737, 0.0667125923833830774889743, 0.014139449249308057514443, -1.27157108277975504865125]}
+#: The state after 2 s, by `integrate` on `dense.accelerations`: 24 to 36 digits, tolerances 1e-15 to 1e-26.
+AFTER = {
+    1e-1: [0.35311159407672075807, 0.052598925259932978905, 0.056357148408338993168, -1.1989560440965813257],
+    1e-6: [0.3496278742118331065, 0.066744984999688758497, 0.014106514450788802195, -1.2734288116893048537],
+    1e-3: [0.349821989009394631664737, 0.0667125923833830774889743, 0.014139449249308057514443, -1.27157108277975504865125],
+}
+#: The same of the braked swing after half a second, pushed by `PUSH`.
+SWUNG = [
+    0.39456340994206710881, 0.11891639118558993565, -0.69567842360423795754,
+    0.78446257075116207094, -1.6784431629507698038, 2.9289044635180027055,
+]  # fmt: skip
+PUSH = np.array([0.5, 0.1, -0.2])
 BRAKED = Scene("braked_swing", 2, base="cart", cart_mass=1.3, cart_damping=0.4, mass=[0.7, 0.5], length=[0.6, 0.4], com=[0.3, 0.25],
                stiffness=[1.0, 0.5], rest_angle=[0.3, -0.4], damping=[0.02, 0.01], actuated="all", variational=True,
                want=("forward_dynamics", "energy", "propagate", "propagate_stiff", "propagate_batch", "step"))  # fmt: skip
 
 
-def field(scene: Scene, u: tuple[float, ...] = ()):
-    """x' by the dense Lagrangian."""
+def field(scene: Scene, u: tuple[float, ...] = ()) -> Field:
+    """x' by the dense Lagrangian, what the references above were made with."""
     return lambda x: [*x[scene.nq :], *accelerations(scene, x[: scene.nq], x[scene.nq :], u)]
+
+
+def test_the_references_can_be_made() -> None:
+    """The first hundredth of a second of the braked swing, once more, by the emitted accelerations as well."""
+    x = [0.1, 0.4, -0.9, 0.3, 1.0, -2.0]
+    with mp.workdps(20):
+        right = [float(y) for y in integrate(field(BRAKED, tuple(PUSH)), x, 0.01, mpf(10) ** -12, stages=3)]
+    found = simulate(build(BRAKED), np.array(x), [0.0, 0.01], u=PUSH)
+    assert np.max(np.abs(found.x[-1] - right)) < 1e-11
 
 
 @pytest.mark.parametrize("speed", sorted(AFTER))
 def test_what_sticks_ends_right(speed: float) -> None:
-    """The stiff flow is taken though nothing is stiff at the start, and ends where 36 digits do."""
+    """`auto` at every tolerance, and the stiff flow asked for by name."""
     system = build(replace(STICKING, friction_speed=speed, cart_friction_speed=speed))
     for tol, most in ((1e-6, 1e-5), (1e-9, 1e-8), (1e-12, 1e-10)):
-        found = simulate(system, START, [0.0, 2.0], tol=tol)
-        assert found.method == "rosenbrock" and found.status == "complete"
-        assert np.max(np.abs(found.x[-1] - AFTER[speed])) < most
+        for method in ("auto", "rosenbrock"):
+            found = simulate(system, START, [0.0, 2.0], tol=tol, method=method)
+            assert found.status == "complete"
+            assert np.max(np.abs(found.x[-1] - AFTER[speed])) < most, (tol, method)
 
 
-def test_mild_friction_is_left_to_an_explicit_method() -> None:
-    scene = replace(STICKING, friction_speed=0.1, cart_friction_speed=0.1)
-    found = simulate(build(scene), START, [0.0, 0.5], tol=1e-11)
-    with mp.workdps(20):
-        right = integrate(field(scene), START, 0.5, mpf(10) ** -13, stages=4)
-    assert found.method == "DOP853"
-    assert np.max(np.abs(found.x[-1] - np.array([float(x) for x in right]))) < 1e-9
+def test_auto_sees_what_will_come_to_rest() -> None:
+    """Nothing is stiff while it slides: the place at rest decides, and a friction so steep is the stiff flow's."""
+    mild, steep = (
+        build(replace(STICKING, friction_speed=speed, cart_friction_speed=speed)) for speed in (0.1, 1e-6)
+    )
+    found = simulate(mild, START, [0.0, 2.0], tol=1e-9)
+    assert found.method == "DOP853" and "not stiff" in found.reason
+    found = simulate(steep, START, [0.0, 2.0], tol=1e-9)
+    assert found.method == "rosenbrock" and "at rest" in found.reason
+    assert np.max(np.abs(found.x[-1] - AFTER[1e-6])) < 1e-8
+
+
+@pytest.mark.parametrize("stages", [2, 3])
+def test_the_collocation_is_of_its_order(stages: int) -> None:
+    """Radau IIA of s stages has order 2 s - 1 on a swing in 30 digits."""
+    with mp.workdps(30):
+        errors = []
+        for steps in (8, 16):
+            x = [mpf(1), mpf(0)]
+            for _ in range(steps):
+                x = one_step(lambda y: [y[1], -y[0]], x, mpf(1) / steps, stages)
+            errors.append(abs(x[0] - mp.cos(1)) + abs(x[1] + mp.sin(1)))
+    assert abs(float(mp.log(errors[0] / errors[1], 2)) - (2 * stages - 1)) < 0.2
 
 
 @pytest.fixture(scope="module")
@@ -57,14 +94,12 @@ def braked() -> System:
 
 def test_the_taylor_flow_of_a_braked_chain_is_the_motion_of_the_dense_lagrangian(braked: System) -> None:
     """Cart damper and springs that rest elsewhere, one at a time and many at once; the stiff flow to its tolerance."""
-    x, u = np.array([0.1, 0.4, -0.9, 0.3, 1.0, -2.0]), np.array([0.5, 0.1, -0.2])
-    with mp.workdps(24):
-        right = np.array([float(y) for y in integrate(field(BRAKED, tuple(u)), x, 0.5, mpf(10) ** -18, stages=6)])
+    x, u, right = np.array([0.1, 0.4, -0.9, 0.3, 1.0, -2.0]), PUSH, np.array(SWUNG)
     q, v = x[:3], x[3:]
     found = braked.propagate(q, v, 0.0, 0.5, 1e-16, u=u)
     assert np.max(np.abs(np.append(found.q, found.v) - right)) < 1e-13
-    many = braked.propagate_batch(*(np.tile(part[:, None], 5) for part in (q, v)), 0.0, 0.5, 1e-16, u=np.tile(u[:, None], 5))
-    assert np.max(np.abs(np.vstack([many.q, many.v]) - right[:, None])) < 1e-13
+    many = braked.propagate_batch(np.tile(q, (5, 1)), np.tile(v, (5, 1)), 0.0, 0.5, 1e-16, u=np.tile(u, (5, 1)))
+    assert np.max(np.abs(np.hstack([many.q, many.v]) - right)) < 1e-13
     stiff = braked.propagate_stiff(q, v, 0.0, 0.5, 1e-10, u=u)
     assert np.max(np.abs(np.append(stiff.q, stiff.v) - right)) < 1e-8
 
@@ -93,3 +128,28 @@ def test_a_braked_spatial_cart_slows_down() -> None:
     for name, tol in (("propagate", 1e-16), ("propagate_stiff", 1e-12)):
         found = system.function(name)(q, v, 0.0, 0.6, tol, u=np.zeros(2))
         assert np.max(np.abs(found.v[:2] - right)) < 1e-9
+
+
+def test_many_states_at_once_are_each_of_them() -> None:
+    """tanh lane by lane, in either type, with numbers at run time as well."""
+    for real, most in (("double", 1e-14), ("float", 1e-6)):
+        scene = replace(STICKING, links=2, mass=[0.5, 0.3], length=[0.7, 0.6], friction="runtime", friction_speed=0.4, cart_friction_speed=0.6,
+                        real=real, want=("forward_dynamics", "forward_dynamics_batch"))  # fmt: skip
+        system, rng = build(scene), np.random.default_rng(3)
+        q, v = rng.normal(size=(2, 37, 3))
+        p = {"p": {"friction": [0.2, 0.5]}}
+        many = np.asarray(system.function("forward_dynamics_batch")(q, v, **p))
+        each = np.array([system.forward_dynamics(*state, **p) for state in zip(q, v, strict=True)])
+        assert np.max(np.abs(many - each)) < most * np.max(np.abs(each))
+
+
+def test_forces_of_a_motion_add_up() -> None:
+    """M a + N + G is what inputs, joints and the cart's brakes do, at every sample of a motion."""
+    scene = replace(STICKING, links=2, mass=[0.5, 0.3], length=[0.7, 0.6], angles="adjacent", friction=[0.2, 0.1], friction_speed=0.4,
+                    cart_friction_speed=0.6, stiffness=[1.0, 0.5], rest_angle=[0.3, -0.2], damping=0.05,
+                    want=("forward_dynamics", "mass_matrix", "coriolis", "gravity_torque"))  # fmt: skip
+    system = build(scene)
+    motion = simulate(system, [0.0, 0.5, -0.4, 0.3, 1.0, -2.0], np.linspace(0.0, 0.5, 11), tol=1e-10)
+    total = propagation(system, motion, [1.0], [0.0]).forces["total"]
+    needed = np.array([system.mass_matrix(q) @ a for q, a in zip(motion.q, motion.a, strict=True)])
+    assert np.max(np.abs(total - needed)) < 1e-12 * np.max(np.abs(needed))

@@ -21,7 +21,7 @@ from phichain.contract.functions import ROWS
 from phichain.emit.selftest.case import Case
 from phichain.emit.selftest.expected import true_results
 from phichain.emit.selftest.flow import FlowCase, flow_cases
-from phichain.emit.selftest.states import draw_inputs, draw_parameter, rounded, step_length
+from phichain.emit.selftest.states import draw_inputs, draw_parameter, rounded, slowed, step_length
 from phichain.emit.selftest.tolerance import one_digit, out_of_range, tolerance
 from phichain.ir.nodes import Program
 from phichain.lowering.lower import Lowered
@@ -75,7 +75,7 @@ def make_selftest(scene: Scene, lowered: Lowered) -> Selftest:
 
 def _case(scene: Scene, program: Program, source: random.Random) -> Case:
     params = {array.name: draw_parameter(scene, array, source) for array in program.params}
-    inputs = draw_inputs(scene, program.inputs, source)
+    inputs = slowed(scene, draw_inputs(scene, program.inputs, source), source)
     if "h" in inputs:
         inputs["h"] = [rounded(scene, step_length(scene, params, inputs))]
         if not inputs["h"][0]:

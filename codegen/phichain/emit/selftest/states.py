@@ -47,6 +47,14 @@ def draw_inputs(scene: Scene, arrays: Sequence[Array], source: random.Random) ->
     return inputs
 
 
+def slowed(scene: Scene, inputs: dict[str, list[float]], source: random.Random) -> dict[str, list[float]]:
+    """Half of the states with dry friction, moving so slowly that it shows its slope; the others have it at full strength."""
+    speeds = [speed for speed in (scene.friction_speed, scene.cart_friction_speed) if speed is not None]
+    if not speeds or "v" not in inputs or source.random() < 0.5:
+        return inputs
+    return {**inputs, "v": [rounded(scene, min(*speeds, 1.0) * rate) for rate in inputs["v"]]}
+
+
 def motion_step(scene: Scene, params: Mapping[str, list[float]], inputs: Mapping[str, list[float]]) -> float:
     """A step h [s] in whose units a motion is measured, well within the stability of RK4: see `step_length`."""
     return _shortened(scene, params, inputs, _MODERATE)

@@ -41,7 +41,11 @@ class _Solution:
         self.constant = builder.array("constant", 2 * links)
         self.load = builder.array("load", links)
         self.rest = builder.array("rest", links) if ties_links(scene) else None
-        self.slopes = held_slopes(scene, parameters, known)
+
+    @property
+    def slopes(self) -> ArrayRef | None:
+        """Slopes of what resists the joints' rates; None where nothing does."""
+        return held_slopes(self.scene, self.parameters, self.known)
 
     def write(self, result_q: ArrayRef, result_v: ArrayRef) -> None:
         scene, builder = self.scene, self.builder
