@@ -84,6 +84,19 @@ def test_four_decades_against_a_lagrangian_by_hand(base: str, mass: list[float],
         assert apart(found, exact) < max(1e-14, 10 * amplified), (seed, amplified)
 
 
+@pytest.mark.parametrize("com", [1.0, 0.5, 1e-2])
+@pytest.mark.parametrize(("mass", "length"), SPREADS)
+@pytest.mark.parametrize("base", ["moving", "cart"])
+def test_four_decades_in_space(base: str, mass: list[float], length: list[float], com: float) -> None:
+    """The same against the blind reference, which knows positions alone."""
+    of = chain(base, 4, "spatial", "tip", mass=mass, length=length, com=[com * x for x in length])
+    arguments = drawn(of, 1)
+    exact = truth(of, "forward_dynamics", arguments)["a"]
+    moved = {key: value + (2.0**-53 if key == "q" else 2.0**-52 * value) for key, value in arguments.items()}
+    amplified = error(np.array([float(x) for x in truth(of, "forward_dynamics", moved)["a"]]), exact)
+    assert error(accelerations(of, arguments), exact) < max(1e-14, 10 * amplified)
+
+
 @pytest.mark.parametrize("of", [of for of in given() if not of.runtime], ids=named)
 def test_a_cart_that_is_driven_is_a_base_that_moves_sideways(of: Scene) -> None:
     """To the last bit: one has the other's fall; and a wall has what a base has that is not accelerated."""
