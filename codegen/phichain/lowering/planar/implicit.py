@@ -8,15 +8,9 @@ with rate w and acceleration alpha, P and V the absolute r_q + g r_v and r_v, it
 
 more than before, and its moment balance gains J x - R (P + g^2 x) with R = r m A_mx + l F_x, the pull that the link carries. The chain
 beyond a joint asks for force and moment Lambda (dA, x_before) + lambda there, where x_before belongs to the link before: joints
-<<<<<<< HEAD
 transmit -s (x_k - x_before) - rho with s = A_k + g d_k + g^2 k_k, A_k the rotor's inertia and d_k the slope of the joint's damper and
 dry friction together. Lambda is not symmetric; one sweep per step builds it, and each right side costs one sweep inwards and one
 outwards. With D the pivot of the joint less s, B = D + A_k and S what acts on it,
-=======
-transmit -s (x_k - x_before) - rho with s = g d_k + g^2 k_k, d_k the slope of damper and dry friction together. Lambda is not
-symmetric; one sweep per step builds it, and each right side costs one sweep inwards and one outwards. With D the pivot of the
-joint less s and S what acts on it,
->>>>>>> B
 
     (D + s) (x_k - x_before) = S - rho,   k_v = (B r_v + g S - g k_k r_q) / (D + s),   k_q = ((B + g d_k) r_q + g (B r_v + g S)) / (D + s)
 
@@ -201,18 +195,10 @@ class _Inwards:
     def joint_stiffness(self, k: Index) -> Expr:
         """A_k + g d_k + g^2 k_k."""
         parameters = self.parameters
-<<<<<<< HEAD
-        total, slopes = self.builder.lift(0), held_slopes(self.scene, parameters, self.out)
-        if parameters.armature is not None:
-            total = parameters.armature[k]
+        total = self.builder.lift(0) if parameters.armature is None else parameters.armature[k]
         if parameters.stiffness is not None:
             total = total + self.squared * parameters.stiffness[k]
-=======
-        total = self.builder.lift(0)
-        if parameters.stiffness is not None:
-            total = self.squared * parameters.stiffness[k]
         slopes = held_slopes(self.scene, parameters, self.out)
->>>>>>> B
         if slopes is not None:
             total = total + self.gain * slopes[k]
         return total
