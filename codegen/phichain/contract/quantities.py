@@ -13,6 +13,7 @@ from phichain.contract.chain import Chain
 from phichain.contract.quantity import Quantities, Quantity, rows
 
 _DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian", "step"})
+_TENSIONS: Final = frozenset({"tensions"})
 _FIELD: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian"})
 _ANGLES: Final = frozenset(
     {"mass_matrix", "coriolis", "gravity_torque", "energy", "positions", "inverse_dynamics", "momentum", "linearization"}
@@ -27,7 +28,36 @@ _ON_BASE_SIDE: Final = "the links between it and the base"
 
 TABLE: Final[tuple[Quantities, ...]] = (
     Quantities(
-        _DYNAMICS, "section 5",
+        _TENSIONS, "section 5",
+        rows(
+            ("a", "as v per second", "accelerations, of which the forces are made"),
+            ("base_x base_y", "m/s^2", "acceleration of the joint less gravity, in the frame of the link before"),
+            ("joint_x joint_y", "m/s^2", "acceleration of the joint less gravity, in the frame of the link"),
+            ("rate_squared", "rad^2/s^2", "squared absolute rate of a link"),
+            ("alpha link_alpha", "rad/s^2", "absolute angular acceleration of a link"),
+            ("joint_angle", "rad", "angle of a link against the one before"),
+            ("rate link_rate", "rad/s", "absolute angular rate of a link"),
+            ("sine cosine", "", "sine and cosine of the joints' angles"),
+            ("inertial_x inertial_y", "N", "mass times acceleration less gravity of a link's mass, in the frame of the link"),
+            ("force_x force_y", "N", "force that the joint exerts on the link and all beyond it, in the frame of the link"),
+            ("beyond_x beyond_y", "N", "the same of the next joint, in the frame of the link"),
+        ),
+        "planar",
+    ),
+    Quantities(
+        _TENSIONS, "section 5",
+        rows(
+            ("a", "as v per second", "accelerations, of which the forces are made"),
+            ("joint_x joint_y joint_z", "m/s^2", "acceleration of the joint less gravity"),
+            ("bending_x bending_y bending_z", "1/s^2", "second derivative of a link's direction"),
+            ("inertial", "N", "mass times acceleration less gravity of a link's mass"),
+            ("force_x force_y force_z", "N", "force that the joint exerts on the link and all beyond it"),
+            ("beyond_x beyond_y beyond_z", "N", "the same of the next joint"),
+        ),
+        "spatial",
+    ),
+    Quantities(
+        _DYNAMICS | _TENSIONS, "section 5",
         rows(
             ("tension", "L/s^2", "tension of a link over its mass"),
             ("middle_tension", "L/s^2", "tension of the link where the eliminations from the base and from the tip meet"),
@@ -161,7 +191,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(
-        _DYNAMICS, "section 5",
+        _DYNAMICS | _TENSIONS, "section 5",
         rows(
             ("cosine", "", "q_(k-1) . q_k, cosine of the angle between neighbours"),
             ("cross cross_x cross_y cross_z", "", "q_(k-1) x q_k"),
