@@ -26,8 +26,8 @@ from phichain.scene import Scene
 
 
 def are_multipliers(scene: Scene) -> bool:
-    """Whether the tensions are the multipliers of a chain of points at the links' ends; rotors at the joints add to them."""
-    return scene.tip_masses and scene.armature is None
+    """Whether the tensions are the multipliers of a chain of points at the links' ends, on a wall or a cart that a force drives."""
+    return scene.tip_masses and scene.armature is None and not (scene.is_driven or scene.is_moving)
 
 
 @writes("tensions", space="planar", calls=("forward_dynamics",), own_units=are_multipliers)

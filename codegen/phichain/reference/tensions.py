@@ -22,9 +22,11 @@ def tensions(case: Case) -> Outputs:
     )
     force = masses.weighted(values, [sum(entries) for entries in zip(*parts, strict=True)])
     size, found = len(pose.direction[0]), list[object]()
+    base: Vector = case.inputs["u"][:size] if scene.is_moving else [mpf(0)] * size
     beyond: Vector = [mpf(0)] * size
     for k in reversed(range(scene.links)):
-        beyond = [a + b for a, b in zip(beyond, force[size * k : size * (k + 1)], strict=True)]
+        own = zip(beyond, force[size * k : size * (k + 1)], base, strict=True)
+        beyond = [outer + pull + values.mass[k] * b for outer, pull, b in own]
         found.append(-dot(pose.direction[k], beyond))
     return {"tension": found[::-1]}
 
