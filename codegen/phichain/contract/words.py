@@ -15,9 +15,10 @@ def nearest(name: str, valid: Iterable[str]) -> str | None:
     A slip is a letter too many, one missing, one for another, or two neighbours changed round.
     """
     most = 1 + len(name) // _LETTERS_A_SLIP
-    slips = [(_slips(name.lower(), candidate.lower()), place, candidate) for place, candidate in enumerate(valid)]
-    fewest, _, candidate = min(slips, default=(most + 1, 0, ""))
-    return candidate if fewest <= most and fewest < len(name) else None
+    near = [candidate for candidate in valid if abs(len(candidate) - len(name)) <= most]
+    slips = [(_slips(name.lower(), candidate.lower()), place, candidate) for place, candidate in enumerate(near)]
+    fewest, _, best = min(slips, default=(most + 1, 0, ""))
+    return best if fewest <= most and fewest < len(name) else None
 
 
 def _slips(a: str, b: str) -> int:

@@ -33,6 +33,9 @@ _STOPS: Final = Answer(
     "is a law with corners, and a scene holds smooth ones alone",
     "let an event of simulate find where it is reached, and go on from there",
 )
+_EITHER: Final = Answer(
+    "limits a joint or an input, and a scene holds neither", "let an event of simulate find where a joint stops; saturate u in the law that it calls"
+)
 _LIMITS: Final = Answer("limits what is passed as u, not the chain", "saturate u where it is computed, in the law that simulate calls")
 _MOTOR: Final = Answer(
     "belongs to a motor, and the inputs of a scene are torques, forces and accelerations",
@@ -83,7 +86,8 @@ _TABLE: Final[tuple[tuple[str, Answer], ...]] = (
     ),
     ("gear gears gear_ratio gearbox transmission reduction gear_efficiency efficiency belt pulley pinion", _GEAR),
     ("backlash play hysteresis dead_zone deadzone contact contacts impact collision ground wall floor restitution", _STOPS),
-    ("limit limits joint_limit joint_limits angle_limit angle_limits stop stops joint_stop end_stop bumper rail track track_length x_max x_limit", _STOPS),
+    ("limit limits", _EITHER),
+    ("joint_limit joint_limits angle_limit angle_limits stop stops joint_stop end_stop bumper rail track track_length x_max x_limit", _STOPS),
     ("torque_limit torque_limits force_limit max_torque max_force max_current max_voltage saturation u_max u_limit effort_limit", _LIMITS),
     ("rope cable string wire tendon slack chain_slack taut", _ROPE),
     ("spin twist torsion roll axial_inertia polar_inertia gyroscope gyroscopic flywheel reaction_wheel", _SPIN),
