@@ -133,12 +133,8 @@ TABLE: Final[tuple[Function, ...]] = (
         "tensions", "Force in every link along it, at the joint that carries it.",
         (
             *STATE,
-            out(
-                lambda chain: (chain.links,), "forces along the links, N, positive in tension",
-                "force in each link along it, just below the joint that carries it, N; positive in tension",
-            ),
+            out(lambda chain: (chain.links,), "", "force in each link along it, just below the joint that carries it, N; positive in tension"),
         ),
-        # What bearings and rods are sized by: asked for by name, and nobody else misses it.
         on_request="for who sizes links and joints", is_missed=False, reference=("tension",),
     ),
     Function(

@@ -30,24 +30,6 @@ TABLE: Final[tuple[Quantities, ...]] = (
     Quantities(
         _TENSIONS, "section 5",
         rows(
-            ("a", "as v per second", "accelerations, of which the forces are made"),
-            ("base_x base_y", "m/s^2", "acceleration of the joint less gravity, in the frame of the link before"),
-            ("joint_x joint_y", "m/s^2", "acceleration of the joint less gravity, in the frame of the link"),
-            ("rate_squared", "rad^2/s^2", "squared absolute rate of a link"),
-            ("alpha link_alpha", "rad/s^2", "absolute angular acceleration of a link"),
-            ("joint_angle", "rad", "angle of a link against the one before"),
-            ("rate link_rate", "rad/s", "absolute angular rate of a link"),
-            ("sine cosine", "", "sine and cosine of the joints' angles"),
-            ("inertial_x inertial_y", "N", "mass times acceleration less gravity of a link's mass, in the frame of the link"),
-            ("force_x force_y", "N", "force that the joint exerts on the link and all beyond it, in the frame of the link"),
-            ("beyond_x beyond_y", "N", "the same of the next joint, in the frame of the link"),
-        ),
-        "planar",
-    ),
-    Quantities(
-        _TENSIONS, "section 5",
-        rows(
-            ("a", "as v per second", "accelerations, of which the forces are made"),
             ("joint_x joint_y joint_z", "m/s^2", "acceleration of the joint less gravity"),
             ("bending_x bending_y bending_z", "1/s^2", "second derivative of a link's direction"),
             ("inertial", "N", "mass times acceleration less gravity of a link's mass"),
@@ -174,7 +156,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(
-        _FIELD, "(15)",
+        _FIELD | _TENSIONS, "(15)",
         rows(
             ("acceleration", "rad/s^2", "absolute angular acceleration of a link"),
             ("joint_angle", "rad", "angle of a link against the one before"),
@@ -183,7 +165,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(
-        _DYNAMICS | {"inverse_dynamics"}, "section 5", rows(("sine cosine", "", "sine and cosine of the joints' angles")),
+        _DYNAMICS | _TENSIONS | {"inverse_dynamics"}, "section 5", rows(("sine cosine", "", "sine and cosine of the joints' angles")),
         "planar",
     ),
     Quantities(
@@ -223,7 +205,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
         ),
     ),
     Quantities(
-        _ANGLES, "section 2",
+        _ANGLES | _TENSIONS, "section 2",
         rows(
             ("phi link_phi", "rad", "absolute angle of a link, from the hanging vertical"),
             ("rate link_rate", "rad/s", "absolute angular rate of a link"),
@@ -267,7 +249,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
         ),
     ),
     Quantities(
-        frozenset({"inverse_dynamics"}), "(15)",
+        _TENSIONS | {"inverse_dynamics"}, "(15)",
         rows(
             ("rate_squared", "rad^2/s^2", "squared absolute rate of a link"),
             ("base_x base_y", "m/s^2", "acceleration of the joint less gravity in the frame of the link before"),
