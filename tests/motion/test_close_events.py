@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
+from phichain import build
 from phichain.motion import Event, simulate
 from phichain.motion.events import Watch
+from phichain.scene import Scene
 from tests.motion.test_simulate_methods import OMEGA_0, pendulum
 
 QUARTER = ellipk(np.sin(1.0) ** 2) / OMEGA_0
@@ -71,3 +73,14 @@ def test_a_pendulum_passes_an_angle_just_below_its_turn_twice(method: str, depth
     half = np.sqrt(2 * depth / (OMEGA_0**2 * np.sin(2.0)))
     expected = [half, 4 * QUARTER - half, 4 * QUARTER + half]
     assert np.allclose([crossing.t for crossing in run.events], expected, rtol=0, atol=1e-2 * half)
+
+
+def test_the_chaotic_chain_passes_just_below_its_turn_twice() -> None:
+    """Two unit links from (120, -10) degrees: theta_2 is above its maximum less 1e-8 for 2 sqrt(2e-8 / |theta_2''|), 52 us."""
+    scene = Scene("close_events", 2, mass=1.0, length=1.0, angles="absolute", want=["forward_dynamics", "propagate"])
+    system, start = build(scene), (np.deg2rad([120.0, -10.0]), np.zeros(2))
+    turn = simulate(system, start, [0, 5], tol=1e-14, events=Event("turn", lambda t, x: x[3], -1)).events[0]
+    near = Event("near", lambda t, x: x[1] - (turn.x[1] - 1e-8))
+    found = [crossing.t - turn.t for crossing in simulate(system, start, [0, turn.t + 0.5], tol=1e-14, events=near).events]
+    half = np.sqrt(2e-8 / abs(system.forward_dynamics(turn.x[:2], turn.x[2:])[1]))
+    assert np.allclose(found, [-half, half], rtol=1e-3, atol=0)
