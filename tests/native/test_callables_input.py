@@ -66,6 +66,14 @@ def test_wrong_number_of_arrays(system: System, count: int) -> None:
     assert "forward_dynamics(q, v, u, p=)" in caught.value.remedy
 
 
+@pytest.mark.parametrize(("name", "says"), [("gravity", 'set base = "moving" in the scene'), ("mass", "what changes in time is an input u")])
+def test_a_parameter_that_is_a_function_is_told_what_holds_functions(system: System, name: str, says: str) -> None:
+    """Its name and the remedy; nothing of the array that NumPy would make of it."""
+    with pytest.raises(ArrayError, match="is a function, and a runtime parameter is a number") as caught:
+        system.forward_dynamics(Q, V, U, p={**PARAMETERS, name: np.sin})
+    assert caught.value.field == f"forward_dynamics.p['{name}']" and says in caught.value.remedy
+
+
 @pytest.mark.parametrize(
     ("p", "problem"),
     [

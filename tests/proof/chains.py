@@ -9,8 +9,8 @@ from phichain.lowering import Lowered, lower
 from phichain.mechanics import derive
 from phichain.scene import Scene
 
-PLANAR = tuple(name for name in PLANAR_FUNCTIONS if name != "propagate") + ("momentum",)
-SPATIAL = tuple(name for name in SPATIAL_FUNCTIONS if name != "propagate") + ("momentum",)
+PLANAR = tuple(name for name in PLANAR_FUNCTIONS if name != "propagate") + ("momentum", "tensions")
+SPATIAL = tuple(name for name in SPATIAL_FUNCTIONS if name != "propagate") + ("momentum", "tensions")
 DAMPED = tuple(name for name in PLANAR if not name.startswith("phi"))
 TWO = {"mass": [0.3, 0.2], "length": [0.5, 0.4]}
 DRY = {"stiffness": 1.0, "rest_angle": 0.3, "damping": 0.1, "friction": [0.1, 0.2], "friction_speed": 0.5}

@@ -53,7 +53,7 @@ def test_every_kind_of_chain_is_proven(space: str, base: str, joints: str, numbe
         cart_mass=None if base == "fixed" else "runtime" if runtime else 0.7,
         stiffness=None if joints == "free" else "runtime" if runtime else [1.0, 0.0],
         damping=[0.1, 0.2] if joints == "damped" else None,
-        want=[name for name in (*functions, "momentum") if not (joints == "damped" and name.startswith("phi"))],
+        want=[name for name in (*functions, "momentum", "tensions") if not (joints == "damped" and name.startswith("phi"))],
     )  # fmt: skip
     proof = prove(scene)
     assert {entry.name for entry in proof.functions} - set(FLOWS) == set(proof.exact)
@@ -79,7 +79,7 @@ def test_every_kind_of_angle_is_proven_in_loops_too(angles: str) -> None:
 def test_every_function_of_the_contract_that_is_a_rational_map_has_an_identity() -> None:
     iterations = {"step_lie4", "step_variational", "step_rosenbrock"}
     for space, functions in (("planar", PLANAR_FUNCTIONS), ("spatial", SPATIAL_FUNCTIONS)):
-        for name in {*functions, "momentum"} - set(FLOWS) - iterations:
+        for name in {*functions, "momentum", "tensions"} - set(FLOWS) - iterations:
             assert IDENTITIES.has(name, space), name
 
 

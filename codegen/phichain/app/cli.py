@@ -18,10 +18,12 @@ import phichain
 from phichain.app import cli_control, cli_figures
 from phichain.app.outputs import figures, named, write
 from phichain.app.streams import print_anything
+from phichain.app.words import Commands
 from phichain.errors import PhichainError, printable
 
 app = typer.Typer(
     name="phichain",
+    cls=Commands,
     help="From a Lagrangian to firmware: pendulum chains derived, emitted as C and CasADi, simulated and controlled.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,

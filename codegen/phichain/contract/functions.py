@@ -130,6 +130,14 @@ TABLE: Final[tuple[Function, ...]] = (
         on_request="it is mass_matrix times v", is_missed=False, reference=("p",),
     ),
     Function(
+        "tensions", "Force in every link along it, at the joint that carries it.",
+        (
+            *STATE,
+            out(lambda chain: (chain.links,), "", "force in each link along it, just below the joint that carries it, N; positive in tension"),
+        ),
+        on_request="for who sizes links and joints", is_missed=False, reference=("tension",),
+    ),
+    Function(
         "positions", "Positions of the point masses.",
         (
             Q,

@@ -14,6 +14,7 @@ from phichain.contract.quantities_geared import geared
 from phichain.contract.quantity import Quantities, Quantity, rows
 
 _DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian", "step"})
+_TENSIONS: Final = frozenset({"tensions"})
 _FIELD: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian"})
 _ANGLES: Final = frozenset(
     {"mass_matrix", "coriolis", "gravity_torque", "energy", "positions", "inverse_dynamics", "momentum", "linearization"}
@@ -28,7 +29,18 @@ _ON_BASE_SIDE: Final = "the links between it and the base"
 
 TABLE: Final[tuple[Quantities, ...]] = (
     Quantities(
-        _DYNAMICS, "section 5",
+        _TENSIONS, "section 5",
+        rows(
+            ("joint_x joint_y joint_z", "m/s^2", "acceleration of the joint less gravity"),
+            ("bending_x bending_y bending_z", "1/s^2", "second derivative of a link's direction"),
+            ("inertial", "N", "mass times acceleration less gravity of a link's mass"),
+            ("force_x force_y force_z", "N", "force that the joint exerts on the link and all beyond it"),
+            ("beyond_x beyond_y beyond_z", "N", "the same of the next joint"),
+        ),
+        "spatial",
+    ),
+    Quantities(
+        _DYNAMICS | _TENSIONS, "section 5",
         rows(
             ("tension", "L/s^2", "tension of a link over its mass"),
             ("middle_tension", "L/s^2", "tension of the link where the eliminations from the base and from the tip meet"),
@@ -147,7 +159,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(
-        _FIELD, "(15)",
+        _FIELD | _TENSIONS, "(15)",
         rows(
             ("acceleration", "rad/s^2", "absolute angular acceleration of a link"),
             ("joint_angle", "rad", "angle of a link against the one before"),
@@ -156,7 +168,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(
-        _DYNAMICS | {"inverse_dynamics"}, "section 5",
+        _DYNAMICS | _TENSIONS | {"inverse_dynamics"}, "section 5",
         rows(
             ("sine cosine", "", "sine and cosine of the joints' angles"),
             ("joint_saturation cart_saturation", "", "tanh(v / v_0) of dry friction"),
@@ -169,7 +181,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(
-        _DYNAMICS, "section 5",
+        _DYNAMICS | _TENSIONS, "section 5",
         rows(
             ("cosine", "", "q_(k-1) . q_k, cosine of the angle between neighbours"),
             ("cross cross_x cross_y cross_z", "", "q_(k-1) x q_k"),
@@ -201,7 +213,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
         ),
     ),
     Quantities(
-        _ANGLES, "section 2",
+        _ANGLES | _TENSIONS, "section 2",
         rows(
             ("phi link_phi", "rad", "absolute angle of a link, from the hanging vertical"),
             ("rate link_rate", "rad/s", "absolute angular rate of a link"),
@@ -245,7 +257,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
         ),
     ),
     Quantities(
-        frozenset({"inverse_dynamics"}), "(15)",
+        _TENSIONS | {"inverse_dynamics"}, "(15)",
         rows(
             ("rate_squared", "rad^2/s^2", "squared absolute rate of a link"),
             ("base_x base_y", "m/s^2", "acceleration of the joint less gravity in the frame of the link before"),

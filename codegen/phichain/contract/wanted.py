@@ -14,6 +14,29 @@ _PLANNED: Final = {
     "controller": 'compute the gains from "linearization" until then',
 }
 
+_MEANT: Final = {
+    word: remedy
+    for words, remedy in (
+        ("acceleration accelerations equations_of_motion dynamics ode rhs", 'want "forward_dynamics"'),
+        ("torque torques joint_torques force forces inverse", 'want "inverse_dynamics" for the forces of a motion'),
+        ("reaction reactions reaction_forces joint_forces constraint_forces axial_forces", 'want "tensions"'),
+        ("kinetic potential hamiltonian lagrangian kinetic_energy potential_energy", 'want "energy"'),
+        ("inertia inertia_matrix", 'want "mass_matrix"; a link\'s own moment of inertia is chain.inertia'),
+        ("gravity", 'want "gravity_torque"'),
+        ("friction damping", 'it is part of "forward_dynamics"'),
+        ("kinematics forward_kinematics tip position", 'want "positions"'),
+        ("jacobian jacobians derivatives gradient", 'want "state_jacobian" or "dynamics_and_jacobian"'),
+        ("linear linearize linearise linearized state_space poles modes", 'want "linearization"'),
+        ("simulate simulation integrate trajectory flow motion", 'want "propagate"; simulate takes what is there'),
+        ("rk4 runge_kutta integrator", 'want "step"'),
+        ("limit_cycle limit_cycles harmonic_balance", 'want "phi" and "phi_jacobian"'),
+        ("lqr gains regulator observer swingup swing_up supervisor", 'want "linearization" and "state_jacobian", and compute the law by lqr'),
+        ("power work loss dissipation", 'want "energy" along a motion'),
+    )
+    for word in words.split()
+}
+"""What people call functions of ours."""
+
 
 def wanted(value: object, kind: Kind) -> tuple[str, ...]:
     """Check a list of wanted functions and return it in the contract's order, each name once.
@@ -23,7 +46,7 @@ def wanted(value: object, kind: Kind) -> tuple[str, ...]:
         kind: What the scene is.
 
     Raises:
-        SceneError: The value is no list of names, or a name is unknown (the nearest one is given).
+        SceneError: The value is no list of names, or a name is unknown (one spelled much alike is given, or what is meant by it).
         UnsupportedError: A function is not defined for such a scene (what to use instead is given).
     """
     label = "functions.want"
@@ -49,7 +72,9 @@ def _check_function(label: str, name: object, kind: Kind) -> None:
         raise UnsupportedError(label, name, "is not available in this version", _PLANNED[name])
     if name not in ROWS:
         best = nearest(name, FUNCTIONS)
-        remedy = f'did you mean "{best}"? The functions are {", ".join(FUNCTIONS)}'
+        guess = f'did you mean "{best}"? The functions' if best else "the functions"
+        meant = None if best else _MEANT.get(name.lower().replace(" ", "_").replace("-", "_"))
+        remedy = meant or f"{guess} are {', '.join(FUNCTIONS)}"
         raise SceneError(label, name, "is not a function", remedy, nearest=best)
     reason = ROWS[name].absence(kind)
     if reason is not None:

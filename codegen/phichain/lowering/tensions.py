@@ -97,6 +97,13 @@ def solve_tensions(builder: Builder, parameters: Parameters, joints: Joints) -> 
     return sweep.substitute_back(base, tip, middle)
 
 
+def write_tensions(builder: Builder, parameters: Parameters, scaled: ArrayRef, out: ArrayRef) -> None:
+    """lambda_k, N, from lambda_k / m_k in the units of the scene's parameters."""
+    unit = parameters.units.force
+    with builder.loop("k", 0, parameters.links) as loop:
+        out[loop.index] = scaled[loop.index] * (parameters.mass[loop.index] * unit)
+
+
 class _Sweep:
     """Elimination steps and back substitution; `load`, `coupling` and `gain` carry one to the other."""
 

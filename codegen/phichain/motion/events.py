@@ -1,4 +1,9 @@
-"""Events: named scalars g(t, x) whose sign changes are located along a simulation."""
+"""Events: named scalars g(t, x) whose sign changes are located along a simulation.
+
+A scalar that turns round between two looks may have crossed zero twice, so its rate is looked at as well: where it falls towards
+zero at the one and away from it at the other, its extremum is sought, and what lies on the far side of zero is a pair of crossings
+however close they are.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +13,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from phichain.errors import ArrayError
 from phichain.records import Held
@@ -16,6 +21,13 @@ from phichain.system import Vector
 from phichain.system.arrays import number, reals, whole
 
 Scalar = Callable[[float, Vector], float]
+Look = tuple[float, float, float]
+"""A time, a scalar's value then, and its rate."""
+
+#: How far from a look its rate is measured, and how exactly an extremum is found: parts of the time between two looks.
+_CLOSE, _EXACTLY = 1e-4, 1e-10
+#: A scalar that is further from zero than so many times what its rate makes of the time between two looks is not sought there.
+_REACH = 2.0
 
 
 @dataclass(frozen=True)
@@ -93,10 +105,11 @@ def _as_event(event: Any, k: int) -> Event:
 
 @dataclass(frozen=True, eq=False)
 class Watch(Held):
-    """The events together with their values at the last point seen."""
+    """The events together with their values at the last point seen, and their rates there, 1/s; None before the first."""
 
     events: tuple[Event, ...]
     values: Vector
+    rates: Vector | None = None
 
     @classmethod
     def start(cls, events: tuple[Event, ...], t: float, x: Vector) -> Watch:
@@ -131,12 +144,23 @@ class Watch(Held):
         self, state_at: Callable[[float], Vector], start: float, stop: float
     ) -> tuple[Watch, list[Crossing]]:
         after = _values(self.events, stop, state_at(stop))
+        near = stop - _CLOSE * (stop - start)
+        rates = _rates(after, _values(self.events, near, state_at(near)), stop - near)
+        first = self._first_rates(state_at, start, stop) if self.rates is None else self.rates
         found = []
-        for event, old, new in zip(self.events, self.values, after, strict=True):
-            if _crossed(event, old, new):
-                t = _root(event, state_at, start, stop) if new != 0 else stop
-                found.append(Crossing(event.name, t, state_at(t)))
-        return Watch(self.events, after), found
+        for k, event in enumerate(self.events):
+            ends = (start, self.values[k], first[k]), (stop, after[k], rates[k])
+            turned = _turned(event, state_at, *ends)
+            looks = [ends[0][:2], *([] if turned is None else [turned]), ends[1][:2]]
+            for (t0, old), (t1, new) in pairwise(looks):
+                if _crossed(event, old, new):
+                    t = _root(event, state_at, t0, t1) if new != 0 else t1
+                    found.append(Crossing(event.name, t, state_at(t)))
+        return Watch(self.events, after, rates), found
+
+    def _first_rates(self, state_at: Callable[[float], Vector], start: float, stop: float) -> Vector:
+        near = start + _CLOSE * (stop - start)
+        return _rates(_values(self.events, near, state_at(near)), self.values, near - start)
 
     def _is_terminal(self, name: str) -> bool:
         return any(event.terminal for event in self.events if event.name == name)
@@ -144,6 +168,27 @@ class Watch(Held):
 
 def _values(events: tuple[Event, ...], t: float, x: Vector) -> Vector:
     return np.array([event.value(t, x) for event in events])
+
+
+def _rates(after: Vector, before: Vector, seconds: float) -> Vector:
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):  # what has no rate here turns nowhere
+        return (after - before) / seconds
+
+
+def _turned(event: Event, state_at: Callable[[float], Vector], first: Look, last: Look) -> tuple[float, float] | None:
+    """Where a scalar, on the same side of zero at two looks, is furthest on the other in between, and its value; None where it is not."""
+    (start, old, falling), (stop, new, rising) = first, last
+    side, seconds = np.sign(old), stop - start
+    towards, away = -side * falling * seconds, side * rising * seconds
+    if old * new <= 0 or not (towards > 0 and away > 0) or min(abs(old), abs(new)) > _REACH * max(towards, away):
+        return None
+
+    def distance(part: float) -> float:
+        t = start + part * seconds
+        return float(side * event.value(t, state_at(t)))
+
+    least = minimize_scalar(distance, bounds=(0.0, 1.0), method="bounded", options={"xatol": _EXACTLY})
+    return (start + float(least.x) * seconds, float(side * least.fun)) if least.fun < 0 else None
 
 
 def _crossed(event: Event, old: float, new: float) -> bool:

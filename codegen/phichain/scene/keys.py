@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from phichain.contract.words import nearest
 from phichain.errors import SceneError
+from phichain.scene.words import answer_of
 
 TABLES: Final[dict[str, tuple[str, ...]]] = {
     "chain": (
@@ -58,7 +59,7 @@ def flatten(tables: Mapping[str, Any]) -> dict[str, Any]:
     """Check the tables of a scene and return their keys side by side: `{"name": ..., "links": ..., ...}`.
 
     Raises:
-        SceneError: A table or key is unknown (the nearest one is given), stands in the wrong table,
+        SceneError: A table or key is unknown (one spelled much alike is given, or what a scene holds of what it means), stands in the wrong table,
             belongs to functions that this version does not have, or a required key is missing.
     """
     if not isinstance(tables, Mapping):
@@ -98,8 +99,12 @@ def _unknown_key(table: str, key: object, value: object) -> SceneError:
         best = _LABELS[name]
         home = f"in [{best.split('.')[0]}]" if "." in best else "before the first table"
         return SceneError(where, value, "stands in the wrong place", f"write {name} {home}", nearest=best)
+    answer = answer_of(name)
+    if answer is not None:
+        return SceneError(where, value, answer.problem, answer.remedy, nearest=None)
     valid = TABLES[table] if table else ("name", *TABLES)
-    best = nearest(name, valid)
+    near = nearest(name, valid)
     holder = f"[{table}]" if table else "a scene"
-    remedy = f'did you mean "{best}"? The keys of {holder} are {", ".join(valid)}'
-    return SceneError(where, value, "is not a key of a scene", remedy, nearest=best)
+    guess = f'did you mean "{near}"? The' if near else "the"
+    remedy = f"{guess} keys of {holder} are {', '.join(valid)}"
+    return SceneError(where, value, "is not a key of a scene", remedy, nearest=near)

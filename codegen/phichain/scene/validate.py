@@ -59,8 +59,8 @@ def choice(key: str, value: object, allowed: Sequence[str]) -> str:
     if isinstance(value, str) and value in allowed:
         return str(value)
     remedy = "use " + " or ".join(f'"{word}"' for word in allowed)
-    if isinstance(value, str):
-        remedy += f' (did you mean "{nearest(value, allowed)}"?)'
+    if isinstance(value, str) and (best := nearest(value, allowed)):
+        remedy += f' (did you mean "{best}"?)'
     raise SceneError(label(key), value, "is not one of the choices", remedy)
 
 

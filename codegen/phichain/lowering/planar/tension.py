@@ -22,7 +22,7 @@ from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.losses import cart_drag, ties_links
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.planar.joints import PlanarState, couples, from_absolute
-from phichain.lowering.tensions import Joints, solve_tensions
+from phichain.lowering.tensions import Joints, solve_tensions, write_tensions
 from phichain.scene import Scene
 
 #: Couples cost about as many digits as the spread of the masses has; three decades leave 1e-14 within reach.
@@ -76,6 +76,14 @@ def accelerations(
     with builder.loop("k", 1, scene.links) as loop:
         alpha[loop.index] = _beyond(chain, tension, loop.index) * inverse_length[loop.index]
     from_absolute(builder, scene, alpha, a.shifted(int(scene.has_cart)))
+
+
+def tensions(
+    builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None, out: ArrayRef
+) -> None:
+    """Write the links' tensions, N, into `out`: couples, as pairs of forces across their links, have no part along them."""
+    scaled = solve_tensions(builder, parameters, _joints(_chain(builder, scene, parameters, state, u), state))
+    write_tensions(builder, parameters, scaled, out)
 
 
 def _chain(

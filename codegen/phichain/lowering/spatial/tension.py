@@ -22,8 +22,8 @@ from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scal
 from phichain.lowering.losses import brakes_cart, cart_drag
 from phichain.lowering.parameters import Parameters
 from phichain.lowering.spatial.links import couples, directions, neighbours
-from phichain.lowering.spatial.rates import Rates
-from phichain.lowering.tensions import Joints, solve_tensions
+from phichain.lowering.spatial.rates import AngularVelocities, Rates
+from phichain.lowering.tensions import Joints, solve_tensions, write_tensions
 from phichain.scene import Scene
 
 #: Up to this ratio of the chain's mass to the cart's the forces on the cart are added as they are.
@@ -47,17 +47,33 @@ def accelerations(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, u: ArrayRef | None
 ) -> None:
     """Write x'' and the omega_k' through `rates`."""
-    direction = directions(scene, q)
-    cosine, crosses = neighbours(builder, direction, scene.links)
-    pair = _force_pairs(builder, scene, parameters, direction, rates)
-    horizontal = _horizontal(builder, scene, parameters, rates, u, pair)
-    chain = _Chain(builder, parameters, direction, rates, crosses, pair, horizontal)
+    chain, cosine = _chain(builder, scene, parameters, q, rates, u)
     tension = solve_tensions(builder, parameters, _joints(chain, cosine))
     cart = _heavy_cart(chain, tension) if _is_heavy(scene) else _cart(chain, cosine, tension)
     if cart is not None:
         rates.write_cart((cart[0] * parameters.units.length, cart[1] * parameters.units.length))
     _first(chain, tension, cart)
     _beyond(chain, tension)
+
+
+def tensions(
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, u: ArrayRef | None, out: ArrayRef
+) -> None:
+    """Write the links' tensions, N, into `out`; no acceleration is made of them."""
+    rates = AngularVelocities(scene, v, builder.array("acceleration", scene.nv))
+    chain, cosine = _chain(builder, scene, parameters, q, rates, u)
+    write_tensions(builder, parameters, solve_tensions(builder, parameters, _joints(chain, cosine)), out)
+
+
+def _chain(
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, u: ArrayRef | None
+) -> tuple[_Chain, ArrayRef]:
+    """The chain, and the cosines between its links."""
+    direction = directions(scene, q)
+    cosine, crosses = neighbours(builder, direction, scene.links)
+    pair = _force_pairs(builder, scene, parameters, direction, rates)
+    horizontal = _horizontal(builder, scene, parameters, rates, u, pair)
+    return _Chain(builder, parameters, direction, rates, crosses, pair, horizontal), cosine
 
 
 def _force_pairs(

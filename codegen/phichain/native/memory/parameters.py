@@ -104,11 +104,22 @@ def parameter_values(
 
 
 def _parameter(field: str, parameter: Argument, value: Any, real: np.dtype[Any]) -> NDArray[Any]:
+    if callable(value):
+        raise changing(field, parameter.name, value)
     array = converted(field, value, real)
     if array.shape != parameter.shape:
         raise wrong_shape(field, parameter, value, array, batch=False)
     demand_range(field, parameter, array)
     return array
+
+
+def changing(field: str, name: str, value: Any) -> ArrayError:
+    """The refusal of a runtime parameter that is a function, of time for instance."""
+    problem = "is a function, and a runtime parameter is a number that holds for a whole run"
+    remedy = "pass numbers; what changes in time is an input u"
+    if name == "gravity":
+        remedy = 'set base = "moving" in the scene: gravity that changes is an acceleration of the base, and that is an input u'
+    return ArrayError(field, value, problem, remedy)
 
 
 def demand_range(field: str, parameter: Argument, array: NDArray[Any]) -> None:

@@ -1,0 +1,113 @@
+"""The force in every link along it, positive in tension, just below the joint that carries it (theory section 5), in O(N).
+
+Joint k takes from link k and all beyond it the force F_k = sum_{a>=k} m_a (r_a'' - g e_d), whatever drives or brakes the joints:
+couples and springs act at both sides of a joint, and the motion that they make is in r_a''. The force along the link is
+
+    tension_k = -q_k . F_k
+
+Where every mass sits at its link's end the tensions are the multipliers of the forward dynamics, solved for directly: there they
+are as good as the state however unlike the masses are. Elsewhere the masses' accelerations are summed up from the base, their
+forces from the tip. Then a light link between heavy ones has a tension that is the small difference of the heavy ones' forces,
+and loses as many digits as masses next to each other differ by powers of ten.
+"""
+
+from __future__ import annotations
+
+from phichain.ir.builder import ArrayRef, Builder
+from phichain.ir.nodes import Program
+from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, multiple, named, store, sub, zeros
+from phichain.lowering.parameters import Parameters
+from phichain.lowering.planar import tension as planar_tension
+from phichain.lowering.planar.joints import absolute, planar_state
+from phichain.lowering.spatial import tension as spatial_tension
+from phichain.lowering.spatial.links import directions
+from phichain.lowering.writers import writes
+from phichain.scene import Scene
+
+
+def are_multipliers(scene: Scene) -> bool:
+    """Whether the tensions are the multipliers of a chain of points at the links' ends, on a wall or a cart that a force drives."""
+    return scene.tip_masses and scene.armature is None and not (scene.is_driven or scene.is_moving)
+
+
+@writes("tensions", space="planar", calls=("forward_dynamics",), own_units=are_multipliers)
+def planar_tensions(
+    builder: Builder, scene: Scene, parameters: Parameters, forward: Program, q: ArrayRef, v: ArrayRef, out: ArrayRef,
+    u: ArrayRef | None = None,
+) -> None:  # fmt: skip
+    """Link frames have x along the link and y along its tangent and are turned from joint to joint; accelerations carry -g."""
+    state = planar_state(builder, scene, q, v)
+    if are_multipliers(scene):
+        planar_tension.tensions(builder, scene, parameters, state, u, out)
+        return
+    links, offset = scene.links, int(scene.has_cart)
+    (a,) = builder.call(forward, _arguments(q, v, u), {"a": scene.nv})
+    sine, cosine = builder.sincos(state.angle, links)
+    alpha = absolute(builder, scene, "alpha", a.shifted(offset))
+    sideways, down = _base(builder, scene, parameters, a, u)
+    mass, length, com = parameters.mass, parameters.length, parameters.com
+    inertial_x, inertial_y = builder.array("inertial_x", links), builder.array("inertial_y", links)
+    with builder.loop("k", 0, links) as loop:
+        k = loop.index
+        before_x, before_y = loop.carry("base_x", down), loop.carry("base_y", sideways)
+        joint_x = builder.let("joint_x", cosine[k] * before_x + sine[k] * before_y)
+        joint_y = builder.let("joint_y", cosine[k] * before_y - sine[k] * before_x)
+        squared = builder.let("rate_squared", state.rate[k] * state.rate[k])
+        inertial_x[k] = mass[k] * (joint_x - com[k] * squared)
+        inertial_y[k] = mass[k] * (joint_y + com[k] * alpha[k])
+        loop.follow(before_x, joint_x - length[k] * squared)
+        loop.follow(before_y, joint_y + length[k] * alpha[k])
+    with builder.loop("k", links - 1, -1, -1) as loop:
+        k = loop.index
+        beyond_x, beyond_y = loop.carry("beyond_x", 0), loop.carry("beyond_y", 0)
+        force_x = builder.let("force_x", inertial_x[k] + beyond_x)
+        force_y = builder.let("force_y", inertial_y[k] + beyond_y)
+        out[k] = -force_x
+        loop.follow(beyond_x, cosine[k] * force_x - sine[k] * force_y)
+        loop.follow(beyond_y, sine[k] * force_x + cosine[k] * force_y)
+
+
+@writes("tensions", space="spatial", calls=("forward_dynamics",), own_units=are_multipliers)
+def spatial_tensions(
+    builder: Builder, scene: Scene, parameters: Parameters, forward: Program, q: ArrayRef, v: ArrayRef, out: ArrayRef,
+    u: ArrayRef | None = None,
+) -> None:  # fmt: skip
+    """q_k'' = omega_k' x q_k - |omega_k|^2 q_k, and accelerations carry -g."""
+    if are_multipliers(scene):
+        spatial_tension.tensions(builder, scene, parameters, q, v, u, out)
+        return
+    (a,) = builder.call(forward, _arguments(q, v, u), {"a": scene.nv})
+    direction, omega, alpha = (directions(scene, array) for array in (q, v, a))
+    mass, length, com = parameters.mass, parameters.length, parameters.com
+    base = _base(builder, scene, parameters, a, u)
+    inertial = builder.array("inertial", 3 * scene.links)
+    with builder.loop("k", 0, scene.links) as loop:
+        k = loop.index
+        before = tuple(loop.carry(f"joint_{axis}", start) for axis, start in zip("xyz", base, strict=True))
+        here, turning = load(direction, k), load(omega, k)
+        bending = named(builder, "bending", sub(cross(load(alpha, k), here), multiple(dot(turning, turning), here)))
+        store(inertial, k, multiple(mass[k], add(before, multiple(com[k], bending))))
+        for inner, outer in zip(before, add(before, multiple(length[k], bending)), strict=True):
+            loop.follow(inner, outer)
+    with builder.loop("k", scene.links - 1, -1, -1) as loop:
+        k = loop.index
+        beyond = tuple(loop.carry(f"beyond_{axis}", start) for axis, start in zip("xyz", zeros(builder, 3), strict=True))
+        force = named(builder, "force", add(beyond, load(inertial, k)))
+        out[k] = -dot(load(direction, k), force)
+        for inner, outer in zip(beyond, force, strict=True):
+            loop.follow(inner, outer)
+
+
+def _base(builder: Builder, scene: Scene, parameters: Parameters, a: ArrayRef, u: ArrayRef | None) -> Vector:
+    """The acceleration of the first joint less gravity, the last component down: of a wall, a cart, or a base that is moved."""
+    size = 2 if scene.is_planar else 3
+    moved = list(zeros(builder, size))
+    if scene.has_cart:
+        moved[:-1] = [a[i] for i in range(size - 1)]
+    if scene.is_moving and u is not None:
+        moved = [u[i] for i in range(size)]
+    return (*moved[:-1], moved[-1] - parameters.gravity)
+
+
+def _arguments(q: ArrayRef, v: ArrayRef, u: ArrayRef | None) -> list[ArrayRef]:
+    return [q, v, *([] if u is None else [u])]
