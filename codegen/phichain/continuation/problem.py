@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,12 +30,14 @@ class Extra:
         multipliers: Complex numbers (k,) that tell the stability of the solution, in the form that the method states:
             Floquet's lambda, or kappa = (mu + 1/mu) / 2 with lambda = mu^2 where symmetry halves the period. As many at
             every point; empty where the method computes none.
+        found: Whatever else the method knows of the solution; its own tests read it.
 
     Raises:
         ArrayError: The multipliers are no vector of numbers.
     """
 
     multipliers: Multipliers = field(default_factory=lambda: held((), complex))
+    found: Any = None
 
     def __post_init__(self) -> None:
         try:
@@ -67,6 +69,7 @@ class Problem:
         scale: Typical sizes of the unknowns (n + 1,); arclength is measured in z / scale. None means ones.
         parameter: The unknown whose turning points are called folds; the last one unless said otherwise.
         energy: A scalar of z recorded along the branch, or None.
+        error: A Point of the branch -> what the method believes to be wrong with it, relative; None where it cannot say.
 
     Raises:
         ArrayError: `scale` or `parameter` does not fit the names.
@@ -77,6 +80,7 @@ class Problem:
     scale: Vector | None = None
     parameter: int = -1
     energy: Callable[[Vector], float] | None = None
+    error: Callable[[Any], float] | None = None
 
     def __post_init__(self) -> None:
         remedy = "give one typical size per unknown"

@@ -10,6 +10,13 @@ the last digits. Rows and columns are scaled over decades where masses and sprin
 the singular values of such a matrix to high relative accuracy, where an eigensolver loses the digits of the ratio of masses:
 a light mass above a heavy one disappears in the sums of the inertia matrix.
 
+A link with inertia moves as one with a point mass m' at its centre of percussion r' and another e at its joint, which belongs to
+the link before or to the cart. From the tip, with e the mass that the next link leaves at this one's end,
+
+    a = m r + l e,   b = m r^2 + J + l^2 e,   r' = b / a,   m' = a^2 / b,   e <- ((m + e) J + m e (l - r)^2) / b,
+
+all sums of positive terms; gravity keeps pulling at the true masses.
+
 Source: J. Demmel, M. Gu, S. Eisenstat, I. Slapnicar, K. Veselic, Z. Drmac, Computing the singular value decomposition with
 high relative accuracy, Linear Algebra Appl. 299 (1999) 21-80.
 """
@@ -34,10 +41,10 @@ class Chain(Held):
     """A planar chain that hangs stably, in numbers.
 
     Attributes:
-        mass: m_k (N,), positive.
+        mass: m'_k (N,), positive: the mass itself without inertia.
         length: l_k (N,), positive.
-        com: r_k (N,), positive.
-        cart: The cart's mass (1,), or nothing (0,).
+        com: r'_k (N,), positive: where the mass is without inertia.
+        cart: What moves with the cart (1,), or nothing (0,).
         weight: g mu_k (N,), not negative.
         spring: k_k (N,), not negative; all of one of the two are positive.
     """
@@ -60,9 +67,16 @@ class Chain(Held):
         com = np.where(np.isnan(com), length, com)
         beyond = np.append(np.cumsum(mass[:0:-1])[::-1], 0.0)
         weight = gravity * (mass * com + length * beyond)
-        positive = all(np.all(values > 0) for values in (mass, length, com, cart))
+        inertia = np.broadcast_to(system.number("inertia", p, 0.0), system.links)
         held = np.all(weight > 0) or np.all(spring > 0)
-        if not (positive and held and np.all(weight >= 0) and np.all(spring >= 0)):
+        if not (held and np.all(weight >= 0) and np.all(spring >= 0) and np.all(inertia >= 0)):
+            return None
+        if np.any(system.number("armature", p, 0.0)):
+            return None
+        with np.errstate(divide="ignore", invalid="ignore"):
+            mass, com, left = _percussion(mass, length, com, inertia)
+        cart = cart + left
+        if not all(np.all((values > 0) & np.isfinite(values)) for values in (mass, length, com, cart)):
             return None
         return cls(mass, length, com, cart, weight, spring)
 
@@ -80,6 +94,19 @@ class Chain(Held):
             joint = joint * ((self.com[k] - self.length[k]) / self.com[k])
             joint[carts + k] = self.length[k] / self.com[k]
         return found
+
+
+def _percussion(mass: Vector, length: Vector, com: Vector, inertia: Vector) -> tuple[Vector, Vector, float]:
+    """m'_k, r'_k, and the mass that the first link leaves at its joint."""
+    masses, places, left = mass.copy(), com.copy(), 0.0
+    for k in reversed(range(len(mass))):
+        m, l, r, j = mass[k], length[k], com[k], inertia[k]
+        if j == 0 and left == 0:
+            continue
+        a, b = m * r + l * left, m * r**2 + j + l**2 * left
+        masses[k], places[k] = a**2 / b, b / a
+        left = ((m + left) * j + m * left * (l - r) ** 2) / b
+    return masses, places, float(left)
 
 
 def factored_modes(system: System, p: Parameters | None = None) -> tuple[Vector, Vector] | None:
