@@ -44,13 +44,10 @@ def _document(branch: Any) -> dict[str, Any]:
         }
         for k, z in enumerate(branch.points)
     ]  # fmt: skip
-    events = [
-        {
-            "kind": event.kind, "breaks": event.breaks, **_start(event.z), "kappa": _pairs(event.multipliers),
-            "continues": event.continues, "arclength": event.arclength, "after": event.index, "value": event.value,
-        }
-        for event in branch.events
-    ]  # fmt: skip
+    # What ended the run is no event of the family.
+    own = branch.events[:-1] if branch.status == "event" else branch.events
+    events = [_event(event) for event in own]
+    ended = [_event(event) for event in branch.events[len(own) :]]
     passages = [
         {
             "at": float(gap.z[_first_angle(branch.names)]), "width": gap.width, "crossed": gap.is_crossed, **_start(gap.z),
@@ -62,7 +59,15 @@ def _document(branch: Any) -> dict[str, Any]:
         "kind": "branch", "scene": branch.scene, "digest": branch.digest, "mode": branch.mode, "method": branch.method,
         "name": branch.name, "names": list(branch.names), "scale": branch.scale.tolist(), "points": points, "events": events,
         "passages": passages, "status": branch.status, "reason": branch.reason,
-        "checkpoint": {"regular": branch.regular, "step": branch.step},
+        "checkpoint": {"regular": branch.regular, "step": branch.step, "ended": ended},
+    }  # fmt: skip
+
+
+def _event(event: Special) -> dict[str, Any]:
+    kind = event.kind.replace("fold in amplitude_theta_", "fold amplitude ").replace("fold in ", "fold ")
+    return {
+        "kind": kind, "breaks": event.breaks, **_start(event.z), "kappa": _pairs(event.multipliers), "continues": event.continues,
+        "arclength": event.arclength, "after": event.index, "value": event.value,
     }  # fmt: skip
 
 
@@ -119,7 +124,7 @@ def _fields(found: Mapping[str, Any]) -> dict[str, Any]:
             str(row["kind"]), int(row["after"]), np.array(_unknowns(row)), float(row["arclength"]), float(row["value"]),
             _complex([row["kappa"]])[0], str(row["breaks"]), str(row["continues"]),
         )
-        for row in found["events"]
+        for row in (*found["events"], *checkpoint["ended"])
     )  # fmt: skip
     passages = tuple(
         Passage(np.array(_unknowns(row)), float(row["arclength"]), float(row["width"]), bool(row["crossed"]))

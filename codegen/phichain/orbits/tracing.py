@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -34,6 +35,7 @@ def trace(
     amplitude_start: float | None = None,
     options: Options | None = None,
     engine: Engine | None = None,
+    limits: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> Branch:
     """Follow the family of limit cycles that one linear mode starts, from small amplitudes.
@@ -53,6 +55,7 @@ def trace(
         amplitude_start: Largest angle of the first point, rad; 1e-2, and 1e-3 of one harmonic.
         options: Step control and limits.
         engine: Predictor, corrector and options together; excludes `options`.
+        limits: Options that replace those the method would take by itself, by name, such as {"step_max": 0.02}.
         progress: Told every new point and the step to try next.
 
     Returns:
@@ -79,11 +82,33 @@ def trace(
     earlier = _earlier(system, resume, mode, chosen)
     family = shooting if chosen == "shooting" else single_harmonic
     follow = shooting.trace_shooting if chosen == "shooting" else single_harmonic.trace_one_harmonic
+    chosen_engine = engine or family.settings(options)
+    if limits:
+        chosen_engine = replace(chosen_engine, options=_limited(chosen_engine.options, limits))
     branch = follow(
-        system, modes, mode, target, p=p, amplitude_start=amplitude_start, engine=engine or family.settings(options),
+        system, modes, mode, target, p=p, amplitude_start=amplitude_start, engine=chosen_engine,
         through=through, earlier=earlier, progress=progress,
     )  # fmt: skip
-    return replace(branch, scene=system.name, digest=system.digest, method=chosen, mode=mode)
+    reason = branch.reason
+    if branch.status != "interrupted" and not (branch.events and branch.events[-1].kind == str(target)):
+        reason = f"{reason}; {target} was not reached"
+    return replace(branch, reason=reason, scene=system.name, digest=system.digest, method=chosen, mode=mode)
+
+
+def _limited(options: Options, limits: Mapping[str, Any]) -> Options:
+    """Options with some replaced, the first step and the smallest no longer than the largest.
+
+    Raises:
+        ArrayError: There is no option of that name.
+        ToleranceError: A value is none that it could have.
+    """
+    known = {item.name for item in fields(Options)}
+    for name in limits:
+        if name not in known:
+            raise ArrayError("limits", name, "is no option", f"use {', '.join(sorted(known))}")
+    most = positive("limits.step_max", limits.get("step_max", options.step_max), "give a length")
+    first = {"step": min(options.step, most), "step_min": min(options.step_min, most)}
+    return replace(options, **{**first, **limits})
 
 
 def _method(system: System, method: str, switch: bool) -> str:
