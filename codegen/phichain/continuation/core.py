@@ -30,6 +30,8 @@ Progress = Callable[[Point, float], None]
 """Told every new point and the step that will be tried after it."""
 _REMEMBERED = 3
 """Points that a run looks back on: two for the predictor, three for a gap."""
+_SHORTEST = 4
+"""Points of the shortest loop."""
 
 
 def start_on(problem: Problem, z: Vector, direction: Vector, engine: Engine, *, fixed: bool = False) -> Point:
@@ -105,7 +107,7 @@ def follow(
     """
     engine = engine or Engine()
     if isinstance(start, Point):
-        run = _Run(problem, engine, tests, through, [start], engine.options.step)
+        run = _Run(problem, engine, tests, through, [start], engine.options.step, start)
     else:
         run = _resumed(problem, start, engine, tests, through)
     first = len(run.points)
@@ -131,7 +133,10 @@ def _resumed(problem: Problem, earlier: Branch, engine: Engine, tests: Sequence[
     near = range(max(0, earlier.regular - _REMEMBERED), earlier.regular)
     points = [point_of(problem, earlier, k) for k in near]
     passed = [gap for gap in earlier.passages if gap.arclength >= points[0].arclength]
-    return _Run(problem, engine, tests, through, points, earlier.step, offset=near[0], passages=passed)
+    crossed = [gap.arclength for gap in earlier.passages if gap.is_crossed]
+    origin = int(np.argmax(earlier.arclength > crossed[-1])) if crossed else 0
+    begun = point_of(problem, earlier, origin)
+    return _Run(problem, engine, tests, through, points, earlier.step, begun, offset=near[0], passages=passed, origin=origin)
 
 
 @dataclass
@@ -141,6 +146,8 @@ class _Run:
     Attributes:
         offset: Index of its first point in the whole branch.
         regular: How many of its points are its own, and not where it was cut.
+        start: Where the branch it is on began: its first point, or the first beyond a gap that was crossed.
+        origin: Index of that point in the whole branch.
     """
 
     problem: Problem
@@ -149,12 +156,14 @@ class _Run:
     through: float
     points: list[Point]
     step: float
+    start: Point
     offset: int = 0
     specials: list[Special] = field(default_factory=list)
     passages: list[Passage] = field(default_factory=list)
     status: str = ""
     reason: str = ""
     regular: int = 0
+    origin: int = 0
     values: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
@@ -186,7 +195,8 @@ class _Run:
             self.end("event", f"ended by the event '{found[-1].kind}'")
             return
         self.step = step
-        if _is_closed(self.points):
+        since = self.offset + len(self.points) - self.origin
+        if since >= _SHORTEST and _is_closed(self.start, self.points[-2], self.points[-1]):
             self.end("closed", "the branch came back to its start")
 
     def _gap(self, new: Point, sigma: float) -> Passage | None:
@@ -205,6 +215,7 @@ class _Run:
             return False
         index, new = crossed
         self.points = [*self.points[: index + 1], new]
+        self.start, self.origin = new, self.offset + index + 1
         self.sigma = [*self.sigma[: index + 1], gaps.smallest(self.problem, new)]
         self.specials = [event for event in self.specials if event.index < self.offset + index]
         self.passages.append(Passage(gap.z, gap.arclength, gap.width, True))
@@ -213,10 +224,9 @@ class _Run:
         return True
 
 
-def _is_closed(points: Sequence[Point]) -> bool:
-    """True when the last step passed through the start in its direction."""
-    start, before, after = points[0], points[-2], points[-1]
-    if len(points) < 4 or after.tangent @ start.tangent <= 0:
+def _is_closed(start: Point, before: Point, after: Point) -> bool:
+    """True when the step from one point to the next passed through the start in its direction."""
+    if after.tangent @ start.tangent <= 0:
         return False
     behind, ahead = (start.tangent @ (point.y - start.y) for point in (before, after))
     near = np.linalg.norm(after.y - start.y) <= np.linalg.norm(after.y - before.y) * 1.1

@@ -22,8 +22,10 @@ from phichain.continuation.problem import Problem
 
 WIDEST = 1e-2
 """Half widths, in arclength, up to which a minimum of sigma is a gap and no more than a bend."""
-_CLEAR = 100.0
-"""Distance, in half widths, at which both branches beside a gap are straight again."""
+_CLEAR = (100.0, 30.0, 10.0)
+"""Distances, in half widths, at which both branches beside a gap are straight again: the farthest that serves is taken."""
+_REACH = (2.0, 3.0)
+"""How far a leap goes, in distances from the gap."""
 
 
 def smallest(problem: Problem, point: Point) -> float:
@@ -88,17 +90,15 @@ def across(problem: Problem, points: Sequence[Point], gap: Passage, engine: Engi
     Returns:
         None where Newton reaches nothing on the other side.
     """
-    clear = [k for k, point in enumerate(points) if point.arclength < gap.arclength - _CLEAR * gap.width]
-    if not clear:
-        return None
-    last = points[clear[-1]]
-    for reach in (2.0, 3.0, 1.5):
-        guess = last.y + reach * (gap.arclength - last.arclength) * last.tangent
-        found = engine.corrector(problem, guess, last.tangent, engine.options)
-        if not found.converged:
-            continue
-        chord = float(np.linalg.norm(found.y - last.y))
-        new = found.point(last.tangent, last.arclength + chord)
-        if new.tangent @ last.tangent > np.cos(engine.options.max_angle):
-            return clear[-1], new
+    for distance in _CLEAR:
+        before = [k for k, point in enumerate(points) if point.arclength < gap.arclength - distance * gap.width]
+        for reach in _REACH if before else ():
+            last = points[before[-1]]
+            guess = last.y + reach * (gap.arclength - last.arclength) * last.tangent
+            found = engine.corrector(problem, guess, last.tangent, engine.options)
+            if not found.converged:
+                continue
+            new = found.point(last.tangent, last.arclength + float(np.linalg.norm(found.y - last.y)))
+            if new.tangent @ last.tangent > np.cos(engine.options.max_angle) and change_sign((last, new)):
+                return before[-1], new
     return None
