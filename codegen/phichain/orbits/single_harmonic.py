@@ -10,6 +10,7 @@ Phi itself and its Jacobian are the system's callables `phi` and `phi_jacobian` 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -31,7 +32,7 @@ from phichain.continuation import (
 from phichain.continuation.core import Progress
 from phichain.orbits.modes import LinearModes
 from phichain.orbits.targets import Target
-from phichain.system import Parameters, System, Vector
+from phichain.system import Parameters, System, Vector, input_arguments
 
 
 def harmonic_problem(system: System, p: Parameters | None = None, *, omega: float, shape: Vector) -> Problem:
@@ -140,7 +141,20 @@ def trace_one_harmonic(
     )  # fmt: skip
     tests = _tests(system, problem, amplitude_start, target, omega)
     name = f"{system.name}, mode {mode}, one harmonic"
-    return follow(problem, first, engine, tests, name=name, through=through, progress=progress)
+    branch = follow(problem, first, engine, tests, name=name, through=through, progress=progress)
+    return replace(branch, reason=branch.reason + _doubt(branch, system.cart_size))
+
+
+def _doubt(branch: Branch, carts: int) -> str:
+    """Where one harmonic stops being true, in words; empty where it is true all along."""
+    if branch.error is None or not np.any(untrue := branch.error > UNTRUE):
+        return ""
+    first = int(np.argmax(untrue))
+    largest = np.max(np.abs(branch.points[first, carts:-1]))
+    return (
+        f"; from the amplitude {largest:.4g} on (s = {branch.arclength[first]:.4g}) one harmonic is no longer true:"
+        f" the first omitted one is above {UNTRUE:.0%} of it"
+    )
 
 
 def omitted_harmonic(system: System, p: Parameters | None, scale: Vector) -> Callable[[Point], float] | None:
@@ -149,10 +163,11 @@ def omitted_harmonic(system: System, p: Parameters | None, scale: Vector) -> Cal
     The equations of motion along it leave a residual on cos(3 omega t), R_3; small oscillations answer it with
     (K - 9 omega^2 M) A_3 = -R_3. None without callables that say what is left over.
     """
-    if system.nu or not (system.has("forward_dynamics") and system.has("mass_matrix")):
+    if not (system.has("forward_dynamics") and system.has("mass_matrix")):
         return None
     dynamics, mass_of, slope = (system.function(name) for name in ("forward_dynamics", "mass_matrix", "phi_jacobian"))
     parameters, still, carts = system.parameters(p), np.zeros(system.nq), system.cart_size
+    inputs = input_arguments(system, still, None)
     phase = np.pi * np.arange(_SAMPLES) / _SAMPLES
 
     def size(point: Point) -> float:
@@ -161,7 +176,7 @@ def omitted_harmonic(system: System, p: Parameters | None, scale: Vector) -> Cal
         left = np.zeros(system.nq)
         for angle in phase:
             q, v = amplitude * np.cos(angle), -omega * amplitude * np.sin(angle)
-            wanted = -(omega**2) * q - np.asarray(dynamics(q, v, **parameters))
+            wanted = -(omega**2) * q - np.asarray(dynamics(q, v, *inputs, **parameters))
             left += np.asarray(mass_of(q, **parameters)) @ wanted * (2 / _SAMPLES * np.cos(3 * angle))
         answer = np.linalg.lstsq(np.asarray(slope(still, 3 * omega, **parameters))[:, :-1], -left, rcond=None)[0]
         return float(np.max(np.abs(answer[carts:])) / np.max(np.abs(amplitude[carts:])))
