@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -118,18 +119,30 @@ def _root(problem: Problem, a: Point, b: Point, test: TestFunction, between: Cur
 
 
 def curve(problem: Problem, a: Point, b: Point, engine: Engine) -> Curve:
-    """The curve between two points as a function of arclength, its ends exact."""
+    """The curve between two points as a function of arclength, its ends exact.
+
+    The point at s lies in the plane across the chord through the cubic at s; Newton starts from the cubic between the nearest
+    points that were found before, moved into that plane.
+    """
+    known, normal = [a, b], b.y - a.y
+    across = normal / np.linalg.norm(normal)
 
     def between(s: float) -> Point:
         if s in (a.arclength, b.arclength):
             return a if s == a.arclength else b
-        guess = hermite(a, b, s)
-        found = engine.corrector(problem, guess, b.y - a.y, engine.options)
+        plane = hermite(a, b, s)
+        at = int(np.clip(bisect_left([point.arclength for point in known], s), 1, len(known) - 1))
+        near = hermite(known[at - 1], known[at], s)
+        guess = near + across * (across @ (plane - near))
+        found = engine.corrector(problem, guess, normal, engine.options)
         if found.converged:
-            return found.point(a.tangent, s)
+            point = found.point(a.tangent, s)
+            if a.arclength < s < b.arclength and all(other.arclength != s for other in known):
+                known.insert(at, point)
+            return point
         # At a branch point the bordered matrix is singular and Newton may fail: the cubic is the answer there.
-        residual, jacobian, extra = problem.at(guess)
-        size = relative_residual(residual, jacobian, guess)
-        return Point(guess, tangent_of(jacobian, a.tangent), s, jacobian, size, found.iterations, (), extra)
+        residual, jacobian, extra = problem.at(plane)
+        size = relative_residual(residual, jacobian, plane)
+        return Point(plane, tangent_of(jacobian, a.tangent), s, jacobian, size, found.iterations, (), extra)
 
     return between

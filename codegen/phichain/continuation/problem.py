@@ -37,7 +37,24 @@ class Extra:
     """
 
     multipliers: Multipliers = field(default_factory=lambda: held((), complex))
-    found: Any = None
+    found: Any = field(default_factory=lambda: None)
+
+    @classmethod
+    def later(cls, make: Callable[[], tuple[Multipliers, Any]]) -> Extra:
+        """Multipliers and what else is found, made when they are first asked for: not at Newton's iterates on the way."""
+        extra = cls.__new__(cls)
+        object.__setattr__(extra, "_make", make)
+        return extra
+
+    def __getattr__(self, name: str) -> Any:
+        # Reached for what is not there yet, and for what never is.
+        make = self.__dict__.get("_make")
+        if make is None or name not in ("multipliers", "found"):
+            raise AttributeError(name)
+        multipliers, found = make()
+        object.__setattr__(self, "multipliers", held(multipliers, complex))
+        object.__setattr__(self, "found", found)
+        return self.__dict__[name]
 
     def __post_init__(self) -> None:
         try:

@@ -26,11 +26,14 @@ from typing import Any
 import numpy as np
 
 from phichain.continuation import Evaluation, Extra, Point, Problem
+from phichain.continuation.problem import Multipliers
 from phichain.orbits.single_harmonic import energy_of_amplitude
 from phichain.records import Held
 from phichain.system import Parameters, System, Vector
 
 EPS = float(np.finfo(float).eps)
+_STEPS = 20_000
+"""Steps of a quarter period that are worth taking: where Newton asks for more it has gone astray."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +95,7 @@ def quarter_problem(system: System, p: Parameters | None = None, *, omega: float
     flow, mass_of = system.function("propagate"), system.function("mass_matrix")
     parameters, carts, nq = system.parameters(p), system.cart_size, system.nq
     still = np.zeros(nq)
+    identity = np.eye(2 * nq)
     _, at_rest = _inertia(np.asarray(mass_of(still, **parameters)), carts)
     end = _root(at_rest).T
 
@@ -100,17 +104,25 @@ def quarter_problem(system: System, p: Parameters | None = None, *, omega: float
         if not (omega > 0 and np.all(np.isfinite(z))):
             return _nothing(nq)
         quarter, start = np.pi / (2 * omega), z[:-1]
-        share, inertia = _inertia(np.asarray(mass_of(start, **parameters)), carts)
-        found = flow(start, still, 0.0, quarter, EPS, transition=_columns(share, nq), **parameters)
+
+        def inertia() -> tuple[Vector, Vector]:
+            return _inertia(np.asarray(mass_of(start, **parameters)), carts)
+
+        columns = _columns(inertia()[0], nq) if carts else identity
+        found = flow(start, still, 0.0, quarter, EPS, max_steps=_STEPS, transition=columns, **parameters)
         if found.outcome != "done":
             return _nothing(nq)
         jacobian = np.zeros((nq, nq + 1))
-        jacobian[:carts, :carts] = np.eye(carts)
+        jacobian[:carts, :carts] = 1.0
         jacobian[:, carts:nq] = found.transition[:nq, : nq - carts]
         jacobian[:, nq] = found.v * (-quarter / omega)
-        noise = np.abs(jacobian) @ np.abs(z) * (EPS * (1 + found.steps))
-        blocks = _map(found.transition, found.v[carts:], _root(inertia), end, carts, noise)
-        return Evaluation(found.q, jacobian, Extra(blocks.kappa(), blocks))
+
+        def blocks() -> tuple[Multipliers, QuarterMap]:
+            noise = np.abs(jacobian) @ np.abs(z) * (EPS * (1 + found.steps))
+            quarter_map = _map(found.transition, found.v[carts:], _root(inertia()[1]), end, carts, noise)
+            return quarter_map.kappa(), quarter_map
+
+        return Evaluation(found.q, jacobian, Extra.later(blocks))
 
     sizes = np.abs(np.concatenate([shape[:carts], np.ones(nq - carts), [omega]]))
     return Problem(
