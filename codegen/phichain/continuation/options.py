@@ -25,7 +25,7 @@ class Options:
         max_angle: Largest turn of the tangent in one step, rad; larger ones are repeated with a smaller step, which
             keeps the run from jumping to another branch.
         aim_angle: Turn per step that the step control aims at, rad.
-        max_change: Largest |[J; t]^-1 dJ| over one step: how far the Jacobian may change in its own units, whatever those of
+        max_change: Largest eigenvalue of [J; t]^-1 dJ over one step: how far the Jacobian may change in its own units, whatever those of
             the equations. Below 1 no step can reach a singular Jacobian unseen, so that none jumps a gap.
     """
 

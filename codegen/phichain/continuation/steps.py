@@ -1,10 +1,10 @@
 """One step along a curve, no longer than what the Jacobian does on the way allows.
 
 A step is repeated at half its size when Newton fails, when the tangent turns by more than `max_angle`, when the corrector moves
-further than half the step, or when the Jacobian changes by more than `max_change` in its own units, |[J; t]^-1 dJ|. Below 1 the
-matrix [J; t] cannot have been singular on the way: so near an avoided crossing steps shrink with the distance from it, and the
-run turns with its branch. A branch point, where [J; t] is singular, would be approached for ever; it is stepped over, which
-changes the sign of det [J; t]. That sign changes too where a step jumped a gap, and then without passing through zero
+further than half the step, or when the Jacobian changes by more than `max_change` in its own units, those of the eigenvalues of
+[J; t]^-1 dJ, which no scaling of equations or unknowns changes. Below 1 the matrix [J; t] cannot have been singular on the way: so
+near an avoided crossing steps shrink with the distance from it, and the run turns with its branch. A branch point, where [J; t] is
+singular, would be approached for ever; it is stepped over, which changes the sign of det [J; t]. That sign changes too where a step jumped a gap, and then without passing through zero
 (`passage.is_crossed_smoothly`): jumping across looks perfectly smooth otherwise.
 
 Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, chapter 5 (affine covariant step control).
@@ -28,8 +28,8 @@ _SEEN = 0.2
 """Changes of the Jacobian below which nothing singular is near."""
 _LEAP = 1.8
 """Length of a step over a place where [J; t] vanishes, in distances from it; half of it stays before the place, and is refused."""
-_REACH = 4.0
-"""How far such a place may be, in steps."""
+_REACH = (4.0, 12.0)
+"""How far such a place may be, in steps: while they grow, and where they have begun to shrink on the way to it."""
 
 
 class StepTooSmallError(Exception):
@@ -72,7 +72,7 @@ def change_between(a: Point, b: Point) -> tuple[float, bool, float]:
     """How far [J; t] changed from one point to the next.
 
     Returns:
-        |[J_a; t_a]^-1 dJ|; whether det [J; t] has another sign at b; and how far beyond b it vanishes, if it goes on as
+        The spectral radius of [J_a; t_a]^-1 dJ; whether det [J; t] has another sign at b; and how far beyond b it vanishes, if it goes on as
         from a to b, in distances from a to b, infinity where it does not.
     """
     bordered = np.vstack([a.jacobian, a.tangent])
@@ -81,10 +81,11 @@ def change_between(a: Point, b: Point) -> tuple[float, bool, float]:
         step = np.linalg.solve(bordered, turned)
     except np.linalg.LinAlgError:
         return float("inf"), False, float("inf")
-    change = float(np.linalg.norm(step - np.eye(len(step)), 2))
+    change = float(np.linalg.norm(step - np.eye(len(step))))
     if change < _SEEN:
         return change, False, float("inf")
     left = np.linalg.eigvals(step)
+    change = float(np.max(np.abs(left - 1)))
     # det [J_b; t_a] = det [J_b; t_b] t_a.t_b, and the tangents never turn by a right angle.
     is_turned = bool(np.prod(left).real < 0)
     real = left.real[(np.abs(left.imag) < 0.1 * np.abs(1 - left)) & (left.real > 0) & (left.real < 1)]
@@ -104,4 +105,5 @@ def _next_step(step: float, turn: float, change: float, ahead: float, iterations
         factor = min(factor, 0.7)
     usual = float(np.clip(step * factor, options.step_min, options.step_max))
     leap = _LEAP * ahead
-    return leap if usual < ahead < _REACH * usual and leap <= options.step_max else usual
+    reach = _REACH[factor < 1] * usual
+    return leap if usual < ahead < reach and leap <= options.step_max else usual

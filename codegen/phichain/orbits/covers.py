@@ -48,7 +48,8 @@ def mode_of(system: System, p: Parameters | None, modes: LinearModes, z: Vector)
     """
     nearest = int(np.argmin(np.abs(modes.omega / z[-1] - 1)))
     problem = quarter_problem(system, p, omega=float(modes.omega[nearest]), shape=modes.shapes[:, nearest])
-    engine = Engine(options=Options(step_max=0.2, tol=1e-9))
+    # Longer steps could leap over the rest, where the family meets the chain that hangs still.
+    engine = Engine(options=Options(step_max=0.02, tol=1e-9))
     try:
         start = start_on(problem, z, np.append(-z[:-1], 0.0), engine)
         for count, point in enumerate(walk(problem, start, engine)):
