@@ -145,3 +145,18 @@ def test_it_is_cheap_in_evaluations() -> None:
     """A family of one link up to 3 rad takes less than two hundred propagations."""
     branch = trace(uniform(1), until="theta_1=3", options=Options(step=0.05, step_max=0.2, tol=1e-9))
     assert np.sum(branch.iterations + 1) < 200
+
+
+def test_the_blocks_are_those_of_a_symplectic_map() -> None:
+    """a^T d - c^T b = 1, and the null vectors that energy and the flow give d, on a cart too."""
+    system = uniform(3, base="cart", cart_mass=0.4)
+    modes = linear_modes(system)
+    branch = trace(system, 2, until="amplitude=0.35")
+    problem = quarter_problem(system, omega=modes.omega[1], shape=modes.shapes[:, 1])
+    found = problem.evaluate(branch.points[-1]).extra.found
+    assert found.a.T @ found.d - found.c.T @ found.b == pytest.approx(np.eye(3), abs=1e-12)
+    assert found.d @ found.force == pytest.approx(0, abs=1e-12) and found.rate @ found.d == pytest.approx(0, abs=1e-12)
+    # dV by differences of the potential energy.
+    q = branch.points[-1, :-1]
+    slope = [np.diff([system.energy(q + h, np.zeros(4))[1] for h in (-step, step)])[0] / 2e-6 for step in 1e-6 * np.eye(4)[1:]]
+    assert found.slope == pytest.approx(slope, abs=1e-8)

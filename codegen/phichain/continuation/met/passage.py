@@ -15,7 +15,8 @@ NEIGHBOURHOOD = 1e-5
 """How close to a zero of det [J; t^T], in steps, it is looked at to see whether it vanishes or jumps."""
 
 SOLVED = 1e-12
-"""Relative residual of what solves the problem: halfway across a gap of half width w it is about w^2, small but no round-off."""
+"""Relative residual of what solves the problem: halfway across a gap of half width w it is about w^2, small but no round-off, down to
+half widths of some 1e-6."""
 
 
 def is_crossed_smoothly(problem: Problem, a: Point, b: Point, engine: Engine) -> bool:
