@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mpmath
 import numpy as np
 import pytest
 
 from phichain.errors import UnsupportedError
 from phichain.orbits import linear_modes, trace
+from phichain.orbits.factored import _percussion
 from phichain.orbits.modes import _of_jacobian
 from phichain.pipeline import build
 from phichain.scene import Scene
 from phichain.system import System
 from phichain.system.angles import scene_angles
 from phichain.system.described import Joints, Numbers
+from tests.handmade import coefficients
 
 WANT = ("phi", "phi_jacobian")
 
@@ -131,3 +135,48 @@ def test_a_damped_scene_is_told_what_it_lacks() -> None:
     with pytest.raises(UnsupportedError, match="damping: .*no periodic motion.*leave the dampers out") as caught:
         trace(damped)
     assert "phi_jacobian" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("k", "known"),
+    [(1e8, (191492.1272506973, 2088858.723506835)), (1e12, (19149212.70486444, 208885872.3149687)), (1e14, None)],
+)
+def test_stiff_springs_leave_every_frequency_its_digits(k: float, known) -> None:
+    """Two links of .1 kg and .1 m, com .05, right to 34 digits by others, and by 60 digits here."""
+    system = in_numbers("relative", [0.1, 0.1], [0.1, 0.1], [0.05, 0.05], stiffness=[k, k])
+    found = linear_modes(system).omega
+    exact, _ = exact_modes(system, [0.1, 0.1], [0.1, 0.1], [0.05, 0.05], spring=[k, k])
+    assert found == pytest.approx([float(omega) for omega in exact], rel=1e-15)
+    assert known is None or found == pytest.approx(known, rel=1e-15)
+
+
+def test_no_function_is_needed_where_the_numbers_are_known() -> None:
+    bare = replace(in_numbers("relative", [1e-6, 1.0], [1.0, 0.5]), functions={})
+    assert linear_modes(bare).omega[1] == pytest.approx(5424.944505706814, rel=1e-15)
+
+
+def test_links_with_inertia_move_as_chains_of_their_percussion_points() -> None:
+    """mu_k and c_ij of rods with masses over decades, and what is left at the base, from positive terms only."""
+    mass, length, inertia = np.array([1.0, 1e-6, 2.0, 0.3]), np.array([1.0, 0.5, 0.7, 0.2]), np.array([0.1, 1e-9, 0.0, 0.01])
+    com = np.array([0.5, 0.7, 0.7, 0.05])
+    masses, places, left = _percussion(mass, length, com, inertia)
+    mu, c = coefficients(mass, length, com)
+    own_mu, own_c = coefficients(masses, length, places)
+    assert own_mu == pytest.approx(mu, rel=1e-14) and own_c == pytest.approx(c + np.diag(inertia), rel=1e-14)
+    assert left + masses.sum() == pytest.approx(mass.sum(), rel=1e-15) and left > 0
+
+
+@pytest.mark.parametrize(
+    ("tables", "words"),
+    [
+        ({"joints": {"friction": 0.1}}, "friction: .*come to rest"),
+        ({"chain": {"cart_damping": 0.1}}, "cart_damping: .*come to rest"),
+        ({"chain": {"cart_friction": 0.1}}, "cart_friction: .*come to rest"),
+        ({"joints": {"rest_angle": [0.1, 0.2]}}, "rest_angle: .*bends"),
+        ({"chain": {"drive": "acceleration"}}, 'drive: .*base = "fixed"'),
+    ],
+)
+def test_a_chain_without_families_is_told_why(tables, words: str) -> None:
+    system = replace(in_numbers("relative", [1.0, 1.0], [1.0, 0.5]), scene=tables)
+    with pytest.raises(UnsupportedError, match=words.replace("bends", "bend")):
+        linear_modes(system)

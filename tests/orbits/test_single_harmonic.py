@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.linalg import eigh
-from scipy.special import jn_zeros, jv
+from scipy.special import ellipj, ellipk, jn_zeros, jv
 
 from phichain.continuation import Branch, Engine, Options, correctors, predictors
 from phichain.errors import ArrayError, ToleranceError, UnsupportedError
@@ -198,3 +198,18 @@ def test_one_harmonic_has_no_multipliers(tmp_path) -> None:
     assert all(event.multipliers.shape == (0,) for event in branch.events)
     copy = Branch.from_npz(branch.to_npz(tmp_path / "family.npz"))
     assert copy.multipliers.shape == branch.multipliers.shape
+
+
+def test_the_first_omitted_harmonic_is_that_of_the_true_motion() -> None:
+    """For one link theta = A cos + A_3 cos 3: A_3 / A of the exact swing, sn(K k) squared away, is A^2 / 192 for small A."""
+    branch = trace(planar([1.0], [0.5]), amplitude_max=2.9)
+    amplitude = branch.column("amplitude_theta_1")
+    small = amplitude < 0.2
+    assert branch.error[small] == pytest.approx(amplitude[small] ** 2 / 192, rel=5e-3)
+    # What Fourier quadrature finds of the swing from 2 rad: sin(theta / 2) = k sn(K + w t).
+    k = np.sin(1.0)
+    phase = 2 * np.pi * np.arange(256) / 256
+    swing = 2 * np.arcsin(k * ellipj(ellipk(k**2) * (1 + 2 * phase / np.pi), k**2)[0])
+    third = abs(2 * np.mean(swing * np.cos(3 * phase))) / abs(2 * np.mean(swing * np.cos(phase)))
+    assert np.interp(2.0, amplitude, branch.error) == pytest.approx(third, rel=0.5)
+    assert "one harmonic is no longer true" in branch.reason and "from the amplitude 2.3" in branch.reason

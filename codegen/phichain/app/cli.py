@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import typer
 
 import phichain
-from phichain.app import cli_control, cli_figures
+from phichain.app import cli_control, cli_figures, cli_trace
 from phichain.app.outputs import figures, named, write
 from phichain.app.streams import print_anything
 from phichain.app.words import Commands
@@ -196,27 +196,6 @@ def _with(system: Any, values: Any) -> Any:
 
 
 @app.command()
-def trace(
-    scene: SceneWord,
-    mode: Annotated[int, typer.Option(min=1, help="Mode to start from, by rising linear frequency.")] = 1,
-    amplitude_max: Annotated[float, typer.Option(metavar="RAD", help="Stop where a link swings as far.")] = 3.0,
-    settings: Settings = None,
-    out: OutFiles = None,
-) -> None:
-    """Follow a family of limit cycles from small amplitudes, by its single harmonic."""
-    from phichain.orbits import trace as traced
-    from phichain.pipeline import build as built
-    from phichain.scene.library import find_scene
-    from phichain.system.starts import parameters
-
-    files = named(out)
-    system = _with(built(find_scene(scene)), parameters(settings or []))
-    branch = traced(system, mode, amplitude_max)
-    typer.echo(str(branch))
-    write(branch, files, lambda: figures().family(branch))
-
-
-@app.command()
 def lqr(
     scene: SceneWord,
     up: Annotated[str, typer.Option(metavar="LINKS", help="Links that stand upright: all, none, or 2,3.")] = "all",
@@ -268,5 +247,6 @@ def info() -> None:
     typer.echo(columns(environment()))
 
 
+cli_trace.register(app)
 cli_figures.register(app)
 cli_control.register(app)

@@ -18,15 +18,16 @@ def figures() -> Any:
     return drawing
 
 
-def named(files: list[Path] | None) -> list[Path]:
-    """The files to write.
+def named(files: list[Path] | None, kinds: tuple[str, ...] = (".csv", ".npz", ".png")) -> list[Path]:
+    """The files to write, each named by one of the kinds that there are.
 
     Raises:
         OutputError: A name does not say what to write.
     """
     for path in files or []:
-        if path.suffix not in (".csv", ".npz", ".png"):
-            raise OutputError("out", str(path), "has no suffix that says what to write", "name it .csv, .npz or .png")
+        if path.suffix not in kinds:
+            remedy = f"name it {', '.join(kinds[:-1])} or {kinds[-1]}"
+            raise OutputError("out", str(path), "has no suffix that says what to write", remedy)
     return files or []
 
 
@@ -37,6 +38,8 @@ def write(record: Any, files: list[Path], draw: Callable[[], Any]) -> None:
             record.to_csv(path)
         elif path.suffix == ".npz":
             record.to_npz(path)
+        elif path.suffix == ".json":
+            record.to_json(path)
         else:
             from phichain.report.style import save
 

@@ -1,9 +1,10 @@
 """Continuation: problem x predictor x corrector x events -> Branch. It knows curves of solutions, not what they solve."""
 
-from phichain.continuation.branch import Branch, Special
+from phichain.continuation.branch import Branch
 from phichain.continuation.core import follow, start_on, walk
 from phichain.continuation.engine import Engine
-from phichain.continuation.events import BranchPoint, Extremum, Fold, Level, TestFunction
+from phichain.continuation.events import BranchPoint, Extremum, Fold, Level, Quantity, TestFunction
+from phichain.continuation.met.specials import Passage, Special
 from phichain.continuation.options import Options
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Evaluation, Extra, Problem
@@ -18,8 +19,10 @@ __all__ = [
     "Fold",
     "Level",
     "Options",
+    "Passage",
     "Point",
     "Problem",
+    "Quantity",
     "Special",
     "TestFunction",
     "follow",

@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from phichain.archive import TEXT, Schema, complex_numbers, names, read_archive, real, whole, word
+from phichain.archive import (
+    COUNT,
+    NUMBER,
+    TEXT,
+    Schema,
+    complex_numbers,
+    names,
+    read_archive,
+    real,
+    whole,
+    word,
+)
+from phichain.continuation.document import read_document, write_document
+from phichain.continuation.met.specials import STATUS, Passage, Special
 from phichain.continuation.problem import Multipliers
 from phichain.errors import ArrayError
 from phichain.records import Held, columns_of, write_csv, write_npz
@@ -23,6 +36,7 @@ _ARRAYS = {
     "scale": real("unknowns"),
     "energy": real("m", optional=True),
     "multipliers": complex_numbers("m", "exponents", optional=True),
+    "error": real("m", optional=True),
 }
 _EVENTS = {
     "index": whole("events"),
@@ -31,39 +45,42 @@ _EVENTS = {
     "value": real("events"),
     "multipliers": complex_numbers("events", "exponents", optional=True),
 }
+_PASSAGES = {
+    "z": real("passages", "unknowns", optional=True),
+    "arclength": real("passages", optional=True),
+    "width": real("passages", optional=True),
+    "is_crossed": real("passages", optional=True),
+}
 _PLAIN = {
     "name": TEXT,
     "names": names("unknowns"),
-    "status": word("event", "closed", "points", "step"),
+    "status": word(*STATUS),
     "reason": TEXT,
+}
+_ABOUT = {
+    "scene": replace(TEXT, default=""),
+    "digest": replace(TEXT, default=""),
+    "method": replace(TEXT, default=""),
+    "mode": replace(COUNT, default=0),
+    "regular": replace(COUNT, default=0),
+    "step": replace(NUMBER, default=0.0),
 }
 _SCHEMA = Schema(
     "Branch",
-    {**_ARRAYS, **{f"event_{name}": array for name, array in _EVENTS.items()}},
-    {**_PLAIN, "event_kinds": names("events", counted=True)},
+    {
+        **_ARRAYS,
+        **{f"event_{name}": array for name, array in _EVENTS.items()},
+        **{f"passage_{name}": array for name, array in _PASSAGES.items()},
+    },
+    {
+        **_PLAIN,
+        **_ABOUT,
+        "event_kinds": names("events", counted=True),
+        "event_breaks": replace(names("events"), default=[]),
+        "event_continues": replace(names("events"), default=[]),
+    },
     filled=("m", "unknowns"),
 )
-
-
-@dataclass(frozen=True, eq=False)
-class Special(Held):
-    """A located event.
-
-    Attributes:
-        kind: Name of its test function.
-        index: It lies between the points `index` and `index + 1` of the branch.
-        z: The unknowns there (n + 1,).
-        arclength: s there.
-        value: What is left of the test function; how well it is located.
-        multipliers: Those of the solution there (k,); empty where the method computes none.
-    """
-
-    kind: str
-    index: int
-    z: Vector
-    arclength: float
-    value: float
-    multipliers: Multipliers
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +100,16 @@ class Branch(Held):
         multipliers: Complex numbers (m, k) that tell the stability of every point, in the form that the method states
             (`Extra`); (m, 0) where it computes none, as with one harmonic.
         events: Located events in order.
-        status: "event" (a terminal one), "closed", "points", or "step" (it needed a step below step_min).
+        status: "event" (a terminal one), "closed", "points", "step" (it needed a step below step_min) or "interrupted".
         reason: The same in words.
+        error: What the method believes to be wrong with every point (m,), relative; None where it cannot say.
+        passages: The avoided crossings it met, in order.
+        scene: Name of the scene that it belongs to.
+        digest: The scene's digest.
+        method: How it was traced.
+        mode: Number of the linear mode it started from; 0 for none.
+        regular: How many of the points are the run's own; what follows them is where it was cut by a terminal event.
+        step: The step that the run would have tried from the last of its own points.
     """
 
     name: str
@@ -100,6 +125,14 @@ class Branch(Held):
     events: tuple[Special, ...]
     status: str
     reason: str
+    error: Vector | None = None
+    passages: tuple[Passage, ...] = ()
+    scene: str = ""
+    digest: str = ""
+    method: str = ""
+    mode: int = 0
+    regular: int = 0
+    step: float = 0.0
 
     def __len__(self) -> int:
         return len(self.points)
@@ -110,6 +143,11 @@ class Branch(Held):
             f"  {event.kind} at s = {event.arclength:.6g}: "
             + ", ".join(f"{name} = {value:.9g}" for name, value in zip(self.names, event.z, strict=True))
             for event in self.events
+        ]
+        lines += [
+            f"  gap {'crossed' if gap.is_crossed else 'followed'} at s = {gap.arclength:.6g}, half width {gap.width:.3g}: "
+            + ", ".join(f"{name} = {value:.9g}" for name, value in zip(self.names, gap.z, strict=True))
+            for gap in self.passages
         ]
         return "\n".join(lines)
 
@@ -134,6 +172,8 @@ class Branch(Held):
         columns: dict[str, Any] = {"arclength": self.arclength, **columns_of(self.names, self.points)}
         if self.energy is not None:
             columns["energy"] = self.energy
+        if self.error is not None:
+            columns["error"] = self.error
         columns |= {"residual": self.residual, "iterations": self.iterations}
         for k, values in enumerate(self.multipliers.T, 1):
             columns |= {f"multiplier_{k}_re": values.real, f"multiplier_{k}_im": values.imag}
@@ -144,10 +184,30 @@ class Branch(Held):
         arrays = {name: getattr(self, name) for name in _ARRAYS if getattr(self, name) is not None}
         for name, wanted in _EVENTS.items():
             arrays[f"event_{name}"] = np.array([getattr(event, name) for event in self.events], wanted.dtype)
-        meta = {name: getattr(self, name) for name in _PLAIN}
-        return write_npz(
-            path, arrays, meta | {"kind": _SCHEMA.kind, "event_kinds": [event.kind for event in self.events]}
-        )
+        for name, wanted in _PASSAGES.items():
+            if self.passages:
+                arrays[f"passage_{name}"] = np.array([getattr(gap, name) for gap in self.passages], wanted.dtype)
+        meta = {name: getattr(self, name) for name in _PLAIN} | {"event_kinds": [event.kind for event in self.events]}
+        said = {name: getattr(self, name) for name in _ABOUT}
+        for name in ("breaks", "continues"):
+            words = [getattr(event, name) for event in self.events]
+            said[f"event_{name}"] = words if any(words) else []
+        # What a method does not say is not written.
+        meta |= {name: value for name, value in said.items() if value}
+        return write_npz(path, arrays, meta | {"kind": _SCHEMA.kind})
+
+    def to_json(self, path: Path | str) -> Path:
+        """Write what programs of other kinds read (`document`), 17 digits; `from_json` reads it, and runs go on from it."""
+        return write_document(self, path)
+
+    @classmethod
+    def from_json(cls, path: Path | str) -> Branch:
+        """Read what `to_json` wrote.
+
+        Raises:
+            OutputError: The file is missing, cut short, or holds no Branch.
+        """
+        return cls(**read_document(path))
 
     @classmethod
     def from_npz(cls, path: Path | str) -> Branch:
@@ -160,10 +220,14 @@ class Branch(Held):
         for name, count in (("multipliers", len(arrays["points"])), ("event_multipliers", len(meta["event_kinds"]))):
             arrays.setdefault(name, np.zeros((count, 0), complex))  # files from before there were any hold none
         parts = (arrays[f"event_{name}"] for name in _EVENTS)
+        # Files from before events said what they break say nothing.
+        words = ([*meta[name], *[""] * (len(meta["event_kinds"]) - len(meta[name]))] for name in ("event_breaks", "event_continues"))
         events = tuple(
-            Special(kind, int(index), z, float(s), float(value), multipliers)
-            for kind, index, z, s, value, multipliers in zip(meta["event_kinds"], *parts, strict=True)
+            Special(kind, int(index), z, float(s), float(value), multipliers, *said)
+            for kind, index, z, s, value, multipliers, *said in zip(meta["event_kinds"], *parts, *words, strict=True)
         )
-        plain = {name: meta[name] for name in _PLAIN} | {"names": tuple(meta["names"])}
+        gaps = zip(*(arrays.get(f"passage_{name}", ()) for name in _PASSAGES), strict=True)
+        passages = tuple(Passage(z, float(s), float(width), bool(crossed)) for z, s, width, crossed in gaps)
+        plain = {name: meta[name] for name in (*_PLAIN, *_ABOUT)} | {"names": tuple(meta["names"])}
         held: dict[str, Any] = {name: arrays.get(name) for name in _ARRAYS}
-        return cls(**plain, **held, events=events)
+        return cls(**plain, **held, events=events, passages=passages)

@@ -3,31 +3,35 @@
 From a point y with unit tangent t the predictor steps ahead, the corrector returns to the curve, and the new
 tangent is the null vector of the new Jacobian. Nothing refers to a parameter, so folds are points like any other.
 
-A step is repeated at half its size when Newton fails, when the tangent turns by more than `max_angle`, when the
-corrector moves further than half the step, or when det [J; t^T] changes sign without passing through zero: each is
-how a run leaves its branch for a neighbour. The last one tells an avoided crossing, however narrow (down to about
-1e-5 of a step), from a branch point: jumping across it looks perfectly smooth otherwise.
+How far a step may go is `steps.advance`'s to say; where events lie, `locate.locate`'s; what an avoided crossing is, that of `gaps`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from phichain.continuation.branch import Branch, Special
+from phichain.continuation.branch import Branch
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Fold, TestFunction
-from phichain.continuation.locate import locate
-from phichain.continuation.options import Options
-from phichain.continuation.passage import is_crossed_smoothly
+from phichain.continuation.locate import locate, values_at
+from phichain.continuation.met import gaps
+from phichain.continuation.met.specials import Passage, Special
 from phichain.continuation.point import Point, tangent_of
-from phichain.continuation.problem import Multipliers, Problem
-from phichain.errors import ArrayError, ConvergenceError
+from phichain.continuation.problem import Problem
+from phichain.continuation.record import joined, point_of, record
+from phichain.continuation.steps import StepTooSmallError, advance
+from phichain.errors import ConvergenceError
 from phichain.system import Vector
 
-SHORT = 1e-4
-"""Steps below this share of step_max resolve what they cross: a change of the determinant's sign is believed there."""
+Progress = Callable[[Point, float], None]
+"""Told every new point and the step that will be tried after it."""
+_REMEMBERED = 3
+"""Points that a run looks back on: two for the predictor, three for a gap."""
+_SHORTEST = 4
+"""Points of the shortest loop."""
 
 
 def start_on(problem: Problem, z: Vector, direction: Vector, engine: Engine, *, fixed: bool = False) -> Point:
@@ -61,10 +65,6 @@ def start_on(problem: Problem, z: Vector, direction: Vector, engine: Engine, *, 
     return found.point(along, 0.0)
 
 
-class StepTooSmallError(Exception):
-    """A run needs a step below step_min to go on."""
-
-
 def walk(problem: Problem, start: Point, engine: Engine) -> Iterator[Point]:
     """The points of a branch, one after the other and without end; `start` comes first.
 
@@ -75,127 +75,159 @@ def walk(problem: Problem, start: Point, engine: Engine) -> Iterator[Point]:
     step = engine.options.step
     yield start
     while True:
-        new, step = _advance(problem, points, step, engine)
+        new, step = advance(problem, points, step, engine)
         points = [points[-1], new]
         yield new
 
 
-def _advance(problem: Problem, points: Sequence[Point], step: float, engine: Engine) -> tuple[Point, float]:
-    """The next point and the step to try after it."""
-    options, last = engine.options, points[-1]
-    while step >= options.step_min:
-        guess = engine.predictor(points, step)
-        found = engine.corrector(problem, guess, last.tangent, options)
-        if found.converged:
-            chord = float(np.linalg.norm(found.y - last.y))
-            new = found.point(last.tangent, last.arclength + chord)
-            turn = float(np.arccos(np.clip(new.tangent @ last.tangent, -1.0, 1.0)))
-            shift = float(np.linalg.norm(found.y - guess))
-            is_near = turn <= options.max_angle and shift <= 0.5 * step and chord > 0.1 * step
-            is_short = step <= SHORT * options.step_max
-            if is_near and (is_short or is_crossed_smoothly(problem, last, new, engine)):
-                return new, _next_step(step, turn, found.iterations, options)
-        step *= 0.5
-    raise StepTooSmallError
-
-
-def _next_step(step: float, turn: float, iterations: int, options: Options) -> float:
-    """Aim at a turn of `aim_angle` per step, which grows with the step, and at few Newton iterations."""
-    factor = float(np.clip(options.aim_angle / max(turn, 1e-6), 0.5, 2.0))
-    if iterations >= options.max_iterations - 1:
-        factor = min(factor, 0.7)
-    return float(np.clip(step * factor, options.step_min, options.step_max))
-
-
 def follow(
     problem: Problem,
-    start: Point,
+    start: Point | Branch,
     engine: Engine | None = None,
     tests: Sequence[TestFunction] = (Fold(), BranchPoint()),
     name: str = "branch",
+    *,
+    through: float = 0.0,
+    progress: Progress | None = None,
 ) -> Branch:
-    """Follow a branch until a terminal event, its own start, the point limit, or the smallest step.
+    """Follow a branch until a terminal event, its own start, the point limit, the smallest step, or Ctrl-C.
 
     Args:
         problem: What is continued.
-        start: First point, from `start_on`.
+        start: First point, from `start_on`; or an earlier Branch of the problem, which is gone on with bit by bit as if it had
+            not ended.
         engine: Predictor, corrector and options.
         tests: Events to locate.
         name: Name of the branch.
+        through: Half width, in arclength, up to which a gap is crossed to go on straight; elsewhere the run turns with its branch.
+        progress: Told every new point.
 
     Returns:
         The Branch; its status and reason say why it ended.
     """
     engine = engine or Engine()
-    points: list[Point] = []
-    specials: list[Special] = []
-    status, reason = "points", f"max_points = {engine.options.max_points} reached"
-    steps = walk(problem, start, engine)
-    try:
-        while len(points) < engine.options.max_points:
-            points.append(next(steps))
-            if len(points) < 2:
-                continue
-            found, last = locate(problem, points[-2], points[-1], tests, engine, len(points) - 2)
-            specials += found
-            if last is not None:
-                points[-1] = last
-                status, reason = "event", f"ended by the event '{found[-1].kind}'"
-                break
-            if _is_closed(points):
-                status, reason = "closed", "the branch came back to its start"
-                break
-    except StepTooSmallError:
-        status, reason = "step", f"a step below step_min = {engine.options.step_min:g} would be needed"
-    return _record(problem, points, specials, status, reason, name)
+    if isinstance(start, Point):
+        run = _Run(problem, engine, tests, through, [start], engine.options.step, start)
+    else:
+        run = _resumed(problem, start, engine, tests, through)
+    first = len(run.points)
+    while run.status == "":
+        try:
+            run.go_on()
+            if progress is not None:
+                progress(run.points[-1], run.step)
+        except StepTooSmallError:
+            run.end("step", f"a step below step_min = {engine.options.step_min:g} would be needed")
+        except KeyboardInterrupt:
+            run.end("interrupted", f"interrupted after {len(run.points)} points; what there is can be gone on with")
+        if run.status == "" and len(run.points) - first + 1 >= engine.options.max_points:
+            run.end("points", f"max_points = {engine.options.max_points} reached")
+    own = record(
+        problem, run.points, run.specials, run.passages, (run.status, run.reason), name, regular=run.regular, step=run.step
+    )
+    return own if isinstance(start, Point) else joined(start, own, min(start.regular, _REMEMBERED))
 
 
-def _is_closed(points: Sequence[Point]) -> bool:
-    """True when the last step passed through the start in its direction."""
-    start, before, after = points[0], points[-2], points[-1]
-    if len(points) < 4 or after.tangent @ start.tangent <= 0:
+def _resumed(problem: Problem, earlier: Branch, engine: Engine, tests: Sequence[TestFunction], through: float) -> _Run:
+    """A run that stands where an earlier one stood at the last of its own points."""
+    near = range(max(0, earlier.regular - _REMEMBERED), earlier.regular)
+    points = [point_of(problem, earlier, k) for k in near]
+    passed = [gap for gap in earlier.passages if gap.arclength >= points[0].arclength]
+    crossed = [gap.arclength for gap in earlier.passages if gap.is_crossed]
+    origin = int(np.argmax(earlier.arclength > crossed[-1])) if crossed else 0
+    begun = point_of(problem, earlier, origin)
+    return _Run(problem, engine, tests, through, points, earlier.step, begun, offset=near[0], passages=passed, origin=origin)
+
+
+@dataclass
+class _Run:
+    """A run on its way.
+
+    Attributes:
+        offset: Index of its first point in the whole branch.
+        regular: How many of its points are its own, and not where it was cut.
+        start: Where the branch it is on began: its first point, or the first beyond a gap that was crossed.
+        origin: Index of that point in the whole branch.
+    """
+
+    problem: Problem
+    engine: Engine
+    tests: Sequence[TestFunction]
+    through: float
+    points: list[Point]
+    step: float
+    start: Point
+    offset: int = 0
+    specials: list[Special] = field(default_factory=list)
+    passages: list[Passage] = field(default_factory=list)
+    status: str = ""
+    reason: str = ""
+    regular: int = 0
+    origin: int = 0
+    values: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        self.values = values_at(self.problem, self.points[-1], self.tests)
+        self.sigma = [gaps.smallest(self.problem, point) for point in self.points]
+
+    def end(self, status: str, reason: str) -> None:
+        self.status, self.reason = status, reason
+        self.regular = self.regular or len(self.points)
+
+    def go_on(self) -> None:
+        """One more point, with the events on the way to it; nothing of it is kept where it breaks off."""
+        last, begun = self.points[-1], self.step
+        new, step = advance(self.problem, self.points[-2:], begun, self.engine)
+        values = values_at(self.problem, new, self.tests)
+        index = self.offset + len(self.points) - 1
+        found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values))
+        sigma = gaps.smallest(self.problem, new)
+        gap = self._gap(new, sigma) if cut is None else None
+        if gap is not None and gap.width <= self.through and self._cross(gap):
+            return
+        self.specials += found
+        self.passages += [gap] if gap else []
+        self.values = values
+        self.points.append(new if cut is None else cut)
+        self.sigma.append(sigma)
+        if cut is not None:
+            self.regular = len(self.points) - 1
+            self.end("event", f"ended by the event '{found[-1].kind}'")
+            return
+        self.step = step
+        since = self.offset + len(self.points) - self.origin
+        if since >= _SHORTEST and _is_closed(self.start, self.points[-2], self.points[-1]):
+            self.end("closed", "the branch came back to its start")
+
+    def _gap(self, new: Point, sigma: float) -> Passage | None:
+        """The gap that the branch turned away from at the last point."""
+        if len(self.points) < 2 or not self.sigma[-2] > self.sigma[-1] <= sigma:
+            return None
+        near = [*self.points[-2:], new]
+        if gaps.change_sign(near):
+            return None
+        return gaps.gap_between(self.problem, near, self.engine)
+
+    def _cross(self, gap: Passage) -> bool:
+        """Go on straight beyond a gap, from where the branch did not yet feel it; what lay behind is dropped."""
+        crossed = gaps.across(self.problem, self.points, gap, self.engine)
+        if crossed is None:
+            return False
+        index, new = crossed
+        self.points = [*self.points[: index + 1], new]
+        self.start, self.origin = new, self.offset + index + 1
+        self.sigma = [*self.sigma[: index + 1], gaps.smallest(self.problem, new)]
+        self.specials = [event for event in self.specials if event.index < self.offset + index]
+        self.passages.append(Passage(gap.z, gap.arclength, gap.width, True))
+        self.values = values_at(self.problem, new, self.tests)
+        self.step = max(self.engine.options.step_min, new.arclength - self.points[-2].arclength)
+        return True
+
+
+def _is_closed(start: Point, before: Point, after: Point) -> bool:
+    """True when the step from one point to the next passed through the start in its direction."""
+    if after.tangent @ start.tangent <= 0:
         return False
     behind, ahead = (start.tangent @ (point.y - start.y) for point in (before, after))
     near = np.linalg.norm(after.y - start.y) <= np.linalg.norm(after.y - before.y) * 1.1
     return bool(behind < 0 <= ahead and near)
-
-
-def _together(multipliers: Sequence[Multipliers]) -> Multipliers:
-    """The multipliers of all points (m, k).
-
-    Raises:
-        ArrayError: Not every point has as many.
-    """
-    counts = sorted({len(own) for own in multipliers})
-    if len(counts) > 1:
-        raise ArrayError(
-            "extra.multipliers", counts, "their number changes along the branch", "give as many at every point"
-        )
-    return np.array(multipliers)
-
-
-def _record(
-    problem: Problem,
-    points: Sequence[Point],
-    specials: Sequence[Special],
-    status: str,
-    reason: str,
-    name: str,
-) -> Branch:
-    unknowns = np.array([point.z(problem) for point in points])
-    energy = None if problem.energy is None else np.array([problem.energy(z) for z in unknowns])
-    return Branch(
-        name=name,
-        names=problem.names,
-        points=unknowns,
-        arclength=np.array([point.arclength for point in points]),
-        tangent=np.array([point.slope(problem) for point in points]),
-        residual=np.array([point.residual for point in points]),
-        iterations=np.array([point.iterations for point in points]),
-        scale=problem.sizes,
-        energy=energy,
-        multipliers=_together([point.multipliers for point in points]),
-        events=tuple(specials),
-        status=status,
-        reason=reason,
-    )

@@ -46,7 +46,7 @@ class Correction(Held):
         """The last iterate as a point of its curve, its tangent turned towards `along`."""
         return Point(
             self.y, tangent_of(self.jacobian, along), arclength, self.jacobian, self.residual, self.iterations,
-            self.corrections, self.extra.multipliers,
+            self.corrections, self.extra,
         )  # fmt: skip
 
 

@@ -64,9 +64,7 @@ class BranchPoint:
 
     def value(self, problem: Problem, point: Point) -> float:
         """+- the smallest singular value of the Jacobian bordered by the tangent."""
-        bordered = np.vstack([point.jacobian, point.tangent])
-        sign = float(np.linalg.slogdet(bordered)[0])
-        return sign * float(np.linalg.svd(bordered, compute_uv=False)[-1])
+        return signed(np.vstack([point.jacobian, point.tangent]))
 
 
 @dataclass(frozen=True)
@@ -76,12 +74,15 @@ class Level:
     Attributes:
         scalar: z (n + 1,) -> number.
         level: The value.
+        held: z near it -> the unknown that has to have which value there, so that the run ends exactly on it; None where
+            the level is no matter of one unknown.
     """
 
     scalar: Callable[[Vector], float]
     level: float
     name: str = "level"
     terminal: bool = True
+    held: Callable[[Vector], tuple[int, float]] | None = None
 
     def value(self, problem: Problem, point: Point) -> float:
         """scalar(z) - level."""
@@ -107,3 +108,25 @@ class Extremum:
         z, slope = point.z(problem), point.slope(problem)
         ahead, behind = self.scalar(z + self.width * slope), self.scalar(z - self.width * slope)
         return float(ahead - behind) / (2 * self.width)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A smooth number that the method knows of every point.
+
+    Attributes:
+        of: Point -> number.
+    """
+
+    of: Callable[[Point], float]
+    name: str
+    terminal: bool = False
+
+    def value(self, problem: Problem, point: Point) -> float:
+        """The number itself."""
+        return self.of(point)
+
+
+def signed(matrix: Vector) -> float:
+    """+- the smallest singular value of a square matrix, its sign that of the determinant: simple zeros where that has some."""
+    return float(np.linalg.slogdet(matrix)[0]) * float(np.linalg.svd(matrix, compute_uv=False)[-1])

@@ -2,26 +2,43 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import brentq
 
-from phichain.continuation.branch import Special
 from phichain.continuation.engine import Engine
-from phichain.continuation.events import TestFunction
+from phichain.continuation.events import BranchPoint, Level, TestFunction
+from phichain.continuation.met.singular import loosened, through
+from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.predictors import hermite
 from phichain.continuation.problem import Problem, relative_residual
 
+Curve = Callable[[float], Point]
+
+
+def values_at(problem: Problem, point: Point, tests: Sequence[TestFunction]) -> tuple[float, ...]:
+    """The test functions at a point."""
+    return tuple(test.value(problem, point) for test in tests)
+
 
 def locate(
-    problem: Problem, a: Point, b: Point, tests: Sequence[TestFunction], engine: Engine, index: int
+    problem: Problem,
+    a: Point,
+    b: Point,
+    tests: Sequence[TestFunction],
+    engine: Engine,
+    index: int,
+    ends: tuple[Sequence[float], Sequence[float]] | None = None,
 ) -> tuple[list[Special], Point | None]:
     """The events between two successive points.
 
     Places in between are guessed on the cubic through both points and corrected onto the curve; Brent's method
-    (secant and inverse quadratic steps inside a bisection bracket) finds the zero of the test function.
+    (secant and inverse quadratic steps inside a bisection bracket) finds the zero of the test function. Where a branch
+    point lies between, the curve near it is the polynomial of `singular.through`.
 
     Args:
         problem: What is continued.
@@ -30,31 +47,66 @@ def locate(
         tests: Test functions.
         engine: Corrector and options.
         index: Index of `a` in its branch.
+        ends: Their values at a and at b, where these are known.
 
     Returns:
         The events in order, none after a terminal one; and the point of the terminal one, or None.
     """
+    values = ends or (values_at(problem, a, tests), values_at(problem, b, tests))
     found: list[tuple[Special, Point, bool]] = []
-    for test in tests:
-        before, after = test.value(problem, a), test.value(problem, b)
-        # A test that starts at zero is not crossed; one that arrives at zero is.
-        if before * after < 0 or (after == 0 and before != 0):
-            at = b if after == 0 else root(problem, a, b, test, engine)
-            special = Special(
-                test.name, index, at.z(problem), at.arclength, test.value(problem, at), at.multipliers
-            )
-            found.append((special, at, test.terminal))
+    # A test that starts at zero is not crossed; one that arrives at zero is.
+    crossed = [
+        (test, after) for test, before, after in zip(tests, *values, strict=True)
+        if before * after < 0 or (after == 0 and before != 0)
+    ]  # fmt: skip
+    if not crossed:
+        return [], None
+    between = _between(problem, a, b, [test for test, _ in crossed], engine)
+    for test, after in crossed:
+        at = b if after == 0 else _root(problem, a, b, test, between)
+        at = _landed(problem, at, test, engine)
+        special = Special(test.name, index, at.z(problem), at.arclength, test.value(problem, at), at.multipliers)
+        found.append((special, at, test.terminal))
     found.sort(key=lambda item: item[0].arclength)
-    ends = [k for k, (_, _, terminal) in enumerate(found) if terminal]
-    if not ends:
+    last = next((k for k, (_, _, terminal) in enumerate(found) if terminal), None)
+    if last is None:
         return [special for special, _, _ in found], None
-    kept = found[: ends[0] + 1]
-    return [special for special, _, _ in kept], kept[-1][1]
+    return [special for special, _, _ in found[: last + 1]], found[last][1]
+
+
+def _between(problem: Problem, a: Point, b: Point, crossed: Sequence[TestFunction], engine: Engine) -> Curve:
+    """The curve between two points, whatever lies there."""
+    singular = next((test for test in crossed if isinstance(test, BranchPoint)), None)
+    if singular is None:
+        return curve(problem, a, b, engine)
+    beside = curve(problem, a, b, loosened(engine))
+    rough = _root(problem, a, b, singular, beside).arclength
+    # Once more from the better centre: Newton stalls at the rough one.
+    first = through(problem, a, b, rough, beside)
+    return through(problem, a, b, _root(problem, a, b, singular, first).arclength, beside)
+
+
+def _landed(problem: Problem, at: Point, test: TestFunction, engine: Engine) -> Point:
+    """The point at which an unknown has the very value that ends the run, where the test says which."""
+    if not isinstance(test, Level) or test.held is None:
+        return at
+    component, value = test.held(at.z(problem))
+    guess, normal = at.y.copy(), np.zeros_like(at.y)
+    guess[component], normal[component] = value / problem.sizes[component], 1.0
+    found = engine.corrector(problem, guess, normal, engine.options)
+    if not found.converged or np.linalg.norm(found.y - at.y) > 1e-6 * (1 + np.linalg.norm(at.y)):
+        return at
+    exact = found.y.copy()
+    exact[component] = guess[component]
+    return replace(found.point(at.tangent, at.arclength), y=exact)
 
 
 def root(problem: Problem, a: Point, b: Point, test: TestFunction, engine: Engine) -> Point:
     """The point between two of a curve at which a test function vanishes that has two signs at them."""
-    between = curve(problem, a, b, engine)
+    return _root(problem, a, b, test, curve(problem, a, b, engine))
+
+
+def _root(problem: Problem, a: Point, b: Point, test: TestFunction, between: Curve) -> Point:
     spacing = 4 * np.finfo(float).eps
     s = brentq(
         lambda s: test.value(problem, between(s)),
@@ -66,19 +118,31 @@ def root(problem: Problem, a: Point, b: Point, test: TestFunction, engine: Engin
     return between(float(s))
 
 
-def curve(problem: Problem, a: Point, b: Point, engine: Engine) -> Callable[[float], Point]:
-    """The curve between two points as a function of arclength, its ends exact."""
+def curve(problem: Problem, a: Point, b: Point, engine: Engine) -> Curve:
+    """The curve between two points as a function of arclength, its ends exact.
+
+    The point at s lies in the plane across the chord through the cubic at s; Newton starts from the cubic between the nearest
+    points that were found before, moved into that plane.
+    """
+    known, normal = [a, b], b.y - a.y
+    across = normal / np.linalg.norm(normal)
 
     def between(s: float) -> Point:
         if s in (a.arclength, b.arclength):
             return a if s == a.arclength else b
-        guess = hermite(a, b, s)
-        found = engine.corrector(problem, guess, b.y - a.y, engine.options)
+        plane = hermite(a, b, s)
+        at = int(np.clip(bisect_left([point.arclength for point in known], s), 1, len(known) - 1))
+        near = hermite(known[at - 1], known[at], s)
+        guess = near + across * (across @ (plane - near))
+        found = engine.corrector(problem, guess, normal, engine.options)
         if found.converged:
-            return found.point(a.tangent, s)
+            point = found.point(a.tangent, s)
+            if a.arclength < s < b.arclength and all(other.arclength != s for other in known):
+                known.insert(at, point)
+            return point
         # At a branch point the bordered matrix is singular and Newton may fail: the cubic is the answer there.
-        residual, jacobian, extra = problem.at(guess)
-        size = relative_residual(residual, jacobian, guess)
-        return Point(guess, tangent_of(jacobian, a.tangent), s, jacobian, size, found.iterations, (), extra.multipliers)
+        residual, jacobian, extra = problem.at(plane)
+        size = relative_residual(residual, jacobian, plane)
+        return Point(plane, tangent_of(jacobian, a.tangent), s, jacobian, size, found.iterations, (), extra)
 
     return between

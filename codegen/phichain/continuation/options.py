@@ -25,6 +25,8 @@ class Options:
         max_angle: Largest turn of the tangent in one step, rad; larger ones are repeated with a smaller step, which
             keeps the run from jumping to another branch.
         aim_angle: Turn per step that the step control aims at, rad.
+        max_change: Largest eigenvalue of [J; t]^-1 dJ over one step: how far the Jacobian may change in its own units, whatever those of
+            the equations. Below 1 no step can reach a singular Jacobian unseen, so that none jumps a gap.
     """
 
     step: float = 0.02
@@ -35,6 +37,7 @@ class Options:
     max_iterations: int = 7
     max_angle: float = 0.3
     aim_angle: float = 0.1
+    max_change: float = 0.7
 
     def __post_init__(self) -> None:
         for item in fields(self):

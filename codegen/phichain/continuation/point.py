@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from phichain.continuation.problem import Multipliers, Problem
+from phichain.continuation.problem import Extra, Multipliers, Problem
 from phichain.records import Held
 from phichain.system import Vector
 
@@ -23,7 +23,7 @@ class Point(Held):
         residual: Relative residual.
         iterations: Newton iterations it took.
         corrections: Sizes of the Newton corrections, in order.
-        multipliers: Those of the solution (k,), as the problem's `Extra` has them; empty where it computes none.
+        extra: What came with the residual and the Jacobian.
     """
 
     y: Vector
@@ -33,7 +33,12 @@ class Point(Held):
     residual: float
     iterations: int
     corrections: tuple[float, ...]
-    multipliers: Multipliers
+    extra: Extra
+
+    @property
+    def multipliers(self) -> Multipliers:
+        """Those of the solution (k,), as the problem's `Extra` has them; empty where it computes none."""
+        return self.extra.multipliers
 
     def z(self, problem: Problem) -> Vector:
         """The unknowns themselves (n + 1,)."""

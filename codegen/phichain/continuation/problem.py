@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,12 +30,31 @@ class Extra:
         multipliers: Complex numbers (k,) that tell the stability of the solution, in the form that the method states:
             Floquet's lambda, or kappa = (mu + 1/mu) / 2 with lambda = mu^2 where symmetry halves the period. As many at
             every point; empty where the method computes none.
+        found: Whatever else the method knows of the solution; its own tests read it.
 
     Raises:
         ArrayError: The multipliers are no vector of numbers.
     """
 
     multipliers: Multipliers = field(default_factory=lambda: held((), complex))
+    found: Any = field(default_factory=lambda: None)
+
+    @classmethod
+    def later(cls, make: Callable[[], tuple[Multipliers, Any]]) -> Extra:
+        """Multipliers and what else is found, made when they are first asked for: not at Newton's iterates on the way."""
+        extra = cls.__new__(cls)
+        object.__setattr__(extra, "_make", make)
+        return extra
+
+    def __getattr__(self, name: str) -> Any:
+        # Reached for what is not there yet, and for what never is.
+        make = self.__dict__.get("_make")
+        if make is None or name not in ("multipliers", "found"):
+            raise AttributeError(name)
+        multipliers, found = make()
+        object.__setattr__(self, "multipliers", held(multipliers, complex))
+        object.__setattr__(self, "found", found)
+        return self.__dict__[name]
 
     def __post_init__(self) -> None:
         try:
@@ -67,6 +86,7 @@ class Problem:
         scale: Typical sizes of the unknowns (n + 1,); arclength is measured in z / scale. None means ones.
         parameter: The unknown whose turning points are called folds; the last one unless said otherwise.
         energy: A scalar of z recorded along the branch, or None.
+        error: A Point of the branch -> what the method believes to be wrong with it, relative; None where it cannot say.
 
     Raises:
         ArrayError: `scale` or `parameter` does not fit the names.
@@ -77,6 +97,7 @@ class Problem:
     scale: Vector | None = None
     parameter: int = -1
     energy: Callable[[Vector], float] | None = None
+    error: Callable[[Any], float] | None = None
 
     def __post_init__(self) -> None:
         remedy = "give one typical size per unknown"

@@ -1,6 +1,18 @@
 """Orbits: the families of oscillations of a chain, each a continuation problem made from a System."""
 
 from phichain.orbits.modes import LinearModes, linear_modes
-from phichain.orbits.single_harmonic import harmonic_problem, trace
+from phichain.orbits.periodic import half_problem, whole_problem
+from phichain.orbits.quarter import QuarterMap, quarter_problem
+from phichain.orbits.single_harmonic import harmonic_problem
+from phichain.orbits.tracing import trace
 
-__all__ = ["LinearModes", "harmonic_problem", "linear_modes", "trace"]
+__all__ = [
+    "LinearModes",
+    "QuarterMap",
+    "half_problem",
+    "harmonic_problem",
+    "linear_modes",
+    "quarter_problem",
+    "trace",
+    "whole_problem",
+]

@@ -10,6 +10,13 @@ the last digits. Rows and columns are scaled over decades where masses and sprin
 the singular values of such a matrix to high relative accuracy, where an eigensolver loses the digits of the ratio of masses:
 a light mass above a heavy one disappears in the sums of the inertia matrix.
 
+A link with inertia moves as one with a point mass m' at its centre of percussion r' and another e at its joint, which belongs to
+the link before or to the cart. From the tip, with e the mass that the next link leaves at this one's end,
+
+    a = m r + l e,   b = m r^2 + J + l^2 e,   r' = b / a,   m' = a^2 / b,   e <- ((m + e) J + m e (l - r)^2) / b,
+
+all sums of positive terms; gravity keeps pulling at the true masses.
+
 Source: J. Demmel, M. Gu, S. Eisenstat, I. Slapnicar, K. Veselic, Z. Drmac, Computing the singular value decomposition with
 high relative accuracy, Linear Algebra Appl. 299 (1999) 21-80.
 """
@@ -34,11 +41,11 @@ class Chain(Held):
     """A planar chain that hangs stably, in numbers; rigid links as the point masses that move alike (theory section 1).
 
     Attributes:
-        mass: m_k (N,), positive.
+        mass: m'_k (N,), positive: the mass itself without inertia.
         length: l_k (N,), positive.
-        com: r_k (N,), positive.
-        short: (r_k - l_k) / r_k (N,).
-        cart: The cart's mass (1,), or nothing (0,).
+        com: r'_k (N,), positive: where the mass is without inertia.
+        short: (r'_k - l_k) / r'_k (N,).
+        cart: What moves with the cart (1,), or nothing (0,).
         weight: g mu_k (N,), not negative.
         spring: k_k (N,), not negative; all of one of the two are positive.
     """
@@ -64,14 +71,16 @@ class Chain(Held):
         com = np.where(np.isnan(com), length, com)
         beyond = np.append(np.cumsum(mass[:0:-1])[::-1], 0.0)
         weight = gravity * (mass * com + length * beyond)
-        short = (com - length) / com
-        spin = system.number("inertia", p, 0.0 if system.numbers.inertia is None else np.nan)
-        if np.any(spin != 0):
-            mass, com, short, left = _points(mass, length, com, spin)
-            cart = cart + left
-        positive = all(np.all(values > 0) and np.all(np.isfinite(values)) for values in (mass, length, com, cart))
+        inertia = np.broadcast_to(system.number("inertia", p, 0.0 if system.numbers.inertia is None else np.nan), system.links)
         held = np.all(weight > 0) or np.all(spring > 0)
-        if not (positive and held and np.all(weight >= 0) and np.all(spring >= 0)):
+        if not (held and np.all(weight >= 0) and np.all(spring >= 0) and np.all(inertia >= 0)):
+            return None
+        with np.errstate(divide="ignore", invalid="ignore"):
+            short = (com - length) / com
+        if np.any(inertia != 0):
+            mass, com, short, left = _points(mass, length, com, inertia)
+            cart = cart + left
+        if not all(np.all((values > 0) & np.isfinite(values)) for values in (mass, length, com, cart)):
             return None
         return cls(mass, length, com, short, cart, weight, spring)
 
@@ -97,7 +106,6 @@ def _points(mass: Vector, length: Vector, com: Vector, spin: Vector) -> tuple[Ve
     A link that turns about its own centre of mass has its point at infinity, and no modes by this road.
     """
     point, place, short, left = np.zeros_like(mass), np.zeros_like(mass), np.zeros_like(mass), 0.0
-    spin = np.broadcast_to(spin, mass.shape)
     for k in reversed(range(len(mass))):
         m, l, r, own = mass[k], length[k], com[k], spin[k]
         first, second = m * r + l * left, m * r * r + own + l * l * left

@@ -34,53 +34,60 @@ class LinearModes(Held):
 def linear_modes(system: System, p: Parameters | None = None) -> LinearModes:
     """Linear modes from the chain's numbers, or from Phi's Jacobian at rest: dPhi/dA = K - omega^2 M there, exactly.
 
-    The numbers serve where they are known and the chain hangs stably; their frequencies are right to the last digits.
+    The numbers serve where they are known and the chain hangs stably; their frequencies are right to the last digits, and no
+    function of the system is needed.
 
     Raises:
-        AbsentFunctionError: The system has no `phi_jacobian`.
-        UnsupportedError: The scene is spatial or damped, or a cart is driven by its acceleration.
+        AbsentFunctionError: The numbers do not serve, and the system has no `phi_jacobian`.
+        UnsupportedError: The scene is spatial, loses energy, does not hang straight, or its cart is driven by its acceleration.
         ConvergenceError: M is not positive definite.
+    """
+    demand_oscillations(system)
+    if (factored := factored_modes(system, p)) is not None:
+        return LinearModes(factored[0], _normalised(system, factored[1]))
+    return _of_jacobian(system, system.function("phi_jacobian"), system.parameters(p))
+
+
+def demand_oscillations(system: System) -> None:
+    """Refuse a chain that has no families of oscillations about hanging straight.
+
+    Raises:
+        UnsupportedError: The scene is spatial, loses energy, or does not hang straight.
     """
     if not system.is_planar:
         raise UnsupportedError(
             "system",
             system.name,
             "a spatial chain has no scalar amplitudes",
-            "use a planar scene, or shooting",
+            "use a planar scene",
         )
-    if system.joints.rest_angle is not None:
+    said = {**system.scene.get("chain", {}), **system.scene.get("joints", {}), "damping": system.joints.damping}
+    for name in ("damping", "friction", "cart_damping", "cart_friction"):
+        if said.get(name) is not None:
+            raise UnsupportedError(
+                name,
+                said[name],
+                "links that lose energy have no periodic motion, so no families of oscillations: unforced, they come to rest",
+                f"{_WITHOUT[name]}, or simulate how they do",
+            )
+    if said.get("rest_angle") is not None:
         raise UnsupportedError(
-            "rest_angle",
-            system.joints.rest_angle,
-            "springs that rest elsewhere pull to one side, so no family of oscillations about hanging starts here",
-            "leave it out of the scene",
-        )
-    if (system.joints.friction is not None or system.numbers.brakes_cart) and not system.has("phi_jacobian"):
+            "rest_angle", said["rest_angle"], "families start where the chain hangs straight, and these springs bend it",
+            "leave rest_angle out of the scene",
+        )  # fmt: skip
+    if said.get("drive") == "acceleration":
         raise UnsupportedError(
-            "system",
-            system.name,
-            "dry friction or a cart's damper leaves no periodic motion, so no families of oscillations",
-            "leave joints.friction, chain.cart_damping and chain.cart_friction out of the scene",
-        )
-    if system.has_cart and system.drive.accelerations:
-        raise UnsupportedError(
-            "drive",
-            "acceleration",
-            "a cart that goes where it is told takes part in no oscillation",
-            'use base = "fixed" for the chain beneath it, or drive = "force"',
-        )
-    if system.joints.damping is not None and not system.has("phi_jacobian"):
-        # No function to ask for: a damped scene cannot have it.
-        raise UnsupportedError(
-            "damping",
-            system.joints.damping,
-            "damped links have no periodic motion, so no families of oscillations",
-            "leave the dampers out of the scene",
-        )
-    slope = system.function("phi_jacobian")
-    if (factored := factored_modes(system, p)) is not None:
-        return LinearModes(factored[0], _normalised(system, factored[1]))
-    return _of_jacobian(system, slope, system.parameters(p))
+            "drive", "acceleration", "a cart that follows its input does not swing with the chain",
+            'use base = "fixed" for one that is held, or drive = "force"',
+        )  # fmt: skip
+
+
+_WITHOUT = {
+    "damping": "leave the dampers out of the scene",
+    "friction": "leave the joints' friction out of the scene",
+    "cart_damping": "leave the cart's damper out of the scene",
+    "cart_friction": "leave the cart's friction out of the scene",
+}
 
 
 def _of_jacobian(system: System, slope: Callable[..., Any], parameters: dict[str, Any]) -> LinearModes:

@@ -10,6 +10,7 @@ Phi itself and its Jacobian are the system's callables `phi` and `phi_jacobian` 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -22,15 +23,16 @@ from phichain.continuation import (
     Fold,
     Level,
     Options,
+    Point,
     Problem,
     TestFunction,
     follow,
     start_on,
 )
-from phichain.errors import ArrayError, ToleranceError
-from phichain.orbits.modes import linear_modes
-from phichain.system import Parameters, System, Vector
-from phichain.system.arrays import positive, whole
+from phichain.continuation.core import Progress
+from phichain.orbits.modes import LinearModes
+from phichain.orbits.targets import Target
+from phichain.system import Parameters, System, Vector, input_arguments
 
 
 def harmonic_problem(system: System, p: Parameters | None = None, *, omega: float, shape: Vector) -> Problem:
@@ -59,6 +61,7 @@ def harmonic_problem(system: System, p: Parameters | None = None, *, omega: floa
         names=(*_amplitude_names(system), "omega"),
         scale=scale,
         energy=energy_of_amplitude(system, p),
+        error=omitted_harmonic(system, p, scale),
     )
 
 
@@ -83,63 +86,107 @@ def energy_of_amplitude(system: System, p: Parameters | None = None) -> Callable
     return lambda z: potential(np.asarray(z[:-1])) - bottom
 
 
-def trace(
+START = 1e-3
+"""Largest angle of the first point, rad."""
+UNTRUE = 0.05
+"""Size of the first omitted harmonic, in amplitudes, from which one harmonic is no longer true."""
+_SAMPLES = 16
+"""Samples of half a period, the other half being its mirror image; what folds back onto the third harmonic is the 29th."""
+
+
+def settings(options: Options | None) -> Engine:
+    """Predictor, corrector and options of a family of one harmonic."""
+    return Engine(options=options or Options(step_max=0.1, max_points=2000))
+
+
+def trace_one_harmonic(
     system: System,
-    mode: int = 1,
-    amplitude_max: float = np.pi,
+    modes: LinearModes,
+    mode: int,
+    target: Target,
     *,
-    p: Parameters | None = None,
-    amplitude_start: float = 1e-3,
-    options: Options | None = None,
-    engine: Engine | None = None,
+    p: Parameters | None,
+    amplitude_start: float,
+    engine: Engine,
+    through: float,
+    earlier: Branch | None,
+    progress: Progress | None,
 ) -> Branch:
     """Follow the single-harmonic family of one mode from small amplitudes.
 
     Args:
         system: A planar, undamped system with `phi` and `phi_jacobian`; `energy` is used when present.
-        mode: Number of the mode, from 1, by rising linear frequency.
-        amplitude_max: The run ends where the largest |A_k| of the angles reaches this, rad.
-        p: Runtime parameters by name.
+        modes: Its linear modes.
+        mode: Number of the mode, from 1.
+        target: Where to end.
+        p: Runtime parameters.
         amplitude_start: Largest angle of the first point, rad.
-        options: Step control and limits; `Options(step_max=0.1, max_points=2000)` unless given.
-        engine: Predictor, corrector and options together; excludes `options`.
+        engine: Predictor, corrector and options.
+        through: Half width of gaps that are crossed.
+        earlier: A run to go on with.
+        progress: Told every new point.
 
     Returns:
         The Branch of (A, omega), with the folds in omega and in the first link's amplitude, branch points and (with an
-        energy) extrema of the energy located; it carries no multipliers.
+        energy) extrema of the energy located; it carries no multipliers, and the first omitted harmonic as its error.
 
     Raises:
         AbsentFunctionError: The system lacks `phi` or `phi_jacobian`.
-        UnsupportedError: The scene is spatial or damped.
-        ArrayError: No mode has that number.
-        ToleranceError: Amplitudes not positive, or start not below the end.
         ConvergenceError: Newton did not reach the family.
     """
-    remedy = "give an angle in rad"
-    amplitude_start = positive("amplitude_start", amplitude_start, remedy)
-    amplitude_max = positive("amplitude_max", amplitude_max, remedy)
-    if not amplitude_start < amplitude_max:
-        raise ToleranceError(
-            "amplitude_start, amplitude_max",
-            (amplitude_start, amplitude_max),
-            "must be positive, finite and rising",
-            "leave the start at 1e-3, and end at a larger angle in rad, such as 3",
-        )
-    modes = linear_modes(system, p)
-    mode = whole("mode", mode, 1, len(modes.omega), f"this chain has the modes 1 .. {len(modes.omega)}", ArrayError)
     omega, shape = float(modes.omega[mode - 1]), modes.shapes[:, mode - 1]
     problem = harmonic_problem(system, p, omega=omega, shape=shape)
-    for field, given, kind in (("options", options, Options), ("engine", engine, Engine)):
-        if given is not None and not isinstance(given, kind):
-            raise ArrayError(field, given, f"is no {kind.__name__}", "leave it out, or make one")
-    engine = engine or Engine(options=options or Options(step_max=0.1, max_points=2000))
-    direction = np.append(shape, 0.0)
-    start = start_on(problem, np.append(amplitude_start * shape, omega), direction, engine, fixed=True)
-    tests = _tests(problem, system.cart_size, amplitude_start, amplitude_max, omega)
-    return follow(problem, start, engine, tests, name=f"{system.name}, mode {mode}, one harmonic")
+    first = earlier if earlier is not None else start_on(
+        problem, np.append(amplitude_start * shape, omega), np.append(shape, 0.0), engine, fixed=True
+    )  # fmt: skip
+    tests = _tests(system, problem, amplitude_start, target, omega)
+    name = f"{system.name}, mode {mode}, one harmonic"
+    branch = follow(problem, first, engine, tests, name=name, through=through, progress=progress)
+    return replace(branch, reason=branch.reason + _doubt(branch, system.cart_size))
 
 
-def _tests(problem: Problem, cart: int, start: float, stop: float, omega: float) -> list[TestFunction]:
+def _doubt(branch: Branch, carts: int) -> str:
+    """Where one harmonic stops being true, in words; empty where it is true all along."""
+    if branch.error is None or not np.any(untrue := branch.error > UNTRUE):
+        return ""
+    first = int(np.argmax(untrue))
+    largest = np.max(np.abs(branch.points[first, carts:-1]))
+    return (
+        f"; from the amplitude {largest:.4g} on (s = {branch.arclength[first]:.4g}) one harmonic is no longer true:"
+        f" the first omitted one is above {UNTRUE:.0%} of it"
+    )
+
+
+def omitted_harmonic(system: System, p: Parameters | None, scale: Vector) -> Callable[[Point], float] | None:
+    """Point of the family -> the largest third harmonic that theta = A cos(omega t) calls for, in its largest amplitude.
+
+    The equations of motion along it leave a residual on cos(3 omega t), R_3; small oscillations answer it with
+    (K - 9 omega^2 M) A_3 = -R_3. None without callables that say what is left over.
+    """
+    if not (system.has("forward_dynamics") and system.has("mass_matrix")):
+        return None
+    dynamics, mass_of, slope = (system.function(name) for name in ("forward_dynamics", "mass_matrix", "phi_jacobian"))
+    parameters, still, carts = system.parameters(p), np.zeros(system.nq), system.cart_size
+    inputs = input_arguments(system, still, None)
+    phase = np.pi * np.arange(_SAMPLES) / _SAMPLES
+
+    def size(point: Point) -> float:
+        z = point.y * scale
+        amplitude, omega = z[:-1], float(z[-1])
+        left = np.zeros(system.nq)
+        for angle in phase:
+            q, v = amplitude * np.cos(angle), -omega * amplitude * np.sin(angle)
+            wanted = -(omega**2) * q - np.asarray(dynamics(q, v, *inputs, **parameters))
+            left += np.asarray(mass_of(q, **parameters)) @ wanted * (2 / _SAMPLES * np.cos(3 * angle))
+        answer = np.linalg.lstsq(np.asarray(slope(still, 3 * omega, **parameters))[:, :-1], -left, rcond=None)[0]
+        return float(np.max(np.abs(answer[carts:])) / np.max(np.abs(amplitude[carts:])))
+
+    return size
+
+
+def _tests(system: System, problem: Problem, start: float, target: Target, omega: float) -> list[TestFunction]:
+    cart = system.cart_size
+
     def amplitude(z: Vector) -> float:
         return float(np.max(np.abs(z[cart:-1])))
 
@@ -152,7 +199,7 @@ def _tests(problem: Problem, cart: int, start: float, stop: float, omega: float)
         tests.append(Extremum(problem.energy, "energy extremum"))
     return [
         *tests,
-        Level(amplitude, stop, "amplitude_max"),
+        target.level(system, problem),
         Level(amplitude, start / 2, "back at rest"),
         Level(lambda z: float(z[-1]), 1e-3 * omega, "omega near zero"),
     ]

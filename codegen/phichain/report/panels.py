@@ -106,15 +106,16 @@ def family(axes: Any, branch: Branch) -> None:
 
     Args:
         axes: Where to draw.
-        branch: Unknowns amplitude_theta_1 .. amplitude_theta_N (a cart's amplitude is left out) and omega.
+        branch: Unknowns amplitude_theta_1 .. amplitude_theta_N, or theta_1 .. theta_N at rest (a cart is left out), and omega.
     """
     omega = branch.column("omega")
-    angles = [name for name in branch.names if name.startswith("amplitude_theta")]
+    angles = [name for name in branch.names if name.startswith(("amplitude_theta", "theta"))]
     for name, colour in zip(angles, shades(len(angles)), strict=True):
         amplitude = branch.column(name)
         axes.plot(amplitude, omega, color=colour, label=f"$A_{{{name.rpartition('_')[2]}}}$")
         column = branch.names.index(name)
-        folds = np.array([event.z for event in branch.located(f"fold in {name}")])
+        turns = (f"fold in {name}", f"fold amplitude {name.rpartition('_')[2]}")
+        folds = np.array([event.z for kind in turns for event in branch.located(kind)])
         if folds.size:
             axes.plot(
                 folds[:, column], folds[:, -1], "o", color=colour, markersize=4, markerfacecolor="white"

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint
 from phichain.continuation.locate import curve, root
+from phichain.continuation.met.singular import loosened
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
 
 NEIGHBOURHOOD = 1e-5
 """How close to a zero of det [J; t^T], in steps, it is looked at to see whether it vanishes or jumps."""
+
+SOLVED = 1e-12
+"""Relative residual of what solves the problem: halfway across a gap of half width w it is about w^2, small but no round-off, down to
+half widths of some 1e-6."""
 
 
 def is_crossed_smoothly(problem: Problem, a: Point, b: Point, engine: Engine) -> bool:
@@ -29,9 +32,7 @@ def is_crossed_smoothly(problem: Problem, a: Point, b: Point, engine: Engine) ->
         return True
     zero = root(problem, a, b, test, engine).arclength
     width = NEIGHBOURHOOD * (b.arclength - a.arclength)
-    # So close to a singular matrix Newton's corrections end at a plateau of round-off above the usual tolerance.
-    loose = replace(engine, options=replace(engine.options, tol=max(engine.options.tol, 1e-8)))
-    between = curve(problem, a, b, loose)
+    between = curve(problem, a, b, loosened(engine))
     sides = [between(float(np.clip(zero + d, a.arclength, b.arclength))) for d in (-width, width)]
     small = 5 * NEIGHBOURHOOD * max(abs(end) for end in ends)
-    return all(side.residual < 1e-6 and abs(test.value(problem, side)) <= small for side in sides)
+    return all(side.residual < SOLVED and abs(test.value(problem, side)) <= small for side in sides)

@@ -1,0 +1,161 @@
+"""Branches as JSON that people and other programs read, 17 digits, and that a run can be resumed from.
+
+    {"kind": "branch", "scene", "digest", "mode", "method", "points": [{"start": {"q", "v"}, "omega", "energy", "kappa", "error",
+     "arclength", ...}], "events": [{"kind", "breaks", "start", "omega", "kappa", "continues", ...}],
+     "passages": [{"at", "width", "crossed", ...}], "status", "reason", ...}
+
+Unknowns are those of a start, the last of them omega; a start at rest has no rates among its unknowns. Complex numbers are pairs.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from phichain.continuation.met.specials import STATUS, Passage, Special
+from phichain.errors import OutputError
+from phichain.files import write_file
+from phichain.reading import parse_json, read_regular
+
+_LARGEST: Final = 2**28
+"""Bytes that a file may have."""
+
+
+def write_document(branch: Any, path: Path | str) -> Path:
+    """Write a Branch.
+
+    Raises:
+        OutputError: The file cannot be written.
+    """
+    return write_file(path, json.dumps(_document(branch), indent=1, allow_nan=False) + "\n")
+
+
+def _document(branch: Any) -> dict[str, Any]:
+    points = [
+        {
+            **_start(z), "energy": _number(branch.energy, k), "kappa": _pairs(branch.multipliers[k]), "error": _number(branch.error, k),
+            "arclength": float(branch.arclength[k]), "residual": float(branch.residual[k]), "iterations": int(branch.iterations[k]),
+            "tangent": branch.tangent[k].tolist(),
+        }
+        for k, z in enumerate(branch.points)
+    ]  # fmt: skip
+    # What ended the run is no event of the family.
+    own = branch.events[:-1] if branch.status == "event" else branch.events
+    events = [_event(event) for event in own]
+    ended = [_event(event) for event in branch.events[len(own) :]]
+    passages = [
+        {
+            "at": float(gap.z[_first_angle(branch.names)]), "width": gap.width, "crossed": gap.is_crossed, **_start(gap.z),
+            "arclength": gap.arclength,
+        }
+        for gap in branch.passages
+    ]  # fmt: skip
+    return {
+        "kind": "branch", "scene": branch.scene, "digest": branch.digest, "mode": branch.mode, "method": branch.method,
+        "name": branch.name, "names": list(branch.names), "scale": branch.scale.tolist(), "points": points, "events": events,
+        "passages": passages, "status": branch.status, "reason": branch.reason,
+        "checkpoint": {"regular": branch.regular, "step": branch.step, "ended": ended},
+    }  # fmt: skip
+
+
+def _event(event: Special) -> dict[str, Any]:
+    kind = event.kind.replace("fold in amplitude_theta_", "fold amplitude ").replace("fold in ", "fold ")
+    return {
+        "kind": kind, "breaks": event.breaks, **_start(event.z), "kappa": _pairs(event.multipliers), "continues": event.continues,
+        "arclength": event.arclength, "after": event.index, "value": event.value,
+    }  # fmt: skip
+
+
+def _start(z: np.ndarray) -> dict[str, Any]:
+    """A start at rest, and its omega."""
+    return {"start": {"q": z[:-1].tolist(), "v": [0.0] * (len(z) - 1)}, "omega": float(z[-1])}
+
+
+def _first_angle(names: Sequence[str]) -> int:
+    return next((k for k, name in enumerate(names) if "theta" in name), 0)
+
+
+def _number(values: np.ndarray | None, k: int) -> float | None:
+    return None if values is None or not math.isfinite(values[k]) else float(values[k])
+
+
+def _pairs(values: np.ndarray) -> list[list[float]]:
+    return [[float(value.real), float(value.imag)] for value in values]
+
+
+def read_document(path: Path | str) -> dict[str, Any]:
+    """The fields of the Branch that `write_document` wrote.
+
+    Raises:
+        OutputError: The file is missing, cut short, or no Branch.
+    """
+    try:
+        found = parse_json(read_regular(path, _LARGEST))
+        if not isinstance(found, dict) or found.get("kind") != "branch":
+            raise ValueError('it is no {"kind": "branch", ...}')
+        return _fields(found)
+    except (OSError, ValueError, KeyError, TypeError, IndexError, OverflowError, RecursionError, MemoryError) as failure:
+        why = f"it lacks {failure}" if isinstance(failure, KeyError) else str(failure) or type(failure).__name__
+        raise OutputError(
+            "path", str(path), f"no branch can be read there: {why}", "name a JSON file that a Branch wrote, whole"
+        ) from failure
+
+
+def _fields(found: Mapping[str, Any]) -> dict[str, Any]:
+    names = tuple(map(str, found["names"]))
+    size, rows = len(names), found["points"]
+    points = np.array([_unknowns(row) for row in rows], dtype=float).reshape(len(rows), size)
+    tangent = _table(rows, "tangent", (len(rows), size))
+    multipliers = _complex([row["kappa"] for row in rows])
+    checkpoint = found["checkpoint"]
+    regular, step, status = int(checkpoint["regular"]), float(checkpoint["step"]), found["status"]
+    if not rows or not 0 <= regular <= len(rows) or not math.isfinite(step) or status not in STATUS:
+        raise ValueError("its checkpoint does not fit its points")
+    scale = np.array(found["scale"], dtype=float)
+    if scale.shape != (size,) or not np.all(np.isfinite(points)) or not np.all(scale > 0):
+        raise ValueError("its unknowns do not fit their scale")
+    events = tuple(
+        Special(
+            str(row["kind"]), int(row["after"]), np.array(_unknowns(row)), float(row["arclength"]), float(row["value"]),
+            _complex([row["kappa"]])[0], str(row["breaks"]), str(row["continues"]),
+        )
+        for row in (*found["events"], *checkpoint["ended"])
+    )  # fmt: skip
+    passages = tuple(
+        Passage(np.array(_unknowns(row)), float(row["arclength"]), float(row["width"]), bool(row["crossed"]))
+        for row in found["passages"]
+    )
+    return {
+        "name": str(found["name"]), "names": names, "points": points, "arclength": _table(rows, "arclength", (len(rows),)),
+        "tangent": tangent, "residual": _table(rows, "residual", (len(rows),)), "scale": scale,
+        "iterations": np.array([int(row["iterations"]) for row in rows]), "energy": _optional(rows, "energy"),
+        "error": _optional(rows, "error"), "multipliers": multipliers, "events": events, "passages": passages,
+        "status": str(status), "reason": str(found["reason"]), "scene": str(found["scene"]), "digest": str(found["digest"]),
+        "method": str(found["method"]), "mode": int(found["mode"]), "regular": regular, "step": step,
+    }  # fmt: skip
+
+
+def _unknowns(row: Mapping[str, Any]) -> list[float]:
+    return [*map(float, row["start"]["q"]), float(row["omega"])]
+
+
+def _table(rows: Sequence[Mapping[str, Any]], name: str, shape: tuple[int, ...]) -> np.ndarray:
+    table = np.array([row[name] for row in rows], dtype=float)
+    if table.shape != shape:
+        raise ValueError(f"{name} has another shape than {shape}")
+    return table
+
+
+def _optional(rows: Sequence[Mapping[str, Any]], name: str) -> np.ndarray | None:
+    if all(row[name] is None for row in rows):
+        return None
+    return np.array([np.nan if row[name] is None else row[name] for row in rows], dtype=float)
+
+
+def _complex(rows: Sequence[Sequence[Sequence[float]]]) -> np.ndarray:
+    return np.array([[complex(real, imaginary) for real, imaginary in row] for row in rows], dtype=complex).reshape(len(rows), -1)

@@ -1,0 +1,107 @@
+"""Runs as frozen records, and records as places to go on from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from phichain.continuation.branch import Branch
+from phichain.continuation.met.specials import Passage, Special
+from phichain.continuation.point import Point, tangent_of
+from phichain.continuation.problem import Multipliers, Problem, relative_residual
+from phichain.errors import ArrayError
+
+
+def record(
+    problem: Problem,
+    points: Sequence[Point],
+    specials: Sequence[Special],
+    passages: Sequence[Passage],
+    ended: tuple[str, str],
+    name: str,
+    *,
+    regular: int,
+    step: float,
+) -> Branch:
+    """The Branch of some points.
+
+    Args:
+        problem: What was continued.
+        points: Its points.
+        specials: Located events.
+        passages: Avoided crossings.
+        ended: Status and reason.
+        name: Name of the branch.
+        regular: How many of the points are the run's own.
+        step: The step to try next.
+    """
+    unknowns = np.array([point.z(problem) for point in points])
+    return Branch(
+        name=name,
+        names=problem.names,
+        points=unknowns,
+        arclength=np.array([point.arclength for point in points]),
+        tangent=np.array([point.slope(problem) for point in points]),
+        residual=np.array([point.residual for point in points]),
+        iterations=np.array([point.iterations for point in points]),
+        scale=problem.sizes,
+        energy=None if problem.energy is None else np.array([problem.energy(z) for z in unknowns]),
+        multipliers=_together([point.multipliers for point in points]),
+        events=tuple(specials),
+        status=ended[0],
+        reason=ended[1],
+        error=None if problem.error is None else np.array([problem.error(point) for point in points]),
+        passages=tuple(passages),
+        regular=regular,
+        step=step,
+    )
+
+
+def _together(multipliers: Sequence[Multipliers]) -> Multipliers:
+    """The multipliers of all points (m, k).
+
+    Raises:
+        ArrayError: Not every point has as many.
+    """
+    counts = sorted({len(own) for own in multipliers})
+    if len(counts) > 1:
+        raise ArrayError(
+            "extra.multipliers", counts, "their number changes along the branch", "give as many at every point"
+        )
+    return np.array(multipliers)
+
+
+def point_of(problem: Problem, branch: Branch, index: int) -> Point:
+    """A point of a record as the run had it, to the last bit where the problem's sizes are powers of two."""
+    y = branch.points[index] / problem.sizes
+    residual, jacobian, extra = problem.at(y)
+    tangent = tangent_of(jacobian, branch.tangent[index] / problem.sizes)
+    size = relative_residual(residual, jacobian, y)
+    return Point(y, tangent, float(branch.arclength[index]), jacobian, size, int(branch.iterations[index]), (), extra)
+
+
+def joined(earlier: Branch, later: Branch, shared: int) -> Branch:
+    """An earlier run and what went on from it as one Branch.
+
+    Args:
+        earlier: The first.
+        later: The second, whose first points are the last of the first's own.
+        shared: How many these are.
+    """
+    kept = earlier.regular - shared
+    arrays: dict[str, Any] = {}
+    for name in ("points", "arclength", "tangent", "residual", "iterations", "energy", "multipliers", "error"):
+        before, after = getattr(earlier, name), getattr(later, name)
+        if after is not None and before is not None:
+            arrays[name] = np.concatenate([before[: earlier.regular], after[shared:]])
+    first = later.arclength[0]
+    return replace(
+        later,
+        **arrays,
+        events=(*(event for event in earlier.events if event.index < earlier.regular - 1), *later.events),
+        passages=(*(gap for gap in earlier.passages if gap.arclength < first), *later.passages),
+        regular=kept + later.regular,
+    )

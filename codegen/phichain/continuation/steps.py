@@ -1,0 +1,109 @@
+"""One step along a curve, no longer than what the Jacobian does on the way allows.
+
+A step is repeated at half its size when Newton fails, when the tangent turns by more than `max_angle`, when the corrector moves
+further than half the step, or when the Jacobian changes by more than `max_change` in its own units, those of the eigenvalues of
+[J; t]^-1 dJ, which no scaling of equations or unknowns changes. Below 1 the matrix [J; t] cannot have been singular on the way: so
+near an avoided crossing steps shrink with the distance from it, and the run turns with its branch. A branch point, where [J; t] is
+singular, would be approached for ever; it is stepped over, which changes the sign of det [J; t]. That sign changes too where a step jumped a gap, and then without passing through zero
+(`passage.is_crossed_smoothly`): jumping across looks perfectly smooth otherwise.
+
+Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, chapter 5 (affine covariant step control).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from phichain.continuation.engine import Engine
+from phichain.continuation.met.passage import is_crossed_smoothly
+from phichain.continuation.options import Options
+from phichain.continuation.point import Point
+from phichain.continuation.problem import Problem
+
+SHORT = 1e-4
+"""Steps below this share of step_max resolve what they cross: a change of the determinant's sign is believed there."""
+_SEEN = 0.2
+"""Changes of the Jacobian below which nothing singular is near."""
+_LEAP = 1.8
+"""Length of a step over a place where [J; t] vanishes, in distances from it; half of it stays before the place, and is refused."""
+_REACH = (4.0, 12.0)
+"""How far such a place may be, in steps: while they grow, and where they have begun to shrink on the way to it."""
+
+
+class StepTooSmallError(Exception):
+    """A run needs a step below step_min to go on."""
+
+
+def advance(problem: Problem, points: Sequence[Point], step: float, engine: Engine) -> tuple[Point, float]:
+    """The next point, and the step to try after it.
+
+    Args:
+        problem: What is continued.
+        points: The last points, newest last.
+        step: The step to try first.
+        engine: Predictor, corrector and options.
+
+    Raises:
+        StepTooSmallError: It needs a step below `step_min`.
+    """
+    options, last = engine.options, points[-1]
+    while step >= options.step_min:
+        guess = engine.predictor(points, step)
+        found = engine.corrector(problem, guess, last.tangent, options)
+        if found.converged:
+            chord = float(np.linalg.norm(found.y - last.y))
+            new = found.point(last.tangent, last.arclength + chord)
+            turn = float(np.arccos(np.clip(new.tangent @ last.tangent, -1.0, 1.0)))
+            shift = float(np.linalg.norm(found.y - guess))
+            is_near = turn <= options.max_angle and shift <= 0.5 * step and chord > 0.1 * step
+            if is_near:
+                change, is_turned, ahead = change_between(last, new)
+                is_short = step <= SHORT * options.step_max
+                is_whole = not is_turned and change <= options.max_change
+                if is_short or is_whole or (is_turned and is_crossed_smoothly(problem, last, new, engine)):
+                    return new, _next_step(step, turn, change, ahead * step, found.iterations, options)
+        step *= 0.5
+    raise StepTooSmallError
+
+
+def change_between(a: Point, b: Point) -> tuple[float, bool, float]:
+    """How far [J; t] changed from one point to the next.
+
+    Returns:
+        The spectral radius of [J_a; t_a]^-1 dJ; whether det [J; t] has another sign at b; and how far beyond b it vanishes, if it goes on as
+        from a to b, in distances from a to b, infinity where it does not.
+    """
+    bordered = np.vstack([a.jacobian, a.tangent])
+    turned = np.vstack([b.jacobian, a.tangent])
+    try:
+        step = np.linalg.solve(bordered, turned)
+    except np.linalg.LinAlgError:
+        return float("inf"), False, float("inf")
+    change = float(np.linalg.norm(step - np.eye(len(step))))
+    if change < _SEEN:
+        return change, False, float("inf")
+    left = np.linalg.eigvals(step)
+    change = float(np.max(np.abs(left - 1)))
+    # det [J_b; t_a] = det [J_b; t_b] t_a.t_b, and the tangents never turn by a right angle.
+    is_turned = bool(np.prod(left).real < 0)
+    real = left.real[(np.abs(left.imag) < 0.1 * np.abs(1 - left)) & (left.real > 0) & (left.real < 1)]
+    ahead = float(np.min(real / (1 - real))) if real.size and not is_turned else float("inf")
+    return change, is_turned, ahead
+
+
+def _next_step(step: float, turn: float, change: float, ahead: float, iterations: int, options: Options) -> float:
+    """Aim at a turn of `aim_angle` and at half the change that is allowed, both of which grow with the step.
+
+    Where [J; t] is on its way to vanish, steps that halve the distance would never arrive: the next one leaps over the place,
+    about as far beyond; if a gap is there instead of a branch point, the leap is refused and the halves go on.
+    """
+    aims = (options.aim_angle / max(turn, 1e-6), 0.5 * options.max_change / max(change, 1e-6))
+    factor = float(np.clip(min(aims), 0.5, 2.0))
+    if iterations >= options.max_iterations - 1:
+        factor = min(factor, 0.7)
+    usual = float(np.clip(step * factor, options.step_min, options.step_max))
+    leap = _LEAP * ahead
+    reach = _REACH[factor < 1] * usual
+    return leap if usual < ahead < reach and leap <= options.step_max else usual

@@ -1,0 +1,107 @@
+"""Covers: where a family runs through another one that is traversed K times in its period, and which family that is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from phichain.continuation import Branch, Engine, Options, Point, Problem, Special, start_on, walk
+from phichain.continuation.steps import StepTooSmallError
+from phichain.errors import ConvergenceError
+from phichain.orbits.modes import LinearModes
+from phichain.orbits.quarter import EPS, quarter_problem
+from phichain.system import Parameters, System, Vector
+
+_MOST: Final = 99
+"""Traversals that are looked for; they are odd, for only then is a quarter period of the one an odd number of the other's."""
+_CLOSE: Final = 1e-6
+"""Distance, in amplitudes, at which an orbit has come back."""
+_SMALL: Final = 0.03
+"""Largest angle, rad, at which a family has the frequency of its linear mode to 1e-3."""
+_STEPS: Final = 400
+_WIDEST: Final = 0.5
+"""Arclength over which it may be."""
+_FLAT: Final = 1e-8
+"""|kappa - 1| below which the brake-loss function is as good as zero."""
+
+
+def traversals(system: System, p: Parameters | None, z: Vector) -> int:
+    """How often the brake orbit z = (q_0, omega) runs through a shorter one; 1 where it does not."""
+    start, period = z[:-1], 2 * np.pi / z[-1]
+    counts = np.arange(_MOST, 2, -2)
+    found = system.propagate(
+        start, np.zeros(system.nv), 0.0, period / counts[-1], EPS, times=period / counts, **system.parameters(p)
+    )
+    size = np.max(np.abs(start))
+    gap = np.max(np.abs(found.q_at - start), axis=1) + np.max(np.abs(found.v_at), axis=1) * period / (2 * np.pi * counts)
+    back = counts[gap < _CLOSE * size]
+    return int(back[0]) if back.size else 1
+
+
+def mode_of(system: System, p: Parameters | None, modes: LinearModes, z: Vector) -> int:
+    """The linear mode that the family of the brake orbit z = (q_0, omega) starts from; 0 where that is not found.
+
+    The family is followed to small amplitudes, where it has the mode's frequency and shape.
+    """
+    nearest = int(np.argmin(np.abs(modes.omega / z[-1] - 1)))
+    problem = quarter_problem(system, p, omega=float(modes.omega[nearest]), shape=modes.shapes[:, nearest])
+    # Longer steps could leap over the rest, where the family meets the chain that hangs still.
+    engine = Engine(options=Options(step_max=0.02, tol=1e-9))
+    try:
+        start = start_on(problem, z, np.append(-z[:-1], 0.0), engine)
+        for count, point in enumerate(walk(problem, start, engine)):
+            if (mode := _is_linear(system, modes, point, problem)) or count > _STEPS:
+                return mode
+    except (ConvergenceError, StepTooSmallError):
+        pass
+    return 0
+
+
+def _is_linear(system: System, modes: LinearModes, point: Point, problem: Problem) -> int:
+    """The number of the mode that a small orbit is one of; 0 for a large one."""
+    z = point.z(problem)
+    angles = z[system.cart_size : -1]
+    if np.max(np.abs(angles)) > _SMALL:
+        return 0
+    own = modes.shapes[system.cart_size :]
+    likeness = np.abs(angles @ own) / np.linalg.norm(own, axis=0) - 1e3 * np.abs(modes.omega / z[-1] - 1)
+    return int(np.argmax(likeness)) + 1
+
+
+def named(system: System, p: Parameters | None, modes: LinearModes, event: Special) -> Special:
+    """A branch point under its own name: "cover K of mode J", or as it is."""
+    count = traversals(system, p, event.z)
+    if count == 1:
+        return event
+    shorter = np.append(event.z[:-1], count * event.z[-1])
+    mode = mode_of(system, p, modes, shorter)
+    whose = f"mode {mode}" if mode else f"an orbit of omega {count * event.z[-1]:.10g}"
+    return replace(event, kind=f"cover {count} of {whose}")
+
+
+def gathered(branch: Branch, events: Sequence[Special]) -> list[Special]:
+    """The events with one brake loss at most beside a cover, and that at the cover itself.
+
+    On a K-fold cover of an elliptic orbit mu touches 1 with both of its vectors, so that the brake is lost there; but with
+    amplitude e beside it the function whose zero that is goes as e^(K - 2): of it only rounding is left over a long stretch.
+    """
+    kept = list(events)
+    for cover in (event for event in events if event.kind.startswith("cover")):
+        beside = [event for event in kept if event.kind == "brake loss" and _is_flat(branch, event.arclength, cover.arclength)]
+        for event in beside:
+            kept.remove(event)
+        if len(beside) % 2:
+            kept.append(replace(cover, kind="brake loss"))
+    return sorted(kept, key=lambda event: event.arclength)
+
+
+def _is_flat(branch: Branch, a: float, b: float) -> bool:
+    """Whether one kappa is 1 to round-off all the way from one arclength to another."""
+    low, high = min(a, b), max(a, b)
+    if high - low > _WIDEST:
+        return False
+    between = branch.multipliers[(branch.arclength >= low) & (branch.arclength <= high)]
+    return bool(np.all(np.min(np.abs(between - 1), axis=1, initial=np.inf) < _FLAT))

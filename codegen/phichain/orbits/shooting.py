@@ -1,0 +1,128 @@
+"""Families of brake orbits, traced by shooting on the emitted Taylor flow with its variational equations."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from phichain.continuation import (
+    Branch,
+    Engine,
+    Level,
+    Options,
+    Problem,
+    TestFunction,
+    follow,
+    predictors,
+    start_on,
+)
+from phichain.continuation.core import Progress
+from phichain.errors import UnsupportedError
+from phichain.orbits.covers import gathered, named
+from phichain.orbits.modes import LinearModes
+from phichain.orbits.quarter import quarter_problem
+from phichain.orbits.symmetry import BRANCH_POINT, genuine, tests_of, told
+from phichain.orbits.targets import Target
+from phichain.system import Parameters, System, Vector
+
+NEEDED = ("propagate", "mass_matrix", "energy")
+"""Functions that shooting calls."""
+START = 1e-2
+"""Largest angle of the first point, rad: below it the digits of omega's change with amplitude are lost."""
+
+
+def lacks(system: System) -> str:
+    """What shooting misses in a system, in words; empty where it misses nothing."""
+    absent = [name for name in NEEDED if not system.has(name)]
+    if absent:
+        return f"the functions {', '.join(absent)}"
+    flow = system.scene.get("flow", {})
+    if system.scene and not flow.get("variational"):
+        return "derivatives in its flow, [flow] variational = true"
+    return "" if system.real == "double" else 'double precision, [target] real = "double"'
+
+
+def demand_shooting(system: System) -> None:
+    """Refuse a system that shooting cannot serve.
+
+    Raises:
+        UnsupportedError: It misses something.
+    """
+    if missing := lacks(system):
+        raise UnsupportedError(
+            "method", "shooting", f"system '{system.name}' lacks {missing}",
+            f"build its scene with [functions] want = {list(NEEDED)} and [flow] variational = true, or use method = \"one harmonic\"",
+        )  # fmt: skip
+
+
+def settings(options: Options | None) -> Engine:
+    """Predictor, corrector and options of a family of brake orbits."""
+    return Engine(predictors.cubic, options=options or Options(step=0.01, step_max=0.1, max_points=5000, tol=1e-9))
+
+
+def trace_shooting(
+    system: System,
+    modes: LinearModes,
+    mode: int,
+    target: Target,
+    *,
+    p: Parameters | None,
+    amplitude_start: float,
+    engine: Engine,
+    through: float,
+    earlier: Branch | None,
+    progress: Progress | None,
+) -> Branch:
+    """Follow the brake orbits that one linear mode starts.
+
+    Args:
+        system: The chain.
+        modes: Its linear modes.
+        mode: Number of the mode, from 1.
+        target: Where to end.
+        p: Runtime parameters.
+        amplitude_start: Largest angle of the first point, rad.
+        engine: Predictor, corrector and options.
+        through: Half width of gaps that are crossed.
+        earlier: A run to go on with.
+        progress: Told every new point.
+
+    Raises:
+        UnsupportedError: The system misses what shooting needs.
+        ConvergenceError: Newton did not reach the family.
+    """
+    demand_shooting(system)
+    omega, shape = float(modes.omega[mode - 1]), modes.shapes[:, mode - 1]
+    problem = quarter_problem(system, p, omega=omega, shape=shape)
+    tests = [*tests_of(problem, system.cart_size, system.links), *_ends(system, problem, target, amplitude_start, omega)]
+    name = f"{system.name}, mode {mode}, shooting"
+    first = earlier if earlier is not None else start_on(
+        problem, np.append(amplitude_start * shape, omega), _axis(shape), engine, fixed=True
+    )  # fmt: skip
+    branch = follow(problem, first, engine, tests, name, through=through, progress=progress)
+    kept = [named(system, p, modes, event) if event.kind == BRANCH_POINT else event for event in branch.events]
+    events = tuple(told(event) for event in gathered(branch, kept) if genuine(event))
+    return replace(branch, events=events)
+
+
+def _axis(shape: Vector) -> Vector:
+    """The unknown with the largest angle, which the first point keeps."""
+    direction = np.zeros(len(shape) + 1)
+    direction[int(np.argmax(np.isclose(np.abs(shape), 1.0)))] = np.sign(shape[int(np.argmax(np.isclose(np.abs(shape), 1.0)))])
+    return direction
+
+
+def _ends(system: System, problem: Problem, target: Target, start: float, omega: float) -> list[TestFunction]:
+    carts = system.cart_size
+
+    def amplitude(z: Vector) -> float:
+        return float(np.max(np.abs(z[carts:-1])))
+
+    beyond = [] if target.what == "amplitude" and target.value >= np.pi else [Level(amplitude, np.pi, "amplitude pi")]
+    return [
+        target.level(system, problem),
+        *beyond,
+        Level(amplitude, start / 2, "back at rest"),
+        Level(lambda z: float(z[-1]), 1e-3 * omega, "omega near zero"),
+    ]

@@ -1,0 +1,100 @@
+"""Events of brake orbits: where a symmetry breaks, a family turns, or stability is lost, each a simple zero of a smooth function.
+
+With the blocks of `quarter.QuarterMap`, mu = 1 where d^T a has a second null vector, mu = -1 where b^T c = d^T a - 1 has one:
+
+    det [J; t] = 0                another family of brake orbits crosses, or covers this one        (core: BranchPoint)
+    det [d v; g^T 0] = 0          orbits that never stand still branch off                          brake loss
+    dV . t = 0                    the energy turns                                                  energy extremum
+    det b = 0                     orbits odd about T/4 that are not brake orbits branch off         odd loss
+    det c = 0                     brake orbits between two unequal rests branch off                 unequal brakes
+    disc(kappa) = 0, |kappa| < 1  two pairs of multipliers meet on the unit circle                  krein
+
+On a K-fold cover of an elliptic orbit mu touches 1 with both of its vectors: the brake is lost where the families cross.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from phichain.continuation import BranchPoint, Fold, Point, Problem, Quantity, Special, TestFunction
+from phichain.continuation.events import signed
+from phichain.orbits.quarter import QuarterMap
+
+BRANCH_POINT: Final = "branch point"
+SAID: Final[dict[str, tuple[str, str]]] = {
+    "fold omega": ("no symmetry: the frequency turns", "this family"),
+    "fold amplitude": ("no symmetry: this angle turns", "this family"),
+    "energy extremum": ("no symmetry: the energy turns, and stability changes", "this family"),
+    "brake loss": ("the rest: orbits beside it never stand still", "orbits with theta(t + T/2) = -theta(t), over a half period"),
+    "odd loss": ("the rest and theta(t + T/2) = -theta(t)", "orbits odd about T/4, over a full period"),
+    "unequal brakes": ("theta(t + T/2) = -theta(t)", "brake orbits between two unequal rests, over a half period"),
+    "krein": ("no symmetry: two pairs of multipliers leave the unit circle", "this family; tori branch off"),
+    "cover": ("the shorter period of the family that it covers", "that family, over its own quarter period"),
+    BRANCH_POINT: ("no symmetry: another family of brake orbits crosses", "brake orbits, over a quarter period"),
+}
+"""What every kind of event breaks, and which problem goes on beyond it."""
+
+
+def _of(point: Point) -> QuarterMap:
+    found: QuarterMap = point.extra.found
+    return found
+
+
+def brake_loss(point: Point) -> float:
+    """det [d v; g^T 0], v and g the null vectors that d has on every orbit."""
+    blocks = _of(point)
+    size = len(blocks.force)
+    bordered = np.zeros((size + 1, size + 1))
+    bordered[:size, :size], bordered[:size, size], bordered[size, :size] = blocks.d, blocks.rate, blocks.force
+    return signed(bordered)
+
+
+def discriminant(point: Point) -> float:
+    """prod (kappa_i - kappa_j)^2 over all pairs: real, and smooth where two meet."""
+    kappa = point.multipliers
+    rows, columns = np.triu_indices(len(kappa), 1)
+    return float(np.prod((kappa[rows] - kappa[columns]) ** 2).real)
+
+
+def tests_of(problem: Problem, carts: int, links: int) -> list[TestFunction]:
+    """The test functions of a family of brake orbits."""
+
+    def energy_slope(point: Point) -> float:
+        return float(_of(point).slope @ point.slope(problem)[carts:-1])
+
+    several: list[TestFunction] = [
+        Quantity(brake_loss, "brake loss"),
+        Quantity(lambda point: signed(_of(point).b), "odd loss"),
+        Quantity(lambda point: signed(_of(point).c), "unequal brakes"),
+        BranchPoint(BRANCH_POINT),
+    ]
+    return [
+        Fold(name="fold omega"),
+        *(Fold(carts + k, f"fold amplitude {k + 1}") for k in range(links)),
+        Quantity(energy_slope, "energy extremum"),
+        *(several if links > 1 else []),
+        *([Quantity(discriminant, "krein")] if links > 2 else []),
+    ]
+
+
+def told(event: Special) -> Special:
+    """The event with what it breaks and what goes on beyond."""
+    word = event.kind.split(" of ")[0].rstrip("0123456789 ")
+    breaks, continues = SAID.get(word, ("", ""))
+    return replace(event, breaks=breaks, continues=continues)
+
+
+def genuine(event: Special) -> bool:
+    """False where two kappa meet off the interval from -1 to 1: no stability is lost where there was none."""
+    return event.kind != "krein" or _meets_inside(event)
+
+
+def _meets_inside(event: Special) -> bool:
+    """Whether the two kappa that are closest lie inside the interval from -1 to 1."""
+    kappa = event.multipliers
+    rows, columns = np.triu_indices(len(kappa), 1)
+    closest = int(np.argmin(np.abs(kappa[rows] - kappa[columns])))
+    return bool(abs(kappa[rows[closest]].real) < 1)

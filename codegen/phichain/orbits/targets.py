@@ -1,0 +1,92 @@
+"""Where a family is to be followed to: one quantity of the start that has to reach a value, and to lie exactly there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from phichain.continuation import Level, Problem
+from phichain.errors import ArrayError
+from phichain.system import System, Vector
+from phichain.system.arrays import number
+
+_REMEDY = 'write for example "theta_1=2.5", "amplitude=2.5", "omega=3" or "energy=1.5"'
+
+
+@dataclass(frozen=True)
+class Target:
+    """A quantity and its value.
+
+    Attributes:
+        what: "theta_K", "amplitude" (the largest angle), "omega" or "energy".
+        value: rad, rad/s or J.
+        name: What the end is called; "WHAT = VALUE" unless said.
+    """
+
+    what: str
+    value: float
+    name: str = ""
+
+    def __str__(self) -> str:
+        return self.name or f"{self.what} = {self.value!r}"
+
+    def level(self, system: System, problem: Problem) -> Level:
+        """The terminal test of a family with unknowns (q_0, omega)."""
+        scalar, held = self._scalar(system, problem)
+        return Level(scalar, self.value, str(self), held=held)
+
+    def _scalar(
+        self, system: System, problem: Problem
+    ) -> tuple[Callable[[Vector], float], Callable[[Vector], tuple[int, float]] | None]:
+        carts, value = system.cart_size, self.value
+        if self.what == "omega":
+            return (lambda z: float(z[-1])), (lambda z: (len(z) - 1, value))
+        if self.what == "energy":
+            assert problem.energy is not None
+            return problem.energy, None
+        if self.what == "amplitude":
+
+            def largest(z: Vector) -> tuple[int, float]:
+                k = carts + int(np.argmax(np.abs(z[carts:-1])))
+                return k, float(np.copysign(value, z[k]))
+
+            return (lambda z: float(np.max(np.abs(z[carts:-1])))), largest
+        at = carts + int(self.what.removeprefix("theta_")) - 1
+        return (lambda z: float(z[at])), (lambda z: (at, value))
+
+
+def target_of(system: System, until: Any) -> Target | None:
+    """The target of `until`: "WHAT=VALUE", {"WHAT": VALUE}, ("WHAT", VALUE), or None.
+
+    Raises:
+        ArrayError: It is none of these, names no quantity of the family, or a value that is no number or never reached.
+    """
+    if until is None or isinstance(until, Target):
+        return until
+    if isinstance(until, str):
+        what, equals, text = until.partition("=")
+        pair: Any = (what.strip(), text) if equals else ()
+    elif isinstance(until, Mapping):
+        pair = next(iter(until.items())) if len(until) == 1 else ()
+    else:
+        pair = tuple(until) if isinstance(until, tuple | list) else ()
+    if len(pair) != 2:
+        raise ArrayError("until", until, "is no WHAT=VALUE", _REMEDY)
+    what, value = pair
+    known = [f"theta_{k + 1}" for k in range(system.links)] + ["amplitude", "omega", "energy"]
+    if what not in known:
+        raise ArrayError("until", what, f"is no quantity of this family, which has {', '.join(known)}", _REMEDY)
+    try:
+        value = float(value) if isinstance(value, str) else number("until", value, "give a finite value")
+    except ValueError:
+        value = float("nan")
+    if not np.isfinite(value):
+        raise ArrayError("until", until, "has no finite value", _REMEDY)
+    if what in ("amplitude", "omega", "energy") and value <= 0:
+        raise ArrayError("until", until, f"is never reached: {what} is positive", _REMEDY)
+    if what == "energy" and not system.has("energy"):
+        raise ArrayError("until", until, "needs the energy of the chain", 'add "energy" to [functions] want of the scene')
+    return Target(what, value)

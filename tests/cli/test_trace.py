@@ -1,0 +1,124 @@
+"""phichain trace: families on file, targets, runs that go on, and what is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from phichain.app import cli_trace
+from phichain.app.cli_trace import carrying, progress_line
+from phichain.continuation import Branch
+from phichain.scene.library import find_scene
+from tests.cli.conftest import Command
+
+PENDULUM = """name = "one"
+[chain]
+links = 1
+mass = 2.0
+length = 0.5
+gravity = "runtime"
+[functions]
+want = ["forward_dynamics"]
+"""
+
+
+def test_a_family_ends_on_its_target(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "one.toml").write_text(PENDULUM)
+    answer = command("trace", "one.toml", "--set", "gravity=9.81", "--until", "theta_1=1.5", "--out", "f.json", "--out", "f.csv", "--out", "f.png")
+    assert answer.code == 0, answer.err
+    found = json.loads((tmp_path / "f.json").read_text())
+    assert found["points"][-1]["start"]["q"] == [1.5] and found["method"] == "shooting"
+    # reference/limit_cycles.json: the frequency of a pendulum of half a metre at 1.5 rad.
+    assert found["points"][-1]["omega"] == pytest.approx(3.812018988865347, rel=1e-15)
+    assert found["digest"] == find_scene("one.toml").digest
+    assert (tmp_path / "f.png").stat().st_size > 10_000
+
+
+def test_a_run_goes_on_where_another_ended(command: Command, tmp_path: Path) -> None:
+    straight = command("trace", "planar1", "--until", "omega=4", "--out", "whole.json")
+    assert straight.code == 0, straight.err
+    assert command("trace", "planar1", "--until", "omega=4", "--max-points", 8, "--out", "part.json").code == 0
+    assert command("trace", "planar1", "--until", "omega=4", "--resume", "part.json", "--out", "rest.json").code == 0
+    assert (tmp_path / "rest.json").read_text() == (tmp_path / "whole.json").read_text()
+
+
+def test_a_target_never_reached_is_no_failure(command: Command) -> None:
+    answer = command("trace", "planar1", "--until", "omega=9", "--max-points", 10)
+    assert answer.code == 0 and "omega = 9.0 was not reached" in answer.out
+
+
+def test_one_harmonic_says_how_far_it_is_off(command: Command, tmp_path: Path) -> None:
+    answer = command("trace", "planar1", "--method", "one harmonic", "--until", "amplitude=2", "--out", "f.json")
+    assert answer.code == 0, answer.err
+    found = json.loads((tmp_path / "f.json").read_text())
+    assert found["method"] == "one harmonic" and found["points"][-1]["kappa"] == []
+    assert 1e-3 < found["points"][-1]["error"] < 0.1 and found["points"][0]["error"] < 1e-6
+
+
+def test_control_c_leaves_a_file_to_go_on_from(command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    told = []
+
+    def impatient(carts: int):
+        def tell(point, step) -> None:
+            told.append(point)
+            if len(told) == 5:
+                raise KeyboardInterrupt
+
+        return tell
+
+    monkeypatch.setattr(cli_trace, "progress_line", impatient)
+    answer = command("trace", "planar1", "--until", "theta_1=1", "--out", "f.json")
+    assert answer.code == 130 and "interrupted" in answer.out
+    branch = Branch.from_json(tmp_path / "f.json")
+    assert branch.status == "interrupted" and len(branch) == 6 and branch.regular == 6
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (("--mode", 3), "mode"),
+        (("--method", "harmonics"), "shooting"),
+        (("--method", "guessing"), "method"),
+        (("--switch",), "switch"),
+        (("--until", "theta_7=1"), "theta_1"),
+        (("--until", "amplitude=1", "--amplitude-max", 2), "amplitude_max"),
+        (("--through", -1), "through"),
+        (("--resume", "nothing.json"), "nothing.json"),
+        (("--out", "f.pdf"), "json"),
+        (("--step-max", 0), "step_max"),
+    ],
+)
+def test_what_is_refused_is_one_line(command: Command, options: tuple, says: str) -> None:
+    answer = command("trace", "planar1", *options)
+    assert answer.code == 2 and answer.err.count("\n") == 1 and says in answer.err
+
+
+def test_a_damped_scene_is_told_what_there_is(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "damped.toml").write_text(PENDULUM.replace('"runtime"', "9.81") + "[joints]\ndamping = 0.1\n")
+    answer = command("trace", "damped.toml")
+    assert answer.code == 2 and "come to rest" in answer.err and answer.err.count("\n") == 1
+
+
+def test_the_scene_that_is_shot_is_the_same_chain() -> None:
+    scene = find_scene("planar2")
+    other = carrying(scene)
+    assert other.variational and {"propagate", "mass_matrix", "energy", *scene.want} == {*other.want}
+    assert (other.mass, other.length, other.com, other.angles, other.name) == (
+        scene.mass, scene.length, scene.com, scene.angles, scene.name,
+    )  # fmt: skip
+
+
+def test_progress_is_for_terminals(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    assert progress_line(0) is None
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    tell = progress_line(0)
+    assert tell is not None
+
+    class Somewhere:
+        y, arclength = np.array([0.5, -0.75, 1.0]), 2.0
+
+    tell(Somewhere(), 0.01)
+    assert "amplitude 0.7500 rad" in capsys.readouterr().err

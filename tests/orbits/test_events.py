@@ -1,0 +1,121 @@
+"""Events of families of brake orbits: where they are, whatever the step, and that what they say breaks does break."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from phichain.continuation import Branch, Options
+from phichain.orbits import trace
+from phichain.orbits.covers import traversals
+from tests.orbits.shot import uniform
+
+STABILITY = ("energy extremum", "brake loss", "odd loss", "unequal brakes")
+
+
+def two_links(step_max: float) -> Branch:
+    options = Options(step=0.01, step_max=step_max, max_points=5000, tol=1e-9)
+    return trace(uniform(2), until="theta_1=-2.5", options=options)
+
+
+@pytest.fixture(scope="module")
+def in_phase() -> Branch:
+    return two_links(0.1)
+
+
+def test_two_links_in_phase_through_both_folds(in_phase: Branch) -> None:
+    """theta = (-2.5, 0.746), T = 2.27931277388, by a quadruple-precision integration of others."""
+    z = in_phase.points[-1]
+    assert z[0] == -2.5 and z[1] == pytest.approx(0.746, abs=5e-4)
+    assert 2 * np.pi / z[2] == pytest.approx(2.27931277388, abs=1e-11)  # as many digits as are printed there
+    counts = {kind: len(in_phase.located(kind)) for kind in (*STABILITY, "fold omega", "cover 3 of mode 2", "branch point")}
+    assert counts == {
+        "energy extremum": 2, "brake loss": 2, "odd loss": 1, "unequal brakes": 1, "fold omega": 2, "cover 3 of mode 2": 1,
+        "branch point": 0,
+    }  # fmt: skip
+    (fold,) = in_phase.located("fold amplitude 1")
+    assert fold.z[0] == pytest.approx(1.4053, abs=5e-5)
+    assert all(event.breaks and event.continues for event in in_phase.events[:-1])
+    assert np.max(in_phase.error) < 1e-11
+
+
+def test_the_cover_is_where_the_literature_has_it(in_phase: Branch) -> None:
+    (cover,) = in_phase.located("cover 3 of mode 2")
+    assert cover.z == pytest.approx([-0.221977632259, 0.742328618792, 3.983985870022], abs=2e-12)
+    assert in_phase.located("brake loss")[0].z == pytest.approx(cover.z, abs=1e-11)
+    assert traversals(uniform(2), None, cover.z) == 3
+
+
+@pytest.mark.parametrize("step_max", [0.02, 0.5])
+def test_events_do_not_depend_on_the_step(in_phase: Branch, step_max: float) -> None:
+    other = two_links(step_max)
+    assert [event.kind for event in other.events] == [event.kind for event in in_phase.events]
+    for a, b in zip(in_phase.events, other.events, strict=True):
+        assert a.z == pytest.approx(b.z, abs=1e-11)
+
+
+def test_multipliers_are_at_one_and_minus_one_where_events_say(in_phase: Branch) -> None:
+    for event in in_phase.events:
+        if event.kind in STABILITY:
+            sign = -1 if event.kind in ("odd loss", "unequal brakes") else 1
+            assert event.multipliers[0] == pytest.approx(sign, abs=1e-9)
+
+
+def test_what_an_event_breaks_is_broken_beside_it(in_phase: Branch) -> None:
+    """Perturbations of the kind said, rates or angles, come back after T/2 with the sign said, and the flow's own besides."""
+    system = uniform(2)
+    for kind, part, sign in (("brake loss", slice(2, 4), -1), ("odd loss", slice(2, 4), 1), ("unequal brakes", slice(0, 2), 1)):
+        event = in_phase.located(kind)[-1]
+        half = system.propagate(event.z[:-1], np.zeros(2), 0.0, np.pi / event.z[-1], 1e-16, transition=np.eye(4)).transition
+        sizes = np.linalg.svd((half - sign * np.eye(4))[:, part], compute_uv=False)
+        # The flow itself changes the rates, and turns them round in half a period.
+        own = 1 if kind == "brake loss" else 0
+        assert np.all(sizes[len(sizes) - 1 - own :] < 1e-8) and np.all(sizes[: len(sizes) - 1 - own] > 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("links", "mode", "joint", "fold"),
+    [(3, 1, 1, 0.7336), (3, 2, 3, 0.5283), (3, 3, 3, 1.594), (4, 2, 4, 0.4797), (4, 3, 4, 0.1529), (4, 4, 4, 0.6927)],
+)
+def test_first_folds(links: int, mode: int, joint: int, fold: float) -> None:
+    branch = trace(uniform(links), mode, until=f"amplitude={max(1.3 * fold, fold + 0.3):.3f}", options=None, limits={"max_points": 400})
+    found = [abs(event.z[joint - 1]) for event in branch.located(f"fold amplitude {joint}")]
+    # As many digits as are printed, cut off.
+    assert min(abs(np.array(found) - fold)) < (1e-3 if fold > 1 else 1e-4)
+
+
+def test_krein_collisions() -> None:
+    branch = trace(uniform(4), 2, until="amplitude=0.65")
+    first, second = branch.located("krein")
+    assert first.z[-1] == pytest.approx(8.4062022372, rel=1e-10) and second.z[-1] == pytest.approx(8.3140601081, rel=1e-10)
+    for event in (first, second):
+        kappa = event.multipliers[np.abs(event.multipliers) < 1]
+        assert np.min(np.abs(np.diff(np.sort_complex(kappa)))) < 1e-5
+
+
+def test_a_cover_of_high_order_has_one_brake_loss() -> None:
+    """Beside the ninefold cover of N = 3 the function goes as the seventh power of the distance: round-off far around."""
+    branch = trace(uniform(3), 1, until="theta_1=-0.3")
+    (cover,) = branch.located("cover 9 of mode 3")
+    (loss,) = branch.located("brake loss")
+    assert loss.z.tolist() == cover.z.tolist()
+    assert traversals(uniform(3), None, cover.z) == 9
+
+
+def test_the_gap_is_named_and_turned_at() -> None:
+    branch = trace(uniform(4), 1, until="theta_4=-0.05", limits={"step_max": 0.05})
+    (gap,) = branch.passages
+    assert gap.z[0] == pytest.approx(0.33630, abs=2e-5) and gap.width == pytest.approx(5.5e-5, rel=0.2) and not gap.is_crossed
+    assert not branch.located("branch point")
+
+
+def test_the_gap_is_crossed_on_request() -> None:
+    """The backbone has its first fold at theta_1 = 0.7239; two step limits a factor 25 apart agree."""
+    folds = []
+    for step_max in (0.1, 0.004):
+        branch = trace(uniform(4), 1, until="theta_3=-0.053", through=1e-4, limits={"step_max": step_max})
+        gap = branch.passages[0]
+        assert gap.is_crossed and gap.width == pytest.approx(5.5e-5, rel=0.2)
+        folds.append(branch.located("fold amplitude 1")[0].z)
+    assert folds[0][0] == pytest.approx(0.7239, abs=5e-5)
+    assert folds[0] == pytest.approx(folds[1], abs=1e-11)
