@@ -88,6 +88,7 @@ class Account:
         whole = np.cumsum(integrals.sum(axis=1), axis=0)
         before = np.concatenate([np.zeros((1, 2)), whole[:-1]])
         part = np.einsum("mj,mjk->mk", legendre.legvander(inside, MANY), integrals[step])
+        part[inside == -1.0] = 0.0  # which a sum over the series is to round-off alone
         work, loss = (before[step] + part).T
         return work, loss
 

@@ -114,7 +114,7 @@ class Trajectory(Held):
 
     def __str__(self) -> str:
         counts = ", ".join(f"{value} {name}" for name, value in self.counts.items())
-        drift = "" if self.energy is None else f", {self.energy_error}"
+        drift = "" if self.energy is None else f", {self.energy_words}"
         return (
             f"{self.name}: {self.status}, t = {self.t[0]:g} .. {self.t[-1]:g} s in {len(self.t)} points by "
             f"{self.method} ({counts}){drift}\n  {self.reason}"
@@ -149,7 +149,7 @@ class Trajectory(Held):
         return float("nan") if self.balance is None else float(np.max(np.abs(self.balance)))
 
     @property
-    def energy_error(self) -> str:
+    def energy_words(self) -> str:
         """How well the energy's books were kept, in words: by its drift where nothing is done or lost, else by the balance."""
         if self.work is None or self.loss is None:
             return f"energy drift {self.energy_drift:.2e} J"
