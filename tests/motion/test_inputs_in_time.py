@@ -78,6 +78,17 @@ def test_other_methods_break_where_the_table_does(method: str) -> None:
     assert np.max(np.abs(run.x[-1] - exact)) < 1e-6
 
 
+@pytest.mark.parametrize("method", ["taylor", "rosenbrock"])
+def test_a_push_from_the_hanging_rest(method: str) -> None:
+    """Where the whole state is zero an error relative to it has no scale; a link with torque 0.5 N m is an exact quadrature."""
+    for outputs in ([0.0, 1.0], np.linspace(0.0, 1.0, 5)):
+        run = simulate(pendulum(), [0.0, 0.0], outputs, method, 1e-10, u=[0.5])
+        energy = 0.8 * 0.6**2 / 2 * run.v[:, 0] ** 2 + 0.8 * 9.81 * 0.6 * (1 - np.cos(run.q[:, 0]))
+        assert np.max(np.abs(energy - 0.5 * run.q[:, 0])) < 1e-10 and run.q[-1, 0] > 0.1
+    rest = simulate(pendulum(), [0.0, 0.0], [0.0, 1.0], method, 1e-10, u=[0.0])
+    assert not rest.x.any()
+
+
 def test_backwards_through_a_table_returns_to_the_start() -> None:
     there = simulate(pendulum(), SWING, [0.0, 1.5], u=TORQUES)
     back = simulate(pendulum(), there.x[-1], [1.5, 0.0], u=TORQUES)

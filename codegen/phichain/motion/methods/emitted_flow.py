@@ -25,6 +25,8 @@ from phichain.system.propagation import Propagation
 
 P = TypeVar("P", bound=Propagation)
 
+#: As good as zero, rad and rad/s, and yet not zero.
+SMALLEST: Final = {"double": 1e-300, "float": 1e-30}
 #: Steps after which a watched run comes back to report progress.
 _REPORTED: Final = 1000
 #: Steps that are asked once more in one call: a chaotic motion leaves no other one in so few.
@@ -85,8 +87,11 @@ class EmittedFlow(Generic[P]):
 
     def once(self, t: float, x: Vector, t_end: float, **options: Any) -> P:
         """One call that leaves nothing behind."""
-        nq = self.system.nq
-        found: P = self.propagate(x[:nq], x[nq:], t, t_end, self.tol, **{**self.fixed, **options})
+        nq, given = self.system.nq, {**self.fixed, **options}
+        if not x.any() and np.any(given.get("u", 0.0)):
+            # The flow measures its errors by the state, and against none a push from the hanging rest is infinitely large.
+            x = np.full(len(x), SMALLEST[self.system.real])
+        found: P = self.propagate(x[:nq], x[nq:], t, t_end, self.tol, **given)
         return found
 
 
