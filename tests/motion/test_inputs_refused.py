@@ -151,7 +151,7 @@ def test_chance_and_clocks_are_no_functions_of_time_and_state() -> None:
 
 def test_pure_laws_are_left_in_peace_even_where_round_off_differs() -> None:
     last = iter(range(10**6))
-    shaky = lambda t, x: [0.1 * x[0] * (1 + 1e-16 * (next(last) % 7))]  # noqa: E731
+    shaky = lambda t, x: [0.1 * x[0] * (1 + 1e-16 * (next(last) % 7))]
     assert simulate(pendulum(), [0.4, 0.0], [0.0, 1.0], u=shaky).status == "complete"
 
 
