@@ -31,6 +31,7 @@ def still(t: float, x: np.ndarray) -> list[float]:
         ({"u": {"torque_1": Table([0.0, 1.0], [[1, 2], [3, 4]])}}, ArrayError, r"u\.torque_1\.values"),
         ({"u": {"torque_2": 1.0}}, ArrayError, "torque_2.*did you mean torque_1"),
         ({"u": {"force": 1.0}}, ArrayError, "is the name of no input"),
+        ({"u": {}}, ArrayError, "names no input"),
         ({"u": {3: 1.0}}, ArrayError, "is the name of no input"),
         ({"u": {"torque_1": [1.0, 2.0]}}, ArrayError, "finite number"),
         ({"u": {"torque_1": np.nan}}, ArrayError, "finite number"),

@@ -7,6 +7,8 @@ integrals from the step's start to anywhere within, exact for polynomials of twi
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from itertools import groupby
 from typing import Final
 
 import numpy as np
@@ -19,9 +21,9 @@ from phichain.system.power import is_lossy, powers
 #: Points in a step of an emitted flow: its series converge to seven times as far as the step goes, and this many leave 1e-17.
 MANY: Final = 12
 #: Points in a step of other methods, whose interpolants are of order 8 at most.
-FEW: Final = 7
-#: Points that are kept before their powers are computed, all at once.
-BLOCK: Final = 4096
+FEW: Final = 5
+#: Points that wait at most before their powers are computed.
+MOST_WAITING: Final = 8192
 
 
 class _Rule:
@@ -39,40 +41,50 @@ class _Rule:
 RULES: Final = {count: _Rule(count) for count in (FEW, MANY)}
 
 
+@dataclass(frozen=True, eq=False)
+class _Block:
+    """Steps that were booked together: their ends (k + 1,), and states and inputs at `count` points of each."""
+
+    knots: Vector
+    count: int
+    states: Vector
+    inputs: Vector
+
+
 class Account:
     """Work and loss along one run, booked step by step."""
 
     def __init__(self, system: System, p: Parameters | None) -> None:
         """Open the books of a chain."""
         self.system, self.p = system, p
-        self._waiting: list[tuple[Vector, Vector, Vector, Vector]] = []
+        self._waiting: list[_Block] = []
         self._points = 0
         self._starts: list[Vector] = []
         self._widths: list[Vector] = []
         self._integrals: list[Vector] = []
 
-    def points(self, start: float, stop: float, count: int) -> Vector:
-        """Times (count,) within a step at which `book` wants the states."""
-        times: Vector = start + (stop - start) * RULES[count].fractions
+    def points(self, knots: Vector, count: int) -> Vector:
+        """Times (k count,) within the k steps between knots at which `book` wants the states."""
+        times: Vector = (knots[:-1, None] + np.diff(knots)[:, None] * RULES[count].fractions).ravel()
         return times
 
-    def book(self, start: float, stop: float, times: Vector, states: Vector, control: Control | Vector) -> None:
-        """Enter one step.
+    def book(self, knots: Vector, count: int, states: Vector, control: Control | Vector) -> None:
+        """Enter steps that follow one another.
 
         Args:
-            start: Its start, s.
-            stop: Its end, s.
-            times: The points of it (count,), s.
-            states: The states there (count, nx).
-            control: The input during the step: one vector, or u(t, x).
+            knots: Where they begin and end (k + 1,), s.
+            count: Points in each.
+            states: The states at `points` (k count, nx).
+            control: The input meanwhile: one vector, or u(t, x).
         """
         if callable(control):
-            u = np.array([control(float(t), x) for t, x in zip(times, states, strict=True)]).reshape(len(times), -1)
+            times = self.points(knots, count).tolist()
+            u = np.array([control(t, x) for t, x in zip(times, states, strict=True)]).reshape(len(times), -1)
         else:
-            u = np.broadcast_to(control, (len(times), self.system.nu))
-        self._waiting.append((np.array([start, stop]), times, states, u))
-        self._points += len(times)
-        if self._points >= BLOCK:
+            u = np.broadcast_to(control, (len(states), self.system.nu))
+        self._waiting.append(_Block(knots, count, states, u))
+        self._points += len(states)
+        if self._points >= MOST_WAITING:
             self._settle()
 
     def at(self, t: Vector) -> tuple[Vector, Vector]:
@@ -80,36 +92,38 @@ class Account:
         self._settle()
         if not self._starts:
             return np.zeros(len(t)), np.zeros(len(t))
-        starts, widths = np.concatenate(self._starts), np.concatenate(self._widths)
+        starts, widths, integrals = map(np.concatenate, (self._starts, self._widths, self._integrals))
         way = 1.0 if widths[0] >= 0 else -1.0
         step = np.clip(np.searchsorted(way * starts, way * t, side="right") - 1, 0, len(starts) - 1)
         inside = np.clip(2 * (t - starts[step]) / widths[step] - 1, -1.0, 1.0)
-        integrals = np.concatenate(self._integrals)
         whole = np.cumsum(integrals.sum(axis=1), axis=0)
-        before = np.concatenate([np.zeros((1, 2)), whole[:-1]])
-        part = np.einsum("mj,mjk->mk", legendre.legvander(inside, MANY), integrals[step])
-        part[inside == -1.0] = 0.0  # which a sum over the series is to round-off alone
-        work, loss = (before[step] + part).T
+        result = np.concatenate([np.zeros((1, 2)), whole])[step + (inside == 1.0)]
+        part = np.flatnonzero(np.abs(inside) < 1)
+        if part.size:
+            result[part] += np.einsum("mj,mjk->mk", legendre.legvander(inside[part], MANY), integrals[step[part]])
+        work, loss = result.T
         return work, loss
 
     def _settle(self) -> None:
-        """Compute the powers of what waits, and integrate them step by step."""
+        """Compute the powers of what waits, all at once, and integrate them step by step."""
         if not self._waiting:
             return
-        spans, times, states, inputs = zip(*self._waiting, strict=True)
+        waiting, self._waiting, self._points = self._waiting, [], 0
         with np.errstate(all="ignore"):  # a run that leaves the finite numbers is told elsewhere
-            flow = powers(self.system, np.concatenate(states), np.concatenate(inputs), self.p)
+            flow = powers(
+                self.system, np.concatenate([block.states for block in waiting]),
+                np.concatenate([block.inputs for block in waiting]), self.p,
+            )  # fmt: skip
         both, at = np.stack([flow.work, flow.loss], axis=-1), 0
-        integrals = np.zeros((len(spans), MANY + 1, 2))
-        for k, (span, points) in enumerate(zip(spans, times, strict=True)):
-            count = len(points)
-            integrals[k, : count + 1] = (span[1] - span[0]) * (RULES[count].integral @ both[at : at + count])
-            at += count
-        ends = np.array(spans)
-        self._starts.append(ends[:, 0])
-        self._widths.append(ends[:, 1] - ends[:, 0])
-        self._integrals.append(integrals)
-        self._waiting, self._points = [], 0
+        for count, blocks in groupby(waiting, lambda block: block.count):
+            spans = [(block.knots[:-1], np.diff(block.knots)) for block in blocks]
+            starts, widths = (np.concatenate(part) for part in zip(*spans, strict=True))
+            powers_of = both[at : at + count * len(starts)].reshape(-1, count, 2)
+            at += count * len(starts)
+            integrals = np.zeros((len(starts), MANY + 1, 2))
+            integrals[:, : count + 1] = widths[:, None, None] * (RULES[count].integral @ powers_of)
+            for known, more in ((self._starts, starts), (self._widths, widths), (self._integrals, integrals)):
+                known.append(more)
 
 
 def opened(system: System, p: Parameters | None, u: Vector | None, is_driven: bool) -> Account | None:

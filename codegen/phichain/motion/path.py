@@ -40,6 +40,7 @@ class Segment(Held):
         x1: State at the end.
         dense: Makes the state at any time within it; called only when someone looks inside.
         parts: Into how many pieces it is cut to look for events.
+        takes_many: Whether what `dense` makes takes an array of times too, and gives one column for each.
         looks: States at several times within it at once, where that is one call and as exact as the step itself.
         control: u(t, x) during the step; None where the problem's own input says it.
     """
@@ -49,6 +50,7 @@ class Segment(Held):
     x1: Vector
     dense: Callable[[], StateAt]
     parts: int = 4
+    takes_many: bool = False
     looks: StatesAt | None = None
     control: Control | None = None
 
@@ -188,9 +190,13 @@ def _book(account: Account, problem: Problem, segment: Segment, inside: _Inside,
     control = segment.control or problem.control or (lambda t, x: np.empty(0))
     if stop == segment.t0:
         return
-    times = account.points(segment.t0, stop, FEW if segment.looks is None else MANY)
-    states = np.array([inside(t) for t in times.tolist()]) if segment.looks is None else segment.looks(times)
-    account.book(segment.t0, stop, times, states, control)
+    knots = np.array([segment.t0, stop])
+    if segment.looks is not None:
+        account.book(knots, MANY, segment.looks(account.points(knots, MANY)), control)
+        return
+    at, times = inside.make(), account.points(knots, FEW)
+    states = np.asarray(at(times)).T if segment.takes_many else np.array([at(t) for t in times.tolist()])
+    account.book(knots, FEW, states, control)
 
 
 def _knots(segment: Segment, problem: Problem) -> list[float]:

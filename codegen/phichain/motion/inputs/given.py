@@ -115,6 +115,8 @@ def _signal(system: System, u: Any, span: tuple[float, float], limits: Limits | 
 
 
 def _by_name(system: System, given: Mapping[Any, Any], span: tuple[float, float], limits: Limits | None) -> Signal:
+    if not given:
+        raise ArrayError("u", given, "names no input", "name one, or leave u out")
     parts = []
     for name, u in given.items():
         at, field = (position(system, "u", name),), f"u.{name}"

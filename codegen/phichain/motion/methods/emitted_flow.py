@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 from typing import Any, Final, Generic, TypeVar
 
 import numpy as np
@@ -218,15 +217,12 @@ def _book(run: EmittedFlow[P], stretches: list[Stretch], ledger: Ledger) -> None
             ends, states = found.t_at, np.concatenate((found.q_at, found.v_at), axis=1)
         knots, starts = np.concatenate([[stretch.t], ends]), np.concatenate([stretch.x[None], states])
         for first in range(0, len(ends), _BOOKED):
-            last = min(first + _BOOKED, len(ends))
-            within = [ledger.account.points(*pair, MANY) for pair in pairwise(knots[first : last + 1].tolist())]
-            found = run.once(float(knots[first]), starts[first], float(knots[last]), times=np.concatenate(within), u=u)
-            looked = np.concatenate((found.q_at, found.v_at), axis=1)
-            if len(looked) < MANY * len(within):  # it left the finite numbers
+            within = knots[first : first + _BOOKED + 1]
+            points = ledger.account.points(within, MANY)
+            found = run.once(float(within[0]), starts[first], float(within[-1]), times=points, u=u)
+            if len(found.q_at) < len(points):  # it left the finite numbers
                 return
-            for k, times in enumerate(within):
-                begin, end = knots[first + k : first + k + 2].tolist()
-                ledger.account.book(begin, end, times, looked[k * MANY : (k + 1) * MANY], u)
+            ledger.account.book(within, MANY, np.concatenate((found.q_at, found.v_at), axis=1), u)
 
 
 def dense(at: StateAt) -> Callable[[], StateAt]:

@@ -50,7 +50,7 @@ def _steps(problem: Problem, name: str) -> Iterator[Segment]:
         if solver.t == solver.t_old:
             # LSODA reports success with steps of length zero when it cannot go on.
             raise StalledError(f"{name} could not keep tol {problem.tol:g}: its step size fell to zero")
-        yield Segment(float(solver.t_old), float(solver.t), solver.y.copy(), solver.dense_output)
+        yield Segment(float(solver.t_old), float(solver.t), solver.y.copy(), solver.dense_output, takes_many=True)
 
 
 def _solver(problem: Problem, name: str) -> OdeSolver:
