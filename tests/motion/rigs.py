@@ -33,6 +33,15 @@ def cart_pole() -> System:
 
 
 @cache
+def single_cart_pole() -> System:
+    """The same in single precision."""
+    chain = {"links": 1, "mass": 1.0, "length": 0.5, "base": "cart", "cart_mass": 1.0}
+    functions = {"want": ["forward_dynamics", "energy", "propagate", "propagate_stiff"]}
+    scene = {"name": "sampled_cart_float", "chain": chain, "functions": functions, "target": {"real": "float"}}
+    return build(scene_from_dict(scene), prove=False)
+
+
+@cache
 def globe() -> System:
     """Two damped links in space on a cart."""
     chain = {"links": 2, "space": "spatial", "mass": [0.5, 0.3], "length": [0.4, 0.5], "base": "cart", "cart_mass": 0.7}

@@ -68,6 +68,13 @@ def test_books_do_not_depend_on_the_outputs() -> None:
     assert again.balance_error < 3e-14
 
 
+def test_books_are_kept_step_by_step_whatever_is_asked_on_the_way() -> None:
+    """As many outputs as steps, all in the last tenth: what was passed is not what was stepped."""
+    steps = simulate(pair(damping=0.05), START, [0.0, 1.0], "taylor", u=[0.3, 0.1]).counts["steps"]
+    late = np.concatenate([[0.0], np.linspace(0.9, 1.0, steps)])
+    assert simulate(pair(damping=0.05), START, late, "taylor", u=[0.3, 0.1]).balance_error < 1e-14
+
+
 def test_a_damped_chain_in_space_on_a_pushed_cart() -> None:
     q = np.array([0.0, 0.0, 0.6, 0.0, 0.8, 0.0, 0.6, 0.8])
     v = np.array([0.1, 0.2, 0.0, 1.0, 0.0, 0.5, 0.0, 0.0])

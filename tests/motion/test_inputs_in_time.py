@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from phichain.control import feedback, lqr
 from phichain.motion import Event, Table, simulate
 from tests.handmade import planar
-from tests.motion.rigs import cart_pole, pair, pendulum
+from tests.motion.rigs import cart_pole, pair, pendulum, single_cart_pole
 
 ROUND_OFF = 2.0**-52
 TORQUES = Table([0.0, 0.25, 0.4, 1.0, 1.5], [0.5, -1.0, 0.3, 2.0, 0.0])
@@ -160,6 +160,7 @@ def test_a_delay_is_a_chain_of_flows_by_hand(delay: float, whole: int, part: flo
     run = simulate(cart_pole(), UPRIGHT, [0.0, stops * period], u=law, sample=period, delay=delay)
     assert np.max(np.abs(run.x[-1] - x)) < 1e-14
     until = np.flatnonzero(run.t < delay * (1 - 1e-9))
+    assert f"u was sampled every 0.02 s and held, acting {delay:g} s later ([0.0] until then)" in run.reason
     assert np.all(run.u[until] == 0.0) and (delay > 1 or run.u[until[-1] + 1, 0] == pytest.approx(taken[0], rel=1e-12))
 
 
@@ -173,6 +174,16 @@ def test_a_sampled_law_is_asked_once_a_sample_in_order_and_may_remember() -> Non
     run = simulate(pendulum(), SWING, np.linspace(0.0, 1.0, 5), u=integral, sample=0.1, events=lambda t, x: x[1])
     assert asked == [0.0 + k * 0.1 for k in range(10)]
     assert run.u[:, 0].tolist() == pytest.approx([0.01, 0.03, 0.06, 0.08, 0.1]) and run.status == "complete"
+
+
+@pytest.mark.parametrize("method", ["taylor", "rosenbrock", "DOP853"])
+def test_single_precision_samples_at_times_that_it_cannot_hold(method: str) -> None:
+    law = balancing()
+    exact = simulate(cart_pole(), UPRIGHT, [0.0, 0.7], u=law, sample=0.01)
+    for outputs, events in ((np.linspace(0.0, 0.7, 8), None), ([0.0, 0.7], None), ([0.0, 0.7], lambda t, x: x[0] - 9.0)):
+        run = simulate(single_cart_pole(), UPRIGHT, outputs, method, u=law, sample=0.01, events=events)
+        assert run.t[-1] == 0.7 and len(np.unique(run.t)) == len(run.t)
+        assert np.max(np.abs(run.x[-1] - exact.x[-1])) < 1e-3 and run.balance_error < 1e-4
 
 
 def test_limits_saturate_every_kind_of_input() -> None:

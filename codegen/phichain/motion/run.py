@@ -121,7 +121,7 @@ def simulate(
     problem, clamped = _clamp(problem, engine, name, atol)
     ledger = Ledger(account=opened(system, p, held, control is not None))
     path = _run(problem, engine, name, ledger)
-    reasons = [why, *notes, *clamped]
+    reasons = [why, *notes, *clamped, *([] if given is None else given.remarks)]
     if project and not system.is_planar:
         reasons.append("outputs were projected on the manifold")
     reasons += ledger.remarks

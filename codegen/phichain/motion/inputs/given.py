@@ -50,6 +50,14 @@ class Input:
         return self.sample is not None or not isinstance(self.signal, Constant | Law)
 
     @property
+    def remarks(self) -> list[str]:
+        """What a reader of the result must know of it."""
+        if self.sample is None:
+            return []
+        until = f", acting {self.delay:g} s later ({self.before.tolist()} until then)" if self.delay else ""
+        return [f"u was sampled every {self.sample:g} s and held{until}"]
+
+    @property
     def constant(self) -> Vector | None:
         """The input where it never changes, else None."""
         return self.signal.u if self.sample is None and isinstance(self.signal, Constant) else None

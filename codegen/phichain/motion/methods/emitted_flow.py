@@ -104,8 +104,9 @@ class Stretch(Held):
         options: What the call went on with, and its input.
         t1: Where it ended, s.
         steps: Steps taken.
-        ends: When its own steps ended, where that was asked.
+        passed: Times that it passed: those asked for, or the ends of its own steps.
         states: The states there.
+        is_own: Whether they are the ends of its own steps.
     """
 
     t: float
@@ -113,21 +114,22 @@ class Stretch(Held):
     options: Mapping[str, Any]
     t1: float
     steps: int
-    ends: Vector
+    passed: Vector
     states: Vector
+    is_own: bool
 
 
 Run = Iterator[tuple[P, Stretch]]
 
 
-def _calls(problem: Problem, run: EmittedFlow[P], ledger: Ledger, asks: Callable[[float], dict[str, Any]]) -> Run[P]:
+def _calls(problem: Problem, run: EmittedFlow[P], ledger: Ledger, asks: Callable[[float], Vector] | None) -> Run[P]:
     """One call of the flow after the other, leg by leg, to the end, the budget or the last finite number.
 
     Args:
         problem: What is integrated.
         run: The flow.
         ledger: Where the legs are noted.
-        asks: What a call that goes to some time asks of the way.
+        asks: The times wanted of a call that goes to some time; None for the ends of its own steps.
     """
     legs = ledger.legs = problem.legs()
     t, x, t_end = float(problem.t[0]), problem.x0, float(problem.t[-1])
@@ -139,13 +141,16 @@ def _calls(problem: Problem, run: EmittedFlow[P], ledger: Ledger, asks: Callable
             left = problem.max_steps - tried
             most = left if problem.progress is None else min(left, _REPORTED)
             before, options = (t, x), run.options
-            found = run(t, x, leg.t1, max_steps=most, **asks(leg.t1))
+            times = () if asks is None else asks(leg.t1)
+            found = run(t, x, leg.t1, max_steps=most, **({"own": True} if asks is None else {"times": times} if len(times) else {}))
             is_done = found.outcome == "done"
-            t, x, tried = leg.t1 if is_done else found.t, np.concatenate((found.q, found.v)), tried + found.tried
-            told = tell(problem, t, told)
+            t, x, tried = reached(found, leg.t1), np.concatenate((found.q, found.v)), tried + found.tried
+            told, passed = tell(problem, t, told), found.t_at
+            if asks is None and passed.size:
+                passed = np.append(passed[:-1], t)
             yield found, Stretch.made(
-                t=before[0], x=before[1], options=options, t1=t, steps=found.steps, ends=found.t_at,
-                states=np.concatenate((found.q_at, found.v_at), axis=1),
+                t=before[0], x=before[1], options=options, t1=t, steps=found.steps, passed=passed,
+                states=np.concatenate((found.q_at, found.v_at), axis=1), is_own=asks is None,
             )  # fmt: skip
             if not is_done and (found.outcome != "step budget" or tried >= problem.max_steps):
                 return
@@ -156,10 +161,9 @@ def whole_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> tuple[P
     grid, way = problem.t, 1.0 if problem.t[-1] > problem.t[0] else -1.0
     times, states = [float(grid[0])], [problem.x0]
 
-    def asks(stop: float) -> dict[str, Any]:
+    def asks(stop: float) -> Vector:
         # A time that is the end of a leg belongs to it.
-        inside = grid[len(times) : int(np.searchsorted(way * grid, way * stop, side="right"))]
-        return {"times": inside} if inside.size else {}
+        return grid[len(times) : int(np.searchsorted(way * grid, way * stop, side="right"))]
 
     stretches: list[Stretch] = []
     steps = tried = 0
@@ -178,9 +182,9 @@ def whole_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> tuple[P
 
 def own_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> Path:
     """The states at the ends of the flow's own steps, in compiled code from end to end."""
-    calls = list(_calls(problem, run, ledger, lambda stop: {"own": True}))
+    calls = list(_calls(problem, run, ledger, None))
     found, stretches = calls[-1][0], [stretch for _, stretch in calls]
-    times = np.concatenate([problem.t[:1], *(stretch.ends for stretch in stretches)])
+    times = np.concatenate([problem.t[:1], *(stretch.passed for stretch in stretches)])
     states = np.concatenate([problem.x0[None], *(stretch.states for stretch in stretches)])
     again = partial(_again, run, stretches, np.concatenate((found.q, found.v)))
     _book(run, stretches, ledger)
@@ -211,8 +215,8 @@ def _book(run: EmittedFlow[P], stretches: list[Stretch], ledger: Ledger) -> None
     if ledger.account is None:
         return
     for stretch in stretches:
-        ends, states, u = stretch.ends, stretch.states, stretch.options.get("u", np.empty(0))
-        if len(ends) != stretch.steps or (len(ends) and ends[-1] != stretch.t1):
+        ends, states, u = stretch.passed, stretch.states, stretch.options.get("u", np.empty(0))
+        if not stretch.is_own:
             found = run.once(stretch.t, stretch.x, stretch.t1, own=True, max_steps=stretch.steps, **stretch.options)
             ends, states = found.t_at, np.concatenate((found.q_at, found.v_at), axis=1)
         knots, starts = np.concatenate([[stretch.t], ends]), np.concatenate([stretch.x[None], states])
@@ -223,6 +227,11 @@ def _book(run: EmittedFlow[P], stretches: list[Stretch], ledger: Ledger) -> None
             if len(found.q_at) < len(points):  # it left the finite numbers
                 return
             ledger.account.book(within, MANY, np.concatenate((found.q_at, found.v_at), axis=1), u)
+
+
+def reached(found: Propagation, t_end: float) -> float:
+    """Where a call came to: at its end the time that was asked for, which single precision may not hold."""
+    return t_end if found.outcome == "done" else found.t
 
 
 def dense(at: StateAt) -> Callable[[], StateAt]:

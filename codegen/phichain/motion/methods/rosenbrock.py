@@ -49,10 +49,10 @@ def _steps(problem: Problem, run: EmittedFlow[StiffPropagation], ledger: Ledger)
         ledger.counts.update(order=step.order)
         if not step.steps:
             continue
-        after = pack(step.q, step.v)
+        after, t1 = pack(step.q, step.v), emitted_flow.reached(step, t_end)
         inside = emitted_flow.dense(_inside(run, t, x, start))
-        yield Segment(t, step.t, after, inside, looks=_looks(run, t, x, t_end, start))
-        t, x = step.t, after
+        yield Segment(t, t1, after, inside, looks=_looks(run, t, x, t_end, start))
+        t, x = t1, after
 
 
 def path(problem: Problem, name: str, ledger: Ledger) -> Path:

@@ -46,10 +46,10 @@ def _steps(problem: Problem, run: EmittedFlow[Propagation]) -> Iterator[Segment]
         step = run(t, x, t_end, max_steps=1)
         if step.outcome == "not finite":
             raise StalledError(f"{run.name} left the finite numbers")
-        after = pack(step.q, step.v)
-        looks = _looks(run, t, x, step.t, start)
-        yield Segment(t, step.t, after, emitted_flow.dense(_one_of(looks)), looks=looks)
-        t, x = step.t, after
+        after, t1 = pack(step.q, step.v), emitted_flow.reached(step, t_end)
+        looks = _looks(run, t, x, t1, start)
+        yield Segment(t, t1, after, emitted_flow.dense(_one_of(looks)), looks=looks)
+        t, x = t1, after
 
 
 def path(problem: Problem, name: str, ledger: Ledger) -> Path:
