@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from phichain.motion.balance import FEW, MANY, Account
+from phichain.motion.balance import FEW, Account
 from phichain.motion.events import Crossing, Watch
 from phichain.motion.inputs.piece import Control
 from phichain.motion.problem import Problem
@@ -42,6 +42,7 @@ class Segment(Held):
         parts: Into how many pieces it is cut to look for events.
         takes_many: Whether what `dense` makes takes an array of times too, and gives one column for each.
         looks: States at several times within it at once, where that is one call and as exact as the step itself.
+        points: At how many points within it powers are looked at, as the order of its states needs.
         control: u(t, x) during the step; None where the problem's own input says it.
     """
 
@@ -52,6 +53,7 @@ class Segment(Held):
     parts: int = 4
     takes_many: bool = False
     looks: StatesAt | None = None
+    points: int = FEW
     control: Control | None = None
 
 
@@ -191,12 +193,13 @@ def _book(account: Account, problem: Problem, segment: Segment, inside: _Inside,
     if stop == segment.t0:
         return
     knots = np.array([segment.t0, stop])
+    times = account.points(knots, segment.points)
     if segment.looks is not None:
-        account.book(knots, MANY, segment.looks(account.points(knots, MANY)), control)
-        return
-    at, times = inside.make(), account.points(knots, FEW)
-    states = np.asarray(at(times)).T if segment.takes_many else np.array([at(t) for t in times.tolist()])
-    account.book(knots, FEW, states, control)
+        states = segment.looks(times)
+    else:
+        at = inside.make()
+        states = np.asarray(at(times)).T if segment.takes_many else np.array([at(t) for t in times.tolist()])
+    account.book(knots, segment.points, states, control)
 
 
 def _knots(segment: Segment, problem: Problem) -> list[float]:

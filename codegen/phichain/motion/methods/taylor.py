@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from phichain.motion.balance import MANY
 from phichain.motion.ledger import Ledger
 from phichain.motion.methods import emitted_flow
 from phichain.motion.methods.emitted_flow import EmittedFlow
@@ -48,7 +49,7 @@ def _steps(problem: Problem, run: EmittedFlow[Propagation]) -> Iterator[Segment]
             raise StalledError(f"{run.name} left the finite numbers")
         after, t1 = pack(step.q, step.v), emitted_flow.reached(step, t_end)
         looks = _looks(run, t, x, t1, start)
-        yield Segment(t, t1, after, emitted_flow.dense(_one_of(looks)), looks=looks)
+        yield Segment(t, t1, after, emitted_flow.dense(_one_of(looks)), looks=looks, points=MANY)
         t, x = t1, after
 
 
