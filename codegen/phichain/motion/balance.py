@@ -15,6 +15,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from phichain.motion.inputs.piece import Control
+from phichain.records import Held
 from phichain.system import Parameters, System, Vector
 from phichain.system.power import is_lossy, powers
 
@@ -42,7 +43,7 @@ RULES: Final = {count: _Rule(count) for count in (FEW, MANY)}
 
 
 @dataclass(frozen=True, eq=False)
-class _Block:
+class _Block(Held):
     """Steps that were booked together: their ends (k + 1,), and states and inputs at `count` points of each."""
 
     knots: Vector

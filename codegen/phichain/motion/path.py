@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -197,7 +198,7 @@ def _book(account: Account, problem: Problem, segment: Segment, inside: _Inside,
     if segment.looks is not None:
         states = segment.looks(times)
     else:
-        at = inside.make()
+        at: Any = inside.make()
         states = np.asarray(at(times)).T if segment.takes_many else np.array([at(t) for t in times.tolist()])
     account.book(knots, segment.points, states, control)
 

@@ -15,6 +15,7 @@ from phichain.motion.inputs.names import position
 from phichain.motion.inputs.piece import Constant, Law, Signal, Together
 from phichain.motion.inputs.shield import shielded
 from phichain.motion.inputs.table import Table
+from phichain.records import Held
 from phichain.system import System, Vector, input_arguments
 from phichain.system.arrays import number, positive
 
@@ -23,8 +24,8 @@ SHORTEST = 1024 * float(np.finfo(float).eps)
 FORMS = "give a constant vector, a callable u(t, x), a Table, or any of them by name"
 
 
-@dataclass(frozen=True)
-class Input:
+@dataclass(frozen=True, eq=False)
+class Input(Held):
     """The input of a run: what it is, when it is sampled, and how late it comes.
 
     Attributes:

@@ -8,6 +8,7 @@ import numpy as np
 
 from phichain.errors import ArrayError
 from phichain.motion.inputs.piece import Control
+from phichain.records import Held
 from phichain.system import Vector
 
 SAME = 1e-12
@@ -15,7 +16,7 @@ SAME = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class _Answer:
+class _Answer(Held):
     t: float
     x: Vector
     u: Vector
