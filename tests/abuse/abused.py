@@ -13,7 +13,7 @@ from phichain import Scene, build, lqr, simulate, trace
 from phichain.continuation import Options
 from phichain.control import controllability, equilibrium, feedback, in_phase, linearize
 from phichain.fractional import differintegrate, grunwald_letnikov, matrix_power, memory_length
-from phichain.motion import Event, Trajectory
+from phichain.motion import Event, Table, Trajectory
 from phichain.scene import load_scene, scene_from_dict
 from phichain.system import System, pack, unpack
 from phichain.system.propagation import Stop
@@ -116,6 +116,10 @@ CALLS: tuple[Call, ...] = (
           x0=(np.concatenate([DIRECTIONS, np.zeros(8)]), "finite wide")),
     keyed("simulate with a law", lambda s, answer: simulate(s.planar, (Q, V), [0.0, 0.125], "DOP853", u=lambda t, x: answer, p=P),
           answer=(U, "finite")),
+    keyed("simulate with a law that samples",
+          lambda s, sample, delay: simulate(s.planar, (Q, V), [0.0, 0.125], u=lambda t, x: U, sample=sample, delay=delay, p=P),
+          (("sample", "nothing"), ("delay", "zero")), sample=(0.03125, "positive"), delay=(0.03125, "positive")),
+    keyed("Table", lambda s, times, values: Table(times, values), times=(np.array([0.0, 1.0]), "finite"), values=(ROWS[:2].copy(), "finite rows")),
     keyed("simulate with an event", lambda s, answer: simulate(s.planar, (Q, V), [0.0, 0.125], events=lambda t, x: answer, p=P),
           (("answer", "infinite"), ("answer", "minus infinity"), ("answer", "list of one")), answer=(1.0, "number")),
     keyed("Event", lambda s, function, direction: Event("name", function, direction),

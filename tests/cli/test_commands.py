@@ -128,6 +128,39 @@ def test_functions_of_a_scene_says_what_it_has_not_and_why(command: Command) -> 
     assert "since spatial joints are not actuated; use" in answer.out
 
 
+def test_simulate_takes_inputs_over_time_from_a_file(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "push.csv").write_text("t,torque_1\n0,0.5\n0.4,-0.5\n1,0\n")
+    held = command("simulate", "planar2", "--t", "1", "--points", "11", "--input", "push.csv", "--out", "m.csv")
+    assert held.code == 0 and "energy balance kept to" in held.out and "energy drift" not in held.out
+    table = np.genfromtxt(tmp_path / "m.csv", delimiter=",", names=True)
+    assert table["torque_1"].tolist() == [0.5] * 4 + [-0.5] * 6 + [0.0] and not table["torque_2"].any()
+    assert table["work"][0] == 0.0 and table["work"][-1] != 0.0
+    straight = command("simulate", "planar2", "--t", "1", "--points", "11", "--input", "push.csv", "--linear", "--out", "m.csv")
+    assert straight.code == 0
+    assert np.genfromtxt(tmp_path / "m.csv", delimiter=",", names=True)["torque_1"][2] == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "more", "words"),
+    [
+        ("t,torque_1\n0,1\n0.5,1\n", (), "ends before the run"),
+        ("t,torque_9\n0,1\n1,1\n", (), "is the name of no input"),
+        ("time,torque_1\n0,1\n1,1\n", (), "is no header of inputs"),
+        ("", (), "is no header of inputs"),
+        ("t,torque_1\n0,1\n1\n", (), "does not hold 2 numbers in line 3"),
+        ("t,torque_1\n0,1\n1,much\n", (), "does not hold numbers in line 3"),
+        ("t,torque_1\n", (), "no list of times"),
+        ("t,torque_1\n0,1\n1,1\n", ("--u", "0,0"), "are both given"),
+        (None, (), "cannot be read"),
+    ],
+)
+def test_a_file_of_inputs_that_will_not_do_is_one_line(command: Command, tmp_path: Path, text: str | None, more: tuple[str, ...], words: str) -> None:
+    if text is not None:
+        (tmp_path / "push.csv").write_text(text)
+    answer = command("simulate", "planar2", "--t", "1", "--input", "push.csv", *more)
+    assert answer.code == 2 and words in answer.err and len(answer.err.strip().splitlines()) == 1
+
+
 def test_simulate_writes_what_its_files_are_called(command: Command, tmp_path: Path) -> None:
     answer = command(
         "simulate", "planar2", "--t", "1", "--points", "51", "--out", "m.csv", "--out", "m.npz", "--out", "m.png"

@@ -54,6 +54,15 @@ def test_a_motion_shows_angles_energy_and_the_chain(chain: System, swing: Trajec
     assert energy_axes.get_yscale() == "log"
 
 
+def test_a_driven_motion_shows_its_balance(chain: System, swing: Trajectory) -> None:
+    worked = replace(swing, work=np.linspace(0.0, 2.0, 41), loss=np.linspace(0.0, 0.5, 41))
+    energy_axes = figures.motion(chain, worked).axes[2]
+    (error,) = energy_axes.get_lines()
+    off = swing.energy - swing.energy[0] - 1.5 * np.linspace(0.0, 1.0, 41)
+    np.testing.assert_allclose(error.get_ydata(), np.abs(off[1:]) / np.max(np.abs(swing.energy)))
+    assert energy_axes.get_ylabel() == "energy balance, relative"
+
+
 def test_a_motion_without_energy_leaves_that_panel_out(chain: System, swing: Trajectory) -> None:
     drawing = figures.motion(chain, replace(swing, kinetic=None, potential=None))
     assert [axes.get_visible() for axes in drawing.axes] == [True, True, False]

@@ -19,7 +19,7 @@ from phichain.app import cli_control, cli_figures, cli_trace
 from phichain.app.outputs import figures, named, write
 from phichain.app.streams import print_anything
 from phichain.app.words import Commands
-from phichain.errors import PhichainError, printable
+from phichain.errors import ArrayError, PhichainError, printable
 
 app = typer.Typer(
     name="phichain",
@@ -163,13 +163,17 @@ def simulate(
     q: Annotated[str | None, typer.Option(metavar="A,B,...", help="Start here instead (nq numbers).")] = None,
     v: Annotated[str | None, typer.Option(metavar="A,B,...", help="Start with these rates (nv numbers).")] = None,
     u: Annotated[str | None, typer.Option(metavar="A,B,...", help="A constant input (nu numbers).")] = None,
+    table: Annotated[
+        str | None, typer.Option("--input", metavar="FILE", help="Inputs over time: a CSV file with columns t and inputs by name.")
+    ] = None,
+    linear: Annotated[bool, typer.Option("--linear", help="Straight lines between the rows of --input, not held values.")] = False,
     method: Annotated[str, typer.Option(help="auto, or a method by name.")] = "auto",
     tol: Annotated[float | None, typer.Option(help="Relative tolerance of a step.")] = None,
     h: Annotated[float | None, typer.Option("--step", metavar="S", help="Step of a fixed-step method.")] = None,
     settings: Settings = None,
     out: OutFiles = None,
 ) -> None:
-    """Simulate a chain from a given start and say how well its energy was kept."""
+    """Simulate a chain from a given start and say how well its energy was kept, or its balance with work and loss."""
     import numpy as np
 
     from phichain.motion import simulate as simulated
@@ -183,7 +187,7 @@ def simulate(
     start = [rest[k] if given is None else given for k, given in enumerate((numbers(q, "q"), numbers(v, "v")))]
     with np.errstate(invalid="ignore"):  # a time that is not finite is refused in words below
         grid = np.linspace(0.0, t, points)
-    trajectory = simulated(system, (start[0], start[1]), grid, method, tol, u=numbers(u, "u"), h=h)
+    trajectory = simulated(system, (start[0], start[1]), grid, method, tol, u=_input(system, u, table, linear), h=h)
     typer.echo(str(trajectory))
     write(trajectory, files, lambda: figures().motion(system, trajectory))
 
@@ -193,6 +197,20 @@ def _with(system: Any, values: Any) -> Any:
     from dataclasses import replace
 
     return system if values is None else replace(system, params=values)
+
+
+def _input(system: Any, u: str | None, table: str | None, linear: bool) -> Any:
+    """A constant input, or a table of inputs from a file."""
+    from phichain.motion.inputs.sheet import read_inputs
+    from phichain.system.starts import numbers
+
+    if table is None:
+        if linear:
+            raise ArrayError("linear", linear, "says what is between the rows of a table", "give --input too")
+        return numbers(u, "u")
+    if u is not None:
+        raise ArrayError("u, input", (u, table), "are both given", "leave one of them out")
+    return read_inputs(system, table, "linear" if linear else "held")
 
 
 @app.command()

@@ -17,9 +17,6 @@ from phichain.motion.methods import rosenbrock, taylor
 from phichain.motion.problem import Problem, differences
 from phichain.system import Vector, angular_velocities
 
-ROUND_OFF = float(np.finfo(float).eps)
-"""Tolerance of a method run as exactly as double precision allows."""
-
 SAFETY = 10.0
 """How far `auto` keeps the local error below the tolerance: errors add up over the steps."""
 
@@ -111,11 +108,7 @@ def is_undamped(problem: Problem) -> bool:
     """Whether a scene says that nothing takes energy from the chain; of callables that stand for themselves nobody knows."""
     system = problem.system
     resists = system.joints.resists or system.numbers.brakes_cart
-    return bool(system.digest) and not resists and _is_left_alone(problem)
-
-
-def _is_left_alone(problem: Problem) -> bool:
-    return problem.control is None or problem.held is not None
+    return bool(system.digest) and not resists and problem.is_held
 
 
 def _judged(found: Stiffness) -> tuple[bool, str]:
@@ -128,12 +121,12 @@ def _judged(found: Stiffness) -> tuple[bool, str]:
 def choose(problem: Problem, free: bool = False) -> tuple[str, str]:
     """The method `auto` takes, and why.
 
-    A chain without dampers under a constant input loses no energy: nothing in it decays but what grows as fast elsewhere, and no
-    eigenvalue is asked for.
+    A chain without dampers under an input that is held (constant, a held table, a sampled law) loses no energy by itself:
+    nothing in it decays but what grows as fast elsewhere, and no eigenvalue is asked for.
 
-    Not stiff: the Taylor flow where the system has it and the input is constant, else DOP853, or RK45 where few digits
+    Not stiff: the Taylor flow where the system has it and the input is held, else DOP853, or RK45 where few digits
     are asked. Stiff: the emitted implicit flow, likewise; else CVODES when the system carries a CasADi function and its
-    input is constant, else Radau, or BDF where few digits are asked.
+    input is held, else Radau, or BDF where few digits are asked.
 
     Args:
         problem: What is to be integrated.
@@ -148,7 +141,7 @@ def choose(problem: Problem, free: bool = False) -> tuple[str, str]:
         return method, f"auto took {method} {how}: not stiff, {finding}"
     if rosenbrock.is_possible(problem):
         method = "rosenbrock"
-    elif problem.system.has("casadi") and _is_left_alone(problem) and problem.tol >= 1e-11:
+    elif problem.system.has("casadi") and problem.is_held and problem.tol >= 1e-11:
         method = "cvodes"
     else:
         method = "BDF" if few_digits else "Radau"

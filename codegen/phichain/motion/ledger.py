@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from phichain.motion.balance import Account
+from phichain.motion.inputs.legs import Legs
+
 
 @dataclass(eq=False)
 class Ledger:
@@ -12,10 +15,14 @@ class Ledger:
     Attributes:
         counts: What a method counts for itself; empty where its steps and calls are counted from outside.
         remarks: What it has to say of its run, for the Trajectory's reason.
+        account: Where work and loss are booked on the way, or None where nobody asks.
+        legs: The input as it was, leg after leg, once the run has begun.
     """
 
     counts: dict[str, int] = field(default_factory=dict)
     remarks: list[str] = field(default_factory=list)
+    account: Account | None = None
+    legs: Legs | None = None
 
     def count(self, **more: int) -> None:
         """Add to counts; one that is new starts at zero."""

@@ -7,10 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
+from phichain.motion.balance import FEW, Account
 from phichain.motion.events import Crossing, Watch
+from phichain.motion.inputs.piece import Control
 from phichain.motion.problem import Problem
 from phichain.records import Held
 from phichain.system import Vector
@@ -38,6 +41,10 @@ class Segment(Held):
         x1: State at the end.
         dense: Makes the state at any time within it; called only when someone looks inside.
         parts: Into how many pieces it is cut to look for events.
+        takes_many: Whether what `dense` makes takes an array of times too, and gives one column for each.
+        looks: States at several times within it at once, where that is one call and as exact as the step itself.
+        points: At how many points within it powers are looked at, as the order of its states needs.
+        control: u(t, x) during the step; None where the problem's own input says it.
     """
 
     t0: float
@@ -45,6 +52,10 @@ class Segment(Held):
     x1: Vector
     dense: Callable[[], StateAt]
     parts: int = 4
+    takes_many: bool = False
+    looks: StatesAt | None = None
+    points: int = FEW
+    control: Control | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,8 +146,8 @@ class _Recorder:
         return Dense(np.array(self.t[: len(self.pieces) + 1]), tuple(self.pieces)) if self.pieces else None
 
 
-def collect(problem: Problem, segments: Iterator[Segment]) -> Path:
-    """Drive a method to its end: record outputs, watch events, keep to the budget, report progress."""
+def collect(problem: Problem, segments: Iterator[Segment], account: Account | None = None) -> Path:
+    """Drive a method to its end: record outputs, watch events, keep to the budget, book work and loss, report progress."""
     t0, t_end = float(problem.t[0]), float(problem.t[-1])
     recorder = _Recorder(problem)
     recorder.add(t0, problem.x0)
@@ -151,6 +162,8 @@ def collect(problem: Problem, segments: Iterator[Segment]) -> Path:
             inside = _Inside(segment)
             watch, found, terminal = watch.advance(inside, _knots(segment, problem))
             crossings += found
+            if account is not None:
+                _book(account, problem, segment, inside, segment.t1 if terminal is None else terminal.t)
             if terminal is not None:
                 recorder.keep(inside, terminal.t, terminal.x)
                 last = (terminal.t, terminal.x)
@@ -173,6 +186,21 @@ def collect(problem: Problem, segments: Iterator[Segment]) -> Path:
     return Path(
         np.array(recorder.t), np.array(recorder.x), status, message, tuple(crossings), steps, recorder.dense()
     )
+
+
+def _book(account: Account, problem: Problem, segment: Segment, inside: _Inside, stop: float) -> None:
+    """Enter a segment, up to where the run stopped, into the books."""
+    control = segment.control or problem.control or (lambda t, x: np.empty(0))
+    if stop == segment.t0:
+        return
+    knots = np.array([segment.t0, stop])
+    times = account.points(knots, segment.points)
+    if segment.looks is not None:
+        states = segment.looks(times)
+    else:
+        at: Any = inside.make()
+        states = np.asarray(at(times)).T if segment.takes_many else np.array([at(t) for t in times.tolist()])
+    account.book(knots, segment.points, states, control)
 
 
 def _knots(segment: Segment, problem: Problem) -> list[float]:

@@ -11,13 +11,15 @@ from numpy.typing import ArrayLike
 
 from phichain.errors import ArrayError
 from phichain.motion.events import Event
+from phichain.motion.inputs.given import Input, as_input
+from phichain.motion.inputs.legs import Leg, Legs, Planned
+from phichain.motion.inputs.piece import Constant, Control, Law
 from phichain.records import Held
 from phichain.system import (
     Parameters,
     System,
     Vector,
     angular_velocities,
-    input_arguments,
     pack,
     rhs,
     rhs_jacobian,
@@ -30,19 +32,20 @@ REPAIRABLE = 1e-6
 
 ROUND_OFF = 8 * np.finfo(float).eps
 
-Control = Callable[[float, Vector], Vector]
 Progress = Callable[[float, float], Any]
 
 
 class Counted:
     """A callable that counts its calls, so that every method reports its cost in the same unit."""
 
-    def __init__(self, function: Callable[..., Vector]) -> None:
+    def __init__(self, function: Callable[..., Vector], counter: Counted | None = None) -> None:
+        """Count the calls of a function, among those of another one where it stands for that."""
         self.function = function
         self.calls = 0
+        self.counter = self if counter is None else counter
 
     def __call__(self, t: float, x: Vector) -> Vector:
-        self.calls += 1
+        self.counter.calls += 1
         return self.function(t, x)
 
 
@@ -66,6 +69,7 @@ class Problem(Held):
         max_steps: Step budget.
         progress: Called with (fraction done, t), or None.
         notes: What was done to the arguments, for the Trajectory's reason.
+        input: The input with its breaks; None stands for `held`, or for one `control` without any.
     """
 
     system: System
@@ -83,6 +87,7 @@ class Problem(Held):
     max_steps: int
     progress: Progress | None
     notes: tuple[str, ...] = ()
+    input: Input | None = None
 
     def within(self, tol: float, atol: float) -> Problem:
         """The same problem under other tolerances."""
@@ -93,11 +98,33 @@ class Problem(Held):
         """True when the outputs are the method's own steps."""
         return len(self.t) == 2
 
+    @property
+    def is_held(self) -> bool:
+        """Whether the input is constant between its breaks, so that a flow which holds it can run from one to the next."""
+        return self.control is None or self.held is not None or (self.input is not None and self.input.is_held)
+
+    def legs(self) -> Legs:
+        """The stretches between breaks of the input; one for all where there are none."""
+        t0, t_end = float(self.t[0]), float(self.t[-1])
+        if self.input is not None:
+            return self.input.legs(t0, t_end)
+        if self.control is not None and self.held is None:
+            return Planned(Law(self.control), t0, t_end)
+        return Planned(Constant(np.empty(0) if self.held is None else self.held), t0, t_end)
+
+    def on(self, leg: Leg, t: Vector, x: Vector) -> Problem:
+        """The problem of one leg: from x at t[0] to its end t[-1], with its piece of the input."""
+        field, jacobian = closed(self.system, leg.control, leg.held, self.p)
+        counted = Counted(field, self.field.counter)
+        slope = None if jacobian is None or self.jacobian is None else Counted(jacobian, self.jacobian.counter)
+        parts = {"field": counted, "jacobian": slope, "control": leg.control, "held": leg.held, "x0": x, "t": t, "input": None}
+        return Problem.made(**{**vars(self), **parts})
+
 
 def bind(
-    system: System, u: ArrayLike | Control | None, p: Parameters | None, t0: float, x0: Vector
+    system: System, u: Any, p: Parameters | None, t0: float, x0: Vector
 ) -> tuple[Counted, Counted | None, Control | None, Vector | None]:
-    """Close right-hand side and Jacobian over input and parameters.
+    """Close right-hand side and Jacobian over an input without breaks, and over parameters.
 
     Returns:
         (field, jacobian or None, control or None, held input or None).
@@ -106,58 +133,35 @@ def bind(
         ArrayError: u has the wrong shape, is not finite, or is given to a system without inputs.
         AbsentFunctionError: The system has no forward dynamics.
     """
+    return bound(system, as_input(system, u, (t0, t0)), p, t0, x0)
+
+
+def bound(
+    system: System, given: Input | None, p: Parameters | None, t0: float, x0: Vector
+) -> tuple[Counted, Counted | None, Control | None, Vector | None]:
+    """The same over any input; of a sampled one that is not asked before the run, over what it is until then."""
+    control: Control | None
+    if given is None:
+        control, held = None, None
+    elif given.sample is not None:
+        control, held = given.at_rest, None
+    else:
+        control, held = given.signal.value, given.constant
+        control(t0, x0)
+    field, jacobian = closed(system, control, held if control else None, p)
+    return Counted(field), None if jacobian is None else Counted(jacobian), control, held
+
+
+def closed(
+    system: System, control: Control | None, held: Vector | None, p: Parameters | None
+) -> tuple[Callable[[float, Vector], Vector], Callable[[float, Vector], Vector] | None]:
+    """x' = f(t, x) and df/dx (None without `state_jacobian`) under an input: none, one that is held, or a function."""
     f = rhs(system)
     slope = rhs_jacobian(system) if system.has("state_jacobian") else None
-    if callable(u):
-        control = shielded(system, u)
-        check_input(system, control(t0, x0))
-        moving = (
-            None
-            if slope is None
-            else Counted(lambda t, x: slope(t, x, control(t, x), p) + _by_input(system, control, p, t, x))
-        )
-        return Counted(lambda t, x: f(t, x, control(t, x), p)), moving, control, None
-    held = check_input(system, u)
-    still = None if slope is None else Counted(lambda t, x: slope(t, x, held, p))
-    constant = None if held is None else lambda t, x: held
-    return Counted(lambda t, x: f(t, x, held, p)), still, constant, held
-
-
-def shielded(system: System, law: Control) -> Control:
-    """A law that is given a state of its own, and whose answer is held to be one input vector.
-
-    What a law writes into its state would otherwise change the motion, and what it hands out is its own memory.
-    """
-    shape = (system.nu,)
-
-    def control(t: float, x: Vector) -> Vector:
-        answer = law(t, np.array(x))
-        u = reals("u", () if answer is None and system.nu == 0 else answer, "return one number per input")
-        if u.shape != shape and u.size:
-            problem = f"is no answer of a control law: it must hold nu = {system.nu} numbers"
-            raise ArrayError("u", u.shape, problem, "return one number per input")
-        return np.array(u)
-
-    return control
-
-
-def check_input(system: System, u: ArrayLike | None) -> Vector | None:
-    """One input vector (nu,), zero by default, None for a system without inputs.
-
-    Raises:
-        ArrayError: Wrong shape, not finite, or given to a system without inputs.
-    """
-    given = input_arguments(system, np.zeros(system.nq), u)
-    if not given:
-        return None
-    held = given[0]
-    if held.shape != (system.nu,):
-        raise ArrayError(
-            "u", held.shape, f"must have shape ({system.nu},)", "give a constant vector or a callable u(t, x)"
-        )
-    if not np.all(np.isfinite(held)):
-        raise ArrayError("u", held.tolist(), "is not finite", "give finite inputs")
-    return held
+    if control is None or held is not None:
+        return lambda t, x: f(t, x, held, p), None if slope is None else lambda t, x: slope(t, x, held, p)
+    moving = None if slope is None else lambda t, x: slope(t, x, control(t, x), p) + _by_input(system, control, p, t, x)
+    return lambda t, x: f(t, x, control(t, x), p), moving
 
 
 def _by_input(system: System, control: Control, p: Parameters | None, t: float, x: Vector) -> Vector:

@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phichain.errors import ArrayError, ConvergenceError, UnsupportedError
+from phichain.errors import ArrayError, ConvergenceError
 from phichain.motion import choose
+from phichain.motion.balance import opened
 from phichain.motion.companion import reasons_to_doubt
 from phichain.motion.events import Event, Scalar, as_events
+from phichain.motion.inputs import Table, as_input
+from phichain.motion.inputs.piece import Control
 from phichain.motion.ledger import Ledger
 from phichain.motion.manifold import project_state, violations
-from phichain.motion.methods import fixed_step, rosenbrock, scipy_methods, sundials, taylor
-from phichain.motion.path import Path, Segment, collect
+from phichain.motion.methods.registry import METHODS, ROUND_OFF, USUAL, Method, method_of, named
+from phichain.motion.path import Path, collect
 from phichain.motion.problem import (
-    Control,
     Problem,
     Progress,
-    bind,
+    bound,
     check_state,
     check_times,
     check_tolerance,
@@ -30,64 +33,10 @@ from phichain.motion.trajectory import Trajectory
 from phichain.system import Parameters, System, Vector, acceleration
 from phichain.system.arrays import whole
 
-EPS = float(np.finfo(float).eps)
 MOST_STEPS = 2**63 - 1
-USUAL = 1e-9
-"""The tolerance where none is given."""
 Energies = tuple[Vector, Vector] | None
 SINGLE_FLOOR = 2e-6
 """A right-hand side in single precision is noise below this: error control would shrink steps for nothing."""
-
-
-@dataclass(frozen=True)
-class Method:
-    """One integrator.
-
-    Attributes:
-        segments: Its steps one by one.
-        floor: The smallest tolerance its arithmetic can keep.
-        summary: What it is.
-        fixed: Whether its steps are of one size, with no tolerance.
-        path: How it runs a whole problem in compiled code, where no event has to be watched step by step.
-        usual: The tolerance it takes when none is given.
-    """
-
-    segments: Callable[[Problem, str, Ledger], Iterator[Segment]]
-    floor: float
-    summary: str
-    fixed: bool = False
-    path: Callable[[Problem, str, Ledger], Path] | None = None
-    usual: float = USUAL
-
-
-METHODS: dict[str, Method] = {
-    "taylor": Method(
-        taylor.segments, EPS, "the emitted Taylor flow, of variable order", path=taylor.path, usual=choose.ROUND_OFF
-    ),
-    "rosenbrock": Method(
-        rosenbrock.segments,
-        64 * EPS,
-        "the emitted implicit flow: Rosenbrock of order 5, L-stable",
-        path=rosenbrock.path,
-    ),
-    "DOP853": Method(scipy_methods.segments, 100 * EPS, "explicit Runge-Kutta of order 8 (SciPy)"),
-    "RK45": Method(scipy_methods.segments, 100 * EPS, "explicit Runge-Kutta of order 5 (SciPy)"),
-    "Radau": Method(scipy_methods.segments, 100 * EPS, "implicit Runge-Kutta of order 5, L-stable (SciPy)"),
-    "BDF": Method(scipy_methods.segments, 100 * EPS, "backward differentiation, orders 1-5 (SciPy)"),
-    "LSODA": Method(scipy_methods.segments, 100 * EPS, "Adams or BDF by stiffness (SciPy)"),
-    "cvodes": Method(sundials.segments, 1e-13, "CVODES, BDF with Newton (SUNDIALS through CasADi)"),
-    "cvodes_adams": Method(sundials.segments, 1e-13, "CVODES, Adams (SUNDIALS through CasADi)"),
-    "idas": Method(sundials.segments, 1e-13, "IDAS, BDF (SUNDIALS through CasADi)"),
-    "step": Method(
-        fixed_step.segments, 0.0, "the emitted fixed step: classical Runge-Kutta of order 4", fixed=True
-    ),
-    "step_lie4": Method(
-        fixed_step.segments, 0.0, "the emitted fixed step: Runge-Kutta-Munthe-Kaas of order 4", fixed=True
-    ),
-    "step_variational": Method(
-        fixed_step.segments, 0.0, "the emitted fixed step: variational, of order 2, symplectic", fixed=True
-    ),
-}
 
 
 def simulate(
@@ -97,7 +46,10 @@ def simulate(
     method: str = "auto",
     tol: float | None = None,
     *,
-    u: ArrayLike | Control | None = None,
+    u: ArrayLike | Control | Table | Mapping[str, Any] | None = None,
+    sample: float | None = None,
+    delay: float = 0.0,
+    limit: Any = None,
     p: Parameters | None = None,
     h: float | None = None,
     events: Iterable[Event | Scalar] | Event | Scalar | None = None,
@@ -120,7 +72,14 @@ def simulate(
             or taken by auto, runs at round-off unless a tolerance is given: that costs about a third more, and starts
             beside a separatrix stay on their side. Values below what the method's arithmetic can keep are raised to it
             and the reason says so.
-        u: Input: None (zero), a constant (nu,), or a callable u(t, x).
+        u: Input: None (zero), a constant (nu,), a Table or (times, values[, "held" | "linear"]) that covers the run, a law
+            u(t, x), or any of them for an input by its name, as {"force": law, "torque_2": 0.1}; an input without a name
+            there is zero. A law must be a pure function of (t, x): it is asked in any order, more than once. Methods that
+            hold their input (taylor, rosenbrock, CVODES) run from break to break of what is constant in between; what moves
+            with t or x goes through SciPy's, with the same breaks. What it writes into x changes nothing.
+        sample: Ts, s: u is asked at t_0 + k Ts alone, once each, in that order (so it may have a memory), and held.
+        delay: How late a sampled u acts, s, 0 or more; u is zero, or the limit nearest to it, until the first one arrives.
+        limit: Saturation: L for |u_j| <= L, or (low, high), for all inputs or by name.
         p: Runtime parameters by name.
         h: Step size of a fixed-step method (step, step_lie4, step_variational), s. An implicit step's largest residual
             stands in the reason, with a warning where its iteration was not enough.
@@ -136,32 +95,33 @@ def simulate(
         cannot vouch for its side of a separatrix or its error, "doubtful", and the reason says more.
 
     Raises:
-        ArrayError: Bad x0, t, u or event.
-        ToleranceError: tol, atol, h or max_steps not positive.
-        UnsupportedError: Unknown method, or one this system has not the functions for.
+        ArrayError: Bad x0, t, u, limit or event; a law that is no function of (t, x), or gives no finite numbers.
+        ToleranceError: tol, atol, h, sample or max_steps not positive, or delay negative.
+        UnsupportedError: Unknown method, one this system has not the functions for, or one that cannot serve such an input.
         ConvergenceError: Finite-time blow-up, or a tolerance that cannot be kept; `trajectory` is what there is.
     """
-    times, method = check_times(t), _named(method)
+    times, method = check_times(t), named(method)
     state, notes = check_state(system, x0)
     asked = (METHODS[method].usual if method in METHODS else USUAL) if tol is None else check_tolerance(tol)
     watched = as_events(events)
-    field, jacobian, control, held = bind(system, u, p, float(times[0]), state)
+    given = as_input(system, u, (float(times[0]), float(times[-1])), sample, delay, limit)
+    field, jacobian, control, held = bound(system, given, p, float(times[0]), state)
     problem = Problem(
         system, field, jacobian, control, held, p, state, times, asked, asked / 100, h, watched,
-        _budget(max_steps), _told(progress), notes,
+        _budget(max_steps), _told(progress), notes, given if given is not None and given.has_breaks else None,
     )  # fmt: skip
     if method == "auto":
         problem = problem.within(asked / choose.SAFETY, problem.atol)
         name, why = choose.choose(problem, free=tol is None)
         if name == "taylor" and tol is None:
-            problem = problem.within(choose.ROUND_OFF, problem.atol)
+            problem = problem.within(ROUND_OFF, problem.atol)
     else:
         name, why = method, f"{method} as asked"
-    engine = _method(system, name)
+    engine = method_of(system, name)
     problem, clamped = _clamp(problem, engine, name, atol)
-    ledger = Ledger()
+    ledger = Ledger(account=opened(system, p, held, control is not None))
     path = _run(problem, engine, name, ledger)
-    reasons = [why, *notes, *clamped]
+    reasons = [why, *notes, *clamped, *([] if given is None else given.remarks)]
     if project and not system.is_planar:
         reasons.append("outputs were projected on the manifold")
     reasons += ledger.remarks
@@ -190,25 +150,10 @@ def _told(progress: Progress | None) -> Progress | None:
     return progress
 
 
-def _named(method: str) -> str:
-    if not isinstance(method, str):
-        raise UnsupportedError("method", method, "no such method", f"use auto or one of {', '.join(METHODS)}")
-    return method
-
-
-def _method(system: System, name: str) -> Method:
-    if name in METHODS:
-        return METHODS[name]
-    if name.startswith("step_"):
-        system.function(name)
-        return replace(METHODS["step"], summary=f"the emitted fixed step {name}")
-    raise UnsupportedError("method", name, "no such method", f"use auto or one of {', '.join(METHODS)}")
-
-
 def _run(problem: Problem, engine: Method, name: str, ledger: Ledger) -> Path:
     if engine.path is not None and not problem.events:
         return engine.path(problem, name, ledger)
-    return collect(problem, engine.segments(problem, name, ledger))
+    return collect(problem, engine.segments(problem, name, ledger), ledger.account)
 
 
 def _clamp(problem: Problem, engine: Method, name: str, atol: float | None) -> tuple[Problem, list[str]]:
@@ -240,7 +185,8 @@ def _record(
         if project and not system.is_planar:
             q, v = project_state(system, q, v)
             energies = _energies(problem, q, v)
-        u = _inputs(problem, t, x)
+        u = _inputs(problem, ledger, t, x)
+        work, loss = (None, None) if ledger.account is None else ledger.account.at(t)
         kinetic, potential = energies or (None, None)
         return Trajectory(
             name=system.name,
@@ -263,6 +209,8 @@ def _record(
             q_names=system.q_names,
             v_names=system.v_names,
             u_names=system.u_names,
+            work=work,
+            loss=loss,
             refine=None if dense is None else lambda grid: resampled(grid, dense(grid)),
         )
 
@@ -281,10 +229,11 @@ def _energies(problem: Problem, q: Vector, v: Vector) -> Energies:
     return kinetic, potential
 
 
-def _inputs(problem: Problem, t: Vector, x: Vector) -> Vector | None:
+def _inputs(problem: Problem, ledger: Ledger, t: Vector, x: Vector) -> Vector | None:
     if problem.control is None:
         return None
-    return np.array([problem.control(float(s), y) for s, y in zip(t, x, strict=True)]).reshape(len(t), -1)
+    control = problem.control if problem.input is None or ledger.legs is None else ledger.legs.value
+    return np.array([control(float(s), y) for s, y in zip(t, x, strict=True)]).reshape(len(t), -1)
 
 
 def _counts(problem: Problem, path: Path, engine: Method, ledger: Ledger) -> dict[str, int]:

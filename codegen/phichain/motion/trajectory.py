@@ -30,6 +30,8 @@ _ARRAYS = {
     "potential": real("m", optional=True),
     "length_error": real("m", "links", optional=True),
     "tangency_error": real("m", "links", optional=True),
+    "work": real("m", optional=True),
+    "loss": real("m", optional=True),
 }
 _PLAIN = {
     "name": TEXT,
@@ -73,6 +75,8 @@ class Trajectory(Held):
         tol: Relative tolerance used; NaN for fixed steps.
         counts: Accepted steps, evaluations of the right-hand side and of its Jacobian, as far as the method counts.
         q_names, v_names, u_names: Column names.
+        work: What the inputs did on the chain from the start (m,), J; None where nothing is done or lost, or no energy known.
+        loss: What dampers took from it from the start (m,), J; None likewise.
         refine: Builds the Trajectory of the same run at other times from the method's own interpolant; only when
             the outputs were the method's own steps, and kept neither in files nor in pickles.
     """
@@ -97,6 +101,8 @@ class Trajectory(Held):
     q_names: tuple[str, ...] = ()
     v_names: tuple[str, ...] = ()
     u_names: tuple[str, ...] = ()
+    work: Vector | None = None
+    loss: Vector | None = None
     refine: Callable[[Vector], Trajectory] | None = field(default=None, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -108,7 +114,7 @@ class Trajectory(Held):
 
     def __str__(self) -> str:
         counts = ", ".join(f"{value} {name}" for name, value in self.counts.items())
-        drift = "" if self.energy is None else f", energy drift {self.energy_drift:.2e} J"
+        drift = "" if self.energy is None else f", {self.energy_words}"
         return (
             f"{self.name}: {self.status}, t = {self.t[0]:g} .. {self.t[-1]:g} s in {len(self.t)} points by "
             f"{self.method} ({counts}){drift}\n  {self.reason}"
@@ -128,6 +134,26 @@ class Trajectory(Held):
     def energy_drift(self) -> float:
         """Largest departure of the total energy from its first value, J; NaN when no energy was recorded."""
         return float("nan") if self.energy is None else float(np.max(np.abs(self.energy - self.energy[0])))
+
+    @property
+    def balance(self) -> Vector | None:
+        """E(t) - E(0) - work + loss (m,), J: what an exact integration leaves at zero; None when no energy was recorded."""
+        if self.energy is None:
+            return None
+        moved = self.energy - self.energy[0]
+        return moved if self.work is None or self.loss is None else moved - (self.work - self.work[0]) + (self.loss - self.loss[0])
+
+    @property
+    def balance_error(self) -> float:
+        """Largest departure of the balance from zero, J; NaN when no energy was recorded."""
+        return float("nan") if self.balance is None else float(np.max(np.abs(self.balance)))
+
+    @property
+    def energy_words(self) -> str:
+        """How well the energy's books were kept, in words: by its drift where nothing is done or lost, else by the balance."""
+        if self.work is None or self.loss is None:
+            return f"energy drift {self.energy_drift:.2e} J"
+        return f"energy balance kept to {self.balance_error:.2e} J (work {self.work[-1]:.3g} J, loss {self.loss[-1]:.3g} J)"
 
     def resample(self, times: int | ArrayLike) -> Trajectory:
         """The same motion at other times, for tools that need a uniform grid.
@@ -161,6 +187,8 @@ class Trajectory(Held):
             potential=None,
             length_error=None,
             tangency_error=None,
+            work=None,
+            loss=None,
             reason=f"{self.reason}; resampled by quintic (q) and cubic (v) Hermite pieces between {len(self.t)} outputs",
         )
 
@@ -205,7 +233,7 @@ class Trajectory(Held):
         }
         columns |= columns_of(self.u_names, self.u)
         columns |= {
-            name: getattr(self, name) for name in ("kinetic", "potential") if getattr(self, name) is not None
+            name: getattr(self, name) for name in ("kinetic", "potential", "work", "loss") if getattr(self, name) is not None
         }
         for name in ("length_error", "tangency_error"):
             if getattr(self, name) is not None:

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 
 def motion(system: System, trajectory: Trajectory) -> Figure:
-    """A simulation: the chain in motion, the angle of every link from the vertical, and the energy's error."""
+    """A simulation: the chain in motion, the angle of every link from the vertical, and the error of its energy (of E - work + loss
+    where work is done or lost)."""
     with look():
         drawing = figure(8.4, 4.6)
         axes = drawing.subplot_mosaic([["chain", "angles"], ["chain", "energy"]], width_ratios=(1.0, 1.4))
@@ -28,7 +29,8 @@ def motion(system: System, trajectory: Trajectory) -> Figure:
             axes["energy"].set_visible(False)
             axes["angles"].set_xlabel("t (s)")
         else:
-            panels.energy_error(axes["energy"], trajectory.t, trajectory.energy)
+            balance = None if trajectory.work is None else trajectory.balance
+            panels.energy_error(axes["energy"], trajectory.t, trajectory.energy, balance)
             axes["energy"].set_title(f"by {trajectory.method}, tolerance {trajectory.tol:.0e}")
     return drawing
 

@@ -82,13 +82,22 @@ def against_time(axes: Any, t: ArrayLike, values: ArrayLike, names: Sequence[str
         _legend_above(axes, len(columns))
 
 
-def energy_error(axes: Any, t: ArrayLike, energy: ArrayLike) -> None:
-    """How far the total energy has moved from its first value, relative to the largest; logarithmic."""
+def energy_error(axes: Any, t: ArrayLike, energy: ArrayLike, balance: ArrayLike | None = None) -> None:
+    """How far the energy has moved from what it should be, relative to the largest; logarithmic.
+
+    Args:
+        axes: Where to draw.
+        t: Times (m,), s.
+        energy: Total energy (m,), J.
+        balance: E - E(0) - work + loss (m,), J, where work is done or lost.
+    """
     total = np.asarray(energy, dtype=float)
     scale = max(float(np.max(np.abs(total))), np.finfo(float).tiny)
-    moved = np.maximum(np.abs(total - total[0]) / scale, _SMALLEST)
+    off = total - total[0] if balance is None else np.asarray(balance, dtype=float)
+    moved = np.maximum(np.abs(off) / scale, _SMALLEST)
     axes.semilogy(np.asarray(t)[1:], moved[1:], color=ACCENT, linewidth=0.9)
-    axes.set(xlabel="t (s)", ylabel="energy error, relative", xlim=(np.min(t), np.max(t)))
+    label = "energy error, relative" if balance is None else "energy balance, relative"
+    axes.set(xlabel="t (s)", ylabel=label, xlim=(np.min(t), np.max(t)))
 
 
 def decay(axes: Any, t: ArrayLike, curves: dict[str, ArrayLike]) -> None:

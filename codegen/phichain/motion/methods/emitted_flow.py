@@ -6,27 +6,35 @@ that cutting a run into pieces costs no digits.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final, Generic, TypeVar
 
 import numpy as np
 
 from phichain.errors import UnsupportedError
+from phichain.motion.balance import MANY
+from phichain.motion.ledger import Ledger
 from phichain.motion.path import Path, StateAt, tell
 from phichain.motion.problem import Problem
-from phichain.system import Vector, pack
+from phichain.records import Held
+from phichain.system import Vector
 from phichain.system.propagation import Propagation
 
 P = TypeVar("P", bound=Propagation)
 
+#: As good as zero, rad and rad/s, and yet not zero.
+SMALLEST: Final = {"double": 1e-300, "float": 1e-30}
 #: Steps after which a watched run comes back to report progress.
 _REPORTED: Final = 1000
+#: Steps that are asked once more in one call: a chaotic motion leaves no other one in so few.
+_BOOKED: Final = 16
 
 
 def is_possible(problem: Problem, function: str) -> bool:
-    """Whether the system has the flow and its input, if any, is constant."""
-    return problem.system.has(function) and (problem.control is None or problem.held is not None)
+    """Whether the system has the flow and its input, if any, is constant between breaks that are known."""
+    return problem.system.has(function) and problem.is_held
 
 
 class EmittedFlow(Generic[P]):
@@ -51,7 +59,8 @@ class EmittedFlow(Generic[P]):
         self.propagate = problem.system.function(function)
         if not is_possible(problem, function):
             raise UnsupportedError(
-                "u", problem.control, f"{name} holds its input constant", f"use {instead}, or a constant u"
+                "u", problem.control, f"{name} holds its input constant",
+                f"use {instead}, a constant u, a held table, or sample=Ts for a law that samples",
             )
         self.fixed: dict[str, Any] = dict(problem.system.parameters(problem.p))
         if problem.held is not None:
@@ -65,82 +74,164 @@ class EmittedFlow(Generic[P]):
         self.order = found.order
         return found
 
+    def hold(self, u: Vector | None) -> None:
+        """Go on with another input, if the chain has any."""
+        if self.system.nu:
+            self.fixed["u"] = u
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What the next call goes on with, and its input: what makes it the same call again."""
+        return self.carried | ({"u": self.fixed["u"]} if "u" in self.fixed else {})
+
     def once(self, t: float, x: Vector, t_end: float, **options: Any) -> P:
         """One call that leaves nothing behind."""
-        nq = self.system.nq
-        found: P = self.propagate(x[:nq], x[nq:], t, t_end, self.tol, **options, **self.fixed)
+        nq, given = self.system.nq, {**self.fixed, **options}
+        if not x.any() and np.any(given.get("u", 0.0)):
+            # The flow measures its errors by the state, and against none a push from the hanging rest is infinitely large.
+            x = np.full(len(x), SMALLEST[self.system.real])
+        found: P = self.propagate(x[:nq], x[nq:], t, t_end, self.tol, **given)
         return found
 
 
-def whole_path(problem: Problem, run: EmittedFlow[P]) -> tuple[Path, int]:
+@dataclass(frozen=True, eq=False)
+class Stretch(Held):
+    """One call of a flow.
+
+    Attributes:
+        t: Where it began, s.
+        x: The state there.
+        options: What the call went on with, and its input.
+        t1: Where it ended, s.
+        steps: Steps taken.
+        passed: Times that it passed: those asked for, or the ends of its own steps.
+        states: The states there.
+        is_own: Whether they are the ends of its own steps.
+    """
+
+    t: float
+    x: Vector
+    options: Mapping[str, Any]
+    t1: float
+    steps: int
+    passed: Vector
+    states: Vector
+    is_own: bool
+
+
+Run = Iterator[tuple[P, Stretch]]
+
+
+def _calls(problem: Problem, run: EmittedFlow[P], ledger: Ledger, asks: Callable[[float], Vector] | None) -> Run[P]:
+    """One call of the flow after the other, leg by leg, to the end, the budget or the last finite number.
+
+    Args:
+        problem: What is integrated.
+        run: The flow.
+        ledger: Where the legs are noted.
+        asks: The times wanted of a call that goes to some time; None for the ends of its own steps.
+    """
+    legs = ledger.legs = problem.legs()
+    t, x, t_end = float(problem.t[0]), problem.x0, float(problem.t[-1])
+    tried, told = 0, 0.0
+    while t != t_end:
+        leg = legs.take(t, x)
+        run.hold(leg.held)
+        while t != leg.t1:
+            left = problem.max_steps - tried
+            most = left if problem.progress is None else min(left, _REPORTED)
+            before, options = (t, x), run.options
+            times = () if asks is None else asks(leg.t1)
+            found = run(t, x, leg.t1, max_steps=most, **({"own": True} if asks is None else {"times": times} if len(times) else {}))
+            is_done = found.outcome == "done"
+            t, x, tried = reached(found, leg.t1), np.concatenate((found.q, found.v)), tried + found.tried
+            told, passed = tell(problem, t, told), found.t_at
+            if asks is None and passed.size:
+                passed = np.append(passed[:-1], t)
+            yield found, Stretch.made(
+                t=before[0], x=before[1], options=options, t1=t, steps=found.steps, passed=passed,
+                states=np.concatenate((found.q_at, found.v_at), axis=1), is_own=asks is None,
+            )  # fmt: skip
+            if not is_done and (found.outcome != "step budget" or tried >= problem.max_steps):
+                return
+
+
+def whole_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> tuple[Path, int]:
     """The states at the problem's times, in compiled code from end to end, and how many steps were refused on the way."""
-    grid, t_end = problem.t, float(problem.t[-1])
-    t, x, steps, tried, told = float(grid[0]), problem.x0, 0, 0, 0.0
-    times, states = [t], [x]
-    status, message = "complete", ""
-    while True:
-        left = problem.max_steps - tried
-        most = left if problem.progress is None else min(left, _REPORTED)
-        found = run(t, x, t_end, max_steps=most, times=grid[len(times) :])
-        t, x, steps, tried = found.t, pack(found.q, found.v), steps + found.steps, tried + found.tried
+    grid, way = problem.t, 1.0 if problem.t[-1] > problem.t[0] else -1.0
+    times, states = [float(grid[0])], [problem.x0]
+
+    def asks(stop: float) -> Vector:
+        # A time that is the end of a leg belongs to it.
+        return grid[len(times) : int(np.searchsorted(way * grid, way * stop, side="right"))]
+
+    stretches: list[Stretch] = []
+    steps = tried = 0
+    for found, stretch in _calls(problem, run, ledger, asks):
+        steps, tried = steps + found.steps, tried + found.tried
         times += grid[len(times) : len(times) + len(found.q_at)].tolist()
-        states += list(pack(found.q_at, found.v_at))
-        told = tell(problem, t, told)
-        if found.outcome == "done":
-            break
-        if found.outcome != "step budget" or tried >= problem.max_steps:
-            status, message = _early(found, problem, run.name)
-            break
-    if times[-1] != t:
-        times.append(t)
-        states.append(x)
+        states += list(stretch.states)
+        stretches.append(stretch)
+    if times[-1] != stretch.t1:
+        times.append(stretch.t1)
+        states.append(np.concatenate((found.q, found.v)))
+    status, message = _ended(found, problem, run.name)
+    _book(run, stretches, ledger)
     return Path(np.array(times), np.array(states), status, message, (), steps, None), tried - steps
 
 
-def own_path(problem: Problem, run: EmittedFlow[P]) -> Path:
+def own_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> Path:
     """The states at the ends of the flow's own steps, in compiled code from end to end."""
-    t0, t_end = float(problem.t[0]), float(problem.t[-1])
-    t, x, steps, told = t0, problem.x0, 0, 0.0
-    pieces: list[P] = []
-    status, message = "complete", ""
-    while True:
-        left = problem.max_steps - steps
-        found = run(t, x, t_end, max_steps=left if problem.progress is None else min(left, _REPORTED), own=True)
-        t, x, steps = found.t, np.concatenate((found.q, found.v)), steps + found.steps
-        pieces.append(found)
-        told = tell(problem, t, told)
-        if found.outcome == "done":
-            break
-        if found.outcome != "step budget" or steps >= problem.max_steps:
-            status, message = _early(found, problem, run.name)
-            break
-    again = partial(_again, problem, run, t, x, steps)
-    return Path(*_strung(t0, problem.x0, pieces), status, message, (), steps, again)
+    calls = list(_calls(problem, run, ledger, None))
+    found, stretches = calls[-1][0], [stretch for _, stretch in calls]
+    times = np.concatenate([problem.t[:1], *(stretch.passed for stretch in stretches)])
+    states = np.concatenate([problem.x0[None], *(stretch.states for stretch in stretches)])
+    again = partial(_again, run, stretches, np.concatenate((found.q, found.v)))
+    _book(run, stretches, ledger)
+    steps = sum(stretch.steps for stretch in stretches)
+    return Path(times, states, *_ended(found, problem, run.name), (), steps, again)
 
 
-def _strung(t0: float, x0: Vector, pieces: list[P]) -> tuple[Vector, Vector]:
-    """Times and states of a start and of all that was passed after it."""
-    count, nq = 1 + sum(len(piece.t_at) for piece in pieces), pieces[0].q_at.shape[1]
-    times, states, at = np.empty(count), np.empty((count, len(x0))), 1
-    times[0], states[0] = t0, x0
-    for piece in pieces:
-        end = at + len(piece.t_at)
-        times[at:end], states[at:end, :nq], states[at:end, nq:] = piece.t_at, piece.q_at, piece.v_at
-        at = end
-    return times, states
-
-
-def _again(problem: Problem, run: EmittedFlow[P], t_last: float, x_last: Vector, steps: int, times: Vector) -> Vector:
-    """The states at other times of a run that ended at `t_last` in `x_last`: from the same start the same series."""
-    t0, t_end = float(problem.t[0]), float(problem.t[-1])
-    order = np.argsort(times if t_end >= t0 else -times, kind="stable")
-    inside = order[times[order] != t_last]
+def _again(run: EmittedFlow[P], stretches: list[Stretch], x_last: Vector, times: Vector) -> Vector:
+    """The states at other times of a run that ended in `x_last`: from the same start the same series."""
+    last = stretches[-1].t1
+    way = 1.0 if last >= stretches[0].t else -1.0
     states = np.tile(x_last, (len(times), 1))
-    if inside.size:
-        # The run may have been cut into calls, which changes its last bits: one step more than it took is enough for all.
-        found = run.once(t0, problem.x0, t_end, times=times[inside], max_steps=steps + 1)
-        states[inside[: len(found.q_at)]] = np.concatenate((found.q_at, found.v_at), axis=1)
+    inside = np.flatnonzero(times != last)
+    inside = inside[np.argsort(way * times[inside], kind="stable")]
+    of_stretch = np.searchsorted([way * stretch.t1 for stretch in stretches], way * times[inside], side="left")
+    for k in np.unique(of_stretch).tolist():
+        stretch, here = stretches[k], inside[of_stretch == k]
+        # The call may have been cut, which changes its last bits: one step more than it took is enough for all.
+        found = run.once(
+            stretch.t, stretch.x, stretch.t1, times=times[here], max_steps=stretch.steps + 1, **stretch.options
+        )
+        states[here[: len(found.q_at)]] = np.concatenate((found.q_at, found.v_at), axis=1)
     return states
+
+
+def _book(run: EmittedFlow[P], stretches: list[Stretch], ledger: Ledger) -> None:
+    """Enter the steps of a run into its books, where there are some: the flow is asked once more, for the states within steps."""
+    if ledger.account is None:
+        return
+    for stretch in stretches:
+        ends, states, u = stretch.passed, stretch.states, stretch.options.get("u", np.empty(0))
+        if not stretch.is_own:
+            found = run.once(stretch.t, stretch.x, stretch.t1, own=True, max_steps=stretch.steps, **stretch.options)
+            ends, states = found.t_at, np.concatenate((found.q_at, found.v_at), axis=1)
+        knots, starts = np.concatenate([[stretch.t], ends]), np.concatenate([stretch.x[None], states])
+        for first in range(0, len(ends), _BOOKED):
+            within = knots[first : first + _BOOKED + 1]
+            points = ledger.account.points(within, MANY)
+            found = run.once(float(within[0]), starts[first], float(within[-1]), times=points, u=u)
+            if len(found.q_at) < len(points):  # it left the finite numbers
+                return
+            ledger.account.book(within, MANY, np.concatenate((found.q_at, found.v_at), axis=1), u)
+
+
+def reached(found: Propagation, t_end: float) -> float:
+    """Where a call came to: at its end the time that was asked for, which single precision may not hold."""
+    return t_end if found.outcome == "done" else found.t
 
 
 def dense(at: StateAt) -> Callable[[], StateAt]:
@@ -148,7 +239,10 @@ def dense(at: StateAt) -> Callable[[], StateAt]:
     return lambda: at
 
 
-def _early(found: Propagation, problem: Problem, name: str) -> tuple[str, str]:
+def _ended(found: Propagation, problem: Problem, name: str) -> tuple[str, str]:
+    """Status and message of a run by its last call."""
+    if found.outcome == "done":
+        return "complete", ""
     t_end = float(problem.t[-1])
     if found.outcome == "step budget":
         return "step budget", f"{problem.max_steps} steps, the budget, brought it to t = {found.t:.6g} s of {t_end:.6g} s"

@@ -11,7 +11,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from phichain.errors import ToleranceError
+from phichain.motion.inputs.piece import Control
 from phichain.motion.ledger import Ledger
+from phichain.motion.methods.legwise import legwise
 from phichain.motion.path import Segment, StalledError, StateAt
 from phichain.motion.problem import Problem
 from phichain.system import Vector, unpack
@@ -25,7 +27,7 @@ HOPELESS = 1e-3
 
 
 def segments(problem: Problem, name: str, ledger: Ledger) -> Iterator[Segment]:
-    """Equal steps of size at most h between successive outputs, the input held over each.
+    """Equal steps of size at most h between successive outputs and breaks of the input, which is held over each.
 
     A state inside a step (an event, say) is the method's own step of that shorter size.
 
@@ -36,6 +38,10 @@ def segments(problem: Problem, name: str, ledger: Ledger) -> Iterator[Segment]:
     """
     h = check_step(problem.h)
     residuals = _Residuals(problem, name, ledger)
+    yield from legwise(problem, ledger, lambda part: _steps(part, name, h, residuals))
+
+
+def _steps(problem: Problem, name: str, h: float, residuals: _Residuals) -> Iterator[Segment]:
     advance = _advance(problem, name, residuals)
     x = problem.x0
     for start, stop in zip(problem.t[:-1], problem.t[1:], strict=True):
@@ -44,12 +50,13 @@ def segments(problem: Problem, name: str, ledger: Ledger) -> Iterator[Segment]:
         for k in range(count):
             t0 = float(start + k * size)
             t1 = float(stop if k == count - 1 else start + (k + 1) * size)
-            x1 = advance(t0, x, float(size))
+            u = None if problem.control is None else problem.control(t0, x)
+            x1 = advance(u, x, float(size))
             if not np.all(np.isfinite(x1)):
                 raise StalledError(f"{name} left the finite numbers with h = {abs(size):.6g} s")
             if residuals.largest > HOPELESS:
                 raise StalledError(f"the iteration of {name} does not converge with h = {abs(size):.6g} s")
-            yield Segment(t0, t1, x1, _inside(advance, t0, x), parts=1)
+            yield Segment(t0, t1, x1, _inside(advance, u, t0, x), parts=1, control=None if u is None else _holding(u))
             x = x1
 
 
@@ -85,15 +92,21 @@ class _Residuals:
         self.ledger.remarks[:] = [text]
 
 
-def _advance(problem: Problem, name: str, residuals: _Residuals) -> Callable[[float, Vector, float], Vector]:
+Advance = Callable[[Vector | None, Vector, float], Vector]
+
+
+def _holding(u: Vector) -> Control:
+    return lambda t, x: u
+
+
+def _advance(problem: Problem, name: str, residuals: _Residuals) -> Advance:
     system = problem.system
     step = system.function(name)
     parameters = system.parameters(problem.p)
 
-    def advance(t: float, x: Vector, h: float) -> Vector:
+    def advance(u: Vector | None, x: Vector, h: float) -> Vector:
         q, v = unpack(system, x)
-        u = () if problem.control is None else (problem.control(t, x),)
-        q_next, v_next, *more = step(h, q, v, *u, **parameters)
+        q_next, v_next, *more = step(h, q, v, *(() if u is None or system.nu == 0 else (u,)), **parameters)
         if (
             len(more) == 1
         ):  # an iteration's residual; a pair is the error estimate, which fixed steps have no use for
@@ -103,7 +116,5 @@ def _advance(problem: Problem, name: str, residuals: _Residuals) -> Callable[[fl
     return advance
 
 
-def _inside(
-    advance: Callable[[float, Vector, float], Vector], t0: float, x0: Vector
-) -> Callable[[], StateAt]:
-    return lambda: lambda t: x0 if t == t0 else advance(t0, x0, t - t0)
+def _inside(advance: Advance, u: Vector | None, t0: float, x0: Vector) -> Callable[[], StateAt]:
+    return lambda: lambda t: x0 if t == t0 else advance(u, x0, t - t0)

@@ -13,14 +13,15 @@ from typing import Any
 from phichain.motion.ledger import Ledger
 from phichain.motion.methods import emitted_flow
 from phichain.motion.methods.emitted_flow import EmittedFlow
-from phichain.motion.path import Path, Segment, StalledError, StateAt, collect
+from phichain.motion.methods.legwise import legwise
+from phichain.motion.path import Path, Segment, StalledError, StateAt, StatesAt, collect
 from phichain.motion.problem import Problem
 from phichain.system import Vector, pack
 from phichain.system.propagation import StiffPropagation
 
 
 def is_possible(problem: Problem) -> bool:
-    """Whether the system has the flow and its input, if any, is constant."""
+    """Whether the system has the flow and its input, if any, is constant between breaks that are known."""
     return emitted_flow.is_possible(problem, "propagate_stiff")
 
 
@@ -32,34 +33,39 @@ def segments(problem: Problem, name: str, ledger: Ledger) -> Iterator[Segment]:
         StalledError: no step, however short, led to finite numbers within the tolerance.
     """
     run = _run(problem, name)
+    yield from legwise(problem, ledger, lambda part: _steps(part, run, ledger))
+
+
+def _steps(problem: Problem, run: EmittedFlow[StiffPropagation], ledger: Ledger) -> Iterator[Segment]:
+    run.hold(problem.held)
     t_end = float(problem.t[-1])
     t, x = float(problem.t[0]), problem.x0
-    refused = 0
     while t != t_end:
-        start = run.carried
+        start = run.options
         step = run(t, x, t_end, max_steps=1)
         if step.outcome == "not finite":
-            raise StalledError(f"{name} left the finite numbers")
-        refused += step.refused
-        ledger.counts.update(refused=refused, order=step.order)
+            raise StalledError(f"{run.name} left the finite numbers")
+        ledger.count(steps=step.steps, refused=step.refused)
+        ledger.counts.update(order=step.order)
         if not step.steps:
             continue
-        after = pack(step.q, step.v)
-        ledger.count(steps=1)
-        yield Segment(t, step.t, after, emitted_flow.dense(_inside(run, t, x, start)))
-        t, x = step.t, after
+        after, t1 = pack(step.q, step.v), emitted_flow.reached(step, t_end)
+        inside = emitted_flow.dense(_inside(run, t, x, start))
+        yield Segment(t, t1, after, inside, looks=_looks(run, t, x, t_end, start))
+        t, x = t1, after
 
 
 def path(problem: Problem, name: str, ledger: Ledger) -> Path:
-    """The states at the problem's times, in compiled code from end to end; at its own steps, one call each.
+    """The states at the problem's times, in compiled code from end to end; at its own steps, and where work or loss is booked, one
+    call for each step.
 
     Raises:
         UnsupportedError: the input is a function, or the system has no flow.
     """
-    if problem.own_steps:
-        return collect(problem, segments(problem, name, ledger))
+    if problem.own_steps or ledger.account is not None:
+        return collect(problem, segments(problem, name, ledger), ledger.account)
     run = _run(problem, name)
-    found, refused = emitted_flow.whole_path(problem, run)
+    found, refused = emitted_flow.whole_path(problem, run, ledger)
     ledger.counts.update(steps=found.steps, refused=refused, order=run.order)
     return found
 
@@ -75,5 +81,14 @@ def _inside(run: EmittedFlow[StiffPropagation], t0: float, x0: Vector, start: di
         # A step that ends there: shorter than the one that was taken, so within the tolerance as well.
         found = run.once(t0, x0, t, **(start | {"memory": (t - t0, 0.0)}))
         return pack(found.q, found.v)
+
+    return at
+
+
+def _looks(run: EmittedFlow[StiffPropagation], t0: float, x0: Vector, t_end: float, start: dict[str, Any]) -> StatesAt:
+    def at(times: Vector) -> Vector:
+        # The same step again, asked for states on its way; what it heads for decides how long it is.
+        found = run.once(t0, x0, t_end, **start, max_steps=1, times=times)
+        return pack(found.q_at, found.v_at)
 
     return at

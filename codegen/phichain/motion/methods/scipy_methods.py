@@ -14,6 +14,7 @@ from scipy.integrate import BDF, DOP853, LSODA, RK45, OdeSolver, Radau
 from scipy.linalg import LinAlgError
 
 from phichain.motion.ledger import Ledger
+from phichain.motion.methods.legwise import legwise
 from phichain.motion.path import Segment, StalledError
 from phichain.motion.problem import Problem
 
@@ -22,7 +23,12 @@ IMPLICIT: dict[str, type[OdeSolver]] = {"Radau": Radau, "BDF": BDF, "LSODA": LSO
 
 
 def segments(problem: Problem, name: str, ledger: Ledger) -> Iterator[Segment]:
-    """The accepted steps of one of SciPy's solvers; implicit ones use the exact Jacobian when there is one.
+    """The accepted steps of one of SciPy's solvers, anew at every break of the input; errors as of `_steps`."""
+    return legwise(problem, ledger, lambda part: _steps(part, name))
+
+
+def _steps(problem: Problem, name: str) -> Iterator[Segment]:
+    """The steps of a problem without breaks; implicit methods use the exact Jacobian when there is one.
 
     Raises:
         StalledError: The step size fell below the spacing of doubles, or the derivative stopped being finite.
@@ -44,7 +50,7 @@ def segments(problem: Problem, name: str, ledger: Ledger) -> Iterator[Segment]:
         if solver.t == solver.t_old:
             # LSODA reports success with steps of length zero when it cannot go on.
             raise StalledError(f"{name} could not keep tol {problem.tol:g}: its step size fell to zero")
-        yield Segment(float(solver.t_old), float(solver.t), solver.y.copy(), solver.dense_output)
+        yield Segment(float(solver.t_old), float(solver.t), solver.y.copy(), solver.dense_output, takes_many=True)
 
 
 def _solver(problem: Problem, name: str) -> OdeSolver:

@@ -9,16 +9,19 @@ Reference: Hindmarsh et al., SUNDIALS, ACM TOMS 31 (2005).
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from phichain.errors import UnsupportedError
 from phichain.motion.ledger import Ledger
-from phichain.motion.path import BudgetError, Segment, StalledError, StateAt
+from phichain.motion.methods.legwise import legwise
+from phichain.motion.path import BudgetError, Segment, StalledError, StateAt, StatesAt
 from phichain.motion.problem import Problem
 from phichain.system import System, Vector
 
@@ -32,17 +35,39 @@ POINTS = 200
 
 
 def segments(problem: Problem, name: str, ledger: Ledger) -> Iterator[Segment]:
-    """One segment per output interval.
+    """One segment per output interval, anew at every break of the input; errors as of `_steps`."""
+    if not problem.is_held:
+        raise UnsupportedError(
+            "u",
+            problem.control,
+            f"{name} integrates a CasADi graph and cannot call a Python control law",
+            "use method='DOP853' or 'Radau', a held table, or sample=Ts for a law that samples",
+        )
+    span = abs(float(problem.t[-1] - problem.t[0]))
+    yield from legwise(problem, ledger, lambda part: _steps(part, name, ledger, span if problem.own_steps else None))
+
+
+def _steps(problem: Problem, name: str, ledger: Ledger, span: float | None) -> Iterator[Segment]:
+    """The segments of a leg.
 
     The whole grid is integrated at once, so the multistep history is kept across outputs. When that fails, the
     intervals are walked one by one to bring back what there is before the failure.
 
+    Args:
+        problem: The leg.
+        name: The method.
+        ledger: Where calls are counted.
+        span: How long the whole run takes, where no outputs were asked for.
+
     Raises:
-        UnsupportedError: The system has no CasADi function, casadi is not installed, or u is a control law.
+        UnsupportedError: The system has no CasADi function, or casadi is not installed.
         BudgetError: An output interval takes more than `max_steps` steps.
         StalledError: SUNDIALS gave up.
     """
-    times = problem.t if not problem.own_steps else np.linspace(problem.t[0], problem.t[-1], POINTS + 1)
+    times = problem.t
+    if span is not None:
+        share = abs(float(times[-1] - times[0])) / span
+        times = np.linspace(times[0], times[-1], max(1, math.ceil(POINTS * share)) + 1)
     flow = _flow(problem, name, ledger)
     try:
         states = flow.along(problem.x0, times)
@@ -51,7 +76,7 @@ def segments(problem: Problem, name: str, ledger: Ledger) -> Iterator[Segment]:
         return
     x = problem.x0
     for start, stop, after in zip(times[:-1], times[1:], states, strict=True):
-        yield Segment(float(start), float(stop), after, _inside(flow, float(start), x))
+        yield _segment(problem, flow, float(start), float(stop), x, after)
         x = after
 
 
@@ -62,7 +87,7 @@ def _walk(problem: Problem, flow: _Flow, times: Vector) -> Iterator[Segment]:
             after = flow.along(x, np.array([start, stop]))[-1]
         except RuntimeError as failure:
             raise _explained(failure) from failure
-        yield Segment(float(start), float(stop), after, _inside(flow, float(start), x))
+        yield _segment(problem, flow, float(start), float(stop), x, after)
         x = after
 
 
@@ -70,6 +95,20 @@ def _explained(failure: RuntimeError) -> StalledError:
     found = re.search(r"(CV|IDA)_[A-Z_]+", str(failure))
     flag = found[0] if found else "no reason"
     return BudgetError(flag) if "TOO_MUCH_WORK" in flag else StalledError(f"SUNDIALS gave up with {flag}")
+
+
+def _segment(problem: Problem, flow: _Flow, t0: float, t1: float, x0: Vector, x1: Vector) -> Segment:
+    return Segment(t0, t1, x1, _inside(flow, t0, x0), looks=_looks(problem, t0, t1, x0, x1))
+
+
+def _looks(problem: Problem, t0: float, t1: float, x0: Vector, x1: Vector) -> StatesAt:
+    def at(times: Vector) -> Vector:
+        # SUNDIALS' own interpolant does not come out of CasADi: a cubic through states and slopes at both ends.
+        slopes = [problem.field.function(t, x) for t, x in ((t0, x0), (t1, x1))]
+        states: Vector = CubicHermiteSpline([0.0, 1.0], [x0, x1], (t1 - t0) * np.array(slopes))((times - t0) / (t1 - t0))
+        return states
+
+    return at
 
 
 def _inside(flow: _Flow, t0: float, x0: Vector) -> Callable[[], StateAt]:
@@ -113,13 +152,6 @@ class _Flow:
 
 def _flow(problem: Problem, name: str, ledger: Ledger) -> _Flow:
     system = problem.system
-    if problem.control is not None and problem.held is None:
-        raise UnsupportedError(
-            "u",
-            problem.control,
-            f"{name} integrates a CasADi graph and cannot call a Python control law",
-            "use method='DOP853' or 'Radau', or hold u constant over shorter spans",
-        )
     casadi, dynamics = _dynamics(system, name)
     x, span = casadi.MX.sym("x", system.nx), casadi.MX.sym("span")
     u = casadi.MX.sym("u", system.nu)

@@ -1,0 +1,61 @@
+"""Whether a law is a function of (t, x): the same question must have the same answer, whatever was asked in between."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from phichain.errors import ArrayError
+from phichain.motion.inputs.piece import Control
+from phichain.records import Held
+from phichain.system import Vector
+
+SAME = 1e-12
+"""Two answers that differ by less, relative to their size, are one: a sum may be taken in another order."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Answer(Held):
+    t: float
+    x: Vector
+    u: Vector
+
+
+class Purity:
+    """Questions put to a law at accepted steps, once and again after later ones.
+
+    A law that remembers its last call answers by what it saw last. So the last step's question is put again after each step,
+    and the first one after 1, 2, 4, 8, ... steps: twelve evaluations of a step cost more.
+    """
+
+    def __init__(self, control: Control, t: float, x: Vector) -> None:
+        """Ask at the start."""
+        self._control, self._steps = control, 0
+        self._first = self._last = _Answer(t, x, control(t, x))
+
+    def look(self, t: float, x: Vector) -> None:
+        """Ask at the end of a step, and again what was asked before.
+
+        Raises:
+            ArrayError: An answer has changed.
+        """
+        self._steps += 1
+        if not np.isfinite(x).all():
+            return
+        here = _Answer(t, x, self._control(t, x))
+        self._again(self._last)
+        if self._steps & (self._steps - 1) == 0:
+            self._again(self._first)
+        self._last = here
+
+    def _again(self, before: _Answer) -> None:
+        now = self._control(before.t, before.x)
+        if np.array_equal(now, before.u):
+            return
+        if np.max(np.abs(now - before.u)) > SAME * max(np.max(np.abs(now)), np.max(np.abs(before.u))):
+            raise ArrayError(
+                "u", (before.u.tolist(), now.tolist()),
+                f"gives two answers at t = {before.t:.6g} s in one state, so it is no function of (t, x): it remembers earlier calls",
+                "give sample=Ts for a law that samples or has a memory: it is then asked once at every sample, in their order",
+            )  # fmt: skip
