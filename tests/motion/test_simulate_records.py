@@ -102,6 +102,7 @@ def test_csv_reads_back_exactly(tmp_path) -> None:
         "u_1",
         "kinetic",
         "potential",
+        "error",
     ]
     assert np.array_equal([float(row["theta_2"]) for row in rows], run.q[:, 1])
 

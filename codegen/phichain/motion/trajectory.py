@@ -81,7 +81,7 @@ class Trajectory(Held):
             what |v| reaches, if that is larger. Twice what a more accurate run says, or what rounding makes of the Taylor flow at
             round-off; once as large as what the motion covers it says no more than that. None for inputs that move, or unasked.
         holds_until: The last of t up to which no error is above what was asked lets expect: four times the tolerance of `auto`; 1e4
-            times that of a named method, 1e-2 at most; 1e-6 of the Taylor flow at round-off; 1e-2 of fixed steps. NaN without `error`.
+            times that of a named method, 1e-2 at most; 1e-4 of the Taylor flow at round-off; 1e-2 of fixed steps. NaN without `error`.
         refine: Builds the Trajectory of the same run at other times from the method's own interpolant; only when
             the outputs were the method's own steps, and kept neither in files nor in pickles.
     """

@@ -23,7 +23,7 @@ GROWTH: Final = 1e4
 #: And at most: further off, a state is no answer whatever was asked (relative to the motion).
 MOST: Final = 1e-2
 #: The same at round-off, where no tolerance was given.
-MOST_AT_ROUND_OFF: Final = 1e-6
+MOST_AT_ROUND_OFF: Final = 1e-4
 #: `auto` keeps the tolerance itself, and its error estimate is no better than this.
 KEPT: Final = 4.0
 #: Methods whose errors are relative to the motion.
@@ -63,15 +63,15 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
     if not is_held or len(path.t) < 2 or not np.isfinite(path.x).all():
         return NONE
     system, measure = problem.system, Measure.of(problem.system, path.x)
+    most = _most(problem, name, method.fixed, asked, float(np.min(1 / measure.weights)))
     if name == "taylor" and system.real == "double" and problem.tol <= FINEST:
-        error, by = rounded(problem, path, measure), "what rounding grows to beside it"
+        error, by = rounded(problem, path, measure, most), "what rounding grows to beside it"
     else:
         beside = second_run(problem, path, name, method)
         if beside is None:
             return NONE
         error, by = SAFETY * beside.share * measure(beside.x - path.x), beside.by
     error = np.maximum(error, ROUND_OFF[system.real] / 2 * measure(path.x))
-    most = _most(problem, name, method.fixed, asked, float(np.min(1 / measure.weights)))
     beyond = np.flatnonzero(error > most)
     if not beyond.size:
         return Estimate(error, float(path.t[-1]))
