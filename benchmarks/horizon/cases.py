@@ -58,10 +58,10 @@ CASES = (
     _planar("heavy_pair", (1.2, 1.2), mass=[0.5, 2.0], length=[1.0, 1.5]),
     _planar("long_pair", (2.6, -1.0), length=[3.0, 2.0]),
     Case("cart_pair", {"chain": _CART, "joints": {"angles": "absolute"}}, (0.0, 2.2, 1.0)),
-    _planar("triple", (1.0, 0.3, -0.2)),
-    _planar("slow_triple", (0.9, 0.0, 0.4), length=2.0, gravity=1.62),
+    _planar("triple", (1.9, -0.4, 0.8)),
+    _planar("slow_triple", (1.7, 0.0, 0.9), length=2.0, gravity=1.62),
     _planar("long_triple", (1.8, -0.6, 0.5), length=[2.0, 3.0, 1.0], com=[1.5, 1.5, 0.8]),
-    _planar("uneven_triple", (0.7, 0.7, 0.7), angles="absolute", mass=[1.0, 0.5, 0.25], length=[1.0, 1.2, 0.8]),
+    _planar("uneven_triple", (2.2, 1.5, 1.2), angles="absolute", mass=[1.0, 0.5, 0.25], length=[1.0, 1.2, 0.8]),
 )
 
 

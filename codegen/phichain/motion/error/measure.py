@@ -18,7 +18,7 @@ class Measure(Held):
 
     Attributes:
         weights: One over those sizes, for each entry of x (nx,).
-        covered: How far states of the motion lie apart, measured so: no error of it is much larger.
+        covered: What the motion reaches, measured so: errors grow to about this and stay there.
     """
 
     weights: Vector
@@ -31,7 +31,7 @@ class Measure(Held):
         angle, rate = float(np.max(reach[: system.nq])), float(np.max(reach[system.nq :]))
         angle = min(angle, 1.0) if angle else 1.0
         weights = np.repeat([1 / angle, 1 / (rate or 1.0)], [system.nq, system.nv])
-        return cls(weights, float(np.max(np.ptp(x, axis=0) * weights)))
+        return cls(weights, float(np.max(reach * weights)))
 
     def __call__(self, off: Vector) -> Vector:
         """Sizes (m,) of errors (m, nx)."""

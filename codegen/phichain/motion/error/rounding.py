@@ -1,14 +1,7 @@
-"""What rounding makes of a run of the Taylor flow at round-off: local errors of every step, carried by the tangent flow.
+"""What rounding makes of a run of the Taylor flow at round-off, beside which nothing is more accurate.
 
-The flow's sums are compensated, so that a step's error r_k is round-off of what the state moves by in it. With Phi the tangent flow
-independent errors add up to
-
-    e(t)^2 = sum_k r_k^2 |Phi(t, t_k)|^2
-
-over the steps before t. Of Phi only the growth G(t) = |Phi(t, t_0) d| of one direction is known, which gives two estimates of the
-sum, and the larger is taken. Where the motion is chaotic every direction turns into one that grows, |Phi(t, t_k)| = G(t) / G(t_k),
-also where d itself was slow to grow. Where it is regular errors grow with the time since they were made, |Phi(t, t_k)| =
-G(t - t_k) up to the phase of the motion, which G(t) relative to its largest so far says.
+The flow's sums are compensated, so that a step's error is round-off of what the state moves by in it. Neighbours that are pushed by
+as much, amplified, show what these errors add up to and grow to.
 """
 
 from __future__ import annotations
@@ -17,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from phichain.motion.error.growth import STRIDE, growth
 from phichain.motion.error.measure import Measure
+from phichain.motion.error.neighbours import STRIDE, errors_beside
 from phichain.motion.error.second import flown
 from phichain.motion.path import Path
 from phichain.motion.problem import Problem
@@ -29,12 +22,13 @@ FINEST: Final = 2.0**-40
 #: At tolerances up to this the flow aims below round-off.
 _EXACT: Final = 2.0**-46
 #: Local error of a step over what it moves by, in units of round-off; and of the motion, in units of the tolerance.
-LOCAL: Final = (1.0, 2.0**-9)
-_LEAST: Final = 1e-100
-_BINS: Final = 256
+LOCAL: Final = (0.7, 2.0**-9)
 #: The same run at this many times the tolerance rounds otherwise at every step; an error is not more than so many times the difference.
 OTHERWISE: Final = 4.0
-ALIKE: Final = 10.0
+#: Errors above this part of what matters are looked at twice.
+CLOSE: Final = 1e-3
+ALIKE: Final = 20.0
+_LEAST: Final = 1e-8
 
 
 def rounded(problem: Problem, path: Path, measure: Measure, most: float) -> Vector:
@@ -44,10 +38,7 @@ def rounded(problem: Problem, path: Path, measure: Measure, most: float) -> Vect
     with other steps as well.
     """
     local = _local(problem, path, measure)
-    carried = growth(problem, path, measure, measure.covered / max(float(np.max(local)), _LEAST))
-    error = np.full(len(path.t), measure.covered)
-    known = np.isfinite(carried)
-    error[known] = np.minimum(_sum(path.t[known], carried[known], local[known]), measure.covered)
+    error = np.minimum(errors_beside(problem, path, local, measure, measure.covered, CLOSE * most), measure.covered)
     if np.max(error) <= most:
         return error
     other = flown(problem, path.t, path.x[0], OTHERWISE * problem.tol, 2 * path.steps + STRIDE)
@@ -62,20 +53,9 @@ def _local(problem: Problem, path: Path, measure: Measure) -> Vector:
     gaps = np.abs(np.diff(path.t))
     steps = np.maximum(path.steps * gaps / np.sum(gaps), _LEAST)
     # Between outputs that many steps lie apart the state has moved by more than they differ: by its rates at least.
-    rates = np.max(np.abs(path.x[1:, problem.system.nq :]) * measure.weights[: problem.system.nq].max(), axis=1)
+    nq = problem.system.nq
+    rates = np.max(np.abs(path.x[1:, nq:]), axis=1) * np.max(measure.weights[:nq])
     moved = np.maximum(measure(np.diff(path.x, axis=0)), np.where(steps > 2, rates * gaps, 0.0))
-    of_one = of_moved * float(np.finfo(float).eps) * moved / steps + (of_tolerance * problem.tol if problem.tol > _EXACT else 0.0)
+    of_rounding = of_moved * float(np.finfo(float).eps) * np.maximum(moved / steps, _LEAST)
+    of_one = of_rounding + (of_tolerance * problem.tol if problem.tol > _EXACT else 0.0)
     return np.append(0.0, of_one * np.sqrt(steps))
-
-
-def _sum(t: Vector, carried: Vector, local: Vector) -> Vector:
-    """Root of sum_k r_k^2 |Phi(t, t_k)|^2 at each time, from the growth and what was added since the time before."""
-    g = np.maximum(carried, _LEAST)
-    chaotic = g**2 * np.cumsum((local / g) ** 2)
-    # sum_k r_k^2 G(t - t_k)^2 in bins of time: what counts is how it grows.
-    past = np.abs(t - t[0])
-    bins = np.minimum((_BINS * past / past[-1]).astype(int), _BINS - 1) if len(t) > 1 else np.zeros(1, int)
-    spread = np.interp((np.arange(_BINS) + 0.5) * past[-1] / _BINS, past, g)
-    regular = np.convolve(np.bincount(bins, local**2, _BINS), spread**2)[bins] * (g / np.maximum.accumulate(g)) ** 2
-    total: Vector = np.sqrt(np.maximum(chaotic, regular))
-    return total
