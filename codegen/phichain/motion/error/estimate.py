@@ -26,6 +26,10 @@ MOST: Final = 1e-2
 MOST_AT_ROUND_OFF: Final = 1e-4
 #: `auto` keeps the tolerance itself, and its error estimate is no better than this.
 KEPT: Final = 4.0
+#: From an error of this on, of the motion, two runs have nothing to do with each other.
+LOST: Final = 0.5
+#: They may be close by chance then: how much farther either may be from the motion.
+PARTED: Final = 10.0
 #: Methods whose errors are relative to the motion.
 MEASURED_BY_MOTION: Final = ("taylor", "rosenbrock")
 ROUND_OFF: Final = {"double": float(np.finfo(float).eps), "float": float(np.finfo(np.float32).eps)}
@@ -65,13 +69,13 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
     system, measure = problem.system, Measure.of(problem.system, path.x)
     most = _most(problem, name, method.fixed, asked, float(np.min(1 / measure.weights)))
     if name == "taylor" and system.real == "double" and problem.tol <= FINEST:
-        error, by = rounded(problem, path, measure, most), "what rounding grows to beside it"
+        error, by, apart = rounded(problem, path, measure, most), "what rounding grows to beside it", 1.0
     else:
         beside = second_run(problem, path, name, method)
         if beside is None:
             return NONE
-        error, by = SAFETY * beside.share * measure(beside.x - path.x), beside.by
-    error = np.maximum(error, ROUND_OFF[system.real] / 2 * measure(path.x))
+        error, by, apart = SAFETY * beside.share * measure(beside.x - path.x), beside.by, PARTED
+    error = _no_more(error, measure(path.x), ROUND_OFF[system.real], apart)
     beyond = np.flatnonzero(error > most)
     if not beyond.size:
         return Estimate(error, float(path.t[-1]))
@@ -80,6 +84,18 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
     why = f"its estimated error, by {by}, passes {most:.2g} of the motion, what {promised} promises, after t = {until:.6g} s"
     remedy = "lower tol, shorten the span (errors may grow by themselves), or use the Taylor flow (propagate) at round-off"
     return Estimate(error, until, (f"doubtful: {why} and ends at {error[-1]:.2g}; {remedy}",))
+
+
+def _no_more(error: Vector, sizes: Vector, round_off: float, apart: float) -> Vector:
+    """Errors not below the last digit; and not smaller again, but `apart` times as large, once two runs have parted.
+
+    None is larger than what the motion has reached by then.
+    """
+    reached = np.maximum.accumulate(np.maximum(sizes, 1.0))
+    lost = np.maximum.accumulate(error > LOST)
+    parted = np.where(lost, apart * np.maximum.accumulate(error), error)
+    found: Vector = np.maximum(np.minimum(parted, reached), round_off / 2 * sizes)
+    return found
 
 
 def _most(problem: Problem, name: str, fixed: bool, asked: float | None, scale: float) -> float:

@@ -18,11 +18,9 @@ class Measure(Held):
 
     Attributes:
         weights: One over those sizes, for each entry of x (nx,).
-        covered: What the motion reaches, measured so: errors grow to about this and stay there.
     """
 
     weights: Vector
-    covered: float
 
     @classmethod
     def of(cls, system: System, x: Vector) -> Measure:
@@ -31,7 +29,7 @@ class Measure(Held):
         angle, rate = float(np.max(reach[: system.nq])), float(np.max(reach[system.nq :]))
         angle = min(angle, 1.0) if angle else 1.0
         weights = np.repeat([1 / angle, 1 / (rate or 1.0)], [system.nq, system.nv])
-        return cls(weights, float(np.max(reach * weights)))
+        return cls(weights)
 
     def __call__(self, off: Vector) -> Vector:
         """Sizes (m,) of errors (m, nx)."""

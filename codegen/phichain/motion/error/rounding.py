@@ -22,23 +22,23 @@ FINEST: Final = 2.0**-40
 #: At tolerances up to this the flow aims below round-off.
 _EXACT: Final = 2.0**-46
 #: Local error of a step over what it moves by, in units of round-off; and of the motion, in units of the tolerance.
-LOCAL: Final = (0.7, 2.0**-9)
+LOCAL: Final = (0.5, 2.0**-9)
 #: The same run at this many times the tolerance rounds otherwise at every step; an error is not more than so many times the difference.
 OTHERWISE: Final = 4.0
 #: Errors above this part of what matters are looked at twice.
 CLOSE: Final = 1e-3
-ALIKE: Final = 20.0
+ALIKE: Final = 10.0
 _LEAST: Final = 1e-8
 
 
 def rounded(problem: Problem, path: Path, measure: Measure, most: float) -> Vector:
-    """Estimated errors (m,) along a path of the Taylor flow; not above what the motion covers.
+    """Estimated errors (m,) along a path of the Taylor flow; infinity once they are as large as the motion.
 
     Beside a separatrix neighbours part that the run itself does not see, so that errors above `most` are held against the same run
     with other steps as well.
     """
     local = _local(problem, path, measure)
-    error = np.minimum(errors_beside(problem, path, local, measure, measure.covered, CLOSE * most), measure.covered)
+    error = errors_beside(problem, path, local, measure, float(np.max(measure(path.x))), CLOSE * most)
     if np.max(error) <= most:
         return error
     other = flown(problem, path.t, path.x[0], OTHERWISE * problem.tol, 2 * path.steps + STRIDE)
