@@ -9,10 +9,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.horizon.cases import CASES, Case, references
-from benchmarks.horizon.judge import LOOSE, RUNS, run
-from phichain.motion import simulate
-from phichain.pipeline import build
+from benchmarks.horizon.cases import CASES, Case
+from benchmarks.horizon.judge import LOOSE, run
 
 WAYS = (("taylor", None), ("taylor", LOOSE), ("DOP853", None), ("DOP853", LOOSE))
 
