@@ -130,7 +130,7 @@ def test_a_chain_that_springs_faster_than_a_fixed_step_follows_is_doubted() -> N
     for method, tol, h in (("step", None, 2.5e-4), ("BDF", 1e-6, None), ("cvodes", 1e-6, None)):
         run = simulate(sprung, start, [0.0, 1.0], method, tol, h=h)
         assert run.energy_drift > 1e-4 and run.status == "doubtful", method
-        assert run.error[-1] > 1e-2
+        assert run.error[-1] > 1e-3
     assert simulate(sprung, start, [0.0, 1.0]).status == "complete"
 
 

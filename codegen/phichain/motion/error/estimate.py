@@ -29,7 +29,7 @@ KEPT: Final = 4.0
 #: From an error of this on, of the motion, two runs have nothing to do with each other.
 LOST: Final = 0.5
 #: They may be close by chance then: how much farther either may be from the motion.
-PARTED: Final = 10.0
+PARTED: Final = 5.0
 #: Methods whose errors are relative to the motion.
 MEASURED_BY_MOTION: Final = ("taylor", "rosenbrock")
 ROUND_OFF: Final = {"double": float(np.finfo(float).eps), "float": float(np.finfo(np.float32).eps)}

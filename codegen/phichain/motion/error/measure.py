@@ -32,6 +32,8 @@ class Measure(Held):
         return cls(weights)
 
     def __call__(self, off: Vector) -> Vector:
-        """Sizes (m,) of errors (m, nx)."""
-        sizes: Vector = np.max(np.abs(off) * self.weights, axis=-1)
+        """Sizes (m,) of errors (m, nx), or one of (nx,)."""
+        # Row by row over the entries: along rows of a few numbers NumPy takes ten times as long.
+        weighed = np.multiply(np.transpose(off), self.weights.reshape(-1, *(1,) * (off.ndim - 1)), order="C")
+        sizes: Vector = np.max(np.abs(weighed), axis=0)
         return sizes
