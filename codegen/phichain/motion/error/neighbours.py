@@ -37,6 +37,7 @@ ALIGNED: Final = 0.03
 #: A push by less than this part of the difference is none.
 FELT: Final = 1e-3
 _BUDGET: Final = 1_000_000
+_HOPELESS: Final = 1e12
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +169,7 @@ def _closely(way: _Way, at: int, off: Vector, gap: Vector) -> tuple[Vector, floa
     span = float(way.t[at]), float(way.t[at + 1])
     steps = problem.system.propagate(x[:nq], x[nq:], *span, problem.tol, own=True, **given, **problem.system.parameters(problem.p))
     t, states = np.append(span[0], steps.t_at), np.vstack([x, pack(steps.q_at, steps.v_at)])
-    inner = replace(way, t=t, x=states, local=np.zeros(len(t)), enough=np.inf, known=None)
+    inner = replace(way, t=t, x=states, local=np.zeros(len(t)), enough=_HOPELESS, known=None)
     found = _along(inner, off, float(way.measure(off)), STRIDE, _at_once)
     return NEAR * found.direction[-1], float(found.error[-1])
 

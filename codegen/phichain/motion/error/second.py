@@ -73,13 +73,16 @@ def second_run(problem: Problem, path: Path, name: str, method: Method) -> Besid
         method: How that runs.
     """
     for run in _ways(problem, path, name, method):
-        found = run()
-        if found is not None and found.x.shape == path.x.shape and np.isfinite(found.x).all():
+        try:
+            found = run()
+        except PhichainError:
+            continue
+        if found.x.shape == path.x.shape and np.isfinite(found.x).all():
             return found
     return None
 
 
-def _ways(problem: Problem, path: Path, name: str, method: Method) -> list[Callable[[], Beside | None]]:
+def _ways(problem: Problem, path: Path, name: str, method: Method) -> list[Callable[[], Beside]]:
     by_taylor, again = partial(_by_taylor, problem, path, name, method.fixed), partial(_again, problem, path, name, method)
     if not problem.system.has("propagate"):
         return [again]
@@ -110,7 +113,7 @@ def _by_taylor(problem: Problem, path: Path, name: str, fixed: bool) -> Beside:
     return Beside(np.concatenate([path.x[:1], states]), 1.0, f"the Taylor flow at tolerance {tol:.2g}")
 
 
-def _again(problem: Problem, path: Path, name: str, method: Method) -> Beside | None:
+def _again(problem: Problem, path: Path, name: str, method: Method) -> Beside:
     if method.fixed:
         other, share, by = replace(_uncounted(problem), h=(problem.h or 0.0) / 2), 1.0, f"{name} at half the step"
     elif problem.tol / TENFOLD >= method.floor and name != "rosenbrock":
@@ -119,11 +122,8 @@ def _again(problem: Problem, path: Path, name: str, method: Method) -> Beside | 
         other, share, by = _within(problem, TENFOLD), OF_LOOSER, f"{name} at ten times the tolerance"
     grid = path.t if len(path.t) > 2 else np.array([path.t[0], (path.t[0] + path.t[1]) / 2, path.t[1]])
     other = replace(other, t=grid, events=(), progress=None, max_steps=int(TENFOLD) * max(path.steps, 100))
-    try:
-        run = method.path or (lambda p, name, ledger: collect(p, method.segments(p, name, ledger)))
-        found = run(other, name, Ledger())
-    except PhichainError:
-        return None
+    run = method.path or (lambda p, name, ledger: collect(p, method.segments(p, name, ledger)))
+    found = run(other, name, Ledger())
     return Beside(found.x if len(path.t) > 2 else found.x[[0, -1]], share, by)
 
 
