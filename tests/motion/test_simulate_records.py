@@ -104,6 +104,7 @@ def test_csv_reads_back_exactly(tmp_path) -> None:
         "potential",
         "work",
         "loss",
+        "error",
     ]
     assert np.array_equal([float(row["theta_2"]) for row in rows], run.q[:, 1])
 

@@ -141,7 +141,7 @@ def fits(name: str, value: Any) -> bool:
     texts = ("name", "method", "reason", "digest") if name != "status" else ()
     return (
         (name in (*texts, "status") and isinstance(value, str))
-        or (name in ("tol", "residual") and type(value) in (int, float))
+        or (name in ("tol", "residual", "holds_until") and type(value) in (int, float))
         or (name in ("q_names", "v_names", "u_names", "names", "state_names", "input_names", "s") and value == [])
         or (name == "counts" and value == {})
         or (name == "initial" and value is True)

@@ -8,7 +8,7 @@ however close they are.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -75,11 +75,19 @@ class Crossing(Held):
         name: The event's name.
         t: Time of the crossing, s.
         x: State (q, v) there.
+        doubtful: Whether it lies beyond the time until which the run holds, so that it may never happen.
     """
 
     name: str
     t: float
     x: Vector
+    doubtful: bool = False
+
+
+def marked(crossings: Iterable[Crossing], t: Vector, holds_until: float) -> tuple[Crossing, ...]:
+    """Crossings of a run at times t (m,), with those marked that lie beyond the time until which it holds."""
+    way = 1 if t[-1] >= t[0] else -1
+    return tuple(replace(crossing, doubtful=True) if way * (crossing.t - holds_until) > 0 else crossing for crossing in crossings)
 
 
 def as_events(events: Iterable[Event | Scalar] | Event | Scalar | None) -> tuple[Event, ...]:

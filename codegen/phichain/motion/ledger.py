@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from phichain.motion.balance import Account
 from phichain.motion.inputs.legs import Legs
+from phichain.motion.problem import Counted
 
 
 @dataclass(eq=False)
@@ -28,3 +30,9 @@ class Ledger:
         """Add to counts; one that is new starts at zero."""
         for key, value in more.items():
             self.counts[key] = self.counts.get(key, 0) + value
+
+    def counted(self, steps: int, calls: Mapping[str, Counted | None]) -> dict[str, int]:
+        """What the method counted for itself, or else its steps and the calls of what was handed to it."""
+        if self.counts:
+            return dict(self.counts)
+        return {"steps": steps} | {name: function.calls for name, function in calls.items() if function is not None}

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike
 from phichain.errors import ArrayError, ConvergenceError
 from phichain.motion import choose
 from phichain.motion.balance import opened
-from phichain.motion.companion import reasons_to_doubt
-from phichain.motion.events import Event, Scalar, as_events
+from phichain.motion.doubts import doubts
+from phichain.motion.error import NONE, Estimate, estimated
+from phichain.motion.events import Event, Scalar, as_events, marked
 from phichain.motion.inputs import Table, as_input
 from phichain.motion.inputs.piece import Control
 from phichain.motion.ledger import Ledger
@@ -29,12 +30,13 @@ from phichain.motion.problem import (
     check_times,
     check_tolerance,
 )
-from phichain.motion.trajectory import Trajectory
+from phichain.motion.trajectory import Trajectory, between
 from phichain.system import Parameters, System, Vector, acceleration
 from phichain.system.arrays import whole
 
 MOST_STEPS = 2**63 - 1
 Energies = tuple[Vector, Vector] | None
+_LASTED = ("complete", "event", "step budget")
 SINGLE_FLOOR = 2e-6
 """A right-hand side in single precision is noise below this: error control would shrink steps for nothing."""
 
@@ -57,6 +59,7 @@ def simulate(
     max_steps: int = 1_000_000,
     project: bool = False,
     progress: Progress | None = None,
+    error_estimate: bool = True,
 ) -> Trajectory:
     """Integrate the chain's equations of motion from one state.
 
@@ -89,10 +92,11 @@ def simulate(
         max_steps: Step budget; when it runs out the trajectory so far comes back with status "step budget".
         project: Put spatial outputs on the manifold (unit q, tangent omega). The violation is recorded before.
         progress: Called with (fraction done, t) about every hundredth.
+        error_estimate: Whether a second run says how large errors have become (`Trajectory.error`); inputs that move have none.
 
     Returns:
         The Trajectory, with the method taken and why. Its status is "complete", "event", "step budget" or, where the run
-        cannot vouch for its side of a separatrix or its error, "doubtful", and the reason says more.
+        cannot vouch for its side of a separatrix, or a complete run ends beyond `holds_until`, "doubtful", and the reason says more.
 
     Raises:
         ArrayError: Bad x0, t, u, limit or event; a law that is no function of (t, x), or gives no finite numbers.
@@ -126,11 +130,13 @@ def simulate(
         reasons.append("outputs were projected on the manifold")
     reasons += ledger.remarks
     energies = _energies(problem, path.x[:, : system.nq], path.x[:, system.nq :])
-    kept, steps = asked if method == "auto" and tol is not None else None, None if engine.fixed else engine.segments
-    if path.status == "complete" and (found := reasons_to_doubt(problem, path, name, steps, energies and energies[0] + energies[1], kept)):
-        path, reasons = replace(path, status="doubtful"), [*reasons, *found]
+    kept = asked if method == "auto" and tol is not None else None
+    estimate = estimated(problem, path, name, engine, kept) if error_estimate and path.status in _LASTED else NONE
+    found = [*(doubts(problem, path, name, energies and energies[0] + energies[1]) if path.status == "complete" else ()), *estimate.reasons]
+    if found:
+        path, reasons = replace(path, status="doubtful" if path.status == "complete" else path.status), [*reasons, *found]
     trajectory = _record(
-        problem, path, name, engine, ledger, "; ".join(filter(None, [*reasons, path.message])), project, energies
+        problem, path, name, engine, ledger, "; ".join(filter(None, [*reasons, path.message])), project, energies, estimate
     )
     if path.status in ("blow-up", "stalled"):
         raise ConvergenceError(
@@ -174,7 +180,8 @@ def _remedy(status: str, engine: Method) -> str:
 
 
 def _record(
-    problem: Problem, path: Path, name: str, engine: Method, ledger: Ledger, reason: str, project: bool, energies: Energies
+    problem: Problem, path: Path, name: str, engine: Method, ledger: Ledger, reason: str, project: bool, energies: Energies,
+    estimate: Estimate,
 ) -> Trajectory:
     system = problem.system
     dense = path.dense
@@ -200,17 +207,19 @@ def _record(
             potential=potential,
             length_error=length_error,
             tangency_error=tangency_error,
-            events=path.crossings,
+            events=marked(path.crossings, path.t, estimate.holds_until),
             method=name,
             status=path.status,
             reason=f"{reason}; resampled by {name}'s own interpolant" if refined else reason,
             tol=math.nan if engine.fixed else problem.tol,
-            counts=_counts(problem, path, engine, ledger),
+            counts=ledger.counted(path.steps, {} if engine.fixed else {"rhs": problem.field, "jacobian": problem.jacobian}),
             q_names=system.q_names,
             v_names=system.v_names,
             u_names=system.u_names,
             work=work,
             loss=loss,
+            error=None if estimate.error is None else between(t, path.t, estimate.error),
+            holds_until=estimate.holds_until,
             refine=None if dense is None else lambda grid: resampled(grid, dense(grid)),
         )
 
@@ -235,13 +244,3 @@ def _inputs(problem: Problem, ledger: Ledger, t: Vector, x: Vector) -> Vector | 
     control = problem.control if problem.input is None or ledger.legs is None else ledger.legs.value
     return np.array([control(float(s), y) for s, y in zip(t, x, strict=True)]).reshape(len(t), -1)
 
-
-def _counts(problem: Problem, path: Path, engine: Method, ledger: Ledger) -> dict[str, int]:
-    if ledger.counts:
-        return dict(ledger.counts)
-    counts = {"steps": path.steps}
-    if not engine.fixed:
-        counts["rhs"] = problem.field.calls
-        if problem.jacobian is not None:
-            counts["jacobian"] = problem.jacobian.calls
-    return counts

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,7 +16,7 @@ from scipy.interpolate import BPoly
 
 from phichain.archive import COUNTS, NUMBER, TEXT, Schema, names, read_archive, real, word
 from phichain.errors import ArrayError
-from phichain.motion.events import Crossing
+from phichain.motion.events import Crossing, marked
 from phichain.records import Held, columns_of, write_csv, write_npz
 from phichain.system import Vector
 from phichain.system.arrays import reals
@@ -32,6 +33,7 @@ _ARRAYS = {
     "tangency_error": real("m", "links", optional=True),
     "work": real("m", optional=True),
     "loss": real("m", optional=True),
+    "error": real("m", optional=True),
 }
 _PLAIN = {
     "name": TEXT,
@@ -43,6 +45,7 @@ _PLAIN = {
     "q_names": names("nq"),
     "v_names": names("nv"),
     "u_names": names("nu"),
+    "holds_until": dataclasses.replace(NUMBER, default=math.nan),
 }
 _SCHEMA = Schema(
     "Trajectory",
@@ -70,13 +73,19 @@ class Trajectory(Held):
         tangency_error: Spatial: omega_k . q_k, rad/s, (m, N); else None. Recorded before any projection.
         events: Located crossings in order.
         method: The method that ran.
-        status: "complete", "event" (a terminal event ended it), "step budget"; an error carries "blow-up" or "stalled".
+        status: "complete", "doubtful" (complete, but see `reason`), "event" (a terminal event ended it), "step budget"; an error
+            carries "blow-up" or "stalled".
         reason: Why this method, what was done to the arguments, why it ended.
         tol: Relative tolerance used; NaN for fixed steps.
         counts: Accepted steps, evaluations of the right-hand side and of its Jacobian, as far as the method counts.
         q_names, v_names, u_names: Column names.
         work: What the inputs did on the chain from the start (m,), J; None where nothing is done or lost, or no energy known.
         loss: What dampers took from it from the start (m,), J; None likewise.
+        error: Estimated error of the state (m,): the max norm of the error of q over what |q| reaches, one at most, or of v over
+            what |v| reaches, if that is larger. Twice what a more accurate run says, or what rounding makes of the Taylor flow at
+            round-off; once half as large as the motion it only says how far the motion has come by then. None for inputs that move, or unasked.
+        holds_until: The last of t up to which no error is above what was asked lets expect: four times the tolerance of `auto`; 1e4
+            times that of a named method, 1e-2 at most; 1e-4 of the Taylor flow at round-off; 1e-2 of fixed steps. NaN without `error`.
         refine: Builds the Trajectory of the same run at other times from the method's own interpolant; only when
             the outputs were the method's own steps, and kept neither in files nor in pickles.
     """
@@ -103,6 +112,8 @@ class Trajectory(Held):
     u_names: tuple[str, ...] = ()
     work: Vector | None = None
     loss: Vector | None = None
+    error: Vector | None = None
+    holds_until: float = math.nan
     refine: Callable[[Vector], Trajectory] | None = field(default=None, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -114,10 +125,11 @@ class Trajectory(Held):
 
     def __str__(self) -> str:
         counts = ", ".join(f"{value} {name}" for name, value in self.counts.items())
+        off = "" if self.error is None else f", estimated error {self.error[-1]:.1e}, holds until t = {self.holds_until:g} s"
         drift = "" if self.energy is None else f", {self.energy_words}"
         return (
             f"{self.name}: {self.status}, t = {self.t[0]:g} .. {self.t[-1]:g} s in {len(self.t)} points by "
-            f"{self.method} ({counts}){drift}\n  {self.reason}"
+            f"{self.method} ({counts}){drift}{off}\n  {self.reason}"
         )
 
     @property
@@ -189,6 +201,7 @@ class Trajectory(Held):
             tangency_error=None,
             work=None,
             loss=None,
+            error=None if self.error is None else between(grid, self.t, self.error),
             reason=f"{self.reason}; resampled by quintic (q) and cubic (v) Hermite pieces between {len(self.t)} outputs",
         )
 
@@ -225,7 +238,7 @@ class Trajectory(Held):
         return q_dot, np.concatenate([self.a[:, :cart], turning.reshape(flat)], axis=1)
 
     def to_csv(self, path: Path | str) -> Path:
-        """Write one row per output: t, q, v, u, energies, largest constraint violations; 17 digits."""
+        """Write one row per output: t, q, v, u, energies, largest constraint violations, estimated error; 17 digits."""
         columns: dict[str, Any] = {
             "t": self.t,
             **columns_of(self.q_names, self.q),
@@ -238,6 +251,8 @@ class Trajectory(Held):
         for name in ("length_error", "tangency_error"):
             if getattr(self, name) is not None:
                 columns[name] = np.max(np.abs(getattr(self, name)), axis=1)
+        if self.error is not None:
+            columns["error"] = self.error
         return write_csv(path, columns)
 
     def to_npz(self, path: Path | str) -> Path:
@@ -262,7 +277,14 @@ class Trajectory(Held):
         """
         arrays, meta = read_archive(path, _SCHEMA)
         found = zip(meta.pop("event_names"), arrays.pop("event_t"), arrays.pop("event_x"), strict=True)
-        events = tuple(Crossing(name, float(t), x) for name, t, x in found)
+        events = marked((Crossing(name, float(t), x) for name, t, x in found), arrays["t"], meta["holds_until"])
         columns: dict[str, Any] = {key: tuple(meta.pop(key)) for key in ("q_names", "v_names", "u_names")}
         held: dict[str, Any] = {name: arrays.get(name) for name in _ARRAYS}
         return cls(**held, events=events, **columns, **meta)
+
+
+def between(times: Vector, t: Vector, values: Vector) -> Vector:
+    """Values at other times, on straight lines between those at t, which may run backwards."""
+    way = 1 if t[-1] >= t[0] else -1
+    found: Vector = np.interp(way * times, way * t, values)
+    return found

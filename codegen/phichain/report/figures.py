@@ -36,9 +36,10 @@ def motion(system: System, trajectory: Trajectory) -> Figure:
 
 
 def angles(axes: Any, system: System, trajectory: Trajectory) -> None:
-    """Angle of every link from the hanging vertical, over time."""
+    """Angle of every link from the hanging vertical, over time; grey where the run does not hold any more."""
     names = [f"link {k}" for k in range(1, system.links + 1)]
     panels.against_time(axes, trajectory.t, tilt(system, trajectory.q), names, "link angle (rad)")
+    panels.beyond(axes, trajectory.holds_until, float(trajectory.t[-1]))
 
 
 def closed_loop(system: System, trajectory: Trajectory, direction_error: Any, rate_error: Any) -> Figure:

@@ -82,6 +82,12 @@ def against_time(axes: Any, t: ArrayLike, values: ArrayLike, names: Sequence[str
         _legend_above(axes, len(columns))
 
 
+def beyond(axes: Any, holds_until: float, end: float) -> None:
+    """Grey from the time until which a run holds to its end; nothing where it holds to the end, or nobody knows."""
+    if abs(end - holds_until) > 0:
+        axes.axvspan(holds_until, end, color=SOFT, alpha=0.2, linewidth=0)
+
+
 def energy_error(axes: Any, t: ArrayLike, energy: ArrayLike, balance: ArrayLike | None = None) -> None:
     """How far the energy has moved from what it should be, relative to the largest; logarithmic.
 

@@ -1,0 +1,15 @@
+"""How far a simulation can see: the estimated error of its state at every time, and until when it holds.
+
+Local errors below a tolerance say nothing of what a motion makes of them: a chaotic one multiplies them a hundredfold and more
+every few seconds, and the energy, which no error along the motion changes, does not show it. So every run is held against another:
+
+- most runs against a more accurate one, by the Taylor flow where the system has it, else by the method itself (`second`);
+- the Taylor flow at round-off, where nothing is more accurate, against neighbours of its own path that say how errors grow on it
+  (`growth`), and what that makes of the rounding of every step (`rounding`).
+
+`estimate` chooses, and says until when the run holds what it was asked.
+"""
+
+from phichain.motion.error.estimate import NONE, Estimate, estimated
+
+__all__ = ["NONE", "Estimate", "estimated"]

@@ -1,0 +1,110 @@
+"""The estimated error of a run along its way, and until when the run holds what it was asked."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from phichain.motion.error.measure import Measure
+from phichain.motion.error.rounding import FINEST, rounded
+from phichain.motion.error.second import TENFOLD, Method, second_run
+from phichain.motion.path import Path
+from phichain.motion.problem import Problem
+from phichain.records import Held
+from phichain.system import Vector
+
+#: An estimate is this many times what was found: two runs may be wrong in the same way, in part.
+SAFETY: Final = 2.0
+#: The error a named method may end with, in units of its local tolerance: local errors add up and grow.
+GROWTH: Final = 1e4
+#: And at most: further off, a state is no answer whatever was asked (relative to the motion).
+MOST: Final = 1e-2
+#: The same at round-off, where no tolerance was given.
+MOST_AT_ROUND_OFF: Final = 1e-4
+#: `auto` keeps the tolerance itself, and its error estimate is no better than this.
+KEPT: Final = 4.0
+#: From an error of this on, of the motion, two runs have nothing to do with each other.
+LOST: Final = 0.5
+#: They may be close by chance then: how much farther either may be from the motion.
+PARTED: Final = 5.0
+#: Methods whose errors are relative to the motion.
+MEASURED_BY_MOTION: Final = ("taylor", "rosenbrock")
+ROUND_OFF: Final = {"double": float(np.finfo(float).eps), "float": float(np.finfo(np.float32).eps)}
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate(Held):
+    """What is known of the errors of a run.
+
+    Attributes:
+        error: Estimated errors (m,) at its times, as `Measure` has them; None where nothing is known.
+        holds_until: The last of its times up to which no error is above what was asked lets expect; NaN where nothing is known.
+        reasons: Why it is doubtful, as sentences; none where it holds to its end.
+    """
+
+    error: Vector | None
+    holds_until: float
+    reasons: tuple[str, ...] = ()
+
+
+NONE: Final = Estimate(None, math.nan)
+
+
+def estimated(problem: Problem, path: Path, name: str, method: Method, asked: float | None) -> Estimate:
+    """The errors of a run, by a second one; `NONE` for inputs that move, and where no second run comes to the end.
+
+    Args:
+        problem: What was integrated, with the local tolerance that was kept.
+        path: What was found.
+        name: By what.
+        method: How that runs.
+        asked: The error that `auto` was asked for; None where a method was named or no tolerance given.
+    """
+    is_held = problem.control is None or problem.held is not None
+    if not is_held or len(path.t) < 2 or not np.isfinite(path.x).all():
+        return NONE
+    system, measure = problem.system, Measure.of(problem.system, path.x)
+    most = _most(problem, name, method.fixed, asked, float(np.min(1 / measure.weights)))
+    if name == "taylor" and system.real == "double" and problem.tol <= FINEST:
+        error, by, apart = rounded(problem, path, measure, most), "what rounding grows to beside it", 1.0
+    else:
+        beside = second_run(problem, path, name, method)
+        if beside is None:
+            return NONE
+        error, by, apart = SAFETY * beside.share * measure(beside.x - path.x), beside.by, PARTED
+    error = _no_more(error, measure(path.x), ROUND_OFF[system.real], apart)
+    beyond = np.flatnonzero(error > most)
+    if not beyond.size:
+        return Estimate(error, float(path.t[-1]))
+    until = float(path.t[max(0, beyond[0] - 1)])
+    promised = f"tol {asked:g}" if asked else name
+    why = f"its estimated error, by {by}, passes {most:.2g} of the motion, what {promised} promises, after t = {until:.6g} s"
+    remedy = "lower tol, shorten the span (errors may grow by themselves), or use the Taylor flow (propagate) at round-off"
+    return Estimate(error, until, (f"doubtful: {why} and ends at {error[-1]:.2g}; {remedy}",))
+
+
+def _no_more(error: Vector, sizes: Vector, round_off: float, apart: float) -> Vector:
+    """Errors not below the last digit; and not smaller again, but `apart` times as large, once two runs have parted.
+
+    None is larger than what the motion has reached by then.
+    """
+    reached = np.maximum.accumulate(np.maximum(sizes, 1.0))
+    lost = np.maximum.accumulate(error > LOST)
+    parted = np.where(lost, apart * np.maximum.accumulate(error), error)
+    found: Vector = np.maximum(np.minimum(parted, reached), round_off / 2 * sizes)
+    return found
+
+
+def _most(problem: Problem, name: str, fixed: bool, asked: float | None, scale: float) -> float:
+    """The largest error that what was asked lets expect."""
+    if fixed:
+        return MOST
+    absolute = 0.0 if name in MEASURED_BY_MOTION else problem.atol / scale
+    if asked is not None:
+        return min(KEPT * (max(asked, TENFOLD * problem.tol) + TENFOLD * absolute), MOST)
+    if name == "taylor" and problem.tol <= ROUND_OFF["double"]:
+        return MOST_AT_ROUND_OFF
+    return min(GROWTH * (problem.tol + absolute), MOST)

@@ -1,0 +1,169 @@
+"""What a run says of its own errors: chaos, noise, springs, and methods that lose count."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path as Path_
+
+import numpy as np
+import pytest
+
+from phichain.motion import METHODS, Event, simulate
+from phichain.motion.error import NONE, estimated
+from phichain.motion.path import Path
+from phichain.motion.problem import Problem, bind
+from phichain.motion.trajectory import Trajectory
+from phichain.pipeline import build
+from phichain.scene import scene_from_dict
+from phichain.system import System
+from tests.handmade import uniform_planar
+
+
+@cache
+def pair(angles: str = "relative", com: float = 1.0, **joints: float) -> System:
+    chain = {"links": 2, "mass": 1.0, "length": 1.0, "gravity": 9.8, "com": com}
+    want = {"want": ["forward_dynamics", "energy", "state_jacobian", "propagate", "propagate_stiff", "step"]}
+    name = f"estimate_{angles}_{int(10 * com)}_{len(joints)}"
+    return build(
+        scene_from_dict(
+            {"name": name, "chain": chain, "functions": want, "joints": {"angles": angles, **joints}}
+        )
+    )
+
+
+CHAOTIC = np.array([2.0, 0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(("method", "tol"), [("DOP853", 1e-9), ("LSODA", 1e-9), ("rosenbrock", 1e-8)])
+def test_a_chaotic_motion_by_other_methods_is_doubted(method: str, tol: float) -> None:
+    """Case S09 of the stability table: errors grow a hundred thousandfold in ten seconds, and more after."""
+    run = simulate(pair(com=0.5), CHAOTIC, [0.0, 12.0], method, tol)
+    exact = pair(com=0.5).propagate(CHAOTIC[:2], CHAOTIC[2:], 0.0, 12.0, 2.0**-52)
+    assert np.max(np.abs(run.q[-1] - exact.q)) > 1e3 * tol
+    assert run.status == "doubtful" and "by the Taylor flow at tolerance" in run.reason
+
+
+def test_chaos_at_round_off_and_at_a_tolerance_is_doubted() -> None:
+    start = np.append(np.deg2rad([120.0, -10.0]), [0.0, 0.0])
+    for t, tol in ((40.0, None), (30.0, 1e-9)):
+        run = simulate(pair("absolute"), start, [0.0, t], tol=tol)
+        assert run.status == "doubtful" and "its estimated error, by" in run.reason
+    assert simulate(pair("absolute"), start, [0.0, 5.0]).status == "complete"
+
+
+def test_motions_that_keep_what_was_asked_are_not_doubted() -> None:
+    calm = np.array([0.3, 0.1, 0.0, 0.0])
+    for method, tol in (("auto", None), ("auto", 1e-9), ("auto", 1e-6), ("DOP853", 1e-9), ("BDF", 1e-6)):
+        assert simulate(pair(), calm, [0.0, 10.0], method, tol).status == "complete"
+    damped = pair(stiffness=1e8, damping=1e6)
+    run = simulate(damped, calm, [0.0, 10.0], tol=1e-9)
+    assert run.method == "rosenbrock" and run.status == "complete"
+
+
+def test_small_motions_are_measured_by_their_own_size() -> None:
+    """DOP853 with an absolute tolerance far above a motion keeps no digit of it and is doubted; auto keeps them."""
+    small = np.array([1e-9, 0.0, 0.0, 0.0])
+    assert simulate(pair(), small, [0.0, 10.0], tol=1e-9).status == "complete"
+    rough = simulate(pair(), small, [0.0, 10.0], "DOP853", 1e-9, atol=1e-6)
+    assert rough.status == "doubtful"
+
+
+def test_a_stiff_method_that_lost_the_motion_is_doubted() -> None:
+    """auto's implicit run against itself at ten times the tolerance: states that are off by more than asked show."""
+    damped, calm = pair(stiffness=1e8, damping=1e6), np.array([0.3, 0.1, 0.0, 0.0])
+    run = simulate(damped, calm, [0.0, 1.0], "rosenbrock", 1e-10)
+    problem, path, method = _problem(damped, calm, 1.0, 1e-10), _path(run), METHODS["rosenbrock"]
+    found = estimated(problem, path, "rosenbrock", method, 1e-9)
+    assert found.reasons == () and found.holds_until == 1.0 and np.max(found.error) < 1e-9
+    bent = path.x.copy()
+    bent[len(bent) // 2 :] += 1e-7
+    off = estimated(problem, replace(path, x=bent), "rosenbrock", method, 1e-9)
+    assert len(off.reasons) == 1 and off.holds_until == path.t[len(bent) // 2 - 1]
+
+
+def test_inputs_that_move_have_no_estimate() -> None:
+    problem = replace(_problem(pair(), CHAOTIC, 1.0, 1e-9), control=lambda t, x: np.zeros(0))
+    path = _path(simulate(pair(), CHAOTIC, [0.0, 1.0]))
+    off = replace(path, x=path.x + 1.0)
+    assert estimated(problem, off, "DOP853", METHODS["DOP853"], None) is NONE
+
+
+def test_events_beyond_the_horizon_are_marked_and_stay_so_on_file(tmp_path: Path_) -> None:
+    start = np.append(np.deg2rad([120.0, -10.0]), [0.0, 0.0])
+    low = Event("low", lambda t, x: x[0] + x[2])
+    run = simulate(pair("absolute"), start, [0.0, 40.0], events=low)
+    beyond = [crossing.t > run.holds_until for crossing in run.events]
+    assert [crossing.doubtful for crossing in run.events] == beyond and set(beyond) == {True, False}
+    again = Trajectory.from_npz(run.to_npz(tmp_path / "run.npz"))
+    assert [crossing.doubtful for crossing in again.events] == beyond
+    assert np.array_equal(again.error, run.error) and again.holds_until == run.holds_until
+    assert f"holds until t = {run.holds_until:g} s" in str(run)
+
+
+def test_a_terminal_event_beyond_the_horizon_is_said() -> None:
+    start = np.append(np.deg2rad([120.0, -10.0]), [0.0, 0.0])
+    late = Event("late", lambda t, x: t - 35.0, terminal=True)
+    run = simulate(pair("absolute"), start, [0.0, 40.0], events=late)
+    assert run.status == "event" and run.events[-1].doubtful and "doubtful: its estimated error" in run.reason
+
+
+def test_outputs_far_apart_do_not_hide_a_horizon() -> None:
+    """Between outputs that errors outgrow the tangent over, the neighbour follows the steps that were taken."""
+    start = np.append(np.deg2rad([120.0, -10.0]), [0.0, 0.0])
+    dense, sparse = (simulate(pair("absolute"), start, t) for t in (np.linspace(0.0, 40.0, 41), [0.0, 15.0, 25.0, 40.0]))
+    assert sparse.status == dense.status == "doubtful" and sparse.holds_until == 25.0
+    assert 0.05 < sparse.error[1] / dense.error[15] < 20 and 0.05 < sparse.error[2] / dense.error[25] < 20
+
+
+def test_backwards_is_estimated_as_forwards() -> None:
+    start = np.append(np.deg2rad([120.0, -10.0]), [0.0, 0.0])
+    for method, tol in (("auto", None), ("DOP853", 1e-9)):
+        there, back = (simulate(pair("absolute"), start, np.linspace(0.0, t, 41), method, tol) for t in (40.0, -40.0))
+        assert back.status == there.status == "doubtful" and -40.0 < back.holds_until < -5.0
+        assert 0.01 < np.median(back.error[5:20] / there.error[5:20]) < 100  # at rest at the start, so both motions are one
+
+
+def test_a_chain_that_springs_faster_than_a_fixed_step_follows_is_doubted() -> None:
+    """The joints swing at some 2000 rad/s: a step of classical Runge-Kutta takes their energy, and BDF does as well."""
+    sprung, start = pair(stiffness=1e6), np.array([0.002, 0.001, 0.0, 0.0])
+    for method, tol, h in (("step", None, 2.5e-4), ("BDF", 1e-6, None), ("cvodes", 1e-6, None)):
+        run = simulate(sprung, start, [0.0, 1.0], method, tol, h=h)
+        assert run.energy_drift > 1e-4 and run.status == "doubtful", method
+        assert run.error[-1] > 1e-3
+    assert simulate(sprung, start, [0.0, 1.0]).status == "complete"
+
+
+def test_auto_is_complete_only_within_four_times_its_tolerance() -> None:
+    calm = np.array([0.3, 0.1, 0.0, 0.0])
+    for tol in (1e-4, 1e-6, 1e-8):
+        for system in (pair(), pair(stiffness=1e8, damping=1e6)):
+            run = simulate(system, calm, [0.0, 20.0], tol=tol)
+            exact = simulate(system, calm, run.t if len(run.t) > 2 else [0.0, 10.0, 20.0], tol=tol / 1e4)
+            off = np.max(np.abs(run.x[-1] - exact.x[-1]))
+            assert run.status == "doubtful" or off <= 4 * tol
+
+
+def test_without_the_taylor_flow_a_method_is_held_against_itself() -> None:
+    system = uniform_planar(2)
+    for method, tol, h in (("DOP853", 1e-6, None), ("RK45", 1e-5, None), ("Radau", 1e-6, None), ("DOP853", 3e-14, None)):
+        run = simulate(system, [1.2, 0.4, 0.0, 0.0], np.linspace(0.0, 5.0, 11), method, tol, h=h)
+        exact = simulate(system, [1.2, 0.4, 0.0, 0.0], np.linspace(0.0, 5.0, 11), "DOP853", 2.3e-14)
+        off = np.max(np.abs(run.q - exact.q), axis=1)[1:]
+        assert np.all(run.error[1:] >= 0.1 * off) and (tol < 1e-13 or np.all(run.error[1:] <= 1000 * off))
+        assert run.counts["rhs"] == simulate(system, [1.2, 0.4, 0.0, 0.0], np.linspace(0.0, 5.0, 11), method, tol, error_estimate=False).counts["rhs"]
+
+
+def test_no_estimate_is_made_where_none_is_wanted() -> None:
+    run = simulate(pair(), CHAOTIC, [0.0, 60.0], error_estimate=False)
+    assert run.error is None and np.isnan(run.holds_until) and run.status == "complete"
+
+
+def _problem(system: System, x0: np.ndarray, t: float, tol: float) -> Problem:
+    field, jacobian, control, held = bind(system, None, None, 0.0, x0)
+    t_end = np.array([0.0, t])
+    return Problem(system, field, jacobian, control, held, None, x0, t_end, tol, tol / 100, None, (), 10_000, None)
+
+
+def _path(run: Trajectory) -> Path:
+    return Path(run.t, np.hstack([run.q, run.v]), "complete", "", (), run.counts["steps"], None)
