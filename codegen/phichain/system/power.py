@@ -1,4 +1,4 @@
-"""What inputs give to a chain and what its joints take from it, at one moment: the one place that knows the power of each law.
+"""What inputs give to a chain and what resists it takes, at one moment: the one place that knows the power of each law.
 
 A new input or a new loss is one more term here; the books of every simulation follow.
 """
@@ -12,7 +12,7 @@ import numpy as np
 from phichain.records import Held
 from phichain.system.angles import absolute_angles
 from phichain.system.arrays import Vector
-from phichain.system.state import angular_velocities, unpack
+from phichain.system.state import angular_velocities, unit_vectors, unpack
 from phichain.system.system import Parameters, System
 
 
@@ -22,7 +22,7 @@ class Powers(Held):
 
     Attributes:
         work: What the inputs do on the chain (m,), W.
-        loss: What dampers take from it (m,), W; never negative.
+        loss: What dampers and dry friction take from it (m,), W; never negative.
     """
 
     work: Vector
@@ -35,17 +35,25 @@ def powers(system: System, x: Vector, u: Vector, p: Parameters | None = None) ->
     Args:
         system: The chain.
         x: States.
-        u: Inputs, generalised forces of the entries of v that `system.drive` names.
+        u: Inputs: generalised forces of the entries of v that `system.drive` names, behind the accelerations of a base that is
+            given them.
         p: Runtime parameters by name.
     """
-    _, v = unpack(system, x)
-    work = np.sum(u * v[..., list(system.drive.coordinates)], axis=-1)
-    return Powers(work, _damped(system, v, p))
+    q, v = unpack(system, x)
+    given = system.drive.accelerations
+    work = np.sum(u[..., given:] * v[..., list(system.drive.coordinates)], axis=-1)
+    loss = _of_joints(system, v, p) + _of_cart(system, v, p)
+    if given and system.has_cart:
+        # Whoever drives the cart also overcomes what resists it.
+        work = work + _of_driven_cart(system, q, v, u, p) + _of_cart(system, v, p)
+    elif given:
+        work = work + _of_moving_base(system, q, v, u[..., :given], p)
+    return Powers(work, loss)
 
 
 def is_lossy(system: System) -> bool:
     """Whether something of the chain takes energy from it."""
-    return system.joints.damping is not None
+    return system.joints.resists or system.numbers.brakes_cart
 
 
 def joint_rates(system: System, v: Vector) -> Vector:
@@ -55,11 +63,63 @@ def joint_rates(system: System, v: Vector) -> Vector:
     return np.diff(angular_velocities(system, v), axis=-2, prepend=0.0)
 
 
-def _damped(system: System, v: Vector, p: Parameters | None) -> Vector:
-    """sum_k d_k |omega_k - omega_(k-1)|^2, theta_k' in the plane."""
-    if system.joints.damping is None:
-        return np.zeros(v.shape[:-1])
-    rates = joint_rates(system, v) ** 2
-    squares = rates if system.is_planar else np.sum(rates, axis=-1)
-    loss: Vector = np.sum(system.number("damping", p) * squares, axis=-1)
-    return loss
+def _of_joints(system: System, v: Vector, p: Parameters | None) -> Vector:
+    """sum_k d_k |omega_k - omega_(k-1)|^2 + F_k theta_k' tanh(theta_k' / v_0), theta_k' in the plane."""
+    total = np.zeros(v.shape[:-1])
+    if not system.joints.resists:
+        return total
+    rates = joint_rates(system, v)
+    if system.joints.damping is not None:
+        squares = rates**2 if system.is_planar else np.sum(rates**2, axis=-1)
+        total = total + np.sum(system.number("damping", p) * squares, axis=-1)
+    if system.joints.friction is not None and system.joints.friction_speed:
+        total = total + np.sum(system.number("friction", p) * rates * np.tanh(rates / system.joints.friction_speed), axis=-1)
+    return total
+
+
+def _of_cart(system: System, v: Vector, p: Parameters | None) -> Vector:
+    """d_0 |x'|^2 + F_0 x' tanh(x' / v_0)."""
+    total, speed = np.zeros(v.shape[:-1]), v[..., : system.cart_size]
+    if system.numbers.cart_damping is not None:
+        total = total + system.number("cart_damping", p) * np.sum(speed**2, axis=-1)
+    if system.numbers.cart_friction is not None and system.numbers.cart_friction_speed:
+        dry = speed * np.tanh(speed / system.numbers.cart_friction_speed)
+        total = total + system.number("cart_friction", p) * np.sum(dry, axis=-1)
+    return total
+
+
+def _first_moments(system: System, p: Parameters | None) -> tuple[Vector, float]:
+    """mu_k (N,), kg m, and M_00, kg."""
+    mass, length = (np.broadcast_to(system.number(name, p), system.links) for name in ("mass", "length"))
+    com = np.broadcast_to(system.number("com", p, length), system.links)
+    beyond = np.append(np.cumsum(mass[:0:-1])[::-1], 0.0)
+    cart = 0.0 if system.numbers.cart_mass is None else float(system.number("cart_mass", p))
+    return mass * com + length * beyond, float(np.sum(mass)) + cart
+
+
+def _of_driven_cart(system: System, q: Vector, v: Vector, u: Vector, p: Parameters | None) -> Vector:
+    """x'.(M_00 x'' + sum_k mu_k C^T q_k''), the power of the force that makes the cart go as it is told."""
+    a = system.forward_dynamics(q, v, u, **system.parameters(p))
+    moments, mass = _first_moments(system, p)
+    cart = system.cart_size
+    if system.is_planar:
+        phi, rate, turning = (absolute_angles(system, part) for part in (q, v, a))
+        sway = np.sum(moments * (np.cos(phi) * turning - np.sin(phi) * rate**2), axis=-1)[..., None]
+    else:
+        directions, omega, alpha = unit_vectors(system, q), angular_velocities(system, v), angular_velocities(system, a)
+        bending = np.cross(alpha, directions) - np.sum(omega**2, axis=-1, keepdims=True) * directions
+        sway = np.einsum("k,...ki->...i", moments, bending)[..., :cart]
+    power: Vector = np.sum(v[..., :cart] * (mass * a[..., :cart] + sway), axis=-1)
+    return power
+
+
+def _of_moving_base(system: System, q: Vector, v: Vector, b: Vector, p: Parameters | None) -> Vector:
+    """-b.sum_k mu_k q_k': seen from the base, the force of its acceleration acts on every mass."""
+    moments, _ = _first_moments(system, p)
+    if system.is_planar:
+        phi, rate = absolute_angles(system, q), absolute_angles(system, v)
+        swept = np.stack([np.cos(phi) * rate, -np.sin(phi) * rate], axis=-1)
+    else:
+        swept = np.cross(angular_velocities(system, v), unit_vectors(system, q))
+    power: Vector = -np.einsum("...i,k,...ki->...", b, moments, swept)
+    return power
