@@ -42,13 +42,15 @@ def arguments(row: Function) -> str:
 
 
 def chains(row: Function) -> str:
-    """Which chains have a function: all, planar or spatial, undamped."""
+    """Which chains have a function: all, planar or spatial, undamped, without dry friction."""
     spaces = [space for space in ("planar", "spatial") if row.absence(Sample(space == "planar")) is None]
     if not spaces:
         return "runtime parameters"
     where = "all" if len(spaces) == 2 else spaces[0]
-    damped = [row.absence(Sample(space == "planar", damping=(1.0,))) for space in spaces]
-    return f"{where}, undamped" if any(damped) else where
+    damped, rubbed = (
+        [row.absence(Sample(space == "planar", **{law: (1.0,)})) for space in spaces] for law in ("damping", "friction")
+    )
+    return f"{where}, undamped" if any(damped) else f"{where}, without dry friction" if any(rubbed) else where
 
 
 def callables(system: System) -> str:
