@@ -44,7 +44,7 @@ SCENES = {
         Scene("stuck", 2, base="cart", cart_mass=0.7, cart_friction=0.4, cart_friction_speed=0.5, **TWO, **DRY, com=[0.2, 0.3],
               want=("step_rosenbrock",)),
         Scene("trolley", 2, space="spatial", base="cart", cart_mass=0.7, cart_damping=0.3, **TWO, want=SPATIAL),
-        Scene("stiff_trolley", 2, space="spatial", base="cart", cart_mass=0.7, cart_damping=0.3, **TWO, com=0.2, want=("step_rosenbrock",)),
+        Scene("stiff_trolley", 2, space="spatial", base="cart", cart_mass=0.7, cart_damping=0.3, **TWO, stiffness=0.5, want=("step_rosenbrock",)),
         Scene("sprung", 2, space="spatial", **TWO, com=[0.2, 0.3], stiffness=1.0, damping=0.2, want=SPATIAL, code="loops"),
         Scene("shaken", 2, base="moving", **TWO, com=[0.2, 0.3], actuated="all", want=PLANAR),
         Scene("stepper", 2, base="cart", drive="acceleration", cart_mass=0.7, **TWO, actuated="all", want=DAMPED),

@@ -42,14 +42,17 @@ def arguments(row: Function) -> str:
 
 
 def chains(row: Function) -> str:
-    """Which chains have a function: all, planar or spatial, undamped, without rotors."""
+    """Which chains have a function: all, planar or spatial, undamped, without dry friction, without rotors."""
     spaces = [space for space in ("planar", "spatial") if row.absence(Sample(space == "planar")) is None]
     if not spaces:
         return "runtime parameters"
     where = "all" if len(spaces) == 2 else spaces[0]
-    damped = [row.absence(Sample(space == "planar", damping=(1.0,))) for space in spaces]
+    damped, rubbed = (
+        [row.absence(Sample(space == "planar", **{law: (1.0,)})) for space in spaces] for law in ("damping", "friction")
+    )
     geared = "planar" in spaces and row.absence(Sample(True, armature=(1.0,)))
-    return where + ", undamped" * any(damped) + ", without rotors" * bool(geared)
+    kept = f"{where}, undamped" if any(damped) else f"{where}, without dry friction" if any(rubbed) else where
+    return kept + ", without rotors" * bool(geared)
 
 
 def callables(system: System) -> str:
