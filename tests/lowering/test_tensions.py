@@ -12,6 +12,7 @@ from phichain import build
 from phichain.ir import count_operations, evaluate, evaluate_exactly, total_operations
 from phichain.lowering import lower_function
 from phichain.mechanics import derive
+from phichain.proof import prove
 from phichain.reference import reference
 from phichain.scene import Scene
 from tests.lowering.chains import Arguments, gap, kinds, label, random_arguments
@@ -125,16 +126,36 @@ def links(chain: Scene, q: list[Any]) -> list[list[Any]]:
 
 @pytest.mark.parametrize("space", ["planar", "spatial"])
 @pytest.mark.parametrize("base", ["fixed", "cart"])
-@pytest.mark.parametrize("joints", [{}, {"damping": 1e-3}])
-def test_masses_at_the_ends_keep_every_digit_however_unlike_they_are(space: str, base: str, joints: dict[str, Any]) -> None:
-    """Summed up from accelerations a light link between heavy ones loses four digits here."""
-    cart = {"cart_mass": 1e-2} if base == "cart" else {}
-    chain = Scene("wide", 5, space, base, **WIDE, **cart, **joints)
-    for seed in range(5):
-        arguments = drawn(chain, seed)
+@pytest.mark.parametrize("com", [None, 0.99, 0.7])
+@pytest.mark.parametrize("joints", [{}, {"damping": 1e-3, "stiffness": 1e-2}])
+def test_every_digit_is_kept_however_unlike_the_links_are(
+    space: str, base: str, com: float | None, joints: dict[str, Any]
+) -> None:
+    """Summed up from accelerations a light link between heavy ones loses four digits here; in space vectors off the sphere lose one."""
+    keys = WIDE | joints | ({"cart_mass": 1e-2} if base == "cart" else {})
+    keys |= {} if com is None else {"com": [com * length for length in WIDE["length"]]}
+    keys |= {"actuated": "all"} if space == "planar" else {}
+    chain = Scene("wide", 5, space, base, **keys)
+    program = lower_function(derive(chain), "tensions", "loops")
+    for seed in range(3):
+        arguments = random_arguments(chain, program, seed)
         inputs = {name: value.ravel().tolist() for name, value in arguments.items()}
         expected = reference(chain, "tensions", inputs, digits=30)["tension"]
-        assert relative_error(found(chain, arguments).tolist(), expected) < 1e-14
+        found = evaluate(program, arguments)["out"].tolist()
+        assert relative_error(found, expected) < (1e-14 if chain.is_planar else 1e-13)
+
+
+@pytest.mark.parametrize("mass", [[1e-4, 1.0, 0.5], [1e4, 1.0, 1e-2]])
+@pytest.mark.parametrize(("base", "angles"), [("fixed", "relative"), ("cart", "absolute"), ("cart", "adjacent"), ("fixed", None), ("cart", None)])
+def test_chains_of_unlike_links_are_proven_too(mass: list[float], base: str, angles: str | None) -> None:
+    """The sweep that takes no difference of forces, its couples and its cart."""
+    keys: dict[str, Any] = {"angles": angles, "actuated": "all"} if angles else {"space": "spatial"}
+    chain = Scene(
+        "unlike", 3, base=base, mass=mass, length=[0.5, 0.4, 0.3], com=[0.4, 0.1, 0.3], stiffness=0.3, damping=0.1,
+        cart_mass=0.7 if base == "cart" else None, want=["tensions"], **keys,
+    )  # fmt: skip
+    assert not lower_function(derive(chain), "tensions", "loops").callees
+    assert "tensions" in prove(chain).exact
 
 
 @pytest.mark.parametrize("space", ["planar", "spatial"])

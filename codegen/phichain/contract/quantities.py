@@ -31,13 +31,18 @@ TABLE: Final[tuple[Quantities, ...]] = (
     Quantities(
         _TENSIONS, "section 5",
         rows(
-            ("joint_x joint_y joint_z", "m/s^2", "acceleration of the joint less gravity"),
+            ("rise_x rise_y rise_z", "m/s^2", "acceleration of the joint less gravity; of angles alone, in the frame of the link"),
+            ("joint_x joint_y joint_z", "1/s^2", "the same over a length"),
             ("bending_x bending_y bending_z", "1/s^2", "second derivative of a link's direction"),
             ("inertial", "N", "mass times acceleration less gravity of a link's mass"),
             ("force_x force_y force_z", "N", "force that the joint exerts on the link and all beyond it"),
             ("beyond_x beyond_y beyond_z", "N", "the same of the next joint"),
+            ("sine cosine", "", "sine and cosine of the joints' angles; where links have a `direction`, of the absolute ones"),
+            ("direction", "", "unit vector along a link"),
+            ("moment", "N m", "couple on a link, as a vector across it"),
+            ("along", "kg m", f"inertia {_OF_LINKS} along it, times the length that stretches are in"),
+            ("force_unit", "kg m", "mass times length of the link before, whose units a link is seen in"),
         ),
-        "spatial",
     ),
     Quantities(
         _DYNAMICS | _TENSIONS, "section 5",

@@ -62,7 +62,7 @@ def accelerations(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, u: ArrayRef | None
 ) -> None:
     """Write x'' and the omega_k' through `rates`."""
-    sweep = _Sweep(builder, scene, parameters, q, rates)
+    sweep = Sweep(builder, scene, parameters, q, rates)
     chain = sweep.inwards()
     nothing = builder.lift(0)
     base: Vector = tuple(-entry for entry in parameters.fall)
@@ -81,7 +81,7 @@ def accelerations(
         sweep.outwards(base, None)
 
 
-class _Sweep:
+class Sweep:
     """The inward elimination and the outward substitution; work arrays carry one to the other."""
 
     def __init__(
@@ -235,6 +235,9 @@ class _Sweep:
         x, y, _ = scale(length * inverse, add(scale(cart, push), turned))
         return self.builder.let("cart_acceleration_0", x), self.builder.let("cart_acceleration_1", y), nothing
 
+    def stretched(self, k: Index, stretch: Expr) -> None:
+        """What else is made of what a joint's acceleration stretches link k and all beyond by, on the way outwards: nothing."""
+
     def outwards(self, base: Vector, chain: Outer | None) -> None:
         """omega_k' = q_k x t_k, and on to the next joint, in units of each link's length."""
         builder, units = self.builder, self.units
@@ -244,6 +247,7 @@ class _Sweep:
             x, y, z = start
             carried = (loop.carry("joint_x", x), loop.carry("joint_y", y), loop.carry("joint_z", z))
             stretch = loop.carry("stretch", self._first_stretch(chain, start))
+            self.stretched(k, stretch)
             joint, q = scale(units.outward[k], carried), load(self.direction, k)
             axial = units.outward[k] * stretch - dot(load(self.lean, k), joint) - self.still_stretch[k]
             first, second = load(self.gain, 2 * k), load(self.gain, 2 * k + 1)
