@@ -135,7 +135,7 @@ def test_a_law_that_remembers_its_last_call_is_noticed(method: str, period: floa
     """On the first round's code it ended at x = -165 m with status "complete"."""
     pushed = remembering(lambda t, x: [20.0 * x[0] - 80.0 * (x[1] - np.pi) + 20 * x[2] - 15.0 * x[3]], period)
     with pytest.raises(ArrayError, match="remembers earlier calls.*sample=Ts"):
-        simulate(cart_pole(), [0.0, np.pi - 0.2, 0.0, 0.0], [0.0, 10.0], method, u=pushed)
+        simulate(cart_pole(), [0.0, np.pi - 0.2, 0.0, 0.0], [0.0, 10.0], method, u=pushed, max_steps=3000)
 
 
 def test_chance_and_clocks_are_no_functions_of_time_and_state() -> None:
@@ -143,11 +143,18 @@ def test_chance_and_clocks_are_no_functions_of_time_and_state() -> None:
     counted = iter(range(10**6))
     for law in (lambda t, x: [noise.normal()], lambda t, x: [1e-6 * next(counted)]):
         with pytest.raises(ArrayError, match="two answers"):
-            simulate(pendulum(), [0.4, 0.0], [0.0, 1.0], u=law)
+            simulate(pendulum(), [0.4, 0.0], [0.0, 1.0], u=law, max_steps=500)
     table = iter(range(10**6))
     by_name = {pair().u_names[0]: Table([0, 1.0], [0, 1.0], "linear"), pair().u_names[1]: lambda t, x: 1e-3 * next(table)}
     with pytest.raises(ArrayError, match="two answers"):
-        simulate(pair(), [0.4, 0.0, 0.0, 0.0], [0.0, 1.0], u=by_name)
+        simulate(pair(), [0.4, 0.0, 0.0, 0.0], [0.0, 1.0], u=by_name, max_steps=500)
+
+
+def test_a_law_that_begins_to_remember_later_is_noticed() -> None:
+    """At the start it always gives the same; what it said at its last step it says no more."""
+    late = remembering(lambda t, x: [-x[1]], 0.02)
+    with pytest.raises(ArrayError, match="two answers"):
+        simulate(pendulum(), [0.4, 0.0], [0.0, 2.0], u=lambda t, x: [0.0] if t < 0.3 else late(t, x), max_steps=3000)
 
 
 def test_pure_laws_are_left_in_peace_even_where_round_off_differs() -> None:

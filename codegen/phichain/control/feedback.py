@@ -17,7 +17,7 @@ Law = Callable[[float, Vector], Vector]
 
 
 def feedback(system: System, gains: Gains, target: ArrayLike | None = None) -> Law:
-    """The law u(t, x) = -K z(x), for `simulate(..., u=feedback(system, gains))`.
+    """The law u(t, x) = -K z(x), for `simulate(..., u=feedback(system, gains))`; with `sample=Ts` it is held between samples.
 
     Equation (22): u = -K_x (x - x_d) - K_xdot x' - sum_i K_q,i C^T (s_i e_3 x q_i) - sum_i K_omega,i C^T omega_i.
 

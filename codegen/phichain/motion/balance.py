@@ -19,7 +19,7 @@ from phichain.records import Held
 from phichain.system import Parameters, System, Vector
 from phichain.system.power import is_lossy, powers
 
-#: Points in a step of an emitted flow: its series converge to seven times as far as the step goes, and this many leave 1e-17.
+#: Points in a step of the Taylor flow: its series converge to seven times as far as the step goes, and this many leave 1e-17.
 MANY: Final = 12
 #: Points in a step of other methods, whose interpolants are of order 8 at most.
 FEW: Final = 5

@@ -123,7 +123,7 @@ def simulate(
         name, why = method, f"{method} as asked"
     engine = method_of(system, name)
     problem, clamped = _clamp(problem, engine, name, atol)
-    ledger = Ledger(account=opened(system, p, held, control is not None))
+    ledger = Ledger(account=opened(system, p, held, control is not None and system.nu > 0))
     path = _run(problem, engine, name, ledger)
     reasons = [why, *notes, *clamped, *([] if given is None else given.remarks)]
     if project and not system.is_planar:
