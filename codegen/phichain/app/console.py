@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from phichain._version import __version__
@@ -48,7 +49,7 @@ def chains(row: Function) -> str:
         return "runtime parameters"
     where = "all" if len(spaces) == 2 else spaces[0]
     damped, rubbed = (
-        [row.absence(Sample(space == "planar", **{law: (1.0,)})) for space in spaces] for law in ("damping", "friction")
+        [row.absence(replace(Sample(space == "planar"), **{law: (1.0,)})) for space in spaces] for law in ("damping", "friction")
     )
     geared = "planar" in spaces and row.absence(Sample(True, armature=(1.0,)))
     kept = f"{where}, undamped" if any(damped) else f"{where}, without dry friction" if any(rubbed) else where

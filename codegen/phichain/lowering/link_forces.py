@@ -168,6 +168,9 @@ class _PlaneRates:
     def angular(self) -> ArrayRef:
         return self.rate
 
+    def cart(self) -> ArrayRef:
+        return self.rate  # nothing resists a cart here
+
     def write_cart(self, acceleration: tuple[Expr, Expr]) -> None:
         """Nobody's."""
 
