@@ -48,9 +48,9 @@ def chains(row: Function) -> str:
     if not spaces:
         return "runtime parameters"
     where = "all" if len(spaces) == 2 else spaces[0]
-    damped, rubbed = (
-        [row.absence(replace(Sample(space == "planar"), **{law: (1.0,)})) for space in spaces] for law in ("damping", "friction")
-    )
+    chains = [Sample(space == "planar") for space in spaces]
+    damped = [row.absence(replace(chain, damping=(1.0,))) for chain in chains]
+    rubbed = [row.absence(replace(chain, friction=(1.0,))) for chain in chains]
     geared = "planar" in spaces and row.absence(Sample(True, armature=(1.0,)))
     kept = f"{where}, undamped" if any(damped) else f"{where}, without dry friction" if any(rubbed) else where
     return kept + ", without rotors" * bool(geared)
