@@ -47,9 +47,8 @@ def chains(row: Function) -> str:
     if not spaces:
         return "runtime parameters"
     where = "all" if len(spaces) == 2 else spaces[0]
-    damped, rubbed = (
-        [row.absence(Sample(space == "planar", **{law: (1.0,)})) for space in spaces] for law in ("damping", "friction")
-    )
+    damped = [row.absence(Sample(space == "planar", damping=(1.0,))) for space in spaces]
+    rubbed = [row.absence(Sample(space == "planar", friction=(1.0,))) for space in spaces]
     return f"{where}, undamped" if any(damped) else f"{where}, without dry friction" if any(rubbed) else where
 
 
