@@ -12,9 +12,9 @@ derivative of F v_0 ln cosh(v / v_0), so that
     R = 1/2 d_0 |x'|^2 + 1/2 sum_k d_k |slip_k|^2 + F_0 v_0 ln cosh(x' / v_0) + sum_k F_k v_0 ln cosh(slip_k / v_0)
 
 gives all forces that take energy as its derivatives by rates; of dry friction it is no power any more, which is force times rate.
-Planar springs pull towards theta_k = alpha_k, bend_k = theta_k - alpha_k. Nothing is multiplied out: every p_k, r_k and their rates is a symbol with
-a definition, so a chain of N links takes O(N) operations. In the plane q_k = (sin phi_k, cos phi_k) and phi_k is defined by
-the scene's own angles; in space q_k, q_k' and omega_k are the symbols themselves. Numbers are exact rationals.
+Planar springs pull towards theta_k = alpha_k, bend_k = theta_k - alpha_k. Nothing is multiplied out: every p_k, r_k and their
+rates is a symbol with a definition, so a chain of N links takes O(N) operations. In the plane q_k = (sin phi_k, cos phi_k) and
+phi_k is defined by the scene's own angles; in space q_k, q_k' and omega_k are the symbols themselves. Numbers are exact rationals.
 """
 
 from __future__ import annotations
