@@ -12,7 +12,7 @@ from phichain import build
 from phichain.fractional import propagation
 from phichain.motion import simulate
 from phichain.scene import Scene
-from phichain.system import System
+from phichain.system import AbsentFunctionError, System
 from tests.losses.collocation import Field, integrate, one_step
 from tests.losses.dense import accelerations
 
@@ -60,6 +60,12 @@ def test_what_sticks_ends_right(speed: float) -> None:
             found = simulate(system, START, [0.0, 2.0], tol=tol, method=method)
             assert found.status == "complete"
             assert np.max(np.abs(found.x[-1] - AFTER[speed])) < most, (tol, method)
+
+
+def test_nobody_is_told_to_want_what_friction_leaves_none_of() -> None:
+    """A Taylor flow asked for by name is refused with what to use, not with what the scene would refuse next."""
+    with pytest.raises(AbsentFunctionError, match='no Taylor recurrence.*use "propagate_stiff"'):
+        simulate(build(STICKING), START, [0.0, 1.0], method="taylor")
 
 
 def test_auto_sees_what_will_come_to_rest() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from phichain._version import __version__
@@ -48,9 +47,8 @@ def chains(row: Function) -> str:
     if not spaces:
         return "runtime parameters"
     where = "all" if len(spaces) == 2 else spaces[0]
-    chains = [Sample(space == "planar") for space in spaces]
-    damped = [row.absence(replace(chain, damping=(1.0,))) for chain in chains]
-    rubbed = [row.absence(replace(chain, friction=(1.0,))) for chain in chains]
+    damped = [row.absence(Sample(space == "planar", damping=(1.0,))) for space in spaces]
+    rubbed = [row.absence(Sample(space == "planar", friction=(1.0,))) for space in spaces]
     geared = "planar" in spaces and row.absence(Sample(True, armature=(1.0,)))
     kept = f"{where}, undamped" if any(damped) else f"{where}, without dry friction" if any(rubbed) else where
     return kept + ", without rotors" * bool(geared)

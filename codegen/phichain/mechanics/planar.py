@@ -129,9 +129,9 @@ class PlanarExpressions:
 
     @cached_property
     def joint_torque(self) -> sympy.ImmutableDenseMatrix:
-        """What springs, dampers and dry friction ask for: k_k bend_k + d_k bend_k' + F_k tanh(bend_k' / v_0) across joint k, as forces of
+        """What springs, dampers and dry friction ask for, as forces of theta, and what resists the cart.
 
-        theta; d_0 x' + F_0 tanh(x' / v_0) on the cart.
+        Across joint k k_k bend_k + d_k bend_k' + F_k tanh(bend_k' / v_0), on the cart d_0 x' + F_0 tanh(x' / v_0).
         """
         rates = joint_angles(self._angles, self._symbols.theta_dot)
         speed, cart_speed = self._speeds

@@ -21,6 +21,8 @@ from typing import Any
 
 import numpy as np
 
+from phichain.contract.function import Absence
+from phichain.contract.functions import ROWS, Sample
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.records import frozen, thawed
 from phichain.system.arrays import reals
@@ -160,15 +162,28 @@ class System:
         """
         if name in self.functions:
             return self.functions[name]
-        raise AbsentFunctionError(
-            "function",
-            name,
-            f"system '{self.name}' has no such function",
-            f'add "{name}" to [functions] want of the scene and build it again'
-            f" (it wants: {', '.join(self.functions) or 'nothing'})",
-            system=self.name,
-            available=tuple(self.functions),
-        )
+        problem = f"system '{self.name}' has no such function"
+        remedy = f'add "{name}" to [functions] want of the scene and build it again'
+        remedy += f" (it wants: {', '.join(self.functions) or 'nothing'})"
+        reason = self._absence(name)
+        if reason is not None:
+            problem, remedy = f"{problem}, which {reason.problem}", reason.remedy
+        raise AbsentFunctionError("function", name, problem, remedy, system=self.name, available=tuple(self.functions))
+
+    def _absence(self, name: str) -> Absence | None:
+        """Why no scene of this kind has a function, which nobody should be told to add."""
+        if name not in ROWS or not self.digest:
+            return None
+
+        def given(value: object) -> str | None:
+            return None if value is None else RUNTIME
+
+        joints, numbers = self.joints, self.numbers
+        kind = Sample(
+            self.is_planar, damping=given(joints.damping), friction=given(joints.friction), rest_angle=given(joints.rest_angle),
+            cart_damping=given(numbers.cart_damping), cart_friction=given(numbers.cart_friction), runtime=("",),
+        )  # fmt: skip
+        return ROWS[name].absence(kind)
 
     def number(self, name: str, p: Parameters | None = None, default: Any = None) -> Any:
         """A physical parameter: the number that the chain has, or its runtime value.
