@@ -42,7 +42,7 @@ class Segment(Held):
         dense: Makes the state at any time within it; called only when someone looks inside.
         parts: Into how many pieces it is cut to look for events.
         takes_many: Whether what `dense` makes takes an array of times too, and gives one column for each.
-        looks: States at several times within it at once, where that is one call and as exact as the step itself.
+        looks: States at several times within it at once, where a method has a cheaper way than one by one.
         points: At how many points within it powers are looked at, as the order of its states needs.
         control: u(t, x) during the step; None where the problem's own input says it.
     """
