@@ -19,6 +19,7 @@ from phichain.motion import choose
 from phichain.motion.ledger import Ledger
 from phichain.motion.path import Path, Segment, collect
 from phichain.motion.problem import Counted, Problem
+from phichain.records import Held
 from phichain.system import Vector, pack
 
 #: Share of a method's local tolerance that the Taylor flow is run at; of its own.
@@ -48,8 +49,8 @@ class Method(Protocol):
     def fixed(self) -> bool: ...
 
 
-@dataclass(frozen=True)
-class Beside:
+@dataclass(frozen=True, eq=False)
+class Beside(Held):
     """A second run.
 
     Attributes:
