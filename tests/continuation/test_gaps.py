@@ -11,7 +11,6 @@ from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.problem import Extra
 from tests.continuation.problems import problem_of
 
-
 AWAY = np.array([1.0, -2.0])
 """Where the branches cross, in u and v."""
 
