@@ -11,18 +11,21 @@ from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.problem import Extra
 from tests.continuation.problems import problem_of
 
+AWAY = np.array([1.0, -2.0])
+"""Where the branches cross, in u and v."""
+
 
 def crossing(delta: float, bend: float = 0.0):
-    """u (v - bend u^2) = delta, turned by 0.3 rad so that no axis is special."""
+    """u (v - bend u^2) = delta, moved, and turned by 0.3 rad so that no axis is special."""
     c, s = np.cos(0.3), np.sin(0.3)
     turn = np.array([[c, s], [-s, c]])
 
     def residual(z: np.ndarray) -> np.ndarray:
-        u, v = turn @ z
+        u, v = turn @ z - AWAY
         return np.array([u * (v - bend * u**2) - delta])
 
     def jacobian(z: np.ndarray) -> np.ndarray:
-        u, v = turn @ z
+        u, v = turn @ z - AWAY
         return np.array([[v - 3 * bend * u**2, u]]) @ turn
 
     return problem_of(residual, jacobian, ("x", "y")), turn
@@ -31,9 +34,9 @@ def crossing(delta: float, bend: float = 0.0):
 def run(delta: float, through: float = 0.0, step_max: float = 0.1, bend: float = 0.0) -> tuple[Branch, np.ndarray]:
     problem, turn = crossing(delta, bend)
     engine = Engine(options=Options(step=min(0.01, step_max), step_max=step_max, max_points=700))
-    begin = turn.T @ np.array([-1.0, -delta + bend])
+    begin = turn.T @ (np.array([-1.0, -delta + bend]) + AWAY)
     start = start_on(problem, begin, turn.T @ np.array([1.0, 0.0]), engine)
-    ends = [Level(lambda z: float(np.max(np.abs(turn @ z))), 1.1, "far")]
+    ends = [Level(lambda z: float(np.max(np.abs(turn @ z - AWAY))), 1.1, "far")]
     branch = follow(problem, start, engine, [BranchPoint(), *ends], through=through)
     return branch, turn
 
@@ -42,10 +45,10 @@ def run(delta: float, through: float = 0.0, step_max: float = 0.1, bend: float =
 @pytest.mark.parametrize("width", [1e-3, 5.5e-5, 1e-5])
 def test_a_run_turns_at_a_gap_and_measures_it(width: float, step_max: float) -> None:
     branch, turn = run(width**2, step_max=step_max)
-    assert turn @ branch.points[-1] == pytest.approx([-(width**2) / 1.1, -1.1], abs=1e-9)
+    assert turn @ branch.points[-1] - AWAY == pytest.approx([-(width**2) / 1.1, -1.1], abs=1e-9)
     (gap,) = branch.passages
     assert gap.width == pytest.approx(width, rel=0.2) and not gap.is_crossed
-    assert turn @ gap.z == pytest.approx([-width, -width], abs=0.3 * width)
+    assert turn @ gap.z - AWAY == pytest.approx([-width, -width], abs=0.3 * width)
     assert not branch.located("branch point")
     assert len(branch) < 100 + 2.5 / step_max
 
@@ -53,7 +56,7 @@ def test_a_run_turns_at_a_gap_and_measures_it(width: float, step_max: float) -> 
 @pytest.mark.parametrize("step_max", [0.5, 0.02])
 def test_a_run_goes_across_on_request(step_max: float) -> None:
     branch, turn = run(1e-8, through=2e-4, step_max=step_max)
-    assert turn @ branch.points[-1] == pytest.approx([1.1, 1e-8 / 1.1], abs=1e-9)
+    assert turn @ branch.points[-1] - AWAY == pytest.approx([1.1, 1e-8 / 1.1], abs=1e-9)
     (gap,) = branch.passages
     assert gap.is_crossed and gap.width == pytest.approx(1e-4, rel=0.2)
     assert np.all(np.diff(branch.arclength) > 0)
@@ -65,20 +68,21 @@ def test_a_run_goes_across_on_request(step_max: float) -> None:
 def test_a_branch_point_is_stepped_over_and_found(step_max: float) -> None:
     """No creeping towards it, no gap named, and its place right to the last digits although Newton stalls there."""
     branch, turn = run(0.0, step_max=step_max, bend=0.7)
-    assert turn @ branch.points[-1] == pytest.approx([1.1, 0.7 * 1.1**2], abs=1e-9)
+    assert turn @ branch.points[-1] - AWAY == pytest.approx([1.1, 0.7 * 1.1**2], abs=1e-9)
     (event,) = branch.located("branch point")
-    assert event.z == pytest.approx([0.0, 0.0], abs=1e-11)
+    assert turn @ event.z == pytest.approx(AWAY, abs=1e-11)
     assert not branch.passages and len(branch) < 40 + 2.5 / step_max
 
 
-def test_a_narrow_gap_is_no_branch_point_however_small_the_residual_across() -> None:
-    """Halfway over a gap of 1e-6 the residual is 1e-12, and a step across lands on the other branch with a smooth look."""
-    problem, turn = crossing(1e-10)
+@pytest.mark.parametrize("reach", [0.1, 0.05, 0.01])
+def test_a_step_across_a_narrow_gap_is_seen_whatever_its_length(reach: float) -> None:
+    """It lands on the other branch with a smooth look, and det [J; t] changes its sign as over a branch point."""
+    for delta, is_smooth in ((1e-9, False), (0.0, True)):
+        problem, turn = crossing(delta, 0.7)
 
-    def point(u: float, v: float, s: float) -> Point:
-        y = turn.T @ np.array([u, v])
-        jacobian = problem.at(y).jacobian
-        return Point(y, tangent_of(jacobian, turn.T @ np.array([1.0, 0.0])), s, jacobian, 0.0, 1, (), Extra())
+        def point(u: float, s: float, problem=problem, turn=turn, delta=delta) -> Point:
+            y = turn.T @ (np.array([u, delta / u + 0.7 * u**2]) + AWAY)
+            jacobian = problem.at(y).jacobian
+            return Point(y, tangent_of(jacobian, turn.T @ np.array([1.0, 0.0])), s, jacobian, 0.0, 1, (), Extra())
 
-    a, b = point(-0.05, -2e-9, 0.0), point(0.05, 2e-9, 0.1)
-    assert not is_crossed_smoothly(problem, a, b, Engine())
+        assert is_crossed_smoothly(problem, point(-reach, 0.0), point(1.3 * reach, 2.3 * reach), Engine()) is is_smooth

@@ -119,3 +119,11 @@ def test_the_gap_is_crossed_on_request() -> None:
         folds.append(branch.located("fold amplitude 1")[0].z)
     assert folds[0][0] == pytest.approx(0.7239, abs=5e-5)
     assert folds[0] == pytest.approx(folds[1], abs=1e-11)
+
+
+def test_a_family_ends_where_its_orbits_are_too_unstable_to_know() -> None:
+    """Mode 2 of two links runs into the chain that stands on its head: kappa grows without bound, and events would be rounding."""
+    branch = trace(uniform(2), 2)
+    assert "unstable beyond double precision'; amplitude_max was not reached" in branch.reason
+    assert np.max(np.abs(branch.multipliers)) == pytest.approx(1e12, rel=0.1) and np.max(branch.error) < 1e-9
+    assert [event.kind for event in branch.events[:-1]] == ["brake loss", "fold amplitude 2", "fold amplitude 1", "fold amplitude 1"]

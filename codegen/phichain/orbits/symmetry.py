@@ -24,6 +24,8 @@ from phichain.continuation.events import signed
 from phichain.orbits.quarter import QuarterMap
 
 BRANCH_POINT: Final = "branch point"
+MOST_UNSTABLE: Final = 1e12
+"""|kappa| beyond which nothing smaller beside it has digits left, and the tests are rounding: a family ends there."""
 SAID: Final[dict[str, tuple[str, str]]] = {
     "fold omega": ("no symmetry: the frequency turns", "this family"),
     "fold amplitude": ("no symmetry: this angle turns", "this family"),
@@ -70,6 +72,7 @@ def tests_of(problem: Problem, carts: int, links: int) -> list[TestFunction]:
         Quantity(lambda point: signed(_of(point).b), "odd loss"),
         Quantity(lambda point: signed(_of(point).c), "unequal brakes"),
         BranchPoint(BRANCH_POINT),
+        Quantity(lambda point: float(np.max(np.abs(point.multipliers))) - MOST_UNSTABLE, "unstable beyond double precision", terminal=True),
     ]
     return [
         Fold(name="fold omega"),
