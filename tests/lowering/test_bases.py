@@ -15,8 +15,8 @@ from phichain.ir import evaluate
 from phichain.ir.builder import Builder
 from phichain.ir.passes import prune, total_operations
 from phichain.lowering import lower_function
-from phichain.lowering.base import on_wall
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.base import on_wall
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.writers import WRITERS, Writer, declared
 from phichain.mechanics import derive
 from phichain.reference import tangent_directions

@@ -12,7 +12,7 @@ from phichain.ir.builder import Builder
 from phichain.ir.interpret import Algebra, run
 from phichain.ir.nodes import Program
 from phichain.lowering import lower_function
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar import articulated
 from phichain.lowering.planar.base_side import suits
 from phichain.lowering.planar.joints import planar_state

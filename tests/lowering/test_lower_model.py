@@ -15,7 +15,7 @@ from phichain import build, generate
 from phichain.errors import DerivationError
 from phichain.ir.builder import Builder
 from phichain.lowering import lower, lower_function
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.mechanics import Model, derive
 from phichain.mechanics.planar import PlanarExpressions
 from phichain.mechanics.spatial import SpatialExpressions

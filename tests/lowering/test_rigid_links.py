@@ -12,7 +12,7 @@ from mpmath import mp, mpf
 from phichain.errors import UnsupportedError
 from phichain.ir import evaluate, total_operations
 from phichain.lowering import lower_function
-from phichain.lowering.body import moments, point_masses
+from phichain.lowering.chain.body import moments, point_masses
 from phichain.mechanics import derive
 from phichain.reference import reference
 from phichain.reference.nudge import Nudge

@@ -13,7 +13,7 @@ import sympy
 
 from phichain.errors import DerivationError, ProofError
 from phichain.lowering import body, lower
-from phichain.lowering.body import Moments, point_masses
+from phichain.lowering.chain.body import Moments, point_masses
 from phichain.mechanics import Model, derive
 from phichain.proof import prove
 from phichain.scene import Scene

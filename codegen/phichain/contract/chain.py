@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
 PerLink = tuple[float, ...] | str
@@ -36,6 +37,24 @@ class Kind(Protocol):
     def drive(self) -> str | None: ...
     @property
     def runtime(self) -> tuple[str, ...]: ...
+
+
+@dataclass(frozen=True)
+class Sample:
+    """The least that decides which functions a chain has."""
+
+    is_planar: bool
+    damping: PerLink | None = None
+    runtime: tuple[str, ...] = ()
+    friction: PerLink | None = None
+    cart_damping: float | str | None = None
+    cart_friction: float | str | None = None
+    rest_angle: PerLink | None = None
+    armature: PerLink | None = None
+    inertia: PerLink | None = None
+    com: PerLink | None = None
+    drive: str | None = None
+    base: str = "fixed"
 
 
 class Chain(Kind, Protocol):

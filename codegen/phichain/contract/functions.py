@@ -6,7 +6,6 @@ A new function is a row here, a writer in `lowering` and a reference in `referen
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
@@ -34,7 +33,7 @@ from phichain.contract.arguments import (
     scalar,
     small,
 )
-from phichain.contract.chain import Kind, PerLink, always
+from phichain.contract.chain import Kind, Sample, always
 from phichain.contract.function import Absence, Argument, Derivative, Function
 
 _QUADRATURE: Final = 16
@@ -265,23 +264,6 @@ TABLE: Final[tuple[Function, ...]] = (
     ),
 )  # fmt: skip
 """Every function, in the order of the contract; `want` is kept in this order."""
-
-@dataclass(frozen=True)
-class Sample:
-    """The least that decides which functions a chain has."""
-
-    is_planar: bool
-    damping: PerLink | None = None
-    runtime: tuple[str, ...] = ()
-    friction: PerLink | None = None
-    cart_damping: float | str | None = None
-    cart_friction: float | str | None = None
-    rest_angle: PerLink | None = None
-    armature: PerLink | None = None
-    inertia: PerLink | None = None
-    com: PerLink | None = None
-    drive: str | None = None
-    base: str = "fixed"
 
 
 def _offered(kind: Kind) -> tuple[str, ...]:

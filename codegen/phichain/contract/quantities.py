@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Final
 
 from phichain.contract.chain import Chain
-from phichain.contract.quantities_geared import geared
+from phichain.contract.quantities_beside import balance, geared, series
 from phichain.contract.quantity import Quantities, Quantity, rows
 
 _DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian", "step"})
@@ -274,35 +274,8 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(frozenset({"positions"}), "section 1", rows(("joint_x joint_y joint_z", "m", "position of a joint"))),
-    Quantities(
-        _BALANCE, "section 6",
-        rows(
-            ("swing link_swing", "rad", "amplitude of a link's absolute angle"),
-            ("omega_squared", "rad^2/s^2", "squared angular frequency"),
-            ("apart", "rad", "difference of two links' amplitudes"),
-            ("acceleration_kernel centripetal_kernel", "", "harmonic of cos and sin of that difference in motion"),
-            ("row row_with_springs", "N m", "balance for absolute angles, without and with the springs' moments"),
-            ("mu", "kg m", "first moment of a link: m_k r_k + l_k (mass beyond)"),
-            ("c_diagonal", "kg m^2", "second moment of a link: m_k r_k^2 + l_k^2 (mass beyond)"),
-            ("outer_mass", "kg", "mass beyond a link"),
-            ("joint_amplitude", "rad", "amplitude of a joint's angle"),
-            ("spring_moment", "N m", "moment of a joint's spring"),
-        ),
-    ),
-    Quantities(
-        _SERIES, "section 10",
-        rows(
-            ("held", "", "what is constant over a step: the factored mass matrix and what goes with it, link by link"),
-            ("left right", "", "coefficients of the factors of every product, order by order"),
-            ("sums", "", "for every product what the coefficients that are known contribute to it"),
-            ("newest", "", "the last row of left"),
-            ("coefficient next", "", "the state's coefficients of order n, and of order n + 1"),
-            ("now", "", "n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and 1 at order 0, else 0"),
-            ("scale", "s", "unit of time in a step, and its square"),
-            ("lost", "", "what rounding took from the state"),
-            ("lead", "", "variation of what stands before the first row of left"),
-        ),
-    ),
+    balance(_BALANCE),
+    series(_SERIES),
     geared(_DYNAMICS | _SERIES),
 )  # fmt: skip
 """Every explained name. What stands in no row is explained by the line that computes it."""

@@ -28,7 +28,7 @@ from phichain.ir.builder import Builder
 from phichain.ir.interpret import Algebra, run
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.mechanics import Model
 from phichain.mechanics.coordinates import absolute_angles
 from phichain.mechanics.energies import names_of

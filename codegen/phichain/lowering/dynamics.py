@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder
-from phichain.lowering.base import Carried, carried, on_wall
-from phichain.lowering.body import has_points
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.base import Carried, carried, on_wall
+from phichain.lowering.chain.body import has_points
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar import articulated as planar_articulated
 from phichain.lowering.planar import base_side
 from phichain.lowering.planar import both_ends as planar_both_ends

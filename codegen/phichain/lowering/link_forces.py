@@ -25,7 +25,7 @@ from typing import Final
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, multiple, named, store, sub, zeros
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar import tension as planar_tension
 from phichain.lowering.planar.functions import absolute_sincos
 from phichain.lowering.planar.joints import PlanarState, absolute, couples, planar_state

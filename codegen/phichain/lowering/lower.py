@@ -14,8 +14,8 @@ from phichain.ir.nodes import Array, Program
 from phichain.ir.passes import prune, total_operations, unroll
 from phichain.ir.short_loops import without_short_loops
 from phichain.lowering.agreement import check_model
-from phichain.lowering.body import point_masses
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.body import point_masses
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.writers import WRITERS, Writer, declared
 from phichain.mechanics import Model
 from phichain.scene import Scene

@@ -16,7 +16,7 @@ from collections.abc import Callable
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, multiple, named, store, zeros
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.functions import absolute_sincos
 from phichain.lowering.planar.geared import terms as rotors
 from phichain.lowering.planar.joints import absolute, to_generalised

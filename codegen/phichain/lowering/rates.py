@@ -27,8 +27,8 @@ from mpmath import mp, mpf
 from phichain.ir.builder import Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
-from phichain.lowering.base import on_wall
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.base import on_wall
+from phichain.lowering.chain.parameters import Parameters
 from phichain.mechanics import Model
 from phichain.scene import Scene
 

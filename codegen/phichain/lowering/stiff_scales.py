@@ -5,7 +5,7 @@ from __future__ import annotations
 from phichain.ir.builder import Builder
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.mechanics import Model
 
 

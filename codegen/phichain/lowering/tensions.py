@@ -24,7 +24,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 
 #: Up to so many links what counts is the operations; beyond, how long a tension waits for its neighbour's.
 _SHORT = 3

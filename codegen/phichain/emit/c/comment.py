@@ -12,8 +12,8 @@ from phichain.contract.quantities import DERIVATIVE, quantities_of
 from phichain.contract.quantity import Quantities, Quantity
 from phichain.emit.c.layout import WIDTH
 from phichain.emit.c.parts import words
+from phichain.lowering.chain.units import Units, units_of_links
 from phichain.lowering.dynamics import by_tensions
-from phichain.lowering.parameters import Units, units_of_links
 from phichain.scene import Scene
 
 #: What stands behind a quantity's name: links, repetitions, the loop it is computed in, arrays that keep it for later.

@@ -14,7 +14,7 @@ from __future__ import annotations
 from phichain.harmonic import Kernels, kernels
 from phichain.ir.builder import ArrayRef, Builder, Expr
 from phichain.ir.from_sympy import from_sympy
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.joints import absolute, difference, to_generalised
 from phichain.lowering.writers import writes
 from phichain.scene import Scene

@@ -18,7 +18,7 @@ import sympy
 from phichain.harmonic import kernels
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.from_sympy import from_sympy
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.geared import terms as rotors
 from phichain.lowering.planar.geared.joint_form import with_joints
 from phichain.lowering.planar.joints import absolute

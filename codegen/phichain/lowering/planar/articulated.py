@@ -26,9 +26,9 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
-from phichain.lowering.link_units import LinkUnits
-from phichain.lowering.losses import push_on_cart
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.link_units import LinkUnits
+from phichain.lowering.chain.losses import push_on_cart
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.joints import PlanarState, couples, from_absolute
 from phichain.scene import Scene
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 from math import inf
 
 from phichain.ir.builder import ArrayRef, Expr, Index
-from phichain.lowering.losses import brakes_cart, ties_links
+from phichain.lowering.chain.losses import brakes_cart, ties_links
 from phichain.lowering.planar.articulated import Sweep
 from phichain.scene import Scene
 

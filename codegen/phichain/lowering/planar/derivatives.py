@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder
-from phichain.lowering.losses import brakes_cart, cart_slope, joint_slopes, push_on_cart
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.losses import brakes_cart, cart_slope, joint_slopes, push_on_cart
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.disturbances import Column, faster_links, slowed_joints, turned_joints
 from phichain.lowering.planar.given_base import over_given_base
 from phichain.lowering.planar.jacobian import Columns, Target

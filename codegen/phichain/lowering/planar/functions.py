@@ -9,9 +9,9 @@ the linear map phi = S theta of theory section 2.
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder, Expr
-from phichain.lowering.base import base_acceleration, planar_base_columns
-from phichain.lowering.losses import cart_drag, cart_slope, is_braked, slopes_at_rest
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.base import base_acceleration, planar_base_columns
+from phichain.lowering.chain.losses import cart_drag, cart_slope, is_braked, slopes_at_rest
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.geared import terms as rotors
 from phichain.lowering.planar.joints import (
     absolute,

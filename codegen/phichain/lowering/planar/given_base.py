@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from phichain.ir.builder import ArrayRef, Builder, Expr
-from phichain.lowering.base import Carried, carried
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.base import Carried, carried
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.joints import from_absolute
 from phichain.lowering.planar.response import Response, dot
 from phichain.scene import Scene

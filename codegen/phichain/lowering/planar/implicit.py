@@ -23,9 +23,9 @@ from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.compound import Compound
-from phichain.lowering.base import base_acceleration
-from phichain.lowering.losses import brakes_cart, cart_slope, joint_slope, ties_links
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.base import base_acceleration
+from phichain.lowering.chain.losses import brakes_cart, cart_slope, joint_slope, ties_links
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.joints import absolute, planar_state
 from phichain.scene import Scene
 

@@ -16,7 +16,7 @@ from dataclasses import replace
 from phichain.ir.builder import ArrayRef, Builder, Expr
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
-from phichain.lowering.losses import ties_links
+from phichain.lowering.chain.losses import ties_links
 from phichain.scene import Scene
 
 Double = tuple[Expr, Expr]

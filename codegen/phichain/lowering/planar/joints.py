@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
-from phichain.lowering.losses import brakes_cart, joint_drag, slows_joints, ties_links
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.losses import brakes_cart, joint_drag, slows_joints, ties_links
+from phichain.lowering.chain.parameters import Parameters
 from phichain.scene import Scene
 
 

@@ -20,7 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.articulated import Outer, Pivot, Sweep
 from phichain.lowering.planar.joints import PlanarState, couples
 from phichain.scene import Scene

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.losses import brakes_cart, ties_links
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.losses import brakes_cart, ties_links
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.implicit import CART_DRAG, CART_PIVOT, held_slopes, transmits
 from phichain.lowering.planar.joints import difference, from_absolute
 from phichain.scene import Scene

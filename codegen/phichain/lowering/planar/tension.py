@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from math import inf
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.losses import cart_drag, ties_links
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.losses import cart_drag, ties_links
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.joints import PlanarState, couples, from_absolute
 from phichain.lowering.tensions import Joints, solve_tensions, write_tensions
 from phichain.scene import Scene

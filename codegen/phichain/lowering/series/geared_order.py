@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.geared.substitution import Substitution
 from phichain.lowering.planar.geared.terms import first_moments, second_moments
 from phichain.lowering.series.held import Layout

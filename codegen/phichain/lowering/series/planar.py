@@ -25,7 +25,7 @@ from __future__ import annotations
 from phichain.ir.builder import Builder
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune, unroll
-from phichain.lowering.body import point_masses
+from phichain.lowering.chain.body import point_masses
 from phichain.lowering.planar.joints import absolute
 from phichain.lowering.series.geared_factor import GearedFactor
 from phichain.lowering.series.geared_order import GearedOrder

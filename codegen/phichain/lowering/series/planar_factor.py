@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
-from phichain.lowering.base import carried
-from phichain.lowering.body import point_masses
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.base import carried
+from phichain.lowering.chain.body import point_masses
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.joint_state import rest_of_difference
 from phichain.lowering.planar.joints import absolute, difference, input_couples
 from phichain.lowering.series.held import Layout

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phichain.lowering.body import is_folded
+from phichain.lowering.chain.body import is_folded
 from phichain.lowering.planar.geared.elimination import layout_of as geared_layout
 from phichain.lowering.planar.joint_state import carries_joints
 from phichain.lowering.series.held import Layout

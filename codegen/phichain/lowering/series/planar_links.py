@@ -1,11 +1,11 @@
-"""What the planar recurrences know of links: moments about their joints, of points on them or of rigid bodies (`lowering.body`)."""
+"""What the planar recurrences know of links: moments about their joints, of points on them or of rigid bodies (`lowering.chain.body`)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Expr, Index
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 
 
 @dataclass(frozen=True)

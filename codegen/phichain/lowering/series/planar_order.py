@@ -8,8 +8,8 @@ from typing import ClassVar
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
-from phichain.lowering.body import point_masses
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.body import point_masses
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.joints import difference
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.planar_links import PlanarLinks

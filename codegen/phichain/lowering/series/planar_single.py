@@ -13,9 +13,9 @@ from __future__ import annotations
 from phichain.ir.builder import Builder, Expr
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune, unroll
-from phichain.lowering.base import carried
-from phichain.lowering.body import point_masses
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.base import carried
+from phichain.lowering.chain.body import point_masses
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.joints import input_couples
 from phichain.lowering.series.planar_factor import directions
 from phichain.lowering.series.series import (

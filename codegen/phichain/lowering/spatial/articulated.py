@@ -33,8 +33,8 @@ from dataclasses import dataclass
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, combine, dyads, symmetric, triangle
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
-from phichain.lowering.losses import push_on_cart
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.losses import push_on_cart
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.links import couples, directions
 from phichain.lowering.spatial.outer import Outer, Seen
 from phichain.lowering.spatial.rates import Rates

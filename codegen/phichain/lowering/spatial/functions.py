@@ -11,9 +11,9 @@ from fractions import Fraction
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
-from phichain.lowering.base import spatial_base_columns
-from phichain.lowering.losses import cart_slope
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.base import spatial_base_columns
+from phichain.lowering.chain.losses import cart_slope
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.links import directions
 from phichain.lowering.writers import writes
 from phichain.scene import Scene
@@ -64,9 +64,7 @@ def _pair_block(
 
 
 @writes("coriolis", space="spatial")
-def coriolis(
-    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, out: ArrayRef
-) -> None:
+def coriolis(builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, out: ArrayRef) -> None:
     """The velocity terms of (16), nv, by prefix and suffix sums of c_ij = l_min mu_max."""
     links, mu, length = scene.links, parameters.mu, parameters.length
     direction, omega, result = directions(scene, q), directions(scene, v), directions(scene, out)
@@ -166,9 +164,7 @@ def positions(builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRe
 
 
 @writes("linearization", space="spatial")
-def linearization(
-    builder: Builder, scene: Scene, parameters: Parameters, s: ArrayRef, **outputs: ArrayRef
-) -> None:
+def linearization(builder: Builder, scene: Scene, parameters: Parameters, s: ArrayRef, **outputs: ArrayRef) -> None:
     """(19) in [x; C^T xi_k], two coordinates a link: M x'' + [D x'] + G x = B u about q_k = s_k e_3.
 
     M_ij = c_ij s_i s_j I, M_0k = mu_k s_k [[0, 1], [-1, 0]], G_kk = g mu_k s_k I. A spring adds k_k s_{k-1} s_k |xi_k - xi_{k-1}|^2 / 2

@@ -35,9 +35,9 @@ from phichain.lowering.algebra.matrix import (
     zero,
 )
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
-from phichain.lowering.base import base_acceleration
-from phichain.lowering.losses import brakes_cart, cart_slope
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.base import base_acceleration
+from phichain.lowering.chain.losses import brakes_cart, cart_slope
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.joint import Joint
 from phichain.lowering.spatial.links import directions
 from phichain.lowering.spatial.near_joints import CART_PIVOT, NearJoints, near_joints, near_sizes

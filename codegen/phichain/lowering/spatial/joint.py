@@ -16,7 +16,7 @@ from collections.abc import Callable
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, transposed
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, sub
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.chart import across
 
 #: A perturbation (ds, dnu) of a link.

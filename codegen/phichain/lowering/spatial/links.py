@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 from phichain.ir.builder import ArrayRef, Builder, Index
 from phichain.lowering.algebra.vector import Vector, cross, dot, load, scale, store, sub
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.scene import Scene
 
 

@@ -29,8 +29,8 @@ from math import prod
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, cofactors, combine, dyads, symmetric, triangle
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, named, scale, store, sub, zeros
-from phichain.lowering.losses import push_on_cart
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.losses import push_on_cart
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.links import couples, directions
 from phichain.lowering.spatial.rates import Rates
 from phichain.lowering.spatial.units import MobilityScales

@@ -48,8 +48,8 @@ from phichain.lowering.algebra.matrix import (
     transposed,
 )
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
-from phichain.lowering.losses import brakes_cart, cart_slope
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.losses import brakes_cart, cart_slope
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.units import SpatialUnits
 from phichain.scene import Scene
 

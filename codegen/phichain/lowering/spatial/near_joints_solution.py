@@ -15,8 +15,8 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, load_matrix
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
-from phichain.lowering.losses import brakes_cart
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.losses import brakes_cart
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.links import directions
 from phichain.lowering.spatial.near_joints import CART_DRAG, CART_LOAD, CART_PIVOT, COEFFICIENTS
 from phichain.lowering.spatial.units import SpatialUnits

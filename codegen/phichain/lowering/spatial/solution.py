@@ -5,8 +5,8 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, load_matrix
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
-from phichain.lowering.losses import brakes_cart
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.losses import brakes_cart
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial import near_joints_solution
 from phichain.lowering.spatial.chart import across
 from phichain.lowering.spatial.implicit import CART_DRAG, joined

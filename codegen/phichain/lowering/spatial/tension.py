@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
-from phichain.lowering.losses import brakes_cart, cart_drag
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.losses import brakes_cart, cart_drag
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.links import couples, directions, neighbours
 from phichain.lowering.spatial.rates import AngularVelocities, Rates
 from phichain.lowering.tensions import Joints, solve_tensions, write_tensions

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.scene import Scene
 
 

@@ -12,8 +12,8 @@ from fractions import Fraction
 from phichain.ir.builder import ArrayRef, Builder, Index
 from phichain.lowering.algebra.unit_vectors import ambient_size, cart_size, dimension
 from phichain.lowering.algebra.vector import Vector, cross, dot, load, multiple, store
-from phichain.lowering.losses import brakes_cart, push_on_cart, ties_links
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.losses import brakes_cart, push_on_cart, ties_links
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar import joints as planar_joints
 from phichain.lowering.planar.joints import PlanarState
 from phichain.lowering.spatial import links as spatial_links

@@ -42,7 +42,7 @@ from phichain.lowering.algebra.matrix import (
     transposed,
 )
 from phichain.lowering.algebra.vector import Vector, add, dot, load, multiple, named, store, sub, zeros
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.steps.link_multipliers import Links
 
 

@@ -18,7 +18,7 @@ from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.lowering.algebra.matrix import applied
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.links import directions
 from phichain.lowering.steps import runge_kutta
 from phichain.lowering.writers import writes

@@ -32,7 +32,7 @@ from phichain.lowering.algebra.vector import (
     sub,
     zeros,
 )
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.scene import Scene
 
 

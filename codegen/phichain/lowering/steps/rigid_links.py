@@ -9,7 +9,7 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder
 from phichain.lowering.algebra.unit_vectors import ambient_size
 from phichain.lowering.algebra.vector import cross, load
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.links import couples, directions
 from phichain.lowering.spatial.rates import Rates
 from phichain.lowering.steps.articulated_links import sweep

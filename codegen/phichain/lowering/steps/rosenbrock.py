@@ -13,7 +13,7 @@ from fractions import Fraction
 from phichain.contract.rodas5p import GAMMA, STAGES, A, C, M
 from phichain.ir.builder import ArrayRef, Builder, Expr
 from phichain.ir.nodes import Program
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar import implicit as planar_implicit
 from phichain.lowering.planar import solution as planar_solution
 from phichain.lowering.spatial import implicit as spatial_implicit

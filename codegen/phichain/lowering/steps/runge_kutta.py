@@ -10,7 +10,7 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder, Expr
 from phichain.ir.nodes import Program
 from phichain.lowering.algebra.vector import cross, load, store
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.functions import project
 from phichain.lowering.spatial.links import directions
 from phichain.lowering.writers import writes

@@ -23,9 +23,9 @@ from phichain.ir.builder import ArrayRef, Builder, Expr
 from phichain.ir.nodes import Program
 from phichain.lowering.algebra.unit_vectors import ambient_size, cart_size, dimension
 from phichain.lowering.algebra.vector import add, dot, multiple, named
-from phichain.lowering.base import carried
-from phichain.lowering.losses import brakes_cart, slows_joints
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.base import carried
+from phichain.lowering.chain.losses import brakes_cart, slows_joints
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.steps.ambient import Ambient, has_couples, has_push
 from phichain.lowering.steps.articulated_links import sweep
 from phichain.lowering.steps.link_multipliers import Links, tensions

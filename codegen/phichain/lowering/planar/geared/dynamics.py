@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder
-from phichain.lowering.losses import push_on_cart
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.losses import push_on_cart
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.geared.elimination import Elimination, kept_in, layout_of
 from phichain.lowering.planar.geared.substitution import Substitution
 from phichain.lowering.planar.joints import PlanarState, couples, from_absolute

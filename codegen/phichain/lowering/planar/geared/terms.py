@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.geared.joint_form import with_joints
 from phichain.lowering.planar.joints import congruence, difference
 from phichain.scene import Scene

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phichain.lowering.body import point_masses
+from phichain.lowering.chain.body import point_masses
 from phichain.lowering.series.series import Series
 from phichain.lowering.series.spatial.articulated import articulated_series
 from phichain.lowering.series.spatial.tension import tension_series

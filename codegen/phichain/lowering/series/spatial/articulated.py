@@ -24,7 +24,7 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, symmetric
 from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, store, sub
-from phichain.lowering.body import point_masses
+from phichain.lowering.chain.body import point_masses
 from phichain.lowering.series.series import Series
 from phichain.lowering.series.spatial.articulated_factor import factor, layout, load_size
 from phichain.lowering.series.spatial.rows import (

@@ -13,7 +13,7 @@ from typing import Final
 from phichain.ir.builder import Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, combine, dyads, triangle
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
-from phichain.lowering.body import is_folded
+from phichain.lowering.chain.body import is_folded
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.spatial.rows import Factoring, joint_runs
 from phichain.lowering.spatial.outer import Outer, Seen

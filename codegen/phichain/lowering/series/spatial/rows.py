@@ -21,9 +21,9 @@ from dataclasses import dataclass
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.lowering.algebra.vector import Vector, load, scale, store
-from phichain.lowering.base import carried
-from phichain.lowering.body import point_masses
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.base import carried
+from phichain.lowering.chain.body import point_masses
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import COEFFICIENT, HELD, LEAD, LEFT, NEXT, NOW, RIGHT, SCALE, SUMS
 from phichain.lowering.series.shape import shaped

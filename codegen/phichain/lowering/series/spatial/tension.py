@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, store, sub
-from phichain.lowering.body import point_masses
+from phichain.lowering.chain.body import point_masses
 from phichain.lowering.series.series import Series
 from phichain.lowering.series.spatial.rows import (
     Ordering,

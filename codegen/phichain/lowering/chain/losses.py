@@ -11,7 +11,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.scene import Scene
 
 

@@ -10,8 +10,8 @@ lambda - 1 = (a l - b) / b.
 from __future__ import annotations
 
 from phichain.ir.builder import ArrayRef, Builder
-from phichain.lowering.body import Bodies
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.body import Bodies
+from phichain.lowering.chain.parameters import Parameters
 from phichain.scene import Scene
 
 

@@ -16,7 +16,7 @@ from copy import copy
 from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.parameters import Parameters
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.joints import to_generalised
 from phichain.scene import Scene
 

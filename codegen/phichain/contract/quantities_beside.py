@@ -1,4 +1,4 @@
-"""What the named quantities are in planar chains whose joints carry rotors."""
+"""What the named quantities are beside the sweeps: with rotors at the joints, in the harmonic balance, in Taylor series."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from phichain.contract.quantity import Quantities, rows
 
 
 def geared(functions: frozenset[str]) -> Quantities:
-    """The rows for some functions."""
+    """Those of planar chains whose joints carry rotors, for some functions."""
     return Quantities(
         functions, "section 5, rotors",
         rows(
@@ -38,4 +38,41 @@ def geared(functions: frozenset[str]) -> Quantities:
             ("bend", "1/s^2", "second derivative of a link's direction, along it"),
         ),
         "planar",
+    )  # fmt: skip
+
+
+def balance(functions: frozenset[str]) -> Quantities:
+    """Those of the harmonic balance."""
+    return Quantities(
+        functions, "section 6",
+        rows(
+            ("swing link_swing", "rad", "amplitude of a link's absolute angle"),
+            ("omega_squared", "rad^2/s^2", "squared angular frequency"),
+            ("apart", "rad", "difference of two links' amplitudes"),
+            ("acceleration_kernel centripetal_kernel", "", "harmonic of cos and sin of that difference in motion"),
+            ("row row_with_springs", "N m", "balance for absolute angles, without and with the springs' moments"),
+            ("mu", "kg m", "first moment of a link: m_k r_k + l_k (mass beyond)"),
+            ("c_diagonal", "kg m^2", "second moment of a link: m_k r_k^2 + l_k^2 (mass beyond)"),
+            ("outer_mass", "kg", "mass beyond a link"),
+            ("joint_amplitude", "rad", "amplitude of a joint's angle"),
+            ("spring_moment", "N m", "moment of a joint's spring"),
+        ),
+    )  # fmt: skip
+
+
+def series(functions: frozenset[str]) -> Quantities:
+    """Those of the Taylor recurrences."""
+    return Quantities(
+        functions, "section 10",
+        rows(
+            ("held", "", "what is constant over a step: the factored mass matrix and what goes with it, link by link"),
+            ("left right", "", "coefficients of the factors of every product, order by order"),
+            ("sums", "", "for every product what the coefficients that are known contribute to it"),
+            ("newest", "", "the last row of left"),
+            ("coefficient next", "", "the state's coefficients of order n, and of order n + 1"),
+            ("now", "", "n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and 1 at order 0, else 0"),
+            ("scale", "s", "unit of time in a step, and its square"),
+            ("lost", "", "what rounding took from the state"),
+            ("lead", "", "variation of what stands before the first row of left"),
+        ),
     )  # fmt: skip
