@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from phichain._version import __version__
-from phichain.contract.chain import always
+from phichain.contract.chain import Sample, always
 from phichain.contract.function import Function
-from phichain.contract.functions import TABLE, Sample
+from phichain.contract.functions import TABLE
 from phichain.errors import PhichainError
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Literal
 
-from phichain.contract.functions import Sample
+from phichain.contract.chain import Sample
 from phichain.contract.wanted import wanted
 from phichain.scene.digest import digest_of
 from phichain.scene.keys import PARAMETERS, PER_LINK, TABLES
