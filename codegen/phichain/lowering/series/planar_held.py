@@ -24,7 +24,8 @@ def planar_layout(scene: Scene) -> Layout:
     runs = [(name, 0 if scene.tip_masses and name in ("q_yx", "q_yy", "skew", "pull_y") else links) for name in _PER_LINK]
     runs += [
         ("base", 2), ("base_arm", 2 * scene.has_cart), ("drive", links * bool(scene.actuated_joints)),
-        ("push", int(scene.has_force)), ("cart_damping", int(scene.cart_damping is not None)), ("stiffness", links * (scene.stiffness is not None)),
+        ("push", int(scene.has_force)), ("cart_damping", int(scene.cart_damping is not None)),
+        ("stiffness", links * (scene.stiffness is not None)),
         ("damping", links * (scene.damping is not None)),
         ("rest", links * (carries_joints(scene) and scene.stiffness is not None)),
     ]  # fmt: skip

@@ -31,7 +31,8 @@ def layout(scene: Scene) -> Layout:
         [
             ("direction", 3 * links), ("outer", 3 * links), ("inner", 3 * links),  # q_k, rho_{k+1} P_k q_{k+1}, P_k q_{k-1}
             ("passed", links), ("particular", links), ("coupling", links),
-            ("gravity", 1), ("push", 2 * scene.has_force), ("cart_damping", int(scene.cart_damping is not None)), ("cart", 6 * cart), ("cart_ratio", int(cart)),
+            ("gravity", 1), ("push", 2 * scene.has_force), ("cart_damping", int(scene.cart_damping is not None)),
+            ("cart", 6 * cart), ("cart_ratio", int(cart)),
             *joint_runs(scene), *(number.run(scene) for number in numbers(scene)),
             (RATIO, links * (scene.mass == "runtime")),
         ]
