@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from phichain.contract.functions import TABLE, Sample
+from phichain.contract.chain import Sample
+from phichain.contract.functions import TABLE
 
 DERIVATIVES = frozenset(row.name for row in TABLE if row.derivative)
 """Functions that are the Jacobians of others."""

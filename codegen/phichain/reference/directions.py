@@ -49,7 +49,10 @@ def _pose(case: Case) -> Pose:
 
 
 def _couple_force(case: Case, pose: Pose, carts: int) -> Vector:
-    """couple_k x q_k of springs and dampers: the force on q_k that works as the couple does, couple.xi = force.(xi x q_k); and the cart's."""
+    """The cart's force, and couple_k x q_k of springs and dampers: the force on q_k that works as the couple does.
+
+    couple.xi = force.(xi x q_k).
+    """
     force = masses.joint_force(case.scene, case.values, pose)
     couples = force[carts:]
     forces = [cross(couples[3 * k : 3 * k + 3], link) for k, link in enumerate(pose.direction)]

@@ -21,8 +21,9 @@ from typing import Any
 
 import numpy as np
 
+from phichain.contract.chain import Sample
 from phichain.contract.function import Absence
-from phichain.contract.functions import ROWS, Sample
+from phichain.contract.functions import ROWS
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.records import frozen, thawed
 from phichain.system.arrays import reals

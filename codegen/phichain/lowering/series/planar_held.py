@@ -30,7 +30,8 @@ def planar_layout(scene: Scene) -> Layout:
         runs, is_held = list(geared_layout(scene)), False
     runs += [
         ("drive", links * bool(scene.actuated_joints)), ("push", int(scene.has_force)),
-        ("cart_damping", int(scene.has_free_cart and scene.cart_damping is not None)), ("stiffness", links * (scene.stiffness is not None)),
+        ("cart_damping", int(scene.has_free_cart and scene.cart_damping is not None)),
+        ("stiffness", links * (scene.stiffness is not None)),
         ("damping", links * (scene.damping is not None)),
         ("rest", links * (carries_joints(scene) and scene.stiffness is not None)),
         *((name, links * is_held) for name in ("own_moment", "second_moment")),

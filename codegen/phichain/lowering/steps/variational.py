@@ -11,8 +11,8 @@ gives a map (z_0, z_0') -> (z_1, z_1') through both discrete Legendre transforms
     z_1' = w + h/2 a_1,      M a_1 = F_1 - dV_1 + kappa q_1,     q_1.z_1' = 0            (linear)
 
 Both lines of multipliers are one call of `constrained_accelerations` an iteration; the second asks for q_1.a_1 = -|w|^2. Newton's method
-on q.a + |w|^2 = 0, w = z_0' + h/2 a, asks for (q + h w).a_next = h w.a - |w|^2. Dampers and dry friction act through the rates at either end,
-z_0' and 2 w - z_0' = z_1' + O(h^2).
+on q.a + |w|^2 = 0, w = z_0' + h/2 a, asks for (q + h w).a_next = h w.a - |w|^2. Dampers and dry friction act through the
+rates at either end, z_0' and 2 w - z_0' = z_1' + O(h^2).
 """
 
 from __future__ import annotations

@@ -31,7 +31,8 @@ def layout(scene: Scene) -> Layout:
         [
             ("direction", 3 * links), ("outer", 3 * links), ("inner", 3 * links),  # q_k, rho_{k+1} P_k q_{k+1}, P_k q_{k-1}
             ("passed", links), ("particular", links), ("coupling", links),
-            ("gravity", 3 if scene.base_accelerations else 1), ("push", 2 * scene.has_force), ("cart_damping", int(cart and scene.cart_damping is not None)),
+            ("gravity", 3 if scene.base_accelerations else 1), ("push", 2 * scene.has_force),
+            ("cart_damping", int(cart and scene.cart_damping is not None)),
             ("cart", 6 * cart), ("cart_ratio", int(cart)),
             *joint_runs(scene), *(number.run(scene) for number in numbers(scene)),
             (RATIO, links * (scene.mass == "runtime")),
