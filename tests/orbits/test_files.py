@@ -116,3 +116,8 @@ def test_the_last_point_lies_on_the_target(until, value) -> None:
     branch = trace(uniform(1), until=until)
     off = branch.points[-1, 0] - 0.6 if value is None else value(branch)
     assert off == 0 if value is None or "omega" in until else abs(off) < 1e-15
+
+
+def test_a_target_below_the_usual_start_is_reached_from_below() -> None:
+    branch = trace(uniform(2), until="theta_1=0.004")
+    assert branch.points[-1, 0] == 0.004 and branch.points[0, 0] == 0.002 and len(branch) < 40

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 _TICK = 0.1
 """Seconds between two states of the progress line."""
+_CLEAR = "\r\x1b[K"
+"""What wipes a line of a terminal."""
 _INTERRUPTED = 130
 """Exit code of what Ctrl-C ended."""
 SceneWord = Annotated[
@@ -84,6 +86,8 @@ def trace(
         system, mode, end, method=method, until=until, through=through, switch=switch, resume=resume, limits=steps,
         progress=progress_line(system.cart_size),
     )  # fmt: skip
+    if sys.stderr.isatty():
+        sys.stderr.write(_CLEAR)
     typer.echo(str(branch))
     write(branch, files, lambda: figures().family(branch))
     if branch.status == "interrupted":
@@ -124,7 +128,7 @@ def progress_line(carts: int) -> Callable[[Point, float], None] | None:
         angles = point.y[carts:-1]
         largest = max(abs(angle) for angle in angles)
         line = f"{told['points']} points, amplitude {largest:.4f} rad, arclength {point.arclength:.4f}, step {step:.2g}"
-        sys.stderr.write(f"\r\x1b[K{line}")
+        sys.stderr.write(f"{_CLEAR}{line}")
         sys.stderr.flush()
 
     return tell

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from phichain.errors import ArrayError
-from phichain.records import held
+from phichain.records import Held, held
 from phichain.system import Vector
 from phichain.system.arrays import reals
 
@@ -23,7 +24,7 @@ Multipliers = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
-class Extra:
+class Extra(Held):
     """What came with a residual and its Jacobian, besides them.
 
     Attributes:
@@ -39,23 +40,6 @@ class Extra:
     multipliers: Multipliers = field(default_factory=lambda: held((), complex))
     found: Any = field(default_factory=lambda: None)
 
-    @classmethod
-    def later(cls, make: Callable[[], tuple[Multipliers, Any]]) -> Extra:
-        """Multipliers and what else is found, made when they are first asked for: not at Newton's iterates on the way."""
-        extra = cls.__new__(cls)
-        object.__setattr__(extra, "_make", make)
-        return extra
-
-    def __getattr__(self, name: str) -> Any:
-        # Reached for what is not there yet, and for what never is.
-        make = self.__dict__.get("_make")
-        if make is None or name not in ("multipliers", "found"):
-            raise AttributeError(name)
-        multipliers, found = make()
-        object.__setattr__(self, "multipliers", held(multipliers, complex))
-        object.__setattr__(self, "found", found)
-        return self.__dict__[name]
-
     def __post_init__(self) -> None:
         try:
             multipliers = held(self.multipliers, complex)
@@ -66,6 +50,24 @@ class Extra:
                 "extra.multipliers", self.multipliers, "is no vector of complex numbers", "give shape (k,), or leave it out"
             )
         object.__setattr__(self, "multipliers", multipliers)
+
+
+class LateExtra(Extra):
+    """Multipliers and what else is found, made when they are first asked for: not at Newton's iterates on the way."""
+
+    def __init__(self, make: Callable[[], tuple[Multipliers, Any]]) -> None:
+        """Keep what makes both, once."""
+        object.__setattr__(self, "_made", cache(make))
+
+    @property
+    def multipliers(self) -> Multipliers:
+        """As in `Extra`."""
+        return held(self.__dict__["_made"]()[0], complex)
+
+    @property
+    def found(self) -> Any:
+        """As in `Extra`."""
+        return self.__dict__["_made"]()[1]
 
 
 class Evaluation(NamedTuple):

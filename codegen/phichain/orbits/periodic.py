@@ -17,8 +17,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from phichain.continuation import Evaluation, Extra, Problem
-from phichain.continuation.problem import Multipliers
+from phichain.continuation import Evaluation, Problem
+from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.errors import UnsupportedError
 from phichain.orbits.quarter import EPS
 from phichain.system import Parameters, System, Vector, acceleration
@@ -79,7 +79,7 @@ def _problem(system: System, p: Parameters | None, near: Vector, omega: float, *
         jacobian[:-1, -2] = damped
         jacobian[:-1, -1] = _field(system, p, end) * (-time / rate)
         jacobian[-1, :-2] = along
-        return Evaluation(residual, jacobian, Extra.later(_stability(sign * found.transition)))
+        return Evaluation(residual, jacobian, LateExtra(_stability(sign * found.transition)))
 
     return Problem(
         evaluate=evaluate,

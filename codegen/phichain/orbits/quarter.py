@@ -25,8 +25,8 @@ from typing import Any
 
 import numpy as np
 
-from phichain.continuation import Evaluation, Extra, Point, Problem
-from phichain.continuation.problem import Multipliers
+from phichain.continuation import Evaluation, Point, Problem
+from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.orbits.single_harmonic import energy_of_amplitude
 from phichain.records import Held
 from phichain.system import Parameters, System, Vector
@@ -122,7 +122,7 @@ def quarter_problem(system: System, p: Parameters | None = None, *, omega: float
             quarter_map = _map(found.transition, found.v[carts:], _root(inertia()[1]), end, carts, noise)
             return quarter_map.kappa(), quarter_map
 
-        return Evaluation(found.q, jacobian, Extra.later(blocks))
+        return Evaluation(found.q, jacobian, LateExtra(blocks))
 
     sizes = np.abs(np.concatenate([shape[:carts], np.ones(nq - carts), [omega]]))
     return Problem(

@@ -71,7 +71,9 @@ def trace(
     """
     chosen = _method(system, method, switch)
     usual = shooting.START if chosen == "shooting" else single_harmonic.START
-    amplitude_start = positive("amplitude_start", usual if amplitude_start is None else amplitude_start, "give an angle in rad")
+    if amplitude_start is None:
+        amplitude_start = min(usual, _before(target_of(system, until)))
+    amplitude_start = positive("amplitude_start", amplitude_start, "give an angle in rad")
     target = _target(system, until, amplitude_max, amplitude_start)
     through = 0.0 if through is None else positive("through", through, "give a half width in arclength, such as 1e-4")
     modes = linear_modes(system, p)
@@ -133,6 +135,13 @@ def _method(system: System, method: str, switch: bool) -> str:
     if method == "auto":
         return "one harmonic" if shooting.lacks(system) else "shooting"
     return method
+
+
+def _before(target: Target | None) -> float:
+    """An amplitude from which a target that is an angle still lies ahead, rad."""
+    if target is None or target.value == 0 or target.what in ("omega", "energy"):
+        return float("inf")
+    return abs(target.value) / 2
 
 
 def _target(system: System, until: Any, amplitude_max: float | None, start: float) -> Target:
