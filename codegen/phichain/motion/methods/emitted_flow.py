@@ -7,7 +7,7 @@ that cutting a run into pieces costs no digits.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final, Generic, TypeVar
 
@@ -103,26 +103,24 @@ class Stretch(Held):
         x: The state there.
         options: What the call went on with, and its input.
         t1: Where it ended, s.
-        steps: Steps taken.
-        passed: Times that it passed: those asked for, or the ends of its own steps.
-        states: The states there.
-        is_own: Whether they are the ends of its own steps.
+        found: What it found.
+        is_own: Whether it was asked for the ends of its own steps.
     """
 
     t: float
     x: Vector
     options: Mapping[str, Any]
     t1: float
-    steps: int
-    passed: Vector
-    states: Vector
+    found: Propagation
     is_own: bool
 
+    @property
+    def ends(self) -> Vector:
+        """When its own steps ended; the last of them where it did, which single precision may not hold."""
+        return np.append(self.found.t_at[:-1], self.t1) if self.found.t_at.size else self.found.t_at
 
-Run = Iterator[tuple[P, Stretch]]
 
-
-def _calls(problem: Problem, run: EmittedFlow[P], ledger: Ledger, asks: Callable[[float], Vector] | None) -> Run[P]:
+def _calls(problem: Problem, run: EmittedFlow[P], ledger: Ledger, asks: Callable[[float], Vector] | None) -> Iterator[Stretch]:
     """One call of the flow after the other, leg by leg, to the end, the budget or the last finite number.
 
     Args:
@@ -145,13 +143,8 @@ def _calls(problem: Problem, run: EmittedFlow[P], ledger: Ledger, asks: Callable
             found = run(t, x, leg.t1, max_steps=most, **({"own": True} if asks is None else {"times": times} if len(times) else {}))
             is_done = found.outcome == "done"
             t, x, tried = reached(found, leg.t1), np.concatenate((found.q, found.v)), tried + found.tried
-            told, passed = tell(problem, t, told), found.t_at
-            if asks is None and passed.size:
-                passed = np.append(passed[:-1], t)
-            yield found, Stretch.made(
-                t=before[0], x=before[1], options=options, t1=t, steps=found.steps, passed=passed,
-                states=np.concatenate((found.q_at, found.v_at), axis=1), is_own=asks is None,
-            )  # fmt: skip
+            told = tell(problem, t, told)
+            yield Stretch.made(t=before[0], x=before[1], options=options, t1=t, found=found, is_own=asks is None)
             if not is_done and (found.outcome != "step budget" or tried >= problem.max_steps):
                 return
 
@@ -166,30 +159,42 @@ def whole_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> tuple[P
         return grid[len(times) : int(np.searchsorted(way * grid, way * stop, side="right"))]
 
     stretches: list[Stretch] = []
-    steps = tried = 0
-    for found, stretch in _calls(problem, run, ledger, asks):
-        steps, tried = steps + found.steps, tried + found.tried
+    for stretch in _calls(problem, run, ledger, asks):
+        found = stretch.found
         times += grid[len(times) : len(times) + len(found.q_at)].tolist()
-        states += list(stretch.states)
+        states += list(_states(found))
         stretches.append(stretch)
     if times[-1] != stretch.t1:
         times.append(stretch.t1)
         states.append(np.concatenate((found.q, found.v)))
     status, message = _ended(found, problem, run.name)
     _book(run, stretches, ledger)
-    return Path(np.array(times), np.array(states), status, message, (), steps, None), tried - steps
+    steps = sum(stretch.found.steps for stretch in stretches)
+    refused = sum(stretch.found.tried for stretch in stretches) - steps
+    return Path(np.array(times), np.array(states), status, message, (), steps, None), refused
 
 
 def own_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> Path:
     """The states at the ends of the flow's own steps, in compiled code from end to end."""
-    calls = list(_calls(problem, run, ledger, None))
-    found, stretches = calls[-1][0], [stretch for _, stretch in calls]
-    times = np.concatenate([problem.t[:1], *(stretch.passed for stretch in stretches)])
-    states = np.concatenate([problem.x0[None], *(stretch.states for stretch in stretches)])
+    stretches = list(_calls(problem, run, ledger, None))
+    steps, found = sum(stretch.found.steps for stretch in stretches), stretches[-1].found
+    count, nq, at = 1 + sum(len(stretch.found.t_at) for stretch in stretches), run.system.nq, 1
+    times, states = np.empty(count), np.empty((count, len(problem.x0)))
+    times[0], states[0] = problem.t[0], problem.x0
+    for stretch in stretches:
+        end = at + len(stretch.found.t_at)
+        times[at:end], states[at:end, :nq], states[at:end, nq:] = stretch.found.t_at, stretch.found.q_at, stretch.found.v_at
+        if end > at:
+            times[end - 1] = stretch.t1
+        at = end
     again = partial(_again, run, stretches, np.concatenate((found.q, found.v)))
     _book(run, stretches, ledger)
-    steps = sum(stretch.steps for stretch in stretches)
     return Path(times, states, *_ended(found, problem, run.name), (), steps, again)
+
+
+def _states(found: Propagation) -> Vector:
+    """The states (m, nx) that were passed on the way."""
+    return np.concatenate((found.q_at, found.v_at), axis=1)
 
 
 def _again(run: EmittedFlow[P], stretches: list[Stretch], x_last: Vector, times: Vector) -> Vector:
@@ -204,9 +209,9 @@ def _again(run: EmittedFlow[P], stretches: list[Stretch], x_last: Vector, times:
         stretch, here = stretches[k], inside[of_stretch == k]
         # The call may have been cut, which changes its last bits: one step more than it took is enough for all.
         found = run.once(
-            stretch.t, stretch.x, stretch.t1, times=times[here], max_steps=stretch.steps + 1, **stretch.options
+            stretch.t, stretch.x, stretch.t1, times=times[here], max_steps=stretch.found.steps + 1, **stretch.options
         )
-        states[here[: len(found.q_at)]] = np.concatenate((found.q_at, found.v_at), axis=1)
+        states[here[: len(found.q_at)]] = _states(found)
     return states
 
 
@@ -215,18 +220,19 @@ def _book(run: EmittedFlow[P], stretches: list[Stretch], ledger: Ledger) -> None
     if ledger.account is None:
         return
     for stretch in stretches:
-        ends, states, u = stretch.passed, stretch.states, stretch.options.get("u", np.empty(0))
+        u, own = stretch.options.get("u", np.empty(0)), stretch
         if not stretch.is_own:
-            found = run.once(stretch.t, stretch.x, stretch.t1, own=True, max_steps=stretch.steps, **stretch.options)
-            ends, states = found.t_at, np.concatenate((found.q_at, found.v_at), axis=1)
-        knots, starts = np.concatenate([[stretch.t], ends]), np.concatenate([stretch.x[None], states])
-        for first in range(0, len(ends), _BOOKED):
+            found = run.once(stretch.t, stretch.x, stretch.t1, own=True, max_steps=stretch.found.steps, **stretch.options)
+            own = replace(stretch, found=found)
+        knots = np.concatenate([[stretch.t], own.ends])
+        starts = np.concatenate([stretch.x[None], _states(own.found)])
+        for first in range(0, len(knots) - 1, _BOOKED):
             within = knots[first : first + _BOOKED + 1]
             points = ledger.account.points(within, MANY)
             found = run.once(float(within[0]), starts[first], float(within[-1]), times=points, u=u)
             if len(found.q_at) < len(points):  # it left the finite numbers
                 return
-            ledger.account.book(within, MANY, np.concatenate((found.q_at, found.v_at), axis=1), u)
+            ledger.account.book(within, MANY, _states(found), u)
 
 
 def reached(found: Propagation, t_end: float) -> float:
