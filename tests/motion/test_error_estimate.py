@@ -48,6 +48,7 @@ def test_chaos_at_round_off_and_at_a_tolerance_is_doubted() -> None:
     for t, tol in ((40.0, None), (30.0, 1e-9)):
         run = simulate(pair("absolute"), start, [0.0, t], tol=tol)
         assert run.status == "doubtful" and "its estimated error, by" in run.reason
+        assert ("double precision sees no farther" in run.reason) == (tol is None)
     assert simulate(pair("absolute"), start, [0.0, 5.0]).status == "complete"
 
 

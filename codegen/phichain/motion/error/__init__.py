@@ -4,8 +4,8 @@ Local errors below a tolerance say nothing of what a motion makes of them: a cha
 every few seconds, and the energy, which no error along the motion changes, does not show it. So every run is held against another:
 
 - most runs against a more accurate one, by the Taylor flow where the system has it, else by the method itself (`second`);
-- the Taylor flow at round-off, where nothing is more accurate, against neighbours of its own path that say how errors grow on it
-  (`growth`), and what that makes of the rounding of every step (`rounding`).
+- the Taylor flow at round-off, where nothing is more accurate, against `neighbours` of its own path that are pushed as `rounding`
+  pushes it, and show what that grows to.
 
 `estimate` chooses, and says until when the run holds what it was asked.
 """

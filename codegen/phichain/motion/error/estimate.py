@@ -50,6 +50,7 @@ class Estimate(Held):
     reasons: tuple[str, ...] = ()
 
 
+_REMEDY: Final = "lower tol, shorten the span (errors may grow by themselves), or use the Taylor flow (propagate) at round-off"
 NONE: Final = Estimate(None, math.nan)
 
 
@@ -82,7 +83,8 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
     until = float(path.t[max(0, beyond[0] - 1)])
     promised = f"tol {asked:g}" if asked else name
     why = f"its estimated error, by {by}, passes {most:.2g} of the motion, what {promised} promises, after t = {until:.6g} s"
-    remedy = "lower tol, shorten the span (errors may grow by themselves), or use the Taylor flow (propagate) at round-off"
+    is_finest = name == "taylor" and problem.tol <= ROUND_OFF[system.real]
+    remedy = "double precision sees no farther, shorten the span" if is_finest else _REMEDY
     return Estimate(error, until, (f"doubtful: {why} and ends at {error[-1]:.2g}; {remedy}",))
 
 
