@@ -99,6 +99,8 @@ def test_a_cover_of_high_order_has_one_brake_loss() -> None:
     (cover,) = branch.located("cover 9 of mode 3")
     (loss,) = branch.located("brake loss")
     assert loss.z.tolist() == cover.z.tolist()
+    for kind in ("energy extremum", "fold omega"):
+        assert min(np.max(np.abs(event.z - cover.z)) for event in branch.located(kind)) == 0
     assert traversals(uniform(3), None, cover.z) == 9
 
 

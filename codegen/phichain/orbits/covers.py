@@ -22,6 +22,10 @@ _CLOSE: Final = 1e-6
 _SMALL: Final = 0.03
 """Largest angle, rad, at which a family has the frequency of its linear mode to 1e-3."""
 _STEPS: Final = 400
+_TURNING: Final = 5
+"""Traversals from which energy and frequency turn at the cover itself."""
+_BESIDE: Final = 1e-5
+"""Arclength within which they are found then."""
 _WIDEST: Final = 0.5
 """Arclength over which it may be."""
 _FLAT: Final = 1e-8
@@ -83,10 +87,11 @@ def named(system: System, p: Parameters | None, modes: LinearModes, event: Speci
 
 
 def gathered(branch: Branch, events: Sequence[Special]) -> list[Special]:
-    """The events with one brake loss at most beside a cover, and that at the cover itself.
+    """The events with what belongs to a cover at the cover itself.
 
     On a K-fold cover of an elliptic orbit mu touches 1 with both of its vectors, so that the brake is lost there; but with
     amplitude e beside it the function whose zero that is goes as e^(K - 2): of it only rounding is left over a long stretch.
+    Energy and frequency go as e^2 + O(e^(K - 2)): for K of 5 and more they turn at the cover, where Newton has fewest digits.
     """
     kept = list(events)
     for cover in (event for event in events if event.kind.startswith("cover")):
@@ -95,7 +100,13 @@ def gathered(branch: Branch, events: Sequence[Special]) -> list[Special]:
             kept.remove(event)
         if len(beside) % 2:
             kept.append(replace(cover, kind="brake loss"))
+        if int(cover.kind.split()[1]) >= _TURNING:
+            kept = [replace(cover, kind=event.kind) if _turns_at(event, cover) else event for event in kept]
     return sorted(kept, key=lambda event: event.arclength)
+
+
+def _turns_at(event: Special, cover: Special) -> bool:
+    return event.kind in ("energy extremum", "fold omega") and abs(event.arclength - cover.arclength) < _BESIDE
 
 
 def _is_flat(branch: Branch, a: float, b: float) -> bool:
