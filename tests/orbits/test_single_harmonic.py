@@ -13,6 +13,7 @@ from scipy.special import ellipj, ellipk, jn_zeros, jv
 from phichain.continuation import Branch, Engine, Options, correctors, predictors
 from phichain.errors import ArrayError, ToleranceError, UnsupportedError
 from phichain.orbits import linear_modes, trace
+from phichain.report import figures
 from phichain.system import AbsentFunctionError
 from tests.handmade import GRAVITY, paper_b, planar, uniform_planar
 
@@ -213,3 +214,12 @@ def test_the_first_omitted_harmonic_is_that_of_the_true_motion() -> None:
     third = abs(2 * np.mean(swing * np.cos(3 * phase))) / abs(2 * np.mean(swing * np.cos(phase)))
     assert np.interp(2.0, amplitude, branch.error) == pytest.approx(third, rel=0.5)
     assert "one harmonic is no longer true" in branch.reason and "from the amplitude 2.3" in branch.reason
+
+
+def test_amplitudes_beyond_pi_are_said_and_not_drawn() -> None:
+    branch = trace(planar([1.0], [1.0]), amplitude_max=3.5)
+    assert "amplitudes beyond pi" in branch.reason
+    assert "beyond pi" not in trace(planar([1.0], [1.0]), amplitude_max=3.1).reason
+    axes = figures.family(branch).axes[0]
+    drawn = axes.get_lines()[0].get_xdata()
+    assert np.nanmax(drawn) <= np.pi and np.isnan(drawn[-1])

@@ -147,13 +147,14 @@ def trace_one_harmonic(
 
 def _doubt(branch: Branch, carts: int) -> str:
     """Where one harmonic stops being true, in words; empty where it is true all along."""
+    largest = np.max(np.abs(branch.points[:, carts:-1]), axis=1)
+    said = "; amplitudes beyond pi are of links that turn over, which one harmonic does not know" if np.any(largest > np.pi) else ""
     if branch.error is None or not np.any(untrue := branch.error > UNTRUE):
-        return ""
+        return said
     first = int(np.argmax(untrue))
-    largest = np.max(np.abs(branch.points[first, carts:-1]))
     return (
-        f"; from the amplitude {largest:.4g} on (s = {branch.arclength[first]:.4g}) one harmonic is no longer true:"
-        f" the first omitted one is above {UNTRUE:.0%} of it"
+        f"; from the amplitude {largest[first]:.4g} on (s = {branch.arclength[first]:.4g}) one harmonic is no longer true:"
+        f" the first omitted one is above {UNTRUE:.0%} of it{said}"
     )
 
 

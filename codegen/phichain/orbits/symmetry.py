@@ -35,7 +35,10 @@ SAID: Final[dict[str, tuple[str, str]]] = {
     "unequal brakes": ("theta(t + T/2) = -theta(t)", "brake orbits between two unequal rests, over a half period"),
     "krein": ("no symmetry: two pairs of multipliers leave the unit circle", "this family; tori branch off"),
     "cover": ("the shorter period of the family that it covers", "that family, over its own quarter period"),
-    BRANCH_POINT: ("no symmetry: another family of brake orbits crosses", "brake orbits, over a quarter period"),
+    BRANCH_POINT: (
+        "no symmetry: another family of brake orbits crosses, or turns away closer by than 2e-6, which rounding does not tell apart",
+        "brake orbits, over a quarter period",
+    ),
 }
 """What every kind of event breaks, and which problem goes on beyond it."""
 

@@ -127,6 +127,8 @@ def family(axes: Any, branch: Branch) -> None:
     angles = [name for name in branch.names if name.startswith(("amplitude_theta", "theta"))]
     for name, colour in zip(angles, shades(len(angles)), strict=True):
         amplitude = branch.column(name)
+        # Beyond pi an angle says no longer where its link is.
+        amplitude = np.where(np.abs(amplitude) <= np.pi, amplitude, np.nan)
         axes.plot(amplitude, omega, color=colour, label=f"$A_{{{name.rpartition('_')[2]}}}$")
         column = branch.names.index(name)
         turns = (f"fold in {name}", f"fold amplitude {name.rpartition('_')[2]}")
