@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -65,6 +66,20 @@ def test_rotors_that_come_at_run_time(place: str) -> None:
         known = random_chain(seed, place, "fixed")
         chain = random_chain(seed, place, "fixed", armature="runtime", mass="runtime")
         check(chain, arguments(chain, seed), {"armature": list(known.armature or ()), "mass": list(known.mass)})
+
+
+@pytest.mark.parametrize("place", [0.0, 0.5, 1.5])
+@pytest.mark.parametrize("kind", ["numbers", "runtime"])
+def test_rigid_links_with_rotors(kind: str, place: float) -> None:
+    """Centres of mass at the joint, half-way and beyond the link; folded numbers and moments alike."""
+    for seed in range(6):
+        known, rng = random_chain(seed, "half way", ("fixed", "cart")[seed % 2]), np.random.default_rng(seed)
+        com = (place * np.array(known.length)).tolist()
+        inertia = (np.array(known.mass) * np.array(known.length) ** 2 * 10.0 ** rng.uniform(-2, 1, known.links)).tolist()
+        values = {"inertia": inertia, "armature": list(known.armature or ())}
+        rest: dict[str, Any] = {} if kind == "numbers" else {"inertia": "runtime", "armature": "runtime"}
+        chain = replace(known, com=com, **(values | rest))
+        check(chain, arguments(chain, seed), values if rest else None)
 
 
 @pytest.mark.parametrize("shape", ["straight", "folded"])

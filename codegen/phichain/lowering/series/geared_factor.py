@@ -16,6 +16,7 @@ class GearedFactor(Factor):
         joints = directions(self.builder, self.scene, q.shifted(offset), lost.shifted(offset))
         elimination = Elimination(self.builder, self.scene, self.parameters, joints, self.keep)
         elimination.base(elimination.run(), tuple(self.square * entry for entry in self.parameters.fall))
+        self.hold_moments()
         self.inputs(u)
         if "rest" in self.layout:
             self.rests(q, lost)

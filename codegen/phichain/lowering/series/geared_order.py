@@ -14,7 +14,6 @@ from typing import ClassVar
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.geared.substitution import Substitution
-from phichain.lowering.planar.geared.terms import first_moments, second_moments
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.planar_order import Order, from_links
 from phichain.scene import Scene
@@ -29,8 +28,6 @@ class GearedOrder(Order):
         self, builder: Builder, scene: Scene, parameters: Parameters, layout: Layout, held: ArrayRef, now: ArrayRef
     ) -> None:
         super().__init__(builder, scene, parameters, layout, held, now)
-        # The elimination with rotors sees links as they are, not as the points that move alike.
-        self.moment, self.own = first_moments(parameters), second_moments(parameters)
         self.substitution = Substitution(builder, parameters, self.of)
         self.work |= self.substitution.work
 

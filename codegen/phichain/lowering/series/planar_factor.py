@@ -10,10 +10,10 @@ from phichain.ir.passes import prune
 from phichain.lowering.chain.base import carried
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.parameters import Parameters
+from phichain.lowering.chain.planar_links import PlanarLinks
 from phichain.lowering.planar.joint_state import rest_of_difference
 from phichain.lowering.planar.joints import absolute, difference, input_couples
 from phichain.lowering.series.held import Layout
-from phichain.lowering.series.planar_links import PlanarLinks
 from phichain.lowering.series.series import HELD, LEFT, LOST, RIGHT, SCALE
 from phichain.mechanics import Model
 from phichain.scene import Scene
@@ -112,12 +112,16 @@ class Factor:
             inertia = _Inertia(**known)
         self.base(inertia)
         self.inputs(u)
-        if "own_moment" in self.layout:
-            with builder.loop("k", 0, links) as loop:
-                self.keep("own_moment", loop.index, self.links.moment[loop.index])
-                self.keep("second_moment", loop.index, self.links.own[loop.index])
+        self.hold_moments()
         if "rest" in self.layout:
             self.rests(q, lost)
+
+    def hold_moments(self) -> None:
+        """Moments of rigid links that come at run time, for the orders."""
+        if "own_moment" in self.layout:
+            with self.builder.loop("k", 0, self.scene.links) as loop:
+                self.keep("own_moment", loop.index, self.links.moment[loop.index])
+                self.keep("second_moment", loop.index, self.links.own[loop.index])
 
     def turned(self, beyond: _Inertia, k: Index) -> _Turned:
         """The chain from joint k on, in the frame of the link before."""

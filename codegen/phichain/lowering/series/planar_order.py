@@ -10,9 +10,9 @@ from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.parameters import Parameters
+from phichain.lowering.chain.planar_links import PlanarLinks
 from phichain.lowering.planar.joints import difference
 from phichain.lowering.series.held import Layout
-from phichain.lowering.series.planar_links import PlanarLinks
 from phichain.lowering.series.series import COEFFICIENT, HELD, LEFT, NEXT, NOW, RIGHT, SUMS
 from phichain.mechanics import Model
 from phichain.scene import Scene

@@ -23,10 +23,8 @@ which are the minors of T bordered by the turning, the link and all beyond it ha
     E' = (d + A (m^2 + m (X + X z^2 + E) + X E)) / (D X'),   delta' = A d / (D X')
     F' = A (m (m r + t_y) + m r T_xx + X u.(E, F)) / (D X'),     G' = A (m P + m r^2 T_xx + U_xx) / (D X')
 
-u_o is u with o for l. A link's own inertia J about its centre of mass goes with the
-link's turning alone: m r^2 becomes m r^2 + J, m r (l - r) loses J, and d gains J (m^2 + m (X + X z^2 + E) + X E).
-
-Forces and moments p of the chain beyond go over the link by Q, accelerations outwards by its transpose; what
+u_o is u with o for l. A rigid link is the point mass m at r that moves like it (`chain.body`); where that may be nowhere m o and m o^2
+stand for themselves. Forces and moments p of the chain beyond go over the link by Q, accelerations outwards by its transpose; what
 bending C'' and rising (S'' beyond the turning) of the link's direction add to p goes by `axial`, `skew` and `lift_x`, `lift_y`. No
 sum has terms that must cancel because masses or rotors differ much:
 
@@ -40,8 +38,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.chain.body import Bodies
 from phichain.lowering.chain.parameters import Parameters
-from phichain.lowering.planar.geared.terms import first_moments, second_moments
+from phichain.lowering.chain.planar_links import PlanarLinks
 from phichain.scene import Scene
 
 PER_LINK = (
@@ -97,10 +96,9 @@ class Elimination:
         self.builder, self.scene, self.parameters, self.keep = builder, scene, parameters, keep
         self.sine, self.cosine = joints
         assert parameters.armature is not None
-        self.armature, self.spin = parameters.armature, parameters.inertia
-        mass, length, com, derived = parameters.mass, parameters.length, parameters.com, parameters.derived
-        self.first, self.own = first_moments(parameters), second_moments(parameters)
-        self.lever = derived("overhang_moment", lambda k: self._less_spin(mass[k] * com[k] * (length[k] - com[k]), k))
+        self.armature = parameters.armature
+        links = PlanarLinks(parameters)
+        self.mass, self.first, self.own, self.lever = links.mass, links.moment, links.own, links.lever
 
     def run(self) -> Beyond:
         """Eliminate all links; the chain from the first joint on."""
@@ -116,8 +114,8 @@ class Elimination:
         return Beyond(**carried)
 
     def tip(self, k: int) -> Beyond:
-        """The last link: a mass and a rotor beyond which there is nothing."""
-        let, mass, zero = self.builder.let, self.parameters.mass[k], self.builder.lift(0)
+        """The last link: a point mass and a rotor beyond which there is nothing."""
+        let, mass, zero = self.builder.let, self.mass[k], self.builder.lift(0)
         first, own, rotor = self.first[k], self.own[k], self.armature[k]
         inverse = let("inverse_turning", 1 / (own + rotor))
         share = let("share", rotor * inverse)
@@ -129,14 +127,12 @@ class Elimination:
         for name in PER_LINK:
             if not name.startswith("pull"):
                 self.keep(name, k, kept.get(name, zero))
-        across = mass * (self._with_spin(rotor, k) * inverse)
-        determinant = zero if self.spin is None else share * (mass * self.spin[k])
-        return Beyond(mass, zero, zero, across, share * first, share * own, determinant)
+        return Beyond(mass, zero, zero, share * mass, share * first, share * own, zero)
 
     def link(self, beyond: Beyond, k: Index) -> Beyond:
         """Eliminate the turning of link k; the chain from its joint on."""
         let, parameters = self.builder.let, self.parameters
-        mass, length, rotor = parameters.mass[k], parameters.length[k], self.armature[k]
+        mass, length, rotor = self.mass[k], parameters.length[k], self.armature[k]
         first, own, lever = self.first[k], self.own[k], self.lever[k]
         s, c, seen = self.sine[k + 1], self.cosine[k + 1], self._seen(beyond, k + 1)
         reach = let("reach", length * seen.across + beyond.reach)
@@ -179,8 +175,6 @@ class Elimination:
         whole = let("whole", self._whole(beyond, seen, k, aside))
         sides = mass * (beyond.inertia + beyond.inertia * (beyond.skew * beyond.skew) + beyond.across)
         freed = let("freed", mass * mass + sides + beyond.inertia * beyond.across)
-        if self.spin is not None:
-            whole = let("whole_with_spin", whole + self.spin[k] * freed)
         shared = let("shared", share * over)
         return Beyond(
             inertia=inertia, skew=let("held_skew", skew * over), reach=let("held_reach", shared * t_x),
@@ -205,7 +199,7 @@ class Elimination:
             for name in ("pull_x", "pull_y", "pull_n"):
                 self.keep(name, 0, self.builder.lift(0))
             return
-        mass, seen = self.parameters.cart_mass, self._seen(beyond, 0)
+        mass, seen = self.parameters.base_mass, self._seen(beyond, 0)
         inverse = self.builder.let("mobility", 1 / (mass + seen.yy))
         scaled = weight * inverse
         across = beyond.inertia * seen.across
@@ -213,12 +207,6 @@ class Elimination:
         self.keep("base", 1, -(scaled * (mass * s + across)))
         self.keep("base_arm", 0, inverse)
         self.keep("base_arm", 1, -(scaled * seen.xy))
-
-    def _with_spin(self, value: Expr, k: Index) -> Expr:
-        return value if self.spin is None else value + self.spin[k]
-
-    def _less_spin(self, value: Expr, k: Index) -> Expr:
-        return value if self.spin is None else value - self.spin[k]
 
     def _seen(self, beyond: Beyond, k: Index) -> _Seen:
         """The chain from joint k on, in the frame of the link before."""
@@ -245,8 +233,10 @@ class Elimination:
 
     def _whole(self, beyond: Beyond, seen: _Seen, k: Index, aside: Expr) -> Expr:
         """d, the determinant of the link and all beyond it before its joint yields."""
-        mass, delta = self.parameters.mass[k], beyond.determinant
+        mass, delta, bodies = self.mass[k], beyond.determinant, self.parameters.bodies
         s, c = self.sine[k + 1], self.cosine[k + 1]
+        if bodies is not None:
+            return self._whole_of_bodies(bodies, beyond, seen, k, aside)
         overhang = self.builder.lift(0)
         if not self.scene.tip_masses:
             length, com = self.parameters.length, self.parameters.com
@@ -256,6 +246,19 @@ class Elimination:
         reach, arm = overhang * seen.across + beyond.reach, overhang * c
         swung = beyond.inertia * (reach * reach) + arm * (arm * beyond.across + (beyond.mixed + beyond.mixed)) + beyond.turning
         return beyond.inertia * delta + mass * (delta + beyond.inertia * (forward + aside) + mass * swung)
+
+
+    def _whole_of_bodies(self, bodies: Bodies, beyond: Beyond, seen: _Seen, k: Index, aside: Expr) -> Expr:
+        """The same with m o and m o^2 of points that may be nowhere."""
+        mass, delta, s, c = self.mass[k], beyond.determinant, self.sine[k + 1], self.cosine[k + 1]
+        once, twice = bodies.first[k] * (bodies.lever[k] * bodies.over_second[k]), bodies.beyond[k]
+        lean = s * beyond.reach, seen.along
+        swung = self._product("swung", beyond, lean)
+        forward = twice * beyond.across + (2 * once) * swung[0] + mass * _dot(lean, swung)
+        reach = seen.across * (twice * seen.across + (2 * once) * beyond.reach) + mass * (beyond.reach * beyond.reach)
+        still = c * (c * (twice * beyond.across) + (2 * once) * beyond.mixed) + mass * beyond.turning
+        held = beyond.inertia * (forward + mass * aside) + mass * (beyond.inertia * reach + still)
+        return beyond.inertia * delta + mass * delta + held
 
 
 @dataclass(frozen=True)

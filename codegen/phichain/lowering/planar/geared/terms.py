@@ -49,19 +49,3 @@ def kinetic(parameters: Parameters, slip: ArrayRef, k: Index) -> Expr | None:
     if parameters.armature is None:
         return None
     return parameters.armature[k] * (slip[k] * slip[k])
-
-
-def first_moments(parameters: Parameters) -> ArrayRef:
-    """m r of every link."""
-    return parameters.derived("moment", lambda k: parameters.mass[k] * parameters.com[k])
-
-
-def second_moments(parameters: Parameters) -> ArrayRef:
-    """m r^2 + J of every link."""
-    mass, com, spin = parameters.mass, parameters.com, parameters.inertia
-
-    def second(k: Index) -> Expr:
-        own = mass[k] * com[k] * com[k]
-        return own if spin is None else own + spin[k]
-
-    return parameters.derived("own_inertia", second)
