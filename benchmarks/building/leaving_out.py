@@ -1,7 +1,8 @@
 """Leaving out, measured: operations, bytes of code and exported symbols of full scenes against pruned ones.
 
 The full scenes hold everything their space can carry: cart, masses inside the links, joint laws, every
-parameter open until run time, every function. The others are what people ask for.
+parameter open until run time, every function. The others are what people ask for. Then the same small chain
+with each key of a rig and without.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks import ours, plan, table
-from benchmarks.building import objects
+from benchmarks.building import keys, objects
+from benchmarks.building.keys import SMALL
 
 HEADING = "Leaving out"
 ROOT = Path(__file__).resolve().parents[2]
@@ -33,7 +35,6 @@ SCENES = {
         "spatial4_fixed_forward_only",
     ),
 }
-SMALL = ("-Os", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math")
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ def measure(scene: Path) -> Measured:
 
 
 def tables(run: plan.Plan) -> list[table.Table]:
-    """One table of sizes, one of names."""
+    """One table of sizes, one of names, and what each key costs."""
     rows, names = [], []
     for full, scenes in run.few([*SCENES.items()]):
         yardstick = measure(ROOT / "scenes" / f"{full}.toml")
@@ -94,6 +95,7 @@ def tables(run: plan.Plan) -> list[table.Table]:
     return [
         table.Table("Sizes", heads, tuple(rows), notes),
         table.Table("Exported symbols", ("scene", "symbols"), tuple(names)),
+        *keys.tables(run),
     ]
 
 
