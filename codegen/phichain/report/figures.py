@@ -75,9 +75,8 @@ def closed_loop(system: System, trajectory: Trajectory, direction_error: Any, ra
 
 def _input_label(system: System) -> str:
     kinds = {name.partition("_")[0] for name in system.u_names}
-    return {frozenset({"force"}): "force (N)", frozenset({"torque"}): "torque (N m)"}.get(
-        frozenset(kinds), "input (N, N m)"
-    )
+    labels = {"force": "force (N)", "torque": "torque (N m)", "acceleration": "acceleration (m/s$^2$)"}
+    return labels[kinds.pop()] if len(kinds) == 1 and kinds <= set(labels) else "input (N, N m)"
 
 
 def family(branch: Branch) -> Figure:
