@@ -49,8 +49,9 @@ class Found:
 
     @property
     def counts(self) -> Array:
-        """Where the ratio means something: above the last digit, and before both say that the run is lost."""
-        return (self.true > 1e-15) & ((self.true < LARGE) | (self.estimated < LARGE))
+        """Where the ratio means something: above the last digit, and before both say that the run is lost (then it is, whatever comes)."""
+        lost = np.logical_or.accumulate((self.true >= LARGE) & (self.estimated >= LARGE))
+        return (self.true > 1e-15) & ~lost
 
     @property
     def unmarked(self) -> float:

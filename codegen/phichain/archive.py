@@ -14,6 +14,7 @@ import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from sys import float_info
 from typing import Any, Final, NoReturn
 
 import numpy as np
@@ -103,6 +104,7 @@ def _is_text(value: Any) -> bool:
 
 TEXT: Final = Field("a text", _is_text)
 NUMBER: Final = Field("a number", _is_number)
+DURATION: Final = Field("a finite number from 0", lambda value: _is_number(value) and 0 <= value <= float_info.max)
 COUNT: Final = Field("a whole number from 0", _is_count)
 TRUTH: Final = Field("true or false", lambda value: isinstance(value, bool))
 COUNTS: Final = Field(

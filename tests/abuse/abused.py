@@ -139,7 +139,7 @@ CALLS: tuple[Call, ...] = (
           (("target", "nothing"),), target=(np.array([0.5]), "finite loose")),
     keyed("trace", lambda s, mode, amplitude_max, amplitude_start: trace(
           s.planar, mode, amplitude_max, amplitude_start=amplitude_start, p=P),
-          mode=(1, "mode"), amplitude_max=(0.125, "positive"), amplitude_start=(0.0625, "positive")),
+          (("amplitude_max", "nothing"), ("amplitude_start", "nothing")), mode=(1, "mode"), amplitude_max=(0.125, "positive"), amplitude_start=(0.0625, "positive")),
     keyed("trace with options", lambda s, options, engine: trace(s.planar, 1, 0.125, options=options, engine=engine, p=P),
           (("options", "nothing"), ("engine", "nothing")), options=(None, "record"), engine=(None, "record")),
     keyed("Options", lambda s, **k: Options(**k), step=(0.02, "positive"), step_max=(0.2, "positive"),

@@ -208,4 +208,4 @@ def test_the_scenes_cover_every_kind() -> None:
         "actuated": {"list" if isinstance(s.actuated, tuple) else s.actuated for s in SCENES},
     }
     counts = {kind: len(found) for kind, found in kinds.items()}
-    assert counts == {**dict.fromkeys(kinds, 4), "base and masses": 8}
+    assert counts == {**dict.fromkeys(kinds, 4), "base and masses": 10}

@@ -54,12 +54,12 @@ def test_paths_on_pages_lead_somewhere(page: str) -> None:
 
 
 #: What phichain writes below generated/.
-WRITTEN = re.compile(r"(generated/)?(planar4|report|figures)/")
+WRITTEN = re.compile(r"(generated/)?(planar4|planar3_cart_controller|report|figures)/")
 
 
 def test_docstrings_name_modules_that_are_there() -> None:
     """`package.module` in a docstring or a remark is a module of the package, or a name in one."""
-    folders = sorted({path.parent.name for path in PACKAGE.rglob("*.py")} - {PACKAGE.name})
+    folders = sorted({path.parent.name for path in PACKAGE.rglob("*.py")} - {PACKAGE.name, "chain"})  # a scene has a table chain
     pattern = re.compile(rf"`((?:{'|'.join(folders)})(?:\.[a-z_0-9]+)+)`")
     named = {(file, name) for file in PACKAGE.rglob("*.py") for name in pattern.findall(file.read_text())}
     assert len(named) > 5

@@ -14,7 +14,6 @@ from tests.cli.test_refusals import assert_one_line
         (("rotor",), "joints.armature"),
         (("tensions", "planar2"), 'add "tensions" to [functions] want'),
         (("simulat", "planar2"), 'did you mean "simulate"?'),
-        (("controller", "planar2"), 'by "phichain lqr"'),
         (("rigs",), "phichain.rigs from Python"),
         (("teapot",), "the commands are show, generate, "),
         (("simulate", "planar2", "--torque", "1"), "pass u to the functions or to simulate"),

@@ -85,7 +85,7 @@ def test_what_asks_for_forces_refuses() -> None:
     system = build(DRIVEN)
     with pytest.raises(UnsupportedError, match="given its acceleration"):
         computed_torque(system, lambda t: (np.zeros(2), np.zeros(2), np.zeros(2)), 3.0)
-    with pytest.raises(UnsupportedError, match="goes where it is told"):
+    with pytest.raises(UnsupportedError, match="follows its input"):
         linear_modes(system)
     with pytest.raises(UnsupportedError, match="given its acceleration"):
         inertia_spectrum(system, np.zeros(2))

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from phichain.emit.c.layout import WIDTH, aligned, laid_out
+from phichain.emit.c.layout import WIDTH, aligned, laid_out, laid_out_text
 from phichain.emit.c.parts import assignment
 from phichain.emit.expressions import Text, double_literal, float_literal, infix
 from phichain.errors import EmissionError
@@ -167,3 +167,15 @@ def test_a_sum_is_added_to_only_where_no_rounding_changes(text: str, line: str) 
 
 def test_columns_stand_below_each_other() -> None:
     assert aligned([("a", "bb", "c"), ("aaa", "b", "")]) == ["a   bb c", "aaa b"]
+
+
+def test_a_macro_of_long_lines_stays_one_definition() -> None:
+    """Every line of a definition but the last ends in a backslash, also where a long line of it was broken."""
+    stem = "A_RATHER_LONG_NAME_OF_A_SCENE_FLOWS"
+    body = f"    ((lanes)({stem}_KEEP(condition, first_of_both) | {stem}_KEEP(~(condition), second_of_both)))"
+    text = f"#define {stem}_CHOOSE(condition, first_of_both, second_of_both) \\\n{body} + \\\n    1\nint after;\n"
+    *macro, after = laid_out_text(text).splitlines()
+    assert len(macro) == 4 and all(len(line) <= WIDTH for line in macro)
+    assert [line.endswith(" \\") for line in macro] == [True, True, True, False]
+    assert after == "int after;"
+    assert "".join(line.removesuffix("\\") for line in macro).split() == text.replace("\\\n", "").split("int")[0].split()

@@ -29,7 +29,7 @@ from tests.offered import offered
 #: What C files may ask of the C library: mathematics, and the copying and clearing of bits (which compilers do themselves).
 LIBRARY = {
     f"{name}{suffix}"
-    for name in ("sin", "cos", "sincos", "sqrt", "fabs", "exp", "log", "pow", "ceil", "floor", "fma", "frexp", "ldexp")
+    for name in ("sin", "cos", "sincos", "sqrt", "fabs", "exp", "log", "pow", "ceil", "floor", "fma", "frexp", "ldexp", "tanh")
     for suffix in ("", "f")
 } | {"memcpy", "memset"}
 

@@ -155,9 +155,9 @@ def test_a_chain_that_springs_faster_than_a_fixed_step_follows_is_doubted() -> N
 def test_auto_is_complete_only_within_four_times_its_tolerance() -> None:
     calm = np.array([0.3, 0.1, 0.0, 0.0])
     for tol in (1e-4, 1e-6, 1e-8):
-        for system in (pair(), pair(stiffness=1e8, damping=1e6)):
-            run = simulate(system, calm, [0.0, 20.0], tol=tol)
-            exact = simulate(system, calm, run.t if len(run.t) > 2 else [0.0, 10.0, 20.0], tol=tol / 1e4)
+        for system, end in ((pair(), 20.0), (pair(stiffness=1e8, damping=1e6), 0.5)):
+            run = simulate(system, calm, [0.0, end], tol=tol)
+            exact = simulate(system, calm, run.t if len(run.t) > 2 else [0.0, end / 2, end], tol=tol / 1e4, error_estimate=False)
             off = np.max(np.abs(run.x[-1] - exact.x[-1]))
             assert run.status == "doubtful" or off <= 4 * tol
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 from phichain.errors import UnsupportedError
 from phichain.orbits import linear_modes, trace
-from phichain.orbits.factored import _percussion
+from phichain.orbits.factored import _points
 from phichain.orbits.modes import _of_jacobian
 from phichain.pipeline import build
 from phichain.scene import Scene
@@ -159,7 +160,7 @@ def test_links_with_inertia_move_as_chains_of_their_percussion_points() -> None:
     """mu_k and c_ij of rods with masses over decades, and what is left at the base, from positive terms only."""
     mass, length, inertia = np.array([1.0, 1e-6, 2.0, 0.3]), np.array([1.0, 0.5, 0.7, 0.2]), np.array([0.1, 1e-9, 0.0, 0.01])
     com = np.array([0.5, 0.7, 0.7, 0.05])
-    masses, places, left = _percussion(mass, length, com, inertia)
+    masses, places, _, left = _points(mass, length, com, inertia)
     mu, c = coefficients(mass, length, com)
     own_mu, own_c = coefficients(masses, length, places)
     assert own_mu == pytest.approx(mu, rel=1e-14) and own_c == pytest.approx(c + np.diag(inertia), rel=1e-14)
@@ -167,16 +168,16 @@ def test_links_with_inertia_move_as_chains_of_their_percussion_points() -> None:
 
 
 @pytest.mark.parametrize(
-    ("tables", "words"),
+    ("keys", "words"),
     [
-        ({"joints": {"friction": 0.1}}, "friction: .*come to rest"),
-        ({"chain": {"cart_damping": 0.1}}, "cart_damping: .*come to rest"),
-        ({"chain": {"cart_friction": 0.1}}, "cart_friction: .*come to rest"),
-        ({"joints": {"rest_angle": [0.1, 0.2]}}, "rest_angle: .*bends"),
-        ({"chain": {"drive": "acceleration"}}, 'drive: .*base = "fixed"'),
+        ({"friction": 0.1, "friction_speed": 0.1}, "friction: .*come to rest"),
+        ({"base": "cart", "cart_mass": 1.0, "cart_damping": 0.1}, "cart_damping: .*come to rest"),
+        ({"base": "cart", "cart_mass": 1.0, "cart_friction": 0.1, "cart_friction_speed": 0.1}, "cart_friction: .*come to rest"),
+        ({"stiffness": 1.0, "rest_angle": [0.1, 0.2]}, "rest_angle: .*bends"),
+        ({"base": "cart", "drive": "acceleration"}, 'drive: .*base = "fixed"'),
     ],
 )
-def test_a_chain_without_families_is_told_why(tables, words: str) -> None:
-    system = replace(in_numbers("relative", [1.0, 1.0], [1.0, 0.5]), scene=tables)
+def test_a_chain_without_families_is_told_why(keys: dict[str, Any], words: str) -> None:
+    system = build(Scene("without_families", 2, mass=1.0, length=[1.0, 0.5], want=["forward_dynamics"], **keys))
     with pytest.raises(UnsupportedError, match=words.replace("bends", "bend")):
         linear_modes(system)

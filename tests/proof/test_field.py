@@ -140,7 +140,7 @@ def test_indices_neither_wrap_nor_leave_their_array(index: int, stored: int) -> 
         compiled(tiny(index, stored))(Given({"x": [7, 9]}))
 
 
-@pytest.mark.parametrize("scene", [replace(FLYING, name="standing", base="fixed", cart_mass=None), FLYING], ids=lambda scene: scene.name)
+@pytest.mark.parametrize("scene", [replace(FLYING, name="standing", base="fixed", drive=None, cart_mass=None), FLYING], ids=lambda scene: scene.name)
 def test_a_jacobian_times_a_vector_is_the_sum_over_its_columns(scene: Scene) -> None:
     program, point = lower(derive(replace(scene, want=("state_jacobian",)))).wanted["state_jacobian"], Point(scene, 2, ())
     plan = contracted(program)

@@ -12,7 +12,8 @@ import pytest
 import sympy
 
 from phichain.errors import DerivationError, ProofError
-from phichain.lowering import body, lower
+from phichain.lowering import lower
+from phichain.lowering.chain import body
 from phichain.lowering.chain.body import Moments, point_masses
 from phichain.mechanics import Model, derive
 from phichain.proof import prove

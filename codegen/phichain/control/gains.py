@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from phichain.archive import (
     COUNT,
+    DURATION,
     NUMBER,
     TEXT,
     Schema,
@@ -50,7 +51,7 @@ _PLAIN = {
     "residual": NUMBER,
     "iterations": COUNT,
     "digest": replace(TEXT, default=""),
-    "sample": replace(NUMBER, default=0.0),
+    "sample": replace(DURATION, default=0.0),
 }
 _SCHEMA = Schema(
     "Gains",

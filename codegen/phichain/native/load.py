@@ -158,6 +158,7 @@ def _system(manifest: Manifest, scene: Scene, functions: Mapping[str, Callable[.
             scene.stiffness, scene.damping, scene.armature, scene.rest_angle, scene.friction, scene.friction_speed,
         ),
         drive=Drive(scene.driven, scene.base_accelerations),
+        variational=scene.variational,
         scene=manifest.scene,
         digest=manifest.digest,
     )

@@ -61,21 +61,25 @@ def demand_oscillations(system: System) -> None:
             "a spatial chain has no scalar amplitudes",
             "use a planar scene",
         )
-    said = {**system.scene.get("chain", {}), **system.scene.get("joints", {}), "damping": system.joints.damping}
-    for name in ("damping", "friction", "cart_damping", "cart_friction"):
-        if said.get(name) is not None:
+    joints, numbers = system.joints, system.numbers
+    losses = {
+        "damping": joints.damping, "friction": joints.friction,
+        "cart_damping": numbers.cart_damping, "cart_friction": numbers.cart_friction,
+    }  # fmt: skip
+    for name, said in losses.items():
+        if said is not None:
             raise UnsupportedError(
                 name,
-                said[name],
+                said,
                 "links that lose energy have no periodic motion, so no families of oscillations: unforced, they come to rest",
                 f"{_WITHOUT[name]}, or simulate how they do",
             )
-    if said.get("rest_angle") is not None:
+    if joints.rest_angle is not None:
         raise UnsupportedError(
-            "rest_angle", said["rest_angle"], "families start where the chain hangs straight, and these springs bend it",
+            "rest_angle", joints.rest_angle, "families start where the chain hangs straight, and these springs bend it",
             "leave rest_angle out of the scene",
         )  # fmt: skip
-    if said.get("drive") == "acceleration":
+    if system.drive.accelerations and system.has_cart:
         raise UnsupportedError(
             "drive", "acceleration", "a cart that follows its input does not swing with the chain",
             'use base = "fixed" for one that is held, or drive = "force"',

@@ -37,8 +37,7 @@ def lacks(system: System) -> str:
     absent = [name for name in NEEDED if not system.has(name)]
     if absent:
         return f"the functions {', '.join(absent)}"
-    flow = system.scene.get("flow", {})
-    if system.scene and not flow.get("variational"):
+    if not system.variational:
         return "derivatives in its flow, [flow] variational = true"
     return "" if system.real == "double" else 'double precision, [target] real = "double"'
 

@@ -164,7 +164,7 @@ def _told(case: Case, pose: Pose, inertia: Matrix, inputs: Matrix) -> Outputs:
     carts, size = cart_axes(case.scene), len(pose.direction[0])
     columns = []
     for i in range(case.scene.base_accelerations):
-        moved = [mpf(int(axis == i)) for axis in range(size)] * case.scene.links
+        moved = [mpf(int(axis == i)) for axis in range(size)] * case.scene.links + [mpf(0)] * (size * len(case.values.inertia))
         pull = masses.conjugate(case.scene, case.values, pose, moved)
         columns.append([mpf(int(k == i)) if k < carts else -entry for k, entry in enumerate(pull)])
     rows = [

@@ -61,6 +61,7 @@ class System:
         numbers: Masses, lengths and what else the scene measures.
         joints: Springs and dampers; none unless said.
         drive: What the inputs push; the first nu entries of v unless said.
+        variational: Whether its Taylor flow carries the variational equations along.
         scene: The scene as a plain mapping, for the record.
         digest: The scene's canonical digest.
 
@@ -85,6 +86,7 @@ class System:
     numbers: Numbers = field(default_factory=Numbers)
     joints: Joints = field(default_factory=Joints)
     drive: Drive = field(default_factory=Drive)
+    variational: bool = False
     scene: Mapping[str, Any] = field(default_factory=dict)
     digest: str = ""
 

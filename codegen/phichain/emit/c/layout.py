@@ -20,8 +20,12 @@ def laid_out_text(text: str) -> str:
     """A whole text with its long lines broken and its long comments filled anew."""
     lines: list[str] = []
     comment: list[str] = []
+    of_macro = False  # whether the line goes on with a macro's definition, each of whose lines but the last ends in a backslash
     for line in text.splitlines():
-        if comment or line.lstrip().startswith("/*"):
+        if of_macro:
+            *broken, last = laid_out(line, WIDTH - 2)
+            lines += [*(f"{part} \\" for part in broken), last]
+        elif comment or line.lstrip().startswith("/*"):
             comment.append(line)
             if "*/" in line:
                 lines += _filled(comment)
@@ -33,6 +37,7 @@ def laid_out_text(text: str) -> str:
             lines += [*_filled([f"{indent}/*{remark}"]), code.rstrip()]
         else:
             lines += laid_out(line)
+        of_macro = not comment and line.endswith("\\")
     return "".join(f"{line}\n" for line in lines)
 
 
@@ -59,14 +64,14 @@ def _filled(comment: list[str]) -> list[str]:
     return [*text, f"{indent} */"] if ends_alone else [*text[:-1], f"{text[-1]} */"]
 
 
-def laid_out(text: str) -> list[str]:
+def laid_out(text: str, width: int = WIDTH) -> list[str]:
     """A line of C as lines that are not too long; comment lines and what offers no place to break stay whole."""
-    if len(text) <= WIDTH or text.lstrip().startswith(("/*", "* ", "*/", "#")):
+    if len(text) <= width or text.lstrip().startswith(("/*", "* ", "*/", "#")):
         return [text]
     indent = len(text) - len(text.lstrip())
     lines: list[str] = []
-    while len(text) > WIDTH:
-        at = min(_places(text), default=None)
+    while len(text) > width:
+        at = min(_places(text, width), default=None)
         if at is None:
             break
         lines.append(text[: at[1]].rstrip())
@@ -74,20 +79,20 @@ def laid_out(text: str) -> list[str]:
     return [*lines, text]
 
 
-def _places(text: str) -> Iterator[tuple[float, int]]:
+def _places(text: str, width: int) -> Iterator[tuple[float, int]]:
     """(cost, position) of every space where the line may be broken, none inside an index."""
     spaces = list(_spaces(text))
     outermost = min((space.depth for space in spaces), default=0)
     sums = {space.group for space in spaces if space.word in ("+", "-")}
     for space in spaces:
-        if space.position > WIDTH:
+        if space.position > width:
             return
         cost = _LEVEL * (space.depth - outermost)
         if space.word == "=":
             cost += _LEVEL
         elif space.word in ("*", "/") and space.group in sums:
             cost += _TORN_PRODUCT
-        empty = (WIDTH - space.position) / WIDTH
+        empty = (width - space.position) / width
         yield cost + _EMPTY * (empty * empty), space.position
 
 

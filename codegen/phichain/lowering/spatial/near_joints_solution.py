@@ -32,10 +32,10 @@ def solution(
     drawn, push = solve.inwards()
     nothing = builder.lift(0)
     base: Vector = (nothing, nothing, nothing)
+    length = parameters.length[0]
     if scene.has_free_cart:
         loads, pivot = known[CART_LOAD], known[CART_PIVOT]
         x, y = (dot((loads[3 * i], loads[3 * i + 1], loads[3 * i + 2]), drawn) + push[i] for i in range(2))
-        length = parameters.length[0]
         if brakes_cart(scene):
             slope, cart = known[CART_DRAG][0], known[CART_DRAG][1]
             # k_v is formed at once, and no difference of what the resistance cancels.

@@ -22,7 +22,7 @@ FINEST: Final = 2.0**-40
 #: At tolerances up to this the flow aims below round-off.
 _EXACT: Final = 2.0**-46
 #: Local error of a step over what it moves by, in units of round-off; and of the motion, in units of the tolerance.
-LOCAL: Final = (0.5, 2.0**-9)
+LOCAL: Final = (1.0, 2.0**-9)
 #: The same run at this many times the tolerance rounds otherwise at every step; an error is not more than so many times the difference.
 OTHERWISE: Final = 4.0
 #: Errors above this part of what matters are looked at twice.
