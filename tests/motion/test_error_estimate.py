@@ -57,7 +57,7 @@ def test_motions_that_keep_what_was_asked_are_not_doubted() -> None:
     for method, tol in (("auto", None), ("auto", 1e-9), ("auto", 1e-6), ("DOP853", 1e-9), ("BDF", 1e-6)):
         assert simulate(pair(), calm, [0.0, 10.0], method, tol).status == "complete"
     damped = pair(stiffness=1e8, damping=1e6)
-    run = simulate(damped, calm, [0.0, 10.0], tol=1e-9)
+    run = simulate(damped, calm, [0.0, 2.0], tol=1e-9)
     assert run.method == "rosenbrock" and run.status == "complete"
 
 
