@@ -199,7 +199,7 @@ def test_lqr_steadies_the_chain_of_paper_b(command: Command, tmp_path: Path) -> 
 
 
 def test_lqr_says_so_when_the_chain_is_too_far_off(command: Command) -> None:
-    answer = command("lqr", "paper_b", "--up", "4,5", "--lean", 0.03)
+    answer = command("lqr", "planar3_cart", "--lean", 2.5)
     assert answer.code == 0, answer.err
     assert "not brought back" in answer.out
 
