@@ -83,11 +83,12 @@ def fit(
 def followed(scene: Scene) -> Scene:
     """The same chain in double precision, with the functions by which its motion is followed."""
     from phichain.contract.functions import ROWS
+    from phichain.identification.model import TOLERANCES
     from phichain.scene.load import scene_from_dict
 
-    wanted = ("forward_dynamics", "propagate", "propagate_stiff", "state_jacobian")
     tables: dict[str, Any] = scene.to_dict()
-    tables["functions"] = {"want": [name for name in wanted if name == wanted[0] or ROWS[name].absence(scene) is None][:3]}
+    flow = next((name for name in TOLERANCES if ROWS[name].absence(scene) is None), "forward_dynamics")
+    tables["functions"] = {"want": ["forward_dynamics", flow]}
     tables.pop("flow", None)
     tables["target"] = {**tables.get("target", {}), "real": "double"}
     return scene_from_dict(tables)

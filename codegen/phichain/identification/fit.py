@@ -46,7 +46,7 @@ def fit(
     the emitted flow (`Model.columns`): no parameter columns are emitted.
 
     Args:
-        system: The chain, planar and in double precision, with `propagate` or `forward_dynamics`.
+        system: The chain, planar and in double precision, with `propagate`, or `propagate_stiff` where it has no other flow.
         data: What was measured: a Measurement, or columns by name, `t` and entries of the state (theta_1, theta_dot_1, x), and inputs.
         start: Starting values of the parameters to be fitted, by name; one number stands for all links.
         fixed: Numbers among them that keep their start, such as "mass_1".
@@ -100,7 +100,7 @@ def _judged(made: Model, found: Solution, began: float) -> Fit:
         name=system.name, digest=system.digest, names=sought.names, count=sought.count, values=values, standard_error=error,
         confidence=np.column_stack([values - reach, values + reach]), correlation=correlation, singular=np.asarray(told.singular),
         p=sought.parameters(z), x0=sought.state(z), columns=data.columns, t=data.t, measured=data.values, fitted=found.predicted,
-        noise=found.noise, method=made.method or "taylor", iterations=found.iterations, seconds=time.perf_counter() - began,
+        noise=found.noise, method=made.flow, iterations=found.iterations, seconds=time.perf_counter() - began,
         at_bound=tuple(bound),
     )  # fmt: skip
 

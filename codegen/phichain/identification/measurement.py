@@ -125,6 +125,8 @@ def read_measurement(system: System, path: Path | str) -> Measurement:
     except (OSError, UnicodeDecodeError, csv.Error) as failure:
         raise OutputError("data", str(path), f"cannot be read: {failure}", "name a CSV file of measured columns") from failure
     names = [name.strip() for name in rows[0]] if rows else []
+    if not names:
+        raise ArrayError("data", str(path), 'is empty and has no column "t"', "head the columns t and what was measured")
     if len(set(names)) < len(names):
         raise ArrayError("data", names, "names a column twice", "head every column once")
     numbers = [_numbers(row, len(names), k) for k, row in enumerate(rows[1:], 2)]

@@ -39,7 +39,7 @@ class Fit(Held):
         measured: Measured columns (m, c).
         fitted: The same as predicted (m, c).
         noise: Standard deviation of every column's residuals (c,).
-        method: How the motion was followed.
+        method: The emitted flow that followed the motion.
         iterations: Evaluations of the parameter columns.
         seconds: Time taken, s.
         at_bound: Parameters that ended at a bound, where standard errors mean nothing.

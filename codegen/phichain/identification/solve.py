@@ -78,7 +78,7 @@ def weighted(model: Model, z: Vector, noise: Vector | None = None) -> Vector:
     """J at a point (m c, k), each row over its noise; over the size of its column unless that is given."""
     values = np.asarray(model.data.values)
     sizes = _sizes(values) if noise is None else noise
-    return (model.columns(z, len(values)) / sizes[:, None]).reshape(-1, len(z))
+    return (model.columns(z, len(values), fine=True) / sizes[:, None]).reshape(-1, len(z))
 
 
 def _powers(first: int) -> list[int]:

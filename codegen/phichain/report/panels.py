@@ -174,7 +174,7 @@ def correlations(axes: Any, names: Sequence[str], correlation: ArrayLike) -> Non
     axes.set_xticks(places, names, rotation=90, fontsize=7)
     axes.set_yticks(places, names, fontsize=7)
     axes.grid(False)
-    axes.set_title("what moves together (correlation)")
+    axes.set_title("correlation")
     axes.figure.colorbar(shown, ax=axes, shrink=0.8)
 
 
