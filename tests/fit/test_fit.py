@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import pickle
+import re
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -150,3 +153,14 @@ def test_the_record_is_written_and_pickled(tmp_path) -> None:
     assert again.p["damping"].tolist() == found.p["damping"].tolist() and str(again) == str(found)
     with pytest.raises(ValueError, match="read-only"):
         found.values[0] = 0
+
+
+def test_the_page_says_what_runs() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "fit.md").read_text()
+    (code,) = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(code, names)  # noqa: S102 - the page's own example
+    found = names["found"]
+    for name, true in names["truth"].items():
+        error = found.standard_error[found.names.index(f"{name}_1")]
+        assert abs(found.parameters[f"{name}_1"] - true[0]) < 4 * error < 0.1 * true[0]

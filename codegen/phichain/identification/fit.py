@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.stats import t as student
 
-from phichain.errors import ArrayError, UnsupportedError
-from phichain.identification.identifiable import demand_told_apart, directions
+from phichain.errors import ArrayError, ConvergenceError, UnsupportedError
+from phichain.identification.identifiable import Directions, demand_told_apart, directions
 from phichain.identification.measurement import Measurement, measured
 from phichain.identification.model import Model, model
 from phichain.identification.record import Fit
@@ -24,6 +24,8 @@ from phichain.system.arrays import reals
 LEVEL: Final = 0.95
 """Probability of the confidence limits."""
 _AT_BOUND: Final = 1e-5
+_SHARES: Final = (1, 4, 16)
+"""Parts of the data, from the start, that are asked for what they tell."""
 
 
 def fit(
@@ -81,7 +83,7 @@ def fit(
     if rows * columns <= len(sought.z):
         raise ArrayError("data", rows * columns, f"holds no more numbers than the {len(sought.z)} that are unknown", "measure longer")
     made = model(system, given, sought, between)
-    demand_told_apart(directions(weighted(made, np.asarray(sought.z)), made.noise), sought.names, sought.count)
+    demand_told_apart(told(made, np.asarray(sought.z)), sought.names, sought.count)
     found = solve(made)
     return _judged(made, found, began)
 
@@ -89,8 +91,12 @@ def fit(
 def _judged(made: Model, found: Solution, began: float) -> Fit:
     """The record of a solution, with standard errors from its columns."""
     sought, system, data = made.unknowns, made.system, made.data
-    told = directions(np.asarray(found.columns), made.noise)
-    demand_told_apart(told, sought.names, sought.count)
+    seen = directions(np.asarray(found.columns), made.noise)
+    if len(seen.blind):
+        demand_told_apart(told(made, np.asarray(found.z)), sought.names, sought.count)
+        raise ConvergenceError(
+            "data.t", float(data.t[-1] - data.t[0]), "grows small changes so far that one of them hides all others", "shorten the data"
+        )
     error, correlation = errors(np.asarray(found.columns))
     scale, z = np.asarray(sought.scale), np.asarray(found.z)
     values, error = z * scale, error * scale
@@ -98,11 +104,26 @@ def _judged(made: Model, found: Solution, began: float) -> Fit:
     bound = [name for name, at, low in zip(sought.names, z, sought.low, strict=True) if at - low < _AT_BOUND]
     return Fit(
         name=system.name, digest=system.digest, names=sought.names, count=sought.count, values=values, standard_error=error,
-        confidence=np.column_stack([values - reach, values + reach]), correlation=correlation, singular=np.asarray(told.singular),
+        confidence=np.column_stack([values - reach, values + reach]), correlation=correlation, singular=np.asarray(seen.singular),
         p=sought.parameters(z), x0=sought.state(z), columns=data.columns, t=data.t, measured=data.values, fitted=found.predicted,
         noise=found.noise, method=made.flow, iterations=found.iterations, seconds=time.perf_counter() - began,
         at_bound=tuple(bound),
     )  # fmt: skip
+
+
+def told(made: Model, z: Vector) -> Directions:
+    """What the data cannot tell apart at a point, on the horizon on which that is least.
+
+    What no data of the kind can tell, no part of them tells. A chaotic motion that is followed for long from a wrong start grows one change so far
+    beyond all others that rounding hides these; a short part of it does not.
+    """
+    rows, found = len(made.data.t), []
+    for share in _SHARES:
+        columns = weighted(made, z, rows=max(rows // share, min(rows, 4 * len(z))))
+        found.append(directions(columns, made.noise))
+        if not len(found[-1].blind):
+            break
+    return min(found, key=lambda directions: len(directions.blind))
 
 
 def errors(columns: Vector) -> tuple[Vector, Vector]:

@@ -12,7 +12,7 @@ from phichain.errors import IdentificationError
 from phichain.records import Held
 from phichain.system import Vector
 
-LEAST: Final = 1e-6
+LEAST: Final = 1e-8
 """Singular value of columns of length one below which their combination is none that the data know."""
 _SILENT: Final = 1e-7
 """Length of a column, relative to the longest, below which its unknown does nothing."""
@@ -39,7 +39,7 @@ class Directions(Held):
 def directions(columns: Vector, noise: float = 0.0) -> Directions:
     """Find what the columns cannot tell apart.
 
-    With D the lengths of the columns of J, J D^-1 = U S V^T; where s_i is below 10^-6 (or what differencing leaves), D^-1 V_i changes
+    With D the lengths of the columns of J, J D^-1 = U S V^T; where s_i is below 10^-8 (or what differencing leaves), D^-1 V_i changes
     no prediction. A column that has no length is such a direction by itself.
 
     Args:
@@ -47,7 +47,7 @@ def directions(columns: Vector, noise: float = 0.0) -> Directions:
         noise: Relative error of the columns.
     """
     lengths = np.linalg.norm(columns, axis=0)
-    silent = lengths <= max(_SILENT, 100 * noise) * max(float(lengths.max()), np.finfo(float).tiny)
+    silent = lengths <= max(_SILENT, 10 * noise) * max(float(lengths.max()), np.finfo(float).tiny)
     kept = np.flatnonzero(~silent)
     k = len(lengths)
     blind, shares = [np.eye(k)[j] for j in np.flatnonzero(silent)], silent.astype(float)
@@ -55,7 +55,7 @@ def directions(columns: Vector, noise: float = 0.0) -> Directions:
     if kept.size:
         _, values, rows = np.linalg.svd(columns[:, kept] / lengths[kept], full_matrices=False)
         singular[: kept.size] = values
-        lost = values < max(LEAST, 100 * noise) * values[0]
+        lost = values < max(LEAST, 10 * noise) * values[0]
         shares[kept] = np.sum(rows[lost] ** 2, axis=0)
         for row in rows[lost]:
             change = np.zeros(k)

@@ -18,7 +18,7 @@ TOLERANCES: Final = {"propagate": 2e-15, "propagate_stiff": 1e-12}
 """The emitted flows that can follow a motion, in the order in which they are taken, and the tolerance of each."""
 _BUDGET: Final = 200_000
 """Steps of one run; a trial that needs more has left what was measured."""
-_LINES_WITHIN: Final = 1e-8
+_LINES_WITHIN: Final = 1e-7
 """By how much of a column's spread the pieces of a line may miss it."""
 _MOST_CUTS: Final = 64
 _MOVED: Final = 1e-4

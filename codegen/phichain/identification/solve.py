@@ -74,11 +74,11 @@ def solve(model: Model) -> Solution:
     return Solution(z, columns, residual + values, noise, iterations)
 
 
-def weighted(model: Model, z: Vector, noise: Vector | None = None) -> Vector:
-    """J at a point (m c, k), each row over its noise; over the size of its column unless that is given."""
+def weighted(model: Model, z: Vector, noise: Vector | None = None, rows: int | None = None) -> Vector:
+    """J at a point (m c, k) of the first m rows, each over its noise; over the size of its column unless that is given."""
     values = np.asarray(model.data.values)
     sizes = _sizes(values) if noise is None else noise
-    return (model.columns(z, len(values), fine=True) / sizes[:, None]).reshape(-1, len(z))
+    return (model.columns(z, rows or len(values), fine=True) / sizes[:, None]).reshape(-1, len(z))
 
 
 def _powers(first: int) -> list[int]:
