@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from phichain.continuation import Branch as Branch
     from phichain.control import lqr as lqr
     from phichain.errors import PhichainError as PhichainError
+    from phichain.identification import fit as fit
     from phichain.lowering import lower as lower
     from phichain.mechanics import derive as derive
     from phichain.motion import Trajectory as Trajectory
@@ -51,6 +52,7 @@ _HOME = {
     "trace": "phichain.orbits",
     "Branch": "phichain.continuation",
     "lqr": "phichain.control",
+    "fit": "phichain.identification",
     "PhichainError": "phichain.errors",
 }
 

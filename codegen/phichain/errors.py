@@ -99,6 +99,10 @@ class ControlError(PhichainError):
     """A controller cannot be synthesised; `data` may hold the `mode` and its `margin`."""
 
 
+class IdentificationError(PhichainError):
+    """Measured data cannot tell parameters apart; `data` holds `names` and the `directions` in which they move together."""
+
+
 class SignalError(PhichainError):
     """A sampled signal is not uniform, too short, or holds values that are not finite."""
 

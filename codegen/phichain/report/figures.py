@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from phichain.continuation import Branch
+    from phichain.identification import Fit
     from phichain.motion import Trajectory
     from phichain.system import System
 
@@ -91,6 +92,27 @@ def family(branch: Branch) -> Figure:
         panels.family(left, branch)
         panels.energy_of_family(right, branch)
         right.set_ylabel("")
+    return drawing
+
+
+def fitted(fit: Fit) -> Figure:
+    """A fit: every measured column over its prediction and what is left of it, standard errors, and what moves together."""
+    import numpy as np
+
+    count = len(fit.columns)
+    with look():
+        drawing = figure(9.6, 2.2 + 1.9 * count)
+        halves: Any = drawing.subfigures(1, 2, width_ratios=(1.7, 1.0))
+        left, right = halves
+        axes = left.subplots(2 * count, 1, sharex=True, squeeze=False, height_ratios=(1.6, 1.0) * count)[:, 0]
+        for k, name in enumerate(fit.columns):
+            panels.column_of_fit(axes[2 * k], axes[2 * k + 1], fit.t, fit.measured[:, k], fit.fitted[:, k], name)
+        axes[0].set_title(f"{fit.name}: {len(fit.t)} rows")
+        axes[-1].set_xlabel("t (s)")
+        above, below = right.subplots(2, 1, height_ratios=(1.0, 1.4))
+        share = fit.standard_error[: fit.count] / np.maximum(np.abs(fit.values[: fit.count]), np.finfo(float).tiny)
+        panels.relative_errors(above, fit.names[: fit.count], share)
+        panels.correlations(below, fit.names, fit.correlation)
     return drawing
 
 

@@ -148,6 +148,36 @@ def energy_of_family(axes: Any, branch: Branch) -> None:
     axes.set(xlabel="energy (J)", ylabel=r"$\omega$ (rad/s)")
 
 
+def column_of_fit(above: Any, below: Any, t: ArrayLike, measured: ArrayLike, fitted: ArrayLike, name: str) -> None:
+    """One measured column with its prediction, and below what is left of it."""
+    above.plot(t, measured, ".", color=SOFT, markersize=2.5, label="measured", rasterized=True)
+    above.plot(t, fitted, color=ACCENT, linewidth=1.0, label="fitted")
+    above.set(ylabel=name, xlim=(np.min(t), np.max(t)))
+    above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1, ncols=2, markerscale=2.0)
+    below.plot(t, np.asarray(measured) - np.asarray(fitted), ".", color=INK, markersize=1.5, rasterized=True)
+    below.axhline(0.0, color=SOFT, linewidth=0.8)
+    below.set(ylabel="left over")
+
+
+def relative_errors(axes: Any, names: Sequence[str], share: ArrayLike) -> None:
+    """Standard errors of parameters, relative to their values, on a logarithmic scale."""
+    places = np.arange(len(names))
+    axes.plot(np.maximum(share, _SMALLEST), places, "o", color=ACCENT, markersize=5)
+    axes.set(xscale="log", yticks=places, yticklabels=names, xlabel="standard error / value", ylim=(len(names) - 0.5, -0.5))
+    axes.set_title("how well each is told")
+
+
+def correlations(axes: Any, names: Sequence[str], correlation: ArrayLike) -> None:
+    """Correlations of estimates as a chart of colours, -1 to 1."""
+    places = np.arange(len(names))
+    shown = axes.imshow(correlation, cmap="PuOr", vmin=-1.0, vmax=1.0)
+    axes.set_xticks(places, names, rotation=90, fontsize=7)
+    axes.set_yticks(places, names, fontsize=7)
+    axes.grid(False)
+    axes.set_title("correlation")
+    axes.figure.colorbar(shown, ax=axes, shrink=0.8)
+
+
 def _legend_above(axes: Any, columns: int) -> None:
     place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2}
     axes.legend(ncols=columns, handlelength=1.0, columnspacing=1.0, **place)
