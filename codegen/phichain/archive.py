@@ -107,9 +107,7 @@ NUMBER: Final = Field("a number", _is_number)
 DURATION: Final = Field("a finite number from 0", lambda value: _is_number(value) and 0 <= value <= float_info.max)
 COUNT: Final = Field("a whole number from 0", _is_count)
 TRUTH: Final = Field("true or false", lambda value: isinstance(value, bool))
-COUNTS: Final = Field(
-    "whole numbers by name", lambda value: isinstance(value, dict) and all(map(_is_count, value.values()))
-)
+COUNTS: Final = Field("whole numbers by name", lambda value: isinstance(value, dict) and all(map(_is_count, value.values())))
 
 
 def names(size: str, counted: bool = False) -> Field:

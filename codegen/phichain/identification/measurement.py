@@ -12,6 +12,7 @@ import numpy as np
 
 from phichain.contract.words import nearest
 from phichain.errors import ArrayError, OutputError
+from phichain.motion.inputs.sheet import row_of_numbers
 from phichain.reading import MEBIBYTE, read_regular
 from phichain.records import Held
 from phichain.system import System, Vector
@@ -129,16 +130,6 @@ def read_measurement(system: System, path: Path | str) -> Measurement:
         raise ArrayError("data", str(path), 'is empty and has no column "t"', "head the columns t and what was measured")
     if len(set(names)) < len(names):
         raise ArrayError("data", names, "names a column twice", "head every column once")
-    numbers = [_numbers(row, len(names), k) for k, row in enumerate(rows[1:], 2)]
+    numbers = [row_of_numbers("data", row, len(names), k) for k, row in enumerate(rows[1:], 2)]
     table = np.array(numbers, dtype=float).reshape(-1, len(names))
     return measured(system, dict(zip(names, table.T, strict=True)))
-
-
-def _numbers(row: list[str], size: int, line: int) -> list[float]:
-    try:
-        found = [float(cell) for cell in row]
-    except ValueError:
-        raise ArrayError("data", row, f"does not hold numbers in line {line}", "write numbers with a decimal point") from None
-    if len(found) != size:
-        raise ArrayError("data", row, f"does not hold {size} numbers in line {line}", "give one for every column")
-    return found

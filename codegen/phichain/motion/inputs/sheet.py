@@ -41,16 +41,27 @@ def read_inputs(system: System, path: Path | str, between: str = "held") -> dict
     columns = [name for name in names if name != "t"]
     for name in columns:
         position(system, "input", name)
-    numbers = np.array([_numbers(row, len(names), k + 2) for k, row in enumerate(rows[1:])]).reshape(-1, len(names))
+    numbers = np.array([row_of_numbers("input", row, len(names), k) for k, row in enumerate(rows[1:], 2)]).reshape(-1, len(names))
     times = numbers[:, names.index("t")]
     return {name: Table(times, numbers[:, names.index(name)], between) for name in columns}
 
 
-def _numbers(row: list[str], size: int, line: int) -> list[float]:
+def row_of_numbers(field: str, row: list[str], size: int, line: int) -> list[float]:
+    """The numbers of one row of a CSV file.
+
+    Args:
+        field: What the file is, for the error.
+        row: Its cells.
+        size: How many there must be.
+        line: Where it stands.
+
+    Raises:
+        ArrayError: Too few, too many, or no numbers.
+    """
     try:
         found = [float(cell) for cell in row]
     except ValueError:
-        raise ArrayError("input", row, f"does not hold numbers in line {line}", "write numbers with a decimal point") from None
+        raise ArrayError(field, row, f"does not hold numbers in line {line}", "write numbers with a decimal point") from None
     if len(found) != size:
-        raise ArrayError("input", row, f"does not hold {size} numbers in line {line}", "give one for every column")
+        raise ArrayError(field, row, f"does not hold {size} numbers in line {line}", "give one for every column")
     return found
