@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from mpmath import mp
 
@@ -16,7 +15,7 @@ from phichain.reference import tangent_directions
 from phichain.scene import Scene
 from tests.losses.chains import kinds, label, offered
 from tests.lowering.chains import gap, random_arguments
-from tests.lowering.test_against_reference import SPATIAL_APART, error, truth
+from tests.lowering.test_against_reference import agree, truth
 
 CHAINS = list(kinds())
 SPATIAL = [chain for chain in CHAINS if not chain.is_planar]
@@ -37,19 +36,7 @@ def test_every_function_is_proven(chain: Scene) -> None:
 
 @pytest.mark.parametrize("chain", CHAINS, ids=label)
 def test_every_function_is_the_reference(chain: Scene) -> None:
-    for name in offered(chain):
-        if not chain.is_planar and name in SPATIAL_APART:
-            continue
-        program = lower_function(derive(chain), name, "loops")
-        arguments = random_arguments(chain, program, seed=1)
-        found, expected = evaluate(program, arguments), truth(chain, name, arguments)
-        assert set(found) == set(expected), name
-        for output in found:
-            if output.endswith("_error"):  # an estimate far below the state it belongs to, from which it is formed
-                apart = np.abs(found[output] - np.array([float(mp.mpf(x)) for x in expected[output]]))
-                assert np.max(apart) < 1e-14 * np.max(np.abs(found["v_next"])), (name, output)
-                continue
-            assert error(found[output], expected[output]) < _DIGITS, (name, output)
+    agree(chain, offered(chain))
 
 
 @pytest.mark.parametrize("chain", SPATIAL, ids=label)

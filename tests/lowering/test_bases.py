@@ -25,7 +25,7 @@ from phichain.transform.blocks import Block
 from phichain.transform.tangent import jacobian
 from tests.lowering.bases import GIVEN, chain, functions, given, named
 from tests.lowering.chains import Arguments, gap, random_arguments
-from tests.lowering.test_against_reference import SPATIAL_APART, error, truth
+from tests.lowering.test_against_reference import agree, error, truth
 
 SPREADS = [
     ([1.0, 1e-2, 1e2, 1e-1], [1.0, 1e-2, 1.0, 1e2]),
@@ -46,16 +46,7 @@ def drawn(of: Scene, seed: int, name: str = "forward_dynamics") -> Arguments:
 
 @pytest.mark.parametrize("of", [*given()], ids=named)
 def test_every_function_in_many_digits(of: Scene) -> None:
-    for name in functions(of):
-        if not of.is_planar and name in SPATIAL_APART:
-            continue
-        program = lower_function(derive(of), name, "loops")
-        arguments = random_arguments(of, program, seed=1)
-        found, expected = evaluate(program, arguments), truth(of, name, arguments)
-        assert set(found) == set(expected), name
-        for output in found:
-            if not output.endswith("_error"):  # far below the state that it belongs to
-                assert error(found[output], expected[output]) < 1e-12, (name, output)
+    agree(of, functions(of), of_state=1e-13)
 
 
 @pytest.mark.parametrize("of", [of for of in given() if not of.is_planar][::2], ids=named)
