@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from benchmarks import ours, plan, table
-from benchmarks.building import objects
+from benchmarks import plan, table
+from benchmarks.building.measured import SMALL, measure
 
-SMALL = ("-Os", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math")
+LINKS: Mapping[str, Any] = {"mass": (1.0, 1.2, 1.4, 1.6), "length": (0.4, 0.5, 0.6, 0.7)}
 FUNCTIONS = {
     "planar": ("forward_dynamics", "inverse_dynamics", "mass_matrix", "energy", "positions"),
     "spatial": ("forward_dynamics", "direction_dynamics", "mass_matrix", "energy", "positions"),
@@ -53,37 +50,18 @@ NOTE = (
 )
 
 
-@dataclass(frozen=True)
-class Cost:
-    """Operations by function and bytes of code of one scene."""
-
-    operations: tuple[int, ...]
-    text: int
-
-
-def cost(keys: Mapping[str, Any], space: str) -> Cost:
-    """Generates one scene in a scratch folder and reads manifest and object."""
-    from phichain import Scene, generate
-
-    want = FUNCTIONS[space]
-    scene = Scene(
-        "keys", 4, space=space, mass=(1.0, 1.2, 1.4, 1.6), length=(0.4, 0.5, 0.6, 0.7), want=want, **keys
-    )
-    with tempfile.TemporaryDirectory(prefix="phichain-bench-") as scratch:
-        folder = Path(generate(scene, Path(scratch)))
-        text = objects.inspect(ours.source(folder), SMALL).text
-        return Cost(tuple(ours.operations(folder, name) for name in want), text)
-
-
 def tables(run: plan.Plan) -> list[table.Table]:
     """One table of planar chains, one of spatial ones."""
-    found = []
+    from phichain import Scene
+
+    made = []
     for space, keys in (("planar", PLANAR), ("spatial", SPATIAL)):
         rows = []
         for name, given in {"none": {}, **dict(run.few([*keys.items()]))}.items():
-            one = cost(given, space)
-            rows.append((name, *map(str, one.operations), str(one.text)))
-        found.append(
+            scene = Scene("keys", 4, space=space, want=FUNCTIONS[space], **LINKS, **given)
+            found = measure(scene)
+            rows.append((name, *(str(found.operations[each]) for each in FUNCTIONS[space]), str(found.text)))
+        made.append(
             table.Table(
                 f"Key by key, {space} N = 4",
                 ("keys", *map("`{}`".format, FUNCTIONS[space]), ".text bytes"),
@@ -91,4 +69,4 @@ def tables(run: plan.Plan) -> list[table.Table]:
                 (NOTE,),
             )
         )
-    return found
+    return made

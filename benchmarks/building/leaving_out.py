@@ -8,14 +8,12 @@ with each key of a rig and without.
 from __future__ import annotations
 
 import sys
-import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks import ours, plan, table
-from benchmarks.building import keys, objects
-from benchmarks.building.keys import SMALL
+from benchmarks import plan, table
+from benchmarks.building import keys
+from benchmarks.building.measured import SMALL, Measured, measure
 
 HEADING = "Leaving out"
 ROOT = Path(__file__).resolve().parents[2]
@@ -37,44 +35,29 @@ SCENES = {
 }
 
 
-@dataclass(frozen=True)
-class Measured:
-    """One scene, generated and compiled."""
+def committed(name: str) -> Measured:
+    """A committed scene, measured."""
+    from phichain import load_scene
 
-    name: str
-    functions: tuple[str, ...]
-    operations: int
-    text: int
-    symbols: tuple[str, ...]
-
-
-def measure(scene: Path) -> Measured:
-    """Generates a committed scene in a scratch folder and reads manifest and object."""
-    from phichain import generate, load_scene
-
-    with tempfile.TemporaryDirectory(prefix="phichain-bench-") as scratch:
-        folder = Path(generate(load_scene(scene), Path(scratch)))
-        names = tuple(ours.manifest(folder)["functions"])
-        compiled = objects.inspect(ours.source(folder), SMALL)
-        operations = sum(ours.operations(folder, name) for name in names)
-        return Measured(scene.stem, names, operations, compiled.text, compiled.symbols)
+    return measure(load_scene(ROOT / "scenes" / f"{name}.toml"))
 
 
 def tables(run: plan.Plan) -> list[table.Table]:
     """One table of sizes, one of names, and what each key costs."""
     rows, names = [], []
     for full, scenes in run.few([*SCENES.items()]):
-        yardstick = measure(ROOT / "scenes" / f"{full}.toml")
+        yardstick = committed(full)
         for scene in run.few(scenes):
-            found = yardstick if scene == full else measure(ROOT / "scenes" / f"{scene}.toml")
+            found = yardstick if scene == full else committed(scene)
+            operations = sum(found.operations.values())
             rows.append(
                 (
                     f"**{found.name}**" if scene == full else found.name,
-                    str(len(found.functions)),
-                    str(found.operations),
+                    str(len(found.operations)),
+                    str(operations),
                     str(found.text),
                     str(len(found.symbols)),
-                    f"{100 * found.operations / yardstick.operations:.1f} %",
+                    f"{100 * operations / sum(yardstick.operations.values()):.1f} %",
                     f"{100 * found.text / yardstick.text:.1f} %",
                 )
             )
