@@ -39,6 +39,9 @@
 #define STEM_ZERO 0
 #define STEM_SIZE(x) phi_abs(x)
 #define STEM_LARGER(a, b) STEM_CHOOSE((a) > (b), a, b)
+#if WITH_PARAMETERS
+#include "flow_parameters.c"
+#endif
 #include "flow_columns.c"
 #endif
 #if ALONE_COUNT > 6 && ALONE_BATCH

@@ -20,6 +20,9 @@
 #if WITH_TURNS && WITH_SPHERE
 #error "unit vectors have no turns"
 #endif
+#if WITH_PARAMETERS && !WITH_COLUMNS
+#error "derivatives by parameters are columns"
+#endif
 #if ALONE_BATCH && (WITH_COLUMNS || WITH_STACK)
 #error "the batch form carries no derivatives and works in the caller's memory"
 #endif
@@ -104,6 +107,12 @@ enum {
     stem_squares = WITH_SQUARES ? 2 : 0,
     stem_all = stem_lefts * stem_rights + stem_squares,
     stem_highest = 22,
+#if WITH_PARAMETERS
+    stem_varied = 4,
+#endif
+#if WITH_PARAMETERS && WITH_FORCING
+    stem_forcing = 2,
+#endif
     stem_looks = 4
 };
 extern const phi_real stem_now[stem_highest][4];
@@ -199,6 +208,12 @@ enum { wide_lane_count = ALONE_VECTORS ? 16 / (int)sizeof(phi_real) : 1 };
 typedef struct wide_jets {
     wide_lanes x[stem_highest + 1][stem_x], left[stem_highest + 1][stem_lefts];
     wide_lanes right[stem_highest + 1][stem_lefts * stem_rights], lead[stem_lefts];
+#if WITH_PARAMETERS
+    wide_lanes along[stem_varied], held[4];
+#if WITH_FORCING
+    wide_lanes later[4], force[stem_highest + 1];
+#endif
+#endif
 } wide_jets;
 #endif
 
@@ -216,6 +231,12 @@ typedef struct stem_jets {
 #if WITH_TURNS
     stem_lanes turns[stem_q];
 #endif
+#if WITH_PARAMETERS
+    phi_real kept[stem_highest][stem_all];
+#if WITH_FORCING
+    phi_real force[stem_highest + 1];
+#endif
+#endif
 #if WITH_COLUMNS
     phi_real columns[sizeof(wide_jets) / sizeof(phi_real)], carried[stem_x * stem_x];
 #endif
@@ -227,6 +248,9 @@ typedef struct phi_flow {
 #if WITH_COLUMNS
     phi_real *transition;
     int columns;
+#if WITH_PARAMETERS
+    phi_real *along;
+#endif
 #endif
     phi_workspace *work;
     unsigned long steps, written;
@@ -310,6 +334,14 @@ int phi_propagate(ARGUMENTS);
 
 /* --- Programs --- */
 
+#if WITH_PARAMETERS
+#define VARIES(of) of,
+#define ALONG_FACTOR wide->along,
+#define ALONG_ORDER wide->along,
+#else
+#define VARIES(of)
+#endif
+
 #if WITH_LOST
 #define LOST lost,
 #define LANES_LOST const stem_lanes *lost,
@@ -320,7 +352,9 @@ int phi_propagate(ARGUMENTS);
 #if ALONE_NEWEST
 #define NEWEST(row) row,
 #define LANES_NEWEST(lanes) const lanes *newest,
+#define LANES_NEWEST_TOO const wide_lanes *d_newest,
 #else
+#define LANES_NEWEST_TOO
 #define NEWEST(row)
 #define LANES_NEWEST(lanes)
 #endif
@@ -338,6 +372,17 @@ void stem_enter_column(const phi_real *q, const phi_real *v, const phi_real *dq,
 void stem_leave_column(const phi_real *q, const phi_real *rate, const phi_real *dq, const phi_real *d_rate, phi_real *dq_out, phi_real *dv_out);
 void wide_rows(CONTEXT const phi_real *held, const phi_real *left, const phi_real *right, const wide_lanes *dq, const wide_lanes *dv, wide_lanes *lead, wide_lanes *d_left, wide_lanes *d_right);
 void wide_order(CONTEXT const phi_real *held, const wide_lanes *sums, LANES_NEWEST(wide_lanes) const wide_lanes *coefficient, const phi_real now[4], wide_lanes *left, wide_lanes *right, wide_lanes *next);
+#if WITH_PARAMETERS
+#if WITH_FORCING
+#define D_FORCE const wide_lanes *d_force,
+#define D_LATER wide_lanes *d_later,
+#else
+#define D_FORCE
+#define D_LATER
+#endif
+void wide_factor_along(CONTEXT const phi_real *q, const phi_real *v, LANES_OF_INPUTS LANES_OF_FORCE const phi_real *scale, LANES_LOST D_FORCE const wide_lanes *d_length, D_LATER wide_lanes *d_held);
+void wide_order_along(CONTEXT const phi_real *held, const phi_real *sums, LANES_NEWEST(phi_real) const phi_real *coefficient, const phi_real now[4], LANES_OF_FORCE const wide_lanes *d_held, const wide_lanes *d_sums, LANES_NEWEST_TOO const wide_lanes *d_coefficient, D_FORCE const wide_lanes *d_length, wide_lanes *d_left, wide_lanes *d_right, wide_lanes *d_next);
+#endif
 #endif
 
 #endif

@@ -86,10 +86,16 @@ static void wide_square_sums(const int n, const stem_jets *PHI_RESTRICT jet, con
 #endif
 
 /* The coefficients of the derivatives up to the given order, from wide->x[0] and the state's. */
-static STEM_APART void wide_expand(CONTEXT const int order, const stem_jets *PHI_RESTRICT jet, wide_jets *PHI_RESTRICT wide)
+static STEM_APART void wide_expand(CONTEXT const int order, VARIES(const int varies) const stem_jets *PHI_RESTRICT jet, wide_jets *PHI_RESTRICT wide)
 {
     static const phi_real first[4] = {1, 1, PHI_HALF, 0};
     wide_lanes block[4][stem_all];
+#if WITH_PARAMETERS
+    phi_real at[stem_x];
+    for (int i = 0; i < stem_x; ++i) {
+        at[i] = i < stem_q ? jet->state[i] : jet->start.unit[0] * jet->state[i];
+    }
+#endif
     wide_rows(PASS ROWS_0 wide->lead, wide->left[0], wide->right[0]);
     for (int n = 0; n < order; ++n) {
         const int turn = n < order % 4 ? 0 : (n - order % 4) % 4;
@@ -103,6 +109,19 @@ static STEM_APART void wide_expand(CONTEXT const int order, const stem_jets *PHI
         }
 #if WITH_SQUARES
         wide_square_sums(n, jet, wide, sums + stem_lefts * stem_rights);
+#endif
+#if WITH_PARAMETERS
+        if (varies) {
+#if WITH_FORCING
+            const phi_real *constants = n > 0 ? jet->start.later : jet->start.held;
+            const wide_lanes *d_constants = n > 0 ? wide->later : wide->held, none = WIDE_ZERO;
+#else
+            const phi_real *constants = jet->start.held;
+            const wide_lanes *d_constants = wide->held;
+#endif
+            wide_order_along(PASS constants, jet->kept[n], NEWEST(jet->left[n]) n > 0 ? jet->x[n] : at, stem_now[n], FORCE(jet->force + n) d_constants, sums, NEWEST(wide->left[n]) wide->x[n], FORCE(n > 0 ? wide->force + n : &none) ALONG_ORDER wide->left[n + 1], wide->right[n + 1], wide->x[n + 1]);
+            continue;
+        }
 #endif
         wide_order(PASS jet->start.held, sums, NEWEST(wide->left[n]) wide->x[n], n > 0 ? stem_now[n] : first, wide->left[n + 1], wide->right[n + 1], wide->x[n + 1]);
     }
@@ -130,8 +149,21 @@ static phi_real wide_length(const int order, const stem_jets *jet, const wide_je
     wide_norms(scales[1], wide->x[0], size);
     wide_norms(scales[1], wide->x[order], last);
     wide_norms(scales[1], wide->x[order - 1], before);
+#if WITH_PARAMETERS
+    /* A column that starts from nothing is measured by what its first coefficients make of it. */
+    wide_lanes first[2], second[2];
+    wide_norms(scales[1], wide->x[1], first);
+    wide_norms(scales[1], wide->x[2], second);
+#endif
     for (int lane = 0; lane < wide_lane_count; ++lane) {
+#if WITH_PARAMETERS
+        const phi_real begun = stem_larger(WIDE_OF(first[0], lane), WIDE_OF(first[1], lane) / pace);
+        const phi_real grown = stem_larger(WIDE_OF(second[0], lane), WIDE_OF(second[1], lane) / pace);
+        const phi_real carried = stem_larger(WIDE_OF(size[0], lane), WIDE_OF(size[1], lane) / pace);
+        const phi_real allowed = goal * stem_larger(carried, stem_larger(begun, grown));
+#else
         const phi_real allowed = goal * stem_larger(WIDE_OF(size[0], lane), WIDE_OF(size[1], lane) / pace);
+#endif
         if (allowed > 0) {
             end = stem_larger(stem_larger(WIDE_OF(last[0], lane), WIDE_OF(last[1], lane) / pace) / allowed, end);
             next = stem_larger(stem_larger(WIDE_OF(before[0], lane), WIDE_OF(before[1], lane) / pace) / allowed, next);
@@ -143,7 +175,7 @@ static phi_real wide_length(const int order, const stem_jets *jet, const wide_je
 
 /* Carry columns of derivatives over a step of length h or, where they ask for it, a shorter one, which is returned; zero
  * where they are not finite. */
-static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_real goal, const phi_real scales[2], phi_real h, const int count, phi_real *transition)
+static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_real goal, const phi_real scales[2], phi_real h, VARIES(const phi_real *along) const int count, phi_real *transition)
 {
     wide_jets *wide = (wide_jets *)(void *)jet->columns;
     const phi_real unit = jet->start.unit[0];
@@ -155,7 +187,23 @@ static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_re
                 WIDE_AT(wide->x[0][i], lane) = lane < many ? share * transition[count * i + first + lane] : 0;
             }
         }
-        wide_expand(PASS order, jet, wide);
+#if WITH_PARAMETERS
+        int varies = 0;
+        for (int i = 0; i < stem_varied; ++i) {
+            for (int lane = 0; lane < wide_lane_count; ++lane) {
+                const phi_real direction = along != NULL && lane < many ? along[count * i + first + lane] : 0;
+                WIDE_AT(wide->along[i], lane) = direction;
+                varies |= direction > 0 || direction < 0;
+            }
+        }
+        if (varies) {
+#if WITH_FORCING
+            wide_force(order, jet, wide);
+#endif
+            wide_begin(PASS jet, wide);
+        }
+#endif
+        wide_expand(PASS order, VARIES(varies) jet, wide);
         const phi_real longest = wide_length(order, jet, wide, PHI_LEEWAY * goal, scales);
         /* Later columns accept a little more, so that going back to the first ones is rare. */
         if (longest < phi_abs(h) * (first > 0 ? PHI_SLACK : 1)) {

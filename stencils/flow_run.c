@@ -90,7 +90,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
         }
 #if WITH_COLUMNS
         if (flow->columns > 0) {
-            const phi_real kept = stem_carry(PASS order, jet, goal, scales, h, flow->columns, flow->transition);
+            const phi_real kept = stem_carry(PASS order, jet, goal, scales, h, VARIES(flow->along) flow->columns, flow->transition);
             if (kept * way < h * way) {
                 if (!(kept * way > 0)) {
                     result = PHI_NOT_FINITE;

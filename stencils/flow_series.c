@@ -80,11 +80,11 @@ static void stem_square_sums(const int n, const stem_jets *PHI_RESTRICT jet, ste
 #endif
 
 #if WITH_FORCING
-/* A cos(omega t) and A sin(omega t) at times after the steps' starts, omega t to twice the precision. */
-static void stem_drive(const stem_jets *jet, const stem_lanes *after, stem_lanes drive[PHI_RESTRICT 2])
+/* A cos(omega t) and A sin(omega t), for amplitudes A, at times after the steps' starts, omega t to twice the precision. */
+static void stem_drive(const stem_jets *jet, const stem_lanes *amplitude_of, const stem_lanes *after, stem_lanes drive[PHI_RESTRICT 2])
 {
     for (int lane = 0; lane < stem_lane_count; ++lane) {
-        const phi_real amplitude = STEM_OF(jet->amplitude, lane), omega = STEM_OF(jet->omega, lane);
+        const phi_real amplitude = STEM_OF(*amplitude_of, lane), omega = STEM_OF(jet->omega, lane);
         const phi_real t = STEM_OF(jet->t, lane), whole = STEM_OF(*after, lane) + STEM_OF(jet->t_lost, lane), now = t + whole;
         const phi_real phase = omega * now, rest = phi_fma(omega, now, -phase) + omega * (whole - (now - t));
         const phi_real cosine = phi_cos(phase), sine = phi_sin(phase);
@@ -105,7 +105,7 @@ static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x],
         first[stem_q + i] = *unit * x[stem_q + i];
     }
 #if WITH_FORCING
-    stem_drive(jet, after, start->drive);
+    stem_drive(jet, &jet->amplitude, after, start->drive);
 #endif
     stem_factor(PASS first, first + stem_q, INPUTS FORCE(start->drive) start->unit, LOST start->held, FORCE(start->later) start->left[0], start->right[0]);
     for (int k = 0; k < stem_lefts * stem_rights; ++k) {
@@ -142,6 +142,20 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
     const stem_lanes pace = jet->omega * jet->start.unit[0];
     stem_lanes force = jet->start.drive[0], aside = jet->start.drive[1];
 #endif
+#if WITH_PARAMETERS
+    /* Derivatives by parameters want the sums themselves, and what counts as constant in time. */
+    for (int k = 0; k < stem_lefts * stem_rights; ++k) {
+        jet->kept[0][k] = jet->left[0][k % stem_lefts] * jet->right[0][k];
+    }
+#if WITH_SQUARES
+    for (int i = 0; i < stem_squares; ++i) {
+        jet->kept[0][stem_lefts * stem_rights + i] = jet->left[0][i] * jet->left[0][i];
+    }
+#endif
+#if WITH_FORCING
+    jet->force[0] = 1;
+#endif
+#endif
     for (int n = 1; n < order; ++n) {
         const int turn = n < first ? 0 : (n - first) % 4;
         stem_lanes *sums = jet->sums[turn];
@@ -160,6 +174,12 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
         const stem_lanes share = pace * stem_now[n - 1][1], turned = share * force;
         force = -(share * aside);
         aside = turned;
+#if WITH_PARAMETERS
+        jet->force[n] = force;
+#endif
+#endif
+#if WITH_PARAMETERS
+        memcpy(jet->kept[n], sums, sizeof jet->kept[n]);
 #endif
         stem_order(PASS jet->start.BEHIND, sums, NEWEST(jet->left[n]) jet->x[n], stem_now[n], FORCE(&force) jet->left[n + 1], jet->right[n + 1], jet->x[n + 1]);
     }

@@ -62,7 +62,21 @@ def _is_forced_there(chain: Chain) -> str:
 
 
 def _is_variational(chain: Chain) -> bool:
-    return chain.variational
+    return bool(chain.variational)
+
+
+def _has_varied(chain: Chain) -> bool:
+    return bool(chain.varied)
+
+
+def columns_at_most(chain: Chain) -> int:
+    """How many columns a flow carries at most: one by every entry of the state, and by every number that is varied."""
+    return _state_size(chain) + sum(chain.varied.values())
+
+
+def _directions(chain: Chain) -> str:
+    names = ", ".join(name if size == 1 else f"{name} ({size})" for name, size in chain.varied.items())
+    return f"in: how {names} move along each column, {sum(chain.varied.values())} x columns, or NULL"
 
 
 # --- structs ---------------------------------------------------------------------------------------------------------
@@ -92,7 +106,8 @@ FLOW: Final = Struct(
         _TOLERANCE,
         *_LOST,
         Field("transition", "real", "in, out: the columns", is_pointer=True, present=_is_variational),
-        Field("columns", "int", lambda chain: f"in: how many, at most {_state_size(chain)}; 0 for none", present=_is_variational),
+        Field("columns", "int", lambda chain: f"in: how many, at most {columns_at_most(chain)}; 0 for none", present=_is_variational),
+        Field("along", "real", _directions, is_pointer=True, present=_has_varied),
         Field("own", "real", "out, without times: when its own steps ended, as many as count; or NULL", is_pointer=True),
         Field("work", "workspace", "in: {work}; on cache lines it is fastest", is_pointer=True),
         Field("steps", "unsigned long", "out: steps taken{bytes}"),

@@ -14,7 +14,7 @@ from typing import Final
 
 from phichain.errors import EmissionError
 
-PASSED: Final = ("NEWEST", "FORCE", "AFTER")
+PASSED: Final = ("NEWEST", "FORCE", "AFTER", "VARIES")
 """Words around an argument, `FORCE(&force) `, that functions of some scenes alone are given."""
 
 _PACKAGE = Path(__file__).resolve().parents[1]

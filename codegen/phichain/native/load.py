@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from phichain.files import MANIFEST
@@ -158,7 +159,8 @@ def _system(manifest: Manifest, scene: Scene, functions: Mapping[str, Callable[.
             scene.stiffness, scene.damping, scene.armature, scene.rest_angle, scene.friction, scene.friction_speed,
         ),
         drive=Drive(scene.driven, scene.base_accelerations),
-        variational=scene.variational,
+        variational=bool(scene.variational),
+        varied=MappingProxyType(scene.varied),
         scene=manifest.scene,
         digest=manifest.digest,
     )

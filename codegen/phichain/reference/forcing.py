@@ -25,7 +25,7 @@ def forced_inputs(scene: Scene, u: Sequence[Any], force: Any) -> tuple[Scene, li
     actuated: Any = "all" if joint else scene.actuated
     if scene.forced == "cart" and actuated == "none":
         actuated = "cart"
-    whole = replace(scene, actuated=actuated, forced=None, axis=None)
+    whole = replace(scene, actuated=actuated, forced=None, axis=None, variational=False, want=("forward_dynamics",))
     given = dict(zip(scene.u_names, u, strict=True))
     inputs = [given.get(name, 0) for name in whole.u_names]
     if not joint:

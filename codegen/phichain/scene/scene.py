@@ -82,7 +82,8 @@ class Scene(Vectors):
             `"runtime"`, or None.
         actuated: `"none"`, `"all"`, `"cart"`, or the joints with a torque, counted from 1.
         want: The wanted functions, in the contract's order.
-        variational: Whether `propagate` carries the variational equations along.
+        variational: Whether `propagate` carries the variational equations along; where it carries derivatives by parameters, too,
+            the names of all that they are by, `"state"` first, `"forcing"` last for amplitude and omega.
         forced: what A cos(omega t) drives, amplitude and omega being arguments of `propagate`: the torque at a joint, counted
             from 1, the force on the `"cart"` (or its acceleration, where that drives it), or the acceleration of a moving `"base"`;
             None without forcing.
@@ -114,7 +115,7 @@ class Scene(Vectors):
     armature: tuple[float, ...] | Runtime | None
     actuated: Literal["none", "all", "cart"] | tuple[int, ...]
     want: tuple[str, ...]
-    variational: bool
+    variational: bool | tuple[str, ...]
     forced: Forced | None
     axis: int | None
     real: Literal["double", "float"]
@@ -146,7 +147,7 @@ class Scene(Vectors):
         armature: PerLink | None = None,
         actuated: str | Sequence[int] | None = None,
         want: Sequence[str] = ("forward_dynamics",),
-        variational: bool = False,
+        variational: bool | Sequence[str] = False,
         forced: int | str | None = None,
         axis: int | None = None,
         real: str = "double",
@@ -200,7 +201,7 @@ class Scene(Vectors):
             "angles": angles,
             "actuated": actuated,
             "want": want,
-            "variational": variational_equations(variational, want),
+            "variational": variational_equations(variational, want, runtime, place is not None),
             "forced": place,
             "axis": along,
             "real": real,
@@ -218,6 +219,13 @@ class Scene(Vectors):
     def runtime_shapes(self) -> dict[str, tuple[int, ...]]:
         """Shape of every run-time parameter: (N,) per link, () for the whole chain."""
         return {key: (self.links,) if key in PER_LINK else () for key in self.runtime}
+
+    @property
+    def varied(self) -> dict[str, int]:
+        """What beside the state the flow carries derivatives by, and how many numbers each is, in their order in C."""
+        names = self.variational if isinstance(self.variational, tuple) else ()
+        sizes = {name: self.links if name in PER_LINK else 1 for name in names if name not in ("state", "forcing")}
+        return sizes | (dict.fromkeys(("amplitude", "omega"), 1) if "forcing" in names else {})
 
     @property
     def digest(self) -> str:

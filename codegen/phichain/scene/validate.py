@@ -14,7 +14,7 @@ from typing import Any, Final, Literal
 
 from phichain.contract.words import nearest
 from phichain.errors import SceneError
-from phichain.scene.keys import label
+from phichain.scene.keys import PARAMETERS, label
 
 Runtime = Literal["runtime"]
 RUNTIME: Final[Runtime] = "runtime"
@@ -160,16 +160,47 @@ def no_cart(base: str) -> str:
     return f"needs a cart, and the base is {base}"
 
 
-def variational_equations(value: object, want: Sequence[str]) -> bool:
-    """Return whether the flow carries the variational equations along; only a scene with a flow can ask for them."""
+def variational_equations(
+    value: object, want: Sequence[str], runtime: Sequence[str], is_forced: bool
+) -> bool | tuple[str, ...]:
+    """Return whether the flow carries the variational equations along; only a scene with a flow can ask for them.
+
+    True for derivatives by the state; where parameters are asked for too, what derivatives are by: "state", parameters, "forcing".
+    """
     plain, key = _plain(value), label("variational")
-    if not isinstance(plain, bool):
-        raise SceneError(key, value, "is neither true nor false", "write variational = true, or remove it")
+    if isinstance(plain, list) and all(isinstance(name, str) for name in plain):
+        plain = _varied(plain, runtime, is_forced)
+    elif not isinstance(plain, bool):
+        remedy = 'write variational = true, a list such as ["state", "mass"], or remove it'
+        raise SceneError(key, value, "is neither true nor false, nor a list of names", remedy)
     if plain and "propagate" not in want:
         raise SceneError(
             key, value, "asks for derivatives of a flow that is not wanted", 'add "propagate" to want'
         )
     return plain
+
+
+def _varied(names: Sequence[str], runtime: Sequence[str], is_forced: bool) -> bool | tuple[str, ...]:
+    """Return what derivatives are by, in the order of the emitted columns; True where that is the state alone."""
+    key, known = label("variational"), ("state", *runtime, *(("forcing",) if is_forced else ()))
+    for name in names:
+        if name in known:
+            continue
+        remedy = f"use {', '.join(known)}"
+        if name in ("amplitude", "omega"):
+            instead = '"forcing", both of them' if is_forced else "[forcing] first"
+            raise SceneError(key, name, "is half of what forces a chain", f"use {instead}")
+        if name == "forcing":
+            raise SceneError(key, name, "asks for derivatives by a forcing, and nothing is forced", "add [forcing], or leave it out")
+        if name in PARAMETERS:
+            problem = "asks for derivatives by a parameter that is no argument"
+            raise SceneError(key, name, problem, f'set {label(name)} = "{RUNTIME}", or leave it out')
+        best = nearest(name, known)
+        raise SceneError(key, name, "is nothing that derivatives are by", remedy + (f' (did you mean "{best}"?)' if best else ""))
+    # What forces a chain comes along with its parameters: their columns know of it anyway.
+    named = {"state", *names, *(("forcing",) if set(names) - {"state"} else ())}
+    varied = tuple(name for name in known if name in named)
+    return bool(names) if len(varied) == 1 else varied
 
 
 def _joints(

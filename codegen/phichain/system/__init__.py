@@ -16,6 +16,7 @@ from phichain.system.state import (
     velocity,
 )
 from phichain.system.system import AbsentFunctionError, Parameters, System
+from phichain.system.variations import variations
 
 __all__ = [
     "AbsentFunctionError",
@@ -35,5 +36,6 @@ __all__ = [
     "rhs_jacobian",
     "unit_vectors",
     "unpack",
+    "variations",
     "velocity",
 ]

@@ -62,6 +62,7 @@ class System:
         joints: Springs and dampers; none unless said.
         drive: What the inputs push; the first nu entries of v unless said.
         variational: Whether its Taylor flow carries the variational equations along.
+        varied: What beside the state it carries derivatives by, and how many numbers each is; none unless said.
         scene: The scene as a plain mapping, for the record.
         digest: The scene's canonical digest.
 
@@ -87,6 +88,7 @@ class System:
     joints: Joints = field(default_factory=Joints)
     drive: Drive = field(default_factory=Drive)
     variational: bool = False
+    varied: Mapping[str, int] = field(default_factory=dict)
     scene: Mapping[str, Any] = field(default_factory=dict)
     digest: str = ""
 
@@ -95,6 +97,7 @@ class System:
             "functions": MappingProxyType(dict(self.functions)),
             "params": frozen(self.params),
             "angles": angles_of(self.angles, self.is_planar),
+            "varied": MappingProxyType(dict(self.varied)),
             "drive": drive_of(self.drive, self.nu, self.nv),
             "scene": frozen(self.scene),
         }
@@ -114,7 +117,7 @@ class System:
         # A mapping proxy cannot be pickled, nor a compiled callable: what it was made from is, and makes it again.
         functions = {name: getattr(function, "made_by", function) for name, function in self.functions.items()}
         made = frozenset(name for name, function in self.functions.items() if hasattr(function, "made_by"))
-        plain = {"functions": functions, "scene": thawed(self.scene), "params": thawed(self.params)}
+        plain = {"functions": functions, "scene": thawed(self.scene), "params": thawed(self.params), "varied": dict(self.varied)}
         return _unpickled, (self.__dict__ | plain, made)
 
     def __copy__(self) -> System:

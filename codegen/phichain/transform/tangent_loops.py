@@ -41,6 +41,14 @@ def loop_jacobian(builder: Builder, program: Program, blocks: Sequence[Block], k
     return builder.finish()
 
 
+def loop_direction(builder: Builder, program: Program, moving: Sequence[str], results: Sequence[str]) -> Program:
+    """Fill `builder`, whose arguments are declared, with the derivatives of `results` along how arguments move."""
+    primal = _Primal(builder, program, False)
+    primal.copy(program.body)
+    _Direction(builder, program, primal, moving, results).walk(program.body)
+    return builder.finish()
+
+
 @dataclass(frozen=True)
 class _Kept:
     """Where a value of the original is found later: one cell a turn of the loops around it."""
@@ -149,16 +157,21 @@ class _Tangent:
         self, builder: Builder, program: Program, primal: _Primal, argument: str, size: int, seed: Affine,
         blocks: Sequence[Block],
     ) -> None:  # fmt: skip
-        self.builder, self.program, self.primal, self.seed = builder, program, primal, seed
+        self.seed = seed
         self.blocks, self.size = {block.output: block for block in blocks}, size
-        self.active = _active(program, argument)
+        self.begin(builder, program, primal, (argument,))
+        # one_hot[size - 1 + i - seed] is 1 at i = seed and 0 elsewhere
+        one_hot = builder.table(f"one_hot_{size}", 2 * size - 1, lambda i: int(i == size - 1))
+        self.arrays[argument] = one_hot.shifted(size - 1 - seed)
+
+    def begin(self, builder: Builder, program: Program, primal: _Primal, arguments: Sequence[str]) -> None:
+        """Nothing is written yet."""
+        self.builder, self.program, self.primal = builder, program, primal
+        self.active = _active(program, arguments)
         self.indices: dict[str, Affine] = {}
         self.inside: list[For] = []
         self.slopes: dict[str, Expr] = {}
         self.arrays: dict[str, ArrayRef] = {}
-        # one_hot[size - 1 + i - seed] is 1 at i = seed and 0 elsewhere
-        one_hot = builder.table(f"one_hot_{size}", 2 * size - 1, lambda i: int(i == size - 1))
-        self.arrays[argument] = one_hot.shifted(size - 1 - seed)
         for array in program.work:
             if array.name in self.active:
                 self.arrays[array.name] = builder.array(f"d_{array.name}", array.size)
@@ -184,12 +197,19 @@ class _Tangent:
     def store(self, cell: Cell, value: Operand) -> None:
         slope = self.slope(value) or self.builder.lift(0)
         index = _substitute(cell.index, self.indices)
-        block = self.blocks.get(cell.array)
-        if block is not None:
-            target = ArrayRef(self.builder, block.name, 0)
-            target[index * (block.columns or self.size) + block.column + self.seed] = slope
-        elif cell.array in self.arrays and cell.array in self.active:
+        if self.result(cell.array, index, slope):
+            return
+        if cell.array in self.arrays and cell.array in self.active:
             self.arrays[cell.array][index] = slope
+
+    def result(self, array: str, index: Affine, slope: Expr) -> bool:
+        """Write the derivative of a cell of an output; False where the array is none that is differentiated."""
+        block = self.blocks.get(array)
+        if block is None:
+            return False
+        target = ArrayRef(self.builder, block.name, 0)
+        target[index * (block.columns or self.size) + block.column + self.seed] = slope
+        return True
 
     def sincos(self, sine: str, cosine: str, angle: str, offset: int, count: int) -> None:
         with self.builder.loop("k", 0, count) as loop:
@@ -243,9 +263,32 @@ class _Tangent:
         return value
 
 
-def _active(program: Program, argument: str) -> set[str]:
-    """Names of values and arrays that depend on the argument."""
-    active = {argument}
+class _Direction(_Tangent):
+    """Writes the derivative along a direction that arguments are given."""
+
+    def __init__(
+        self, builder: Builder, program: Program, primal: _Primal, moving: Sequence[str], results: Sequence[str]
+    ) -> None:
+        self.begin(builder, program, primal, moving)
+        self.results = results
+        for array in (*program.params, *program.inputs):
+            if array.name in moving:
+                self.arrays[array.name] = ArrayRef(builder, f"d_{array.name}", array.size)
+        for array in program.outputs:  # which may be read again
+            if array.name in results:
+                self.arrays[array.name] = ArrayRef(builder, f"d_{array.name}", array.size)
+
+    def result(self, array: str, index: Affine, slope: Expr) -> bool:
+        """Write the derivative of a cell of an output."""
+        if array not in self.results:
+            return False
+        ArrayRef(self.builder, f"d_{array}", 0)[index] = slope
+        return True
+
+
+def _active(program: Program, arguments: Sequence[str]) -> set[str]:
+    """Names of values and arrays that depend on the arguments."""
+    active = set(arguments)
     while True:
         before = len(active)
         _spread(program.body, active)

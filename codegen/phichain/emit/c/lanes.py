@@ -6,7 +6,8 @@ has none; what depends on parameters and constants alone stays a number. The tex
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from typing import Final
 
 from phichain.emit.c import sincos as trig
@@ -17,7 +18,7 @@ from phichain.emit.expressions import Text
 from phichain.emit.render import render
 from phichain.errors import EmissionError
 from phichain.ir.inline import inline
-from phichain.ir.nodes import Array, Cell, Const, Local, Op, Operand, Program
+from phichain.ir.nodes import Array, Cell, Const, Local, Op, Operand, Program, SinCos
 from phichain.ir.varying import varying
 from phichain.scene import Scene
 
@@ -58,7 +59,7 @@ def lane_function(program: Program, names: CNames, stem: str, uniform: Collectio
     writer = _LaneWriter(inline(program), names, stem, frozenset(uniform))
     writer.arrays()
     writer.block(writer.program.body, 1)
-    own = ("lanes_sincos",) if "sincos" in writer.uses else ()
+    own = ("lanes_sincos",) if writer.turns else ()
     return CFunction(tuple(writer.lines), frozenset({*writer.uses, *own}))
 
 
@@ -76,11 +77,31 @@ class _LaneWriter(Writer):
     def __init__(self, program: Program, names: CNames, stem: str, uniform: frozenset[str]) -> None:
         super().__init__(program, names, {})
         self.stem, self.element, self.sincos_symbol = stem, f"{stem}_lanes", f"{stem}_sincos"
+        self.turns = False
         self.lanes = varying(program, {array.name for array in program.inputs} - uniform)
         self.lanes |= {array.name for array in program.outputs if array.name not in uniform}
         # Numbers come by value and lanes by address.
         self.scalars -= self.lanes
         self.pointers = set()
+
+    def sincos(self, statement: SinCos, depth: int) -> None:
+        with self._turning(statement.sine in self.lanes or statement.cosine in self.lanes):
+            super().sincos(statement, depth)
+
+    def trig_batch(self, op: Op, depth: int) -> None:
+        with self._turning(op.result in self.lanes):
+            super().trig_batch(op, depth)
+
+    @contextmanager
+    def _turning(self, in_lanes: bool) -> Iterator[None]:
+        """Sines and cosines of lanes, or of what is one number for all: those are the scalar kernel's."""
+        kept = self.element, self.sincos_symbol
+        if in_lanes:
+            self.turns = True
+        else:
+            self.element, self.sincos_symbol = self.names.type, f"{self.names.prefix}_sincos"
+        yield
+        self.element, self.sincos_symbol = kept
 
     def side_by_side(self, array: str, texts: list[str], depth: int) -> None:
         self.line(depth, f"const {self.element} {array}[{len(texts)}] = {{{', '.join(texts)}}};")

@@ -28,10 +28,12 @@ from phichain.emit.flow.instance import (
 )
 from phichain.emit.render import render
 from phichain.emit.stencil import instance
+from phichain.ir.nodes import Program
 from phichain.lowering.rates import scales_program
 from phichain.lowering.series import series
 from phichain.lowering.series.series import HELD, LEFT, NOW, RIGHT, Series
 from phichain.mechanics import Model
+from phichain.scene import Scene
 
 #: Order 1 - share * log(local error). One half is the optimum where sums cost most (Jorba & Zou 2005); what a step costs
 #: whatever its order, and the sweep along the chain, favour fewer and longer steps.
@@ -74,6 +76,10 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
             Called(f"{tangent}_order", made.order_of_columns, tangent, frozenset({HELD, NOW})),
             Called(f"{tangent}_rows", made.columns, tangent, frozenset({HELD, LEFT, RIGHT})),
         ]
+    for name, program in (("factor_along", made.factor_along), ("order_along", made.order_along)):
+        if program is not None:
+            still = frozenset(array.name for array in program.inputs if not array.name.startswith("d_"))
+            called.append(Called(f"{tangent}_{name}", program, tangent, still))
     if scene.runtime:
         others = [*others, Called(f"{stem}_scales", scales_program(model))]
     called += others
@@ -114,7 +120,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
     spelt = spelling(model, made, stem, PROPAGATE, names, positions)
     spelt |= own | ({} if _singly(made) else {"STEM_SINGLY": ""}) | {
         "PHI_MARGIN": names.number(SINGLE_MARGIN if scene.links == 1 else MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE * LOG_TWO).text,
-        "PHI_SLACK": names.number(SLACK).text, "PHI_LEEWAY": str(LEEWAY),
+        "VARIES": "given" if made.order_along is not None else "", "PHI_SLACK": names.number(SLACK).text, "PHI_LEEWAY": str(LEEWAY),
     }  # fmt: skip
     files = ["flow_norms", *(["flow_turns"] if turns(scene) else []), "flow_series", "flow_length", "flow_event"]
     texts = [instance(name, spelt, wanted) for name in files]
@@ -122,6 +128,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
         tangent = f"{scene.name}_tangent"
         wide = {
             "WIDE_ZERO": f"{tangent.upper()}_EVERY(0)", "wide_": f"{tangent}_", "WIDE_": f"{tangent.upper()}_",
+            **{f"ALONG_{part}": _directions(scene, program) for part, program in (("FACTOR", made.factor_along), ("ORDER", made.order_along))},
             "ROWS_0": "".join(f"{_FIRST_ROWS[array.name]}, " for array in made.columns.inputs),
         }  # fmt: skip
         norms = {name: value for name, value in spelt.items() if not name.startswith(("stem_", "STEM_"))}
@@ -130,9 +137,20 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
             "stem_cart": f"{stem}_cart", "stem_q": f"{stem}_q", "stem_x": f"{stem}_x", "stem_": f"{tangent}_",
             "STEM_": f"{tangent.upper()}_",
         }  # fmt: skip
-        texts += [instance("flow_norms", norms, wanted), instance("flow_columns", spelt | wide, wanted)]
+        files = ["flow_columns"] if made.order_along is None else ["flow_parameters", "flow_columns"]
+        texts += [instance("flow_norms", norms, wanted), *(instance(name, spelt | wide, wanted) for name in files)]
     texts.append(instance("flow_run", spelt | {"PROPAGATE_DOC": ROWS["propagate"].doc}, wanted))
     return "\n".join(texts).rstrip("\n")
+
+
+def _directions(scene: Scene, program: Program | None) -> str:
+    """Where a Program finds how the parameters that it knows move, in the order of its inputs."""
+    first, places = 0, {}
+    for name, size in scene.varied.items():
+        places[f"d_{name}"] = first
+        first += size
+    inputs = () if program is None else program.inputs
+    return "".join(f"wide->along + {places[array.name]}, " for array in inputs if array.name in places)
 
 
 _FIRST_ROWS: Final = {

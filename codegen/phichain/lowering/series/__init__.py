@@ -12,6 +12,7 @@ from phichain.lowering.series.planar import planar_series
 from phichain.lowering.series.planar_single import single_series
 from phichain.lowering.series.series import Series
 from phichain.lowering.series.spatial import spatial_series
+from phichain.lowering.series.varied import with_parameters
 from phichain.mechanics import Model
 
 
@@ -25,10 +26,13 @@ def series(model: Model) -> Series:
     absent = ROWS["propagate"].absence(model.scene)
     if absent is not None:
         raise UnsupportedError("functions.want", "propagate", absent.problem, absent.remedy)
-    if model.scene.forced is not None:
-        view = with_inputs(model.scene)
-        return forced(_unforced(replace(model, scene=view)), model.scene, view)
-    return _unforced(model)
+    made = _forced(model) if model.scene.forced is not None else _unforced(model)
+    return with_parameters(made, model.scene) if model.scene.varied else made
+
+
+def _forced(model: Model) -> Series:
+    view = with_inputs(model.scene)
+    return forced(_unforced(replace(model, scene=view)), model.scene, view)
 
 
 def _unforced(model: Model) -> Series:

@@ -92,7 +92,7 @@ def _factor(model: Model) -> Program:
         place += 1
     if parameters.damping is not None:
         held[place] = scale[0] * (parameters.damping[0] * inverse)
-    if _holds_rest(scene):
+    if _holds_rest(scene) and parameters.rest_angle is not None:
         held[_held(scene) - 1] = parameters.rest_angle[0]
     left[0], left[1] = builder.lift(1), builder.lift(0)
     right[0], right[1] = v[0], v[0]

@@ -6,7 +6,7 @@ What the C of the flows does with a `Series`: sums of products of rows, one back
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -57,6 +57,9 @@ class Expanded:
         right: rows of right, one behind the other.
         held: constants of the step.
         later: those that a forcing leaves to the orders behind the first; the same without one.
+        sums: the sums of products by order.
+        given: what the factorisation was given, by name.
+        force: the forcing's coefficients.
     """
 
     state: list[Row]
@@ -64,6 +67,9 @@ class Expanded:
     right: list[Row]
     held: Row
     later: Row
+    sums: list[Row] = field(default_factory=list)
+    given: Mapping[str, Sequence[Scalar]] = field(default_factory=dict)
+    force: Sequence[Scalar] = ()
 
 
 def expand(
@@ -96,7 +102,7 @@ def expand(
     made = arithmetic.run(series.factor, given)
     held = list(made[HELD])
     later = list(made[LATER]) if series.is_forced else held
-    found = Expanded([[*q, *v]], [list(made[LEFT])], [list(made[RIGHT])], held, later)
+    found = Expanded([[*q, *v]], [list(made[LEFT])], [list(made[RIGHT])], held, later, [], given, force)
     for n in range(orders):
         sums = [
             arithmetic.total(
@@ -109,6 +115,7 @@ def expand(
             arithmetic.total((found.left[j][i], found.left[n - j][i]) for j in range(n + 1))
             for i in range(series.squares)
         ]
+        found.sums.append(sums)
         weight = force[n] if n and series.is_forced else arithmetic.number(Fraction(n == 0))
         _next(series.order, arithmetic, found, sums, n, weight, params)
     return found
@@ -127,29 +134,90 @@ def expand_column(
         dv: and of its rates in scaled time.
         params: values of the runtime parameters.
     """
+    lead, found = _column(series, arithmetic, base, dq, dv, params)
+    for n in range(len(base.state) - 1):
+        sums = _moved_sums(series, arithmetic, base, found, lead, n)
+        _next(series.order_of_columns, arithmetic, found, sums, n, arithmetic.number(Fraction(0)), params)
+    return found
+
+
+def expand_along(
+    series: Series,
+    arithmetic: Arithmetic,
+    base: Expanded,
+    dq: Row,
+    dv: Row,
+    moved: Mapping[str, Row],
+    d_force: Sequence[Scalar] = (),
+    **params: Row,
+) -> Expanded:
+    """Derivatives of the coefficients along a variation of the state and of the parameters: as many orders as `base` has, but for its last.
+
+    Args:
+        series: the recurrences, with derivatives by parameters.
+        arithmetic: the numbers.
+        base: coefficients of the motion itself.
+        dq: variation of the configuration.
+        dv: and of its rates in scaled time.
+        moved: variation of the parameters that are varied, by name.
+        d_force: and of the forcing's coefficients, where there is one.
+        params: values of the runtime parameters.
+    """
+    assert series.factor_along is not None and series.order_along is not None
+    nothing = arithmetic.number(Fraction(0))
+    slopes = {f"d_{name}": list(values) for name, values in moved.items()}
+    step = arithmetic.run(series.factor_along, {**base.given, **slopes, f"d_{FORCE}": list(d_force[:1]), **params})
+    lead, found = _column(series, arithmetic, base, dq, dv, params)
+    for n in range(len(base.state) - 1):
+        is_late = bool(n) and series.is_forced
+        name, held = (LATER, base.later) if is_late else (HELD, base.held)
+        weight = base.force[n] if is_late else arithmetic.number(Fraction(n == 0))
+        given = {
+            HELD: held, SUMS: base.sums[n], NEWEST: base.left[n], COEFFICIENT: base.state[n], NOW: [*_now(arithmetic, n), weight],
+            FORCE: [weight], f"d_{HELD}": step[f"d_{name}"], f"d_{SUMS}": _moved_sums(series, arithmetic, base, found, lead, n),
+            f"d_{NEWEST}": found.left[n], f"d_{COEFFICIENT}": found.state[n], f"d_{FORCE}": [d_force[n] if is_late else nothing],
+        }  # fmt: skip
+        made = arithmetic.run(series.order_along, {**given, **slopes, **params})
+        for rows, row in ((found.left, LEFT), (found.right, RIGHT), (found.state, NEXT)):
+            rows.append(list(made[f"d_{row}"]))
+    return found
+
+
+def _column(
+    series: Series, arithmetic: Arithmetic, base: Expanded, dq: Row, dv: Row, params: Mapping[str, Row]
+) -> tuple[Row, Expanded]:
+    """Where a column starts: what leads, and rows 0."""
     assert series.columns is not None
     made = arithmetic.run(
         series.columns,
         {HELD: base.held, LEFT: base.left[0], RIGHT: base.right[0], "dq": dq, "dv": dv, **params},
     )
-    lead, lanes = list(made[LEAD]), series.lanes
-    found = Expanded([[*dq, *dv]], [list(made[f"d_{LEFT}"])], [list(made[f"d_{RIGHT}"])], base.held, base.held)
-    for n in range(len(base.state) - 1):
-        rows = [lead, *found.left]
-        sums = [
-            arithmetic.total(
-                [(rows[j + 1][i], base.right[n - j][row * lanes + i]) for j in range(-1, n + 1)]
-                + [(base.left[j][i], found.right[n - j][row * lanes + i]) for j in range(n + 1)]
-            )
-            for row in range(series.rights)
-            for i in range(lanes)
-        ]
-        sums += [
-            arithmetic.total([(rows[j + 1][i], base.left[n - j][i]) for j in range(-1, n + 1)] * 2)
-            for i in range(series.squares)
-        ]
-        _next(series.order_of_columns, arithmetic, found, sums, n, arithmetic.number(Fraction(0)), params)
-    return found
+    rows = [list(made[f"d_{LEFT}"])], [list(made[f"d_{RIGHT}"])]
+    return list(made[LEAD]), Expanded([[*dq, *dv]], *rows, base.held, base.held)
+
+
+def _moved_sums(
+    series: Series, arithmetic: Arithmetic, base: Expanded, found: Expanded, lead: Row, n: int
+) -> Row:
+    """Derivatives of the sums of order n."""
+    lanes, rows = series.lanes, [lead, *found.left]
+    sums = [
+        arithmetic.total(
+            [(rows[j + 1][i], base.right[n - j][row * lanes + i]) for j in range(-1, n + 1)]
+            + [(base.left[j][i], found.right[n - j][row * lanes + i]) for j in range(n + 1)]
+        )
+        for row in range(series.rights)
+        for i in range(lanes)
+    ]
+    sums += [
+        arithmetic.total([(rows[j + 1][i], base.left[n - j][i]) for j in range(-1, n + 1)] * 2)
+        for i in range(series.squares)
+    ]
+    return sums
+
+
+def _now(arithmetic: Arithmetic, n: int) -> Row:
+    return [arithmetic.number(x) for x in (Fraction(n + 1), Fraction(1, n + 1), Fraction(1, (n + 1) * (n + 2)))]
 
 
 def _next(
@@ -161,13 +229,12 @@ def _next(
     weight: Scalar,
     params: Mapping[str, Row],
 ) -> None:
-    now = [Fraction(n + 1), Fraction(1, n + 1), Fraction(1, (n + 1) * (n + 2))]
     given = {
         HELD: found.later if n else found.held,
         SUMS: sums,
         NEWEST: found.left[n],
         COEFFICIENT: found.state[n],
-        NOW: [*(arithmetic.number(x) for x in now), weight],
+        NOW: [*_now(arithmetic, n), weight],
         FORCE: [weight],
     }
     made = arithmetic.run(order, {**given, **params})

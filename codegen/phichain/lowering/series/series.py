@@ -43,6 +43,8 @@ class Series:
         is_forced: whether a forcing drives the chain: `factor` is then given its value as well, `force`, and makes a second
             `held`, `later`; `order` is given `force`, 1 with `held` at n = 0 and the forcing's coefficient of order n with `later`.
         tangent: the order of derivatives along the state where it is another one than `order`.
+        factor_along: how `held` moves with parameters, `d_NAME`; None where no derivatives by them are wanted.
+        order_along: the order of derivatives by parameters.
     """
 
     factor: Program
@@ -54,6 +56,8 @@ class Series:
     held: int
     is_forced: bool = False
     tangent: Program | None = None
+    factor_along: Program | None = None
+    order_along: Program | None = None
 
     @property
     def order_of_columns(self) -> Program:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from phichain.contract.chain import Chain
-from phichain.contract.flows import has_forcing
+from phichain.contract.flows import columns_at_most, has_forcing
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
 from phichain.native.flows.checks import checked_tolerance, finite, forcing_of
@@ -33,12 +33,14 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         function: The foreign function; its result type is set here.
 
     Returns:
-        ``propagate(q, v, t, t_end, tol, *, u, forcing, times, own, stop, max_steps, lost, transition, p) -> Propagation``: from
+        ``propagate(q, v, t, t_end, tol, *, u, forcing, times, own, stop, max_steps, lost, transition, along, p) -> Propagation``: from
         (q, v) at time t to t_end, forwards or backwards; u is held, `forcing` = (amplitude, omega) of a forced scene is A cos(omega t); `times` in the order of travel, between t and
         t_end, or `own` for the ends of its own steps; `transition` (nq + nv, m) holds derivatives of (q, v) at t that are carried to where it ends, the
-        identity for the whole state transition matrix.
+        identity for the whole state transition matrix; `along` says by name how parameters move along its columns, each (n, m)
+        where the scene varies them.
     """
     call = flow_call("propagate", chain, parameters, function)
+    most = columns_at_most(chain)
     is_variational, is_forced, frames = bool(chain.variational), has_forcing(chain), Frames(call)
 
     def propagate(
@@ -56,6 +58,7 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         max_steps: int = 1_000_000,
         lost: ArrayLike | None = None,
         transition: ArrayLike | None = None,
+        along: Mapping[str, ArrayLike] | None = None,
         p: Mapping[str, Any] | None = None,
     ) -> Propagation:
         frame = frames.take()
@@ -63,8 +66,11 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         flow, carried = frame.flow, None
         flow.tolerance = checked_tolerance("propagate.tol", tol)
         if transition is not None:
-            carried = _columns(transition, is_variational, call)
+            carried = _columns(transition, is_variational, call, most)
             flow.transition, flow.columns = place(carried), carried.shape[1]
+        directions = None if along is None else _directions(along, carried, chain.varied, call)
+        if directions is not None:
+            flow.along = place(directions)
         driven = forcing_of(call.name, forcing, is_forced, call.kind)
         if driven is not None:
             frame.force(*driven)
@@ -73,6 +79,7 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         if own:
             _demand_alone(times)
         result, (t_at, q_at, v_at) = frame.own(budget) if own else frame.at(times, t, t_end, budget)
+        del directions
         matrix = None if carried is None else wide(carried)
         found = Propagation.made(
             outcome=OUTCOMES[result], **frame.reached(), q_at=q_at, v_at=v_at, t_at=t_at, order=flow.order, transition=matrix,
@@ -94,7 +101,30 @@ def _demand_alone(times: ArrayLike) -> None:
         raise ArrayError("propagate.times", times, problem, "leave one of them out")
 
 
-def _columns(value: ArrayLike, is_variational: bool, call: FlowCall) -> NDArray[Any]:
+def _directions(
+    along: Mapping[str, ArrayLike], carried: NDArray[Any] | None, varied: Mapping[str, int], call: FlowCall
+) -> NDArray[Any]:
+    """How what is varied moves along every column, in the order of the C; what is not named stands still.
+
+    Raises:
+        ArrayError: There are no columns, a name is none of the scene's, or its numbers do not fit the columns.
+    """
+    if carried is None:
+        raise ArrayError("propagate.along", along, "is given without columns", "pass transition, too, such as variations(...) makes")
+    count, rows = carried.shape[1], []
+    for name in along:
+        if name not in varied:
+            remedy = f"use {', '.join(varied)}" if varied else 'name it in the scene, as [flow] variational = ["state", "mass"]'
+            raise ArrayError(f"propagate.along.{name}", along[name], "is nothing that the flow carries derivatives by", remedy)
+    for name, size in varied.items():
+        given = own_copy(f"propagate.along.{name}", along.get(name, np.zeros((size, count))), call.kind)
+        if given.shape not in ((size, count), *([(count,)] if size == 1 else [])):
+            raise ArrayError(f"propagate.along.{name}", given.shape, f"must have shape ({size}, {count})", "give a row for each of its numbers")
+        rows.append(finite(f"propagate.along.{name}", given).reshape(size, count))
+    return np.ascontiguousarray(np.concatenate(rows))
+
+
+def _columns(value: ArrayLike, is_variational: bool, call: FlowCall, most: int) -> NDArray[Any]:
     """A copy of columns of derivatives that C may change."""
     size = sum(call.sizes[:2])
     if not is_variational:
@@ -103,9 +133,9 @@ def _columns(value: ArrayLike, is_variational: bool, call: FlowCall) -> NDArray[
             "set variational = true in its table [flow]",
         )  # fmt: skip
     array = own_copy("propagate.transition", value, call.kind)
-    if array.ndim != 2 or array.shape[0] != size or not 1 <= array.shape[1] <= size:
+    if array.ndim != 2 or array.shape[0] != size or not 1 <= array.shape[1] <= most:
         raise ArrayError(
-            "propagate.transition", array.shape, f"must have shape ({size}, m), m from 1 to {size}",
+            "propagate.transition", array.shape, f"must have shape ({size}, m), m from 1 to {most}",
             f"start with the identity, np.eye({size})",
         )  # fmt: skip
     return finite("propagate.transition", array)

@@ -13,7 +13,7 @@ run once more on dual numbers.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, Final
@@ -21,8 +21,9 @@ from typing import Any, Final
 from phichain.ir.interpret import run
 from phichain.ir.nodes import Program
 from phichain.lowering.series.forced import push_of, with_inputs
-from phichain.lowering.series.run import Arithmetic, Expanded, Row, expand, expand_column
+from phichain.lowering.series.run import Arithmetic, Expanded, Row, expand, expand_along, expand_column
 from phichain.lowering.series.series import Series
+from phichain.lowering.series.varied import varied_parameters
 from phichain.proof.case import Subject, Wrong, nothing
 from phichain.proof.lagrange import ENERGIES, Judge
 from phichain.proof.modular.compiled import FAULTS, Given
@@ -43,18 +44,28 @@ class Recurrences:
     factor: Subject
     order: Subject
     columns: Subject | None
-    tangent: Subject | None
+    others: tuple[Subject, ...]
+    moving: Mapping[str, Subject]
 
     @staticmethod
     def of(series: Series) -> Recurrences:
         """Nothing is compiled yet."""
-        columns, tangent = (None if program is None else Subject(program) for program in (series.columns, series.tangent))
-        return Recurrences(series, Subject(series.factor), Subject(series.order), columns, tangent)
+        columns = None if series.columns is None else Subject(series.columns)
+        others = tuple(
+            Subject(program) for program in (series.tangent, series.factor_along, series.order_along) if program is not None
+        )
+        moving = {program.name: Subject(_all_inputs(program)) for program in (series.factor, series.order)}
+        return Recurrences(series, Subject(series.factor), Subject(series.order), columns, others, moving)
 
     def subject(self, program: Program) -> Subject:
         """The one that compiles a Program of the series."""
-        known = [subject for subject in (self.factor, self.order, self.columns, self.tangent) if subject is not None]
+        known = [subject for subject in (self.factor, self.order, self.columns, *self.others) if subject is not None]
         return next(subject for subject in known if subject.program is program)
+
+
+def _all_inputs(program: Program) -> Program:
+    """A Program whose parameters are inputs, which can move."""
+    return replace(program, params=(), inputs=(*program.params, *program.inputs))
 
 
 def recurrences(made: Recurrences, judge: Judge, point: Point) -> None:
@@ -69,6 +80,8 @@ def recurrences(made: Recurrences, judge: Judge, point: Point) -> None:
     _no_residual(judge, point, found, start)
     if made.columns is not None:
         _columns(start, found)
+    if made.series.order_along is not None:
+        _along(start, found)
 
 
 @dataclass(frozen=True)
@@ -135,7 +148,7 @@ class _Start:
         ) -> dict[str, list[tuple[int, int]]]:
             values = {name: [x for x, _ in entries] for name, entries in given.items()}
             along = {name: [dx for _, dx in entries] for name, entries in given.items()}
-            subject = self.made.subject(program)
+            subject = self.made.moving[program.name]
             made = self._ran(lambda: subject.slopes(Given(values, self._circles(), along=along), self.point))
             return {name: list(zip(*parts, strict=True)) for name, parts in made.items()}
 
@@ -254,6 +267,24 @@ def _columns(start: _Start, base: Expanded) -> None:
         for i, (entry, (_, slope)) in enumerate(zip(row, pairs, strict=True)):
             if (entry - slope) % PRIME:
                 raise Wrong(f"a column's next[{i}] at order {n - 1}")
+
+
+def _along(start: _Start, base: Expanded) -> None:
+    """Along a variation of state, parameters and forcing, columns are what dual numbers give."""
+    point = start.point
+    (dq, dv), varied = _tangent(start), varied_parameters(point.scene)
+    moved = {name: point.free(f"d_{name}", len(point.parameters[name])) for name in varied}
+    d_force = point.free("d_force", ORDERS) if start.made.series.is_forced else []
+    found = expand_along(start.made.series, start.values(), base, dq, dv, moved, d_force, **point.parameters)
+    slopes = {"q": dq, "v": dv, "force": d_force, **moved}
+    true = start.expanded(
+        start.duals(),
+        lambda name, values: list(zip(values, slopes.get(name, [0] * len(values)), strict=True)),
+    )
+    for n, (row, pairs) in enumerate(zip(found.state, true.state, strict=True)):
+        for i, (entry, (_, slope)) in enumerate(zip(row, pairs, strict=True)):
+            if (entry - slope) % PRIME:
+                raise Wrong(f"next[{i}] at order {n - 1} of a derivative by parameters")
 
 
 def _tangent(start: _Start) -> tuple[Vector, Vector]:
