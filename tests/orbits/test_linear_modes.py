@@ -45,16 +45,16 @@ def unused(*_: object) -> None:
     raise AssertionError("the numbers serve")
 
 
-def in_numbers(angles: str, mass, length, com=None, cart_mass=None, stiffness=None) -> System:
+def in_numbers(angles: str, mass, length, com=None, cart_mass=None, stiffness=None, armature=None) -> System:
     """A chain of which nothing but its numbers is looked at."""
     size = len(mass) + (cart_mass is not None)
     return System(
         "spread", "planar", "fixed" if cart_mass is None else "cart", len(mass), size, size, 0, angles=angles,
-        functions={"phi_jacobian": unused}, numbers=Numbers(mass, length, com, cart_mass, 9.81), joints=Joints(stiffness),
+        functions={"phi_jacobian": unused}, numbers=Numbers(mass, length, com, cart_mass, 9.81), joints=Joints(stiffness, armature=armature),
     )  # fmt: skip
 
 
-def exact_modes(system: System, mass, length, com, cart=(), spring=None) -> tuple[list, np.ndarray]:
+def exact_modes(system: System, mass, length, com, cart=(), spring=None, rotor=None) -> tuple[list, np.ndarray]:
     """Frequencies (rising) and shapes in the scene's angles from det(K - omega^2 M) of absolute angles in 60 digits."""
     n, carts = len(mass), len(cart)
     with mpmath.workdps(60):
@@ -77,6 +77,12 @@ def exact_modes(system: System, mass, length, com, cart=(), spring=None) -> tupl
                 K[carts + i - 1, carts + i - 1] += k[i]
                 K[carts + i - 1, carts + i] -= k[i]
                 K[carts + i, carts + i - 1] -= k[i]
+        for i, a in enumerate(rotor or ()):  # A/2 (phi_i' - phi_(i-1)')^2
+            M[carts + i, carts + i] += a
+            if i:
+                M[carts + i - 1, carts + i - 1] += a
+                M[carts + i - 1, carts + i] -= a
+                M[carts + i, carts + i - 1] -= a
         squares, vectors = mpmath.eig(M**-1 * K)
         rising = sorted(range(carts + n), key=lambda i: mpmath.re(squares[i]))[carts:]
         omega = [mpmath.sqrt(mpmath.re(squares[i])) for i in rising]
@@ -94,6 +100,10 @@ SPREAD = {
     "on a cart": {"mass": [1e-8, 1.0, 1e-4], "length": [1.0, 0.5, 0.1], "cart_mass": 1e-5},
     "masses within": {"mass": [1e-6, 1.0, 1e-3], "length": [1.0, 0.5, 2.0], "com": [0.3, 0.1, 1.9]},
     "springs over decades": {"mass": [1e-6, 1.0, 1e-3], "length": [1.0, 0.5, 2.0], "com": [0.3, 0.1, 1.9], "stiffness": [1e9, 1e-3, 1e3]},
+    "rotors behind stiff springs": {
+        "mass": [0.7, 1.9, 0.4], "length": [0.5, 1.3, 0.8], "com": [0.3, 0.9, 0.5], "stiffness": [1e12, 1.0, 1e6], "armature": [0.1, 0.2, 0.3],
+    },
+    "heavy rotors on a cart": {"mass": [0.7, 1e-3, 4.0], "length": [0.5, 1.3, 0.8], "cart_mass": 2.0, "armature": [10.0, 0.0, 0.3]},
     "two stiff springs": {"mass": [1.0, 2.0, 0.3], "length": [1.0, 0.5, 0.7], "stiffness": [1e12, 1e-3, 1e12]},
 }
 
@@ -105,7 +115,7 @@ def test_spread_masses_leave_every_frequency_its_digits(kind: str, angles: str) 
     system = in_numbers(angles, **given)
     found = linear_modes(system)
     cart = [given["cart_mass"]] if "cart_mass" in given else []
-    omega, shapes = exact_modes(system, given["mass"], given["length"], given.get("com", given["length"]), cart, given.get("stiffness"))
+    omega, shapes = exact_modes(system, given["mass"], given["length"], given.get("com", given["length"]), cart, given.get("stiffness"), given.get("armature"))
     assert [float(abs(a / b - 1)) for a, b in zip(found.omega, omega, strict=True)] == pytest.approx([0.0] * len(omega), abs=2e-15)
     assert found.shapes == pytest.approx(shapes, abs=1e-14)
 

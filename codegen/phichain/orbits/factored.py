@@ -17,6 +17,10 @@ the link before or to the cart. From the tip, with e the mass that the next link
 
 all sums of positive terms; gravity keeps pulling at the true masses.
 
+Motors' rotors add |sqrt(A) D phi'|^2 / 2 with D phi the joints' angles. Then T = |G y'|^2 / 2 with y = W^(1/2) x and
+G = [I; sqrt(A) D C W^(-1/2)] = Q R, and the matrix is F C W^(-1/2) R^(-1): R is no worse conditioned than rotors outweigh links,
+whatever the springs are.
+
 Source: J. Demmel, M. Gu, S. Eisenstat, I. Slapnicar, K. Veselic, Z. Drmac, Computing the singular value decomposition with
 high relative accuracy, Linear Algebra Appl. 299 (1999) 21-80.
 """
@@ -26,6 +30,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dgejsv
 
 from phichain.records import Held
@@ -48,6 +53,7 @@ class Chain(Held):
         cart: What moves with the cart (1,), or nothing (0,).
         weight: g mu_k (N,), not negative.
         spring: k_k (N,), not negative; all of one of the two are positive.
+        rotor: A_k (N,), not negative.
     """
 
     mass: Vector
@@ -57,12 +63,11 @@ class Chain(Held):
     cart: Vector
     weight: Vector
     spring: Vector
+    rotor: Vector
 
     @classmethod
     def of(cls, system: System, p: Parameters | None) -> Chain | None:
-        """The chain of a planar system; None where its numbers are not known, it does not hang stably, or joints carry rotors."""
-        if system.joints.armature is not None:
-            return None
+        """The chain of a planar system; None where its numbers are not known, or it does not hang stably."""
         # A number that is not known is none, and no comparison below holds for it.
         mass, length, gravity = (system.number(name, p, np.nan) for name in ("mass", "length", "gravity"))
         com, spring = system.number("com", p, np.nan), system.number("stiffness", p, 0.0)
@@ -71,9 +76,10 @@ class Chain(Held):
         com = np.where(np.isnan(com), length, com)
         beyond = np.append(np.cumsum(mass[:0:-1])[::-1], 0.0)
         weight = gravity * (mass * com + length * beyond)
+        rotor = np.broadcast_to(system.number("armature", p, 0.0 if system.joints.armature is None else np.nan), system.links)
         inertia = np.broadcast_to(system.number("inertia", p, 0.0 if system.numbers.inertia is None else np.nan), system.links)
         held = np.all(weight > 0) or np.all(spring > 0)
-        if not (held and np.all(weight >= 0) and np.all(spring >= 0) and np.all(inertia >= 0)):
+        if not (held and np.all(rotor >= 0) and np.all(weight >= 0) and np.all(spring >= 0) and np.all(inertia >= 0)):
             return None
         with np.errstate(divide="ignore", invalid="ignore"):
             short = (com - length) / com
@@ -82,7 +88,7 @@ class Chain(Held):
             cart = cart + left
         if not all(np.all((values > 0) & np.isfinite(values)) for values in (mass, length, com, cart)):
             return None
-        return cls(mass, length, com, short, cart, weight, spring)
+        return cls(mass, length, com, short, cart, weight, spring, rotor)
 
     def angles(self) -> Vector:
         """C (N, carts + N): the links' angles of sideways places of cart and masses.
@@ -125,13 +131,17 @@ def factored_modes(system: System, p: Parameters | None = None) -> tuple[Vector,
     angles, roots = chain.angles(), np.sqrt(np.concatenate([chain.cart, chain.mass]))
     bends = np.diff(angles, axis=0, prepend=0.0)
     rows = np.vstack([np.sqrt(chain.weight)[:, None] * angles, np.sqrt(chain.spring)[:, None] * bends])
-    scaled, _, right, scale, _, failed = dgejsv(np.asfortranarray(rows / roots), joba=_SCALED)
+    rows, turned = rows / roots, np.eye(len(roots))
+    if np.any(chain.rotor):
+        triangle = np.linalg.qr(np.vstack([turned, np.sqrt(chain.rotor)[:, None] * bends / roots]), mode="r")
+        rows, turned = (solve_triangular(triangle, part.T, trans="T").T for part in (rows, turned))
+    scaled, _, right, scale, _, failed = dgejsv(np.asfortranarray(rows), joba=_SCALED)
     if failed:
         return None
     omega = scaled * (scale[1] / scale[0])
     # The last of a cart's is its free translation.
     moving = np.arange(links)[::-1]
-    places = right[:, moving] / roots[:, None]
+    places = turned @ right[:, moving] / roots[:, None]
     phi = angles @ places
     own = np.column_stack([scene_angles(system, column) for column in phi.T])
     return omega[moving], np.vstack([places[:carts], own])
