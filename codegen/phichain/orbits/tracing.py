@@ -14,6 +14,7 @@ from phichain.continuation.core import Progress
 from phichain.errors import ArrayError, ToleranceError, UnsupportedError
 from phichain.orbits import shooting, single_harmonic
 from phichain.orbits.modes import linear_modes
+from phichain.orbits.parameter.vary import turned
 from phichain.orbits.targets import Target, target_of
 from phichain.system import Parameters, System
 from phichain.system.arrays import positive, whole
@@ -32,6 +33,7 @@ def trace(
     switch: bool = False,
     resume: Branch | Path | str | None = None,
     p: Parameters | None = None,
+    parameter: str | None = None,
     amplitude_start: float | None = None,
     options: Options | None = None,
     engine: Engine | None = None,
@@ -52,6 +54,8 @@ def trace(
         switch: Follow the branches that events open, too.
         resume: A Branch, or the JSON file of one, that is gone on with.
         p: Runtime parameters by name.
+        parameter: "NAME[K]=VALUE": from where the family ends, the run goes on in that parameter of the chain to its value, what `until`
+            names being held (`orbits.parameter.vary`, which takes events and any orbit, too); the Branch is of that alone.
         amplitude_start: Largest angle of the first point, rad; 1e-2, and 1e-3 of one harmonic.
         options: Step control and limits.
         engine: Predictor, corrector and options together; excludes `options`.
@@ -75,6 +79,9 @@ def trace(
         amplitude_start = min(usual, _before(target_of(system, until)))
     amplitude_start = positive("amplitude_start", amplitude_start, "give an angle in rad")
     target = _target(system, until, amplitude_max, amplitude_start)
+    if parameter is not None:
+        begun = trace(system, mode, method=method, until=target, through=through, p=p, limits=limits, progress=progress)
+        return turned(system, begun, target.what, parameter, p=p, options=options, engine=engine, progress=progress)
     through = 0.0 if through is None else positive("through", through, "give a half width in arclength, such as 1e-4")
     modes = linear_modes(system, p)
     mode = whole("mode", mode, 1, len(modes.omega), f"this chain has the modes 1 .. {len(modes.omega)}", ArrayError)
