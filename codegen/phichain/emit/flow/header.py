@@ -36,7 +36,7 @@ def declarations(scene: Scene, made: Series) -> str:
         "flow.h.j2", name=scene.name, doc=ROWS["propagate"].doc, outcomes=outcome_lines(PROPAGATE, scene, facts), scalars=scalar_constants(PROPAGATE, scene),
         event=struct_lines(EVENT, scene), flow=struct_lines(FLOW, scene, facts), returns=PROPAGATE.returns,
         prototype=", ".join(arguments(PROPAGATE, scene, definition=False)), arguments=documented(PROPAGATE, scene),
-        size=scene.nq + scene.nv, columns=scene.variational, planar=scene.is_planar,
+        size=scene.nq + scene.nv, columns=scene.variational, varied=bool(scene.varied), planar=scene.is_planar,
         start=_declared(_start(scene, made)), workspace=_declared(_workspace(scene, made)),
         workspace_bytes=workspace_bytes(scene, made),
     )  # fmt: skip

@@ -150,7 +150,7 @@ def _directions(scene: Scene, program: Program | None) -> str:
         places[f"d_{name}"] = first
         first += size
     inputs = () if program is None else program.inputs
-    return "".join(f"wide->along + {places[array.name]}, " for array in inputs if array.name in places)
+    return "".join(f"wide->along{f' + {places[array.name]}' if places[array.name] else ''}, " for array in inputs if array.name in places)
 
 
 _FIRST_ROWS: Final = {
