@@ -249,7 +249,7 @@ typedef struct phi_flow {
     phi_real *transition;
     int columns;
 #if WITH_PARAMETERS
-    phi_real *along;
+    phi_real *along, *passed;
 #endif
 #endif
     phi_workspace *work;
@@ -335,11 +335,11 @@ int phi_propagate(ARGUMENTS);
 /* --- Programs --- */
 
 #if WITH_PARAMETERS
-#define VARIES(of) of,
+#define VARIES(...) __VA_ARGS__,
 #define ALONG_FACTOR wide->along,
 #define ALONG_ORDER wide->along,
 #else
-#define VARIES(of)
+#define VARIES(...)
 #endif
 
 #if WITH_LOST

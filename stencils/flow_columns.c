@@ -175,7 +175,7 @@ static phi_real wide_length(const int order, const stem_jets *jet, const wide_je
 
 /* Carry columns of derivatives over a step of length h or, where they ask for it, a shorter one, which is returned; zero
  * where they are not finite. */
-static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_real goal, const phi_real scales[2], phi_real h, VARIES(const phi_real *along) const int count, phi_real *transition)
+static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_real goal, const phi_real scales[2], phi_real h, VARIES(const phi_flow *flow, const unsigned long wanted, const phi_real *times) const int count, phi_real *transition)
 {
     wide_jets *wide = (wide_jets *)(void *)jet->columns;
     const phi_real unit = jet->start.unit[0];
@@ -191,7 +191,7 @@ static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_re
         int varies = 0;
         for (int i = 0; i < stem_varied; ++i) {
             for (int lane = 0; lane < wide_lane_count; ++lane) {
-                const phi_real direction = along != NULL && lane < many ? along[count * i + first + lane] : 0;
+                const phi_real direction = flow->along != NULL && lane < many ? flow->along[count * i + first + lane] : 0;
                 WIDE_AT(wide->along[i], lane) = direction;
                 varies |= direction > 0 || direction < 0;
             }
@@ -246,6 +246,22 @@ static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_re
         if (!(zero >= 0 && zero <= 0)) {
             return 0;
         }
+#if WITH_PARAMETERS
+        /* At times behind a step that later columns shorten they are written again. */
+        for (size_t at = flow->written; flow->passed != NULL && times != NULL && at < wanted; ++at) {
+            const phi_real inside = (times[at] - flow->t) - flow->t_lost;
+            wide_lanes seen[stem_x];
+            if (h > 0 ? inside > h : inside < h) {
+                break;
+            }
+            wide_look(order, unit, wide, inside, seen);
+            for (size_t i = 0; i < stem_x; ++i) {
+                for (int lane = 0; lane < many; ++lane) {
+                    flow->passed[(at * stem_x + i) * (size_t)count + (size_t)(first + lane)] = WIDE_OF(seen[i], lane);
+                }
+            }
+        }
+#endif
         first += wide_lane_count;
     }
     memcpy(transition, jet->carried, (size_t)count * stem_x * sizeof *transition);

@@ -36,3 +36,17 @@ static void wide_begin(CONTEXT const stem_jets *PHI_RESTRICT jet, wide_jets *PHI
     (void)lost;
 #endif
 }
+
+/* Columns at a time h into a step. */
+static void wide_look(const int order, const phi_real unit, const wide_jets *PHI_RESTRICT wide, const phi_real h, wide_lanes seen[PHI_RESTRICT stem_x])
+{
+    const phi_real t = h / unit;
+    for (int i = 0; i < stem_x; ++i) {
+        const phi_real share = i < stem_q ? 1 : 1 / unit;
+        wide_lanes sum = wide->x[order][i];
+        for (int n = order - 1; n >= 0; --n) {
+            sum = sum * t + wide->x[n][i];
+        }
+        seen[i] = share * sum;
+    }
+}

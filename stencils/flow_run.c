@@ -90,7 +90,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
         }
 #if WITH_COLUMNS
         if (flow->columns > 0) {
-            const phi_real kept = stem_carry(PASS order, jet, goal, scales, h, VARIES(flow->along) flow->columns, flow->transition);
+            const phi_real kept = stem_carry(PASS order, jet, goal, scales, h, VARIES(flow, count, times) flow->columns, flow->transition);
             if (kept * way < h * way) {
                 if (!(kept * way > 0)) {
                     result = PHI_NOT_FINITE;
@@ -121,6 +121,17 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
             stem_look(order, jet, 0, inside, x);
             memcpy(q_out + flow->written * stem_q, x, stem_q * sizeof *x);
             memcpy(v_out + flow->written * stem_q, x + stem_q, stem_q * sizeof *x);
+#if WITH_PARAMETERS
+#if WITH_SPHERE
+            if (flow->passed != NULL && flow->columns > 0) {
+                phi_real within[stem_x];
+                for (int i = 0; i < stem_x; ++i) {
+                    within[i] = stem_entry(order, jet, 0, inside, i);
+                }
+                stem_leave_columns(within, within + stem_q, flow->columns, flow->passed + flow->written * stem_x * (size_t)flow->columns);
+            }
+#endif
+#endif
             ++flow->written;
         }
         memcpy(jet->state, jet->moved, sizeof jet->state);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -66,10 +67,11 @@ def fit(
     if not fit_start and state is None:
         raise ArrayError("keep-state", True, "keeps a first state that was not given", "give --x0 too")
     chosen = find_scene(scene)
-    system = replace(build(followed(chosen)), digest=chosen.digest)
+    sought = parameters(start or []) or {}
+    system = replace(build(followed(chosen, sought)), digest=chosen.digest)
     measured = read_measurement(system, data)
     found = fitted(
-        system, measured, parameters(start or []) or {}, fixed=fixed or [], p=parameters(settings or []),
+        system, measured, sought, fixed=fixed or [], p=parameters(settings or []),
         x0=numbers(state, "x0"), fit_start=fit_start, between="linear" if linear else "held",
     )  # fmt: skip
     typer.echo(str(found))
@@ -80,8 +82,8 @@ def fit(
         typer.echo(printable(f"wrote {write_file(path, text)}"))
 
 
-def followed(scene: Scene) -> Scene:
-    """The same chain in double precision, with the functions by which its motion is followed."""
+def followed(scene: Scene, sought: Iterable[str] = ()) -> Scene:
+    """The same chain in double precision, with the functions by which its motion is followed, derivatives by what is sought included."""
     from phichain.contract.functions import ROWS
     from phichain.identification.model import TOLERANCES
     from phichain.scene.load import scene_from_dict
@@ -90,6 +92,8 @@ def followed(scene: Scene) -> Scene:
     flow = next((name for name in TOLERANCES if ROWS[name].absence(scene) is None), "forward_dynamics")
     tables["functions"] = {"want": ["forward_dynamics", flow]}
     tables.pop("flow", None)
+    if flow == "propagate" and scene.is_planar and (varied := [name for name in sought if name in scene.runtime]):
+        tables["flow"] = {"variational": ["state", *varied]}
     tables["target"] = {**tables.get("target", {}), "real": "double"}
     return scene_from_dict(tables)
 

@@ -108,6 +108,10 @@ FLOW: Final = Struct(
         Field("transition", "real", "in, out: the columns", is_pointer=True, present=_is_variational),
         Field("columns", "int", lambda chain: f"in: how many, at most {columns_at_most(chain)}; 0 for none", present=_is_variational),
         Field("along", "real", _directions, is_pointer=True, present=_has_varied),
+        Field(
+            "passed", "real", lambda chain: f"out: the columns at the times on the way, count x {_state_size(chain)} x columns, or NULL",
+            is_pointer=True, present=_has_varied,
+        ),
         Field("own", "real", "out, without times: when its own steps ended, as many as count; or NULL", is_pointer=True),
         Field("work", "workspace", "in: {work}; on cache lines it is fastest", is_pointer=True),
         Field("steps", "unsigned long", "out: steps taken{bytes}"),

@@ -44,8 +44,8 @@ def fit(
     Least squares over y_c(t_i; theta, x_0) with the noise of every column estimated from its residuals; the initial state is fitted, too,
     as noise on the first row would otherwise pass for parameters. Standard errors are the roots of the diagonal of (J^T W J)^-1 at the end,
     with W the inverse squares of the noise, confidence limits theta +- t_0.975 times them. They hold for noise that is independent from row
-    to row, and as far as the motion is linear in the unknowns within them. J, the columns of the parameters, comes from central differences of
-    the emitted flow (`Model.columns`): no parameter columns are emitted.
+    to row, and as far as the motion is linear in the unknowns within them. J, the columns of the parameters, is carried
+    by the flow where the scene has it so, `[flow] variational = ["state", "mass"]`, and comes from central differences of it elsewhere.
 
     Args:
         system: The chain, planar and in double precision, with `propagate`, or `propagate_stiff` where it has no other flow.

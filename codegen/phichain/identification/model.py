@@ -84,10 +84,44 @@ class Model:
             at, x = reached, np.concatenate((passed.q, passed.v))
         return found[:, list(self.at)]
 
-    def columns(self, z: Vector, rows: int, fine: bool = False) -> Vector:
-        """Derivatives of the predicted columns with respect to the unknowns, by central differences of the emitted flow.
+    @property
+    def is_exact(self) -> bool:
+        """Whether the flow carries derivatives by all parameters that are sought."""
+        return self.flow == "propagate" and {name for name, _ in self.unknowns.keys} <= {*self.system.varied}
 
-        d y / d z_j = (y(z + h e_j) - y(z - h e_j)) / 2 h; the emitted code has no columns for parameters. h is such that the motion moves by
+    def carried(self, z: Vector, rows: int) -> Vector:
+        """Derivatives of the predicted columns with respect to the unknowns, as the flow carries them along the motion.
+
+        Returns:
+            (rows, c, k); infinite from where the motion could not be followed on.
+        """
+        unknowns, nq, nx = self.unknowns, self.system.nq, self.system.nx
+        x, p, columns = unknowns.state(z), unknowns.parameters(z), np.zeros((nx, len(z)))
+        along = {name: np.zeros((size, len(z))) for name, size in self.system.varied.items() if name in unknowns.given}
+        for j, (name, place) in enumerate(unknowns.keys):
+            along[name][place, j] = unknowns.scale[j]
+        if unknowns.fits_state:
+            columns[:, unknowns.count :] = np.diag(np.asarray(unknowns.scale)[unknowns.count :])
+        found, at = np.full((rows, nx, len(z)), np.inf), 1
+        found[0], last = columns, float(self.data.t[rows - 1])
+        for piece in takewhile(lambda piece: piece.t0 < last, self.pieces):
+            end, times = min(piece.t1, last), piece.times[: rows - at]
+            more = {"u": piece.u} if self.system.nu else {}
+            passed = self.system.propagate(
+                x[:nq], x[nq:], piece.t0, end, self.tol, times=times, max_steps=_BUDGET, transition=columns, along=along, p=p, **more
+            )
+            if passed.columns_at is not None:
+                found[at : at + len(passed.columns_at)] = passed.columns_at
+                at += len(passed.columns_at)
+            if passed.outcome != "done":
+                break
+            x, columns = np.concatenate((passed.q, passed.v)), passed.transition
+        return found[:, list(self.at)]
+
+    def columns(self, z: Vector, rows: int, fine: bool = False) -> Vector:
+        """Derivatives of the predicted columns with respect to the unknowns: carried by the flow, or central differences of it.
+
+        Where the flow does not carry them, d y / d z_j = (y(z + h e_j) - y(z - h e_j)) / 2 h. h is such that the motion moves by
         10^-4 rad (or of a column's spread, where that is less): what bends then errs by 10^-8 of the column, the runs by tol / 10^-4 times
         the growth of what they round. Fine columns are extrapolated from h and 2 h of 10^-3 rad, for 10^-11. A chaotic motion grows small changes
         of its start a thousandfold and more, so no one h serves all unknowns.
@@ -95,6 +129,8 @@ class Model:
         Returns:
             (rows, c, k).
         """
+        if self.is_exact:
+            return self.carried(z, rows)
         scale = np.minimum(np.std(self.data.values, axis=0), 1.0)
         scale = np.where(scale > 0, scale, 1.0)
         moves, slopes = (_MOVED_FINE if fine else _MOVED), []

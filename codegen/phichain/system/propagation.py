@@ -66,7 +66,8 @@ class Propagation(Held):
         steps: steps taken.
         lost: what rounding took from t and from the state (1 + nq + nv,); the next call goes on with it.
         t_at: those times (m,), s: times that were asked for, or the ends of its own steps.
-        transition: the derivatives of (q, v) that were given (nq + nv, m), carried to where it ended; None where none were.
+        transition: the derivatives of (q, v) that were given (nq + nv, k), carried to where it ended; None where none were.
+        columns_at: the same at the times that were reached (m, nq + nv, k), where the flow carries derivatives by parameters, too.
     """
 
     outcome: str
@@ -81,6 +82,7 @@ class Propagation(Held):
     lost: NDArray[np.float64]
     t_at: NDArray[np.float64] = field(kw_only=True)
     transition: NDArray[np.float64] | None = field(default=None, kw_only=True)
+    columns_at: NDArray[np.float64] | None = field(default=None, kw_only=True)
 
     @property
     def tried(self) -> int:

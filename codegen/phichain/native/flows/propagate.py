@@ -17,6 +17,7 @@ from phichain.native.flows.checks import checked_tolerance, finite, forcing_of
 from phichain.native.flows.checks import own as own_copy
 from phichain.native.flows.motion import Frames, wide
 from phichain.native.memory.arrays import place
+from phichain.native.memory.room import demand_room
 from phichain.native.signature import Argument
 from phichain.system.propagation import OUTCOMES, Propagation, Stop
 
@@ -71,6 +72,11 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         directions = None if along is None else _directions(along, carried, chain.varied, call)
         if directions is not None:
             flow.along = place(directions)
+        passed = None
+        if carried is not None and chain.varied and np.size(times):
+            demand_room("propagate.times", np.size(times), carried.size, call.kind)
+            passed = np.empty((np.size(times), *carried.shape), call.kind)
+            flow.passed = place(passed)
         driven = forcing_of(call.name, forcing, is_forced, call.kind)
         if driven is not None:
             frame.force(*driven)
@@ -80,9 +86,10 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
             _demand_alone(times)
         result, (t_at, q_at, v_at) = frame.own(budget) if own else frame.at(times, t, t_end, budget)
         del directions
+        columns_at = None if passed is None else wide(passed[: flow.written])
         matrix = None if carried is None else wide(carried)
         found = Propagation.made(
-            outcome=OUTCOMES[result], **frame.reached(), q_at=q_at, v_at=v_at, t_at=t_at, order=flow.order, transition=matrix,
+            outcome=OUTCOMES[result], **frame.reached(), q_at=q_at, v_at=v_at, t_at=t_at, order=flow.order, transition=matrix, columns_at=columns_at,
         )  # fmt: skip
         frames.give(frame)
         return found
