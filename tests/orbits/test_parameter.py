@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from phichain.app.cli import app
 from phichain.continuation import Branch, Options
-from phichain.errors import ArrayError, ConvergenceError, UnsupportedError
+from phichain.errors import ArrayError, ConvergenceError, OutputError, UnsupportedError
 from phichain.orbits import trace
 from phichain.orbits.parameter import vary
 from phichain.pipeline import build
@@ -136,3 +136,11 @@ def test_the_command(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "length[1] = 0.6" in answer.output
     found = Branch.from_npz(tmp_path / "f.npz")
     assert found.points[-1][1] == pytest.approx(pendulum(1.0, 0.6, 9.81), rel=1e-12)
+
+
+def test_what_is_no_family_of_one_chain_is_written_as_numbers(one: Any, tmp_path: Any) -> None:
+    branch = vary(one, "gravity", ([1.0], pendulum(1.0, 0.5, 9.81)), 9.0, p=ONE_P)
+    with pytest.raises(OutputError, match="would hold starts of many chains: gravity differs"):
+        branch.to_json(tmp_path / "b.json")
+    again = Branch.from_npz(branch.to_npz(tmp_path / "b.npz"))
+    assert again.points.tolist() == branch.points.tolist() and again.names == branch.names

@@ -30,8 +30,10 @@ def write_document(branch: Any, path: Path | str) -> Path:
     """Write a Branch.
 
     Raises:
-        OutputError: The file cannot be written.
+        OutputError: The file cannot be written, or the Branch is no family of one chain, whose starts a document is of.
     """
+    if branch.method.startswith("shooting in "):
+        raise OutputError("path", path, f"would hold starts of many chains: {branch.names[-1]} differs from point to point", "write .npz or .csv")
     return write_file(path, json.dumps(_document(branch), indent=1, allow_nan=False) + "\n")
 
 
