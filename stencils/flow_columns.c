@@ -84,6 +84,23 @@ static void wide_square_sums(const int n, const stem_jets *PHI_RESTRICT jet, con
     }
 }
 #endif
+#if WITH_DRY
+
+/* Sums of order n of what makes up dry friction, behind the others. */
+static void wide_dry_sums(const int n, const stem_jets *PHI_RESTRICT jet, const wide_jets *PHI_RESTRICT wide, wide_lanes *PHI_RESTRICT sums)
+{
+    for (int i = stem_lefts; i < stem_lefts + stem_dry; ++i) {
+        wide_lanes slope = WIDE_ZERO, square = WIDE_ZERO;
+        for (int j = 0; j <= n; ++j) {
+            slope += wide->left[j][i + stem_dry] * jet->left[n + 1 - j][i + 2 * stem_dry];
+            slope += wide->left[j][i + 2 * stem_dry] * jet->left[n + 1 - j][i + stem_dry];
+            square += wide->left[j][i] * jet->left[n + 1 - j][i];
+        }
+        sums[i - stem_lefts] = slope;
+        sums[i - stem_lefts + stem_dry] = square + square;
+    }
+}
+#endif
 
 /* The coefficients of the derivatives up to the given order, from wide->x[0] and the state's. */
 static STEM_APART void wide_expand(CONTEXT const int order, const stem_jets *PHI_RESTRICT jet, wide_jets *PHI_RESTRICT wide)
@@ -103,6 +120,9 @@ static STEM_APART void wide_expand(CONTEXT const int order, const stem_jets *PHI
         }
 #if WITH_SQUARES
         wide_square_sums(n, jet, wide, sums + stem_lefts * stem_rights);
+#endif
+#if WITH_DRY
+        wide_dry_sums(n, jet, wide, sums + stem_all - 2 * stem_dry);
 #endif
         wide_order(PASS jet->start.held, sums, NEWEST(wide->left[n]) wide->x[n], n > 0 ? stem_now[n] : first, wide->left[n + 1], wide->right[n + 1], wide->x[n + 1]);
     }

@@ -78,6 +78,23 @@ static void stem_square_sums(const int n, const stem_jets *PHI_RESTRICT jet, ste
     }
 }
 #endif
+#if WITH_DRY
+
+/* Sums over 0 < j <= n of what makes up dry friction at order n + 1, behind the others: its steepness s_{n+1-j} with its
+ * change d_j, and its saturation y_j with y_{n+1-j}. */
+static void stem_dry_sums(const int n, const stem_jets *PHI_RESTRICT jet, stem_lanes *PHI_RESTRICT sums)
+{
+    for (int i = stem_lefts; i < stem_lefts + stem_dry; ++i) {
+        stem_lanes slope = STEM_ZERO, square = STEM_ZERO;
+        for (int j = 1; j <= n; ++j) {
+            slope += jet->left[n + 1 - j][i + stem_dry] * jet->left[j][i + 2 * stem_dry];
+            square += jet->left[n + 1 - j][i] * jet->left[j][i];
+        }
+        sums[i - stem_lefts] = slope;
+        sums[i - stem_lefts + stem_dry] = square;
+    }
+}
+#endif
 
 /* Factor the mass matrix in the states x + lost, time in the given units, and solve for the coefficients of order 1. */
 static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x], const stem_lanes lost[stem_x], const stem_lanes *unit, stem_start *PHI_RESTRICT start)
@@ -96,6 +113,11 @@ static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x],
 #if WITH_SQUARES
     for (int i = 0; i < stem_squares; ++i) {
         sums[stem_lefts * stem_rights + i] = start->left[0][i] * start->left[0][i];
+    }
+#endif
+#if WITH_DRY
+    for (int k = stem_all - 2 * stem_dry; k < stem_all; ++k) {
+        sums[k] = STEM_ZERO;
     }
 #endif
     stem_order(PASS start->held, sums, NEWEST(start->left[0]) first, stem_now[0], start->left[1], start->right[1], start->slope);
@@ -126,6 +148,9 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
         }
 #if WITH_SQUARES
         stem_square_sums(n, jet, sums + (size_t)(stem_lefts * stem_rights));
+#endif
+#if WITH_DRY
+        stem_dry_sums(n, jet, sums + (size_t)(stem_all - 2 * stem_dry));
 #endif
         stem_order(PASS jet->start.held, sums, NEWEST(jet->left[n]) jet->x[n], stem_now[n], jet->left[n + 1], jet->right[n + 1], jet->x[n + 1]);
     }

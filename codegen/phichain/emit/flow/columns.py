@@ -28,6 +28,6 @@ def vector_bytes(scene: Scene) -> list[tuple[str, int]]:
 
 def workspace(scene: Scene, made: Series, highest: int) -> list[tuple[str, tuple[int, ...]]]:
     """Arrays of a workspace for derivatives."""
-    size, factors = scene.nq + scene.nv, made.lanes * (1 + made.rights)
+    size, factors = scene.nq + scene.nv, made.width + made.lanes * made.rights
     numbers = (highest + 1) * (size + factors) + made.lanes
     return [("columns", (numbers * columns_at_once(scene),)), ("carried", (size * size,))]

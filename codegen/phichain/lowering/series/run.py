@@ -100,8 +100,18 @@ def expand(
             arithmetic.total((found.left[j][i], found.left[n - j][i]) for j in range(n + 1))
             for i in range(series.squares)
         ]
+        sums += [
+            arithmetic.total((found.left[n + 1 - j][a], found.left[j][b]) for j in range(1, n + 1))
+            for a, b in _dry_pairs(series)
+        ]
         _next(series, arithmetic, found, sums, n, n == 0, params)
     return found
+
+
+def _dry_pairs(series: Series) -> list[tuple[int, int]]:
+    """Lanes of left rows that dry friction multiplies: steepness and change, and saturation with itself."""
+    places = range(series.lanes, series.lanes + series.dry)
+    return [(i + series.dry, i + 2 * series.dry) for i in places] + [(i, i) for i in places]
 
 
 def expand_column(
@@ -137,6 +147,13 @@ def expand_column(
         sums += [
             arithmetic.total([(rows[j + 1][i], base.left[n - j][i]) for j in range(-1, n + 1)] * 2)
             for i in range(series.squares)
+        ]
+        sums += [
+            arithmetic.total(
+                [(found.left[j][a], base.left[n + 1 - j][b]) for j in range(n + 1)]
+                + [(base.left[n + 1 - j][a], found.left[j][b]) for j in range(n + 1)]
+            )
+            for a, b in _dry_pairs(series)
         ]
         _next(series, arithmetic, found, sums, n, False, params)
     return found

@@ -156,7 +156,7 @@ def _consistent(judge: Judge, point: Point, found: Expanded) -> None:
 
 def _no_residual(judge: Judge, point: Point, found: Expanded, rho: int) -> None:
     """Lagrange and d'Alembert's principle along the series, in true time."""
-    ring, size, over = PowerSeries(ORDERS), point.scene.nq, inverse(rho)
+    ring, size, over = PowerSeries(ORDERS, point.tanh), point.scene.nq, inverse(rho)
     rows = [[row[i] for row in found.state] for i in range(2 * size)]
     q = [row[:ORDERS] for row in rows[:size]]
     rate = [[over * entry % PRIME for entry in row[:ORDERS]] for row in rows[size:]]
