@@ -105,7 +105,9 @@ enum {
     stem_lefts = 4,
     stem_rights = 2,
     stem_squares = WITH_SQUARES ? 2 : 0,
-    stem_all = stem_lefts * stem_rights + stem_squares,
+    stem_dry = WITH_DRY ? 2 : 0,
+    stem_width = stem_lefts + 3 * stem_dry,
+    stem_all = stem_lefts * stem_rights + stem_squares + 2 * stem_dry,
     stem_highest = 22,
 #if WITH_PARAMETERS
     stem_varied = 4,
@@ -183,7 +185,7 @@ typedef struct stem_event {
 } stem_event;
 
 typedef struct stem_start {
-    stem_lanes unit[2], held[4], slope[stem_x], left[2][stem_lefts], right[2][stem_lefts * stem_rights];
+    stem_lanes unit[2], held[4], slope[stem_x], left[2][stem_width], right[2][stem_lefts * stem_rights];
 #if WITH_FORCING
     stem_lanes later[4], drive[2];
 #endif
@@ -206,7 +208,7 @@ enum { wide_lane_count = ALONE_VECTORS ? 16 / (int)sizeof(phi_real) : 1 };
 #define ROWS_0 jet->start.held, jet->start.left[0], jet->start.right[0], wide->x[0], wide->x[0] + stem_q,
 
 typedef struct wide_jets {
-    wide_lanes x[stem_highest + 1][stem_x], left[stem_highest + 1][stem_lefts];
+    wide_lanes x[stem_highest + 1][stem_x], left[stem_highest + 1][stem_width];
     wide_lanes right[stem_highest + 1][stem_lefts * stem_rights], lead[stem_lefts];
 #if WITH_PARAMETERS
     wide_lanes along[stem_varied], held[4];
@@ -219,7 +221,7 @@ typedef struct wide_jets {
 
 typedef struct stem_jets {
     stem_start start, end;
-    stem_lanes x[stem_highest + 1][stem_x], left[stem_highest + 1][stem_lefts];
+    stem_lanes x[stem_highest + 1][stem_x], left[stem_highest + 1][stem_width];
     stem_lanes right[stem_highest + 1][stem_lefts * stem_rights], sums[4][stem_all];
     stem_lanes state[stem_x], lost[stem_x], moved[stem_x], moved_lost[stem_x];
 #if WITH_INPUTS

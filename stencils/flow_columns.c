@@ -84,6 +84,23 @@ static void wide_square_sums(const int n, const stem_jets *PHI_RESTRICT jet, con
     }
 }
 #endif
+#if WITH_DRY
+
+/* Sums of order n of what makes up dry friction, behind the others. */
+static void wide_dry_sums(const int n, const stem_jets *PHI_RESTRICT jet, const wide_jets *PHI_RESTRICT wide, wide_lanes *PHI_RESTRICT sums)
+{
+    for (int i = stem_lefts; i < stem_lefts + stem_dry; ++i) {
+        wide_lanes slope = WIDE_ZERO, square = WIDE_ZERO;
+        for (int j = 0; j <= n; ++j) {
+            slope += wide->left[j][i + stem_dry] * jet->left[n + 1 - j][i + 2 * stem_dry];
+            slope += wide->left[j][i + 2 * stem_dry] * jet->left[n + 1 - j][i + stem_dry];
+            square += wide->left[j][i] * jet->left[n + 1 - j][i];
+        }
+        sums[i - stem_lefts] = slope;
+        sums[i - stem_lefts + stem_dry] = square + square;
+    }
+}
+#endif
 
 /* The coefficients of the derivatives up to the given order, from wide->x[0] and the state's. */
 static STEM_APART void wide_expand(CONTEXT const int order, VARIES(const int varies) const stem_jets *PHI_RESTRICT jet, wide_jets *PHI_RESTRICT wide)
@@ -109,6 +126,9 @@ static STEM_APART void wide_expand(CONTEXT const int order, VARIES(const int var
         }
 #if WITH_SQUARES
         wide_square_sums(n, jet, wide, sums + stem_lefts * stem_rights);
+#endif
+#if WITH_DRY
+        wide_dry_sums(n, jet, wide, sums + stem_all - 2 * stem_dry);
 #endif
 #if WITH_PARAMETERS
         if (varies) {

@@ -78,6 +78,23 @@ static void stem_square_sums(const int n, const stem_jets *PHI_RESTRICT jet, ste
     }
 }
 #endif
+#if WITH_DRY
+
+/* Sums over 0 < j <= n of what makes up dry friction at order n + 1, behind the others: its steepness s_{n+1-j} with its
+ * change d_j, and its saturation y_j with y_{n+1-j}. */
+static void stem_dry_sums(const int n, const stem_jets *PHI_RESTRICT jet, stem_lanes *PHI_RESTRICT sums)
+{
+    for (int i = stem_lefts; i < stem_lefts + stem_dry; ++i) {
+        stem_lanes slope = STEM_ZERO, square = STEM_ZERO;
+        for (int j = 1; j <= n; ++j) {
+            slope += jet->left[n + 1 - j][i + stem_dry] * jet->left[j][i + 2 * stem_dry];
+            square += jet->left[n + 1 - j][i] * jet->left[j][i];
+        }
+        sums[i - stem_lefts] = slope;
+        sums[i - stem_lefts + stem_dry] = square;
+    }
+}
+#endif
 
 #if WITH_FORCING
 /* A cos(omega t) and A sin(omega t), for amplitudes A, at times after the steps' starts, omega t to twice the precision. */
@@ -114,6 +131,11 @@ static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x],
 #if WITH_SQUARES
     for (int i = 0; i < stem_squares; ++i) {
         sums[stem_lefts * stem_rights + i] = start->left[0][i] * start->left[0][i];
+    }
+#endif
+#if WITH_DRY
+    for (int k = stem_all - 2 * stem_dry; k < stem_all; ++k) {
+        sums[k] = STEM_ZERO;
     }
 #endif
 #if WITH_FORCING
@@ -168,6 +190,9 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
         }
 #if WITH_SQUARES
         stem_square_sums(n, jet, sums + (size_t)(stem_lefts * stem_rights));
+#endif
+#if WITH_DRY
+        stem_dry_sums(n, jet, sums + (size_t)(stem_all - 2 * stem_dry));
 #endif
 #if WITH_FORCING
         /* The forcing's coefficient of order n, and that of the sine beside it. */

@@ -1,4 +1,4 @@
-"""Reading what others may have written: whole files of bounded size, and JSON that nests as deep as ours does.
+"""Reading what others may have written: whole files of bounded size, rows of CSV, and JSON that nests as deep as ours does.
 
 A name may turn out to be a pipe, a device, a folder or a file of a terabyte. Such a thing is told before anything is read, so
 that no read waits for a writer who never comes or asks for more memory than there is.
@@ -6,6 +6,7 @@ that no read waits for a writer who never comes or asks for more memory than the
 
 from __future__ import annotations
 
+import csv
 import errno
 import json
 import os
@@ -53,6 +54,19 @@ def open_regular(path: str | os.PathLike[str], most: int, folder: int | None = N
     except BaseException:
         os.close(descriptor)
         raise
+
+
+def read_rows(path: str | os.PathLike[str], most: int) -> list[list[str]]:
+    """The rows of a CSV file in UTF-8, with or without the mark that spreadsheets put before it.
+
+    Raises:
+        OSError: As `read_regular`.
+        ValueError: It is no text in UTF-8, or no CSV.
+    """
+    try:
+        return list(csv.reader(read_regular(path, most).decode("utf-8-sig").splitlines()))
+    except csv.Error as error:
+        raise ValueError(str(error)) from error
 
 
 def parse_json(text: bytes | str) -> Any:

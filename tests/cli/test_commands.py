@@ -129,7 +129,7 @@ def test_functions_of_a_scene_says_what_it_has_not_and_why(command: Command) -> 
 
 
 def test_simulate_takes_inputs_over_time_from_a_file(command: Command, tmp_path: Path) -> None:
-    (tmp_path / "push.csv").write_text("t,torque_1\n0,0.5\n0.4,-0.5\n1,0\n")
+    (tmp_path / "push.csv").write_text("t,torque_1\n0,0.5\n0.4,-0.5\n1,0\n", encoding="utf-8-sig")  # as spreadsheets do
     held = command("simulate", "planar2", "--t", "1", "--points", "11", "--input", "push.csv", "--out", "m.csv")
     assert held.code == 0 and "energy balance kept to" in held.out and "energy drift" not in held.out
     table = np.genfromtxt(tmp_path / "m.csv", delimiter=",", names=True)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from scipy.integrate import solve_ivp
 
 from phichain import build
 from phichain.fractional import propagation
 from phichain.motion import simulate
 from phichain.scene import Scene
-from phichain.system import AbsentFunctionError, System
+from phichain.system import System, rhs
 from tests.losses.collocation import Field, integrate, one_step
 from tests.losses.dense import accelerations
 
@@ -32,6 +34,7 @@ SWUNG = [
     0.78446257075116207094, -1.6784431629507698038, 2.9289044635180027055,
 ]  # fmt: skip
 PUSH = np.array([0.5, 0.1, -0.2])
+FLOWN = {"variational": True, "want": ("forward_dynamics", "propagate")}
 BRAKED = Scene("braked_swing", 2, base="cart", cart_mass=1.3, cart_damping=0.4, mass=[0.7, 0.5], length=[0.6, 0.4], com=[0.3, 0.25],
                stiffness=[1.0, 0.5], rest_angle=[0.3, -0.4], damping=[0.02, 0.01], actuated="all", variational=True,
                want=("forward_dynamics", "energy", "propagate", "propagate_stiff", "propagate_batch", "step"))  # fmt: skip
@@ -62,10 +65,42 @@ def test_what_sticks_ends_right(speed: float) -> None:
             assert np.max(np.abs(found.x[-1] - AFTER[speed])) < most, (tol, method)
 
 
-def test_nobody_is_told_to_want_what_friction_leaves_none_of() -> None:
-    """A Taylor flow asked for by name is refused with what to use, not with what the scene would refuse next."""
-    with pytest.raises(AbsentFunctionError, match='no Taylor recurrence.*use "propagate_stiff"'):
-        simulate(build(STICKING), START, [0.0, 1.0], method="taylor")
+@pytest.mark.parametrize("speed", sorted(AFTER)[1:])
+def test_the_taylor_flow_sticks_as_well(speed: float) -> None:
+    """At round-off, one at a time and many at once; its steps are as short as v_0 asks for."""
+    scene = replace(STICKING, friction_speed=speed, cart_friction_speed=speed, want=("forward_dynamics", "propagate", "propagate_batch"))
+    system = build(scene)
+    found = system.propagate(START[:2], START[2:], 0.0, 2.0, 1e-16)
+    assert np.max(np.abs(np.append(found.q, found.v) - AFTER[speed])) < 2e-13
+    many = system.propagate_batch(np.tile(START[:2], (3, 1)), np.tile(START[2:], (3, 1)), 0.0, 2.0, 1e-16)
+    assert np.max(np.abs(np.hstack([many.q, many.v]) - AFTER[speed])) < 2e-13
+
+
+def rubbing() -> Iterator[Scene]:
+    """Chains that between them take every branch of the recurrence of dry friction: joints, carts, rotors, loops, numbers at run time."""
+    links, dry = {"mass": [0.7, 0.5], "length": [0.6, 0.4], "com": [0.3, 0.25]}, {"friction": [0.2, 0.1], "friction_speed": 0.5}
+    cart = {"base": "cart", "cart_mass": 1.3, "cart_friction": 0.6, "cart_friction_speed": 0.4, "actuated": "none"}
+    yield Scene("rubbed_one", 1, mass=0.7, length=0.6, com=0.3, friction=0.2, friction_speed=0.5, stiffness=1.0, damping=0.1, **FLOWN)
+    yield Scene("rubbed_pair", 2, **links, **dry, angles="adjacent", **FLOWN)
+    yield Scene("rubbed_cart", 2, **links, **cart, damping=0.05, code="loops", **FLOWN)
+    yield Scene("rubbed_geared", 2, **links, **dry, **cart, armature=[0.03, 0.01], angles="absolute", **FLOWN)
+
+
+@pytest.mark.parametrize("scene", list(rubbing()), ids=lambda scene: scene.name)
+def test_the_taylor_flow_with_friction_is_the_motion_and_its_columns_the_differences(scene: Scene) -> None:
+    system, h = build(scene), 1e-4
+    x = np.linspace(0.9, -0.7, system.nx)
+    right = solve_ivp(lambda t, y: rhs(system)(t, y), (0.0, 0.5), x, "DOP853", rtol=3e-14, atol=1e-15).y[:, -1]
+
+    def end(y: np.ndarray) -> np.ndarray:
+        found = system.propagate(y[: system.nq], y[system.nq :], 0.0, 0.5, 1e-16)
+        return np.append(found.q, found.v)
+
+    assert np.max(np.abs(end(x) - right)) < 2e-12
+    found = system.propagate(x[: system.nq], x[system.nq :], 0.0, 0.5, 1e-16, transition=np.eye(system.nx)).transition
+    units = h * np.eye(system.nx)
+    slopes = [(8 * (end(x + e) - end(x - e)) - (end(x + 2 * e) - end(x - 2 * e))) / (12 * h) for e in units]
+    assert np.max(np.abs(found - np.array(slopes).T)) < 2e-9
 
 
 def test_auto_sees_what_will_come_to_rest() -> None:

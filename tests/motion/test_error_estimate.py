@@ -9,8 +9,9 @@ from pathlib import Path as Path_
 import numpy as np
 import pytest
 
-from phichain.motion import METHODS, Event, simulate
-from phichain.motion.error import NONE, estimated
+from phichain.motion import METHODS, Event, Table, simulate
+from phichain.motion.error import estimated
+from phichain.motion.error.measure import Measure
 from phichain.motion.path import Path
 from phichain.motion.problem import Problem, bind
 from phichain.motion.trajectory import Trajectory
@@ -82,11 +83,57 @@ def test_a_stiff_method_that_lost_the_motion_is_doubted() -> None:
     assert len(off.reasons) == 1 and off.holds_until == path.t[len(bent) // 2 - 1]
 
 
-def test_inputs_that_move_have_no_estimate() -> None:
-    problem = replace(_problem(pair(), CHAOTIC, 1.0, 1e-9), control=lambda t, x: np.zeros(0))
-    path = _path(simulate(pair(), CHAOTIC, [0.0, 1.0]))
-    off = replace(path, x=path.x + 1.0)
-    assert estimated(problem, off, "DOP853", METHODS["DOP853"], None) is NONE
+def push(t: float, x: np.ndarray) -> np.ndarray:
+    """A drive under which the pair is chaotic, and friction of its own."""
+    return np.array([2.0 * np.sin(3.0 * t) - 0.1 * x[2], 0.0])
+
+
+KNOTS = np.linspace(0.0, 10.0, 41)
+DRIVES = {
+    "law": push,
+    "line": Table(KNOTS, np.column_stack([2.0 * np.sin(3.0 * KNOTS), 0.0 * KNOTS]), "linear"),
+    "held": Table(KNOTS, np.column_stack([2.0 * np.sin(3.0 * KNOTS), 0.0 * KNOTS]), "held"),
+}
+
+
+@pytest.mark.parametrize(("drive", "method", "tol"), [("law", "DOP853", 1e-6), ("line", "DOP853", 1e-6), ("held", "taylor", 1e-7)])
+def test_inputs_that_move_have_an_estimate(drive: str, method: str, tol: float) -> None:
+    """Between a tenth and a hundred times the true error at every output, as for motions of their own."""
+    system, grid = pair(actuated="all"), np.linspace(0.0, 10.0, 21)
+    found = simulate(system, CHAOTIC, grid, method, tol, u=DRIVES[drive])
+    exact = simulate(system, CHAOTIC, grid, "DOP853", 2.5e-14, u=DRIVES[drive], error_estimate=False)
+    true = Measure.of(system, np.hstack([exact.q, exact.v]))(np.hstack([found.q - exact.q, found.v - exact.v]))
+    seen = true > 1e-12
+    assert seen.sum() > 10 and found.error is not None
+    ratio = found.error[seen] / true[seen]
+    assert 0.1 < ratio.min() and ratio.max() < 100
+
+
+def test_a_law_that_samples_is_not_asked_again() -> None:
+    asked: list[float] = []
+
+    def law(t: float, x: np.ndarray) -> np.ndarray:
+        asked.append(t)
+        return np.zeros(2)
+
+    run = simulate(pair(actuated="all"), CHAOTIC, [0.0, 1.0], u=law, sample=0.25)
+    assert asked == [0.0, 0.25, 0.5, 0.75] and run.error is None and np.isnan(run.holds_until)
+    table = simulate(pair(actuated="all"), CHAOTIC, [0.0, 1.0], u=DRIVES["line"], sample=0.25)
+    assert table.error is not None
+
+
+def test_a_law_that_fails_where_only_the_second_run_goes_costs_the_estimate_alone() -> None:
+    known: set[float] = set()
+
+    def law(t: float, x: np.ndarray) -> np.ndarray:
+        if known and t not in known:
+            raise ZeroDivisionError("never here before")
+        return np.array([np.sin(t), 0.0])
+
+    system = pair(actuated="all")
+    first = simulate(system, CHAOTIC, [0.0, 1.0], "DOP853", 1e-6, u=lambda t, x: (known.add(t), law(t, x))[1], error_estimate=False)
+    run = simulate(system, CHAOTIC, [0.0, 1.0], "DOP853", 1e-6, u=law)
+    assert run.error is None and np.array_equal(run.q, first.q)
 
 
 def test_events_beyond_the_horizon_are_marked_and_stay_so_on_file(tmp_path: Path_) -> None:

@@ -12,6 +12,7 @@ import pytest
 
 from phichain.errors import ArrayError
 from phichain.native import Cache, build_folder
+from phichain.pipeline import build
 from phichain.scene import scene_from_dict
 from phichain.system import System
 from tests.native.evaluation import Q, U, V, assert_close, evaluated
@@ -136,3 +137,20 @@ def test_rows_must_agree(system: System) -> None:
     assert caught.value.field == "forward_dynamics.v"
     with pytest.raises(ArrayError, match="has 1 rows where q has 3"):
         system.forward_dynamics(np.zeros((3, 2)), np.zeros((1, 2)), U, p=PARAMETERS)
+
+
+@pytest.mark.parametrize("given", [("com", "inertia"), ("com",), ("inertia",)], ids=" and ".join)
+def test_a_link_that_nothing_keeps_from_turning_is_refused(given: tuple[str, ...]) -> None:
+    """Runtime or not: com = 0 asks for an inertia, link by link."""
+    numbers = {"com": [0.2 if given == ("com",) else 0.0, 0.0], "inertia": [0.0, 0.1]}
+    held = {name: "runtime" if name in given else {"com": [0.0, 0.3], "inertia": [0.1, 0.0]}[name] for name in numbers}
+    chain = {"links": 2, "mass": 1.0, "length": 0.5, **held}
+    system = build(scene_from_dict({"name": "bare", "chain": chain, "functions": {"want": ["forward_dynamics", "propagate"]}}))
+    p = {name: numbers[name] for name in given}
+    for _ in range(2):
+        with pytest.raises(ArrayError, match=r"puts the mass of link [12] on its joint, and the link has no inertia"):
+            system.forward_dynamics(np.ones(2), np.ones(2), p=p)
+    right = {name: [0.2, 0.1] for name in given}
+    assert np.isfinite(system.forward_dynamics(np.ones(2), np.ones(2), p=right)).all()
+    with pytest.raises(ArrayError, match="has no inertia"):
+        system.propagate(np.ones(2), np.ones(2), 0.0, 1.0, 1e-9, p=p)

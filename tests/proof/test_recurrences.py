@@ -41,6 +41,8 @@ CHAINS = {
         Scene("planar_one", 1, mass=0.7, length=0.5, com=0.3, want=("propagate",), variational=True),
         Scene("geared", 3, **PLANAR, com=[0.3, 0.9, 0.5], armature=[0.4, 0.0, 0.2], actuated="all", want=("propagate",), variational=True),
         Scene("geared_cart", 2, mass=[0.7, 1.9], length=[0.5, 1.3], **CART, armature="runtime", damping=0.1, angles="absolute"),
+        Scene("dry", 3, **PLANAR, com=[0.3, 0.9, 0.5], friction=[0.3, 0.2, 0.1], friction_speed=0.2, want=("propagate",), variational=True),
+        Scene("dry_cart", 2, mass="runtime", length="runtime", **CART, cart_friction="runtime", cart_friction_speed=0.3, armature=0.1, angles="absolute"),
         Scene("geared_one", 1, mass=0.7, length=0.5, com=0.3, armature=0.2, want=("propagate",), variational=True),
         Scene("runtime", 3, **{**UNEVEN, "mass": "runtime", "length": "runtime"}, **CART),
     )

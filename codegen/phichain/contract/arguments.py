@@ -136,13 +136,6 @@ NO_BALANCE: Final = (
         'use base = "fixed" for the chain beneath it, or drive = "force"',
     ),
 )
-NO_RECURRENCE: Final = (
-    Absence(
-        rubs,
-        "has no Taylor recurrence for dry friction, whose series converge no longer than a rate takes to change by v_0",
-        'use "propagate_stiff", or remove joints.friction and chain.cart_friction',
-    ),
-)
 NO_TAYLOR: Final = (
     Absence(
         may_be_held_at_its_centre,

@@ -15,7 +15,6 @@ from phichain.contract.arguments import (
     ESTIMATE,
     NO_BALANCE,
     NO_PREPARATION,
-    NO_RECURRENCE,
     NO_ROTORS,
     NO_TAYLOR,
     STATE,
@@ -233,7 +232,7 @@ TABLE: Final[tuple[Function, ...]] = (
     ),
     Function(
         "propagate", "Taylor flow: order and steps chosen from a tolerance, with dense output and an event.",
-        flow=flows.PROPAGATE, absent=(*NO_TAYLOR, *NO_RECURRENCE),
+        flow=flows.PROPAGATE, absent=NO_TAYLOR,
     ),
     Function(
         "propagate_stiff", "Stiff flow: an L-stable Rosenbrock method of order 5, its steps chosen from a tolerance.",
@@ -241,7 +240,7 @@ TABLE: Final[tuple[Function, ...]] = (
     ),
     Function(
         "propagate_batch", "Taylor flow of many trajectories at once, on vectors, each with steps of its own.",
-        flow=flows.PROPAGATE_BATCH, on_request=_MANY, absent=(*NO_TAYLOR, *NO_RECURRENCE),
+        flow=flows.PROPAGATE_BATCH, on_request=_MANY, absent=NO_TAYLOR,
     ),
     Function(
         "project", "Unit vectors made unit, angular velocities made tangent.",

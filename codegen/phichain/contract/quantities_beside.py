@@ -73,6 +73,8 @@ def series(functions: frozenset[str]) -> Quantities:
             ("now", "", "n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and 1 at order 0, else 0"),
             ("scale", "s", "unit of time in a step, and its square"),
             ("lost", "", "what rounding took from the state"),
+            ("saturated steep", "", "tanh(v / v_0) of dry friction, and 1 less its square"),
+            ("saturation_next change", "", "coefficient n + 1 of tanh(v / v_0), and of v / v_0 times n + 1"),
             ("lead", "", "variation of what stands before the first row of left"),
         ),
     )  # fmt: skip

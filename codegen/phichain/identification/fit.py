@@ -48,7 +48,7 @@ def fit(
     by the flow where the scene has it so, `[flow] variational = ["state", "mass"]`, and comes from central differences of it elsewhere.
 
     Args:
-        system: The chain, planar and in double precision, with `propagate`, or `propagate_stiff` where it has no other flow.
+        system: The chain, planar and in double precision, with `propagate`, or `propagate_stiff` where it has no other flow or dry friction acts.
         data: What was measured: a Measurement, or columns by name, `t` and entries of the state (theta_1, theta_dot_1, x), and inputs.
         start: Starting values of the parameters to be fitted, by name; one number stands for all links.
         fixed: Numbers among them that keep their start, such as "mass_1".

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 from phichain.contract.words import nearest
 from phichain.errors import ArrayError, OutputError
 from phichain.motion.inputs.sheet import row_of_numbers
-from phichain.reading import MEBIBYTE, read_regular
+from phichain.reading import MEBIBYTE, read_rows
 from phichain.records import Held
 from phichain.system import System, Vector
 from phichain.system.arrays import reals
@@ -122,8 +121,8 @@ def read_measurement(system: System, path: Path | str) -> Measurement:
         ArrayError: As `measured` says; a name that stands twice, a row that is too short or holds no numbers.
     """
     try:
-        rows = list(csv.reader(read_regular(path, LARGEST).decode("utf-8-sig").splitlines()))
-    except (OSError, UnicodeDecodeError, csv.Error) as failure:
+        rows = read_rows(path, LARGEST)
+    except (OSError, ValueError) as failure:
         raise OutputError("data", str(path), f"cannot be read: {failure}", "name a CSV file of measured columns") from failure
     names = [name.strip() for name in rows[0]] if rows else []
     if not names:

@@ -157,7 +157,7 @@ class Model:
 
 
 def model(system: System, data: Measurement, unknowns: Unknowns, between: str) -> Model:
-    """The model of a measurement: the Taylor flow, or the implicit one where the chain has no other (dry friction).
+    """The model of a measurement: the Taylor flow, or the implicit one where dry friction makes the chain stiff or it has no other.
 
     Lines between rows of inputs are cut into more pieces until the motion from the starting values stays the same; the pieces are then kept, so
     that two runs differ by their parameters alone.
@@ -167,7 +167,9 @@ def model(system: System, data: Measurement, unknowns: Unknowns, between: str) -
         ConvergenceError: The motion cannot be followed from the starting values.
     """
     names = (*system.q_names, *system.v_names)
-    flow = next((name for name in TOLERANCES if system.has(name)), None)
+    flows = [name for name in TOLERANCES if system.has(name)]
+    rubs = system.joints.friction is not None or system.numbers.cart_friction is not None
+    flow = next(reversed(flows) if rubs else iter(flows), None)
     if flow is None:
         raise UnsupportedError("system", system.name, "has no flow that could follow the motion", f"want one of {', '.join(TOLERANCES)}")
     u = np.zeros((len(data.t), system.nu))

@@ -99,6 +99,16 @@ class Problem(Held):
         return len(self.t) == 2
 
     @property
+    def is_moved(self) -> bool:
+        """Whether the input is more than one constant."""
+        return self.control is not None and self.held is None
+
+    @property
+    def can_be_repeated(self) -> bool:
+        """Whether the input can be asked once more: all but a law that samples, which may have a memory."""
+        return self.input is None or self.input.sample is None or not self.input.signal.is_law
+
+    @property
     def is_held(self) -> bool:
         """Whether the input is constant between its breaks, so that a flow which holds it can run from one to the next."""
         return self.control is None or self.held is not None or (self.input is not None and self.input.is_held)

@@ -92,7 +92,8 @@ def simulate(
         max_steps: Step budget; when it runs out the trajectory so far comes back with status "step budget".
         project: Put spatial outputs on the manifold (unit q, tangent omega). The violation is recorded before.
         progress: Called with (fraction done, t) about every hundredth.
-        error_estimate: Whether a second run says how large errors have become (`Trajectory.error`); inputs that move have none.
+        error_estimate: Whether a second run says how large errors have become (`Trajectory.error`); it asks a law
+            again at its own times, but not one that samples, whose runs have none.
 
     Returns:
         The Trajectory, with the method taken and why. Its status is "complete", "event", "step budget" or, where the run

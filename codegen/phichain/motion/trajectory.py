@@ -83,7 +83,7 @@ class Trajectory(Held):
         loss: What dampers took from it from the start (m,), J; None likewise.
         error: Estimated error of the state (m,): the max norm of the error of q over what |q| reaches, one at most, or of v over
             what |v| reaches, if that is larger. Twice what a more accurate run says, or what rounding makes of the Taylor flow at
-            round-off; once half as large as the motion it only says how far the motion has come by then. None for inputs that move, or unasked.
+            round-off; once half as large as the motion it only says how far the motion has come by then. None for laws that sample, or unasked.
         holds_until: The last of t up to which no error is above what was asked lets expect: four times the tolerance of `auto`; 1e4
             times that of a named method, 1e-2 at most; 1e-4 of the Taylor flow at round-off; 1e-2 of fixed steps. NaN without `error`.
         refine: Builds the Trajectory of the same run at other times from the method's own interpolant; only when

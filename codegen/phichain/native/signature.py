@@ -27,11 +27,13 @@ class Argument:
 
     Attributes:
         may_be_zero: Of a runtime parameter: whether zero serves where only numbers above it do elsewhere.
+        beside: Of a runtime com the links' numbers for inertia, and of a runtime inertia those for com, one of which must not be zero.
     """
 
     name: str
     shape: tuple[int, ...]
     may_be_zero: bool = field(default=False, compare=False)
+    beside: tuple[float, ...] = field(default=(), compare=False)
 
     @property
     def size(self) -> int:
@@ -147,8 +149,11 @@ def _manifest(folder: Path | None, data: Mapping[str, Any], texts: Mapping[str, 
     if data["real"] not in ("double", "float"):
         raise ValueError(f"real is {data['real']!r}")
     parameters = tuple(_argument(entry) for entry in data["params"])
-    if "inertia" in data["scene"].get("chain", {}):
-        parameters = tuple(replace(entry, may_be_zero=entry.name == "com") for entry in parameters)
+    chain = data["scene"].get("chain", {})
+    if "inertia" in chain:
+        parameters = tuple(
+            replace(entry, may_be_zero=entry.name == "com", beside=_beside(entry, chain)) for entry in parameters
+        )
     functions = {name: _signature(name, entry, parameters) for name, entry in data["functions"].items()}
     return Manifest(
         folder=folder,
@@ -162,6 +167,13 @@ def _manifest(folder: Path | None, data: Mapping[str, Any], texts: Mapping[str, 
         files=MappingProxyType(dict(data["files"])),
         texts=MappingProxyType(dict(texts)),
     )
+
+
+def _beside(parameter: Argument, chain: Mapping[str, Any]) -> tuple[float, ...]:
+    other = chain.get({"com": "inertia", "inertia": "com"}.get(parameter.name, ""), "runtime")
+    if other == "runtime":
+        return ()
+    return tuple(map(float, other if isinstance(other, list) else [other] * parameter.size))
 
 
 def _signature(name: str, entry: Mapping[str, Any], parameters: tuple[Argument, ...]) -> Signature:

@@ -28,11 +28,11 @@ def vector_bytes(scene: Scene) -> list[tuple[str, int]]:
 
 def workspace(scene: Scene, made: Series, highest: int) -> list[tuple[str, tuple[int, ...]]]:
     """Arrays of a workspace for derivatives."""
-    size, factors = scene.nq + scene.nv, made.lanes * (1 + made.rights)
+    size, factors = scene.nq + scene.nv, made.width + made.lanes * made.rights
     numbers, varied = (highest + 1) * (size + factors) + made.lanes, sum(scene.varied.values())
     arrays: list[tuple[str, tuple[int, ...]]] = []
     if made.order_along is not None:
         numbers += varied + made.held + (made.held + highest + 1 if made.is_forced else 0)
-        arrays = [("kept", (highest, made.lanes * made.rights + made.squares))]
+        arrays = [("kept", (highest, made.sums))]
         arrays += [("force", (highest + 1,))] if made.is_forced else []
     return [*arrays, ("columns", (numbers * columns_at_once(scene),)), ("carried", (size * (size + varied),))]

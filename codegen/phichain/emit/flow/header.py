@@ -49,7 +49,7 @@ def _declared(arrays: Arrays) -> list[tuple[str, str]]:
 def _start(scene: Scene, made: Series) -> Arrays:
     """Names and extents of what a step starts from."""
     return [
-        ("unit", (2,)), ("held", (made.held,)), ("slope", (2 * scene.nq,)), ("left", (2, made.lanes)),
+        ("unit", (2,)), ("held", (made.held,)), ("slope", (2 * scene.nq,)), ("left", (2, made.width)),
         ("right", (2, made.rights * made.lanes)), *([("later", (made.held,)), ("drive", (2,))] if made.is_forced else []),
     ]  # fmt: skip
 
@@ -58,8 +58,8 @@ def _workspace(scene: Scene, made: Series) -> Arrays:
     """Names and extents of the other arrays that a propagation works on."""
     highest, size = HIGHEST[scene.real], 2 * scene.nq
     own: Arrays = [
-        ("x", (highest + 1, size)), ("left", (highest + 1, made.lanes)),
-        ("right", (highest + 1, made.rights * made.lanes)), ("sums", (4, made.rights * made.lanes + made.squares)),
+        ("x", (highest + 1, size)), ("left", (highest + 1, made.width)),
+        ("right", (highest + 1, made.rights * made.lanes)), ("sums", (4, made.sums)),
         ("state", (size,)), ("lost", (size,)), ("moved", (size,)), ("moved_lost", (size,)),
     ]  # fmt: skip
     if scene.nu:

@@ -21,7 +21,7 @@ def series(model: Model) -> Series:
     """The Taylor recurrences of a scene; those of the last few Models are kept, as proof and flows ask for the same.
 
     Raises:
-        UnsupportedError: Dry friction acts, which has none here.
+        UnsupportedError: Spatial links may be held at their centres of mass, which has none here.
     """
     absent = ROWS["propagate"].absence(model.scene)
     if absent is not None:

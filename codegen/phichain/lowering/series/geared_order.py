@@ -25,9 +25,10 @@ class GearedOrder(Order):
     WORK: ClassVar[tuple[str, ...]] = ("bend", "torque", "turn", "rise")
 
     def __init__(
-        self, builder: Builder, scene: Scene, parameters: Parameters, layout: Layout, held: ArrayRef, now: ArrayRef
+        self, builder: Builder, scene: Scene, parameters: Parameters, layout: Layout, held: ArrayRef, now: ArrayRef,
+        newest: ArrayRef | None = None,
     ) -> None:
-        super().__init__(builder, scene, parameters, layout, held, now)
+        super().__init__(builder, scene, parameters, layout, held, now, newest)
         self.substitution = Substitution(builder, parameters, self.of)
         self.work |= self.substitution.work
 
@@ -42,13 +43,24 @@ class GearedOrder(Order):
         if "cart_damping" in self.layout:
             drag = self.of("cart_damping")[0] * coefficient[self.scene.nq]
             push = -drag if push is None else push - drag
+        if self.dry.cart is not None and self.newest is not None:
+            rubbed = self.dry.saturated(self.newest, self.dry.cart)
+            push = -rubbed if push is None else push - rubbed
         base, cart = self.substitution.base(push, self.scene.has_free_cart, self.now[3])
         if self.scene.has_free_cart:
-            following[self.scene.nq] = self.now[1] * cart * self.parameters.units.length
+            following[self.scene.nq] = self.cart_rate(self.now[1] * cart * self.parameters.units.length)
         self.substitution.outwards(base, bend, rise)
         self.rows(sums, left, right)
         self.arms(right)
         self.state(coefficient, following)
+        self.rub(sums, left)
+
+    def slips(self) -> ArrayRef:
+        """Coefficients n + 1 of the joints' rates, formed at once."""
+        rate = self.builder.array("slip_rate", self.scene.links)
+        with self.builder.loop("k", 0, self.scene.links) as loop:
+            rate[loop.index] = self.now[1] * self.work["slip"][loop.index]
+        return rate
 
     def moments(self, sums: ArrayRef, coefficient: ArrayRef) -> None:
         """What is known of each link: C'', S'' beside turning, and the moment about its joint."""

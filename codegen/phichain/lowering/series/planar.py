@@ -26,13 +26,15 @@ from phichain.ir.builder import Builder
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune, unroll
 from phichain.lowering.chain.body import point_masses
-from phichain.lowering.planar.joints import absolute
+from phichain.lowering.planar.joints import absolute, difference
+from phichain.lowering.series.dry import KINDS, Dry, places
 from phichain.lowering.series.geared_factor import GearedFactor
 from phichain.lowering.series.geared_order import GearedOrder
+from phichain.lowering.series.held import Layout
 from phichain.lowering.series.planar_factor import Factor, planar_factor
 from phichain.lowering.series.planar_held import planar_layout
 from phichain.lowering.series.planar_order import Order, planar_order
-from phichain.lowering.series.series import LEAD, LEFT, RIGHT, Series
+from phichain.lowering.series.series import HELD, LEAD, LEFT, RIGHT, Series
 from phichain.mechanics import Model
 from phichain.scene import Scene
 
@@ -43,28 +45,30 @@ UNROLLED = 4
 def planar_series(model: Model) -> Series:
     """The recurrences of a planar scene."""
     scene = point_masses(model.scene)
-    layout = planar_layout(scene)
+    layout, rubbing = planar_layout(scene), places(scene)
     elimination, substitution = (Factor, Order) if scene.armature is None else (GearedFactor, GearedOrder)
     written = unroll if scene.links <= UNROLLED else (lambda program: program)
     return Series(
         factor=written(planar_factor(model, layout, elimination)),
         order=written(planar_order(model, layout, substitution)),
-        columns=written(_columns(scene)) if scene.variational else None,
+        columns=written(_columns(scene, layout)) if scene.variational else None,
         lanes=2 * scene.links,
         rights=2,
         squares=0,
         held=layout.size,
+        dry=rubbing,
     )
 
 
-def _columns(scene: Scene) -> Program:
+def _columns(scene: Scene, layout: Layout) -> Program:
     """Variations of rows 0: psi_k varies with the link's angle, and its cosine and sine of order 0 with it."""
-    links, offset = scene.links, int(scene.has_cart)
+    links, offset, rubbing = scene.links, int(scene.has_cart), places(scene)
     builder = Builder("flow_columns", "Derivatives of rows 0 along a variation of the state.")
+    held = builder.input(HELD, (layout.size,), "constants of the step") if rubbing else None
     right = builder.input(RIGHT, (4 * links,), "the links' rates")
     dq, dv = builder.input("dq", (scene.nq,), "variation"), builder.input("dv", (scene.nv,), "variation, scaled time")
     lead = builder.output(LEAD, (2 * links,), "of the links' cosines and sines themselves")
-    d_left = builder.output(f"d_{LEFT}", (2 * links,), "of row 0")
+    d_left = builder.output(f"d_{LEFT}", (2 * links + KINDS * rubbing,), "of row 0")
     d_right = builder.output(f"d_{RIGHT}", (4 * links,), "of row 0")
     angle = absolute(builder, scene, "angle", dq.shifted(offset))
     rate = absolute(builder, scene, "rate", dv.shifted(offset))
@@ -75,4 +79,7 @@ def _columns(scene: Scene) -> Program:
         d_left[k], d_left[k + links] = -(angle[k] * right[k]), rate[k]
         d_right[k], d_right[k + links] = rate[k], rate[k]
         d_right[k + 2 * links], d_right[k + 3 * links] = zero, zero
+    if held is not None:
+        slip = None if scene.friction is None else difference(builder, scene, "joint_rate", dv.shifted(offset))
+        Dry(builder, scene, layout, held, 2 * links).vary(slip, dv[0] if offset else None, d_left)
     return prune(builder.finish())

@@ -13,6 +13,7 @@ from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.chain.planar_links import PlanarLinks
 from phichain.lowering.planar.joint_state import rest_of_difference
 from phichain.lowering.planar.joints import absolute, difference, input_couples
+from phichain.lowering.series.dry import KINDS, Dry, places
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import HELD, LEFT, LOST, RIGHT, SCALE
 from phichain.mechanics import Model
@@ -63,7 +64,7 @@ def planar_factor(model: Model, layout: Layout, elimination: type[Factor]) -> Pr
     scale = builder.input(SCALE, (2,), "unit of time and its square")
     lost = builder.input(LOST, (scene.nq + scene.nv,), "what rounding took from q and v")
     held = builder.output(HELD, (layout.size,), "constants of the step")
-    left = builder.output(LEFT, (2 * scene.links,), "coefficients 1 of the links' cosines and sines")
+    left = builder.output(LEFT, (2 * scene.links + KINDS * places(scene),), "coefficients 1 of the links' cosines and sines")
     right = builder.output(RIGHT, (4 * scene.links,), "the links' rates, twice, and zeros")
     elimination(builder, scene, parameters, layout, held, scale).write(q, lost, u)
     rate = absolute(builder, scene, "rate", v.shifted(int(scene.has_cart)))
@@ -72,6 +73,10 @@ def planar_factor(model: Model, layout: Layout, elimination: type[Factor]) -> Pr
         left[k], left[k + scene.links] = builder.lift(0), rate[k]
         right[k], right[k + scene.links] = rate[k], rate[k]
         right[k + 2 * scene.links], right[k + 3 * scene.links] = builder.lift(0), builder.lift(0)
+    if places(scene):
+        slip = None if scene.friction is None else difference(builder, scene, "joint_rate", v.shifted(int(scene.has_cart)))
+        dry = Dry(builder, scene, layout, held, 2 * scene.links)
+        dry.begin(parameters, scale, slip, v[0] if scene.has_cart else None, left)
     return prune(builder.finish())
 
 

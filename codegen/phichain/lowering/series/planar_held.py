@@ -5,6 +5,7 @@ from __future__ import annotations
 from phichain.lowering.chain.body import is_folded
 from phichain.lowering.planar.geared.elimination import layout_of as geared_layout
 from phichain.lowering.planar.joint_state import carries_joints
+from phichain.lowering.series.dry import runs as dry_runs
 from phichain.lowering.series.held import Layout
 from phichain.scene import Scene
 
@@ -35,6 +36,6 @@ def planar_layout(scene: Scene) -> Layout:
         ("damping", links * (scene.damping is not None)),
         ("rest", links * (carries_joints(scene) and scene.stiffness is not None)),
         ("rest_angle", links * (scene.forced is not None and scene.rest_angle is not None)),
-        *((name, links * is_held) for name in ("own_moment", "second_moment")),
+        *((name, links * is_held) for name in ("own_moment", "second_moment")), *dry_runs(scene),
     ]  # fmt: skip
     return Layout(runs)

@@ -12,8 +12,9 @@ from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.chain.planar_links import PlanarLinks
 from phichain.lowering.planar.joints import difference
+from phichain.lowering.series.dry import KINDS, Dry, places
 from phichain.lowering.series.held import Layout
-from phichain.lowering.series.series import COEFFICIENT, HELD, LEFT, NEXT, NOW, RIGHT, SUMS
+from phichain.lowering.series.series import COEFFICIENT, HELD, LEFT, NEWEST, NEXT, NOW, RIGHT, SUMS
 from phichain.mechanics import Model
 from phichain.scene import Scene
 
@@ -24,13 +25,16 @@ def planar_order(model: Model, layout: Layout, substitution: type[Order]) -> Pro
     builder = Builder("flow_order", "Solve for the coefficients of order n + 1 of the Taylor series.")
     parameters = Parameters(builder, model, True, scene)
     held = builder.input(HELD, (layout.size,), "constants of the step")
-    sums = builder.input(SUMS, (4 * scene.links,), "sums of products of known coefficients")
+    rubbing = places(scene)
+    sums = builder.input(SUMS, (4 * scene.links + 2 * rubbing,), "sums of products of known coefficients")
+    width = 2 * scene.links + KINDS * rubbing
+    newest = builder.input(NEWEST, (width,), "row n of left") if rubbing else None
     coefficient = builder.input(COEFFICIENT, (scene.nq + scene.nv,), "coefficients of order n of the state")
     now = builder.input(NOW, (4,), "n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and whether n = 0")
-    left = builder.output(LEFT, (2 * scene.links,), "coefficients n + 2 of the links' cosines and sines")
+    left = builder.output(LEFT, (width,), "coefficients n + 2 of the links' cosines and sines")
     right = builder.output(RIGHT, (4 * scene.links,), "the links' rates, twice, and moments of force")
     following = builder.output(NEXT, (scene.nq + scene.nv,), "coefficients of order n + 1 of the state")
-    substitution(builder, scene, parameters, layout, held, now).write(sums, coefficient, left, right, following)
+    substitution(builder, scene, parameters, layout, held, now, newest).write(sums, coefficient, left, right, following)
     return prune(builder.finish())
 
 
@@ -43,10 +47,12 @@ class Order:
     """Names of the work arrays."""
 
     def __init__(
-        self, builder: Builder, scene: Scene, parameters: Parameters, layout: Layout, held: ArrayRef, now: ArrayRef
+        self, builder: Builder, scene: Scene, parameters: Parameters, layout: Layout, held: ArrayRef, now: ArrayRef,
+        newest: ArrayRef | None = None,
     ) -> None:
         self.builder, self.scene, self.parameters, self.layout, self.now = builder, scene, parameters, layout, now
-        self.held = held
+        self.held, self.newest, self.dry = held, newest, Dry(builder, scene, layout, held, 2 * scene.links)
+        self.speed: Expr | None = None
         self.work = {name: builder.array(name, scene.links) for name in self.WORK}
         if "own_moment" in layout:
             self.moment, self.own = layout.of(held, "own_moment"), layout.of(held, "second_moment")
@@ -68,6 +74,7 @@ class Order:
         self.rows(sums, left, right)
         self.arms(right)
         self.state(coefficient, following)
+        self.rub(sums, left)
 
     def moments(self, sums: ArrayRef, coefficient: ArrayRef) -> None:
         """What is known of each link: C'', the moment about its joint, and what both add to the force there."""
@@ -121,12 +128,13 @@ class Order:
         return (pull + self.of("pull_y")[k] * work["joint_y"][k]) + self.of("pull_x")[k] * work["joint_x"][k]
 
     def couple(self, coefficient: ArrayRef) -> ArrayRef | None:
-        """Torques on the links of order n: inputs, springs and dampers; None where there are none."""
+        """Torques on the links of order n: inputs, springs, dampers and dry friction; None where there are none."""
         builder, scene, links = self.builder, self.scene, self.scene.links
         stiffness, damping, drive = (
             self.layout.of(self.held, name) if name in self.layout else None for name in ("stiffness", "damping", "drive")
         )
-        if stiffness is None and damping is None and drive is None:
+        rubbed = self.newest if scene.friction is not None else None
+        if stiffness is None and damping is None and drive is None and rubbed is None:
             return None
         angles, rates = coefficient.shifted(int(scene.has_cart)), coefficient.shifted(scene.nq + int(scene.has_cart))
         pull = builder.array("pull", links)
@@ -141,6 +149,8 @@ class Order:
                     total = total - self.now[3] * self.of("rest")[k]
             if damping is not None:
                 total = total - damping[k] * rate[k]
+            if rubbed is not None:
+                total = total - self.dry.saturated(rubbed, k)
             pull[k] = total
         couple = builder.array("couple", links)
 
@@ -223,10 +233,33 @@ class Order:
             push = now[3] * self.of("push")[0] + push
         if "cart_damping" in self.layout:
             push = push - self.of("cart_damping")[0] * coefficient[scene.nq]
+        if self.dry.cart is not None and self.newest is not None:
+            push = push - self.dry.saturated(self.newest, self.dry.cart)
         free = self.builder.let("cart_free", arm[0] * push)
         acceleration = now[1] * (free + now[3] * arm[1])
-        following[scene.nq] = acceleration * self.parameters.units.length
+        following[scene.nq] = self.cart_rate(acceleration * self.parameters.units.length)
         return weight_x + sine * free, weight_y + cosine * free
+
+    def cart_rate(self, rate: Expr) -> Expr:
+        """A coefficient of the cart's speed, noted where its friction asks for it."""
+        if self.dry.cart is not None:
+            self.speed = rate = self.builder.let("cart_rate", rate)
+        return rate
+
+    def slips(self) -> ArrayRef:
+        """Coefficients n + 1 of the joints' rates."""
+        rate, turn = self.builder.array("slip_rate", self.scene.links), self.work["turn"]
+        rate[0] = turn[0]
+        if self.scene.links > 1:
+            with self.builder.loop("k", 1, self.scene.links) as loop:
+                rate[loop.index] = turn[loop.index] - turn[loop.index - 1]
+        return rate
+
+    def rub(self, sums: ArrayRef, left: ArrayRef) -> None:
+        """What dry friction is at the next order."""
+        if self.dry.count:
+            rate = self.slips() if self.scene.friction is not None else None
+            self.dry.follow(self.now, sums.shifted(4 * self.scene.links), rate, self.speed, left)
 
     def state(self, coefficient: ArrayRef, following: ArrayRef) -> None:
         """The state's coefficients of order n + 1."""

@@ -17,6 +17,9 @@ from phichain.lowering.chain.base import carried
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.joints import input_couples
+from phichain.lowering.series.dry import KINDS, Dry, places
+from phichain.lowering.series.dry import runs as dry_runs
+from phichain.lowering.series.held import Layout
 from phichain.lowering.series.planar_factor import directions
 from phichain.lowering.series.series import (
     COEFFICIENT,
@@ -42,18 +45,19 @@ def single_series(model: Model) -> Series:
     return Series(
         factor=_factor(model),
         order=_order(model),
-        columns=_columns() if scene.variational else None,
+        columns=_columns(scene) if scene.variational else None,
         lanes=2,
         rights=1,
         squares=0,
-        held=_held(scene),
+        held=_held(scene).size,
+        dry=places(scene),
     )
 
 
-def _held(scene: Scene) -> int:
-    """Weight along and across the link, then what there is of input, spring and damper, and a forced spring's angle of rest."""
-    passive = (scene.stiffness is not None) + (scene.damping is not None) + _holds_rest(scene)
-    return 2 + bool(scene.actuated_joints) + passive
+def _held(scene: Scene) -> Layout:
+    """Weight along and across the link, then what there is of input, spring and damper, a forced spring's angle of rest, and dry friction."""
+    runs = [("weight", 2), ("drive", int(bool(scene.actuated_joints))), ("stiffness", int(scene.stiffness is not None))]
+    return Layout([*runs, ("damping", int(scene.damping is not None)), ("rest", int(_holds_rest(scene))), *dry_runs(scene)])
 
 
 def _holds_rest(scene: Scene) -> bool:
@@ -68,8 +72,9 @@ def _factor(model: Model) -> Program:
     u = builder.input("u", (scene.nu,), "inputs") if scene.nu else None
     scale = builder.input(SCALE, (2,), "unit of time and its square")
     lost = builder.input(LOST, (2,), "what rounding took from q and v")
-    held = builder.output(HELD, (_held(scene),), "constants of the step")
-    left = builder.output(LEFT, (2,), "the link's cosine and sine")
+    layout = _held(scene)
+    held = builder.output(HELD, (layout.size,), "constants of the step")
+    left = builder.output(LEFT, (2 + KINDS * places(scene),), "the link's cosine and sine")
     right = builder.output(RIGHT, (2,), "the link's rate, twice")
     sine, cosine = directions(builder, scene, q, lost)
     bodies, rotor = parameters.bodies, parameters.armature
@@ -82,20 +87,19 @@ def _factor(model: Model) -> Program:
         inverse = 1 / (second if rotor is None else second + rotor[0])
         aside, weight = (scale[1] * (entry * (first * inverse)) for entry in fall)
     held[0], held[1] = -(weight * cosine[0] + aside * sine[0]), aside * cosine[0] - weight * sine[0]
-    place = 2
     couple = input_couples(builder, scene, parameters, u)
     if couple is not None:
-        held[place] = scale[1] * (couple[0] * inverse)
-        place += 1
+        layout.of(held, "drive")[0] = scale[1] * (couple[0] * inverse)
     if parameters.stiffness is not None:
-        held[place] = scale[1] * (parameters.stiffness[0] * inverse)
-        place += 1
+        layout.of(held, "stiffness")[0] = scale[1] * (parameters.stiffness[0] * inverse)
     if parameters.damping is not None:
-        held[place] = scale[0] * (parameters.damping[0] * inverse)
-    if _holds_rest(scene) and parameters.rest_angle is not None:
-        held[_held(scene) - 1] = parameters.rest_angle[0]
+        layout.of(held, "damping")[0] = scale[0] * (parameters.damping[0] * inverse)
+    if "rest" in layout and parameters.rest_angle is not None:
+        layout.of(held, "rest")[0] = parameters.rest_angle[0]
     left[0], left[1] = builder.lift(1), builder.lift(0)
     right[0], right[1] = v[0], v[0]
+    if places(scene):
+        Dry(builder, scene, layout, held, 2).begin(parameters, scale, v, None, left, inverse)
     return prune(unroll(builder.finish()))
 
 
@@ -110,41 +114,49 @@ def _moments(parameters: Parameters) -> tuple[Expr, Expr]:
 def _order(model: Model) -> Program:
     scene, builder = model.scene, Builder("flow_order", "Coefficients of order n + 1 of the Taylor series.")
     rest = None if scene.rest_angle is None else Parameters(builder, model, own_units=True).rest_angle
-    held = builder.input(HELD, (_held(scene),), "constants of the step")
-    if _holds_rest(scene):
-        rest = held.shifted(_held(scene) - 1)
-    sums = builder.input(SUMS, (2,), "products of cosine, sine and rate")
-    newest = builder.input(NEWEST, (2,), "coefficients of order n of cosine and sine")
+    layout, rubbing = _held(scene), places(scene)
+    held = builder.input(HELD, (layout.size,), "constants of the step")
+    if "rest" in layout:
+        rest = layout.of(held, "rest")
+    sums = builder.input(SUMS, (2 + 2 * rubbing,), "products of cosine, sine and rate")
+    newest = builder.input(NEWEST, (2 + KINDS * rubbing,), "coefficients of order n of cosine and sine")
     coefficient = builder.input(COEFFICIENT, (2,), "coefficients of order n of the state")
     now = builder.input(NOW, (4,), "n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and whether n = 0")
-    left = builder.output(LEFT, (2,), "coefficients n + 1 of cosine and sine")
+    left = builder.output(LEFT, (2 + KINDS * rubbing,), "coefficients n + 1 of cosine and sine")
     right = builder.output(RIGHT, (2,), "coefficient n + 1 of the rate, twice")
     following = builder.output(NEXT, (2,), "coefficients of order n + 1 of the state")
     swing = held[0] * newest[1] + held[1] * newest[0]
-    place = 2
-    if scene.actuated_joints:
-        swing = swing + now[3] * held[place]
-        place += 1
-    if scene.stiffness is not None:
-        swing = swing - held[place] * (coefficient[0] if rest is None else coefficient[0] - now[3] * rest[0])
-        place += 1
-    if scene.damping is not None:
-        swing = swing - held[place] * coefficient[1]
+    if "drive" in layout:
+        swing = swing + now[3] * layout.of(held, "drive")[0]
+    if "stiffness" in layout:
+        bend = coefficient[0] if rest is None else coefficient[0] - now[3] * rest[0]
+        swing = swing - layout.of(held, "stiffness")[0] * bend
+    if "damping" in layout:
+        swing = swing - layout.of(held, "damping")[0] * coefficient[1]
+    dry = Dry(builder, scene, layout, held, 2)
+    if rubbing:
+        swing = swing - dry.saturated(newest, 0)
     rate = builder.let("rate", now[1] * swing)
     left[0], left[1] = -(now[1] * sums[1]), now[1] * sums[0]
     right[0], right[1] = rate, rate
     following[0], following[1] = now[1] * coefficient[1], rate
-    return prune(builder.finish())
+    if rubbing:
+        dry.follow(now, sums.shifted(2), right, None, left)
+    return prune(unroll(builder.finish()) if rubbing else builder.finish())
 
 
-def _columns() -> Program:
-    builder = Builder("flow_columns", "Derivatives of rows 0 along a variation of the state.")
+def _columns(scene: Scene) -> Program:
+    builder, layout, rubbing = Builder("flow_columns", "Derivatives of rows 0 along a variation of the state."), _held(scene), places(scene)
+    held = builder.input(HELD, (layout.size,), "constants of the step") if rubbing else None
     dq, dv = builder.input("dq", (1,), "variation"), builder.input("dv", (1,), "variation, scaled time")
     lead = builder.output(LEAD, (2,), "of what stands before row 0: nothing")
-    left = builder.output(f"d_{LEFT}", (2,), "of cosine and sine")
+    left = builder.output(f"d_{LEFT}", (2 + KINDS * rubbing,), "of cosine and sine")
     right = builder.output(f"d_{RIGHT}", (2,), "of the rate")
     lead[0], lead[1] = builder.lift(0), builder.lift(0)
     left[0], left[1] = builder.lift(0), dq[0]
     right[0], right[1] = dv[0], dv[0]
-    return builder.finish()
+    if held is None:
+        return builder.finish()
+    Dry(builder, scene, layout, held, 2).vary(dv, None, left)
+    return prune(unroll(builder.finish()))
 

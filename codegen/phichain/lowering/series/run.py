@@ -115,10 +115,20 @@ def expand(
             arithmetic.total((found.left[j][i], found.left[n - j][i]) for j in range(n + 1))
             for i in range(series.squares)
         ]
+        sums += [
+            arithmetic.total((found.left[n + 1 - j][a], found.left[j][b]) for j in range(1, n + 1))
+            for a, b in _dry_pairs(series)
+        ]
         found.sums.append(sums)
         weight = force[n] if n and series.is_forced else arithmetic.number(Fraction(n == 0))
         _next(series.order, arithmetic, found, sums, n, weight, params)
     return found
+
+
+def _dry_pairs(series: Series) -> list[tuple[int, int]]:
+    """Lanes of left rows that dry friction multiplies: steepness and change, and saturation with itself."""
+    places = range(series.lanes, series.lanes + series.dry)
+    return [(i + series.dry, i + 2 * series.dry) for i in places] + [(i, i) for i in places]
 
 
 def expand_column(
@@ -212,6 +222,13 @@ def _moved_sums(
     sums += [
         arithmetic.total([(rows[j + 1][i], base.left[n - j][i]) for j in range(-1, n + 1)] * 2)
         for i in range(series.squares)
+    ]
+    sums += [
+        arithmetic.total(
+            [(found.left[j][a], base.left[n + 1 - j][b]) for j in range(n + 1)]
+            + [(base.left[n + 1 - j][a], found.left[j][b]) for j in range(n + 1)]
+        )
+        for a, b in _dry_pairs(series)
     ]
     return sums
 

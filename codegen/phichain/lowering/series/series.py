@@ -32,11 +32,15 @@ class Series:
 
         sums_n[r, i] = sum_{j=0..n} left_j[i] right_{n-j}[r, i],   squares_n[i] = sum_{j=0..n} left_j[i] left_{n-j}[i]
 
+    Where dry friction acts (`dry` places), left rows go on behind their lanes with y, s and d of every place, and sums with
+
+        sums_n = sum_{j=1..n} s_{n+1-j} d_j,   sum_{j=1..n} y_j y_{n+1-j}
+
     Attributes:
         factor: state (q, v), [u], scale [rho, rho^2], [what rounding took from the state, `lost`] -> held, rows 0 of left and right.
         order: held, sums, [row n of left, `newest`], coefficient of order n, now [n + 1, 1/(n + 1), 1/((n + 1)(n + 2)), n = 0] -> rows n + 1, next.
         columns: held, rows 0, dq, dv -> lead, variations of rows 0; None where no derivatives are wanted.
-        lanes: entries of a left row.
+        lanes: entries of a left row that are multiplied with right ones.
         rights: right rows, each as long as a left one.
         squares: so many first lanes of left are also convolved with themselves.
         held: numbers that `factor` keeps.
@@ -45,6 +49,7 @@ class Series:
         tangent: the order of derivatives along the state where it is another one than `order`.
         factor_along: how `held` moves with parameters, `d_NAME`; None where no derivatives by them are wanted.
         order_along: the order of derivatives by parameters.
+        dry: places where dry friction acts, with three more entries of a left row each.
     """
 
     factor: Program
@@ -58,8 +63,19 @@ class Series:
     tangent: Program | None = None
     factor_along: Program | None = None
     order_along: Program | None = None
+    dry: int = 0
 
     @property
     def order_of_columns(self) -> Program:
         """The order of derivatives along the state."""
         return self.order if self.tangent is None else self.tangent
+
+    @property
+    def width(self) -> int:
+        """Entries of a left row."""
+        return self.lanes + 3 * self.dry
+
+    @property
+    def sums(self) -> int:
+        """Sums of one order."""
+        return self.lanes * self.rights + self.squares + 2 * self.dry

@@ -55,7 +55,9 @@ NONE: Final = Estimate(None, math.nan)
 
 
 def estimated(problem: Problem, path: Path, name: str, method: Method, asked: float | None) -> Estimate:
-    """The errors of a run, by a second one; `NONE` for inputs that move, and where no second run comes to the end.
+    """The errors of a run, by a second one.
+
+    `NONE` for laws that sample, which may remember what they were asked, and where no second run comes to the end.
 
     Args:
         problem: What was integrated, with the local tolerance that was kept.
@@ -64,12 +66,11 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
         method: How that runs.
         asked: The error that `auto` was asked for; None where a method was named or no tolerance given.
     """
-    is_held = problem.control is None or problem.held is not None
-    if not is_held or len(path.t) < 2 or not np.isfinite(path.x).all():
+    if not problem.can_be_repeated or len(path.t) < 2 or not np.isfinite(path.x).all():
         return NONE
     system, measure = problem.system, Measure.of(problem.system, path.x)
     most = _most(problem, name, method.fixed, asked, float(np.min(1 / measure.weights)))
-    if name == "taylor" and system.real == "double" and problem.tol <= FINEST:
+    if name == "taylor" and system.real == "double" and problem.tol <= FINEST and not problem.is_moved:
         error, by, apart = rounded(problem, path, measure, most), "what rounding grows to beside it", 1.0
     else:
         beside = second_run(problem, path, name, method)

@@ -1,7 +1,7 @@
 """A second run to hold a first one against, at the same times: by the Taylor flow, or by the method itself.
 
 The Taylor flow does it at a fraction of the local error. Where a system has none, or a stiff motion asks it for more steps than it
-is worth, the method runs again: at a tenth of the tolerance, or, where its arithmetic cannot keep that or an implicit run is to stay
+is worth, or an input moves, the method runs again: at a tenth of the tolerance, or, where its arithmetic cannot keep that or an implicit run is to stay
 cheap, at ten times the tolerance, and its error is then taken for about that many times the first one's.
 """
 
@@ -73,10 +73,12 @@ def second_run(problem: Problem, path: Path, name: str, method: Method) -> Besid
         name: By what.
         method: How that runs.
     """
+    # A law is asked in states where it was not asked before, and what it raises there says nothing of the first run.
+    failures = Exception if problem.is_moved else PhichainError
     for run in _ways(problem, path, name, method):
         try:
             found = run()
-        except PhichainError:
+        except failures:
             continue
         if found.x.shape == path.x.shape and np.isfinite(found.x).all():
             return found
@@ -85,7 +87,7 @@ def second_run(problem: Problem, path: Path, name: str, method: Method) -> Besid
 
 def _ways(problem: Problem, path: Path, name: str, method: Method) -> list[Callable[[], Beside]]:
     by_taylor, again = partial(_by_taylor, problem, path, name, method.fixed), partial(_again, problem, path, name, method)
-    if not problem.system.has("propagate"):
+    if not problem.system.has("propagate") or problem.is_moved:
         return [again]
     if name in STIFF and _is_stiff(problem):
         return [again, by_taylor]

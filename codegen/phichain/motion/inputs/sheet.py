@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from phichain.errors import ArrayError, OutputError, UnsupportedError
 from phichain.motion.inputs.names import position
 from phichain.motion.inputs.table import Table
-from phichain.reading import MEBIBYTE, read_regular
+from phichain.reading import MEBIBYTE, read_rows
 from phichain.system import System
 
 LARGEST = 256 * MEBIBYTE
@@ -32,8 +31,8 @@ def read_inputs(system: System, path: Path | str, between: str = "held") -> dict
     if system.nu == 0:
         raise UnsupportedError("input", str(path), f"system '{system.name}' has no input", "name joints in `actuated`")
     try:
-        rows = list(csv.reader(read_regular(path, LARGEST).decode().splitlines()))
-    except (OSError, UnicodeDecodeError, csv.Error) as failure:
+        rows = read_rows(path, LARGEST)
+    except (OSError, ValueError) as failure:
         raise OutputError("input", str(path), f"cannot be read: {failure}", "name a CSV file of inputs") from failure
     names = [name.strip() for name in rows[0]] if rows else []
     if "t" not in names or len(names) < 2 or len(set(names)) < len(names):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -59,6 +59,7 @@ class ParameterBlock:
             return False
         for parameter, field in zip(self._signature.parameters, self._fields, strict=True):
             demand_range(f"{self._signature.name}.p[{parameter.name!r}]", parameter, field)
+        demand_bodies(f"{self._signature.name}.p", self._signature.parameters, self._fields)
         self._checked = values
         return True
 
@@ -100,7 +101,9 @@ def parameter_values(
         )
         problem = f"must hold exactly {', '.join(names)}"
         raise ArrayError(field, list(p), problem, f"pass p={{{example}}}", missing=missing, unknown=unknown)
-    return [_parameter(f"{field}[{parameter.name!r}]", parameter, p[parameter.name], real) for parameter in signature.parameters]
+    given = [_parameter(f"{field}[{parameter.name!r}]", parameter, p[parameter.name], real) for parameter in signature.parameters]
+    demand_bodies(field, signature.parameters, given)
+    return given
 
 
 def _parameter(field: str, parameter: Argument, value: Any, real: np.dtype[Any]) -> NDArray[Any]:
@@ -135,3 +138,22 @@ def demand_range(field: str, parameter: Argument, array: NDArray[Any]) -> None:
         raise ArrayError(field, array.tolist(), "is not positive", "use numbers above zero")
     if (parameter.may_be_zero or parameter.name in NOT_NEGATIVE) and not (array >= 0).all():
         raise ArrayError(field, array.tolist(), "is negative", "use zero or numbers above it")
+
+
+def demand_bodies(field: str, parameters: Sequence[Argument], arrays: Sequence[NDArray[Any]]) -> None:
+    """Check that no link has its mass at its joint without an inertia there.
+
+    Raises:
+        ArrayError: One has: nothing would resist its turning.
+    """
+    given = {parameter.name: array for parameter, array in zip(parameters, arrays, strict=True)}
+    for parameter in parameters:
+        if parameter.name in ("com", "inertia") and parameter.beside:
+            given[{"com": "inertia", "inertia": "com"}[parameter.name]] = np.array(parameter.beside)
+    if "com" not in given or "inertia" not in given:
+        return
+    bare = np.flatnonzero((np.atleast_1d(given["com"]) == 0) & (np.atleast_1d(given["inertia"]) == 0))
+    if bare.size:
+        problem = f"puts the mass of link {bare[0] + 1} on its joint, and the link has no inertia"
+        values = {name: given[name].tolist() for name in ("com", "inertia")}
+        raise ArrayError(field, values, problem, "give the link a com or an inertia above zero")

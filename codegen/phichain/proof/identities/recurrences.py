@@ -189,7 +189,7 @@ def _consistent(judge: Judge, point: Point, found: Expanded) -> None:
 
 def _no_residual(judge: Judge, point: Point, found: Expanded, start: _Start) -> None:
     """Lagrange and d'Alembert's principle along the series, in true time."""
-    ring, size, over, (view, inputs) = PowerSeries(ORDERS), point.scene.nq, inverse(start.rho), start.inputs
+    ring, size, over, (view, inputs) = PowerSeries(ORDERS, point.tanh), point.scene.nq, inverse(start.rho), start.inputs
     rows = [[row[i] for row in found.state] for i in range(2 * size)]
     q = [row[:ORDERS] for row in rows[:size]]
     rate = [[over * entry % PRIME for entry in row[:ORDERS]] for row in rows[size:]]

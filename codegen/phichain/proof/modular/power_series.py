@@ -1,7 +1,8 @@
 """Truncated power series over the field, with derivatives along up to three directions, as an algebra that runs Programs.
 
 A value is x(t) + x_a(t) a + x_b(t) b + x_c(t) c + x_m(t) a b where all other products of a, b and c vanish, each a list of coefficients.
-What is an angle knows the point of the circle (cosine, sine) that it has at t = 0; from there c' = -s x' and s' = c x'.
+What is an angle knows the point of the circle (cosine, sine) that it has at t = 0; from there c' = -s x' and s' = c x'. A tanh
+begins with an element of its own, from which y' = (1 - y^2) x' leads on; of ln cosh only derivatives along b are asked, tanh times x_b.
 """
 
 from __future__ import annotations
@@ -52,9 +53,15 @@ def _product_of(size: int) -> Callable[[Sequence[int], Sequence[int]], Coefficie
 
 @dataclass(frozen=True)
 class PowerSeries:
-    """The algebra of series with so many coefficients."""
+    """The algebra of series with so many coefficients.
+
+    Attributes:
+        size: coefficients of a series.
+        tanh: the element that stands for tanh of another.
+    """
 
     size: int
+    tanh: Callable[[int], int] | None = None
 
     @property
     def algebra(self) -> Algebra:
@@ -85,6 +92,8 @@ class PowerSeries:
                 return self._product(args[0], self._reciprocal(args[1]))
             case "sin" | "cos":
                 return self._turned(args[0], kind)
+            case "lncosh":
+                return self._braked(args[0])
         raise NotImplementedError(f"{kind} of power series")
 
     def _sum(self, a: Jet, b: Jet, sign: int) -> Jet:
@@ -129,6 +138,17 @@ class PowerSeries:
         for n in range(self.size):
             found.append((int(n == 0) - sum(found[j] * a.parts[""][n - j] for j in range(n))) * first % PRIME)
         return Jet({"": found})
+
+    def _braked(self, x: Jet) -> Jet:
+        """ln cosh x, of which nothing is known but its derivative along b."""
+        if self.tanh is None or not set(x.parts) <= {"", "a", "b"}:
+            raise NotImplementedError("ln cosh of power series but for its derivative along rates")
+        base = x.parts.get("", [0] * self.size)
+        saturation, steepness = [self.tanh(base[0])], list[int]()
+        for n in range(1, self.size):
+            steepness.append((int(n == 1) - sum(saturation[j] * saturation[n - 1 - j] for j in range(n))) % PRIME)
+            saturation.append(inverse(n) * sum(j * base[j] * steepness[n - j] for j in range(1, n + 1)) % PRIME)
+        return Jet({"b": self.times(saturation, x.parts["b"])} if "b" in x.parts else {})
 
     def _turned(self, x: Jet, kind: str) -> Jet:
         if x.circle is None:
