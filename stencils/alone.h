@@ -20,7 +20,7 @@
 #if WITH_TURNS && WITH_SPHERE
 #error "unit vectors have no turns"
 #endif
-#if ALONE_BATCH && (WITH_COLUMNS || WITH_STACK)
+#if ALONE_BATCH && (WITH_COLUMNS || defined(PHI_WORK_ON_STACK))
 #error "the batch form carries no derivatives and works in the caller's memory"
 #endif
 

@@ -66,24 +66,24 @@ static void planar2_sincos(const int n, const planar2_real *PLANAR2_RESTRICT ang
 
     for (int k = 0; k < n; ++k) {
         /* quarter = angle / (pi/2) to the nearest integer, whose low bits end up last in `rounded` */
-        const planar2_real rounded = angle[k] * 0x1.45f306dc9c883p-1 + 0x1.8p+52;
-        const planar2_real quarter = rounded - 0x1.8p+52;
+        const planar2_real rounded = angle[k] * 0.6366197723675814 + 6755399441055744.0;
+        const planar2_real quarter = rounded - 6755399441055744.0;
         const uint64_t quadrant = planar2_bits_of(rounded);
 
         /* angle - quarter * pi/2 = r - excess; only the product with the last part of pi/2 is rounded */
-        const planar2_real coarse = angle[k] - quarter * 0x1.921fb5444p+0;
-        const planar2_real middle = quarter * 0x1.68c234c4cp-39;
+        const planar2_real coarse = angle[k] - quarter * 1.5707963267923333;
+        const planar2_real middle = quarter * 2.5633441515839558e-12;
         const planar2_real r = coarse - middle;
-        const planar2_real excess = quarter * 0x1.98a2e03707345p-77 - ((coarse - r) - middle);
+        const planar2_real excess = quarter * 1.0562999066987428e-23 - ((coarse - r) - middle);
 
         const planar2_real r2 = r * r;
         const planar2_real r4 = r2 * r2;
-        const planar2_real sine_series = (0x1.5555555555549p-3 - r2 * 0x1.111111110f89fp-7)
-            + r4 * ((0x1.a01a019c14f6ep-13 - r2 * 0x1.71de357a10113p-19)
-            + r4 * (0x1.ae5e67cd64926p-26 - r2 * 0x1.5d93691e8362dp-33));
-        const planar2_real cosine_series = (0x1.5555555555548p-5 - r2 * 0x1.6c16c16c14aeep-10)
-            + r4 * ((0x1.a01a019c245c1p-16 - r2 * 0x1.27e4f7af8f851p-22)
-            + r4 * (0x1.1ee9b48775c89p-29 - r2 * 0x1.8f94661c27c04p-37));
+        const planar2_real sine_series = (0.16666666666666632 - r2 * 0.008333333333322477)
+            + r4 * ((0.0001984126982984518 - r2 * 2.7557313702354424e-06)
+            + r4 * (2.5050759513259505e-08 - r2 * 1.5896867932569039e-10));
+        const planar2_real cosine_series = (0.041666666666666574 - r2 * 0.0013888888888870482)
+            + r4 * ((2.4801587287520127e-05 - r2 * 2.755731385062701e-07)
+            + r4 * (2.0875661787146374e-09 - r2 * 1.1356737646641184e-11));
         const planar2_real half_r2 = 0.5 * r2;
         const planar2_real leading = 1.0 - half_r2;
         const uint64_t s = planar2_bits_of(r - (r2 * r * sine_series + excess * leading));
@@ -1587,6 +1587,7 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
     memcpy(flow->lost, jet->lost, sizeof flow->lost);
     return result;
 }
+#ifdef PLANAR2_WORK_ON_STACK
 
 /* The same in a workspace of its own. */
 static PLANAR2_FLOW_APART int planar2_flow_run_on_stack(planar2_flow *flow, planar2_real t_end,
@@ -1597,6 +1598,7 @@ static PLANAR2_FLOW_APART int planar2_flow_run_on_stack(planar2_flow *flow, plan
     planar2_workspace work PLANAR2_ALIGNED;
     return planar2_flow_run(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out, &work);
 }
+#endif
 
 /* Taylor flow: order and steps chosen from a tolerance, with dense output and an event. */
 int planar2_propagate(planar2_flow *flow, planar2_real t_end, unsigned long max_steps,
@@ -1608,5 +1610,10 @@ int planar2_propagate(planar2_flow *flow, planar2_real t_end, unsigned long max_
         return planar2_flow_run(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out,
             flow->work);
     }
+#ifdef PLANAR2_WORK_ON_STACK
     return planar2_flow_run_on_stack(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out);
+#else
+    flow->steps = sizeof(planar2_workspace);
+    return PLANAR2_NO_WORKSPACE;
+#endif
 }

@@ -161,7 +161,7 @@ enum {
     PLANAR2_EVENT = 1,       /* the event was met; t, q and v are there */
     PLANAR2_STEP_BUDGET = 2, /* max_steps steps were taken */
     PLANAR2_NOT_FINITE = 3,  /* the state, or a coefficient of its Taylor series, is not finite from t on */
-    PLANAR2_NO_WORKSPACE = 4 /* flow->work is NULL; never returned by this scene */
+    PLANAR2_NO_WORKSPACE = 4 /* flow->work is NULL; flow->steps says how many bytes it wants */
 };
 
 /* A scalar whose sign change ends a propagation: q[index] - value, v[index] - value, or how deep the mass
@@ -185,7 +185,8 @@ typedef struct planar2_start {
 } planar2_start;
 
 /* Where a propagation works: Taylor coefficients of the state and of the factors of every product on the way.
- * 4416 bytes; its contents need not outlive a call, and calls at the same time need one each. */
+ * 4416 bytes of the caller's; its contents need not outlive a call, and calls at the same time need one each.
+ * Compiled with PLANAR2_WORK_ON_STACK defined, a call without one works on the stack. */
 typedef struct planar2_workspace {
     planar2_start start, end;
     planar2_real x[23][4];
@@ -200,7 +201,7 @@ typedef struct planar2_workspace {
     planar2_real turns[2];
 } planar2_workspace;
 
-/* Set t and tolerance and leave the rest zero; unchanged, it lets the next call go on where this one
+/* Set t, tolerance and work and leave the rest zero; unchanged, it lets the next call go on where this one
  * stopped. The tolerance is that of the state after some hundred oscillations, relative to the motion;
  * below round-off it is raised to it.
  */
@@ -210,7 +211,7 @@ typedef struct planar2_flow {
     planar2_real t_lost;    /* what rounding took from t and from the state: the next step adds it */
     planar2_real lost[4];
     planar2_real *own;      /* out, without times: when its own steps ended, as many as count; or NULL */
-    planar2_workspace *work; /* in: NULL to work on the stack; on cache lines it is fastest */
+    planar2_workspace *work; /* in: where it works, the caller's; on cache lines it is fastest */
     unsigned long steps;     /* out: steps taken */
     unsigned long written;   /* out: how many of the times were reached */
     int order;               /* out: order of the Taylor series */

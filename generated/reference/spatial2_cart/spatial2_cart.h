@@ -166,7 +166,7 @@ enum {
     SPATIAL2_CART_STEP_BUDGET = 2, /* max_steps steps were taken */
     /* the state, or a coefficient of its Taylor series, is not finite from t on */
     SPATIAL2_CART_NOT_FINITE = 3,
-    SPATIAL2_CART_NO_WORKSPACE = 4 /* flow->work is NULL; never returned by this scene */
+    SPATIAL2_CART_NO_WORKSPACE = 4 /* flow->work is NULL; flow->steps says how many bytes it wants */
 };
 
 /* A scalar whose sign change ends a propagation: q[index] - value, v[index] - value, or how deep the mass
@@ -190,7 +190,8 @@ typedef struct spatial2_cart_start {
 } spatial2_cart_start;
 
 /* Where a propagation works: Taylor coefficients of the state and of the factors of every product on the way.
- * 7280 bytes; its contents need not outlive a call, and calls at the same time need one each. */
+ * 7280 bytes of the caller's; its contents need not outlive a call, and calls at the same time need one each.
+ * Compiled with SPATIAL2_CART_WORK_ON_STACK defined, a call without one works on the stack. */
 typedef struct spatial2_cart_workspace {
     spatial2_cart_start start, end;
     spatial2_cart_real x[23][16];
@@ -204,7 +205,7 @@ typedef struct spatial2_cart_workspace {
     spatial2_cart_real u[2];
 } spatial2_cart_workspace;
 
-/* Set t and tolerance and leave the rest zero; unchanged, it lets the next call go on where this one
+/* Set t, tolerance and work and leave the rest zero; unchanged, it lets the next call go on where this one
  * stopped. The tolerance is that of the state after some hundred oscillations, relative to the motion;
  * below round-off it is raised to it.
  */
@@ -215,7 +216,7 @@ typedef struct spatial2_cart_flow {
     spatial2_cart_real lost[16];
     /* out, without times: when its own steps ended, as many as count; or NULL */
     spatial2_cart_real *own;
-    spatial2_cart_workspace *work; /* in: NULL to work on the stack; on cache lines it is fastest */
+    spatial2_cart_workspace *work; /* in: where it works, the caller's; on cache lines it is fastest */
     unsigned long steps;     /* out: steps taken */
     unsigned long written;   /* out: how many of the times were reached */
     int order;               /* out: order of the Taylor series */

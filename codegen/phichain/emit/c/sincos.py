@@ -58,7 +58,10 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Final
+
+from phichain.emit.expressions import double_literal, float_literal
 
 HEADERS: Final = ("float.h", "math.h", "stdint.h", "string.h")
 """Headers a translation unit needs before it includes the rendered template."""
@@ -145,10 +148,8 @@ KERNELS: Final = {
 
 
 def literal(value: float, real: str) -> str:
-    """Write a number as a hexadecimal C99 literal, exact in the format `real` ("double" or "float")."""
-    mantissa, exponent = value.hex().split("p")
-    digits = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
-    return f"{digits}p{exponent}" + ("F" if real == "float" else "")
+    """Write a number as a decimal literal that every C and C++ compiler reads as that number ("double" or "float")."""
+    return (float_literal if real == "float" else double_literal)(Fraction(value)).text
 
 
 def _bits(value: float, real: str) -> str:

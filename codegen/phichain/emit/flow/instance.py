@@ -154,12 +154,12 @@ def sizes(scene: Scene, stem: str, made: Series, names: CNames) -> dict[str, obj
     }  # fmt: skip
 
 
-def features(scene: Scene, made: Series, columns: bool, on_stack: bool) -> dict[str, bool]:
+def features(scene: Scene, made: Series, columns: bool) -> dict[str, bool]:
     """Which features of the stencils a scene has."""
     return {
         "WITH_TURNS": turns(scene), "WITH_SPHERE": not scene.is_planar, "WITH_INPUTS": scene.nu > 0,
         "WITH_SQUARES": made.squares > 0, "WITH_SCALES": scale_literals(scene, None) is not None,
-        "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns, "WITH_STACK": on_stack,
+        "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns,
     }  # fmt: skip
 
 
