@@ -17,7 +17,7 @@ TABLES: Final[dict[str, tuple[str, ...]]] = {
     "joints": ("angles", "damping", "stiffness", "rest_angle", "friction", "friction_speed", "armature", "actuated"),
     "functions": ("want",),
     "flow": ("variational",),
-    "target": ("real", "code"),
+    "target": ("real", "code", "trig", "trig_hook", "stack_max", "flash_max"),
 }
 """The tables of a scene and their keys; `name` stands before the first table."""
 

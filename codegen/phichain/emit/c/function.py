@@ -249,7 +249,7 @@ class Writer:
     def side_by_side(self, array: str, texts: list[str], depth: int) -> None:
         """An array of values, written in pieces as wide as those it is read in."""
         self.line(depth, f"{self.element} {array}[{len(texts)}];")
-        for statement, kernel in in_pieces(self.names.prefix, array, texts):
+        for statement, kernel in in_pieces(self.names.prefix, array, texts, (1,) if self.names.is_plain else (4, 2, 1)):
             self.line(depth, statement)
             self.uses |= kernel
 

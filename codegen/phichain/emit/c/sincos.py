@@ -181,6 +181,44 @@ def _middle(kernel: Kernel, real: str) -> str:
     return f"{factor} * {literal(abs(part), real)}"
 
 
+#: Largest angle of the bundled kernel, and its error within, in units of the last place: see tests/emit/test_bundled_trig.py.
+RANGE: Final = 1_000_000
+BUNDLED_ERROR: Final = {"double": 0.9, "float": 0.95}
+#: 2/pi in units of 2^-82, modulo 2^96, and pi/2 in units of 2^-63, by words of 32 bits.
+_TWO_OVER_PI_WORDS: Final = ("0x28BE6u", "0x0DB93910u", "0x54A7F09Du")
+_HALF_PI_WORDS: Final = ("0xC90FDAA2u", "0x2168C234u")
+#: pi/2 in three parts of 33 bits and a rest.
+_HALF_PI_PARTS: Final = _exact("0x1.921fb544p+0", "0x1.0b4611a6p-34", "0x1.3198a2ep-69", "0x1.b839a252049c1p-104")
+
+
+def _nested(coefficients: Sequence[float], real: str) -> str:
+    """Write c0 + r2 (c1 + r2 (...)), which takes the fewest registers."""
+    text = literal(coefficients[-1], real)
+    for coefficient in reversed(coefficients[:-1]):
+        sign = "-" if text.startswith("-") else "+"
+        factor = text.removeprefix("-")
+        text = f"{literal(coefficient, real)} {sign} r2 * {f'({factor})' if ' ' in factor else factor}"
+        if coefficient < 0 and " " in text:
+            text = _opposite(text)
+    return text
+
+
+def _opposite(text: str) -> str:
+    """-a + r2 * b as -(a - r2 * b), so that each level of nesting starts with a plain number."""
+    head, tail = text.removeprefix("-").split(" ", 1)
+    return f"-{head} {'-' if tail[0] == '+' else '+'}{tail[1:]}"
+
+
+def bundled(real: str) -> dict[str, object]:
+    """Return what `templates/trig_bundled.c.j2` asks for beside `coefficients`."""
+    kernel = KERNELS[real]
+    return {
+        "range": RANGE, "error": f"{BUNDLED_ERROR[real]:g}", "two_over_pi_words": _TWO_OVER_PI_WORDS, "half_pi_words": _HALF_PI_WORDS,
+        "half_pi_parts": tuple(literal(part, real) for part in _HALF_PI_PARTS) if real == "double" else (),
+        "sine_nested": _nested(kernel.sine, real), "cosine_nested": _nested(kernel.cosine, real),
+    }  # fmt: skip
+
+
 def coefficients(real: str) -> dict[str, object]:
     """Return the finished literals and names that `templates/sincos.c.j2` asks for, beside `name` and `real`.
 

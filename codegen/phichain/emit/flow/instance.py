@@ -80,7 +80,7 @@ def c_names(scene: Scene, stem: str, programs: Iterable[Program]) -> CNames:
     for program in programs:
         for key in program.tables.items():
             tables.setdefault(key, f"{stem}_{key[0]}_{len(tables) + 1}")
-    return CNames(scene.name, scene.real, tables)
+    return CNames(scene.name, scene.real, tables, is_plain=scene.trig is not None)
 
 
 def table_rows(names: CNames) -> list[tuple[str, int, str]]:
