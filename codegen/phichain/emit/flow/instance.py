@@ -212,8 +212,11 @@ def scale_literals(scene: Scene, names: CNames | None) -> tuple[str, str] | None
 
 def libm_names(names: CNames) -> Mapping[str, str]:
     """The C library's functions as the stencils call them, for the scene's type."""
-    functions = {"abs": "fabs", "floor": "floor", "fma": "fma"}
-    return {f"phi_{key}": names.libm(function) for key, function in functions.items()}
+    functions = {"abs": "fabs", "fma": "fma"}
+    fast = "F" if names.real == "float" else ""
+    return {f"phi_{key}": names.libm(function) for key, function in functions.items()} | {
+        "PHI_FAST_FMA": f"FP_FAST_FMA{fast}", "PHI_FMA_OF_GCC": f"__FP_FAST_FMA{fast}"
+    }  # fmt: skip
 
 
 def positions_symbol(model: Model, stem: str, known: Collection[str]) -> tuple[str, list[Called]]:

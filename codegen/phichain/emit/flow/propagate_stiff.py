@@ -13,6 +13,7 @@ from phichain.emit.c.comment import Comments
 from phichain.emit.c.function import c_function, work_field
 from phichain.emit.c.layout import laid_out_text
 from phichain.emit.c.names import CNames
+from phichain.emit.flow.binary import binary_numbers, binary_words
 from phichain.emit.flow.declared import arguments, documented, outcome_lines, passed_on, struct_lines
 from phichain.emit.flow.flows import FlowText, prints
 from phichain.emit.flow.instance import Called, Part, c_names, on_numbers, static_function, table_rows
@@ -82,7 +83,7 @@ def stiff(model: Model, known: Collection[str] = ()) -> FlowText:
     return FlowText(
         declarations=laid_out_text(_declarations(scene, arrays)),
         definitions=laid_out_text(_definitions(scene, parts, names, step.name in working)),
-        includes=("math.h", "string.h"),
+        includes=("math.h", "stdint.h", "string.h"),
         uses=frozenset({"math"}).union(*(body.uses for body in bodies.values())),
     )
 
@@ -109,6 +110,7 @@ def _conversions(scene: Scene) -> list[Program]:
 
 def _definitions(scene: Scene, parts: list[Part], names: CNames, works: bool) -> str:
     number, is_carried = names.number, carries_joints(scene)
+    words, numbers = binary_words(scene.real), binary_numbers(scene.real)
     joint_inputs = joint_scene(scene).nu if is_carried and scene.actuated_joints else 0
     return render(
         "stiff.c.j2", name=scene.name, doc=ROWS["propagate_stiff"].doc, upper=scene.name.upper(), real=f"{scene.name}_real", size=scene.nq,
@@ -122,7 +124,8 @@ def _definitions(scene: Scene, parts: list[Part], names: CNames, works: bool) ->
         proportional=number(PROPORTIONAL).text, integral=number(INTEGRAL).text,
         one_over_order=number(Fraction(1, EMBEDDED_ORDER + 1)).text,
         floor="1e-8" if scene.real == "double" else "1e-4F", tiny="1e-290" if scene.real == "double" else "1e-30F",
-        abs=names.libm("fabs"), pow=names.libm("pow"),
+        abs=names.libm("fabs"), word=words["PHI_WORD"], binary=words,
+        count_one=number(numbers["PHI_COUNT_ONE"]).text, rounder=number(numbers["PHI_ROUNDER"]).text,
     )  # fmt: skip
 
 
