@@ -148,7 +148,8 @@ static void planar2_bessel_recurrence(const planar2_real x, planar2_real j[5])
 {
     const planar2_real half_x = 0.5 * x;
     const planar2_real y = half_x * half_x;
-    const int start = 18 + 2 * (int)fabs(x);
+    const planar2_real size = fabs(x);
+    const int start = 18 + 2 * (int)size;
     planar2_real odd = 0.0;  /* r_(k+1) */
     planar2_real even = 1.0; /* r_k */
     planar2_real even_sum = 1.0; /* r_k + y r_(k+2) + y^2 r_(k+4) + ... */
@@ -715,10 +716,14 @@ void planar2_step(const planar2_real h, const planar2_real q[2], const planar2_r
 
 /* Rows on cache lines; and the inner loop as a function of its own, where nothing else asks for registers. */
 #if defined(__GNUC__)
+#ifdef PLANAR2_WORK_ON_STACK
 #define PLANAR2_ALIGNED __attribute__((aligned(64)))
+#endif
 #define PLANAR2_FLOW_APART __attribute__((noinline))
 #else
+#ifdef PLANAR2_WORK_ON_STACK
 #define PLANAR2_ALIGNED
+#endif
 #define PLANAR2_FLOW_APART
 #endif
 
@@ -931,13 +936,37 @@ static void planar2_flow_norms(const planar2_real reach, const planar2_real x[pl
 static const planar2_real planar2_flow_turn_high = 6.283185307179586,
     planar2_flow_turn_low = 2.4492935982947064e-16;
 
+/* The nearest whole number. */
+static planar2_real planar2_flow_whole(const planar2_real x)
+{
+    const planar2_real size = fabs(x), whole = size < 4503599627370496.0 ? (size + 4503599627370496.0)
+        - 4503599627370496.0 : size;
+    return x < 0 ? -whole : whole;
+}
+
+/* a b + c, rounded once. Where no instruction does it, nothing contracts either, and the product's
+ * rounding error is found from halves (Dekker 1971). */
+static planar2_real planar2_flow_fused(const planar2_real a, const planar2_real b, const planar2_real c)
+{
+#if defined(FP_FAST_FMA) || defined(__FP_FAST_FMA)
+    return fma(a, b, c);
+#else
+    const planar2_real wide_a = a * 134217729.0, high_a = wide_a - (wide_a - a), low_a = a - high_a;
+    const planar2_real wide_b = b * 134217729.0, high_b = wide_b - (wide_b - b), low_b = b - high_b;
+    const planar2_real product = a * b, sum = product + c, part = sum - product;
+    const planar2_real rest = (((high_a * high_b - product) + high_a * low_b) + low_a * high_b)
+        + low_a * low_b;
+    return sum + (((product - (sum - part)) + (c - part)) + rest);
+#endif
+}
+
 /* An angle and its whole turns as one number. */
 static planar2_real planar2_flow_turned(const planar2_real x, const planar2_real turns)
 {
     if (!(turns > 0 || turns < 0)) {
         return x;
     }
-    return fma(turns, planar2_flow_turn_high, x + turns * planar2_flow_turn_low);
+    return planar2_flow_fused(turns, planar2_flow_turn_high, x + turns * planar2_flow_turn_low);
 }
 
 /* Take whole turns out of a lane's angles, to the last bit that `lost` can hold; whether there were any. */
@@ -947,8 +976,8 @@ static int planar2_flow_wind(const int lane, planar2_workspace *jet)
     for (int i = planar2_flow_cart; i < planar2_flow_q; ++i) {
         const planar2_real x = PLANAR2_FLOW_OF(jet->state[i], lane);
         if (fabs(x) > 4) {
-            const planar2_real turns = floor(x / planar2_flow_turn_high + 0.5);
-            const planar2_real rest = fma(-turns, planar2_flow_turn_high, x);
+            const planar2_real turns = planar2_flow_whole(x / planar2_flow_turn_high);
+            const planar2_real rest = planar2_flow_fused(-turns, planar2_flow_turn_high, x);
             const planar2_real whole = PLANAR2_FLOW_OF(jet->lost[i], lane) - turns * planar2_flow_turn_low,
                 sum = rest + whole;
             PLANAR2_FLOW_AT(jet->state[i], lane) = sum;
@@ -968,7 +997,7 @@ static void planar2_flow_unwind(const int lane, planar2_workspace *jet)
             x = PLANAR2_FLOW_OF(jet->state[i], lane);
         if (turns > 0 || turns < 0) {
             const planar2_real large = turns * planar2_flow_turn_high, near = large + x, part = near - large;
-            const planar2_real rest = fma(turns, planar2_flow_turn_high, -large)
+            const planar2_real rest = planar2_flow_fused(turns, planar2_flow_turn_high, -large)
                 + turns * planar2_flow_turn_low;
             const planar2_real whole = ((large - (near - part)) + (x - part))
                 + (rest + PLANAR2_FLOW_OF(jet->lost[i], lane));

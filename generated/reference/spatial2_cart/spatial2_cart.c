@@ -945,10 +945,14 @@ void spatial2_cart_project(const spatial2_cart_real q[8], const spatial2_cart_re
 
 /* Rows on cache lines; and the inner loop as a function of its own, where nothing else asks for registers. */
 #if defined(__GNUC__)
+#ifdef SPATIAL2_CART_WORK_ON_STACK
 #define SPATIAL2_CART_ALIGNED __attribute__((aligned(64)))
+#endif
 #define SPATIAL2_CART_FLOW_APART __attribute__((noinline))
 #else
+#ifdef SPATIAL2_CART_WORK_ON_STACK
 #define SPATIAL2_CART_ALIGNED
+#endif
 #define SPATIAL2_CART_FLOW_APART
 #endif
 

@@ -10,6 +10,7 @@ from phichain.emit import bessel
 from phichain.emit.c import sincos as trig
 from phichain.emit.c.layout import WIDTH, aligned, laid_out_text
 from phichain.emit.c.programs import explained_rows
+from phichain.emit.cost import costs, kernel_flash
 from phichain.emit.printed import Printed
 from phichain.emit.render import render
 from phichain.ir.nodes import Array
@@ -23,10 +24,31 @@ def header(printed: Printed, tolerances: Mapping[str, str]) -> str:
     return render(
         "header.h.j2", name=scene.name, upper=upper, real=scene.real, sketch=_sketch(scene), digest=scene.digest,
         sizes=_sizes(scene), state=explained_rows(list(state_meanings(scene).items())), params=_params(printed.params),
-        functions=printed.programs.functions, flows=declared, hook=scene.trig_hook or "",
+        functions=printed.programs.functions, costs=_costs(printed), about=_about_angles(printed), flows=list(zip(printed.flows, declared, strict=True)), hook=scene.trig_hook or "",
         sizes_come_as_size_t=any("size_t" in text for text in declared),
         tolerances=aligned((f"#define {upper}_{name.upper()}_TOLERANCE", value) for name, value in tolerances.items()),
     )  # fmt: skip
+
+
+def _costs(printed: Printed) -> dict[str, str]:
+    """What a header says of each function's room, by its name."""
+    return {
+        name: f"Cortex-M4F, -Os: flash {cost.flash} bytes, stack {cost.stack} bytes at most." for name, cost in costs(printed).items()
+    }
+
+
+def _about_angles(printed: Printed) -> list[str]:
+    """What a header says of sines and cosines: who computes them, how well, up to which angle."""
+    scene, kernel, flash = printed.scene, trig.KERNELS[printed.scene.real], kernel_flash(printed)
+    if not flash:
+        return []
+    said = {
+        "bundled": f"by code of its own, within {trig.BUNDLED_ERROR[scene.real]:g} ulp up to {trig.RANGE} rad, NaN beyond",
+        "libm": "by the C library, as well as that does",
+        "hook": f"by {scene.trig_hook}, which you provide",
+        None: f"by code of its own within {kernel.error_ulp:g} ulp up to {kernel.bound:.0f} rad, beyond by the C library",
+    }  # fmt: skip
+    return wrap(f"Sines and cosines: {said[scene.trig]}; flash {flash} bytes at most.", WIDTH - 3)
 
 
 def source(printed: Printed) -> str:
