@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from benchmarks.firmware.probe import probe
 from phichain.files import write_folder
 from phichain.scene import Scene
 from phichain.scratch import folder_texts
@@ -69,7 +70,10 @@ class Generated:
 
 def generated(root: Path) -> Mapping[str, Generated]:
     """Generate all scenes, by name. Nothing is proven here: the tests prove."""
-    return {
+    made = {
         scene.name: Generated(scene, write_folder(root / scene.name, folder_texts(scene, False, False)))
         for scene in SCENES
     }
+    for one in made.values():
+        probe(one.folder)
+    return made

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
 from typing import Final
 
 from benchmarks.firmware.tools import run
@@ -12,6 +13,10 @@ from benchmarks.firmware.tools import run
 BOARD: Final = Path(__file__).parent / "board"
 #: What every target compiles with: one rounding an operation, so that all agree to the last bit.
 COMMON: Final = ("-std=c99", "-ffp-contract=off", "-ffunction-sections", "-fdata-sections")
+
+
+_LOCK: Final = Lock()
+_LOCKS: Final[dict[tuple[str, Path, tuple[str, ...]], Lock]] = {}
 
 
 @dataclass(frozen=True)
@@ -37,11 +42,14 @@ class Target:
     ticks: float = 0.0
 
     def compile(self, source: Path, *flags: str) -> Path:
-        """An object beside its source; the level of optimisation ends its name."""
-        level = next((flag[2:] for flag in flags if flag.startswith("-O")), "s")
-        made = source.with_suffix(f".{self.name}_{level}.o")
-        run(f"{self.prefix}gcc", *self.flags, *COMMON, *flags, "-c", source, "-o", made, cwd=source.parent)
-        return made
+        """An object beside its source, its flags in its name; made once."""
+        with _LOCK:
+            lock = _LOCKS.setdefault((self.name, source, flags), Lock())
+        with lock:  # checks run side by side, and want the same objects
+            made = source.with_suffix(f".{self.name}{''.join(flags).replace('/', '')}.o")
+            if not made.exists():
+                run(f"{self.prefix}gcc", *self.flags, *COMMON, *flags, "-c", source, "-o", made, cwd=source.parent)
+            return made
 
     def build(self, sources: Sequence[Path], program: Path, *flags: str) -> Path:
         """A program of these sources and the board."""

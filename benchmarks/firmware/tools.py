@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -17,7 +18,7 @@ PACKAGES: Final = {
 #: Packages that bring no command of their own, by a file that only they have.
 LIBRARIES: Final = {
     "libnewlib-arm-none-eabi": "arm-none-eabi-gcc -print-file-name=libc.a",
-    "picolibc-riscv64-unknown-elf": "riscv64-unknown-elf-gcc --specs=picolibc.specs -print-file-name=crt0.o",
+    "picolibc-riscv64-unknown-elf": "riscv64-unknown-elf-gcc -print-file-name=picolibc.specs",
     "gcc-multilib": "gcc -m32 -print-file-name=libgcc.a",
 }
 
@@ -33,6 +34,11 @@ def missing(packages: dict[str, str] = PACKAGES, libraries: dict[str, str] = LIB
     return list(dict.fromkeys(wanted))
 
 
+def missing_modules() -> list[str]:
+    """What pip installs: PlatformIO, which the packages are checked with."""
+    return [] if (Path(sys.executable).parent / "pio").exists() else ["platformio"]
+
+
 def demand() -> None:
     """Go on only where every tool is installed.
 
@@ -42,6 +48,9 @@ def demand() -> None:
     wanted = missing()
     if wanted:
         raise Missing(f"the firmware checks need packages that are not installed: apt-get install {' '.join(wanted)}")
+    modules = missing_modules()
+    if modules:
+        raise Missing(f"the firmware checks need PlatformIO in .venv: {sys.executable} -m pip install {' '.join(modules)}")
 
 
 def _is_there(question: str) -> bool:
@@ -66,3 +75,7 @@ def run(*words: str | Path, cwd: Path | None = None, expected: Sequence[int] = (
     if done.returncode not in expected:
         raise RuntimeError(f"{' '.join(map(str, words))}: exit code {done.returncode}\n{told[-3000:]}")
     return told
+
+
+if __name__ == "__main__":
+    print(" ".join(missing()))

@@ -11,8 +11,6 @@ import mpmath
 import numpy as np
 import pytest
 
-from phichain.emit.flow.propagate import flow
-from phichain.mechanics import derive
 from phichain.scene import Scene
 from phichain.system.propagation import Stop
 from tests.flow.flows import compiled, planar, scene, unit

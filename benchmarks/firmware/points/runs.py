@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
+from threading import Lock
 from typing import Final
 
-from benchmarks.firmware.probe import Seen, failing_case, probe, read
+from benchmarks.firmware.probe import Seen, failing_case, read
 from benchmarks.firmware.scenes import Generated
 from benchmarks.firmware.targets import HOST, M4F, TARGETS, Target
 
@@ -17,7 +18,12 @@ _LEVELS: Final = {"m4f": ("-Os", "-O2")}
 
 
 @cache
-def seen(name: str, folder: Path, target: Target, level: str, flag: str) -> tuple[int, dict[str, Seen]]:
+def _lock(folder: Path, target: Target, level: str) -> Lock:
+    return Lock()
+
+
+@cache
+def _seen(name: str, folder: Path, target: Target, level: str, flag: str) -> tuple[int, dict[str, Seen]]:
     """The failing case of the self-test, and what the probe told of each function."""
     program = folder / f"probe_{target.name}{level}.elf"
     target.build([folder / f"{name}.c", folder / "selftest.c", folder / "probe.c"], program, level, flag)
@@ -27,9 +33,8 @@ def seen(name: str, folder: Path, target: Target, level: str, flag: str) -> tupl
 
 def on(made: Generated, target: Target, level: str = "-O2") -> tuple[int, dict[str, Seen]]:
     """The same of a generated folder."""
-    if not (made.folder / "probe.c").exists():
-        probe(made.folder)
-    return seen(made.scene.name, made.folder, target, level, made.without_main)
+    with _lock(made.folder, target, level):  # checks run side by side, and want the same runs
+        return _seen(made.scene.name, made.folder, target, level, made.without_main)
 
 
 def instructions(folders: Mapping[str, Generated]) -> Iterator[str]:
