@@ -62,15 +62,18 @@ def _is_there(question: str) -> bool:
     return Path(told).is_absolute() and Path(told).exists()
 
 
-def run(*words: str | Path, cwd: Path | None = None, expected: Sequence[int] = (0,), timeout: float = 60.0) -> str:
+def run(*words: str | Path, cwd: Path | None = None, expected: Sequence[int] = (0,), timeout: float = 300.0) -> str:
     """What a command prints, on both streams.
 
     Raises:
-        RuntimeError: its exit code is another than those expected.
+        RuntimeError: its exit code is another than those expected, or it hangs.
     """
-    done = subprocess.run(
-        [str(word) for word in words], cwd=cwd, capture_output=True, text=True, check=False, timeout=timeout
-    )
+    try:
+        done = subprocess.run(
+            [str(word) for word in words], cwd=cwd, capture_output=True, text=True, check=False, timeout=timeout
+        )
+    except subprocess.TimeoutExpired as error:
+        raise RuntimeError(f"{' '.join(map(str, words))}: not done after {timeout:g} s") from error
     told = done.stdout + done.stderr
     if done.returncode not in expected:
         raise RuntimeError(f"{' '.join(map(str, words))}: exit code {done.returncode}\n{told[-3000:]}")
