@@ -20,7 +20,7 @@ from phichain.pipeline import generate_controller
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parents[1]))
 
-from benchmarks.firmware.targets import M4F  # noqa: E402
+from benchmarks.firmware.targets import M4F
 
 
 def trace(out: Path) -> str:

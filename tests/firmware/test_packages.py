@@ -91,7 +91,7 @@ def test_zephyr_finds_a_module(packages: dict[str, Path]) -> None:
     assert set(module) <= {"name", "build", "tests", "samples", "boards", "blobs", "security", "package-managers", "runners"}
     assert set(build) <= {"cmake", "kconfig", "cmake-ext", "kconfig-ext", "sysbuild-cmake", "sysbuild-kconfig", "depends", "settings"}
     assert module["name"] == "boxed" and (folder / build["cmake"] / "CMakeLists.txt").exists()
-    symbols = set(re.findall(r"^config (\w+)$", (folder / build["kconfig"]).read_text(), re.M))
+    symbols = set(re.findall(r"^config (\w+)$", (folder / build["kconfig"]).read_text(), re.MULTILINE))
     cmake = (folder / "zephyr/CMakeLists.txt").read_text()
     assert set(re.findall(r"CONFIG_(\w+)", cmake)) == symbols == {"BOXED", "BOXED_SELFTEST"}
     for path in re.findall(r"\.\./\S+?(?=\))", cmake):
