@@ -18,7 +18,7 @@ from benchmarks.firmware.tools import Missing, demand
 Check = Callable[[Mapping[str, Generated]], Iterator[str]]
 CHECKS: Final[tuple[Check, ...]] = (
     objects.imports, objects.numbers, objects.memory, objects.frames, objects.one_image, interface.precision, interface.headers,
-    interface.same_bytes, runs.selftests, runs.bits, runs.instructions, sizes.bounds, sizes.shape, sizes.ceilings,
+    interface.same_bytes, runs.selftests, runs.bits, runs.motions, runs.instructions, sizes.bounds, sizes.shape, sizes.ceilings, sizes.errors,
     analysis.compilers, analysis.analysers, analysis.sanitizers, packages.packages,
     example.example,
 )  # fmt: skip

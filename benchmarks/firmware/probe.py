@@ -109,6 +109,32 @@ static void at_states_{function}(void)
     told("{function}", stack);
 }}
 """
+_FLOW: Final = """
+/* Ordinary motions: 1 s from anywhere, slowly. How each ends is said in place of instructions. */
+static void motions_{function}(void)
+{{
+    static {name}_{workspace} work;
+    begin();
+    for (int k = 0; k < {runs}; ++k) {{
+        {name}_{struct} flow;
+        real q[{nq}], v[{nv}];
+        memset(&flow, 0, sizeof flow);
+        flow.work = &work;
+        flow.tolerance = k % 2 == 0 ? (real)1e-3 : (real)1e-6;
+        fill(q, {nq}, (real)3.125);
+        fill(v, {nv}, (real)0.5);
+        const int result = {name}_{function}(&flow, (real)1, 100000, q, v, {event}0, 0, 0, 0);
+        timed(0, (uint32_t)result);
+        take_in(q, sizeof q);
+        take_in(v, sizeof v);
+    }}
+    told("{function}", 0);
+}}
+"""
+#: Flows that the probe runs on chains without inputs and runtime parameters: their structs, and whether they take an event.
+_FLOWS: Final = {"propagate": ("workspace", "flow", "0, "), "propagate_stiff": ("stiff_workspace", "stiff", "")}
+#: Motions of a flow.
+RUNS: Final = 20
 _TAIL: Final = """
 int checked(void)
 {{
@@ -131,12 +157,14 @@ class Seen:
         bits: a hash of every bit of its results.
         least, most: instructions of a call.
         stack: bytes of stack it used.
+        ending: of a flow, the largest of the numbers that say how its motions ended; 0 where all are done.
     """
 
     bits: str
     least: int
     most: int
     stack: int
+    ending: int = 0
 
 
 def probe(folder: Path, functions: tuple[str, ...] | None = None, selftest: bool = True) -> Path:
@@ -146,7 +174,11 @@ def probe(folder: Path, functions: tuple[str, ...] | None = None, selftest: bool
     chosen = [one for one in known if functions is None or one in functions]
     text = _HEAD.format(name=name)
     text += "".join(_function(name, one, known[one]) for one in chosen)
-    calls = "\n".join(f"    at_states_{one}();" for one in chosen)
+    flows = [one for one in manifest.get("flows", {}) if one in _FLOWS and functions is None]
+    for one in flows:
+        workspace, struct, event = _FLOWS[one]
+        text += _FLOW.format(name=name, function=one, workspace=workspace, struct=struct, event=event, runs=RUNS, nq=f"{name.upper()}_NQ", nv=f"{name.upper()}_NV")
+    calls = "\n".join([*(f"    at_states_{one}();" for one in chosen), *(f"    motions_{one}();" for one in flows)])
     text += _TAIL.format(calls=calls, real=manifest["real"], selftest=f"{name}_selftest()" if selftest else "0")
     path = folder / "probe.c"
     path.write_text(text)
@@ -180,7 +212,10 @@ def read(told: str, ticks: float) -> dict[str, Seen]:
     def instructions(word: str) -> int:
         return round((int(word, 16) - idle) / ticks) if ticks else 0
 
-    return {name: Seen(bits, instructions(least), instructions(most), int(stack, 16)) for name, (bits, least, most, stack) in rows.items()}
+    return {
+        name: Seen(bits, 0, 0, 0, int(most, 16)) if name in _FLOWS else Seen(bits, instructions(least), instructions(most), int(stack, 16))
+        for name, (bits, least, most, stack) in rows.items()
+    }
 
 
 def failing_case(told: str) -> int:

@@ -27,6 +27,7 @@ SCENES: Final[tuple[Scene, ...]] = (
     chain("fw_planar4_double", 4, ("forward_dynamics",), real="double"),
     chain("fw_planar10", 10, ("forward_dynamics", "dynamics_and_jacobian"), code="loops"),
     chain("fw_flows", 2, ("forward_dynamics", "phi", "phi_jacobian", "propagate", "propagate_stiff"), actuated="none"),
+    chain("fw_flow6", 6, ("propagate",), actuated="none", code="loops"),
     Scene(
         "fw_spatial2", 2, space="spatial", base="cart", mass=0.1, length=0.2, cart_mass=0.5,
         want=("forward_dynamics", "energy", "step"), real="float", trig="bundled",

@@ -43,8 +43,22 @@ def instructions(folders: Mapping[str, Generated]) -> Iterator[str]:
         if made.scene.trig != "bundled" or made.scene.real == "double":
             continue
         for function, row in on(made, M4F, "-Os")[1].items():
+            if function not in made.scene.want or function.startswith("propagate"):
+                continue
             if row.most - row.least > _QUANTUM and not function.startswith("phi"):
                 yield f"{name}: {function} takes {row.least} to {row.most} instructions"
+
+
+def motions(folders: Mapping[str, Generated]) -> Iterator[str]:
+    """Flows on the targets: ordinary motions in single precision, at 1e-3 and 1e-6, none refused."""
+    for name, made in folders.items():
+        for flow in ("propagate", "propagate_stiff"):
+            if flow not in made.scene.want:
+                continue
+            for target in TARGETS:
+                row = on(made, target)[1][flow]
+                if row.ending:
+                    yield f"{name}: {flow} ends with {row.ending} on {target.name}"
 
 
 def selftests(folders: Mapping[str, Generated]) -> Iterator[str]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from phichain.emit.c.text import header, source
 from phichain.emit.casadi.external import casadi_external
 from phichain.emit.casadi.module import casadi_module
-from phichain.emit.cost import demand_room
+from phichain.emit.cost import costs, demand_room, kernel_flash
 from phichain.emit.left_out import left_out
 from phichain.emit.manifest import manifest
 from phichain.emit.printed import Printed, print_scene
@@ -68,5 +68,6 @@ def _readme(printed: Printed) -> str:
     functions += [(flow.name, flow.doc, "") for flow in printed.flows]
     return render(
         "generated_readme.md.j2", name=scene.name, real=scene.real, sketch=str(scene), functions=functions,
-        left_out=left_out(printed), has_casadi=bool(printed.wanted), digest=scene.digest, runtime=list(scene.runtime),
+        left_out=left_out(printed), costs=costs(printed), kernel=kernel_flash(printed),
+        has_flows=any(flow.name in ("propagate", "propagate_stiff") for flow in printed.flows), has_casadi=bool(printed.wanted), digest=scene.digest, runtime=list(scene.runtime),
     )  # fmt: skip
