@@ -93,8 +93,9 @@ def test_the_words_of_two_over_pi_and_its_parts_are_derived() -> None:
         numbers = trig.bundled("double")
         words = [int(word.rstrip("u"), 16) for word in (*numbers["two_over_pi_words"], *numbers["half_pi_words"])]  # type: ignore[misc]
         assert words == [turns >> 64, turns >> 32 & 0xFFFFFFFF, turns & 0xFFFFFFFF, half >> 32, half & 0xFFFFFFFF]
-        rest = mpmath.pi / 2 - sum(map(mpmath.mpf, map(float, numbers["half_pi_parts"])))  # type: ignore[arg-type]
-        assert abs(rest) < mpmath.ldexp(1, -156)
+        halves = [int(word[11:-1], 16) for word in numbers["two_over_pi_halves"]]  # type: ignore[attr-defined]
+        assert (halves[0] << 64) + halves[1] == int(mpmath.floor(mpmath.ldexp(2 / mpmath.pi, 128)))
+        assert int(str(numbers["quarter_pi"])[11:-1], 16) == int(mpmath.nint(mpmath.ldexp(mpmath.pi / 4, 64)))
 
 
 @pytest.mark.parametrize(("name", "imported"), [("bundled", set()), ("libm", {"sinf", "cosf", "sincosf"}), ("hook", {"my_sincos"})])

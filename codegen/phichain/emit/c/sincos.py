@@ -59,6 +59,7 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from math import factorial
 from typing import Final
 
 from phichain.emit.expressions import double_literal, float_literal
@@ -183,12 +184,14 @@ def _middle(kernel: Kernel, real: str) -> str:
 
 #: Largest angle of the bundled kernel, and its error within, in units of the last place: see tests/emit/test_bundled_trig.py.
 RANGE: Final = 1_000_000
-BUNDLED_ERROR: Final = {"double": 0.9, "float": 0.95}
+BUNDLED_ERROR: Final = {"double": 0.51, "float": 0.95}
 #: 2/pi in units of 2^-82, modulo 2^96, and pi/2 in units of 2^-63, by words of 32 bits.
 _TWO_OVER_PI_WORDS: Final = ("0x28BE6u", "0x0DB93910u", "0x54A7F09Du")
 _HALF_PI_WORDS: Final = ("0xC90FDAA2u", "0x2168C234u")
-#: pi/2 in three parts of 33 bits and a rest.
-_HALF_PI_PARTS: Final = _exact("0x1.921fb544p+0", "0x1.0b4611a6p-34", "0x1.3198a2ep-69", "0x1.b839a252049c1p-104")
+#: 2/pi in units of 2^-128 by halves, pi/4 in units of 2^-64, and how many terms of sine and cosine leave 2^-64 up to pi/4.
+_TWO_OVER_PI: Final = 0xA2F9836E4E441529FC2757D1F534DDC0
+_QUARTER_PI: Final = 0xC90FDAA22168C235
+_TERMS: Final = (8, 9)
 
 
 def _nested(coefficients: Sequence[float], real: str) -> str:
@@ -209,12 +212,22 @@ def _opposite(text: str) -> str:
     return f"-{head} {'-' if tail[0] == '+' else '+'}{tail[1:]}"
 
 
+def _word(value: int) -> str:
+    return f"UINT64_C(0x{value:016X})"
+
+
+def _inverse_factorials(first: int, count: int) -> tuple[str, ...]:
+    """1/first!, 1/(first + 2)!, ... to the nearest 2^-64."""
+    return tuple(_word(round(Fraction(2**64, factorial(first + 2 * k)))) for k in range(count))
+
+
 def bundled(real: str) -> dict[str, object]:
     """Return what `templates/trig_bundled.c.j2` asks for beside `coefficients`."""
     kernel = KERNELS[real]
     return {
         "range": RANGE, "error": f"{BUNDLED_ERROR[real]:g}", "two_over_pi_words": _TWO_OVER_PI_WORDS, "half_pi_words": _HALF_PI_WORDS,
-        "half_pi_parts": tuple(literal(part, real) for part in _HALF_PI_PARTS) if real == "double" else (),
+        "two_over_pi_halves": (_word(_TWO_OVER_PI >> 64), _word(_TWO_OVER_PI % 2**64)), "quarter_pi": _word(_QUARTER_PI),
+        "range_bits": _bits(float(RANGE), real), "of_sine": _inverse_factorials(3, _TERMS[0]), "of_cosine": _inverse_factorials(2, _TERMS[1]),
         "sine_nested": _nested(kernel.sine, real), "cosine_nested": _nested(kernel.cosine, real),
     }  # fmt: skip
 

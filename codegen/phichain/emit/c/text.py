@@ -86,7 +86,8 @@ def _chosen_trigonometry(scene: Scene) -> str:
     """Sines and cosines by whom the scene says."""
     numbers = trig.coefficients(scene.real)
     if scene.trig == "bundled":
-        return render("trig_bundled.c.j2", name=scene.name, real=scene.real, **numbers, **trig.bundled(scene.real))
+        template = "trig_bundled.c.j2" if scene.real == "float" else "trig_bundled_double.c.j2"
+        return render(template, name=scene.name, real=scene.real, **numbers, **trig.bundled(scene.real))
     return render("trig_given.c.j2", name=scene.name, hook=scene.trig_hook or "", **numbers)
 
 
