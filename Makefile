@@ -19,7 +19,7 @@ PIP   := $(PY) -m pip install --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup run test generate lint types layers bench report stability figures rigs clean distclean
+.PHONY: help setup run test generate lint types layers bench report stability figures rigs firmware clean distclean
 
 help: ## list the targets
 	@echo "phichain: from a Lagrangian to firmware, for pendulum chains"
@@ -81,6 +81,9 @@ stability: $(PEERS) ## stiff and extreme cases, case by method: table and genera
 figures: $(READY) ## every figure of both papers and of the examples, in generated/figures
 	@$(PY) -m phichain figure all --out $(OUT)/figures
 	@for script in examples/*.py; do echo "$$script"; $(PY) "$$script" || exit 1; done
+
+firmware: $(READY) ## generated C on emulated microcontrollers, point by point; says which packages it needs (WRITE=1: the table)
+	@$(PY) -m benchmarks.firmware $(if $(WRITE),--write)
 
 rigs: $(READY) ## the pictures of docs/rigs.md: three rigs held upright
 	@$(PY) -m benchmarks.rigs

@@ -23,7 +23,7 @@
 #if WITH_PARAMETERS && !WITH_COLUMNS
 #error "derivatives by parameters are columns"
 #endif
-#if ALONE_BATCH && (WITH_COLUMNS || WITH_STACK)
+#if ALONE_BATCH && (WITH_COLUMNS || defined(PHI_WORK_ON_STACK))
 #error "the batch form carries no derivatives and works in the caller's memory"
 #endif
 
@@ -32,6 +32,8 @@
 #if ALONE_FLOAT
 typedef float phi_real;
 #define PHI_HALF 0.5f
+#define PHI_HALVES 4097.0f
+#define PHI_WHOLE 0x1p+23f
 #define PHI_EPSILON 0x1p-23f
 #define PHI_NOISE 0x1p-12f
 #define PHI_MARGIN 0x1p-8f
@@ -52,13 +54,14 @@ typedef float phi_real;
 #define PHI_TURN_LOW (-0x1.777a5cp-23f)
 #define PHI_SCALES 9.0f, 1.5f
 #define phi_abs fabsf
-#define phi_floor floorf
 #define phi_fma fmaf
 #define phi_cos cosf
 #define phi_sin sinf
 #else
 typedef double phi_real;
 #define PHI_HALF 0.5
+#define PHI_HALVES 134217729.0
+#define PHI_WHOLE 0x1p+52
 #define PHI_EPSILON 0x1p-52
 #define PHI_NOISE 0x1p-26
 #define PHI_MARGIN 0x1p-8
@@ -79,7 +82,6 @@ typedef double phi_real;
 #define PHI_TURN_LOW 0x1.1a62633145c07p-52
 #define PHI_SCALES 9.0, 1.5
 #define phi_abs fabs
-#define phi_floor floor
 #define phi_fma fma
 #define phi_cos cos
 #define phi_sin sin

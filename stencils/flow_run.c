@@ -182,7 +182,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     memcpy(flow->lost, jet->lost, sizeof flow->lost);
     return result;
 }
-#if WITH_STACK
+#ifdef PHI_WORK_ON_STACK
 
 /* The same in a workspace of its own. */
 static STEM_APART int stem_run_on_stack(ARGUMENTS)
@@ -198,7 +198,7 @@ int phi_propagate(ARGUMENTS)
     if (flow->work != NULL) {
         return stem_run(PASS_ALL, flow->work);
     }
-#if WITH_STACK
+#ifdef PHI_WORK_ON_STACK
     return stem_run_on_stack(PASS_ALL);
 #else
     flow->steps = sizeof(phi_workspace);

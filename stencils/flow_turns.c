@@ -2,13 +2,35 @@
  * chain, whole turns are counted apart. 2 pi = turn_high + turn_low to twice the precision. */
 static const phi_real stem_turn_high = PHI_TURN_HIGH, stem_turn_low = PHI_TURN_LOW;
 
+/* The nearest whole number. */
+static phi_real stem_whole(const phi_real x)
+{
+    const phi_real size = phi_abs(x), whole = size < PHI_WHOLE ? (size + PHI_WHOLE) - PHI_WHOLE : size;
+    return x < 0 ? -whole : whole;
+}
+
+/* a b + c, rounded once. Where no instruction does it, nothing contracts either, and the product's rounding error is found
+ * from halves (Dekker 1971). */
+static phi_real stem_fused(const phi_real a, const phi_real b, const phi_real c)
+{
+#if defined(PHI_FAST_FMA) || defined(PHI_FMA_OF_GCC)
+    return phi_fma(a, b, c);
+#else
+    const phi_real wide_a = a * PHI_HALVES, high_a = wide_a - (wide_a - a), low_a = a - high_a;
+    const phi_real wide_b = b * PHI_HALVES, high_b = wide_b - (wide_b - b), low_b = b - high_b;
+    const phi_real product = a * b, sum = product + c, part = sum - product;
+    const phi_real rest = (((high_a * high_b - product) + high_a * low_b) + low_a * high_b) + low_a * low_b;
+    return sum + (((product - (sum - part)) + (c - part)) + rest);
+#endif
+}
+
 /* An angle and its whole turns as one number. */
 static phi_real stem_turned(const phi_real x, const phi_real turns)
 {
     if (!(turns > 0 || turns < 0)) {
         return x;
     }
-    return phi_fma(turns, stem_turn_high, x + turns * stem_turn_low);
+    return stem_fused(turns, stem_turn_high, x + turns * stem_turn_low);
 }
 
 /* Take whole turns out of a lane's angles, to the last bit that `lost` can hold; whether there were any. */
@@ -18,8 +40,8 @@ static int stem_wind(const int lane, stem_jets *jet)
     for (int i = stem_cart; i < stem_q; ++i) {
         const phi_real x = STEM_OF(jet->state[i], lane);
         if (phi_abs(x) > 4) {
-            const phi_real turns = phi_floor(x / stem_turn_high + PHI_HALF);
-            const phi_real rest = phi_fma(-turns, stem_turn_high, x);
+            const phi_real turns = stem_whole(x / stem_turn_high);
+            const phi_real rest = stem_fused(-turns, stem_turn_high, x);
             const phi_real whole = STEM_OF(jet->lost[i], lane) - turns * stem_turn_low, sum = rest + whole;
             STEM_AT(jet->state[i], lane) = sum;
             STEM_AT(jet->lost[i], lane) = whole - (sum - rest);
@@ -37,7 +59,7 @@ static void stem_unwind(const int lane, stem_jets *jet)
         const phi_real turns = STEM_OF(jet->turns[i], lane), x = STEM_OF(jet->state[i], lane);
         if (turns > 0 || turns < 0) {
             const phi_real large = turns * stem_turn_high, near = large + x, part = near - large;
-            const phi_real rest = phi_fma(turns, stem_turn_high, -large) + turns * stem_turn_low;
+            const phi_real rest = stem_fused(turns, stem_turn_high, -large) + turns * stem_turn_low;
             const phi_real whole = ((large - (near - part)) + (x - part)) + (rest + STEM_OF(jet->lost[i], lane));
             const phi_real sum = near + whole;
             STEM_AT(jet->state[i], lane) = sum;

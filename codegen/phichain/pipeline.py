@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
+from phichain.errors import OutputError
 from phichain.files import write_folder
+from phichain.firmware.drift import Drift, drift, edited_files
 from phichain.laws import StateFeedback
 from phichain.native import build_files, default_cache, recalled, remember
 from phichain.scene import Scene, given_scene
@@ -13,7 +16,8 @@ from phichain.system import System
 
 
 def generate(
-    scene: Scene, out: Path | str = "generated", with_casadi_c: bool = False, prove: bool = True
+    scene: Scene, out: Path | str = "generated", with_casadi_c: bool = False, prove: bool = True, force: bool = False,
+    package: str | None = None,
 ) -> Path:
     """Write the standalone C and CasADi folder of a scene.
 
@@ -22,6 +26,8 @@ def generate(
         out: the folder in which NAME/ is written, whole or not at all.
         with_casadi_c: also write NAME_casadi.c for CasADi's ``external`` (double scenes only).
         prove: prove the Programs against the Lagrangian first; the manifest says which were proven, and how.
+        force: overwrite files that were edited since they were generated.
+        package: lay the folder out as a "cmake", "zephyr", "platformio" or "arduino" package, a CycloneDX bill of materials with it.
 
     Returns:
         The folder OUT/NAME.
@@ -29,13 +35,47 @@ def generate(
     Raises:
         DerivationError: the Programs would not solve the derived Lagrangian.
         ProofError: a function does not meet the Lagrangian; nothing is written.
-        OutputError: the folder cannot be written; what was there before is still there.
+        OutputError: the folder cannot be written, or a file of it was edited; what was there before is still there.
         EmissionError: a number of the scene does not fit its type.
+        UnsupportedError: there is no such package, or a function exceeds the target's limits.
     """
+    folder = Path(out) / given_scene(scene).name
+    edited = () if force else edited_files(folder)
+    if edited:
+        problem = f"was edited since it was generated ({', '.join(edited)})"
+        raise OutputError("output", str(folder), problem, "keep your version elsewhere and generate with force (--force)")
+    return write_folder(folder, _texts(scene, with_casadi_c, prove, package))
+
+
+def _texts(scene: Scene, with_casadi_c: bool, prove: bool, package: str | None) -> Mapping[str, str]:
+    """The files of a scene's folder, by path; arguments and errors as in `generate`."""
+    from phichain.firmware.packages import known_kind, packaged
+
+    if package is not None:
+        known_kind(package)
     from phichain.scratch import folder_texts
 
-    texts = folder_texts(given_scene(scene), with_casadi_c, prove)
-    return write_folder(Path(out) / scene.name, texts)
+    texts = folder_texts(scene, with_casadi_c, prove)
+    return texts if package is None else packaged(package, texts)
+
+
+def check_folder(
+    scene: Scene, out: Path | str = "generated", with_casadi_c: bool = False, prove: bool = True, package: str | None = None
+) -> Drift:
+    """Compare OUT/NAME with what `generate` would write now, and write nothing.
+
+    Args:
+        scene: what was generated.
+        out: the folder that holds NAME/.
+        with_casadi_c: whether NAME_casadi.c belongs to it.
+        prove: as when it was generated: the manifest says how each function was proven.
+        package: which package it is.
+
+    Raises:
+        OutputError: the folder holds another scene, or cannot be read.
+    """
+    folder = Path(out) / given_scene(scene).name
+    return drift(folder, _texts(scene, with_casadi_c, prove, package), scene.digest)
 
 
 def generate_controller(law: StateFeedback, out: Path | str = "generated", real: str = "double") -> Path:

@@ -1,38 +1,56 @@
-/* A firmware-style main loop around generated code: fixed step, no allocation, the energy as a health check.
- *
- *     make generate N=4
- *     cc -std=c99 -O2 -I generated/planar4 examples/firmware/main.c generated/planar4/planar4.c -lm -o swing && ./swing
- */
-#include <math.h>
-#include <stdio.h>
+/* The firmware: every millisecond the controller sees the state and pushes the cart; the plant is simulated beside it by the
+ * emitted step. Every fifty milliseconds a line is said: time in ms, cart in um, both angles off upright in urad, force in mN. */
+#include "board.h"
+#include "plant.h"
+#include "plant_controller.h"
 
-#include "planar4.h"
+#define STEPS 2000
+#define EVERY 50
 
-enum { LINKS = 4, STEPS_PER_SECOND = 1000, SECONDS = 5 };
-
-static double total_energy(const planar4_real *q, const planar4_real *v)
+static void say_number(int32_t number)
 {
-    planar4_real kinetic, potential;
-    planar4_energy(q, v, &kinetic, &potential);
-    return (double)kinetic + (double)potential;
+    char text[13];
+    int place = 12;
+    uint32_t left = number < 0 ? 0u - (uint32_t)number : (uint32_t)number;
+
+    text[place] = '\0';
+    do {
+        text[--place] = (char)('0' + left % 10u);
+        left /= 10u;
+    } while (left > 0u);
+    if (number < 0) {
+        text[--place] = '-';
+    }
+    say(" ");
+    say(&text[place]);
 }
 
-int main(void)
+/* In millionths, or thousandths, to the nearest. */
+static int32_t parts(float value, float unit)
 {
-    /* Two states take turns, because outputs must not overlap inputs. */
-    planar4_real q[2][LINKS] = {{0.5, 0.0, 0.0, 0.0}};
-    planar4_real v[2][LINKS] = {{0.0, 0.0, 0.0, 0.0}};
-    const planar4_real torque[LINKS] = {0.0, 0.0, 0.0, 0.0};
-    const planar4_real h = (planar4_real)1.0 / STEPS_PER_SECOND;
-    const double start = total_energy(q[0], v[0]);
-    int now = 0;
+    return (int32_t)(value * unit + (value < 0.0F ? -0.5F : 0.5F));
+}
 
-    for (int second = 1; second <= SECONDS; ++second) {
-        for (int tick = 0; tick < STEPS_PER_SECOND; ++tick, now = !now) {
-            planar4_step(h, q[now], v[now], torque, q[!now], v[!now]);
+int checked(void)
+{
+    /* Both links lean away from upright, in opposite ways. */
+    float state[2 * PLANT_NQ] = {0.0F, 3.1415927F + 0.06F, -0.03F, 0.0F, 0.0F, 0.0F};
+    float next[2 * PLANT_NQ], force[PLANT_NU];
+
+    for (int step = 0; step <= STEPS; ++step) {
+        plant_controller(state, force);
+        if (step % EVERY == 0) {
+            say_number(step);
+            say_number(parts(state[0], 1e6F));
+            say_number(parts(state[1] - 3.1415927F, 1e6F));
+            say_number(parts(state[2], 1e6F));
+            say_number(parts(force[0], 1e3F));
+            say("\n");
         }
-        printf("t = %d s  theta_1 = % .9f rad  energy error = % .1e J\n", second, (double)q[now][0],
-               total_energy(q[now], v[now]) - start);
+        plant_step(0.001F, state, state + PLANT_NQ, force, next, next + PLANT_NQ);
+        for (int i = 0; i < 2 * PLANT_NQ; ++i) {
+            state[i] = next[i];
+        }
     }
-    return fabs(total_energy(q[now], v[now]) - start) < 1e-6 ? 0 : 1;
+    return 0;
 }

@@ -30,10 +30,10 @@ Combination = dict[str, int]
 def combinations() -> Iterator[Combination]:
     """Every combination of features that a scene can have; what has no part in a feature takes turns."""
     forms = [
-        {"ALONE_BATCH": 0, "WITH_COLUMNS": columns, "WITH_STACK": stack}
-        for columns, stack in product((0, 1), (0, 1))
+        {"ALONE_BATCH": 0, "WITH_COLUMNS": columns, **stack}
+        for columns, stack in product((0, 1), ({}, {"PHI_WORK_ON_STACK": 1}))
     ]
-    forms.append({"ALONE_BATCH": 1, "WITH_COLUMNS": 0, "WITH_STACK": 0})
+    forms.append({"ALONE_BATCH": 1, "WITH_COLUMNS": 0})
     chosen = product(SPACES, forms, (0, 1), (0, 1), (0, 1), (0, 1))
     for number, (space, form, inputs, squares, lost, scales) in enumerate(chosen):
         yield {
@@ -104,7 +104,7 @@ def test_no_stencil_is_left_out() -> None:
         ("flow_length.c", "memcpy(&bits, length, sizeof bits);", "memcpy(&bits, *length, sizeof bits);"),
         ("flow_norms.c", "const phi_real share = i < stem_cart", "const int share = i < stem_cart"),
         ("flow_turns.c", "STEM_AT(jet->turns[i], lane) += turns;", ""),
-        ("flow_run.c", "#if WITH_STACK\n    return", "#if WITH_STACKS\n    return"),
+        ("flow_run.c", "#ifdef PHI_WORK_ON_STACK\n    return", "#if WITH_STACKS\n    return"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_found(

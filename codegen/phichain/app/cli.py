@@ -111,12 +111,22 @@ def generate(
         bool, typer.Option("--casadi-c", help="Also NAME_casadi.c, for CasADi's external with exact Jacobians.")
     ] = False,
     proof: Proof = True,
+    check: Annotated[bool, typer.Option("--check", help="Write nothing; exit 1 where the folder is not what would be written.")] = False,
+    package: Annotated[
+        str | None, typer.Option(metavar="KIND", help="Lay it out for cmake, zephyr, platformio or arduino, with a bill of materials.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files that were edited by hand.")] = False,
 ) -> None:
     """Write the stand-alone C and CasADi folder of a scene, DIR/NAME."""
+    from phichain.pipeline import check_folder
     from phichain.pipeline import generate as written
     from phichain.scene.library import find_scene
 
-    folder = written(find_scene(scene), out, with_casadi_c=casadi_c, prove=proof)
+    if check:
+        found = check_folder(find_scene(scene), out, with_casadi_c=casadi_c, prove=proof, package=package)
+        typer.echo(printable(str(found)))
+        raise typer.Exit(1 if found else 0)
+    folder = written(find_scene(scene), out, with_casadi_c=casadi_c, prove=proof, force=force, package=package)
     typer.echo(printable(f"wrote {folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}"))
 
 

@@ -16,7 +16,7 @@ class Field:
     Attributes:
         name: its name in C.
         type: "real", "int", "unsigned long", or the name of a struct.
-        doc: what the header says beside it, `{word}` for what only its printer knows; empty for nothing.
+        doc: what the header says beside it; empty for nothing.
         extent: number of entries of an array, None for a single value or a pointer.
         is_pointer: whether it points to such values.
         present: on which chains the struct has it.
@@ -82,7 +82,7 @@ class Outcome:
 
     Attributes:
         name: in Python; its words joined by underscores end the C constant.
-        doc: what the header says of it, `{word}` for what only its printer knows.
+        doc: what the header says of it.
     """
 
     name: str

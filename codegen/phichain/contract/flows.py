@@ -113,8 +113,8 @@ FLOW: Final = Struct(
             is_pointer=True, present=_has_varied,
         ),
         Field("own", "real", "out, without times: when its own steps ended, as many as count; or NULL", is_pointer=True),
-        Field("work", "workspace", "in: {work}; on cache lines it is fastest", is_pointer=True),
-        Field("steps", "unsigned long", "out: steps taken{bytes}"),
+        Field("work", "workspace", "in: where it works, the caller's; on cache lines it is fastest", is_pointer=True),
+        Field("steps", "unsigned long", "out: steps taken"),
         _WRITTEN,
         _ORDER,
     ),
@@ -130,6 +130,7 @@ STIFF: Final = Struct(
         Field("step", "real", "in: size of the first step, s, or 0; out: that of the next"),
         Field("before", "real", "error of the last step, relative to what was aimed at"),
         *_LOST,
+        Field("work", "stiff_workspace", "in: where it works, the caller's", is_pointer=True),
         Field("steps", "unsigned long", "out: steps taken"),
         Field("refused", "unsigned long", "out: steps tried and not taken"),
         _WRITTEN,
@@ -165,7 +166,7 @@ _BUDGET: Final = Outcome("step budget", 2, "max_steps steps were taken")
 _NOT_FINITE: Final = Outcome(
     "not finite", 3, "the state, or a coefficient of its Taylor series, is not finite from t on"
 )
-NO_WORKSPACE: Final = Outcome("no workspace", 4, "flow->work is NULL{workspace}")
+NO_WORKSPACE: Final = Outcome("no workspace", 4, "flow->work is NULL; flow->steps says how many bytes it wants")
 
 OUTCOMES: Final = (DONE, _MET, _BUDGET, _NOT_FINITE)
 """How a motion can end."""
@@ -226,6 +227,7 @@ PROPAGATE_STIFF: Final = Flow(
         DONE,
         replace(_BUDGET, doc="max_steps steps were tried"),
         replace(_NOT_FINITE, doc="no step, however short, leads to finite numbers within the tolerance from t on"),
+        NO_WORKSPACE,
     ),
 )  # fmt: skip
 

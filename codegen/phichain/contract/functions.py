@@ -204,6 +204,27 @@ TABLE: Final[tuple[Function, ...]] = (
     ),
     Function("step", "One Runge-Kutta step of order 4.", STEP),
     Function(
+        "step_jacobian", "The same step with its exact derivatives by the state before and by the held inputs.",
+        (
+            *STEP,
+            Argument(
+                "A", "out", lambda chain: (2 * chain.nv, 2 * chain.nv), "",
+                "partial derivatives of (q_next, v_next) by (q, v): A_d of the sampled system",
+            ),
+            Argument(
+                "B", "out", lambda chain: (2 * chain.nv, chain.nu), "",
+                "partial derivatives of (q_next, v_next) by u: B_d of the sampled system", flows.has_input,
+            ),
+        ),
+        absent=(
+            Absence(
+                is_spatial, "is defined on planar scenes alone, since unit vectors have derivatives along tangents only",
+                'use "propagate" with flow.variational = true, or "state_jacobian"',
+            ),
+        ),
+        on_request="for controllers and estimators in discrete time", is_missed=False, longest_checked=_DENSE_STEP,
+    ),
+    Function(
         "step_lie4", "One Runge-Kutta-Munthe-Kaas step of order 4: unit vectors turn, and stay unit.", STEP,
         on_request=_FURTHER_STEP,
     ),

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from phichain.emit.c.text import header, source
 from phichain.emit.casadi.external import casadi_external
 from phichain.emit.casadi.module import casadi_module
+from phichain.emit.cost import costs, demand_room, kernel_flash
 from phichain.emit.left_out import left_out
 from phichain.emit.manifest import manifest
 from phichain.emit.printed import Printed, print_scene
@@ -40,7 +41,9 @@ def folder_files(
         with_casadi_c: also write NAME_casadi.c, which CasADi's ``external`` loads.
         proof: how each function was proven; None where nobody did.
     """
-    selftest, printed = make_selftest(scene, lowered), print_scene(scene, lowered)
+    printed = print_scene(scene, lowered)
+    demand_room(printed)
+    selftest = make_selftest(scene, lowered)
     files = {
         f"{scene.name}.h": header(printed, selftest.tolerances),
         f"{scene.name}.c": source(printed),
@@ -65,5 +68,6 @@ def _readme(printed: Printed) -> str:
     functions += [(flow.name, flow.doc, "") for flow in printed.flows]
     return render(
         "generated_readme.md.j2", name=scene.name, real=scene.real, sketch=str(scene), functions=functions,
-        left_out=left_out(printed), has_casadi=bool(printed.wanted), digest=scene.digest, runtime=list(scene.runtime),
+        left_out=left_out(printed), costs=costs(printed), kernel=kernel_flash(printed),
+        has_flows=any(flow.name in ("propagate", "propagate_stiff") for flow in printed.flows), has_casadi=bool(printed.wanted), digest=scene.digest, runtime=list(scene.runtime),
     )  # fmt: skip

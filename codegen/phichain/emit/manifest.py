@@ -9,6 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from phichain.emit.c.programs import PrintedFunction
+from phichain.emit.cost import Cost, costs, kernel_flash
 from phichain.emit.left_out import left_out
 from phichain.emit.printed import Printed
 from phichain.ir.nodes import Array
@@ -28,7 +29,7 @@ def manifest(
         files: the texts to hash.
         proof: how each function was proven; None where nobody did.
     """
-    scene = printed.scene
+    scene, known = printed.scene, costs(printed)
     record = {
         "name": scene.name,
         "scene": scene.to_dict(),
@@ -36,8 +37,11 @@ def manifest(
         "generator": {"phichain": _version("phichain"), "sympy": _version("sympy"), "jinja2": _version("jinja2")},
         "real": scene.real,
         "params": [_argument(array) for array in printed.params],
-        "functions": {function.name: _function(function, tolerances.get(function.name)) for function in printed.wanted},
-        "flows": {flow.name: {"symbol": flow.symbol, "doc": flow.doc} for flow in printed.flows},
+        "functions": {
+            function.name: _function(function, tolerances.get(function.name)) | _cost(known[function.name]) for function in printed.wanted
+        },
+        "flows": {flow.name: {"symbol": flow.symbol, "doc": flow.doc} | _cost(known[flow.name]) for flow in printed.flows},
+        "sincos_flash_at_most": kernel_flash(printed),
         "helpers": sorted(function.name for function in printed.helpers),
         "proof": dict(proof) if proof is not None else dict.fromkeys(scene.want, _UNPROVEN),
         "left_out": left_out(printed),
@@ -72,6 +76,15 @@ def _function(function: PrintedFunction, tolerance: str | None) -> dict[str, Any
             array.name: list(nonzero[array.name]) for array in program.outputs if len(nonzero[array.name]) < array.size
         }
     return record
+
+
+def _cost(cost: Cost) -> dict[str, Any]:
+    """Bounds on a Cortex-M4F; see `emit.cost`."""
+    return {
+        "cortex_m4f_at_most": {
+            "flash_Os": cost.flash, "flash_O2": cost.fast_flash, "stack": cost.stack, "instructions_Os": cost.instructions
+        }
+    }  # fmt: skip
 
 
 def _argument(array: Array) -> dict[str, Any]:

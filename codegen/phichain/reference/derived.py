@@ -125,6 +125,22 @@ def step(case: Case) -> Outputs:
     return {"q_next": q_next, "v_next": v_next}
 
 
+@judges("step_jacobian")
+def step_jacobian(case: Case) -> Outputs:
+    """The step, and central differences of it in each entry of q, v and u."""
+    width, precision = _difference()
+    columns: dict[str, list[Vector]] = {}
+    for name in ("q", "v", "u"):
+        point, columns[name] = case.inputs.get(name, []), []
+        for i in range(len(point)):
+            with mp.workprec(precision):
+                ahead, behind = (step(case.at(**{name: moved(point, unit(len(point), i), h)})) for h in (width, -width))
+                pairs = [*zip(ahead["q_next"], behind["q_next"], strict=True), *zip(ahead["v_next"], behind["v_next"], strict=True)]
+                columns[name].append([(a - b) / (2 * width) for a, b in pairs])
+    by_state = transposed(columns["q"] + columns["v"])
+    return {**step(case), "A": by_state, "B": _rows(columns["u"], len(by_state))}
+
+
 def _tangent_jacobian(case: Case) -> Outputs:
     """Differentiate forward dynamics along the manifold, one row per direction of `tangents`."""
     q, v, u = case.inputs["q"], case.inputs["v"], case.inputs["u"]

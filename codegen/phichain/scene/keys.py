@@ -18,7 +18,7 @@ TABLES: Final[dict[str, tuple[str, ...]]] = {
     "functions": ("want",),
     "flow": ("variational",),
     "forcing": ("forced", "axis"),
-    "target": ("real", "code"),
+    "target": ("real", "code", "trig", "trig_hook", "stack_max", "flash_max"),
 }
 """The tables of a scene and their keys; `name` stands before the first table."""
 

@@ -29,6 +29,7 @@ from phichain.scene.physical import (
     rest_angle_of,
 )
 from phichain.scene.sketch import sketch
+from phichain.scene.target import limit, trig_of
 from phichain.scene.toml import write_toml
 from phichain.scene.validate import (
     ANY,
@@ -90,6 +91,11 @@ class Scene(Vectors):
         axis: along which axis a cart or a base is forced, counted from 1; None exactly where neither is.
         real: `"double"` or `"float"`, the type of the emitted C.
         code: `"unrolled"`, `"loops"`, or `"auto"` (by operation count).
+        trig: who computes sines and cosines: `"libm"`, `"bundled"`, `"hook"`, or None for a kernel that vectorises and leaves
+            large angles to the C library.
+        trig_hook: name of the user's function; None exactly without a hook.
+        stack_max: bytes of stack that no function may exceed on a Cortex-M4F, or None.
+        flash_max: the same of code and constants.
     """
 
     name: str
@@ -120,6 +126,10 @@ class Scene(Vectors):
     axis: int | None
     real: Literal["double", "float"]
     code: Literal["auto", "unrolled", "loops"]
+    trig: Literal["libm", "bundled", "hook"] | None
+    trig_hook: str | None
+    stack_max: int | None
+    flash_max: int | None
 
     def __init__(
         self,
@@ -152,6 +162,10 @@ class Scene(Vectors):
         axis: int | None = None,
         real: str = "double",
         code: str = "auto",
+        trig: str | None = None,
+        trig_hook: str | None = None,
+        stack_max: int | None = None,
+        flash_max: int | None = None,
     ) -> None:
         """Check every value, fill in the defaults and bring all into the one form the attributes describe.
 
@@ -190,6 +204,7 @@ class Scene(Vectors):
         speeds = friction_speeds(
             physical["friction"], physical["cart_friction"], friction_speed, cart_friction_speed, real
         )
+        trig, trig_hook = trig_of(trig, trig_hook, want, name)
         values = physical | {
             "name": name,
             "links": links,
@@ -206,6 +221,10 @@ class Scene(Vectors):
             "axis": along,
             "real": real,
             "code": choice("code", code, ("auto", "unrolled", "loops")),
+            "trig": trig,
+            "trig_hook": trig_hook,
+            "stack_max": limit("stack_max", stack_max),
+            "flash_max": limit("flash_max", flash_max),
         }
         for key, value in values.items():
             object.__setattr__(self, key, value)

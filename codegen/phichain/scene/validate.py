@@ -43,14 +43,19 @@ ANY: Final = Sign(lambda x: True, "", "")
 
 def link_count(value: object) -> int:
     """Return the number of links, a whole number from 1 to `MOST_LINKS`."""
+    return whole_number("links", value, 1, MOST_LINKS)
+
+
+def whole_number(key: str, value: object, least: int, most: int) -> int:
+    """Return a whole number within bounds."""
     plain = _plain(value)
-    remedy = f"use a whole number from 1 to {MOST_LINKS}"
+    remedy = f"use a whole number from {least} to {most}"
     if isinstance(plain, bool) or not isinstance(plain, int):
-        raise SceneError(label("links"), value, "is not a whole number", remedy)
-    if plain < 1:
-        raise SceneError(label("links"), value, "is below 1", remedy)
-    if plain > MOST_LINKS:
-        raise SceneError(label("links"), value, f"is above {MOST_LINKS}", remedy)
+        raise SceneError(label(key), value, "is not a whole number", remedy)
+    if plain < least:
+        raise SceneError(label(key), value, f"is below {least}", remedy)
+    if plain > most:
+        raise SceneError(label(key), value, f"is above {most}", remedy)
     return plain
 
 

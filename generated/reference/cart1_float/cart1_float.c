@@ -66,22 +66,22 @@ static void cart1_float_sincos(const int n, const cart1_float_real *CART1_FLOAT_
 
     for (int k = 0; k < n; ++k) {
         /* quarter = angle / (pi/2) to the nearest integer, whose low bits end up last in `rounded` */
-        const cart1_float_real rounded = angle[k] * 0x1.45f306p-1F + 0x1.8p+23F;
-        const cart1_float_real quarter = rounded - 0x1.8p+23F;
+        const cart1_float_real rounded = angle[k] * 0.63661975F + 12582912.0F;
+        const cart1_float_real quarter = rounded - 12582912.0F;
         const uint32_t quadrant = cart1_float_bits_of(rounded);
 
         /* angle - quarter * pi/2 = r - excess; only the product with the last part of pi/2 is rounded */
-        const cart1_float_real coarse = angle[k] - quarter * 0x1.922p+0F;
-        const cart1_float_real middle = (0x1.8p+23F - rounded) * 0x1.2afp-18F;
+        const cart1_float_real coarse = angle[k] - quarter * 1.5708008F;
+        const cart1_float_real middle = (12582912.0F - rounded) * 4.454516e-6F;
         const cart1_float_real r = coarse - middle;
-        const cart1_float_real excess = quarter * 0x1.0b4612p-34F - ((coarse - r) - middle);
+        const cart1_float_real excess = quarter * 6.0771006e-11F - ((coarse - r) - middle);
 
         const cart1_float_real r2 = r * r;
         const cart1_float_real r4 = r2 * r2;
-        const cart1_float_real sine_series = (0x1.555546p-3F - r2 * 0x1.110778p-7F)
-            + r4 * 0x1.9953e4p-13F;
-        const cart1_float_real cosine_series = (0x1.555548p-5F - r2 * 0x1.6c0b3p-10F)
-            + r4 * 0x1.99ad38p-16F;
+        const cart1_float_real sine_series = (0.16666655F - r2 * 0.008332189F)
+            + r4 * 0.00019518266F;
+        const cart1_float_real cosine_series = (0.04166664F - r2 * 0.0013887165F)
+            + r4 * 0.00002441863F;
         const cart1_float_real half_r2 = 0.5F * r2;
         const cart1_float_real leading = 1.0F - half_r2;
         const uint32_t s = cart1_float_bits_of(r - (r2 * r * sine_series + excess * leading));

@@ -1,14 +1,28 @@
 /* Self-test of cart1_float.
  *
- * Every function is compared with the un-lowered Lagrangian in 50 digits, rounded once; Jacobians along one
- * direction each. Build it with cart1_float.c and run it: the exit code is the number of failures.
+ * Every function is compared with the un-lowered Lagrangian in 50 digits, rounded once; Jacobians along
+ * one direction each. Build it with cart1_float.c and run it: it says how each comparison ended, and the
+ * exit code is the number of failures. On a target define CART1_FLOAT_NO_MAIN and call
+ * cart1_float_selftest from your own main: that needs nothing of the C library.
  */
 #include "cart1_float.h"
-#include <math.h>
+#ifndef CART1_FLOAT_NO_MAIN
 #include <stdio.h>
+#endif
+
+int cart1_float_selftest(void);
+
+/* Who is told of each comparison; a null pointer for nobody. */
+typedef void listener(const char *what, cart1_float_real error, cart1_float_real tolerance, int failed);
+
+/* The size of a number. */
+static cart1_float_real size_of(cart1_float_real x)
+{
+    return x < 0.0F ? -x : x;
+}
 
 /* Largest error over largest expected entry; NaN fails. Returns the number of failures, 0 or 1. */
-static int compare(const char *what, int count, const cart1_float_real *found,
+static int compare(listener *tell, const char *what, int count, const cart1_float_real *found,
     const cart1_float_real *expected, cart1_float_real tolerance)
 {
     cart1_float_real worst = 0.0F;
@@ -16,22 +30,23 @@ static int compare(const char *what, int count, const cart1_float_real *found,
     int failed = 0;
 
     for (int i = 0; i < count; ++i) {
-        const cart1_float_real error = fabsf(found[i] - expected[i]);
+        const cart1_float_real error = size_of(found[i] - expected[i]);
 
         worst = error > worst ? error : worst;
-        scale = fabsf(expected[i]) > scale ? fabsf(expected[i]) : scale;
+        scale = size_of(expected[i]) > scale ? size_of(expected[i]) : scale;
         failed |= !(error >= 0.0F);
     }
     if (scale > 0.0F) {
         worst /= scale;
     }
     failed |= worst > tolerance;
-    printf("%-32s error %9.2e  tolerance %9.2e  %s\n", what, (double)worst, (double)tolerance,
-        failed ? "FAILED" : "passed");
+    if (tell != 0) {
+        tell(what, worst, tolerance, failed);
+    }
     return failed;
 }
 
-static int case_1(void)
+static int case_1(listener *tell)
 {
     static const cart1_float_params parameters = {
         .mass = {0x1.76d05cp+0F},
@@ -50,11 +65,11 @@ static int case_1(void)
     int failures = 0;
 
     cart1_float_forward_dynamics(&parameters, q, v, u, a);
-    failures += compare("forward_dynamics", 2, a, a_expected, CART1_FLOAT_FORWARD_DYNAMICS_TOLERANCE);
+    failures += compare(tell, "forward_dynamics", 2, a, a_expected, CART1_FLOAT_FORWARD_DYNAMICS_TOLERANCE);
     return failures;
 }
 
-static int case_2(void)
+static int case_2(listener *tell)
 {
     static const cart1_float_params parameters = {
         .mass = {0x1.655d92p-1F},
@@ -73,11 +88,11 @@ static int case_2(void)
     int failures = 0;
 
     cart1_float_forward_dynamics(&parameters, q, v, u, a);
-    failures += compare("forward_dynamics", 2, a, a_expected, CART1_FLOAT_FORWARD_DYNAMICS_TOLERANCE);
+    failures += compare(tell, "forward_dynamics", 2, a, a_expected, CART1_FLOAT_FORWARD_DYNAMICS_TOLERANCE);
     return failures;
 }
 
-static int case_3(void)
+static int case_3(listener *tell)
 {
     static const cart1_float_params parameters = {
         .mass = {0x1.a915ccp+0F},
@@ -96,11 +111,11 @@ static int case_3(void)
     int failures = 0;
 
     cart1_float_forward_dynamics(&parameters, q, v, u, a);
-    failures += compare("forward_dynamics", 2, a, a_expected, CART1_FLOAT_FORWARD_DYNAMICS_TOLERANCE);
+    failures += compare(tell, "forward_dynamics", 2, a, a_expected, CART1_FLOAT_FORWARD_DYNAMICS_TOLERANCE);
     return failures;
 }
 
-static int case_4(void)
+static int case_4(listener *tell)
 {
     static const cart1_float_params parameters = {
         .mass = {0x1.a3eb7p+0F},
@@ -120,12 +135,13 @@ static int case_4(void)
     int failures = 0;
 
     cart1_float_energy(&parameters, q, v, &kinetic, &potential);
-    failures += compare("energy, kinetic", 1, &kinetic, kinetic_expected, CART1_FLOAT_ENERGY_TOLERANCE);
-    failures += compare("energy, potential", 1, &potential, potential_expected, CART1_FLOAT_ENERGY_TOLERANCE);
+    failures += compare(tell, "energy, kinetic", 1, &kinetic, kinetic_expected, CART1_FLOAT_ENERGY_TOLERANCE);
+    failures += compare(tell, "energy, potential", 1, &potential, potential_expected,
+        CART1_FLOAT_ENERGY_TOLERANCE);
     return failures;
 }
 
-static int case_5(void)
+static int case_5(listener *tell)
 {
     static const cart1_float_params parameters = {
         .mass = {0x1.ea5f38p-1F},
@@ -145,12 +161,13 @@ static int case_5(void)
     int failures = 0;
 
     cart1_float_energy(&parameters, q, v, &kinetic, &potential);
-    failures += compare("energy, kinetic", 1, &kinetic, kinetic_expected, CART1_FLOAT_ENERGY_TOLERANCE);
-    failures += compare("energy, potential", 1, &potential, potential_expected, CART1_FLOAT_ENERGY_TOLERANCE);
+    failures += compare(tell, "energy, kinetic", 1, &kinetic, kinetic_expected, CART1_FLOAT_ENERGY_TOLERANCE);
+    failures += compare(tell, "energy, potential", 1, &potential, potential_expected,
+        CART1_FLOAT_ENERGY_TOLERANCE);
     return failures;
 }
 
-static int case_6(void)
+static int case_6(listener *tell)
 {
     static const cart1_float_params parameters = {
         .mass = {0x1.0745e2p-1F},
@@ -170,12 +187,13 @@ static int case_6(void)
     int failures = 0;
 
     cart1_float_energy(&parameters, q, v, &kinetic, &potential);
-    failures += compare("energy, kinetic", 1, &kinetic, kinetic_expected, CART1_FLOAT_ENERGY_TOLERANCE);
-    failures += compare("energy, potential", 1, &potential, potential_expected, CART1_FLOAT_ENERGY_TOLERANCE);
+    failures += compare(tell, "energy, kinetic", 1, &kinetic, kinetic_expected, CART1_FLOAT_ENERGY_TOLERANCE);
+    failures += compare(tell, "energy, potential", 1, &potential, potential_expected,
+        CART1_FLOAT_ENERGY_TOLERANCE);
     return failures;
 }
 
-static int case_7(void)
+static int case_7(listener *tell)
 {
     static const cart1_float_params parameters = {
         .mass = {0x1.fb877cp+0F},
@@ -199,14 +217,14 @@ static int case_7(void)
     int failures = 0;
 
     cart1_float_linearization(&parameters, s, M, G, D, B);
-    failures += compare("linearization, M", 4, M, M_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
-    failures += compare("linearization, G", 4, G, G_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
-    failures += compare("linearization, D", 4, D, D_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
-    failures += compare("linearization, B", 2, B, B_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, M", 4, M, M_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, G", 4, G, G_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, D", 4, D, D_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, B", 2, B, B_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
     return failures;
 }
 
-static int case_8(void)
+static int case_8(listener *tell)
 {
     static const cart1_float_params parameters = {
         .mass = {0x1.ef94ap+0F},
@@ -230,14 +248,14 @@ static int case_8(void)
     int failures = 0;
 
     cart1_float_linearization(&parameters, s, M, G, D, B);
-    failures += compare("linearization, M", 4, M, M_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
-    failures += compare("linearization, G", 4, G, G_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
-    failures += compare("linearization, D", 4, D, D_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
-    failures += compare("linearization, B", 2, B, B_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, M", 4, M, M_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, G", 4, G, G_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, D", 4, D, D_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, B", 2, B, B_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
     return failures;
 }
 
-static int case_9(void)
+static int case_9(listener *tell)
 {
     static const cart1_float_params parameters = {
         .mass = {0x1.148b6cp-1F},
@@ -261,14 +279,14 @@ static int case_9(void)
     int failures = 0;
 
     cart1_float_linearization(&parameters, s, M, G, D, B);
-    failures += compare("linearization, M", 4, M, M_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
-    failures += compare("linearization, G", 4, G, G_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
-    failures += compare("linearization, D", 4, D, D_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
-    failures += compare("linearization, B", 2, B, B_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, M", 4, M, M_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, G", 4, G, G_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, D", 4, D, D_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, B", 2, B, B_expected, CART1_FLOAT_LINEARIZATION_TOLERANCE);
     return failures;
 }
 
-static int case_10(void)
+static int case_10(listener *tell)
 {
     static const cart1_float_params parameters = {
         .mass = {0x1.7778cp+0F},
@@ -305,11 +323,12 @@ static int case_10(void)
             slope[i] += dadu[1 * i + j] * dadu_direction[j];
         }
     }
-    failures += compare("state_jacobian", 2, slope, slope_expected, CART1_FLOAT_STATE_JACOBIAN_TOLERANCE);
+    failures += compare(tell, "state_jacobian", 2, slope, slope_expected,
+        CART1_FLOAT_STATE_JACOBIAN_TOLERANCE);
     return failures;
 }
 
-static int case_11(void)
+static int case_11(listener *tell)
 {
     static const cart1_float_params parameters = {
         .mass = {0x1.ef8ea8p+0F},
@@ -346,11 +365,12 @@ static int case_11(void)
             slope[i] += dadu[1 * i + j] * dadu_direction[j];
         }
     }
-    failures += compare("state_jacobian", 2, slope, slope_expected, CART1_FLOAT_STATE_JACOBIAN_TOLERANCE);
+    failures += compare(tell, "state_jacobian", 2, slope, slope_expected,
+        CART1_FLOAT_STATE_JACOBIAN_TOLERANCE);
     return failures;
 }
 
-static int case_12(void)
+static int case_12(listener *tell)
 {
     static const cart1_float_params parameters = {
         .mass = {0x1.f5f528p+0F},
@@ -387,11 +407,12 @@ static int case_12(void)
             slope[i] += dadu[1 * i + j] * dadu_direction[j];
         }
     }
-    failures += compare("state_jacobian", 2, slope, slope_expected, CART1_FLOAT_STATE_JACOBIAN_TOLERANCE);
+    failures += compare(tell, "state_jacobian", 2, slope, slope_expected,
+        CART1_FLOAT_STATE_JACOBIAN_TOLERANCE);
     return failures;
 }
 
-static int case_13(void)
+static int case_13(listener *tell)
 {
     static const cart1_float_params parameters = {
         .mass = {0x1.a94252p+0F},
@@ -412,12 +433,12 @@ static int case_13(void)
     int failures = 0;
 
     cart1_float_step(&parameters, 0x1p-14F, q, v, u, q_next, v_next);
-    failures += compare("step, q_next", 2, q_next, q_next_expected, CART1_FLOAT_STEP_TOLERANCE);
-    failures += compare("step, v_next", 2, v_next, v_next_expected, CART1_FLOAT_STEP_TOLERANCE);
+    failures += compare(tell, "step, q_next", 2, q_next, q_next_expected, CART1_FLOAT_STEP_TOLERANCE);
+    failures += compare(tell, "step, v_next", 2, v_next, v_next_expected, CART1_FLOAT_STEP_TOLERANCE);
     return failures;
 }
 
-static int case_14(void)
+static int case_14(listener *tell)
 {
     static const cart1_float_params parameters = {
         .mass = {0x1.6dd9b8p-1F},
@@ -438,12 +459,12 @@ static int case_14(void)
     int failures = 0;
 
     cart1_float_step(&parameters, 0x1p-14F, q, v, u, q_next, v_next);
-    failures += compare("step, q_next", 2, q_next, q_next_expected, CART1_FLOAT_STEP_TOLERANCE);
-    failures += compare("step, v_next", 2, v_next, v_next_expected, CART1_FLOAT_STEP_TOLERANCE);
+    failures += compare(tell, "step, q_next", 2, q_next, q_next_expected, CART1_FLOAT_STEP_TOLERANCE);
+    failures += compare(tell, "step, v_next", 2, v_next, v_next_expected, CART1_FLOAT_STEP_TOLERANCE);
     return failures;
 }
 
-static int case_15(void)
+static int case_15(listener *tell)
 {
     static const cart1_float_params parameters = {
         .mass = {0x1.d89ec4p+0F},
@@ -464,30 +485,57 @@ static int case_15(void)
     int failures = 0;
 
     cart1_float_step(&parameters, 0x1p-14F, q, v, u, q_next, v_next);
-    failures += compare("step, q_next", 2, q_next, q_next_expected, CART1_FLOAT_STEP_TOLERANCE);
-    failures += compare("step, v_next", 2, v_next, v_next_expected, CART1_FLOAT_STEP_TOLERANCE);
+    failures += compare(tell, "step, q_next", 2, q_next, q_next_expected, CART1_FLOAT_STEP_TOLERANCE);
+    failures += compare(tell, "step, v_next", 2, v_next, v_next_expected, CART1_FLOAT_STEP_TOLERANCE);
     return failures;
+}
+
+/* All cases, in the order of their numbers. */
+static int (*const cases[])(listener *tell) = {
+    case_1,
+    case_2,
+    case_3,
+    case_4,
+    case_5,
+    case_6,
+    case_7,
+    case_8,
+    case_9,
+    case_10,
+    case_11,
+    case_12,
+    case_13,
+    case_14,
+    case_15,
+};
+enum { case_count = (int)(sizeof cases / sizeof cases[0]) };
+
+/* The number of the first case that fails, counted from 1; 0 where all pass. */
+int cart1_float_selftest(void)
+{
+    for (int number = 0; number < case_count; ++number) {
+        if (cases[number](0) != 0) {
+            return number + 1;
+        }
+    }
+    return 0;
+}
+#ifndef CART1_FLOAT_NO_MAIN
+
+static void print(const char *what, cart1_float_real error, cart1_float_real tolerance, int failed)
+{
+    printf("%-32s error %9.2e  tolerance %9.2e  %s\n", what, (double)error, (double)tolerance,
+        failed ? "FAILED" : "passed");
 }
 
 int main(void)
 {
     int failures = 0;
 
-    failures += case_1();
-    failures += case_2();
-    failures += case_3();
-    failures += case_4();
-    failures += case_5();
-    failures += case_6();
-    failures += case_7();
-    failures += case_8();
-    failures += case_9();
-    failures += case_10();
-    failures += case_11();
-    failures += case_12();
-    failures += case_13();
-    failures += case_14();
-    failures += case_15();
+    for (int number = 0; number < case_count; ++number) {
+        failures += cases[number](print);
+    }
     printf("%s\n", failures ? "FAILED" : "all passed");
     return failures;
 }
+#endif

@@ -66,24 +66,24 @@ static void planar2_sincos(const int n, const planar2_real *PLANAR2_RESTRICT ang
 
     for (int k = 0; k < n; ++k) {
         /* quarter = angle / (pi/2) to the nearest integer, whose low bits end up last in `rounded` */
-        const planar2_real rounded = angle[k] * 0x1.45f306dc9c883p-1 + 0x1.8p+52;
-        const planar2_real quarter = rounded - 0x1.8p+52;
+        const planar2_real rounded = angle[k] * 0.6366197723675814 + 6755399441055744.0;
+        const planar2_real quarter = rounded - 6755399441055744.0;
         const uint64_t quadrant = planar2_bits_of(rounded);
 
         /* angle - quarter * pi/2 = r - excess; only the product with the last part of pi/2 is rounded */
-        const planar2_real coarse = angle[k] - quarter * 0x1.921fb5444p+0;
-        const planar2_real middle = quarter * 0x1.68c234c4cp-39;
+        const planar2_real coarse = angle[k] - quarter * 1.5707963267923333;
+        const planar2_real middle = quarter * 2.5633441515839558e-12;
         const planar2_real r = coarse - middle;
-        const planar2_real excess = quarter * 0x1.98a2e03707345p-77 - ((coarse - r) - middle);
+        const planar2_real excess = quarter * 1.0562999066987428e-23 - ((coarse - r) - middle);
 
         const planar2_real r2 = r * r;
         const planar2_real r4 = r2 * r2;
-        const planar2_real sine_series = (0x1.5555555555549p-3 - r2 * 0x1.111111110f89fp-7)
-            + r4 * ((0x1.a01a019c14f6ep-13 - r2 * 0x1.71de357a10113p-19)
-            + r4 * (0x1.ae5e67cd64926p-26 - r2 * 0x1.5d93691e8362dp-33));
-        const planar2_real cosine_series = (0x1.5555555555548p-5 - r2 * 0x1.6c16c16c14aeep-10)
-            + r4 * ((0x1.a01a019c245c1p-16 - r2 * 0x1.27e4f7af8f851p-22)
-            + r4 * (0x1.1ee9b48775c89p-29 - r2 * 0x1.8f94661c27c04p-37));
+        const planar2_real sine_series = (0.16666666666666632 - r2 * 0.008333333333322477)
+            + r4 * ((0.0001984126982984518 - r2 * 2.7557313702354424e-06)
+            + r4 * (2.5050759513259505e-08 - r2 * 1.5896867932569039e-10));
+        const planar2_real cosine_series = (0.041666666666666574 - r2 * 0.0013888888888870482)
+            + r4 * ((2.4801587287520127e-05 - r2 * 2.755731385062701e-07)
+            + r4 * (2.0875661787146374e-09 - r2 * 1.1356737646641184e-11));
         const planar2_real half_r2 = 0.5 * r2;
         const planar2_real leading = 1.0 - half_r2;
         const uint64_t s = planar2_bits_of(r - (r2 * r * sine_series + excess * leading));
@@ -148,7 +148,8 @@ static void planar2_bessel_recurrence(const planar2_real x, planar2_real j[5])
 {
     const planar2_real half_x = 0.5 * x;
     const planar2_real y = half_x * half_x;
-    const int start = 18 + 2 * (int)fabs(x);
+    const planar2_real size = fabs(x);
+    const int start = 18 + 2 * (int)size;
     planar2_real odd = 0.0;  /* r_(k+1) */
     planar2_real even = 1.0; /* r_k */
     planar2_real even_sum = 1.0; /* r_k + y r_(k+2) + y^2 r_(k+4) + ... */
@@ -715,10 +716,14 @@ void planar2_step(const planar2_real h, const planar2_real q[2], const planar2_r
 
 /* Rows on cache lines; and the inner loop as a function of its own, where nothing else asks for registers. */
 #if defined(__GNUC__)
+#ifdef PLANAR2_WORK_ON_STACK
 #define PLANAR2_ALIGNED __attribute__((aligned(64)))
+#endif
 #define PLANAR2_FLOW_APART __attribute__((noinline))
 #else
+#ifdef PLANAR2_WORK_ON_STACK
 #define PLANAR2_ALIGNED
+#endif
 #define PLANAR2_FLOW_APART
 #endif
 
@@ -931,13 +936,37 @@ static void planar2_flow_norms(const planar2_real reach, const planar2_real x[pl
 static const planar2_real planar2_flow_turn_high = 6.283185307179586,
     planar2_flow_turn_low = 2.4492935982947064e-16;
 
+/* The nearest whole number. */
+static planar2_real planar2_flow_whole(const planar2_real x)
+{
+    const planar2_real size = fabs(x), whole = size < 4503599627370496.0 ? (size + 4503599627370496.0)
+        - 4503599627370496.0 : size;
+    return x < 0 ? -whole : whole;
+}
+
+/* a b + c, rounded once. Where no instruction does it, nothing contracts either, and the product's
+ * rounding error is found from halves (Dekker 1971). */
+static planar2_real planar2_flow_fused(const planar2_real a, const planar2_real b, const planar2_real c)
+{
+#if defined(FP_FAST_FMA) || defined(__FP_FAST_FMA)
+    return fma(a, b, c);
+#else
+    const planar2_real wide_a = a * 134217729.0, high_a = wide_a - (wide_a - a), low_a = a - high_a;
+    const planar2_real wide_b = b * 134217729.0, high_b = wide_b - (wide_b - b), low_b = b - high_b;
+    const planar2_real product = a * b, sum = product + c, part = sum - product;
+    const planar2_real rest = (((high_a * high_b - product) + high_a * low_b) + low_a * high_b)
+        + low_a * low_b;
+    return sum + (((product - (sum - part)) + (c - part)) + rest);
+#endif
+}
+
 /* An angle and its whole turns as one number. */
 static planar2_real planar2_flow_turned(const planar2_real x, const planar2_real turns)
 {
     if (!(turns > 0 || turns < 0)) {
         return x;
     }
-    return fma(turns, planar2_flow_turn_high, x + turns * planar2_flow_turn_low);
+    return planar2_flow_fused(turns, planar2_flow_turn_high, x + turns * planar2_flow_turn_low);
 }
 
 /* Take whole turns out of a lane's angles, to the last bit that `lost` can hold; whether there were any. */
@@ -947,8 +976,8 @@ static int planar2_flow_wind(const int lane, planar2_workspace *jet)
     for (int i = planar2_flow_cart; i < planar2_flow_q; ++i) {
         const planar2_real x = PLANAR2_FLOW_OF(jet->state[i], lane);
         if (fabs(x) > 4) {
-            const planar2_real turns = floor(x / planar2_flow_turn_high + 0.5);
-            const planar2_real rest = fma(-turns, planar2_flow_turn_high, x);
+            const planar2_real turns = planar2_flow_whole(x / planar2_flow_turn_high);
+            const planar2_real rest = planar2_flow_fused(-turns, planar2_flow_turn_high, x);
             const planar2_real whole = PLANAR2_FLOW_OF(jet->lost[i], lane) - turns * planar2_flow_turn_low,
                 sum = rest + whole;
             PLANAR2_FLOW_AT(jet->state[i], lane) = sum;
@@ -968,7 +997,7 @@ static void planar2_flow_unwind(const int lane, planar2_workspace *jet)
             x = PLANAR2_FLOW_OF(jet->state[i], lane);
         if (turns > 0 || turns < 0) {
             const planar2_real large = turns * planar2_flow_turn_high, near = large + x, part = near - large;
-            const planar2_real rest = fma(turns, planar2_flow_turn_high, -large)
+            const planar2_real rest = planar2_flow_fused(turns, planar2_flow_turn_high, -large)
                 + turns * planar2_flow_turn_low;
             const planar2_real whole = ((large - (near - part)) + (x - part))
                 + (rest + PLANAR2_FLOW_OF(jet->lost[i], lane));
@@ -1587,6 +1616,7 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
     memcpy(flow->lost, jet->lost, sizeof flow->lost);
     return result;
 }
+#ifdef PLANAR2_WORK_ON_STACK
 
 /* The same in a workspace of its own. */
 static PLANAR2_FLOW_APART int planar2_flow_run_on_stack(planar2_flow *flow, planar2_real t_end,
@@ -1597,6 +1627,7 @@ static PLANAR2_FLOW_APART int planar2_flow_run_on_stack(planar2_flow *flow, plan
     planar2_workspace work PLANAR2_ALIGNED;
     return planar2_flow_run(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out, &work);
 }
+#endif
 
 /* Taylor flow: order and steps chosen from a tolerance, with dense output and an event. */
 int planar2_propagate(planar2_flow *flow, planar2_real t_end, unsigned long max_steps,
@@ -1608,5 +1639,10 @@ int planar2_propagate(planar2_flow *flow, planar2_real t_end, unsigned long max_
         return planar2_flow_run(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out,
             flow->work);
     }
+#ifdef PLANAR2_WORK_ON_STACK
     return planar2_flow_run_on_stack(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out);
+#else
+    flow->steps = sizeof(planar2_workspace);
+    return PLANAR2_NO_WORKSPACE;
+#endif
 }

@@ -23,6 +23,9 @@
  * allocates memory or normalises its inputs; all may be called from several threads at once. NaN and
  * infinities spread into the results and do no other harm.
  *
+ * Sines and cosines: by code of its own within 0.9 ulp up to 400000 rad, beyond by the C library; flash 1300
+ * bytes at most.
+ *
  * This file and planar2.c are free for any use.
  * SHA-256 of the scene: aa415239a5c5e4cadd5bb5753b4f9d6d363d7ec8e985e09b589372aadd0e13cd
  */
@@ -40,6 +43,11 @@ extern "C" {
 
 typedef double planar2_real;
 
+/* Numbers of another precision do not compile, in C++ anyhow; compilers of C that only warn are told so. */
+#if defined(__GNUC__) && !defined(__cplusplus)
+#pragma GCC diagnostic error "-Wincompatible-pointer-types"
+#endif
+
 /* What the vectors hold, in this order:
  *   q  theta_k, rad: each angle counted from the link before, the first from the hanging vertical
  *   v  the rate of each angle, rad/s
@@ -53,6 +61,7 @@ typedef double planar2_real;
  *   u  in   inputs
  *   a  out  accelerations
  * 39 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 751 bytes, stack 376 bytes at most.
  */
 void planar2_forward_dynamics(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
     planar2_real a[2]);
@@ -63,6 +72,7 @@ void planar2_forward_dynamics(const planar2_real q[2], const planar2_real v[2], 
  *   a  in   accelerations
  *   u  out  generalised force conjugate to q, N m
  * 36 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 712 bytes, stack 376 bytes at most.
  */
 void planar2_inverse_dynamics(const planar2_real q[2], const planar2_real v[2], const planar2_real a[2],
     planar2_real u[2]);
@@ -71,6 +81,7 @@ void planar2_inverse_dynamics(const planar2_real q[2], const planar2_real v[2], 
  *   q    in   configuration
  *   out  out  2 x 2, M of M a + coriolis + gravity_torque = generalised force; kg m^2
  * 12 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 429 bytes, stack 320 bytes at most.
  */
 void planar2_mass_matrix(const planar2_real q[2], planar2_real out[4]);
 
@@ -79,6 +90,7 @@ void planar2_mass_matrix(const planar2_real q[2], planar2_real out[4]);
  *   v    in   rates
  *   out  out  velocity terms, N m
  * 23 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 544 bytes, stack 328 bytes at most.
  */
 void planar2_coriolis(const planar2_real q[2], const planar2_real v[2], planar2_real out[2]);
 
@@ -86,6 +98,7 @@ void planar2_coriolis(const planar2_real q[2], const planar2_real v[2], planar2_
  *   q    in   configuration
  *   out  out  gravity terms, N m
  * 6 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 322 bytes, stack 320 bytes at most.
  */
 void planar2_gravity_torque(const planar2_real q[2], planar2_real out[2]);
 
@@ -95,6 +108,7 @@ void planar2_gravity_torque(const planar2_real q[2], planar2_real out[2]);
  *   kinetic    out  J
  *   potential  out  J, zero with all masses at the height of the base
  * 35 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 699 bytes, stack 376 bytes at most.
  */
 void planar2_energy(const planar2_real q[2], const planar2_real v[2], planar2_real *kinetic,
     planar2_real *potential);
@@ -103,6 +117,7 @@ void planar2_energy(const planar2_real q[2], const planar2_real v[2], planar2_re
  *   q    in   configuration
  *   out  out  2 x 2, row k holds the position [horizontal, down] of mass k, m
  * 13 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 441 bytes, stack 352 bytes at most.
  */
 void planar2_positions(const planar2_real q[2], planar2_real out[4]);
 
@@ -112,6 +127,7 @@ void planar2_positions(const planar2_real q[2], planar2_real out[4]);
  *   G  out  2 x 2, stiffness by gravity
  *   B  out  2 x 2, how the inputs u enter
  * 8 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 471 bytes, stack 112 bytes at most.
  */
 void planar2_linearization(const planar2_real s[2], planar2_real M[4], planar2_real G[4], planar2_real B[4]);
 
@@ -123,6 +139,7 @@ void planar2_linearization(const planar2_real s[2], planar2_real M[4], planar2_r
  *   dadv  out  2 x 2, partial derivatives of a by v
  *   dadu  out  2 x 2, partial derivatives of a by u
  * 96 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 1654 bytes, stack 512 bytes at most.
  */
 void planar2_state_jacobian(const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
     planar2_real dadq[4], planar2_real dadv[4], planar2_real dadu[4]);
@@ -132,6 +149,7 @@ void planar2_state_jacobian(const planar2_real q[2], const planar2_real v[2], co
  *   omega      in   angular frequency, rad/s
  *   out        out  what is left of the balance conjugate to each amplitude, N m
  * 34 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 678 bytes, stack 536 bytes at most.
  */
 void planar2_phi(const planar2_real amplitude[2], planar2_real omega, planar2_real out[2]);
 
@@ -140,6 +158,7 @@ void planar2_phi(const planar2_real amplitude[2], planar2_real omega, planar2_re
  *   omega      in   angular frequency, rad/s
  *   out        out  2 x 3, derivatives of phi by the amplitudes and, in the last column, by omega
  * 71 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 1224 bytes, stack 584 bytes at most.
  */
 void planar2_phi_jacobian(const planar2_real amplitude[2], planar2_real omega, planar2_real out[6]);
 
@@ -151,17 +170,19 @@ void planar2_phi_jacobian(const planar2_real amplitude[2], planar2_real omega, p
  *   q_next  out  configuration after the step
  *   v_next  out  rates after the step
  * 194 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 2957 bytes, stack 616 bytes at most.
  */
 void planar2_step(planar2_real h, const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
     planar2_real q_next[2], planar2_real v_next[2]);
 
+/* planar2_propagate and what it calls: Cortex-M4F, -Os: flash 25987 bytes, stack 1280 bytes at most. */
 /* What propagate returns. */
 enum {
     PLANAR2_DONE = 0,        /* t_end was reached */
     PLANAR2_EVENT = 1,       /* the event was met; t, q and v are there */
     PLANAR2_STEP_BUDGET = 2, /* max_steps steps were taken */
     PLANAR2_NOT_FINITE = 3,  /* the state, or a coefficient of its Taylor series, is not finite from t on */
-    PLANAR2_NO_WORKSPACE = 4 /* flow->work is NULL; never returned by this scene */
+    PLANAR2_NO_WORKSPACE = 4 /* flow->work is NULL; flow->steps says how many bytes it wants */
 };
 
 /* A scalar whose sign change ends a propagation: q[index] - value, v[index] - value, or how deep the mass
@@ -185,7 +206,8 @@ typedef struct planar2_start {
 } planar2_start;
 
 /* Where a propagation works: Taylor coefficients of the state and of the factors of every product on the way.
- * 4416 bytes; its contents need not outlive a call, and calls at the same time need one each. */
+ * 4416 bytes of the caller's; its contents need not outlive a call, and calls at the same time need one each.
+ * Compiled with PLANAR2_WORK_ON_STACK defined, a call without one works on the stack. */
 typedef struct planar2_workspace {
     planar2_start start, end;
     planar2_real x[23][4];
@@ -200,7 +222,7 @@ typedef struct planar2_workspace {
     planar2_real turns[2];
 } planar2_workspace;
 
-/* Set t and tolerance and leave the rest zero; unchanged, it lets the next call go on where this one
+/* Set t, tolerance and work and leave the rest zero; unchanged, it lets the next call go on where this one
  * stopped. The tolerance is that of the state after some hundred oscillations, relative to the motion;
  * below round-off it is raised to it.
  */
@@ -210,7 +232,7 @@ typedef struct planar2_flow {
     planar2_real t_lost;    /* what rounding took from t and from the state: the next step adds it */
     planar2_real lost[4];
     planar2_real *own;      /* out, without times: when its own steps ended, as many as count; or NULL */
-    planar2_workspace *work; /* in: NULL to work on the stack; on cache lines it is fastest */
+    planar2_workspace *work; /* in: where it works, the caller's; on cache lines it is fastest */
     unsigned long steps;     /* out: steps taken */
     unsigned long written;   /* out: how many of the times were reached */
     int order;               /* out: order of the Taylor series */

@@ -1,15 +1,29 @@
 /* Self-test of spatial2_cart.
  *
- * Every function is compared with the un-lowered Lagrangian in 50 digits, rounded once; Jacobians along one
- * direction each. Build it with spatial2_cart.c and run it: the exit code is the number of failures.
+ * Every function is compared with the un-lowered Lagrangian in 50 digits, rounded once; Jacobians along
+ * one direction each. Build it with spatial2_cart.c and run it: it says how each comparison ended, and the
+ * exit code is the number of failures. On a target define SPATIAL2_CART_NO_MAIN and call
+ * spatial2_cart_selftest from your own main: that needs nothing of the C library.
  */
 #include "spatial2_cart.h"
-#include <math.h>
+#include <stddef.h>
+#ifndef SPATIAL2_CART_NO_MAIN
 #include <stdio.h>
-#include <string.h>
+#endif
+
+int spatial2_cart_selftest(void);
+
+/* Who is told of each comparison; a null pointer for nobody. */
+typedef void listener(const char *what, spatial2_cart_real error, spatial2_cart_real tolerance, int failed);
+
+/* The size of a number. */
+static spatial2_cart_real size_of(spatial2_cart_real x)
+{
+    return x < 0.0 ? -x : x;
+}
 
 /* Largest error over largest expected entry; NaN fails. Returns the number of failures, 0 or 1. */
-static int compare(const char *what, int count, const spatial2_cart_real *found,
+static int compare(listener *tell, const char *what, int count, const spatial2_cart_real *found,
     const spatial2_cart_real *expected, spatial2_cart_real tolerance)
 {
     spatial2_cart_real worst = 0.0;
@@ -17,22 +31,23 @@ static int compare(const char *what, int count, const spatial2_cart_real *found,
     int failed = 0;
 
     for (int i = 0; i < count; ++i) {
-        const spatial2_cart_real error = fabs(found[i] - expected[i]);
+        const spatial2_cart_real error = size_of(found[i] - expected[i]);
 
         worst = error > worst ? error : worst;
-        scale = fabs(expected[i]) > scale ? fabs(expected[i]) : scale;
+        scale = size_of(expected[i]) > scale ? size_of(expected[i]) : scale;
         failed |= !(error >= 0.0);
     }
     if (scale > 0.0) {
         worst /= scale;
     }
     failed |= worst > tolerance;
-    printf("%-32s error %9.2e  tolerance %9.2e  %s\n", what, (double)worst, (double)tolerance,
-        failed ? "FAILED" : "passed");
+    if (tell != 0) {
+        tell(what, worst, tolerance, failed);
+    }
     return failed;
 }
 
-static int case_1(void)
+static int case_1(listener *tell)
 {
     static const spatial2_cart_real q[8] = {0x1.8c424893969ecp+0, 0x1.29e47012405dp+0, 0x1.6171fc70d1f41p-1,
         -0x1.54341b978dc13p-2, 0x1.4911712d454eap-1, -0x1.852535d355a5cp-1, -0x1.05d22bf2a05e5p-1,
@@ -48,11 +63,11 @@ static int case_1(void)
     int failures = 0;
 
     spatial2_cart_forward_dynamics(q, v, u, a);
-    failures += compare("forward_dynamics", 8, a, a_expected, SPATIAL2_CART_FORWARD_DYNAMICS_TOLERANCE);
+    failures += compare(tell, "forward_dynamics", 8, a, a_expected, SPATIAL2_CART_FORWARD_DYNAMICS_TOLERANCE);
     return failures;
 }
 
-static int case_2(void)
+static int case_2(listener *tell)
 {
     static const spatial2_cart_real q[8] = {0x1.88580135fab58p+0, -0x1.984ddb7d5bc3ep+0, 0x1.65eed084d77b4p-2,
         -0x1.bcbd0608b8b6p-1, -0x1.67922198a5af7p-2, 0x1.64227dc6f33a5p-1, 0x1.5dba54c07ffafp-2,
@@ -68,11 +83,11 @@ static int case_2(void)
     int failures = 0;
 
     spatial2_cart_forward_dynamics(q, v, u, a);
-    failures += compare("forward_dynamics", 8, a, a_expected, SPATIAL2_CART_FORWARD_DYNAMICS_TOLERANCE);
+    failures += compare(tell, "forward_dynamics", 8, a, a_expected, SPATIAL2_CART_FORWARD_DYNAMICS_TOLERANCE);
     return failures;
 }
 
-static int case_3(void)
+static int case_3(listener *tell)
 {
     static const spatial2_cart_real q[8] = {-0x1.fdefa563a0548p-2, 0x1.dd7c62f048f1p+0, 0x1.efef40382f63fp-5,
         0x1.6a96637594c93p-1, -0x1.68286107f23adp-1, 0x1.c0e105ef2592cp-3, -0x1.b5c96e0425abbp-1,
@@ -88,11 +103,11 @@ static int case_3(void)
     int failures = 0;
 
     spatial2_cart_forward_dynamics(q, v, u, a);
-    failures += compare("forward_dynamics", 8, a, a_expected, SPATIAL2_CART_FORWARD_DYNAMICS_TOLERANCE);
+    failures += compare(tell, "forward_dynamics", 8, a, a_expected, SPATIAL2_CART_FORWARD_DYNAMICS_TOLERANCE);
     return failures;
 }
 
-static int case_4(void)
+static int case_4(listener *tell)
 {
     static const spatial2_cart_real q[8] = {-0x1.7d3a97a93eff8p+0, 0x1.7b72368f02a86p+0, 0x1.e99af0bc16c7p-2,
         0x1.28ea8dbae30b5p-1, -0x1.51b8f092054bcp-1, -0x1.f9d1b606ed5c2p-3, -0x1.35f565393ef4dp-1,
@@ -108,12 +123,12 @@ static int case_4(void)
     int failures = 0;
 
     spatial2_cart_direction_dynamics(q, q_dot, u, q_ddot);
-    failures += compare("direction_dynamics", 8, q_ddot, q_ddot_expected,
+    failures += compare(tell, "direction_dynamics", 8, q_ddot, q_ddot_expected,
         SPATIAL2_CART_DIRECTION_DYNAMICS_TOLERANCE);
     return failures;
 }
 
-static int case_5(void)
+static int case_5(listener *tell)
 {
     static const spatial2_cart_real q[8] = {0x1.40bd949c6597cp+0, -0x1.538ba33182176p+0,
         -0x1.358f67b8775c4p-1, 0x1.0407a6f39c317p-1, -0x1.3a2ac59e7fe3p-1, -0x1.2ad99b6487553p-2,
@@ -129,12 +144,12 @@ static int case_5(void)
     int failures = 0;
 
     spatial2_cart_direction_dynamics(q, q_dot, u, q_ddot);
-    failures += compare("direction_dynamics", 8, q_ddot, q_ddot_expected,
+    failures += compare(tell, "direction_dynamics", 8, q_ddot, q_ddot_expected,
         SPATIAL2_CART_DIRECTION_DYNAMICS_TOLERANCE);
     return failures;
 }
 
-static int case_6(void)
+static int case_6(listener *tell)
 {
     static const spatial2_cart_real q[8] = {0x1.47698b60bea72p+0, 0x1.5182992551868p-2, -0x1.2b8d935033031p-4,
         0x1.60c0d5c0f61p-4, 0x1.fcb8b93e4bc6bp-1, -0x1.8c74f5437ed2fp-1, -0x1.c3a313253eb01p-4,
@@ -150,12 +165,12 @@ static int case_6(void)
     int failures = 0;
 
     spatial2_cart_direction_dynamics(q, q_dot, u, q_ddot);
-    failures += compare("direction_dynamics", 8, q_ddot, q_ddot_expected,
+    failures += compare(tell, "direction_dynamics", 8, q_ddot, q_ddot_expected,
         SPATIAL2_CART_DIRECTION_DYNAMICS_TOLERANCE);
     return failures;
 }
 
-static int case_7(void)
+static int case_7(listener *tell)
 {
     static const spatial2_cart_real q[8] = {0x1.5eccd703703bep+0, -0x1.2311df709d78p+0, -0x1.86e3c9b1f7bd3p-1,
         0x1.143864a7d153dp-4, 0x1.48df51b584bc2p-1, 0x1.1ef9399df026bp-2, 0x1.d4e0579d01606p-3,
@@ -176,11 +191,11 @@ static int case_7(void)
     int failures = 0;
 
     spatial2_cart_mass_matrix(q, out);
-    failures += compare("mass_matrix", 64, out, out_expected, SPATIAL2_CART_MASS_MATRIX_TOLERANCE);
+    failures += compare(tell, "mass_matrix", 64, out, out_expected, SPATIAL2_CART_MASS_MATRIX_TOLERANCE);
     return failures;
 }
 
-static int case_8(void)
+static int case_8(listener *tell)
 {
     static const spatial2_cart_real q[8] = {-0x1.b12c94700b9cap+0, -0x1.9101eab61e932p+0,
         -0x1.933a7d988d242p-2, -0x1.5a608af1fc4a7p-1, -0x1.3e9eac76029d1p-1, -0x1.01e5c954025adp-4,
@@ -201,11 +216,11 @@ static int case_8(void)
     int failures = 0;
 
     spatial2_cart_mass_matrix(q, out);
-    failures += compare("mass_matrix", 64, out, out_expected, SPATIAL2_CART_MASS_MATRIX_TOLERANCE);
+    failures += compare(tell, "mass_matrix", 64, out, out_expected, SPATIAL2_CART_MASS_MATRIX_TOLERANCE);
     return failures;
 }
 
-static int case_9(void)
+static int case_9(listener *tell)
 {
     static const spatial2_cart_real q[8] = {-0x1.fec15aba6f35p+0, -0x1.af637b3aa5dbp-3, 0x1.ae431713450ebp-2,
         0x1.a35392a330e79p-2, 0x1.9e9cefd402e98p-1, 0x1.e4c78ec56f476p-3, -0x1.42a4d7be5a26p-1,
@@ -226,11 +241,11 @@ static int case_9(void)
     int failures = 0;
 
     spatial2_cart_mass_matrix(q, out);
-    failures += compare("mass_matrix", 64, out, out_expected, SPATIAL2_CART_MASS_MATRIX_TOLERANCE);
+    failures += compare(tell, "mass_matrix", 64, out, out_expected, SPATIAL2_CART_MASS_MATRIX_TOLERANCE);
     return failures;
 }
 
-static int case_10(void)
+static int case_10(listener *tell)
 {
     static const spatial2_cart_real q[8] = {0x1.3fbbe14fcfc6p+0, -0x1.9840e060a0e78p-1, -0x1.c9eeb4824f03ep-2,
         0x1.de3e9838745f9p-2, -0x1.868ffbd65ad4fp-1, 0x1.ea9b59522682cp-3, -0x1.87e8d95ef807ap-1,
@@ -245,11 +260,11 @@ static int case_10(void)
     int failures = 0;
 
     spatial2_cart_coriolis(q, v, out);
-    failures += compare("coriolis", 8, out, out_expected, SPATIAL2_CART_CORIOLIS_TOLERANCE);
+    failures += compare(tell, "coriolis", 8, out, out_expected, SPATIAL2_CART_CORIOLIS_TOLERANCE);
     return failures;
 }
 
-static int case_11(void)
+static int case_11(listener *tell)
 {
     static const spatial2_cart_real q[8] = {0x1.b5a1e6503dec8p+0, -0x1.4131bbff82774p+0, 0x1.3ce3ebe051968p-1,
         0x1.6871469bce587p-2, 0x1.6781a17e64d7ap-1, 0x1.78ef02b0c4a0fp-1, -0x1.106424dea9fa1p-2,
@@ -264,11 +279,11 @@ static int case_11(void)
     int failures = 0;
 
     spatial2_cart_coriolis(q, v, out);
-    failures += compare("coriolis", 8, out, out_expected, SPATIAL2_CART_CORIOLIS_TOLERANCE);
+    failures += compare(tell, "coriolis", 8, out, out_expected, SPATIAL2_CART_CORIOLIS_TOLERANCE);
     return failures;
 }
 
-static int case_12(void)
+static int case_12(listener *tell)
 {
     static const spatial2_cart_real q[8] = {0x1.a73a5ece73e08p-2, 0x1.6d87882b42d4p-5, 0x1.0b678e65c4717p-2,
         -0x1.e61fd4e7ad8a1p-1, 0x1.64ab71af5c37cp-3, -0x1.cf098616f815cp-2, -0x1.c34eefb4046fp-1,
@@ -283,11 +298,11 @@ static int case_12(void)
     int failures = 0;
 
     spatial2_cart_coriolis(q, v, out);
-    failures += compare("coriolis", 8, out, out_expected, SPATIAL2_CART_CORIOLIS_TOLERANCE);
+    failures += compare(tell, "coriolis", 8, out, out_expected, SPATIAL2_CART_CORIOLIS_TOLERANCE);
     return failures;
 }
 
-static int case_13(void)
+static int case_13(listener *tell)
 {
     static const spatial2_cart_real q[8] = {0x1.8722ae4f94a4p+0, -0x1.f558241ac8196p+0, -0x1.8b6d37be63085p-3,
         0x1.f19704e957bdap-1, 0x1.146c8151603p-3, 0x1.57d7fbba21193p-1, -0x1.623fbe0284968p-9,
@@ -298,11 +313,11 @@ static int case_13(void)
     int failures = 0;
 
     spatial2_cart_gravity_torque(q, out);
-    failures += compare("gravity_torque", 8, out, out_expected, SPATIAL2_CART_GRAVITY_TORQUE_TOLERANCE);
+    failures += compare(tell, "gravity_torque", 8, out, out_expected, SPATIAL2_CART_GRAVITY_TORQUE_TOLERANCE);
     return failures;
 }
 
-static int case_14(void)
+static int case_14(listener *tell)
 {
     static const spatial2_cart_real q[8] = {0x1.dde8b4f94f0dep+0, 0x1.7b97389c0b824p+0, 0x1.18341432d45dcp-2,
         -0x1.ec5326ddd74a5p-1, 0x1.6f5b8c42a64dcp-6, -0x1.15cea38a29b5dp-1, -0x1.93d57ebdaf57dp-1,
@@ -313,11 +328,11 @@ static int case_14(void)
     int failures = 0;
 
     spatial2_cart_gravity_torque(q, out);
-    failures += compare("gravity_torque", 8, out, out_expected, SPATIAL2_CART_GRAVITY_TORQUE_TOLERANCE);
+    failures += compare(tell, "gravity_torque", 8, out, out_expected, SPATIAL2_CART_GRAVITY_TORQUE_TOLERANCE);
     return failures;
 }
 
-static int case_15(void)
+static int case_15(listener *tell)
 {
     static const spatial2_cart_real q[8] = {-0x1.6e75965b2857p+0, 0x1.4703de66d296cp-1, 0x1.445f2470fdfdp-1,
         0x1.2e633b671698bp-1, -0x1.ffd0bf9985c1bp-2, 0x1.c067d92c227abp-1, 0x1.cce56c4ea6cabp-2,
@@ -328,11 +343,11 @@ static int case_15(void)
     int failures = 0;
 
     spatial2_cart_gravity_torque(q, out);
-    failures += compare("gravity_torque", 8, out, out_expected, SPATIAL2_CART_GRAVITY_TORQUE_TOLERANCE);
+    failures += compare(tell, "gravity_torque", 8, out, out_expected, SPATIAL2_CART_GRAVITY_TORQUE_TOLERANCE);
     return failures;
 }
 
-static int case_16(void)
+static int case_16(listener *tell)
 {
     static const spatial2_cart_real q[8] = {-0x1.ceab45148c028p+0, -0x1.6f72bc30bcb34p+0,
         0x1.401f2374284cbp-1, 0x1.b1c6d287e579fp-3, -0x1.8095e2f8206e4p-1, 0x1.b35845b25eb4bp-1,
@@ -347,13 +362,14 @@ static int case_16(void)
     int failures = 0;
 
     spatial2_cart_energy(q, v, &kinetic, &potential);
-    failures += compare("energy, kinetic", 1, &kinetic, kinetic_expected, SPATIAL2_CART_ENERGY_TOLERANCE);
-    failures += compare("energy, potential", 1, &potential, potential_expected,
+    failures += compare(tell, "energy, kinetic", 1, &kinetic, kinetic_expected,
+        SPATIAL2_CART_ENERGY_TOLERANCE);
+    failures += compare(tell, "energy, potential", 1, &potential, potential_expected,
         SPATIAL2_CART_ENERGY_TOLERANCE);
     return failures;
 }
 
-static int case_17(void)
+static int case_17(listener *tell)
 {
     static const spatial2_cart_real q[8] = {0x1.0e46ecc040612p+0, -0x1.11e6082899bf4p-1, 0x1.287a87419c0d7p-4,
         0x1.15924ce00bc77p-4, -0x1.fd7a1712b68c4p-1, -0x1.b2a141c23da84p-2, -0x1.4337c8988b6d9p-1,
@@ -368,13 +384,14 @@ static int case_17(void)
     int failures = 0;
 
     spatial2_cart_energy(q, v, &kinetic, &potential);
-    failures += compare("energy, kinetic", 1, &kinetic, kinetic_expected, SPATIAL2_CART_ENERGY_TOLERANCE);
-    failures += compare("energy, potential", 1, &potential, potential_expected,
+    failures += compare(tell, "energy, kinetic", 1, &kinetic, kinetic_expected,
+        SPATIAL2_CART_ENERGY_TOLERANCE);
+    failures += compare(tell, "energy, potential", 1, &potential, potential_expected,
         SPATIAL2_CART_ENERGY_TOLERANCE);
     return failures;
 }
 
-static int case_18(void)
+static int case_18(listener *tell)
 {
     static const spatial2_cart_real q[8] = {-0x1.662109d09c56ep+0, 0x1.29cb3e99d3a2p-3, -0x1.7697573f2fdc2p-4,
         0x1.e203f8e568331p-1, 0x1.4c572feb016d2p-2, -0x1.fc5c3a17168cap-1, -0x1.4d11e9e695701p-5,
@@ -389,13 +406,14 @@ static int case_18(void)
     int failures = 0;
 
     spatial2_cart_energy(q, v, &kinetic, &potential);
-    failures += compare("energy, kinetic", 1, &kinetic, kinetic_expected, SPATIAL2_CART_ENERGY_TOLERANCE);
-    failures += compare("energy, potential", 1, &potential, potential_expected,
+    failures += compare(tell, "energy, kinetic", 1, &kinetic, kinetic_expected,
+        SPATIAL2_CART_ENERGY_TOLERANCE);
+    failures += compare(tell, "energy, potential", 1, &potential, potential_expected,
         SPATIAL2_CART_ENERGY_TOLERANCE);
     return failures;
 }
 
-static int case_19(void)
+static int case_19(listener *tell)
 {
     static const spatial2_cart_real q[8] = {0x1.aa2c70e92cefp-3, 0x1.653474249eaccp-1, 0x1.3cfc265746a5bp-1,
         0x1.670645d96e818p-1, 0x1.6a06fd00e9d19p-2, 0x1.99d3f40352314p-2, -0x1.1299625778124p-1,
@@ -406,11 +424,11 @@ static int case_19(void)
     int failures = 0;
 
     spatial2_cart_positions(q, out);
-    failures += compare("positions", 6, out, out_expected, SPATIAL2_CART_POSITIONS_TOLERANCE);
+    failures += compare(tell, "positions", 6, out, out_expected, SPATIAL2_CART_POSITIONS_TOLERANCE);
     return failures;
 }
 
-static int case_20(void)
+static int case_20(listener *tell)
 {
     static const spatial2_cart_real q[8] = {-0x1.ae507c06e011cp-1, 0x1.31f902b049332p+0, 0x1.53989eebf69b4p-3,
         -0x1.4cd1dcd237f57p-4, 0x1.f731f727bc22ep-1, 0x1.50d7044873636p-1, 0x1.bbfcd70074791p-3,
@@ -421,11 +439,11 @@ static int case_20(void)
     int failures = 0;
 
     spatial2_cart_positions(q, out);
-    failures += compare("positions", 6, out, out_expected, SPATIAL2_CART_POSITIONS_TOLERANCE);
+    failures += compare(tell, "positions", 6, out, out_expected, SPATIAL2_CART_POSITIONS_TOLERANCE);
     return failures;
 }
 
-static int case_21(void)
+static int case_21(listener *tell)
 {
     static const spatial2_cart_real q[8] = {0x1.bbc4c888ed0bp-2, 0x1.f043d377ab24p-5, 0x1.e30200b97b94bp-3,
         0x1.97508db022fd1p-1, -0x1.1dc21760d9a7p-1, -0x1.05bea8e844366p-1, -0x1.16b44de9873dap-1,
@@ -436,11 +454,11 @@ static int case_21(void)
     int failures = 0;
 
     spatial2_cart_positions(q, out);
-    failures += compare("positions", 6, out, out_expected, SPATIAL2_CART_POSITIONS_TOLERANCE);
+    failures += compare(tell, "positions", 6, out, out_expected, SPATIAL2_CART_POSITIONS_TOLERANCE);
     return failures;
 }
 
-static int case_22(void)
+static int case_22(listener *tell)
 {
     static const spatial2_cart_real s[2] = {0x1p+0, 0x1p+0};
     static const spatial2_cart_real M_expected[36] = {0x1.999999999999ap-1, 0.0, 0.0, 0x1.70a3d70a3d70ap-4,
@@ -460,13 +478,13 @@ static int case_22(void)
     int failures = 0;
 
     spatial2_cart_linearization(s, M, G, B);
-    failures += compare("linearization, M", 36, M, M_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
-    failures += compare("linearization, G", 36, G, G_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
-    failures += compare("linearization, B", 12, B, B_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, M", 36, M, M_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, G", 36, G, G_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, B", 12, B, B_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
     return failures;
 }
 
-static int case_23(void)
+static int case_23(listener *tell)
 {
     static const spatial2_cart_real s[2] = {0x1p+0, -0x1p+0};
     static const spatial2_cart_real M_expected[36] = {0x1.999999999999ap-1, 0.0, 0.0, 0x1.70a3d70a3d70ap-4,
@@ -486,13 +504,13 @@ static int case_23(void)
     int failures = 0;
 
     spatial2_cart_linearization(s, M, G, B);
-    failures += compare("linearization, M", 36, M, M_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
-    failures += compare("linearization, G", 36, G, G_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
-    failures += compare("linearization, B", 12, B, B_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, M", 36, M, M_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, G", 36, G, G_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, B", 12, B, B_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
     return failures;
 }
 
-static int case_24(void)
+static int case_24(listener *tell)
 {
     static const spatial2_cart_real s[2] = {0x1p+0, 0x1p+0};
     static const spatial2_cart_real M_expected[36] = {0x1.999999999999ap-1, 0.0, 0.0, 0x1.70a3d70a3d70ap-4,
@@ -512,13 +530,13 @@ static int case_24(void)
     int failures = 0;
 
     spatial2_cart_linearization(s, M, G, B);
-    failures += compare("linearization, M", 36, M, M_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
-    failures += compare("linearization, G", 36, G, G_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
-    failures += compare("linearization, B", 12, B, B_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, M", 36, M, M_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, G", 36, G, G_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
+    failures += compare(tell, "linearization, B", 12, B, B_expected, SPATIAL2_CART_LINEARIZATION_TOLERANCE);
     return failures;
 }
 
-static int case_25(void)
+static int case_25(listener *tell)
 {
     static const spatial2_cart_real q[8] = {-0x1.ba18ce0d58786p+0, -0x1.8e28901ac28p-5, 0x1.b6a4e87c77ddcp-1,
         -0x1.92542b6831ce6p-2, 0x1.5628ad162d34fp-2, 0x1.8881129b628efp-1, 0x1.ad8c703a3de0bp-2,
@@ -556,11 +574,12 @@ static int case_25(void)
             slope[i] += dadu[2 * i + j] * dadu_direction[j];
         }
     }
-    failures += compare("state_jacobian", 8, slope, slope_expected, SPATIAL2_CART_STATE_JACOBIAN_TOLERANCE);
+    failures += compare(tell, "state_jacobian", 8, slope, slope_expected,
+        SPATIAL2_CART_STATE_JACOBIAN_TOLERANCE);
     return failures;
 }
 
-static int case_26(void)
+static int case_26(listener *tell)
 {
     static const spatial2_cart_real q[8] = {0x1.88ffb23e67234p+0, 0x1.d6e3847f989fp-1, -0x1.0a7a6790df2cp-1,
         0x1.71fc59f5af251p-1, -0x1.d1ce7cfe97388p-2, -0x1.086140ce698ffp-3, 0x1.c1b4416909912p-1,
@@ -598,11 +617,12 @@ static int case_26(void)
             slope[i] += dadu[2 * i + j] * dadu_direction[j];
         }
     }
-    failures += compare("state_jacobian", 8, slope, slope_expected, SPATIAL2_CART_STATE_JACOBIAN_TOLERANCE);
+    failures += compare(tell, "state_jacobian", 8, slope, slope_expected,
+        SPATIAL2_CART_STATE_JACOBIAN_TOLERANCE);
     return failures;
 }
 
-static int case_27(void)
+static int case_27(listener *tell)
 {
     static const spatial2_cart_real q[8] = {-0x1.c825250e22f1ep+0, 0x1.5017551dd0168p+0, 0x1.f267d15047d7ap-1,
         -0x1.12a6b844a4437p-4, -0x1.c03caafd590b5p-3, 0x1.0e525aa58abbbp-6, -0x1.defb6a11abf2bp-1,
@@ -640,11 +660,12 @@ static int case_27(void)
             slope[i] += dadu[2 * i + j] * dadu_direction[j];
         }
     }
-    failures += compare("state_jacobian", 8, slope, slope_expected, SPATIAL2_CART_STATE_JACOBIAN_TOLERANCE);
+    failures += compare(tell, "state_jacobian", 8, slope, slope_expected,
+        SPATIAL2_CART_STATE_JACOBIAN_TOLERANCE);
     return failures;
 }
 
-static int case_28(void)
+static int case_28(listener *tell)
 {
     static const spatial2_cart_real q[8] = {-0x1.e9c56dba2978p-4, -0x1.cfa8df82e172p-2, -0x1.99361db85b78bp-1,
         -0x1.c6f5e89d8c10dp-2, -0x1.9e73e2850b389p-2, 0x1.96b96c7818d73p-2, -0x1.b1ef92992e12ap-1,
@@ -664,12 +685,12 @@ static int case_28(void)
     int failures = 0;
 
     spatial2_cart_step(0x1p-14, q, v, u, q_next, v_next);
-    failures += compare("step, q_next", 8, q_next, q_next_expected, SPATIAL2_CART_STEP_TOLERANCE);
-    failures += compare("step, v_next", 8, v_next, v_next_expected, SPATIAL2_CART_STEP_TOLERANCE);
+    failures += compare(tell, "step, q_next", 8, q_next, q_next_expected, SPATIAL2_CART_STEP_TOLERANCE);
+    failures += compare(tell, "step, v_next", 8, v_next, v_next_expected, SPATIAL2_CART_STEP_TOLERANCE);
     return failures;
 }
 
-static int case_29(void)
+static int case_29(listener *tell)
 {
     static const spatial2_cart_real q[8] = {-0x1.28ffd7d187614p-1, -0x1.7b0fbe6e59bap-4,
         -0x1.56d35d29503bep-1, -0x1.985a95e4ecba1p-5, -0x1.7b6cc1b0a8632p-1, -0x1.273640ba7e1f2p-1,
@@ -689,12 +710,12 @@ static int case_29(void)
     int failures = 0;
 
     spatial2_cart_step(0x1p-14, q, v, u, q_next, v_next);
-    failures += compare("step, q_next", 8, q_next, q_next_expected, SPATIAL2_CART_STEP_TOLERANCE);
-    failures += compare("step, v_next", 8, v_next, v_next_expected, SPATIAL2_CART_STEP_TOLERANCE);
+    failures += compare(tell, "step, q_next", 8, q_next, q_next_expected, SPATIAL2_CART_STEP_TOLERANCE);
+    failures += compare(tell, "step, v_next", 8, v_next, v_next_expected, SPATIAL2_CART_STEP_TOLERANCE);
     return failures;
 }
 
-static int case_30(void)
+static int case_30(listener *tell)
 {
     static const spatial2_cart_real q[8] = {-0x1.853956b9f1dep-1, -0x1.a94c42d4d1f34p+0, 0x1.edd082a4a8b08p-2,
         0x1.c49417a05accbp-2, -0x1.8343c6f47b289p-1, 0x1.b3b061e217d11p-2, -0x1.aa8adfd3fbbbbp-2,
@@ -714,12 +735,12 @@ static int case_30(void)
     int failures = 0;
 
     spatial2_cart_step(0x1p-14, q, v, u, q_next, v_next);
-    failures += compare("step, q_next", 8, q_next, q_next_expected, SPATIAL2_CART_STEP_TOLERANCE);
-    failures += compare("step, v_next", 8, v_next, v_next_expected, SPATIAL2_CART_STEP_TOLERANCE);
+    failures += compare(tell, "step, q_next", 8, q_next, q_next_expected, SPATIAL2_CART_STEP_TOLERANCE);
+    failures += compare(tell, "step, v_next", 8, v_next, v_next_expected, SPATIAL2_CART_STEP_TOLERANCE);
     return failures;
 }
 
-static int case_31(void)
+static int case_31(listener *tell)
 {
     static const spatial2_cart_real q[8] = {0x1.4e5e0689a2edep+0, -0x1.125adf8f0f386p+0,
         -0x1.80f0434564aeap-1, 0x1.115204fb1aa3fp-6, 0x1.517b1e2f9e723p-1, 0x1.391ec284c962fp-1,
@@ -738,12 +759,12 @@ static int case_31(void)
     int failures = 0;
 
     spatial2_cart_project(q, v, q_out, v_out);
-    failures += compare("project, q_out", 8, q_out, q_out_expected, SPATIAL2_CART_PROJECT_TOLERANCE);
-    failures += compare("project, v_out", 8, v_out, v_out_expected, SPATIAL2_CART_PROJECT_TOLERANCE);
+    failures += compare(tell, "project, q_out", 8, q_out, q_out_expected, SPATIAL2_CART_PROJECT_TOLERANCE);
+    failures += compare(tell, "project, v_out", 8, v_out, v_out_expected, SPATIAL2_CART_PROJECT_TOLERANCE);
     return failures;
 }
 
-static int case_32(void)
+static int case_32(listener *tell)
 {
     static const spatial2_cart_real q[8] = {-0x1.fa2e8d732de1p-3, -0x1.c64594767fd38p-2, 0x1.6664d25e040eap-1,
         0x1.3bb26bc52c385p-1, 0x1.70f657c7b6e97p-2, -0x1.b5191071479cap-4, 0x1.f12a556f1290ap-1,
@@ -762,12 +783,12 @@ static int case_32(void)
     int failures = 0;
 
     spatial2_cart_project(q, v, q_out, v_out);
-    failures += compare("project, q_out", 8, q_out, q_out_expected, SPATIAL2_CART_PROJECT_TOLERANCE);
-    failures += compare("project, v_out", 8, v_out, v_out_expected, SPATIAL2_CART_PROJECT_TOLERANCE);
+    failures += compare(tell, "project, q_out", 8, q_out, q_out_expected, SPATIAL2_CART_PROJECT_TOLERANCE);
+    failures += compare(tell, "project, v_out", 8, v_out, v_out_expected, SPATIAL2_CART_PROJECT_TOLERANCE);
     return failures;
 }
 
-static int case_33(void)
+static int case_33(listener *tell)
 {
     static const spatial2_cart_real q[8] = {-0x1.589b1d8106624p-1, 0x1.c92751e8ccc5p+0, -0x1.3640709b20478p-1,
         -0x1.31f79314d510ap-1, -0x1.0cd5a4b72ac51p-1, -0x1.fb362bbc684f9p-1, 0x1.d89de52e3404p-4,
@@ -786,13 +807,13 @@ static int case_33(void)
     int failures = 0;
 
     spatial2_cart_project(q, v, q_out, v_out);
-    failures += compare("project, q_out", 8, q_out, q_out_expected, SPATIAL2_CART_PROJECT_TOLERANCE);
-    failures += compare("project, v_out", 8, v_out, v_out_expected, SPATIAL2_CART_PROJECT_TOLERANCE);
+    failures += compare(tell, "project, q_out", 8, q_out, q_out_expected, SPATIAL2_CART_PROJECT_TOLERANCE);
+    failures += compare(tell, "project, v_out", 8, v_out, v_out_expected, SPATIAL2_CART_PROJECT_TOLERANCE);
     return failures;
 }
 
 /* A short motion, its end compared, and the way back to its start. */
-static int motion_1(void)
+static int motion_1(listener *tell)
 {
     static const spatial2_cart_real q_start[8] = {-0x1.0392227f66abp+0, -0x1.bde59e9054e9p+0,
         0x1.24dbeb5865476p-4, -0x1.f308d7ceeb824p-1, -0x1.b1edf23d8e336p-3, 0x1.31077d1a9e322p-1,
@@ -813,59 +834,92 @@ static int motion_1(void)
     spatial2_cart_real v[SPATIAL2_CART_NV];
     int failures = 0;
 
-    memcpy(q, q_start, sizeof q);
-    memcpy(v, v_start, sizeof v);
+    for (int i = 0; i < SPATIAL2_CART_NQ; ++i) {
+        q[i] = q_start[i];
+    }
+    for (int i = 0; i < SPATIAL2_CART_NV; ++i) {
+        v[i] = v_start[i];
+    }
     failures += spatial2_cart_propagate(&flow, 0x1p-4, 1000000, u, q, v, NULL, 0, NULL, NULL,
         NULL) != SPATIAL2_CART_DONE;
-    failures += compare("propagate, q", SPATIAL2_CART_NQ, q, q_expected, SPATIAL2_CART_PROPAGATE_TOLERANCE);
-    failures += compare("propagate, v", SPATIAL2_CART_NV, v, v_expected, SPATIAL2_CART_PROPAGATE_TOLERANCE);
+    failures += compare(tell, "propagate, q", SPATIAL2_CART_NQ, q, q_expected,
+        SPATIAL2_CART_PROPAGATE_TOLERANCE);
+    failures += compare(tell, "propagate, v", SPATIAL2_CART_NV, v, v_expected,
+        SPATIAL2_CART_PROPAGATE_TOLERANCE);
     failures += spatial2_cart_propagate(&flow, 0.0, 1000000, u, q, v, NULL, 0, NULL, NULL,
         NULL) != SPATIAL2_CART_DONE;
-    failures += compare("propagate and back, q", SPATIAL2_CART_NQ, q, q_start,
+    failures += compare(tell, "propagate and back, q", SPATIAL2_CART_NQ, q, q_start,
         SPATIAL2_CART_PROPAGATE_TOLERANCE);
-    failures += compare("propagate and back, v", SPATIAL2_CART_NV, v, v_start,
+    failures += compare(tell, "propagate and back, v", SPATIAL2_CART_NV, v, v_start,
         SPATIAL2_CART_PROPAGATE_TOLERANCE);
     return failures;
+}
+
+/* All cases, in the order of their numbers. */
+static int (*const cases[])(listener *tell) = {
+    case_1,
+    case_2,
+    case_3,
+    case_4,
+    case_5,
+    case_6,
+    case_7,
+    case_8,
+    case_9,
+    case_10,
+    case_11,
+    case_12,
+    case_13,
+    case_14,
+    case_15,
+    case_16,
+    case_17,
+    case_18,
+    case_19,
+    case_20,
+    case_21,
+    case_22,
+    case_23,
+    case_24,
+    case_25,
+    case_26,
+    case_27,
+    case_28,
+    case_29,
+    case_30,
+    case_31,
+    case_32,
+    case_33,
+    motion_1,
+};
+enum { case_count = (int)(sizeof cases / sizeof cases[0]) };
+
+/* The number of the first case that fails, counted from 1; 0 where all pass. */
+int spatial2_cart_selftest(void)
+{
+    for (int number = 0; number < case_count; ++number) {
+        if (cases[number](0) != 0) {
+            return number + 1;
+        }
+    }
+    return 0;
+}
+#ifndef SPATIAL2_CART_NO_MAIN
+
+static void print(const char *what, spatial2_cart_real error, spatial2_cart_real tolerance, int failed)
+{
+    printf("%-32s error %9.2e  tolerance %9.2e  %s\n", what, (double)error, (double)tolerance,
+        failed ? "FAILED" : "passed");
 }
 
 int main(void)
 {
     int failures = 0;
 
-    failures += case_1();
-    failures += case_2();
-    failures += case_3();
-    failures += case_4();
-    failures += case_5();
-    failures += case_6();
-    failures += case_7();
-    failures += case_8();
-    failures += case_9();
-    failures += case_10();
-    failures += case_11();
-    failures += case_12();
-    failures += case_13();
-    failures += case_14();
-    failures += case_15();
-    failures += case_16();
-    failures += case_17();
-    failures += case_18();
-    failures += case_19();
-    failures += case_20();
-    failures += case_21();
-    failures += case_22();
-    failures += case_23();
-    failures += case_24();
-    failures += case_25();
-    failures += case_26();
-    failures += case_27();
-    failures += case_28();
-    failures += case_29();
-    failures += case_30();
-    failures += case_31();
-    failures += case_32();
-    failures += case_33();
-    failures += motion_1();
+    for (int number = 0; number < case_count; ++number) {
+        failures += cases[number](print);
+    }
     printf("%s\n", failures ? "FAILED" : "all passed");
     return failures;
 }
+#endif

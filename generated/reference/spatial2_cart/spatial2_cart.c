@@ -945,10 +945,14 @@ void spatial2_cart_project(const spatial2_cart_real q[8], const spatial2_cart_re
 
 /* Rows on cache lines; and the inner loop as a function of its own, where nothing else asks for registers. */
 #if defined(__GNUC__)
+#ifdef SPATIAL2_CART_WORK_ON_STACK
 #define SPATIAL2_CART_ALIGNED __attribute__((aligned(64)))
+#endif
 #define SPATIAL2_CART_FLOW_APART __attribute__((noinline))
 #else
+#ifdef SPATIAL2_CART_WORK_ON_STACK
 #define SPATIAL2_CART_ALIGNED
+#endif
 #define SPATIAL2_CART_FLOW_APART
 #endif
 
@@ -1906,6 +1910,7 @@ static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run(spatial2_cart_flow *f
     memcpy(flow->lost, jet->lost, sizeof flow->lost);
     return result;
 }
+#ifdef SPATIAL2_CART_WORK_ON_STACK
 
 /* The same in a workspace of its own. */
 static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run_on_stack(spatial2_cart_flow *flow,
@@ -1917,6 +1922,7 @@ static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run_on_stack(spatial2_car
     spatial2_cart_workspace work SPATIAL2_CART_ALIGNED;
     return spatial2_cart_flow_run(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out, &work);
 }
+#endif
 
 /* Taylor flow: order and steps chosen from a tolerance, with dense output and an event. */
 int spatial2_cart_propagate(spatial2_cart_flow *flow, spatial2_cart_real t_end, unsigned long max_steps,
@@ -1928,6 +1934,11 @@ int spatial2_cart_propagate(spatial2_cart_flow *flow, spatial2_cart_real t_end, 
         return spatial2_cart_flow_run(flow, t_end, max_steps, u, q, v, event, count, times, q_out, v_out,
             flow->work);
     }
+#ifdef SPATIAL2_CART_WORK_ON_STACK
     return spatial2_cart_flow_run_on_stack(flow, t_end, max_steps, u, q, v, event, count, times, q_out,
         v_out);
+#else
+    flow->steps = sizeof(spatial2_cart_workspace);
+    return SPATIAL2_CART_NO_WORKSPACE;
+#endif
 }

@@ -42,6 +42,11 @@ extern "C" {
 
 typedef double spatial2_cart_real;
 
+/* Numbers of another precision do not compile, in C++ anyhow; compilers of C that only warn are told so. */
+#if defined(__GNUC__) && !defined(__cplusplus)
+#pragma GCC diagnostic error "-Wincompatible-pointer-types"
+#endif
+
 /* What the vectors hold, in this order:
  *   q  position of the cart, m; then the unit vector along each link, three components each, the last one
  *      down
@@ -57,6 +62,7 @@ typedef double spatial2_cart_real;
  *   u  in   inputs
  *   a  out  accelerations
  * 86 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 1678 bytes, stack 136 bytes at most.
  */
 void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     const spatial2_cart_real u[2], spatial2_cart_real a[8]);
@@ -68,6 +74,7 @@ void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial
  *   u       in   inputs
  *   q_ddot  out  the rates of q_dot, m/s^2 for the cart, 1/s^2 for the links
  * 116 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 2103 bytes, stack 160 bytes at most.
  */
 void spatial2_cart_direction_dynamics(const spatial2_cart_real q[8], const spatial2_cart_real q_dot[8],
     const spatial2_cart_real u[2], spatial2_cart_real q_ddot[8]);
@@ -77,6 +84,7 @@ void spatial2_cart_direction_dynamics(const spatial2_cart_real q[8], const spati
  *   out  out  8 x 8, M of M a + coriolis + gravity_torque = generalised force; kg for the cart, kg m^2 for
  *             the links, kg m between them
  * 40 operations in loops.
+ * Cortex-M4F, -Os: flash 1584 bytes, stack 272 bytes at most.
  */
 void spatial2_cart_mass_matrix(const spatial2_cart_real q[8], spatial2_cart_real out[64]);
 
@@ -85,6 +93,7 @@ void spatial2_cart_mass_matrix(const spatial2_cart_real q[8], spatial2_cart_real
  *   v    in   rates
  *   out  out  velocity terms, N for the cart, N m for the links
  * 86 operations in loops, 48 bytes of arrays on the stack.
+ * Cortex-M4F, -Os: flash 1119 bytes, stack 320 bytes at most.
  */
 void spatial2_cart_coriolis(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     spatial2_cart_real out[8]);
@@ -93,6 +102,7 @@ void spatial2_cart_coriolis(const spatial2_cart_real q[8], const spatial2_cart_r
  *   q    in   configuration
  *   out  out  gravity terms, N for the cart, N m for the links
  * 8 operations in loops.
+ * Cortex-M4F, -Os: flash 445 bytes, stack 272 bytes at most.
  */
 void spatial2_cart_gravity_torque(const spatial2_cart_real q[8], spatial2_cart_real out[8]);
 
@@ -102,6 +112,7 @@ void spatial2_cart_gravity_torque(const spatial2_cart_real q[8], spatial2_cart_r
  *   kinetic    out  J
  *   potential  out  J, zero with all masses at the height of the base
  * 60 operations in loops.
+ * Cortex-M4F, -Os: flash 780 bytes, stack 272 bytes at most.
  */
 void spatial2_cart_energy(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     spatial2_cart_real *kinetic, spatial2_cart_real *potential);
@@ -110,6 +121,7 @@ void spatial2_cart_energy(const spatial2_cart_real q[8], const spatial2_cart_rea
  *   q    in   configuration
  *   out  out  2 x 3, row k holds the position [horizontal, horizontal, down] of mass k, m
  * 12 operations in loops.
+ * Cortex-M4F, -Os: flash 445 bytes, stack 272 bytes at most.
  */
 void spatial2_cart_positions(const spatial2_cart_real q[8], spatial2_cart_real out[6]);
 
@@ -120,6 +132,7 @@ void spatial2_cart_positions(const spatial2_cart_real q[8], spatial2_cart_real o
  *   G  out  6 x 6, stiffness by gravity
  *   B  out  6 x 2, how the inputs u enter
  * 11 operations in loops, 16 bytes of arrays on the stack.
+ * Cortex-M4F, -Os: flash 1816 bytes, stack 288 bytes at most.
  */
 void spatial2_cart_linearization(const spatial2_cart_real s[2], spatial2_cart_real M[36],
     spatial2_cart_real G[36], spatial2_cart_real B[12]);
@@ -132,6 +145,7 @@ void spatial2_cart_linearization(const spatial2_cart_real s[2], spatial2_cart_re
  *   dadv  out  8 x 8, partial derivatives of a by v
  *   dadu  out  8 x 2, partial derivatives of a by u
  * 533 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 11611 bytes, stack 1696 bytes at most.
  */
 void spatial2_cart_state_jacobian(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     const spatial2_cart_real u[2], spatial2_cart_real dadq[64], spatial2_cart_real dadv[64],
@@ -145,6 +159,7 @@ void spatial2_cart_state_jacobian(const spatial2_cart_real q[8], const spatial2_
  *   q_next  out  configuration after the step
  *   v_next  out  rates after the step
  * 652 operations in loops, 1216 bytes of arrays on the stack.
+ * Cortex-M4F, -Os: flash 3400 bytes, stack 1432 bytes at most.
  */
 void spatial2_cart_step(spatial2_cart_real h, const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     const spatial2_cart_real u[2], spatial2_cart_real q_next[8], spatial2_cart_real v_next[8]);
@@ -155,10 +170,12 @@ void spatial2_cart_step(spatial2_cart_real h, const spatial2_cart_real q[8], con
  *   q_out  out  configuration with unit vectors
  *   v_out  out  rates with every angular velocity orthogonal to its link
  * 42 operations in loops.
+ * Cortex-M4F, -Os: flash 728 bytes, stack 272 bytes at most.
  */
 void spatial2_cart_project(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     spatial2_cart_real q_out[8], spatial2_cart_real v_out[8]);
 
+/* spatial2_cart_propagate and what it calls: Cortex-M4F, -Os: flash 29743 bytes, stack 3320 bytes at most. */
 /* What propagate returns. */
 enum {
     SPATIAL2_CART_DONE = 0,        /* t_end was reached */
@@ -166,7 +183,7 @@ enum {
     SPATIAL2_CART_STEP_BUDGET = 2, /* max_steps steps were taken */
     /* the state, or a coefficient of its Taylor series, is not finite from t on */
     SPATIAL2_CART_NOT_FINITE = 3,
-    SPATIAL2_CART_NO_WORKSPACE = 4 /* flow->work is NULL; never returned by this scene */
+    SPATIAL2_CART_NO_WORKSPACE = 4 /* flow->work is NULL; flow->steps says how many bytes it wants */
 };
 
 /* A scalar whose sign change ends a propagation: q[index] - value, v[index] - value, or how deep the mass
@@ -190,7 +207,8 @@ typedef struct spatial2_cart_start {
 } spatial2_cart_start;
 
 /* Where a propagation works: Taylor coefficients of the state and of the factors of every product on the way.
- * 7280 bytes; its contents need not outlive a call, and calls at the same time need one each. */
+ * 7280 bytes of the caller's; its contents need not outlive a call, and calls at the same time need one each.
+ * Compiled with SPATIAL2_CART_WORK_ON_STACK defined, a call without one works on the stack. */
 typedef struct spatial2_cart_workspace {
     spatial2_cart_start start, end;
     spatial2_cart_real x[23][16];
@@ -204,7 +222,7 @@ typedef struct spatial2_cart_workspace {
     spatial2_cart_real u[2];
 } spatial2_cart_workspace;
 
-/* Set t and tolerance and leave the rest zero; unchanged, it lets the next call go on where this one
+/* Set t, tolerance and work and leave the rest zero; unchanged, it lets the next call go on where this one
  * stopped. The tolerance is that of the state after some hundred oscillations, relative to the motion;
  * below round-off it is raised to it.
  */
@@ -215,7 +233,7 @@ typedef struct spatial2_cart_flow {
     spatial2_cart_real lost[16];
     /* out, without times: when its own steps ended, as many as count; or NULL */
     spatial2_cart_real *own;
-    spatial2_cart_workspace *work; /* in: NULL to work on the stack; on cache lines it is fastest */
+    spatial2_cart_workspace *work; /* in: where it works, the caller's; on cache lines it is fastest */
     unsigned long steps;     /* out: steps taken */
     unsigned long written;   /* out: how many of the times were reached */
     int order;               /* out: order of the Taylor series */

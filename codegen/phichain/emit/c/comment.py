@@ -20,6 +20,8 @@ from phichain.scene import Scene
 _BEHIND = re.compile(r"(_(\d+|[ijk]|at|end))+$")
 #: Runtime parameters have their meaning in the header.
 _PARAMETER = re.compile(r"\bp->\w+")
+#: Letters of names beyond which they stand above their meaning instead of beside it.
+_LONGEST_NAMES = 48
 #: Units of SI for those of mass and length.
 _SI = (("M L^2/s^2", "N m"), ("M L/s^2", "N"), ("M", "kg"), ("L", "m"))
 
@@ -81,9 +83,14 @@ def _used(scene: Scene, function: str, lines: Iterable[str]) -> list[tuple[Quant
 
 def _aligned(rows: Sequence[tuple[str, str, str]]) -> list[str]:
     """Names, units and meanings below each other."""
-    name_width, unit_width = (max(len(row[i]) for row in rows) for i in (0, 1))
+    unit_width = max(len(unit) for _, unit, _ in rows)
+    name_width = max((len(name) for name, _, _ in rows if len(name) <= _LONGEST_NAMES), default=0)
     lines: list[str] = []
-    for name, unit, meaning in rows:
+    for names, unit, meaning in rows:
+        name = names
+        if len(names) > name_width:  # so many names that they have lines of their own
+            lines += wrap(names, WIDTH - 3, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
+            name = ""
         head = f"  {name:{name_width}}  {f'{unit:{unit_width}}  ' if unit_width else ''}"
         lines += wrap(
             meaning, WIDTH - 3, initial_indent=head, subsequent_indent=" " * len(head), break_on_hyphens=False

@@ -16,6 +16,7 @@ from phichain.emit.c.trig_batches import TrigBatch, TrigBatches
 from phichain.emit.expressions import SUM, Text, infix
 from phichain.emit.inlining import used_once
 from phichain.ir.nodes import (
+    Array,
     Call,
     Cell,
     Const,
@@ -42,25 +43,35 @@ class CFunction:
     uses: frozenset[str]
 
 
-def c_function(program: Program, names: CNames, callees: dict[str, str]) -> CFunction:
+def c_function(
+    program: Program, names: CNames, callees: dict[str, str], working: frozenset[str] = frozenset()
+) -> CFunction:
     """Print a Program.
 
     Args:
         program: the function; straight-line or with loops.
         names: spelling.
         callees: C name of every Program that this one calls.
+        working: Programs whose arrays stand in the struct that `work` points to, which they are given; see `work_field`.
     """
-    writer = Writer(program, names, callees)
+    writer = Writer(program, names, callees, working)
     writer.arrays()
     writer.block(program.body, 1)
     return CFunction(tuple(writer.lines), frozenset(writer.uses))
 
 
+def work_field(program: Program, array: Array) -> str:
+    """What an array of a Program is called in a workspace that it shares with others."""
+    return f"{program.name}_{array.name}"
+
+
 class Writer:
     """Prints one Program; `emit.c.lanes` prints the same for several trajectories at once."""
 
-    def __init__(self, program: Program, names: CNames, callees: dict[str, str]) -> None:
-        self.program, self.names, self.callees = program, names, callees
+    def __init__(
+        self, program: Program, names: CNames, callees: dict[str, str], working: frozenset[str] = frozenset()
+    ) -> None:
+        self.program, self.names, self.callees, self.working = program, names, callees, working
         #: C type of what the inputs determine, and the kernel for its sines and cosines.
         self.element, self.sincos_symbol = names.type, f"{names.prefix}_sincos"
         self.lines: list[str] = []
@@ -117,7 +128,11 @@ class Writer:
 
     def arrays(self) -> None:
         for array in self.program.work:
-            self.line(1, f"{self.kind(array.name)} {array.name}{'' if array.size == 1 else f'[{array.size}]'};")
+            kind = self.kind(array.name)
+            if self.program.name in self.working and array.size > 1:
+                self.line(1, f"{kind} *const {array.name} = work->{work_field(self.program, array)};")
+            else:
+                self.line(1, f"{kind} {array.name}{'' if array.size == 1 else f'[{array.size}]'};")
         self.gap(1)
 
     def block(self, statements: tuple[Statement, ...], depth: int) -> None:
@@ -141,6 +156,7 @@ class Writer:
                 self.loop(statement, depth)
             case Call(callee, inputs, outputs):
                 arguments = [*(["p"] if self.program.params else []), *map(self.argument, inputs), *map(self.argument, outputs)]
+                arguments += ["work"] if callee in self.working else []
                 self.line(depth, f"{self.callees[callee]}({', '.join(arguments)});")
                 self.uses.add(callee)
 
@@ -233,7 +249,7 @@ class Writer:
     def side_by_side(self, array: str, texts: list[str], depth: int) -> None:
         """An array of values, written in pieces as wide as those it is read in."""
         self.line(depth, f"{self.element} {array}[{len(texts)}];")
-        for statement, kernel in in_pieces(self.names.prefix, array, texts):
+        for statement, kernel in in_pieces(self.names.prefix, array, texts, (1,) if self.names.is_plain else (4, 2, 1)):
             self.line(depth, statement)
             self.uses |= kernel
 

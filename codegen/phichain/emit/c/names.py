@@ -15,12 +15,14 @@ class CNames:
     Attributes:
         prefix: the scene's name, before everything at file scope.
         real: "double" or "float".
+        is_plain: whether nothing is written for a host's vectors.
         tables: file-scope name of each table, by (name, values).
     """
 
     prefix: str
     real: str
     tables: dict[tuple[str, tuple[Fraction, ...]], str]
+    is_plain: bool = False
 
     @property
     def type(self) -> str:

@@ -41,10 +41,10 @@ def assignment(name: str, text: str) -> str:
     return f"{name} = {text};"
 
 
-def in_pieces(prefix: str, array: str, texts: list[str]) -> Iterator[tuple[str, frozenset[str]]]:
-    """Statements that fill an array in pieces as wide as those it is read in, four, two or one, and the kernel of each."""
+def in_pieces(prefix: str, array: str, texts: list[str], widths: tuple[int, ...] = (4, 2, 1)) -> Iterator[tuple[str, frozenset[str]]]:
+    """Statements that fill an array in pieces as wide as those it is read in, such as four, two or one, and the kernel of each."""
     start = 0
-    for width in (4, 2, 1):
+    for width in widths:
         while len(texts) - start >= width:
             target, values = f"&{array}[{start}]" if start else array, ", ".join(texts[start : start + width])
             if width == 1:

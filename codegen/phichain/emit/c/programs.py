@@ -98,7 +98,7 @@ def print_programs(scene: Scene, helpers: Mapping[str, Program], wanted: Mapping
         wanted: those that a header declares.
     """
     programs = {**helpers, **wanted}
-    names = CNames(scene.name, scene.real, _tables(scene, programs))
+    names = CNames(scene.name, scene.real, _tables(scene, programs), is_plain=scene.trig is not None)
     symbols, comments = {name: f"{scene.name}_{name}" for name in programs}, Comments(scene)
     functions = tuple(
         _function(scene, program, c_function(program, names, symbols), name in helpers, comments)

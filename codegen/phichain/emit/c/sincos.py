@@ -58,7 +58,11 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from math import factorial
 from typing import Final
+
+from phichain.emit.expressions import double_literal, float_literal
 
 HEADERS: Final = ("float.h", "math.h", "stdint.h", "string.h")
 """Headers a translation unit needs before it includes the rendered template."""
@@ -145,10 +149,8 @@ KERNELS: Final = {
 
 
 def literal(value: float, real: str) -> str:
-    """Write a number as a hexadecimal C99 literal, exact in the format `real` ("double" or "float")."""
-    mantissa, exponent = value.hex().split("p")
-    digits = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
-    return f"{digits}p{exponent}" + ("F" if real == "float" else "")
+    """Write a number as a decimal literal that every C and C++ compiler reads as that number ("double" or "float")."""
+    return (float_literal if real == "float" else double_literal)(Fraction(value)).text
 
 
 def _bits(value: float, real: str) -> str:
@@ -178,6 +180,56 @@ def _middle(kernel: Kernel, real: str) -> str:
     part = kernel.half_pi[1]
     factor = "quarter" if part > 0 else f"({literal(kernel.rounder, real)} - rounded)"
     return f"{factor} * {literal(abs(part), real)}"
+
+
+#: Largest angle of the bundled kernel, and its error within, in units of the last place: see tests/emit/test_bundled_trig.py.
+RANGE: Final = 1_000_000
+BUNDLED_ERROR: Final = {"double": 0.51, "float": 0.95}
+#: 2/pi in units of 2^-82, modulo 2^96, and pi/2 in units of 2^-63, by words of 32 bits.
+_TWO_OVER_PI_WORDS: Final = ("0x28BE6u", "0x0DB93910u", "0x54A7F09Du")
+_HALF_PI_WORDS: Final = ("0xC90FDAA2u", "0x2168C234u")
+#: 2/pi in units of 2^-128 by halves, pi/4 in units of 2^-64, and how many terms of sine and cosine leave 2^-64 up to pi/4.
+_TWO_OVER_PI: Final = 0xA2F9836E4E441529FC2757D1F534DDC0
+_QUARTER_PI: Final = 0xC90FDAA22168C235
+_TERMS: Final = (8, 9)
+
+
+def _nested(coefficients: Sequence[float], real: str) -> str:
+    """Write c0 + r2 (c1 + r2 (...)), which takes the fewest registers."""
+    text = literal(coefficients[-1], real)
+    for coefficient in reversed(coefficients[:-1]):
+        sign = "-" if text.startswith("-") else "+"
+        factor = text.removeprefix("-")
+        text = f"{literal(coefficient, real)} {sign} r2 * {f'({factor})' if ' ' in factor else factor}"
+        if coefficient < 0 and " " in text:
+            text = _opposite(text)
+    return text
+
+
+def _opposite(text: str) -> str:
+    """-a + r2 * b as -(a - r2 * b), so that each level of nesting starts with a plain number."""
+    head, tail = text.removeprefix("-").split(" ", 1)
+    return f"-{head} {'-' if tail[0] == '+' else '+'}{tail[1:]}"
+
+
+def _word(value: int) -> str:
+    return f"UINT64_C(0x{value:016X})"
+
+
+def _inverse_factorials(first: int, count: int) -> tuple[str, ...]:
+    """1/first!, 1/(first + 2)!, ... to the nearest 2^-64."""
+    return tuple(_word(round(Fraction(2**64, factorial(first + 2 * k)))) for k in range(count))
+
+
+def bundled(real: str) -> dict[str, object]:
+    """Return what `templates/trig_bundled.c.j2` asks for beside `coefficients`."""
+    kernel = KERNELS[real]
+    return {
+        "range": RANGE, "error": f"{BUNDLED_ERROR[real]:g}", "two_over_pi_words": _TWO_OVER_PI_WORDS, "half_pi_words": _HALF_PI_WORDS,
+        "two_over_pi_halves": (_word(_TWO_OVER_PI >> 64), _word(_TWO_OVER_PI % 2**64)), "quarter_pi": _word(_QUARTER_PI),
+        "range_bits": _bits(float(RANGE), real), "of_sine": _inverse_factorials(3, _TERMS[0]), "of_cosine": _inverse_factorials(2, _TERMS[1]),
+        "sine_nested": _nested(kernel.sine, real), "cosine_nested": _nested(kernel.cosine, real),
+    }  # fmt: skip
 
 
 def coefficients(real: str) -> dict[str, object]:

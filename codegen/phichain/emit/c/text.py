@@ -10,6 +10,7 @@ from phichain.emit import bessel
 from phichain.emit.c import sincos as trig
 from phichain.emit.c.layout import WIDTH, aligned, laid_out_text
 from phichain.emit.c.programs import explained_rows
+from phichain.emit.cost import costs, kernel_flash
 from phichain.emit.printed import Printed
 from phichain.emit.render import render
 from phichain.ir.nodes import Array
@@ -23,10 +24,31 @@ def header(printed: Printed, tolerances: Mapping[str, str]) -> str:
     return render(
         "header.h.j2", name=scene.name, upper=upper, real=scene.real, sketch=_sketch(scene), digest=scene.digest,
         sizes=_sizes(scene), state=explained_rows(list(state_meanings(scene).items())), params=_params(printed.params),
-        functions=printed.programs.functions, flows=declared,
+        functions=printed.programs.functions, costs=_costs(printed), about=_about_angles(printed), flows=list(zip(printed.flows, declared, strict=True)), hook=scene.trig_hook or "",
         sizes_come_as_size_t=any("size_t" in text for text in declared),
         tolerances=aligned((f"#define {upper}_{name.upper()}_TOLERANCE", value) for name, value in tolerances.items()),
     )  # fmt: skip
+
+
+def _costs(printed: Printed) -> dict[str, str]:
+    """What a header says of each function's room, by its name."""
+    return {
+        name: f"Cortex-M4F, -Os: flash {cost.flash} bytes, stack {cost.stack} bytes at most." for name, cost in costs(printed).items()
+    }
+
+
+def _about_angles(printed: Printed) -> list[str]:
+    """What a header says of sines and cosines: who computes them, how well, up to which angle."""
+    scene, kernel, flash = printed.scene, trig.KERNELS[printed.scene.real], kernel_flash(printed)
+    if not flash:
+        return []
+    said = {
+        "bundled": f"by code of its own, within {trig.BUNDLED_ERROR[scene.real]:g} ulp up to {trig.RANGE} rad, NaN beyond",
+        "libm": "by the C library, as well as that does",
+        "hook": f"by {scene.trig_hook}, which you provide",
+        None: f"by code of its own within {kernel.error_ulp:g} ulp up to {kernel.bound:.0f} rad, beyond by the C library",
+    }  # fmt: skip
+    return wrap(f"Sines and cosines: {said[scene.trig]}; flash {flash} bytes at most.", WIDTH - 3)
 
 
 def source(printed: Printed) -> str:
@@ -35,10 +57,15 @@ def source(printed: Printed) -> str:
     uses = programs.uses.union(*(flow.uses for flow in made))
     return render(
         "source.c.j2", name=scene.name, functions=programs.functions, tables=programs.tables,
-        includes=sorted(set(includes(uses)).union(*(flow.includes for flow in made))),
-        sincos=sincos_kernel(scene, uses) if "sincos" in uses else "", bessel=bessel_kernel(scene) if "bessel" in uses else "",
+        includes=sorted(set(includes({*uses, *(("sincos",) if _wants_sincos(scene, uses) else ())})).union(*(flow.includes for flow in made))),
+        sincos=sincos_kernel(scene, uses) if _wants_sincos(scene, uses) else "", bessel=bessel_kernel(scene) if "bessel" in uses else "",
         flows=[flow.definitions for flow in made], restrict=restrict_macro(scene.name),
     )  # fmt: skip
+
+
+def _wants_sincos(scene: Scene, uses: Collection[str]) -> bool:
+    """Whether something computes sines and cosines: Bessel functions do, unless the C library serves them."""
+    return "sincos" in uses or (scene.trig is not None and "bessel" in uses)
 
 
 def restrict_macro(name: str) -> str:
@@ -48,14 +75,25 @@ def restrict_macro(name: str) -> str:
 
 def sincos_kernel(scene: Scene, uses: Collection[str]) -> str:
     """The vectorisable sine-cosine kernel in the scene's type, and what sets its angles side by side ("write_2", "write_4")."""
+    if scene.trig is not None:
+        return laid_out_text(_chosen_trigonometry(scene))
     writes = [width for width in (2, 4) if f"write_{width}" in uses]
     numbers = trig.coefficients(scene.real)
     return laid_out_text(render("sincos.c.j2", name=scene.name, real=scene.real, writes=writes, **numbers))
 
 
+def _chosen_trigonometry(scene: Scene) -> str:
+    """Sines and cosines by whom the scene says."""
+    numbers = trig.coefficients(scene.real)
+    if scene.trig == "bundled":
+        template = "trig_bundled.c.j2" if scene.real == "float" else "trig_bundled_double.c.j2"
+        return render(template, name=scene.name, real=scene.real, **numbers, **trig.bundled(scene.real))
+    return render("trig_given.c.j2", name=scene.name, hook=scene.trig_hook or "", **numbers)
+
+
 def bessel_kernel(scene: Scene) -> str:
     """The Bessel functions J_0 to J_4 in the scene's type."""
-    return laid_out_text(render("bessel.c.j2", name=scene.name, real=scene.real, **bessel.coefficients(scene.real)))
+    return laid_out_text(render("bessel.c.j2", name=scene.name, real=scene.real, own=scene.trig is not None, **bessel.coefficients(scene.real)))
 
 
 def includes(uses: Iterable[str]) -> list[str]:

@@ -26,11 +26,13 @@ def binary_words(real: str) -> dict[str, str]:
 
 
 def binary_numbers(real: str) -> dict[str, Fraction]:
-    """Their numbers: what a counted exponent of 1 reads as, what rounds to whole numbers, and bounds of powers that exist."""
+    """Their numbers: what a counted exponent of 1 reads as, what rounds to whole numbers, from where on all are whole, what splits one in halves, and bounds of powers that exist."""
     bits, bias = _FRACTION_BITS[real], _BIAS[real]
     far = Fraction(1 << (bias - 7))
     return {
         "PHI_COUNT_ONE": Fraction((1 << bits) + bias),
+        "PHI_WHOLE": Fraction(1 << bits),
+        "PHI_HALVES": Fraction((1 << (bits // 2 + 1)) + 1),
         "PHI_ROUNDER": Fraction(3 << (bits - 1)),
         "PHI_NEAR": 1 / far,
         "PHI_FAR": far,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Final
 
 from phichain.contract.chain import Chain, worded
@@ -13,25 +11,23 @@ from phichain.contract.flows import SCALARS
 _PLAIN: Final = ("int", "unsigned long", "size_t")
 #: Columns that numbers of the scene's type leave free for the field's name before the remark beside it.
 _REMARKS_AT: Final = 10
-_NOTHING: Final[Mapping[str, str]] = MappingProxyType({})
 
 
-def struct_lines(struct: Struct, chain: Chain, facts: Mapping[str, str] = _NOTHING) -> list[str]:
+def struct_lines(struct: Struct, chain: Chain) -> list[str]:
     """The fields of a struct, one a line.
 
     Args:
         struct: the struct.
         chain: whose it is.
-        facts: what the remarks' `{word}` stand for.
     """
-    return [_field(field, chain, struct.remarks_at, facts) for field in struct.fields_of(chain)]
+    return [_field(field, chain, struct.remarks_at) for field in struct.fields_of(chain)]
 
 
-def _field(field: Field, chain: Chain, remarks_at: int, facts: Mapping[str, str]) -> str:
+def _field(field: Field, chain: Chain, remarks_at: int) -> str:
     kind = _c_type(field.type, chain)
     star, extent = "*" if field.is_pointer else "", f"[{field.extent(chain)}]" if field.extent else ""
     name = f"{star}{field.name}{extent};"
-    remark = worded(field.doc, chain).format_map(facts)
+    remark = worded(field.doc, chain)
     if not remark:
         return f"{kind} {name}"
     if field.type == "real":
@@ -40,7 +36,7 @@ def _field(field: Field, chain: Chain, remarks_at: int, facts: Mapping[str, str]
     return f"{line:{remarks_at if field.type in _PLAIN else 0}} /* {remark} */"
 
 
-def outcome_lines(flow: Flow, chain: Chain, facts: Mapping[str, str] = _NOTHING) -> list[str]:
+def outcome_lines(flow: Flow, chain: Chain) -> list[str]:
     """The constants that say how a flow ended, one a line."""
     endings = [
         f"{outcome.name.upper().replace(' ', '_')} = {outcome.number}{',' if outcome is not flow.outcomes[-1] else ''}"
@@ -49,7 +45,7 @@ def outcome_lines(flow: Flow, chain: Chain, facts: Mapping[str, str] = _NOTHING)
     width = max(map(len, endings))
     prefix = f"{chain.name.upper()}_{flow.prefix}"
     return [
-        f"{prefix}{ending:{width}} /* {outcome.doc.format_map(facts)} */"
+        f"{prefix}{ending:{width}} /* {outcome.doc} */"
         for ending, outcome in zip(endings, flow.outcomes, strict=True)
     ]
 

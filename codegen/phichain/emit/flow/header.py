@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import prod
-from typing import Final
 
 from phichain.contract.flows import EVENT, FLOW, PROPAGATE
 from phichain.contract.functions import ROWS
@@ -14,27 +13,14 @@ from phichain.emit.render import render
 from phichain.lowering.series.series import Series
 from phichain.scene import Scene
 
-#: Largest workspace that may lie on the stack, bytes.
-ON_STACK: Final = 2**16
-
-#: What the header says where a workspace is small enough for the stack, and where it is not.
-_STACK_FACTS: Final = {
-    "workspace": "; never returned by this scene", "work": "NULL to work on the stack", "bytes": "",
-}  # fmt: skip
-_MEMORY_FACTS: Final = {
-    "workspace": ", and a workspace is too large for the stack", "work": "never NULL here, too large for a stack",
-    "bytes": "; bytes of a workspace where none is given",
-}  # fmt: skip
-
 Arrays = list[tuple[str, tuple[int, ...]]]
 
 
 def declarations(scene: Scene, made: Series) -> str:
     """Types and prototype."""
-    facts = _STACK_FACTS if on_stack(scene, made) else _MEMORY_FACTS
     return render(
-        "flow.h.j2", name=scene.name, doc=ROWS["propagate"].doc, outcomes=outcome_lines(PROPAGATE, scene, facts), scalars=scalar_constants(PROPAGATE, scene),
-        event=struct_lines(EVENT, scene), flow=struct_lines(FLOW, scene, facts), returns=PROPAGATE.returns,
+        "flow.h.j2", name=scene.name, upper=scene.name.upper(), doc=ROWS["propagate"].doc, outcomes=outcome_lines(PROPAGATE, scene), scalars=scalar_constants(PROPAGATE, scene),
+        event=struct_lines(EVENT, scene), flow=struct_lines(FLOW, scene), returns=PROPAGATE.returns,
         prototype=", ".join(arguments(PROPAGATE, scene, definition=False)), arguments=documented(PROPAGATE, scene),
         size=scene.nq + scene.nv, columns=scene.variational, varied=bool(scene.varied), planar=scene.is_planar,
         start=_declared(_start(scene, made)), workspace=_declared(_workspace(scene, made)),
@@ -75,8 +61,3 @@ def workspace_bytes(scene: Scene, made: Series) -> int:
     """Bytes of a workspace."""
     numbers = [prod(extents) for _, extents in (*_start(scene, made), *_start(scene, made), *_workspace(scene, made))]
     return (8 if scene.real == "double" else 4) * sum(numbers)
-
-
-def on_stack(scene: Scene, made: Series) -> bool:
-    """Whether a workspace is small enough for the stack."""
-    return workspace_bytes(scene, made) <= ON_STACK

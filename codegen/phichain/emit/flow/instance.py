@@ -80,7 +80,7 @@ def c_names(scene: Scene, stem: str, programs: Iterable[Program]) -> CNames:
     for program in programs:
         for key in program.tables.items():
             tables.setdefault(key, f"{stem}_{key[0]}_{len(tables) + 1}")
-    return CNames(scene.name, scene.real, tables)
+    return CNames(scene.name, scene.real, tables, is_plain=scene.trig is not None)
 
 
 def table_rows(names: CNames) -> list[tuple[str, int, str]]:
@@ -154,13 +154,12 @@ def sizes(scene: Scene, stem: str, made: Series, names: CNames) -> dict[str, obj
     }  # fmt: skip
 
 
-def features(scene: Scene, made: Series, columns: bool, on_stack: bool) -> dict[str, bool]:
+def features(scene: Scene, made: Series, columns: bool) -> dict[str, bool]:
     """Which features of the stencils a scene has."""
     return {
         "WITH_TURNS": turns(scene), "WITH_SPHERE": not scene.is_planar, "WITH_INPUTS": scene.nu > 0, "WITH_FORCING": made.is_forced,
         "WITH_SQUARES": made.squares > 0, "WITH_DRY": made.dry > 0, "WITH_SCALES": scale_literals(scene, None) is not None,
-        "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns,
-        "WITH_PARAMETERS": columns and made.order_along is not None, "WITH_STACK": on_stack,
+        "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns, "WITH_PARAMETERS": columns and made.order_along is not None,
     }  # fmt: skip
 
 
@@ -216,8 +215,11 @@ def scale_literals(scene: Scene, names: CNames | None) -> tuple[str, str] | None
 
 def libm_names(names: CNames) -> Mapping[str, str]:
     """The C library's functions as the stencils call them, for the scene's type."""
-    functions = {"abs": "fabs", "floor": "floor", "fma": "fma", "cos": "cos", "sin": "sin"}
-    return {f"phi_{key}": names.libm(function) for key, function in functions.items()}
+    functions = {"abs": "fabs", "fma": "fma", "cos": "cos", "sin": "sin"}
+    fast = "F" if names.real == "float" else ""
+    return {f"phi_{key}": names.libm(function) for key, function in functions.items()} | {
+        "PHI_FAST_FMA": f"FP_FAST_FMA{fast}", "PHI_FMA_OF_GCC": f"__FP_FAST_FMA{fast}"
+    }  # fmt: skip
 
 
 def positions_symbol(model: Model, stem: str, known: Collection[str]) -> tuple[str, list[Called]]:

@@ -13,7 +13,7 @@ from phichain.emit.c.layout import laid_out_text
 from phichain.emit.c.names import CNames
 from phichain.emit.flow.columns import columns_at_once, vector_bytes
 from phichain.emit.flow.flows import FlowText, prints
-from phichain.emit.flow.header import declarations, on_stack
+from phichain.emit.flow.header import declarations
 from phichain.emit.flow.instance import (
     LOG_TWO,
     Called,
@@ -111,7 +111,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
     """The stencils of the flow, in the order in which they lean on each other."""
     scene = model.scene
     stem = f"{scene.name}_flow"
-    wanted = features(scene, made, made.columns is not None, on_stack(scene, made))
+    wanted = features(scene, made, made.columns is not None)
     own = {
         "STEM_ZERO": "0", "stem_words": f"uint{64 if scene.real == 'double' else 32}_t", "STEM_OF": f"{stem.upper()}_OF", "STEM_AT": f"{stem.upper()}_AT",
         "stem_lanes": f"{scene.name}_real", "stem_jets": f"{scene.name}_workspace", "stem_start": f"{scene.name}_start",

@@ -94,7 +94,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
         "STEM_SINGLY": "", "PROPAGATE_DOC": ROWS["propagate_batch"].doc, "PHI_MARGIN": names.number(MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE * LOG_TWO).text,
         "stem_event": f"{scene.name}_batch_event", **{f"STEM_OF_{what}": f"{upper}_BATCH_OF_{what}" for what in ("DEPTH", "V")},
     }  # fmt: skip
-    wanted = features(scene, made, False, False)
+    wanted = features(scene, made, False)
     files = ["flow_norms", *(["flow_turns"] if turns(scene) else [])]
     files += ["flow_series", "flow_length", "flow_event", "flow_batch"]
     return "\n".join(instance(name, spelt, wanted) for name in files).rstrip("\n")

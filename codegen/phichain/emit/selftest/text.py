@@ -31,7 +31,6 @@ def selftest_source(scene: Scene, lowered: Lowered, selftest: Selftest) -> str:
     text = render(
         "selftest.c.j2", name=scene.name, upper=scene.name.upper(), cases=cases,
         motions=[_motion(scene, lowered, motion) for motion in selftest.motions], literal=_literal(scene, 0.0),
-        abs="fabs" if scene.real == "double" else "fabsf",
     )  # fmt: skip
     return laid_out_text(text)
 
@@ -50,7 +49,7 @@ def _motion(scene: Scene, lowered: Lowered, motion: FlowCase) -> dict[str, Any]:
         "struct": flow.carries.name,
         "done": f"{flow.prefix}{DONE.name.upper()}",
         "has_event": flow.event is not None,
-        "has_workspace": any(field.type == "workspace" for field in flow.carries.fields),
+        "workspace": next(field.type for field in flow.carries.fields if field.name == "work"),
         "params": _fields(scene, lowered.params, motion.params),
         "start": [
             (name, len(values), _literals(scene, values)) for name, values in motion.inputs.items() if name in ("q", "v", "u")

@@ -36,11 +36,11 @@ class Target:
 
 
 class Lanes:
-    """States of columns side by side: one row of cells a link, or two rows in turn for a long chain."""
+    """States of columns side by side: one row of cells a link, two rows in turn for a long chain, or one that is written anew."""
 
-    def __init__(self, builder: Builder, name: str, width: int, links: int) -> None:
-        self.width, self.takes_turns = width, links > LONGEST_KEPT
-        rows = 1 if self.takes_turns else links
+    def __init__(self, builder: Builder, name: str, width: int, links: int, in_place: bool) -> None:
+        self.width, self.in_place, self.takes_turns = width, in_place, links > LONGEST_KEPT and not in_place
+        rows = 1 if self.takes_turns or in_place else links
         names = (f"{name}_even", f"{name}_odd") if self.takes_turns else (name,)
         self.cells = [tuple(builder.array(f"{part}_{axis}", width * rows) for axis in "xy") for part in names]
 
@@ -58,7 +58,7 @@ class Lanes:
         return (row if isinstance(row, int) else row.offset) % 2 if self.takes_turns else 0
 
     def _place(self, row: Index, column: Index) -> Index:
-        return column if self.takes_turns else row * self.width + column
+        return column if self.takes_turns or self.in_place else row * self.width + column
 
 
 class Columns:
@@ -72,8 +72,10 @@ class Columns:
         self.sides, self.compliance = sides, compliance
         self.carts, links = int(scene.has_cart), scene.links
         self.relative, self.adjacent = scene.angles == "relative", scene.angles == "adjacent"
-        self.couples = Lanes(builder, "couple_state", links + self.carts, links)
-        self.states = [Lanes(builder, f"{column.name}_state", links, links) for column, _ in sides]
+        # Memory is dear on a target. Only where the cells of a row are read before they are written anew does one row do.
+        self.in_place = scene.trig is not None and self.relative
+        self.couples = Lanes(builder, "couple_state", links + self.carts, links, self.in_place)
+        self.states = [Lanes(builder, f"{column.name}_state", links, links, self.in_place) for column, _ in sides]
         self.mobility = [builder.array(f"mobility_{name}", links) for name in ("xx", "xy", "yy")]
 
     def write(self) -> None:
@@ -83,7 +85,7 @@ class Columns:
         links = self.scene.links
         for k in range(1, min(peeled, links)):
             self._step(k, k)
-        if links > LONGEST_KEPT:
+        if links > LONGEST_KEPT and not self.in_place:
             pairs = (links - peeled) // 2
             with self.builder.loop("pair", 0, pairs) as loop:
                 for after in range(2):
@@ -212,8 +214,18 @@ class Columns:
         entry = dot(sigma, shifted) + (self._own(k, after) - free * lean)
         if self.relative:
             entry = entry - jump.phi
-        lanes.put(k, j, self._beyond(k, before, jump))
+        after_link = self._beyond(k, before, jump)
+        if self.in_place:
+            after_link = self._named(after_link)
+            target.put(k + carts, j, entry)
+            lanes.put(k, j, after_link)
+            return
+        lanes.put(k, j, after_link)
         target.put(k + carts, j, entry - target.at(k - 1 + carts, j) if self.adjacent else entry)
+
+    def _named(self, state: Pair) -> Pair:
+        """Values that are computed before either of their cells is written."""
+        return self.builder.let("moved_x", state[0]), self.builder.let("moved_y", state[1])
 
     def _couples(self, k: Index, sigma: Pair, omega: Expr, before: Expr) -> None:
         """Unit couples inside: what they do at link k, and what the columns of joint k do where they act."""
@@ -221,13 +233,21 @@ class Columns:
         with self.builder.loop("i", 0, k - 1 + carts) as loop:
             i = loop.index
             state = self.couples.at(k - 1, i)
-            self.couples.put(k, i, response.outwards(k, state))
-            self._reciprocal(k, i, state, sigma, None)
+            self._pass_on(k, i, response.outwards(k, state), state, sigma, None)
         newest = k - 1 + carts
         state, turn = self.couples.at(k - 1, newest), response.turn(k)
         moved = response.outwards(k, state)
-        self.couples.put(k, newest, (moved[0] + before * turn[0], moved[1] + before * turn[1]))
-        self._reciprocal(k, newest, state, sigma, omega)
+        self._pass_on(k, newest, (moved[0] + before * turn[0], moved[1] + before * turn[1]), state, sigma, omega)
+
+    def _pass_on(self, k: Index, i: Index, moved: Pair, state: Pair, sigma: Pair, omega: Expr | None) -> None:
+        """One lane goes on over link k, and what it says of the columns there."""
+        if self.in_place:
+            moved = self._named(moved)
+            self._reciprocal(k, i, state, sigma, omega)
+            self.couples.put(k, i, moved)
+            return
+        self.couples.put(k, i, moved)
+        self._reciprocal(k, i, state, sigma, omega)
 
     def _reciprocal(self, k: Index, i: Index, state: Pair, sigma: Pair, omega: Expr | None) -> None:
         """One lane: the entries of row i that columns of joint k have, and that of the lane itself in row k."""

@@ -91,7 +91,7 @@ def method_of(system: System, name: str) -> Method:
     """
     if name in METHODS:
         return METHODS[name]
-    if name.startswith("step_"):
+    if name.startswith("step_") and name != "step_jacobian":
         system.function(name)
         return replace(METHODS["step"], summary=f"the emitted fixed step {name}")
     raise UnsupportedError("method", name, "no such method", f"use auto or one of {', '.join(METHODS)}")

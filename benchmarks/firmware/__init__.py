@@ -1,0 +1,1 @@
+"""Generated C on emulated microcontrollers: the twenty points that firmware projects ask for, and what they cost."""

@@ -1,0 +1,1 @@
+"""The twenty points, each a function from the generated folders to what is wrong with them."""

@@ -1,0 +1,91 @@
+"""benchmarks/results/firmware.md: what generated C costs on a Cortex-M4F, beside CasADi's and a form written by hand."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from benchmarks.firmware import peers
+from benchmarks.firmware.accuracy import worst_error
+from benchmarks.firmware.probe import probe, read
+from benchmarks.firmware.reach import refusals
+from benchmarks.firmware.scenes import chain
+from benchmarks.firmware.targets import M4F
+from benchmarks.firmware.tools import run
+from phichain.files import write_folder
+from phichain.scratch import folder_texts
+
+RESULTS: Final = Path(__file__).parents[1] / "results" / "firmware.md"
+_HEAD: Final = "| code | -O | text, bytes | instructions | stack, bytes | worst error |\n|---|---|---:|---:|---:|---:|\n"
+
+
+def write() -> None:
+    """Measure everything and write the table."""
+    with tempfile.TemporaryDirectory() as root:
+        parts = [_intro(), *_forward(Path(root)), *_jacobians(Path(root)), *_flows()]
+    RESULTS.write_text("\n".join(parts))
+    print(f"wrote {RESULTS}")
+
+
+def _intro() -> str:
+    versions = [run("arm-none-eabi-gcc", "--version").splitlines()[0], run("qemu-system-arm", "--version").splitlines()[0]]
+    return (
+        "# Firmware: generated C on a Cortex-M4F\n\n"
+        "`make firmware WRITE=1` writes this page; `make firmware` holds the checks behind it. Compilers: " + ", ".join(versions) + ".\n"
+        "Single precision, paper A's chain (m = l = 1/N, r = l/2, all joints actuated), 1000 states with |q| <= 3.125, |v| <= 4, |u| <= 2. "
+        "Text is the function with its sine-cosine kernel, the C library's own code not counted; instructions are counted by the emulated "
+        "board's clock (QEMU mps2-an386, -icount), fewest to most over the states; stack is painted memory, what the C library takes "
+        "included. The error is that of the worst state against extended precision, max norm over max norm. `-ffp-contract=off`: the same "
+        "bits on x86-64, Cortex-M0, M3, M4F, M7 and RV32.\n"
+    )
+
+
+def _row(label: str, folder: Path, links: int, level: str) -> str:
+    name = next(path.stem for path in folder.glob("*.h"))
+    probe(folder, ("forward_dynamics",), selftest=False)
+    program = M4F.build([folder / f"{name}.c", folder / "probe.c"], folder / "table.elf", level, "-fno-math-errno")
+    seen = read(M4F.run(program), M4F.ticks)["forward_dynamics"]
+    text = M4F.text(M4F.compile(folder / f"{name}.c", level, "-fno-math-errno"))
+    span = f"{seen.least}" if seen.most - seen.least <= 1 else f"{seen.least} to {seen.most}"
+    return f"| {label} | {level} | {text} | {span} | {seen.stack} | {worst_error(folder, links):.1e} |\n"
+
+
+def _forward(root: Path) -> Iterator[str]:
+    for links in (2, 4, 10):
+        rows = []
+        for level in ("-Os", "-O2"):
+            for trig in ("bundled", "libm"):
+                scene = chain(f"t{links}_{trig}", links, ("forward_dynamics",), trig=trig)
+                folder = write_folder(root / scene.name, folder_texts(scene, False, False))
+                rows.append(_row(f"phichain, {trig}", folder, links, level))
+            rows.append(_row("by hand, lean kernel (to 1e3 rad)", peers.expert(root / f"own{links}", links, True), links, level))
+            rows.append(_row("by hand, libm", peers.expert(root / f"lib{links}", links, False), links, level))
+            rows.append(_row("CasADi", peers.casadi(root / f"casadi{links}", links), links, level))
+        yield f"## Forward dynamics, N = {links}\n\n{_HEAD}{''.join(rows)}"
+
+
+def _jacobians(root: Path) -> Iterator[str]:
+    rows = []
+    for links, code in ((2, "unrolled"), (4, "unrolled"), (4, "loops"), (10, "loops")):
+        scene = chain(f"j{links}_{code}", links, ("dynamics_and_jacobian",), code=code)
+        folder = write_folder(root / scene.name, folder_texts(scene, False, False))
+        probe(folder, selftest=False)
+        for level in ("-Os", "-O3"):
+            program = M4F.build([folder / f"{scene.name}.c", folder / "probe.c"], folder / "table.elf", level)
+            seen = read(M4F.run(program), M4F.ticks)["dynamics_and_jacobian"]
+            text = M4F.text(M4F.compile(folder / f"{scene.name}.c", level))
+            rows.append(f"| N = {links}, {code} | {level} | {text} | {seen.most} | {seen.stack} |\n")
+    yield "## Forward dynamics and Jacobian together, bundled trigonometry\n\n| code | -O | text, bytes | instructions | stack, bytes |\n|---|---|---:|---:|---:|\n" + "".join(rows)
+
+
+def _flows() -> Iterator[str]:
+    rows = [
+        f"| {one.links} | {one.tolerance:g} | {one.refused} of {one.runs} | {one.worst:.2f} | {one.workspace} |\n" for one in refusals()
+    ]
+    yield (
+        "## The Taylor flow in single precision\n\n1 s, q within +-pi, |v| <= 0.5; the error of the end against double precision at 1e-12, "
+        "over the tolerance, relative to the motion's own growth of a disturbance of one unit in the last place.\n\n"
+        "| N | tolerance | refused | worst error over what is allowed | workspace, bytes |\n|---:|---:|---:|---:|---:|\n" + "".join(rows)
+    )
