@@ -189,9 +189,12 @@ def _unit(vector: Vector) -> Vector:
 def frequency_error(point: Point) -> float:
     """How far off omega may be, relative: what rounding left in the residual, through [J; t]^-1.
 
-    Beside a branch point this grows with the inverse of the distance, as the error does.
+    Beside a branch point this grows with the inverse of the distance, as the error does; at one nothing is known, NaN.
     """
-    inverse = np.linalg.inv(np.vstack([point.jacobian, point.tangent]))
+    try:
+        inverse = np.linalg.inv(np.vstack([point.jacobian, point.tangent]))
+    except np.linalg.LinAlgError:
+        return float("nan")
     noise: Any = point.extra.found.noise
     return float(np.abs(inverse[-1, :-1]) @ noise / abs(point.y[-1]))
 

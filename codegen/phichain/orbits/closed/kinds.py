@@ -22,14 +22,14 @@ import numpy as np
 from phichain.continuation import BranchPoint, Fold, Level, Point, Problem, Quantity, Special, TestFunction
 from phichain.continuation.events import signed
 from phichain.orbits.closed.reversible import HalfMap, reversible_problem
-from phichain.orbits.closed.symmetries import is_more_symmetric
+from phichain.orbits.closed.symmetries import gains, recognised
 from phichain.orbits.periodic import PeriodMap, half_problem, whole_problem
 from phichain.orbits.quarter import quarter_problem
-from phichain.orbits.symmetry import BRANCH_POINT, MOST_UNSTABLE, discriminant, tests_of
+from phichain.orbits.symmetry import BRANCH_POINT, MOST_UNSTABLE, SAID, discriminant, tests_of
 from phichain.system import Parameters, System, Vector
 
-_STILL: Final = 1e-4
-"""Share of its first energy at which a family is back at rest."""
+_STILL: Final = 0.03
+"""Angles, rad, and rates in frequencies, below which a family is its linear mode, as good as back at rest."""
 _SLOW: Final = 1e-3
 """Share of its first frequency at which there is none left."""
 PERIOD_DOUBLING: Final = "period doubling"
@@ -105,7 +105,8 @@ def events_of(system: System, p: Parameters | None, kind: str, problem: Problem)
         return tests_of(problem, carts, links)
 
     def meets(problem: Problem, point: Point) -> bool:
-        return is_more_symmetric(system, p, kind, *state_of(kind, z := point.z(problem)), float(z[-1])) != ""
+        z = point.z(problem)
+        return gains(kind, recognised(system, p, *state_of(kind, z), float(z[-1])))
 
     own = _reversible_tests(kind, carts, links) if kind in ("unequal", "odd") else _periodic_tests(kind, 2 * system.nq)
     several: list[TestFunction] = [
@@ -133,6 +134,8 @@ _BROKEN: Final = {
 
 def said_of(kind: str, event: Special) -> Special:
     """An event of a kind other than brake orbits, with what it breaks and what goes on beyond."""
+    if event.kind.startswith("cover"):
+        return replace(event, breaks=SAID["cover"][0], continues="that family, over its own period")
     opened = KINDS[kind].opens.get(event.kind)
     beyond = KINDS[opened[0]].words + (", of twice the period" if opened[1] == 2 else "") if opened else "this family"
     breaks = _BROKEN.get(event.kind.rstrip("0123456789 "), "")
@@ -181,12 +184,19 @@ def _periodic_tests(kind: str, states: int) -> Maker:
 
 def ends_of(system: System, kind: str, problem: Problem, z: Vector) -> list[TestFunction]:
     """Where families that are entered at the orbit z end: the chain at rest, no frequency left, links upside down at a rest."""
-    carts = system.cart_size
-    assert problem.energy is not None
+    carts, states = system.cart_size, slice(system.cart_size, len(z) - 1)
+
+    def size(z: Vector) -> float:
+        return float(np.max(np.abs(z[states] / problem.sizes[states])))
+
     ends: list[TestFunction] = [
-        Level(problem.energy, _STILL * problem.energy(z), "back at rest"),
-        Level(lambda z: float(z[-1]), _SLOW * float(z[-1]), "omega near zero"),
-    ]
+        Level(size, small(problem, z, carts), "back at rest"), Level(lambda z: float(z[-1]), _SLOW * float(z[-1]), "omega near zero"),
+    ]  # fmt: skip
     if kind in ("quarter", "unequal"):
         ends.append(Level(lambda z: float(np.max(np.abs(z[carts:-1]))), np.pi, "amplitude pi"))
     return ends
+
+
+def small(problem: Problem, z: Vector, carts: int) -> float:
+    """The size, in scaled unknowns, at which a family that was entered at z is back at rest; no step may be longer than 3/2 of it, to see it."""
+    return min(_STILL, float(np.max(np.abs(z[carts:-1] / problem.sizes[carts:-1]))) / 2)

@@ -14,6 +14,10 @@ from phichain.system import Parameters, System, Vector, acceleration
 
 _CLOSE: Final = 1e-5
 """Distance, in sizes of the orbit, below which two of its states are one, and a least speed is a rest."""
+RANK: Final = {"whole": 0, "half": 1, "odd": 1, "unequal": 1, "quarter": 2}
+"""How many symmetries each kind has."""
+_MOST: Final = 99
+"""Traversals that are looked for."""
 _SAMPLES: Final = 240
 _ROUNDS: Final = 4
 
@@ -51,14 +55,23 @@ class Motion:
         k = int(np.argmin(values))
         return float(times[k]), float(values[k]) / largest
 
-    def is_mirrored(self) -> bool:
-        """Whether theta(T/2) = -theta(0), rates too."""
-        half = self.period / 2
-        q, v = self.at(np.array([half]))
+    def comes_back(self, sign: float) -> bool:
+        """Whether theta(T/2) = sign theta(0), rates too: mirrored for -1, over already for 1."""
+        return bool(self._misses(np.array([self.period / 2]), sign)[0] < _CLOSE)
+
+    def traversals(self) -> int:
+        """How often it runs through a shorter orbit; 1 where it does not."""
+        counts = np.arange(_MOST, 1, -1)
+        back = counts[self._misses(self.period / counts, 1.0) < _CLOSE]
+        return int(back[0]) if back.size else 1
+
+    def _misses(self, times: Vector, sign: float) -> Vector:
+        """How far the states at some times are from the start, or from its mirror image, in its size (m,)."""
         omega = 2 * np.pi / self.period
-        off = np.concatenate([q[0] + self._start[0], (v[0] + self._start[1]) / omega])
+        q, v = self.at(times)
+        off = np.hstack([q - sign * self._start[0], (v - sign * self._start[1]) / omega])
         own = np.concatenate([self._start[0], self._start[1] / omega])
-        return bool(np.max(np.abs(off)) < _CLOSE * np.max(np.abs(own)))
+        return np.asarray(np.max(np.abs(off), axis=1) / np.max(np.abs(own)))
 
 
 def angles(system: System) -> Callable[[Vector, Vector], Vector]:
@@ -71,22 +84,21 @@ def rates(system: System) -> Callable[[Vector, Vector], Vector]:
     return lambda q, v: np.linalg.norm(v[:, system.cart_size :], axis=1)
 
 
-def is_more_symmetric(system: System, p: Parameters | None, kind: str, q: Vector, v: Vector, omega: float) -> str:
-    """The kind of orbits that has more symmetries than its own and to which an orbit belongs; empty where it has no more."""
-    motion = Motion(system, p, q, v, omega)
-    if kind in ("unequal", "odd"):
-        return "quarter" if motion.is_mirrored() else ""
-    rests = motion.least(rates(system))[1] < _CLOSE
-    if kind == "half":
-        return "quarter" if rests else ""
-    if kind != "whole":
-        return ""
-    mirrored = motion.is_mirrored()
-    if rests:
-        return "quarter" if mirrored else "unequal"
+def recognised(system: System, p: Parameters | None, q: Vector, v: Vector, omega: float) -> tuple[str, int]:
+    """The kind that an orbit belongs to by its symmetries, and how often it runs through a shorter orbit, which has them."""
+    times = Motion(system, p, q, v, omega).traversals()
+    motion = Motion(system, p, q, v, omega * times)
+    mirrored = motion.comes_back(-1.0)
+    if motion.least(rates(system))[1] < _CLOSE:
+        return ("quarter" if mirrored else "unequal"), times
     if mirrored:
-        return "half"
-    return "odd" if motion.least(angles(system))[1] < _CLOSE else ""
+        return "half", times
+    return ("odd" if motion.least(angles(system))[1] < _CLOSE else "whole"), times
+
+
+def gains(kind: str, found: tuple[str, int]) -> bool:
+    """Whether an orbit that families of a kind have come to is one at which they turn into their own mirror image: it has more symmetries, or is over twice."""
+    return RANK[found[0]] > RANK[kind] or found[1] % 2 == 0
 
 
 def taken_up(system: System, p: Parameters | None, kind: str, q: Vector, v: Vector, omega: float) -> tuple[Vector, Vector]:

@@ -10,19 +10,23 @@ from typing import Final
 
 import numpy as np
 
-from phichain.continuation import Branch, Engine, Point, Problem, Special, follow
+from phichain.continuation import Branch, Engine, Point, Problem, Special, follow, start_on
 from phichain.continuation.core import Progress
 from phichain.errors import ConvergenceError
-from phichain.orbits.closed.kinds import KINDS, ends_of, events_of, problem_of, said_of
+from phichain.orbits.closed.kinds import KINDS, ends_of, events_of, problem_of, said_of, small
+from phichain.orbits.covers import mode_of
 from phichain.orbits.modes import LinearModes
-from phichain.orbits.network.opening import Opening, arrival, first_points, opening_at, regular_opening, settled
+from phichain.orbits.network.opening import Opening, arrival, first_points, opening_at, regular_opening, settled, shorter_orbit
 from phichain.orbits.network.recognition import branch_with, event_like, invariants
 from phichain.orbits.network.record import Link, Network
 from phichain.orbits.shooting import finished
+from phichain.orbits.symmetry import BRANCH_POINT
 from phichain.system import Parameters, System
 
 POINTS: Final = 400
 """Points of a branch that an event opens, unless the options allow fewer."""
+_BESIDE: Final = 1e-5
+"""Arclength within which what turns at a mirror is found."""
 _LIMITS: Final = "left for the limits: "
 
 
@@ -56,22 +60,43 @@ class Growing:
 
     def follow(self, kind: str, problem: Problem, start: Point | Branch, name: str) -> Branch:
         """One branch to its end, with its events under their names."""
-        options = replace(self.engine.options, max_points=min(POINTS, self.engine.options.max_points))
-        tests = [*events_of(self.system, self.p, kind, problem), *ends_of(self.system, kind, problem, _origin(problem, start))]
+        origin = start.z(problem) if isinstance(start, Point) else start.points[0]
+        own, longest = self.engine.options, 1.5 * small(problem, origin, self.system.cart_size)
+        options = replace(
+            own, max_points=min(POINTS, own.max_points), step_max=min(own.step_max, longest), step=min(own.step, longest),
+            step_min=min(own.step_min, longest),
+        )  # fmt: skip
+        tests = [*events_of(self.system, self.p, kind, problem), *ends_of(self.system, kind, problem, origin)]
         found = follow(
             problem, start, replace(self.engine, options=options), tests, name, through=self.through, progress=self.progress
         )
         if kind == "quarter":
             found = finished(self.system, self.p, self.modes, found)
         else:
-            found = replace(found, events=tuple(said_of(kind, event) for event in found.events))
+            found = replace(found, events=self.named(kind, found))
+        if arrival(self.system, self.p, replace(found, closing=kind)) is not None:
+            found = replace(found, reason=f"ended where it meets its own mirror image, at the {found.events[-1].kind}")
         return replace(
             found, scene=self.system.name, digest=self.system.digest, method="shooting", closing=kind
         )
 
 
-def _origin(problem: Problem, start: Point | Branch) -> np.ndarray:
-    return start.z(problem) if isinstance(start, Point) else start.points[0]
+    def named(self, kind: str, branch: Branch) -> tuple[Special, ...]:
+        """The events of a kind other than brake orbits: covers under their names, and nothing that turns because the branch meets its own mirror image."""
+        own = [self.cover(kind, event) if event.kind == BRANCH_POINT else event for event in branch.events]
+        if own and arrival(self.system, self.p, replace(branch, closing=kind, events=tuple(own))) is not None:
+            end = own[-1].arclength
+            own = [event for event in own[:-1] if abs(event.arclength - end) > _BESIDE] + own[-1:]
+        return tuple(said_of(kind, event) for event in own)
+
+    def cover(self, kind: str, event: Special) -> Special:
+        """A branch point under its own name: "cover K of mode J", or as it is."""
+        own, z = shorter_orbit(self.system, self.p, kind, event.z)
+        times = round(float(z[-1] / event.z[-1]))
+        if times == 1:
+            return event
+        mode = mode_of(self.system, self.p, self.modes, z) if own == "quarter" else 0
+        return replace(event, kind=f"cover {times} of {f'mode {mode}' if mode else f'an orbit of omega {z[-1]:.10g}'}")
 
 
 def grow(growing: Growing, first: Branch | Network) -> Network:
@@ -156,7 +181,7 @@ class _Growth:
                 continue
             if isinstance(point, str) or problem is None:
                 self.link(k, number, "left", -1, str(point), way)
-            elif (found := self.known(opened, problem, point)) is not None:
+            elif (found := self.known(k, number, opened, problem, point)) is not None:
                 self.link(k, number, "joins", found, f"joins [{found}]", way)
             elif self.limit(k):
                 self.link(k, number, "left", -1, self.limit(k), way)
@@ -174,9 +199,13 @@ class _Growth:
             return "nothing but the family that it covers: there mu touches 1 with both of its vectors"
         return opening_at(own.system, own.p, branch, event)
 
-    def known(self, opened: Opening, problem: Problem, point: Point) -> int | None:
+    def known(self, k: int, number: int, opened: Opening, problem: Problem, point: Point) -> int | None:
+        """The branch on which a first point lies, of those that do not run on from the same event; None where it lies on none."""
         own = self.growing
-        return branch_with(own.system, own.p, self.branches, opened.kind, point, problem, own.engine)
+        beside = {link.to for link in self.links if opened.is_regular and (link.branch, link.event) == (k, number)}
+        others = [at for at in range(len(self.branches)) if at not in beside]
+        found = branch_with(own.system, own.p, [self.branches[at] for at in others], opened.kind, point, problem, own.engine)
+        return None if found is None else others[found]
 
     def follow(self, k: int, number: int, way: int, opened: Opening, problem: Problem, point: Point) -> None:
         event = self.branches[k].events[number]
@@ -202,7 +231,7 @@ class _Growth:
     def arrived(self, k: int, number: int) -> bool:
         """Whether a branch ended at an event that is known, which is then linked with it."""
         own, branch = self.growing, self.branches[k]
-        if any(link.to == k and link.how == "arrives" for link in self.links):
+        if any((link.to == k and link.how == "arrives") or (link.branch, link.event) == (k, number) for link in self.links):
             return True
         more = arrival(own.system, own.p, branch)
         assert more is not None
@@ -212,11 +241,15 @@ class _Growth:
             z = settled(problem, z, own.engine)
         except ConvergenceError:
             return False
-        found = event_like(self.branches, kind, invariants(problem, z), problem)
-        if found is None:
-            return False
-        self.link(*found, "arrives", k, f"[{k}] arrives")
-        return True
+        target = invariants(problem, z)
+        if (found := event_like(self.branches, kind, target, problem)) is not None:
+            self.link(*found, "arrives", k, f"[{k}] arrives")
+            return True
+        point = start_on(problem, z, np.ones(len(z)), own.engine)
+        passed = branch_with(own.system, own.p, self.branches, kind, point, problem, own.engine)
+        if passed is not None:
+            self.link(k, number, "joins", passed, f"ends on [{passed}]")
+        return passed is not None
 
     def limit(self, k: int) -> str:
         """Why nothing more is followed beyond a branch, in words; empty where there is no reason."""

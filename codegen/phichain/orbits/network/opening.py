@@ -17,7 +17,7 @@ from phichain.continuation.events import signed
 from phichain.continuation.point import tangent_of
 from phichain.errors import ConvergenceError
 from phichain.orbits.closed.kinds import KINDS, PERIOD_DOUBLING, problem_of, state_of, unknowns_of
-from phichain.orbits.closed.symmetries import is_more_symmetric, taken_up
+from phichain.orbits.closed.symmetries import gains, recognised, taken_up
 from phichain.orbits.quarter import EPS
 from phichain.orbits.symmetry import BRANCH_POINT
 from phichain.records import Held
@@ -52,8 +52,7 @@ def opening_at(system: System, p: Parameters | None, branch: Branch, event: Spec
     """What opens at an event of a branch, or why nothing does, in words."""
     kind = branch.closing
     if event.kind.startswith("cover"):
-        shorter = np.append(event.z[:-1], int(event.kind.split()[1]) * event.z[-1])
-        return regular_opening(system, p, "quarter", shorter)
+        return regular_opening(system, p, *shorter_orbit(system, p, kind, event.z))
     target, times = KINDS[kind].opens[event.kind]
     own = replace(problem_of(system, p, kind, event.z), scale=branch.scale)
     swapped = event.kind == PERIOD_DOUBLING and _is_doubled_beyond(kind, own, event.z)
@@ -109,7 +108,7 @@ def _entered(system: System, p: Parameters | None, opened: Opening, problem: Pro
             except ConvergenceError:
                 continue
             z = point.z(problem)
-            if not is_more_symmetric(system, p, opened.kind, *state_of(opened.kind, z), float(z[-1])):
+            if not gains(opened.kind, recognised(system, p, *state_of(opened.kind, z), float(z[-1]))):
                 return point
             known.append(point.y)
     return "Newton reached no orbit beside it that its own family has not"
@@ -152,15 +151,21 @@ def _tangent(branch: Branch, event: Special, problem: Problem) -> Vector:
     return tangent_of(problem.at(event.z / problem.sizes).jacobian, chord) * problem.sizes
 
 
-def arrival(system: System, p: Parameters | None, branch: Branch) -> tuple[str, Vector] | None:
-    """The kind of more symmetries, and its orbit, at which a branch has ended; None where it has not ended at one."""
-    if branch.status != "event" or branch.events[-1].kind != BRANCH_POINT:
-        return None
-    z = branch.events[-1].z
-    q, v = state_of(branch.closing, z)
+def shorter_orbit(system: System, p: Parameters | None, kind: str, z: Vector) -> tuple[str, Vector]:
+    """The orbit that another one runs through, once or several times, under the kind that it belongs to."""
+    q, v = state_of(kind, z)
     omega = float(z[-1])
-    kind = is_more_symmetric(system, p, branch.closing, q, v, omega)
-    return (kind, unknowns_of(kind, *taken_up(system, p, kind, q, v, omega), omega)) if kind else None
+    own, times = recognised(system, p, q, v, omega)
+    if own == kind:
+        return own, np.append(z[:-1], times * omega)
+    return own, unknowns_of(own, *taken_up(system, p, own, q, v, times * omega), times * omega)
+
+
+def arrival(system: System, p: Parameters | None, branch: Branch) -> tuple[str, Vector] | None:
+    """The orbit, and its kind, at which a branch has ended because it gains a symmetry there; None where it has not."""
+    if branch.status != "event" or not branch.events[-1].kind.startswith((BRANCH_POINT, "cover")):
+        return None
+    return shorter_orbit(system, p, branch.closing, branch.events[-1].z)
 
 
 def settled(problem: Problem, z: Vector, engine: Engine) -> Vector:
