@@ -34,6 +34,8 @@ _SLOW: Final = 1e-3
 """Share of its first frequency at which there is none left."""
 PERIOD_DOUBLING: Final = "period doubling"
 SYMMETRY_LOSS: Final = "symmetry loss"
+PHASE_LOSS: Final = "phase loss"
+"""Two extrema of the potential energy along the orbits become one, and with them the place where they are taken up."""
 
 
 @dataclass(frozen=True)
@@ -64,9 +66,11 @@ KINDS: Final = {
             "odd loss": ("whole", 1), PERIOD_DOUBLING: ("odd", 2), BRANCH_POINT: ("odd", 1),
         }),
         Kind("half", "orbits with theta(t + T/2) = -theta(t), over a half period", {
-            SYMMETRY_LOSS: ("whole", 1), BRANCH_POINT: ("half", 1),
+            SYMMETRY_LOSS: ("whole", 1), BRANCH_POINT: ("half", 1), PHASE_LOSS: ("half", 1),
         }),
-        Kind("whole", "orbits without symmetry, over a full period", {PERIOD_DOUBLING: ("whole", 2), BRANCH_POINT: ("whole", 1)}),
+        Kind("whole", "orbits without symmetry, over a full period", {
+            PERIOD_DOUBLING: ("whole", 2), BRANCH_POINT: ("whole", 1), PHASE_LOSS: ("whole", 1),
+        }),
     )
 }  # fmt: skip
 
@@ -123,6 +127,7 @@ _BROKEN: Final = {
     "brake loss": "the rests: orbits beside it never stand still",
     "odd loss": "the passages through the straight chain",
     PERIOD_DOUBLING: "the period: orbits beside it come back after two",
+    PHASE_LOSS: "nothing: the least potential at which these orbits are taken up is one no longer",
     SYMMETRY_LOSS: "theta(t + T/2) = -theta(t)",
     BRANCH_POINT: "no symmetry of this family: another one crosses, or orbits with more symmetries do, at which it ends",
     "krein": "no symmetry: two pairs of multipliers leave the unit circle",
@@ -176,7 +181,7 @@ def _periodic_tests(kind: str, states: int) -> Maker:
         return [
             Quantity(lambda point: float(of(point).slope @ point.slope(problem)[:states]), "energy extremum"),
             Quantity(lambda point: float(np.prod(1 + point.multipliers).real), SYMMETRY_LOSS if kind == "half" else PERIOD_DOUBLING),
-            Quantity(lambda point: of(point).turning, "two least potentials that become one", terminal=True),
+            Quantity(lambda point: of(point).turning, PHASE_LOSS, terminal=True),
         ]
 
     return made

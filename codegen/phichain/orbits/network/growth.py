@@ -10,23 +10,17 @@ from typing import Final
 
 import numpy as np
 
-from phichain.continuation import Branch, Engine, Point, Problem, Special, follow, start_on
-from phichain.continuation.core import Progress
+from phichain.continuation import Branch, Point, Problem, Special, start_on
 from phichain.errors import ConvergenceError
-from phichain.orbits.closed.kinds import KINDS, ends_of, events_of, problem_of, said_of, small
-from phichain.orbits.covers import mode_of
-from phichain.orbits.modes import LinearModes
-from phichain.orbits.network.opening import Opening, arrival, first_points, opening_at, regular_opening, settled, shorter_orbit
+from phichain.orbits.closed.arrivals import arrival
+from phichain.orbits.closed.following import Follower
+from phichain.orbits.closed.kinds import KINDS, PHASE_LOSS, problem_of
+from phichain.orbits.network.opening import Opening, first_points, opening_at, regular_opening, settled
 from phichain.orbits.network.recognition import branch_with, event_like, invariants
 from phichain.orbits.network.record import Link, Network
-from phichain.orbits.shooting import finished
-from phichain.orbits.symmetry import BRANCH_POINT
-from phichain.system import Parameters, System
 
 POINTS: Final = 400
 """Points of a branch that an event opens, unless the options allow fewer."""
-_BESIDE: Final = 1e-5
-"""Arclength within which what turns at a mirror is found."""
 _LIMITS: Final = "left for the limits: "
 
 
@@ -35,68 +29,16 @@ class _InterruptedError(Exception):
 
 
 @dataclass(frozen=True)
-class Growing:
+class Growing(Follower):
     """What a network is grown with.
 
     Attributes:
-        system: The chain.
-        p: Runtime parameters.
-        modes: Its linear modes.
-        engine: Predictor, corrector and options.
-        through: Half width of gaps that are crossed.
         generations: How far from the first branch events are gone through.
         most: Branches at most.
-        progress: Told every new point.
     """
 
-    system: System
-    p: Parameters | None
-    modes: LinearModes
-    engine: Engine
-    through: float
     generations: int
     most: int
-    progress: Progress | None
-
-    def follow(self, kind: str, problem: Problem, start: Point | Branch, name: str) -> Branch:
-        """One branch to its end, with its events under their names."""
-        origin = start.z(problem) if isinstance(start, Point) else start.points[0]
-        own, longest = self.engine.options, 1.5 * small(problem, origin, self.system.cart_size)
-        options = replace(
-            own, max_points=min(POINTS, own.max_points), step_max=min(own.step_max, longest), step=min(own.step, longest),
-            step_min=min(own.step_min, longest),
-        )  # fmt: skip
-        tests = [*events_of(self.system, self.p, kind, problem), *ends_of(self.system, kind, problem, origin)]
-        found = follow(
-            problem, start, replace(self.engine, options=options), tests, name, through=self.through, progress=self.progress
-        )
-        if kind == "quarter":
-            found = finished(self.system, self.p, self.modes, found)
-        else:
-            found = replace(found, events=self.named(kind, found))
-        if arrival(self.system, self.p, replace(found, closing=kind)) is not None:
-            found = replace(found, reason=f"ended where it meets its own mirror image, at the {found.events[-1].kind}")
-        return replace(
-            found, scene=self.system.name, digest=self.system.digest, method="shooting", closing=kind
-        )
-
-
-    def named(self, kind: str, branch: Branch) -> tuple[Special, ...]:
-        """The events of a kind other than brake orbits: covers under their names, and nothing that turns because the branch meets its own mirror image."""
-        own = [self.cover(kind, event) if event.kind == BRANCH_POINT else event for event in branch.events]
-        if own and arrival(self.system, self.p, replace(branch, closing=kind, events=tuple(own))) is not None:
-            end = own[-1].arclength
-            own = [event for event in own[:-1] if abs(event.arclength - end) > _BESIDE] + own[-1:]
-        return tuple(said_of(kind, event) for event in own)
-
-    def cover(self, kind: str, event: Special) -> Special:
-        """A branch point under its own name: "cover K of mode J", or as it is."""
-        own, z = shorter_orbit(self.system, self.p, kind, event.z)
-        times = round(float(z[-1] / event.z[-1]))
-        if times == 1:
-            return event
-        mode = mode_of(self.system, self.p, self.modes, z) if own == "quarter" else 0
-        return replace(event, kind=f"cover {times} of {f'mode {mode}' if mode else f'an orbit of omega {z[-1]:.10g}'}")
 
 
 def grow(growing: Growing, first: Branch | Network) -> Network:
@@ -172,7 +114,8 @@ class _Growth:
         if isinstance(opened, str):
             self.link(k, number, "left", -1, opened)
             return
-        left = self.limit(k)
+        is_same = event.kind == PHASE_LOSS
+        left = self.limit(k, is_same)
         problem, points = (None, [left] * len(opened.directions)) if left else first_points(
             self.growing.system, self.growing.p, opened, self.growing.engine
         )
@@ -183,8 +126,8 @@ class _Growth:
                 self.link(k, number, "left", -1, str(point), way)
             elif (found := self.known(k, number, opened, problem, point)) is not None:
                 self.link(k, number, "joins", found, f"joins [{found}]", way)
-            elif self.limit(k):
-                self.link(k, number, "left", -1, self.limit(k), way)
+            elif limit := self.limit(k, is_same):
+                self.link(k, number, "left", -1, limit, way)
             else:
                 self.follow(k, number, way, opened, problem, point)
 
@@ -203,6 +146,8 @@ class _Growth:
         """The branch on which a first point lies, of those that do not run on from the same event; None where it lies on none."""
         own = self.growing
         beside = {link.to for link in self.links if opened.is_regular and (link.branch, link.event) == (k, number)}
+        if self.branches[k].events[number].kind == PHASE_LOSS:
+            beside.add(k)
         others = [at for at in range(len(self.branches)) if at not in beside]
         found = branch_with(own.system, own.p, [self.branches[at] for at in others], opened.kind, point, problem, own.engine)
         return None if found is None else others[found]
@@ -212,7 +157,8 @@ class _Growth:
         name = f"{self.growing.system.name}, {KINDS[opened.kind].words}, from the {event.kind} at omega = {event.z[-1]:.10g}"
         self.branches.append(self.growing.follow(opened.kind, problem, point, name))
         to = len(self.branches) - 1
-        how, said = ("runs through", f"[{to}] runs through") if opened.is_regular else ("opens", f"opens [{to}]")
+        how = "opens" if not opened.is_regular else "goes on" if event.kind == PHASE_LOSS else "runs through"
+        said = f"[{to}] runs through" if how == "runs through" else f"{how} as [{to}]" if how == "goes on" else f"opens [{to}]"
         self.link(k, number, how, to, said, way)
         self.ended(to)
 
@@ -251,17 +197,17 @@ class _Growth:
             self.link(k, number, "joins", passed, f"ends on [{passed}]")
         return passed is not None
 
-    def limit(self, k: int) -> str:
-        """Why nothing more is followed beyond a branch, in words; empty where there is no reason."""
+    def limit(self, k: int, is_same: bool = False) -> str:
+        """Why nothing more is followed beyond a branch (the same family under another phase: `is_same`), in words; empty where there is no reason."""
         own, generation = self.growing, self.generation(k)
-        if generation >= own.generations:
+        if generation >= own.generations and not is_same:
             return f"{_LIMITS}it is of generation {generation + 1}"
         return f"{_LIMITS}there are {own.most} branches already" if len(self.branches) >= own.most else ""
 
     def generation(self, k: int) -> int:
         """How many events lie between a branch and the first one."""
-        begun = [link.branch for link in self.links if link.to == k and link.how in ("opens", "runs through")]
-        return 0 if k == 0 or not begun else 1 + self.generation(begun[0])
+        begun = [link for link in self.links if link.to == k and link.how in ("opens", "runs through", "goes on")]
+        return 0 if k == 0 or not begun else (begun[0].how != "goes on") + self.generation(begun[0].branch)
 
     def link(self, k: int, number: int, how: str, to: int, said: str, way: int = 0) -> None:
         self.links.append(Link(k, number, how, to, said, way))

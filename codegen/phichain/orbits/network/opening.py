@@ -16,7 +16,8 @@ from phichain.continuation.deflation import deflated
 from phichain.continuation.events import signed
 from phichain.continuation.point import tangent_of
 from phichain.errors import ConvergenceError
-from phichain.orbits.closed.kinds import KINDS, PERIOD_DOUBLING, problem_of, state_of, unknowns_of
+from phichain.orbits.closed.arrivals import shorter_orbit
+from phichain.orbits.closed.kinds import KINDS, PERIOD_DOUBLING, PHASE_LOSS, problem_of, state_of, unknowns_of
 from phichain.orbits.closed.symmetries import gains, recognised, taken_up
 from phichain.orbits.quarter import EPS
 from phichain.orbits.symmetry import BRANCH_POINT
@@ -53,6 +54,8 @@ def opening_at(system: System, p: Parameters | None, branch: Branch, event: Spec
     kind = branch.closing
     if event.kind.startswith("cover"):
         return regular_opening(system, p, *shorter_orbit(system, p, kind, event.z))
+    if event.kind == PHASE_LOSS:
+        return _going_on(system, p, branch)
     target, times = KINDS[kind].opens[event.kind]
     own = replace(problem_of(system, p, kind, event.z), scale=branch.scale)
     swapped = event.kind == PERIOD_DOUBLING and _is_doubled_beyond(kind, own, event.z)
@@ -83,6 +86,23 @@ def regular_opening(system: System, p: Parameters | None, kind: str, z: Vector) 
     problem = problem_of(system, p, kind, z)
     tangent = tangent_of(problem.at(z / problem.sizes).jacobian, np.ones(len(z)))
     return Opening(kind, z, np.array([tangent, -tangent]), True)
+
+
+def _going_on(system: System, p: Parameters | None, branch: Branch) -> Opening | str:
+    """The same family taken up at the least of all its potentials, in the direction in which it was followed."""
+    index = branch.regular - 1
+    if index < 1:
+        return "the branch begins there"
+    kind, old = branch.closing, branch.points[index]
+    q, v = taken_up(system, p, kind, *state_of(kind, old), float(old[-1]))
+    z = unknowns_of(kind, q, v, float(old[-1]))
+    ways = regular_opening(system, p, kind, z)
+    problem = problem_of(system, p, kind, z)
+    assert problem.energy is not None and branch.energy is not None
+    wanted = np.array([old[-1] - branch.points[index - 1, -1], branch.energy[index] - branch.energy[index - 1]])
+    ahead = z + _BESIDE * ways.directions[0] * problem.sizes
+    found = np.array([ahead[-1] - z[-1], problem.energy(ahead) - problem.energy(z)])
+    return replace(ways, directions=ways.directions[:1] if wanted @ found > 0 else ways.directions[1:])
 
 
 def first_points(system: System, p: Parameters | None, opened: Opening, engine: Engine) -> tuple[Problem, list[Point | str]]:
@@ -149,23 +169,6 @@ def _tangent(branch: Branch, event: Special, problem: Problem) -> Vector:
     if event.kind == BRANCH_POINT:
         return chord / np.linalg.norm(chord) * branch.scale
     return tangent_of(problem.at(event.z / problem.sizes).jacobian, chord) * problem.sizes
-
-
-def shorter_orbit(system: System, p: Parameters | None, kind: str, z: Vector) -> tuple[str, Vector]:
-    """The orbit that another one runs through, once or several times, under the kind that it belongs to."""
-    q, v = state_of(kind, z)
-    omega = float(z[-1])
-    own, times = recognised(system, p, q, v, omega)
-    if own == kind:
-        return own, np.append(z[:-1], times * omega)
-    return own, unknowns_of(own, *taken_up(system, p, own, q, v, times * omega), times * omega)
-
-
-def arrival(system: System, p: Parameters | None, branch: Branch) -> tuple[str, Vector] | None:
-    """The orbit, and its kind, at which a branch has ended because it gains a symmetry there; None where it has not."""
-    if branch.status != "event" or not branch.events[-1].kind.startswith((BRANCH_POINT, "cover")):
-        return None
-    return shorter_orbit(system, p, branch.closing, branch.events[-1].z)
 
 
 def settled(problem: Problem, z: Vector, engine: Engine) -> Vector:

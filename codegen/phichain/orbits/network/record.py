@@ -12,7 +12,7 @@ from phichain.continuation.document import branch_document, branch_fields, readi
 from phichain.files import write_file
 from phichain.records import Held
 
-HOW: Final = ("opens", "runs through", "arrives", "joins", "left")
+HOW: Final = ("opens", "runs through", "goes on", "arrives", "joins", "left")
 """What there can be between an event and a branch: the branch begins there, runs on from there both ways, or ends there; it is the very
 family that passes there and was followed from elsewhere; or nothing was followed."""
 STATUS: Final = ("whole", "limits", "interrupted")
@@ -25,7 +25,7 @@ class Link:
     Attributes:
         branch: The branch of the event, counted from 0.
         event: Its number among the branch's events, from 0.
-        how: "opens": branch `to` begins there; "runs through": it is a cover, and branch `to` is one half of the family it covers; "arrives": branch `to`
+        how: "opens": branch `to` begins there; "runs through": it is a cover, and branch `to` is one half of the family it covers; "goes on": branch `to` is the same family taken up elsewhere on its orbits; "arrives": branch `to`
             ends there; "joins": what opens is branch `to`, followed from another event; "left": nothing was followed.
         to: A branch, from 0; -1 for none.
         said: The same in words.
