@@ -1,6 +1,8 @@
 """Orbits: the families of oscillations of a chain, each a continuation problem made from a System."""
 
+from phichain.orbits.closed.reversible import reversible_problem
 from phichain.orbits.modes import LinearModes, linear_modes
+from phichain.orbits.network.record import Link, Network
 from phichain.orbits.periodic import half_problem, whole_problem
 from phichain.orbits.quarter import QuarterMap, quarter_problem
 from phichain.orbits.single_harmonic import harmonic_problem
@@ -8,11 +10,14 @@ from phichain.orbits.tracing import trace
 
 __all__ = [
     "LinearModes",
+    "Link",
+    "Network",
     "QuarterMap",
     "half_problem",
     "harmonic_problem",
     "linear_modes",
     "quarter_problem",
+    "reversible_problem",
     "trace",
     "whole_problem",
 ]
