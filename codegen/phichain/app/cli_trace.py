@@ -44,7 +44,7 @@ def trace(
     scene: SceneWord,
     mode: Annotated[int, typer.Option(min=1, help="Mode to start from, by rising linear frequency.")] = 1,
     method: Annotated[
-        str, typer.Option(help='"shooting" (whole orbits, with their stability), "one harmonic", or auto: shooting where it serves.')
+        str, typer.Option(help='"shooting" (whole orbits, with their stability), "harmonics" (Fourier series), "one harmonic", or auto: shooting where it serves.')
     ] = "auto",
     until: Annotated[
         str | None,
@@ -57,6 +57,9 @@ def trace(
         float | None, typer.Option(metavar="WIDTH", help="Cross gaps up to this half width, in arclength, instead of turning.")
     ] = None,
     switch: Annotated[bool, typer.Option("--switch", help="Follow the branches that events open, too.")] = False,
+    harmonics: Annotated[
+        int | None, typer.Option(metavar="H", help="Highest harmonic of --method harmonics; by the tail of the spectrum unless given.")
+    ] = None,
     resume: Annotated[
         Path | None, typer.Option(metavar="FILE.json", help="Go on with what an earlier run left.")
     ] = None,
@@ -75,7 +78,7 @@ def trace(
 
     files = named(out, (".json", ".csv", ".npz", ".png"))
     chosen = find_scene(scene)
-    system = built(carrying(chosen) if _shoots(chosen, method) else chosen)
+    system = built(carrying(chosen, method) if _shoots(chosen, method) else chosen)
     # The file is to name the scene that was given, whatever functions this command needed of it besides.
     system = replace(system, digest=chosen.digest)
     if (values := parameters(settings or [])) is not None:
@@ -84,7 +87,7 @@ def trace(
     steps = {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
     branch = traced(
         system, mode, end, method=method, until=until, through=through, switch=switch, resume=resume, limits=steps,
-        progress=progress_line(system.cart_size),
+        harmonics=harmonics, progress=progress_line(system.cart_size),
     )  # fmt: skip
     if sys.stderr.isatty():
         sys.stderr.write(_CLEAR)
@@ -94,13 +97,15 @@ def trace(
         raise typer.Exit(_INTERRUPTED)
 
 
-def carrying(scene: Scene) -> Scene:
-    """The same chain with the functions that shooting calls, its flow carrying derivatives along."""
+def carrying(scene: Scene, method: str = "shooting") -> Scene:
+    """The same chain with the functions that the method calls, shooting among them, its flow carrying derivatives along."""
+    from phichain.orbits.harmonics import family
     from phichain.orbits.shooting import NEEDED
     from phichain.scene.load import scene_from_dict
 
     tables = scene.to_dict()
-    tables["functions"] = {"want": sorted({*scene.want, *NEEDED})}
+    balanced = family.NEEDED if method == "harmonics" else ()
+    tables["functions"] = {"want": sorted({*scene.want, *NEEDED, *balanced})}
     tables["flow"] = {"variational": True}
     return scene_from_dict(tables)
 
@@ -110,8 +115,8 @@ def _shoots(scene: Scene, method: str) -> bool:
     from phichain.orbits.shooting import NEEDED
 
     serves = scene.space == "planar" and scene.real == "double" and scene.damping is None
-    has_all = scene.variational and {*NEEDED} <= {*scene.want}
-    return serves and not has_all and method in ("auto", "shooting")
+    has_all = scene.variational and {*NEEDED} <= {*scene.want} and method != "harmonics"
+    return serves and not has_all and method in ("auto", "shooting", "harmonics")
 
 
 def progress_line(carts: int) -> Callable[[Point, float], None] | None:

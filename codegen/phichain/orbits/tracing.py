@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,11 +14,19 @@ from phichain.continuation import Branch, Engine, Options
 from phichain.continuation.core import Progress
 from phichain.errors import ArrayError, ToleranceError, UnsupportedError
 from phichain.orbits import shooting, single_harmonic
+from phichain.orbits.harmonics import family as many_harmonics
+from phichain.orbits.harmonics.condensed import Harmonics, kept_harmonics
 from phichain.orbits.modes import linear_modes
 from phichain.orbits.targets import Target, target_of
 from phichain.system import Parameters, System
 from phichain.system.arrays import positive, whole
 
+_FAMILIES: Final[dict[str, tuple[Any, Callable[..., Branch]]]] = {
+    "shooting": (shooting, shooting.trace_shooting),
+    "harmonics": (many_harmonics, many_harmonics.trace_harmonics),
+    "one harmonic": (single_harmonic, single_harmonic.trace_one_harmonic),
+}
+"""The module that knows a method, and what traces by it."""
 METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting")
 
 
@@ -36,6 +45,7 @@ def trace(
     options: Options | None = None,
     engine: Engine | None = None,
     limits: Mapping[str, Any] | None = None,
+    harmonics: Harmonics | int | None = None,
     progress: Progress | None = None,
 ) -> Branch:
     """Follow the family of limit cycles that one linear mode starts, from small amplitudes.
@@ -44,8 +54,9 @@ def trace(
         system: A planar, undamped system.
         mode: Number of the mode, from 1, by rising linear frequency.
         amplitude_max: The run ends where the largest angle reaches this, rad; pi unless `until` says where.
-        method: "shooting": orbits of the whole equations, with their stability; "one harmonic": theta_k = A_k cos(omega t), an
-            approximation that carries the first omitted harmonic as its error; "auto": shooting where the system can.
+        method: "shooting": orbits of the whole equations, with their stability; "harmonics": the same orbits as Fourier series, as long as
+            the tail of their spectrum asks for; "one harmonic": theta_k = A_k cos(omega t), an approximation that carries the first omitted
+            harmonic as its error; "auto": shooting where the system can.
         until: "WHAT=VALUE" (or {WHAT: VALUE}), WHAT theta_K (an angle of the start), amplitude (the largest), omega or
             energy: the last point lies exactly there.
         through: Half width, in arclength, up to which a gap is crossed instead of followed.
@@ -56,6 +67,7 @@ def trace(
         options: Step control and limits.
         engine: Predictor, corrector and options together; excludes `options`.
         limits: Options that replace those the method would take by itself, by name, such as {"step_max": 0.02}.
+        harmonics: How many harmonics the method of that name keeps, or the highest alone; by the tail of the spectrum unless said.
         progress: Told every new point and the step to try next.
 
     Returns:
@@ -70,7 +82,8 @@ def trace(
         ConvergenceError: Newton did not reach the family.
     """
     chosen = _method(system, method, switch)
-    usual = shooting.START if chosen == "shooting" else single_harmonic.START
+    family, follow = _FAMILIES[chosen]
+    usual = family.START
     if amplitude_start is None:
         amplitude_start = min(usual, _before(target_of(system, until)))
     amplitude_start = positive("amplitude_start", amplitude_start, "give an angle in rad")
@@ -82,8 +95,8 @@ def trace(
         if given is not None and not isinstance(given, kind):
             raise ArrayError(field, given, f"is no {kind.__name__}", "leave it out, or make one")
     earlier = _earlier(system, resume, mode, chosen)
-    family = shooting if chosen == "shooting" else single_harmonic
-    follow = shooting.trace_shooting if chosen == "shooting" else single_harmonic.trace_one_harmonic
+    if harmonics is not None:
+        follow = partial(follow, harmonics=kept_harmonics(harmonics, chosen))
     chosen_engine = engine or family.settings(options)
     if limits:
         chosen_engine = replace(chosen_engine, options=_limited(chosen_engine.options, limits))
@@ -122,11 +135,6 @@ def _method(system: System, method: str, switch: bool) -> str:
     """
     if method not in METHODS:
         raise ArrayError("method", method, "is no method", f"use one of {', '.join(METHODS)}")
-    if method == "harmonics":
-        raise UnsupportedError(
-            "method", method, "many harmonics are not balanced here",
-            'use method = "shooting", which has all of them, or "one harmonic"',
-        )  # fmt: skip
     if switch:
         raise UnsupportedError(
             "switch", switch, "branches that events open are not followed by themselves",
