@@ -44,7 +44,7 @@ def trace(
     scene: SceneWord,
     mode: Annotated[int, typer.Option(min=1, help="Mode to start from, by rising linear frequency.")] = 1,
     method: Annotated[
-        str, typer.Option(help='"shooting" (whole orbits, with their stability), "one harmonic", or auto: shooting where it serves.')
+        str, typer.Option(help='"shooting" (whole orbits, with their stability), "harmonics" (Fourier series), "one harmonic", or auto: shooting where it serves.')
     ] = "auto",
     until: Annotated[
         str | None,
@@ -56,7 +56,22 @@ def trace(
     through: Annotated[
         float | None, typer.Option(metavar="WIDTH", help="Cross gaps up to this half width, in arclength, instead of turning.")
     ] = None,
-    switch: Annotated[bool, typer.Option("--switch", help="Follow the branches that events open, too.")] = False,
+    switch: Annotated[
+        bool, typer.Option("--switch", help="Follow the branches that events open, too: a network, written to .json.")
+    ] = False,
+    generations: Annotated[
+        int, typer.Option(min=1, help="How far from the first branch --switch goes: 2 follows what opens on what opens.")
+    ] = 1,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ORBIT",
+            help='Start from an orbit instead of a mode: FILE.json or FILE.json:POINT of a family, or "q=1,0.2; v=0,0; period=1.7".',
+        ),
+    ] = None,
+    harmonics: Annotated[
+        int | None, typer.Option(metavar="H", help="Highest harmonic of --method harmonics; by the tail of the spectrum unless given.")
+    ] = None,
     resume: Annotated[
         Path | None, typer.Option(metavar="FILE.json", help="Go on with what an earlier run left.")
     ] = None,
@@ -73,18 +88,19 @@ def trace(
     from phichain.scene.library import find_scene
     from phichain.system.starts import parameters
 
-    files = named(out, (".json", ".csv", ".npz", ".png"))
+    files = named(out, (".json",) if switch else (".json", ".csv", ".npz", ".png"))
     chosen = find_scene(scene)
-    system = built(carrying(chosen) if _shoots(chosen, method) else chosen)
+    beyond = switch or start is not None
+    system = built(carrying(chosen, method, beyond) if _shoots(chosen, method, beyond) else chosen)
     # The file is to name the scene that was given, whatever functions this command needed of it besides.
     system = replace(system, digest=chosen.digest)
     if (values := parameters(settings or [])) is not None:
         system = replace(system, params=values)
-    end = 3.0 if until is None and amplitude_max is None else amplitude_max
+    end = 3.0 if until is None and amplitude_max is None and start is None else amplitude_max
     steps = {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
     branch = traced(
         system, mode, end, method=method, until=until, through=through, switch=switch, resume=resume, limits=steps,
-        progress=progress_line(system.cart_size),
+        generations=generations, start=start, harmonics=harmonics, progress=progress_line(system.cart_size),
     )  # fmt: skip
     if sys.stderr.isatty():
         sys.stderr.write(_CLEAR)
@@ -94,24 +110,33 @@ def trace(
         raise typer.Exit(_INTERRUPTED)
 
 
-def carrying(scene: Scene) -> Scene:
-    """The same chain with the functions that shooting calls, its flow carrying derivatives along."""
+def carrying(scene: Scene, method: str = "shooting", beyond: bool = False) -> Scene:
+    """The same chain with the functions that the method calls, shooting among them, its flow carrying derivatives along.
+
+    Args:
+        scene: The scene.
+        method: The method.
+        beyond: Whether orbits without the symmetries of brake orbits are to be followed.
+    """
+    from phichain.orbits.harmonics import family
     from phichain.orbits.shooting import NEEDED
     from phichain.scene.load import scene_from_dict
 
     tables = scene.to_dict()
-    tables["functions"] = {"want": sorted({*scene.want, *NEEDED})}
+    balanced = family.NEEDED if method == "harmonics" else ()
+    moving = ("forward_dynamics",) if beyond else ()
+    tables["functions"] = {"want": sorted({*scene.want, *NEEDED, *balanced, *moving})}
     tables["flow"] = {"variational": True}
     return scene_from_dict(tables)
 
 
-def _shoots(scene: Scene, method: str) -> bool:
+def _shoots(scene: Scene, method: str, beyond: bool) -> bool:
     """Whether the method needs more than the scene wants of itself."""
     from phichain.orbits.shooting import NEEDED
 
     serves = scene.space == "planar" and scene.real == "double" and scene.damping is None
-    has_all = scene.variational and {*NEEDED} <= {*scene.want}
-    return serves and not has_all and method in ("auto", "shooting")
+    has_all = scene.variational and {*NEEDED} <= {*scene.want} and method != "harmonics" and not beyond
+    return serves and not has_all and method in ("auto", "shooting", "harmonics")
 
 
 def progress_line(carts: int) -> Callable[[Point, float], None] | None:

@@ -95,10 +95,10 @@ def trace_shooting(
     demand_shooting(system)
     omega, shape = float(modes.omega[mode - 1]), modes.shapes[:, mode - 1]
     problem = quarter_problem(system, p, omega=omega, shape=shape)
-    tests = [*tests_of(problem, system.cart_size, system.links), *_ends(system, problem, target, amplitude_start, omega)]
+    tests = [*tests_of(problem, system.cart_size, system.links), *ends(system, problem, target, amplitude_start, omega)]
     name = f"{system.name}, mode {mode}, shooting"
     first = earlier if earlier is not None else start_on(
-        problem, np.append(amplitude_start * shape, omega), _axis(shape), engine, fixed=True
+        problem, np.append(amplitude_start * shape, omega), axis(shape), engine, fixed=True
     )  # fmt: skip
     branch = follow(problem, first, engine, tests, name, through=through, progress=progress)
     return replace(finished(system, p, modes, branch), closing="quarter")
@@ -111,14 +111,14 @@ def finished(system: System, p: Parameters | None, modes: LinearModes, branch: B
     return replace(branch, events=events)
 
 
-def _axis(shape: Vector) -> Vector:
+def axis(shape: Vector) -> Vector:
     """The unknown with the largest angle, which the first point keeps."""
     direction = np.zeros(len(shape) + 1)
     direction[int(np.argmax(np.isclose(np.abs(shape), 1.0)))] = np.sign(shape[int(np.argmax(np.isclose(np.abs(shape), 1.0)))])
     return direction
 
 
-def _ends(system: System, problem: Problem, target: Target, start: float, omega: float) -> list[TestFunction]:
+def ends(system: System, problem: Problem, target: Target, start: float, omega: float) -> list[TestFunction]:
     carts = system.cart_size
 
     def amplitude(z: Vector) -> float:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,6 +14,8 @@ from phichain.continuation import Branch, Engine, Options
 from phichain.continuation.core import Progress
 from phichain.errors import ArrayError, ToleranceError, UnsupportedError
 from phichain.orbits import shooting, single_harmonic
+from phichain.orbits.harmonics import family as many_harmonics
+from phichain.orbits.harmonics.condensed import Harmonics, kept_harmonics
 from phichain.orbits.modes import linear_modes
 from phichain.orbits.network.record import Network
 from phichain.orbits.network.runs import earlier_run, from_orbit, switched
@@ -20,6 +23,12 @@ from phichain.orbits.targets import Target, target_of
 from phichain.system import Parameters, System
 from phichain.system.arrays import positive, whole
 
+_FAMILIES: Final[dict[str, tuple[Any, Callable[..., Branch]]]] = {
+    "shooting": (shooting, shooting.trace_shooting),
+    "harmonics": (many_harmonics, many_harmonics.trace_harmonics),
+    "one harmonic": (single_harmonic, single_harmonic.trace_one_harmonic),
+}
+"""The module that knows a method, and what traces by it."""
 METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting")
 
 
@@ -40,6 +49,7 @@ def trace(
     options: Options | None = None,
     engine: Engine | None = None,
     limits: Mapping[str, Any] | None = None,
+    harmonics: Harmonics | int | None = None,
     progress: Progress | None = None,
 ) -> Branch | Network:
     """Follow the family of limit cycles that one linear mode starts, from small amplitudes, or that of any orbit.
@@ -48,8 +58,9 @@ def trace(
         system: A planar, undamped system.
         mode: Number of the mode, from 1, by rising linear frequency.
         amplitude_max: The run ends where the largest angle reaches this, rad; pi unless `until` says where.
-        method: "shooting": orbits of the whole equations, with their stability; "one harmonic": theta_k = A_k cos(omega t), an
-            approximation that carries the first omitted harmonic as its error; "auto": shooting where the system can.
+        method: "shooting": orbits of the whole equations, with their stability; "harmonics": the same orbits as Fourier series, as long as
+            the tail of their spectrum asks for; "one harmonic": theta_k = A_k cos(omega t), an approximation that carries the first omitted
+            harmonic as its error; "auto": shooting where the system can.
         until: "WHAT=VALUE" (or {WHAT: VALUE}), WHAT theta_K (an angle of the start), amplitude (the largest), omega or
             energy: the last point lies exactly there.
         through: Half width, in arclength, up to which a gap is crossed instead of followed.
@@ -63,6 +74,7 @@ def trace(
         options: Step control and limits.
         engine: Predictor, corrector and options together; excludes `options`.
         limits: Options that replace those the method would take by itself, by name, such as {"step_max": 0.02}.
+        harmonics: How many harmonics the method of that name keeps, or the highest alone; by the tail of the spectrum unless said.
         progress: Told every new point and the step to try next.
 
     Returns:
@@ -77,7 +89,8 @@ def trace(
         ConvergenceError: Newton did not reach the family.
     """
     chosen = _method(system, method, switch or start is not None)
-    usual = shooting.START if chosen == "shooting" else single_harmonic.START
+    family, follow = _FAMILIES[chosen]
+    usual = family.START
     if amplitude_start is None:
         amplitude_start = min(usual, _before(target_of(system, until)))
     amplitude_start = positive("amplitude_start", amplitude_start, "give an angle in rad")
@@ -89,7 +102,8 @@ def trace(
     for field, given, kind in (("options", options, Options), ("engine", engine, Engine)):
         if given is not None and not isinstance(given, kind):
             raise ArrayError(field, given, f"is no {kind.__name__}", "leave it out, or make one")
-    family = shooting if chosen == "shooting" else single_harmonic
+    if harmonics is not None:
+        follow = partial(follow, harmonics=kept_harmonics(harmonics, chosen))
     chosen_engine = engine or family.settings(options)
     if limits:
         chosen_engine = replace(chosen_engine, options=_limited(chosen_engine.options, limits))
@@ -108,7 +122,6 @@ def trace(
             branch = from_orbit(system, modes, start, aim, **common)
         else:
             aim = target
-            follow = shooting.trace_shooting if chosen == "shooting" else single_harmonic.trace_one_harmonic
             branch = follow(system, modes, mode, target, amplitude_start=amplitude_start, **common)
         reason = branch.reason
         if aim is not None and branch.status != "interrupted" and not (branch.events and branch.events[-1].kind == str(aim)):
@@ -146,15 +159,10 @@ def _method(system: System, method: str, beyond: bool) -> str:
     """
     if method not in METHODS:
         raise ArrayError("method", method, "is no method", f"use one of {', '.join(METHODS)}")
-    if method == "harmonics":
-        raise UnsupportedError(
-            "method", method, "many harmonics are not balanced here",
-            'use method = "shooting", which has all of them, or "one harmonic"',
-        )  # fmt: skip
     if beyond:
-        if method == "one harmonic":
+        if method in ("one harmonic", "harmonics"):
             raise UnsupportedError(
-                "method", method, "one harmonic has neither orbits to start from nor events that open branches", 'use method = "shooting"'
+                "method", method, "events that open branches, and orbits to start from, are those of shooting", 'use method = "shooting"'
             )
         shooting.demand_shooting(system, (*shooting.NEEDED, "forward_dynamics"))
         return "shooting"

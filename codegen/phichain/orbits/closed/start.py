@@ -74,14 +74,16 @@ def _read(text: str) -> Any:
 def _of_branch(system: System, branch: Branch, index: Any) -> tuple[Vector, Vector, float]:
     if branch.digest != system.digest:
         raise ArrayError("start", branch.digest, f"is the digest of that branch's scene, and {system.digest!r} is wanted here", "use its scene")
-    if not branch.closing:
+    # Series over a period are brake orbits, as shooting over a quarter of it has them.
+    closing = branch.closing or ("quarter" if branch.method == "harmonics" else "")
+    if not closing:
         raise ArrayError(
             "start", branch.method, "is how that branch was traced: its points are no orbits of the whole equations", 'trace it with method = "shooting"'
         )
     if not isinstance(index, int) or not -len(branch) <= index < len(branch):
         raise ArrayError("start", index, f"is no point of that branch, which has {len(branch)}", f"use 0 .. {len(branch) - 1}")
     z = branch.points[index]
-    return *state_of(branch.closing, z), float(z[-1])
+    return *state_of(closing, z), float(z[-1])
 
 
 def closed(system: System, p: Parameters | None, q: Vector, v: Vector, omega: float) -> tuple[str, Problem, Point]:

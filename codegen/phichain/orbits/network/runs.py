@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from phichain.continuation import Branch, Engine
+from phichain.continuation import Branch, Engine, Point
 from phichain.continuation.core import Progress
 from phichain.errors import ArrayError, OutputError
 from phichain.orbits.closed.following import Follower
@@ -52,19 +52,21 @@ def from_orbit(
         ConvergenceError: Newton closed none nearby.
     """
     follower = Follower(system, p, modes, engine, through, progress)
+    first: Point | Branch
     if earlier is not None:
         kind, first = earlier.closing, earlier
         problem = replace(problem_of(system, p, kind, earlier.points[0]), scale=earlier.scale)
     else:
         kind, problem, point = closed(system, p, *given(system, start))
-        first = towards(system, problem, point, target) if _fits(kind, target) else point
+        _demand_target(kind, target)
+        first = towards(system, problem, point, target)
     tests = [] if target is None else [target.level(system, problem)]
     name = f"{system.name}, {KINDS[kind].words}, from an orbit"
     return replace(follower.follow(kind, problem, first, name, tests), mode=0)
 
 
-def _fits(kind: str, target: Target | None) -> bool:
-    """True, where a family of that kind has such a target.
+def _demand_target(kind: str, target: Target | None) -> None:
+    """Refuse a target that families of a kind do not have.
 
     Raises:
         ArrayError: It has none.
@@ -73,7 +75,6 @@ def _fits(kind: str, target: Target | None) -> bool:
         raise ArrayError(
             "until", target.what, f"is no quantity of {KINDS[kind].words}: they do not start at a rest", 'use "omega=..." or "energy=..."'
         )
-    return True
 
 
 def switched(
