@@ -28,10 +28,10 @@ def three():
 def test_all_solutions_are_found_from_one_guess() -> None:
     problem, known, engine, axis = three(), [], Engine(), np.array([0.0, 1.0])
     for _ in range(3):
-        known.append(start_on(deflated(problem, known), np.array([0.3, 0.0]), axis, engine, fixed=True).y)
+        known.append(start_on(deflated(problem, known), np.array([-2.8, 0.0]), axis, engine, fixed=True).y)
     assert sorted(float(y[0]) for y in known) == pytest.approx([-2, 0, 1], abs=1e-10)
     with pytest.raises(ConvergenceError):
-        start_on(deflated(problem, known), np.array([0.3, 0.0]), axis, engine, fixed=True)
+        start_on(deflated(problem, known), np.array([-2.8, 0.0]), axis, engine, fixed=True)
 
 
 def test_the_jacobian_is_the_derivative() -> None:

@@ -18,6 +18,7 @@ from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Fold, TestFunction
 from phichain.continuation.locate import locate, values_at
 from phichain.continuation.met import gaps
+from phichain.continuation.met.pairs import pairs_of
 from phichain.continuation.met.specials import Passage, Special
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.problem import Problem
@@ -99,7 +100,8 @@ def follow(
         engine: Predictor, corrector and options.
         tests: Events to locate.
         name: Name of the branch.
-        through: Half width, in arclength, up to which a gap is crossed to go on straight; elsewhere the run turns with its branch.
+        through: Half width, in arclength, up to which a gap is crossed to go on straight; elsewhere the run turns with its branch. One below 3e-6 is crossed in
+            any case: a longer step would not tell it from a branch point.
         progress: Told every new point.
 
     Returns:
@@ -165,9 +167,12 @@ class _Run:
     regular: int = 0
     origin: int = 0
     values: tuple[float, ...] = ()
+    before: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         self.values = values_at(self.problem, self.points[-1], self.tests)
+        if len(self.points) > 1:
+            self.before = values_at(self.problem, self.points[-2], self.tests)
         self.sigma = [gaps.smallest(self.problem, point) for point in self.points]
 
     def end(self, status: str, reason: str) -> None:
@@ -177,17 +182,26 @@ class _Run:
     def go_on(self) -> None:
         """One more point, with the events on the way to it; nothing of it is kept where it breaks off."""
         last, begun = self.points[-1], self.step
-        new, step = advance(self.problem, self.points[-2:], begun, self.engine)
+        try:
+            new, step = advance(self.problem, self.points[-2:], begun, self.engine)
+        except StepTooSmallError:
+            ahead = gaps.gap_ahead(self.problem, self.points[-3:], self.sigma[-3:])
+            if ahead is None or ahead.width > gaps.NARROW or not self._cross(ahead):
+                raise
+            return
         values = values_at(self.problem, new, self.tests)
         index = self.offset + len(self.points) - 1
         found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values))
         sigma = gaps.smallest(self.problem, new)
         gap = self._gap(new, sigma) if cut is None else None
-        if gap is not None and gap.width <= self.through and self._cross(gap):
+        if gap is not None and gap.width <= max(self.through, gaps.NARROW) and self._cross(gap):
             return
-        self.specials += found
+        if self.before and cut is None:
+            three = [*self.points[-2:], new]
+            found += pairs_of(self.problem, three, self.tests, (self.before, self.values, values), self.engine, index - 1)
+        self.specials += sorted(found, key=lambda event: event.arclength)
         self.passages += [gap] if gap else []
-        self.values = values
+        self.before, self.values = self.values, values
         self.points.append(new if cut is None else cut)
         self.sigma.append(sigma)
         if cut is not None:
@@ -219,7 +233,7 @@ class _Run:
         self.sigma = [*self.sigma[: index + 1], gaps.smallest(self.problem, new)]
         self.specials = [event for event in self.specials if event.index < self.offset + index]
         self.passages.append(Passage(gap.z, gap.arclength, gap.width, True))
-        self.values = values_at(self.problem, new, self.tests)
+        self.before, self.values = (), values_at(self.problem, new, self.tests)
         self.step = max(self.engine.options.step_min, new.arclength - self.points[-2].arclength)
         return True
 

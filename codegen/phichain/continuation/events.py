@@ -120,11 +120,13 @@ class Quantity:
 
     Attributes:
         of: Point -> number.
+        in_pairs: Whether it may cross zero and come back within a step, so that its least values are looked at, too.
     """
 
     of: Callable[[Point], float]
     name: str
     terminal: bool = False
+    in_pairs: bool = False
 
     def value(self, problem: Problem, point: Point) -> float:
         """The number itself."""

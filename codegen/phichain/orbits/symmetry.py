@@ -82,7 +82,7 @@ def tests_of(problem: Problem, carts: int, links: int) -> list[TestFunction]:
         *(Fold(carts + k, f"fold amplitude {k + 1}") for k in range(links)),
         Quantity(energy_slope, "energy extremum"),
         *(several if links > 1 else []),
-        *([Quantity(discriminant, "krein")] if links > 2 else []),
+        *([Quantity(discriminant, "krein", in_pairs=True)] if links > 2 else []),
     ]
 
 

@@ -22,6 +22,8 @@ from phichain.continuation.problem import Problem
 
 WIDEST = 1e-2
 """Half widths, in arclength, up to which a minimum of sigma is a gap and no more than a bend."""
+NARROW = 3e-6
+"""Half width below which a gap is crossed in any case: whether a step sees it or takes it for a branch point depends on its length."""
 _CLEAR = (100.0, 30.0, 10.0)
 """Distances, in half widths, at which both branches beside a gap are straight again: the farthest that serves is taken."""
 _REACH = (2.0, 3.0)
@@ -61,6 +63,18 @@ def gap_between(problem: Problem, near: Sequence[Point], engine: Engine) -> Pass
         fitted = better
     at = _on(problem, near, float(np.clip(fitted[0], low, high)), engine)
     return Passage(at.z(problem), at.arclength, fitted[1], False)
+
+
+def gap_ahead(problem: Problem, near: Sequence[Point], sigma: Sequence[float]) -> Passage | None:
+    """The gap that a run has come so close to that its steps got too small, by the sigma of its last three points; None where there is none.
+
+    Args:
+        problem: What is continued.
+        near: The points.
+        sigma: The smallest singular value of [J; t] at each.
+    """
+    fitted = _fit([point.arclength for point in near], sigma) if len(near) == 3 else None
+    return None if fitted is None else Passage(near[-1].z(problem), fitted[0], fitted[1], False)
 
 
 def _on(problem: Problem, near: Sequence[Point], s: float, engine: Engine) -> Point:

@@ -119,7 +119,7 @@ def events_of(system: System, p: Parameters | None, kind: str, problem: Problem)
     ]
     return [
         Fold(name="fold omega"), *own(problem), *(several if links > 1 else []),
-        *([Quantity(discriminant, "krein")] if links > 2 else []),
+        *([Quantity(discriminant, "krein", in_pairs=True)] if links > 2 else []),
     ]  # fmt: skip
 
 
