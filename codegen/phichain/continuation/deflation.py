@@ -1,10 +1,10 @@
 """Deflation: a problem whose known solutions Newton is pushed away from.
 
-With m(y) = prod_k (1 / |y - y_k|^2 + 1) the problem m(y) F(y) = 0 has the solutions of F but the known ones y_k, at which it does not tend to
-zero along any way across the curve.
+With m(y) = prod_k (1 / |y - y_k|^2 + 1) the problem m(y) F(y) = 0 has the solutions of F but the known ones
+y_k, at which it does not tend to zero along any way across the curve.
 
-Source: P. Farrell, A. Birkisson, S. Funke, Deflation techniques for finding distinct solutions of nonlinear partial differential equations,
-SIAM J. Sci. Comput. 37 (2015) A2026-A2045.
+Source: P. Farrell, A. Birkisson, S. Funke, Deflation techniques for finding distinct solutions of nonlinear
+partial differential equations, SIAM J. Sci. Comput. 37 (2015) A2026-A2045.
 """
 
 from __future__ import annotations

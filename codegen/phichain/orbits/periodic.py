@@ -1,17 +1,21 @@
-"""Orbits that need not stand still, by shooting: over half a period where theta(t + T/2) = -theta(t), else over a whole one.
+"""Orbits that need not stand still, by shooting: over half a period where theta(t + T/2) = -theta(t), else
+over a whole one.
 
 With x = (q, v), the flow phi_t and s = -1 over T/2 or s = 1 over T the unknowns (x_0, eps, omega) fulfil
 
     phi_(T/2 or T)(x_0) - s x_0 + eps w(x_0) = 0,   dV(q_0) . v_0 = 0,   w = (0, v_0).
 
-The energy is conserved, so that one of the closing equations follows from the others; eps unfolds it (a damper would: dH . w is
-twice the kinetic energy, not zero where the chain moves) and vanishes on every orbit. The last equation chooses the phase: the potential
-energy is at its least on the way (or x_0 stays in the plane across the motion at a reference, f(x_r) . (x_0 - x_r) = 0). What is left is a curve of orbits.
+The energy is conserved, so that one of the closing equations follows from the others; eps unfolds it (a
+damper would: dH . w is twice the kinetic energy, not zero where the chain moves) and vanishes on every orbit.
+The last equation chooses the phase: the potential energy is at its least on the way (or x_0 stays in the
+plane across the motion at a reference, f(x_r) . (x_0 - x_r) = 0). What is left is a curve of orbits.
 
-A cart comes back to its mirror image after half a period only without momentum. Over a whole one its place is free and its momentum kept: its closing
-equation x(T) = x_0 allows no momentum, and the one of its rate, which follows, gives way to x_0 = 0.
+A cart comes back to its mirror image after half a period only without momentum. Over a whole one its place is
+free and its momentum kept: its closing equation x(T) = x_0 allows no momentum, and the one of its rate, which
+follows, gives way to x_0 = 0.
 
-Source: F. Munoz-Almaraz et al., Continuation of periodic orbits in conservative and Hamiltonian systems, Physica D 181 (2003) 1-38.
+Source: F. Munoz-Almaraz et al., Continuation of periodic orbits in conservative and Hamiltonian systems,
+Physica D 181 (2003) 1-38.
 """
 
 from __future__ import annotations
@@ -35,7 +39,8 @@ _STEPS = 40_000
 _BESIDE = 1e-3
 """Turn, rad, over which the potential's slope is differenced, to the fourth order: 1e-13 of it is lost."""
 Phase = Callable[[Vector], tuple[float, Vector]]
-"""x_0 (2 nq,) -> a number that vanishes at the phase where orbits are taken up, and its derivative (2 nq,)."""
+"""x_0 (2 nq,) -> a number that vanishes at the phase where orbits are taken up, and its derivative (2
+nq,)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +48,11 @@ class PeriodMap(Held):
     """The variational equations over what closes the orbit.
 
     Attributes:
-        symplectic: They (2 N - 2, 2 N - 2), times s, in canonical coordinates across the flow and the energy's gradient.
+        symplectic: They (2 N - 2, 2 N - 2), times s, in canonical coordinates across the flow and the
+            energy's gradient.
         slope: The energy's derivative by the state (2 nq,), J.
-        turning: How the phase passes: its rate of change along the motion, in its own size; 0 where it is lost.
+        turning: How the phase passes: its rate of change along the motion, in its own size; 0 where it is
+            lost.
         end: (q, v) where it closes (2 nq,).
         noise: What rounding may have left in the residual (2 nq + 1,).
     """
@@ -61,11 +68,12 @@ def half_problem(system: System, p: Parameters | None = None, *, omega: float, n
     """Orbits with theta(t + T/2) = -theta(t), with kappa = (mu + 1/mu) / 2 of P = -M(T/2), lambda = mu^2.
 
     Args:
-        system: A planar, undamped chain whose `propagate` carries derivatives along, with `mass_matrix` and `forward_dynamics`.
+        system: A planar, undamped chain whose `propagate` carries derivatives along, with `mass_matrix` and
+            `forward_dynamics`.
         p: Runtime parameters.
         omega: A frequency of the family, rad/s: its size.
-        near: A state x_r = (q, v) beside which the first orbit passes, the chain moving there (2 nq,): orbits are taken up in the plane across it;
-            where their potential energy is least, unless given.
+        near: A state x_r = (q, v) beside which the first orbit passes, the chain moving there (2 nq,): orbits
+            are taken up in the plane across it; where their potential energy is least, unless given.
 
     Raises:
         UnsupportedError: The chain is spatial, or the reference is at rest where nothing pulls.
@@ -150,7 +158,8 @@ def plane(system: System, p: Parameters | None, near: Vector) -> Phase:
 
 
 def least_potential(system: System, p: Parameters | None) -> Phase:
-    """dV . v, which vanishes where the potential energy is least or greatest; dV = -M a of the chain at rest."""
+    """dV . v, which vanishes where the potential energy is least or greatest; dV = -M a of the chain at
+    rest."""
     mass_of, parameters, n = system.function("mass_matrix"), system.parameters(p), system.nq
     still = np.zeros(n)
 

@@ -1,4 +1,5 @@
-"""Two zeros of a test function within one step, which its signs at the points do not show: a least value that lies beyond zero."""
+"""Two zeros of a test function within one step, which its signs at the points do not show: a least value that
+lies beyond zero."""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ def pairs_of(
     engine: Engine,
     index: int,
 ) -> list[Special]:
-    """The zeros, two by two, between three successive points of functions that are least at the middle one and have one sign at all.
+    """The zeros, two by two, between three successive points of functions that are least at the middle one
+    and have one sign at all.
 
     Args:
         problem: What is continued.

@@ -22,7 +22,8 @@ def shorter_orbit(system: System, p: Parameters | None, kind: str, z: Vector) ->
 
 
 def arrival(system: System, p: Parameters | None, branch: Branch) -> tuple[str, Vector] | None:
-    """The orbit, and its kind, at which a branch has ended because it gains a symmetry there; None where it has not."""
+    """The orbit, and its kind, at which a branch has ended because it gains a symmetry there; None where it
+    has not."""
     if branch.status != "event" or not branch.events[-1].kind.startswith((BRANCH_POINT, "cover")):
         return None
     return shorter_orbit(system, p, branch.closing, branch.events[-1].z)

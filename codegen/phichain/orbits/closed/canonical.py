@@ -1,12 +1,14 @@
-"""Canonical coordinates of perturbations anywhere on a motion, and the pairs of multipliers of a symplectic map, paired by construction.
+"""Canonical coordinates of perturbations anywhere on a motion, and the pairs of multipliers of a symplectic
+map, paired by construction.
 
-With M the inertia of the angles (on a cart: what is left of it at no momentum), M = L L^T and G e = (dM e) theta', a perturbation
-(e, e') of angles and rates is
+With M the inertia of the angles (on a cart: what is left of it at no momentum), M = L L^T and G e = (dM e)
+theta', a perturbation (e, e') of angles and rates is
 
     q~ = L^T e,   p~ = L^(-1) (M e' + G e),
 
-canonical, for p = M theta'. So a map P between perturbations is symplectic there. Along an orbit of energy H with the flow f it fixes f and dH
-= -J f: on the complement W of both, a complex subspace with (q~, p~) as q~ + i p~, the rest of it is S = W^T P W, again symplectic, and
+canonical, for p = M theta'. So a map P between perturbations is symplectic there. Along an orbit of energy H
+with the flow f it fixes f and dH = -J f: on the complement W of both, a complex subspace with (q~, p~) as q~
++ i p~, the rest of it is S = W^T P W, again symplectic, and
 
     kappa = (mu + 1/mu) / 2 = eig (S - J S^T J) / 2,
 
@@ -26,8 +28,9 @@ from phichain.system.angles import scene_angles
 def inertia_slopes(system: System, p: Parameters | None, q: Vector, v: Vector) -> tuple[Vector, Vector]:
     """M (nq, nq) at q, and (dM/dtheta_l) v as columns (nq, N), exactly.
 
-    In the links' own angles phi the entries of M are constants times 1, cos(phi_k) and cos(phi_j - phi_k), and constants: half the difference of M a quarter turn of
-    phi_l ahead and behind is the derivative of row and column l, without differencing.
+    In the links' own angles phi the entries of M are constants times 1, cos(phi_k) and cos(phi_j - phi_k),
+    and constants: half the difference of M a quarter turn of phi_l ahead and behind is the derivative of row
+    and column l, without differencing.
     """
     mass_of, parameters, carts = system.function("mass_matrix"), system.parameters(p), system.cart_size
     links = system.links
@@ -57,8 +60,8 @@ def frame(system: System, p: Parameters | None, q: Vector, v: Vector) -> tuple[V
     """Canonical coordinates at a state of no momentum.
 
     Returns:
-        (2 nq, 2 N): the perturbation of (q, v) that each canonical one is, the cart's place and momentum kept; and
-        (2 N, 2 nq): the canonical coordinates of a perturbation.
+        (2 nq, 2 N): the perturbation of (q, v) that each canonical one is, the cart's place and momentum
+        kept; and (2 N, 2 nq): the canonical coordinates of a perturbation.
     """
     carts, nq, links = system.cart_size, system.nq, system.links
     mass, slopes = inertia_slopes(system, p, q, v)
@@ -82,7 +85,8 @@ def frame(system: System, p: Parameters | None, q: Vector, v: Vector) -> tuple[V
 
 
 def across(flow: Vector) -> Vector:
-    """Orthonormal columns (2 N, 2 N - 2) across the flow and the energy's gradient, as canonical as the coordinates."""
+    """Orthonormal columns (2 N, 2 N - 2) across the flow and the energy's gradient, as canonical as the
+    coordinates."""
     links = len(flow) // 2
     unit = flow[:links] + 1j * flow[links:]
     own = complement(unit / np.linalg.norm(unit))

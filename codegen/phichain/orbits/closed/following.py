@@ -66,7 +66,8 @@ class Follower:
 
 
     def named(self, kind: str, branch: Branch) -> tuple[Special, ...]:
-        """The events of a kind other than brake orbits: covers under their names, and nothing that only seems to turn at its end."""
+        """The events of a kind other than brake orbits: covers under their names, and nothing that only seems
+        to turn at its end."""
         own = [self.cover(kind, event) if event.kind == BRANCH_POINT else event for event in branch.events]
         is_mirror = arrival(self.system, self.p, replace(branch, closing=kind, events=tuple(own))) is not None
         if is_mirror or (own and own[-1].kind == PHASE_LOSS):

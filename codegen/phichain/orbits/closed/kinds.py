@@ -1,6 +1,8 @@
-"""The kinds of orbits by their symmetries: which problem closes each, what its unknowns mean, and what its events open.
+"""The kinds of orbits by their symmetries: which problem closes each, what its unknowns mean, and what its
+events open.
 
-With S: theta -> -theta half a period later, R: reversal of time about a rest, R S: reversal about the straight chain,
+With S: theta -> -theta half a period later, R: reversal of time about a rest, R S: reversal about the
+straight chain,
 
     quarter   S, R and R S   brake orbits
     unequal   R              brake orbits between two unequal rests
@@ -35,7 +37,8 @@ _SLOW: Final = 1e-3
 PERIOD_DOUBLING: Final = "period doubling"
 SYMMETRY_LOSS: Final = "symmetry loss"
 PHASE_LOSS: Final = "phase loss"
-"""Two extrema of the potential energy along the orbits become one, and with them the place where they are taken up."""
+"""Two extrema of the potential energy along the orbits become one, and with them the place where they are
+taken up."""
 
 
 @dataclass(frozen=True)
@@ -188,7 +191,8 @@ def _periodic_tests(kind: str, states: int) -> Maker:
 
 
 def ends_of(system: System, kind: str, problem: Problem, z: Vector) -> list[TestFunction]:
-    """Where families that are entered at the orbit z end: the chain at rest, no frequency left, links upside down at a rest."""
+    """Where families that are entered at the orbit z end: the chain at rest, no frequency left, links upside
+    down at a rest."""
     carts, states = system.cart_size, slice(system.cart_size, len(z) - 1)
 
     def size(z: Vector) -> float:
@@ -203,5 +207,6 @@ def ends_of(system: System, kind: str, problem: Problem, z: Vector) -> list[Test
 
 
 def small(problem: Problem, z: Vector, carts: int) -> float:
-    """The size, in scaled unknowns, at which a family that was entered at z is back at rest; no step may be longer than 3/2 of it, to see it."""
+    """The size, in scaled unknowns, at which a family that was entered at z is back at rest; no step may be
+    longer than 3/2 of it, to see it."""
     return min(_STILL, float(np.max(np.abs(z[carts:-1] / problem.sizes[carts:-1]))) / 2)

@@ -1,17 +1,19 @@
-"""Orbits that run the same way back, by shooting over half a period between two states that the reversal of time leaves as they are.
+"""Orbits that run the same way back, by shooting over half a period between two states that the reversal of
+time leaves as they are.
 
 A brake orbit is symmetric about its rest and about where it hangs straight. Orbits with one of both only are
 
     unequal brakes: (q_0, 0) -> (q_1, 0) in T/2, q_1 not -q_0:   v(T/2; q_0, 0) = 0, unknowns (q_0, omega),
     odd orbits:     (0, v_0) -> (0, v_1) in T/2, v_1 not -v_0:   q(T/2; 0, v_0) = 0, unknowns (v_0, omega),
 
-N equations in N + 1 unknowns, no energy to unfold. With R = diag(1, -1) or its negative the monodromy is M(T) = R Q^-1 R Q of Q = [a b; c d] over
-T/2 in canonical coordinates, so that
+N equations in N + 1 unknowns, no energy to unfold. With R = diag(1, -1) or its negative the monodromy is M(T)
+= R Q^-1 R Q of Q = [a b; c d] over T/2 in canonical coordinates, so that
 
     kappa = (lambda + 1/lambda) / 2 = eig(1 + 2 b^T c) = eig(2 d^T a - 1).
 
-The flow's own kappa = 1 has b g = 0 at a rest (nothing but the force is left of the flow), and c w = 0 where the chain hangs straight. A cart keeps the
-middle of both its ends, x(0) + x(T/2) = 0; between two straight chains it comes back, x(T/2) = 0, only without momentum.
+The flow's own kappa = 1 has b g = 0 at a rest (nothing but the force is left of the flow), and c w = 0 where
+the chain hangs straight. A cart keeps the middle of both its ends, x(0) + x(T/2) = 0; between two straight
+chains it comes back, x(T/2) = 0, only without momentum.
 """
 
 from __future__ import annotations
@@ -34,10 +36,12 @@ _STEPS = 40_000
 
 @dataclass(frozen=True, eq=False)
 class HalfMap(Held):
-    """The variational equations from one state of symmetry to the next, in canonical coordinates of the N angles.
+    """The variational equations from one state of symmetry to the next, in canonical coordinates of the N
+    angles.
 
     Attributes:
-        lost: The block (N, N), b of rests and c of straight chains, whose second null vector loses the symmetry.
+        lost: The block (N, N), b of rests and c of straight chains, whose second null vector loses the
+            symmetry.
         kept: The other of both (N, N).
         a: d theta(T/2) / d theta_0 (N, N).
         d: d p(T/2) / d p_0 (N, N).

@@ -1,4 +1,5 @@
-"""Starting from any orbit: its state and period as they are given, closed by Newton, and put under the kind that its symmetries say."""
+"""Starting from any orbit: its state and period as they are given, closed by Newton, and put under the kind
+that its symmetries say."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ from phichain.system.starts import numbers
 _REMEDY: Final = 'give a Branch, a point of its file, {"q": ..., "v": ..., "period": ...}, or "FILE.json:POINT"'
 _CLOSING: Final = Options(tol=1e-9, max_iterations=25)
 _FAR: Final = 0.5
-"""How far Newton may move a start, in its size: what is farther is another orbit than the one that was given."""
+"""How far Newton may move a start, in its size: what is farther is another orbit than the one that was
+given."""
 
 
 def given(system: System, start: Any) -> tuple[Vector, Vector, float]:
@@ -30,8 +32,9 @@ def given(system: System, start: Any) -> tuple[Vector, Vector, float]:
 
     Args:
         system: The chain.
-        start: A Branch (its last point), (Branch, index), "FILE.json" or "FILE.json:INDEX" of one, a text like "q=1,0.4; v=0,0; period=1.7", or a mapping
-            or record with q, v and period or omega, as a point of a family's file has them.
+        start: A Branch (its last point), (Branch, index), "FILE.json" or "FILE.json:INDEX" of one, a text
+            like "q=1,0.4; v=0,0; period=1.7", or a mapping or record with q, v and period or omega, as a
+            point of a family's file has them.
 
     Raises:
         ArrayError: It is none of these, or does not fit the chain.
@@ -108,7 +111,8 @@ def closed(system: System, p: Parameters | None, q: Vector, v: Vector, omega: fl
 
 
 def _first_guess(system: System, p: Parameters | None, q: Vector, v: Vector, omega: float) -> tuple[str, Vector]:
-    """An orbit nearby under the first kind that closes it: between two rests, or as a brake orbit, where it starts at one, else without any symmetry."""
+    """An orbit nearby under the first kind that closes it: between two rests, or as a brake orbit, where it
+    starts at one, else without any symmetry."""
     kinds = ("unequal", "quarter", "whole") if not np.any(v) else ("whole",)
     failure: ConvergenceError | None = None
     for kind in kinds:

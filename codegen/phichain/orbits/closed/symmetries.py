@@ -44,7 +44,8 @@ class Motion:
         return found.q_at, found.v_at
 
     def least(self, size: Callable[[Vector, Vector], Vector]) -> tuple[float, float]:
-        """When a size (m,) of states (m, nq), (m, nq) is least over the period, and what it is there in the largest on the way."""
+        """When a size (m,) of states (m, nq), (m, nq) is least over the period, and what it is there in the
+        largest on the way."""
         times = np.linspace(0.0, self.period, _SAMPLES)
         values = size(*self.at(times))
         largest = float(np.max(values))
@@ -85,7 +86,8 @@ def rates(system: System) -> Callable[[Vector, Vector], Vector]:
 
 
 def recognised(system: System, p: Parameters | None, q: Vector, v: Vector, omega: float) -> tuple[str, int]:
-    """The kind that an orbit belongs to by its symmetries, and how often it runs through a shorter orbit, which has them."""
+    """The kind that an orbit belongs to by its symmetries, and how often it runs through a shorter orbit,
+    which has them."""
     times = Motion(system, p, q, v, omega).traversals()
     motion = Motion(system, p, q, v, omega * times)
     mirrored = motion.comes_back(-1.0)
@@ -97,12 +99,14 @@ def recognised(system: System, p: Parameters | None, q: Vector, v: Vector, omega
 
 
 def gains(kind: str, found: tuple[str, int]) -> bool:
-    """Whether an orbit that families of a kind have come to is one at which they turn into their own mirror image: it has more symmetries, or is over twice."""
+    """Whether an orbit that families of a kind have come to is one at which they turn into their own mirror
+    image: it has more symmetries, or is over twice."""
     return RANK[found[0]] > RANK[kind] or found[1] % 2 == 0
 
 
 def taken_up(system: System, p: Parameters | None, kind: str, q: Vector, v: Vector, omega: float) -> tuple[Vector, Vector]:
-    """The state of an orbit from which its kind takes it up: a rest, the straight chain, or the least potential.
+    """The state of an orbit from which its kind takes it up: a rest, the straight chain, or the least
+    potential.
 
     Args:
         system: The chain.
@@ -138,7 +142,8 @@ def _settled(
     size: Callable[[Vector, Vector], Vector],
     off: Callable[[tuple[Vector, Vector]], tuple[Vector, Vector]],
 ) -> tuple[Vector, Vector]:
-    """The state at which a size is least and what is to vanish there does, by Newton in the time; `off` gives it and its rate."""
+    """The state at which a size is least and what is to vanish there does, by Newton in the time; `off` gives
+    it and its rate."""
     found = motion.at(np.array([motion.least(size)[0]]))
     state = found[0][0], found[1][0]
     for _ in range(_ROUNDS):

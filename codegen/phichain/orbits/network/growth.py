@@ -1,6 +1,8 @@
-"""Growing a network: every event that opens a branch is gone through, breadth first; what is known already is joined and not followed twice.
+"""Growing a network: every event that opens a branch is gone through, breadth first; what is known already is
+joined and not followed twice.
 
-Nothing but the record is carried from one event to the next, so that a run that was interrupted goes on to the same network.
+Nothing but the record is carried from one event to the next, so that a run that was interrupted goes on to
+the same network.
 """
 
 from __future__ import annotations
@@ -132,7 +134,8 @@ class _Growth:
                 self.follow(k, number, way, opened, problem, point)
 
     def opening(self, k: int, number: int) -> Opening | str | None:
-        """What opens at an event, or why nothing does; None where the branch ended at an orbit that is known by now."""
+        """What opens at an event, or why nothing does; None where the branch ended at an orbit that is known
+        by now."""
         own, branch = self.growing, self.branches[k]
         event = branch.events[number]
         if number == len(branch.events) - 1 and (more := arrival(own.system, own.p, branch)) is not None:
@@ -143,7 +146,8 @@ class _Growth:
         return opening_at(own.system, own.p, branch, event)
 
     def known(self, k: int, number: int, opened: Opening, problem: Problem, point: Point) -> int | None:
-        """The branch on which a first point lies, of those that do not run on from the same event; None where it lies on none."""
+        """The branch on which a first point lies, of those that do not run on from the same event; None where
+        it lies on none."""
         own = self.growing
         beside = {link.to for link in self.links if opened.is_regular and (link.branch, link.event) == (k, number)}
         if self.branches[k].events[number].kind == PHASE_LOSS:
@@ -198,7 +202,8 @@ class _Growth:
         return passed is not None
 
     def limit(self, k: int, is_same: bool = False) -> str:
-        """Why nothing more is followed beyond a branch (the same family under another phase: `is_same`), in words; empty where there is no reason."""
+        """Why nothing more is followed beyond a branch (the same family under another phase: `is_same`), in
+        words; empty where there is no reason."""
         own, generation = self.growing, self.generation(k)
         if generation >= own.generations and not is_same:
             return f"{_LIMITS}it is of generation {generation + 1}"

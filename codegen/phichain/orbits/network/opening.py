@@ -1,7 +1,9 @@
-"""What opens at an event: the problem that goes on beyond it, the orbit in its unknowns, and the direction in which the new branch leaves.
+"""What opens at an event: the problem that goes on beyond it, the orbit in its unknowns, and the direction in
+which the new branch leaves.
 
-The orbit at the event solves the problem of the kind with fewer symmetries too, and its Jacobian has two null vectors there: the family's own
-tangent, and across it the perturbation that breaks the symmetry. At a cover the shorter orbit is a regular one of its own family.
+The orbit at the event solves the problem of the kind with fewer symmetries too, and its Jacobian has two null
+vectors there: the family's own tangent, and across it the perturbation that breaks the symmetry. At a cover
+the shorter orbit is a regular one of its own family.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ from phichain.records import Held
 from phichain.system import Parameters, System, Vector
 
 _OFFSETS: Final = (0.02, 0.05, 0.01, 0.1, 0.005)
-"""Distances, in scaled unknowns, at which a new branch is entered: beside the event itself it is as good as singular."""
+"""Distances, in scaled unknowns, at which a new branch is entered: beside the event itself it is as good as
+singular."""
 _SINGULAR: Final = 1e-5
 """Second smallest singular value, in the largest, below which a second null vector is believed."""
 _BESIDE: Final = 1e-4
@@ -40,7 +43,8 @@ class Opening(Held):
         kind: Kind of the orbits beyond.
         z: The orbit at the event in their unknowns.
         directions: Unit vectors in scaled unknowns (k, n + 1), one a branch.
-        is_regular: Whether the event's orbit is a regular one of the new family (a cover), and not where it branches off.
+        is_regular: Whether the event's orbit is a regular one of the new family (a cover), and not where it
+            branches off.
     """
 
     kind: str
@@ -89,7 +93,8 @@ def regular_opening(system: System, p: Parameters | None, kind: str, z: Vector) 
 
 
 def _going_on(system: System, p: Parameters | None, branch: Branch) -> Opening | str:
-    """The same family taken up at the least of all its potentials, in the direction in which it was followed."""
+    """The same family taken up at the least of all its potentials, in the direction in which it was
+    followed."""
     index = branch.regular - 1
     if index < 1:
         return "the branch begins there"
@@ -148,7 +153,8 @@ def _converted(system: System, p: Parameters | None, kind: str, target: str, z: 
 
 
 def _is_doubled_beyond(kind: str, problem: Problem, z: Vector) -> bool:
-    """Whether the doubled orbit departs from the other end of half a period: where d of the half map is singular, and not a."""
+    """Whether the doubled orbit departs from the other end of half a period: where d of the half map is
+    singular, and not a."""
     if kind == "whole":
         return False
     blocks = problem.evaluate(z).extra.found

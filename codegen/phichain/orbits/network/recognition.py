@@ -1,4 +1,5 @@
-"""Whether an orbit lies on a family that is known: by its frequency, its energy and its multipliers, which no choice of phase and no mirror changes."""
+"""Whether an orbit lies on a family that is known: by its frequency, its energy and its multipliers, which no
+choice of phase and no mirror changes."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ from phichain.system import Parameters, System, Vector
 SAME: Final = 1e-7
 """Relative difference of frequency and energy below which two orbits are one."""
 _ALIKE: Final = 1e-3
-"""Difference of kappa, in sizes of 1 + |kappa|, that they may have then: kappa moves fast where families are unstable."""
+"""Difference of kappa, in sizes of 1 + |kappa|, that they may have then: kappa moves fast where families are
+unstable."""
 _BOW: Final = 0.5
 """How far from the chord between two points the curve between them may pass, in chords."""
 
@@ -80,7 +82,8 @@ def _near(known: Vector) -> Iterator[int]:
 
 
 def _closest(problem: Problem, branch: Branch, index: int, target: Vector, engine: Engine) -> Point:
-    """The point of a branch between two of its points that is across from the target, along their chord of invariants."""
+    """The point of a branch between two of its points that is across from the target, along their chord of
+    invariants."""
     a, b = (point_of(problem, branch, k) for k in (index, index + 1))
     start, end = (invariants(problem, point.z(problem)) / target for point in (a, b))
     chord, between = end - start, curve(problem, a, b, engine)

@@ -13,7 +13,8 @@ from phichain.files import write_file
 from phichain.records import Held
 
 HOW: Final = ("opens", "runs through", "goes on", "arrives", "joins", "left")
-"""What there can be between an event and a branch: the branch begins there, runs on from there both ways, or ends there; it is the very
+"""What there can be between an event and a branch: the branch begins there, runs on from there both ways, or
+ends there; it is the very
 family that passes there and was followed from elsewhere; or nothing was followed."""
 STATUS: Final = ("whole", "limits", "interrupted")
 
@@ -25,8 +26,10 @@ class Link:
     Attributes:
         branch: The branch of the event, counted from 0.
         event: Its number among the branch's events, from 0.
-        how: "opens": branch `to` begins there; "runs through": it is a cover, and branch `to` is one half of the family it covers; "goes on": branch `to` is the same family taken up elsewhere on its orbits; "arrives": branch `to`
-            ends there; "joins": what opens is branch `to`, followed from another event; "left": nothing was followed.
+        how: "opens": branch `to` begins there; "runs through": it is a cover, and branch `to` is one half of
+            the family it covers; "goes on": branch `to` is the same family taken up elsewhere on its orbits;
+            "arrives": branch `to` ends there; "joins": what opens is branch `to`, followed from another
+            event; "left": nothing was followed.
         to: A branch, from 0; -1 for none.
         said: The same in words.
         way: Which of the ways on from the event it is, from 0: a branch point has two.
@@ -48,7 +51,8 @@ class Network(Held):
         name: What was followed.
         branches: The families; the first is the one that was asked for.
         links: What goes on beyond their events.
-        status: "whole" (nothing is left that opens), "limits" (some was left, and its links say why) or "interrupted".
+        status: "whole" (nothing is left that opens), "limits" (some was left, and its links say why) or
+            "interrupted".
         reason: The same in words.
         scene: Name of the scene.
         digest: Its digest.
@@ -81,7 +85,8 @@ class Network(Held):
         return tuple(link for link in self.links if (link.branch, link.event) == (branch, event))
 
     def to_json(self, path: Path | str) -> Path:
-        """Write {"kind": "network", "branches": [each as a Branch writes itself], "links": [...], ...}; `from_json` reads it, and runs go on from it.
+        """Write {"kind": "network", "branches": [each as a Branch writes itself], "links": [...], ...};
+        `from_json` reads it, and runs go on from it.
 
         Raises:
             OutputError: The file cannot be written.
