@@ -192,7 +192,7 @@ class _Run:
         values = values_at(self.problem, new, self.tests)
         index = self.offset + len(self.points) - 1
         found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values))
-        sigma = gaps.smallest(self.problem, new)
+        sigma = self._sigma(new, values)
         gap = self._gap(new, sigma) if cut is None else None
         if gap is not None and gap.width <= max(self.through, gaps.NARROW) and self._cross(gap):
             return
@@ -212,6 +212,11 @@ class _Run:
         since = self.offset + len(self.points) - self.origin
         if since >= _SHORTEST and _is_closed(self.start, self.points[-2], self.points[-1]):
             self.end("closed", "the branch came back to its start")
+
+    def _sigma(self, point: Point, values: Sequence[float]) -> float:
+        """The smallest singular value of [J; t], which a test for branch points has as its own."""
+        known = (abs(value) for test, value in zip(self.tests, values, strict=True) if isinstance(test, BranchPoint))
+        return next(known, None) or gaps.smallest(self.problem, point)
 
     def _gap(self, new: Point, sigma: float) -> Passage | None:
         """The gap that the branch turned away from at the last point."""

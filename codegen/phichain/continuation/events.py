@@ -9,8 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-
+from phichain.continuation.linear import bordered, least_singular_value, sign_of_determinant
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
 from phichain.system import Vector
@@ -68,7 +67,7 @@ class BranchPoint:
 
     def value(self, problem: Problem, point: Point) -> float:
         """+- the smallest singular value of the Jacobian bordered by the tangent."""
-        return signed(np.vstack([point.jacobian, point.tangent]))
+        return signed(bordered(point.jacobian, point.tangent))
 
 
 @dataclass(frozen=True)
@@ -135,4 +134,4 @@ class Quantity:
 
 def signed(matrix: Vector) -> float:
     """+- the smallest singular value of a square matrix, its sign that of the determinant: simple zeros where that has some."""
-    return float(np.linalg.slogdet(matrix)[0]) * float(np.linalg.svd(matrix, compute_uv=False)[-1])
+    return sign_of_determinant(matrix) * least_singular_value(matrix)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -56,18 +55,26 @@ class LateExtra(Extra):
     """Multipliers and what else is found, made when they are first asked for: not at Newton's iterates on the way."""
 
     def __init__(self, make: Callable[[], tuple[Multipliers, Any]]) -> None:
-        """Keep what makes both, once."""
-        object.__setattr__(self, "_made", cache(make))
+        """Keep what makes both."""
+        self.__dict__["_make"] = make
 
     @property
     def multipliers(self) -> Multipliers:
         """As in `Extra`."""
-        return held(self.__dict__["_made"]()[0], complex)
+        return self._both()[0]
 
     @property
     def found(self) -> Any:
         """As in `Extra`."""
-        return self.__dict__["_made"]()[1]
+        return self._both()[1]
+
+    def _both(self) -> tuple[Multipliers, Any]:
+        """Both, made once."""
+        if "_made" not in self.__dict__:
+            multipliers, found = self.__dict__["_make"]()
+            self.__dict__["_made"] = held(multipliers, complex), found
+        made: tuple[Multipliers, Any] = self.__dict__["_made"]
+        return made
 
 
 class Evaluation(NamedTuple):

@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from phichain.continuation import Evaluation, Point, Problem
+from phichain.continuation.linear import are_finite, bordered, eigenvalues, size, solve
 from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.orbits.single_harmonic import energy_of_amplitude
 from phichain.records import Held
@@ -65,8 +66,7 @@ class QuarterMap(Held):
         if len(self.force) == 1:
             return np.empty(0, complex)
         across = complement(self.force)
-        found = np.linalg.eigvals(-2 * (self.d @ across).T @ (self.a @ across)) + 1
-        return np.asarray(found[np.lexsort((found.imag, -found.real))], complex)
+        return ordered(1 - 2 * eigenvalues((self.d @ across).T @ (self.a @ across)))
 
 
 def complement(unit: Vector) -> Vector:
@@ -75,7 +75,12 @@ def complement(unit: Vector) -> Vector:
     normal = unit.copy()
     normal[largest] += unit[largest] / abs(unit[largest])
     reflection = np.eye(len(unit)) - np.outer(normal, normal.conj()) * (2 / (normal.conj() @ normal))
-    return np.delete(reflection, largest, axis=1)
+    return np.concatenate((reflection[:, :largest], reflection[:, largest + 1 :]), axis=1)
+
+
+def ordered(kappa: Multipliers) -> Multipliers:
+    """The largest real part first."""
+    return kappa if len(kappa) == 1 else kappa[np.lexsort((kappa.imag, -kappa.real))]
 
 
 def quarter_problem(system: System, p: Parameters | None = None, *, omega: float, shape: Vector) -> Problem:
@@ -101,7 +106,7 @@ def quarter_problem(system: System, p: Parameters | None = None, *, omega: float
 
     def evaluate(z: Vector) -> Evaluation:
         omega = float(z[-1])
-        if not (omega > 0 and np.all(np.isfinite(z))):
+        if not (omega > 0 and are_finite(z)):
             return _nothing(nq)
         quarter, start = np.pi / (2 * omega), z[:-1]
 
@@ -169,21 +174,18 @@ def _columns(share: Vector, nq: int) -> Vector:
 def _map(transition: Vector, rate: Vector, root: Vector, end: Vector, carts: int, noise: Vector) -> QuarterMap:
     nq, links = len(transition) // 2, len(rate)
     angles, rates = transition[carts:nq], transition[nq + carts :]
-    scaled = np.linalg.solve(root, np.hstack([(end @ part).T for part in _halves(angles, rates, links)]))
-    a, b, c, d = (np.asarray(scaled[:, k * links : (k + 1) * links].T, float) for k in range(4))
+    both = np.empty((4 * links, links))
+    for k, part in enumerate((angles[:, :links], angles[:, links:], rates[:, :links], rates[:, links:])):
+        both[k * links : (k + 1) * links] = end @ part
+    a, b, c, d = solve(root, both.T).T.reshape(4, links, links)
     moving = end @ rate
     force = c.T @ moving
     return QuarterMap(a, b, c, d, _unit(moving), _unit(force), root @ force, noise)
 
 
-def _halves(angles: Vector, rates: Vector, links: int) -> tuple[Vector, Vector, Vector, Vector]:
-    """A, B, C and D."""
-    return angles[:, :links], angles[:, links:], rates[:, :links], rates[:, links:]
-
-
 def _unit(vector: Vector) -> Vector:
-    size = float(np.linalg.norm(vector))
-    return vector / size if size > 0 else vector
+    length = size(vector)
+    return vector / length if length > 0 else vector
 
 
 def frequency_error(point: Point) -> float:
@@ -191,10 +193,12 @@ def frequency_error(point: Point) -> float:
 
     Beside a branch point this grows with the inverse of the distance, as the error does; at one nothing is known, NaN.
     """
+    axis = np.zeros(len(point.y))
+    axis[-1] = 1.0
     try:
-        inverse = np.linalg.inv(np.vstack([point.jacobian, point.tangent]))
+        row = solve(bordered(point.jacobian, point.tangent).T, axis)
     except np.linalg.LinAlgError:
         return float("nan")
     noise: Any = point.extra.found.noise
-    return float(np.abs(inverse[-1, :-1]) @ noise / abs(point.y[-1]))
+    return float(np.abs(row[:-1]) @ noise / abs(point.y[-1]))
 

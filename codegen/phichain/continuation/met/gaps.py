@@ -15,6 +15,7 @@ import numpy as np
 
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint
+from phichain.continuation.linear import bordered, sign_of_determinant
 from phichain.continuation.locate import curve
 from phichain.continuation.met.specials import Passage
 from phichain.continuation.point import Point
@@ -37,7 +38,7 @@ def smallest(problem: Problem, point: Point) -> float:
 
 def change_sign(near: Sequence[Point]) -> bool:
     """Whether det [J; t] has both signs at some points: a branch point lies between, and no gap."""
-    signs = {float(np.linalg.slogdet(np.vstack([point.jacobian, point.tangent]))[0]) for point in near}
+    signs = {sign_of_determinant(bordered(point.jacobian, point.tangent)) for point in near}
     return len(signs) > 1
 
 

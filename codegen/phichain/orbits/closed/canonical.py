@@ -20,7 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from phichain.continuation.problem import Multipliers
-from phichain.orbits.quarter import complement
+from phichain.orbits.quarter import complement, ordered
 from phichain.system import Parameters, System, Vector
 from phichain.system.angles import scene_angles
 
@@ -105,4 +105,4 @@ def pairs(symplectic: Vector) -> Multipliers:
         other = left.pop(int(np.argmin([abs(one - value) for value in left])))
         found.append((one + other) / 2)
     kappa = np.array(found, complex)
-    return kappa[np.lexsort((kappa.imag, -kappa.real))]
+    return ordered(kappa)

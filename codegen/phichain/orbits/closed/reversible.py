@@ -23,10 +23,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from phichain.continuation import Evaluation, Problem
+from phichain.continuation.linear import eigenvalues
 from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.orbits.closed.canonical import frame
 from phichain.orbits.closed.states import energy_of, field, gradient, unit
-from phichain.orbits.quarter import EPS, complement, frequency_error, powers
+from phichain.orbits.quarter import EPS, complement, frequency_error, ordered, powers
 from phichain.records import Held
 from phichain.system import Parameters, System, Vector
 
@@ -67,8 +68,7 @@ class HalfMap(Held):
         if len(self.begun) == 1:
             return np.empty(0, complex)
         beside = complement(self.begun)
-        found = 2 * np.linalg.eigvals((self.lost @ beside).T @ (self.kept @ beside)) + 1
-        return np.asarray(found[np.lexsort((found.imag, -found.real))], complex)
+        return ordered(1 + 2 * eigenvalues((self.lost @ beside).T @ (self.kept @ beside)))
 
 
 def reversible_problem(system: System, p: Parameters | None = None, *, rests: bool, omega: float) -> Problem:
