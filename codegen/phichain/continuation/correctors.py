@@ -58,7 +58,9 @@ def pseudo_arclength(problem: Problem, guess: Vector, normal: Vector, options: O
     """Newton on F(y) = 0 together with normal . (y - guess) = 0 (Keller 1977), with the exact Jacobian."""
 
     def step(residual: Vector, jacobian: Vector, y: Vector) -> Vector:
-        return solve(bordered(jacobian, normal), -np.append(residual, normal @ (y - guess)))
+        left = np.empty(len(y))
+        left[:-1], left[-1] = residual, normal @ (y - guess)
+        return -solve(bordered(jacobian, normal), left)
 
     return _newton(problem, guess, step, options)
 
@@ -89,7 +91,7 @@ def _newton(
         sizes.append(size(correction))
         residual, jacobian, extra = problem.at(y)
         converged = sizes[-1] <= options.tol * (1 + size(y))
-    finite = are_finite(residual) and are_finite(jacobian)
+    finite = are_finite(jacobian) and are_finite(residual)
     left = relative_residual(residual, jacobian, y) if finite else float("inf")
     return Correction(y, jacobian, left, tuple(sizes), converged and finite, extra)
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgeev, dgeqrf, dgesdd, dgesv, dgetrf, dorgqr
+from scipy.linalg.lapack import dgeev, dgeqrf, dgesdd, dgesv, dgetrf, dorgqr, dpotrf
 
 from phichain.system import Vector
 
@@ -32,8 +34,12 @@ def bordered(rows: Vector, last: Vector) -> Vector:
 def sign_of_determinant(matrix: Vector) -> float:
     """-1, 0 or 1; NaN where the matrix is no numbers."""
     factors, pivots, _ = dgetrf(matrix)
-    swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
-    return float(np.prod(np.sign(factors.diagonal()))) * (-1.0 if swaps % 2 else 1.0)
+    sign = 1.0
+    for k, (entry, pivot) in enumerate(zip(factors.diagonal().tolist(), pivots.tolist(), strict=True)):
+        if entry == 0 or entry != entry:
+            return entry
+        sign = -sign if (entry < 0) != (pivot != k) else sign
+    return sign
 
 
 def least_singular_value(matrix: Vector) -> float:
@@ -56,6 +62,8 @@ def eigenvalues(matrix: Vector) -> NDArray[np.complex128]:
     """
     if not are_finite(matrix):
         raise np.linalg.LinAlgError("no numbers")
+    if len(matrix) == 1:
+        return matrix[0].astype(complex)
     real, imaginary, _, _, failed = dgeev(matrix, compute_vl=0, compute_vr=0)
     if failed:
         raise np.linalg.LinAlgError("eigenvalues did not converge")
@@ -75,9 +83,23 @@ def null_vector(matrix: Vector) -> Vector:
 
 def size(vector: Vector) -> float:
     """The Euclidean norm."""
-    return float(np.sqrt(vector @ vector))
+    return math.sqrt(vector @ vector)
 
 
 def are_finite(array: Vector) -> bool:
-    """Whether all entries are finite, and their sum."""
-    return bool(np.isfinite(array.sum()))
+    """Whether all entries are finite, and the sum of their squares."""
+    flat = array.ravel()
+    return math.isfinite(flat @ flat)
+
+
+def cholesky(matrix: Vector) -> Vector:
+    """L with A = L L^T.
+
+    Raises:
+        LinAlgError: A is not positive definite.
+    """
+    root, failed = dpotrf(matrix, lower=1)
+    if failed:
+        raise np.linalg.LinAlgError("matrix is not positive definite")
+    lower: Vector = root
+    return lower

@@ -137,8 +137,9 @@ class Problem:
 
     def at(self, y: Vector) -> Evaluation:
         """F, dF/dy and what came with them at z = y * sizes, y the scaled unknowns (n + 1,)."""
-        residual, jacobian, extra = self.evaluate(y * self.sizes)
-        return Evaluation(np.asarray(residual, dtype=float), np.asarray(jacobian, dtype=float) * self.sizes, extra)
+        sizes = self.sizes
+        residual, jacobian, extra = self.evaluate(y * sizes)
+        return Evaluation(np.asarray(residual, dtype=float), np.asarray(jacobian, dtype=float) * sizes, extra)
 
     def check(self, z: Vector) -> Vector:
         """A starting point of the right shape at which residual and Jacobian have theirs.
@@ -171,6 +172,5 @@ def relative_residual(residual: Vector, jacobian: Vector, z: Vector) -> float:
 
     Values near the unit round-off, 1.1e-16, are as good as the arithmetic allows.
     """
-    terms = np.abs(jacobian) @ np.abs(z)
-    safe = np.where(terms > 0, terms, 1.0)
-    return float(np.max(np.abs(residual) / safe, initial=0.0))
+    terms = (np.abs(jacobian) @ np.abs(z)).tolist()
+    return max((abs(left) / (term if term > 0 else 1.0) for left, term in zip(residual.tolist(), terms, strict=True)), default=0.0)

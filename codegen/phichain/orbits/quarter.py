@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from phichain.continuation import Evaluation, Point, Problem
-from phichain.continuation.linear import are_finite, bordered, eigenvalues, size, solve
+from phichain.continuation.linear import are_finite, bordered, cholesky, eigenvalues, size, solve
 from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.orbits.single_harmonic import energy_of_amplitude
 from phichain.records import Held
@@ -71,11 +71,13 @@ class QuarterMap(Held):
 
 def complement(unit: Vector) -> Vector:
     """Orthonormal columns (N, N - 1) across a unit vector, real or complex: a reflection that turns it into an axis, without that axis."""
-    largest = int(np.argmax(np.abs(unit)))
+    largest = int(np.abs(unit).argmax())
     normal = unit.copy()
     normal[largest] += unit[largest] / abs(unit[largest])
-    reflection = np.eye(len(unit)) - np.outer(normal, normal.conj()) * (2 / (normal.conj() @ normal))
-    return np.concatenate((reflection[:, :largest], reflection[:, largest + 1 :]), axis=1)
+    others = [k for k in range(len(unit)) if k != largest]
+    columns = normal[:, None] * (normal[others].conj() * (-2 / (normal.conj() @ normal)))
+    columns[others, range(len(others))] += 1.0
+    return columns
 
 
 def ordered(kappa: Multipliers) -> Multipliers:
@@ -159,7 +161,7 @@ def _inertia(mass: Vector, carts: int) -> tuple[Vector, Vector]:
 
 def _root(inertia: Vector) -> Vector:
     """L with M = L L^T."""
-    return np.asarray(np.linalg.cholesky(inertia), float)
+    return cholesky(inertia)
 
 
 def _columns(share: Vector, nq: int) -> Vector:
