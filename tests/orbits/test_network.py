@@ -136,10 +136,10 @@ def test_networks_on_file(network: Network, tmp_path: Path) -> None:
             Network.from_json(path)
 
 
-@pytest.mark.parametrize("patience", [11, 60])
+@pytest.mark.parametrize("patience", [11, 33])
 def test_a_network_goes_on_as_if_it_had_not_been_interrupted(patience: int, tmp_path: Path) -> None:
     """By Ctrl-C on the first branch and on another; to the same network, bit by bit."""
-    options = {"until": "theta_1=1.403", "switch": True, "limits": {"max_points": 40}}
+    options = {"until": "theta_1=1.1", "switch": True, "limits": {"max_points": 25}}
     left = patience
 
     def impatient(point, step) -> None:
@@ -150,7 +150,7 @@ def test_a_network_goes_on_as_if_it_had_not_been_interrupted(patience: int, tmp_
 
     first = trace(uniform(2), **options, progress=impatient)
     whole = trace(uniform(2), **options)
-    assert first.status == "interrupted" and len(first) < len(whole) == 3
+    assert first.status == "interrupted" and len(first) <= len(whole) == 2
     path = first.to_json(tmp_path / "network.json")
     same(trace(uniform(2), **options, resume=path), whole)
 

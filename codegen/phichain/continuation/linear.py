@@ -36,7 +36,7 @@ def sign_of_determinant(matrix: Vector) -> float:
     factors, pivots, _ = dgetrf(matrix)
     sign = 1.0
     for k, (entry, pivot) in enumerate(zip(factors.diagonal().tolist(), pivots.tolist(), strict=True)):
-        if entry == 0 or entry != entry:
+        if entry == 0 or math.isnan(entry):
             return entry
         sign = -sign if (entry < 0) != (pivot != k) else sign
     return sign

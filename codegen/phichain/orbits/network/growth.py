@@ -93,7 +93,13 @@ class _Growth:
         last, own = self.branches[-1], self.growing
         if len(self.branches) > 1 and last.status == "interrupted":
             problem = replace(problem_of(own.system, own.p, last.closing, last.points[0]), scale=last.scale)
-            self.branches[-1] = own.follow(last.closing, problem, last, last.name)
+            # As many points in all as it would have had at once.
+            options = replace(own.engine.options, max_points=max(2, own.engine.options.max_points - last.regular + 1))
+            follower = replace(own, engine=replace(own.engine, options=options))
+            found = follower.follow(last.closing, problem, last, last.name)
+            if found.status == "points":
+                found = replace(found, reason=f"max_points = {own.engine.options.max_points} reached")
+            self.branches[-1] = found
             self.ended(len(self.branches) - 1)
 
     def go_through(self) -> None:
