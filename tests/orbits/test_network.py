@@ -123,6 +123,8 @@ def same(a: Network, b: Network) -> None:
 def test_networks_on_file(network: Network, tmp_path: Path) -> None:
     path = network.to_json(tmp_path / "network.json")
     same(Network.from_json(path), network)
+    # Gone on with, it is what it was: what was left for the limits is looked at again, once.
+    same(trace(uniform(2), until=UNTIL, switch=True, resume=path, limits={"max_points": 130}), network)
     found = json.loads(path.read_text())
     assert found["kind"] == "network" and found["branches"][1]["closing"] == "odd"
     start = found["branches"][1]["points"][0]["start"]
@@ -258,3 +260,16 @@ def test_a_chain_on_a_cart_switches_alike() -> None:
         end = solve_ivp(rhs(system), (0, 2 * np.pi / z[-1]), np.append(q, v), method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
         assert end == pytest.approx(np.append(q, v), abs=1e-8)
         assert abs(system.mass_matrix(q)[0] @ v) < 1e-12
+
+
+def test_two_period_doublings_are_the_ends_of_one_branch(network: Network) -> None:
+    """Of the brake orbits between unequal rests: it ends at an orbit over twice, where it would run back through its image, and is a loop."""
+    unequal = next(branch for branch in network.branches if branch.closing == "unequal")
+    again = trace(uniform(2), start=(unequal, 2), until="omega=3.8", switch=True, limits={"max_points": 60})
+    first, doubled = again.branches
+    events = [k for k, event in enumerate(first.events) if event.kind == "period doubling"]
+    assert [first.events[k].z[-1] for k in events] == pytest.approx([3.410370639, 3.710679544], abs=1e-8)
+    assert [[link.how for link in again.beyond(0, k)] for k in events] == [["opens"], ["arrives"]]
+    assert doubled.closing == "unequal" and "cover 2 of an orbit" in doubled.reason
+    assert doubled.points[-1, -1] == pytest.approx(first.events[events[1]].z[-1] / 2, rel=1e-9)
+    assert closes("unequal", doubled.points[len(doubled) // 2]) < 1e-9

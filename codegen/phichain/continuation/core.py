@@ -138,7 +138,9 @@ def _resumed(problem: Problem, earlier: Branch, engine: Engine, tests: Sequence[
     crossed = [gap.arclength for gap in earlier.passages if gap.is_crossed]
     origin = int(np.argmax(earlier.arclength > crossed[-1])) if crossed else 0
     begun = point_of(problem, earlier, origin)
-    return _Run(problem, engine, tests, through, points, earlier.step, begun, offset=near[0], passages=passed, origin=origin)
+    return _Run(
+        problem, engine, tests, through, points, earlier.step, begun, offset=near[0], passages=passed, origin=origin, known=earlier.events
+    )
 
 
 @dataclass
@@ -150,6 +152,7 @@ class _Run:
         regular: How many of its points are its own, and not where it was cut.
         start: Where the branch it is on began: its first point, or the first beyond a gap that was crossed.
         origin: Index of that point in the whole branch.
+        known: Events of an earlier run that is gone on with.
     """
 
     problem: Problem
@@ -168,6 +171,7 @@ class _Run:
     origin: int = 0
     values: tuple[float, ...] = ()
     before: tuple[float, ...] = ()
+    known: tuple[Special, ...] = ()
 
     def __post_init__(self) -> None:
         self.values = values_at(self.problem, self.points[-1], self.tests)
@@ -198,7 +202,8 @@ class _Run:
             return
         if self.before and cut is None:
             three = [*self.points[-2:], new]
-            found += pairs_of(self.problem, three, self.tests, (self.before, self.values, values), self.engine, index - 1)
+            rows, known = (self.before, self.values, values), [*self.known, *self.specials, *found]
+            found += pairs_of(self.problem, three, self.tests, rows, self.engine, index - 1, known)
         self.specials += sorted(found, key=lambda event: event.arclength)
         self.passages += [gap] if gap else []
         self.before, self.values = self.values, values

@@ -54,8 +54,8 @@ class Fold:
 class BranchPoint:
     """Crossing of two branches: det [J; t^T] changes sign (Keller 1977).
 
-    The value is the smallest singular value of [J; t^T] under the determinant's sign: it has the same zeros, crosses
-    them linearly, and neither overflows nor underflows with the number of equations.
+    The value is the smallest singular value of [J; t^T] under the determinant's sign: it has the same zeros,
+    crosses them linearly, and neither overflows nor underflows with the number of equations.
 
     Attributes:
         ends: Whether the run ends at such a point, where that depends on it.
@@ -77,8 +77,8 @@ class Level:
     Attributes:
         scalar: z (n + 1,) -> number.
         level: The value.
-        held: z near it -> the unknown that has to have which value there, so that the run ends exactly on it; None where
-            the level is no matter of one unknown.
+        held: z near it -> the unknown that has to have which value there, so that the run ends exactly on it;
+            None where the level is no matter of one unknown.
     """
 
     scalar: Callable[[Vector], float]
@@ -119,13 +119,17 @@ class Quantity:
 
     Attributes:
         of: Point -> number.
-        in_pairs: Whether it may cross zero and come back within a step, so that its least values are looked at, too.
+        in_pairs: Whether it may cross zero and come back within a step, so that its least values are looked
+            at, too.
+        order: Point -> labels whose order changes from one point to another of one sign exactly where two
+            zeros lie between; None where it has none.
     """
 
     of: Callable[[Point], float]
     name: str
     terminal: bool = False
     in_pairs: bool = False
+    order: Callable[[Point], tuple[int, ...] | None] | None = None
 
     def value(self, problem: Problem, point: Point) -> float:
         """The number itself."""
@@ -133,5 +137,6 @@ class Quantity:
 
 
 def signed(matrix: Vector) -> float:
-    """+- the smallest singular value of a square matrix, its sign that of the determinant: simple zeros where that has some."""
+    """+- the smallest singular value of a square matrix, its sign that of the determinant: simple zeros where
+    that has some."""
     return sign_of_determinant(matrix) * least_singular_value(matrix)

@@ -21,6 +21,7 @@ import numpy as np
 
 from phichain.continuation import BranchPoint, Fold, Point, Problem, Quantity, Special, TestFunction
 from phichain.continuation.events import signed
+from phichain.orbits.krein import signs
 from phichain.orbits.quarter import QuarterMap
 
 BRANCH_POINT: Final = "branch point"
@@ -57,6 +58,11 @@ def brake_loss(point: Point) -> float:
     return signed(bordered)
 
 
+def _signs(point: Point) -> tuple[int, ...] | None:
+    blocks = _of(point)
+    return signs(blocks.a, blocks.c, blocks.d)
+
+
 def discriminant(point: Point) -> float:
     """prod (kappa_i - kappa_j)^2 over all pairs: real, and smooth where two meet."""
     kappa = point.multipliers
@@ -82,7 +88,7 @@ def tests_of(problem: Problem, carts: int, links: int) -> list[TestFunction]:
         *(Fold(carts + k, f"fold amplitude {k + 1}") for k in range(links)),
         Quantity(energy_slope, "energy extremum"),
         *(several if links > 1 else []),
-        *([Quantity(discriminant, "krein", in_pairs=True)] if links > 2 else []),
+        *([Quantity(discriminant, "krein", in_pairs=True, order=_signs)] if links > 2 else []),
     ]
 
 

@@ -15,8 +15,10 @@ from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
 
-_ROUNDS: Final = 6
+_ROUNDS: Final = 10
 """Parabolas through three places that are tried on the way down."""
+_HALVES: Final = 30
+"""Halves of a step in which two zeros are looked for that are known to be there: closer ones are one to round-off."""
 _FLAT: Final = 1e-3
 """Share of the places' distance below which the next one is none."""
 
@@ -28,6 +30,7 @@ def pairs_of(
     values: Sequence[Sequence[float]],
     engine: Engine,
     index: int,
+    known: Sequence[Special] = (),
 ) -> list[Special]:
     """The zeros, two by two, between three successive points of functions that are least at the middle one
     and have one sign at all.
@@ -39,21 +42,46 @@ def pairs_of(
         values: Theirs at the points.
         engine: Corrector and options.
         index: Index of the first of the points in its branch.
+        known: Events that were found already: where one of a function lies between the points nothing more is looked for.
     """
     found = []
     for k, test in enumerate(tests):
         if not (isinstance(test, Quantity) and test.in_pairs):
             continue
+        if any(event.kind == test.name and event.index >= index for event in known):
+            continue
         three = [float(row[k]) for row in values]
         sizes = np.abs(three)
-        if len({np.sign(value) for value in three}) > 1 or not sizes[0] > sizes[1] <= sizes[2]:
-            continue
-        beyond = _beyond(problem, near, test, three, engine)
+        beyond = _passed(problem, near[1], near[2], test, engine) if three[1] * three[2] > 0 else []
+        if not beyond and len({np.sign(value) for value in three}) == 1 and sizes[0] > sizes[1] <= sizes[2]:
+            beyond = _beyond(problem, near, test, three, engine)
         for a, b in beyond:
             at = root(problem, a, b, test, engine)
             before = index if at.arclength < near[1].arclength else index + 1
             found.append(Special(test.name, before, at.z(problem), at.arclength, test.value(problem, at), at.multipliers))
     return found
+
+
+def _passed(problem: Problem, a: Point, b: Point, test: Quantity, engine: Engine) -> list[tuple[Point, Point]]:
+    """Two brackets of zeros beside a place of the other sign, where the order of labels changes; none where it does not."""
+    if test.order is None:
+        return []
+    first, last, sign = test.order(a), test.order(b), np.sign(test.of(a))
+    if first is None or last is None or len(first) != len(last) or first == last:
+        return []
+    between = curve(problem, a, b, engine)
+    for _ in range(_HALVES):
+        middle = between((a.arclength + b.arclength) / 2)
+        if sign * test.of(middle) < 0:
+            return [(a, middle), (middle, b)]
+        found = test.order(middle)
+        if found == first:
+            a = middle
+        elif found == last:
+            b = middle
+        else:
+            return []
+    return []
 
 
 def _beyond(

@@ -25,6 +25,7 @@ from phichain.continuation import BranchPoint, Fold, Level, Point, Problem, Quan
 from phichain.continuation.events import signed
 from phichain.orbits.closed.reversible import HalfMap, reversible_problem
 from phichain.orbits.closed.symmetries import gains, recognised
+from phichain.orbits.krein import signs, signs_of_symplectic
 from phichain.orbits.periodic import PeriodMap, half_problem, whole_problem
 from phichain.orbits.quarter import quarter_problem
 from phichain.orbits.symmetry import BRANCH_POINT, MOST_UNSTABLE, SAID, discriminant, tests_of
@@ -122,7 +123,7 @@ def events_of(system: System, p: Parameters | None, kind: str, problem: Problem)
     ]
     return [
         Fold(name="fold omega"), *own(problem), *(several if links > 1 else []),
-        *([Quantity(discriminant, "krein", in_pairs=True)] if links > 2 else []),
+        *([Quantity(discriminant, "krein", in_pairs=True, order=_signs)] if links > 2 else []),
     ]  # fmt: skip
 
 
@@ -148,6 +149,13 @@ def said_of(kind: str, event: Special) -> Special:
     beyond = KINDS[opened[0]].words + (", of twice the period" if opened[1] == 2 else "") if opened else "this family"
     breaks = _BROKEN.get(event.kind.rstrip("0123456789 "), "")
     return replace(event, breaks=breaks, continues=beyond if breaks else "")
+
+
+def _signs(point: Point) -> tuple[int, ...] | None:
+    blocks = point.extra.found
+    if isinstance(blocks, PeriodMap):
+        return signs_of_symplectic(blocks.symplectic)
+    return signs(blocks.a, blocks.c, blocks.d)
 
 
 Maker = Callable[[Problem], list[TestFunction]]

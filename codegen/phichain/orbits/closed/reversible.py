@@ -45,6 +45,7 @@ class HalfMap(Held):
             symmetry.
         kept: The other of both (N, N).
         a: d theta(T/2) / d theta_0 (N, N).
+        c: d p(T/2) / d theta_0 (N, N).
         d: d p(T/2) / d p_0 (N, N).
         begun: Unit vector along the flow at the start (N,): the right null vector of `lost`.
         ended: The same at T/2 (N,): its left null vector.
@@ -56,6 +57,7 @@ class HalfMap(Held):
     lost: Vector
     kept: Vector
     a: Vector
+    c: Vector
     d: Vector
     begun: Vector
     ended: Vector
@@ -136,4 +138,4 @@ def _map(whole: Vector, flows: tuple[Vector, Vector], rests: bool, slope: Vector
     a, b, c, d = whole[:links, :links], whole[:links, links:], whole[links:, :links], whole[links:, links:]
     moving = slice(links, 2 * links) if rests else slice(0, links)
     begun, ended = (unit(flow[moving]) for flow in flows)
-    return HalfMap(b if rests else c, c if rests else b, a, d, begun, ended, slope, end, noise)
+    return HalfMap(b if rests else c, c if rests else b, a, c, d, begun, ended, slope, end, noise)
