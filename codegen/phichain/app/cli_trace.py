@@ -42,9 +42,12 @@ def register(app: typer.Typer) -> None:
 
 def trace(
     scene: SceneWord,
-    mode: Annotated[int, typer.Option(min=1, help="Mode to start from, by rising linear frequency.")] = 1,
+    mode: Annotated[int, typer.Option(min=1, help="Mode to start from, by rising linear frequency; where a conical family begins.")] = 1,
     method: Annotated[
-        str, typer.Option(help='"shooting" (whole orbits, with their stability), "one harmonic", or auto: shooting where it serves.')
+        str, typer.Option(
+            help='"shooting" (whole orbits, with their stability), "one harmonic", "conical" (a spatial chain turning about the vertical), '
+            "or auto: shooting or conical where they serve."
+        ),
     ] = "auto",
     until: Annotated[
         str | None,
@@ -67,7 +70,7 @@ def trace(
     ] = None,
     out: OutFiles = None,
 ) -> None:
-    """Follow a family of limit cycles from small amplitudes; Ctrl-C ends it, and what there is can be gone on with."""
+    """Follow a family of limit cycles, or a conical family, from small amplitudes; Ctrl-C ends it, and what there is can be gone on with."""
     from phichain.orbits import trace as traced
     from phichain.pipeline import build as built
     from phichain.scene.library import find_scene
@@ -75,16 +78,16 @@ def trace(
 
     files = named(out, (".json", ".csv", ".npz", ".png"))
     chosen = find_scene(scene)
-    system = built(carrying(chosen) if _shoots(chosen, method) else chosen)
+    system = built(carrying(chosen, method))
     # The file is to name the scene that was given, whatever functions this command needed of it besides.
     system = replace(system, digest=chosen.digest)
     if (values := parameters(settings or [])) is not None:
         system = replace(system, params=values)
-    end = 3.0 if until is None and amplitude_max is None else amplitude_max
+    end = 3.0 if until is amplitude_max is None and system.is_planar else amplitude_max
     steps = {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
     branch = traced(
         system, mode, end, method=method, until=until, through=through, switch=switch, resume=resume, limits=steps,
-        progress=progress_line(system.cart_size),
+        progress=progress_line(system.cart_size if system.is_planar else int(system.has_cart)),
     )  # fmt: skip
     if sys.stderr.isatty():
         sys.stderr.write(_CLEAR)
@@ -94,24 +97,21 @@ def trace(
         raise typer.Exit(_INTERRUPTED)
 
 
-def carrying(scene: Scene) -> Scene:
-    """The same chain with the functions that shooting calls, its flow carrying derivatives along."""
-    from phichain.orbits.shooting import NEEDED
+def carrying(scene: Scene, method: str = "shooting") -> Scene:
+    """The same chain with the functions that the method calls, its flow carrying derivatives along where that shoots."""
+    from phichain.orbits import conical, shooting
     from phichain.scene.load import scene_from_dict
 
+    turns = scene.space == "spatial" and method in ("auto", "conical") and scene.damping is None
+    shoots = scene.space == "planar" and method in ("auto", "shooting") and scene.real == "double" and scene.damping is None
+    needed = {*(conical.NEEDED if turns else shooting.NEEDED if shoots else ())}
+    if needed <= {*scene.want} and (scene.variational or not shoots):
+        return scene
     tables = scene.to_dict()
-    tables["functions"] = {"want": sorted({*scene.want, *NEEDED})}
-    tables["flow"] = {"variational": True}
+    tables["functions"] = {"want": sorted({*scene.want, *needed})}
+    if shoots:
+        tables["flow"] = {"variational": True}
     return scene_from_dict(tables)
-
-
-def _shoots(scene: Scene, method: str) -> bool:
-    """Whether the method needs more than the scene wants of itself."""
-    from phichain.orbits.shooting import NEEDED
-
-    serves = scene.space == "planar" and scene.real == "double" and scene.damping is None
-    has_all = scene.variational and {*NEEDED} <= {*scene.want}
-    return serves and not has_all and method in ("auto", "shooting")
 
 
 def progress_line(carts: int) -> Callable[[Point, float], None] | None:

@@ -4,7 +4,8 @@
      "arclength", ...}], "events": [{"kind", "breaks", "start", "omega", "kappa", "continues", ...}],
      "passages": [{"at", "width", "crossed", ...}], "status", "reason", ...}
 
-Unknowns are those of a start, the last of them omega; a start at rest has no rates among its unknowns. Complex numbers are pairs.
+Unknowns are those of a start at rest, the last of them omega; where they are others, the start is the state that they stand for and
+"unknowns" holds them. Complex numbers are pairs.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ def write_document(branch: Any, path: Path | str) -> Path:
 def _document(branch: Any) -> dict[str, Any]:
     points = [
         {
-            **_start(z), "energy": _number(branch.energy, k), "kappa": _pairs(branch.multipliers[k]), "error": _number(branch.error, k),
+            **_start(z, None if branch.states is None else branch.states[k]),
+            **({} if branch.momentum is None else {"momentum": float(branch.momentum[k])}), "energy": _number(branch.energy, k), "kappa": _pairs(branch.multipliers[k]), "error": _number(branch.error, k),
             "arclength": float(branch.arclength[k]), "residual": float(branch.residual[k]), "iterations": int(branch.iterations[k]),
             "tangent": branch.tangent[k].tolist(),
         }
@@ -50,8 +52,8 @@ def _document(branch: Any) -> dict[str, Any]:
     ended = [_event(event) for event in branch.events[len(own) :]]
     passages = [
         {
-            "at": float(gap.z[_first_angle(branch.names)]), "width": gap.width, "crossed": gap.is_crossed, **_start(gap.z),
-            "arclength": gap.arclength,
+            "at": float(gap.z[_first_angle(branch.names)]), "width": gap.width, "crossed": gap.is_crossed,
+            **(_start(gap.z) if branch.states is None else _unknowns_of(gap.z)), "arclength": gap.arclength,
         }
         for gap in branch.passages
     ]  # fmt: skip
@@ -66,14 +68,22 @@ def _document(branch: Any) -> dict[str, Any]:
 def _event(event: Special) -> dict[str, Any]:
     kind = event.kind.replace("fold in amplitude_theta_", "fold amplitude ").replace("fold in ", "fold ")
     return {
-        "kind": kind, "breaks": event.breaks, **_start(event.z), "kappa": _pairs(event.multipliers), "continues": event.continues,
+        "kind": kind, "breaks": event.breaks, **_start(event.z, event.state), "kappa": _pairs(event.multipliers), "continues": event.continues,
         "arclength": event.arclength, "after": event.index, "value": event.value,
     }  # fmt: skip
 
 
-def _start(z: np.ndarray) -> dict[str, Any]:
-    """A start at rest, and its omega."""
-    return {"start": {"q": z[:-1].tolist(), "v": [0.0] * (len(z) - 1)}, "omega": float(z[-1])}
+def _start(z: np.ndarray, state: np.ndarray | None = None) -> dict[str, Any]:
+    """A start, and its omega: at rest, or the state that the unknowns stand for."""
+    if state is None:
+        return {"start": {"q": z[:-1].tolist(), "v": [0.0] * (len(z) - 1)}, "omega": float(z[-1])}
+    # Spatial and planar states alike have as many rates as coordinates.
+    q, v = np.split(state, 2)
+    return {"start": {"q": q.tolist(), "v": v.tolist()}, **_unknowns_of(z)}
+
+
+def _unknowns_of(z: np.ndarray) -> dict[str, Any]:
+    return {"omega": float(z[-1]), "unknowns": z.tolist()}
 
 
 def _first_angle(names: Sequence[str]) -> int:
@@ -122,7 +132,7 @@ def _fields(found: Mapping[str, Any]) -> dict[str, Any]:
     events = tuple(
         Special(
             str(row["kind"]), int(row["after"]), np.array(_unknowns(row)), float(row["arclength"]), float(row["value"]),
-            _complex([row["kappa"]])[0], str(row["breaks"]), str(row["continues"]),
+            _complex([row["kappa"]])[0], str(row["breaks"]), str(row["continues"]), _state(row),
         )
         for row in (*found["events"], *checkpoint["ended"])
     )  # fmt: skip
@@ -137,11 +147,28 @@ def _fields(found: Mapping[str, Any]) -> dict[str, Any]:
         "error": _optional(rows, "error"), "multipliers": multipliers, "events": events, "passages": passages,
         "status": str(status), "reason": str(found["reason"]), "scene": str(found["scene"]), "digest": str(found["digest"]),
         "method": str(found["method"]), "mode": int(found["mode"]), "regular": regular, "step": step,
+        "momentum": _optional(rows, "momentum"), "states": _states(rows),
     }  # fmt: skip
 
 
 def _unknowns(row: Mapping[str, Any]) -> list[float]:
+    if "unknowns" in row:
+        return [float(value) for value in row["unknowns"]]
     return [*map(float, row["start"]["q"]), float(row["omega"])]
+
+
+def _state(row: Mapping[str, Any]) -> np.ndarray | None:
+    """The state that the unknowns of a row stand for; None where they are a configuration at rest."""
+    return np.array([*row["start"]["q"], *row["start"]["v"]], dtype=float) if "unknowns" in row else None
+
+
+def _states(rows: Sequence[Mapping[str, Any]]) -> np.ndarray | None:
+    found = [_state(row) for row in rows]
+    if all(state is None for state in found):
+        return None
+    if any(state is None or state.shape != found[0].shape or len(state) % 2 for state in found):  # type: ignore[union-attr]
+        raise ValueError("its starts differ in size")
+    return np.array(found, dtype=float)
 
 
 def _table(rows: Sequence[Mapping[str, Any]], name: str, shape: tuple[int, ...]) -> np.ndarray:
@@ -152,9 +179,10 @@ def _table(rows: Sequence[Mapping[str, Any]], name: str, shape: tuple[int, ...])
 
 
 def _optional(rows: Sequence[Mapping[str, Any]], name: str) -> np.ndarray | None:
-    if all(row[name] is None for row in rows):
+    values = [row.get(name) for row in rows]
+    if all(value is None for value in values):
         return None
-    return np.array([np.nan if row[name] is None else row[name] for row in rows], dtype=float)
+    return np.array([np.nan if value is None else value for value in values], dtype=float)
 
 
 def _complex(rows: Sequence[Sequence[Sequence[float]]]) -> np.ndarray:

@@ -1,5 +1,6 @@
 """Orbits: the families of oscillations of a chain, each a continuation problem made from a System."""
 
+from phichain.orbits.conical import conical_families, conical_problem, conical_starts
 from phichain.orbits.modes import LinearModes, linear_modes
 from phichain.orbits.periodic import half_problem, whole_problem
 from phichain.orbits.quarter import QuarterMap, quarter_problem
@@ -9,6 +10,9 @@ from phichain.orbits.tracing import trace
 __all__ = [
     "LinearModes",
     "QuarterMap",
+    "conical_families",
+    "conical_problem",
+    "conical_starts",
     "half_problem",
     "harmonic_problem",
     "linear_modes",

@@ -13,12 +13,19 @@ from phichain.continuation import Branch, Engine, Options
 from phichain.continuation.core import Progress
 from phichain.errors import ArrayError, ToleranceError, UnsupportedError
 from phichain.orbits import shooting, single_harmonic
+from phichain.orbits.conical import conical_starts, families
 from phichain.orbits.modes import linear_modes
 from phichain.orbits.targets import Target, target_of
 from phichain.system import Parameters, System
 from phichain.system.arrays import positive, whole
 
-METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting")
+METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting", "conical")
+_FAMILIES: Final[dict[str, tuple[Any, Any, Any]]] = {
+    "shooting": (shooting, linear_modes, shooting.trace_shooting),
+    "one harmonic": (single_harmonic, linear_modes, single_harmonic.trace_one_harmonic),
+    "conical": (families, conical_starts, families.trace_conical),
+}
+"""What a method takes by itself, where its families begin, and what follows them."""
 
 
 def trace(
@@ -41,11 +48,12 @@ def trace(
     """Follow the family of limit cycles that one linear mode starts, from small amplitudes.
 
     Args:
-        system: A planar, undamped system.
-        mode: Number of the mode, from 1, by rising linear frequency.
+        system: A planar, undamped system; a spatial one for conical families.
+        mode: Number of the mode, from 1, by rising linear frequency; of a conical family where it begins (`conical_starts`).
         amplitude_max: The run ends where the largest angle reaches this, rad; pi unless `until` says where.
         method: "shooting": orbits of the whole equations, with their stability; "one harmonic": theta_k = A_k cos(omega t), an
-            approximation that carries the first omitted harmonic as its error; "auto": shooting where the system can.
+            approximation that carries the first omitted harmonic as its error; "conical": a spatial chain turning about the vertical
+            at a constant rate; "auto": shooting where the system can.
         until: "WHAT=VALUE" (or {WHAT: VALUE}), WHAT theta_K (an angle of the start), amplitude (the largest), omega or
             energy: the last point lies exactly there.
         through: Half width, in arclength, up to which a gap is crossed instead of followed.
@@ -70,20 +78,18 @@ def trace(
         ConvergenceError: Newton did not reach the family.
     """
     chosen = _method(system, method, switch)
-    usual = shooting.START if chosen == "shooting" else single_harmonic.START
+    family, begin, follow = _FAMILIES[chosen]
     if amplitude_start is None:
-        amplitude_start = min(usual, _before(target_of(system, until)))
+        amplitude_start = min(family.START, _before(target_of(system, until)))
     amplitude_start = positive("amplitude_start", amplitude_start, "give an angle in rad")
-    target = _target(system, until, amplitude_max, amplitude_start)
+    target = None if chosen == "conical" and until is amplitude_max is None else _target(system, until, amplitude_max, amplitude_start)
     through = 0.0 if through is None else positive("through", through, "give a half width in arclength, such as 1e-4")
-    modes = linear_modes(system, p)
-    mode = whole("mode", mode, 1, len(modes.omega), f"this chain has the modes 1 .. {len(modes.omega)}", ArrayError)
+    modes = begin(system, p)
+    mode = whole("mode", mode, 1, len(modes), f"this chain has the modes 1 .. {len(modes)}", ArrayError)
     for field, given, kind in (("options", options, Options), ("engine", engine, Engine)):
         if given is not None and not isinstance(given, kind):
             raise ArrayError(field, given, f"is no {kind.__name__}", "leave it out, or make one")
     earlier = _earlier(system, resume, mode, chosen)
-    family = shooting if chosen == "shooting" else single_harmonic
-    follow = shooting.trace_shooting if chosen == "shooting" else single_harmonic.trace_one_harmonic
     chosen_engine = engine or family.settings(options)
     if limits:
         chosen_engine = replace(chosen_engine, options=_limited(chosen_engine.options, limits))
@@ -92,7 +98,7 @@ def trace(
         through=through, earlier=earlier, progress=progress,
     )  # fmt: skip
     reason = branch.reason
-    if branch.status != "interrupted" and not (branch.events and branch.events[-1].kind == str(target)):
+    if target is not None and branch.status != "interrupted" and not (branch.events and branch.events[-1].kind == str(target)):
         reason = f"{reason}; {target} was not reached"
     return replace(branch, reason=reason, scene=system.name, digest=system.digest, method=chosen, mode=mode)
 
@@ -133,6 +139,8 @@ def _method(system: System, method: str, switch: bool) -> str:
             "trace the mode that a cover names, and read `continues` of the other events",
         )  # fmt: skip
     if method == "auto":
+        if not system.is_planar:
+            return "conical"
         return "one harmonic" if shooting.lacks(system) else "shooting"
     return method
 
