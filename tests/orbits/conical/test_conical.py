@@ -12,7 +12,7 @@ import pytest
 from phichain.continuation import Branch
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.orbits import trace
-from phichain.orbits.conical import conical_families, conical_starts
+from phichain.orbits.conical import conical_families, conical_problem, conical_starts
 from phichain.pipeline import build
 from phichain.scene import Scene
 from phichain.system import System
@@ -158,6 +158,27 @@ def test_a_free_cart_goes_round_as_well() -> None:
     assert np.abs(left).max() < 1e-12
     assert branch.multipliers.shape == (len(branch), 3)
     assert branch.located("krein")
+
+
+def test_families_from_infinity_lie_flat_around_the_centre_of_mass() -> None:
+    """With link 1 flat the other has c_22 sin(theta_2) = -c_12, in the couplings of a chain whose cart gives way."""
+    starts = [start for start in conical_starts(double(base="cart", cart_mass=0.7)) if start.is_flat]
+    c12, c22, c11 = 0.8 - 1.5 * 0.8 / 2.2, 1.28 - 0.8**2 / 2.2, 1.5 - 1.5**2 / 2.2
+    wanted = [(1.0, 1.0), (1.0, -1.0), *[(1.0, -c12 / c22)] * 2, *[(-c12 / c11, 1.0)] * 2]
+    assert len(starts) == len(wanted)
+    for start, sines in zip(starts, wanted, strict=True):
+        assert np.sin(start.base[1:]) == pytest.approx(sines, abs=0.04)
+
+
+def test_what_draws_the_links_into_their_plane_is_known() -> None:
+    """Across the plane M b'' = (Omega^2 C - Lambda) b with M = C and Lambda_i = g mu_i / cos(theta_i); the turning itself has none."""
+    system = double()
+    problem = conical_problem(system, omega=3.0)
+    z = trace(system, 2, method="conical", until="omega=6").points[-1]
+    across = problem.evaluate(z).extra.found.across
+    mu, c = np.array([1.5, 0.8]), np.array([[1.5, 0.8], [0.8, 1.28]])
+    whole = z[-1] ** 2 * np.eye(2) - np.linalg.solve(c, np.diag(9.81 * mu / np.cos(z[:2])))
+    assert -across[0, 0] == pytest.approx(np.trace(whole), rel=1e-12)
 
 
 def test_springs_hold_the_links_together() -> None:
