@@ -2,13 +2,16 @@
 
 from phichain.orbits.conical import conical_families, conical_problem, conical_starts
 from phichain.orbits.modes import LinearModes, linear_modes
+from phichain.orbits.orbit import Orbit
 from phichain.orbits.periodic import half_problem, whole_problem
+from phichain.orbits.picking import pick
 from phichain.orbits.quarter import QuarterMap, quarter_problem
 from phichain.orbits.single_harmonic import harmonic_problem
 from phichain.orbits.tracing import trace
 
 __all__ = [
     "LinearModes",
+    "Orbit",
     "QuarterMap",
     "conical_families",
     "conical_problem",
@@ -16,6 +19,7 @@ __all__ = [
     "half_problem",
     "harmonic_problem",
     "linear_modes",
+    "pick",
     "quarter_problem",
     "trace",
     "whole_problem",
