@@ -35,7 +35,7 @@ def beyond(event: Special, make, columns: slice, sign: float, share: float) -> B
     direction = np.zeros(6)
     direction[columns] = own / np.max(np.abs(own))
     # The reference has to move: a little later on the orbit.
-    problem = make(system, near=rest + SIZE * direction[:4], omega=omega)
+    problem = make(system, omega=omega, near=rest + SIZE * direction[:4])
     start = start_on(problem, np.append(rest, [0.0, omega]) + SIZE * direction, direction, ENGINE, fixed=True)
     return follow(problem, start, ENGINE, [])
 

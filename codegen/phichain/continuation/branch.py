@@ -64,6 +64,7 @@ _ABOUT = {
     "scene": replace(TEXT, default=""),
     "digest": replace(TEXT, default=""),
     "method": replace(TEXT, default=""),
+    "closing": replace(TEXT, default=""),
     "mode": replace(COUNT, default=0),
     "regular": replace(COUNT, default=0),
     "step": replace(NUMBER, default=0.0),
@@ -110,6 +111,8 @@ class Branch(Held):
         scene: Name of the scene that it belongs to.
         digest: The scene's digest.
         method: How it was traced.
+        closing: Which kind of orbits it is of, where it was traced by shooting: "quarter" (brake orbits), "unequal", "odd", "half" or "whole"
+            (`orbits.closed.kinds`); it says what the unknowns of a start are.
         mode: Number of the linear mode it started from; 0 for none.
         regular: How many of the points are the run's own; what follows them is where it was cut by a terminal event.
         step: The step that the run would have tried from the last of its own points.
@@ -135,6 +138,7 @@ class Branch(Held):
     scene: str = ""
     digest: str = ""
     method: str = ""
+    closing: str = ""
     mode: int = 0
     regular: int = 0
     step: float = 0.0

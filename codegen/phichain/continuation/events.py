@@ -57,10 +57,14 @@ class BranchPoint:
 
     The value is the smallest singular value of [J; t^T] under the determinant's sign: it has the same zeros, crosses
     them linearly, and neither overflows nor underflows with the number of equations.
+
+    Attributes:
+        ends: Whether the run ends at such a point, where that depends on it.
     """
 
     name: str = "branch point"
     terminal: bool = False
+    ends: Callable[[Problem, Point], bool] | None = None
 
     def value(self, problem: Problem, point: Point) -> float:
         """+- the smallest singular value of the Jacobian bordered by the tangent."""

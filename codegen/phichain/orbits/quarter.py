@@ -64,17 +64,17 @@ class QuarterMap(Held):
         """The N - 1 numbers (mu + 1/mu) / 2 besides the flow's own, the largest real part first."""
         if len(self.force) == 1:
             return np.empty(0, complex)
-        across = _complement(self.force)
+        across = complement(self.force)
         found = np.linalg.eigvals(-2 * (self.d @ across).T @ (self.a @ across)) + 1
         return np.asarray(found[np.lexsort((found.imag, -found.real))], complex)
 
 
-def _complement(unit: Vector) -> Vector:
-    """Orthonormal columns (N, N - 1) across a unit vector: a reflection that turns it into an axis, without that axis."""
+def complement(unit: Vector) -> Vector:
+    """Orthonormal columns (N, N - 1) across a unit vector, real or complex: a reflection that turns it into an axis, without that axis."""
     largest = int(np.argmax(np.abs(unit)))
     normal = unit.copy()
-    normal[largest] += np.copysign(1.0, unit[largest])
-    reflection = np.eye(len(unit)) - np.outer(normal, normal) * (2 / (normal @ normal))
+    normal[largest] += unit[largest] / abs(unit[largest])
+    reflection = np.eye(len(unit)) - np.outer(normal, normal.conj()) * (2 / (normal.conj() @ normal))
     return np.delete(reflection, largest, axis=1)
 
 
@@ -189,9 +189,12 @@ def _unit(vector: Vector) -> Vector:
 def frequency_error(point: Point) -> float:
     """How far off omega may be, relative: what rounding left in the residual, through [J; t]^-1.
 
-    Beside a branch point this grows with the inverse of the distance, as the error does.
+    Beside a branch point this grows with the inverse of the distance, as the error does; at one nothing is known, NaN.
     """
-    inverse = np.linalg.inv(np.vstack([point.jacobian, point.tangent]))
+    try:
+        inverse = np.linalg.inv(np.vstack([point.jacobian, point.tangent]))
+    except np.linalg.LinAlgError:
+        return float("nan")
     noise: Any = point.extra.found.noise
     return float(np.abs(inverse[-1, :-1]) @ noise / abs(point.y[-1]))
 

@@ -100,6 +100,11 @@ def trace_shooting(
         problem, np.append(amplitude_start * shape, omega), _axis(shape), engine, fixed=True
     )  # fmt: skip
     branch = follow(problem, first, engine, tests, name, through=through, progress=progress)
+    return replace(finished(system, p, modes, branch), closing="quarter")
+
+
+def finished(system: System, p: Parameters | None, modes: LinearModes, branch: Branch) -> Branch:
+    """A family of brake orbits with its events under their names."""
     kept = [named(system, p, modes, event) if event.kind == BRANCH_POINT else event for event in branch.events]
     events = tuple(told(event) for event in gathered(branch, kept) if genuine(event))
     return replace(branch, events=events)
