@@ -83,7 +83,7 @@ def trace(
     system = replace(system, digest=chosen.digest)
     if (values := parameters(settings or [])) is not None:
         system = replace(system, params=values)
-    end = 3.0 if until is amplitude_max is None and system.is_planar else amplitude_max
+    end = 3.0 if until is None and amplitude_max is None and system.is_planar else amplitude_max
     steps = {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
     branch = traced(
         system, mode, end, method=method, until=until, through=through, switch=switch, resume=resume, limits=steps,

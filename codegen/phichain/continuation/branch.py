@@ -162,6 +162,11 @@ class Branch(Held):
         ]
         return "\n".join(lines)
 
+    @property
+    def own_events(self) -> tuple[Special, ...]:
+        """The events of the family itself, without the one that ended the run."""
+        return self.events[:-1] if self.status == "event" else self.events
+
     def column(self, name: str) -> Vector:
         """The values (m,) of one unknown.
 

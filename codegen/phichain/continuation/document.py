@@ -52,8 +52,7 @@ def branch_document(branch: Any) -> dict[str, Any]:
         }
         for k, z in enumerate(branch.points)
     ]  # fmt: skip
-    # What ended the run is no event of the family.
-    own = branch.events[:-1] if branch.status == "event" else branch.events
+    own = branch.own_events
     events = [_event(event, branch.closing) for event in own]
     ended = [_event(event, branch.closing) for event in branch.events[len(own) :]]
     passages = [

@@ -13,8 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from phichain.archive import COUNT, NUMBER, TEXT, Schema, complex_numbers, names, read_archive, real, word
-from phichain.continuation.problem import Multipliers
-from phichain.continuation.stability import are_stable
+from phichain.continuation.problem import Multipliers, are_stable
 from phichain.errors import OutputError
 from phichain.files import write_file
 from phichain.reading import parse_json, read_regular
@@ -54,7 +53,7 @@ class Orbit(Held):
     Attributes:
         scene: Name of the scene that it belongs to.
         digest: The scene's digest.
-        method: How it was found.
+        method: How it was found: the kind of shooting ("quarter" of brake orbits, "half", ...), or "conical".
         mode: Number of the linear mode, or of the conical beginning, of its family; 0 for none.
         space: "planar" or "spatial".
         omega: Angular frequency, rad/s; of a conical orbit the rate at which it turns.
@@ -138,7 +137,8 @@ class Orbit(Held):
             OutputError: The file is missing or holds no Orbit, or not a whole one.
         """
         arrays, meta = read_archive(path, _SCHEMA)
-        return cls(**arrays, **{**meta, "q_names": tuple(meta["q_names"]), "v_names": tuple(meta["v_names"])})
+        fields: dict[str, Any] = {**arrays, **meta, "q_names": tuple(meta["q_names"]), "v_names": tuple(meta["v_names"])}
+        return cls(**fields)
 
     def to_json(self, path: Path | str) -> Path:
         """Write what programs of other kinds read, 17 digits; complex numbers are pairs. `from_json` reads it back.
@@ -174,14 +174,14 @@ class Orbit(Held):
     def _of(cls, found: Mapping[str, Any]) -> Orbit:
         if found["kind"] != "orbit":
             raise ValueError('it is no {"kind": "orbit", ...}')
-        samples = {name: np.array(found["samples"][name], dtype=float) for name in ("t", "q", "v")}
-        sizes = [(len(samples["t"]), len(found[f"{name}_names"])) for name in ("q", "v")]
-        if samples["t"].ndim != 1 or [samples["q"].shape, samples["v"].shape] != sizes or not len(samples["t"]):
+        fields: dict[str, Any] = {name: np.array(found["samples"][name], dtype=float) for name in ("t", "q", "v")}
+        sizes = [(len(fields["t"]), len(found[f"{name}_names"])) for name in ("q", "v")]
+        if fields["t"].ndim != 1 or [fields["q"].shape, fields["v"].shape] != sizes or not len(fields["t"]):
             raise ValueError("its samples do not fit each other")
-        spectra = {name: np.array([complex(*pair) for pair in found[name]], complex) for name in ("kappa", "multipliers")}
-        plain = {name: found[name] for name in _PLAIN if name not in _MAYBE}
-        maybe = {name: math.nan if found[name] is None else float(found[name]) for name in _MAYBE}
-        return cls(**samples, **spectra, **maybe, **{**plain, **{f"{x}_names": tuple(found[f"{x}_names"]) for x in "qv"}})
+        fields |= {name: np.array([complex(*pair) for pair in found[name]], complex) for name in ("kappa", "multipliers")}
+        fields |= {name: found[name] for name in _PLAIN if name not in _MAYBE}
+        fields |= {name: math.nan if found[name] is None else float(found[name]) for name in _MAYBE}
+        return cls(**{**fields, **{f"{x}_names": tuple(found[f"{x}_names"]) for x in "qv"}})
 
 
 def _plain(value: Any) -> Any:

@@ -9,13 +9,14 @@ from scipy.optimize import brentq
 
 from phichain.continuation import Branch, Engine, Options, Point, Problem, predictors, start_on
 from phichain.continuation.point import tangent_of
-from phichain.continuation.problem import relative_residual
+from phichain.continuation.problem import Multipliers, relative_residual
 from phichain.errors import ArrayError, UnsupportedError
+from phichain.orbits.closed.kinds import KINDS, problem_of, state_of
 from phichain.orbits.conical.problem import conical_problem
 from phichain.orbits.conical.starts import METHOD as CONICAL
 from phichain.orbits.conical.turning import turning
 from phichain.orbits.orbit import Orbit
-from phichain.orbits.quarter import EPS, quarter_problem
+from phichain.orbits.quarter import EPS
 from phichain.orbits.shooting import demand_shooting
 from phichain.orbits.targets import Target, target_of
 from phichain.system import Parameters, System, Vector
@@ -23,6 +24,7 @@ from phichain.system.arrays import whole
 
 SAMPLES = 241
 """Samples of a period."""
+_MIRRORED = ("quarter", "half")
 _REMEDY = 'write "theta_1=1.2", "amplitude=2", "omega=3", "energy=1.5", "point=17" or "event=2"'
 
 
@@ -47,35 +49,55 @@ def pick(system: System, branch: Branch, at: Any = None, p: Parameters | None = 
             "name the scene that it was traced with",
         )  # fmt: skip
     samples = whole("samples", samples, 2, 10_000_000, "ask for two or more", ArrayError)
-    problem = _problem(system, branch, p)
+    kind = _kind(branch)
+    problem = _problem(system, branch, kind, p)
     carts = int(system.has_cart)
     point = _chosen(system, problem, branch, at, carts)
     z = point.z(problem)
-    t, q, v, closure = (_turned if branch.method == CONICAL else _swung)(system, z, p, samples)
+    t, q, v, closure = _turned(system, z, p, samples) if kind == CONICAL else _swung(system, *state_of(kind, z), float(z[-1]), p, samples)
     return Orbit(
-        scene=branch.scene, digest=branch.digest, method=branch.method if branch.method == CONICAL else "shooting", mode=branch.mode,
+        scene=branch.scene, digest=branch.digest, method=kind, mode=branch.mode,
         space=system.space, omega=float(z[-1]), energy=float("nan") if problem.energy is None else problem.energy(z),
-        kappa=np.array(point.multipliers), multipliers=_floquet(point.multipliers, branch.method),
-        error=float("nan") if problem.error is None else problem.error(point), closure=closure, t=t, q=q, v=v,
+        kappa=np.array(point.multipliers), multipliers=_floquet(point.multipliers, kind),
+        error=_error(problem, point, at), closure=closure, t=t, q=q, v=v,
         q_names=system.q_names or tuple(f"q_{k + 1}" for k in range(system.nq)),
         v_names=system.v_names or tuple(f"v_{k + 1}" for k in range(system.nv)),
     )  # fmt: skip
 
 
-def _problem(system: System, branch: Branch, p: Parameters | None) -> Problem:
-    """The problem that the family, or the true one beside it, solves.
+def _error(problem: Problem, point: Point, at: Any) -> float:
+    """What the method believes of omega; of an event nothing, for it was located by another system of equations."""
+    if problem.error is None or str(at).partition("=")[0].strip() == "event":
+        return float("nan")
+    return problem.error(point)
+
+
+def _kind(branch: Branch) -> str:
+    """Which orbits the family is of; one harmonic stands for brake orbits.
 
     Raises:
-        UnsupportedError: There is none, or the system lacks what it needs.
+        UnsupportedError: They are none that are refined here.
     """
     if branch.method == CONICAL:
-        return conical_problem(system, p, omega=float(branch.scale[-1]))
-    if branch.method not in ("shooting", "one harmonic"):
+        return CONICAL
+    kind = branch.closing or "quarter"
+    if branch.method not in ("shooting", "one harmonic") or kind not in KINDS:
         raise UnsupportedError(
             "branch.method", branch.method, "is none whose orbits are refined here", 'trace the family with method = "shooting"'
         )
+    return kind
+
+
+def _problem(system: System, branch: Branch, kind: str, p: Parameters | None) -> Problem:
+    """The problem that the family, or the true one beside it, solves.
+
+    Raises:
+        UnsupportedError: The system lacks what it needs.
+    """
+    if kind == CONICAL:
+        return conical_problem(system, p, omega=float(branch.scale[-1]))
     demand_shooting(system)
-    return quarter_problem(system, p, omega=float(branch.scale[-1]), shape=branch.scale[:-1])
+    return problem_of(system, p, kind, branch.scale)
 
 
 def _chosen(system: System, problem: Problem, branch: Branch, at: Any, carts: int) -> Point:
@@ -90,7 +112,7 @@ def _chosen(system: System, problem: Problem, branch: Branch, at: Any, carts: in
         return _refined(problem, branch.points[k], branch.tangent[k], False)
     if what.strip() == "event":
         # Newton may stall beside what it marks, and it was located better than that.
-        event = branch.events[_number(at, text, len(branch.events), "events")]
+        event = branch.own_events[_number(at, text, len(branch.own_events), "events")]
         y = event.z / problem.sizes
         residual, jacobian, extra = problem.at(y)
         along = branch.tangent[event.index] / problem.sizes
@@ -98,6 +120,8 @@ def _chosen(system: System, problem: Problem, branch: Branch, at: Any, carts: in
         return Point(y, tangent_of(jacobian, along), event.arclength, jacobian, size, 0, (), extra)
     target = target_of(system, at)
     assert target is not None
+    if target.what not in ("omega", "energy") and branch.closing not in ("", "quarter"):
+        raise ArrayError("at", at, f"is no matter of the starts of this family, {branch.closing} periods", "use omega, energy, point or event")
     values = np.array([target.level(system, problem, carts).scalar(z) for z in branch.points])
     if values[-1] == target.value:
         return _refined(problem, branch.points[-1], branch.tangent[-1], False)
@@ -148,13 +172,15 @@ def _refined(problem: Problem, guess: Vector, direction: Vector, is_kept: bool) 
     return start_on(problem, guess, direction, Engine(predictors.cubic, options=Options(tol=1e-9)), fixed=is_kept)
 
 
-def _swung(system: System, z: Vector, p: Parameters | None, samples: int) -> tuple[Vector, Vector, Vector, float]:
-    """A brake orbit over its period (t, q, v), and how well it closes."""
-    period, start = 2 * np.pi / float(z[-1]), z[:-1]
+def _swung(
+    system: System, start: Vector, rates: Vector, omega: float, p: Parameters | None, samples: int
+) -> tuple[Vector, Vector, Vector, float]:
+    """An orbit over its period (t, q, v), and how well it closes."""
+    period = 2 * np.pi / omega
     t = np.linspace(0.0, period, samples)
-    found = system.propagate(start, np.zeros(system.nv), 0.0, period, EPS, times=t[1:], **system.parameters(p))
-    q, v = np.vstack([start, found.q_at]), np.vstack([np.zeros(system.nv), found.v_at])
-    off = np.abs(q[-1] - start).max() / np.abs(q).max() + np.abs(v[-1]).max() / np.abs(v).max()
+    found = system.propagate(start, rates, 0.0, period, EPS, times=t[1:], **system.parameters(p))
+    q, v = np.vstack([start, found.q_at]), np.vstack([rates, found.v_at])
+    off = np.abs(q[-1] - start).max() / np.abs(q).max() + np.abs(v[-1] - rates).max() / np.abs(v).max()
     return t, q, v, float(off)
 
 
@@ -172,11 +198,10 @@ def _turned(system: System, z: Vector, p: Parameters | None, samples: int) -> tu
     return t, q, v, float(np.abs(left).max() * 2 * np.pi / rate / np.abs(v).max())
 
 
-def _floquet(kappa: Any, method: str) -> Any:
-    """lambda and 1/lambda (2 k,) of every kappa: mu^2 where kappa belongs to the half map, mu itself of a whole turn."""
-    kappa = np.asarray(kappa, complex)
+def _floquet(kappa: Multipliers, kind: str) -> Multipliers:
+    """lambda and 1/lambda (2 k,) of every kappa: mu^2 where kappa belongs to half a period and its mirror image, else mu itself."""
     root = np.sqrt(kappa - 1) * np.sqrt(kappa + 1)
     # Of the two the larger loses nothing, and the other is its inverse.
     large = np.where(np.abs(kappa + root) >= np.abs(kappa - root), kappa + root, kappa - root)
     mu = np.stack([large, 1 / large], axis=1).ravel()
-    return mu if method == CONICAL else mu**2
+    return np.asarray(mu**2 if kind in _MIRRORED else mu, complex)

@@ -82,7 +82,8 @@ def trace(
     if amplitude_start is None:
         amplitude_start = min(family.START, _before(target_of(system, until)))
     amplitude_start = positive("amplitude_start", amplitude_start, "give an angle in rad")
-    target = None if chosen == "conical" and until is amplitude_max is None else _target(system, until, amplitude_max, amplitude_start)
+    is_open = chosen == "conical" and until is None and amplitude_max is None
+    target = None if is_open else _target(system, until, amplitude_max, amplitude_start)
     through = 0.0 if through is None else positive("through", through, "give a half width in arclength, such as 1e-4")
     modes = begin(system, p)
     mode = whole("mode", mode, 1, len(modes), f"this chain has the modes 1 .. {len(modes)}", ArrayError)
