@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from phichain.report import panels
 from phichain.report.geometry import tilt
-from phichain.report.orbits.families import against_amplitude
+from phichain.report.orbits.families import against_amplitude, family
+from phichain.report.orbits.motion import orbit
 from phichain.report.style import figure, look
 
 if TYPE_CHECKING:
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from phichain.identification import Fit
     from phichain.motion import Trajectory
     from phichain.system import System
+
+__all__ = ["angles", "closed_loop", "family", "fitted", "motion", "orbit", "overview"]
 
 
 def motion(system: System, trajectory: Trajectory) -> Figure:
