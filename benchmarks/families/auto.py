@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import tempfile
 from dataclasses import dataclass
+from math import ceil
 from pathlib import Path
 
 import numpy as np
@@ -108,7 +109,7 @@ def _solutions(lines: list[str], period: int) -> list[tuple[float, float]]:
         rows, parameters = int(header[8]), int(header[11])
         block = lines[at + 1 : at + 1 + rows]
         if header[2] == _USER:
-            numbers = [float(word) for word in " ".join(block[-(-(-parameters // _IN_A_LINE)) :]).split()]
+            numbers = [float(word) for word in " ".join(block[-ceil(parameters / _IN_A_LINE) :]).split()]
             found.append((numbers[1], numbers[period - 1]))
         at += 1 + rows
     return found

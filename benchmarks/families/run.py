@@ -87,8 +87,8 @@ def _table(runners: Sequence[Runner], rounds: int, absent: str) -> Table:
             f"{middle:.3g} [{low:.3g}, {high:.3g}]",
         ))  # fmt: skip
     notes = [
-        "AUTO-07p writes eleven digits, so that its errors below 4e-11 are those of its file. Its mesh is intervals x collocation points; "
-        "*at most* is its largest step, in its own norm.",
+        "AUTO-07p writes eleven digits: its errors below 4e-11 are those of its file. *15 x 5* are intervals and collocation points of its mesh.",
+        "*At most* is its largest step, in its own norm.",
         *([f"AUTO-07p is left out: {absent}."] if absent else []),
     ]
     columns = ("run", "multipliers", "points", "error of omega at 1.2", "at the end", "processor ms", "our time / its")

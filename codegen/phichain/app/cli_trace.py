@@ -45,8 +45,8 @@ def trace(
     mode: Annotated[int, typer.Option(min=1, help="Mode to start from, by rising linear frequency; where a conical family begins.")] = 1,
     method: Annotated[
         str, typer.Option(
-            help='"shooting" (whole orbits, with their stability), "one harmonic", "conical" (a spatial chain turning about the vertical), '
-            "or auto: shooting or conical where they serve."
+            help='"shooting" (whole orbits, with their stability), "harmonics" (Fourier series), "one harmonic", "conical" (a spatial chain '
+            "turning about the vertical), or auto: shooting or conical where they serve."
         ),
     ] = "auto",
     until: Annotated[
@@ -59,7 +59,22 @@ def trace(
     through: Annotated[
         float | None, typer.Option(metavar="WIDTH", help="Cross gaps up to this half width, in arclength, instead of turning.")
     ] = None,
-    switch: Annotated[bool, typer.Option("--switch", help="Follow the branches that events open, too.")] = False,
+    switch: Annotated[
+        bool, typer.Option("--switch", help="Follow the branches that events open, too: a network, written to .json.")
+    ] = False,
+    generations: Annotated[
+        int, typer.Option(min=1, help="How far from the first branch --switch goes: 2 follows what opens on what opens.")
+    ] = 1,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ORBIT",
+            help='Start from an orbit instead of a mode: FILE.json or FILE.json:POINT of a family, or "q=1,0.2; v=0,0; period=1.7".',
+        ),
+    ] = None,
+    harmonics: Annotated[
+        int | None, typer.Option(metavar="H", help="Highest harmonic of --method harmonics; by the tail of the spectrum unless given.")
+    ] = None,
     resume: Annotated[
         Path | None, typer.Option(metavar="FILE.json", help="Go on with what an earlier run left.")
     ] = None,
@@ -76,17 +91,19 @@ def trace(
     from phichain.scene.library import find_scene
     from phichain.system.starts import parameters
 
-    files = named(out, (".json", ".csv", ".npz", ".png"))
+    files = named(out, (".json",) if switch else (".json", ".csv", ".npz", ".png"))
     chosen = find_scene(scene)
-    system = built(carrying(chosen, method))
+    system = built(carrying(chosen, method, switch or start is not None))
     # The file is to name the scene that was given, whatever functions this command needed of it besides.
     system = replace(system, digest=chosen.digest)
     if (values := parameters(settings or [])) is not None:
         system = replace(system, params=values)
-    end = 3.0 if until is None and amplitude_max is None and system.is_planar else amplitude_max
+    # A conical family goes on to where its links lie flat.
+    is_free = until is not None or amplitude_max is not None or start is not None or not system.is_planar
     steps = {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
     branch = traced(
-        system, mode, end, method=method, until=until, through=through, switch=switch, resume=resume, limits=steps,
+        system, mode, amplitude_max if is_free else 3.0, method=method, until=until, through=through, switch=switch, resume=resume, limits=steps,
+        generations=generations, start=start, harmonics=harmonics,
         progress=progress_line(system.cart_size if system.is_planar else int(system.has_cart)),
     )  # fmt: skip
     if sys.stderr.isatty():
@@ -97,14 +114,23 @@ def trace(
         raise typer.Exit(_INTERRUPTED)
 
 
-def carrying(scene: Scene, method: str = "shooting") -> Scene:
-    """The same chain with the functions that the method calls, its flow carrying derivatives along where that shoots."""
+def carrying(scene: Scene, method: str = "shooting", beyond: bool = False) -> Scene:
+    """The same chain with the functions that the method calls, its flow carrying derivatives along where that shoots.
+
+    Args:
+        scene: The scene.
+        method: The method.
+        beyond: Whether orbits without the symmetries of brake orbits are to be followed.
+    """
     from phichain.orbits import conical, shooting
+    from phichain.orbits.harmonics import family
     from phichain.scene.load import scene_from_dict
 
     turns = scene.space == "spatial" and method in ("auto", "conical") and scene.damping is None
-    shoots = scene.space == "planar" and method in ("auto", "shooting") and scene.real == "double" and scene.damping is None
+    shoots = scene.space == "planar" and method in ("auto", "shooting", "harmonics") and scene.real == "double" and scene.damping is None
     needed = {*(conical.NEEDED if turns else shooting.NEEDED if shoots else ())}
+    if shoots:
+        needed |= {*(family.NEEDED if method == "harmonics" else ()), *(("forward_dynamics",) if beyond else ())}
     if needed <= {*scene.want} and (scene.variational or not shoots):
         return scene
     tables = scene.to_dict()

@@ -26,7 +26,7 @@ def named(files: list[Path] | None, kinds: tuple[str, ...] = (".csv", ".npz", ".
     """
     for path in files or []:
         if path.suffix not in kinds:
-            remedy = f"name it {', '.join(kinds[:-1])} or {kinds[-1]}"
+            remedy = f"name it {' or '.join(filter(None, (', '.join(kinds[:-1]), kinds[-1])))}"
             raise OutputError("out", str(path), "has no suffix that says what to write", remedy)
     return files or []
 

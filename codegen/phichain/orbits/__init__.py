@@ -1,7 +1,9 @@
 """Orbits: the families of oscillations of a chain, each a continuation problem made from a System."""
 
+from phichain.orbits.closed.reversible import reversible_problem
 from phichain.orbits.conical import conical_families, conical_problem, conical_starts
 from phichain.orbits.modes import LinearModes, linear_modes
+from phichain.orbits.network.record import Link, Network
 from phichain.orbits.orbit import Orbit
 from phichain.orbits.periodic import half_problem, whole_problem
 from phichain.orbits.picking import pick
@@ -11,6 +13,8 @@ from phichain.orbits.tracing import trace
 
 __all__ = [
     "LinearModes",
+    "Link",
+    "Network",
     "Orbit",
     "QuarterMap",
     "conical_families",
@@ -21,6 +25,7 @@ __all__ = [
     "linear_modes",
     "pick",
     "quarter_problem",
+    "reversible_problem",
     "trace",
     "whole_problem",
 ]

@@ -25,8 +25,8 @@ from phichain.continuation import Evaluation, Problem
 from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.errors import UnsupportedError
 from phichain.orbits.closed.canonical import across, frame, pairs
-from phichain.orbits.closed.states import energy_of, field, gradient, powers_of_two
-from phichain.orbits.quarter import EPS, frequency_error
+from phichain.orbits.closed.states import energy_of, field, gradient
+from phichain.orbits.quarter import EPS, frequency_error, powers
 from phichain.records import Held
 from phichain.system import Parameters, System, Vector, acceleration
 
@@ -128,7 +128,7 @@ def _problem(system: System, p: Parameters | None, omega: float, near: Vector | 
     return Problem(
         evaluate=evaluate,
         names=(*_names(system.q_names, "q", n), *_names(system.v_names, "v", n), "unfolding", "omega"),
-        scale=powers_of_two(np.concatenate([np.ones(n), np.full(n, omega), [1.0, omega]])),
+        scale=powers(np.concatenate([np.ones(n), np.full(n, omega), [1.0, omega]])),
         energy=energy and (lambda z: energy(z[:n], z[n : 2 * n])),
         error=frequency_error,
     )

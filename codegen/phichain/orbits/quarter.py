@@ -128,13 +128,13 @@ def quarter_problem(system: System, p: Parameters | None = None, *, omega: float
     return Problem(
         evaluate=evaluate,
         names=(*(system.q_names or tuple(f"q_{k + 1}" for k in range(nq))), "omega"),
-        scale=_powers(np.where(sizes > 0, sizes, 1.0)),
+        scale=powers(np.where(sizes > 0, sizes, 1.0)),
         energy=energy_of_amplitude(system, p),
         error=frequency_error,
     )
 
 
-def _powers(sizes: Vector) -> Vector:
+def powers(sizes: Vector) -> Vector:
     """The nearest powers of two: dividing by them and multiplying again loses nothing."""
     return np.exp2(np.round(np.log2(sizes)))
 

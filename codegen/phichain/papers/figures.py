@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -187,7 +187,7 @@ def _tracking(out: Path) -> list[Path]:
 def families(links: int) -> list[Branch]:
     """The single-harmonic families of all modes of paper A's chain, followed until a link swings by pi."""
     system, options = paper_a_chain(links), Options(step_max=0.05, max_points=4000)
-    return [trace(system, mode, np.pi - 1e-3, options=options) for mode in range(1, links + 1)]
+    return [cast(Branch, trace(system, mode, np.pi - 1e-3, options=options)) for mode in range(1, links + 1)]
 
 
 def slowest_family(links: int) -> Branch:
@@ -196,7 +196,7 @@ def slowest_family(links: int) -> Branch:
     scene = scene_from_dict(
         {"name": f"long{links}", "chain": chain, "functions": {"want": ["phi", "phi_jacobian"]}}
     )
-    return trace(build(scene), 1, 1.5, options=Options(step_max=0.05, max_points=4000))
+    return cast(Branch, trace(build(scene), 1, 1.5, options=Options(step_max=0.05, max_points=4000)))
 
 
 def _charts(out: Path) -> list[Path]:

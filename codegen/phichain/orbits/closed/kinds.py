@@ -28,7 +28,7 @@ from phichain.orbits.quarter import quarter_problem
 from phichain.orbits.symmetry import BRANCH_POINT, MOST_UNSTABLE, SAID, discriminant, tests_of
 from phichain.system import Parameters, System, Vector
 
-_STILL: Final = 0.03
+_STILL: Final = 0.06
 """Angles, rad, and rates in frequencies, below which a family is its linear mode, as good as back at rest."""
 _SLOW: Final = 1e-3
 """Share of its first frequency at which there is none left."""

@@ -23,8 +23,8 @@ import numpy as np
 from phichain.continuation import Evaluation, Problem
 from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.orbits.closed.canonical import frame
-from phichain.orbits.closed.states import energy_of, field, gradient, powers_of_two, unit
-from phichain.orbits.quarter import EPS, complement, frequency_error
+from phichain.orbits.closed.states import energy_of, field, gradient, unit
+from phichain.orbits.quarter import EPS, complement, frequency_error, powers
 from phichain.records import Held
 from phichain.system import Parameters, System, Vector
 
@@ -121,7 +121,7 @@ def reversible_problem(system: System, p: Parameters | None = None, *, rests: bo
     return Problem(
         evaluate=evaluate,
         names=(*(names if rests else rates), "omega"),
-        scale=powers_of_two(np.append(np.full(nq, 1.0 if rests else omega), omega)),
+        scale=powers(np.append(np.full(nq, 1.0 if rests else omega), omega)),
         energy=energy and (lambda z: energy(z[:-1], still) if rests else energy(still, z[:-1])),
         error=frequency_error,
     )

@@ -29,11 +29,6 @@ def gradient(flow: Vector) -> Vector:
     return np.concatenate([-flow[links:], flow[:links]])
 
 
-def powers_of_two(sizes: Vector) -> Vector:
-    """The nearest powers of two: dividing by them and multiplying again loses nothing."""
-    return np.exp2(np.round(np.log2(sizes)))
-
-
 def unit(vector: Vector) -> Vector:
     """A vector at length one; zero stays zero."""
     size = float(np.linalg.norm(vector))

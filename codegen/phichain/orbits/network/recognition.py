@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 from phichain.continuation import Branch, Engine, Point, Problem
 from phichain.continuation.locate import curve
+from phichain.continuation.problem import Multipliers
 from phichain.continuation.record import point_of
 from phichain.orbits.closed.kinds import problem_of
 from phichain.system import Parameters, System, Vector
@@ -56,7 +57,7 @@ def branch_with(
     return None
 
 
-def _lies_on(system: System, p: Parameters | None, branch: Branch, target: Vector, kappa: Vector, engine: Engine) -> bool:
+def _lies_on(system: System, p: Parameters | None, branch: Branch, target: Vector, kappa: Multipliers, engine: Engine) -> bool:
     assert branch.energy is not None
     known = np.column_stack([branch.points[:, -1], branch.energy]) / target
     problem = None
@@ -93,6 +94,6 @@ def _closest(problem: Problem, branch: Branch, index: int, target: Vector, engin
     return between(float(brentq(ahead, a.arclength, b.arclength, xtol=1e-13, rtol=1e-14)))
 
 
-def _alike(a: Vector, b: Vector) -> bool:
+def _alike(a: Multipliers, b: Multipliers) -> bool:
     return len(a) == len(b) and bool(np.all(np.abs(a - b) <= _ALIKE * (1 + np.abs(b))))
 
