@@ -11,6 +11,7 @@ import pytest
 from phichain.app import cli_trace
 from phichain.app.cli_trace import carrying, progress_line
 from phichain.continuation import Branch
+from phichain.orbits import Network
 from phichain.scene.library import find_scene
 from tests.cli.conftest import Command
 
@@ -104,9 +105,7 @@ def test_control_c_leaves_a_file_to_go_on_from(command: Command, monkeypatch: py
     ("options", "says"),
     [
         (("--mode", 3), "mode"),
-        (("--method", "harmonics"), "shooting"),
         (("--method", "guessing"), "method"),
-        (("--switch",), "switch"),
         (("--until", "theta_7=1"), "theta_1"),
         (("--until", "amplitude=1", "--amplitude-max", 2), "amplitude_max"),
         (("--through", -1), "through"),
@@ -146,3 +145,29 @@ def test_progress_is_for_terminals(monkeypatch: pytest.MonkeyPatch, capsys: pyte
 
     tell(Somewhere(), 0.01)
     assert "amplitude 0.7500 rad" in capsys.readouterr().err
+
+def test_a_network_is_written_and_gone_on_with(command: Command, tmp_path: Path) -> None:
+    """Two links up to a little beyond the odd loss; a family from a point of a file, and one from a state and a period."""
+    answer = command("trace", "planar2", "--until", "theta_1=1.1", "--switch", "--max-points", 30, "--out", "n.json")
+    assert answer.code == 0 and "opens [1]" in answer.out and "odd about T/4" in answer.out
+    network = Network.from_json(tmp_path / "n.json")
+    again = command("trace", "planar2", "--until", "theta_1=1.1", "--switch", "--max-points", 30, "--resume", "n.json", "--out", "m.json")
+    assert again.code == 0 and (tmp_path / "m.json").read_text() == (tmp_path / "n.json").read_text()
+    network.branches[1].to_json(tmp_path / "odd.json")
+    started = command("trace", "planar2", "--start", "odd.json:9", "--max-points", 3)
+    assert started.code == 0 and "odd about T/4, over a half period, from an orbit: 3 points" in started.out
+    typed = command("trace", "planar2", "--start", "q=1,0.21; period=1.7", "--until", "theta_1=1.2", "--max-points", 30)
+    assert typed.code == 0 and "theta_1 = 1.2" in typed.out
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (("--switch", "--out", "n.csv"), "no suffix"), (("--switch", "--method", "one harmonic"), "those of shooting"),
+        (("--start", "none.json"), "no branch can be read"), (("--start", "q=1,2; period=x"), "not a list of numbers"),
+        (("--start", "q=0.9; period=0.3"), "linear mode"), (("--start", "q=0; period=1"), "hangs still"),
+    ],
+)  # fmt: skip
+def test_networks_and_starts_that_are_refused(command: Command, options: tuple, says: str) -> None:
+    answer = command("trace", "planar1", *options)
+    assert answer.code == 2 and answer.err.count("\n") == 1 and says in answer.err
