@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 Vector = NDArray[np.float64]
 
 _MARKERS: Mapping[str, str] = {
-    "fold": "o", "energy": "s", "brake": "^", "odd": "v", "unequal": "<", "cover": "*", "branch": "X", "krein": "D", "out": "P",
+    "fold": "o", "energy": "s", "brake": "^", "odd": "v", "unequal": "<", "cover": "*", "branch": "X", "krein": "D", "out": "P", "period": "p",
+    "symmetry": "h", "phase": "H",
 }  # fmt: skip
 """Marks of the kinds of events, by the first word of their name."""
 _LINES = 30
@@ -114,8 +115,13 @@ def _stable(branch: Branch) -> NDArray[np.bool_] | None:
     return None if branch.method == "one harmonic" or not branch.method else are_stable(branch.multipliers)
 
 
+def marker_of(kind: str) -> str:
+    """The mark of a kind of events."""
+    return _MARKERS.get(kind.split()[0], "o")
+
+
 def _mark(axes: Any, event: Special, across: float, colour: Any) -> None:
-    marker = _MARKERS.get(event.kind.split()[0], "o")
+    marker = marker_of(event.kind)
     size = 8.0 if marker == "*" else 4.5
     axes.plot(across, event.z[-1], marker, color=colour, markerfacecolor="white", markersize=size, zorder=5)
 
