@@ -58,7 +58,8 @@ def orbit(
     files = named(out, (".csv", ".npz", ".json", ".png", ".gif", ".html"))
     branch = Branch.from_json(family)
     chosen = _scene_of(branch, scene)
-    system = replace(built(carrying(chosen, "auto")), digest=chosen.digest)
+    method = branch.method if chosen.space == "spatial" else "auto"
+    system = replace(built(carrying(chosen, method)), digest=chosen.digest)
     if (values := parameters(settings or [])) is not None:
         system = replace(system, params=values)
     found = pick(system, branch, at, samples=samples)

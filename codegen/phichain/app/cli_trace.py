@@ -46,7 +46,7 @@ def trace(
     method: Annotated[
         str, typer.Option(
             help='"shooting" (whole orbits, with their stability), "harmonics" (Fourier series), "one harmonic", "conical" (a spatial chain '
-            "turning about the vertical), or auto: shooting or conical where they serve."
+            'turning about the vertical), "in a plane" (one swinging), or auto: shooting or conical where they serve.'
         ),
     ] = "auto",
     until: Annotated[
@@ -99,7 +99,8 @@ def trace(
     if (values := parameters(settings or [])) is not None:
         system = replace(system, params=values)
     # A conical family goes on to where its links lie flat.
-    is_free = until is not None or amplitude_max is not None or start is not None or not system.is_planar
+    turns = not system.is_planar and method != "in a plane"
+    is_free = until is not None or amplitude_max is not None or start is not None or turns
     steps = {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
     branch = traced(
         system, mode, amplitude_max if is_free else 3.0, method=method, until=until, through=through, switch=switch, resume=resume, limits=steps,
@@ -122,20 +123,21 @@ def carrying(scene: Scene, method: str = "shooting", beyond: bool = False) -> Sc
         method: The method.
         beyond: Whether orbits without the symmetries of brake orbits are to be followed.
     """
-    from phichain.orbits import conical, shooting
+    from phichain.orbits import conical, in_plane, shooting
     from phichain.orbits.harmonics import family
     from phichain.scene.load import scene_from_dict
 
     turns = scene.space == "spatial" and method in ("auto", "conical") and scene.damping is None
     shoots = scene.space == "planar" and method in ("auto", "shooting", "harmonics") and scene.real == "double" and scene.damping is None
-    needed = {*(conical.NEEDED if turns else shooting.NEEDED if shoots else ())}
+    swings = scene.space == "spatial" and method == "in a plane" and scene.real == "double" and scene.damping is None
+    needed = {*(conical.NEEDED if turns else in_plane.NEEDED if swings else shooting.NEEDED if shoots else ())}
     if shoots:
         needed |= {*(family.NEEDED if method == "harmonics" else ()), *(("forward_dynamics",) if beyond else ())}
-    if needed <= {*scene.want} and (scene.variational or not shoots):
+    if needed <= {*scene.want} and (scene.variational or not (shoots or swings)):
         return scene
     tables = scene.to_dict()
     tables["functions"] = {"want": sorted({*scene.want, *needed})}
-    if shoots:
+    if shoots or swings:
         tables["flow"] = {"variational": True}
     return scene_from_dict(tables)
 

@@ -15,6 +15,8 @@ from phichain.orbits.closed.kinds import KINDS, problem_of, state_of
 from phichain.orbits.conical.problem import conical_problem
 from phichain.orbits.conical.starts import METHOD as CONICAL
 from phichain.orbits.conical.turning import turning
+from phichain.orbits.in_plane import METHOD as IN_PLANE
+from phichain.orbits.in_plane import plane_problem
 from phichain.orbits.orbit import Orbit
 from phichain.orbits.quarter import EPS
 from phichain.orbits.shooting import demand_shooting
@@ -24,7 +26,7 @@ from phichain.system.arrays import whole
 
 SAMPLES = 241
 """Samples of a period."""
-_MIRRORED = ("quarter", "half")
+_MIRRORED = ("quarter", "half", IN_PLANE)
 _REMEDY = 'write "theta_1=1.2", "amplitude=2", "omega=3", "energy=1.5", "point=17" or "event=2"'
 
 
@@ -54,7 +56,7 @@ def pick(system: System, branch: Branch, at: Any = None, p: Parameters | None = 
     carts = int(system.has_cart)
     point = _chosen(system, problem, branch, at, carts)
     z = point.z(problem)
-    t, q, v, closure = _turned(system, z, p, samples) if kind == CONICAL else _swung(system, *state_of(kind, z), float(z[-1]), p, samples)
+    t, q, v, closure = _turned(system, z, p, samples) if kind == CONICAL else _swung(system, *_start(system, kind, z), float(z[-1]), p, samples)
     return Orbit(
         scene=branch.scene, digest=branch.digest, method=kind, mode=branch.mode,
         space=system.space, omega=float(z[-1]), energy=float("nan") if problem.energy is None else problem.energy(z),
@@ -78,8 +80,8 @@ def _kind(branch: Branch) -> str:
     Raises:
         UnsupportedError: They are none that are refined here.
     """
-    if branch.method == CONICAL:
-        return CONICAL
+    if branch.method in (CONICAL, IN_PLANE):
+        return branch.method
     kind = branch.closing or "quarter"
     if branch.method not in ("shooting", "one harmonic") or kind not in KINDS:
         raise UnsupportedError(
@@ -96,6 +98,8 @@ def _problem(system: System, branch: Branch, kind: str, p: Parameters | None) ->
     """
     if kind == CONICAL:
         return conical_problem(system, p, omega=float(branch.scale[-1]))
+    if kind == IN_PLANE:
+        return plane_problem(system, p, omega=float(branch.scale[-1]))
     demand_shooting(system)
     return problem_of(system, p, kind, branch.scale)
 
@@ -120,7 +124,7 @@ def _chosen(system: System, problem: Problem, branch: Branch, at: Any, carts: in
         return Point(y, tangent_of(jacobian, along), event.arclength, jacobian, size, 0, (), extra)
     target = target_of(system, at)
     assert target is not None
-    if target.what not in ("omega", "energy") and branch.closing not in ("", "quarter"):
+    if target.what not in ("omega", "energy") and branch.closing not in ("", "quarter", IN_PLANE):
         raise ArrayError("at", at, f"is no matter of the starts of this family, {branch.closing} periods", "use omega, energy, point or event")
     values = np.array([target.level(system, problem, carts).scalar(z) for z in branch.points])
     if values[-1] == target.value:
@@ -170,6 +174,14 @@ def _between(
 
 def _refined(problem: Problem, guess: Vector, direction: Vector, is_kept: bool) -> Point:
     return start_on(problem, guess, direction, Engine(predictors.cubic, options=Options(tol=1e-9)), fixed=is_kept)
+
+
+def _start(system: System, kind: str, z: Vector) -> tuple[Vector, Vector]:
+    """(q, v) of the orbit z."""
+    if kind == IN_PLANE:
+        at = turning(system, np.append(z[:-1], 0.0))
+        return at.q, at.v
+    return state_of(kind, z)
 
 
 def _swung(

@@ -21,6 +21,7 @@ import numpy as np
 
 from phichain.continuation import BranchPoint, Fold, Point, Problem, Quantity, Special, TestFunction
 from phichain.continuation.events import signed
+from phichain.continuation.problem import Multipliers
 from phichain.orbits.quarter import QuarterMap
 
 BRANCH_POINT: Final = "branch point"
@@ -58,8 +59,12 @@ def brake_loss(point: Point) -> float:
 
 
 def discriminant(point: Point) -> float:
+    """That of all kappa of a point."""
+    return discriminant_of(point.multipliers)
+
+
+def discriminant_of(kappa: Multipliers) -> float:
     """prod (kappa_i - kappa_j)^2 over all pairs: real, and smooth where two meet."""
-    kappa = point.multipliers
     rows, columns = np.triu_indices(len(kappa), 1)
     return float(np.prod((kappa[rows] - kappa[columns]) ** 2).real)
 

@@ -13,7 +13,7 @@ import numpy as np
 from phichain.continuation import Branch, Engine, Options
 from phichain.continuation.core import Progress
 from phichain.errors import ArrayError, ToleranceError, UnsupportedError
-from phichain.orbits import shooting, single_harmonic
+from phichain.orbits import in_plane, shooting, single_harmonic
 from phichain.orbits.conical import conical_starts, families
 from phichain.orbits.harmonics import family as many_harmonics
 from phichain.orbits.harmonics.condensed import Harmonics, kept_harmonics
@@ -29,9 +29,10 @@ _FAMILIES: Final[dict[str, tuple[Any, Callable[..., Any], Callable[..., Branch]]
     "harmonics": (many_harmonics, linear_modes, many_harmonics.trace_harmonics),
     "one harmonic": (single_harmonic, linear_modes, single_harmonic.trace_one_harmonic),
     "conical": (families, conical_starts, families.trace_conical),
+    "in a plane": (in_plane, in_plane.plane_modes, in_plane.trace_in_plane),
 }
 """The module that knows a method, where its families begin, and what traces by it."""
-METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting", "conical")
+METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting", "conical", "in a plane")
 
 
 def trace(
@@ -62,8 +63,8 @@ def trace(
         amplitude_max: The run ends where the largest angle reaches this, rad; pi unless `until` says where.
         method: "shooting": orbits of the whole equations, with their stability; "harmonics": the same orbits as Fourier series, as long as
             the tail of their spectrum asks for; "one harmonic": theta_k = A_k cos(omega t), an approximation that carries the first omitted
-            harmonic as its error; "conical": a spatial chain turning about the vertical at a constant rate; "auto": shooting or conical where
-            the system can.
+            harmonic as its error; "conical": a spatial chain turning about the vertical at a constant rate; "in a plane": one that
+            swings in a vertical plane, with what is beside it in space; "auto": shooting or conical where the system can.
         until: "WHAT=VALUE" (or {WHAT: VALUE}), WHAT theta_K (an angle of the start), amplitude (the largest), omega or
             energy: the last point lies exactly there.
         through: Half width, in arclength, up to which a gap is crossed instead of followed.
@@ -163,7 +164,7 @@ def _method(system: System, method: str, beyond: bool) -> str:
     if method not in METHODS:
         raise ArrayError("method", method, "is no method", f"use one of {', '.join(METHODS)}")
     if beyond:
-        if method in ("one harmonic", "harmonics", "conical"):
+        if method in ("one harmonic", "harmonics", "conical", "in a plane"):
             raise UnsupportedError(
                 "method", method, "events that open branches, and orbits to start from, are those of shooting", 'use method = "shooting"'
             )
