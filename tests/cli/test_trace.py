@@ -59,6 +59,30 @@ def test_one_harmonic_says_how_far_it_is_off(command: Command, tmp_path: Path) -
     assert 1e-3 < found["points"][-1]["error"] < 0.1 and found["points"][0]["error"] < 1e-6
 
 
+CONE = """name = "cone"
+[chain]
+links = 1
+space = "spatial"
+mass = 0.7
+length = 0.5
+[functions]
+want = ["forward_dynamics"]
+"""
+
+
+def test_a_spatial_chain_turns_about_the_vertical(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "cone.toml").write_text(CONE)
+    answer = command("trace", "cone.toml", "--method", "conical", "--until", "theta_1=1", "--out", "f.json")
+    assert answer.code == 0, answer.err
+    found = json.loads((tmp_path / "f.json").read_text())
+    last = found["points"][-1]
+    assert found["method"] == "conical" and last["start"]["q"] == pytest.approx([np.sin(1), 0, np.cos(1)], abs=1e-15)
+    assert last["omega"] == pytest.approx(np.sqrt(9.81 / (0.5 * np.cos(1))), rel=1e-14)
+    assert last["start"]["v"] == pytest.approx(last["omega"] * np.array([-np.sin(1) * np.cos(1), 0, np.sin(1) ** 2]), rel=1e-14)
+    refused = command("trace", "planar1", "--method", "conical")
+    assert refused.code == 2 and "spatial" in refused.err and refused.err.count("\n") == 1
+
+
 def test_control_c_leaves_a_file_to_go_on_from(command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     told = []
 
@@ -124,7 +148,8 @@ def test_progress_is_for_terminals(monkeypatch: pytest.MonkeyPatch, capsys: pyte
 
 def test_a_network_is_written_and_gone_on_with(command: Command, tmp_path: Path) -> None:
     """Two links up to a little beyond the odd loss; a family from a point of a file, and one from a state and a period."""
-    answer = command("trace", "planar2", "--until", "theta_1=1.1", "--switch", "--max-points", 30, "--out", "n.json")
+    answer = command("trace", "planar2", "--until", "theta_1=1.1", "--switch", "--max-points", 30, "--out", "n.json", "--out", "n.png")
+    assert (tmp_path / "n.png").stat().st_size > 10_000
     assert answer.code == 0 and "opens [1]" in answer.out and "odd about T/4" in answer.out
     network = Network.from_json(tmp_path / "n.json")
     again = command("trace", "planar2", "--until", "theta_1=1.1", "--switch", "--max-points", 30, "--resume", "n.json", "--out", "m.json")

@@ -5,7 +5,8 @@
      "passages": [{"at", "width", "crossed", ...}], "status", "reason", ...}
 
 Unknowns are those of a start, the last of them omega; "closing" says which: a start at rest has no rates among its unknowns, an "odd" one no
-angles, and "half" and "whole" have both and an "unfolding", zero but for rounding. Complex numbers are pairs.
+angles, and "half" and "whole" have both and an "unfolding", zero but for rounding. Where they are none of these, as in conical families, the
+start is the state that they stand for, and "unknowns" holds them. Complex numbers are pairs.
 """
 
 from __future__ import annotations
@@ -43,20 +44,21 @@ def branch_document(branch: Any) -> dict[str, Any]:
     """A Branch as JSON has it."""
     points = [
         {
-            **_start(z, branch.closing), "energy": _number(branch.energy, k), "kappa": _pairs(branch.multipliers[k]), "error": _number(branch.error, k),
+            **_start(z, branch.closing, None if branch.states is None else branch.states[k]),
+            **({} if branch.momentum is None else {"momentum": float(branch.momentum[k])}),
+            "energy": _number(branch.energy, k), "kappa": _pairs(branch.multipliers[k]), "error": _number(branch.error, k),
             "arclength": float(branch.arclength[k]), "residual": float(branch.residual[k]), "iterations": int(branch.iterations[k]),
             "tangent": branch.tangent[k].tolist(),
         }
         for k, z in enumerate(branch.points)
     ]  # fmt: skip
-    # What ended the run is no event of the family.
-    own = branch.events[:-1] if branch.status == "event" else branch.events
+    own = branch.own_events
     events = [_event(event, branch.closing) for event in own]
     ended = [_event(event, branch.closing) for event in branch.events[len(own) :]]
     passages = [
         {
             "at": float(gap.z[_first_angle(branch.names)]), "width": gap.width, "crossed": gap.is_crossed,
-            **_start(gap.z, branch.closing),
+            **(_start(gap.z, branch.closing) if branch.states is None else _unknowns_of(gap.z)),
             "arclength": gap.arclength,
         }
         for gap in branch.passages
@@ -73,13 +75,17 @@ def branch_document(branch: Any) -> dict[str, Any]:
 def _event(event: Special, closing: str) -> dict[str, Any]:
     kind = event.kind.replace("fold in amplitude_theta_", "fold amplitude ").replace("fold in ", "fold ")
     return {
-        "kind": kind, "breaks": event.breaks, **_start(event.z, closing), "kappa": _pairs(event.multipliers), "continues": event.continues,
+        "kind": kind, "breaks": event.breaks, **_start(event.z, closing, event.state), "kappa": _pairs(event.multipliers), "continues": event.continues,
         "arclength": event.arclength, "after": event.index, "value": event.value,
     }  # fmt: skip
 
 
-def _start(z: np.ndarray, closing: str) -> dict[str, Any]:
+def _start(z: np.ndarray, closing: str, state: np.ndarray | None = None) -> dict[str, Any]:
     """A start and its omega."""
+    if state is not None:
+        # Spatial and planar states alike have as many rates as coordinates.
+        q, v = np.split(state, 2)
+        return {"start": {"q": q.tolist(), "v": v.tolist()}, **_unknowns_of(z)}
     if closing in _MOVING:
         half = (len(z) - 2) // 2
         return {
@@ -87,6 +93,10 @@ def _start(z: np.ndarray, closing: str) -> dict[str, Any]:
         }  # fmt: skip
     own, none = z[:-1].tolist(), [0.0] * (len(z) - 1)
     return {"start": {"q": none, "v": own} if closing == "odd" else {"q": own, "v": none}, "omega": float(z[-1])}
+
+
+def _unknowns_of(z: np.ndarray) -> dict[str, Any]:
+    return {"omega": float(z[-1]), "unknowns": z.tolist()}
 
 
 def _first_angle(names: Sequence[str]) -> int:
@@ -145,7 +155,7 @@ def branch_fields(found: Mapping[str, Any]) -> dict[str, Any]:
     events = tuple(
         Special(
             str(row["kind"]), int(row["after"]), np.array(_unknowns(row, closing)), float(row["arclength"]), float(row["value"]),
-            _complex([row["kappa"]])[0], str(row["breaks"]), str(row["continues"]),
+            _complex([row["kappa"]])[0], str(row["breaks"]), str(row["continues"]), _state(row),
         )
         for row in (*found["events"], *checkpoint["ended"])
     )  # fmt: skip
@@ -160,14 +170,31 @@ def branch_fields(found: Mapping[str, Any]) -> dict[str, Any]:
         "error": _optional(rows, "error"), "multipliers": multipliers, "events": events, "passages": passages,
         "status": str(status), "reason": str(found["reason"]), "scene": str(found["scene"]), "digest": str(found["digest"]),
         "method": str(found["method"]), "closing": closing, "mode": int(found["mode"]), "regular": regular, "step": step,
+        "momentum": _optional(rows, "momentum"), "states": _states(rows),
     }  # fmt: skip
 
 
 def _unknowns(row: Mapping[str, Any], closing: str) -> list[float]:
+    if "unknowns" in row:
+        return [float(value) for value in row["unknowns"]]
     q, v = (list(map(float, row["start"][part])) for part in "qv")
     if closing in _MOVING:
         return [*q, *v, float(row["unfolding"]), float(row["omega"])]
     return [*(v if closing == "odd" else q), float(row["omega"])]
+
+
+def _state(row: Mapping[str, Any]) -> np.ndarray | None:
+    """The state that the unknowns of a row stand for; None where they are a start themselves."""
+    return np.array([*row["start"]["q"], *row["start"]["v"]], dtype=float) if "unknowns" in row else None
+
+
+def _states(rows: Sequence[Mapping[str, Any]]) -> np.ndarray | None:
+    found = [state for state in map(_state, rows) if state is not None]
+    if not found:
+        return None
+    if len(found) < len(rows) or len({state.shape for state in found}) > 1 or len(found[0]) % 2:
+        raise ValueError("its starts differ in size")
+    return np.array(found, dtype=float)
 
 
 def _table(rows: Sequence[Mapping[str, Any]], name: str, shape: tuple[int, ...]) -> np.ndarray:
@@ -178,9 +205,10 @@ def _table(rows: Sequence[Mapping[str, Any]], name: str, shape: tuple[int, ...])
 
 
 def _optional(rows: Sequence[Mapping[str, Any]], name: str) -> np.ndarray | None:
-    if all(row[name] is None for row in rows):
+    values = [row.get(name) for row in rows]
+    if all(value is None for value in values):
         return None
-    return np.array([np.nan if row[name] is None else row[name] for row in rows], dtype=float)
+    return np.array([np.nan if value is None else value for value in values], dtype=float)
 
 
 def _complex(rows: Sequence[Sequence[Sequence[float]]]) -> np.ndarray:

@@ -20,6 +20,8 @@ from phichain.system import Vector
 from phichain.system.arrays import reals
 
 Multipliers = NDArray[np.complex128]
+_CLOSE = 1e-6
+"""How far kappa may lie off the interval from -1 to 1: where it touches an end, rounding puts it beyond."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,3 +176,9 @@ def relative_residual(residual: Vector, jacobian: Vector, z: Vector) -> float:
     """
     terms = (np.abs(jacobian) @ np.abs(z)).tolist()
     return max((abs(left) / (term if term > 0 else 1.0) for left, term in zip(residual.tolist(), terms, strict=True)), default=0.0)
+
+
+def are_stable(kappa: Multipliers) -> NDArray[np.bool_]:
+    """Whether every kappa = (mu + 1/mu) / 2 of a point is real and between -1 and 1, all mu then lying on the unit circle; (m, k) -> (m,)."""
+    inside = (np.abs(kappa.imag) <= _CLOSE) & (np.abs(kappa.real) <= 1 + _CLOSE)
+    return np.asarray(np.all(inside, axis=1))

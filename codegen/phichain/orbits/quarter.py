@@ -126,8 +126,8 @@ def quarter_problem(system: System, p: Parameters | None = None, *, omega: float
 
         def blocks() -> tuple[Multipliers, QuarterMap]:
             noise = np.abs(jacobian) @ np.abs(z) * (EPS * (1 + found.steps))
-            quarter_map = _map(found.transition, found.v[carts:], _root(inertia()[1]), end, carts, noise)
-            return quarter_map.kappa(), quarter_map
+            found_map = quarter_map(found.transition, found.v[carts:], _root(inertia()[1]), end, carts, noise)
+            return found_map.kappa(), found_map
 
         return Evaluation(found.q, jacobian, LateExtra(blocks))
 
@@ -173,7 +173,17 @@ def _columns(share: Vector, nq: int) -> Vector:
     return columns
 
 
-def _map(transition: Vector, rate: Vector, root: Vector, end: Vector, carts: int, noise: Vector) -> QuarterMap:
+def quarter_map(transition: Vector, rate: Vector, root: Vector, end: Vector, carts: int, noise: Vector) -> QuarterMap:
+    """The map in canonical coordinates.
+
+    Args:
+        transition: Derivatives of (q, v) at T/4 by the angles and rates at the start (2 nq, 2 N).
+        rate: Rates of the angles at T/4 (N,).
+        root: L_0 of the start's inertia (N, N).
+        end: L_1^T of the straight chain's (N, N).
+        carts: Coordinates of the cart at the head of q and of v.
+        noise: What rounding may have left in q(T/4) (nq,).
+    """
     nq, links = len(transition) // 2, len(rate)
     angles, rates = transition[carts:nq], transition[nq + carts :]
     both = np.empty((4 * links, links))

@@ -21,6 +21,7 @@ import numpy as np
 
 from phichain.continuation import BranchPoint, Fold, Point, Problem, Quantity, Special, TestFunction
 from phichain.continuation.events import signed
+from phichain.continuation.problem import Multipliers
 from phichain.orbits.krein import signs
 from phichain.orbits.quarter import QuarterMap
 
@@ -64,8 +65,12 @@ def _signs(point: Point) -> tuple[int, ...] | None:
 
 
 def discriminant(point: Point) -> float:
+    """That of all kappa of a point."""
+    return discriminant_of(point.multipliers)
+
+
+def discriminant_of(kappa: Multipliers) -> float:
     """prod (kappa_i - kappa_j)^2 over all pairs: real, and smooth where two meet."""
-    kappa = point.multipliers
     rows, columns = np.triu_indices(len(kappa), 1)
     return float(np.prod((kappa[rows] - kappa[columns]) ** 2).real)
 

@@ -13,7 +13,8 @@ import numpy as np
 from phichain.continuation import Branch, Engine, Options
 from phichain.continuation.core import Progress
 from phichain.errors import ArrayError, ToleranceError, UnsupportedError
-from phichain.orbits import shooting, single_harmonic
+from phichain.orbits import in_plane, shooting, single_harmonic
+from phichain.orbits.conical import conical_starts, families
 from phichain.orbits.harmonics import family as many_harmonics
 from phichain.orbits.harmonics.condensed import Harmonics, kept_harmonics
 from phichain.orbits.modes import linear_modes
@@ -23,13 +24,15 @@ from phichain.orbits.targets import Target, target_of
 from phichain.system import Parameters, System
 from phichain.system.arrays import positive, whole
 
-_FAMILIES: Final[dict[str, tuple[Any, Callable[..., Branch]]]] = {
-    "shooting": (shooting, shooting.trace_shooting),
-    "harmonics": (many_harmonics, many_harmonics.trace_harmonics),
-    "one harmonic": (single_harmonic, single_harmonic.trace_one_harmonic),
+_FAMILIES: Final[dict[str, tuple[Any, Callable[..., Any], Callable[..., Branch]]]] = {
+    "shooting": (shooting, linear_modes, shooting.trace_shooting),
+    "harmonics": (many_harmonics, linear_modes, many_harmonics.trace_harmonics),
+    "one harmonic": (single_harmonic, linear_modes, single_harmonic.trace_one_harmonic),
+    "conical": (families, conical_starts, families.trace_conical),
+    "in a plane": (in_plane, in_plane.plane_modes, in_plane.trace_in_plane),
 }
-"""The module that knows a method, and what traces by it."""
-METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting")
+"""The module that knows a method, where its families begin, and what traces by it."""
+METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting", "conical", "in a plane")
 
 
 def trace(
@@ -55,12 +58,13 @@ def trace(
     """Follow the family of limit cycles that one linear mode starts, from small amplitudes, or that of any orbit.
 
     Args:
-        system: A planar, undamped system.
-        mode: Number of the mode, from 1, by rising linear frequency.
+        system: A planar, undamped system; a spatial one for conical families.
+        mode: Number of the mode, from 1, by rising linear frequency; of a conical family where it begins (`conical_starts`).
         amplitude_max: The run ends where the largest angle reaches this, rad; pi unless `until` says where.
         method: "shooting": orbits of the whole equations, with their stability; "harmonics": the same orbits as Fourier series, as long as
             the tail of their spectrum asks for; "one harmonic": theta_k = A_k cos(omega t), an approximation that carries the first omitted
-            harmonic as its error; "auto": shooting where the system can.
+            harmonic as its error; "conical": a spatial chain turning about the vertical at a constant rate; "in a plane": one that
+            swings in a vertical plane, with what is beside it in space; "auto": shooting or conical where the system can.
         until: "WHAT=VALUE" (or {WHAT: VALUE}), WHAT theta_K (an angle of the start), amplitude (the largest), omega or
             energy: the last point lies exactly there.
         through: Half width, in arclength, up to which a gap is crossed instead of followed.
@@ -89,16 +93,16 @@ def trace(
         ConvergenceError: Newton did not reach the family.
     """
     chosen = _method(system, method, switch or start is not None)
-    family, follow = _FAMILIES[chosen]
-    usual = family.START
+    family, begin, follow = _FAMILIES[chosen]
     if amplitude_start is None:
-        amplitude_start = min(usual, _before(target_of(system, until)))
+        amplitude_start = min(family.START, _before(target_of(system, until)))
     amplitude_start = positive("amplitude_start", amplitude_start, "give an angle in rad")
-    target = _target(system, until, amplitude_max, amplitude_start)
+    is_open = chosen == "conical" and until is None and amplitude_max is None
+    target = None if is_open else _target(system, until, amplitude_max, amplitude_start)
     through = 0.0 if through is None else positive("through", through, "give a half width in arclength, such as 1e-4")
     generations = whole("generations", generations, 1, 2**31, "give a number of generations, such as 2", ArrayError)
-    modes = linear_modes(system, p)
-    mode = whole("mode", mode, 1, len(modes.omega), f"this chain has the modes 1 .. {len(modes.omega)}", ArrayError)
+    modes = begin(system, p)
+    mode = whole("mode", mode, 1, len(modes), f"this chain has the modes 1 .. {len(modes)}", ArrayError)
     for field, given, kind in (("options", options, Options), ("engine", engine, Engine)):
         if given is not None and not isinstance(given, kind):
             raise ArrayError(field, given, f"is no {kind.__name__}", "leave it out, or make one")
@@ -160,13 +164,15 @@ def _method(system: System, method: str, beyond: bool) -> str:
     if method not in METHODS:
         raise ArrayError("method", method, "is no method", f"use one of {', '.join(METHODS)}")
     if beyond:
-        if method in ("one harmonic", "harmonics"):
+        if method in ("one harmonic", "harmonics", "conical", "in a plane"):
             raise UnsupportedError(
                 "method", method, "events that open branches, and orbits to start from, are those of shooting", 'use method = "shooting"'
             )
         shooting.demand_shooting(system, (*shooting.NEEDED, "forward_dynamics"))
         return "shooting"
     if method == "auto":
+        if not system.is_planar:
+            return "conical"
         return "one harmonic" if shooting.lacks(system) else "shooting"
     return method
 
