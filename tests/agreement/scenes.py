@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.contract.functions import FLOWS, ON_REQUEST
+from phichain.contract.chain import Sample
+from phichain.contract.functions import FLOWS, ON_REQUEST, ROWS
 from phichain.ir.nodes import Array, Program
 from phichain.scene import Scene
 from tests.offered import offered
@@ -30,7 +31,8 @@ def make(name: str, links: int, space: str, base: str, more: Sequence[str] = (),
     if base == "cart" and not driven:
         numbers["cart_mass"] = 1.9
     want = offered(space, bool(LOSSES & keys.keys()), driven=driven)
-    return Scene(name, links, space=space, base=base, want=[*want, *more], **(numbers | keys))
+    there = [step for step in more if ROWS[step].absence(Sample(space == "planar")) is None]
+    return Scene(name, links, space=space, base=base, want=[*want, *there], **(numbers | keys))
 
 
 def _mid(links: int) -> list[float]:

@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from phichain.contract.functions import ON_REQUEST, PLANAR_FUNCTIONS, SPATIAL_FUNCTIONS
+from phichain.contract.chain import Sample
+from phichain.contract.functions import ON_REQUEST, PLANAR_FUNCTIONS, TABLE
 from phichain.scene import Scene
 from tests.generated.compiling import COMMITTED, STRICT, committed, need, run, selftest_program
 from tests.generated.reference_scenes import FOLDER, REFERENCE
@@ -21,12 +22,12 @@ SANITIZERS = (
 )  # fmt: skip
 
 RUNTIME: dict[str, Any] = dict.fromkeys(("mass", "length", "com", "cart_mass", "gravity", "stiffness"), "runtime")
+SPATIAL = tuple(row.name for row in TABLE if row.absence(Sample(False, runtime=("mass",))) is None)
 SANITIZED = (
     Scene("planar3_full", 3, base="cart", actuated="all", want=(*PLANAR_FUNCTIONS, *ON_REQUEST), code="loops", **RUNTIME),
     committed("paper_a_2"),
     Scene(
-        "spatial2_full", 2, space="spatial", base="cart", want=(*SPATIAL_FUNCTIONS, *ON_REQUEST), code="loops", damping="runtime",
-        **RUNTIME,
+        "spatial2_full", 2, space="spatial", base="cart", want=SPATIAL, code="loops", damping="runtime", **RUNTIME,
     ),
     committed("spatial5_cart_forward_only"),
     committed("firmware_cart_float"),

@@ -89,6 +89,12 @@ def jacobian_by(name: str, columns: Callable[[Chain], int], present: Callable[[C
     return Argument(f"dad{name}", "out", lambda chain: (chain.nv, columns(chain)), "", meaning, present)
 
 
+def force_by(name: str) -> Argument:
+    """The result of inverse_and_jacobian for one of its arguments."""
+    meaning = f"partial derivatives of u by {name}" + (": the mass matrix" if name == "a" else "")
+    return Argument(f"dud{name}", "out", lambda chain: (chain.nv, chain.nv), "", meaning)
+
+
 Q: Final = Argument("q", "in", per_q, "configuration")
 V: Final = Argument("v", "in", per_v, "rates")
 U: Final = Argument("u", "in", lambda chain: (chain.nu,), "inputs", present=has_input)
@@ -96,6 +102,10 @@ B: Final = Argument(
     "b", "in", lambda chain: (chain.base_inputs,), "acceleration of the base",
     "acceleration of the base, the last component down, m/s^2", lambda chain: chain.is_moving,
 )  # fmt: skip
+ACCELERATIONS: Final = Argument("a", "in", per_v, "accelerations")
+FORCE: Final = Argument(
+    "u", "out", per_v, "full generalised force", lambda chain: f"generalised force conjugate to q, {meanings.forces(chain)}"
+)
 STATE: Final = (Q, V, U)
 STEP: Final = (
     Argument("h", "in", scalar, "step, s"),
@@ -107,6 +117,13 @@ ESTIMATE: Final = "estimated error of the step"
 BALANCE: Final = (
     Argument("amplitude", "in", per_v, "amplitudes of [x,] theta", meanings.amplitudes),
     Argument("omega", "in", scalar, "angular frequency, rad/s"),
+)
+NO_FORCES: Final = (
+    Absence(
+        is_spatial,
+        "is defined on planar scenes alone, since spatial joints are not actuated",
+        'use "mass_matrix", "coriolis" and "gravity_torque": the force is M a + coriolis + gravity_torque',
+    ),
 )
 NO_BALANCE: Final = (
     Absence(

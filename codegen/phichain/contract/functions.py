@@ -11,9 +11,12 @@ from typing import Final
 
 from phichain.contract import arguments, flows, meanings
 from phichain.contract.arguments import (
+    ACCELERATIONS,
     BALANCE,
     ESTIMATE,
+    FORCE,
     NO_BALANCE,
+    NO_FORCES,
     NO_PREPARATION,
     NO_ROTORS,
     NO_TAYLOR,
@@ -24,7 +27,6 @@ from phichain.contract.arguments import (
     V,
     is_lossy,
     is_planar,
-    is_spatial,
     jacobian_by,
     out,
     per_q,
@@ -73,22 +75,13 @@ TABLE: Final[tuple[Function, ...]] = (
     ),
     Function(
         "inverse_dynamics", "Generalised force that produces given accelerations.",
-        (
-            Q,
-            V,
-            Argument("a", "in", per_v, "accelerations"), arguments.B,
-            Argument(
-                "u", "out", per_v, "full generalised force",
-                lambda chain: f"generalised force conjugate to q, {meanings.forces(chain)}",
-            ),
-        ),
-        absent=(
-            Absence(
-                is_spatial,
-                "is defined on planar scenes alone, since spatial joints are not actuated",
-                'use "mass_matrix", "coriolis" and "gravity_torque": the force is M a + coriolis + gravity_torque',
-            ),
-        ),
+        (Q, V, ACCELERATIONS, arguments.B, FORCE), absent=NO_FORCES,
+    ),
+    Function(
+        "inverse_and_jacobian", "Generalised force for given accelerations, and its exact partial derivatives.",
+        (Q, V, ACCELERATIONS, arguments.B, FORCE, *(arguments.force_by(name) for name in ("q", "v", "a"))),
+        absent=NO_FORCES, derivative=Derivative("inverse_dynamics", "u", by=("q", "v", "a"), keeps=True),
+        on_request="for who balances harmonics or fits splines to the equations of motion", is_missed=False,
     ),
     Function(
         "mass_matrix", "Mass matrix of the equations of motion.",

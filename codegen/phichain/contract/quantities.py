@@ -16,8 +16,9 @@ from phichain.contract.quantity import Quantities, Quantity, rows
 _DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian", "step"})
 _TENSIONS: Final = frozenset({"tensions"})
 _FIELD: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian"})
+_FORCES: Final = frozenset({"inverse_dynamics", "inverse_and_jacobian"})
 _ANGLES: Final = frozenset(
-    {"mass_matrix", "coriolis", "gravity_torque", "energy", "positions", "inverse_dynamics", "momentum", "linearization"}
+    {"mass_matrix", "coriolis", "gravity_torque", "energy", "positions", *_FORCES, "momentum", "linearization"}
 )
 _BALANCE: Final = frozenset({"phi", "phi_jacobian"})
 _SERIES: Final = frozenset({"flow_factor", "flow_order", "flow_columns", "flow_settle"})
@@ -173,7 +174,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(
-        _DYNAMICS | _TENSIONS | {"inverse_dynamics"}, "section 5",
+        _DYNAMICS | _TENSIONS | _FORCES, "section 5",
         rows(
             ("sine cosine", "", "sine and cosine of the joints' angles"),
             ("joint_saturation cart_saturation", "", "tanh(v / v_0) of dry friction"),
@@ -182,7 +183,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(
-        _ANGLES - {"inverse_dynamics"}, "section 2", rows(("sine cosine", "", "sine and cosine of the absolute angles")),
+        _ANGLES - _FORCES, "section 2", rows(("sine cosine", "", "sine and cosine of the absolute angles")),
         "planar",
     ),
     Quantities(
@@ -262,7 +263,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
         ),
     ),
     Quantities(
-        _TENSIONS | {"inverse_dynamics"}, "(15)",
+        _TENSIONS | _FORCES, "(15)",
         rows(
             ("rate_squared", "rad^2/s^2", "squared absolute rate of a link"),
             ("base_x base_y", "m/s^2", "acceleration of the joint less gravity in the frame of the link before"),

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,14 +13,27 @@ import numpy as np
 from phichain.continuation import Branch, Engine, Options
 from phichain.continuation.core import Progress
 from phichain.errors import ArrayError, ToleranceError, UnsupportedError
-from phichain.orbits import shooting, single_harmonic
+from phichain.orbits import in_plane, shooting, single_harmonic
+from phichain.orbits.conical import conical_starts, families
+from phichain.orbits.harmonics import family as many_harmonics
+from phichain.orbits.harmonics.condensed import Harmonics, kept_harmonics
 from phichain.orbits.modes import linear_modes
+from phichain.orbits.network.record import Network
+from phichain.orbits.network.runs import earlier_run, from_orbit, switched
 from phichain.orbits.parameter.vary import turned
 from phichain.orbits.targets import Target, target_of
 from phichain.system import Parameters, System
 from phichain.system.arrays import positive, whole
 
-METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting")
+_FAMILIES: Final[dict[str, tuple[Any, Callable[..., Any], Callable[..., Branch]]]] = {
+    "shooting": (shooting, linear_modes, shooting.trace_shooting),
+    "harmonics": (many_harmonics, linear_modes, many_harmonics.trace_harmonics),
+    "one harmonic": (single_harmonic, linear_modes, single_harmonic.trace_one_harmonic),
+    "conical": (families, conical_starts, families.trace_conical),
+    "in a plane": (in_plane, in_plane.plane_modes, in_plane.trace_in_plane),
+}
+"""The module that knows a method, where its families begin, and what traces by it."""
+METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting", "conical", "in a plane")
 
 
 def trace(
@@ -31,28 +45,36 @@ def trace(
     until: Any = None,
     through: float | None = None,
     switch: bool = False,
-    resume: Branch | Path | str | None = None,
+    generations: int = 1,
+    start: Any = None,
+    resume: Branch | Network | Path | str | None = None,
     p: Parameters | None = None,
     parameter: str | None = None,
     amplitude_start: float | None = None,
     options: Options | None = None,
     engine: Engine | None = None,
     limits: Mapping[str, Any] | None = None,
+    harmonics: Harmonics | int | None = None,
     progress: Progress | None = None,
-) -> Branch:
-    """Follow the family of limit cycles that one linear mode starts, from small amplitudes.
+) -> Branch | Network:
+    """Follow the family of limit cycles that one linear mode starts, from small amplitudes, or that of any orbit.
 
     Args:
-        system: A planar, undamped system.
-        mode: Number of the mode, from 1, by rising linear frequency.
+        system: A planar, undamped system; a spatial one for conical families.
+        mode: Number of the mode, from 1, by rising linear frequency; of a conical family where it begins (`conical_starts`).
         amplitude_max: The run ends where the largest angle reaches this, rad; pi unless `until` says where.
-        method: "shooting": orbits of the whole equations, with their stability; "one harmonic": theta_k = A_k cos(omega t), an
-            approximation that carries the first omitted harmonic as its error; "auto": shooting where the system can.
+        method: "shooting": orbits of the whole equations, with their stability; "harmonics": the same orbits as Fourier series, as long as
+            the tail of their spectrum asks for; "one harmonic": theta_k = A_k cos(omega t), an approximation that carries the first omitted
+            harmonic as its error; "conical": a spatial chain turning about the vertical at a constant rate; "in a plane": one that
+            swings in a vertical plane, with what is beside it in space; "auto": shooting or conical where the system can.
         until: "WHAT=VALUE" (or {WHAT: VALUE}), WHAT theta_K (an angle of the start), amplitude (the largest), omega or
             energy: the last point lies exactly there.
         through: Half width, in arclength, up to which a gap is crossed instead of followed.
-        switch: Follow the branches that events open, too.
-        resume: A Branch, or the JSON file of one, that is gone on with.
+        switch: Follow the branches that events open, too, and those that their events open.
+        generations: How far from the first branch events are gone through with `switch`.
+        start: An orbit to start from instead of a mode, closed by Newton first (`orbits.closed.start.given`): a Branch, (Branch, point), "FILE.json:POINT",
+            or {"q": ..., "v": ..., "period": ...}; its family is followed with rising energy, or towards `until`.
+        resume: A Branch (with `switch` a Network, too), or the JSON file of one, that is gone on with.
         p: Runtime parameters by name.
         parameter: "NAME[K]=VALUE": from where the family ends, the run goes on in that parameter of the chain to its value, what `until`
             names being held (`orbits.parameter.vary`, which takes events and any orbit, too); the Branch is of that alone.
@@ -60,11 +82,12 @@ def trace(
         options: Step control and limits.
         engine: Predictor, corrector and options together; excludes `options`.
         limits: Options that replace those the method would take by itself, by name, such as {"step_max": 0.02}.
+        harmonics: How many harmonics the method of that name keeps, or the highest alone; by the tail of the spectrum unless said.
         progress: Told every new point and the step to try next.
 
     Returns:
-        The Branch, with its events, its passages of avoided crossings and the reason why it ended. Ctrl-C ends it too, with the
-        status "interrupted".
+        The Branch, with its events, its passages of avoided crossings and the reason why it ended; with `switch` the Network of it and of all
+        that its events open. Ctrl-C ends them too, with the status "interrupted".
 
     Raises:
         AbsentFunctionError: The system lacks a function.
@@ -73,35 +96,53 @@ def trace(
         ToleranceError: Amplitudes not positive, or start not below the end.
         ConvergenceError: Newton did not reach the family.
     """
-    chosen = _method(system, method, switch)
-    usual = shooting.START if chosen == "shooting" else single_harmonic.START
+    chosen = _method(system, method, switch or start is not None)
+    family, begin, follow = _FAMILIES[chosen]
     if amplitude_start is None:
-        amplitude_start = min(usual, _before(target_of(system, until)))
+        amplitude_start = min(family.START, _before(target_of(system, until)))
     amplitude_start = positive("amplitude_start", amplitude_start, "give an angle in rad")
-    target = _target(system, until, amplitude_max, amplitude_start)
-    if parameter is not None:
+    is_open = chosen == "conical" and until is None and amplitude_max is None
+    target = None if is_open else _target(system, until, amplitude_max, amplitude_start)
+    if parameter is not None and target is not None:
         begun = trace(system, mode, method=method, until=target, through=through, p=p, limits=limits, progress=progress)
         return turned(system, begun, target.what, parameter, p=p, options=options, engine=engine, progress=progress)
     through = 0.0 if through is None else positive("through", through, "give a half width in arclength, such as 1e-4")
-    modes = linear_modes(system, p)
-    mode = whole("mode", mode, 1, len(modes.omega), f"this chain has the modes 1 .. {len(modes.omega)}", ArrayError)
+    generations = whole("generations", generations, 1, 2**31, "give a number of generations, such as 2", ArrayError)
+    modes = begin(system, p)
+    mode = whole("mode", mode, 1, len(modes), f"this chain has the modes 1 .. {len(modes)}", ArrayError)
     for field, given, kind in (("options", options, Options), ("engine", engine, Engine)):
         if given is not None and not isinstance(given, kind):
             raise ArrayError(field, given, f"is no {kind.__name__}", "leave it out, or make one")
-    earlier = _earlier(system, resume, mode, chosen)
-    family = shooting if chosen == "shooting" else single_harmonic
-    follow = shooting.trace_shooting if chosen == "shooting" else single_harmonic.trace_one_harmonic
+    if harmonics is not None:
+        follow = partial(follow, harmonics=kept_harmonics(harmonics, chosen))
     chosen_engine = engine or family.settings(options)
     if limits:
         chosen_engine = replace(chosen_engine, options=_limited(chosen_engine.options, limits))
-    branch = follow(
-        system, modes, mode, target, p=p, amplitude_start=amplitude_start, engine=chosen_engine,
-        through=through, earlier=earlier, progress=progress,
-    )  # fmt: skip
-    reason = branch.reason
-    if branch.status != "interrupted" and not (branch.events and branch.events[-1].kind == str(target)):
-        reason = f"{reason}; {target} was not reached"
-    return replace(branch, reason=reason, scene=system.name, digest=system.digest, method=chosen, mode=mode)
+    loaded = earlier_run(resume, switch)
+    earlier = loaded.branches[0] if isinstance(loaded, Network) else loaded
+    is_begun = start is not None or (earlier is not None and earlier.mode == 0)
+    mode = 0 if is_begun else mode
+    _demand_same(system, earlier, mode, chosen)
+    if isinstance(loaded, Network) and earlier is not None and earlier.status != "interrupted":
+        branch, grown = earlier, loaded
+    else:
+        common: dict[str, Any] = {"p": p, "engine": chosen_engine, "through": through, "earlier": earlier, "progress": progress}
+        if is_begun:
+            # An orbit's family ends nowhere unless said, a mode's at pi.
+            aim = target if until is not None or amplitude_max is not None else None
+            branch = from_orbit(system, modes, start, aim, **common)
+        else:
+            aim = target
+            branch = follow(system, modes, mode, target, amplitude_start=amplitude_start, **common)
+        reason = branch.reason
+        if aim is not None and branch.status != "interrupted" and not (branch.events and branch.events[-1].kind == str(aim)):
+            reason = f"{reason}; {aim} was not reached"
+        branch, grown = replace(branch, reason=reason, scene=system.name, digest=system.digest, method=chosen, mode=mode), None
+    if not switch:
+        return branch
+    return switched(
+        system, modes, grown or branch, p=p, engine=chosen_engine, through=through, generations=generations, progress=progress
+    )
 
 
 def _limited(options: Options, limits: Mapping[str, Any]) -> Options:
@@ -120,7 +161,7 @@ def _limited(options: Options, limits: Mapping[str, Any]) -> Options:
     return replace(options, **{**first, **limits})
 
 
-def _method(system: System, method: str, switch: bool) -> str:
+def _method(system: System, method: str, beyond: bool) -> str:
     """The method that is meant.
 
     Raises:
@@ -129,17 +170,16 @@ def _method(system: System, method: str, switch: bool) -> str:
     """
     if method not in METHODS:
         raise ArrayError("method", method, "is no method", f"use one of {', '.join(METHODS)}")
-    if method == "harmonics":
-        raise UnsupportedError(
-            "method", method, "many harmonics are not balanced here",
-            'use method = "shooting", which has all of them, or "one harmonic"',
-        )  # fmt: skip
-    if switch:
-        raise UnsupportedError(
-            "switch", switch, "branches that events open are not followed by themselves",
-            "trace the mode that a cover names, and read `continues` of the other events",
-        )  # fmt: skip
+    if beyond:
+        if method in ("one harmonic", "harmonics", "conical", "in a plane"):
+            raise UnsupportedError(
+                "method", method, "events that open branches, and orbits to start from, are those of shooting", 'use method = "shooting"'
+            )
+        shooting.demand_shooting(system, (*shooting.NEEDED, "forward_dynamics"))
+        return "shooting"
     if method == "auto":
+        if not system.is_planar:
+            return "conical"
         return "one harmonic" if shooting.lacks(system) else "shooting"
     return method
 
@@ -174,16 +214,14 @@ def _target(system: System, until: Any, amplitude_max: float | None, start: floa
     return Target("amplitude", end, "amplitude_max")
 
 
-def _earlier(system: System, resume: Branch | Path | str | None, mode: int, method: str) -> Branch | None:
-    """The run to go on with.
+def _demand_same(system: System, branch: Branch | None, mode: int, method: str) -> None:
+    """Refuse to go on with what is of another kind.
 
     Raises:
-        ArrayError: It is none, or belongs to another scene, mode or method.
-        OutputError: Its file cannot be read.
+        ArrayError: It belongs to another scene, mode or method, or has no points of its own.
     """
-    if resume is None:
-        return None
-    branch = resume if isinstance(resume, Branch) else Branch.from_json(resume)
+    if branch is None:
+        return
     for field, own, wanted in (
         ("digest", branch.digest, system.digest), ("mode", branch.mode, mode), ("method", branch.method, method),
     ):  # fmt: skip
@@ -194,5 +232,3 @@ def _earlier(system: System, resume: Branch | Path | str | None, mode: int, meth
             )  # fmt: skip
     if branch.regular < 1 or branch.step <= 0:
         raise ArrayError("resume", branch.regular, "points of that branch are a run's own", "trace it anew")
-    return branch
-

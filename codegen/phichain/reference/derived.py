@@ -59,6 +59,13 @@ def dynamics_and_jacobian(case: Case) -> Outputs:
     return {"a": forward_dynamics(case)["a"], **state_jacobian(case)}
 
 
+@judges("inverse_and_jacobian")
+def inverse_and_jacobian(case: Case) -> Outputs:
+    """Differentiate u(q, v, a) along every entry of q, v and a."""
+    by = {name: transposed([_slope(case, name, unit(case.scene.nv, i)) for i in range(case.scene.nv)]) for name in ("q", "v", "a")}
+    return {"u": inverse_dynamics(case)["u"], **{f"dud{name}": columns for name, columns in by.items()}}
+
+
 def tangents(scene: Scene, q: Vector, v: Vector) -> list[tuple[Vector, Vector]]:
     """Return directions that span the tangent space of spatial states: x, rotations of links, x', rates."""
     carts, size = cart_axes(scene), len(q)

@@ -43,6 +43,26 @@ def inverse_dynamics(case: Case) -> None:
     case.zero("u", lambda turn: judge.work(point, motion, turn).whole - dot(u, turn), point.free("turn"))
 
 
+@proves("inverse_and_jacobian")
+def inverse_and_jacobian(case: Case) -> None:
+    """Its force is the Lagrangian's, and dudq dq + dudv dv + duda da the derivative of the inverse dynamics, itself proven, along a random direction."""
+    inverse_dynamics(case)
+    point, scene = case.point, case.scene
+    a, b = point.free("a"), point.free("b", scene.base_inputs * scene.is_moving)
+    given = point.given(a=a, **({"b": b} if b else {}))
+    inverse = case.of("inverse_dynamics")
+    inverse_dynamics(inverse)
+    moved = {"q": point.free("dq", scene.nq), "v": point.free("dv"), "a": point.free("da")}
+    try:
+        true = inverse.subject.slopes(replace(given, along=moved), point)["u"][1]
+    except FAULTS as fault:
+        raise Wrong(f"no derivative, for {nothing(fault)}") from fault
+    found = [0] * scene.nv
+    for rows in case.times(given, {f"dud{name}": direction for name, direction in moved.items()}).values():
+        found = plus(found, rows)
+    case.same("a row of the derivatives of u, u", found, true)
+
+
 @proves("state_jacobian")
 def state_jacobian(case: Case) -> None:
     """dadq dq + dadv dv + dadu du is the derivative of the forward dynamics, itself proven, along a random direction."""

@@ -1,0 +1,163 @@
+"""Families of brake orbits traced by many harmonics, checked by shooting near resonances, and handed to it where the series get too long."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from phichain.continuation import (
+    Branch,
+    BranchPoint,
+    Engine,
+    Extremum,
+    Fold,
+    Options,
+    Point,
+    Problem,
+    TestFunction,
+    follow,
+    predictors,
+    start_on,
+)
+from phichain.continuation.core import Progress
+from phichain.errors import UnsupportedError
+from phichain.orbits import shooting
+from phichain.orbits.harmonics import balance
+from phichain.orbits.harmonics.condensed import Harmonics, Series, condensed_problem
+from phichain.orbits.harmonics.judge import AGREED, Judge, cut
+from phichain.orbits.modes import LinearModes
+from phichain.orbits.targets import Target
+from phichain.system import Parameters, System
+
+NEEDED: Final = (*balance.NEEDED, "forward_dynamics")
+"""Functions that the balance and its first guesses call."""
+START: Final = 1e-2
+"""Largest angle of the first point, rad."""
+UNRESOLVED: Final = "tail of the spectrum"
+
+
+def settings(options: Options | None) -> Engine:
+    """Predictor, corrector and options of a family of brake orbits."""
+    return Engine(predictors.cubic, options=options or Options(step=0.01, step_max=0.1, max_points=5000, tol=1e-9))
+
+
+def demand_harmonics(system: System) -> None:
+    """Refuse a system whose harmonics cannot be balanced.
+
+    Raises:
+        UnsupportedError: It misses a function, or computes in single precision.
+    """
+    absent = [name for name in NEEDED if not system.has(name)]
+    if absent or system.real != "double":
+        lacks = f"the functions {', '.join(absent)}" if absent else 'double precision, [target] real = "double"'
+        raise UnsupportedError(
+            "method", "harmonics", f"system '{system.name}' lacks {lacks}",
+            f"build its scene with [functions] want = {list(NEEDED)}, or use method = \"one harmonic\"",
+        )  # fmt: skip
+
+
+def trace_harmonics(
+    system: System,
+    modes: LinearModes,
+    mode: int,
+    target: Target,
+    *,
+    p: Parameters | None,
+    amplitude_start: float,
+    engine: Engine,
+    through: float,
+    earlier: Branch | None,
+    progress: Progress | None,
+    harmonics: Harmonics | None = None,
+) -> Branch:
+    """Follow the brake orbits that one linear mode starts, as Fourier series.
+
+    Args:
+        system: The chain.
+        modes: Its linear modes.
+        mode: Number of the mode, from 1.
+        target: Where to end.
+        p: Runtime parameters.
+        amplitude_start: Largest angle of the first point, rad.
+        engine: Predictor, corrector and options.
+        through: Half width of gaps that are crossed.
+        earlier: A run to go on with.
+        progress: Told every new point.
+        harmonics: How many are kept.
+
+    Returns:
+        The Branch of (q_0, omega), the tail of the spectrum as its error; no point of it is unresolved. Where the series got longer than
+        allowed, or shooting disagrees, shooting goes on where the scene has what it needs, and the reason says so.
+
+    Raises:
+        UnsupportedError: The system misses what the balance needs.
+        ConvergenceError: Newton did not reach the family.
+    """
+    demand_harmonics(system)
+    wanted = harmonics or Harmonics()
+    omega, shape = float(modes.omega[mode - 1]), modes.shapes[:, mode - 1]
+    problem = condensed_problem(system, p, omega=omega, shape=shape, harmonics=wanted)
+    judge = None if shooting.lacks(system) else Judge(system, p, omega, shape)
+    if judge is not None:
+        problem = replace(problem, error=judge.error)
+    ends = shooting.ends(system, problem, target, amplitude_start, omega)
+    tests, name = _tests(problem, system), f"{system.name}, mode {mode}, harmonics"
+    if earlier is not None and not _is_whole(problem, earlier, wanted):
+        branch, why = earlier, "the series was too long where that run ended"
+    else:
+        first = earlier if earlier is not None else start_on(
+            problem, np.append(amplitude_start * shape, omega), shooting.axis(shape), engine, fixed=True
+        )  # fmt: skip
+        branch = follow(problem, first, engine, [*tests, _Unresolved(wanted), *ends], name, through=through, progress=progress)
+        branch, why = _agreed(branch, wanted)
+    if not why:
+        return branch
+    if judge is None:
+        missing = shooting.lacks(system)
+        return replace(branch, reason=f"{branch.reason}; {why}: shooting would go on, and the system lacks {missing}")
+    return judge.goes_on(branch, why, engine, [*tests, *ends], name, through, progress)
+
+
+def _is_whole(problem: Problem, branch: Branch, wanted: Harmonics) -> bool:
+    """Whether the last of a run's own points is a series with a small tail."""
+    found: Series | None = problem.evaluate(branch.points[branch.regular - 1]).extra.found
+    return found is not None and found.tail <= wanted.tail
+
+
+def _tests(problem: Problem, system: System) -> list[TestFunction]:
+    folds = [Fold(system.cart_size + k, f"fold amplitude {k + 1}") for k in range(system.links)]
+    energy = [] if problem.energy is None else [Extremum(problem.energy, "energy extremum")]
+    return [Fold(name="fold omega"), *folds, BranchPoint(), *energy]
+
+
+@dataclass(frozen=True)
+class _Unresolved:
+    """The tail of the spectrum grows beyond what is wanted, the number of harmonics being as high as it may be."""
+
+    wanted: Harmonics
+    name: str = UNRESOLVED
+    terminal: bool = True
+
+    def value(self, problem: Problem, point: Point) -> float:
+        """Decades between the tail and what is wanted."""
+        found: Series | None = point.extra.found
+        return 1.0 if found is None else float(np.log10(max(found.tail, 1e-300) / self.wanted.tail))
+
+
+def _agreed(branch: Branch, wanted: Harmonics) -> tuple[Branch, str]:
+    """The branch before the first point that shooting does not find, and why harmonics do not go on, in words: empty where they do."""
+    worst = max(AGREED, 10 * wanted.tail)
+    bad = np.flatnonzero(np.asarray(branch.error[: branch.regular]) > worst) if branch.error is not None else np.empty(0, int)
+    if bad.size:
+        apart = float(np.asarray(branch.error)[bad[0]])
+        return cut(branch, max(int(bad[0]), 1)), f"beside a resonance the series is {apart:.2g} from the orbit that shooting finds"
+    return branch, _unresolved(branch, wanted)
+
+
+def _unresolved(branch: Branch, wanted: Harmonics) -> str:
+    """Why a run of harmonics broke off, in words; empty where it did not."""
+    if branch.events and branch.events[-1].kind == UNRESOLVED:
+        return f"the harmonics up to {wanted.most} leave a tail above {wanted.tail:g}"
+    return "a higher harmonic resonates" if branch.status == "step" else ""
