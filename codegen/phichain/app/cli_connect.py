@@ -1,0 +1,81 @@
+"""The command `phichain connect`: motions that lead from the upright chain back to it, whole turns on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from phichain.app.outputs import named
+from phichain.errors import ArrayError, printable
+
+if TYPE_CHECKING:
+    from phichain.scene import Scene
+
+SceneWord = Annotated[
+    str, typer.Argument(metavar="SCENE", help="A conservative planar chain of one or two links: a TOML file, a scene's name, or planarN.")
+]
+OutFiles = Annotated[
+    list[Path] | None,
+    typer.Option("--out", "-o", metavar="FILE", help="Write them: .csv or .npz (numbered where there are several) or .png; repeatable."),
+]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the command line."""
+    app.command()(connect)
+
+
+def connect(
+    scene: SceneWord,
+    turns: Annotated[str | None, typer.Option(metavar="N,...", help="Whole turns of every link, as 1,0; one of each unless given.")] = None,
+    longest: Annotated[float | None, typer.Option(metavar="S", help="Half the time in which to look.")] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")
+    ] = None,
+    out: OutFiles = None,
+) -> None:
+    """Find homoclinic and heteroclinic connections of the upright chain that turn its links by whole turns."""
+    from phichain.orbits.connections import connections
+    from phichain.pipeline import build
+    from phichain.scene.library import find_scene
+    from phichain.system.starts import parameters
+
+    files = named(out, (".csv", ".npz", ".png"))
+    wanted = None if turns is None else _turns(turns)
+    system = build(_carrying(find_scene(scene)))
+    found = connections(system, wanted, parameters(settings or []), longest=longest)
+    for connection in found:
+        typer.echo(str(connection))
+    if not found:
+        typer.echo(f"{system.name}: no symmetric connection with these turns within that time")
+        return
+    for path in files:
+        if path.suffix == ".png":
+            from phichain.report.connections import connections as drawing
+            from phichain.report.style import save
+
+            written = [save(drawing(system, found), path)]
+        else:
+            names = [path] if len(found) == 1 else [path.with_stem(f"{path.stem}_{k}") for k in range(1, len(found) + 1)]
+            written = [c.to_csv(name) if path.suffix == ".csv" else c.to_npz(name) for c, name in zip(found, names, strict=True)]
+        typer.echo(printable("wrote " + ", ".join(map(str, written))))
+
+
+def _turns(text: str) -> list[int]:
+    try:
+        return [int(word) for word in text.split(",")]
+    except ValueError:
+        raise ArrayError("turns", text, "is no list of whole numbers", "give one for every link, as --turns 1,0") from None
+
+
+def _carrying(scene: Scene) -> Scene:
+    """The same chain with the functions that are called, its flow carrying derivatives along."""
+    from phichain.orbits.connections.connect import NEEDED
+    from phichain.scene.load import scene_from_dict
+
+    tables = scene.to_dict()
+    tables["functions"] = {"want": sorted({*scene.want, *NEEDED})}
+    tables["flow"] = {"variational": True}
+    return scene_from_dict(tables)

@@ -1,0 +1,94 @@
+"""A connection as it is kept: the motion from one upright equilibrium to another, and how well it is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from phichain.archive import NUMBER, TEXT, Schema, names, read_archive, real, signs, whole
+from phichain.records import Held, columns_of, write_csv, write_npz
+from phichain.system import Vector
+
+_ARRAYS: Final = {"t": real("m"), "q": real("m", "nq"), "v": real("m", "nq"), "rates": real("links"), "start": real("links"), "turns": whole("links")}
+_PLAIN: Final = {
+    **dict.fromkeys(("name", "digest"), TEXT), "s": signs("links"), "q_names": names("nq"), "v_names": names("nq"),
+    **dict.fromkeys(("residual", "error", "energy", "transversality"), NUMBER),
+}  # fmt: skip
+_SCHEMA: Final = Schema("Connection", _ARRAYS, _PLAIN, filled=("m", "links", "nq"))
+
+
+@dataclass(frozen=True, eq=False)
+class Connection(Held):
+    """A motion that leaves one equilibrium at t = -infinity and arrives at another one at t = infinity.
+
+    Attributes:
+        name: The system.
+        digest: Its scene's digest.
+        s: Directions of the links at both ends, +1 hanging and -1 upright.
+        turns: Whole turns (N,) by which the links' absolute angles differ at the ends; the same place where all are equal to it.
+        t: Times (m,), s; zero half way, where the angles are those half way between both ends.
+        q: Configurations (m, nq); it begins and ends where the linear motion takes over.
+        v: Rates (m, nq).
+        rates: Growth rates at the ends (N,), 1/s, falling.
+        start: Parts of the unstable directions in which it leaves (N,), the fastest first, their squares adding up to 1.
+        residual: The largest mismatch of the boundary value problem, of the states' size.
+        error: By how much the state half way differs when the linear motion takes over at twice the distance.
+        energy: Of the motion less that of the equilibrium, J: zero but for errors.
+        transversality: Angle between unstable and stable manifold across the motion, half way, rad; NaN for one link, where both
+            are one curve. Above zero the connection is isolated and stays where parameters change a little.
+        q_names: Names of q's entries.
+        v_names: Names of v's entries.
+    """
+
+    name: str
+    digest: str
+    s: tuple[int, ...]
+    turns: tuple[int, ...]
+    t: Vector
+    q: Vector
+    v: Vector
+    rates: Vector
+    start: Vector
+    residual: float
+    error: float
+    energy: float
+    transversality: float
+    q_names: tuple[str, ...]
+    v_names: tuple[str, ...]
+
+    def __str__(self) -> str:
+        turned = ", ".join(f"link {k} {n:+d}" for k, n in enumerate(self.turns, 1) if n)
+        across = "" if self.transversality != self.transversality else f", manifolds {self.transversality:.3g} rad apart"
+        return (
+            f"{self.name}: {turned} turn(s) in {self.t[-1] - self.t[0]:.4g} s between 2e-5 rad from its ends, residual {self.residual:.1e}, "
+            f"error {self.error:.1e}{across}"
+        )
+
+    def to_csv(self, path: Path | str) -> Path:
+        """Write t, q and v, one row a time.
+
+        Raises:
+            OutputError: The file cannot be written.
+        """
+        return write_csv(path, {"t": self.t, **columns_of(self.q_names, self.q), **columns_of(self.v_names, self.v)})
+
+    def to_npz(self, path: Path | str) -> Path:
+        """Write all of it; `from_npz` reads it back.
+
+        Raises:
+            OutputError: The file cannot be written.
+        """
+        meta: dict[str, Any] = {name: getattr(self, name) for name in _PLAIN}
+        return write_npz(path, {name: getattr(self, name) for name in _ARRAYS}, meta | {"kind": _SCHEMA.kind})
+
+    @classmethod
+    def from_npz(cls, path: Path | str) -> Connection:
+        """Read what `to_npz` wrote.
+
+        Raises:
+            OutputError: The file is missing or holds no Connection, or not a whole one.
+        """
+        arrays, meta = read_archive(path, _SCHEMA)
+        turns = tuple(int(n) for n in arrays.pop("turns"))
+        return cls(**arrays, turns=turns, **{name: tuple(value) if isinstance(value, list) else value for name, value in meta.items()})

@@ -1,0 +1,33 @@
+"""`phichain connect`: what it writes, and what it refuses in one sentence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.conftest import Command
+
+
+def test_it_writes_what_its_files_are_called(command: Command, tmp_path: Path) -> None:
+    answer = command("connect", "planar1", "--out", "one.png", "--out", "one.csv", "--out", "one.npz")
+    assert answer.code == 0 and "link 1 +1 turn" in answer.out and answer.out.count("wrote") == 3
+    assert (tmp_path / "one.png").read_bytes().startswith(b"\x89PNG")
+    assert np.genfromtxt(tmp_path / "one.csv", delimiter=",", names=True)["t"][0] < 0
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("planar3",), "searched for one and two links"),
+        (("planar2", "--turns", "1"), "does not say how far every link turns"),
+        (("planar2", "--turns", "a,b"), "is no list of whole numbers"),
+        (("planar4_damped_springs",), "one and two links"),
+        (("paper_b",), "use"),
+        (("planar1", "--out", "one.txt"), "has no suffix that says what to write"),
+    ],
+)
+def test_what_has_none_is_one_line(command: Command, words: tuple[str, ...], said: str) -> None:
+    answer = command("connect", *words)
+    assert answer.code == 2 and said in answer.err and len(answer.err.strip().splitlines()) == 1
