@@ -99,7 +99,7 @@ def trace(
         follow = partial(follow, harmonics=kept_harmonics(harmonics, chosen))
     chosen_engine = engine or family.settings(options)
     if limits:
-        chosen_engine = replace(chosen_engine, options=_limited(chosen_engine.options, limits))
+        chosen_engine = replace(chosen_engine, options=limited(chosen_engine.options, limits))
     branch = follow(
         system, modes, mode, target, p=p, amplitude_start=amplitude_start, engine=chosen_engine,
         through=through, earlier=earlier, progress=progress,
@@ -110,7 +110,7 @@ def trace(
     return replace(branch, reason=reason, scene=system.name, digest=system.digest, method=chosen, mode=mode)
 
 
-def _limited(options: Options, limits: Mapping[str, Any]) -> Options:
+def limited(options: Options, limits: Mapping[str, Any]) -> Options:
     """Options with some replaced, the first step and the smallest no longer than the largest.
 
     Raises:
