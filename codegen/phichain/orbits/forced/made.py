@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -12,6 +13,7 @@ from phichain.orbits.forced.floquet import SAID, genuine
 from phichain.orbits.forced.forcing import Forcing
 from phichain.orbits.forced.response import Response, ResponseEvent
 from phichain.orbits.harmonics.basis import Basis
+from phichain.records import Held
 from phichain.system import System, Vector
 
 _SAMPLES: Final = 4
@@ -31,10 +33,32 @@ def ends_of(ends: tuple[float, float]) -> list[TestFunction]:
     ]
 
 
-def response_of(
-    system: System, forcing: Forcing, branch: Branch, method: str, series: Sequence[Vector], table: Basis,
-    starts: Sequence[Vector] | None = None, own: Sequence[tuple[Vector, Vector]] | None = None,
-) -> Response:  # fmt: skip
+@dataclass(frozen=True, eq=False)
+class Motion(Held):
+    """One periodic motion as a series.
+
+    Attributes:
+        table: Functions of the phase.
+        coefficients: X (M, n).
+        omega: rad/s.
+        state: (q, v) at phase zero where it is known better than by the series.
+    """
+
+    table: Basis
+    coefficients: Vector
+    omega: float
+    state: Vector | None = None
+
+    @property
+    def start(self) -> Vector:
+        """(q, v) at phase zero (2 n,)."""
+        if self.state is not None:
+            return self.state
+        value, slope, _ = self.table.at(np.zeros(1))
+        return np.concatenate([(value @ self.coefficients)[0], self.omega * (slope @ self.coefficients)[0]])
+
+
+def response_of(system: System, forcing: Forcing, branch: Branch, method: str, motion: Callable[[Vector], Motion]) -> Response:
     """The Response of a branch.
 
     Args:
@@ -42,46 +66,27 @@ def response_of(
         forcing: What drives it.
         branch: Points with omega last among their unknowns.
         method: How it was followed.
-        series: Coefficients (M, n) of every point.
-        table: Their basis.
-        starts: States (q, v) of the points where the unknowns hold them.
-        own: State and coefficients of every event, likewise.
+        motion: Unknowns -> what they stand for.
     """
     n, omega = system.nq, branch.points[:, -1]
-    states = starts if starts is not None else [_start(table, own_series, w) for own_series, w in zip(series, omega, strict=True)]
-    peaks = np.array([peak(table, own_series) for own_series in series])
-    events = []
-    for k, event in enumerate(branch.events):
-        if not genuine(event):
-            continue
-        if own is None:
-            coefficients = event.z[:-1].reshape(-1, n)
-            state = _start(table, coefficients, event.z[-1])
-        else:
-            state, coefficients = own[k]
-        events.append(_event(event, state, peak(table, coefficients)))
-    largest = float(np.max(peaks[:, system.cart_size :]))
-    beyond = "; amplitudes beyond pi are of links that turn over" if largest > np.pi else ""
+    motions = [motion(z) for z in branch.points]
+    states, peaks = np.array([one.start for one in motions]), np.array([peak(one.table, one.coefficients) for one in motions])
+    events = tuple(_event(event, motion(event.z)) for event in branch.events if genuine(event))
+    beyond = "; amplitudes beyond pi are of links that turn over" if np.max(peaks[:, system.cart_size :]) > np.pi else ""
     name = f"{system.name}, {forcing.amplitude:g} {forcing.unit} cos(omega t): {forcing.place}, {method}"
     return Response(
         name, system.name, system.digest, str(forcing.forced), forcing.place, forcing.unit, forcing.amplitude, method,
-        system.q_names or tuple(f"q_{k + 1}" for k in range(n)), omega, np.array([x[:n] for x in states]), np.array([x[n:] for x in states]),
-        peaks, np.array([first(table, own_series) for own_series in series]), branch.multipliers,
-        np.full(len(branch), np.nan) if branch.error is None else branch.error, branch.residual, branch.arclength, tuple(events),
+        system.q_names or tuple(f"q_{k + 1}" for k in range(n)), omega, states[:, :n], states[:, n:], peaks,
+        np.array([first(one.table, one.coefficients) for one in motions]), branch.multipliers,
+        np.full(len(branch), np.nan) if branch.error is None else branch.error, branch.residual, branch.arclength, events,
         branch.status, branch.reason + beyond,
     )  # fmt: skip
 
 
-def _event(event: Special, state: Vector, peaks: Vector) -> ResponseEvent:
-    n = len(peaks)
+def _event(event: Special, motion: Motion) -> ResponseEvent:
+    peaks, state, n = peak(motion.table, motion.coefficients), motion.start, motion.coefficients.shape[1]
     breaks, continues = SAID.get(event.kind, ("", ""))
     return ResponseEvent(event.kind, event.index, float(event.z[-1]), state[:n], state[n:], peaks, event.multipliers, breaks, continues)
-
-
-def _start(table: Basis, series: Vector, omega: float) -> Vector:
-    """(q, v) at phase zero."""
-    value, slope, _ = table.at(np.zeros(1))
-    return np.concatenate([(value @ series)[0], omega * (slope @ series)[0]])
 
 
 def first(table: Basis, series: Vector) -> np.ndarray:

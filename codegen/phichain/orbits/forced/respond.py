@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -15,7 +14,7 @@ from phichain.orbits.forced import by_harmonics, by_shooting
 from phichain.orbits.forced.forcing import forcing_of
 from phichain.orbits.forced.response import Response
 from phichain.orbits.forced.shot import ForcedFlow
-from phichain.orbits.harmonics.condensed import Harmonics
+from phichain.orbits.harmonics.elimination import Harmonics
 from phichain.orbits.tracing import limited
 from phichain.system import Parameters, System
 from phichain.system.arrays import positive
