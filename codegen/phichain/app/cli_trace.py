@@ -90,11 +90,16 @@ def trace(
         harmonics=harmonics, progress=progress_line(system.cart_size),
     )  # fmt: skip
     if sys.stderr.isatty():
-        sys.stderr.write(_CLEAR)
+        sys.stderr.write(clear_line())
     typer.echo(str(branch))
     write(branch, files, lambda: figures().family(branch))
     if branch.status == "interrupted":
         raise typer.Exit(_INTERRUPTED)
+
+
+def clear_line() -> str:
+    """What wipes a line of a terminal."""
+    return _CLEAR
 
 
 def carrying(scene: Scene, method: str = "shooting") -> Scene:

@@ -10,8 +10,10 @@ import numpy as np
 from phichain.continuation import Engine, Evaluation, Point, Problem, follow, start_on
 from phichain.continuation.core import Progress
 from phichain.errors import ConvergenceError, UnsupportedError
+from phichain.orbits.forced import by_shooting
 from phichain.orbits.forced.begun import begun, towards
 from phichain.orbits.forced.floquet import tests_of
+from phichain.orbits.forced.flow import EmittedFlow
 from phichain.orbits.forced.forcing import Forcing
 from phichain.orbits.forced.made import Motion, ends_of, response_of
 from phichain.orbits.forced.response import Response
@@ -19,8 +21,8 @@ from phichain.orbits.forced.series import NEEDED, Found, forced_problem, outer_o
 from phichain.orbits.harmonics.elimination import Harmonics
 from phichain.system import Parameters, System, Vector
 
-USUAL: Final = Harmonics(tail=1e-10)
-"""Folds to eight digits and more."""
+USUAL: Final = Harmonics(tail=1e-8)
+"""Folds keep ten digits: they are stationary, and what the tail leaves out enters squared."""
 UNRESOLVED: Final = "tail of the spectrum"
 
 
@@ -69,18 +71,24 @@ def followed(
         )  # fmt: skip
     tests = [*tests_of(system, forcing.is_odd), _Unresolved(wanted), *ends_of(ends)]
     branch = follow(problem, start, engine, tests, "response", progress=progress)
-    if branch.status == "event" and branch.events[-1].kind == UNRESOLVED:
-        last = branch.events[-1].z[-1]
-        why = f'the harmonics up to {wanted.most} leave a tail above {wanted.tail:g} from omega = {last:.6g} on: method "shooting" goes on'
-        branch = replace(branch, reason=why)
-
     def motion(z: Vector) -> Motion:
         if z.tobytes() not in seen:
             problem.evaluate(z)
         coefficients = seen[z.tobytes()]
         return Motion(table_of(forcing, len(coefficients)), coefficients, float(z[-1]))
 
-    return response_of(system, forcing, branch, "harmonics", motion)
+    if branch.status != "event" or branch.events[-1].kind != UNRESOLVED:
+        return response_of(system, forcing, branch, "harmonics", motion)
+    # The last point is the one whose tail is as long as it may be.
+    why = f"the harmonics up to {wanted.most} leave a tail above {wanted.tail:g} from omega = {branch.events[-1].z[-1]:.6g} on"
+    whole = replace(branch, events=branch.events[:-1])
+    try:
+        flow = EmittedFlow(system, forcing, p)
+    except UnsupportedError as lacking:
+        return response_of(system, forcing, replace(whole, reason=f"{why}, where {lacking.remedy}"), "harmonics", motion)
+    first = response_of(system, forcing, whole, "harmonics", motion)
+    return by_shooting.gone_on(system, forcing, ends, flow, engine, progress, first, why)
+
 
 
 def _remembering(problem: Problem) -> tuple[Problem, dict[bytes, Vector]]:

@@ -14,6 +14,7 @@ from phichain.system.arrays import positive, whole
 
 _LAG: Final = {"relative": 0, "absolute": 1, "adjacent": 2}
 """How many angles before a joint's own one its torque works against, too: tau_theta = S^T tau_phi of a pair of torques on two links."""
+_RANGE: Final = "give (from, to) in rad/s, such as (2, 6)"
 _PLACES: Final = 'use a joint such as 1, "cart" or "base"'
 
 
@@ -76,7 +77,7 @@ def forcing_of(system: System, forced: Any, amplitude: Any, axis: Any = None) ->
         )
     if isinstance(forced, str) and forced.isdecimal():
         forced = int(forced)
-    size = positive("amplitude", amplitude, "give A of A cos(omega t), in N m, N or m/s^2", ArrayError)
+    size = amplitude_of(amplitude)
     force, told = np.zeros(system.nq), False
     if forced == "base":
         if system.base != "moving":
@@ -101,3 +102,33 @@ def forcing_of(system: System, forced: Any, amplitude: Any, axis: Any = None) ->
         forced = joint
     base = np.zeros(2) if system.base == "moving" else np.empty(0)
     return Forcing(forced, size, 1, force, base, told, system.joints.rest_angle is None)
+
+
+def amplitude_of(amplitude: Any) -> float:
+    """A.
+
+    Raises:
+        ArrayError: It is missing, or not positive.
+    """
+    remedy = "give A of A cos(omega t), in N m, N or m/s^2"
+    if amplitude is None:
+        raise ArrayError("amplitude", None, "is missing: nothing is driven without one", remedy)
+    return positive("amplitude", amplitude, remedy, ArrayError)
+
+
+def range_of(omega: Any) -> tuple[float, float]:
+    """From which frequency to which.
+
+    Raises:
+        ArrayError: It is no pair of two different positive numbers.
+    """
+    if omega is None:
+        raise ArrayError("omega", None, "is missing: a forcing without a frequency is a constant load, and drives nothing periodic", _RANGE)
+    try:
+        start, end = omega
+    except (TypeError, ValueError):
+        raise ArrayError("omega", omega, "is no range of frequencies", _RANGE) from None
+    low, high = (positive("omega", value, _RANGE, ArrayError) for value in (start, end))
+    if low == high:
+        raise ArrayError("omega", omega, "is a single frequency", _RANGE)
+    return low, high

@@ -11,16 +11,14 @@ from phichain.continuation import Engine, Options, predictors
 from phichain.continuation.core import Progress
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.orbits.forced import by_harmonics, by_shooting
-from phichain.orbits.forced.forcing import forcing_of
+from phichain.orbits.forced.forcing import forcing_of, range_of
 from phichain.orbits.forced.response import Response
 from phichain.orbits.forced.shot import ForcedFlow
 from phichain.orbits.harmonics.elimination import Harmonics
 from phichain.orbits.tracing import limited
 from phichain.system import Parameters, System
-from phichain.system.arrays import positive
 
 METHODS: Final = ("harmonics", "shooting")
-_RANGE: Final = "give (from, to) in rad/s, such as (2, 6)"
 
 
 def respond(
@@ -66,7 +64,7 @@ def respond(
     if method not in METHODS:
         raise ArrayError("method", method, "is no method", f"use one of {', '.join(METHODS)}")
     forcing = forcing_of(system, forced, amplitude, axis)
-    ends = _range(omega)
+    ends = range_of(omega)
     chosen = options or Options(step=0.02, step_max=0.2, max_points=4000, tol=1e-9)
     if options is not None and not isinstance(options, Options):
         raise ArrayError("options", options, "is no Options", "leave it out, or make one")
@@ -86,20 +84,3 @@ def kept(given: Harmonics | int | None) -> Harmonics:
         return given
     return Harmonics(most=given, least=given)
 
-
-def _range(omega: Any) -> tuple[float, float]:
-    """From which frequency to which.
-
-    Raises:
-        ArrayError: It is no pair of two different positive numbers.
-    """
-    if omega is None:
-        raise ArrayError("omega", None, "is missing: a forcing without a frequency is a constant load, and drives nothing periodic", _RANGE)
-    try:
-        start, end = omega
-    except (TypeError, ValueError):
-        raise ArrayError("omega", omega, "is no range of frequencies", _RANGE) from None
-    low, high = (positive("omega", value, _RANGE, ArrayError) for value in (start, end))
-    if low == high:
-        raise ArrayError("omega", omega, "is a single frequency", _RANGE)
-    return low, high
