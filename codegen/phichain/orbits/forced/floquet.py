@@ -30,6 +30,8 @@ from phichain.system import Parameters, System, Vector
 from phichain.system.power import is_lossy
 
 _NODES: Final = 4
+_FINE: Final = 3.0
+"""Steps for a radian of the chain's own fastest swing."""
 
 
 def _gauss() -> tuple[Vector, Vector, Vector]:
@@ -97,8 +99,11 @@ def linear_of_series(
         p: Runtime parameters.
     """
     is_half = basis.kind == "odd"
-    steps = (basis.highest + 1) * (1 if is_half else 2)
-    width = (np.pi if is_half else 2 * np.pi) / steps
+    span = np.pi if is_half else 2 * np.pi
+    own = _rates(system, forcing, basis, series, omega, p, np.zeros(1))[0]
+    swings = span * float(np.sqrt(np.max(np.abs(np.linalg.eigvals(own @ own))))) / omega
+    steps = max((basis.highest + 1) * (1 if is_half else 2), int(np.ceil(_FINE * swings)))
+    width = span / steps
     phase = (width * (np.arange(steps)[:, None] + _PLACES)).ravel()
     rates = _rates(system, forcing, basis, series, omega, p, phase)
     size = rates.shape[-1]

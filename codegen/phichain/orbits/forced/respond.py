@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-import numpy as np
-
 from phichain.continuation import Engine, Options, predictors
 from phichain.continuation.core import Progress
-from phichain.errors import ArrayError, UnsupportedError
+from phichain.errors import ArrayError
 from phichain.orbits.forced import by_harmonics, by_shooting
 from phichain.orbits.forced.forcing import forcing_of, range_of
 from phichain.orbits.forced.response import Response

@@ -197,10 +197,8 @@ class Response(Held):
             ResponseEvent(kind, int(after), float(omega), q, v, peak, multipliers, breaks, continues)
             for kind, after, omega, q, v, peak, multipliers, breaks, continues in rows
         )
-        plain = {name: meta[name] for name in _TEXTS}
-        return cls(
-            **plain, amplitude=float(meta["amplitude"]), names=tuple(meta["names"]), events=events, **{name: arrays[name] for name in _ARRAYS}
-        )
+        held: dict[str, Any] = {name: meta[name] for name in _TEXTS} | {name: arrays[name] for name in _ARRAYS}
+        return cls(**held, amplitude=float(meta["amplitude"]), names=tuple(meta["names"]), events=events)
 
     def _said(self) -> dict[str, Any]:
         return {
