@@ -22,14 +22,14 @@ damping = 0.05
 [functions]
 want = ["forward_dynamics"]
 """
-ASKED = ("response", "one.toml", "--set", "gravity=9.81", "--at", 1, "--amplitude", 0.4, "--from", 3.5, "--to", 5)
+ASKED = ("response", "one.toml", "--set", "gravity=9.81", "--at", 1, "--amplitude", 0.15, "--from", 3.5, "--to", 5)
 
 
 def test_a_response_by_both_methods(command: Command, tmp_path: Path) -> None:
     (tmp_path / "one.toml").write_text(PENDULUM)
     answer = command(*ASKED, "--out", "r.json", "--out", "r.csv", "--out", "r.npz", "--out", "r.png")
     assert answer.code == 0, answer.err
-    assert "0.4 N m cos(omega t): the torque at joint 1, harmonics" in answer.out and "fold at omega = " in answer.out
+    assert "0.15 N m cos(omega t): the torque at joint 1, harmonics" in answer.out and "fold at omega = " in answer.out
     found = json.loads((tmp_path / "r.json").read_text())
     assert found["kind"] == "response" and found["points"][-1]["omega"] == 5 and found["digest"] == find_scene("one.toml").digest
     assert (tmp_path / "r.png").stat().st_size > 10_000

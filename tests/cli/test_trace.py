@@ -80,7 +80,6 @@ def test_control_c_leaves_a_file_to_go_on_from(command: Command, monkeypatch: py
     ("options", "says"),
     [
         (("--mode", 3), "mode"),
-        (("--method", "harmonics"), "shooting"),
         (("--method", "guessing"), "method"),
         (("--switch",), "switch"),
         (("--until", "theta_7=1"), "theta_1"),
