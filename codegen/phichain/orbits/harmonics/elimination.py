@@ -122,7 +122,10 @@ class Memory:
 
     def near(self, z: Vector, sizes: Vector) -> Series | None:
         """The solution nearest to z; None where there is none."""
-        return min(self.last, key=lambda one: float(np.max(np.abs((one.z - z) / sizes))), default=None)
+        if not self.last:
+            return None
+        apart = np.abs((np.array([one.z for one in self.last]) - z) / sizes).max(axis=1)
+        return self.last[int(apart.argmin())]
 
 
 @dataclass(frozen=True)
@@ -171,12 +174,13 @@ def eliminated(split: Split, z: Vector, guess: Vector, wanted: Harmonics) -> tup
         found = split.balance(table, coefficients, float(z[-1]))
         slopes = found.jacobian.reshape(size * n, size, n)
         by_higher = split.by_higher(slopes)
-        own = np.column_stack([found.residual.ravel(), split.by_outer(slopes), found.by_omega.ravel()])
+        own = np.empty((size * n, len(z) + 1))
+        own[:, 0], own[:, 1:-1], own[:, -1] = found.residual.ravel(), split.by_outer(slopes), found.by_omega.ravel()
         try:
             answer = np.linalg.solve(by_higher[kept:], own[kept:])
         except np.linalg.LinAlgError:
             return None
-        step, largest = float(np.max(np.abs(answer[:, 0]), initial=0.0)), float(np.max(np.abs(coefficients)))
+        step, largest = float(np.abs(answer[:, 0]).max(initial=0.0)), float(np.abs(coefficients).max())
         is_settled = step <= _SETTLED * max(largest, _SETTLED)
         if not (is_settled or step < 2 * before):
             return None
@@ -185,26 +189,28 @@ def eliminated(split: Split, z: Vector, guess: Vector, wanted: Harmonics) -> tup
         if not is_settled:
             continue
         coefficients = split.whole(z, higher)
-        left = tail(coefficients, table.order)
+        left = tail(coefficients, table)
         if left > wanted.tail and table.highest < wanted.most:
             more = split.functions(wanted.above(table.highest, left)) - split.outer
             higher, before = resized(higher, more), np.inf
             continue
         reduced = own[:kept] - by_higher[:kept] @ answer
         by_z: Vector = np.negative(answer[:, 1:])
-        series = _trimmed(split, Series(z.copy(), coefficients, split.outer, by_z, left), table, wanted)
+        series = _trimmed(
+            split, Series.made(z=z.copy(), coefficients=coefficients, outer=split.outer, by_z=by_z, tail=left), table, wanted
+        )
         return reduced[:, 0], reduced[:, 1:], series
     return None
 
 
 def _trimmed(split: Split, series: Series, table: Basis, wanted: Harmonics) -> Series:
     """The same with fewer harmonics, where those left out are far below what is wanted."""
-    lower = wanted.below(table.highest)
-    fewer = split.functions(lower)
+    lower = basis(split.kind, wanted.below(table.highest))
+    fewer = lower.size
     if fewer >= table.size or fewer < split.outer:
         return series
-    order, largest = table.order, float(np.max(np.abs(series.coefficients)))
-    left = float(np.max(np.abs(series.coefficients[order >= np.unique(order[:fewer])[-2]])))
+    largest = float(np.abs(series.coefficients).max())
+    left = float(np.abs(series.coefficients[lower.last :]).max())
     if left > _SPARE * wanted.tail * largest:
         return series
     n = series.coefficients.shape[1]
