@@ -51,7 +51,7 @@ def response(
 ) -> None:
     """Follow the periodic motions under A cos(omega t) from one frequency to another, through folds, with their stability."""
     from phichain.orbits.forced import respond
-    from phichain.orbits.forced.forcing import amplitude_of, range_of
+    from phichain.orbits.forced.forcing import amplitude_of, demand_planar, range_of
     from phichain.pipeline import build as built
     from phichain.scene.library import find_scene
     from phichain.system.starts import parameters
@@ -60,6 +60,7 @@ def response(
     chosen = find_scene(scene)
     ends = range_of(None if start is None or end is None else (start, end))
     size = amplitude_of(amplitude)
+    demand_planar(chosen.name, chosen.space)
     place = int(at) if at is not None and at.isdecimal() else at
     system = built(driven(chosen, place, axis))
     # The file is to name the scene that was given, whatever functions this command needed of it besides.
@@ -91,9 +92,6 @@ def driven(scene: Scene, place: int | str | None, axis: int | None) -> Scene:
     from phichain.scene.load import scene_from_dict
 
     tables = scene.to_dict()
-    absent = [name for name in balance.NEEDED if ROWS[name].absence(scene) is not None]
-    if absent:
-        return scene
     tables["functions"] = {"want": sorted({*scene.want, *balance.NEEDED})}
     flows = ROWS["propagate"].absence(scene) is None and scene.real == "double" and "propagate_stiff" not in scene.want
     here = scene.forced if place is None else place

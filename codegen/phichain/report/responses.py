@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from phichain.orbits.forced import Response
+    from phichain.system import System
 
 _MARKS: Final = {"fold": "o", "symmetry breaking": "s", "period doubling": "D", "neimark-sacker": "^", "branch point": "P"}
 
@@ -41,7 +43,30 @@ def peaks(axes: Any, found: Response) -> None:
             places = [(event.omega, event.peak[k]) for event in events]
             label = kind if k == angles[0] else None
             axes.plot(*np.transpose(places), mark, color=colour, markersize=5, markerfacecolor="white", label=label)
-    axes.set(ylabel="peak (rad)", ylim=(0.0, None))
+    axes.set(ylabel="peak (rad)")
+    axes.autoscale(axis="y")
+    axes.set_ylim(bottom=0.0)
+    axes.legend(loc="upper right")
+
+
+def spectra(axes: Any, system: System, orbits: Sequence[np.ndarray]) -> None:
+    """Sizes of the harmonics of brake orbits, largest link, over their numbers: straight lines on a logarithmic scale, the steeper the smaller.
+
+    Args:
+        axes: Where to draw.
+        system: The chain, with what harmonic balance calls.
+        orbits: (q_0, omega) of each.
+    """
+    from phichain.orbits.harmonics.condensed import condensed_problem
+    from phichain.orbits.modes import linear_modes
+
+    modes = linear_modes(system)
+    problem = condensed_problem(system, omega=float(modes.omega[0]), shape=modes.shapes[:, 0])
+    for z, colour in zip(orbits, shades(len(orbits)), strict=True):
+        sizes = np.max(np.abs(problem.evaluate(z).extra.found.coefficients), axis=1)
+        largest = np.max(np.abs(z[system.cart_size : -1]))
+        axes.semilogy(2 * np.arange(len(sizes)) + 1, sizes, ".-", color=colour, markersize=4, linewidth=0.8, label=f"{largest:.2g} rad")
+    axes.set(xlabel="harmonic", ylabel="amplitude (rad)")
     axes.legend(loc="upper right")
 
 

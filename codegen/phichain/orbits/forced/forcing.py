@@ -64,10 +64,7 @@ def forcing_of(system: System, forced: Any, amplitude: Any, axis: Any = None) ->
         ArrayError: The chain has no such place or axis, or the amplitude is not positive.
         UnsupportedError: The scene is spatial.
     """
-    if not system.is_planar:
-        raise UnsupportedError(
-            "system", system.name, "is spatial, and frequency responses are those of planar chains", "use a planar scene, or simulate it"
-        )
+    demand_planar(system.name, system.space)
     said = system.scene.get("forcing", {})
     forced = said.get("forced") if forced is None else forced
     axis = said.get("axis") if axis is None else axis
@@ -102,6 +99,18 @@ def forcing_of(system: System, forced: Any, amplitude: Any, axis: Any = None) ->
         forced = joint
     base = np.zeros(2) if system.base == "moving" else np.empty(0)
     return Forcing(forced, size, 1, force, base, told, system.joints.rest_angle is None)
+
+
+def demand_planar(name: str, space: str) -> None:
+    """Refuse a spatial chain.
+
+    Raises:
+        UnsupportedError: It is one.
+    """
+    if space != "planar":
+        raise UnsupportedError(
+            "system", name, "is spatial, and frequency responses are those of planar chains", "use a planar scene, or simulate it"
+        )
 
 
 def amplitude_of(amplitude: Any) -> float:
