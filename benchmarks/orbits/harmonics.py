@@ -118,10 +118,10 @@ def response(run: plan.Plan) -> Work:
 def tables(run: plan.Plan) -> list[Table]:
     """Both pieces of work."""
     notes = (
-        "Errors: of omega against the elliptic integral, largest over the family's points; of the first harmonic against motions shot at the"
-        " same frequencies, largest over the response's points, relative to the largest amplitude.",
-        "Ours locate folds, branch points and energy extrema, measure gaps, choose the number of harmonics at every point, and compute Floquet"
-        " multipliers of the response; NumPy's form computes points alone, pyHarm's points and folds by a change of sign.",
+        ("Errors: of omega against the elliptic integral, largest over the family's points; of the first harmonic against motions shot at the"
+        " same frequencies, largest over the response's points, relative to the largest amplitude."),
+        ("Ours locate folds, branch points and energy extrema, measure gaps, choose the number of harmonics at every point, and compute Floquet"
+        " multipliers of the response; NumPy's form computes points alone, pyHarm's points and folds by a change of sign."),
     )
     return [detail("Everybody", [family(run), response(run)], notes)]
 

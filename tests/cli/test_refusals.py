@@ -131,8 +131,8 @@ def test_trace_of_a_mode_that_is_not_there(command: Command) -> None:
 
 
 def test_trace_of_a_spatial_chain(command: Command) -> None:
-    answer = command("trace", "paper_b")
-    assert answer.code == 2 and answer.err.count("\n") == 1
+    answer = command("trace", "paper_b", "--method", "shooting")
+    assert answer.code == 2 and answer.err.count("\n") == 1 and 'method = "conical"' in answer.err
 
 
 def test_a_fault_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,6 +11,7 @@ import pytest
 from phichain.app import cli_trace
 from phichain.app.cli_trace import carrying, progress_line
 from phichain.continuation import Branch
+from phichain.orbits import Network
 from phichain.scene.library import find_scene
 from tests.cli.conftest import Command
 
@@ -58,6 +59,30 @@ def test_one_harmonic_says_how_far_it_is_off(command: Command, tmp_path: Path) -
     assert 1e-3 < found["points"][-1]["error"] < 0.1 and found["points"][0]["error"] < 1e-6
 
 
+CONE = """name = "cone"
+[chain]
+links = 1
+space = "spatial"
+mass = 0.7
+length = 0.5
+[functions]
+want = ["forward_dynamics"]
+"""
+
+
+def test_a_spatial_chain_turns_about_the_vertical(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "cone.toml").write_text(CONE)
+    answer = command("trace", "cone.toml", "--method", "conical", "--until", "theta_1=1", "--out", "f.json")
+    assert answer.code == 0, answer.err
+    found = json.loads((tmp_path / "f.json").read_text())
+    last = found["points"][-1]
+    assert found["method"] == "conical" and last["start"]["q"] == pytest.approx([np.sin(1), 0, np.cos(1)], abs=1e-15)
+    assert last["omega"] == pytest.approx(np.sqrt(9.81 / (0.5 * np.cos(1))), rel=1e-14)
+    assert last["start"]["v"] == pytest.approx(last["omega"] * np.array([-np.sin(1) * np.cos(1), 0, np.sin(1) ** 2]), rel=1e-14)
+    refused = command("trace", "planar1", "--method", "conical")
+    assert refused.code == 2 and "spatial" in refused.err and refused.err.count("\n") == 1
+
+
 def test_control_c_leaves_a_file_to_go_on_from(command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     told = []
 
@@ -81,7 +106,6 @@ def test_control_c_leaves_a_file_to_go_on_from(command: Command, monkeypatch: py
     [
         (("--mode", 3), "mode"),
         (("--method", "guessing"), "method"),
-        (("--switch",), "switch"),
         (("--until", "theta_7=1"), "theta_1"),
         (("--until", "amplitude=1", "--amplitude-max", 2), "amplitude_max"),
         (("--through", -1), "through"),
@@ -121,3 +145,30 @@ def test_progress_is_for_terminals(monkeypatch: pytest.MonkeyPatch, capsys: pyte
 
     tell(Somewhere(), 0.01)
     assert "amplitude 0.7500 rad" in capsys.readouterr().err
+
+def test_a_network_is_written_and_gone_on_with(command: Command, tmp_path: Path) -> None:
+    """Two links up to a little beyond the odd loss; a family from a point of a file, and one from a state and a period."""
+    answer = command("trace", "planar2", "--until", "theta_1=1.1", "--switch", "--max-points", 30, "--out", "n.json", "--out", "n.png")
+    assert (tmp_path / "n.png").stat().st_size > 10_000
+    assert answer.code == 0 and "opens [1]" in answer.out and "odd about T/4" in answer.out
+    network = Network.from_json(tmp_path / "n.json")
+    again = command("trace", "planar2", "--until", "theta_1=1.1", "--switch", "--max-points", 30, "--resume", "n.json", "--out", "m.json")
+    assert again.code == 0 and (tmp_path / "m.json").read_text() == (tmp_path / "n.json").read_text()
+    network.branches[1].to_json(tmp_path / "odd.json")
+    started = command("trace", "planar2", "--start", "odd.json:9", "--max-points", 3)
+    assert started.code == 0 and "odd about T/4, over a half period, from an orbit: 3 points" in started.out
+    typed = command("trace", "planar2", "--start", "q=1,0.21; period=1.7", "--until", "theta_1=1.2", "--max-points", 30)
+    assert typed.code == 0 and "theta_1 = 1.2" in typed.out
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (("--switch", "--out", "n.csv"), "no suffix"), (("--switch", "--method", "one harmonic"), "those of shooting"),
+        (("--start", "none.json"), "no branch can be read"), (("--start", "q=1,2; period=x"), "not a list of numbers"),
+        (("--start", "q=0.9; period=0.3"), "linear mode"), (("--start", "q=0; period=1"), "hangs still"),
+    ],
+)  # fmt: skip
+def test_networks_and_starts_that_are_refused(command: Command, options: tuple, says: str) -> None:
+    answer = command("trace", "planar1", *options)
+    assert answer.code == 2 and answer.err.count("\n") == 1 and says in answer.err

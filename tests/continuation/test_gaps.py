@@ -86,3 +86,14 @@ def test_a_step_across_a_narrow_gap_is_seen_whatever_its_length(reach: float) ->
             return Point(y, tangent_of(jacobian, turn.T @ np.array([1.0, 0.0])), s, jacobian, 0.0, 1, (), Extra())
 
         assert is_crossed_smoothly(problem, point(-reach, 0.0), point(1.3 * reach, 2.3 * reach), Engine()) is is_smooth
+
+
+@pytest.mark.parametrize("step_max", [0.5, 0.1, 0.03, 0.004])
+@pytest.mark.parametrize("width", [1e-6, 3e-7])
+def test_what_no_step_tells_from_a_branch_point_is_crossed(width: float, step_max: float) -> None:
+    """Whatever the step: a run that saw the gap goes on where one that stepped over it does."""
+    branch, turn = run(width**2, step_max=step_max, bend=0.7)
+    u, v = turn @ branch.points[-1] - AWAY
+    assert u > 1 and v == pytest.approx(0.7 * u**2, abs=1e-9)
+    assert len(branch.passages) + len(branch.located("branch point")) == 1
+    assert all(gap.is_crossed and gap.width == pytest.approx(width, rel=0.3) for gap in branch.passages)

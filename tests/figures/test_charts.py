@@ -11,8 +11,14 @@ import pytest
 from scipy.special import jv
 
 from phichain.motion import simulate
+from phichain.orbits import conical_families, trace
+from phichain.orbits.conical import NEEDED
+from phichain.papers.families import exact_families, shooting_chain
 from phichain.papers.figures import families, paper_a_chain, slowest_family
+from phichain.pipeline import build
 from phichain.report.charts import charts, hanging_chain_frequency, known_orbits, pendulum_frequency
+from phichain.report.orbits import plane
+from phichain.scene import scene_from_dict
 
 OMEGA_0 = np.sqrt(9.81 / 0.5)
 
@@ -91,3 +97,47 @@ def test_the_sheet_shows_families_orbits_and_the_exact_curve(short: dict) -> Non
     # Two angles of three orbits, one of them unstable, so hollow.
     orbits = [line for line in second.get_lines() if len(line.get_xdata()) == 1]
     assert len(orbits) == 6 and sum(line.get_markerfacecolor() == "white" for line in orbits) == 2
+
+
+def test_the_exact_families_are_drawn_over_one_harmonic(short: dict) -> None:
+    exact = {links: exact_families(links) for links in (1, 2)}
+    sheet = charts({links: short[links] for links in (1, 2)}, {1: short[1][0]}, OMEGA_0, exact)
+    dotted = [line.get_xydata() for line in sheet.axes[1].get_lines() if line.get_linestyle() == ":"]
+    family = exact[2][0]
+    for k, data in enumerate(dotted):
+        np.testing.assert_array_equal(data, np.column_stack([family.column(f"theta_{k + 1}"), family.column("omega")]))
+    assert len(dotted) == 2
+    # The hollow and full dots of the reference lie on them.
+    for line in sheet.axes[1].get_lines():
+        if len(line.get_xdata()) == 1:
+            at = line.get_xydata()[0]
+            assert min(np.min(np.hypot(*(data - at).T)) for data in dotted) < 0.06
+
+
+def test_several_families_in_one_picture_have_all_their_events() -> None:
+    exact = exact_families(2)
+    sheet = plane.energies(exact, "two")
+    (axes,) = sheet.axes
+    marks = [line for line in axes.get_lines() if len(line.get_xdata()) == 1]
+    assert len(marks) == sum(len(branch.own_events) for branch in exact)
+    assert "3 of mode 2" in {text.get_text() for text in axes.texts}
+    kinds = {event.kind.split(" of ")[0].rstrip("0123456789 ") for branch in exact for event in branch.own_events}
+    assert kinds | {"mode 1", "mode 2"} == {text.get_text() for text in axes.get_legend().get_texts()}
+
+
+def test_a_network_says_what_hangs_on_what() -> None:
+    system = shooting_chain(2)
+    found = trace(system, 1, until="theta_1=1.2", switch=True, generations=1, limits={"max_points": 60})
+    (axes,) = plane.network(found).axes
+    said = " ".join(text.get_text() for text in axes.texts)
+    for link in found.links:
+        assert link.to < 0 or f"{link.how} [{link.to}]" in said
+    assert len(axes.get_legend().get_texts()) == len(found) > 1
+
+
+def test_conical_families_are_drawn_over_angular_momentum() -> None:
+    scene = {"name": "cone1", "chain": {"links": 1, "space": "spatial", "mass": 0.7, "length": 0.5}, "functions": {"want": list(NEEDED)}}
+    families = conical_families(build(scene_from_dict(scene)))
+    angles, momentum = plane.conical(families).axes
+    np.testing.assert_array_equal(momentum.get_lines()[0].get_xydata(), np.column_stack([families[0].momentum, families[0].energy]))
+    assert np.isfinite(momentum.get_lines()[1].get_xdata()).all() and len(angles.get_lines()) >= 2

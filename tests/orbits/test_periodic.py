@@ -8,8 +8,18 @@ from scipy.integrate import solve_ivp
 
 from phichain.continuation import Branch, Engine, Options, Special, follow, start_on
 from phichain.errors import UnsupportedError
-from phichain.orbits import half_problem, linear_modes, quarter_problem, trace, whole_problem
+from phichain.orbits import (
+    half_problem,
+    linear_modes,
+    quarter_problem,
+    reversible_problem,
+    trace,
+    whole_problem,
+)
+from phichain.orbits.closed.canonical import frame
+from phichain.orbits.closed.states import energy_of, field, gradient
 from phichain.system import rhs
+from tests.handmade import paper_b
 from tests.orbits.shot import uniform
 
 SIZE = 0.4
@@ -35,7 +45,7 @@ def beyond(event: Special, make, columns: slice, sign: float, share: float) -> B
     direction = np.zeros(6)
     direction[columns] = own / np.max(np.abs(own))
     # The reference has to move: a little later on the orbit.
-    problem = make(system, near=rest + SIZE * direction[:4], omega=omega)
+    problem = make(system, omega=omega, near=rest + SIZE * direction[:4])
     start = start_on(problem, np.append(rest, [0.0, omega]) + SIZE * direction, direction, ENGINE, fixed=True)
     return follow(problem, start, ENGINE, [])
 
@@ -109,8 +119,54 @@ def test_energy_is_counted_from_the_hanging_rest() -> None:
 
 
 def test_what_has_no_such_orbits_is_refused() -> None:
-    cart = uniform(1, base="cart", cart_mass=0.4)
-    with pytest.raises(UnsupportedError, match="base"):
-        half_problem(cart, near=np.ones(4), omega=1.0)
     with pytest.raises(UnsupportedError, match="equilibrium"):
         whole_problem(uniform(2), near=np.zeros(4), omega=1.0)
+    for make in (half_problem, whole_problem):
+        with pytest.raises(UnsupportedError, match="space"):
+            make(paper_b(), omega=1.0)
+
+
+@pytest.mark.parametrize("base", ["fixed", "cart"])
+def test_brake_orbits_solve_every_problem_with_fewer_symmetries(base: str) -> None:
+    """Three links, with all their kappa: those of P over T/2, and 2 kappa^2 - 1 over T, whatever closes them."""
+    more = {"base": "cart", "cart_mass": 0.4} if base == "cart" else {}
+    system = uniform(3, **more)
+    branch = trace(system, 2, until="amplitude=0.35")
+    z, n = branch.points[-1], system.nq
+    omega, kappa = z[-1], branch.multipliers[-1]
+    end = system.propagate(z[:-1], np.zeros(n), 0.0, np.pi / (2 * omega), 1e-16)
+    straight = np.concatenate([end.q, end.v, [0.0, omega]])
+    for problem, orbit, wanted in (
+        (half_problem(system, omega=omega), straight, kappa),
+        (whole_problem(system, omega=omega), straight, 2 * kappa**2 - 1),
+        (reversible_problem(system, rests=True, omega=omega), z, 2 * kappa**2 - 1),
+        (reversible_problem(system, rests=False, omega=omega), np.append(end.v, omega), 2 * kappa**2 - 1),
+    ):
+        residual, jacobian, extra = problem.evaluate(orbit)
+        assert np.max(np.abs(residual)) < 1e-13
+        assert np.sort(extra.multipliers.real) == pytest.approx(np.sort(wanted.real), abs=1e-12)
+        assert np.linalg.matrix_rank(jacobian) == len(residual)
+        at = orbit + 0.01
+        for k, h in enumerate(1e-5 * np.eye(len(orbit))):
+            slope = (problem.evaluate(at + h).residual - problem.evaluate(at - h).residual) / 2e-5
+            assert problem.evaluate(at).jacobian[:, k] == pytest.approx(slope, abs=2e-6, rel=1e-7)
+
+
+def test_the_frame_is_canonical_where_the_chain_moves() -> None:
+    """A flow between canonical coordinates is symplectic, and the energy's gradient is -J times the flow."""
+    system = uniform(2, base="cart", cart_mass=0.4)
+    mass = system.mass_matrix(np.array([0.1, 0.5, -0.3]))
+    rates = np.array([1.3, -2.1])
+    q, v = np.array([0.1, 0.5, -0.3]), np.append(-mass[0, 1:] @ rates / mass[0, 0], rates)
+    found = system.propagate(q, v, 0.0, 0.8, 1e-16, transition=np.eye(6))
+    out, own = frame(system, None, q, v)
+    back = frame(system, None, found.q, found.v)[1]
+    map_ = back @ found.transition @ out
+    turn = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.eye(2), np.zeros((2, 2))]])
+    assert map_.T @ turn @ map_ == pytest.approx(turn, abs=1e-12)
+    assert own @ out == pytest.approx(np.eye(4), abs=1e-13)
+    slope = gradient(own @ field(system, None, q, v)) @ own @ out
+    energy = energy_of(system)
+    for k, column in enumerate(out.T):
+        ahead, behind = (energy(q + s * column[:3], v + s * column[3:]) for s in (1e-5, -1e-5))
+        assert slope[k] == pytest.approx((ahead - behind) / 2e-5, abs=1e-8)

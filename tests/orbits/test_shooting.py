@@ -135,12 +135,6 @@ def test_what_shooting_lacks_is_said_in_one_sentence() -> None:
     assert trace(bare, amplitude_max=0.3).method == "one harmonic"
 
 
-@pytest.mark.parametrize(("options", "words"), [({"switch": True}, "not followed")])
-def test_what_there_is_not_is_refused(options, words) -> None:
-    with pytest.raises(UnsupportedError, match=words):
-        trace(uniform(1), **options)
-
-
 def test_it_is_cheap_in_evaluations() -> None:
     """A family of one link up to 3 rad takes less than two hundred propagations."""
     branch = trace(uniform(1), until="theta_1=3", options=Options(step=0.05, step_max=0.2, tol=1e-9))

@@ -176,7 +176,7 @@ def test_a_symmetric_branch_point_is_found() -> None:
         (lambda: trace(uniform_planar(2), amplitude_max=-1.0), ToleranceError, "positive"),
         (lambda: trace(uniform_planar(2), amplitude_max=np.nan), ToleranceError, "amplitude_max: must be positive and finite"),
         (lambda: trace(uniform_planar(2), amplitude_start=4.0), ToleranceError, "rising"),
-        (lambda: trace(paper_b()), UnsupportedError, "no scalar amplitudes"),
+        (lambda: trace(paper_b(), method="shooting"), UnsupportedError, "no scalar amplitudes"),
         (lambda: trace(uniform_planar(2, damping=[1, 1])), UnsupportedError, "damping"),
         (lambda: trace(uniform_planar(2, leave_out=["phi"])), AbsentFunctionError, "phi"),
     ],

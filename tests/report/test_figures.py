@@ -88,15 +88,40 @@ def test_a_controlled_chain_on_a_fixed_base_has_no_cart_panel() -> None:
 
 def test_a_family_is_drawn_over_every_links_amplitude() -> None:
     branch = trace(uniform_planar(2), amplitude_max=2.5)
-    left, right = figures.family(branch).axes
+    left, right, listed = figures.family(branch).axes
     shown = curves(left)
     for k in (1, 2):
         expected = np.column_stack([branch.column(f"amplitude_theta_{k}"), branch.column("omega")])
         np.testing.assert_allclose(shown[f"$A_{{{k}}}$"], expected)
     np.testing.assert_allclose(right.get_lines()[0].get_xdata(), branch.energy)
-    folds = [event for k in (1, 2) for event in branch.located(f"fold in amplitude_theta_{k}")]
-    marks = [line for line in left.get_lines() if line.get_marker() == "o"]
-    assert sum(len(line.get_xdata()) for line in marks) == len(folds)
+    events = branch.events[:-1]
+    assert {"fold in omega", "energy extremum"} <= {event.kind for event in events}
+    # Every event is marked on every link and on the energy, numbered, and named in the list.
+    places = {(line.get_xdata()[0], line.get_ydata()[0]) for line in left.get_lines() if len(line.get_xdata()) == 1}
+    assert places == {(event.z[k], event.z[-1]) for event in events for k in (0, 1)}
+    assert sum(len(line.get_xdata()) == 1 for line in right.get_lines()) == len(events)
+    numbers = {word for text in left.texts for word in text.get_text().split(",")}
+    assert numbers == {str(k + 1) for k in range(len(events))}
+    for k, event in enumerate(events):
+        assert listed.texts[k].get_text().startswith(f"{k + 1}  {event.kind}: {event.z[-1]:.6g} rad/s")
+        along = [line.get_xdata()[0] for line in right.get_lines() if len(line.get_xdata()) == 1][k]
+        assert along == pytest.approx(np.interp(event.arclength, branch.arclength, branch.energy), rel=2e-2, abs=1e-3)
+
+
+def test_stable_orbits_are_drawn_thick() -> None:
+    branch = trace(uniform_planar(1), amplitude_max=1.0)
+    kappa = np.linspace(0.5, 1.5, len(branch))[:, None].astype(complex)
+    axes = figures.family(replace(branch, method="shooting", multipliers=kappa)).axes[0]
+    thick = next(line for line in axes.get_lines() if line.get_linewidth() > 2)
+    assert np.array_equal(np.isfinite(thick.get_xdata()), kappa[:, 0].real <= 1)
+
+
+def test_angles_beyond_pi_are_said_and_not_drawn() -> None:
+    branch = trace(uniform_planar(1), amplitude_max=3.0)
+    points = branch.points.copy()
+    points[-3:, 0] = 3.3
+    axes = figures.family(replace(branch, points=points)).axes[0]
+    assert "not drawn beyond" in axes.get_xlabel() and np.nanmax(axes.get_lines()[0].get_xdata()) < np.pi
 
 
 def test_a_family_without_energy_is_one_panel() -> None:

@@ -76,7 +76,7 @@ def response(
     typer.echo(str(found))
 
     def drawn() -> object:
-        from phichain.report.responses import response as drawing
+        from phichain.report.orbits.responses import response as drawing
 
         return drawing(found)
 

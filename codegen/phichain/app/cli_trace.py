@@ -42,9 +42,12 @@ def register(app: typer.Typer) -> None:
 
 def trace(
     scene: SceneWord,
-    mode: Annotated[int, typer.Option(min=1, help="Mode to start from, by rising linear frequency.")] = 1,
+    mode: Annotated[int, typer.Option(min=1, help="Mode to start from, by rising linear frequency; where a conical family begins.")] = 1,
     method: Annotated[
-        str, typer.Option(help='"shooting" (whole orbits, with their stability), "harmonics" (Fourier series), "one harmonic", or auto: shooting where it serves.')
+        str, typer.Option(
+            help='"shooting" (whole orbits, with their stability), "harmonics" (Fourier series), "one harmonic", "conical" (a spatial chain '
+            'turning about the vertical), "in a plane" (one swinging), or auto: shooting or conical where they serve.'
+        ),
     ] = "auto",
     until: Annotated[
         str | None,
@@ -56,7 +59,19 @@ def trace(
     through: Annotated[
         float | None, typer.Option(metavar="WIDTH", help="Cross gaps up to this half width, in arclength, instead of turning.")
     ] = None,
-    switch: Annotated[bool, typer.Option("--switch", help="Follow the branches that events open, too.")] = False,
+    switch: Annotated[
+        bool, typer.Option("--switch", help="Follow the branches that events open, too: a network, written to .json or drawn as .png.")
+    ] = False,
+    generations: Annotated[
+        int, typer.Option(min=1, help="How far from the first branch --switch goes: 2 follows what opens on what opens.")
+    ] = 1,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ORBIT",
+            help='Start from an orbit instead of a mode: FILE.json or FILE.json:POINT of a family, or "q=1,0.2; v=0,0; period=1.7".',
+        ),
+    ] = None,
     harmonics: Annotated[
         int | None, typer.Option(metavar="H", help="Highest harmonic of --method harmonics; by the tail of the spectrum unless given.")
     ] = None,
@@ -70,29 +85,32 @@ def trace(
     ] = None,
     out: OutFiles = None,
 ) -> None:
-    """Follow a family of limit cycles from small amplitudes; Ctrl-C ends it, and what there is can be gone on with."""
+    """Follow a family of limit cycles, or a conical family, from small amplitudes; Ctrl-C ends it, and what there is can be gone on with."""
     from phichain.orbits import trace as traced
     from phichain.pipeline import build as built
     from phichain.scene.library import find_scene
     from phichain.system.starts import parameters
 
-    files = named(out, (".json", ".csv", ".npz", ".png"))
+    files = named(out, (".json", ".png") if switch else (".json", ".csv", ".npz", ".png"))
     chosen = find_scene(scene)
-    system = built(carrying(chosen, method) if _shoots(chosen, method) else chosen)
+    system = built(carrying(chosen, method, switch or start is not None))
     # The file is to name the scene that was given, whatever functions this command needed of it besides.
     system = replace(system, digest=chosen.digest)
     if (values := parameters(settings or [])) is not None:
         system = replace(system, params=values)
-    end = 3.0 if until is None and amplitude_max is None else amplitude_max
+    # A conical family goes on to where its links lie flat.
+    turns = not system.is_planar and method != "in a plane"
+    is_free = until is not None or amplitude_max is not None or start is not None or turns
     steps = {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
     branch = traced(
-        system, mode, end, method=method, until=until, through=through, switch=switch, resume=resume, limits=steps,
-        harmonics=harmonics, progress=progress_line(system.cart_size),
+        system, mode, amplitude_max if is_free else 3.0, method=method, until=until, through=through, switch=switch, resume=resume, limits=steps,
+        generations=generations, start=start, harmonics=harmonics,
+        progress=progress_line(system.cart_size if system.is_planar else int(system.has_cart)),
     )  # fmt: skip
     if sys.stderr.isatty():
         sys.stderr.write(clear_line())
     typer.echo(str(branch))
-    write(branch, files, lambda: figures().family(branch))
+    write(branch, files, lambda: _drawn(branch))
     if branch.status == "interrupted":
         raise typer.Exit(_INTERRUPTED)
 
@@ -102,26 +120,42 @@ def clear_line() -> str:
     return _CLEAR
 
 
-def carrying(scene: Scene, method: str = "shooting") -> Scene:
-    """The same chain with the functions that the method calls, shooting among them, its flow carrying derivatives along."""
+def _drawn(found: Any) -> Any:
+    """A family, or a network, drawn."""
+    from phichain.orbits import Network
+
+    if isinstance(found, Network):
+        from phichain.report.orbits import plane
+
+        return plane.network(found)
+    return figures().family(found)
+
+
+def carrying(scene: Scene, method: str = "shooting", beyond: bool = False) -> Scene:
+    """The same chain with the functions that the method calls, its flow carrying derivatives along where that shoots.
+
+    Args:
+        scene: The scene.
+        method: The method.
+        beyond: Whether orbits without the symmetries of brake orbits are to be followed.
+    """
+    from phichain.orbits import conical, in_plane, shooting
     from phichain.orbits.harmonics import family
-    from phichain.orbits.shooting import NEEDED
     from phichain.scene.load import scene_from_dict
 
+    turns = scene.space == "spatial" and method in ("auto", "conical") and scene.damping is None
+    shoots = scene.space == "planar" and method in ("auto", "shooting", "harmonics") and scene.real == "double" and scene.damping is None
+    swings = scene.space == "spatial" and method == "in a plane" and scene.real == "double" and scene.damping is None
+    needed = {*(conical.NEEDED if turns else in_plane.NEEDED if swings else shooting.NEEDED if shoots else ())}
+    if shoots:
+        needed |= {*(family.NEEDED if method == "harmonics" else ()), *(("forward_dynamics",) if beyond else ())}
+    if needed <= {*scene.want} and (scene.variational or not (shoots or swings)):
+        return scene
     tables = scene.to_dict()
-    balanced = family.NEEDED if method == "harmonics" else ()
-    tables["functions"] = {"want": sorted({*scene.want, *NEEDED, *balanced})}
-    tables["flow"] = {"variational": True}
+    tables["functions"] = {"want": sorted({*scene.want, *needed})}
+    if shoots or swings:
+        tables["flow"] = {"variational": True}
     return scene_from_dict(tables)
-
-
-def _shoots(scene: Scene, method: str) -> bool:
-    """Whether the method needs more than the scene wants of itself."""
-    from phichain.orbits.shooting import NEEDED
-
-    serves = scene.space == "planar" and scene.real == "double" and scene.damping is None
-    has_all = scene.variational and {*NEEDED} <= {*scene.want} and method != "harmonics"
-    return serves and not has_all and method in ("auto", "shooting", "harmonics")
 
 
 def progress_line(carts: int) -> Callable[[Point, float], None] | None:

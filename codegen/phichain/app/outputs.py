@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -26,15 +26,19 @@ def named(files: list[Path] | None, kinds: tuple[str, ...] = (".csv", ".npz", ".
     """
     for path in files or []:
         if path.suffix not in kinds:
-            remedy = f"name it {', '.join(kinds[:-1])} or {kinds[-1]}"
+            remedy = f"name it {' or '.join(filter(None, (', '.join(kinds[:-1]), kinds[-1])))}"
             raise OutputError("out", str(path), "has no suffix that says what to write", remedy)
     return files or []
 
 
-def write(record: Any, files: list[Path], draw: Callable[[], Any]) -> None:
-    """Write a record to each of the files, as a table, whole, or drawn."""
+def write(
+    record: Any, files: list[Path], draw: Callable[[], Any], others: Mapping[str, Callable[[Path], Any]] | None = None
+) -> None:
+    """Write a record to each of the files: as a table, whole, drawn, or as `others` do it for suffixes of theirs."""
     for path in files:
-        if path.suffix == ".csv":
+        if others and path.suffix in others:
+            others[path.suffix](path)
+        elif path.suffix == ".csv":
             record.to_csv(path)
         elif path.suffix == ".npz":
             record.to_npz(path)

@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from rich.console import Console
@@ -178,7 +178,7 @@ def _motion(system: System, start: tuple[Vector, Vector], file: str) -> tuple[Tr
 
 def _family(system: System) -> tuple[Branch, Stop]:
     """Follow the family of the slowest mode."""
-    branch = trace(system, mode=1, amplitude_max=3.0)
+    branch = cast("Branch", trace(system, mode=1, amplitude_max=3.0))
     omega = branch.column("omega")
     folds = sum(event.kind.startswith("fold") for event in branch.events)
     facts = (

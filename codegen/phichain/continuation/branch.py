@@ -37,6 +37,8 @@ _ARRAYS = {
     "energy": real("m", optional=True),
     "multipliers": complex_numbers("m", "exponents", optional=True),
     "error": real("m", optional=True),
+    "momentum": real("m", optional=True),
+    "states": real("m", "nx", optional=True),
 }
 _EVENTS = {
     "index": whole("events"),
@@ -44,6 +46,7 @@ _EVENTS = {
     "arclength": real("events"),
     "value": real("events"),
     "multipliers": complex_numbers("events", "exponents", optional=True),
+    "state": real("events", "nx", optional=True),
 }
 _PASSAGES = {
     "z": real("passages", "unknowns", optional=True),
@@ -61,6 +64,7 @@ _ABOUT = {
     "scene": replace(TEXT, default=""),
     "digest": replace(TEXT, default=""),
     "method": replace(TEXT, default=""),
+    "closing": replace(TEXT, default=""),
     "mode": replace(COUNT, default=0),
     "regular": replace(COUNT, default=0),
     "step": replace(NUMBER, default=0.0),
@@ -107,9 +111,13 @@ class Branch(Held):
         scene: Name of the scene that it belongs to.
         digest: The scene's digest.
         method: How it was traced.
+        closing: Which kind of orbits it is of, where it was traced by shooting: "quarter" (brake orbits), "unequal", "odd", "half" or "whole"
+            (`orbits.closed.kinds`); it says what the unknowns of a start are.
         mode: Number of the linear mode it started from; 0 for none.
         regular: How many of the points are the run's own; what follows them is where it was cut by a terminal event.
         step: The step that the run would have tried from the last of its own points.
+        momentum: Angular momentum about the vertical (m,), kg m^2/s; None where it is not conserved or zero all along.
+        states: States (q, v) (m, nx) that the unknowns stand for; None where they are a configuration at rest, and omega.
     """
 
     name: str
@@ -130,9 +138,12 @@ class Branch(Held):
     scene: str = ""
     digest: str = ""
     method: str = ""
+    closing: str = ""
     mode: int = 0
     regular: int = 0
     step: float = 0.0
+    momentum: Vector | None = None
+    states: Vector | None = None
 
     def __len__(self) -> int:
         return len(self.points)
@@ -150,6 +161,11 @@ class Branch(Held):
             for gap in self.passages
         ]
         return "\n".join(lines)
+
+    @property
+    def own_events(self) -> tuple[Special, ...]:
+        """The events of the family itself, without the one that ended the run."""
+        return self.events[:-1] if self.status == "event" else self.events
 
     def column(self, name: str) -> Vector:
         """The values (m,) of one unknown.
@@ -172,6 +188,8 @@ class Branch(Held):
         columns: dict[str, Any] = {"arclength": self.arclength, **columns_of(self.names, self.points)}
         if self.energy is not None:
             columns["energy"] = self.energy
+        if self.momentum is not None:
+            columns["momentum"] = self.momentum
         if self.error is not None:
             columns["error"] = self.error
         columns |= {"residual": self.residual, "iterations": self.iterations}
@@ -183,7 +201,9 @@ class Branch(Held):
         """Write the whole record; `from_npz` reads it back."""
         arrays = {name: getattr(self, name) for name in _ARRAYS if getattr(self, name) is not None}
         for name, wanted in _EVENTS.items():
-            arrays[f"event_{name}"] = np.array([getattr(event, name) for event in self.events], wanted.dtype)
+            values = [getattr(event, name) for event in self.events]
+            if not (wanted.is_optional and (not values or any(value is None for value in values))):
+                arrays[f"event_{name}"] = np.array(values, wanted.dtype)
         for name, wanted in _PASSAGES.items():
             if self.passages:
                 arrays[f"passage_{name}"] = np.array([getattr(gap, name) for gap in self.passages], wanted.dtype)
@@ -219,12 +239,13 @@ class Branch(Held):
         arrays, meta = read_archive(path, _SCHEMA)
         for name, count in (("multipliers", len(arrays["points"])), ("event_multipliers", len(meta["event_kinds"]))):
             arrays.setdefault(name, np.zeros((count, 0), complex))  # files from before there were any hold none
-        parts = (arrays[f"event_{name}"] for name in _EVENTS)
+        parts = [arrays[f"event_{name}"] for name in _EVENTS if name != "state"]
+        states = arrays.get("event_state", [None] * len(meta["event_kinds"]))
         # Files from before events said what they break say nothing.
         words = ([*meta[name], *[""] * (len(meta["event_kinds"]) - len(meta[name]))] for name in ("event_breaks", "event_continues"))
         events = tuple(
             Special(kind, int(index), z, float(s), float(value), multipliers, *said)
-            for kind, index, z, s, value, multipliers, *said in zip(meta["event_kinds"], *parts, *words, strict=True)
+            for kind, index, z, s, value, multipliers, *said in zip(meta["event_kinds"], *parts, *words, states, strict=True)
         )
         gaps = zip(*(arrays.get(f"passage_{name}", ()) for name in _PASSAGES), strict=True)
         passages = tuple(Passage(z, float(s), float(width), bool(crossed)) for z, s, width, crossed in gaps)

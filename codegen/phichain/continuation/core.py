@@ -18,6 +18,7 @@ from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Fold, TestFunction
 from phichain.continuation.locate import locate, values_at
 from phichain.continuation.met import gaps
+from phichain.continuation.met.pairs import pairs_of
 from phichain.continuation.met.specials import Passage, Special
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.problem import Problem
@@ -99,7 +100,8 @@ def follow(
         engine: Predictor, corrector and options.
         tests: Events to locate.
         name: Name of the branch.
-        through: Half width, in arclength, up to which a gap is crossed to go on straight; elsewhere the run turns with its branch.
+        through: Half width, in arclength, up to which a gap is crossed to go on straight; elsewhere the run turns with its branch. One below 3e-6 is crossed in
+            any case: a longer step would not tell it from a branch point.
         progress: Told every new point.
 
     Returns:
@@ -136,7 +138,9 @@ def _resumed(problem: Problem, earlier: Branch, engine: Engine, tests: Sequence[
     crossed = [gap.arclength for gap in earlier.passages if gap.is_crossed]
     origin = int(np.argmax(earlier.arclength > crossed[-1])) if crossed else 0
     begun = point_of(problem, earlier, origin)
-    return _Run(problem, engine, tests, through, points, earlier.step, begun, offset=near[0], passages=passed, origin=origin)
+    return _Run(
+        problem, engine, tests, through, points, earlier.step, begun, offset=near[0], passages=passed, origin=origin, known=earlier.events
+    )
 
 
 @dataclass
@@ -148,6 +152,7 @@ class _Run:
         regular: How many of its points are its own, and not where it was cut.
         start: Where the branch it is on began: its first point, or the first beyond a gap that was crossed.
         origin: Index of that point in the whole branch.
+        known: Events of an earlier run that is gone on with.
     """
 
     problem: Problem
@@ -165,9 +170,13 @@ class _Run:
     regular: int = 0
     origin: int = 0
     values: tuple[float, ...] = ()
+    before: tuple[float, ...] = ()
+    known: tuple[Special, ...] = ()
 
     def __post_init__(self) -> None:
         self.values = values_at(self.problem, self.points[-1], self.tests)
+        if len(self.points) > 1:
+            self.before = values_at(self.problem, self.points[-2], self.tests)
         self.sigma = [gaps.smallest(self.problem, point) for point in self.points]
 
     def end(self, status: str, reason: str) -> None:
@@ -177,17 +186,27 @@ class _Run:
     def go_on(self) -> None:
         """One more point, with the events on the way to it; nothing of it is kept where it breaks off."""
         last, begun = self.points[-1], self.step
-        new, step = advance(self.problem, self.points[-2:], begun, self.engine)
+        try:
+            new, step = advance(self.problem, self.points[-2:], begun, self.engine)
+        except StepTooSmallError:
+            ahead = gaps.gap_ahead(self.problem, self.points[-3:], self.sigma[-3:])
+            if ahead is None or ahead.width > gaps.NARROW or not self._cross(ahead):
+                raise
+            return
         values = values_at(self.problem, new, self.tests)
         index = self.offset + len(self.points) - 1
         found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values))
-        sigma = gaps.smallest(self.problem, new)
+        sigma = self._sigma(new, values)
         gap = self._gap(new, sigma) if cut is None else None
-        if gap is not None and gap.width <= self.through and self._cross(gap):
+        if gap is not None and gap.width <= max(self.through, gaps.NARROW) and self._cross(gap):
             return
-        self.specials += found
+        if self.before and cut is None:
+            three = [*self.points[-2:], new]
+            rows, known = (self.before, self.values, values), [*self.known, *self.specials, *found]
+            found += pairs_of(self.problem, three, self.tests, rows, self.engine, index - 1, known)
+        self.specials += sorted(found, key=lambda event: event.arclength)
         self.passages += [gap] if gap else []
-        self.values = values
+        self.before, self.values = self.values, values
         self.points.append(new if cut is None else cut)
         self.sigma.append(sigma)
         if cut is not None:
@@ -198,6 +217,11 @@ class _Run:
         since = self.offset + len(self.points) - self.origin
         if since >= _SHORTEST and _is_closed(self.start, self.points[-2], self.points[-1]):
             self.end("closed", "the branch came back to its start")
+
+    def _sigma(self, point: Point, values: Sequence[float]) -> float:
+        """The smallest singular value of [J; t], which a test for branch points has as its own."""
+        known = (abs(value) for test, value in zip(self.tests, values, strict=True) if isinstance(test, BranchPoint))
+        return next(known, None) or gaps.smallest(self.problem, point)
 
     def _gap(self, new: Point, sigma: float) -> Passage | None:
         """The gap that the branch turned away from at the last point."""
@@ -219,7 +243,7 @@ class _Run:
         self.sigma = [*self.sigma[: index + 1], gaps.smallest(self.problem, new)]
         self.specials = [event for event in self.specials if event.index < self.offset + index]
         self.passages.append(Passage(gap.z, gap.arclength, gap.width, True))
-        self.values = values_at(self.problem, new, self.tests)
+        self.before, self.values = (), values_at(self.problem, new, self.tests)
         self.step = max(self.engine.options.step_min, new.arclength - self.points[-2].arclength)
         return True
 

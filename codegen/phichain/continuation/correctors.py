@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from phichain.continuation.linear import are_finite, bordered, size, solve
 from phichain.continuation.options import Options
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.problem import Extra, Problem, relative_residual
@@ -57,9 +58,9 @@ def pseudo_arclength(problem: Problem, guess: Vector, normal: Vector, options: O
     """Newton on F(y) = 0 together with normal . (y - guess) = 0 (Keller 1977), with the exact Jacobian."""
 
     def step(residual: Vector, jacobian: Vector, y: Vector) -> Vector:
-        bordered = np.vstack([jacobian, normal])
-        correction = np.linalg.solve(bordered, -np.append(residual, normal @ (y - guess)))
-        return np.asarray(correction, dtype=float)
+        left = np.empty(len(y))
+        left[:-1], left[-1] = residual, normal @ (y - guess)
+        return -solve(bordered(jacobian, normal), left)
 
     return _newton(problem, guess, step, options)
 
@@ -87,15 +88,15 @@ def _newton(
         except np.linalg.LinAlgError:
             break
         y = y + correction
-        sizes.append(float(np.linalg.norm(correction)))
+        sizes.append(size(correction))
         residual, jacobian, extra = problem.at(y)
-        converged = sizes[-1] <= options.tol * (1 + float(np.linalg.norm(y)))
-    finite = bool(np.all(np.isfinite(residual)) and np.all(np.isfinite(jacobian)))
-    size = relative_residual(residual, jacobian, y) if finite else float("inf")
-    return Correction(y, jacobian, size, tuple(sizes), converged and finite, extra)
+        converged = sizes[-1] <= options.tol * (1 + size(y))
+    finite = are_finite(jacobian) and are_finite(residual)
+    left = relative_residual(residual, jacobian, y) if finite else float("inf")
+    return Correction(y, jacobian, left, tuple(sizes), converged and finite, extra)
 
 
 def _is_worth_it(residual: Vector, sizes: list[float]) -> bool:
     """False once Newton has left the numbers or its corrections grow: a smaller step is cheaper than hoping."""
     growing = len(sizes) >= 2 and sizes[-1] > 2 * sizes[-2]
-    return bool(np.all(np.isfinite(residual))) and not growing
+    return are_finite(residual) and not growing

@@ -4,16 +4,18 @@
      "arclength", ...}], "events": [{"kind", "breaks", "start", "omega", "kappa", "continues", ...}],
      "passages": [{"at", "width", "crossed", ...}], "status", "reason", ...}
 
-Unknowns are those of a start, the last of them omega; a start at rest has no rates among its unknowns. Complex numbers are pairs.
+Unknowns are those of a start, the last of them omega; "closing" says which: a start at rest has no rates among its unknowns, an "odd" one no
+angles, and "half" and "whole" have both and an "unfolding", zero but for rounding. Where they are none of these, as in conical families, the
+start is the state that they stand for, and "unknowns" holds them. Complex numbers are pairs.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -22,6 +24,9 @@ from phichain.errors import OutputError
 from phichain.files import write_file
 from phichain.reading import parse_json, read_regular
 
+Read = TypeVar("Read")
+_MOVING: Final = ("half", "whole")
+"""Kinds of orbits that are taken up where the chain moves."""
 _LARGEST: Final = 2**28
 """Bytes that a file may have."""
 
@@ -32,48 +37,66 @@ def write_document(branch: Any, path: Path | str) -> Path:
     Raises:
         OutputError: The file cannot be written.
     """
-    return write_file(path, json.dumps(_document(branch), indent=1, allow_nan=False) + "\n")
+    return write_file(path, json.dumps(branch_document(branch), indent=1, allow_nan=False) + "\n")
 
 
-def _document(branch: Any) -> dict[str, Any]:
+def branch_document(branch: Any) -> dict[str, Any]:
+    """A Branch as JSON has it."""
     points = [
         {
-            **_start(z), "energy": _number(branch.energy, k), "kappa": _pairs(branch.multipliers[k]), "error": _number(branch.error, k),
+            **_start(z, branch.closing, None if branch.states is None else branch.states[k]),
+            **({} if branch.momentum is None else {"momentum": float(branch.momentum[k])}),
+            "energy": _number(branch.energy, k), "kappa": _pairs(branch.multipliers[k]), "error": _number(branch.error, k),
             "arclength": float(branch.arclength[k]), "residual": float(branch.residual[k]), "iterations": int(branch.iterations[k]),
             "tangent": branch.tangent[k].tolist(),
         }
         for k, z in enumerate(branch.points)
     ]  # fmt: skip
-    # What ended the run is no event of the family.
-    own = branch.events[:-1] if branch.status == "event" else branch.events
-    events = [_event(event) for event in own]
-    ended = [_event(event) for event in branch.events[len(own) :]]
+    own = branch.own_events
+    events = [_event(event, branch.closing) for event in own]
+    ended = [_event(event, branch.closing) for event in branch.events[len(own) :]]
     passages = [
         {
-            "at": float(gap.z[_first_angle(branch.names)]), "width": gap.width, "crossed": gap.is_crossed, **_start(gap.z),
+            "at": float(gap.z[_first_angle(branch.names)]), "width": gap.width, "crossed": gap.is_crossed,
+            **(_start(gap.z, branch.closing) if branch.states is None else _unknowns_of(gap.z)),
             "arclength": gap.arclength,
         }
         for gap in branch.passages
     ]  # fmt: skip
     return {
         "kind": "branch", "scene": branch.scene, "digest": branch.digest, "mode": branch.mode, "method": branch.method,
+        **({"closing": branch.closing} if branch.closing else {}),
         "name": branch.name, "names": list(branch.names), "scale": branch.scale.tolist(), "points": points, "events": events,
         "passages": passages, "status": branch.status, "reason": branch.reason,
         "checkpoint": {"regular": branch.regular, "step": branch.step, "ended": ended},
     }  # fmt: skip
 
 
-def _event(event: Special) -> dict[str, Any]:
+def _event(event: Special, closing: str) -> dict[str, Any]:
     kind = event.kind.replace("fold in amplitude_theta_", "fold amplitude ").replace("fold in ", "fold ")
     return {
-        "kind": kind, "breaks": event.breaks, **_start(event.z), "kappa": _pairs(event.multipliers), "continues": event.continues,
+        "kind": kind, "breaks": event.breaks, **_start(event.z, closing, event.state), "kappa": _pairs(event.multipliers), "continues": event.continues,
         "arclength": event.arclength, "after": event.index, "value": event.value,
     }  # fmt: skip
 
 
-def _start(z: np.ndarray) -> dict[str, Any]:
-    """A start at rest, and its omega."""
-    return {"start": {"q": z[:-1].tolist(), "v": [0.0] * (len(z) - 1)}, "omega": float(z[-1])}
+def _start(z: np.ndarray, closing: str, state: np.ndarray | None = None) -> dict[str, Any]:
+    """A start and its omega."""
+    if state is not None:
+        # Spatial and planar states alike have as many rates as coordinates.
+        q, v = np.split(state, 2)
+        return {"start": {"q": q.tolist(), "v": v.tolist()}, **_unknowns_of(z)}
+    if closing in _MOVING:
+        half = (len(z) - 2) // 2
+        return {
+            "start": {"q": z[:half].tolist(), "v": z[half : 2 * half].tolist()}, "unfolding": float(z[-2]), "omega": float(z[-1]),
+        }  # fmt: skip
+    own, none = z[:-1].tolist(), [0.0] * (len(z) - 1)
+    return {"start": {"q": none, "v": own} if closing == "odd" else {"q": own, "v": none}, "omega": float(z[-1])}
+
+
+def _unknowns_of(z: np.ndarray) -> dict[str, Any]:
+    return {"omega": float(z[-1]), "unknowns": z.tolist()}
 
 
 def _first_angle(names: Sequence[str]) -> int:
@@ -94,22 +117,32 @@ def read_document(path: Path | str) -> dict[str, Any]:
     Raises:
         OutputError: The file is missing, cut short, or no Branch.
     """
+    return reading_document(path, "branch", branch_fields)
+
+
+def reading_document(path: Path | str, kind: str, read: Callable[[dict[str, Any]], Read]) -> Read:
+    """What a JSON file holds, {"kind": KIND, ...}, read by `read`.
+
+    Raises:
+        OutputError: The file is missing, cut short, or holds no such thing.
+    """
     try:
         found = parse_json(read_regular(path, _LARGEST))
-        if not isinstance(found, dict) or found.get("kind") != "branch":
-            raise ValueError('it is no {"kind": "branch", ...}')
-        return _fields(found)
+        if not isinstance(found, dict) or found.get("kind") != kind:
+            raise ValueError(f'it is no {{"kind": "{kind}", ...}}')
+        return read(found)
     except (OSError, ValueError, KeyError, TypeError, IndexError, OverflowError, RecursionError, MemoryError) as failure:
         why = f"it lacks {failure}" if isinstance(failure, KeyError) else str(failure) or type(failure).__name__
         raise OutputError(
-            "path", str(path), f"no branch can be read there: {why}", "name a JSON file that a Branch wrote, whole"
+            "path", str(path), f"no {kind} can be read there: {why}", f"name a JSON file that a {kind.capitalize()} wrote, whole"
         ) from failure
 
 
-def _fields(found: Mapping[str, Any]) -> dict[str, Any]:
-    names = tuple(map(str, found["names"]))
+def branch_fields(found: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields of a Branch from its JSON."""
+    names, closing = tuple(map(str, found["names"])), str(found.get("closing", ""))
     size, rows = len(names), found["points"]
-    points = np.array([_unknowns(row) for row in rows], dtype=float).reshape(len(rows), size)
+    points = np.array([_unknowns(row, closing) for row in rows], dtype=float).reshape(len(rows), size)
     tangent = _table(rows, "tangent", (len(rows), size))
     multipliers = _complex([row["kappa"] for row in rows])
     checkpoint = found["checkpoint"]
@@ -121,13 +154,13 @@ def _fields(found: Mapping[str, Any]) -> dict[str, Any]:
         raise ValueError("its unknowns do not fit their scale")
     events = tuple(
         Special(
-            str(row["kind"]), int(row["after"]), np.array(_unknowns(row)), float(row["arclength"]), float(row["value"]),
-            _complex([row["kappa"]])[0], str(row["breaks"]), str(row["continues"]),
+            str(row["kind"]), int(row["after"]), np.array(_unknowns(row, closing)), float(row["arclength"]), float(row["value"]),
+            _complex([row["kappa"]])[0], str(row["breaks"]), str(row["continues"]), _state(row),
         )
         for row in (*found["events"], *checkpoint["ended"])
     )  # fmt: skip
     passages = tuple(
-        Passage(np.array(_unknowns(row)), float(row["arclength"]), float(row["width"]), bool(row["crossed"]))
+        Passage(np.array(_unknowns(row, closing)), float(row["arclength"]), float(row["width"]), bool(row["crossed"]))
         for row in found["passages"]
     )
     return {
@@ -136,12 +169,32 @@ def _fields(found: Mapping[str, Any]) -> dict[str, Any]:
         "iterations": np.array([int(row["iterations"]) for row in rows]), "energy": _optional(rows, "energy"),
         "error": _optional(rows, "error"), "multipliers": multipliers, "events": events, "passages": passages,
         "status": str(status), "reason": str(found["reason"]), "scene": str(found["scene"]), "digest": str(found["digest"]),
-        "method": str(found["method"]), "mode": int(found["mode"]), "regular": regular, "step": step,
+        "method": str(found["method"]), "closing": closing, "mode": int(found["mode"]), "regular": regular, "step": step,
+        "momentum": _optional(rows, "momentum"), "states": _states(rows),
     }  # fmt: skip
 
 
-def _unknowns(row: Mapping[str, Any]) -> list[float]:
-    return [*map(float, row["start"]["q"]), float(row["omega"])]
+def _unknowns(row: Mapping[str, Any], closing: str) -> list[float]:
+    if "unknowns" in row:
+        return [float(value) for value in row["unknowns"]]
+    q, v = (list(map(float, row["start"][part])) for part in "qv")
+    if closing in _MOVING:
+        return [*q, *v, float(row["unfolding"]), float(row["omega"])]
+    return [*(v if closing == "odd" else q), float(row["omega"])]
+
+
+def _state(row: Mapping[str, Any]) -> np.ndarray | None:
+    """The state that the unknowns of a row stand for; None where they are a start themselves."""
+    return np.array([*row["start"]["q"], *row["start"]["v"]], dtype=float) if "unknowns" in row else None
+
+
+def _states(rows: Sequence[Mapping[str, Any]]) -> np.ndarray | None:
+    found = [state for state in map(_state, rows) if state is not None]
+    if not found:
+        return None
+    if len(found) < len(rows) or len({state.shape for state in found}) > 1 or len(found[0]) % 2:
+        raise ValueError("its starts differ in size")
+    return np.array(found, dtype=float)
 
 
 def _table(rows: Sequence[Mapping[str, Any]], name: str, shape: tuple[int, ...]) -> np.ndarray:
@@ -152,9 +205,10 @@ def _table(rows: Sequence[Mapping[str, Any]], name: str, shape: tuple[int, ...])
 
 
 def _optional(rows: Sequence[Mapping[str, Any]], name: str) -> np.ndarray | None:
-    if all(row[name] is None for row in rows):
+    values = [row.get(name) for row in rows]
+    if all(value is None for value in values):
         return None
-    return np.array([np.nan if row[name] is None else row[name] for row in rows], dtype=float)
+    return np.array([np.nan if value is None else value for value in values], dtype=float)
 
 
 def _complex(rows: Sequence[Sequence[Sequence[float]]]) -> np.ndarray:

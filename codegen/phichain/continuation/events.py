@@ -9,8 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-
+from phichain.continuation.linear import bordered, least_singular_value, sign_of_determinant
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
 from phichain.system import Vector
@@ -55,16 +54,20 @@ class Fold:
 class BranchPoint:
     """Crossing of two branches: det [J; t^T] changes sign (Keller 1977).
 
-    The value is the smallest singular value of [J; t^T] under the determinant's sign: it has the same zeros, crosses
-    them linearly, and neither overflows nor underflows with the number of equations.
+    The value is the smallest singular value of [J; t^T] under the determinant's sign: it has the same zeros,
+    crosses them linearly, and neither overflows nor underflows with the number of equations.
+
+    Attributes:
+        ends: Whether the run ends at such a point, where that depends on it.
     """
 
     name: str = "branch point"
     terminal: bool = False
+    ends: Callable[[Problem, Point], bool] | None = None
 
     def value(self, problem: Problem, point: Point) -> float:
         """+- the smallest singular value of the Jacobian bordered by the tangent."""
-        return signed(np.vstack([point.jacobian, point.tangent]))
+        return signed(bordered(point.jacobian, point.tangent))
 
 
 @dataclass(frozen=True)
@@ -74,8 +77,8 @@ class Level:
     Attributes:
         scalar: z (n + 1,) -> number.
         level: The value.
-        held: z near it -> the unknown that has to have which value there, so that the run ends exactly on it; None where
-            the level is no matter of one unknown.
+        held: z near it -> the unknown that has to have which value there, so that the run ends exactly on it;
+            None where the level is no matter of one unknown.
     """
 
     scalar: Callable[[Vector], float]
@@ -116,11 +119,17 @@ class Quantity:
 
     Attributes:
         of: Point -> number.
+        in_pairs: Whether it may cross zero and come back within a step, so that its least values are looked
+            at, too.
+        order: Point -> labels whose order changes from one point to another of one sign exactly where two
+            zeros lie between; None where it has none.
     """
 
     of: Callable[[Point], float]
     name: str
     terminal: bool = False
+    in_pairs: bool = False
+    order: Callable[[Point], tuple[int, ...] | None] | None = None
 
     def value(self, problem: Problem, point: Point) -> float:
         """The number itself."""
@@ -128,5 +137,6 @@ class Quantity:
 
 
 def signed(matrix: Vector) -> float:
-    """+- the smallest singular value of a square matrix, its sign that of the determinant: simple zeros where that has some."""
-    return float(np.linalg.slogdet(matrix)[0]) * float(np.linalg.svd(matrix, compute_uv=False)[-1])
+    """+- the smallest singular value of a square matrix, its sign that of the determinant: simple zeros where
+    that has some."""
+    return sign_of_determinant(matrix) * least_singular_value(matrix)

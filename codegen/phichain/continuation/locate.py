@@ -66,12 +66,19 @@ def locate(
         at = b if after == 0 else _root(problem, a, b, test, between)
         at = _landed(problem, at, test, engine)
         special = Special(test.name, index, at.z(problem), at.arclength, test.value(problem, at), at.multipliers)
-        found.append((special, at, test.terminal))
+        found.append((special, at, _is_end(problem, test, at)))
     found.sort(key=lambda item: item[0].arclength)
     last = next((k for k, (_, _, terminal) in enumerate(found) if terminal), None)
     if last is None:
         return [special for special, _, _ in found], None
     return [special for special, _, _ in found[: last + 1]], found[last][1]
+
+
+def _is_end(problem: Problem, test: TestFunction, at: Point) -> bool:
+    """Whether a run ends at a zero of a test function."""
+    if isinstance(test, BranchPoint) and test.ends is not None:
+        return test.ends(problem, at)
+    return test.terminal
 
 
 def _between(problem: Problem, a: Point, b: Point, crossed: Sequence[TestFunction], engine: Engine) -> Curve:

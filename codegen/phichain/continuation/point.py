@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
+from phichain.continuation.linear import null_vector
 from phichain.continuation.problem import Extra, Multipliers, Problem
 from phichain.records import Held
 from phichain.system import Vector
@@ -54,6 +53,5 @@ def tangent_of(jacobian: Vector, along: Vector) -> Vector:
 
     It is the last column of Q in J^T = Q R: no unknown is singled out, so it exists at folds too.
     """
-    q, _ = np.linalg.qr(jacobian.T, mode="complete")
-    null: Vector = q[:, -1]
+    null = null_vector(jacobian)
     return null if null @ along >= 0 else -null

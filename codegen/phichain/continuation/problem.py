@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +20,8 @@ from phichain.system import Vector
 from phichain.system.arrays import reals
 
 Multipliers = NDArray[np.complex128]
+_CLOSE = 1e-6
+"""How far kappa may lie off the interval from -1 to 1: where it touches an end, rounding puts it beyond."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,18 +57,26 @@ class LateExtra(Extra):
     """Multipliers and what else is found, made when they are first asked for: not at Newton's iterates on the way."""
 
     def __init__(self, make: Callable[[], tuple[Multipliers, Any]]) -> None:
-        """Keep what makes both, once."""
-        object.__setattr__(self, "_made", cache(make))
+        """Keep what makes both."""
+        self.__dict__["_make"] = make
 
     @property
     def multipliers(self) -> Multipliers:
         """As in `Extra`."""
-        return held(self.__dict__["_made"]()[0], complex)
+        return self._both()[0]
 
     @property
     def found(self) -> Any:
         """As in `Extra`."""
-        return self.__dict__["_made"]()[1]
+        return self._both()[1]
+
+    def _both(self) -> tuple[Multipliers, Any]:
+        """Both, made once."""
+        if "_made" not in self.__dict__:
+            multipliers, found = self.__dict__["_make"]()
+            self.__dict__["_made"] = held(multipliers, complex), found
+        made: tuple[Multipliers, Any] = self.__dict__["_made"]
+        return made
 
 
 class Evaluation(NamedTuple):
@@ -130,8 +139,9 @@ class Problem:
 
     def at(self, y: Vector) -> Evaluation:
         """F, dF/dy and what came with them at z = y * sizes, y the scaled unknowns (n + 1,)."""
-        residual, jacobian, extra = self.evaluate(y * self.sizes)
-        return Evaluation(np.asarray(residual, dtype=float), np.asarray(jacobian, dtype=float) * self.sizes, extra)
+        sizes = self.sizes
+        residual, jacobian, extra = self.evaluate(y * sizes)
+        return Evaluation(np.asarray(residual, dtype=float), np.asarray(jacobian, dtype=float) * sizes, extra)
 
     def check(self, z: Vector) -> Vector:
         """A starting point of the right shape at which residual and Jacobian have theirs.
@@ -164,6 +174,11 @@ def relative_residual(residual: Vector, jacobian: Vector, z: Vector) -> float:
 
     Values near the unit round-off, 1.1e-16, are as good as the arithmetic allows.
     """
-    terms = np.abs(jacobian) @ np.abs(z)
-    safe = np.where(terms > 0, terms, 1.0)
-    return float(np.max(np.abs(residual) / safe, initial=0.0))
+    terms = (np.abs(jacobian) @ np.abs(z)).tolist()
+    return max((abs(left) / (term if term > 0 else 1.0) for left, term in zip(residual.tolist(), terms, strict=True)), default=0.0)
+
+
+def are_stable(kappa: Multipliers) -> NDArray[np.bool_]:
+    """Whether every kappa = (mu + 1/mu) / 2 of a point is real and between -1 and 1, all mu then lying on the unit circle; (m, k) -> (m,)."""
+    inside = (np.abs(kappa.imag) <= _CLOSE) & (np.abs(kappa.real) <= 1 + _CLOSE)
+    return np.asarray(np.all(inside, axis=1))

@@ -12,11 +12,13 @@ Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, chap
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from phichain.continuation.engine import Engine
+from phichain.continuation.linear import bordered, eigenvalues, size, solve
 from phichain.continuation.met.passage import is_crossed_smoothly
 from phichain.continuation.options import Options
 from phichain.continuation.point import Point
@@ -53,10 +55,10 @@ def advance(problem: Problem, points: Sequence[Point], step: float, engine: Engi
         guess = engine.predictor(points, step)
         found = engine.corrector(problem, guess, last.tangent, options)
         if found.converged:
-            chord = float(np.linalg.norm(found.y - last.y))
+            chord = size(found.y - last.y)
             new = found.point(last.tangent, last.arclength + chord)
-            turn = float(np.arccos(np.clip(new.tangent @ last.tangent, -1.0, 1.0)))
-            shift = float(np.linalg.norm(found.y - guess))
+            turn = math.acos(min(1.0, max(-1.0, float(new.tangent @ last.tangent))))
+            shift = size(found.y - guess)
             is_near = turn <= options.max_angle and shift <= 0.5 * step and chord > 0.1 * step
             if is_near:
                 change, is_turned, ahead = change_between(last, new)
@@ -75,16 +77,14 @@ def change_between(a: Point, b: Point) -> tuple[float, bool, float]:
         The spectral radius of [J_a; t_a]^-1 dJ; whether det [J; t] has another sign at b; and how far beyond b it vanishes, if it goes on as
         from a to b, in distances from a to b, infinity where it does not.
     """
-    bordered = np.vstack([a.jacobian, a.tangent])
-    turned = np.vstack([b.jacobian, a.tangent])
     try:
-        step = np.linalg.solve(bordered, turned)
+        step = solve(bordered(a.jacobian, a.tangent), bordered(b.jacobian, a.tangent))
     except np.linalg.LinAlgError:
         return float("inf"), False, float("inf")
-    change = float(np.linalg.norm(step - np.eye(len(step))))
+    change = size((step - np.eye(len(step))).ravel())
     if change < _SEEN:
         return change, False, float("inf")
-    left = np.linalg.eigvals(step)
+    left = eigenvalues(step)
     change = float(np.max(np.abs(left - 1)))
     # det [J_b; t_a] = det [J_b; t_b] t_a.t_b, and the tangents never turn by a right angle.
     is_turned = bool(np.prod(left).real < 0)
@@ -100,10 +100,10 @@ def _next_step(step: float, turn: float, change: float, ahead: float, iterations
     about as far beyond; if a gap is there instead of a branch point, the leap is refused and the halves go on.
     """
     aims = (options.aim_angle / max(turn, 1e-6), 0.5 * options.max_change / max(change, 1e-6))
-    factor = float(np.clip(min(aims), 0.5, 2.0))
+    factor = min(2.0, max(0.5, min(aims)))
     if iterations >= options.max_iterations - 1:
         factor = min(factor, 0.7)
-    usual = float(np.clip(step * factor, options.step_min, options.step_max))
+    usual = min(options.step_max, max(options.step_min, step * factor))
     leap = _LEAP * ahead
     reach = _REACH[factor < 1] * usual
     return leap if usual < ahead < reach and leap <= options.step_max else usual

@@ -30,6 +30,9 @@ class LinearModes(Held):
     omega: Vector
     shapes: Vector
 
+    def __len__(self) -> int:
+        return len(self.omega)
+
 
 def linear_modes(system: System, p: Parameters | None = None) -> LinearModes:
     """Linear modes from the chain's numbers, or from Phi's Jacobian at rest: dPhi/dA = K - omega^2 M there, exactly.
@@ -59,8 +62,17 @@ def demand_oscillations(system: System) -> None:
             "system",
             system.name,
             "a spatial chain has no scalar amplitudes",
-            "use a planar scene",
+            'use a planar scene, or method = "conical" for the families that turn about the vertical',
         )
+    demand_conserved(system)
+
+
+def demand_conserved(system: System) -> None:
+    """Refuse a chain that loses energy, does not hang straight, or is driven by its cart's acceleration.
+
+    Raises:
+        UnsupportedError: It does.
+    """
     joints, numbers = system.joints, system.numbers
     losses = {
         "damping": joints.damping, "friction": joints.friction,

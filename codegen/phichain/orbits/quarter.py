@@ -26,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from phichain.continuation import Evaluation, Point, Problem
+from phichain.continuation.linear import are_finite, bordered, cholesky, eigenvalues, size, solve
 from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.orbits.single_harmonic import energy_of_amplitude
 from phichain.records import Held
@@ -64,18 +65,24 @@ class QuarterMap(Held):
         """The N - 1 numbers (mu + 1/mu) / 2 besides the flow's own, the largest real part first."""
         if len(self.force) == 1:
             return np.empty(0, complex)
-        across = _complement(self.force)
-        found = np.linalg.eigvals(-2 * (self.d @ across).T @ (self.a @ across)) + 1
-        return np.asarray(found[np.lexsort((found.imag, -found.real))], complex)
+        across = complement(self.force)
+        return ordered(1 - 2 * eigenvalues((self.d @ across).T @ (self.a @ across)))
 
 
-def _complement(unit: Vector) -> Vector:
-    """Orthonormal columns (N, N - 1) across a unit vector: a reflection that turns it into an axis, without that axis."""
-    largest = int(np.argmax(np.abs(unit)))
+def complement(unit: Vector) -> Vector:
+    """Orthonormal columns (N, N - 1) across a unit vector, real or complex: a reflection that turns it into an axis, without that axis."""
+    largest = int(np.abs(unit).argmax())
     normal = unit.copy()
-    normal[largest] += np.copysign(1.0, unit[largest])
-    reflection = np.eye(len(unit)) - np.outer(normal, normal) * (2 / (normal @ normal))
-    return np.delete(reflection, largest, axis=1)
+    normal[largest] += unit[largest] / abs(unit[largest])
+    others = [k for k in range(len(unit)) if k != largest]
+    columns = normal[:, None] * (normal[others].conj() * (-2 / (normal.conj() @ normal)))
+    columns[others, range(len(others))] += 1.0
+    return columns
+
+
+def ordered(kappa: Multipliers) -> Multipliers:
+    """The largest real part first."""
+    return kappa if len(kappa) == 1 else kappa[np.lexsort((kappa.imag, -kappa.real))]
 
 
 def quarter_problem(system: System, p: Parameters | None = None, *, omega: float, shape: Vector) -> Problem:
@@ -101,7 +108,7 @@ def quarter_problem(system: System, p: Parameters | None = None, *, omega: float
 
     def evaluate(z: Vector) -> Evaluation:
         omega = float(z[-1])
-        if not (omega > 0 and np.all(np.isfinite(z))):
+        if not (omega > 0 and are_finite(z)):
             return _nothing(nq)
         quarter, start = np.pi / (2 * omega), z[:-1]
 
@@ -119,8 +126,8 @@ def quarter_problem(system: System, p: Parameters | None = None, *, omega: float
 
         def blocks() -> tuple[Multipliers, QuarterMap]:
             noise = np.abs(jacobian) @ np.abs(z) * (EPS * (1 + found.steps))
-            quarter_map = _map(found.transition, found.v[carts:], _root(inertia()[1]), end, carts, noise)
-            return quarter_map.kappa(), quarter_map
+            found_map = quarter_map(found.transition, found.v[carts:], _root(inertia()[1]), end, carts, noise)
+            return found_map.kappa(), found_map
 
         return Evaluation(found.q, jacobian, LateExtra(blocks))
 
@@ -154,7 +161,7 @@ def _inertia(mass: Vector, carts: int) -> tuple[Vector, Vector]:
 
 def _root(inertia: Vector) -> Vector:
     """L with M = L L^T."""
-    return np.asarray(np.linalg.cholesky(inertia), float)
+    return cholesky(inertia)
 
 
 def _columns(share: Vector, nq: int) -> Vector:
@@ -166,32 +173,44 @@ def _columns(share: Vector, nq: int) -> Vector:
     return columns
 
 
-def _map(transition: Vector, rate: Vector, root: Vector, end: Vector, carts: int, noise: Vector) -> QuarterMap:
+def quarter_map(transition: Vector, rate: Vector, root: Vector, end: Vector, carts: int, noise: Vector) -> QuarterMap:
+    """The map in canonical coordinates.
+
+    Args:
+        transition: Derivatives of (q, v) at T/4 by the angles and rates at the start (2 nq, 2 N).
+        rate: Rates of the angles at T/4 (N,).
+        root: L_0 of the start's inertia (N, N).
+        end: L_1^T of the straight chain's (N, N).
+        carts: Coordinates of the cart at the head of q and of v.
+        noise: What rounding may have left in q(T/4) (nq,).
+    """
     nq, links = len(transition) // 2, len(rate)
     angles, rates = transition[carts:nq], transition[nq + carts :]
-    scaled = np.linalg.solve(root, np.hstack([(end @ part).T for part in _halves(angles, rates, links)]))
-    a, b, c, d = (np.asarray(scaled[:, k * links : (k + 1) * links].T, float) for k in range(4))
+    both = np.empty((4 * links, links))
+    for k, part in enumerate((angles[:, :links], angles[:, links:], rates[:, :links], rates[:, links:])):
+        both[k * links : (k + 1) * links] = end @ part
+    a, b, c, d = solve(root, both.T).T.reshape(4, links, links)
     moving = end @ rate
     force = c.T @ moving
     return QuarterMap(a, b, c, d, _unit(moving), _unit(force), root @ force, noise)
 
 
-def _halves(angles: Vector, rates: Vector, links: int) -> tuple[Vector, Vector, Vector, Vector]:
-    """A, B, C and D."""
-    return angles[:, :links], angles[:, links:], rates[:, :links], rates[:, links:]
-
-
 def _unit(vector: Vector) -> Vector:
-    size = float(np.linalg.norm(vector))
-    return vector / size if size > 0 else vector
+    length = size(vector)
+    return vector / length if length > 0 else vector
 
 
 def frequency_error(point: Point) -> float:
     """How far off omega may be, relative: what rounding left in the residual, through [J; t]^-1.
 
-    Beside a branch point this grows with the inverse of the distance, as the error does.
+    Beside a branch point this grows with the inverse of the distance, as the error does; at one nothing is known, NaN.
     """
-    inverse = np.linalg.inv(np.vstack([point.jacobian, point.tangent]))
+    axis = np.zeros(len(point.y))
+    axis[-1] = 1.0
+    try:
+        row = solve(bordered(point.jacobian, point.tangent).T, axis)
+    except np.linalg.LinAlgError:
+        return float("nan")
     noise: Any = point.extra.found.noise
-    return float(np.abs(inverse[-1, :-1]) @ noise / abs(point.y[-1]))
+    return float(np.abs(row[:-1]) @ noise / abs(point.y[-1]))
 

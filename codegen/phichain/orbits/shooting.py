@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -32,9 +33,9 @@ START = 1e-2
 """Largest angle of the first point, rad: below it the digits of omega's change with amplitude are lost."""
 
 
-def lacks(system: System) -> str:
+def lacks(system: System, needed: Sequence[str] = NEEDED) -> str:
     """What shooting misses in a system, in words; empty where it misses nothing."""
-    absent = [name for name in NEEDED if not system.has(name)]
+    absent = [name for name in needed if not system.has(name)]
     if absent:
         return f"the functions {', '.join(absent)}"
     if not system.variational:
@@ -42,16 +43,16 @@ def lacks(system: System) -> str:
     return "" if system.real == "double" else 'double precision, [target] real = "double"'
 
 
-def demand_shooting(system: System) -> None:
+def demand_shooting(system: System, needed: Sequence[str] = NEEDED) -> None:
     """Refuse a system that shooting cannot serve.
 
     Raises:
         UnsupportedError: It misses something.
     """
-    if missing := lacks(system):
+    if missing := lacks(system, needed):
         raise UnsupportedError(
             "method", "shooting", f"system '{system.name}' lacks {missing}",
-            f"build its scene with [functions] want = {list(NEEDED)} and [flow] variational = true, or use method = \"one harmonic\"",
+            f"build its scene with [functions] want = {list(needed)} and [flow] variational = true, or use method = \"one harmonic\"",
         )  # fmt: skip
 
 
@@ -100,6 +101,11 @@ def trace_shooting(
         problem, np.append(amplitude_start * shape, omega), axis(shape), engine, fixed=True
     )  # fmt: skip
     branch = follow(problem, first, engine, tests, name, through=through, progress=progress)
+    return replace(finished(system, p, modes, branch), closing="quarter")
+
+
+def finished(system: System, p: Parameters | None, modes: LinearModes, branch: Branch) -> Branch:
+    """A family of brake orbits with its events under their names."""
     kept = [named(system, p, modes, event) if event.kind == BRANCH_POINT else event for event in branch.events]
     events = tuple(told(event) for event in gathered(branch, kept) if genuine(event))
     return replace(branch, events=events)

@@ -21,6 +21,8 @@ import numpy as np
 
 from phichain.continuation import BranchPoint, Fold, Point, Problem, Quantity, Special, TestFunction
 from phichain.continuation.events import signed
+from phichain.continuation.problem import Multipliers
+from phichain.orbits.krein import signs
 from phichain.orbits.quarter import QuarterMap
 
 BRANCH_POINT: Final = "branch point"
@@ -31,7 +33,7 @@ SAID: Final[dict[str, tuple[str, str]]] = {
     "fold amplitude": ("no symmetry: this angle turns", "this family"),
     "energy extremum": ("no symmetry: the energy turns, and stability changes", "this family"),
     "brake loss": ("the rest: orbits beside it never stand still", "orbits with theta(t + T/2) = -theta(t), over a half period"),
-    "odd loss": ("the rest and theta(t + T/2) = -theta(t)", "orbits odd about T/4, over a full period"),
+    "odd loss": ("the rest and theta(t + T/2) = -theta(t)", "orbits odd about T/4, over a half period"),
     "unequal brakes": ("theta(t + T/2) = -theta(t)", "brake orbits between two unequal rests, over a half period"),
     "krein": ("no symmetry: two pairs of multipliers leave the unit circle", "this family; tori branch off"),
     "cover": ("the shorter period of the family that it covers", "that family, over its own quarter period"),
@@ -57,9 +59,18 @@ def brake_loss(point: Point) -> float:
     return signed(bordered)
 
 
+def _signs(point: Point) -> tuple[int, ...] | None:
+    blocks = _of(point)
+    return signs(blocks.a, blocks.c, blocks.d)
+
+
 def discriminant(point: Point) -> float:
+    """That of all kappa of a point."""
+    return discriminant_of(point.multipliers)
+
+
+def discriminant_of(kappa: Multipliers) -> float:
     """prod (kappa_i - kappa_j)^2 over all pairs: real, and smooth where two meet."""
-    kappa = point.multipliers
     rows, columns = np.triu_indices(len(kappa), 1)
     return float(np.prod((kappa[rows] - kappa[columns]) ** 2).real)
 
@@ -82,7 +93,7 @@ def tests_of(problem: Problem, carts: int, links: int) -> list[TestFunction]:
         *(Fold(carts + k, f"fold amplitude {k + 1}") for k in range(links)),
         Quantity(energy_slope, "energy extremum"),
         *(several if links > 1 else []),
-        *([Quantity(discriminant, "krein")] if links > 2 else []),
+        *([Quantity(discriminant, "krein", in_pairs=True, order=_signs)] if links > 2 else []),
     ]
 
 

@@ -33,15 +33,15 @@ class Target:
     def __str__(self) -> str:
         return self.name or f"{self.what} = {self.value!r}"
 
-    def level(self, system: System, problem: Problem) -> Level:
-        """The terminal test of a family with unknowns (q_0, omega)."""
-        scalar, held = self._scalar(system, problem)
+    def level(self, system: System, problem: Problem, carts: int | None = None) -> Level:
+        """The terminal test of a family with unknowns (q_0, omega), the first `carts` of them the cart's."""
+        scalar, held = self._scalar(problem, system.cart_size if carts is None else carts)
         return Level(scalar, self.value, str(self), held=held)
 
     def _scalar(
-        self, system: System, problem: Problem
+        self, problem: Problem, carts: int
     ) -> tuple[Callable[[Vector], float], Callable[[Vector], tuple[int, float]] | None]:
-        carts, value = system.cart_size, self.value
+        value = self.value
         if self.what == "omega":
             return (lambda z: float(z[-1])), (lambda z: (len(z) - 1, value))
         if self.what == "energy":

@@ -13,21 +13,26 @@ import numpy as np
 from phichain.continuation import Branch, Engine, Options
 from phichain.continuation.core import Progress
 from phichain.errors import ArrayError, ToleranceError, UnsupportedError
-from phichain.orbits import shooting, single_harmonic
+from phichain.orbits import in_plane, shooting, single_harmonic
+from phichain.orbits.conical import conical_starts, families
 from phichain.orbits.harmonics import family as many_harmonics
 from phichain.orbits.harmonics.condensed import Harmonics, kept_harmonics
 from phichain.orbits.modes import linear_modes
+from phichain.orbits.network.record import Network
+from phichain.orbits.network.runs import earlier_run, from_orbit, switched
 from phichain.orbits.targets import Target, target_of
 from phichain.system import Parameters, System
 from phichain.system.arrays import positive, whole
 
-_FAMILIES: Final[dict[str, tuple[Any, Callable[..., Branch]]]] = {
-    "shooting": (shooting, shooting.trace_shooting),
-    "harmonics": (many_harmonics, many_harmonics.trace_harmonics),
-    "one harmonic": (single_harmonic, single_harmonic.trace_one_harmonic),
+_FAMILIES: Final[dict[str, tuple[Any, Callable[..., Any], Callable[..., Branch]]]] = {
+    "shooting": (shooting, linear_modes, shooting.trace_shooting),
+    "harmonics": (many_harmonics, linear_modes, many_harmonics.trace_harmonics),
+    "one harmonic": (single_harmonic, linear_modes, single_harmonic.trace_one_harmonic),
+    "conical": (families, conical_starts, families.trace_conical),
+    "in a plane": (in_plane, in_plane.plane_modes, in_plane.trace_in_plane),
 }
-"""The module that knows a method, and what traces by it."""
-METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting")
+"""The module that knows a method, where its families begin, and what traces by it."""
+METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting", "conical", "in a plane")
 
 
 def trace(
@@ -39,7 +44,9 @@ def trace(
     until: Any = None,
     through: float | None = None,
     switch: bool = False,
-    resume: Branch | Path | str | None = None,
+    generations: int = 1,
+    start: Any = None,
+    resume: Branch | Network | Path | str | None = None,
     p: Parameters | None = None,
     amplitude_start: float | None = None,
     options: Options | None = None,
@@ -47,21 +54,25 @@ def trace(
     limits: Mapping[str, Any] | None = None,
     harmonics: Harmonics | int | None = None,
     progress: Progress | None = None,
-) -> Branch:
-    """Follow the family of limit cycles that one linear mode starts, from small amplitudes.
+) -> Branch | Network:
+    """Follow the family of limit cycles that one linear mode starts, from small amplitudes, or that of any orbit.
 
     Args:
-        system: A planar, undamped system.
-        mode: Number of the mode, from 1, by rising linear frequency.
+        system: A planar, undamped system; a spatial one for conical families.
+        mode: Number of the mode, from 1, by rising linear frequency; of a conical family where it begins (`conical_starts`).
         amplitude_max: The run ends where the largest angle reaches this, rad; pi unless `until` says where.
         method: "shooting": orbits of the whole equations, with their stability; "harmonics": the same orbits as Fourier series, as long as
             the tail of their spectrum asks for; "one harmonic": theta_k = A_k cos(omega t), an approximation that carries the first omitted
-            harmonic as its error; "auto": shooting where the system can.
+            harmonic as its error; "conical": a spatial chain turning about the vertical at a constant rate; "in a plane": one that
+            swings in a vertical plane, with what is beside it in space; "auto": shooting or conical where the system can.
         until: "WHAT=VALUE" (or {WHAT: VALUE}), WHAT theta_K (an angle of the start), amplitude (the largest), omega or
             energy: the last point lies exactly there.
         through: Half width, in arclength, up to which a gap is crossed instead of followed.
-        switch: Follow the branches that events open, too.
-        resume: A Branch, or the JSON file of one, that is gone on with.
+        switch: Follow the branches that events open, too, and those that their events open.
+        generations: How far from the first branch events are gone through with `switch`.
+        start: An orbit to start from instead of a mode, closed by Newton first (`orbits.closed.start.given`): a Branch, (Branch, point), "FILE.json:POINT",
+            or {"q": ..., "v": ..., "period": ...}; its family is followed with rising energy, or towards `until`.
+        resume: A Branch (with `switch` a Network, too), or the JSON file of one, that is gone on with.
         p: Runtime parameters by name.
         amplitude_start: Largest angle of the first point, rad; 1e-2, and 1e-3 of one harmonic.
         options: Step control and limits.
@@ -71,8 +82,8 @@ def trace(
         progress: Told every new point and the step to try next.
 
     Returns:
-        The Branch, with its events, its passages of avoided crossings and the reason why it ended. Ctrl-C ends it too, with the
-        status "interrupted".
+        The Branch, with its events, its passages of avoided crossings and the reason why it ended; with `switch` the Network of it and of all
+        that its events open. Ctrl-C ends them too, with the status "interrupted".
 
     Raises:
         AbsentFunctionError: The system lacks a function.
@@ -81,33 +92,50 @@ def trace(
         ToleranceError: Amplitudes not positive, or start not below the end.
         ConvergenceError: Newton did not reach the family.
     """
-    chosen = _method(system, method, switch)
-    family, follow = _FAMILIES[chosen]
-    usual = family.START
+    chosen = _method(system, method, switch or start is not None)
+    family, begin, follow = _FAMILIES[chosen]
     if amplitude_start is None:
-        amplitude_start = min(usual, _before(target_of(system, until)))
+        amplitude_start = min(family.START, _before(target_of(system, until)))
     amplitude_start = positive("amplitude_start", amplitude_start, "give an angle in rad")
-    target = _target(system, until, amplitude_max, amplitude_start)
+    is_open = chosen == "conical" and until is None and amplitude_max is None
+    target = None if is_open else _target(system, until, amplitude_max, amplitude_start)
     through = 0.0 if through is None else positive("through", through, "give a half width in arclength, such as 1e-4")
-    modes = linear_modes(system, p)
-    mode = whole("mode", mode, 1, len(modes.omega), f"this chain has the modes 1 .. {len(modes.omega)}", ArrayError)
+    generations = whole("generations", generations, 1, 2**31, "give a number of generations, such as 2", ArrayError)
+    modes = begin(system, p)
+    mode = whole("mode", mode, 1, len(modes), f"this chain has the modes 1 .. {len(modes)}", ArrayError)
     for field, given, kind in (("options", options, Options), ("engine", engine, Engine)):
         if given is not None and not isinstance(given, kind):
             raise ArrayError(field, given, f"is no {kind.__name__}", "leave it out, or make one")
-    earlier = _earlier(system, resume, mode, chosen)
     if harmonics is not None:
         follow = partial(follow, harmonics=kept_harmonics(harmonics, chosen))
     chosen_engine = engine or family.settings(options)
     if limits:
         chosen_engine = replace(chosen_engine, options=limited(chosen_engine.options, limits))
-    branch = follow(
-        system, modes, mode, target, p=p, amplitude_start=amplitude_start, engine=chosen_engine,
-        through=through, earlier=earlier, progress=progress,
-    )  # fmt: skip
-    reason = branch.reason
-    if branch.status != "interrupted" and not (branch.events and branch.events[-1].kind == str(target)):
-        reason = f"{reason}; {target} was not reached"
-    return replace(branch, reason=reason, scene=system.name, digest=system.digest, method=chosen, mode=mode)
+    loaded = earlier_run(resume, switch)
+    earlier = loaded.branches[0] if isinstance(loaded, Network) else loaded
+    is_begun = start is not None or (earlier is not None and earlier.mode == 0)
+    mode = 0 if is_begun else mode
+    _demand_same(system, earlier, mode, chosen)
+    if isinstance(loaded, Network) and earlier is not None and earlier.status != "interrupted":
+        branch, grown = earlier, loaded
+    else:
+        common: dict[str, Any] = {"p": p, "engine": chosen_engine, "through": through, "earlier": earlier, "progress": progress}
+        if is_begun:
+            # An orbit's family ends nowhere unless said, a mode's at pi.
+            aim = target if until is not None or amplitude_max is not None else None
+            branch = from_orbit(system, modes, start, aim, **common)
+        else:
+            aim = target
+            branch = follow(system, modes, mode, target, amplitude_start=amplitude_start, **common)
+        reason = branch.reason
+        if aim is not None and branch.status != "interrupted" and not (branch.events and branch.events[-1].kind == str(aim)):
+            reason = f"{reason}; {aim} was not reached"
+        branch, grown = replace(branch, reason=reason, scene=system.name, digest=system.digest, method=chosen, mode=mode), None
+    if not switch:
+        return branch
+    return switched(
+        system, modes, grown or branch, p=p, engine=chosen_engine, through=through, generations=generations, progress=progress
+    )
 
 
 def limited(options: Options, limits: Mapping[str, Any]) -> Options:
@@ -126,7 +154,7 @@ def limited(options: Options, limits: Mapping[str, Any]) -> Options:
     return replace(options, **{**first, **limits})
 
 
-def _method(system: System, method: str, switch: bool) -> str:
+def _method(system: System, method: str, beyond: bool) -> str:
     """The method that is meant.
 
     Raises:
@@ -135,12 +163,16 @@ def _method(system: System, method: str, switch: bool) -> str:
     """
     if method not in METHODS:
         raise ArrayError("method", method, "is no method", f"use one of {', '.join(METHODS)}")
-    if switch:
-        raise UnsupportedError(
-            "switch", switch, "branches that events open are not followed by themselves",
-            "trace the mode that a cover names, and read `continues` of the other events",
-        )  # fmt: skip
+    if beyond:
+        if method in ("one harmonic", "harmonics", "conical", "in a plane"):
+            raise UnsupportedError(
+                "method", method, "events that open branches, and orbits to start from, are those of shooting", 'use method = "shooting"'
+            )
+        shooting.demand_shooting(system, (*shooting.NEEDED, "forward_dynamics"))
+        return "shooting"
     if method == "auto":
+        if not system.is_planar:
+            return "conical"
         return "one harmonic" if shooting.lacks(system) else "shooting"
     return method
 
@@ -175,16 +207,14 @@ def _target(system: System, until: Any, amplitude_max: float | None, start: floa
     return Target("amplitude", end, "amplitude_max")
 
 
-def _earlier(system: System, resume: Branch | Path | str | None, mode: int, method: str) -> Branch | None:
-    """The run to go on with.
+def _demand_same(system: System, branch: Branch | None, mode: int, method: str) -> None:
+    """Refuse to go on with what is of another kind.
 
     Raises:
-        ArrayError: It is none, or belongs to another scene, mode or method.
-        OutputError: Its file cannot be read.
+        ArrayError: It belongs to another scene, mode or method, or has no points of its own.
     """
-    if resume is None:
-        return None
-    branch = resume if isinstance(resume, Branch) else Branch.from_json(resume)
+    if branch is None:
+        return
     for field, own, wanted in (
         ("digest", branch.digest, system.digest), ("mode", branch.mode, mode), ("method", branch.method, method),
     ):  # fmt: skip
@@ -195,5 +225,3 @@ def _earlier(system: System, resume: Branch | Path | str | None, mode: int, meth
             )  # fmt: skip
     if branch.regular < 1 or branch.step <= 0:
         raise ArrayError("resume", branch.regular, "points of that branch are a run's own", "trace it anew")
-    return branch
-

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from phichain.errors import UnsupportedError
 from phichain.fractional import Propagation
 from phichain.motion import Trajectory, simulate
 from phichain.orbits import trace
+from phichain.papers.families import conical, energies, exact_families, gap, network
 from phichain.papers.signals import released, write_sheets, write_viewer
 from phichain.pipeline import build
 from phichain.report import charts, paper_b
@@ -110,7 +111,7 @@ q_2 and q_3 as their four printed entries mean them, docs/theory.md, B6."""
 
 
 def draw(name: str, out: Path) -> list[Path]:
-    """Draw one figure, A2 .. A7 or B2 .. B4, into a folder; returns the files written.
+    """Draw one figure, A2 .. A7, B2 .. B4, E2 .. E4, G4, N2 or C2, into a folder; returns the files written.
 
     Raises:
         UnsupportedError: There is no such figure.
@@ -187,7 +188,7 @@ def _tracking(out: Path) -> list[Path]:
 def families(links: int) -> list[Branch]:
     """The single-harmonic families of all modes of paper A's chain, followed until a link swings by pi."""
     system, options = paper_a_chain(links), Options(step_max=0.05, max_points=4000)
-    return [trace(system, mode, np.pi - 1e-3, options=options) for mode in range(1, links + 1)]
+    return [cast(Branch, trace(system, mode, np.pi - 1e-3, options=options)) for mode in range(1, links + 1)]
 
 
 def slowest_family(links: int) -> Branch:
@@ -196,13 +197,14 @@ def slowest_family(links: int) -> Branch:
     scene = scene_from_dict(
         {"name": f"long{links}", "chain": chain, "functions": {"want": ["phi", "phi_jacobian"]}}
     )
-    return trace(build(scene), 1, 1.5, options=Options(step_max=0.05, max_points=4000))
+    return cast(Branch, trace(build(scene), 1, 1.5, options=Options(step_max=0.05, max_points=4000)))
 
 
 def _charts(out: Path) -> list[Path]:
-    """Fig. 7, and its remark that the charts settle as N grows."""
+    """Fig. 7 with the exact families over it, and its remark that the charts settle as N grows."""
     long = {links: slowest_family(links) for links in SETTLING}
-    sheet = charts.charts({links: families(links) for links in CHARTED}, long, float(np.sqrt(9.81 / 0.5)))
+    exact = {links: exact_families(links) for links in CHARTED}
+    sheet = charts.charts({links: families(links) for links in CHARTED}, long, float(np.sqrt(9.81 / 0.5)), exact)
     return [save(sheet, out / "A7.png")]
 
 
@@ -240,5 +242,9 @@ FIGURES: Mapping[str, Callable[[Path], list[Path]]] = {
     ),
     "B3": _on_cart("B3", FIG_3, "brought to hanging"),
     "B4": _on_cart("B4", FIG_4, "steadied with three links up, two folded down"),
+    **{f"E{links}": energies(links) for links in (2, 3, 4)},
+    "G4": gap,
+    "N2": network,
+    "C2": conical,
 }
 """Name -> what draws it into a folder."""

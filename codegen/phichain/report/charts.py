@@ -70,13 +70,17 @@ def hanging_chain_frequency(length: float = 1.0, gravity: float = 9.81) -> float
     return float(jn_zeros(0, 1)[0] / 2 * np.sqrt(gravity / length))
 
 
-def charts(families: Mapping[int, Sequence[Branch]], slowest: Mapping[int, Branch], omega_0: float) -> Figure:
+def charts(
+    families: Mapping[int, Sequence[Branch]], slowest: Mapping[int, Branch], omega_0: float,
+    exact: Mapping[int, Sequence[Branch]] | None = None,
+) -> Figure:  # fmt: skip
     """One chart per mode of N = 1, 2, ... links in a triangle, and the slowest family as N grows beside it.
 
     Args:
         families: N -> its families, one per mode.
         slowest: N -> the family of mode 1, for N as large as wanted.
         omega_0: Frequency of small motions of the single link, rad/s.
+        exact: N -> the families of the whole equations, one per mode, drawn over them.
     """
     count = max(families)
     orbits = known_orbits()
@@ -88,6 +92,8 @@ def charts(families: Mapping[int, Sequence[Branch]], slowest: Mapping[int, Branc
                 axes = drawing.add_subplot(grid[row, column])
                 known = [orbit for orbit in orbits if (orbit.links, orbit.mode) == (links, column + 1)]
                 _chart(axes, branch, known)
+                if exact is not None:
+                    _over(axes, exact[links][column], branch)
                 axes.set_title(f"N = {links}" + (f", mode {column + 1}" if links > 1 else ""))
                 axes.set_ylabel(r"$\omega$ (rad/s)" if column == 0 else "")
                 axes.set_xlabel("amplitude (rad)" if row == count - 1 else "")
@@ -120,6 +126,21 @@ def _chart(axes: Any, branch: Branch, known: Sequence[Orbit]) -> None:
     axes.margins(y=0.08)
 
 
+def _over(axes: Any, branch: Branch, harmonic: Branch) -> None:
+    """The exact family, dotted: where it leaves the curves of its colours, one harmonic is not true.
+
+    An orbit half a period later is its own mirror image: of both the one is drawn whose large angles lie on one harmonic's side.
+    """
+    omega = branch.column("omega")
+    names = [name for name in branch.names if name.startswith("theta")]
+    largest = int(np.argmax(np.abs(harmonic.points[-1, :-1])))
+    own = branch.column(names[largest])
+    furthest = float(own[int(np.argmax(np.abs(own)))])
+    side = -1.0 if abs(furthest) > 1 and furthest * harmonic.points[-1, largest] < 0 else 1.0
+    for name, colour in zip(names, shades(4), strict=False):
+        axes.plot(side * branch.column(name), omega, color=colour, linestyle=":", linewidth=1.8, dash_capstyle="round")
+
+
 def _exact(axes: Any, omega_0: float) -> None:
     amplitude = np.linspace(0.0, np.pi - 1e-6, 400)
     axes.plot(amplitude, pendulum_frequency(amplitude, omega_0), color=ACCENT, linestyle="--")
@@ -131,6 +152,7 @@ def _legend(axes: Any, links: int) -> None:
     for k, colour in enumerate(shades(4)[:links]):
         axes.plot([], [], color=colour, label=f"$A_{k + 1}$ by one harmonic")
     axes.plot([], [], color=ACCENT, linestyle="--", label="exact, one link")
+    axes.plot([], [], color=INK, linestyle=":", linewidth=1.8, label="exact family")
     axes.plot([], [], "o", color=INK, markersize=4.5, label="true orbit, stable")
     axes.plot([], [], "o", color=INK, markerfacecolor="white", markersize=4.5, label="true orbit, unstable")
     axes.legend(loc="center", fontsize=8.5)

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from phichain.report import panels
 from phichain.report.geometry import tilt
+from phichain.report.orbits.families import against_amplitude, family
+from phichain.report.orbits.motion import orbit
 from phichain.report.style import figure, look
 
 if TYPE_CHECKING:
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
     from phichain.identification import Fit
     from phichain.motion import Trajectory
     from phichain.system import System
+
+__all__ = ["angles", "closed_loop", "family", "fitted", "motion", "orbit", "overview"]
 
 
 def motion(system: System, trajectory: Trajectory) -> Figure:
@@ -80,21 +84,6 @@ def _input_label(system: System) -> str:
     return labels[kinds.pop()] if len(kinds) == 1 and kinds <= set(labels) else "input (N, N m)"
 
 
-def family(branch: Branch) -> Figure:
-    """One family of limit cycles in paper A's axes, and over its energy where that is known."""
-    with look():
-        if branch.energy is None:
-            drawing = figure(5.4, 4.0)
-            panels.family(drawing.subplots(), branch)
-            return drawing
-        drawing = figure(8.4, 4.0)
-        left, right = drawing.subplots(1, 2, sharey=True, width_ratios=(1.6, 1.0))
-        panels.family(left, branch)
-        panels.energy_of_family(right, branch)
-        right.set_ylabel("")
-    return drawing
-
-
 def fitted(fit: Fit) -> Figure:
     """A fit: every measured column over its prediction and what is left of it, standard errors, and what moves together."""
     import numpy as np
@@ -137,5 +126,5 @@ def overview(
         ):
             panels.chain_in_motion(place, system, trajectory.q)
             place.set_title(f"{trajectory.name}: {what}, {trajectory.t[-1]:g} s")
-        panels.family(axes[1, 0], branch)
+        against_amplitude(axes[1, 0], branch)
     return drawing

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,9 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from phichain.report.geometry import joints
 from phichain.report.style import ACCENT, INK, SOFT, shades
 from phichain.system import System
-
-if TYPE_CHECKING:
-    from phichain.continuation import Branch
 
 _MOMENTS = 14
 _SMALLEST = 1e-17
@@ -114,38 +111,6 @@ def decay(axes: Any, t: ArrayLike, curves: dict[str, ArrayLike]) -> None:
         axes.semilogy(t, np.where(norms > 0, norms, np.nan), color=colour, label=name)
     axes.set(xlabel="t (s)", xlim=(np.min(t), np.max(t)))
     _legend_above(axes, len(curves))
-
-
-def family(axes: Any, branch: Branch) -> None:
-    """A family of limit cycles as paper A draws it: frequency over the amplitude of every link, folds marked.
-
-    Args:
-        axes: Where to draw.
-        branch: Unknowns amplitude_theta_1 .. amplitude_theta_N, or theta_1 .. theta_N at rest (a cart is left out), and omega.
-    """
-    omega = branch.column("omega")
-    angles = [name for name in branch.names if name.startswith(("amplitude_theta", "theta"))]
-    for name, colour in zip(angles, shades(len(angles)), strict=True):
-        amplitude = branch.column(name)
-        # Beyond pi an angle says no longer where its link is.
-        amplitude = np.where(np.abs(amplitude) <= np.pi, amplitude, np.nan)
-        axes.plot(amplitude, omega, color=colour, label=f"$A_{{{name.rpartition('_')[2]}}}$")
-        column = branch.names.index(name)
-        turns = (f"fold in {name}", f"fold amplitude {name.rpartition('_')[2]}")
-        folds = np.array([event.z for kind in turns for event in branch.located(kind)])
-        if folds.size:
-            axes.plot(
-                folds[:, column], folds[:, -1], "o", color=colour, markersize=4, markerfacecolor="white"
-            )
-    axes.axhline(omega[0], color=SOFT, linewidth=0.8, linestyle=":", label="small motions")
-    axes.set(xlabel="amplitude (rad)", ylabel=r"$\omega$ (rad/s)")
-    _legend_above(axes, len(angles) + 1)
-
-
-def energy_of_family(axes: Any, branch: Branch) -> None:
-    """Frequency over the orbit's energy, counted from the hanging rest."""
-    axes.plot(branch.energy, branch.column("omega"), color=ACCENT)
-    axes.set(xlabel="energy (J)", ylabel=r"$\omega$ (rad/s)")
 
 
 def column_of_fit(above: Any, below: Any, t: ArrayLike, measured: ArrayLike, fitted: ArrayLike, name: str) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint
+from phichain.continuation.linear import bordered, sign_of_determinant
 from phichain.continuation.locate import curve
 from phichain.continuation.met.specials import Passage
 from phichain.continuation.point import Point
@@ -22,6 +23,8 @@ from phichain.continuation.problem import Problem
 
 WIDEST = 1e-2
 """Half widths, in arclength, up to which a minimum of sigma is a gap and no more than a bend."""
+NARROW = 3e-6
+"""Half width below which a gap is crossed in any case: whether a step sees it or takes it for a branch point depends on its length."""
 _CLEAR = (100.0, 30.0, 10.0)
 """Distances, in half widths, at which both branches beside a gap are straight again: the farthest that serves is taken."""
 _REACH = (2.0, 3.0)
@@ -35,7 +38,7 @@ def smallest(problem: Problem, point: Point) -> float:
 
 def change_sign(near: Sequence[Point]) -> bool:
     """Whether det [J; t] has both signs at some points: a branch point lies between, and no gap."""
-    signs = {float(np.linalg.slogdet(np.vstack([point.jacobian, point.tangent]))[0]) for point in near}
+    signs = {sign_of_determinant(bordered(point.jacobian, point.tangent)) for point in near}
     return len(signs) > 1
 
 
@@ -61,6 +64,18 @@ def gap_between(problem: Problem, near: Sequence[Point], engine: Engine) -> Pass
         fitted = better
     at = _on(problem, near, float(np.clip(fitted[0], low, high)), engine)
     return Passage(at.z(problem), at.arclength, fitted[1], False)
+
+
+def gap_ahead(problem: Problem, near: Sequence[Point], sigma: Sequence[float]) -> Passage | None:
+    """The gap that a run has come so close to that its steps got too small, by the sigma of its last three points; None where there is none.
+
+    Args:
+        problem: What is continued.
+        near: The points.
+        sigma: The smallest singular value of [J; t] at each.
+    """
+    fitted = _fit([point.arclength for point in near], sigma) if len(near) == 3 else None
+    return None if fitted is None else Passage(near[-1].z(problem), fitted[0], fitted[1], False)
 
 
 def _on(problem: Problem, near: Sequence[Point], s: float, engine: Engine) -> Point:

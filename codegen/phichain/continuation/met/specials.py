@@ -25,6 +25,7 @@ class Special(Held):
         multipliers: Those of the solution there (k,); empty where the method computes none.
         breaks: What it breaks, in words; empty where the method does not say.
         continues: Which problem goes on beyond it, in words.
+        state: State (q, v) (nx,) that the unknowns stand for; None where they are a configuration at rest, and omega.
     """
 
     kind: str
@@ -35,6 +36,7 @@ class Special(Held):
     multipliers: Multipliers
     breaks: str = ""
     continues: str = ""
+    state: Vector | None = None
 
 
 @dataclass(frozen=True, eq=False)

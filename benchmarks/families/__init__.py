@@ -1,0 +1,1 @@
+"""Families of limit cycles beside AUTO-07p."""

@@ -1,0 +1,210 @@
+"""Brake orbits of spatial chains that swing in a vertical plane, and what is beside them: in the plane and out of it.
+
+Without springs these are a planar chain's orbits; springs between directions have another law than planar ones. With theta_k the angle of link k
+from the hanging vertical, t_k = dq_k / d theta_k and y across the plane, the chain starts at rest and hangs straight after T/4. The spatial flow carries
+
+    dq_k = a_k t_k, d omega_k = r_k y          in the plane: the quarter map of `quarter`,
+    dq_k = b_k y,   d omega_k = -c_k t_k       out of it, c_k = b_k'.
+
+Out of the plane nothing changes under theta -> -theta, so that these motions see half a period: with Q = [a b; c d] of the quarter in
+canonical coordinates M(T/2) = S Q^-1 S Q, S = diag(1, -1), and kappa = (mu + 1/mu) / 2 = eig(2 d^T a - 1). Turning the plane about the vertical,
+b_k = sin theta_k, comes to nothing where the chain is straight: a u = 0, mu = -1, lambda = 1. It is split off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from phichain.continuation import Branch, Evaluation, Point, Problem, Quantity, Special, follow, start_on
+from phichain.continuation.core import Progress
+from phichain.continuation.engine import Engine
+from phichain.continuation.problem import LateExtra, Multipliers
+from phichain.errors import UnsupportedError
+from phichain.orbits import shooting
+from phichain.orbits.conical.starts import Start, conical_starts
+from phichain.orbits.conical.turning import turning
+from phichain.orbits.quarter import EPS, QuarterMap, complement, frequency_error, powers, quarter_map
+from phichain.orbits.symmetry import discriminant_of, genuine, tests_of, told
+from phichain.orbits.targets import Target
+from phichain.system import Parameters, System, Vector
+
+METHOD = "in a plane"
+NEEDED = ("forward_dynamics", "state_jacobian", "energy", "mass_matrix", "propagate")
+"""Functions that are called."""
+START = shooting.START
+settings = shooting.settings
+PLANE_LOSS = "plane loss"
+_STEPS = 20_000
+_SAID = ("the plane: orbits beside it leave it", "orbits in space that no method here follows")
+
+
+@dataclass(frozen=True, eq=False)
+class SpatialMap(QuarterMap):
+    """The quarter map in the plane, with what lies across it.
+
+    Attributes:
+        within: kappa of motions in the plane (N - 1,).
+        across: Those of motions out of it (N - 1,).
+    """
+
+    within: Multipliers
+    across: Multipliers
+
+
+def plane_modes(system: System, p: Parameters | None = None) -> tuple[Start, ...]:
+    """The linear modes of a hanging spatial chain, by rising frequency: those of conical families.
+
+    Raises:
+        UnsupportedError: The chain is planar, on a cart, loses energy, or lacks what its orbits need.
+    """
+    if system.is_planar or system.has_cart:
+        raise UnsupportedError(
+            "method", METHOD, "is for spatial chains on a fixed base", 'use method = "shooting" with a planar scene, which may have a cart'
+        )
+    if not (system.has("propagate") and system.variational and system.real == "double"):
+        raise UnsupportedError(
+            "method", METHOD, f"system '{system.name}' lacks a double precision flow that carries derivatives",
+            f"build its scene with [functions] want = {list(NEEDED)} and [flow] variational = true",
+        )  # fmt: skip
+    return tuple(start for start in conical_starts(system, p) if not start.is_flat and not start.base.any())
+
+
+def plane_problem(system: System, p: Parameters | None = None, *, omega: float) -> Problem:
+    """theta(T/4; theta_0) = 0 with unknowns (theta_1 .. theta_N, omega), angles from the hanging vertical.
+
+    Its multipliers are kappa = (mu + 1/mu) / 2 with lambda = mu^2: N - 1 in the plane and N - 1 out of it.
+
+    Args:
+        system: A spatial chain on a fixed base whose `propagate` carries derivatives along.
+        p: Runtime parameters.
+        omega: Frequency of the linear mode, rad/s: its size.
+    """
+    flow, mass_of, energy = (system.function(name) for name in ("propagate", "mass_matrix", "energy"))
+    parameters, links, still = system.parameters(p), system.links, np.zeros(system.nv)
+    rest = turning(system, np.append(np.zeros(links), 1.0))
+    bottom = float(sum(energy(rest.q, still, **parameters)))
+
+    def evaluate(z: Vector) -> Evaluation:
+        rate = float(z[-1])
+        if not (rate > 0 and np.all(np.isfinite(z))):
+            return Evaluation(np.full(links, np.nan), np.full((links, links + 1), np.nan))
+        q, within, across = _beside(system, z)
+        quarter = np.pi / (2 * rate)
+        found = flow(q, still, 0.0, quarter, EPS, max_steps=_STEPS, transition=np.hstack([within, across]), **parameters)
+        if found.outcome != "done":
+            return Evaluation(np.full(links, np.nan), np.full((links, links + 1), np.nan))
+        ended = found.q.reshape(links, 3)
+        theta, theta_dot = np.arctan2(ended[:, 0], ended[:, 2]), found.v.reshape(links, 3)[:, 1]
+        moved, turned = np.split(found.transition, [system.nq])
+        # Along t at the end: where the chain hangs straight this is dq_x.
+        along = moved.reshape(links, 3, -1)
+        angles = np.cos(theta)[:, None] * along[:, 0] - np.sin(theta)[:, None] * along[:, 2]
+        spins = turned.reshape(links, 3, -1)
+        jacobian = np.column_stack([angles[:, :links], theta_dot * (-quarter / rate)])
+
+        def maps() -> tuple[Multipliers, SpatialMap]:
+            noise = np.abs(jacobian) @ np.abs(z) * (EPS * (1 + found.steps))
+            start, end = (np.asarray(mass_of(at, **parameters)) for at in (q, found.q))
+            begun = within[system.nq :, links:], across[system.nq :, links:]
+            last = rest.odd[system.nq :, links:], -rest.even[system.nq :, links:]
+            roots = [np.linalg.cholesky(part.T @ start @ part) for part in begun]
+            ends = [np.linalg.cholesky(part.T @ end @ part).T for part in last]
+            half = 2 * links
+            inside = quarter_map(np.vstack([angles[:, :half], spins[:, 1, :half]]), theta_dot, roots[0], ends[0], 0, noise)
+            outside = quarter_map(np.vstack([along[:, 1, half:], -spins[:, 0, half:]]), theta_dot, roots[1], ends[1], 0, noise)
+            turn = roots[1].T @ np.sin(z[:-1])
+            rows = complement(turn / np.linalg.norm(turn)) if links > 1 else np.empty((1, 0))
+            kappa = np.linalg.eigvals(2 * (outside.d @ rows).T @ (outside.a @ rows) - np.eye(links - 1)).astype(complex)
+            within_kappa = inside.kappa()
+            kappa = kappa[np.lexsort((kappa.imag, -kappa.real))]
+            return np.concatenate([within_kappa, kappa]), SpatialMap(**vars(inside), within=within_kappa, across=kappa)
+
+        return Evaluation(theta, jacobian, LateExtra(maps))
+
+    def height(z: Vector) -> float:
+        return float(sum(energy(turning(system, np.append(z[:-1], 0.0)).q, still, **parameters))) - bottom
+
+    return Problem(
+        evaluate=evaluate,
+        names=(*(f"theta_{k + 1}" for k in range(links)), "omega"),
+        scale=powers(np.append(np.ones(links), omega)),
+        energy=height,
+        error=frequency_error,
+    )
+
+
+def _beside(system: System, z: Vector) -> tuple[Vector, Vector, Vector]:
+    """The chain at rest at z (nq,), and small motions in its plane and out of it (nx, 2 N): displacements, then rates."""
+    links, nq = system.links, system.nq
+    at = turning(system, np.append(z[:-1], 0.0))
+    within, across = np.zeros((2, system.nx, 2 * links))
+    within[:, :links], across[:, :links] = at.even[:, :links], at.odd[:, :links]
+    within[nq:, links:], across[nq:, links:] = at.odd[nq:, links:], -at.even[nq:, links:]
+    return at.q, within, across
+
+
+def _to(sign: float) -> Callable[[Point], float]:
+    """Point -> how far the multipliers of motions out of the plane are from mu = sign: a product with simple zeros."""
+
+    def product(point: Point) -> float:
+        found: SpatialMap = point.extra.found
+        return float(np.prod(found.across - sign).real)
+
+    return product
+
+
+def _told(system: System, event: Special) -> Special:
+    state = turning(system, np.append(event.z[:-1], 0.0)).x
+    if event.kind == PLANE_LOSS:
+        return replace(event, breaks=_SAID[0], continues=_SAID[1], state=state)
+    return replace(told(event), state=state)
+
+
+def trace_in_plane(
+    system: System,
+    modes: tuple[Start, ...],
+    mode: int,
+    target: Target,
+    *,
+    p: Parameters | None = None,
+    amplitude_start: float = START,
+    engine: Engine,
+    through: float = 0.0,
+    earlier: Branch | None = None,
+    progress: Progress | None = None,
+) -> Branch:
+    """Follow the brake orbits in a plane that one linear mode starts.
+
+    Args:
+        system: A spatial chain on a fixed base.
+        modes: Its modes, `plane_modes`.
+        mode: Number of the mode, from 1.
+        target: Where to end; theta_K is the angle of link K from the hanging vertical.
+        p: Runtime parameters.
+        amplitude_start: Largest angle of the first point, rad.
+        engine: Predictor, corrector and options.
+        through: Half width of gaps that are crossed.
+        earlier: A run to go on with.
+        progress: Told every new point.
+
+    Raises:
+        ConvergenceError: Newton did not reach the family.
+    """
+    begun = modes[mode - 1]
+    problem = plane_problem(system, p, omega=begun.omega)
+    tests = [test for test in tests_of(problem, 0, system.links) if getattr(test, "name", "") != "krein"]
+    if system.links > 2:
+        tests.append(Quantity(lambda point: discriminant_of(point.extra.found.within), "krein"))
+    if system.links > 1:
+        tests += [Quantity(_to(sign), PLANE_LOSS) for sign in (1.0, -1.0)]
+    tests += shooting.ends(system, problem, target, amplitude_start, begun.omega)
+    first = earlier if earlier is not None else start_on(
+        problem, np.append(amplitude_start * begun.shape, begun.omega), shooting.axis(begun.shape), engine, fixed=True
+    )  # fmt: skip
+    branch = follow(problem, first, engine, tests, f"{system.name}, mode {mode}, in a plane", through=through, progress=progress)
+    events = tuple(_told(system, event) for event in branch.events if genuine(event))
+    states = np.array([turning(system, np.append(z[:-1], 0.0)).x for z in branch.points])
+    return replace(branch, events=events, states=states, closing=METHOD)

@@ -1,0 +1,1 @@
+"""Families of orbits and single orbits: drawn with their events, and in motion."""
