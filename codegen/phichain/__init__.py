@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from phichain.motion import Trajectory as Trajectory
     from phichain.motion import simulate as simulate
     from phichain.orbits import Network as Network
+    from phichain.orbits import respond as respond
     from phichain.orbits import trace as trace
     from phichain.pipeline import build as build
     from phichain.pipeline import generate as generate
@@ -51,6 +52,7 @@ _HOME = {
     "simulate": "phichain.motion",
     "Trajectory": "phichain.motion",
     "trace": "phichain.orbits",
+    "respond": "phichain.orbits",
     "Branch": "phichain.continuation",
     "Network": "phichain.orbits",
     "lqr": "phichain.control",
