@@ -32,6 +32,7 @@ MODULES: Final = {
     "equal_error": "benchmarks.flows.equal_error",
     "single_precision": "benchmarks.flows.single_precision",
     "python_calls": "benchmarks.calls.python",
+    "harmonics": "benchmarks.orbits.harmonics",
     "regulators": "benchmarks.control.all_gains",
     "generation": "benchmarks.building.generation",
     "growth": "benchmarks.building.growth",

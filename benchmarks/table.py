@@ -13,6 +13,7 @@ from pathlib import Path
 RESULTS = Path(__file__).with_name("results")
 _PACKAGES = (
     "phichain", "sympy", "casadi", "heyoka", "pin", "mujoco", "numpy", "scipy", "pycaputo", "differint", "jax", "diffrax",
+    "pyharm-os",
 )  # fmt: skip
 
 

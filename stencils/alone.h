@@ -51,6 +51,8 @@ typedef float phi_real;
 #define phi_abs fabsf
 #define phi_floor floorf
 #define phi_fma fmaf
+#define phi_cos cosf
+#define phi_sin sinf
 #else
 typedef double phi_real;
 #define PHI_HALF 0.5
@@ -76,6 +78,8 @@ typedef double phi_real;
 #define phi_abs fabs
 #define phi_floor floor
 #define phi_fma fma
+#define phi_cos cos
+#define phi_sin sin
 #endif
 #define PHI_ROOM 64
 
@@ -171,6 +175,9 @@ typedef struct stem_event {
 
 typedef struct stem_start {
     stem_lanes unit[2], held[4], slope[stem_x], left[2][stem_lefts], right[2][stem_lefts * stem_rights];
+#if WITH_FORCING
+    stem_lanes later[4], drive[2];
+#endif
 } stem_start;
 
 #if WITH_COLUMNS
@@ -202,6 +209,9 @@ typedef struct stem_jets {
     stem_lanes state[stem_x], lost[stem_x], moved[stem_x], moved_lost[stem_x];
 #if WITH_INPUTS
     stem_lanes u[stem_inputs];
+#endif
+#if WITH_FORCING
+    stem_lanes t, t_lost, amplitude, omega;
 #endif
 #if WITH_TURNS
     stem_lanes turns[stem_q];
@@ -269,13 +279,32 @@ enum { stem_goes_on = -1 };
 #define OWN_INPUTS
 #define LANES_OF_INPUTS
 #endif
+#if WITH_FORCING
+#define FORCE(of) of,
+#define AFTER(time) time,
+#define BEHIND later
+#define LANES_OF_FORCE const stem_lanes *force,
+#define LANES_LATER stem_lanes *later,
+#define PASS_FORCING amplitude, omega,
+#define FORCING_OF_ALL const phi_real amplitude[], const phi_real omega[],
+#define OWN_FORCING const phi_real amplitude, const phi_real omega,
+#else
+#define FORCE(of)
+#define AFTER(time)
+#define BEHIND held
+#define LANES_OF_FORCE
+#define LANES_LATER
+#define PASS_FORCING
+#define FORCING_OF_ALL
+#define OWN_FORCING
+#endif
 
 #if ALONE_BATCH
-#define ARGUMENTS CONTEXT const size_t n, phi_flow_batch *flow, const phi_real t_end[], const unsigned long max_steps, INPUTS_OF_ALL phi_real q[], phi_real v[], const stem_event *event, const unsigned long count, const phi_real times[], phi_real q_out[], phi_real v_out[], void *work
+#define ARGUMENTS CONTEXT const size_t n, phi_flow_batch *flow, const phi_real t_end[], const unsigned long max_steps, INPUTS_OF_ALL FORCING_OF_ALL phi_real q[], phi_real v[], const stem_event *event, const unsigned long count, const phi_real times[], phi_real q_out[], phi_real v_out[], void *work
 size_t phi_propagate_batch(ARGUMENTS);
 #else
-#define ARGUMENTS CONTEXT phi_flow *flow, const phi_real t_end, const unsigned long max_steps, OWN_INPUTS phi_real q[stem_q], phi_real v[stem_q], const stem_event *event, const unsigned long count, const phi_real *times, phi_real *q_out, phi_real *v_out
-#define PASS_ALL PASS flow, t_end, max_steps, PASS_INPUTS q, v, event, count, times, q_out, v_out
+#define ARGUMENTS CONTEXT phi_flow *flow, const phi_real t_end, const unsigned long max_steps, OWN_INPUTS OWN_FORCING phi_real q[stem_q], phi_real v[stem_q], const stem_event *event, const unsigned long count, const phi_real *times, phi_real *q_out, phi_real *v_out
+#define PASS_ALL PASS flow, t_end, max_steps, PASS_INPUTS PASS_FORCING q, v, event, count, times, q_out, v_out
 int phi_propagate(ARGUMENTS);
 #endif
 
@@ -296,8 +325,8 @@ int phi_propagate(ARGUMENTS);
 #define LANES_NEWEST(lanes)
 #endif
 
-void stem_factor(CONTEXT const stem_lanes *q, const stem_lanes *v, LANES_OF_INPUTS const stem_lanes *scale, LANES_LOST stem_lanes *held, stem_lanes *left, stem_lanes *right);
-void stem_order(CONTEXT const stem_lanes *held, const stem_lanes *sums, LANES_NEWEST(stem_lanes) const stem_lanes *coefficient, const phi_real now[4], stem_lanes *left, stem_lanes *right, stem_lanes *next);
+void stem_factor(CONTEXT const stem_lanes *q, const stem_lanes *v, LANES_OF_INPUTS LANES_OF_FORCE const stem_lanes *scale, LANES_LOST stem_lanes *held, LANES_LATER stem_lanes *left, stem_lanes *right);
+void stem_order(CONTEXT const stem_lanes *held, const stem_lanes *sums, LANES_NEWEST(stem_lanes) const stem_lanes *coefficient, const phi_real now[4], LANES_OF_FORCE stem_lanes *left, stem_lanes *right, stem_lanes *next);
 void phi_positions(POSITIONS_CONTEXT const phi_real *q, phi_real *place);
 #if WITH_SPHERE
 void stem_enter(const phi_real *q, const phi_real *v, phi_real *rate);

@@ -1,5 +1,5 @@
 /* A lane takes up a trajectory. */
-static void stem_take(const size_t n, const size_t k, const int lane, const phi_flow_batch *flow, const phi_real t_end[], INPUTS_OF_ALL const phi_real q[], const phi_real v[], stem_state *lanes, stem_jets *jet)
+static void stem_take(const size_t n, const size_t k, const int lane, const phi_flow_batch *flow, const phi_real t_end[], INPUTS_OF_ALL FORCING_OF_ALL const phi_real q[], const phi_real v[], stem_state *lanes, stem_jets *jet)
 {
     phi_real x[stem_x];
     for (size_t i = 0; i < stem_q; ++i) {
@@ -19,6 +19,10 @@ static void stem_take(const size_t n, const size_t k, const int lane, const phi_
     for (size_t i = 0; i < stem_inputs; ++i) {
         STEM_AT(jet->u[i], lane) = u[i * n + k];
     }
+#endif
+#if WITH_FORCING
+    STEM_AT(jet->amplitude, lane) = amplitude[k];
+    STEM_AT(jet->omega, lane) = omega[k];
 #endif
 #if WITH_TURNS
     for (int i = 0; i < stem_q; ++i) {
@@ -79,6 +83,10 @@ static void stem_rest_lane(const int lane, const int other, stem_jets *jet)
         STEM_AT(jet->u[i], lane) = STEM_OF(jet->u[i], other);
     }
 #endif
+#if WITH_FORCING
+    STEM_AT(jet->amplitude, lane) = STEM_OF(jet->amplitude, other);
+    STEM_AT(jet->omega, lane) = STEM_OF(jet->omega, other);
+#endif
 }
 
 /* Units of time and first coefficients where lanes have taken up trajectories; the others have theirs already. */
@@ -94,7 +102,10 @@ static void stem_begin_new(CONTEXT const phi_real scales[2], stem_state *lanes, 
             STEM_AT(unit, lane) = STEM_OF(fresh, lane);
         }
     }
-    stem_begin(PASS jet, jet->state, jet->lost, &unit, &jet->start);
+#if WITH_FORCING
+    const stem_lanes no_time = STEM_ZERO;
+#endif
+    stem_begin(PASS jet, jet->state, jet->lost, &unit, AFTER(&no_time) &jet->start);
 }
 
 /* Where a lane stands before its step: the time left and how far it may go, or how it ended. */
@@ -149,7 +160,7 @@ size_t phi_propagate_batch(ARGUMENTS)
     memset(&jet->start.unit, 0, sizeof jet->start.unit);
     for (int lane = 0; lane < stem_lane_count; ++lane) {
         if (waiting < n) {
-            stem_take(n, waiting++, lane, flow, t_end, PASS_INPUTS q, v, &lanes, jet);
+            stem_take(n, waiting++, lane, flow, t_end, PASS_INPUTS PASS_FORCING q, v, &lanes, jet);
             ++running;
         } else if (lane > 0) {
             stem_rest_lane(lane, 0, jet);
@@ -157,6 +168,10 @@ size_t phi_propagate_batch(ARGUMENTS)
     }
     while (running > 0) {
         stem_lanes length;
+#if WITH_FORCING
+        memcpy(&jet->t, lanes.t, sizeof jet->t);
+        memcpy(&jet->t_lost, lanes.t_lost, sizeof jet->t_lost);
+#endif
         if (changed) {
             stem_begin_new(PASS scales, &lanes, jet);
         }
@@ -255,7 +270,7 @@ size_t phi_propagate_batch(ARGUMENTS)
             changed = 1;
             --running;
             if (waiting < n) {
-                stem_take(n, waiting++, lane, flow, t_end, PASS_INPUTS q, v, &lanes, jet);
+                stem_take(n, waiting++, lane, flow, t_end, PASS_INPUTS PASS_FORCING q, v, &lanes, jet);
                 ++running;
             }
         }

@@ -82,7 +82,16 @@ static void stem_lengths(const int order, const stem_jets *jet, const phi_real g
     stem_norms(scales[1], jet->state, state);
     stem_norms(scales[1], jet->x[order], last);
     stem_norms(scales[1], jet->x[order - 1], before);
+#if WITH_FORCING
+    /* From rest a forced chain moves as far in a unit of time as its first coefficients say. */
+    stem_lanes first[2], second[2];
+    stem_norms(scales[1], jet->x[1], first);
+    stem_norms(scales[1], jet->x[2], second);
+    const stem_lanes driven = STEM_LARGER(first[1], second[1]), going = state[1] / scales[0];
+    const stem_lanes turning = STEM_LARGER(going, driven), wide = STEM_LARGER(state[0], turning);
+#else
     const stem_lanes turning = state[1] / scales[0], wide = STEM_LARGER(state[0], turning);
+#endif
     const stem_lanes angle = goal * STEM_CHOOSE(wide < 1, wide, one);
     const stem_lanes linear = angle * scales[0], moving = goal * state[1];
     const stem_lanes rate = unit * STEM_LARGER(linear, moving);
@@ -131,7 +140,7 @@ static void stem_check(CONTEXT const int order, stem_jets *jet, const phi_real g
         stem_advance(order, jet, h, increment, along);
         stem_move(increment, jet);
         stem_unit(&length, &unit);
-        stem_begin(PASS jet, jet->moved, jet->moved_lost, &unit, &jet->end);
+        stem_begin(PASS jet, jet->moved, jet->moved_lost, &unit, AFTER(h) &jet->end);
         stem_defects(jet, along, h, room, scales, &defects);
         shorter = 0;
         for (int lane = 0; lane < stem_lane_count; ++lane) {

@@ -22,6 +22,11 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
 #if WITH_INPUTS
     memcpy(jet->u, u, sizeof jet->u);
 #endif
+#if WITH_FORCING
+    const phi_real no_time = 0;
+    jet->amplitude = amplitude;
+    jet->omega = omega;
+#endif
 #if WITH_SPHERE
     stem_enter(q, v, jet->state + stem_q);
 #if WITH_COLUMNS
@@ -54,8 +59,12 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
         if (flow->steps == max_steps) {
             break;
         }
+#if WITH_FORCING
+        jet->t = flow->t;
+        jet->t_lost = flow->t_lost;
+#endif
         if (is_new) {
-            stem_begin(PASS jet, jet->state, jet->lost, &unit, &jet->start);
+            stem_begin(PASS jet, jet->state, jet->lost, &unit, AFTER(&no_time) &jet->start);
         } else {
             memcpy(&jet->start, &jet->end, sizeof jet->start);
         }

@@ -79,8 +79,23 @@ static void stem_square_sums(const int n, const stem_jets *PHI_RESTRICT jet, ste
 }
 #endif
 
+#if WITH_FORCING
+/* A cos(omega t) and A sin(omega t) at times after the steps' starts, omega t to twice the precision. */
+static void stem_drive(const stem_jets *jet, const stem_lanes *after, stem_lanes drive[PHI_RESTRICT 2])
+{
+    for (int lane = 0; lane < stem_lane_count; ++lane) {
+        const phi_real amplitude = STEM_OF(jet->amplitude, lane), omega = STEM_OF(jet->omega, lane);
+        const phi_real t = STEM_OF(jet->t, lane), whole = STEM_OF(*after, lane) + STEM_OF(jet->t_lost, lane), now = t + whole;
+        const phi_real phase = omega * now, rest = phi_fma(omega, now, -phase) + omega * (whole - (now - t));
+        const phi_real cosine = phi_cos(phase), sine = phi_sin(phase);
+        STEM_AT(drive[0], lane) = amplitude * (cosine - rest * sine);
+        STEM_AT(drive[1], lane) = amplitude * (sine + rest * cosine);
+    }
+}
+
+#endif
 /* Factor the mass matrix in the states x + lost, time in the given units, and solve for the coefficients of order 1. */
-static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x], const stem_lanes lost[stem_x], const stem_lanes *unit, stem_start *PHI_RESTRICT start)
+static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x], const stem_lanes lost[stem_x], const stem_lanes *unit, AFTER(const stem_lanes *after) stem_start *PHI_RESTRICT start)
 {
     stem_lanes sums[stem_all], first[stem_x];
     start->unit[0] = *unit;
@@ -89,7 +104,10 @@ static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x],
         first[i] = x[i];
         first[stem_q + i] = *unit * x[stem_q + i];
     }
-    stem_factor(PASS first, first + stem_q, INPUTS start->unit, LOST start->held, start->left[0], start->right[0]);
+#if WITH_FORCING
+    stem_drive(jet, after, start->drive);
+#endif
+    stem_factor(PASS first, first + stem_q, INPUTS FORCE(start->drive) start->unit, LOST start->held, FORCE(start->later) start->left[0], start->right[0]);
     for (int k = 0; k < stem_lefts * stem_rights; ++k) {
         sums[k] = start->left[0][k % stem_lefts] * start->right[0][k];
     }
@@ -98,9 +116,15 @@ static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x],
         sums[stem_lefts * stem_rights + i] = start->left[0][i] * start->left[0][i];
     }
 #endif
-    stem_order(PASS start->held, sums, NEWEST(start->left[0]) first, stem_now[0], start->left[1], start->right[1], start->slope);
+#if WITH_FORCING
+    /* What is constant in time, the forcing as it is now included. */
+    const stem_lanes one = STEM_ZERO + 1;
+#endif
+    stem_order(PASS start->held, sums, NEWEST(start->left[0]) first, stem_now[0], FORCE(&one) start->left[1], start->right[1], start->slope);
 #if !WITH_INPUTS
+#if !WITH_FORCING
     (void)jet;
+#endif
 #endif
 #if !WITH_LOST
     (void)lost;
@@ -114,6 +138,10 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
     memcpy(jet->left, jet->start.left, sizeof jet->start.left);
     memcpy(jet->right, jet->start.right, sizeof jet->start.right);
     memcpy(jet->x[1], jet->start.slope, sizeof jet->start.slope);
+#if WITH_FORCING
+    const stem_lanes pace = jet->omega * jet->start.unit[0];
+    stem_lanes force = jet->start.drive[0], aside = jet->start.drive[1];
+#endif
     for (int n = 1; n < order; ++n) {
         const int turn = n < first ? 0 : (n - first) % 4;
         stem_lanes *sums = jet->sums[turn];
@@ -127,7 +155,13 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
 #if WITH_SQUARES
         stem_square_sums(n, jet, sums + (size_t)(stem_lefts * stem_rights));
 #endif
-        stem_order(PASS jet->start.held, sums, NEWEST(jet->left[n]) jet->x[n], stem_now[n], jet->left[n + 1], jet->right[n + 1], jet->x[n + 1]);
+#if WITH_FORCING
+        /* The forcing's coefficient of order n, and that of the sine beside it. */
+        const stem_lanes share = pace * stem_now[n - 1][1], turned = share * force;
+        force = -(share * aside);
+        aside = turned;
+#endif
+        stem_order(PASS jet->start.BEHIND, sums, NEWEST(jet->left[n]) jet->x[n], stem_now[n], FORCE(&force) jet->left[n + 1], jet->right[n + 1], jet->x[n + 1]);
     }
 }
 

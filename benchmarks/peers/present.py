@@ -11,6 +11,7 @@ from benchmarks.harness import BenchmarkError
 PACKAGES: Final = {
     "casadi": "casadi", "heyoka": "heyoka", "pinocchio": "pin", "cmeel": "pin", "mujoco": "mujoco", "jax": "jax",
     "diffrax": "diffrax", "pycaputo": "pycaputo", "differint": "differint", "control": "control",
+    "pyHarm": "pyharm-os", "numba": "pyharm-os",
 }  # fmt: skip
 """Import name -> name of the package that brings it."""
 

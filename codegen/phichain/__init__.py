@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from phichain.mechanics import derive as derive
     from phichain.motion import Trajectory as Trajectory
     from phichain.motion import simulate as simulate
+    from phichain.orbits import respond as respond
     from phichain.orbits import trace as trace
     from phichain.pipeline import build as build
     from phichain.pipeline import generate as generate
@@ -50,6 +51,7 @@ _HOME = {
     "simulate": "phichain.motion",
     "Trajectory": "phichain.motion",
     "trace": "phichain.orbits",
+    "respond": "phichain.orbits",
     "Branch": "phichain.continuation",
     "lqr": "phichain.control",
     "fit": "phichain.identification",

@@ -15,7 +15,7 @@ TABLES = {"name": "chain", "chain": {"links": 2, "mass": 1, "length": 1}}
             {"chian": {}},
             (
                 'chian: is not a key of a scene (got {}); did you mean "chain"? '
-                "The keys of a scene are name, chain, joints, functions, flow, target"
+                "The keys of a scene are name, chain, joints, functions, flow, forcing, target"
             ),
         ),
         (

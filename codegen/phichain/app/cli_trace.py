@@ -108,11 +108,16 @@ def trace(
         progress=progress_line(system.cart_size if system.is_planar else int(system.has_cart)),
     )  # fmt: skip
     if sys.stderr.isatty():
-        sys.stderr.write(_CLEAR)
+        sys.stderr.write(clear_line())
     typer.echo(str(branch))
     write(branch, files, lambda: _drawn(branch))
     if branch.status == "interrupted":
         raise typer.Exit(_INTERRUPTED)
+
+
+def clear_line() -> str:
+    """What wipes a line of a terminal."""
+    return _CLEAR
 
 
 def _drawn(found: Any) -> Any:

@@ -41,6 +41,26 @@ def _state_size(chain: Chain) -> int:
     return chain.nq + chain.nv
 
 
+def has_forcing(chain: Chain) -> bool:
+    """A harmonic drives it."""
+    return chain.forced is not None
+
+
+def _unit_of_forcing(chain: Chain) -> str:
+    if chain.forced == "base" or chain.is_driven:
+        return "m/s^2"
+    return "N" if chain.forced == "cart" else "N m"
+
+
+def _is_forced_there(chain: Chain) -> str:
+    axis = "" if chain.is_planar and chain.forced == "cart" else f" along axis {chain.axis}"
+    if chain.forced == "base":
+        return f"the acceleration of the base{axis}"
+    if chain.forced == "cart":
+        return f"the {'acceleration of' if chain.is_driven else 'force on'} the cart{axis}"
+    return f"the torque at joint {chain.forced}"
+
+
 def _is_variational(chain: Chain) -> bool:
     return chain.variational
 
@@ -140,6 +160,13 @@ _BUDGET_OF_STEPS: Final = Passed(
     "max_steps", "unsigned long", "in", "step budget; called again, it goes on from where it stopped"
 )
 _U: Final = Passed("u", "real", "in", "inputs, held constant", "array", _nu, present=has_input)
+_FORCING: Final = (
+    Passed(
+        "amplitude", "real", "in", lambda chain: f"A of the forcing, {_unit_of_forcing(chain)}: A cos(omega t) beside u is {_is_forced_there(chain)}",
+        present=has_forcing,
+    ),
+    Passed("omega", "real", "in", "its angular frequency, rad/s", present=has_forcing),
+)  # fmt: skip
 _STATE: Final = (
     Passed("q", "real", "in, out", "state", "array", _nq, is_restrict=True, heading="q, v"),
     Passed("v", "real", "in, out", "", "array", _nv, is_restrict=True),
@@ -155,7 +182,7 @@ _STATES_THERE: Final = (
 )
 
 PROPAGATE: Final = Flow(
-    (_P, _CARRIED, _T_END, _BUDGET_OF_STEPS, _U, *_STATE, _WHERE_TO_STOP, *_TIMES, *_STATES_THERE),
+    (_P, _CARRIED, _T_END, _BUDGET_OF_STEPS, _U, *_FORCING, *_STATE, _WHERE_TO_STOP, *_TIMES, *_STATES_THERE),
     returns="int",
     carries=FLOW,
     event=EVENT,
@@ -191,6 +218,8 @@ PROPAGATE_BATCH: Final = Flow(
         Passed("t_end", "real", "in", "n final times, s", "array"),
         replace(_BUDGET_OF_STEPS, doc="step budget of each; called again, it goes on from where it stopped"),
         Passed("u", "real", "in", lambda chain: f"{chain.nu} x n, inputs, held constant", "array", present=has_input),
+        replace(_FORCING[0], form="array", doc=lambda chain: f"n numbers A, {_unit_of_forcing(chain)}: A cos(omega t) beside u is {_is_forced_there(chain)}"),
+        replace(_FORCING[1], form="array", doc="n angular frequencies, rad/s"),
         Passed("q", "real", "in, out", lambda chain: f"{chain.nq} x n, configurations", "array"),
         Passed("v", "real", "in, out", lambda chain: f"{chain.nv} x n, rates", "array"),
         replace(_WHERE_TO_STOP, type="batch_event"),

@@ -10,8 +10,12 @@ import re
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from typing import Final
 
 from phichain.errors import EmissionError
+
+PASSED: Final = ("NEWEST", "FORCE", "AFTER")
+"""Words around an argument, `FORCE(&force) `, that functions of some scenes alone are given."""
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _FEATURE = re.compile(r"#if (!?)(WITH_\w+)$")
@@ -69,7 +73,8 @@ def _chosen(text: str, features: Mapping[str, bool]) -> list[str]:
 
 def _named(text: str, names: Mapping[str, str]) -> str:
     """The text with its names put in: whole ones first, since they may begin like others."""
-    text = re.sub(r"\bNEWEST\(([^()]*)\) ", r"\1, " if names.get("NEWEST") else "", text)
+    for word in PASSED:
+        text = re.sub(rf"\b{word}\(([^()]*)\) ", r"\1, " if names.get(word) else "", text)
     for name, value in sorted(names.items(), key=lambda item: item[0].endswith("_")):
         blank = " ?" if not value or value.endswith(" ") else ""
         behind = r"(?=\w)" if name.endswith("_") else rf"\b{blank}"

@@ -193,7 +193,7 @@ def _in_a_plane(
             store(moment, k, (couple[k] * cosine[k], nothing, -(couple[k] * sine[k])))
     alone = replace(
         scene, space="spatial", angles=None, damping=None, stiffness=None, friction=None, friction_speed=None, rest_angle=None,
-        actuated="none", want=("forward_dynamics",), variational=False,
+        actuated="none", want=("forward_dynamics",), variational=False, forced=None, axis=None,
     )  # fmt: skip
     sweep = _Stretched(builder, alone, parameters, direction, _PlaneRates(state.rate), out)
     sweep.couple = None if couple is None else moment

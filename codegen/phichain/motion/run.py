@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phichain.errors import ArrayError, ConvergenceError
+from phichain.errors import ArrayError, ConvergenceError, UnsupportedError
 from phichain.motion import choose
 from phichain.motion.balance import opened
 from phichain.motion.doubts import doubts
@@ -105,6 +105,11 @@ def simulate(
         ConvergenceError: Finite-time blow-up, or a tolerance that cannot be kept; `trajectory` is what there is.
     """
     times, method = check_times(t), named(method)
+    if system.is_forced:
+        raise UnsupportedError(
+            "system", system.name, "is forced by A cos(omega t), which simulate does not know",
+            "call system.propagate(..., forcing=(amplitude, omega)), or pass the forcing as u(t) to the scene without [forcing]",
+        )  # fmt: skip
     state, notes = check_state(system, x0)
     asked = (METHODS[method].usual if method in METHODS else USUAL) if tol is None else check_tolerance(tol)
     watched = as_events(events)

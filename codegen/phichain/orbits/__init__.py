@@ -2,6 +2,7 @@
 
 from phichain.orbits.closed.reversible import reversible_problem
 from phichain.orbits.conical import conical_families, conical_problem, conical_starts
+from phichain.orbits.forced import Forcing, Response, respond
 from phichain.orbits.modes import LinearModes, linear_modes
 from phichain.orbits.network.record import Link, Network
 from phichain.orbits.orbit import Orbit
@@ -12,11 +13,13 @@ from phichain.orbits.single_harmonic import harmonic_problem
 from phichain.orbits.tracing import trace
 
 __all__ = [
+    "Forcing",
     "LinearModes",
     "Link",
     "Network",
     "Orbit",
     "QuarterMap",
+    "Response",
     "conical_families",
     "conical_problem",
     "conical_starts",
@@ -25,6 +28,7 @@ __all__ = [
     "linear_modes",
     "pick",
     "quarter_problem",
+    "respond",
     "reversible_problem",
     "trace",
     "whole_problem",

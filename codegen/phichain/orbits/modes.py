@@ -84,7 +84,7 @@ def demand_conserved(system: System) -> None:
                 name,
                 said,
                 "links that lose energy have no periodic motion, so no families of oscillations: unforced, they come to rest",
-                f"{_WITHOUT[name]}, or simulate how they do",
+                f"{_WITHOUT[name]}, simulate how they do, or drive them: phichain response follows what A cos(omega t) makes periodic",
             )
     if joints.rest_angle is not None:
         raise UnsupportedError(

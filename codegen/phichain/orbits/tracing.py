@@ -110,7 +110,7 @@ def trace(
         follow = partial(follow, harmonics=kept_harmonics(harmonics, chosen))
     chosen_engine = engine or family.settings(options)
     if limits:
-        chosen_engine = replace(chosen_engine, options=_limited(chosen_engine.options, limits))
+        chosen_engine = replace(chosen_engine, options=limited(chosen_engine.options, limits))
     loaded = earlier_run(resume, switch)
     earlier = loaded.branches[0] if isinstance(loaded, Network) else loaded
     is_begun = start is not None or (earlier is not None and earlier.mode == 0)
@@ -138,7 +138,7 @@ def trace(
     )
 
 
-def _limited(options: Options, limits: Mapping[str, Any]) -> Options:
+def limited(options: Options, limits: Mapping[str, Any]) -> Options:
     """Options with some replaced, the first step and the smallest no longer than the largest.
 
     Raises:

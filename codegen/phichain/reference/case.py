@@ -50,7 +50,8 @@ class Case:
         given, torques = u[: scene.base_accelerations], u[scene.base_accelerations :]
         wall = replace(
             scene, base="fixed", drive=None, cart_mass=None, cart_damping=None, cart_friction=None, cart_friction_speed=None,
-            actuated=scene.actuated if scene.actuated_joints else "none", want=("forward_dynamics",), variational=False,
+            actuated=scene.actuated if scene.actuated_joints else "none", want=("forward_dynamics",),
+            variational=False, forced=None, axis=None,
         )  # fmt: skip
         own = {name: self.inputs[name][carts:] for name in ("q", "v", "q_dot") if name in self.inputs}
         return Case(wall, self.values, {**self.inputs, **own, "u": torques}, [*given, *[mpf(0)] * (size - len(given))])

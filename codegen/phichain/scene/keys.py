@@ -17,6 +17,7 @@ TABLES: Final[dict[str, tuple[str, ...]]] = {
     "joints": ("angles", "damping", "stiffness", "rest_angle", "friction", "friction_speed", "armature", "actuated"),
     "functions": ("want",),
     "flow": ("variational",),
+    "forcing": ("forced", "axis"),
     "target": ("real", "code"),
 }
 """The tables of a scene and their keys; `name` stands before the first table."""
@@ -45,8 +46,14 @@ _LABELS: Final = {"name": "name"} | {key: f"{table}.{key}" for table, keys in TA
 
 _PLANNED_TABLES: Final = {
     "control": "the function controller",
-    "forcing": "forced scenes",
     "fractional": "fractional operators",
+}
+
+_FORCED: Final = 'write forced = K for the torque at joint K, forced = "cart" or forced = "base"'
+_FORCES: Final = ("torque", "torques", "joint", "joints", "force", "acceleration", "cart", "base", "at", "input")
+_PASSED: Final = "pass forcing=(amplitude, omega) to propagate: A cos(omega t)"
+_OF_THE_FLOW: Final = dict.fromkeys(("amplitude", "omega", "frequency", "angular_frequency", "w", "a"), _PASSED) | {
+    "phase": "start the flow at t = phase / omega: A cos(omega t)"
 }
 
 
@@ -85,6 +92,8 @@ def _table(table: str, entries: object) -> dict[str, Any]:
     for key, value in entries.items():
         if key not in TABLES[table]:
             raise _unknown_key(table, key, value)
+    if table == "forcing" and "forced" not in entries:
+        raise SceneError(label("forced"), None, "is missing", _FORCED)
     return dict(entries)
 
 
@@ -95,6 +104,10 @@ def _unknown_key(table: str, key: object, value: object) -> SceneError:
     if not table and name in _PLANNED_TABLES:
         problem = f"is a table for {_PLANNED_TABLES[name]}, which this version does not have"
         return SceneError(where, value, problem, f"remove [{name}]")
+    if table == "forcing" and name in _OF_THE_FLOW:
+        return SceneError(where, value, "is an argument of the flow, not of a scene", _OF_THE_FLOW[name], nearest=None)
+    if table == "forcing" and name in _FORCES:
+        return SceneError(where, value, "is not how a scene says what is forced", _FORCED, nearest=None)
     if name in _LABELS:
         best = _LABELS[name]
         home = f"in [{best.split('.')[0]}]" if "." in best else "before the first table"

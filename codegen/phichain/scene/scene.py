@@ -13,6 +13,7 @@ from typing import Any, Literal
 from phichain.contract.chain import Sample
 from phichain.contract.wanted import wanted
 from phichain.scene.digest import digest_of
+from phichain.scene.forcing import Forced, forcing_of
 from phichain.scene.keys import PARAMETERS, PER_LINK, TABLES
 from phichain.scene.name import scene_name
 from phichain.scene.physical import (
@@ -82,6 +83,10 @@ class Scene(Vectors):
         actuated: `"none"`, `"all"`, `"cart"`, or the joints with a torque, counted from 1.
         want: The wanted functions, in the contract's order.
         variational: Whether `propagate` carries the variational equations along.
+        forced: what A cos(omega t) drives, amplitude and omega being arguments of `propagate`: the torque at a joint, counted
+            from 1, the force on the `"cart"` (or its acceleration, where that drives it), or the acceleration of a moving `"base"`;
+            None without forcing.
+        axis: along which axis a cart or a base is forced, counted from 1; None exactly where neither is.
         real: `"double"` or `"float"`, the type of the emitted C.
         code: `"unrolled"`, `"loops"`, or `"auto"` (by operation count).
     """
@@ -110,6 +115,8 @@ class Scene(Vectors):
     actuated: Literal["none", "all", "cart"] | tuple[int, ...]
     want: tuple[str, ...]
     variational: bool
+    forced: Forced | None
+    axis: int | None
     real: Literal["double", "float"]
     code: Literal["auto", "unrolled", "loops"]
 
@@ -140,6 +147,8 @@ class Scene(Vectors):
         actuated: str | Sequence[int] | None = None,
         want: Sequence[str] = ("forward_dynamics",),
         variational: bool = False,
+        forced: int | str | None = None,
+        axis: int | None = None,
         real: str = "double",
         code: str = "auto",
     ) -> None:
@@ -176,6 +185,7 @@ class Scene(Vectors):
         runtime = tuple(key for key in PARAMETERS if physical[key] == "runtime")
         kind = {field.name: physical[field.name] for field in fields(Sample) if field.name in physical}
         want = wanted(want, Sample(is_planar=space == "planar", base=base, drive=drive, runtime=runtime, **kind))
+        place, along = forcing_of(forced, axis, space, base, links, want)
         speeds = friction_speeds(
             physical["friction"], physical["cart_friction"], friction_speed, cart_friction_speed, real
         )
@@ -191,6 +201,8 @@ class Scene(Vectors):
             "actuated": actuated,
             "want": want,
             "variational": variational_equations(variational, want),
+            "forced": place,
+            "axis": along,
             "real": real,
             "code": choice("code", code, ("auto", "unrolled", "loops")),
         }

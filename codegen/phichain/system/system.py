@@ -142,6 +142,11 @@ class System:
         return self.space == "planar"
 
     @property
+    def is_forced(self) -> bool:
+        """True when its flow is driven by A cos(omega t), the scene's [forcing]."""
+        return bool(self.scene.get("forcing"))
+
+    @property
     def has_cart(self) -> bool:
         """True when the base is a cart."""
         return self.base == "cart"

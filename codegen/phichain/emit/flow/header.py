@@ -50,7 +50,7 @@ def _start(scene: Scene, made: Series) -> Arrays:
     """Names and extents of what a step starts from."""
     return [
         ("unit", (2,)), ("held", (made.held,)), ("slope", (2 * scene.nq,)), ("left", (2, made.lanes)),
-        ("right", (2, made.rights * made.lanes)),
+        ("right", (2, made.rights * made.lanes)), *([("later", (made.held,)), ("drive", (2,))] if made.is_forced else []),
     ]  # fmt: skip
 
 
@@ -64,6 +64,8 @@ def _workspace(scene: Scene, made: Series) -> Arrays:
     ]  # fmt: skip
     if scene.nu:
         own.append(("u", (scene.nu,)))
+    if made.is_forced:
+        own += [(name, ()) for name in ("t", "t_lost", "amplitude", "omega")]
     if turns(scene):
         own.append(("turns", (scene.nq,)))
     return own + (columns_workspace(scene, made, highest) if made.columns is not None else [])

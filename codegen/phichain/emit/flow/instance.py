@@ -148,7 +148,7 @@ def sizes(scene: Scene, stem: str, made: Series, names: CNames) -> dict[str, obj
     return {
         "stem": stem, "nq": scene.nq, "nu": scene.nu, "cart": cart(scene), "masses": scene.links,
         "axes": 2 if scene.is_planar else 3, "lefts": made.lanes, "rights": made.rights, "squares": made.squares,
-        "highest": HIGHEST[scene.real], "held": made.held, "turns": turns(scene), "real": f"{scene.name}_real",
+        "highest": HIGHEST[scene.real], "held": made.held, "forced": made.is_forced, "turns": turns(scene), "real": f"{scene.name}_real",
         "abs": names.libm("fabs"), "now": [", ".join(names.number(value).text for value in row) for row in rows],
         "tables": table_rows(names),
     }  # fmt: skip
@@ -157,7 +157,7 @@ def sizes(scene: Scene, stem: str, made: Series, names: CNames) -> dict[str, obj
 def features(scene: Scene, made: Series, columns: bool, on_stack: bool) -> dict[str, bool]:
     """Which features of the stencils a scene has."""
     return {
-        "WITH_TURNS": turns(scene), "WITH_SPHERE": not scene.is_planar, "WITH_INPUTS": scene.nu > 0,
+        "WITH_TURNS": turns(scene), "WITH_SPHERE": not scene.is_planar, "WITH_INPUTS": scene.nu > 0, "WITH_FORCING": made.is_forced,
         "WITH_SQUARES": made.squares > 0, "WITH_SCALES": scale_literals(scene, None) is not None,
         "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns, "WITH_STACK": on_stack,
     }  # fmt: skip
@@ -188,6 +188,9 @@ def spelling(model: Model, made: Series, stem: str, contract: Flow, names: CName
         "POSITIONS_PASS": "p, " if of_positions else "", "POSITIONS_CONTEXT": parameter if of_positions else "",
         "ARGUMENTS": ", ".join(arguments(contract, scene, definition=True)), "PASS_ALL": passed_on(contract, scene),
         "INPUTS": "jet->u, " if scene.nu else "", "INPUTS_OF_ALL": f"const {scene.name}_real u[], " if scene.nu else "",
+        "FORCE": "given" if made.is_forced else "", "AFTER": "given" if made.is_forced else "",
+        "BEHIND": "later" if made.is_forced else "held", "PASS_FORCING": "amplitude, omega, " if made.is_forced else "",
+        "FORCING_OF_ALL": "".join(f"const {scene.name}_real {name}[], " for name in ("amplitude", "omega")) if made.is_forced else "",
         "NEWEST": "given" if _takes(made.order, NEWEST) else "", "LOST": "lost, " if _takes(made.factor, LOST) else "", "PASS_INPUTS": "u, " if scene.nu else "", "PHI_ROOM": str(ROOM), "PHI_HUGE": str(HUGE[real]), **binary_words(real),
         **{name: names.number(value).text for name, value in numbers.items()},
         "PHI_SCALES": ", ".join(scale_literals(scene, names) or ()), "phi_positions": positions,
@@ -212,7 +215,7 @@ def scale_literals(scene: Scene, names: CNames | None) -> tuple[str, str] | None
 
 def libm_names(names: CNames) -> Mapping[str, str]:
     """The C library's functions as the stencils call them, for the scene's type."""
-    functions = {"abs": "fabs", "floor": "floor", "fma": "fma"}
+    functions = {"abs": "fabs", "floor": "floor", "fma": "fma", "cos": "cos", "sin": "sin"}
     return {f"phi_{key}": names.libm(function) for key, function in functions.items()}
 
 

@@ -71,7 +71,7 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
     called += ends_of_a_call(scene, stem, columns=made.columns is not None)
     if made.columns is not None:
         called += [
-            Called(f"{tangent}_order", made.order, tangent, frozenset({HELD, NOW})),
+            Called(f"{tangent}_order", made.order_of_columns, tangent, frozenset({HELD, NOW})),
             Called(f"{tangent}_rows", made.columns, tangent, frozenset({HELD, LEFT, RIGHT})),
         ]
     if scene.runtime:

@@ -103,10 +103,11 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
 def _work(scene: Scene, made: Series) -> int:
     """Numbers the jets take, and room to put them on the boundary of a vector."""
     size, factors = 2 * scene.nq, made.lanes * (1 + made.rights)
-    start = 2 + made.held + size + 2 * factors
+    start = 2 + made.held + size + 2 * factors + (made.held + 2 if made.is_forced else 0)
     rows = (HIGHEST[scene.real] + 1) * (size + factors)
     others = 4 * (made.lanes * made.rights + made.squares) + 4 * size + scene.nu + (scene.nq if turns(scene) else 0)
-    return (2 * start + rows + others + 1) * VECTOR // (8 if scene.real == "double" else 4)
+    forcing = 4 if made.is_forced else 0
+    return (2 * start + rows + others + forcing + 1) * VECTOR // (8 if scene.real == "double" else 4)
 
 
 def _declarations(scene: Scene, work: int) -> str:

@@ -19,6 +19,7 @@ from phichain.ir.nodes import Array
 from phichain.ir.rounded import EPSILON
 from phichain.lowering.lower import Lowered
 from phichain.reference import reference
+from phichain.reference.forcing import forced_inputs
 from phichain.scene import Scene
 
 #: The reference's cost grows with the cube of the links: longer chains only go there and back.
@@ -60,7 +61,7 @@ class FlowCase:
     Attributes:
         function: the flow's name in the contract.
         params: values of the runtime parameters, by name.
-        inputs: q, v and, where the scene has one, u.
+        inputs: q, v and, where the scene has one, u, and of a forced scene amplitude and omega.
         t_end: its length, s.
         expected: q and v at its end; None where they would take too long to compute.
         tolerance: what is asked of the flow.
@@ -88,6 +89,7 @@ def _case(scene: Scene, lowered: Lowered, name: str) -> FlowCase:
         Array("q", (scene.nq,)),
         Array("v", (scene.nv,)),
         *([Array("u", (scene.nu,))] if scene.nu else []),
+        *([Array("amplitude", (1,)), Array("omega", (1,))] if scene.forced is not None else []),
     ]
     inputs = draw_inputs(scene, state, source)
     t_end = _STEPS * motion_step(scene, values, inputs)
@@ -106,17 +108,28 @@ def exact_motion(
 ) -> dict[str, list[Any]] | None:
     """q and v at t_end to twenty digits, or None where t_end is too long for the extrapolation."""
     with mp.workdps(50):
-        start = [mp.mpf(x) for x in (*inputs["q"], *inputs["v"])]
-        u = {"u": list(inputs["u"])} if "u" in inputs else {}
+        # Time comes along as the last entry: what is forced asks for it.
+        start = [mp.mpf(x) for x in (*inputs["q"], *inputs["v"], 0)]
 
         def slope(state: list[Any]) -> list[Any]:
-            q, v = state[: scene.nq], state[scene.nq :]
-            a = reference(scene, "forward_dynamics", {"q": q, "v": v, **u}, params=params)["a"]
-            return [*_velocity(scene, q, v), *a]
+            q, v = state[: scene.nq], state[scene.nq : -1]
+            chain, u = _inputs(scene, inputs, state[-1])
+            a = reference(chain, "forward_dynamics", {"q": q, "v": v, **u}, params=params)["a"]
+            return [*_velocity(scene, q, v), *a, mp.mpf(1)]
 
-        sizes = {"q": slice(0, scene.nq), "v": slice(scene.nq, None)}
+        sizes = {"q": slice(0, scene.nq), "v": slice(scene.nq, -1)}
         end = _extrapolated(slope, start, mp.mpf(t_end), tuple(sizes.values()))
         return None if end is None else {name: end[part] for name, part in sizes.items()}
+
+
+def _inputs(scene: Scene, inputs: Mapping[str, Sequence[float]], t: Any) -> tuple[Scene, dict[str, list[Any]]]:
+    """The chain with all that acts on it at a time among its inputs, and these."""
+    given = list(inputs.get("u", ()))
+    if scene.forced is None:
+        return scene, {"u": given} if given else {}
+    (amplitude,), (omega,) = inputs["amplitude"], inputs["omega"]
+    chain, u = forced_inputs(scene, given, amplitude * mp.cos(omega * t))
+    return chain, {"u": u}
 
 
 def _velocity(scene: Scene, q: list[Any], v: list[Any]) -> list[Any]:

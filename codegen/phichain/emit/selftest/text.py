@@ -52,7 +52,10 @@ def _motion(scene: Scene, lowered: Lowered, motion: FlowCase) -> dict[str, Any]:
         "has_event": flow.event is not None,
         "has_workspace": any(field.type == "workspace" for field in flow.carries.fields),
         "params": _fields(scene, lowered.params, motion.params),
-        "start": [(name, len(values), _literals(scene, values)) for name, values in motion.inputs.items()],
+        "start": [
+            (name, len(values), _literals(scene, values)) for name, values in motion.inputs.items() if name in ("q", "v", "u")
+        ],
+        "forcing": "".join(f"{_literals(scene, motion.inputs[name])}, " for name in ("amplitude", "omega") if name in motion.inputs),
         "expected": {name: _literals(scene, values) for name, values in (motion.expected or {}).items()},
         "t_end": _literal(scene, motion.t_end),
         "tolerance": _literal(scene, rounded(scene, motion.tolerance)),

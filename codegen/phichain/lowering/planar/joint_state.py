@@ -33,7 +33,7 @@ def carries_joints(scene: Scene) -> bool:
 def joint_scene(scene: Scene) -> Scene:
     """The same chain in joint angles, with a torque at every joint where the scene has one anywhere."""
     actuated = "all" if scene.actuated_joints else scene.actuated
-    return replace(scene, angles="relative", actuated=actuated, want=("forward_dynamics",), variational=False)
+    return replace(scene, angles="relative", actuated=actuated, want=("forward_dynamics",), variational=False, forced=None, axis=None)
 
 
 def two_sum(a: Expr, b: Expr) -> Double:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 
 from phichain.contract.functions import ROWS
 from phichain.errors import UnsupportedError
+from phichain.lowering.series.forced import forced, with_inputs
 from phichain.lowering.series.planar import planar_series
 from phichain.lowering.series.planar_single import single_series
 from phichain.lowering.series.series import Series
@@ -23,9 +25,17 @@ def series(model: Model) -> Series:
     absent = ROWS["propagate"].absence(model.scene)
     if absent is not None:
         raise UnsupportedError("functions.want", "propagate", absent.problem, absent.remedy)
+    if model.scene.forced is not None:
+        view = with_inputs(model.scene)
+        return forced(_unforced(replace(model, scene=view)), model.scene, view)
+    return _unforced(model)
+
+
+def _unforced(model: Model) -> Series:
     if not model.scene.is_planar:
         return spatial_series(model)
-    if model.scene.links == 1 and not model.scene.has_cart:
+    # In its own frame a single link sees a base that is forced turn; the frames of more links are at rest.
+    if model.scene.links == 1 and not model.scene.has_cart and model.scene.forced != "base":
         return single_series(model)
     return planar_series(model)
 

@@ -220,6 +220,8 @@ class Factor:
                 self.keep("drive", k, self.square * couple[k])
             if parameters.stiffness is not None:
                 self.keep("stiffness", k, self.square * parameters.stiffness[k])
+            if parameters.rest_angle is not None:
+                self.keep("rest_angle", k, parameters.rest_angle[k])
             if parameters.damping is not None:
                 self.keep("damping", k, self.rho * parameters.damping[k])
 

@@ -34,6 +34,7 @@ def planar_layout(scene: Scene) -> Layout:
         ("stiffness", links * (scene.stiffness is not None)),
         ("damping", links * (scene.damping is not None)),
         ("rest", links * (carries_joints(scene) and scene.stiffness is not None)),
+        ("rest_angle", links * (scene.forced is not None and scene.rest_angle is not None)),
         *((name, links * is_held) for name in ("own_moment", "second_moment")),
     ]  # fmt: skip
     return Layout(runs)

@@ -155,7 +155,7 @@ class Order:
 
     def bend(self, angle: Expr, k: Index) -> Expr:
         """What the spring of joint k sees at this order: where it rests is constant in time."""
-        rest = self.parameters.rest_angle
+        rest = self.of("rest_angle") if "rest_angle" in self.layout else self.parameters.rest_angle
         return angle if rest is None else angle - self.now[3] * rest[k]
 
     def inwards(self) -> None:

@@ -51,8 +51,13 @@ def single_series(model: Model) -> Series:
 
 
 def _held(scene: Scene) -> int:
-    """Weight along and across the link, then what there is of input, spring and damper."""
-    return 2 + bool(scene.actuated_joints) + (scene.stiffness is not None) + (scene.damping is not None)
+    """Weight along and across the link, then what there is of input, spring and damper, and a forced spring's angle of rest."""
+    passive = (scene.stiffness is not None) + (scene.damping is not None) + _holds_rest(scene)
+    return 2 + bool(scene.actuated_joints) + passive
+
+
+def _holds_rest(scene: Scene) -> bool:
+    return scene.forced is not None and scene.rest_angle is not None
 
 
 def _factor(model: Model) -> Program:
@@ -87,6 +92,8 @@ def _factor(model: Model) -> Program:
         place += 1
     if parameters.damping is not None:
         held[place] = scale[0] * (parameters.damping[0] * inverse)
+    if _holds_rest(scene):
+        held[_held(scene) - 1] = parameters.rest_angle[0]
     left[0], left[1] = builder.lift(1), builder.lift(0)
     right[0], right[1] = v[0], v[0]
     return prune(unroll(builder.finish()))
@@ -104,6 +111,8 @@ def _order(model: Model) -> Program:
     scene, builder = model.scene, Builder("flow_order", "Coefficients of order n + 1 of the Taylor series.")
     rest = None if scene.rest_angle is None else Parameters(builder, model, own_units=True).rest_angle
     held = builder.input(HELD, (_held(scene),), "constants of the step")
+    if _holds_rest(scene):
+        rest = held.shifted(_held(scene) - 1)
     sums = builder.input(SUMS, (2,), "products of cosine, sine and rate")
     newest = builder.input(NEWEST, (2,), "coefficients of order n of cosine and sine")
     coefficient = builder.input(COEFFICIENT, (2,), "coefficients of order n of the state")

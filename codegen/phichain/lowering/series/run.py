@@ -13,7 +13,9 @@ from typing import Any
 from phichain.ir.nodes import Program
 from phichain.lowering.series.series import (
     COEFFICIENT,
+    FORCE,
     HELD,
+    LATER,
     LEAD,
     LEFT,
     LOST,
@@ -54,12 +56,14 @@ class Expanded:
         left: rows of left.
         right: rows of right, one behind the other.
         held: constants of the step.
+        later: those that a forcing leaves to the orders behind the first; the same without one.
     """
 
     state: list[Row]
     left: list[Row]
     right: list[Row]
     held: Row
+    later: Row
 
 
 def expand(
@@ -70,6 +74,7 @@ def expand(
     v: Row,
     u: Sequence[Scalar] = (),
     rho: Fraction = Fraction(1),
+    force: Sequence[Scalar] = (),
     **params: Row,
 ) -> Expanded:
     """Coefficients of orders 0 to `orders`.
@@ -82,12 +87,16 @@ def expand(
         v: its rates in scaled time.
         u: inputs.
         rho: the unit of time.
+        force: the forcing's coefficients in scaled time, where there is one.
         params: values of the runtime parameters.
     """
     unit = [arithmetic.number(rho), arithmetic.number(rho * rho)]
     nothing = [arithmetic.number(Fraction(0))] * (len(q) + len(v))
-    made = arithmetic.run(series.factor, {"q": q, "v": v, "u": u, SCALE: unit, LOST: nothing, **params})
-    found = Expanded([[*q, *v]], [list(made[LEFT])], [list(made[RIGHT])], list(made[HELD]))
+    given = {"q": q, "v": v, "u": u, SCALE: unit, LOST: nothing, FORCE: list(force[:1]), **params}
+    made = arithmetic.run(series.factor, given)
+    held = list(made[HELD])
+    later = list(made[LATER]) if series.is_forced else held
+    found = Expanded([[*q, *v]], [list(made[LEFT])], [list(made[RIGHT])], held, later)
     for n in range(orders):
         sums = [
             arithmetic.total(
@@ -100,7 +109,8 @@ def expand(
             arithmetic.total((found.left[j][i], found.left[n - j][i]) for j in range(n + 1))
             for i in range(series.squares)
         ]
-        _next(series, arithmetic, found, sums, n, n == 0, params)
+        weight = force[n] if n and series.is_forced else arithmetic.number(Fraction(n == 0))
+        _next(series.order, arithmetic, found, sums, n, weight, params)
     return found
 
 
@@ -123,7 +133,7 @@ def expand_column(
         {HELD: base.held, LEFT: base.left[0], RIGHT: base.right[0], "dq": dq, "dv": dv, **params},
     )
     lead, lanes = list(made[LEAD]), series.lanes
-    found = Expanded([[*dq, *dv]], [list(made[f"d_{LEFT}"])], [list(made[f"d_{RIGHT}"])], base.held)
+    found = Expanded([[*dq, *dv]], [list(made[f"d_{LEFT}"])], [list(made[f"d_{RIGHT}"])], base.held, base.held)
     for n in range(len(base.state) - 1):
         rows = [lead, *found.left]
         sums = [
@@ -138,28 +148,29 @@ def expand_column(
             arithmetic.total([(rows[j + 1][i], base.left[n - j][i]) for j in range(-1, n + 1)] * 2)
             for i in range(series.squares)
         ]
-        _next(series, arithmetic, found, sums, n, False, params)
+        _next(series.order_of_columns, arithmetic, found, sums, n, arithmetic.number(Fraction(0)), params)
     return found
 
 
 def _next(
-    series: Series,
+    order: Program,
     arithmetic: Arithmetic,
     found: Expanded,
     sums: Row,
     n: int,
-    is_first: bool,
+    weight: Scalar,
     params: Mapping[str, Row],
 ) -> None:
-    now = [Fraction(n + 1), Fraction(1, n + 1), Fraction(1, (n + 1) * (n + 2)), Fraction(is_first)]
+    now = [Fraction(n + 1), Fraction(1, n + 1), Fraction(1, (n + 1) * (n + 2))]
     given = {
-        HELD: found.held,
+        HELD: found.later if n else found.held,
         SUMS: sums,
         NEWEST: found.left[n],
         COEFFICIENT: found.state[n],
-        NOW: [arithmetic.number(x) for x in now],
+        NOW: [*(arithmetic.number(x) for x in now), weight],
+        FORCE: [weight],
     }
-    made = arithmetic.run(series.order, {**given, **params})
+    made = arithmetic.run(order, {**given, **params})
     found.left.append(list(made[LEFT]))
     found.right.append(list(made[RIGHT]))
     found.state.append(list(made[NEXT]))

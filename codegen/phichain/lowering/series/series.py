@@ -19,6 +19,8 @@ NOW: Final = "now"
 COEFFICIENT: Final = "coefficient"
 NEXT: Final = "next"
 LEAD: Final = "lead"
+LATER: Final = "later"
+FORCE: Final = "force"
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,9 @@ class Series:
         rights: right rows, each as long as a left one.
         squares: so many first lanes of left are also convolved with themselves.
         held: numbers that `factor` keeps.
+        is_forced: whether a forcing drives the chain: `factor` is then given its value as well, `force`, and makes a second
+            `held`, `later`; `order` is given `force`, 1 with `held` at n = 0 and the forcing's coefficient of order n with `later`.
+        tangent: the order of derivatives along the state where it is another one than `order`.
     """
 
     factor: Program
@@ -47,3 +52,10 @@ class Series:
     rights: int
     squares: int
     held: int
+    is_forced: bool = False
+    tangent: Program | None = None
+
+    @property
+    def order_of_columns(self) -> Program:
+        """The order of derivatives along the state."""
+        return self.order if self.tangent is None else self.tangent

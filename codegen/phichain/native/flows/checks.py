@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Sequence
 from math import inf, isfinite
 from typing import Any, Final
 
@@ -25,6 +26,27 @@ def step_budget(name: str, max_steps: int) -> int:
     if type(max_steps) is int and 0 <= max_steps <= _MOST_STEPS:
         return max_steps
     return whole(f"{name}.max_steps", max_steps, 0, _MOST_STEPS, "leave it out for a million steps")
+
+
+def forcing_of(function: str, forcing: Any, is_forced: bool, kind: np.dtype[Any]) -> tuple[NDArray[Any], NDArray[Any]] | None:
+    """Amplitude and angular frequency of A cos(omega t), each a number or one a trajectory; None for a chain that nothing forces.
+
+    Raises:
+        ArrayError: A forced chain is given none, a frequency is missing, they are not finite, or nothing forces the chain.
+    """
+    field = f"{function}.forcing"
+    if not is_forced:
+        if forcing is not None:
+            raise ArrayError(field, forcing, "is given to a chain that nothing forces", "leave it out, or add [forcing] to the scene")
+        return None
+    if forcing is None:
+        problem = "is missing, and the scene is forced by A cos(omega t)"
+        raise ArrayError(field, None, problem, "give forcing=(amplitude, omega), and (0, 1) for none")
+    if not isinstance(forcing, Sequence | np.ndarray) or isinstance(forcing, str) or len(forcing) != 2:
+        problem = "is not an amplitude and its frequency" if np.size(forcing) != 1 else "is an amplitude without a forcing frequency"
+        raise ArrayError(field, forcing, problem, "give forcing=(amplitude, omega), omega in rad/s")
+    amplitude, omega = (finite(field, own(field, part, kind), "give finite numbers") for part in forcing)
+    return amplitude, omega
 
 
 def time_of(field: str, value: Any, kind: np.dtype[Any]) -> float:

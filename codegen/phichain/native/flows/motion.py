@@ -104,6 +104,17 @@ class Frame:
         if not self._take[name](value) or self._nothing[name].dot(memory) != 0:
             memory[...] = vector(f"{self._call.name}.{name}", value, memory.size, memory.dtype)
 
+    def force(self, amplitude: NDArray[Any], omega: NDArray[Any]) -> None:
+        """Take a forcing: one amplitude and one frequency.
+
+        Raises:
+            ArrayError: They are more.
+        """
+        for name, value in (("amplitude", amplitude), ("omega", omega)):
+            if value.shape:
+                raise ArrayError(f"{self._call.name}.forcing", value.shape, f"holds no single {name}", "give forcing=(amplitude, omega)")
+            self.given[name].value = float(value)
+
     def at(self, times: ArrayLike, t: float, t_end: float, budget: int) -> tuple[int, Passed]:
         """Run, and the states at given times.
 

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from phichain.contract.chain import Chain
+from phichain.contract.flows import has_forcing
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
-from phichain.native.flows.checks import checked_tolerance, finite
+from phichain.native.flows.checks import checked_tolerance, finite, forcing_of
 from phichain.native.flows.checks import own as own_copy
 from phichain.native.flows.motion import Frames, wide
 from phichain.native.memory.arrays import place
@@ -32,13 +33,13 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         function: The foreign function; its result type is set here.
 
     Returns:
-        ``propagate(q, v, t, t_end, tol, *, u, times, own, stop, max_steps, lost, transition, p) -> Propagation``: from
-        (q, v) at time t to t_end, forwards or backwards; u is held; `times` in the order of travel, between t and
+        ``propagate(q, v, t, t_end, tol, *, u, forcing, times, own, stop, max_steps, lost, transition, p) -> Propagation``: from
+        (q, v) at time t to t_end, forwards or backwards; u is held, `forcing` = (amplitude, omega) of a forced scene is A cos(omega t); `times` in the order of travel, between t and
         t_end, or `own` for the ends of its own steps; `transition` (nq + nv, m) holds derivatives of (q, v) at t that are carried to where it ends, the
         identity for the whole state transition matrix.
     """
     call = flow_call("propagate", chain, parameters, function)
-    is_variational, frames = chain.variational, Frames(call)
+    is_variational, is_forced, frames = bool(chain.variational), has_forcing(chain), Frames(call)
 
     def propagate(
         q: ArrayLike,
@@ -48,6 +49,7 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         tol: float,
         *,
         u: ArrayLike | None = None,
+        forcing: Sequence[float] | None = None,
         times: ArrayLike = (),
         own: bool = False,
         stop: Stop | None = None,
@@ -63,6 +65,9 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         if transition is not None:
             carried = _columns(transition, is_variational, call)
             flow.transition, flow.columns = place(carried), carried.shape[1]
+        driven = forcing_of(call.name, forcing, is_forced, call.kind)
+        if driven is not None:
+            frame.force(*driven)
         event = event_argument(call, stop)
         frame.given["event"].value = event and ctypes.addressof(event)
         if own:

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from phichain.contract.chain import Chain
+from phichain.contract.flows import has_forcing
 from phichain.errors import ArrayError
 from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
-from phichain.native.flows.checks import checked_tolerance, finite, own, step_budget
+from phichain.native.flows.checks import checked_tolerance, finite, forcing_of, own, step_budget
 from phichain.native.memory.arrays import address, converted
 from phichain.native.memory.room import demand_room
 from phichain.native.signature import Argument
@@ -36,14 +37,15 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
         function: The foreign function; its result type is set here.
 
     Returns:
-        ``propagate_batch(q, v, t, t_end, tol, *, u, times, stop, max_steps, lost, p, workers) -> PropagationBatch``: from (q, v)
-        of shapes (n, nq) and (n, nv) at times t to t_end, each one number or n; u, (nu,) or (n, nu), is held; `times`
+        ``propagate_batch(q, v, t, t_end, tol, *, u, forcing, times, stop, max_steps, lost, p, workers) -> PropagationBatch``: from (q, v)
+        of shapes (n, nq) and (n, nv) at times t to t_end, each one number or n; u, (nu,) or (n, nu), is held, `forcing` = (amplitude, omega),
+        each one number or n, is A cos(omega t); `times`
         in the order of travel, the same for all; `workers` threads ($PHICHAIN_WORKERS, or one per core, when None), whose
         number changes no bit of the result.
     """
     nq, nv, nu = chain.nq, chain.nv, chain.nu
     call = flow_call("propagate_batch", chain, parameters, function)
-    kind, work = call.kind, _work(call)
+    kind, work, is_forced = call.kind, _work(call), has_forcing(chain)
 
     def propagate_batch(
         q: ArrayLike,
@@ -53,6 +55,7 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
         tol: float,
         *,
         u: ArrayLike | None = None,
+        forcing: Sequence[ArrayLike] | None = None,
         times: ArrayLike = (),
         stop: Stop | None = None,
         max_steps: int = 1_000_000,
@@ -76,6 +79,9 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
             given["u"] = _columns("u", np.broadcast_to(held, (n, nu)) if held.shape == (nu,) else held, (n, nu), kind)
         elif u is not None and np.size(u):
             raise ArrayError("propagate_batch.u", u, "is given to a chain that has no input", "leave u out, or actuate the scene")
+        driven = forcing_of("propagate_batch", forcing, is_forced, kind)
+        if driven is not None:
+            given |= {name: _each(f"forcing ({name})", value, n, kind) for name, value in zip(("amplitude", "omega"), driven, strict=True)}
         event = event_argument(call, stop)
         changed = {
             "q": state_q, "v": state_v, "q_out": q_at, "v_out": v_at, "t": start, "lost": kept, "steps": steps, "written": written,

@@ -38,6 +38,7 @@ class Basis(Held):
         slope: Their first derivatives by tau (K, M).
         bend: Their second ones (K, M).
         project: Samples (K,) -> coefficients (M,).
+        last: Where the functions of the two highest harmonics begin.
     """
 
     kind: Kind
@@ -48,6 +49,7 @@ class Basis(Held):
     slope: Vector
     bend: Vector
     project: Vector
+    last: int
 
     @property
     def size(self) -> int:
@@ -71,7 +73,8 @@ def basis(kind: Kind, highest: int) -> Basis:
     value, slope, bend = _tables(kind, order, phase)
     project = 2 / len(phase) * value.T
     project[order == 0] /= 2
-    return Basis(kind, highest, order, phase, value, slope, bend, project)
+    last = int(np.searchsorted(order, np.unique(order)[-2])) if len(order) > 1 else 0
+    return Basis(kind, highest, order, phase, value, slope, bend, project, last)
 
 
 def _phases(kind: Kind, size: int, highest: int) -> Vector:
@@ -99,8 +102,8 @@ def resized(coefficients: Vector, size: int) -> Vector:
     return np.concatenate([kept, np.zeros((size - len(kept), coefficients.shape[1]))]) if len(kept) < size else kept
 
 
-def tail(coefficients: Vector, order: Vector) -> float:
+def tail(coefficients: Vector, table: Basis) -> float:
     """The two highest harmonics, in the largest coefficient."""
-    largest = float(np.max(np.abs(coefficients)))
-    highest = np.unique(order)[-2:]
-    return float(np.max(np.abs(coefficients[np.isin(order, highest)]))) / largest if largest > 0 else 0.0
+    sizes = np.abs(coefficients)
+    largest = sizes.max()
+    return float(sizes[table.last :].max() / largest) if largest > 0 else 0.0

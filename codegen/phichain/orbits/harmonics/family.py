@@ -25,7 +25,8 @@ from phichain.continuation.core import Progress
 from phichain.errors import UnsupportedError
 from phichain.orbits import shooting
 from phichain.orbits.harmonics import balance
-from phichain.orbits.harmonics.condensed import Harmonics, Series, condensed_problem
+from phichain.orbits.harmonics.condensed import condensed_problem
+from phichain.orbits.harmonics.elimination import Harmonics, Series
 from phichain.orbits.harmonics.judge import AGREED, Judge, cut
 from phichain.orbits.modes import LinearModes
 from phichain.orbits.targets import Target

@@ -14,7 +14,7 @@ from phichain.continuation.core import Progress
 from phichain.continuation.met import gaps
 from phichain.continuation.problem import LateExtra
 from phichain.errors import ConvergenceError
-from phichain.orbits.harmonics.condensed import Series
+from phichain.orbits.harmonics.elimination import Series
 from phichain.orbits.quarter import quarter_problem
 from phichain.system import Parameters, System, Vector
 

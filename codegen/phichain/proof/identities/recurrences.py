@@ -15,10 +15,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, Final
 
 from phichain.ir.interpret import run
 from phichain.ir.nodes import Program
+from phichain.lowering.series.forced import push_of, with_inputs
 from phichain.lowering.series.run import Arithmetic, Expanded, Row, expand, expand_column
 from phichain.lowering.series.series import Series
 from phichain.proof.case import Subject, Wrong, nothing
@@ -27,6 +29,7 @@ from phichain.proof.modular.compiled import FAULTS, Given
 from phichain.proof.modular.field import PRIME, Vector, dot, exact, inverse, plus
 from phichain.proof.modular.points import Point
 from phichain.proof.modular.power_series import Coefficients, Jet, PowerSeries
+from phichain.scene import Scene
 
 ORDERS: Final = 5
 """So many orders are held: an order takes part in all that follow, and what depends on its number is a fraction of small degree."""
@@ -40,16 +43,17 @@ class Recurrences:
     factor: Subject
     order: Subject
     columns: Subject | None
+    tangent: Subject | None
 
     @staticmethod
     def of(series: Series) -> Recurrences:
         """Nothing is compiled yet."""
-        columns = None if series.columns is None else Subject(series.columns)
-        return Recurrences(series, Subject(series.factor), Subject(series.order), columns)
+        columns, tangent = (None if program is None else Subject(program) for program in (series.columns, series.tangent))
+        return Recurrences(series, Subject(series.factor), Subject(series.order), columns, tangent)
 
     def subject(self, program: Program) -> Subject:
         """The one that compiles a Program of the series."""
-        known = [subject for subject in (self.factor, self.order, self.columns) if subject is not None]
+        known = [subject for subject in (self.factor, self.order, self.columns, self.tangent) if subject is not None]
         return next(subject for subject in known if subject.program is program)
 
 
@@ -62,7 +66,7 @@ def recurrences(made: Recurrences, judge: Judge, point: Point) -> None:
     start = _Start(made, judge, point)
     found = start.expanded(start.values())
     _consistent(judge, point, found)
-    _no_residual(judge, point, found, start.rho)
+    _no_residual(judge, point, found, start)
     if made.columns is not None:
         _columns(start, found)
 
@@ -85,6 +89,22 @@ class _Start:
         """x' in scaled time."""
         return [self.rho * entry % PRIME for entry in self.judge.turned(self.point, self.point.v)]
 
+    @property
+    def force(self) -> Vector:
+        """The forcing's coefficients, any numbers: the recurrences know nothing of cosines."""
+        return self.point.free("force", ORDERS) if self.made.series.is_forced else []
+
+    @cached_property
+    def inputs(self) -> tuple[Scene, list[Coefficients]]:
+        """A scene with an input where the chain is forced, and the series of all inputs: held, the forcing beside."""
+        scene, later = self.point.scene, [0] * (ORDERS - 1)
+        if not self.made.series.is_forced:
+            return scene, [[entry, *later] for entry in self.point.u]
+        view, known = with_inputs(scene), dict(zip(scene.u_names, self.point.u, strict=True))
+        push = push_of(scene, view)
+        rows = [[known.get(name, 0), *later] for name in view.u_names]
+        return view, [plus(row, self.force, push.get(i, 0)) for i, row in enumerate(rows)]
+
     def expanded(
         self, arithmetic: Arithmetic, wrap: Callable[[str, Vector], Row] = lambda name, values: list(values)
     ) -> Expanded:
@@ -92,7 +112,7 @@ class _Start:
         point = self.point
         rows = {
             name: wrap(name, values)
-            for name, values in {"q": point.q, "v": self.rate, "u": point.u, **point.parameters}.items()
+            for name, values in {"q": point.q, "v": self.rate, "u": point.u, "force": self.force, **point.parameters}.items()
         }
         return expand(self.made.series, arithmetic, ORDERS, rho=Fraction(self.rho), **rows)
 
@@ -154,9 +174,9 @@ def _consistent(judge: Judge, point: Point, found: Expanded) -> None:
                 raise Wrong(f"the length of next[{first}] to [{first + 2}] at order {n - 1}")
 
 
-def _no_residual(judge: Judge, point: Point, found: Expanded, rho: int) -> None:
+def _no_residual(judge: Judge, point: Point, found: Expanded, start: _Start) -> None:
     """Lagrange and d'Alembert's principle along the series, in true time."""
-    ring, size, over = PowerSeries(ORDERS), point.scene.nq, inverse(rho)
+    ring, size, over, (view, inputs) = PowerSeries(ORDERS), point.scene.nq, inverse(start.rho), start.inputs
     rows = [[row[i] for row in found.state] for i in range(2 * size)]
     q = [row[:ORDERS] for row in rows[:size]]
     rate = [[over * entry % PRIME for entry in row[:ORDERS]] for row in rows[size:]]
@@ -181,7 +201,7 @@ def _no_residual(judge: Judge, point: Point, found: Expanded, rho: int) -> None:
     }
     held = [0] * (ORDERS - 1)
     base = {name: [[entry, *held] for entry in rates] for name, rates in judge.drift(point).items()}
-    directions["a"] |= {name: [[entry, *held] for entry in point.u[: point.scene.base_inputs]] for name in base}
+    directions["a"] |= {name: inputs[: view.base_inputs] for name in base}
     arguments = {name: [ring.constant(entry) for entry in entries] for name, entries in point.parameters.items()}
     for name, series in {"q": q, "v": omega, judge.rate: rate, **base}.items():
         arguments[name] = []
@@ -195,17 +215,18 @@ def _no_residual(judge: Judge, point: Point, found: Expanded, rho: int) -> None:
     work = [
         kinetic.get("m", zeros), [-x for x in kinetic.get("c", zeros)], potential.get("c", zeros), dissipation.get("b", zeros),
     ]  # fmt: skip
-    _told(judge, point, second)
+    _told(judge, point, second, inputs)
+    push = [(inputs[view.base_accelerations + i], turn[at]) for i, at in enumerate(view.driven)]
     for n, entries in enumerate(zip(*work, strict=True)):
-        if (sum(entries) - (judge.push(point, turn) if n == 0 else 0)) % PRIME:
+        if (sum(entries) - sum(force[n] * along for force, along in push)) % PRIME:
             raise Wrong(f"the accelerations of order {n}")
 
 
-def _told(judge: Judge, point: Point, second: list[Coefficients]) -> None:
-    """A cart that is driven by its acceleration has x'' = u, held."""
+def _told(judge: Judge, point: Point, second: list[Coefficients], inputs: list[Coefficients]) -> None:
+    """A cart that is driven by its acceleration has x'' = u."""
     for axis in range(point.carts if judge.scene.is_driven else 0):
         for n, entry in enumerate(second[axis]):
-            if (entry - (point.u[axis] if n == 0 else 0)) % PRIME:
+            if (entry - inputs[axis][n]) % PRIME:
                 raise Wrong(f"the cart's acceleration of order {n}")
 
 

@@ -49,7 +49,8 @@ class Joints:
         builder, links, nothing = self.builder, self.scene.links, self.builder.lift(0)
         stiffness, q = self.layout.of(self.held, "spring"), directions(self.scene, self.coefficient)
         force = builder.array("spring_force", 3 * links + 3)
-        store(force, 0, scale(stiffness[0], sub((nothing, nothing, self.first), load(q, 0))))
+        upright = self.first * self.layout.of(self.held, "upright")[0] if "upright" in self.layout else self.first
+        store(force, 0, scale(stiffness[0], sub((nothing, nothing, upright), load(q, 0))))
         with builder.loop("k", 1, links) as loop:
             k = loop.index
             store(force, k, scale(stiffness[k], sub(load(q, k - 1), load(q, k))))

@@ -39,10 +39,11 @@ def right_rows(scene: Scene) -> int:
 
 
 def joint_runs(scene: Scene) -> list[tuple[str, int]]:
-    """What is held of the joints: rho^2 k_k and rho d_k."""
+    """What is held of the joints: rho^2 k_k, rho d_k, and where forces differ from order to order the vertical's length."""
     return [
         ("spring", 0 if scene.stiffness is None else scene.links),
         ("damper", 0 if scene.damping is None else scene.links),
+        ("upright", int(scene.forced is not None and scene.stiffness is not None)),
     ]
 
 
@@ -137,6 +138,8 @@ def factor_program(model: Model, layout: Layout, write: Callable[[Factoring], No
         if numbers is not None:
             with builder.loop("k", 0, scene.links) as loop:
                 factoring.keep(name)[loop.index] = numbers[loop.index] * by
+    if "upright" in layout:
+        factoring.keep("upright")[0] = builder.lift(1)
     write(factoring)
     return shaped(builder.finish(), scene.code)
 

@@ -1,0 +1,1 @@
+"""Families of orbits and frequency responses beside their peers."""

@@ -1,0 +1,110 @@
+"""The command `phichain response`: amplitude of a driven chain against the forcing's frequency, through folds."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from phichain.app.cli_trace import SceneWord, clear_line, progress_line
+from phichain.app.outputs import named, write
+
+if TYPE_CHECKING:
+    from phichain.scene import Scene
+
+_INTERRUPTED = 130
+"""Exit code of what Ctrl-C ended."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the command line."""
+    app.command()(response)
+
+
+def response(
+    scene: SceneWord,
+    amplitude: Annotated[
+        float | None, typer.Option(metavar="A", help="A of A cos(omega t): N m at a joint, N on a cart, m/s^2 of a base.")
+    ] = None,
+    start: Annotated[float | None, typer.Option("--from", metavar="W", help="First frequency, rad/s.")] = None,
+    end: Annotated[float | None, typer.Option("--to", metavar="W", help="Last frequency, rad/s.")] = None,
+    at: Annotated[
+        str | None, typer.Option(metavar="PLACE", help="What is driven: a joint such as 1, cart or base; the scene's [forcing] unless given.")
+    ] = None,
+    axis: Annotated[int | None, typer.Option(help="Axis of a driven base: 1 horizontally, 2 down.")] = None,
+    method: Annotated[str, typer.Option(help='"harmonics" (Fourier series), or "shooting" (over the period).')] = "harmonics",
+    harmonics: Annotated[
+        int | None, typer.Option(metavar="H", help="Highest harmonic; by the tail of the spectrum unless given.")
+    ] = None,
+    step_max: Annotated[float | None, typer.Option(metavar="S", help="Largest step, in arclength.")] = None,
+    max_points: Annotated[int | None, typer.Option(help="Points after which the run ends.")] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")
+    ] = None,
+    out: Annotated[
+        list[Path] | None,
+        typer.Option("--out", "-o", metavar="FILE", help="Write the response: .json, .csv, .npz or .png by its name; repeatable."),
+    ] = None,
+) -> None:
+    """Follow the periodic motions under A cos(omega t) from one frequency to another, through folds, with their stability."""
+    from phichain.orbits.forced import respond
+    from phichain.orbits.forced.forcing import amplitude_of, demand_planar, range_of
+    from phichain.pipeline import build as built
+    from phichain.scene.library import find_scene
+    from phichain.system.starts import parameters
+
+    files = named(out, (".json", ".csv", ".npz", ".png"))
+    chosen = find_scene(scene)
+    ends = range_of(None if start is None or end is None else (start, end))
+    size = amplitude_of(amplitude)
+    demand_planar(chosen.name, chosen.space)
+    place = int(at) if at is not None and at.isdecimal() else at
+    system = built(driven(chosen, place, axis))
+    # The file is to name the scene that was given, whatever functions this command needed of it besides.
+    system = replace(system, digest=chosen.digest)
+    if (values := parameters(settings or [])) is not None:
+        system = replace(system, params=values)
+    steps = {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
+    found = respond(
+        system, place, size, ends, axis=axis, method=method, harmonics=harmonics, limits=steps, progress=progress_line(0)
+    )
+    if sys.stderr.isatty():
+        sys.stderr.write(clear_line())
+    typer.echo(str(found))
+
+    def drawn() -> object:
+        from phichain.report.responses import response as drawing
+
+        return drawing(found)
+
+    write(found, files, drawn)
+    if found.status == "interrupted":
+        raise typer.Exit(_INTERRUPTED)
+
+
+def driven(scene: Scene, place: int | str | None, axis: int | None) -> Scene:
+    """The same chain with the balance's functions and, where it can have one, a flow that is forced there and carries derivatives."""
+    from phichain.contract.functions import ROWS
+    from phichain.orbits.harmonics import balance
+    from phichain.scene.load import scene_from_dict
+
+    tables = scene.to_dict()
+    tables["functions"] = {"want": sorted({*scene.want, *balance.NEEDED})}
+    flows = ROWS["propagate"].absence(scene) is None and scene.real == "double" and "propagate_stiff" not in scene.want
+    here = scene.forced if place is None else place
+    if flows and here is not None and _is_there(scene, here):
+        tables["functions"] = {"want": sorted({*scene.want, *balance.NEEDED, "propagate"})}
+        tables["flow"] = {"variational": True}
+        along = scene.axis if axis is None else axis
+        tables["forcing"] = {"forced": here} | ({"axis": along} if along is not None and not isinstance(here, int) else {})
+    return scene_from_dict(tables)
+
+
+def _is_there(scene: Scene, place: int | str) -> bool:
+    """Whether the chain has the place at all; what has not is refused by `respond`, in its words."""
+    if isinstance(place, int):
+        return 1 <= place <= scene.links
+    return (place == "cart" and scene.base == "cart") or (place == "base" and scene.base == "moving")

@@ -1,0 +1,104 @@
+"""A frequency response by harmonic balance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from phichain.continuation import Engine, Evaluation, Point, Problem, follow, start_on
+from phichain.continuation.core import Progress
+from phichain.errors import ConvergenceError, UnsupportedError
+from phichain.orbits.forced import by_shooting
+from phichain.orbits.forced.begun import begun, towards
+from phichain.orbits.forced.floquet import tests_of
+from phichain.orbits.forced.flow import EmittedFlow
+from phichain.orbits.forced.forcing import Forcing
+from phichain.orbits.forced.made import Motion, ends_of, response_of
+from phichain.orbits.forced.response import Response
+from phichain.orbits.forced.series import NEEDED, Found, forced_problem, outer_of, table_of
+from phichain.orbits.harmonics.elimination import Harmonics
+from phichain.system import Parameters, System, Vector
+
+USUAL: Final = Harmonics(tail=1e-8)
+"""Folds keep ten digits: they are stationary, and what the tail leaves out enters squared."""
+UNRESOLVED: Final = "tail of the spectrum"
+
+
+@dataclass(frozen=True)
+class _Unresolved:
+    """The tail of the spectrum grows beyond what is wanted, the number of harmonics being as high as it may be."""
+
+    wanted: Harmonics
+    name: str = UNRESOLVED
+    terminal: bool = True
+
+    def value(self, problem: Problem, point: Point) -> float:
+        """Decades between the tail and what is wanted."""
+        found = point.extra
+        return float(np.log10(max(found.series.tail, 1e-300) / self.wanted.tail)) if isinstance(found, Found) else 1.0
+
+
+def followed(
+    system: System, forcing: Forcing, ends: tuple[float, float], p: Parameters | None, wanted: Harmonics, engine: Engine,
+    progress: Progress | None,
+) -> Response:  # fmt: skip
+    """The response between two frequencies.
+
+    Raises:
+        UnsupportedError: The system lacks what the balance needs.
+        ConvergenceError: Newton did not reach a solution at the first frequency, or its series is too long.
+    """
+    absent = [name for name in NEEDED if not system.has(name)]
+    if absent or system.real != "double":
+        lacks = f"the function {absent[0]}" if absent else 'double precision, [target] real = "double"'
+        raise UnsupportedError(
+            "method", "harmonics", f"system '{system.name}' lacks {lacks}", f"build its scene with [functions] want = {list(NEEDED)}"
+        )
+    outer = outer_of(system, forcing, p, min(ends))
+
+    def problem_of(amplitude: float) -> Problem:
+        return forced_problem(system, replace(forcing, amplitude=amplitude), p, omega=max(ends), outer=outer, harmonics=wanted)
+
+    problem, seen = _remembering(problem_of(forcing.amplitude))
+    z = begun(problem_of, forcing.amplitude, np.append(np.zeros(outer * system.nq), ends[0]), ends, engine)
+    start = start_on(problem, z, towards(z, ends), engine, fixed=True)
+    if isinstance(start.extra, Found) and (left := start.extra.series.tail) > wanted.tail:
+        raise ConvergenceError(
+            "harmonics", wanted.most, f"leave a tail of {left:.2g} at the first frequency, above {wanted.tail:g}",
+            'allow more of them or a longer tail, lower the amplitude, or use method = "shooting"',
+        )  # fmt: skip
+    tests = [*tests_of(system, forcing.is_odd), _Unresolved(wanted), *ends_of(ends)]
+    branch = follow(problem, start, engine, tests, "response", progress=progress)
+    def motion(z: Vector) -> Motion:
+        if z.tobytes() not in seen:
+            problem.evaluate(z)
+        coefficients = seen[z.tobytes()]
+        return Motion(table_of(forcing, len(coefficients)), coefficients, float(z[-1]))
+
+    if branch.status != "event" or branch.events[-1].kind != UNRESOLVED:
+        return response_of(system, forcing, branch, "harmonics", motion)
+    # The last point is the one whose tail is as long as it may be.
+    why = f"the harmonics up to {wanted.most} leave a tail above {wanted.tail:g} from omega = {branch.events[-1].z[-1]:.6g} on"
+    whole = replace(branch, events=branch.events[:-1])
+    try:
+        flow = EmittedFlow(system, forcing, p)
+    except UnsupportedError as lacking:
+        return response_of(system, forcing, replace(whole, reason=f"{why}, where {lacking.remedy}"), "harmonics", motion)
+    first = response_of(system, forcing, whole, "harmonics", motion)
+    return by_shooting.gone_on(system, forcing, ends, flow, engine, progress, first, why)
+
+
+
+def _remembering(problem: Problem) -> tuple[Problem, dict[bytes, Vector]]:
+    """The problem, and the coefficients of everything that it finds, by the unknowns' bytes."""
+    seen: dict[bytes, Vector] = {}
+
+    def evaluate(z: Vector) -> Evaluation:
+        found = problem.evaluate(z)
+        if isinstance(found.extra, Found):
+            seen[z.tobytes()] = found.extra.series.coefficients
+        return found
+
+    return replace(problem, evaluate=evaluate), seen

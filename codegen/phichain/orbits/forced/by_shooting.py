@@ -1,0 +1,87 @@
+"""A frequency response by shooting over the forcing's period, or half of it where the forcing is odd."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+
+from phichain.continuation import Engine, Point, Problem, follow, start_on
+from phichain.continuation.core import Progress
+from phichain.orbits.forced.begun import begun, towards
+from phichain.orbits.forced.floquet import tests_of
+from phichain.orbits.forced.flow import EmittedFlow
+from phichain.orbits.forced.forcing import Forcing
+from phichain.orbits.forced.made import Motion, ends_of, response_of
+from phichain.orbits.forced.response import Response
+from phichain.orbits.forced.shot import ForcedFlow, shooting_problem
+from phichain.orbits.harmonics.basis import basis
+from phichain.system import Parameters, System, Vector
+
+_HIGHEST: Final = 63
+"""Highest harmonic of the series that tell a shot motion's peaks; the motion itself is no series."""
+
+
+def followed(
+    system: System, forcing: Forcing, ends: tuple[float, float], p: Parameters | None, flow: ForcedFlow | None, engine: Engine,
+    progress: Progress | None,
+) -> Response:  # fmt: skip
+    """The response between two frequencies.
+
+    Raises:
+        UnsupportedError: The system has no flow that is forced there.
+        ConvergenceError: Newton did not reach a solution at the first frequency.
+    """
+    moved: ForcedFlow = EmittedFlow(system, forcing, p) if flow is None else flow
+
+    def problem_of(amplitude: float) -> Problem:
+        return shooting_problem(system, replace(forcing, amplitude=amplitude), moved, omega=max(ends))
+
+    problem = problem_of(forcing.amplitude)
+    z = begun(problem_of, forcing.amplitude, np.append(np.zeros(2 * system.nq), ends[0]), ends, engine)
+    start = start_on(problem, z, towards(z, ends), engine, fixed=True)
+    return _shot(system, forcing, ends, moved, engine, progress, problem, start)
+
+
+def gone_on(
+    system: System, forcing: Forcing, ends: tuple[float, float], flow: ForcedFlow, engine: Engine, progress: Progress | None,
+    first: Response, why: str,
+) -> Response:  # fmt: skip
+    """A response that harmonics cannot follow any further, gone on with from its last point.
+
+    Args:
+        first: What harmonics found.
+        why: Why they do not go on.
+    """
+    problem = shooting_problem(system, forcing, flow, omega=max(ends))
+    places = np.column_stack([first.q[-2:], first.v[-2:], first.omega[-2:]])
+    along = places[1] - places[0] if len(places) > 1 else towards(places[0], ends)
+    start = start_on(problem, places[-1], along, engine)
+    later = _shot(system, forcing, ends, flow, engine, progress, problem, start)
+    seam, shift = float(first.arclength[-1]), len(first) - 1
+    arrays: dict[str, Any] = {name: np.concatenate([getattr(first, name), getattr(later, name)[1:]]) for name in _JOINED}
+    events = tuple(replace(event, after=event.after + shift) for event in later.events)
+    return replace(
+        later, **arrays, name=first.name, method=first.method, arclength=np.concatenate([first.arclength, later.arclength[1:] + seam]),
+        events=(*first.events, *events), reason=f"{later.reason}; {why}: behind that motions are shot",
+    )  # fmt: skip
+
+
+_JOINED: Final = ("omega", "q", "v", "peak", "first", "multipliers", "error", "residual")
+
+
+def _shot(
+    system: System, forcing: Forcing, ends: tuple[float, float], moved: ForcedFlow, engine: Engine, progress: Progress | None,
+    problem: Problem, start: Point,
+) -> Response:  # fmt: skip
+    """The response from its first point."""
+    branch = follow(problem, start, engine, [*tests_of(system, forcing.is_odd), *ends_of(ends)], "response", progress=progress)
+    table = basis("odd" if forcing.is_odd else "full", _HIGHEST)
+
+    def motion(z: Vector) -> Motion:
+        n, omega = system.nq, float(z[-1])
+        states = moved.sampled(z[:-1], table.phase[1:] / omega, forcing.amplitude, omega)
+        return Motion(table, np.asarray(table.project @ np.vstack([z[:n], states[:, :n]])), omega, z[:-1])
+
+    return response_of(system, forcing, branch, "shooting", motion)

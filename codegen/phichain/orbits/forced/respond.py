@@ -1,0 +1,84 @@
+"""respond: the periodic motions of a driven chain along the forcing's frequency, by the method that fits."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from phichain.continuation import Engine, Options, predictors
+from phichain.continuation.core import Progress
+from phichain.errors import ArrayError
+from phichain.orbits.forced import by_harmonics, by_shooting
+from phichain.orbits.forced.forcing import forcing_of, range_of
+from phichain.orbits.forced.response import Response
+from phichain.orbits.forced.shot import ForcedFlow
+from phichain.orbits.harmonics.elimination import Harmonics
+from phichain.orbits.tracing import limited
+from phichain.system import Parameters, System
+
+METHODS: Final = ("harmonics", "shooting")
+
+
+def respond(
+    system: System,
+    forced: int | str | None = None,
+    amplitude: float | None = None,
+    omega: Any = None,
+    *,
+    axis: int | None = None,
+    method: str = "harmonics",
+    p: Parameters | None = None,
+    harmonics: Harmonics | int | None = None,
+    flow: ForcedFlow | None = None,
+    options: Options | None = None,
+    limits: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
+) -> Response:
+    """Follow the periodic motions of a chain under A cos(omega t) from one frequency to another, through folds.
+
+    Args:
+        system: A planar chain, usually with losses, with `inverse_and_jacobian`.
+        forced: What is driven: a joint (its torque), "cart" (the force on it, or its acceleration where that drives it) or "base" (its
+            acceleration); what the scene's [forcing] says unless given.
+        amplitude: A, N m, N or m/s^2.
+        omega: (from, to), rad/s.
+        axis: Along which axis a base is accelerated: 1 horizontally, 2 down.
+        method: "harmonics": Fourier series by harmonic balance; "shooting": over the forcing's period, on the emitted forced flow.
+        p: Runtime parameters by name.
+        harmonics: How many harmonics are kept, or the highest alone; by the tail of the spectrum unless said.
+        flow: The forced motion that shooting integrates by; the system's own unless given.
+        options: Step control and limits.
+        limits: Options that replace those the method would take by itself, by name.
+        progress: Told every new point and the step to try next.
+
+    Returns:
+        The Response, its folds and the places where stability is lost located.
+
+    Raises:
+        ArrayError: Nothing or nothing that is there is forced, or there is no range of frequencies.
+        UnsupportedError: The scene is spatial, or lacks what the method needs.
+        ConvergenceError: Newton did not reach a periodic motion at the first frequency.
+    """
+    if method not in METHODS:
+        raise ArrayError("method", method, "is no method", f"use one of {', '.join(METHODS)}")
+    forcing = forcing_of(system, forced, amplitude, axis)
+    ends = range_of(omega)
+    chosen = options or Options(step=0.02, step_max=0.2, max_points=4000, tol=1e-9)
+    if options is not None and not isinstance(options, Options):
+        raise ArrayError("options", options, "is no Options", "leave it out, or make one")
+    engine = Engine(predictors.cubic, options=limited(chosen, limits) if limits else chosen)
+    if method == "shooting":
+        if harmonics is not None:
+            raise ArrayError("harmonics", harmonics, 'belong to method = "harmonics"', "leave them out")
+        return by_shooting.followed(system, forcing, ends, p, flow, engine, progress)
+    return by_harmonics.followed(system, forcing, ends, p, kept(harmonics), engine, progress)
+
+
+def kept(given: Harmonics | int | None) -> Harmonics:
+    """How many harmonics are meant."""
+    if given is None:
+        return by_harmonics.USUAL
+    if isinstance(given, Harmonics):
+        return given
+    return Harmonics(most=given, least=given)
+
