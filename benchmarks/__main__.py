@@ -38,7 +38,7 @@ MODULES: Final = {
     "growth": "benchmarks.building.growth",
     "leaving_out": "benchmarks.building.leaving_out",
     "fractional": "benchmarks.fractional.run",
-    "families": "benchmarks.families.run",
+    "families": "benchmarks.orbits.families",
     "papers": "benchmarks.papers.run",
 }
 """Table -> the module with its HEADING and its ``tables(plan)``."""

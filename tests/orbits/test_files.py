@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 
@@ -47,6 +48,19 @@ def test_a_family_file_says_what_it_promises(whole: Branch, tmp_path: Path) -> N
 def test_files_read_back(whole: Branch, tmp_path: Path) -> None:
     same(Branch.from_json(whole.to_json(tmp_path / "family.json")), whole)
     same(Branch.from_npz(whole.to_npz(tmp_path / "family.npz")), whole)
+
+
+def test_events_are_a_table_of_their_own(whole: Branch, tmp_path: Path) -> None:
+    """One row an event in CSV, read back to the last bit, and one in a notebook."""
+    with whole.events_to_csv(tmp_path / "events.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["kind"] for row in rows] == [event.kind for event in whole.events]
+    for row, event in zip(rows, whole.events, strict=True):
+        assert [float(row[name]) for name in whole.names] == event.z.tolist() and float(row["arclength"]) == event.arclength
+        assert (row["breaks"], row["continues"]) == (event.breaks, event.continues)
+        assert complex(float(row["multiplier_1_re"]), float(row["multiplier_1_im"])) == event.multipliers[0]
+    page = whole._repr_html_()
+    assert page.count("<tr>") == 1 + len(whole.events) and "odd loss" in page and f"{whole.events[0].z[0]:.10g}" in page
 
 
 def test_a_run_goes_on_as_if_it_had_not_ended(whole: Branch, tmp_path: Path) -> None:

@@ -99,6 +99,12 @@ def test_one_harmonic_names_a_true_orbit() -> None:
     assert found.q[0, 0] == 0.5 and found.closure < 1e-14 and found.method == "quarter"
 
 
+def test_series_over_a_period_name_their_orbit() -> None:
+    system = uniform(1)
+    branch = replace(trace(system, until="theta_1=1.5"), method="harmonics", closing="")
+    assert pick(system, branch).omega == pytest.approx(3.812018988865347, rel=1e-14)
+
+
 def test_a_conical_orbit_is_what_an_integrator_finds() -> None:
     own = {"mass": (1.0, 0.5), "length": (1.0, 2.0), "com": (1.0, 1.6)}
     system = build(Scene("conical2_3", 2, space="spatial", want=("forward_dynamics", "state_jacobian", "energy", "mass_matrix"), **own))

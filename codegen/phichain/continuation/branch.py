@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -196,6 +197,26 @@ class Branch(Held):
         for k, values in enumerate(self.multipliers.T, 1):
             columns |= {f"multiplier_{k}_re": values.real, f"multiplier_{k}_im": values.imag}
         return write_csv(path, columns)
+
+    def events_to_csv(self, path: Path | str) -> Path:
+        """Write one row per event: kind, arclength, the unknowns, what it breaks, what continues, multipliers; 17 digits."""
+        columns: dict[str, Any] = {"kind": [event.kind for event in self.events], "arclength": [event.arclength for event in self.events]}
+        columns |= columns_of(self.names, np.array([event.z for event in self.events]).reshape(-1, len(self.names)))
+        columns |= {name: [getattr(event, name) for event in self.events] for name in ("breaks", "continues")}
+        for k in range(self.multipliers.shape[1]):
+            values = np.array([event.multipliers[k] for event in self.events], complex)
+            columns |= {f"multiplier_{k + 1}_re": values.real, f"multiplier_{k + 1}_im": values.imag}
+        return write_csv(path, columns)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the run in a line, its events as a table."""
+        head = "".join(f"<th>{html.escape(name)}</th>" for name in ("", "event", *self.names, "breaks", "continues"))
+        rows = ""
+        for number, event in enumerate(self.events, 1):
+            cells = (str(number), event.kind, *(f"{value:.10g}" for value in event.z), event.breaks, event.continues)
+            rows += f"<tr>{''.join(f'<td>{html.escape(cell)}</td>' for cell in cells)}</tr>"
+        said = html.escape(f"{self.name}: {len(self)} points, arclength {self.arclength[-1]:.6g}; {self.reason}")
+        return f"<p>{said}</p><table><tr>{head}</tr>{rows}</table>"
 
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""

@@ -35,7 +35,7 @@ def pick(system: System, branch: Branch, at: Any = None, p: Parameters | None = 
 
     Args:
         system: The chain of the family, with the functions that its method calls.
-        branch: The family. One of one harmonic names the start from which Newton finds an orbit of the whole equations.
+        branch: The family. One of harmonics names the start from which Newton finds an orbit of the whole equations.
         at: "WHAT=VALUE" as in `trace`: where the family first has it; "point=K" or "event=K", counted from 1; None for its last point.
         p: Runtime parameters.
         samples: Points over the period, its end included.
@@ -83,7 +83,7 @@ def _kind(branch: Branch) -> str:
     if branch.method in (CONICAL, IN_PLANE):
         return branch.method
     kind = branch.closing or "quarter"
-    if branch.method not in ("shooting", "one harmonic") or kind not in KINDS:
+    if branch.method not in ("shooting", "one harmonic", "harmonics") or kind not in KINDS:
         raise UnsupportedError(
             "branch.method", branch.method, "is none whose orbits are refined here", 'trace the family with method = "shooting"'
         )

@@ -36,11 +36,11 @@ _IN_A_LINE, _USER = 7, "-4"
 
 
 def missing() -> str:
-    """What there is not of AUTO-07p, with the remedy; empty where nothing is missing."""
+    """What there is not of AUTO-07p, with Debian's remedy; empty where nothing is missing."""
     if shutil.which("gfortran") is None:
-        return "gfortran is not installed (Debian: apt install gfortran)"
+        return "gfortran is not installed: apt install gfortran"
     if not (HOME / "lib" / "bvp.o").exists():
-        return f"AUTO-07p is not below {HOME} (Debian: apt install auto-07p; elsewhere set AUTO_DIR)"
+        return "AUTO-07p is not installed: apt install auto-07p (or set AUTO_DIR to where it is)"
     return ""
 
 

@@ -1,6 +1,6 @@
 """One family of limit cycles, theirs and ours: mode 1 of paper A's double pendulum from 0.01 rad to theta_1 = -2.5, through both folds.
 
-    python -m benchmarks.families.run [--tiny] [--write]
+    python -m benchmarks.orbits.families [--tiny] [--write]
 
 Processor time of whole runs in turn. Ours computes every orbit's multipliers and locates fifteen events; *the flow calls alone* are the very calls of
 the emitted flow that it made, once more, and nothing else: what is above that is Python. AUTO-07p starts as a program of its own, which
@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.families import auto
+from benchmarks.orbits import auto
 from benchmarks.plan import Plan, command
 from benchmarks.table import Table
 from phichain.continuation import Branch
@@ -89,7 +89,7 @@ def _table(runners: Sequence[Runner], rounds: int, absent: str) -> Table:
     notes = [
         "AUTO-07p writes eleven digits: its errors below 4e-11 are those of its file. *15 x 5* are intervals and collocation points of its mesh.",
         "*At most* is its largest step, in its own norm.",
-        *([f"AUTO-07p is left out: {absent}."] if absent else []),
+        *([f"skipped: AUTO-07p, for {absent}."] if absent else []),
     ]
     columns = ("run", "multipliers", "points", "error of omega at 1.2", "at the end", "processor ms", "our time / its")
     return Table("N = 2, mode 1, from 0.01 rad to theta_1 = -2.5", columns, tuple(rows), tuple(notes))
@@ -144,7 +144,7 @@ def _auto(program: Path, form: str, ntst: int, ncol: int, ds_max: float) -> Runn
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    return command("families", "benchmarks.families.run", HEADING, tables, arguments, __doc__)
+    return command("families", "benchmarks.orbits.families", HEADING, tables, arguments, __doc__)
 
 
 if __name__ == "__main__":

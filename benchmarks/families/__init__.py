@@ -1,1 +1,0 @@
-"""Families of limit cycles beside AUTO-07p."""
