@@ -23,7 +23,7 @@ from phichain.archive import (
     signs,
     word,
 )
-from phichain.control.measured import on_angles, on_unit_vectors
+from phichain.control.measured import Measured, on_angles, on_unit_vectors
 from phichain.control.weights import Spectrum
 from phichain.errors import ArrayError
 from phichain.laws import StateFeedback
@@ -141,6 +141,12 @@ class Gains(Held):
         ranges = {"K_x": (0, c), "K_q": (c, m), "K_xdot": (m, m + c), "K_omega": (m + c, 2 * m)}
         return {name: self.K[:, start:stop] for name, (start, stop) in ranges.items()}
 
+    def on_state(self, rows: Vector) -> Measured:
+        """Rows (k, 2m) that act on z as rows (k, nx) on the state's deviation x - x_target, and what x is."""
+        if self.space == "planar":
+            return on_angles(rows, self.cart, self.state_names)
+        return on_unit_vectors(rows, self.cart, self.s, self.state_names)
+
     def law(
         self,
         target: ArrayLike | None = None,
@@ -164,10 +170,7 @@ class Gains(Held):
             ControlError: They hold no real numbers.
         """
         nu, nq = len(self.input_names), len(self.equilibrium)
-        if self.space == "planar":
-            on = on_angles(self.K, self.cart, self.state_names)
-        else:
-            on = on_unit_vectors(self.K, self.cart, self.s, self.state_names)
+        on = self.on_state(self.K)
         state = np.concatenate([self.equilibrium, np.zeros(nq)])
         place = real_numbers("target", np.zeros(self.cart) if target is None else target, "give where the cart goes")
         if np.atleast_1d(place).shape != (self.cart,):

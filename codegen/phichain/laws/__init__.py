@@ -1,5 +1,7 @@
 """Laws: frozen records of controllers, made by `control` and written as Programs by `lowering`."""
 
+from phichain.laws.observer import Observer
+from phichain.laws.output_feedback import OutputFeedback
 from phichain.laws.state_feedback import StateFeedback
 
-__all__ = ["StateFeedback"]
+__all__ = ["Observer", "OutputFeedback", "StateFeedback"]
