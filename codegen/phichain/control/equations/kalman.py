@@ -5,12 +5,14 @@ The covariance of what is expected before a measurement solves the discrete Ricc
     P = A_d (P - P C^T (C P C^T + V)^-1 C P) A_d^T + W,     L = P C^T (C P C^T + V)^-1,
 
 with W = int_0^T e^(A t) N e^(A^T t) dt what white noise of density N adds between two samples: a block of
-exp([[-A, N], [0, A^T]] T), exact (Van Loan 1978). Where measurements are taken for exact, V = 0, only the covariance P_r of the
-rest is left, and an equation of its order: with z = (measured, rest) and W alike in blocks,
+exp([[-A, N], [0, A^T]] T), exact (Van Loan 1978). The observer of reduced order takes what is measured for the state itself and
+estimates the rest alone. With z = (measured, rest) in blocks its equation is of the rest's order,
 
-    P_r = A_22 P_r A_22^T + W_22 - X (A_12 P_r A_12^T + W_11)^-1 X^T,   X = A_22 P_r A_12^T + W_21,   L = [1; X (A_12 P_r A_12^T + W_11)^-1],
+    P = A_22 P A_22^T + W'_22 - X Y^-1 X^T,   Y = A_12 P A_12^T + W'_11,   X = A_22 P A_12^T + W'_21,   L = [1; X Y^-1],
 
-the observer of reduced order. All of it is computed in twice the digits, as the regulator is.
+where W' = W + A_.1 V A_.1^T + [V, 0; 0, 0]: what a reading is off stands in the step that it begins and in the one that it ends
+(that both are the same number is left out; without noise, V = 0, this is the limit of the Kalman filter). All of it is computed in
+twice the digits, as the regulator is.
 
 Sources: C. F. Van Loan, Computing integrals involving the matrix exponential, IEEE Trans. Automat. Control 23 (1978) 395-404;
 B. D. O. Anderson, J. B. Moore, Optimal Filtering (1979), chapters 4 and 7.
@@ -76,13 +78,14 @@ def kalman(a: Wide, C: Vector, W: Wide, V: Vector, sample: float) -> Filter:
     return _checked(L, kept @ a, kept @ P, sample)
 
 
-def reduced(a: Wide, C: Vector, W: Wide, sample: float) -> Filter:
-    """The observer of reduced order: what is measured is exact, the rest is estimated.
+def reduced(a: Wide, C: Vector, W: Wide, V: Vector, sample: float) -> Filter:
+    """The observer of reduced order: what is measured is taken as it is, the rest is estimated.
 
     Args:
         a: A_d (n, n).
         C: What is measured (ny, n), one signed entry of z each.
         W: Covariance of what is added between two samples (n, n).
+        V: Covariance of a measurement (ny, ny).
         sample: Seconds between two samples.
 
     Raises:
@@ -93,6 +96,8 @@ def reduced(a: Wide, C: Vector, W: Wide, sample: float) -> Filter:
     rest = [k for k in range(n) if k not in seen]
     signs = Wide.of(np.diag([float(C[i, k]) for i, k in enumerate(seen)]))
     a12, a22 = a[np.ix_(seen, rest)], a[np.ix_(rest, rest)]
+    into = a @ Wide.of(C).T
+    W = W + into @ Wide.of(V) @ into.T + Wide.of(C).T @ Wide.of(V) @ Wide.of(C)
     w11, w21, w22 = W[np.ix_(seen, seen)], W[np.ix_(rest, seen)], W[np.ix_(rest, rest)]
     # The part of the noise that what is measured shows at once is no noise of the rest.
     shown = w21 @ wide.inverse(w11)

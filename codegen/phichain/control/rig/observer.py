@@ -94,7 +94,7 @@ def estimator(gains: Gains, sensors: Sensors | None = None, kind: str = "kalman"
     Args:
         gains: A sampled regulator: its chain, equilibrium and period.
         sensors: What is measured, how well, and what disturbs; all positions by encoders unless given.
-        kind: "kalman", or "reduced", which takes what is measured for exact.
+        kind: "kalman", or "reduced", which takes what is measured as it is.
 
     Raises:
         ControlError: The regulator is not sampled; a name is none of the state, or moves only to second order there; a number is not
@@ -110,9 +110,13 @@ def estimator(gains: Gains, sensors: Sensors | None = None, kind: str = "kalman"
     a, b = held(gains.A, gains.B, gains.sample)
     demand_sight(gains, names, C)
     V = np.diag(_variances(given, names, units))
+    if kind == "kalman" and not np.all(np.diag(V) > 0):
+        raise ControlError(
+            "resolution, noise", 0.0, "leave a measurement without error", 'give one of them, or take the observer "reduced"'
+        )
     W = gathered(gains.A, _density(gains, given.disturbance), gains.sample)
     try:
-        found: Filter = kalman(a, C, W, V, gains.sample) if kind == "kalman" else reduced(a, C, W, gains.sample)
+        found: Filter = kalman(a, C, W, V, gains.sample) if kind == "kalman" else reduced(a, C, W, V, gains.sample)
     except np.linalg.LinAlgError as failure:
         raise ControlError(
             "disturbance", given.disturbance, f"leaves no stationary observer: {failure}", "disturb every coordinate, and measure more"
@@ -148,12 +152,7 @@ def _place(name: str, names: tuple[str, ...], moves: Vector) -> int:
 def _variances(sensors: Sensors, names: tuple[str, ...], units: tuple[str, ...]) -> Vector:
     steps = _by_name("resolution", sensors.resolution, names, [_step(unit) for unit in units])
     noise = _by_name("noise", sensors.noise, names, [0.0] * len(names))
-    found = steps**2 / 12 + noise**2
-    if not np.all(found > 0):
-        raise ControlError(
-            "resolution, noise", found.tolist(), "leave a measurement without error", "give one of them, or the observer of reduced order"
-        )
-    return found
+    return steps**2 / 12 + noise**2
 
 
 def _step(unit: str) -> float:
