@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from phichain.files import write_folder
-from phichain.laws import StateFeedback
+from phichain.laws import Law
 from phichain.native import build_files, default_cache, recalled, remember
 from phichain.scene import Scene, given_scene
 from phichain.scene.validate import choice
@@ -38,11 +38,12 @@ def generate(
     return write_folder(Path(out) / scene.name, texts)
 
 
-def generate_controller(law: StateFeedback, out: Path | str = "generated", real: str = "double") -> Path:
+def generate_controller(law: Law, out: Path | str = "generated", real: str = "double") -> Path:
     """Write a controller as C that stands alone, with its self-test and its CasADi form.
 
     Args:
-        law: what to generate, such as `lqr(system, s, sample=0.001).law(limit=20)`.
+        law: what to generate, such as `lqr(system, s, sample=0.001).law(limit=20)`; one with an observer or integrals keeps its
+            memory in a struct of its caller's, a table of gains has a supervisor.
         out: the folder in which NAME_controller/ is written, whole or not at all.
         real: "double" or "float", the type of the C.
 
@@ -54,10 +55,10 @@ def generate_controller(law: StateFeedback, out: Path | str = "generated", real:
         OutputError: the folder cannot be written; what was there before is still there.
         EmissionError: a number of the law does not fit the type.
     """
-    from phichain.emit.law.controller import controller_files, controller_name
+    from phichain.emit.law import law_files
 
-    texts = controller_files(law, choice("real", real, ("double", "float")))
-    return write_folder(Path(out) / controller_name(law), texts)
+    texts = law_files(law, choice("real", real, ("double", "float")))
+    return write_folder(Path(out) / f"{law.name}_controller", texts)
 
 
 def build(scene: Scene, prove: bool = True) -> System:

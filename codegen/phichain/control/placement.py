@@ -15,6 +15,7 @@ from __future__ import annotations
 import warnings
 from collections import Counter
 from collections.abc import Sequence
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -24,7 +25,7 @@ from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 from scipy.optimize import linear_sum_assignment
 from scipy.signal import place_poles
 
-from phichain.control.controllability import demand_input, margins_of
+from phichain.control.controllability import alternatives, demand_input, margins_of
 from phichain.control.equations.blocks import Block, blocks, part
 from phichain.control.equations.riccati import Riccati
 from phichain.control.equations.sampled import demand_sample, held
@@ -70,7 +71,7 @@ def place(
     """
     linear = demand_equilibria(system, [[-1] * system.links if s is None else s], p)[0]
     demand_input(linear)
-    margins = margins_of(linear).demand(linear.s)
+    margins = margins_of(linear).demand(linear.s, partial(alternatives, system, linear.s, p))
     A, B = linear.first_order
     wanted = _wanted(poles)
     if sample is not None:

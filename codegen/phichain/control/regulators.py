@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from phichain.control.accuracy import gains_error
-from phichain.control.controllability import demand_input, margins_of_all
+from phichain.control.controllability import alternatives, demand_input, margins_of_all
 from phichain.control.equations.riccati import Riccati, riccatis
 from phichain.control.equations.sampled import sampled_riccatis
 from phichain.control.equilibria import at_rest, demand_equilibria
@@ -58,7 +59,7 @@ def lqr(
         AbsentFunctionError: The system has no `linearization`.
     """
     target = [-1] * system.links if s is None else s
-    return _stack(system, demand_equilibria(system, [target], p), Q, R, sample)[0]
+    return _stack(system, demand_equilibria(system, [target], p), Q, R, sample, p)[0]
 
 
 def regulators(
@@ -90,16 +91,19 @@ def regulators(
     targets = list(at_rest(system, p) if every is None else every)
     found: list[Gains] = []
     for start in range(0, len(targets), STACK):
-        found += _stack(system, demand_equilibria(system, targets[start : start + STACK], p), Q, R, sample)
+        found += _stack(system, demand_equilibria(system, targets[start : start + STACK], p), Q, R, sample, p)
     return tuple(found)
 
 
 def _stack(
-    system: System, linear: Sequence[LinearSystem], Q: ArrayLike | None, R: ArrayLike | None, sample: float | None
-) -> list[Gains]:
+    system: System, linear: Sequence[LinearSystem], Q: ArrayLike | None, R: ArrayLike | None, sample: float | None,
+    p: Parameters | None,
+) -> list[Gains]:  # fmt: skip
     """The regulators of one stack."""
     nu = demand_input(linear[0])
-    reach = [margins.demand(one.s) for margins, one in zip(margins_of_all(linear), linear, strict=True)]
+    reach = [
+        margins.demand(one.s, partial(alternatives, system, one.s, p)) for margins, one in zip(margins_of_all(linear), linear, strict=True)
+    ]
     A, B = (np.array(matrices) for matrices in zip(*(one.first_order for one in linear), strict=True))
     weights = weight("Q", Q, A.shape[-1], strict=False), weight("R", R, nu, strict=True)
     solutions = _solved(A, B, *weights, sample)

@@ -5,4 +5,7 @@ from phichain.laws.observer import Observer
 from phichain.laws.output_feedback import OutputFeedback
 from phichain.laws.state_feedback import StateFeedback
 
-__all__ = ["GainTable", "Observer", "OutputFeedback", "StateFeedback"]
+Law = StateFeedback | OutputFeedback | GainTable
+"""Whatever a controller is made of."""
+
+__all__ = ["GainTable", "Law", "Observer", "OutputFeedback", "StateFeedback"]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from phichain.contract.words import nearest
+from phichain.contract.words import known_names
 from phichain.control.equations import wide as wide_matrices
 from phichain.control.equations.riccati import Riccati
 from phichain.control.equations.sampled import discrete, held
@@ -71,8 +71,7 @@ def with_integrals(gains: Gains, integrals: Mapping[str, float]) -> Integrating:
     reads, weights = [], []
     for name, weight in integrals.items():
         if name not in positions:
-            best = nearest(name, positions)
-            raise ControlError("integral", name, "is no position of this chain", f'did you mean "{best}"? There are {", ".join(positions)}')
+            raise ControlError("integral", name, "is no position of this chain", known_names(name, positions))
         size = number("integral", weight, "give a positive weight")
         if not 0 < size < np.inf:
             raise ControlError("integral", weight, f"is no positive weight of the integral of {name}", "give a positive one")

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from phichain.contract.words import nearest
+from phichain.contract.words import known_names
 from phichain.control.equations.kalman import Filter, gathered, kalman, reduced
 from phichain.control.equations.sampled import held
 from phichain.control.gains import Gains
@@ -139,8 +139,7 @@ def _seen(gains: Gains, measured: tuple[str, ...] | None) -> tuple[tuple[int, ..
 
 def _place(name: str, names: tuple[str, ...], moves: Vector) -> int:
     if name not in names:
-        best = nearest(name, names)
-        raise ControlError("measured", name, "is nothing of this chain's state", f'did you mean "{best}"? There are {", ".join(names)}')
+        raise ControlError("measured", name, "is nothing of this chain's state", known_names(name, names))
     at = names.index(name)
     if not moves[at]:
         raise ControlError(
