@@ -134,7 +134,7 @@ def _output(frame: _Frame, kind: str | None, words: dict[str, Any], integrals: d
         names = words["measured"]
         sensors = Sensors(
             None if names is None else tuple(names.replace(",", " ").split()),
-            **{name: value for name, value in given.items() if value is not None},  # type: ignore[arg-type]
+            **{name: value for name, value in given.items() if value is not None},
         )
         estimate = estimator(gains, sensors, kind)
         typer.echo(str(estimate))

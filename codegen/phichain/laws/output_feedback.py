@@ -213,7 +213,7 @@ class OutputFeedback:
         fields: dict[str, Any] = {name: arrays[name] for name in (*_FRAME, *_WHOLE, *_TRUTHS)}
         fields |= {name: meta[name] if isinstance(meta[name], str) else tuple(meta[name]) for name in _WORDS}
         try:
-            kept = {name: arrays[name] for name in _OBSERVER} if meta["observer"] else None
+            kept: dict[str, Any] | None = {name: arrays[name] for name in _OBSERVER} if meta["observer"] else None
             observer = None if kept is None else Observer(kind=meta["observer"], **kept)
             return cls(**fields, sample=meta["sample"], observer=observer)
         except (ArrayError, KeyError) as failure:

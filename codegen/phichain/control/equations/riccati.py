@@ -181,14 +181,14 @@ def _in_twice_the_digits(equation: Equations, A: Vector, B: Vector, Q: Vector, R
     pull = wide.inverse(Wide.of(R)) @ b.T
     try:
         S = doubled_wide(a, b @ pull, Wide.of(Q))
+        # One of Newton's steps, whose Lyapunov equation is a Riccati equation without input.
+        flow = a.T @ S
+        error = flow + flow.T - S @ b @ pull @ S + Wide.of(Q)
+        S = S + doubled_wide(a - b @ (pull @ S), Wide.of(np.zeros_like(A)), error)
     except np.linalg.LinAlgError:
         if all(1 / ORDINARY < np.max(np.abs(one)) < ORDINARY for one in (Q, R)):
             raise _too_many_digits(len(A), f"more than {DIGITS}", np.inf) from None
         raise
-    # One of Newton's steps, whose Lyapunov equation is a Riccati equation without input.
-    flow = a.T @ S
-    error = flow + flow.T - S @ b @ pull @ S + Wide.of(Q)
-    S = S + doubled_wide(a - b @ (pull @ S), Wide.of(np.zeros_like(A)), error)
     K = (pull @ S).high
     _demand_digits(A, Q, S.high)
     root = wide.cholesky(S).T
@@ -212,7 +212,7 @@ def _demand_digits(A: Vector, Q: Vector, S: Vector) -> None:
 
 def _too_many_digits(states: int, count: str, lost: float) -> ControlError:
     return ControlError(
-        "s", states // 2, f"has a regulator whose cost spreads over {count} digits, of which {DIGITS} are computed",
+        "s", f"{states} states", f"has a regulator whose cost spreads over {count} digits, of which {DIGITS} are computed",
         "take fewer links or longer ones, or let some of them hang", lost=lost, digits=DIGITS,
     )  # fmt: skip
 

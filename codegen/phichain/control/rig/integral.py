@@ -17,6 +17,7 @@ from phichain.control.equations.riccati import Riccati
 from phichain.control.equations.sampled import discrete, held
 from phichain.control.equations.wide import Wide
 from phichain.control.gains import Gains
+from phichain.control.weights import Spectrum
 from phichain.errors import ControlError
 from phichain.records import Held
 from phichain.system import Vector
@@ -44,7 +45,7 @@ class Integrating(Held):
     reads: tuple[int, ...]
     K: Vector
     K_i: Vector
-    poles: Vector
+    poles: Spectrum
 
     def __str__(self) -> str:
         return (
@@ -72,14 +73,13 @@ def with_integrals(gains: Gains, integrals: Mapping[str, float]) -> Integrating:
     for name, weight in integrals.items():
         if name not in positions:
             raise ControlError("integral", name, "is no position of this chain", known_names(name, positions))
-        size = number("integral", weight, "give a positive weight")
+        size = number("integral", weight, "give a positive weight", ControlError)
         if not 0 < size < np.inf:
             raise ControlError("integral", weight, f"is no positive weight of the integral of {name}", "give a positive one")
         reads.append(positions.index(name))
         weights.append(size)
     C = whole.gains[:, reads].T
     _demand_hold(gains, tuple(integrals), C)
-    n, ni = len(gains.A), len(reads)
     a, b = held(gains.A, gains.B, gains.sample)
     try:
         found = discrete(*_joined(a, b, C, gains.sample), _weights(gains.Q, weights), gains.R, gains.sample)
@@ -87,7 +87,7 @@ def with_integrals(gains: Gains, integrals: Mapping[str, float]) -> Integrating:
         raise ControlError(
             "integral", dict(integrals), f"leaves no stabilising solution: {failure}", "weigh it less, or sample faster"
         ) from failure
-    return Integrating(gains, tuple(integrals), tuple(reads), *_parts(found, n), found.poles)
+    return Integrating(gains, tuple(integrals), tuple(reads), *_parts(found, len(gains.A)), found.poles)
 
 
 def _parts(found: Riccati, n: int) -> tuple[Vector, Vector]:

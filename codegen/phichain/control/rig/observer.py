@@ -183,7 +183,7 @@ def _by_name(field: str, given: Values | None, names: tuple[str, ...], usual: li
 
 
 def _size(field: str, value: object) -> float:
-    given = number(field, value, "give a number that is not negative")
+    given = number(field, value, "give a number that is not negative", ControlError)
     if not 0 <= given < np.inf:
         raise ControlError(field, value, "is negative or not finite", "give a number that is not negative")
     return given

@@ -6,7 +6,8 @@ V <= rho is sqrt(rho c^T S^-1 c), so that
 
     rho = min over inputs (limit - |u_0|)^2 / (k S^-1 k^T)   and over angles reach^2 / (S^-1)_ii.
 
-The level is V / rho = |L^T z|^2 with S / rho = L L^T, a sum of squares in any precision.
+The level is V / rho = |L^T z|^2 with S / rho = L L^T, a sum of squares in any precision. Deviations in space are tilts, which do not
+tell a link that hangs from one that stands: there a term of fourth order does.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from scipy.linalg import cho_solve
 from phichain.control.gains import Gains
 from phichain.errors import ArrayError, ControlError
 from phichain.laws import GainTable, StateFeedback
+from phichain.laws.numbers import Matrix
 from phichain.system import Vector
 from phichain.system.arrays import number
 
@@ -58,9 +60,10 @@ def gain_table(
     kinds = {(one.name, one.space, one.digest, one.sample, len(one.s), one.state_names) for one in every}
     if len(kinds) > 1:
         raise ControlError("table", sorted(str(kind[:4]) for kind in kinds), "mixes regulators of different chains or periods", "make them of one")
-    angle = number("reach", reach, "give the largest angle, rad")
+    angle = number("reach", reach, "give the largest angle, rad", ControlError)
     if not 0 < angle < np.pi / 2:
         raise ControlError("reach", reach, "is no angle between 0 and a quarter turn", "give the largest angle within a level of 1, rad")
+    let_go = _level(leave)
     laws = [one.law(target, limit=limit) for one in every]
     first, one = laws[0], every[0]
     return GainTable(
@@ -68,20 +71,20 @@ def gain_table(
         input_names=first.input_names, input_units=first.input_units, wraps=first.wraps,
         signs=tuple(gains.s for gains in every), targets=tuple(law.target for law in laws), rest=tuple(law.rest for law in laws),
         gains=tuple(law.gains for law in laws),
-        shapes=tuple(_shape(gains, law, angle) for gains, law in zip(every, laws, strict=True)),  # type: ignore[arg-type]
-        compared=tuple(range(one.cart, len(one.equilibrium))), low=first.low, high=first.high, leave=_level(leave), sample=first.sample,
+        shapes=tuple(_shape(gains, law, angle, let_go) for gains, law in zip(every, laws, strict=True)),
+        compared=tuple(range(one.cart, len(one.equilibrium))), low=first.low, high=first.high, leave=let_go, sample=first.sample,
     )  # fmt: skip
 
 
 def _level(leave: float) -> float:
-    given = number("leave", leave, "give the level at which an equilibrium is let go")
+    given = number("leave", leave, "give the level at which an equilibrium is let go", ControlError)
     if not 1 <= given < np.inf:
         raise ArrayError("leave", leave, "would let go before it takes up", "give a level of 1 or more")
     return given
 
 
-def _shape(gains: Gains, law: StateFeedback, reach: float) -> Vector:
-    """W (2m, nx)."""
+def _shape(gains: Gains, law: StateFeedback, reach: float, leave: float) -> Matrix:
+    """W (n, nx): 2m rows, and in space one more for each link."""
     size = np.sqrt(np.diag(gains.S))
     try:
         # In units of its own diagonal the cost keeps its digits.
@@ -98,4 +101,15 @@ def _shape(gains: Gains, law: StateFeedback, reach: float) -> Vector:
             bounds.append((high - abs(rest)) ** 2 / float(row @ inverse @ row))
     upper = (size[:, None] * factor).T / np.sqrt(min(bounds))
     on = gains.on_state(np.eye(2 * m))
-    return np.asarray(upper @ on.gains)
+    rows = upper @ on.gains
+    if gains.space == "spatial":
+        rows = np.vstack([rows, _upright(gains, rows.shape[1], leave)])
+    return tuple(map(tuple, rows.tolist()))
+
+
+def _upright(gains: Gains, nx: int, leave: float) -> Vector:
+    """sqrt(leave) (q_k3 - s_k), of fourth order in a tilt: a link that points the other way has the level 4 leave by this alone."""
+    rows = np.zeros((len(gains.s), nx))
+    for k in range(len(gains.s)):
+        rows[k, gains.cart + 3 * k + 2] = np.sqrt(leave)
+    return rows

@@ -19,8 +19,9 @@ from phichain.ir.rounded import nearest
 from phichain.laws import GainTable
 
 _DIGITS: Final = 60
-_INSIDE, _BETWEEN, _OUTSIDE = 0.25, 0.5, 1.5
-"""Levels of the cases: well within, between 1 and `leave` (as a share of the way), beyond it (as a multiple)."""
+_INSIDE, _BETWEEN, _NEARLY, _OUTSIDE = 0.25, 0.5, 0.9, 1.5
+"""Levels of the cases: well within, between 1 and `leave` (as a share of the way), short of it and beyond it
+(as multiples)."""
 
 
 @dataclass(frozen=True)
@@ -58,11 +59,12 @@ def cases(table: GainTable, real: str) -> tuple[Case, ...]:
         if between > 1.01:
             found.append(_case(table, real, which, which, between, which))
             found.append(_case(table, real, which, -1, between, -1))
+            found += [_case(table, real, which, which, _NEARLY * table.leave, which, side) for side in (1, -1)]
     return tuple(found)
 
 
-def _case(table: GainTable, real: str, which: int, before: int, level: float, after: int) -> Case:
-    measured = _state(table, real, which, level)
+def _case(table: GainTable, real: str, which: int, before: int, level: float, after: int, side: int = 0) -> Case:
+    measured = _state(table, real, which, level, side)
     with mp.workdps(_DIGITS):
         decided = _level(table, which, measured)
         inputs = _inputs(table, after, measured)
@@ -71,13 +73,15 @@ def _case(table: GainTable, real: str, which: int, before: int, level: float, af
         return Case(before, after, measured, expected, tuple(nearest(real, as_fraction(value.allowed(real))) for value in values))
 
 
-def _state(table: GainTable, real: str, which: int, level: float) -> tuple[float, ...]:
-    """A state near a level, along a direction of its own for each equilibrium; the level of what is rounded is what is expected."""
+def _state(table: GainTable, real: str, which: int, level: float, side: int) -> tuple[float, ...]:
+    """A state near a level, along a direction of its own for each equilibrium, or the one that drives the first input hardest to a side.
+
+    The level of what is rounded is what is expected of it.
+    """
     shape = np.array(table.shapes[which])
-    direction = shape.T @ np.array([float(share(i, which)) + 0.01 for i in range(len(shape))])
-    # Along the gradient of the level entries of large weight move most: the state stays near the equilibrium.
-    away = direction / np.maximum(np.sum(shape**2, axis=0), 1e-300)
-    away = np.where(np.any(shape != 0, axis=0), away, 0.0)
+    away = np.linalg.lstsq(shape, np.array([float(share(i, which)) + 0.01 for i in range(len(shape))]), rcond=None)[0]
+    if side:
+        away = side * np.linalg.pinv(shape.T @ shape) @ np.array(table.gains[which][0])
     away *= np.sqrt(level / np.sum((shape @ away) ** 2))
     targets = table.targets[which]
     return tuple(nearest(real, Fraction(target) + Fraction(float(part))) for target, part in zip(targets, away, strict=True))
