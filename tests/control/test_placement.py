@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import control
 import numpy as np
@@ -154,3 +156,12 @@ def test_an_uncontrollable_equilibrium_names_what_would_be_controllable() -> Non
         with pytest.raises(ControlError, match=r"mode 2 .* is uncontrollable: margin .*such as s = \[1, 1\], \[-1, -1\].*joint 1 or 2") as refused:
             make()
         assert refused.value.equilibria == ((1, 1), (-1, -1)) and refused.value.joints == (1, 2)
+
+
+def test_the_page_runs(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The lines of docs/control.md, as they stand there."""
+    monkeypatch.chdir(tmp_path)
+    page = (Path(__file__).parents[2] / "docs" / "control.md").read_text()
+    (code,) = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    exec(compile(code, "control.md", "exec"), {})  # noqa: S102 - our own page
+    assert (tmp_path / "generated" / "rig_controller" / "manifest.json").exists()

@@ -159,7 +159,7 @@ class Gains(Held):
         limit: ArrayLike | None = None,
         wrap: bool = True,
     ) -> StateFeedback:
-        """The law (22) on the measured state x = (q, v), as a record that `lowering.laws.controller` writes as a Program.
+        """The law (22) on the measured state x = (q, v), as a record that `lowering.laws.state_feedback` writes as a Program.
 
         In the plane z = x - x_target; in space z is linear in x and zero at the target, and the gains are those on x.
 

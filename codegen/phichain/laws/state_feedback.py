@@ -34,7 +34,7 @@ _SCHEMA = Schema("StateFeedback", _ARRAYS, {**_WORDS, **_PLAIN}, filled=("nx", "
 class StateFeedback:
     """u = clip(u_0 - K w(x - x_target), low, high), where w takes whole turns from the angles that are to be wrapped.
 
-    It has no state and its cost is fixed: `lowering.laws.controller` writes it as a Program.
+    It has no state and its cost is fixed: `lowering.laws.state_feedback` writes it as a Program.
 
     Attributes:
         name: The scene it belongs to.
