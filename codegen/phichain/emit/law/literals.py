@@ -1,4 +1,4 @@
-"""Numbers of laws as C and JSON write them."""
+"""Numbers of laws as C and JSON write them, and what the headers of laws with a state have in common."""
 
 from __future__ import annotations
 
@@ -15,3 +15,10 @@ def literal(value: float, real: str) -> str:
 def bound(value: float) -> float | None:
     """A limit as JSON has it; none where it is infinite."""
     return value if isfinite(value) else None
+
+
+MANNERS = (
+    "SI units throughout. The functions keep nothing but what stands in the state, which its caller owns, allocate nothing, and may be "
+    "called from several threads at once, each with a state of its own."
+)
+"""How functions with a state behave."""

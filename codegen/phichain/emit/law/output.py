@@ -15,7 +15,7 @@ from phichain.emit.c.layout import WIDTH, laid_out, laid_out_text
 from phichain.emit.c.names import CNames
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.casadi.python_function import python_function
-from phichain.emit.law.literals import bound, literal
+from phichain.emit.law.literals import MANNERS, bound, literal
 from phichain.emit.law.memory import declared_with_memory, function_with_memory
 from phichain.emit.law.output_vectors import Call, calls, first_calls
 from phichain.emit.render import render
@@ -77,6 +77,7 @@ def _header(law: OutputFeedback, step: Program, reset: Program, shown: Mapping[s
     about = wrap(what + (integral if law.integrated else ""), WIDTH - 3)
     return render(
         "output_header.h.j2", **{**shown, "rows": [row.ljust(width).rstrip() for row in rows]}, about=about,
+        manners=wrap(MANNERS, WIDTH - 3),
         reset="\n".join(laid_out(f"{declared_with_memory(f'{name}_reset', reset, fields, name, False)};")),
         step="\n".join(laid_out(f"{declared_with_memory(name, step, fields, name, False)};")),
     )  # fmt: skip

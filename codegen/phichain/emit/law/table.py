@@ -7,16 +7,17 @@ import json
 from collections.abc import Mapping
 from fractions import Fraction
 from math import isfinite
+from textwrap import wrap
 from typing import Any, Final
 
 from phichain._version import __version__
 from phichain.emit.c.function import c_function
-from phichain.emit.c.layout import laid_out_text
+from phichain.emit.c.layout import WIDTH, laid_out, laid_out_text
 from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.casadi.python_function import python_function
-from phichain.emit.law.literals import bound, literal
+from phichain.emit.law.literals import MANNERS, bound, literal
 from phichain.emit.law.table_vectors import Case, cases
 from phichain.emit.render import render
 from phichain.files import MANIFEST
@@ -49,7 +50,7 @@ def table_files(table: GainTable, real: str = "double") -> dict[str, str]:
         "formula": _formula(table),
     }  # fmt: skip
     files = {
-        f"{name}.h": render("table_header.h.j2", **{**shown, "rows": _padded(table)}),
+        f"{name}.h": _header(table, shown),
         f"{name}.c": _source(table, programs, real, shown),
         f"{name}_casadi.py": _casadi(table, programs, shown),
         "selftest.c": _selftest(cases(table, real), real, shown),
@@ -57,6 +58,23 @@ def table_files(table: GainTable, real: str = "double") -> dict[str, str]:
         "README.md": render("table_readme.md.j2", **shown),
     }
     return files | {MANIFEST: _manifest(table, real, files, shown)}
+
+
+def _header(table: GainTable, shown: Mapping[str, Any]) -> str:
+    name, nx, nu = shown["name"], shown["nx"], shown["nu"]
+    about = (
+        "with target and gains of the equilibrium that is held. The level of an equilibrium is a sum of squares of the deviation from it: "
+        "in the ellipsoid where it is at most 1 the linear closed loop stays, no input reaches its limit, and every angle is small. The "
+        f"equilibrium whose links are closest is taken up where its level is at most 1, and let go where that passes {shown['leave']}. A "
+        "measurement that is NaN takes up nothing and lets go of what is held."
+    )
+    state, measured = f"{name}_state *state", f"const {name}_real x_meas[{nx}]"
+    return render(
+        "table_header.h.j2", **{**shown, "rows": _padded(table)}, about=wrap(about, WIDTH - 3),
+        manners=wrap(f"{MANNERS} {shown['bytes']} bytes of constants.", WIDTH - 3),
+        supervisor="\n".join(laid_out(f"int {name}_supervisor({state}, {measured});")),
+        controller="\n".join(laid_out(f"int {name}({state}, {measured}, {name}_real u[{nu}]);")),
+    )  # fmt: skip
 
 
 def _source(table: GainTable, programs: TablePrograms, real: str, shown: Mapping[str, Any]) -> str:
