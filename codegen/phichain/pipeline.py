@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from math import ceil
 from pathlib import Path
 
+from phichain.errors import UnsupportedError
 from phichain.files import write_folder
-from phichain.laws import Law
-from phichain.native import build_files, default_cache, recalled, remember
+from phichain.laws import GainTable, Law
+from phichain.native import ClosedLoop, build_files, default_cache, load_closed_loop, recalled, remember
 from phichain.scene import Scene, given_scene
 from phichain.scene.validate import choice
 from phichain.system import System
@@ -88,3 +91,32 @@ def build(scene: Scene, prove: bool = True) -> System:
             remember(scene, texts, cache)
         return system
     return build_files(texts)
+
+
+def build_closed_loop(scene: Scene, table: GainTable, real: str = "double", longest: float = 1e-3) -> ClosedLoop:
+    """Compile a chain together with the laws of a table, or find it compiled: what regions of attraction are counted with.
+
+    The chain moves by its emitted `step` in double precision, the inputs held from one call of the law to the next.
+
+    Args:
+        scene: the chain, without runtime parameters.
+        table: the laws; one without a period is called every `longest` seconds.
+        real: "double" or "float", the type in which laws are computed.
+        longest: longest step of the chain, s.
+
+    Raises:
+        SceneError: there is no such type.
+        UnsupportedError: the scene has runtime parameters, or no `step`.
+        CompilerError: the C compiler is missing, failed or hung.
+    """
+    from phichain.emit.law import closed_loop_files
+    from phichain.scratch import library_texts
+
+    chosen = choice("real", real, ("double", "float"))
+    if scene.runtime:
+        raise UnsupportedError("scene", scene.name, "has runtime parameters, which a closed loop does not take", "write their numbers into the scene")
+    alone = replace(scene, real="double", want=("step",))
+    texts, period = library_texts(alone, False), table.sample or longest
+    kept = {file: texts[file] for file in (f"{scene.name}.h", f"{scene.name}.c")}
+    loop, rows = closed_loop_files(replace(table, name=scene.name), chosen)
+    return load_closed_loop(scene.name, kept | loop, len(table.state_names), (period, max(1, ceil(period / longest - 1e-9))), rows)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from phichain.emit.law.closed_loop import closed_loop_files
 from phichain.emit.law.controller import controller_files
 from phichain.emit.law.output import output_feedback_files
 from phichain.emit.law.table import table_files
@@ -15,4 +16,4 @@ def law_files(law: Law, real: str = "double") -> dict[str, str]:
     return output_feedback_files(law, real) if isinstance(law, OutputFeedback) else controller_files(law, real)
 
 
-__all__ = ["law_files"]
+__all__ = ["closed_loop_files", "law_files"]
