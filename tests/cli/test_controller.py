@@ -91,3 +91,19 @@ def test_bad_words_are_refused_in_one_line(command: Command, scene: Path, words:
     answer = command("controller", scene, *words, "--out", "made")
     assert answer.code == 2 and said in answer.err and answer.err.count("\n") == 1
     assert not Path("made").exists()
+
+
+def test_regions_of_attraction_and_a_map(command: Command, scene: Path) -> None:
+    words = ("attraction", scene, "--sample", "0.005", "--limit", "8", "--t", "3", "--directions", "5")
+    answer = command(*words, "--out", "regions.csv", "--out", "regions.npz")
+    assert answer.code == 0 and answer.out.count("comes home from") == 2, answer.err
+    assert Path("regions.csv").read_text().startswith("s,radius,beyond,failed,share,runs")
+    for more, said in (
+        (["--map", "xi_1,xi_1"], "map: are not two turns"),
+        (["--table", "all", "--map", "xi_1,xi_1"], "table: are several equilibria, and a map is of one"),
+        (["--t", "0"], "seconds: is not positive"),
+        (["--out", "regions.txt"], "out: has no suffix"),
+    ):
+        table = [] if "--table" in more else ["--table", "1"]
+        answer = command(*words, *table, *more)
+        assert answer.code == 2 and said in answer.err and answer.err.count("\n") == 1, answer.err

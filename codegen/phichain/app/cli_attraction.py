@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from phichain.app.outputs import named, write
 from phichain.errors import ControlError
-
-if TYPE_CHECKING:
-    from phichain.control.reach import AttractionMap
 
 SceneWord = Annotated[str, typer.Argument(metavar="SCENE", help="A chain with inputs: a TOML file, a bundled scene's name, or planarN.")]
 Words = list[str] | None
@@ -48,6 +45,7 @@ def attraction(
     from phichain.app.control_words import equilibria, weighed
     from phichain.control import gain_table, regulators
     from phichain.control.reach import attraction as found
+    from phichain.control.reach import attraction_map, demand_turns
     from phichain.pipeline import build, build_closed_loop
     from phichain.scene.library import find_scene
 
@@ -60,22 +58,16 @@ def attraction(
     flown = build_closed_loop(chosen, laws, chosen.real, LONGEST)
     if plane is not None and len(laws.signs) > 1:
         raise ControlError("table", table, "are several equilibria, and a map is of one", 'name one, as --table "1,2"')
+    coordinates = None if plane is None else demand_turns(system, tuple(plane.replace(",", " ").split()))
     with _progress(len(laws.signs)) as told:
         record = found(system, laws, flown, count=count, seconds=seconds, seed=seed, progress=told)
     typer.echo(str(record))
-    if plane is None:
+    if coordinates is None:
         write(record, files, lambda: _drawing().radii(record))
         return
-    mapped = _mapped(system, laws, flown, plane, extent or min(3 * float(record.radius[0]), 0.9), points, seconds)
+    mapped = attraction_map(system, laws, flown, 0, coordinates, extent or min(3 * float(record.radius[0]), 0.9), points, seconds)
     typer.echo(str(mapped))
     write(mapped, files, lambda: _drawing().region(mapped, record))
-
-
-def _mapped(system: Any, laws: Any, flown: Any, plane: str, extent: float, points: int, seconds: float) -> AttractionMap:
-    from phichain.control.reach import attraction_map
-
-    names = tuple(plane.replace(",", " ").split())
-    return attraction_map(system, laws, flown, 0, names, extent, points, seconds)  # type: ignore[arg-type]
 
 
 def _drawing() -> Any:
@@ -92,7 +84,8 @@ class _progress:
         from rich.console import Console
         from rich.progress import Progress
 
-        self._line = Progress(console=Console(stderr=True), transient=True)
+        console = Console(stderr=True)
+        self._line = Progress(console=console, transient=True, disable=not console.is_terminal)
         self._task = self._line.add_task("equilibria", total=total)
 
     def __enter__(self) -> Callable[[int, int], None]:

@@ -77,8 +77,23 @@ class AttractionMap(Held):
         return cls(meta["name"], meta["digest"], tuple(meta["s"]), tuple(meta["coordinates"]), **arrays, seconds=meta["seconds"])
 
 
+def demand_turns(system: System, coordinates: tuple[str, ...]) -> tuple[str, str]:
+    """The names of two turns of a chain's links.
+
+    Raises:
+        ControlError: One is none, or they are not two.
+    """
+    turns = turn_names(system)
+    for name in coordinates:
+        if name not in turns:
+            raise ControlError("map", name, "is no turn of a link", known_names(name, turns))
+    if len(set(coordinates)) < 2 or len(coordinates) > 2:
+        raise ControlError("map", list(coordinates), "are not two turns", f"name two of {', '.join(turns)}")
+    return coordinates[0], coordinates[1]
+
+
 def attraction_map(
-    system: System, table: GainTable, flown: Flown, which: int, coordinates: tuple[str, str], extent: float, points: int = 61, seconds: float = 15.0
+    system: System, table: GainTable, flown: Flown, which: int, coordinates: tuple[str, ...], extent: float, points: int = 61, seconds: float = 15.0
 ) -> AttractionMap:
     """The map of one equilibrium of a table.
 
@@ -95,12 +110,7 @@ def attraction_map(
     Raises:
         ControlError: A coordinate is no turn of the chain, both are one, or a number is not positive.
     """
-    turns = turn_names(system)
-    for name in coordinates:
-        if name not in turns:
-            raise ControlError("map", name, "is no turn of a link", known_names(name, turns))
-    if len(set(coordinates)) < 2 or len(coordinates) > 2:
-        raise ControlError("map", list(coordinates), "are not two turns", f"name two of {', '.join(turns)}")
+    turns, coordinates = turn_names(system), demand_turns(system, coordinates)
     size = number("extent", extent, "give the largest turn, rad", ControlError)
     for field, value in (("extent", size), ("points", points - 1), ("seconds", seconds)):
         if not 0 < value < np.inf:
