@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from phichain import build
 from phichain.control import gain_table, regulators
@@ -20,9 +22,12 @@ from phichain.system import System, unit_vectors
 from tests.control.closed_loop import after
 
 PERIOD = 0.005
+SEED = 4
+"""Of directions the worst of which is not among the first."""
 WANT = ("linearization", "forward_dynamics", "step")
 SCENES = {
     "plane": Scene("reach_plane", 1, "planar", "cart", mass=0.2, length=0.4, cart_mass=0.5, want=WANT),
+    "double": Scene("reach_double", 2, "planar", "cart", mass=0.2, length=0.4, cart_mass=0.5, want=WANT),
     "space": Scene("reach_space", 1, "spatial", "cart", mass=0.2, length=0.4, cart_mass=0.5, want=WANT),
 }
 
@@ -57,21 +62,24 @@ def comes_home(rig: Rig, which: int, xi: np.ndarray) -> bool:
     return False
 
 
-@pytest.mark.parametrize("kind", SCENES)
-def test_the_radius_is_that_of_a_bisection_of_every_direction(rigs: dict[str, Rig], kind: str) -> None:
+@pytest.mark.parametrize("kind", ["double", "space"])
+def test_the_radius_is_that_of_a_bisection_of_every_direction(rigs: dict[str, Rig], kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two directions at a time, so that later ones lower what the first ones left."""
+    monkeypatch.setattr(sys.modules["phichain.control.reach.attraction"], "CHUNK", 2)
     rig = rigs[kind]
-    found, which = rig(count=4), len(rig.table.signs) - 1
+    found, which = rig(count=4, seed=SEED), 0 if kind == "double" else 1
     limits = []
-    for ray in directions(rig.system, 4, 0):
+    for ray in directions(rig.system, 4, SEED):
         home, beyond = 0.0, 1.0
-        while beyond - home > 0.01:
+        while beyond - home > 0.02 * beyond:
             middle = (home + beyond) / 2
             home, beyond = (middle, beyond) if comes_home(rig, which, middle * ray) else (home, middle)
         limits.append(home)
-    assert found.radius[which] == pytest.approx(min(limits), abs=0.015)
+    assert found.radius[which] == pytest.approx(min(limits), rel=0.04)
     assert found.radius[which] < found.beyond[which] <= 1.011 * found.radius[which]
     assert not comes_home(rig, which, 1.02 * found.beyond[which] * found.worst[which])
-    assert found.share[which] == pytest.approx(1 - 0.05 ** (1 / 4)) and not found.failed.any()
+    # As many failures or fewer have a chance of 5 % at the upper end of the share; a few thin directions lie between the rays.
+    assert binom.cdf(found.failed, 4, found.share) == pytest.approx(0.05) and found.failed.any() == (kind == "double")
 
 
 def test_starts_are_at_rest_where_they_are_said_to_be(rigs: dict[str, Rig]) -> None:

@@ -23,6 +23,7 @@ def radii(record: Attraction) -> Figure:
         names = ["".join("↓" if sign > 0 else "↑" for sign in record.s[k]) for k in order]
         axes.barh(np.arange(len(order)), record.radius[order], color="C0")
         axes.set_yticks(np.arange(len(order)), names)
+        axes.margins(y=0.01)
         axes.invert_yaxis()
         axes.set_xscale("log")
         axes.set_xlabel(f"radius from which {record.directions} directions came home within {record.seconds:g} s")
