@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from math import ceil
 from pathlib import Path
 
-from phichain.errors import OutputError
+from phichain.errors import OutputError, UnsupportedError
 from phichain.files import write_folder
 from phichain.firmware.drift import Drift, drift, edited_files
-from phichain.laws import StateFeedback
-from phichain.native import build_files, default_cache, recalled, remember
+from phichain.laws import GainTable, Law
+from phichain.native import ClosedLoop, build_files, default_cache, load_closed_loop, recalled, remember
 from phichain.scene import Scene, given_scene
 from phichain.scene.validate import choice
 from phichain.system import System
@@ -78,11 +80,12 @@ def check_folder(
     return drift(folder, _texts(scene, with_casadi_c, prove, package), scene.digest)
 
 
-def generate_controller(law: StateFeedback, out: Path | str = "generated", real: str = "double") -> Path:
+def generate_controller(law: Law, out: Path | str = "generated", real: str = "double") -> Path:
     """Write a controller as C that stands alone, with its self-test and its CasADi form.
 
     Args:
-        law: what to generate, such as `lqr(system, s, sample=0.001).law(limit=20)`.
+        law: what to generate, such as `lqr(system, s, sample=0.001).law(limit=20)`; one with an observer or integrals keeps its
+            memory in a struct of its caller's, a table of gains has a supervisor.
         out: the folder in which NAME_controller/ is written, whole or not at all.
         real: "double" or "float", the type of the C.
 
@@ -94,10 +97,10 @@ def generate_controller(law: StateFeedback, out: Path | str = "generated", real:
         OutputError: the folder cannot be written; what was there before is still there.
         EmissionError: a number of the law does not fit the type.
     """
-    from phichain.emit.law.controller import controller_files, controller_name
+    from phichain.emit.law import law_files
 
-    texts = controller_files(law, choice("real", real, ("double", "float")))
-    return write_folder(Path(out) / controller_name(law), texts)
+    texts = law_files(law, choice("real", real, ("double", "float")))
+    return write_folder(Path(out) / f"{law.name}_controller", texts)
 
 
 def build(scene: Scene, prove: bool = True) -> System:
@@ -127,3 +130,32 @@ def build(scene: Scene, prove: bool = True) -> System:
             remember(scene, texts, cache)
         return system
     return build_files(texts)
+
+
+def build_closed_loop(scene: Scene, table: GainTable, real: str = "double", longest: float = 1e-3) -> ClosedLoop:
+    """Compile a chain together with the laws of a table, or find it compiled: what regions of attraction are counted with.
+
+    The chain moves by its emitted `step` in double precision, the inputs held from one call of the law to the next.
+
+    Args:
+        scene: the chain, without runtime parameters.
+        table: the laws; one without a period is called every `longest` seconds.
+        real: "double" or "float", the type in which laws are computed.
+        longest: longest step of the chain, s.
+
+    Raises:
+        SceneError: there is no such type.
+        UnsupportedError: the scene has runtime parameters, or no `step`.
+        CompilerError: the C compiler is missing, failed or hung.
+    """
+    from phichain.emit.law import closed_loop_files
+    from phichain.scratch import library_texts
+
+    chosen = choice("real", real, ("double", "float"))
+    if scene.runtime:
+        raise UnsupportedError("scene", scene.name, "has runtime parameters, which a closed loop does not take", "write their numbers into the scene")
+    alone = replace(scene, real="double", want=("step",))
+    texts, period = library_texts(alone, False), table.sample or longest
+    kept = {file: texts[file] for file in (f"{scene.name}.h", f"{scene.name}.c")}
+    loop, rows = closed_loop_files(replace(table, name=scene.name), chosen)
+    return load_closed_loop(scene.name, kept | loop, len(table.state_names), (period, max(1, ceil(period / longest - 1e-9))), rows)

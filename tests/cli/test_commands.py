@@ -16,7 +16,7 @@ from phichain.contract.functions import FUNCTIONS, ROWS
 from phichain.scene import Scene
 from tests.cli.conftest import Command
 
-VERBS = ["show", "generate", "build", "prove", "functions", "simulate", "trace", "vary", "lqr", "controller", "fit", "tour", "info", "figure", "propagation", "response"]
+VERBS = ["show", "generate", "build", "prove", "functions", "simulate", "trace", "vary", "lqr", "controller", "fit", "tour", "info", "figure", "propagation", "response", "attraction"]
 
 
 def test_help_names_every_command(command: Command) -> None:

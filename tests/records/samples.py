@@ -71,7 +71,7 @@ RECORDS: dict[str, Callable[[], Any]] = {
 OPTIONAL = {
     "Trajectory": ("u", "kinetic", "potential", "length_error", "tangency_error", "error", "holds_until"),
     "Branch": ("energy", "multipliers", "event_multipliers"),
-    "Gains": ("digest", "sample"),
+    "Gains": ("digest", "sample", "error"),
     "Differintegral": (),
     "Propagation": (),
 }

@@ -16,6 +16,7 @@ import typer
 
 import phichain
 from phichain.app import (
+    cli_attraction,
     cli_connect,
     cli_control,
     cli_figures,
@@ -290,5 +291,6 @@ cli_response.register(app)
 cli_orbit.register(app)
 cli_figures.register(app)
 cli_control.register(app)
+cli_attraction.register(app)
 cli_fit.register(app)
 cli_connect.register(app)

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from phichain.contract.words import nearest
-from phichain.errors import ArrayError, printable
+from phichain.errors import UnsupportedError, printable
 
 if TYPE_CHECKING:
     from phichain.control import Gains
+    from phichain.laws import Law
     from phichain.system import System
 
 SceneWord = Annotated[
     str, typer.Argument(metavar="SCENE", help="A chain with inputs: a TOML file, a bundled scene's name, or planarN.")
 ]
-Weights = Annotated[
-    list[str] | None,
-    typer.Option("--weight", metavar="NAME=W", help="Weight of one entry of state or input, as theta_1=100; repeatable."),
-]
+Words = list[str] | None
+
+
+def _named(option: str, metavar: str, text: str) -> Any:
+    return typer.Option(option, metavar=metavar, help=text)
 
 
 def register(app: typer.Typer) -> None:
@@ -32,22 +32,32 @@ def register(app: typer.Typer) -> None:
 
 def controller(
     scene: SceneWord,
-    up: Annotated[str, typer.Option(metavar="LINKS", help="Links that stand upright: all, none, or 2,3.")] = "all",
+    up: Annotated[str, _named("--up", "LINKS", "Links that stand upright: all, none, or 2,3.")] = "all",
     sample: Annotated[
         float | None, typer.Option(metavar="S", help="Time between two calls, the input held; else in continuous time.")
     ] = None,
     limit: Annotated[str | None, typer.Option(metavar="U,...", help="Largest size of every input, or of all.")] = None,
     target: Annotated[str | None, typer.Option(metavar="X,...", help="Where the cart is to stand, m.")] = None,
-    state_weight: Annotated[float, typer.Option("--q", metavar="W", help="Weight of the state.")] = 1.0,
-    input_weight: Annotated[float, typer.Option("--r", metavar="W", help="Weight of the input.")] = 1.0,
-    weights: Weights = None,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")
+    state_weight: Annotated[float, _named("--q", "W", "Weight of the state.")] = 1.0,
+    input_weight: Annotated[float, _named("--r", "W", "Weight of the input.")] = 1.0,
+    weights: Annotated[Words, _named("--weight", "NAME=W", "Weight of one entry of state or input, as theta_1=100; repeatable.")] = None,
+    poles: Annotated[str | None, _named("--poles", "P,...", "Place the closed loop's poles here, 1/s, instead of weighing.")] = None,
+    observer: Annotated[str | None, _named("--observer", "KIND", "Measure a part of the state: kalman, or reduced.")] = None,
+    measured: Annotated[str | None, _named("--measured", "NAME,...", "What is measured; all positions unless given.")] = None,
+    resolution: Annotated[Words, _named("--resolution", "[NAME=]STEP", "Step of a measurement; encoders of 4096 counts, 0.1 mm.")] = None,
+    noise: Annotated[Words, _named("--noise", "[NAME=]SIGMA", "Standard deviation of a measurement beside that.")] = None,
+    disturbance: Annotated[
+        Words, _named("--disturbance", "[NAME=]D", "White noise on an acceleration or input, per sqrt(Hz); 1 on each acceleration.")
     ] = None,
+    integral: Annotated[Words, _named("--integral", "NAME[=W]", "Integrate a position, with this weight; repeatable.")] = None,
+    table: Annotated[str | None, _named("--table", "all|LINKS;...", 'Gains of several equilibria and a supervisor: all, or "none;2;1,2".')] = None,
+    reach: Annotated[float | None, _named("--reach", "RAD", "Largest angle where an equilibrium of the table is taken up; 0.1.")] = None,
+    leave: Annotated[float | None, _named("--leave", "LEVEL", "Level where an equilibrium of the table is let go; 4.")] = None,
+    settings: Annotated[Words, _named("--set", "NAME=A,B,...", "A runtime parameter's values; repeatable.")] = None,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write into.")] = Path("generated"),
 ) -> None:
     """Write the linear regulator of an equilibrium as a controller in C, DIR/NAME_controller."""
-    from phichain.control import lqr
+    from phichain.app import control_words as words
     from phichain.pipeline import build, generate_controller
     from phichain.scene.library import find_scene
     from phichain.system.starts import numbers, parameters, upright
@@ -57,47 +67,92 @@ def controller(
     wanted = tuple(dict.fromkeys((*chosen.want, "linearization", "forward_dynamics")))
     system = build(replace(chosen, real="double", want=wanted))
     system = replace(system, params=parameters(settings or []) or None)
-    signs = upright(up, system.links)
-    Q, R = weighed(system, state_weight, input_weight, weights or [])
-    gains = lqr(system, signs, Q, R, sample=sample)
-    law = _law(gains, numbers(limit, "limit"), numbers(target, "target"))
+    bound = numbers(limit, "limit")
+    frame = _Frame(
+        system, upright(up, system.links), sample, numbers(target, "target"), bound[0] if bound is not None and len(bound) == 1 else bound,
+        words.weighed(system, state_weight, input_weight, weights or []), None if poles is None else words.poles(poles),
+    )  # fmt: skip
+    sensors = {"measured": measured, "resolution": resolution, "noise": noise, "disturbance": disturbance}
+    _demand_together("observer", observer, sensors)
+    _demand_together("table", table, {"reach": reach, "leave": leave})
+    if table is not None:
+        _demand_apart("table", table, {"observer": observer, "integral": integral, "poles": poles})
+        law = _table(frame, table, reach, leave)
+    elif observer is not None or integral:
+        law = _output(frame, observer, sensors, words.by_name("integral", integral or [], 1.0))
+    else:
+        gains = frame.gains()
+        typer.echo(str(gains))
+        law = gains.law(frame.target, limit=frame.limit)
     law = replace(law, name=chosen.name, digest=chosen.digest)
     folder = generate_controller(law, out, chosen.real)
-    typer.echo(str(gains))
     typer.echo(printable(f"wrote {folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}"))
 
 
-def _law(gains: Gains, limit: Any, target: Any) -> Any:
-    bound = limit[0] if limit is not None and len(limit) == 1 else limit
-    return gains.law(target, limit=bound)
+@dataclass(frozen=True)
+class _Frame:
+    """What every kind of controller is made with."""
+
+    system: System
+    signs: tuple[int, ...]
+    sample: float | None
+    target: Any
+    limit: Any
+    weights: tuple[list[float], list[float]]
+    poles: list[complex] | None
+
+    def gains(self) -> Gains:
+        from phichain.control import lqr, place
+
+        if self.poles is not None:
+            return place(self.system, self.signs, self.poles, sample=self.sample)
+        return lqr(self.system, self.signs, *self.weights, sample=self.sample)
 
 
-def weighed(system: System, state: float, push: float, words: Sequence[str]) -> tuple[list[float], list[float]]:
-    """The diagonals of Q and R: one weight for all, others by name.
+def _table(frame: _Frame, text: str, reach: float | None, leave: float | None) -> Law:
+    from phichain.app.control_words import equilibria
+    from phichain.control import gain_table, regulators
 
-    Args:
-        system: Whose state and inputs they weigh.
-        state: Weight of every entry of the state.
-        push: Weight of every input.
-        words: NAME=W, the name of an entry of (q, v) in the plane, of the coordinates of (19) in space, or of an input.
+    every = regulators(frame.system, equilibria(text, frame.system.links), *frame.weights, sample=frame.sample)
+    for gains in every:
+        typer.echo(str(gains))
+    given = {name: value for name, value in (("reach", reach), ("leave", leave)) if value is not None}
+    return gain_table(every, frame.target, limit=frame.limit, **given)
 
-    Raises:
-        ArrayError: A word is not of that kind, or names nothing that is weighed.
-    """
-    from phichain.control import linearize
 
-    names = linearize(system, (1,) * system.links).state_names
-    alias = dict(zip((*system.q_names, *system.v_names), names, strict=True)) if system.is_planar else {}
-    known = {**{name: (0, i) for i, name in enumerate(names)}, **{name: (1, i) for i, name in enumerate(system.u_names)}}
-    diagonals = [state] * len(names), [push] * system.nu
-    for word in words:
-        name, _, text = word.partition("=")
-        at = known.get(alias.get(name.strip(), name.strip()))
-        if at is None:
-            best = nearest(name, tuple(known))
-            raise ArrayError("weight", word, "weighs nothing of this chain", f'did you mean "{best}"? There are {", ".join(known)}')
-        try:
-            diagonals[at[0]][at[1]] = float(text)
-        except ValueError:
-            raise ArrayError("weight", word, "has no number behind its name", f"write {name}=100") from None
-    return diagonals
+def _output(frame: _Frame, kind: str | None, words: dict[str, Any], integrals: dict[str, float]) -> Law:
+    from phichain.app.control_words import for_all_or_by_name
+    from phichain.control import Sensors, estimator, output_law, with_integrals
+
+    if integrals:
+        _demand_apart("integral", list(integrals), {"poles": frame.poles})
+    gains = frame.gains()
+    typer.echo(str(gains))
+    estimate = None
+    if kind is not None:
+        given = {name: for_all_or_by_name(name, words[name] or []) for name in ("resolution", "noise", "disturbance")}
+        names = words["measured"]
+        sensors = Sensors(
+            None if names is None else tuple(names.replace(",", " ").split()),
+            **{name: value for name, value in given.items() if value is not None},
+        )
+        estimate = estimator(gains, sensors, kind)
+        typer.echo(str(estimate))
+    integrating = with_integrals(gains, integrals) if integrals else None
+    if integrating is not None:
+        typer.echo(str(integrating))
+    return output_law(gains, estimate, integrating, frame.target, limit=frame.limit)
+
+
+def _demand_together(field: str, value: object, others: dict[str, Any]) -> None:
+    """Refuse what says something of a thing that is not asked for."""
+    for name, given in others.items():
+        if value is None and given is not None:
+            raise UnsupportedError(name, given, f"says something of --{field}, which is not asked for", f"give --{field} too")
+
+
+def _demand_apart(field: str, value: object, others: dict[str, Any]) -> None:
+    """Refuse what cannot go together."""
+    for name, given in others.items():
+        if given:
+            raise UnsupportedError(f"{field}, {name}", (value, given), "cannot go together in one controller", f"leave --{field} or --{name} out")

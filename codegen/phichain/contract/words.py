@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 _LETTERS_A_SLIP: Final = 5
@@ -19,6 +19,13 @@ def nearest(name: str, valid: Iterable[str]) -> str | None:
     slips = [(_slips(name.lower(), candidate.lower()), place, candidate) for place, candidate in enumerate(near)]
     fewest, _, best = min(slips, default=(most + 1, 0, ""))
     return best if fewest <= most and fewest < len(name) else None
+
+
+def known_names(name: str, valid: Sequence[str]) -> str:
+    """A remedy for a name that is not known: the one that was meant, where one is near, and all there are."""
+    best = nearest(name, valid)
+    meant = f'did you mean "{best}"? ' if best else ""
+    return f"{meant}There are {', '.join(valid)}" if best else f"name one of {', '.join(valid)}"
 
 
 def _slips(a: str, b: str) -> int:

@@ -11,8 +11,9 @@ be: two links folded on each other (s_2 = -s_1) with r_2 = l_1 - r_1 have a mode
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -24,9 +25,34 @@ from phichain.control.weights import Spectrum, solve
 from phichain.errors import ControlError
 from phichain.records import Held
 from phichain.system import Parameters, System, Vector
+from phichain.system.angles import absolute_angles
 
 UNCONTROLLABLE = 1e-10
 """Margins below this are called uncontrollable, or below a hundred times the accuracy of the matrices."""
+
+SHOWN = 3
+"""Other equilibria that an error names."""
+
+LOOKED_THROUGH = 8
+"""Links up to which all equilibria are looked through for others."""
+
+
+@dataclass(frozen=True)
+class Alternatives:
+    """What would be controllable where an equilibrium is not.
+
+    Attributes:
+        equilibria: Other ones of the same chain, those with the fewest links turned first.
+        joints: Joints, from 1, one torque at any of which would do.
+    """
+
+    equilibria: tuple[tuple[int, ...], ...] = ()
+    joints: tuple[int, ...] = ()
+
+    def __str__(self) -> str:
+        near = ", ".join(str(list(s)) for s in self.equilibria[:SHOWN])
+        parts = [f"choose another equilibrium, such as s = {near}" if near else "choose another equilibrium", "move a mass"]
+        return f"{', '.join(parts)}, or actuate {'joint ' + ' or '.join(map(str, self.joints)) if self.joints else 'a joint'}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +84,12 @@ class Controllability(Held):
         """True when every margin is above the limit."""
         return self.margin > self.limit
 
-    def demand(self, s: Sequence[int]) -> Controllability:
+    def demand(self, s: Sequence[int], alternatives: Callable[[], Alternatives] | None = None) -> Controllability:
         """Itself, or an error that names the mode.
+
+        Args:
+            s: The equilibrium.
+            alternatives: Finds what would be controllable instead, asked only where this is not.
 
         Raises:
             ControlError: A mode is uncontrollable; carries `mode` (lambda), `number` (from 1) and `margin`.
@@ -67,14 +97,17 @@ class Controllability(Held):
         if self.is_controllable:
             return self
         mode = complex(self.modes[self.worst])
+        instead = Alternatives() if alternatives is None else alternatives()
         raise ControlError(
             "s",
             list(s),
             f"mode {self.worst + 1} (lambda = {mode:.6g} 1/s) is uncontrollable: margin {self.margin:.2g}",
-            "choose another equilibrium, move a mass, or actuate a joint",
+            str(instead),
             mode=mode,
             number=self.worst + 1,
             margin=self.margin,
+            equilibria=instead.equilibria,
+            joints=instead.joints,
         )
 
 
@@ -86,6 +119,30 @@ def controllability(system: System, s: Sequence[int], p: Parameters | None = Non
         AbsentFunctionError: The system has no `linearization`.
     """
     return margins_of(linearize(system, s, p))
+
+
+def alternatives(system: System, s: Sequence[int], p: Parameters | None = None) -> Alternatives:
+    """What would be controllable instead of an equilibrium that is not: others of a chain of up to 8 links, and torques in the plane."""
+    near: list[tuple[int, ...]] = []
+    if system.links <= LOOKED_THROUGH:
+        others = [other for other in product((1, -1), repeat=system.links) if other != tuple(s)]
+        others.sort(key=lambda other: sum(a != b for a, b in zip(other, s, strict=True)))
+        found = margins_of_all([linearize(system, other, p) for other in others])
+        near = [other for other, margins in zip(others, found, strict=True) if margins.is_controllable]
+    return Alternatives(tuple(near), _joints(system, linearize(system, s, p)) if system.is_planar else ())
+
+
+def _joints(system: System, linear: LinearSystem) -> tuple[int, ...]:
+    """Joints whose torque, beside the inputs that are there, reaches every mode."""
+    m, c = len(linear.M), linear.cart
+    # The relative angle of joint k is the difference of two links' directions; a torque there works along it.
+    turned = np.diff(absolute_angles(system, np.eye(m)[:, : system.nq]), axis=-1, prepend=0.0)
+    found = []
+    for joint in range(m - c):
+        more = np.hstack([linear.B, turned[:, joint : joint + 1]])
+        if margins_of(replace(linear, B=more)).is_controllable:
+            found.append(joint + 1)
+    return tuple(found)
 
 
 def margins_of(linear: LinearSystem) -> Controllability:

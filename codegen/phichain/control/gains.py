@@ -23,7 +23,7 @@ from phichain.archive import (
     signs,
     word,
 )
-from phichain.control.measured import on_angles, on_unit_vectors
+from phichain.control.measured import Measured, on_angles, on_unit_vectors
 from phichain.control.weights import Spectrum
 from phichain.errors import ArrayError
 from phichain.laws import StateFeedback
@@ -52,6 +52,7 @@ _PLAIN = {
     "iterations": COUNT,
     "digest": replace(TEXT, default=""),
     "sample": replace(DURATION, default=0.0),
+    "error": replace(DURATION, default=0.0),
 }
 _SCHEMA = Schema(
     "Gains",
@@ -91,6 +92,8 @@ class Gains(Held):
         digest: Canonical digest of the system's scene; empty for one that was made by hand.
         sample: Time between two samples, s, over which the input is held; 0 for a regulator in continuous time. Where it is not,
             S and the weights belong to the sum over samples, and poles are log(z) / sample of the closed loop's eigenvalues z.
+        error: Relative error of K that the accuracy of A and B explains, where they are less accurate than a double: those of a
+            scene in single precision. 0 where it was not estimated.
     """
 
     name: str
@@ -113,6 +116,7 @@ class Gains(Held):
     input_names: tuple[str, ...]
     digest: str = ""
     sample: float = 0.0
+    error: float = 0.0
 
     def __str__(self) -> str:
         slowest = complex(self.poles[0])
@@ -121,7 +125,7 @@ class Gains(Held):
             f"{self.name}: {kind} about s = {list(self.s)}, slowest closed-loop eigenvalue "
             f"{slowest.real:.8f} 1/s, controllability margin {self.margin:.3g}, largest gain "
             f"{np.max(np.abs(self.K)):.4g}, Riccati residual {self.residual:.1e}"
-        )
+        ) + (f", gains right to {self.error:.1e}" if self.error else "")
 
     @property
     def margin(self) -> float:
@@ -141,6 +145,12 @@ class Gains(Held):
         ranges = {"K_x": (0, c), "K_q": (c, m), "K_xdot": (m, m + c), "K_omega": (m + c, 2 * m)}
         return {name: self.K[:, start:stop] for name, (start, stop) in ranges.items()}
 
+    def on_state(self, rows: Vector) -> Measured:
+        """Rows (k, 2m) that act on z as rows (k, nx) on the state's deviation x - x_target, and what x is."""
+        if self.space == "planar":
+            return on_angles(rows, self.cart, self.state_names)
+        return on_unit_vectors(rows, self.cart, self.s, self.state_names)
+
     def law(
         self,
         target: ArrayLike | None = None,
@@ -149,7 +159,7 @@ class Gains(Held):
         limit: ArrayLike | None = None,
         wrap: bool = True,
     ) -> StateFeedback:
-        """The law (22) on the measured state x = (q, v), as a record that `lowering.laws.controller` writes as a Program.
+        """The law (22) on the measured state x = (q, v), as a record that `lowering.laws.state_feedback` writes as a Program.
 
         In the plane z = x - x_target; in space z is linear in x and zero at the target, and the gains are those on x.
 
@@ -164,10 +174,7 @@ class Gains(Held):
             ControlError: They hold no real numbers.
         """
         nu, nq = len(self.input_names), len(self.equilibrium)
-        if self.space == "planar":
-            on = on_angles(self.K, self.cart, self.state_names)
-        else:
-            on = on_unit_vectors(self.K, self.cart, self.s, self.state_names)
+        on = self.on_state(self.K)
         state = np.concatenate([self.equilibrium, np.zeros(nq)])
         place = real_numbers("target", np.zeros(self.cart) if target is None else target, "give where the cart goes")
         if np.atleast_1d(place).shape != (self.cart,):

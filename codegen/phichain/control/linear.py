@@ -88,12 +88,11 @@ def linearized(system: System, every: Sequence[Sequence[int]], p: Parameters | N
     D = parts[2].reshape(-1, m, m) if len(parts) > 2 else np.zeros_like(M)
     noise = float(np.finfo(np.float32 if system.real == "float" else np.float64).eps)
     names = _names(system)
-    first_order = zip(*_first_order(M, D, G, B), strict=True)
-    rows = zip(signs, M, D, G, B, first_order, strict=True)
+    rows = zip(signs, M, D, G, B, zip(*first_order(M, D, G, B), strict=True), strict=True)
     return [LinearSystem(s, m, d, g, b, system.cart_size, names, first, noise) for s, m, d, g, b, first in rows]
 
 
-def _first_order(M: Vector, D: Vector, G: Vector, B: Vector) -> tuple[Vector, Vector]:
+def first_order(M: Vector, D: Vector, G: Vector, B: Vector) -> tuple[Vector, Vector]:
     """(A, B) of z' = A z + B u; what does not mix is solved apart, so that what is equal in M stays equal to the last bit."""
     count, m, nu = B.shape
     A, drive = np.zeros((count, 2 * m, 2 * m)), np.zeros((count, 2 * m, nu))

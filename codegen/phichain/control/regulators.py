@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from phichain.control.controllability import demand_input, margins_of_all
-from phichain.control.equations.riccati import riccatis
+from phichain.control.accuracy import gains_error
+from phichain.control.controllability import alternatives, demand_input, margins_of_all
+from phichain.control.equations.riccati import Riccati, riccatis
 from phichain.control.equations.sampled import sampled_riccatis
 from phichain.control.equilibria import at_rest, demand_equilibria
 from phichain.control.gains import Gains
 from phichain.control.linear import LinearSystem
+from phichain.control.record import record
 from phichain.control.weights import weight
-from phichain.system import Parameters, System
-from phichain.system.vertical import configuration
+from phichain.system import Parameters, System, Vector
+
+EXACT = 1e-12
+"""Matrices that are less accurate than this make gains whose error is worth an estimate."""
 
 STACK = 128
 """Equilibria solved at once: enough to amortise Python, few enough to stay in a cache."""
@@ -54,7 +59,7 @@ def lqr(
         AbsentFunctionError: The system has no `linearization`.
     """
     target = [-1] * system.links if s is None else s
-    return _stack(system, demand_equilibria(system, [target], p), Q, R, sample)[0]
+    return _stack(system, demand_equilibria(system, [target], p), Q, R, sample, p)[0]
 
 
 def regulators(
@@ -86,48 +91,33 @@ def regulators(
     targets = list(at_rest(system, p) if every is None else every)
     found: list[Gains] = []
     for start in range(0, len(targets), STACK):
-        found += _stack(system, demand_equilibria(system, targets[start : start + STACK], p), Q, R, sample)
+        found += _stack(system, demand_equilibria(system, targets[start : start + STACK], p), Q, R, sample, p)
     return tuple(found)
 
 
 def _stack(
-    system: System, linear: Sequence[LinearSystem], Q: ArrayLike | None, R: ArrayLike | None, sample: float | None
-) -> list[Gains]:
+    system: System, linear: Sequence[LinearSystem], Q: ArrayLike | None, R: ArrayLike | None, sample: float | None,
+    p: Parameters | None,
+) -> list[Gains]:  # fmt: skip
     """The regulators of one stack."""
     nu = demand_input(linear[0])
-    reach = [margins.demand(one.s) for margins, one in zip(margins_of_all(linear), linear, strict=True)]
+    reach = [
+        margins.demand(one.s, partial(alternatives, system, one.s, p)) for margins, one in zip(margins_of_all(linear), linear, strict=True)
+    ]
     A, B = (np.array(matrices) for matrices in zip(*(one.first_order for one in linear), strict=True))
-    state_weight = weight("Q", Q, A.shape[-1], strict=False)
-    input_weight = weight("R", R, nu, strict=True)
-    if sample is None:
-        solutions = riccatis(A, B, state_weight, input_weight)
-    else:
-        solutions = sampled_riccatis(A, B, state_weight, input_weight, sample)
-    state_names = linear[0].state_names
-    input_names = system.u_names or tuple(f"u_{k + 1}" for k in range(nu))
+    weights = weight("Q", Q, A.shape[-1], strict=False), weight("R", R, nu, strict=True)
+    solutions = _solved(A, B, *weights, sample)
+
+    def error(one: LinearSystem, K: Vector) -> float:
+        if one.noise <= EXACT:
+            return 0.0
+        return gains_error(one, K, lambda a, b: _solved(a[None], b[None], *weights, sample)[0].K)
+
     return [
-        Gains(
-            name=system.name,
-            space=system.space,
-            cart=system.cart_size,
-            s=one.s,
-            equilibrium=configuration(system, one.s),
-            K=solution.K,
-            S=solution.S,
-            A=one.first_order[0],
-            B=one.first_order[1],
-            Q=state_weight,
-            R=input_weight,
-            poles=solution.poles,
-            modes=margins.modes,
-            margins=margins.margins,
-            # The equation solved is the chain's only as far as the matrices are.
-            residual=max(solution.residual, one.noise),
-            iterations=solution.iterations,
-            state_names=state_names,
-            input_names=input_names,
-            digest=system.digest,
-            sample=0.0 if sample is None else float(sample),
-        )
+        record(system, one, margins, weights, solution, sample, error(one, solution.K))
         for one, margins, solution in zip(linear, reach, solutions, strict=True)
     ]
+
+
+def _solved(A: Vector, B: Vector, Q: Vector, R: Vector, sample: float | None) -> list[Riccati]:
+    return riccatis(A, B, Q, R) if sample is None else sampled_riccatis(A, B, Q, R, sample)

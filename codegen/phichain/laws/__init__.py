@@ -1,5 +1,11 @@
 """Laws: frozen records of controllers, made by `control` and written as Programs by `lowering`."""
 
+from phichain.laws.gain_table import GainTable
+from phichain.laws.observer import Observer
+from phichain.laws.output_feedback import OutputFeedback
 from phichain.laws.state_feedback import StateFeedback
 
-__all__ = ["StateFeedback"]
+Law = StateFeedback | OutputFeedback | GainTable
+"""Whatever a controller is made of."""
+
+__all__ = ["GainTable", "Law", "Observer", "OutputFeedback", "StateFeedback"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from phichain.archive import NUMBER, TEXT, Array, Schema, names, read_archive, real
 from phichain.errors import ArrayError, OutputError
+from phichain.laws.numbers import as_numbers
 from phichain.records import write_npz
 
 Vector = NDArray[np.float64]
@@ -34,7 +34,7 @@ _SCHEMA = Schema("StateFeedback", _ARRAYS, {**_WORDS, **_PLAIN}, filled=("nx", "
 class StateFeedback:
     """u = clip(u_0 - K w(x - x_target), low, high), where w takes whole turns from the angles that are to be wrapped.
 
-    It has no state and its cost is fixed: `lowering.laws.controller` writes it as a Program.
+    It has no state and its cost is fixed: `lowering.laws.state_feedback` writes it as a Program.
 
     Attributes:
         name: The scene it belongs to.
@@ -73,7 +73,8 @@ class StateFeedback:
         nx, nu = len(self.state_names), len(self.input_names)
         shapes = {"target": (nx,), "rest": (nu,), "gains": (nu, nx), "low": (nu,), "high": (nu,)}
         for field, shape in shapes.items():
-            object.__setattr__(self, field, _numbers(field, getattr(self, field), shape))
+            infinite = field in ("low", "high")
+            object.__setattr__(self, field, as_numbers(f"law.{field}", getattr(self, field), shape, infinite))
         for field, size in (("state_units", nx), ("input_units", nu), ("wraps", nx)):
             if len(getattr(self, field)) != size:
                 raise ArrayError(f"law.{field}", getattr(self, field), f"must hold {size} entries", "give one for each")
@@ -122,19 +123,3 @@ class StateFeedback:
         except ArrayError as failure:
             remedy = f"name a file that a {_SCHEMA.kind} wrote"
             raise OutputError("path", str(path), f"no {_SCHEMA.kind} can be read there: {failure}", remedy) from failure
-
-
-def _numbers(field: str, values: Any, shape: tuple[int, ...]) -> Any:
-    """Numbers of a shape as nested tuples; limits alone may be infinite."""
-    try:
-        given = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        given = np.full((), np.nan)
-    sound = np.isfinite(given) | (np.isinf(given) & (field in ("low", "high")))
-    if given.shape != shape or not np.all(sound):
-        raise ArrayError(f"law.{field}", values, f"must hold finite numbers of shape {shape}", "give one for each")
-    return _tuples(given.tolist())
-
-
-def _tuples(values: Sequence[Any]) -> tuple[Any, ...]:
-    return tuple(_tuples(entry) if isinstance(entry, list) else entry for entry in values)

@@ -35,6 +35,12 @@ from phichain.system import Vector
 SOLVED = 1e-6
 """Relative residuals above this belong to no solution: those of solutions are near round-off."""
 
+DIGITS = 30
+"""Digits that a cost may spread over when it is computed in twice those of a double: two are left."""
+
+ORDINARY = 1e12
+"""Weights between this and its inverse are not to blame where a cost spreads over too many digits."""
+
 UNSEEN = 1e-10
 """A mode that the weights see by less than this share is as good as not weighed."""
 
@@ -173,16 +179,42 @@ def _checked(found: Riccati) -> Riccati:
 def _in_twice_the_digits(equation: Equations, A: Vector, B: Vector, Q: Vector, R: Vector) -> Riccati:
     a, b = Wide.of(A), Wide.of(B)
     pull = wide.inverse(Wide.of(R)) @ b.T
-    S = doubled_wide(a, b @ pull, Wide.of(Q))
-    # One of Newton's steps, whose Lyapunov equation is a Riccati equation without input.
-    flow = a.T @ S
-    error = flow + flow.T - S @ b @ pull @ S + Wide.of(Q)
-    S = S + doubled_wide(a - b @ (pull @ S), Wide.of(np.zeros_like(A)), error)
+    try:
+        S = doubled_wide(a, b @ pull, Wide.of(Q))
+        # One of Newton's steps, whose Lyapunov equation is a Riccati equation without input.
+        flow = a.T @ S
+        error = flow + flow.T - S @ b @ pull @ S + Wide.of(Q)
+        S = S + doubled_wide(a - b @ (pull @ S), Wide.of(np.zeros_like(A)), error)
+    except np.linalg.LinAlgError:
+        if all(1 / ORDINARY < np.max(np.abs(one)) < ORDINARY for one in (Q, R)):
+            raise _too_many_digits(len(A), f"more than {DIGITS}", np.inf) from None
+        raise
     K = (pull @ S).high
+    _demand_digits(A, Q, S.high)
     root = wide.cholesky(S).T
     closed = root @ (a - b @ Wide.of(K)) @ wide.inverse(root)
     extended = S.high.astype(np.longdouble) + S.low
     return Riccati(S.high, K, spectrum(closed.high), float(equation.relative_residual(extended[None])[0]), 0, 0.0)
+
+
+def _demand_digits(A: Vector, Q: Vector, S: Vector) -> None:
+    """Refuse a cost that spreads over more digits than are computed.
+
+    Its least eigenvalue is about q / 2 |A| with q that of the weight: what is lost is the largest against that.
+    """
+    least, largest_cost = float(np.linalg.eigvalsh(Q)[0]), float(np.max(np.abs(S)))
+    if not (least > 0 and np.isfinite(largest_cost)):
+        return
+    lost = float(np.log10(largest_cost) + np.log10(2 * np.max(np.abs(A))) - np.log10(least))
+    if lost > DIGITS:
+        raise _too_many_digits(len(A), f"{lost:.0f}", lost)
+
+
+def _too_many_digits(states: int, count: str, lost: float) -> ControlError:
+    return ControlError(
+        "s", f"{states} states", f"has a regulator whose cost spreads over {count} digits, of which {DIGITS} are computed",
+        "take fewer links or longer ones, or let some of them hang", lost=lost, digits=DIGITS,
+    )  # fmt: skip
 
 
 def _first(A: Vector, B: Vector, Q: Vector, R: Vector) -> tuple[Vector, list[Loop | None]]:

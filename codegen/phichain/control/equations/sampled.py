@@ -34,16 +34,22 @@ def held(A: Vector, B: Vector, sample: float) -> tuple[Wide, Wide]:
     n, nu = B.shape
     whole = np.zeros((n + nu, n + nu))
     whole[:n, :n], whole[:n, n:] = A, B
-    size = float(np.max(np.sum(np.abs(whole), axis=1), initial=0.0)) * sample
+    flow = exponential(whole, sample)
+    return flow[:n, :n], flow[:n, n:]
+
+
+def exponential(matrix: Vector, seconds: float) -> Wide:
+    """exp(matrix * seconds) (n, n), by its series after halving and by squaring."""
+    size = float(np.max(np.sum(np.abs(matrix), axis=1), initial=0.0)) * seconds
     halvings = max(0, int(np.ceil(np.log2(4 * size)))) if size > 0 else 0
-    small = Wide.of(whole) * Wide.of(np.full_like(whole, sample / 2**halvings))
-    one = Wide.of(np.eye(n + nu))
+    small = Wide.of(matrix) * Wide.of(np.full_like(matrix, seconds / 2**halvings))
+    one = Wide.of(np.eye(len(matrix)))
     flow = one
     for k in range(_TERMS, 0, -1):
-        flow = one + small @ flow / Wide.of(np.full_like(whole, float(k)))
+        flow = one + small @ flow / Wide.of(np.full_like(matrix, float(k)))
     for _ in range(halvings):
         flow = flow @ flow
-    return flow[:n, :n], flow[:n, n:]
+    return flow
 
 
 def sampled_riccatis(A: Vector, B: Vector, Q: Vector, R: Vector, sample: float) -> list[Riccati]:
@@ -97,7 +103,15 @@ def demand_sample(A: Vector, sample: float) -> None:
 
 
 def _solved(A: Vector, B: Vector, Q: Vector, R: Vector, sample: float) -> Riccati:
-    a, b = held(A, B, float(sample))
+    return discrete(*held(A, B, float(sample)), Q, R, sample)
+
+
+def discrete(a: Wide, b: Wide, Q: Vector, R: Vector, sample: float) -> Riccati:
+    """The stabilising solution for z_{k+1} = a z_k + b u_k, a sample every `sample` seconds; the rest as above.
+
+    Raises:
+        LinAlgError: There is none.
+    """
     weight, cost = Wide.of(R), Wide.of(Q)
     S = settled_wide((a, b @ wide.inverse(weight) @ b.T, cost))
     inner = wide.inverse(weight + b.T @ S @ b)

@@ -106,6 +106,11 @@ def inverse(matrix: Wide) -> Wide:
     return Wide(high[:, size:], low[:, size:])
 
 
+def stacked(above: Wide, below: Wide) -> Wide:
+    """One matrix above another."""
+    return Wide(np.vstack([above.high, below.high]), np.vstack([above.low, below.low]))
+
+
 def cholesky(matrix: Wide) -> Wide:
     """L with L L^T = matrix, lower triangular.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from collections.abc import Mapping
 from fractions import Fraction
 from math import isfinite
@@ -18,6 +17,7 @@ from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.casadi.python_function import python_function
+from phichain.emit.law.literals import bound, literal
 from phichain.emit.law.vectors import Vector, vectors
 from phichain.emit.render import render
 from phichain.files import MANIFEST
@@ -94,15 +94,10 @@ def _declared(name: str, program: Program, definition: bool) -> str:
 
 def _selftest(tests: tuple[Vector, ...], real: str, shown: Mapping[str, Any]) -> str:
     cases = [
-        tuple(", ".join(_literal(value, real) for value in values) for values in (test.measured, test.expected, test.allowed))
+        tuple(", ".join(literal(value, real) for value in values) for values in (test.measured, test.expected, test.allowed))
         for test in tests
     ]
-    return laid_out_text(render("law_selftest.c.j2", **shown, cases=cases, zero=_literal(0.0, real)))
-
-
-def _literal(value: float, real: str) -> str:
-    text = re.sub(r"\.?0*p", "p", value.hex()) if value else "0.0"
-    return f"{text}F" if real == "float" else text
+    return laid_out_text(render("law_selftest.c.j2", **shown, cases=cases, zero=literal(0.0, real)))
 
 
 def _casadi(law: StateFeedback, program: Program, shown: Mapping[str, Any]) -> str:
@@ -147,7 +142,7 @@ def _manifest(law: StateFeedback, program: Program, real: str, files: Mapping[st
         "sample": law.sample,
         "state": [list(row) for row in zip(law.state_names, law.state_units, law.target, law.wraps, strict=True)],
         "inputs": [
-            [name, unit, _bound(low), _bound(high)]
+            [name, unit, bound(low), bound(high)]
             for name, unit, low, high in zip(law.input_names, law.input_units, law.low, law.high, strict=True)
         ],
         "rest": list(law.rest),
@@ -159,6 +154,3 @@ def _manifest(law: StateFeedback, program: Program, real: str, files: Mapping[st
     }
     return json.dumps(record, indent=2, ensure_ascii=True) + "\n"
 
-
-def _bound(value: float) -> float | None:
-    return value if isfinite(value) else None

@@ -1,4 +1,4 @@
-"""Laws -> Programs: controllers in the same form as the dynamics, for the same printers."""
+"""State feedback as a Program: a target, whole turns taken from angles, gains and limits."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def controller(law: StateFeedback) -> Program:
         u = builder.lift(law.rest[row])
         for gain, deviation in zip(gains, away, strict=True):
             u = u - gain * deviation
-        inputs[row] = _limited(u, law.low[row], law.high[row])
+        inputs[row] = limited(u, law.low[row], law.high[row])
     return prune(builder.finish())
 
 
@@ -48,6 +48,7 @@ def _deviation(builder: Builder, law: StateFeedback, value: Expr, i: int) -> Exp
     return builder.let(name, wrapped(away, full_turn()))
 
 
-def _limited(u: Expr, low: float, high: float) -> Expr:
+def limited(u: Expr, low: float, high: float) -> Expr:
+    """u between its limits, those that are finite; NaN where u is."""
     above = maximum(u, low) if isfinite(low) else u
     return minimum(above, high) if isfinite(high) else above

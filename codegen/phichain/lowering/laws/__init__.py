@@ -1,0 +1,7 @@
+"""Laws -> Programs: controllers in the same form as the dynamics, for the same printers."""
+
+from phichain.lowering.laws.gain_table import TablePrograms, table_programs
+from phichain.lowering.laws.output_feedback import NEXT, output_feedback, output_feedback_reset
+from phichain.lowering.laws.state_feedback import controller, full_turn
+
+__all__ = ["NEXT", "TablePrograms", "controller", "full_turn", "output_feedback", "output_feedback_reset", "table_programs"]

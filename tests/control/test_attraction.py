@@ -1,0 +1,136 @@
+"""Regions of attraction: against bisection by another simulation, in both types, on file, drawn, and what is refused."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from phichain import build
+from phichain.control import gain_table, regulators
+from phichain.control.reach import Attraction, AttractionMap, attraction, attraction_map
+from phichain.control.reach.starts import directions, turned
+from phichain.errors import ControlError, OutputError, SceneError, UnsupportedError
+from phichain.laws import GainTable
+from phichain.pipeline import build_closed_loop
+from phichain.report.attraction import radii, region
+from phichain.scene import Scene
+from phichain.system import System, unit_vectors
+from tests.control.closed_loop import after
+
+PERIOD = 0.005
+SEED = 4
+"""Of directions the worst of which is not among the first."""
+WANT = ("linearization", "forward_dynamics", "step")
+SCENES = {
+    "plane": Scene("reach_plane", 1, "planar", "cart", mass=0.2, length=0.4, cart_mass=0.5, want=WANT),
+    "double": Scene("reach_double", 2, "planar", "cart", mass=0.2, length=0.4, cart_mass=0.5, want=WANT),
+    "space": Scene("reach_space", 1, "spatial", "cart", mass=0.2, length=0.4, cart_mass=0.5, want=WANT),
+}
+
+
+class Rig:
+    """A chain, its laws, its closed loop."""
+
+    def __init__(self, kind: str, real: str = "double") -> None:
+        self.scene = SCENES[kind]
+        self.system: System = build(self.scene, prove=False)
+        self.table: GainTable = gain_table(regulators(self.system, sample=PERIOD), limit=8.0)
+        self.flown = build_closed_loop(self.scene, self.table, real)
+
+    def __call__(self, **more: float) -> Attraction:
+        return attraction(self.system, self.table, self.flown, **{"count": 12, "seconds": 3.0, **more})  # type: ignore[arg-type]
+
+
+@pytest.fixture(scope="module")
+def rigs() -> dict[str, Rig]:
+    return {kind: Rig(kind) for kind in SCENES}
+
+
+def comes_home(rig: Rig, which: int, xi: np.ndarray) -> bool:
+    """By the System's own step, called from Python: at rest, three seconds."""
+    x = turned(rig.system, rig.table.signs[which], xi[None])[0]
+    for _ in range(round(3.0 / PERIOD)):
+        if rig.table.level(which, x) <= 0.05:
+            return True
+        u = rig.table.inputs(which, x)
+        for _ in range(5):
+            x = after(rig.system, x, u, PERIOD / 5)
+    return False
+
+
+@pytest.mark.parametrize("kind", ["double", "space"])
+def test_the_radius_is_that_of_a_bisection_of_every_direction(rigs: dict[str, Rig], kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two directions at a time, so that later ones lower what the first ones left."""
+    monkeypatch.setattr(sys.modules["phichain.control.reach.attraction"], "CHUNK", 2)
+    rig = rigs[kind]
+    found, which = rig(count=4, seed=SEED), 0 if kind == "double" else 1
+    limits = []
+    for ray in directions(rig.system, 4, SEED):
+        home, beyond = 0.0, 1.0
+        while beyond - home > 0.02 * beyond:
+            middle = (home + beyond) / 2
+            home, beyond = (middle, beyond) if comes_home(rig, which, middle * ray) else (home, middle)
+        limits.append(home)
+    assert found.radius[which] == pytest.approx(min(limits), rel=0.04)
+    assert found.radius[which] < found.beyond[which] <= 1.011 * found.radius[which]
+    assert not comes_home(rig, which, 1.02 * found.beyond[which] * found.worst[which])
+    # As many failures or fewer have a chance of 5 % at the upper end of the share; a few thin directions lie between the rays.
+    assert binom.cdf(found.failed, 4, found.share) == pytest.approx(0.05) and found.failed.any() == (kind == "double")
+
+
+def test_starts_are_at_rest_where_they_are_said_to_be(rigs: dict[str, Rig]) -> None:
+    system, draw = rigs["space"].system, np.random.default_rng(0)
+    for s in ((1,), (-1,)):
+        xi = 0.5 * draw.normal(size=(20, 2))
+        q = unit_vectors(system, turned(system, s, xi)[:, : system.nq])[:, 0]
+        assert np.allclose(np.linalg.norm(q, axis=1), 1, rtol=1e-15)
+        kept = xi / np.maximum(1, np.linalg.norm(xi, axis=1))[:, None]
+        assert np.allclose(np.cross([0, 0, s[0]], q)[:, :2], kept, atol=1e-15) and np.all(s[0] * q[:, 2] >= 0)
+    plane = rigs["plane"].system
+    assert np.allclose(turned(plane, (-1,), np.array([[0.3]])), [[0, np.pi + 0.3, 0, 0]])
+    assert np.array_equal(directions(plane, 7, 0), [[1], [-1]])
+    assert np.allclose(np.linalg.norm(directions(system, 9, 3), axis=1), 1)
+
+
+def test_the_float_law_holds_as_far(rigs: dict[str, Rig]) -> None:
+    double, single = rigs["plane"](), Rig("plane", "float")()
+    assert np.allclose(single.radius, double.radius, rtol=0.02) and not np.array_equal(single.runs, np.zeros(2))
+    with pytest.raises(SceneError, match="is not one of the choices"):
+        build_closed_loop(rigs["plane"].scene, rigs["plane"].table, "half")
+
+
+def test_a_result_is_the_same_again_on_file_and_drawn(rigs: dict[str, Rig], tmp_path: Path) -> None:
+    rig, told = rigs["plane"], []
+    found = attraction(rig.system, rig.table, rig.flown, count=12, seconds=3.0, progress=lambda done, total: told.append((done, total)))
+    assert told == [(1, 2), (2, 2)] and found.radius.tolist() == rig().radius.tolist()
+    again = Attraction.from_npz(found.to_npz(tmp_path / "a.npz"))
+    assert str(again) == str(found) and "comes home from" in str(found) and np.array_equal(again.worst, found.worst)
+    assert (tmp_path / "a.csv").exists() is False and len(found.to_csv(tmp_path / "a.csv").read_text().splitlines()) == 3
+    mapped = attraction_map(rigs["space"].system, rigs["space"].table, rigs["space"].flown, 1, ("xi_1_1", "xi_1_2"), 0.8, 15, 3.0)
+    held = AttractionMap.from_npz(mapped.to_npz(tmp_path / "m.npz"))
+    assert np.array_equal(held.verdict, mapped.verdict) and held.coordinates == mapped.coordinates and held.s == (-1,)
+    assert mapped.verdict[7, 7] == 1 and mapped.verdict[0, 0] != 1 and "% of starts" in str(mapped)
+    # The chain has no preferred direction.
+    assert np.array_equal(mapped.verdict, mapped.verdict.T) and np.array_equal(mapped.verdict, mapped.verdict[::-1, ::-1])
+    assert len(mapped.to_csv(tmp_path / "m.csv").read_text().splitlines()) == 226
+    with pytest.raises(OutputError, match="holds a Attraction, not a AttractionMap"):
+        AttractionMap.from_npz(tmp_path / "a.npz")
+    for drawing in (radii(found), region(mapped, rigs["space"]())):
+        assert drawing.axes
+
+
+def test_what_cannot_be_counted_is_refused(rigs: dict[str, Rig]) -> None:
+    rig = rigs["plane"]
+    for more in ({"count": 0}, {"seconds": -1.0}, {"precision": 0.0}):
+        with pytest.raises(ControlError, match="is not positive"):
+            rig(**more)
+    for coordinates, words in ((("xi_1", "xi_1"), "are not two turns"), (("xi_1", "xi_7"), "map: is no turn of a link")):
+        with pytest.raises(ControlError, match=words):
+            attraction_map(rig.system, rig.table, rig.flown, 0, coordinates, 0.5)
+    loose = Scene("reach_loose", 1, "planar", "cart", mass="runtime", length=0.4, cart_mass=0.5, want=WANT)
+    with pytest.raises(UnsupportedError, match="has runtime parameters, which a closed loop does not take"):
+        build_closed_loop(loose, rig.table)

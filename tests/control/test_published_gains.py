@@ -1,0 +1,37 @@
+"""Gains that others have printed, to their digits: a cart with a rod of its own inertia and friction, continuous and sampled."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from phichain import build
+from phichain.control import lqr
+from phichain.scene import Scene
+from phichain.system import System
+
+
+@pytest.fixture(scope="module")
+def tutorial() -> System:
+    """The inverted pendulum of the Control Tutorials for MATLAB and Simulink (Messner, Tilbury): M, m, b, I, l, g as there."""
+    return build(
+        Scene(
+            "tutorial", 1, "planar", "cart", mass=0.2, length=0.6, com=0.3, inertia=0.006, cart_mass=0.5, cart_damping=0.1, gravity=9.8,
+            want=("linearization",),
+        ),
+        prove=False,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("weights", "sample", "printed"),
+    [
+        ((1, 1), None, (-1.0, -1.6567, 18.6854, 3.4594)),
+        ((5000, 100), None, (-70.7107, -37.8345, 105.5298, 20.9238)),
+        ((5000, 100), 0.01, (-61.9933, -33.5040, 95.0597, 18.8300)),
+    ],
+)
+def test_the_tutorials_gains(tutorial: System, weights: tuple[float, float], sample: float | None, printed: tuple[float, ...]) -> None:
+    """Printed in the order x, x', phi, phi'; Q weighs x and phi alone."""
+    gains = lqr(tutorial, [-1], Q=[*weights, 0, 0], R=1, sample=sample)
+    assert np.max(np.abs(gains.K[0, [0, 2, 1, 3]] - printed)) < 5.1e-5
