@@ -27,7 +27,7 @@ from phichain.ir.rounded import nearest
 from phichain.laws import StateFeedback
 from phichain.lowering.laws import controller
 
-_BYTES: Final = {"double": 8, "float": 4}
+BYTES: Final = {"double": 8, "float": 4}
 
 
 def controller_name(law: StateFeedback) -> str:
@@ -94,13 +94,14 @@ def _declared(name: str, program: Program, definition: bool) -> str:
 
 def _selftest(tests: tuple[Vector, ...], real: str, shown: Mapping[str, Any]) -> str:
     cases = [
-        tuple(", ".join(_literal(value, real) for value in values) for values in (test.measured, test.expected, test.allowed))
+        tuple(", ".join(literal(value, real) for value in values) for values in (test.measured, test.expected, test.allowed))
         for test in tests
     ]
-    return laid_out_text(render("law_selftest.c.j2", **shown, cases=cases, zero=_literal(0.0, real)))
+    return laid_out_text(render("law_selftest.c.j2", **shown, cases=cases, zero=literal(0.0, real)))
 
 
-def _literal(value: float, real: str) -> str:
+def literal(value: float, real: str) -> str:
+    """A number as C writes it, to the last bit."""
     text = re.sub(r"\.?0*p", "p", value.hex()) if value else "0.0"
     return f"{text}F" if real == "float" else text
 
@@ -120,9 +121,15 @@ def _rows(law: StateFeedback, real: str) -> list[str]:
     ):
         whole = ", whole turns away from it count as none" if turns else ""
         rows.append(f"{names[i]:{width}}  {what}, {unit}; target {nearest(real, Fraction(target)):.9g}{whole}")
+    return [*rows, *described_inputs(law, width)]
+
+
+def described_inputs(law: StateFeedback, width: int = 0) -> list[str]:
+    """What every entry of u is, with its limits."""
+    rows = []
     for j, (what, unit) in enumerate(zip(law.input_names, law.input_units, strict=True)):
         bounds = [f"{side} {bound:.9g}" for side, bound in (("at least", law.low[j]), ("at most", law.high[j])) if isfinite(bound)]
-        rows.append(f"{names[len(law.state_names) + j]:{width}}  {', '.join([f'{what}, {unit}', *bounds])}")
+        rows.append(f"{f'u[{j}]':{width}}  {', '.join([f'{what}, {unit}', *bounds])}")
     return rows
 
 
@@ -147,18 +154,19 @@ def _manifest(law: StateFeedback, program: Program, real: str, files: Mapping[st
         "sample": law.sample,
         "state": [list(row) for row in zip(law.state_names, law.state_units, law.target, law.wraps, strict=True)],
         "inputs": [
-            [name, unit, _bound(low), _bound(high)]
+            [name, unit, bound(low), bound(high)]
             for name, unit, low, high in zip(law.input_names, law.input_units, law.low, law.high, strict=True)
         ],
         "rest": list(law.rest),
         "gains": [list(row) for row in law.gains],
         "operations": {"total": _operations(program), **dict(sorted(count_operations(program).items()))},
         "state_bytes": 0,
-        "constant_bytes": _BYTES[real] * (len(law.gains) * len(law.target) + len(law.target)),
+        "constant_bytes": BYTES[real] * (len(law.gains) * len(law.target) + len(law.target)),
         "files": {name: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
     }
     return json.dumps(record, indent=2, ensure_ascii=True) + "\n"
 
 
-def _bound(value: float) -> float | None:
+def bound(value: float) -> float | None:
+    """A limit as JSON has it: null for none."""
     return value if isfinite(value) else None

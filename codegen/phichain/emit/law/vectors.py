@@ -16,8 +16,8 @@ from mpmath import mp, mpf
 from phichain.ir.rounded import nearest
 from phichain.laws import StateFeedback
 
-_DIGITS: Final = 60
-_EPSILON: Final = {"double": Fraction(1, 2**53), "float": Fraction(1, 2**24)}
+DIGITS: Final = 60
+EPSILON: Final = {"double": Fraction(1, 2**53), "float": Fraction(1, 2**24)}
 _ROUNDINGS: Final = 4
 """Roundings of one term beside those of the sum: of the numbers of the law, of the deviation, of a whole turn, of the product."""
 
@@ -50,7 +50,7 @@ def vectors(law: StateFeedback, real: str) -> tuple[Vector, ...]:
         law: the law.
         real: "double" or "float", the type of its C.
     """
-    spread = [[scale * _share(i, number) for i in range(len(law.target))] for scale in _SCALES for number in (0, 1)]
+    spread = [[scale * share(i, number) for i in range(len(law.target))] for scale in _SCALES for number in (0, 1)]
     turning = [k for k, turns in enumerate(law.wraps) if turns]
     beside = [[side * (i == k) for i in range(len(law.target))] for k in turning for side in (_HALF_TURN, -_HALF_TURN)]
     return tuple(_vector(law, real, away) for away in (*spread, *beside))
@@ -58,14 +58,14 @@ def vectors(law: StateFeedback, real: str) -> tuple[Vector, ...]:
 
 def _vector(law: StateFeedback, real: str, away: Sequence[Fraction]) -> Vector:
     measured = tuple(nearest(real, Fraction(target) + part) for target, part in zip(law.target, away, strict=True))
-    with mp.workdps(_DIGITS):
+    with mp.workdps(DIGITS):
         found = [_input(law, real, measured, row) for row in range(len(law.gains))]
-        expected = tuple(nearest(real, _fraction(u)) for u, _ in found)
-        allowed = tuple(nearest(real, _fraction(bound)) for _, bound in found)
+        expected = tuple(nearest(real, whole_fraction(u)) for u, _ in found)
+        allowed = tuple(nearest(real, whole_fraction(bound)) for _, bound in found)
     return Vector(measured, expected, allowed)
 
 
-def _share(i: int, number: int) -> Fraction:
+def share(i: int, number: int) -> Fraction:
     """A number between -1 and 1 with few digits, another one for every entry."""
     return Fraction((37 * i + 23 * number + 11) % 64 - 32, 32)
 
@@ -79,7 +79,7 @@ def _input(law: StateFeedback, real: str, measured: tuple[float, ...], row: int)
             away -= 2 * mp.pi * mp.nint(away / (2 * mp.pi))
         u -= mpf(gain) * away
         terms += abs(mpf(gain)) * (abs(away) + abs(mpf(x)) + abs(mpf(target)))
-    unit = mpf(_EPSILON[real].numerator) / _EPSILON[real].denominator
+    unit = mpf(EPSILON[real].numerator) / EPSILON[real].denominator
     bound = (_ROUNDINGS + len(measured)) * unit * terms
     low, high = law.low[row], law.high[row]
     if isfinite(low):
@@ -89,7 +89,7 @@ def _input(law: StateFeedback, real: str, measured: tuple[float, ...], row: int)
     return u, bound
 
 
-def _fraction(value: Any) -> Fraction:
+def whole_fraction(value: Any) -> Fraction:
     """An mpf as the fraction that it is."""
     sign, mantissa, exponent, _ = value._mpf_
     whole = -mantissa if sign else mantissa
