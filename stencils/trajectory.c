@@ -4,10 +4,10 @@ phi_phase phi_law(phi_state *state, const phi_real t, const phi_real x_meas[PHI_
     const phi_real last = PHI_KNOTS - 1, at = t * phi_rate;
     /* Comparisons with a time that is not a number do not hold: it counts as 0 here, and is given up below. */
     const phi_real place = at > 0 ? (at < last ? at : last) : 0;
-    const int whole = (int)place, knot = whole < PHI_KNOTS - 1 ? whole : PHI_KNOTS - 2;
+    const int knot = (int)place, next = knot < PHI_KNOTS - 1 ? knot + 1 : knot;
     phi_real off;
 
-    phi_tracking(x_meas, phi_table[knot], phi_table[knot + 1], place - (phi_real)knot, u, &off);
+    phi_tracking(x_meas, phi_table[knot], phi_table[next], place - (phi_real)knot, u, &off);
     int is_sound = off <= phi_tube && (at <= last || at > last);
 #if WITH_RAIL
     is_sound = is_sound && x_meas[0] <= phi_rail && x_meas[0] >= -phi_rail;

@@ -44,7 +44,7 @@ static int trial_run(TRIAL_CONTEXT const long samples, const phi_real sample, co
             return LAW_LOST;
         }
         for (int i = 0; i < TRIAL_NU; ++i) {
-            u[i] = pushed[i];
+            u[i] = (phi_real)pushed[i];
             const phi_real size = u[i] < 0 ? -u[i] : u[i];
             largest[1 + i] = size > largest[1 + i] ? size : largest[1 + i];
         }

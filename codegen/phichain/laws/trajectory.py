@@ -76,7 +76,7 @@ class TrajectoryLaw(Held):
             if not getattr(self, name) > 0 or (name == "interval" and not np.isfinite(self.interval)):
                 raise ArrayError(f"law.{name}", getattr(self, name), "is not positive", "give seconds, radians, metres")
         last = (self.states[-1], self.inputs[-1], self.gains[-1])
-        target = (self.catch.target, self.catch.rest, self.catch.gains)
+        target = map(np.array, (self.catch.target, self.catch.rest, self.catch.gains))
         if not all(np.array_equal(row, wanted) for row, wanted in zip(last, target, strict=True)):
             raise ArrayError("law.states", self.states[-1], "does not end in the target and its gains", "end with those of catch")
 
@@ -103,14 +103,15 @@ class TrajectoryLaw(Held):
     def reference(self, t: float) -> tuple[Vector, Vector, Vector]:
         """(x_r, u_r, K) at a time."""
         place = min(max(t / self.interval, 0.0), len(self.states) - 1.0)
-        j = min(int(place), len(self.states) - 2)
+        j = int(place)
+        k = min(j + 1, len(self.states) - 1)
         f, h, half = place - j, self.interval, self.states.shape[1] // 2
-        (q0, v0), (q1, v1) = ((row[:half], row[half:]) for row in self.states[j : j + 2])
+        (q0, v0), (q1, v1) = ((row[:half], row[half:]) for row in self.states[[j, k]])
         away = q1 - q0
         q = q0 + f * (h * v0 + f * (3 * away - h * (2 * v0 + v1) + f * (h * (v0 + v1) - 2 * away)))
         v = v0 + f * (6 * away / h - 4 * v0 - 2 * v1 + f * (3 * (v0 + v1) - 6 * away / h))
-        u = self.inputs[j] + f * (self.inputs[j + 1] - self.inputs[j])
-        return np.concatenate([q, v]), u, self.gains[j] + f * (self.gains[j + 1] - self.gains[j])
+        u = self.inputs[j] + f * (self.inputs[k] - self.inputs[j])
+        return np.concatenate([q, v]), u, self.gains[j] + f * (self.gains[k] - self.gains[j])
 
     def __call__(self, t: float, x: ArrayLike) -> Vector:
         """u (nu,) at a state (nx,), so that `simulate(..., u=law)` takes the record itself."""
@@ -146,12 +147,11 @@ class TrajectoryLaw(Held):
         """
         arrays, meta = read_archive(path, _SCHEMA)
         tables = {name: arrays.pop(name) for name in _TABLES}
-        arrays["gains"] = arrays.pop("catch_gains")
-        words: dict[str, Any] = {name: meta[name] if isinstance(meta[name], str) else tuple(meta[name]) for name in _WORDS}
+        catch: dict[str, Any] = {"gains" if name == "catch_gains" else name: array for name, array in arrays.items()}
+        catch |= {name: meta[name] if isinstance(meta[name], str) else tuple(meta[name]) for name in _WORDS}
         rail = meta["rail"] or float("inf")
         try:
-            catch = StateFeedback(**arrays, **words, sample=meta["sample"])
-            return cls(catch, meta["interval"], **tables, tube=meta["tube"], rail=rail, note=meta["note"])
+            return cls(StateFeedback(**catch, sample=meta["sample"]), meta["interval"], **tables, tube=meta["tube"], rail=rail, note=meta["note"])
         except ArrayError as failure:
             remedy = f"name a file that a {_SCHEMA.kind} wrote"
             raise OutputError("path", str(path), f"no {_SCHEMA.kind} can be read there: {failure}", remedy) from failure

@@ -59,7 +59,9 @@ class Compiled:
         function.restype = None
         return cls(scene, law, function)
 
-    def runs(self, starts: Vector, parameters: Vector, seconds: float, trace: bool = False) -> tuple[Vector, Vector, Vector, Vector | None]:
+    def runs(
+        self, starts: Vector, parameters: Vector, seconds: float, trace: bool = False
+    ) -> tuple[Vector, Vector, NDArray[np.intc], Vector | None]:
         """Let it run.
 
         Args:

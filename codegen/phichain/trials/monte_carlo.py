@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import beta
 
-from phichain.records import Held, columns_of, write_csv
 from phichain.errors import ArrayError, SceneError
+from phichain.records import Held, columns_of, write_csv
 from phichain.scene import Scene
 from phichain.scene.keys import PARAMETERS
 from phichain.trials.compiled import Compiled, Vector
@@ -40,8 +41,8 @@ class Trials(Held):
     starts: Vector
     ends: Vector
     largest: Vector
-    phases: Vector
-    held: Vector
+    phases: NDArray[np.intc]
+    held: NDArray[np.bool_]
 
     @property
     def share(self) -> float:

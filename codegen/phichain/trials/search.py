@@ -28,7 +28,6 @@ DESIGNS: Final = (Design(0.25, 3e-4), Design(0.07, 1e-4), Design(0.7, 3e-4))
 """Weights that are tried on every plan, until one law holds in all runs."""
 
 _FORMAT: Final = "phichain swing-up 1"
-_NONE: Final = b"no plan"
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,18 +173,21 @@ def _key(search: Search, start: Start) -> str:
 
 
 def _remembered(search: Search, start: Start) -> tuple[Plan | None, bool]:
-    stored = default_cache().fetch(_key(search, start))
-    if stored is None or stored == _NONE:
-        return None, stored is not None
+    """What the start led to before, and whether it is known at all."""
+    key = _key(search, start)
+    stored = default_cache().fetch(key)
+    payload = None if stored is None else stored.removeprefix(key.encode())
+    if not payload:
+        return None, payload is not None
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "plan.npz"
-        path.write_bytes(stored)
+        path.write_bytes(payload)
         return Plan.from_npz(path), True
 
 
 def _remember(search: Search, start: Start, plan: Plan | None) -> None:
-    if plan is None:
-        default_cache().store(_key(search, start), _NONE)
-        return
+    """Keep it, empty where it led to nothing, under its key and beginning with it, as the cache demands."""
+    key = _key(search, start)
     with tempfile.TemporaryDirectory() as folder:
-        default_cache().store(_key(search, start), plan.to_npz(Path(folder) / "plan.npz").read_bytes())
+        payload = b"" if plan is None else plan.to_npz(Path(folder) / "plan.npz").read_bytes()
+    default_cache().store(key, key.encode() + payload)

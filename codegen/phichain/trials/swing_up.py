@@ -9,9 +9,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from phichain.control.swing_up import Plan, Start, starts
+from phichain.control.swing_up import Plan, Start, planned, starts
 from phichain.control.swing_up.transcription import MOST, SOLVERS, Problem
-from phichain.errors import ArrayError, ControlError, SceneError, UnsupportedError
+from phichain.errors import ArrayError, ControlError, UnsupportedError
 from phichain.laws import TrajectoryLaw
 from phichain.records import Held, thawed
 from phichain.scene import Scene, scene_from_dict
@@ -20,6 +20,7 @@ from phichain.trials.monte_carlo import Trials, sizes_of
 from phichain.trials.search import Rig, Search, Tried, rig, trials_of, tried
 
 STARTS: Final = 12
+ENOUGH: Final = 0.95
 _WANT: Final = ("forward_dynamics", "linearization")
 
 
@@ -57,6 +58,7 @@ def swing_up(
     seconds: float | None = None,
     runs: int = 200,
     real: str = "float",
+    enough: float = ENOUGH,
     count: int = STARTS,
     jobs: int = 2,
     solver: str = "fatrop",
@@ -80,7 +82,8 @@ def swing_up(
         seconds: Duration of the motion; several are tried unless given.
         runs: Trials, half as many to choose by.
         real: Type of the law's C, "float" or "double".
-        count: Starts at most; the search ends with the first law that holds in every run.
+        enough: The search ends with the first law that holds in such a share of its runs.
+        count: Starts at most.
         jobs: Processes.
         solver: "fatrop" or "ipopt".
         most: Iterations that a start is worth.
@@ -96,7 +99,8 @@ def swing_up(
     if solver not in SOLVERS:
         raise ArrayError("solver", solver, "is no solver of ours", f"choose one of {', '.join(SOLVERS)}")
     search = _search(
-        system, dict(limit=limit, rail=rail, start=start, target=target, places=tuple(places), sample=sample), errors or {}, spread,
+        system, {"limit": limit, "rail": rail, "start": start, "target": target, "places": tuple(places), "sample": sample},
+        errors or {}, spread,
         max(1, runs // 2), real, stride, solver, most,
     )  # fmt: skip
     made = rig(search)
@@ -105,11 +109,11 @@ def swing_up(
         ended.append(one)
         if report is not None:
             report(one)
-        if _is_sound(one) and one.share == 1.0:
+        if _is_sound(one) and one.share >= enough:
             break
     best = _best(ended, anyway)
     if best is None or best.plan is None or best.law is None:
-        _explain(search, made, ended)
+        raise _explained(search, made, ended)
     trials: Trials = trials_of(search, best.law, runs, seed=1)
     law = _named(best.law, system, best.plan, trials, errors or {}, spread)
     return SwingUp(replace(best.plan, digest=system.digest), law, replace(trials, name=system.name), tuple(ended))
@@ -174,28 +178,21 @@ def _best(ended: Iterable[Tried], anyway: bool) -> Tried | None:
     return max(sound, key=lambda one: (one.share, -one.plan.cost if one.plan else 0.0), default=None)
 
 
-def _explain(search: Search, made: Rig, ended: Sequence[Tried]) -> Any:
-    """Say which bound is in the way, if one is.
-
-    Raises:
-        ControlError: Always.
-    """
+def _explained(search: Search, made: Rig, ended: Sequence[Tried]) -> ControlError:
+    """Which bound is in the way, if one is."""
     task = made.task
-    shortest = ended[0].start
     wider = {"rail": replace(task, rail=float("inf")), "limit": replace(task, limit=10 * task.limit)}
     for name, relaxed in wider.items():
         if name == "rail" and not np.isfinite(task.rail):
             continue
         problem = Problem(made.chain, relaxed, search.solver, search.most)
         for one in ended[:2]:
-            from phichain.control.swing_up import planned
-
             plan = planned(made.chain, relaxed, problem, one.start, search.stride)
             if plan is not None and plan.converged:
-                raise _bound(name, made, plan)
+                return _bound(name, made, plan)
     least = min((one.plan.infeasibility for one in ended if one.plan is not None), default=float("inf"))
-    raise ControlError(
-        "seconds", shortest.seconds, f"none of {len(ended)} starts converged: the least infeasibility is {least:.2g}",
+    return ControlError(
+        "seconds", ended[0].start.seconds, f"none of {len(ended)} starts converged: the least infeasibility is {least:.2g}",
         "follow more starts or give another duration; to see what was found so far, ask for it anyway", infeasibility=least,
     )  # fmt: skip
 
@@ -219,6 +216,3 @@ def _named(law: TrajectoryLaw, system: System, plan: Plan, trials: Trials, error
     if not plan.converged:
         note = f"NOT CONVERGED: the solver stopped after {plan.iterations} iterations, infeasibility {plan.infeasibility:.2g}. {note}"
     return replace(law, catch=replace(law.catch, name=system.name, digest=system.digest), note=note)
-
-
-__all__ = ["STARTS", "SceneError", "SwingUp", "swing_up"]

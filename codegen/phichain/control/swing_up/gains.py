@@ -76,8 +76,7 @@ def law_along(
     gains = regulated(path, *weights)
     if np.any(errors):
         gains = _expecting(path, gains, weights, _spreads(system, errors, spread), _noise(chain, task, design))
-    Q, R, S = weights
-    hold = _catch(derivatives, task, Q, R)[1]
+    hold = _catch(derivatives, task, *weights[:2])[1]
     knots = np.arange(0, len(plan.x), stride)
     states, inputs = plan.x[knots].copy(), np.vstack([plan.u[knots[:-1]], np.zeros((1, system.nu))])
     states[-1] = np.concatenate([task.last, np.zeros(system.nv)])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +102,6 @@ class Plan(Held):
             OutputError: The file is missing, or holds no Plan, or not a whole one.
         """
         arrays, meta = read_archive(path, _SCHEMA)
-        plain = {name: tuple(value) if isinstance(value, list) else value for name, value in meta.items()}
-        known = {field.name for field in fields(cls)}
-        return cls(**{name: value for name, value in {**arrays, **plain}.items() if name in known})
+        whole: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in meta.items()}
+        whole |= arrays
+        return cls(**whole)

@@ -72,7 +72,7 @@ def planned(chain: Chain, task: Task, problem: Problem, start: Start, stride: in
         return None
     x, u, defect = followed
     return Plan(
-        name=chain.system.name, digest=chain.system.digest, t=np.arange(samples + 1) * task.sample, x=x, u=u,
+        name=chain.system.name, digest=chain.system.digest, t=np.asarray(np.arange(samples + 1) * task.sample, dtype=float), x=x, u=u,
         state_names=(*chain.system.q_names, *chain.system.v_names), input_names=chain.system.u_names, start=task.start, target=task.target,
         limit=task.limit, rail=task.rail if np.isfinite(task.rail) else 0.0, sample=task.sample, solver=problem.solver,
         converged=solution.converged, iterations=solution.iterations, cost=solution.cost, infeasibility=solution.infeasibility,
@@ -104,6 +104,8 @@ def _followed(chain: Chain, task: Task, solution: Solution, samples: int) -> tup
     x = CubicHermiteSpline(grid, nodes[:, :nx], rates)(np.arange(samples + 1) * task.sample)
     if not np.all(np.isfinite(x)):
         return None
+    # What a solver left may begin anywhere; the chain begins at rest where the task says.
+    x[0] = np.concatenate([task.first, np.zeros(nx - task.first.size)])
     middle = (np.arange(samples) + 0.5) * task.sample
     at = np.minimum((middle / h).astype(int), K - 1)
     u = nodes[at, nx:] + solution.slopes[at] * (middle - at * h)[:, None]

@@ -15,17 +15,22 @@ from typing import Any, Final
 from mpmath import mp, mpf
 
 from phichain.emit.law.vectors import DIGITS, EPSILON, share, whole_fraction
+from phichain.errors import EmissionError
 from phichain.ir.rounded import nearest
 from phichain.laws import TrajectoryLaw
 
 _ROUNDINGS: Final = 24
 """Roundings of one term: of the cubic, its rate, the gain between two rows, the deviation, its turns, the product."""
 
-_PLACES: Final = (Fraction(-1, 4), Fraction(0), Fraction(1, 16), Fraction(1, 3), Fraction(5, 8), Fraction(31, 32), Fraction(1), Fraction(3))
-"""When, in shares of the whole."""
+_PLACES: Final = (Fraction(-1, 4), Fraction(0), Fraction(1, 16), Fraction(1, 3), Fraction(5, 8), Fraction(31, 32), Fraction(1025, 1024), Fraction(3))
+"""When, in shares of the whole; not at its very end, where rounding decides about the phase."""
 
 _SCALES: Final = (Fraction(0), Fraction(1, 256), Fraction(1, 8))
 """How far from the trajectory measurements lie, in shares of the tube."""
+
+
+_RATES: Final = 64
+"""How much farther off rates are, so that limits are met."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +59,14 @@ def table(law: TrajectoryLaw, real: str) -> list[list[float]]:
         EmissionError: a number does not fit the type.
     """
     rows = zip(law.states.tolist(), law.inputs.tolist(), law.gains.reshape(len(law.gains), -1).tolist(), strict=True)
-    return [[nearest(real, Fraction(value)) for part in row for value in part] for row in rows]
+    return [[_fitting(real, value) for part in row for value in part] for row in rows]
+
+
+def _fitting(real: str, value: float) -> float:
+    found = nearest(real, Fraction(value))
+    if not isfinite(found):
+        raise EmissionError("law", value, f"does not fit into a {real}", 'generate it in "double"')
+    return found
 
 
 def cases(law: TrajectoryLaw, real: str) -> tuple[Case, ...]:
@@ -73,10 +85,11 @@ def _case(law: TrajectoryLaw, real: str, rows: Sequence[Sequence[float]], t: flo
     catch = law.catch
     with mp.workdps(DIGITS):
         place = min(max(mpf(t) / mpf(law.interval), mpf(0)), mpf(len(rows) - 1))
-        j = min(int(place), len(rows) - 2)
-        wanted = _cubic(law, rows[j], rows[j + 1], place - j)
+        j = int(place)
+        pair = (rows[j], rows[min(j + 1, len(rows) - 1)])
+        wanted = _cubic(law, *pair, place - j)
         size = scale * Fraction(law.tube)
-        away = [size if scale > 1 else size * share(i, number) / 4 for i in range(len(wanted))]
+        away = [size if scale > 1 else size * share(i, number) * (_RATES if 2 * i >= len(wanted) else 1) / 4 for i in range(len(wanted))]
         measured = tuple(nearest(real, whole_fraction(at) + part) for at, part in zip(wanted, away, strict=True))
         off = [_turned(mpf(x) - at, turns) for x, at, turns in zip(measured, wanted, catch.wraps, strict=True)]
         is_lost = mp.fsum(d**2 for d, turns in zip(off, catch.wraps, strict=True) if turns) > mpf(law.tube) ** 2
@@ -84,7 +97,7 @@ def _case(law: TrajectoryLaw, real: str, rows: Sequence[Sequence[float]], t: flo
         if is_lost:
             still = (0.0,) * len(catch.low)
             return Case(t, measured, "LOST", still, still)
-        found = [_input(law, real, rows, j, place - j, off, measured, k) for k in range(len(catch.low))]
+        found = [_input(law, real, pair, len(rows), place - j, off, measured, k) for k in range(len(catch.low))]
         phase = "SWINGING" if place < len(rows) - 1 else "HOLDING"
         expected = tuple(nearest(real, whole_fraction(u)) for u, _ in found)
         allowed = tuple(nearest(real, whole_fraction(bound)) for _, bound in found)
@@ -107,11 +120,12 @@ def _turned(away: Any, turns: bool) -> Any:
 
 
 def _input(
-    law: TrajectoryLaw, real: str, rows: Sequence[Sequence[float]], j: int, f: Any, off: Sequence[Any], measured: Sequence[float], k: int
-) -> tuple[Any, Any]:
+    law: TrajectoryLaw, real: str, pair: tuple[Sequence[float], Sequence[float]], knots: int, f: Any, off: Sequence[Any],
+    measured: Sequence[float], k: int,
+) -> tuple[Any, Any]:  # fmt: skip
     """One input, and what rounding may add to it; the place in the table is known to rounding as well."""
-    nx, nu, knots = len(off), len(law.catch.low), len(rows)
-    here, after = rows[j], rows[j + 1]
+    nx, nu = len(off), len(law.catch.low)
+    here, after = pair
     first, second = mpf(here[nx + k]), mpf(after[nx + k])
     u, terms = first + f * (second - first), abs(first) + abs(second) + knots * abs(second - first)
     for i, away in enumerate(off):
