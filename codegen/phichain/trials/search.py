@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from phichain._version import __version__
-from phichain.control.swing_up import Chain, Design, Plan, Start, Task, law_along, planned
+from phichain.control.swing_up import Chain, Design, Left, Plan, Start, Task, law_along, planned
 from phichain.control.swing_up.transcription import Problem
 from phichain.laws import TrajectoryLaw
 from phichain.native import default_cache, recalled
@@ -27,7 +27,7 @@ from phichain.trials.monte_carlo import monte_carlo
 DESIGNS: Final = (Design(0.25, 3e-4), Design(0.07, 1e-4), Design(0.7, 3e-4))
 """Weights that are tried on every plan, until one law holds in all runs."""
 
-_FORMAT: Final = "phichain swing-up 1"
+_FORMAT: Final = "phichain swing-up 2"
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +77,7 @@ class Tried:
 
     Attributes:
         start: The start.
+        left: What the solver said.
         plan: The plan; None where the chain could not be led along what the solver left.
         law: The best law along it; None without one.
         share: Share of the runs in which it holds the target.
@@ -84,21 +85,16 @@ class Tried:
     """
 
     start: Start
+    left: Left
     plan: Plan | None
     law: TrajectoryLaw | None
     share: float
     again: bool
 
     def __str__(self) -> str:
-        head = f"{self.start.seconds:.3g} s, seed {self.start.seed}, calm {self.start.calm:g}:"
-        if self.plan is None:
-            return f"{head} no motion of the chain"
-        state = "" if self.plan.converged else " (stopped early)"
+        verdict = "the chain cannot be led along it" if self.plan is None else f"{self.share:.1%} hold"
         again = ", remembered" if self.again else ""
-        return (
-            f"{head} cost {self.plan.cost:.4g}, infeasibility {self.plan.infeasibility:.1e}, {self.plan.iterations} iterations{state}; "
-            f"{self.share:.1%} hold{again}"
-        )
+        return f"{self.start.seconds:.3g} s, seed {self.start.seed}, calm {self.start.calm:g}: {self.left}; {verdict}{again}"
 
 
 @dataclass(frozen=True)
@@ -135,12 +131,12 @@ def _problem(search: Search) -> Problem:
 def tried(search: Search, start: Start) -> Tried:
     """Follow one start to its end."""
     made = rig(search)
-    plan, again = _remembered(search, start)
-    if not again:
-        plan = planned(made.chain, made.task, _problem(search), start, search.stride)
-        _remember(search, start, plan)
+    known = _remembered(search, start)
+    plan, left = known or planned(made.chain, made.task, _problem(search), start, search.stride)
+    if known is None:
+        _remember(search, start, plan, left)
     if plan is None:
-        return Tried(start, None, None, 0.0, again)
+        return Tried(start, left, None, None, 0.0, known is not None)
     best, share = None, -1.0
     for design in DESIGNS:
         law = law_along(made.chain, made.task, plan, design, np.array(search.sizes), search.spread, search.stride)
@@ -149,7 +145,7 @@ def tried(search: Search, start: Start) -> Tried:
             best, share = law, found
         if share == 1.0 or (not any(search.sizes) and share > 0):
             break
-    return Tried(start, plan, best, share, again)
+    return Tried(start, left, plan, best, share, known is not None)
 
 
 def judged(search: Search, law: TrajectoryLaw, runs: int, seed: int) -> float:
@@ -172,22 +168,25 @@ def _key(search: Search, start: Start) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _remembered(search: Search, start: Start) -> tuple[Plan | None, bool]:
-    """What the start led to before, and whether it is known at all."""
+def _remembered(search: Search, start: Start) -> tuple[Plan | None, Left] | None:
+    """What the start led to before; None where that is not known."""
     key = _key(search, start)
     stored = default_cache().fetch(key)
-    payload = None if stored is None else stored.removeprefix(key.encode())
+    if stored is None:
+        return None
+    said, _, payload = stored.removeprefix(key.encode()).partition(b"\n")
+    left = Left(**json.loads(said))
     if not payload:
-        return None, payload is not None
+        return None, left
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "plan.npz"
         path.write_bytes(payload)
-        return Plan.from_npz(path), True
+        return Plan.from_npz(path), left
 
 
-def _remember(search: Search, start: Start, plan: Plan | None) -> None:
-    """Keep it, empty where it led to nothing, under its key and beginning with it, as the cache demands."""
+def _remember(search: Search, start: Start, plan: Plan | None, left: Left) -> None:
+    """Keep it under its key and beginning with it, as the cache demands; without a plan where it led to none."""
     key = _key(search, start)
     with tempfile.TemporaryDirectory() as folder:
         payload = b"" if plan is None else plan.to_npz(Path(folder) / "plan.npz").read_bytes()
-    default_cache().store(key, key.encode() + payload)
+    default_cache().store(key, f"{key}{json.dumps(asdict(left))}\n".encode() + payload)

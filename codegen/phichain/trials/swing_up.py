@@ -187,10 +187,10 @@ def _explained(search: Search, made: Rig, ended: Sequence[Tried]) -> ControlErro
             continue
         problem = Problem(made.chain, relaxed, search.solver, search.most)
         for one in ended[:2]:
-            plan = planned(made.chain, relaxed, problem, one.start, search.stride)
+            plan, _left = planned(made.chain, relaxed, problem, one.start, search.stride)
             if plan is not None and plan.converged:
                 return _bound(name, made, plan)
-    least = min((one.plan.infeasibility for one in ended if one.plan is not None), default=float("inf"))
+    least = min(one.left.infeasibility for one in ended)
     return ControlError(
         "seconds", ended[0].start.seconds, f"none of {len(ended)} starts converged: the least infeasibility is {least:.2g}",
         "follow more starts or give another duration; to see what was found so far, ask for it anyway", infeasibility=least,

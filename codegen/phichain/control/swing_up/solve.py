@@ -44,6 +44,27 @@ class Start:
     seed: int
 
 
+@dataclass(frozen=True)
+class Left:
+    """What the solver said of a start.
+
+    Attributes:
+        converged: Whether it says that it solved the problem.
+        iterations: How many it took.
+        cost: The objective.
+        infeasibility: Largest violation of an equation.
+    """
+
+    converged: bool
+    iterations: int
+    cost: float
+    infeasibility: float
+
+    def __str__(self) -> str:
+        early = "" if self.converged else " (stopped early)"
+        return f"cost {self.cost:.4g}, infeasibility {self.infeasibility:.1e}, {self.iterations} iterations{early}"
+
+
 def starts(task: Task, count: int, seconds: float | None = None) -> tuple[Start, ...]:
     """The first so many starts: durations in turn, straight lines first, weights and waves changing from round to round."""
     times = [factor * task.swing for factor in TIMES] if seconds is None else [seconds]
@@ -54,8 +75,8 @@ def starts(task: Task, count: int, seconds: float | None = None) -> tuple[Start,
     return tuple(found)
 
 
-def planned(chain: Chain, task: Task, problem: Problem, start: Start, stride: int) -> Plan | None:
-    """The plan that a start leads to; None where the chain cannot be led along what the solver left.
+def planned(chain: Chain, task: Task, problem: Problem, start: Start, stride: int) -> tuple[Plan | None, Left]:
+    """The plan that a start leads to, None where the chain cannot be led along what the solver left; and what that is.
 
     Args:
         chain: The chain.
@@ -67,17 +88,19 @@ def planned(chain: Chain, task: Task, problem: Problem, start: Start, stride: in
     samples = max(2, round(start.seconds / (stride * task.sample))) * stride
     seconds = samples * task.sample
     solution = problem.solve(seconds, *_guess(problem, task, start, seconds), start.calm, SHARE)
+    left = Left(solution.converged, solution.iterations, solution.cost, solution.infeasibility)
     followed = _followed(chain, task, solution, samples)
     if followed is None:
-        return None
+        return None, left
     x, u, defect = followed
-    return Plan(
+    plan = Plan(
         name=chain.system.name, digest=chain.system.digest, t=np.asarray(np.arange(samples + 1) * task.sample, dtype=float), x=x, u=u,
         state_names=(*chain.system.q_names, *chain.system.v_names), input_names=chain.system.u_names, start=task.start, target=task.target,
         limit=task.limit, rail=task.rail if np.isfinite(task.rail) else 0.0, sample=task.sample, solver=problem.solver,
         converged=solution.converged, iterations=solution.iterations, cost=solution.cost, infeasibility=solution.infeasibility,
         defect=defect,
     )  # fmt: skip
+    return plan, left
 
 
 def _guess(problem: Problem, task: Task, start: Start, seconds: float) -> tuple[Vector, Vector]:
