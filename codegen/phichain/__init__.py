@@ -32,11 +32,13 @@ if TYPE_CHECKING:
     from phichain.pipeline import build as build
     from phichain.pipeline import generate as generate
     from phichain.pipeline import generate_controller as generate_controller
+    from phichain.pipeline import generate_swingup as generate_swingup
     from phichain.proof import prove as prove
     from phichain.scene import Scene as Scene
     from phichain.scene import load_scene as load_scene
     from phichain.scene import standard_scene as standard_scene
     from phichain.system import System as System
+    from phichain.trials import swing_up as swing_up
 
 _HOME = {
     "Scene": "phichain.scene",
@@ -47,6 +49,7 @@ _HOME = {
     "prove": "phichain.proof",
     "generate": "phichain.pipeline",
     "generate_controller": "phichain.pipeline",
+    "generate_swingup": "phichain.pipeline",
     "build": "phichain.pipeline",
     "System": "phichain.system",
     "simulate": "phichain.motion",
@@ -57,6 +60,7 @@ _HOME = {
     "Network": "phichain.orbits",
     "lqr": "phichain.control",
     "fit": "phichain.identification",
+    "swing_up": "phichain.trials",
     "PhichainError": "phichain.errors",
 }
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from phichain.errors import OutputError, UnsupportedError
 from phichain.files import write_folder
 from phichain.firmware.drift import Drift, drift, edited_files
-from phichain.laws import GainTable, Law
+from phichain.laws import GainTable, Law, TrajectoryLaw
 from phichain.native import ClosedLoop, build_files, default_cache, load_closed_loop, recalled, remember
 from phichain.scene import Scene, given_scene
 from phichain.scene.validate import choice
@@ -101,6 +101,28 @@ def generate_controller(law: Law, out: Path | str = "generated", real: str = "do
 
     texts = law_files(law, choice("real", real, ("double", "float")))
     return write_folder(Path(out) / f"{law.name}_controller", texts)
+
+
+def generate_swingup(law: TrajectoryLaw, out: Path | str = "generated", real: str = "float") -> Path:
+    """Write a law along a trajectory as C that stands alone, with its table and its self-test.
+
+    Args:
+        law: what to generate, such as `swing_up(system, limit=20, rail=1).law`.
+        out: the folder in which NAME_swingup/ is written, whole or not at all.
+        real: "float" or "double", the type of the C and of the table.
+
+    Returns:
+        The folder OUT/NAME_swingup.
+
+    Raises:
+        SceneError: there is no such type.
+        OutputError: the folder cannot be written; what was there before is still there.
+        EmissionError: a number of the law does not fit the type.
+    """
+    from phichain.emit.law.trajectory import swingup_files, swingup_name
+
+    texts = swingup_files(law, choice("real", real, ("double", "float")))
+    return write_folder(Path(out) / swingup_name(law), texts)
 
 
 def build(scene: Scene, prove: bool = True) -> System:

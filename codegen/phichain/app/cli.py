@@ -23,6 +23,7 @@ from phichain.app import (
     cli_fit,
     cli_orbit,
     cli_response,
+    cli_swingup,
     cli_trace,
     cli_vary,
 )
@@ -292,5 +293,6 @@ cli_orbit.register(app)
 cli_figures.register(app)
 cli_control.register(app)
 cli_attraction.register(app)
+cli_swingup.register(app)
 cli_fit.register(app)
 cli_connect.register(app)

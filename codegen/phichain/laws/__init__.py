@@ -4,8 +4,9 @@ from phichain.laws.gain_table import GainTable
 from phichain.laws.observer import Observer
 from phichain.laws.output_feedback import OutputFeedback
 from phichain.laws.state_feedback import StateFeedback
+from phichain.laws.trajectory import TrajectoryLaw
 
 Law = StateFeedback | OutputFeedback | GainTable
 """Whatever a controller is made of."""
 
-__all__ = ["GainTable", "Law", "Observer", "OutputFeedback", "StateFeedback"]
+__all__ = ["GainTable", "Law", "Observer", "OutputFeedback", "StateFeedback", "TrajectoryLaw"]

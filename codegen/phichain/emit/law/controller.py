@@ -27,7 +27,7 @@ from phichain.ir.rounded import nearest
 from phichain.laws import StateFeedback
 from phichain.lowering.laws import controller
 
-_BYTES: Final = {"double": 8, "float": 4}
+BYTES: Final = {"double": 8, "float": 4}
 
 
 def controller_name(law: StateFeedback) -> str:
@@ -115,9 +115,15 @@ def _rows(law: StateFeedback, real: str) -> list[str]:
     ):
         whole = ", whole turns away from it count as none" if turns else ""
         rows.append(f"{names[i]:{width}}  {what}, {unit}; target {nearest(real, Fraction(target)):.9g}{whole}")
+    return [*rows, *described_inputs(law, width)]
+
+
+def described_inputs(law: StateFeedback, width: int = 0) -> list[str]:
+    """What every entry of u is, with its limits."""
+    rows = []
     for j, (what, unit) in enumerate(zip(law.input_names, law.input_units, strict=True)):
         bounds = [f"{side} {bound:.9g}" for side, bound in (("at least", law.low[j]), ("at most", law.high[j])) if isfinite(bound)]
-        rows.append(f"{names[len(law.state_names) + j]:{width}}  {', '.join([f'{what}, {unit}', *bounds])}")
+        rows.append(f"{f'u[{j}]':{width}}  {', '.join([f'{what}, {unit}', *bounds])}")
     return rows
 
 
@@ -149,7 +155,7 @@ def _manifest(law: StateFeedback, program: Program, real: str, files: Mapping[st
         "gains": [list(row) for row in law.gains],
         "operations": {"total": _operations(program), **dict(sorted(count_operations(program).items()))},
         "state_bytes": 0,
-        "constant_bytes": _BYTES[real] * (len(law.gains) * len(law.target) + len(law.target)),
+        "constant_bytes": BYTES[real] * (len(law.gains) * len(law.target) + len(law.target)),
         "files": {name: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
     }
     return json.dumps(record, indent=2, ensure_ascii=True) + "\n"

@@ -16,8 +16,8 @@ from mpmath import mp, mpf
 from phichain.ir.rounded import nearest
 from phichain.laws import StateFeedback
 
-_DIGITS: Final = 60
-_EPSILON: Final = {"double": Fraction(1, 2**53), "float": Fraction(1, 2**24)}
+DIGITS: Final = 60
+EPSILON: Final = {"double": Fraction(1, 2**53), "float": Fraction(1, 2**24)}
 _ROUNDINGS: Final = 4
 """Roundings of one term beside those of the sum: of the numbers of the law, of the deviation, of a whole turn, of the product."""
 
@@ -58,7 +58,7 @@ def vectors(law: StateFeedback, real: str) -> tuple[Vector, ...]:
 
 def _vector(law: StateFeedback, real: str, away: Sequence[Fraction]) -> Vector:
     measured = tuple(nearest(real, Fraction(target) + part) for target, part in zip(law.target, away, strict=True))
-    with mp.workdps(_DIGITS):
+    with mp.workdps(DIGITS):
         found = [_input(law, real, measured, row) for row in range(len(law.gains))]
         expected = tuple(nearest(real, as_fraction(u)) for u, _ in found)
         allowed = tuple(nearest(real, as_fraction(bound)) for _, bound in found)
@@ -79,7 +79,7 @@ def _input(law: StateFeedback, real: str, measured: tuple[float, ...], row: int)
             away -= 2 * mp.pi * mp.nint(away / (2 * mp.pi))
         u -= mpf(gain) * away
         terms += abs(mpf(gain)) * (abs(away) + abs(mpf(x)) + abs(mpf(target)))
-    unit = mpf(_EPSILON[real].numerator) / _EPSILON[real].denominator
+    unit = mpf(EPSILON[real].numerator) / EPSILON[real].denominator
     bound = (_ROUNDINGS + len(measured)) * unit * terms
     low, high = law.low[row], law.high[row]
     if isfinite(low):

@@ -1,0 +1,149 @@
+"""Starts of the search, and the plan that one of them leads to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from phichain.control.swing_up.chain import Chain
+from phichain.control.swing_up.gains import Design, catch_gains, linear_path, regulated
+from phichain.control.swing_up.plan import Plan
+from phichain.control.swing_up.task import Task
+from phichain.control.swing_up.transcription import Problem, Solution
+from phichain.system import Vector
+
+TIMES: Final = (10.5, 9.0, 12.0, 13.5, 7.5, 15.0)
+"""Durations that are tried, in swing times."""
+
+CALM: Final = (3e-3, 0.0, 1e-2)
+"""Weights of the rates that are tried."""
+
+SHARE: Final = 0.85
+"""Share of rail and limits that a plan may use: the rest is for what is not as planned."""
+
+_WAVES: Final = 5
+_LARGEST: Final = 1e3
+_GUIDE: Final = Design(0.7)
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where one search begins.
+
+    Attributes:
+        seconds: Duration of the motion.
+        calm: Weight of the rates.
+        seed: 0 for a straight line from start to target, else waves about it drawn with this seed.
+    """
+
+    seconds: float
+    calm: float
+    seed: int
+
+
+@dataclass(frozen=True)
+class Left:
+    """What the solver said of a start.
+
+    Attributes:
+        converged: Whether it says that it solved the problem.
+        iterations: How many it took.
+        cost: The objective.
+        infeasibility: Largest violation of an equation.
+    """
+
+    converged: bool
+    iterations: int
+    cost: float
+    infeasibility: float
+
+    def __str__(self) -> str:
+        early = "" if self.converged else " (stopped early)"
+        return f"cost {self.cost:.4g}, infeasibility {self.infeasibility:.1e}, {self.iterations} iterations{early}"
+
+
+def starts(task: Task, count: int, seconds: float | None = None) -> tuple[Start, ...]:
+    """The first so many starts: durations in turn, straight lines first, weights and waves changing from round to round."""
+    times = [factor * task.swing for factor in TIMES] if seconds is None else [seconds]
+    found = []
+    for k in range(count):
+        turn, time = divmod(k, len(times))
+        found.append(Start(times[time], CALM[(turn + time) % len(CALM)], turn if len(times) > 1 else turn // len(CALM)))
+    return tuple(found)
+
+
+def planned(chain: Chain, task: Task, problem: Problem, start: Start, stride: int) -> tuple[Plan | None, Left]:
+    """The plan that a start leads to, None where the chain cannot be led along what the solver left; and what that is.
+
+    Args:
+        chain: The chain.
+        task: The task.
+        problem: Its optimal control problem.
+        start: Where to begin.
+        stride: The duration becomes a multiple of so many samples.
+    """
+    samples = max(2, round(start.seconds / (stride * task.sample))) * stride
+    seconds = samples * task.sample
+    solution = problem.solve(seconds, *_guess(problem, task, start, seconds), start.calm, SHARE)
+    left = Left(solution.converged, solution.iterations, solution.cost, solution.infeasibility)
+    followed = _followed(chain, task, solution, samples)
+    if followed is None:
+        return None, left
+    x, u, defect = followed
+    plan = Plan(
+        name=chain.system.name, digest=chain.system.digest, t=np.asarray(np.arange(samples + 1) * task.sample, dtype=float), x=x, u=u,
+        state_names=(*chain.system.q_names, *chain.system.v_names), input_names=chain.system.u_names, start=task.start, target=task.target,
+        limit=task.limit, rail=task.rail if np.isfinite(task.rail) else 0.0, sample=task.sample, solver=problem.solver,
+        converged=solution.converged, iterations=solution.iterations, cost=solution.cost, infeasibility=solution.infeasibility,
+        defect=defect,
+    )  # fmt: skip
+    return plan, left
+
+
+def _guess(problem: Problem, task: Task, start: Start, seconds: float) -> tuple[Vector, Vector]:
+    """Nodes on a straight line from start to target, with waves about it that vanish at both."""
+    nq, K = task.first.size, problem.intervals
+    share = np.linspace(0, 1, K + 1)[:, None]
+    nodes = np.zeros((K + 1, problem.nx + problem.nu))
+    nodes[:, :nq] = task.first + (task.last - task.first) * share
+    nodes[:, nq : 2 * nq] = (task.last - task.first) / seconds
+    draw = np.random.default_rng(start.seed)
+    for wave in range(1, _WAVES + 1) if start.seed else ():
+        size = draw.normal(size=nq) / (2 * wave)
+        nodes[:, :nq] += size * np.sin(np.pi * wave * share)
+        nodes[:, nq : 2 * nq] += size * np.pi * wave / seconds * np.cos(np.pi * wave * share)
+    return nodes, np.zeros((K, problem.nu))
+
+
+def _followed(chain: Chain, task: Task, solution: Solution, samples: int) -> tuple[Vector, Vector, float] | None:
+    """(x, u, defect): the chain led along the solution sample by sample, twice, the second time along what the first left."""
+    nx, K = chain.system.nx, len(solution.slopes)
+    nodes, h = solution.nodes, solution.seconds / K
+    rates = np.array(chain.rate.map(K + 1)(nodes[:, :nx].T, nodes[:, nx:].T, np.zeros((chain.parameters.size, K + 1)))).T
+    grid = np.arange(K + 1) * h
+    x = CubicHermiteSpline(grid, nodes[:, :nx], rates)(np.arange(samples + 1) * task.sample)
+    if not np.all(np.isfinite(x)):
+        return None
+    # What a solver left may begin anywhere; the chain begins at rest where the task says.
+    x[0] = np.concatenate([task.first, np.zeros(nx - task.first.size)])
+    middle = (np.arange(samples) + 0.5) * task.sample
+    at = np.minimum((middle / h).astype(int), K - 1)
+    u = nodes[at, nx:] + solution.slopes[at] * (middle - at * h)[:, None]
+    step, derivatives = chain.step(task.sample), chain.derivatives(task.sample)
+    none, defect = np.zeros(chain.parameters.size), 0.0
+    for turn in range(2):
+        path = linear_path(derivatives, x, u)
+        K_t = regulated(path, *catch_gains(chain, task, derivatives, _GUIDE))
+        led, pushed = np.empty_like(x), np.empty_like(u)
+        led[0] = x[0]
+        for k in range(samples):
+            pushed[k] = u[k] - K_t[k] @ (led[k] - x[k])
+            led[k + 1] = np.array(step(led[k], pushed[k], none)).ravel()
+            if not np.max(np.abs(led[k + 1])) < _LARGEST:
+                return None
+        defect = float(np.max(np.abs(led - x))) if turn == 0 else defect
+        x, u = led, pushed
+    return x, u, defect

@@ -1,0 +1,114 @@
+"""What is to be moved from where to where, and within which limits: checked before anything is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf, sqrt
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from phichain.control.equilibria import demand_equilibria
+from phichain.errors import ControlError, UnsupportedError
+from phichain.records import Held
+from phichain.system import System, Vector
+from phichain.system.arrays import real_numbers
+from phichain.system.vertical import Signs, configuration
+
+
+@dataclass(frozen=True, eq=False)
+class Task(Held):
+    """A motion from one vertical equilibrium to another.
+
+    Attributes:
+        start: Directions of the links at the start, +1 hanging, -1 upright.
+        target: Directions at the end.
+        first: Configuration at the start (nq,).
+        last: Configuration at the end (nq,).
+        rail: Largest distance of the cart from 0, m; inf for none.
+        limit: Largest size of every input (nu,).
+        sample: Time between two calls of the law, s.
+        swing: Time of a chain of this length, sqrt(sum l / g), s: what times and rates are measured by.
+    """
+
+    start: Signs
+    target: Signs
+    first: Vector
+    last: Vector
+    rail: float
+    limit: Vector
+    sample: float
+    swing: float
+
+    @classmethod
+    def of(
+        cls,
+        system: System,
+        *,
+        limit: ArrayLike,
+        rail: float | None = None,
+        start: Sequence[int] | None = None,
+        target: Sequence[int] | None = None,
+        places: tuple[float, float] = (0.0, 0.0),
+        sample: float = 1e-3,
+    ) -> Task:
+        """The task of a chain.
+
+        Args:
+            system: A planar chain with inputs, its `linearization`, and casadi installed.
+            limit: Largest size of every input, one number or (nu,).
+            rail: Largest distance of the cart from 0, m; none unless given.
+            start: Where it begins; every link hanging unless given.
+            target: Where it ends; every link upright unless given.
+            places: Where the cart stands at the start and at the end, m.
+            sample: Time between two calls of the law, s.
+
+        Raises:
+            UnsupportedError: A spatial chain.
+            ControlError: No inputs, no equilibrium, nothing to do, or limits that are none or exclude an end.
+        """
+        if not system.is_planar:
+            raise UnsupportedError(
+                "chain.space", system.space, "has no swing-up: its trajectories are planned in angles",
+                'make the chain "planar", or stay near one equilibrium with lqr(system, s)',
+            )  # fmt: skip
+        if not system.nu:
+            raise ControlError("joints.actuated", "none", "nothing pushes this chain", 'actuate the "cart", or a joint such as [1]')
+        ends = ([1] * system.links if start is None else start, [-1] * system.links if target is None else target)
+        linear = demand_equilibria(system, ends)
+        first, last = (configuration(system, one.s) for one in linear)
+        for end, place in zip((first, last), places, strict=True):
+            end[: system.cart_size] = place
+        if np.array_equal(first, last):
+            raise ControlError("target", list(linear[1].s), "is where the chain starts", "give another target, or another place of the cart")
+        lengths, gravity = np.asarray(system.number("length")), abs(float(system.number("gravity")))
+        if not gravity > 0:
+            raise UnsupportedError("chain.gravity", gravity, "leaves no equilibrium to swing to", "give the chain its weight")
+        if not (np.isfinite(sample) and sample > 0):
+            raise ControlError("sample", sample, "is no positive time", "give the time between two calls, s")
+        return cls(
+            linear[0].s, linear[1].s, first, last, _rail(system, rail, places), _limits(system, limit), float(sample),
+            sqrt(float(np.sum(lengths)) / gravity),
+        )  # fmt: skip
+
+
+def _limits(system: System, limit: ArrayLike) -> Vector:
+    bound = real_numbers("limit", limit, "give the largest size of every input")
+    if bound.shape not in ((), (1,), (system.nu,)) or not np.all((bound > 0) & np.isfinite(bound)):
+        raise ControlError("limit", limit, "is no positive size of every input", f"give one number, or {system.nu}")
+    return np.array(np.broadcast_to(bound, (system.nu,)))
+
+
+def _rail(system: System, rail: float | None, places: tuple[float, float]) -> float:
+    if not system.has_cart:
+        if rail is not None or any(places):
+            raise ControlError("rail", rail, "belongs to a cart, which this chain has not", "leave it out")
+        return inf
+    length = inf if rail is None else float(rail)
+    if not length > 0:
+        raise ControlError("rail", rail, "is no positive length", "give how far the cart may go to either side, m")
+    far = max(map(abs, places))
+    if far >= length:
+        raise ControlError("rail", rail, f"ends before the cart's place at {far:g} m", "give a longer rail, or another place")
+    return length

@@ -1,0 +1,153 @@
+"""A law along a trajectory -> NAME_swingup/: C that stands alone, its self-test, a manifest, a README."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from fractions import Fraction
+from math import isfinite
+from textwrap import wrap
+from typing import Any, Final
+
+from phichain._version import __version__
+from phichain.emit.c.function import c_function
+from phichain.emit.c.layout import WIDTH, laid_out, laid_out_text
+from phichain.emit.c.names import CNames
+from phichain.emit.c.parts import declaration
+from phichain.emit.c.text import restrict_macro
+from phichain.emit.law.along import Case, cases, table
+from phichain.emit.law.controller import BYTES, described_inputs
+from phichain.emit.law.literals import bound, literal
+from phichain.emit.render import render
+from phichain.emit.stencil import instance
+from phichain.files import MANIFEST
+from phichain.ir.nodes import Program
+from phichain.ir.passes import count_operations
+from phichain.ir.rounded import nearest
+from phichain.laws import TrajectoryLaw
+from phichain.lowering.trajectory import tracking
+
+_ABOUT: Final = (
+    "x_r, u_r and K stand in a table over time; between its rows x_r is the cubic that meets the states of both, u_r and K are "
+    "straight lines. Its last row is the target with the gains of its regulator, so that from the end of the table on the chain "
+    "is held there. w takes whole turns from the deviations of angles."
+)
+
+
+def swingup_name(law: TrajectoryLaw) -> str:
+    """NAME_swingup: the folder, the files and the function of a law along a trajectory."""
+    return f"{law.name}_swingup"
+
+
+def swingup_files(law: TrajectoryLaw, real: str = "float") -> dict[str, str]:
+    """The whole folder by file name.
+
+    Args:
+        law: the law.
+        real: "float" or "double", the type of its C and of its table.
+
+    Raises:
+        EmissionError: a number of the law does not fit the type.
+    """
+    name, program, rows = swingup_name(law), tracking(law), table(law, real)
+    width = len(rows[0])
+    shown = {
+        "name": name, "upper": name.upper(), "chain": law.name, "real": real, "digest": law.digest, "knots": len(rows),
+        "nx": law.states.shape[1], "nu": law.inputs.shape[1], "sample": f"{law.catch.sample:.17g}", "width": width,
+        "duration": f"{law.duration:.9g}", "bytes": BYTES[real] * len(rows) * width, "note": wrap(law.note, WIDTH - 3),
+        "operations": sum(count_operations(program).values()),
+    }  # fmt: skip
+    files = {
+        f"{name}.h": _header(law, shown),
+        f"{name}.c": _source(law, program, rows, shown),
+        "selftest.c": _selftest(cases(law, real), shown),
+        "CMakeLists.txt": render("CMakeLists.txt.j2", name=name),
+        "README.md": render("trajectory_readme.md.j2", **shown, rows=_rows(law)),
+    }
+    return files | {MANIFEST: _manifest(law, program, shown, files)}
+
+
+def _header(law: TrajectoryLaw, shown: Mapping[str, Any]) -> str:
+    rows = _rows(law)
+    width = max(len(row) for row in rows)
+    prototype = f"{_law_declaration(shown, definition=False)};"
+    return render(
+        "trajectory_header.h.j2", **shown, about=wrap(_ABOUT, WIDTH - 3), rows=[row.ljust(width).rstrip() for row in rows],
+        prototype="\n".join(laid_out(prototype)),
+    )  # fmt: skip
+
+
+def _law_declaration(shown: Mapping[str, Any], definition: bool) -> str:
+    name, nx, nu = shown["name"], shown["nx"], shown["nu"]
+    const = "const " if definition else ""
+    return f"{name}_phase {name}({name}_state *state, {const}{name}_real t, const {name}_real x_meas[{nx}], {name}_real u[{nu}])"
+
+
+def _source(law: TrajectoryLaw, program: Program, rows: list[list[float]], shown: Mapping[str, Any]) -> str:
+    name, real, upper = str(shown["name"]), str(shown["real"]), str(shown["upper"])
+    body = c_function(program, CNames(name, real, {}), {})
+    arguments = [declaration(array, name, False, True) for array in program.inputs]
+    arguments += [declaration(array, name, True, True) for array in program.outputs]
+    names = {"phi_law": name, "phi_": f"{name}_", "PHI_": f"{upper}_"}
+    squared = Fraction(law.tube) ** 2
+    return laid_out_text(
+        render(
+            "trajectory_source.c.j2", **{key: value for key, value in shown.items() if key != "note"}, doc=program.doc,
+            includes=["math.h"] if "math" in body.uses else [], restrict=restrict_macro(name), lines=body.lines,
+            table=[", ".join(literal(value, real) for value in row) for row in rows],
+            rate=literal(nearest(real, 1 / Fraction(law.interval)), real), tube=literal(nearest(real, squared), real),
+            rail=literal(nearest(real, Fraction(law.rail)), real) if isfinite(law.rail) else "",
+            definition=f"static void {name}_tracking({', '.join(arguments)})",
+            law=instance("trajectory", names, {"WITH_RAIL": isfinite(law.rail)}).rstrip("\n"),
+        )
+    )  # fmt: skip
+
+
+def _selftest(tests: tuple[Case, ...], shown: Mapping[str, Any]) -> str:
+    real = str(shown["real"])
+    listed = [
+        {"phase": test.phase, "numbers": ", ".join(literal(value, real) for value in (test.t, *test.measured, *test.expected, *test.allowed))}
+        for test in tests
+    ]
+    return laid_out_text(render("trajectory_selftest.c.j2", **shown, cases=listed, zero=literal(0.0, real)))
+
+
+def _rows(law: TrajectoryLaw) -> list[str]:
+    """What every entry of x_meas and u is."""
+    catch = law.catch
+    names = [f"x_meas[{i}]" for i in range(len(catch.state_names))]
+    rows = []
+    for name, what, unit, start, end in zip(names, catch.state_names, catch.state_units, law.states[0], catch.target, strict=True):
+        rows.append(f"{name}  {what}, {unit}; from {start:.9g} to {end:.9g}")
+    return [*rows, *described_inputs(catch)]
+
+
+def _manifest(law: TrajectoryLaw, program: Program, shown: Mapping[str, Any], files: Mapping[str, str]) -> str:
+    catch = law.catch
+    record = {
+        "kind": "swingup",
+        "name": shown["name"],
+        "scene": law.name,
+        "digest": law.digest or "of no scene",
+        "generator": {"phichain": __version__},
+        "real": shown["real"],
+        "sample": catch.sample,
+        "duration": law.duration,
+        "interval": law.interval,
+        "note": law.note,
+        "state": [
+            list(row)
+            for row in zip(catch.state_names, catch.state_units, law.states[0].tolist(), catch.target, catch.wraps, strict=True)
+        ],
+        "inputs": [
+            [name, unit, bound(low), bound(high)]
+            for name, unit, low, high in zip(catch.input_names, catch.input_units, catch.low, catch.high, strict=True)
+        ],
+        "rail": bound(law.rail),
+        "tube": law.tube,
+        "operations": {"total": shown["operations"], **dict(sorted(count_operations(program).items()))},
+        "table_bytes": shown["bytes"],
+        "files": {name: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
+    }
+    return json.dumps(record, indent=2, ensure_ascii=True) + "\n"

@@ -1,0 +1,162 @@
+"""A law along a trajectory: references, inputs and gains in a table over time, and the regulator of the target behind its end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from phichain.archive import NUMBER, TEXT, Array, Schema, names, read_archive, real
+from phichain.errors import ArrayError, OutputError
+from phichain.laws.state_feedback import StateFeedback
+from phichain.records import Held, held, write_npz
+
+Vector = NDArray[np.float64]
+
+_TABLES = {"states": real("knots", "nx"), "inputs": real("knots", "nu"), "gains": real("knots", "nu", "nx")}
+_CATCH = {"target": real("nx"), "rest": real("nu"), "catch_gains": real("nu", "nx"), "low": real("nu"), "high": real("nu")}
+_WORDS = {
+    "name": TEXT, "digest": TEXT, "state_names": names("nx"), "state_units": names("nx"),
+    "input_names": names("nu"), "input_units": names("nu"),
+}  # fmt: skip
+_NUMBERS = {"interval": NUMBER, "tube": NUMBER, "rail": NUMBER, "sample": NUMBER}
+_SCHEMA = Schema(
+    "TrajectoryLaw",
+    {**_TABLES, **_CATCH, "wraps": Array(np.bool_, ("nx",))},
+    {**_WORDS, **_NUMBERS, "note": replace(TEXT, default="")},
+    filled=("knots", "nx", "nu"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class TrajectoryLaw(Held):
+    """u = clip(u_r(t) - K(t) w(x - x_r(t)), low, high) along a trajectory, and from its end on that of the target.
+
+    Between two knots, f = t / interval - j of the way from the j-th on, u_r and K are straight lines, and x_r = (q_r, v_r) is the
+    cubic that meets both knots' q and v, with its rate. The last row holds the target, the input that keeps the chain there and
+    the regulator's gains: with the time held at the ends of the table, the law regulates the start before t = 0 and the target
+    from the end on. It gives up (u = 0) where the angles have left x_r by `tube` or the cart its rail.
+
+    Attributes:
+        catch: The regulator of the target, of which names, units, wraps, limits and sample hold all along.
+        interval: Time between two knots, s.
+        states: x_r = (q_r, v_r) at the knots (knots, nx).
+        inputs: u_r (knots, nu).
+        gains: K (knots, nu, nx).
+        tube: Largest deviation of all angles together (2-norm) with which it goes on, rad.
+        rail: Largest distance of the cart from 0, m; inf for none.
+        note: What a reader of the header must know first; empty for nothing.
+
+    Raises:
+        ArrayError: Shapes that do not fit, numbers that are not finite, times or bounds that are not positive, or a table that
+            does not end with its regulator.
+    """
+
+    catch: StateFeedback
+    interval: float
+    states: Vector
+    inputs: Vector
+    gains: Vector
+    tube: float = 1.0
+    rail: float = float("inf")
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        nx, nu = len(self.catch.state_names), len(self.catch.input_names)
+        knots = len(self.states)
+        for name, shape in (("states", (nx,)), ("inputs", (nu,)), ("gains", (nu, nx))):
+            table = held(getattr(self, name))
+            if table.shape != (knots, *shape) or knots < 2 or not np.all(np.isfinite(table)):
+                raise ArrayError(f"law.{name}", table, f"must hold finite numbers of shape {(knots, *shape)}", "give two knots or more")
+            object.__setattr__(self, name, table)
+        for name in ("interval", "tube", "rail"):
+            if not getattr(self, name) > 0 or (name == "interval" and not np.isfinite(self.interval)):
+                raise ArrayError(f"law.{name}", getattr(self, name), "is not positive", "give seconds, radians, metres")
+        last = (self.states[-1], self.inputs[-1], self.gains[-1])
+        target = map(np.array, (self.catch.target, self.catch.rest, self.catch.gains))
+        if not all(np.array_equal(row, wanted) for row, wanted in zip(last, target, strict=True)):
+            raise ArrayError("law.states", self.states[-1], "does not end in the target and its gains", "end with those of catch")
+
+    @property
+    def name(self) -> str:
+        """The scene it belongs to."""
+        return self.catch.name
+
+    @property
+    def digest(self) -> str:
+        """That scene's canonical digest."""
+        return self.catch.digest
+
+    @property
+    def duration(self) -> float:
+        """Time from the first knot to the last, s."""
+        return self.interval * (len(self.states) - 1)
+
+    @property
+    def numbers(self) -> int:
+        """Numbers that the table holds."""
+        return int(self.states.size + self.inputs.size + self.gains.size)
+
+    def reference(self, t: float) -> tuple[Vector, Vector, Vector]:
+        """(x_r, u_r, K) at a time."""
+        place = min(max(t / self.interval, 0.0), len(self.states) - 1.0)
+        j = int(place)
+        k = min(j + 1, len(self.states) - 1)
+        f, h, half = place - j, self.interval, self.states.shape[1] // 2
+        (q0, v0), (q1, v1) = ((row[:half], row[half:]) for row in self.states[[j, k]])
+        away = q1 - q0
+        q = q0 + f * (h * v0 + f * (3 * away - h * (2 * v0 + v1) + f * (h * (v0 + v1) - 2 * away)))
+        v = v0 + f * (6 * away / h - 4 * v0 - 2 * v1 + f * (3 * (v0 + v1) - 6 * away / h))
+        u = self.inputs[j] + f * (self.inputs[k] - self.inputs[j])
+        return np.concatenate([q, v]), u, self.gains[j] + f * (self.gains[k] - self.gains[j])
+
+    def __call__(self, t: float, x: ArrayLike) -> Vector:
+        """u (nu,) at a state (nx,), so that `simulate(..., u=law)` takes the record itself."""
+        reference, u, gains = self.reference(t)
+        away, turn = np.asarray(x, dtype=float) - reference, 2 * np.pi
+        away = np.where(self.catch.wraps, away - turn * np.floor(away / turn + 0.5), away)
+        off = float(np.sum(away[np.array(self.catch.wraps)] ** 2))
+        if not off <= self.tube**2 or not abs(np.asarray(x)[0]) <= self.rail:
+            return np.zeros_like(u)
+        return np.clip(u - gains @ away, self.catch.low, self.catch.high)
+
+    def __str__(self) -> str:
+        return (
+            f"{self.name}: law along a trajectory of {self.duration:g} s, {len(self.states)} knots of {self.states.shape[1]} states, "
+            f"{self.inputs.shape[1]} input(s) and gains, {self.numbers} numbers"
+        )
+
+    def to_npz(self, path: Path | str) -> Path:
+        """Write the whole record; `from_npz` reads it back."""
+        catch = {"catch_gains" if name == "gains" else name: np.array(getattr(self.catch, name)) for name in _catch_names()}
+        arrays: dict[str, Any] = {name: getattr(self, name) for name in _TABLES} | catch
+        meta = {name: getattr(self.catch, name) for name in (*_WORDS, "sample")}
+        meta |= {name: getattr(self, name) for name in ("interval", "tube", "note")}
+        # JSON knows no infinity.
+        return write_npz(path, arrays, meta | {"rail": self.rail if np.isfinite(self.rail) else 0.0, "kind": _SCHEMA.kind})
+
+    @classmethod
+    def from_npz(cls, path: Path | str) -> TrajectoryLaw:
+        """Read what `to_npz` wrote.
+
+        Raises:
+            OutputError: The file is missing, holds no TrajectoryLaw, or one that does not fit together.
+        """
+        arrays, meta = read_archive(path, _SCHEMA)
+        tables = {name: arrays.pop(name) for name in _TABLES}
+        catch: dict[str, Any] = {"gains" if name == "catch_gains" else name: array for name, array in arrays.items()}
+        catch |= {name: meta[name] if isinstance(meta[name], str) else tuple(meta[name]) for name in _WORDS}
+        rail = meta["rail"] or float("inf")
+        try:
+            return cls(StateFeedback(**catch, sample=meta["sample"]), meta["interval"], **tables, tube=meta["tube"], rail=rail, note=meta["note"])
+        except ArrayError as failure:
+            remedy = f"name a file that a {_SCHEMA.kind} wrote"
+            raise OutputError("path", str(path), f"no {_SCHEMA.kind} can be read there: {failure}", remedy) from failure
+
+
+def _catch_names() -> list[str]:
+    """The arrays of the regulator."""
+    return [field.name for field in fields(StateFeedback) if field.name not in (*_WORDS, "sample")]

@@ -1,0 +1,219 @@
+"""Swing-up from a scene to C: the plan against an integrator of its own, trials of the compiled law, gains against brute force, refusals."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from phichain import build, generate_swingup, simulate, swing_up
+from phichain.app.cli import main
+from phichain.control.swing_up import Chain, Design, Plan, Task, law_along
+from phichain.control.swing_up.gains import catch_gains, linear_path, regulated
+from phichain.errors import ArrayError, ControlError, OutputError, SceneError, UnsupportedError
+from phichain.records import thawed
+from phichain.scene import Scene, scene_from_dict
+from phichain.system import System
+from phichain.trials import SwingUp
+from tests.handmade import planar
+
+M0, M, L, G = 0.5, 0.1, 0.2, 9.81
+POLE = Scene(
+    "pole", 1, base="cart", cart_mass=M0, mass=M, length=L, actuated="cart", want=("forward_dynamics", "linearization", "propagate"),
+)  # fmt: skip
+COMPILE = ("cc", "-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic-errors", "-Wconversion", "-Wdouble-promotion")
+
+
+@pytest.fixture(scope="module")
+def system() -> System:
+    return build(POLE)
+
+
+@pytest.fixture(scope="module")
+def found(system: System) -> SwingUp:
+    """One search, with wrong masses and starts."""
+    return swing_up(system, limit=20, rail=0.5, errors={"mass": 0.1, "cart_mass": 0.1}, runs=60, count=2, jobs=1)
+
+
+def pole(x: np.ndarray, u: float) -> list[float]:
+    """A point mass on a rod on a cart, from the textbook: theta from hanging, positive towards +x."""
+    s, c, w = np.sin(x[1]), np.cos(x[1]), x[3]
+    a = (u + M * L * w**2 * s + M * G * s * c) / (M0 + M * s**2)
+    return [x[2], w, a, -(c * a + G * s) / L]
+
+
+def test_the_chain_runs_through_the_plan(found: SwingUp) -> None:
+    """Another integrator on other equations, the inputs held from sample to sample: a tenth of a second at a time."""
+    plan = found.plan
+    assert np.allclose(plan.x[0], 0, atol=1e-12) and np.allclose(plan.x[-1], [0, np.pi, 0, 0], atol=1e-3)
+    assert np.max(np.abs(plan.x[:, 0])) < 0.5 and np.max(np.abs(plan.u)) < 20 and plan.converged
+    for start in range(0, len(plan.u) - 100, 100):
+        x = plan.x[start]
+        for k in range(start, start + 100):
+            x = solve_ivp(lambda t, z, u: pole(z, u), (0, plan.sample), x, args=(plan.u[k, 0],), rtol=1e-9, atol=1e-11).y[:, -1]
+        assert np.allclose(x, plan.x[start + 100], atol=1e-7)
+
+
+def test_it_survives_wrong_masses_and_says_so(found: SwingUp) -> None:
+    trials = found.trials
+    assert trials.share == 1.0 and len(trials.held) == 60 and 0.93 < trials.interval[0] < 0.95 and trials.interval[1] == 1.0
+    assert np.max(np.abs(trials.errors)) > 0.09 and np.ptp(trials.starts[:, 1]) > 0.08 and not np.ptp(trials.starts[:, 0])
+    assert found.law.note.startswith("Of 60 runs with starts within 0.05 rad and mass within 0.1")
+    assert found.law.digest == found.plan.digest == POLE.digest
+    assert "100.0%" in str(found) and found.tried[0].plan is not None
+
+
+def test_the_law_swings_the_emitted_flow_up(system: System, found: SwingUp) -> None:
+    """The record itself as sampled law on the Taylor flow; the trials ran the compiled one by Runge and Kutta."""
+    end = found.law.duration + 0.5
+    motion = simulate(system, np.array([0.0, 0.05, 0.0, 0.0]), np.array([0.0, end]), u=found.law, sample=1e-3, tol=1e-9)
+    assert np.allclose(motion.x[-1], [0, np.pi, 0, 0], atol=2e-2)
+
+
+def test_gains_that_expect_errors_are_the_best_of_those_that_look_at_the_deviation_alone() -> None:
+    """By brute force: the expected cost of the linear closed loop, from the covariance alone, grows whichever way gains are moved."""
+    scene = replace(POLE, want=("forward_dynamics", "linearization"), mass="runtime")
+    chain = Chain(replace(build(scene), params={"mass": [M]}))
+    task = Task.of(chain.system, limit=20, sample=0.02)
+    derivatives = chain.derivatives(task.sample)
+    count = 12
+    x = np.linspace([0, 2.5, 0, 1], [0, np.pi, 0, 0], count + 1)
+    u = np.linspace(4, 0, count)[:, None]
+    plan = Plan(
+        "pole", "", np.arange(count + 1) * task.sample, x, u, ("x", "theta_1", "x_dot", "theta_dot_1"), ("force",), (1,), (-1,),
+        np.array([20.0]), 0.0, task.sample, "none", True, 0, 0.0, 0.0, 0.0,
+    )  # fmt: skip
+    design, errors, spread = Design(0.3, 1e-5), np.array([0.3]), 1e-3
+    path, (Q, R, S) = linear_path(derivatives, x, u), catch_gains(chain, task, derivatives, design)
+    gains = law_along(chain, task, plan, design, errors, spread, stride=1).gains[:-1]
+    plain = law_along(chain, task, plan, design, 0 * errors, spread, stride=1).gains[:-1]
+    assert np.array_equal(plain, regulated(path, Q, R, S))
+    rate = design.noise / task.swing * np.sqrt(task.sample / 1e-3)
+    noise = np.diag([task.sample * rate] * 2 + [rate] * 2 + [0]) ** 2
+
+    def cost(gains: np.ndarray) -> float:
+        P = np.diag([0, spread**2 / 3, 0, 0, 0.3**2 / 3]) + noise
+        total = 0.0
+        for A, B, E, K in zip(*path, gains, strict=True):
+            total += np.trace((Q + K.T @ R @ K) @ P[:4, :4])
+            closed = np.block([[A - B @ K, E], [np.zeros((1, 4)), np.ones((1, 1))]])
+            P = closed @ P @ closed.T + noise
+        return float(total + np.trace(S @ P[:4, :4]))
+
+    best, draw = cost(gains), np.random.default_rng(1)
+    assert best < 0.9 * cost(plain)
+    steps = draw.normal(size=(20, *gains.shape)) * np.mean(np.abs(gains), axis=0)
+    slopes = [max(abs(cost(at + 1e-4 * step) - cost(at - 1e-4 * step)) for step in steps) for at in (gains, plain)]
+    assert slopes[0] < 0.05 * slopes[1]
+
+
+def test_the_derivatives_are_those_of_the_step() -> None:
+    scene = replace(POLE, want=("forward_dynamics", "linearization"), mass="runtime", cart_mass="runtime")
+    chain = Chain(replace(build(scene), params={"cart_mass": M0, "mass": [M]}))
+    assert np.array_equal(chain.parameters, [M, M0]) and chain.push == pytest.approx([G * M0], rel=1e-12)
+    x, u, h = np.array([0.1, 2.0, 0.3, -4.0]), np.array([3.0]), 1e-6
+    step, found = chain.step(1e-3), chain.derivatives(1e-3)(x, u)
+    for given, size in enumerate((4, 1, 2)):
+        for k in range(size):
+            ends = []
+            for side in (h, -h):
+                point = [x.copy(), u.copy(), np.zeros(2)]
+                point[given][k] += side
+                ends.append(np.array(step(*point)).ravel())
+            assert np.allclose(np.array(found[given])[:, k], (ends[0] - ends[1]) / (2 * h), atol=1e-8)
+
+
+def test_a_plan_on_file_is_the_same_record(found: SwingUp, tmp_path: Path) -> None:
+    again = Plan.from_npz(found.plan.to_npz(tmp_path / "plan.npz"))
+    assert all(np.array_equal(getattr(again, name), value) for name, value in vars(found.plan).items())
+    assert (found.plan.to_csv(tmp_path / "plan.csv")).read_text().startswith("t,x,theta_1,x_dot,theta_dot_1,force\n")
+    with pytest.raises(OutputError, match="no Plan can be read there"):
+        Plan.from_npz(tmp_path / "plan.csv")
+
+
+def test_the_same_problem_goes_on_with_what_it_has(system: System, found: SwingUp) -> None:
+    """Plans are remembered whatever they are tried for, and another limit is another problem."""
+    again = swing_up(system, limit=20, rail=0.5, errors={"mass": 0.1, "cart_mass": 0.1}, runs=4, count=1, jobs=1)
+    assert again.tried[0].again and np.array_equal(again.plan.x, found.tried[0].plan.x)
+    tables = thawed(system.scene)
+    assert scene_from_dict(tables) == POLE
+
+
+def test_the_command_writes_what_passes_its_own_test(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """From the wall of the rail to the other, hanging: point to point; by the record's drive through acceleration."""
+    (tmp_path / "mover.toml").write_text(
+        'name = "mover"\n[chain]\nlinks = 1\nbase = "cart"\ndrive = "acceleration"\nmass = 0.1\nlength = 0.2\n'
+        '[functions]\nwant = ["forward_dynamics", "linearization"]\n'
+    )
+    words = [str(tmp_path / "mover.toml"), "--limit", "5", "--rail", "0.6", "--to", "none", "--places=-0.3,0.3", "--error", "length=0.05"]
+    with pytest.raises(SystemExit) as leaving:
+        main(["swingup", *words, "--runs", "20", "--jobs", "1", "--out", str(tmp_path), "--save", str(tmp_path / "plan.png")])
+    assert leaving.value.code == 0
+    said = capsys.readouterr()
+    assert "20 of 20 runs" in said.out and "100.0% hold" in said.err and (tmp_path / "plan.png").stat().st_size > 10_000
+    folder = tmp_path / "mover_swingup"
+    sources = [str(path) for path in folder.glob("*.c")]
+    made = subprocess.run([*COMPILE, *sources, "-lm", "-o", str(tmp_path / "t")], capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr
+    assert subprocess.run([str(tmp_path / "t")], check=False).returncode == 0
+    record = json.loads((folder / "manifest.json").read_text())
+    assert record["state"][0][2:4] == [-0.3, 0.3] and record["inputs"] == [["acceleration", "m/s^2", -5.0, 5.0]]
+
+
+def test_limits_that_leave_no_motion_name_the_bound(system: System) -> None:
+    with pytest.raises(ControlError, match="rail: is the bound that leaves no motion in 1.5 s: without it there is one that goes") as short:
+        swing_up(system, limit=20, rail=0.01, seconds=1.5, count=1, runs=2, jobs=1)
+    assert short.value.bound == "rail" and short.value.needed > 0.1
+    with pytest.raises(ControlError, match="limit: is the bound that leaves no motion in 0.8 s: with more there is one that takes") as weak:
+        swing_up(system, limit=1.5, seconds=0.8, count=1, runs=2, jobs=1)
+    assert weak.value.bound == "limit" and weak.value.needed > 1.5
+
+
+def test_a_solver_that_stops_early_makes_a_law_only_when_asked_and_says_so(system: System, tmp_path: Path) -> None:
+    given = {"limit": 20, "rail": 0.5, "seconds": 1.5, "count": 1, "runs": 10, "jobs": 1}
+    with pytest.raises(ControlError, match="none of 1 starts converged: the least infeasibility is"):
+        swing_up(system, most=16, **given)
+    found = swing_up(system, most=16, anyway=True, **given)
+    assert not found.plan.converged and found.law.note.startswith("NOT CONVERGED: the solver stopped after 1")
+    header = (generate_swingup(found.law, tmp_path) / "pole_swingup.h").read_text()
+    assert " * NOT CONVERGED: the solver stopped after 1" in header
+
+
+@pytest.mark.parametrize(
+    ("more", "kind", "words"),
+    [
+        ({"target": [1]}, ControlError, "target: is where the chain starts"),
+        ({"target": [-1, 1]}, ControlError, "is no equilibrium: a vertical chain has one sign per link, 1 of them"),
+        ({"limit": -3}, ControlError, "limit: is no positive size of every input"),
+        ({"rail": -1}, ControlError, "rail: is no positive length"),
+        ({"rail": 0.2, "places": (0.0, 0.5)}, ControlError, "rail: ends before the cart's place at 0.5 m"),
+        ({"sample": 0.0}, ControlError, "sample: is no positive time"),
+        ({"errors": {"mas": 0.1}}, SceneError, "error: is no parameter that this chain has as numbers"),
+        ({"errors": {"mass": 2}}, SceneError, "error: is no relative error of mass"),
+        ({"errors": {"damping": 0.1}}, SceneError, "error: is no parameter that this chain has as numbers"),
+        ({"spread": -1}, ControlError, "spread: is no error of an angle"),
+        ({"solver": "magic"}, ArrayError, "solver: is no solver of ours"),
+        ({"runs": 0}, ArrayError, "runs: is no number of runs"),
+    ],
+)
+def test_what_is_no_task_is_refused(system: System, more: dict[str, object], kind: type[Exception], words: str) -> None:
+    with pytest.raises(kind, match=words):
+        swing_up(system, **{"limit": 20, "jobs": 1, "count": 1, "runs": 2, "seconds": 1.5, **more})  # type: ignore[arg-type]
+
+
+def test_chains_that_have_none_say_what_to_use() -> None:
+    with pytest.raises(UnsupportedError, match="has no swing-up: its trajectories are planned in angles"):
+        space = Scene("ball", 1, "spatial", "cart", mass=0.1, length=0.1, cart_mass=0.5, want=("forward_dynamics", "linearization"))
+        swing_up(build(space), limit=1)
+    with pytest.raises(ControlError, match="nothing pushes this chain"):
+        swing_up(build(Scene("still", 1, mass=0.1, length=0.1, want=("forward_dynamics", "linearization"))), limit=1)
+    with pytest.raises(UnsupportedError, match="was not built from a scene"):
+        swing_up(planar([0.3], [0.4], cart_mass=0.7, actuated="cart"), limit=1)
+    with pytest.raises(ControlError, match="belongs to a cart"):
+        fixed = Scene("arm", 1, mass=0.1, length=0.1, actuated="all", want=("forward_dynamics", "linearization"))
+        swing_up(build(fixed), limit=1, rail=1)
