@@ -19,7 +19,7 @@ PIP   := $(PY) -m pip install --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup run test generate lint types layers bench report stability figures rigs clean distclean
+.PHONY: help setup run test generate lint types layers bench report stability study figures rigs clean distclean
 
 help: ## list the targets
 	@echo "phichain: from a Lagrangian to firmware, for pendulum chains"
@@ -40,7 +40,7 @@ $(PY):
 	  { rm -rf $(VENV); echo "python3 -m venv failed; on Debian and Ubuntu install the package python3-venv" >&2; exit 1; }
 
 $(READY): pyproject.toml | $(PY)
-	@$(PIP) --editable '.[casadi,plot,dev]'
+	@$(PIP) --editable '.[casadi,plot,study,dev]'
 	@touch $@
 
 $(PEERS): pyproject.toml $(READY)
@@ -77,6 +77,10 @@ report: $(PEERS) ## error against run time, beside the peers: tables and generat
 
 stability: $(PEERS) ## stiff and extreme cases, case by method: table and generated/report/stability.html (QUICK=1: minutes)
 	@$(PY) -m benchmarks.stability --out '$(OUT)/report' $(if $(QUICK),--quick,--write --resume)
+
+study: $(READY) ## a small study with a picture, on every core: generated/study; goes on after an interruption
+	@mkdir -p '$(OUT)/study'
+	@$(PY) -m phichain study examples/study_two_links.toml --out '$(OUT)/study/two_links.zarr' --picture '$(OUT)/study/two_links.png' --of 'q[2]'
 
 figures: $(READY) ## every figure of both papers and of the examples, in generated/figures
 	@$(PY) -m phichain figure all --out $(OUT)/figures

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from phichain.scene import Scene as Scene
     from phichain.scene import load_scene as load_scene
     from phichain.scene import standard_scene as standard_scene
+    from phichain.studies import open_study as open_study
+    from phichain.studies import study as study
     from phichain.system import System as System
 
 _HOME = {
@@ -53,6 +55,8 @@ _HOME = {
     "Branch": "phichain.continuation",
     "lqr": "phichain.control",
     "fit": "phichain.identification",
+    "study": "phichain.studies",
+    "open_study": "phichain.studies",
     "PhichainError": "phichain.errors",
 }
 

@@ -97,12 +97,9 @@ def trace(
 def carrying(scene: Scene) -> Scene:
     """The same chain with the functions that shooting calls, its flow carrying derivatives along."""
     from phichain.orbits.shooting import NEEDED
-    from phichain.scene.load import scene_from_dict
+    from phichain.scene.load import with_functions
 
-    tables = scene.to_dict()
-    tables["functions"] = {"want": sorted({*scene.want, *NEEDED})}
-    tables["flow"] = {"variational": True}
-    return scene_from_dict(tables)
+    return with_functions(scene, NEEDED, variational=True)
 
 
 def _shoots(scene: Scene, method: str) -> bool:
