@@ -258,6 +258,16 @@ def tour(out: OutFolder = Path("generated")) -> None:
 
 
 @app.command()
+def schema() -> None:
+    """Print the JSON Schema of scene files, by which editors complete and check them."""
+    import json
+
+    from phichain.scene.schema import scene_schema
+
+    typer.echo(json.dumps(scene_schema(), indent=2))
+
+
+@app.command()
 def info() -> None:
     """Say which versions, compiler and cache are in use."""
     from phichain.app.console import columns, environment
