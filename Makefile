@@ -14,12 +14,13 @@ QUICK  ?=
 PY    := $(VENV)/bin/python
 READY := $(VENV)/.ready
 PEERS := $(VENV)/.ready-bench
+READY_DOCS := $(VENV)/.ready-docs
 PIP   := $(PY) -m pip install --quiet --disable-pip-version-check
 
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup run test generate lint types layers bench report stability study figures rigs clean distclean
+.PHONY: help setup run test generate lint types layers bench report stability study figures docs rigs clean distclean
 
 help: ## list the targets
 	@echo "phichain: from a Lagrangian to firmware, for pendulum chains"
@@ -46,6 +47,10 @@ $(READY): pyproject.toml | $(PY)
 $(PEERS): pyproject.toml $(READY)
 	@echo "installing the peers to compare with (once)"
 	@$(PIP) --editable '.[bench]'
+	@touch $@
+
+$(READY_DOCS): pyproject.toml $(READY)
+	@$(PIP) --editable '.[docs]'
 	@touch $@
 
 run: $(READY) ## the whole path in one go: derive, emit, compile, simulate, trace, control, report
@@ -88,6 +93,9 @@ figures: $(READY) ## every figure of both papers and of the examples, in generat
 
 rigs: $(READY) ## the pictures of docs/rigs.md: three rigs held upright
 	@$(PY) -m benchmarks.rigs
+
+docs: $(READY_DOCS) ## the documentation site, strict, every code block run: generated/site/index.html
+	@$(PY) -m docs.site --out '$(OUT)/site'
 
 clean: ## remove what was generated and the caches, keep .venv
 	@find generated -mindepth 1 -maxdepth 1 ! -name README.md ! -name reference -exec rm -rf {} +
