@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import typer
 
 import phichain
-from phichain.app import cli_control, cli_figures, cli_fit, cli_study, cli_trace
+from phichain.app import cli_control, cli_figures, cli_fit, cli_fmu, cli_study, cli_trace
 from phichain.app.outputs import figures, named, write
 from phichain.app.streams import print_anything
 from phichain.app.words import Commands
@@ -279,4 +279,5 @@ cli_trace.register(app)
 cli_figures.register(app)
 cli_control.register(app)
 cli_fit.register(app)
+cli_fmu.register(app)
 cli_study.register(app)
