@@ -100,7 +100,7 @@ def command() -> str:
     group = typer.main.get_command(app)
     context = typer.Context(group, info_name="phichain")
     parts = ["# The command `phichain`"]
-    parts.append("Exit status: 0 done; 2 refused, with one line that says why; 3 some tasks of a study failed; 130 ended by Ctrl-C, what there is kept.")
+    parts.append("Exit status: 0 done; 2 refused, with one line that says why; 3 a run ended before its end or some tasks of a study failed; 130 ended by Ctrl-C, what there is kept.")
     for name in group.list_commands(context):  # type: ignore[attr-defined]
         one = group.get_command(context, name)  # type: ignore[attr-defined]
         rows = []

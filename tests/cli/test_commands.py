@@ -16,7 +16,10 @@ from phichain.contract.functions import FUNCTIONS, ROWS
 from phichain.scene import Scene
 from tests.cli.conftest import Command
 
-VERBS = ["show", "generate", "build", "prove", "functions", "simulate", "trace", "lqr", "controller", "fit", "tour", "info", "figure", "propagation"]
+VERBS = [
+    "show", "generate", "build", "prove", "functions", "simulate", "trace", "lqr", "controller", "fit", "tour", "info", "figure", "propagation",
+    "study", "fmu", "schema",
+]  # fmt: skip
 
 
 def test_help_names_every_command(command: Command) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from phichain.app.outputs import named
+from phichain.app.said import NOT_THERE
 from phichain.errors import printable
 
 if TYPE_CHECKING:
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
 
 INTERRUPTED = 130
 """Exit status of what Ctrl-C ended."""
-SOME_FAILED = 3
-"""Exit status of a study some of whose tasks failed."""
 
 
 def register(app: typer.Typer) -> None:
@@ -68,7 +67,7 @@ def study(
     if found.status == "interrupted":
         raise typer.Exit(INTERRUPTED)
     if found.failures:
-        raise typer.Exit(SOME_FAILED)
+        raise typer.Exit(NOT_THERE)
 
 
 @contextmanager

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import typer
 
-from phichain.errors import OutputError, printable
+from phichain.errors import OutputError, UnsupportedError, printable
+
+_DRAWN: Final = (".png",)
 
 
 def figures() -> Any:
@@ -19,19 +23,27 @@ def figures() -> Any:
 
 
 def named(files: list[Path] | None, kinds: tuple[str, ...] = (".csv", ".npz", ".png")) -> list[Path]:
-    """The files to write, each named by one of the kinds that there are.
+    """The files to write, each named by one of the kinds that there are, and each such as can be written.
 
     Raises:
-        OutputError: A name does not say what to write.
+        OutputError: A name does not say what to write, or its folder is not ours to write to.
+        UnsupportedError: A picture is asked for, and nothing here draws.
     """
     for path in files or []:
         if path.suffix not in kinds:
             remedy = f"name it {', '.join(kinds[:-1])} or {kinds[-1]}"
             raise OutputError("out", str(path), "has no suffix that says what to write", remedy)
+        if path.suffix in _DRAWN and find_spec("matplotlib") is None:
+            raise UnsupportedError("out", str(path), "needs matplotlib, which is not installed", "pip install 'phichain[plot]', or name it .csv")
+        folder = path.absolute().parent
+        while not folder.exists():
+            folder = folder.parent
+        if not os.access(folder, os.W_OK) or path.is_dir():
+            raise OutputError("out", str(path), "cannot be written there", "name a file in a folder of your own")
     return files or []
 
 
-def write(record: Any, files: list[Path], draw: Callable[[], Any]) -> None:
+def write(record: Any, files: list[Path], draw: Callable[[], Any], quiet: bool = False) -> None:
     """Write a record to each of the files, as a table, whole, or drawn."""
     for path in files:
         if path.suffix == ".csv":
@@ -44,4 +56,5 @@ def write(record: Any, files: list[Path], draw: Callable[[], Any]) -> None:
             from phichain.report.style import save
 
             save(draw(), path)
-        typer.echo(printable(f"wrote {path}"))
+        if not quiet:
+            typer.echo(printable(f"wrote {path}"))
