@@ -67,7 +67,8 @@ def bar(name: str, quiet: bool = False) -> Iterator[Callable[[float, float], Non
     if quiet or not sys.stderr.isatty():
         yield None
         return
-    began, shown = time.monotonic(), []
+    began = time.monotonic()
+    shown: list[Any] = []
 
     def tell(fraction: float, t: float) -> None:
         if not shown and time.monotonic() - began > _PATIENCE:

@@ -1,4 +1,4 @@
-"""fmu.c: names and sizes of a scene, and behind them the stencil of FMI 3.0."""
+"""fmu.c: names and sizes of a scene, and behind them the stencils of FMI 3.0."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ from phichain.scene import Scene
 
 FLOWS = ("propagate", "propagate_stiff")
 """Flows that move the state in Co-Simulation: the first that a scene has."""
+
+
+STENCILS = ("fmi3_instance", "fmi3_refused", "fmi3")
+"""The C, in its order: an instance and its variables, what no scene offers, and what every scene does."""
 
 
 def flow_of(scene: Scene) -> str:
@@ -47,7 +51,7 @@ def fmu_source(scene: Scene) -> str:
         "MOVE_PASS": "it->u," if scene.nu else "", "EVENT_PASS": "NULL," if is_taylor else "",
     }  # fmt: skip
     features = {"WITH_PARAMS": bool(found), "WITH_SPHERE": not scene.is_planar, "WITH_ENERGY": "energy" in scene.want}
-    return "\n".join(lines) + "\n\n" + instance("fmi3", names, features)
+    return "\n".join(lines) + "\n\n" + "\n".join(instance(stencil, names, features) for stencil in STENCILS)
 
 
 def _place(key: str) -> str:
