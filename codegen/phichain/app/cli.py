@@ -16,7 +16,7 @@ import typer
 
 import phichain
 from phichain.app import cli_control, cli_figures, cli_fit, cli_fmu, cli_study, cli_trace, said
-from phichain.app.outputs import figures, named, write
+from phichain.app.outputs import MOVING, figures, named, write
 from phichain.app.streams import print_anything
 from phichain.app.words import Commands
 from phichain.errors import ArrayError, PhichainError, printable
@@ -40,7 +40,7 @@ SceneWord = Annotated[
 OutFolder = Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write into.")]
 OutFiles = Annotated[
     list[Path] | None,
-    typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz or .png by its name; repeatable."),
+    typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz, .png, .svg or .pdf by its name, of a motion .gif, .html or .mp4, too; repeatable."),
 ]
 Settings = Annotated[
     list[str] | None,
@@ -185,7 +185,7 @@ def simulate(
     from phichain.scene.library import find_scene
     from phichain.system.starts import leaning, numbers, parameters
 
-    files = named(out)
+    files = named(out, (".csv", ".npz", ".png", ".svg", ".pdf", *MOVING))
     system = _with(built(find_scene(scene)), parameters(settings or []))
     rest = leaning(system, lean)
     start = [rest[k] if given is None else given for k, given in enumerate((numbers(q, "q"), numbers(v, "v")))]

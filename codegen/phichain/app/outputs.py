@@ -12,7 +12,11 @@ import typer
 
 from phichain.errors import OutputError, UnsupportedError, printable
 
-_DRAWN: Final = (".png",)
+_DRAWN: Final = (".png", ".svg", ".pdf", ".gif", ".mp4", ".html")
+
+
+MOVING: Final = (".gif", ".html", ".mp4")
+"""Kinds of files that show a motion."""
 
 
 def figures() -> Any:
@@ -22,7 +26,7 @@ def figures() -> Any:
     return drawing
 
 
-def named(files: list[Path] | None, kinds: tuple[str, ...] = (".csv", ".npz", ".png")) -> list[Path]:
+def named(files: list[Path] | None, kinds: tuple[str, ...] = (".csv", ".npz", ".png", ".svg", ".pdf")) -> list[Path]:
     """The files to write, each named by one of the kinds that there are, and each such as can be written.
 
     Raises:
@@ -52,6 +56,8 @@ def write(record: Any, files: list[Path], draw: Callable[[], Any], quiet: bool =
             record.to_npz(path)
         elif path.suffix == ".json":
             record.to_json(path)
+        elif path.suffix in MOVING:
+            record.animate(path)
         else:
             from phichain.report.style import save
 

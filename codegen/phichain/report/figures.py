@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from phichain.report import panels
-from phichain.report.geometry import tilt
+from phichain.report.geometry import Drawn, tilt
 from phichain.report.style import figure, look
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from phichain.system import System
 
 
-def motion(system: System, trajectory: Trajectory) -> Figure:
+def motion(system: Drawn, trajectory: Trajectory) -> Figure:
     """A simulation: the chain in motion, the angle of every link from the vertical, and the error of its energy (of E - work + loss
     where work is done or lost)."""
     with look():
@@ -36,7 +36,7 @@ def motion(system: System, trajectory: Trajectory) -> Figure:
     return drawing
 
 
-def angles(axes: Any, system: System, trajectory: Trajectory) -> None:
+def angles(axes: Any, system: Drawn, trajectory: Trajectory) -> None:
     """Angle of every link from the hanging vertical, over time; grey where the run does not hold any more."""
     names = [f"link {k}" for k in range(1, system.links + 1)]
     panels.against_time(axes, trajectory.t, tilt(system, trajectory.q), names, "link angle (rad)")
