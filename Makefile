@@ -20,7 +20,7 @@ PIP   := $(PY) -m pip install --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup run test generate lint types layers bench report stability study figures docs rigs clean distclean
+.PHONY: help setup run test generate lint types layers bench report stability study figures docs browser rigs clean distclean
 
 help: ## list the targets
 	@echo "phichain: from a Lagrangian to firmware, for pendulum chains"
@@ -96,6 +96,9 @@ rigs: $(READY) ## the pictures of docs/rigs.md: three rigs held upright
 
 docs: $(READY_DOCS) ## the documentation site, strict, every code block run: generated/site/index.html
 	@$(PY) -m docs.site --out '$(OUT)/site'
+
+browser: $(READY_DOCS) ## open the pages of docs, run and figures in Chromium, where there is one, and use their controls
+	@$(PY) -m docs.site.browser $(wildcard $(OUT)/site $(OUT)/report $(OUT)/figures)
 
 clean: ## remove what was generated and the caches, keep .venv
 	@find generated -mindepth 1 -maxdepth 1 ! -name README.md ! -name reference -exec rm -rf {} +

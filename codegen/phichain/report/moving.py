@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import tempfile
 from pathlib import Path
@@ -84,11 +85,23 @@ def _encoded(moving: Any, kind: str, fps: int) -> bytes:
     if kind == ".html":
         with rc_context({"animation.embed_limit": 200.0}):
             text: str = moving.to_jshtml(fps=fps, default_mode="loop")
-        return text.encode()
+        return _alone(text).encode()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, f"motion{kind}")
         moving.save(file, writer=PillowWriter(fps=fps) if kind == ".gif" else FFMpegWriter(fps=fps), dpi=100)
         return file.read_bytes()
+
+
+def _alone(text: str) -> str:
+    """The page without the font of icons that it would fetch from a network: signs stand on its buttons."""
+    plain = re.sub(r"<link[^>]*font-awesome[^>]*>", "", text)
+    return re.sub(r'<i class="fa fa-([\w-]+)( fa-flip-horizontal)?"></i>', lambda icon: _SIGNS.get(icon[1] + "-back" * bool(icon[2]), icon[1]), plain)
+
+
+_SIGNS: Final = {
+    "minus": "-", "plus": "+", "fast-backward": "|&lt;", "step-backward": "&lt;", "play-back": "&#9664;", "pause": "||", "play": "&#9654;",
+    "step-forward": "&gt;", "fast-forward": "&gt;|",
+}  # fmt: skip
 
 
 class _Panel:
