@@ -14,12 +14,13 @@ QUICK  ?=
 PY    := $(VENV)/bin/python
 READY := $(VENV)/.ready
 PEERS := $(VENV)/.ready-bench
+READY_DOCS := $(VENV)/.ready-docs
 PIP   := $(PY) -m pip install --quiet --disable-pip-version-check
 
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup run test generate lint types layers bench report stability figures rigs firmware clean distclean
+.PHONY: help setup run test generate lint types layers bench report stability study figures docs browser rigs firmware clean distclean
 
 help: ## list the targets
 	@echo "phichain: from a Lagrangian to firmware, for pendulum chains"
@@ -40,12 +41,16 @@ $(PY):
 	  { rm -rf $(VENV); echo "python3 -m venv failed; on Debian and Ubuntu install the package python3-venv" >&2; exit 1; }
 
 $(READY): pyproject.toml | $(PY)
-	@$(PIP) --editable '.[casadi,plot,dev]'
+	@$(PIP) --editable '.[casadi,plot,study,dev]'
 	@touch $@
 
 $(PEERS): pyproject.toml $(READY)
 	@echo "installing the peers to compare with (once)"
 	@$(PIP) --editable '.[bench]'
+	@touch $@
+
+$(READY_DOCS): pyproject.toml $(READY)
+	@$(PIP) --editable '.[docs]'
 	@touch $@
 
 run: $(READY) ## the whole path in one go: derive, emit, compile, simulate, trace, control, report
@@ -78,6 +83,10 @@ report: $(PEERS) ## error against run time, beside the peers: tables and generat
 stability: $(PEERS) ## stiff and extreme cases, case by method: table and generated/report/stability.html (QUICK=1: minutes)
 	@$(PY) -m benchmarks.stability --out '$(OUT)/report' $(if $(QUICK),--quick,--write --resume)
 
+study: $(READY) ## a small study with a picture, on every core: generated/study; goes on after an interruption
+	@mkdir -p '$(OUT)/study'
+	@$(PY) -m phichain study examples/study_two_links.toml --out '$(OUT)/study/two_links.zarr' --picture '$(OUT)/study/two_links.png' --of 'q[2]'
+
 figures: $(READY) ## every figure of both papers and of the examples, in generated/figures
 	@$(PY) -m phichain figure all --out $(OUT)/figures
 	@for script in examples/*.py; do echo "$$script"; $(PY) "$$script" || exit 1; done
@@ -87,6 +96,12 @@ firmware: $(READY) ## generated C on emulated microcontrollers, point by point; 
 
 rigs: $(READY) ## the pictures of docs/rigs.md: three rigs held upright
 	@$(PY) -m benchmarks.rigs
+
+docs: $(READY_DOCS) ## the documentation site, strict, every code block run: generated/site/index.html
+	@$(PY) -m docs.site --out '$(OUT)/site'
+
+browser: $(READY_DOCS) ## open the pages of docs, run and figures in Chromium, where there is one, and use their controls
+	@$(PY) -m docs.site.browser $(wildcard $(OUT)/site $(OUT)/report $(OUT)/figures)
 
 clean: ## remove what was generated and the caches, keep .venv
 	@find generated -mindepth 1 -maxdepth 1 ! -name README.md ! -name reference -exec rm -rf {} +

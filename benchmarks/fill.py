@@ -40,6 +40,8 @@ def block(name: str, heading: str, results: Path) -> str:
         there = re.findall(r"^## (.+)$", text, re.MULTILINE)
         raise ValueError(f"{path.name} has no table {heading!r}; it has {', '.join(there)}")
     lines = [line for line in after.partition("\n## ")[0].splitlines() if line.startswith("|")]
+    # A table's links lead to its neighbours; on this page those stand elsewhere.
+    lines = [re.sub(r"\]\((\w+\.md)\)", r"](../benchmarks/results/\1)", line) for line in lines]
     found = re.search(r"Measured (\S+)", text)
     day = f"Measured {found[1]}" if found else "Measured"
     return "\n".join([*lines, "", f"{day}; the whole file: [{name}.md](../benchmarks/results/{name}.md)."]) + "\n"

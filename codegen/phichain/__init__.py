@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from phichain.scene import Scene as Scene
     from phichain.scene import load_scene as load_scene
     from phichain.scene import standard_scene as standard_scene
+    from phichain.studies import open_study as open_study
+    from phichain.studies import study as study
     from phichain.system import System as System
     from phichain.trials import swing_up as swing_up
 
@@ -61,6 +63,8 @@ _HOME = {
     "lqr": "phichain.control",
     "fit": "phichain.identification",
     "swing_up": "phichain.trials",
+    "study": "phichain.studies",
+    "open_study": "phichain.studies",
     "PhichainError": "phichain.errors",
 }
 

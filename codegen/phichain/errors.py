@@ -103,6 +103,10 @@ class IdentificationError(PhichainError):
     """Measured data cannot tell parameters apart; `data` holds `names` and the `directions` in which they move together."""
 
 
+class StudyError(PhichainError):
+    """A study cannot be planned, run, stored or read."""
+
+
 class SignalError(PhichainError):
     """A sampled signal is not uniform, too short, or holds values that are not finite."""
 

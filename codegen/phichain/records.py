@@ -12,6 +12,7 @@ import csv
 import io
 import json
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, Self
@@ -116,6 +117,67 @@ class Held:
         """Take the fields back; an array that was pickled has forgotten that nobody may write to it."""
         vars(self).update(state)
         Held.__post_init__(self)
+
+
+class Shown(Held):
+    """Base of results that show themselves: in one line, as a picture, in motion, in a notebook, as named arrays.
+
+    Numerics draw nothing. How a record is shown is looked up by name in `phichain.report.shown`, the first time that it is, so that nothing below the
+    report imports it.
+    """
+
+    def __repr__(self) -> str:
+        """The first line of what it prints."""
+        return f"<{type(self).__name__} {str(self).partition(chr(10))[0]}>"
+
+    def plot(self, ax: Any = None, **words: Any) -> Any:
+        """Draw it.
+
+        Args:
+            ax: Matplotlib axes to draw one panel on; a whole figure of its own unless given.
+            **words: As `phichain.report.shown` says for this kind of record.
+
+        Returns:
+            The axes, or the figure.
+
+        Raises:
+            UnsupportedError: matplotlib is not installed, or nothing draws such a record.
+        """
+        return _shown().plot(self, ax, **words)
+
+    def animate(self, path: Path | str, **words: Any) -> Path:
+        """Write it in motion: .gif, .html that plays by itself, or .mp4 where ffmpeg is installed.
+
+        Args:
+            path: The file.
+            **words: `seconds`, how long it plays (as long as it lasted unless given), and `fps`, frames a second.
+
+        Returns:
+            The file.
+
+        Raises:
+            OutputError: Its name does not say which, or it cannot be written.
+            UnsupportedError: matplotlib or ffmpeg is not installed, or nothing of such a record moves.
+        """
+        found: Path = _shown().animate(self, path, **words)
+        return found
+
+    def to_xarray(self) -> Any:
+        """An xarray Dataset: named axes, units, where it comes from.
+
+        Raises:
+            UnsupportedError: xarray is not installed, or there is none of such a record.
+        """
+        return _shown().to_xarray(self)
+
+    def _repr_html_(self) -> str:
+        found: str = _shown().html(self)
+        return found
+
+
+def _shown() -> Any:
+    """The one place that draws."""
+    return import_module("phichain.report.shown")
 
 
 def held(values: ArrayLike, dtype: DTypeLike = float) -> np.ndarray:

@@ -16,7 +16,10 @@ from phichain.contract.functions import FUNCTIONS, ROWS
 from phichain.scene import Scene
 from tests.cli.conftest import Command
 
-VERBS = ["show", "generate", "build", "prove", "functions", "simulate", "trace", "vary", "lqr", "controller", "fit", "tour", "info", "figure", "propagation", "response", "attraction"]
+VERBS = [
+    "show", "generate", "build", "prove", "functions", "simulate", "trace", "vary", "lqr", "controller", "fit", "tour", "info", "figure", "propagation",
+    "response", "attraction", "study", "fmu", "schema", "orbit", "connect", "swingup",
+]  # fmt: skip
 
 
 def test_help_names_every_command(command: Command) -> None:

@@ -34,14 +34,14 @@ def imported(path: Path) -> set[str]:
 
 
 def test_the_package_imports_only_what_it_declares() -> None:
-    allowed = CORE | EXTRAS["casadi"] | EXTRAS["plot"] | {"phichain"} | set(sys.stdlib_module_names)
+    allowed = CORE | EXTRAS["casadi"] | EXTRAS["plot"] | EXTRAS["study"] | {"phichain"} | set(sys.stdlib_module_names)
     for path in sorted((ROOT / "codegen").rglob("*.py")):
         assert imported(path) <= allowed, path
 
 
 def test_every_dependency_is_used_or_is_a_tool() -> None:
     used = set().union(*(imported(path) for path in (ROOT / "codegen").rglob("*.py")))
-    assert used >= CORE | EXTRAS["casadi"] | EXTRAS["plot"]
+    assert used >= CORE | EXTRAS["casadi"] | EXTRAS["plot"] | EXTRAS["study"]
 
 
 def test_core_dependencies_stay_few() -> None:

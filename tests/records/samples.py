@@ -26,7 +26,7 @@ def trajectory() -> Trajectory:
         name="pair", space="planar", t=some(M), q=some(M, NQ), v=some(M, NQ), a=some(M, NQ), u=some(M, 1), kinetic=some(M),
         potential=some(M), length_error=None, tangency_error=None, events=(Crossing("low", 0.5, some(2 * NQ), True),),
         method="taylor", status="complete", reason="as asked", tol=1e-9, counts={"steps": 3}, q_names=("theta_1", "theta_2"),
-        v_names=("theta_dot_1", "theta_dot_2"), u_names=("torque_1",), error=some(M), holds_until=0.25,
+        v_names=("theta_dot_1", "theta_dot_2"), u_names=("torque_1",), error=some(M), holds_until=0.25, lengths=some(2), angles="relative", digest="d1",
     )  # fmt: skip
 
 
@@ -69,7 +69,7 @@ RECORDS: dict[str, Callable[[], Any]] = {
     "Trajectory": trajectory, "Branch": branch, "Gains": gains, "Differintegral": differintegral, "Propagation": propagation,
 }  # fmt: skip
 OPTIONAL = {
-    "Trajectory": ("u", "kinetic", "potential", "length_error", "tangency_error", "error", "holds_until"),
+    "Trajectory": ("u", "kinetic", "potential", "length_error", "tangency_error", "error", "holds_until", "lengths", "angles", "digest"),
     "Branch": ("energy", "multipliers", "event_multipliers"),
     "Gains": ("digest", "sample", "error"),
     "Differintegral": (),

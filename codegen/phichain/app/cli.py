@@ -21,13 +21,16 @@ from phichain.app import (
     cli_control,
     cli_figures,
     cli_fit,
+    cli_fmu,
     cli_orbit,
     cli_response,
+    cli_study,
     cli_swingup,
     cli_trace,
     cli_vary,
+    said,
 )
-from phichain.app.outputs import figures, named, write
+from phichain.app.outputs import MOVING, figures, named, write
 from phichain.app.streams import print_anything
 from phichain.app.words import Commands
 from phichain.errors import ArrayError, PhichainError, printable
@@ -38,7 +41,8 @@ app = typer.Typer(
     help="From a Lagrangian to firmware: pendulum chains derived, emitted as C and CasADi, simulated and controlled.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    rich_markup_mode=None,  # help in plain columns, as all that phichain prints, for half the time that Rich takes to be imported
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
 )
 
 SceneWord = Annotated[
@@ -50,7 +54,7 @@ SceneWord = Annotated[
 OutFolder = Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write into.")]
 OutFiles = Annotated[
     list[Path] | None,
-    typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz or .png by its name; repeatable."),
+    typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz, .png, .svg or .pdf by its name, of a motion .gif, .html or .mp4, too; repeatable."),
 ]
 Settings = Annotated[
     list[str] | None,
@@ -65,7 +69,7 @@ TRIAL_STEPS = 5_000
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run one command and leave with its exit code: 0 done, 2 refused with one line that says why."""
+    """Run one command and leave with its exit code: 0 done, 2 refused with one line that says why, 3 not reached (`said`), 130 interrupted."""
     warnings.showwarning = _one_line
     print_anything()
     try:
@@ -191,8 +195,11 @@ def simulate(
     method: Annotated[str, typer.Option(help="auto, or a method by name.")] = "auto",
     tol: Annotated[float | None, typer.Option(help="Relative tolerance of a step.")] = None,
     h: Annotated[float | None, typer.Option("--step", metavar="S", help="Step of a fixed-step method.")] = None,
+    max_steps: Annotated[int, typer.Option(metavar="N", help="Steps after which it ends; with status 3 where that is before the end.")] = 1_000_000,
     settings: Settings = None,
     out: OutFiles = None,
+    quiet: said.Quiet = False,
+    as_json: said.AsJson = False,
 ) -> None:
     """Simulate a chain from a given start and say how well its energy was kept, or its balance with work and loss."""
     import numpy as np
@@ -202,15 +209,21 @@ def simulate(
     from phichain.scene.library import find_scene
     from phichain.system.starts import leaning, numbers, parameters
 
-    files = named(out)
+    files = named(out, (".csv", ".npz", ".png", ".svg", ".pdf", *MOVING))
     system = _with(built(find_scene(scene)), parameters(settings or []))
     rest = leaning(system, lean)
     start = [rest[k] if given is None else given for k, given in enumerate((numbers(q, "q"), numbers(v, "v")))]
     with np.errstate(invalid="ignore"):  # a time that is not finite is refused in words below
         grid = np.linspace(0.0, t, points)
-    trajectory = simulated(system, (start[0], start[1]), grid, method, tol, u=_input(system, u, table, linear), h=h)
-    typer.echo(str(trajectory))
-    write(trajectory, files, lambda: figures().motion(system, trajectory))
+    with said.bar(system.name, quiet) as told:
+        trajectory = simulated(
+            system, (start[0], start[1]), grid, method, tol, u=_input(system, u, table, linear), h=h, max_steps=max_steps, progress=told
+        )
+    said.say(str(trajectory), lambda: said.motion(trajectory), quiet, as_json)
+    write(trajectory, files, lambda: figures().motion(system, trajectory), quiet or as_json)
+    if trajectory.status == "step budget":
+        typer.secho("phichain: the end was not reached; raise --max-steps, or loosen --tol", fg=typer.colors.YELLOW, err=True)
+        raise typer.Exit(said.NOT_THERE)
 
 
 def _with(system: Any, values: Any) -> Any:
@@ -244,6 +257,8 @@ def lqr(
     t: Annotated[float, typer.Option("--t", metavar="S", help="How long to try it.")] = 20.0,
     settings: Settings = None,
     out: OutFiles = None,
+    quiet: said.Quiet = False,
+    as_json: said.AsJson = False,
 ) -> None:
     """Synthesise the linear regulator of an equilibrium, and try it on the nonlinear chain."""
     import numpy as np
@@ -257,17 +272,18 @@ def lqr(
     files = named(out)
     system = _with(built(find_scene(scene)), parameters(settings or []))
     gains = control.lqr(system, upright(up, system.links), state_weight, input_weight)
-    typer.echo(str(gains))
+    said.say(str(gains), lambda: said.gains(gains), quiet, as_json)
     law = control.feedback(system, gains)
     start = leaning(system, lean, gains.s)
     motion = simulated(system, start, np.linspace(0.0, t, 1001), tol=1e-8, u=law, max_steps=TRIAL_STEPS)
     off, rate = control.errors(system, gains, motion.x)
     verdict = "brought back" if motion.status == "complete" and off[-1] < 0.1 * off[0] else "not brought back"
-    typer.echo(
+    said.say(
         f"tried from {lean:g} rad off: {verdict}, e_q = {off[0]:.3g} at first, {off[-1]:.3g} at {motion.t[-1]:g} s,"
-        f" largest input {np.max(np.abs(np.asarray(motion.u))):.3g}"
-    )
-    write(gains, files, lambda: figures().closed_loop(system, motion, off, rate))
+        f" largest input {np.max(np.abs(np.asarray(motion.u))):.3g}",
+        dict, quiet or as_json, False,
+    )  # fmt: skip
+    write(gains, files, lambda: figures().closed_loop(system, motion, off, rate), quiet or as_json)
 
 
 @app.command()
@@ -276,6 +292,16 @@ def tour(out: OutFolder = Path("generated")) -> None:
     from phichain.app.tour import tour as taken
 
     typer.echo(printable(f"report: {taken(out)}"))
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of scene files, by which editors complete and check them."""
+    import json
+
+    from phichain.scene.schema import scene_schema
+
+    typer.echo(json.dumps(scene_schema(), indent=2))
 
 
 @app.command()
@@ -296,3 +322,5 @@ cli_attraction.register(app)
 cli_swingup.register(app)
 cli_fit.register(app)
 cli_connect.register(app)
+cli_fmu.register(app)
+cli_study.register(app)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from phichain.app.outputs import named
 from phichain.errors import ArrayError, printable
-
-if TYPE_CHECKING:
-    from phichain.scene import Scene
 
 SceneWord = Annotated[
     str, typer.Argument(metavar="SCENE", help="A conservative planar chain of one or two links: a TOML file, a scene's name, or planarN.")
@@ -38,13 +35,15 @@ def connect(
 ) -> None:
     """Find homoclinic and heteroclinic connections of the upright chain that turn its links by whole turns."""
     from phichain.orbits.connections import connections
+    from phichain.orbits.connections.connect import NEEDED
     from phichain.pipeline import build
     from phichain.scene.library import find_scene
+    from phichain.scene.load import with_functions
     from phichain.system.starts import parameters
 
     files = named(out, (".csv", ".npz", ".png"))
     wanted = None if turns is None else _turns(turns)
-    system = build(_carrying(find_scene(scene)))
+    system = build(with_functions(find_scene(scene), NEEDED, variational=True))
     found = connections(system, wanted, parameters(settings or []), longest=longest)
     for connection in found:
         typer.echo(str(connection))
@@ -68,14 +67,3 @@ def _turns(text: str) -> list[int]:
         return [int(word) for word in text.split(",")]
     except ValueError:
         raise ArrayError("turns", text, "is no list of whole numbers", "give one for every link, as --turns 1,0") from None
-
-
-def _carrying(scene: Scene) -> Scene:
-    """The same chain with the functions that are called, its flow carrying derivatives along."""
-    from phichain.orbits.connections.connect import NEEDED
-    from phichain.scene.load import scene_from_dict
-
-    tables = scene.to_dict()
-    tables["functions"] = {"want": sorted({*scene.want, *NEEDED})}
-    tables["flow"] = {"variational": True}
-    return scene_from_dict(tables)

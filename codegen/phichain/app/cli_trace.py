@@ -141,7 +141,7 @@ def carrying(scene: Scene, method: str = "shooting", beyond: bool = False) -> Sc
     """
     from phichain.orbits import conical, in_plane, shooting
     from phichain.orbits.harmonics import family
-    from phichain.scene.load import scene_from_dict
+    from phichain.scene.load import with_functions
 
     turns = scene.space == "spatial" and method in ("auto", "conical") and scene.damping is None
     shoots = scene.space == "planar" and method in ("auto", "shooting", "harmonics") and scene.real == "double" and scene.damping is None
@@ -151,11 +151,7 @@ def carrying(scene: Scene, method: str = "shooting", beyond: bool = False) -> Sc
         needed |= {*(family.NEEDED if method == "harmonics" else ()), *(("forward_dynamics",) if beyond else ())}
     if needed <= {*scene.want} and (scene.variational or not (shoots or swings)):
         return scene
-    tables = scene.to_dict()
-    tables["functions"] = {"want": sorted({*scene.want, *needed})}
-    if shoots or swings:
-        tables["flow"] = {"variational": True}
-    return scene_from_dict(tables)
+    return with_functions(scene, needed, variational=shoots or swings)
 
 
 def progress_line(carts: int) -> Callable[[Point, float], None] | None:

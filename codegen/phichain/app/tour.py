@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 PAPER_A, PAPER_B, RIG = "paper_a_4", "paper_b", "rig_cart_pole"
 PERIOD = 0.002
 SECONDS, FRAMES = 10.0, 1001
+MOVING = "paper_a.gif"
 
 Facts = tuple[tuple[str, str], ...]
 
@@ -94,6 +95,7 @@ def tour(out: Path) -> Path:
     report = out / "report"
     sheet = figures.overview((chain, swing), (cart, wave), family, steadied.trajectory)
     save(sheet, report / "tour.png")
+    swing.animate(report / MOVING, seconds=4.0, fps=12)
     return _write(report, guide.stops)
 
 
@@ -250,6 +252,7 @@ def _write(report: Path, stops: list[Stop]) -> Path:
     sections = [
         Section(s.title, s.text, (*s.facts, ("time", f"{s.seconds:.1f} s")), s.file or None, s.caption) for s in stops
     ]
+    sections.insert(3, Section("The same, moving", f"{SECONDS:g} s in four.", (), MOVING, "Paper A's chain as it moves, its tip leaving its path."))
     lead = "Two pendulum chains from their Lagrangian to compiled code, in motion, followed and controlled."
     text = page("A tour of phichain", lead, sections, f"phichain {phichain.__version__}")
     write_file(report / "index.html", text)

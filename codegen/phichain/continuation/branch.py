@@ -25,7 +25,7 @@ from phichain.continuation.document import read_document, write_document
 from phichain.continuation.met.specials import STATUS, Passage, Special
 from phichain.continuation.problem import Multipliers
 from phichain.errors import ArrayError
-from phichain.records import Held, columns_of, write_csv, write_npz
+from phichain.records import Shown, columns_of, write_csv, write_npz
 from phichain.system import Vector
 
 _ARRAYS = {
@@ -88,8 +88,8 @@ _SCHEMA = Schema(
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Branch(Held):
+@dataclass(frozen=True, eq=False, repr=False)
+class Branch(Shown):
     """A curve of solutions, point by point.
 
     Attributes:

@@ -27,7 +27,7 @@ from phichain.control.measured import Measured, on_angles, on_unit_vectors
 from phichain.control.weights import Spectrum
 from phichain.errors import ArrayError
 from phichain.laws import StateFeedback
-from phichain.records import Held, write_csv, write_npz
+from phichain.records import Shown, write_csv, write_npz
 from phichain.system import Vector
 from phichain.system.arrays import real_numbers
 from phichain.system.vertical import Signs
@@ -62,8 +62,8 @@ _SCHEMA = Schema(
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Gains(Held):
+@dataclass(frozen=True, eq=False, repr=False)
+class Gains(Shown):
     """A linear regulator u = -K z about one equilibrium, with what it was made from.
 
     z = (x, x') in the coordinates of (19): z = [x; C^T xi; x'; C^T omega] in space, [x; delta theta; x'; theta'] in

@@ -17,7 +17,7 @@ from scipy.interpolate import BPoly
 from phichain.archive import COUNTS, NUMBER, TEXT, Schema, names, read_archive, real, word
 from phichain.errors import ArrayError
 from phichain.motion.events import Crossing, marked
-from phichain.records import Held, columns_of, write_csv, write_npz
+from phichain.records import Shown, columns_of, write_csv, write_npz
 from phichain.system import Vector
 from phichain.system.arrays import reals
 
@@ -34,6 +34,7 @@ _ARRAYS = {
     "work": real("m", optional=True),
     "loss": real("m", optional=True),
     "error": real("m", optional=True),
+    "lengths": real("nq", optional=True),
 }
 _PLAIN = {
     "name": TEXT,
@@ -46,6 +47,8 @@ _PLAIN = {
     "v_names": names("nv"),
     "u_names": names("nu"),
     "holds_until": dataclasses.replace(NUMBER, default=math.nan),
+    "angles": dataclasses.replace(word("", "relative", "absolute", "adjacent"), default=""),
+    "digest": dataclasses.replace(TEXT, default=""),
 }
 _SCHEMA = Schema(
     "Trajectory",
@@ -55,8 +58,8 @@ _SCHEMA = Schema(
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Trajectory(Held):
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(Shown):
     """What a simulation found, and how.
 
     Attributes:
@@ -86,6 +89,9 @@ class Trajectory(Held):
             round-off; once half as large as the motion it only says how far the motion has come by then. None for laws that sample, or unasked.
         holds_until: The last of t up to which no error is above what was asked lets expect: four times the tolerance of `auto`; 1e4
             times that of a named method, 1e-2 at most; 1e-4 of the Taylor flow at round-off; 1e-2 of fixed steps. NaN without `error`.
+        lengths: Length of the link that each entry of q belongs to (nq,), m, 0 for a cart's: by these a chain is drawn. None where unknown.
+        angles: What planar angles are measured from, by the same token; empty in space.
+        digest: Canonical digest of the system's scene; empty for a system that was made by hand.
         refine: Builds the Trajectory of the same run at other times from the method's own interpolant; only when
             the outputs were the method's own steps, and kept neither in files nor in pickles.
     """
@@ -114,6 +120,9 @@ class Trajectory(Held):
     loss: Vector | None = None
     error: Vector | None = None
     holds_until: float = math.nan
+    lengths: Vector | None = None
+    angles: str = ""
+    digest: str = ""
     refine: Callable[[Vector], Trajectory] | None = field(default=None, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:

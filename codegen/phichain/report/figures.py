@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from phichain.report import panels
-from phichain.report.geometry import tilt
+from phichain.report.geometry import Drawn, tilt
 from phichain.report.orbits.families import against_amplitude, family
 from phichain.report.orbits.motion import orbit
 from phichain.report.style import figure, look
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["angles", "closed_loop", "family", "fitted", "motion", "orbit", "overview"]
 
 
-def motion(system: System, trajectory: Trajectory) -> Figure:
+def motion(system: Drawn, trajectory: Trajectory) -> Figure:
     """A simulation: the chain in motion, the angle of every link from the vertical, and the error of its energy (of E - work + loss
     where work is done or lost)."""
     with look():
@@ -40,7 +40,7 @@ def motion(system: System, trajectory: Trajectory) -> Figure:
     return drawing
 
 
-def angles(axes: Any, system: System, trajectory: Trajectory) -> None:
+def angles(axes: Any, system: Drawn, trajectory: Trajectory) -> None:
     """Angle of every link from the hanging vertical, over time; grey where the run does not hold any more."""
     names = [f"link {k}" for k in range(1, system.links + 1)]
     panels.against_time(axes, trajectory.t, tilt(system, trajectory.q), names, "link angle (rad)")

@@ -8,15 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.report.geometry import joints
+from phichain.report.geometry import Drawn, joints
 from phichain.report.style import ACCENT, INK, SOFT, shades
-from phichain.system import System
 
 _MOMENTS = 14
 _SMALLEST = 1e-17
+_NAMED = 8
+"""Curves that a legend can name."""
 
 
-def chain_in_motion(axes: Any, system: System, q: ArrayLike, moments: int = _MOMENTS) -> None:
+def chain_in_motion(axes: Any, system: Drawn, q: ArrayLike, moments: int = _MOMENTS) -> None:
     """The chain at some moments, pale at first and dark at the end, over the path of its tip; seen along e_2.
 
     The moments are as far apart as the joints move between them, so that a chain that comes to rest is drawn while it
@@ -75,8 +76,21 @@ def against_time(axes: Any, t: ArrayLike, values: ArrayLike, names: Sequence[str
     for curve, colour, name in zip(columns, shades(len(columns)), names, strict=True):
         axes.plot(t, curve, color=colour, label=name)
     axes.set(ylabel=label, xlim=(np.min(t), np.max(t)))
-    if 1 < len(columns) <= 8:
-        _legend_above(axes, len(columns))
+    if 1 < len(columns) <= _NAMED:
+        _legend_above(axes, min(len(columns), 4))
+    elif len(columns) > _NAMED:
+        _bar_beside(axes, names)
+
+
+def _bar_beside(axes: Any, names: Sequence[str]) -> None:
+    """Which colour is which of many curves: the first and the last named on a bar beside them."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import ListedColormap, Normalize
+
+    colours = ScalarMappable(Normalize(0, len(names)), ListedColormap(shades(len(names))))
+    bar = axes.figure.colorbar(colours, ax=axes, pad=0.02, fraction=0.05)
+    bar.set_ticks([0.5, len(names) - 0.5], labels=[names[0], names[-1]])
+    bar.ax.tick_params(length=0)
 
 
 def beyond(axes: Any, holds_until: float, end: float) -> None:
@@ -109,7 +123,7 @@ def decay(axes: Any, t: ArrayLike, curves: dict[str, ArrayLike]) -> None:
         norms = np.asarray(values, dtype=float)
         # A chain released at rest starts with a rate of exactly zero, which has no place on this scale.
         axes.semilogy(t, np.where(norms > 0, norms, np.nan), color=colour, label=name)
-    axes.set(xlabel="t (s)", xlim=(np.min(t), np.max(t)))
+    axes.set(xlabel="t (s)", ylabel="off the target", xlim=(np.min(t), np.max(t)))
     _legend_above(axes, len(curves))
 
 

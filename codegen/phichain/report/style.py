@@ -72,12 +72,30 @@ def shades(count: int) -> list[Any]:
 
 
 def save(drawing: Figure, path: str | Path, dpi: int = 150) -> Path:
-    """Write a figure as PNG, whole or not at all.
+    """Write a figure as PNG, SVG or PDF, by the name of the file, whole or not at all.
 
     Raises:
         OutputError: The file cannot be written.
     """
+    return write_file(path, png(drawing, dpi) if Path(path).suffix not in _VECTORS else _vectors(drawing, Path(path).suffix))
+
+
+def png(drawing: Figure, dpi: int = 150) -> bytes:
+    """A figure as PNG."""
     buffer = io.BytesIO()
     # No software tag: the same figure is the same file, whichever version drew it last.
     drawing.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
-    return write_file(path, buffer.getvalue())
+    return buffer.getvalue()
+
+
+_VECTORS = (".svg", ".pdf")
+
+
+def _vectors(drawing: Figure, kind: str) -> bytes:
+    """A figure in lines, without the time at which it was drawn."""
+    import matplotlib
+
+    buffer = io.BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": "phichain"}):
+        drawing.savefig(buffer, format=kind[1:], metadata={"Date": None} if kind == ".svg" else {"CreationDate": None})
+    return buffer.getvalue()

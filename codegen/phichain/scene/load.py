@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from os import PathLike
 from typing import Any
 
@@ -43,6 +43,19 @@ def scene_from_dict(tables: Mapping[str, Any]) -> Scene:
         UnsupportedError: A wanted function does not exist for such a scene.
     """
     return Scene(**flatten(tables))
+
+
+def with_functions(scene: Scene, functions: Iterable[str], variational: bool = False) -> Scene:
+    """The same chain with more functions wanted, and its flow carrying derivatives along where that is asked.
+
+    Raises:
+        UnsupportedError: A function does not exist for such a scene.
+    """
+    tables = scene.to_dict()
+    tables["functions"] = {"want": sorted({*scene.want, *functions})}
+    if variational:
+        tables["flow"] = {"variational": True}
+    return scene_from_dict(tables)
 
 
 def standard_scene(links: int) -> Scene:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from html import escape
 from typing import Any, Literal
 
 from phichain.contract.chain import Sample
@@ -276,3 +277,6 @@ class Scene(Vectors):
     def __str__(self) -> str:
         """Return the chain as a sketch, with its numbers."""
         return sketch(self)
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(str(self))}</pre>"

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from html import escape
 from types import MappingProxyType
 from typing import Any
 
@@ -133,6 +134,9 @@ class System:
             f"{self.name}: {self.space} chain of {self.links} link(s), {self.base} base, "
             f"nq={self.nq}, nv={self.nv}, nu={self.nu}, {self.real}; functions: {wanted}"
         )
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(str(self))}</pre>"
 
     @property
     def nx(self) -> int:

@@ -1,0 +1,1 @@
+"""The tasks of a study, one a file; each holds a `TASK`."""

@@ -1,0 +1,72 @@
+"""The tree that Sphinx reads: the repository's pages where they are, what they link to, and the references made from tables and docstrings."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+
+from docs.site import reference
+
+PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "benchmarks/README.md", "generated/README.md")
+LINKED = ("LICENSE", "NOTICE")
+_LINK = re.compile(r"(!?\[[^\]]*\])\(((?!https?:|mailto:|#)[^)#\s]+)(#[^)\s]*)?\)")
+_ANCHOR = re.compile(r"^<a id=\"(\w+)\"></a>$", re.MULTILINE)
+
+
+def stage(root: Path, out: Path) -> None:
+    """Copy pages with what they link to, and write the index and the references."""
+    pages = [root / name for name in PAGES if (root / name).exists()]
+    pages += [*sorted((root / "docs").glob("*.md")), *sorted((root / "benchmarks" / "results").glob("*.md"))]
+    for page in pages:
+        target = out / page.relative_to(root)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        text = page.read_text()
+        target.write_text(_ANCHOR.sub(r"(\1)=", _without_folders(text, page.parent, root)))
+        for linked in _linked(text, page.parent):
+            if linked.is_file() and linked.suffix != ".md" and linked.is_relative_to(root):
+                copy = out / linked.relative_to(root)
+                copy.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(linked, copy)
+    (out / "reference").mkdir(parents=True, exist_ok=True)
+    for name, text in reference.pages().items():
+        (out / "reference" / name).write_text(text)
+    (out / "index.md").write_text(_index(root, pages))
+
+
+def _linked(text: str, folder: Path) -> Iterable[Path]:
+    """The files that a page links to."""
+    return ((folder / match[2]).resolve() for match in _LINK.finditer(text))
+
+
+def _without_folders(text: str, folder: Path, root: Path) -> str:
+    """A page whose links to folders are plain words: a site has no page for them."""
+
+    def plain(match: re.Match[str]) -> str:
+        if (folder / match[2]).is_dir():
+            return f"{match[1][1:-1]} (`{(folder / match[2]).resolve().relative_to(root)}/`)"
+        return match[0]
+
+    return _LINK.sub(plain, text)
+
+
+LADDER = (
+    ("Learn", ("docs/start", "docs/rigs", "docs/controllers", "docs/inputs", "docs/fit", "docs/studies")),
+    ("Understand", ("docs/theory", "docs/gallery")),
+)
+"""The tutorial's steps and the theory, by the names of their pages; pages that are not named stand under "More"."""
+
+
+def _index(root: Path, pages: list[Path]) -> str:
+    """The first page: the README's first lines, then every page in its place."""
+    names = [str(page.relative_to(root).with_suffix("")) for page in pages]
+    parts: list[tuple[str, list[str]]] = [(title, [name for name in wanted if name in names]) for title, wanted in LADDER]
+    parts.append(("Look up", [*(f"reference/{name.removesuffix('.md')}" for name in reference.NAMES), "docs/functions"]))
+    results = [name for name in names if name.startswith("benchmarks/")]
+    placed = {name for _, part in parts for name in part} | {*results, "README", "CONTRIBUTING", "CHANGELOG", "generated/README"}
+    parts.append(("More", [name for name in names if name not in placed and name.startswith("docs/") and name != "docs/README"]))
+    parts += [("Measured", results), ("The project", ["README", "CONTRIBUTING", "CHANGELOG", "generated/README"])]
+    trees = [f"```{{toctree}}\n:caption: {title}\n:maxdepth: 1\n\n" + "\n".join(part) + "\n```" for title, part in parts if part]
+    first = (root / "README.md").read_text().split("\n\n")[1]
+    return "\n\n".join(["# phichain", first, *trees]) + "\n"

@@ -1,0 +1,56 @@
+"""What commands say: for people, as JSON, or nothing; the exit status of a run that ends early; refusals before the work."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from phichain.app import outputs, said
+from tests.cli.conftest import Command
+
+
+def test_a_simulation_says_its_end_as_json(command: Command) -> None:
+    answer = command("simulate", "planar2", "--t", 1, "--json")
+    found = json.loads(answer.out)
+    assert answer.code == 0 and found["status"] == "complete" and found["t"] == 1.0
+    assert set(found["q"]) == {"theta_1", "theta_2"} and found["holds_until"] == 1.0 and found["counts"]["steps"] > 0
+    assert json.loads(command("lqr", "planar2", "--json", "--t", 0.1).out)["K"]["torque_1"]
+
+
+def test_quiet_is_quiet(command: Command, tmp_path: Path) -> None:
+    answer = command("simulate", "planar2", "--t", 1, "--quiet", "--out", "motion.csv")
+    assert (answer.code, answer.out, answer.err) == (0, "", "") and (tmp_path / "motion.csv").exists()
+    assert command("lqr", "planar2", "--t", 0.1, "--quiet").out == ""
+
+
+def test_a_run_that_ends_early_has_a_status_of_its_own(command: Command, tmp_path: Path) -> None:
+    answer = command("simulate", "planar2", "--t", 100, "--max-steps", 10, "--out", "motion.csv")
+    assert answer.code == said.NOT_THERE == 3 and "step budget" in answer.out and "raise --max-steps" in answer.err
+    assert (tmp_path / "motion.csv").exists(), "what there is is written"
+
+
+def test_what_cannot_be_drawn_or_written_is_refused_before_the_work(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "motion.csv").mkdir()
+    answer = command("simulate", "no_such_scene", "--out", "motion.csv")
+    assert answer.code == 2 and "cannot be written there" in answer.err
+    monkeypatch.setattr(outputs, "find_spec", lambda name: None)
+    answer = command("simulate", "no_such_scene", "--out", "motion.png")
+    assert answer.code == 2 and "phichain[plot]" in answer.err
+
+
+def test_a_bar_is_for_terminals_and_for_what_takes_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    with said.bar("run") as tell:
+        assert tell is None
+    monkeypatch.setattr(said.sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(said, "_PATIENCE", -1.0)
+    with said.bar("run") as tell:
+        assert tell is not None
+        tell(0.5, 1.0)
+    with said.bar("run", quiet=True) as tell:
+        assert tell is None
+
+
+def test_numbers_that_are_none_are_null() -> None:
+    assert said._plain({"a": [float("nan"), 1.0], "b": (float("inf"),)}) == {"a": [None, 1.0], "b": [None]}
