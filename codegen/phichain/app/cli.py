@@ -220,7 +220,7 @@ def simulate(
             system, (start[0], start[1]), grid, method, tol, u=_input(system, u, table, linear), h=h, max_steps=max_steps, progress=told
         )
     said.say(str(trajectory), lambda: said.motion(trajectory), quiet, as_json)
-    write(trajectory, files, lambda: figures().motion(system, trajectory), quiet or as_json)
+    write(trajectory, files, lambda: figures().motion(system, trajectory), quiet=quiet or as_json)
     if trajectory.status == "step budget":
         typer.secho("phichain: the end was not reached; raise --max-steps, or loosen --tol", fg=typer.colors.YELLOW, err=True)
         raise typer.Exit(said.NOT_THERE)
@@ -283,7 +283,7 @@ def lqr(
         f" largest input {np.max(np.abs(np.asarray(motion.u))):.3g}",
         dict, quiet or as_json, False,
     )  # fmt: skip
-    write(gains, files, lambda: figures().closed_loop(system, motion, off, rate), quiet or as_json)
+    write(gains, files, lambda: figures().closed_loop(system, motion, off, rate), quiet=quiet or as_json)
 
 
 @app.command()

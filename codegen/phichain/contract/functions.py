@@ -27,6 +27,7 @@ from phichain.contract.arguments import (
     V,
     is_lossy,
     is_planar,
+    is_spatial,
     jacobian_by,
     out,
     per_q,

@@ -58,7 +58,7 @@ def _(record: Branch, ax: Any = None) -> Any:
     """A family: its rate over every amplitude, folds marked; as a figure over its energy, too."""
     if ax is None:
         return figures.family(record)
-    panels.family(ax, record)
+    figures.against_amplitude(ax, record)
     return ax
 
 
