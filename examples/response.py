@@ -6,7 +6,7 @@
 import numpy as np
 
 from phichain import Scene, build, respond, trace
-from phichain.report.responses import peaks, spectra
+from phichain.report.orbits.responses import peaks, spectra
 from phichain.report.style import figure, look, save
 
 chain = {"mass": 1.0, "length": 1.0, "com": 0.5, "actuated": "none"}

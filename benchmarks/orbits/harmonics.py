@@ -51,7 +51,9 @@ def response_error(points: np.ndarray) -> float:
     for omega, cosine, sine in points:
         x = np.array([cosine, sine * omega])
         for _ in range(12):
-            end, columns, _ = flow(x, np.pi / omega, DRIVEN.drive, omega)
+            moved = flow(x, np.pi / omega, DRIVEN.drive, omega)
+            assert moved is not None
+            end, columns, _ = moved
             x = x - np.linalg.solve(columns + np.eye(2), end + x)
         theta = np.append(x[0], flow.sampled(x, table.phase[1:] / omega, DRIVEN.drive, omega)[:, 0])
         worst = max(worst, float(np.max(np.abs((table.project @ theta)[:2] - (cosine, sine)))))
@@ -67,7 +69,7 @@ def family(run: plan.Plan) -> Work:
         call = partial(
             trace, system(None), method="harmonics", until=("theta_1", AMPLITUDE), harmonics=Harmonics(tail=tail, most=39, least=3)
         )
-        found = call()
+        found: Any = call()
         return Runner(f"phichain, tail {tail:g}: {len(found)} points, events", call, family_error(*found.points.T), "ours")
 
     def numpy(highest: int) -> Runner:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from phichain.mechanics import derive as derive
     from phichain.motion import Trajectory as Trajectory
     from phichain.motion import simulate as simulate
+    from phichain.orbits import Network as Network
     from phichain.orbits import respond as respond
     from phichain.orbits import trace as trace
     from phichain.pipeline import build as build
@@ -53,6 +54,7 @@ _HOME = {
     "trace": "phichain.orbits",
     "respond": "phichain.orbits",
     "Branch": "phichain.continuation",
+    "Network": "phichain.orbits",
     "lqr": "phichain.control",
     "fit": "phichain.identification",
     "PhichainError": "phichain.errors",

@@ -97,7 +97,7 @@ def test_the_error_is_the_tail_and_holds() -> None:
 @pytest.mark.parametrize("cycle", [c for c in CYCLES if c["N"] == 2], ids=lambda c: f"mode{c['mode']}-{c['theta0'][0][:4]}")
 def test_reference_orbits_lie_on_their_families(cycle) -> None:
     theta, mode = np.array(cycle["theta0"], float), cycle["mode"]
-    branch = trace(summed(2), mode, method="harmonics", until=(f"theta_{mode}", theta[mode - 1]))
+    branch = trace(summed(2), mode, method="harmonics", until=(f"theta_{mode}", theta[mode - 1]), harmonics=Harmonics(most=47))
     at = branch.points[-1]
     assert at == pytest.approx([*theta, float(cycle["omega"])], abs=1e-11)
     assert branch.energy[-1] == pytest.approx(float(cycle["energy"]), rel=1e-11)

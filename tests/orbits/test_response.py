@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from phichain.continuation import Options
+from phichain.continuation import Options, Special
 from phichain.errors import ArrayError, OutputError, UnsupportedError
 from phichain.orbits import Response, respond, trace
-from phichain.orbits.forced.floquet import linear_of_series
+from phichain.orbits.forced.floquet import Linear, genuine, linear_of_series, on_circle
 from phichain.orbits.forced.forcing import Forcing, forcing_of
 from phichain.orbits.forced.series import forced_problem, outer_of, table_of
 from phichain.orbits.harmonics.elimination import Harmonics
@@ -67,7 +68,7 @@ def answers(links: int, method: str) -> Response:
 
 def test_small_motions_are_the_linear_oscillator() -> None:
     """theta = A / (k - m w^2 + i d w) e^(i w t) with k = m g r, the multipliers e^(T (-z +- sqrt(z^2 - w_0^2))), z = d / (2 m r^2)."""
-    found = respond(driven(1), 1, 1e-6, (2.0, 7.0))
+    found = respond(driven(1), 1, 1e-6, (2.0, 7.0), limits={"step_max": 0.5})
     stiffness, inertia, damping = 9.81 * 0.5, 0.25, 0.02
     exact = 1e-6 / (stiffness - inertia * found.omega**2 + 1j * damping * found.omega)
     # What is not linear is below the square of the largest angle.
@@ -80,17 +81,27 @@ def test_small_motions_are_the_linear_oscillator() -> None:
     assert found.omega[0] == 2.0 and found.omega[-1] == 7.0
 
 
-def test_folds_of_one_link_are_those_that_another_integrator_shoots() -> None:
+def test_folds_of_one_link_are_those_of_another_integrator() -> None:
+    """By both methods alike, and by DOP853 each is a motion that closes after half a period whose map has an eigenvalue -1 there."""
     series, shot = answers(1, "harmonics"), answers(1, "shooting")
-    other = respond(driven(1), 1, 0.1, (3.0, 5.0), method="shooting", flow=OtherFlow(0.25, 9.81 * 0.5, 0.02), limits={"step_max": 0.4})
-    for found in (series, shot, other):
+    other = OtherFlow(0.25, 9.81 * 0.5, 0.02)
+    for found in (series, shot):
         assert [event.kind for event in found.events] == ["fold", "fold", "end of the range"]
         assert not np.all(found.stable) and found.stable[0] and found.stable[-1]
-        for event, true in zip(found.located("fold"), other.located("fold"), strict=True):
-            assert event.omega == pytest.approx(true.omega, rel=1e-9)
-            assert event.peak == pytest.approx(true.peak, rel=2e-7) and event.breaks and event.continues
-            assert np.min(np.abs(event.multipliers - 1)) < 1e-6
+    for one, two in zip(series.located("fold"), shot.located("fold"), strict=True):
+        assert one.omega == pytest.approx(two.omega, rel=1e-9) and one.peak == pytest.approx(two.peak, rel=2e-7)
+        x = np.array([two.q[0], two.v[0]])
+        end, columns, _ = other(x, np.pi / two.omega, 0.1, two.omega)
+        assert end == pytest.approx(-x, abs=1e-9) and np.min(np.abs(np.linalg.eigvals(columns) + 1)) < 1e-6
+        assert np.min(np.abs(one.multipliers - 1)) < 1e-6 and one.breaks and one.continues
     assert len(series) < 150 and np.max(series.error) <= 1e-8 and np.max(shot.error) < 1e-11
+
+
+def test_any_flow_can_be_shot_by() -> None:
+    """A few points by DOP853 instead of the emitted flow."""
+    other = respond(driven(1), 1, 0.1, (3.0, 3.2), method="shooting", flow=OtherFlow(0.25, 9.81 * 0.5, 0.02), limits={"step_max": 0.4})
+    own = respond(driven(1), 1, 0.1, (3.0, 3.2), method="shooting")
+    assert other.peak[-1] == pytest.approx(own.peak[-1], rel=1e-9) and other.multipliers[-1] == pytest.approx(own.multipliers[-1], abs=1e-9)
 
 
 def test_folds_of_two_links_agree_by_both_methods() -> None:
@@ -130,7 +141,12 @@ def test_a_cart_that_is_forced_has_no_multiplier_of_its_place() -> None:
 def test_a_base_that_moves_is_a_force_on_the_masses() -> None:
     """theta'' = -(g / l) theta - b / l - ..: a base accelerated by B cos(w t) drives as -m l B cos(w t) does; as a told cart does."""
     base = build(Scene("moved", 1, base="moving", mass=0.7, length=0.6, damping=0.02, want=("inverse_and_jacobian",)))
-    told = build(Scene("told", 1, base="cart", drive="acceleration", mass=0.7, length=0.6, damping=0.02, want=("inverse_and_jacobian",)))
+    told = build(
+        Scene(
+            "told", 1, base="cart", drive="acceleration", mass=0.7, length=0.6, damping=0.02, want=("inverse_and_jacobian", "propagate"),
+            variational=True, forced="cart",
+        )
+    )  # fmt: skip
     wall = build(Scene("held", 1, mass=0.7, length=0.6, damping=0.02, actuated="none", want=("inverse_and_jacobian",)))
     by_base, by_cart, by_torque = (
         respond(system, forced, amplitude, (3.0, 5.0))
@@ -143,6 +159,9 @@ def test_a_base_that_moves_is_a_force_on_the_masses() -> None:
         assert one.peak[0] == pytest.approx(other.peak[1], rel=1e-8)
     assert by_cart.peak[:, 0] == pytest.approx(0.5 / by_cart.omega**2, rel=1e-9)
     assert by_base.multipliers.shape[1] == by_cart.multipliers.shape[1] == 2
+    shot = respond(told, None, 0.5, (3.0, 5.0), method="shooting")
+    assert [event.omega for event in shot.events] == pytest.approx([event.omega for event in by_cart.events], rel=1e-9)
+    assert shot.multipliers[0] == pytest.approx(by_cart.multipliers[0], abs=1e-7)
 
 
 def test_a_base_shaken_up_and_down_doubles_the_period() -> None:
@@ -159,6 +178,34 @@ def test_a_base_shaken_up_and_down_doubles_the_period() -> None:
 
         columns = [solve_ivp(rate, (0, 2 * np.pi / event.omega), x, "DOP853", rtol=1e-12, atol=1e-13).y[:, -1] for x in np.eye(2)]
         assert np.min(np.abs(np.linalg.eigvals(np.array(columns)) + 1)) < 1e-8
+
+
+def test_a_hard_driven_link_loses_its_symmetry() -> None:
+    """Swept down at 0.5 N m the link swings to 2.9 rad, where its half period's map gets an eigenvalue +1: by both methods and DOP853."""
+    series, shot = (respond(driven(1), 1, 0.5, (8.0, 2.0), method=method) for method in ("harmonics", "shooting"))
+    (one,), (two,) = (found.located("symmetry breaking") for found in (series, shot))
+    assert one.omega == pytest.approx(two.omega, rel=1e-8) and one.breaks == "q(t + T/2) = -q(t)"
+    half = OtherFlow(0.25, 9.81 * 0.5, 0.02)(np.array([two.q[0], two.v[0]]), np.pi / two.omega, 0.5, two.omega)[1]
+    assert np.min(np.abs(np.linalg.eigvals(half) - 1)) < 1e-7
+    assert np.min(np.abs(two.multipliers - 1)) < 1e-7
+
+
+def test_a_pair_that_leaves_the_circle_is_told_from_a_neutral_saddle() -> None:
+    """prod (nu_i nu_j - 1) changes sign where a complex pair crosses, and where two real ones are inverse: only the first is a torus."""
+
+    def at(radius: float, angle: float) -> Any:
+        turn = radius * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        linear = Linear(np.block([[turn, np.zeros((2, 2))], [np.zeros((2, 2)), np.diag([0.5, 0.3])]]), is_half=False)
+        return SimpleNamespace(extra=SimpleNamespace(found=linear)), linear
+
+    (inside, _), (outside, _) = at(0.999, 1.0), at(1.001, 1.0)
+    assert on_circle(inside) * on_circle(outside) < 0
+    saddle = np.array([2.0, 0.5, 0.3, 0.1], complex)
+    for multipliers, true in ((at(1.0, 1.0)[1].multipliers, True), (saddle, False)):
+        event = Special("neimark-sacker", 0, np.zeros(3), 0.0, 0.0, multipliers)
+        assert genuine(event) is true
+    half = Linear(at(0.9, 1.0)[1].map, is_half=True)
+    assert np.sort_complex(half.multipliers) == pytest.approx(np.sort_complex(np.linalg.eigvals(half.map) ** 2))
 
 
 def test_springs_that_rest_aside_take_every_harmonic() -> None:
@@ -178,13 +225,12 @@ def test_springs_that_rest_aside_take_every_harmonic() -> None:
     assert end == pytest.approx(x, abs=1e-6) and found.peak[k, 0] > 0.3
 
 
-@pytest.mark.parametrize("angles", ["absolute", "adjacent"])
-def test_a_torque_is_the_same_in_all_angles(angles: str) -> None:
+def test_a_torque_is_the_same_in_all_angles() -> None:
     chain: dict[str, Any] = {"mass": [0.5, 0.3, 0.2], "length": [0.4, 0.3, 0.3], "damping": [0.02, 0.01, 0.01], "actuated": "none"}
-    system, other = (build(Scene(f"turned_{kind}", 3, angles=kind, want=("inverse_and_jacobian",), **chain)) for kind in ("relative", angles))
+    system, other = (build(Scene(f"turned_{kind}", 3, angles=kind, want=("inverse_and_jacobian",), **chain)) for kind in ("relative", "adjacent"))
     one, two = (respond(own, 3, 0.01, (3.0, 4.0), limits={"step_max": 0.5}) for own in (system, other))
-    relative = np.array([[1, 0, 0], [-1, 1, 0], [0, -1, 1]]) if angles == "absolute" else np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 1]])
-    assert one.first[-1] == pytest.approx(relative @ two.first[-1], rel=1e-9)
+    # phi_k = theta_k + theta_(k-1) in these, the sum of all before in relative ones.
+    assert one.first[-1] == pytest.approx(np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 1]]) @ two.first[-1], rel=1e-9)
 
 
 def test_a_response_is_read_back_as_it_was(tmp_path) -> None:

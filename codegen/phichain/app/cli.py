@@ -266,8 +266,8 @@ def info() -> None:
 
 
 cli_trace.register(app)
-cli_orbit.register(app)
 cli_response.register(app)
+cli_orbit.register(app)
 cli_figures.register(app)
 cli_control.register(app)
 cli_fit.register(app)

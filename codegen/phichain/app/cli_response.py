@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import sys
+import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from phichain.app.cli_trace import SceneWord, clear_line, progress_line
+from phichain.app.cli_trace import TICK, SceneWord, clear_line
 from phichain.app.outputs import named, write
 
 if TYPE_CHECKING:
+    from phichain.continuation import Point
     from phichain.scene import Scene
 
 _INTERRUPTED = 130
@@ -69,20 +72,37 @@ def response(
         system = replace(system, params=values)
     steps = {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
     found = respond(
-        system, place, size, ends, axis=axis, method=method, harmonics=harmonics, limits=steps, progress=progress_line(0)
+        system, place, size, ends, axis=axis, method=method, harmonics=harmonics, limits=steps, progress=_progress_line()
     )
     if sys.stderr.isatty():
         sys.stderr.write(clear_line())
     typer.echo(str(found))
 
     def drawn() -> object:
-        from phichain.report.responses import response as drawing
+        from phichain.report.orbits.responses import response as drawing
 
         return drawing(found)
 
     write(found, files, drawn)
     if found.status == "interrupted":
         raise typer.Exit(_INTERRUPTED)
+
+
+def _progress_line() -> Callable[[Point, float], None] | None:
+    """A line that tells how far a run is, on a terminal only."""
+    if not sys.stderr.isatty():
+        return None
+    told = {"last": 0.0, "points": 0}
+
+    def tell(point: Point, step: float) -> None:
+        told["points"] += 1
+        if (now := time.monotonic()) - told["last"] < TICK:
+            return
+        told["last"] = now
+        sys.stderr.write(f"{clear_line()}{told['points']} points, arclength {point.arclength:.4f}, step {step:.2g}")
+        sys.stderr.flush()
+
+    return tell
 
 
 def driven(scene: Scene, place: int | str | None, axis: int | None) -> Scene:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from phichain.continuation import Point
     from phichain.scene import Scene
 
-_TICK = 0.1
+TICK = 0.1
 """Seconds between two states of the progress line."""
 _CLEAR = "\r\x1b[K"
 """What wipes a line of a terminal."""
@@ -166,7 +166,7 @@ def progress_line(carts: int) -> Callable[[Point, float], None] | None:
 
     def tell(point: Point, step: float) -> None:
         told["points"] += 1
-        if (now := time.monotonic()) - told["last"] < _TICK:
+        if (now := time.monotonic()) - told["last"] < TICK:
             return
         told["last"] = now
         angles = point.y[carts:-1]

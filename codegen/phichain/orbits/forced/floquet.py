@@ -172,7 +172,7 @@ def _plus_one(point: Point) -> float:
     return signed(linear.map + np.eye(len(linear.map)))
 
 
-def _on_circle(point: Point) -> float:
+def on_circle(point: Point) -> float:
     """prod over pairs of (nu_i nu_j - 1), real."""
     own = _of(point).own
     rows, columns = np.triu_indices(len(own), 1)
@@ -183,7 +183,7 @@ def tests_of(system: System, is_odd: bool) -> list[TestFunction]:
     """The test functions of a frequency response."""
     lost = Quantity(_plus_one, "symmetry breaking") if is_odd else Quantity(_plus_one, "period doubling")
     # Without losses every multiplier has its inverse, and all pairs are on the circle all along.
-    circle = [Quantity(_on_circle, "neimark-sacker")] if is_lossy(system) else []
+    circle = [Quantity(on_circle, "neimark-sacker")] if is_lossy(system) else []
     return [Fold(name="fold"), BranchPoint(), lost, *circle]
 
 
