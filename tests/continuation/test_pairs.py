@@ -43,11 +43,12 @@ def test_a_dip_that_stays_above_zero_is_none() -> None:
 
 @pytest.mark.parametrize("step", [0.2, 0.07])
 @pytest.mark.parametrize("half", [1e-3, 1e-6])
-def test_two_zeros_however_close_are_found_by_what_they_exchange(half: float, step: float) -> None:
-    """The discriminant of [1 -h; h x], say, whose signs pass each other at 0.1234: its least value lies at no three points."""
+@pytest.mark.parametrize("steep", [0.0, 9.0])
+def test_two_zeros_however_close_are_found_by_what_they_exchange(half: float, step: float, steep: float) -> None:
+    """Signs that pass each other at 0.1234, of a function whose least value lies at no three points, or does, and is found once."""
 
     def discriminant(x: float) -> float:
-        return ((x - 0.1234) ** 2 - half**2) * float(np.exp(9 * x))
+        return ((x - 0.1234) ** 2 - half**2) * float(np.exp(steep * x))
 
     def order(point) -> tuple[int, ...] | None:
         x = point.y[0] - 0.1234
