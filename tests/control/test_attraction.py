@@ -78,6 +78,9 @@ def test_the_radius_is_that_of_a_bisection_of_every_direction(rigs: dict[str, Ri
     assert found.radius[which] == pytest.approx(min(limits), rel=0.04)
     assert found.radius[which] < found.beyond[which] <= 1.011 * found.radius[which]
     assert not comes_home(rig, which, 1.02 * found.beyond[which] * found.worst[which])
+    # Given a tenth of the time the hanging chain is under way from where it came home.
+    short = rig(count=4, seed=SEED, seconds=0.3)
+    assert short.radius[0] < found.radius[0] and short.late[0] == 1 and "is still under way from" in str(short)
     # As many failures or fewer have a chance of 5 % at the upper end of the share; a few thin directions lie between the rays.
     assert binom.cdf(found.failed, 4, found.share) == pytest.approx(0.05) and found.failed.any() == (kind == "double")
 

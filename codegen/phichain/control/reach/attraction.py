@@ -87,7 +87,8 @@ def attraction(
     failed = np.array([one.failed for one in found])
     return Attraction(
         name=table.name, digest=table.digest, s=np.array(table.signs), radius=np.array([one.radius for one in found]),
-        beyond=np.array([one.beyond for one in found]), worst=np.array([one.worst for one in found]), directions=len(rays),
+        beyond=np.array([one.beyond for one in found]), worst=np.array([one.worst for one in found]), late=np.array([int(one.late) for one in found]),
+        directions=len(rays),
         tested=int(count), failed=failed, share=_upper(failed, int(count)), runs=np.array([one.runs for one in found]),
         seconds=float(seconds), period=float(flown.period), seed=seed,
     )  # fmt: skip
@@ -103,6 +104,7 @@ class _Found:
     radius: float
     beyond: float
     worst: Vector
+    late: bool
     failed: int
     runs: int
 
@@ -116,10 +118,14 @@ class _Trial:
 
     def home(self, xi: Vector) -> Vector:
         """Which of the starts come home (count,)."""
+        return self.verdicts(xi) == 1
+
+    def verdicts(self, xi: Vector) -> Vector:
+        """1 for home, 0 for flown off, -1 for still under way (count,)."""
         verdicts = []
         for start in range(0, len(xi), CHUNK):
             states = turned(self.system, self.s, xi[start : start + CHUNK])
-            verdicts.append(self.flown(self.which, states, self.calls, NEAR, FAR)[0] == 1)
+            verdicts.append(self.flown(self.which, states, self.calls, NEAR, FAR)[0])
         self.runs += len(xi)
         return np.concatenate(verdicts)
 
@@ -133,7 +139,8 @@ def _found(trial: _Trial, rays: Vector, precision: float, count: int, seed: int)
     parts = draw.normal(size=(count, rays.shape[1]))
     parts *= (draw.uniform(size=count) ** (1 / rays.shape[1]) / np.linalg.norm(parts, axis=1))[:, None]
     failed = count - int(np.sum(trial.home(home * parts)))
-    return _Found(home, beyond, worst, failed, trial.runs)
+    late = bool(np.isfinite(beyond) and trial.verdicts(beyond * worst[None])[0] == -1)
+    return _Found(home, beyond, worst, late, failed, trial.runs)
 
 
 def _lowered(trial: _Trial, rays: Vector, before: tuple[float, float, Vector], precision: float) -> tuple[float, float, Vector]:
