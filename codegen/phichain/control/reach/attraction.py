@@ -8,12 +8,13 @@ starts are drawn evenly from the ball of that radius; how many of them fail boun
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import beta
 
 from phichain.control.reach.record import Attraction
@@ -35,6 +36,8 @@ CHUNK: Final = 32
 """Starts of one call of the compiled loop: a fifth of a second at most, after which Ctrl-C is heard."""
 
 CONFIDENCE: Final = 0.95
+
+Which = NDArray[np.bool_]
 
 Progress = Callable[[int, int], None]
 """Told how many equilibria are done, and of how many."""
@@ -116,9 +119,9 @@ class _Trial:
         self.system, self.flown, self.which, self.calls = system, flown, which, calls
         self.s, self.runs = table.signs[which], 0
 
-    def home(self, xi: Vector) -> Vector:
+    def home(self, xi: Vector) -> Which:
         """Which of the starts come home (count,)."""
-        return self.verdicts(xi) == 1
+        return np.asarray(self.verdicts(xi) == 1)
 
     def verdicts(self, xi: Vector) -> Vector:
         """1 for home, 0 for flown off, -1 for still under way (count,)."""
@@ -171,7 +174,7 @@ def _lowered(trial: _Trial, rays: Vector, before: tuple[float, float, Vector], p
     return home, beyond, worst
 
 
-def _first(trial: _Trial, rays: Vector) -> tuple[float, float, Sequence[float] | Vector]:
+def _first(trial: _Trial, rays: Vector) -> tuple[float, float, Vector]:
     """A radius from which all come home, one from which some do not, and those; infinite where all come home from wherever rays lead."""
     radius, home = FIRST, 0.0
     while radius < np.pi:

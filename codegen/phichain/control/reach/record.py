@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -89,8 +89,8 @@ class Attraction(Held):
             OutputError: The file is missing, or holds no Attraction, or not a whole one.
         """
         arrays, meta = read_archive(path, _SCHEMA)
-        known = {field.name for field in fields(cls)}
-        return cls(**arrays, **{name: value for name, value in meta.items() if name in known})
+        known: dict[str, Any] = {**arrays, **{name: meta[name] for name in _PLAIN}}
+        return cls(**known)
 
 
 def _words(beyond: float, late: int) -> str:
