@@ -8,12 +8,13 @@ starts are drawn evenly from the ball of that radius; how many of them fail boun
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import beta
 
 from phichain.control.reach.record import Attraction
@@ -35,6 +36,8 @@ CHUNK: Final = 32
 """Starts of one call of the compiled loop: a fifth of a second at most, after which Ctrl-C is heard."""
 
 CONFIDENCE: Final = 0.95
+
+Which = NDArray[np.bool_]
 
 Progress = Callable[[int, int], None]
 """Told how many equilibria are done, and of how many."""
@@ -87,7 +90,8 @@ def attraction(
     failed = np.array([one.failed for one in found])
     return Attraction(
         name=table.name, digest=table.digest, s=np.array(table.signs), radius=np.array([one.radius for one in found]),
-        beyond=np.array([one.beyond for one in found]), worst=np.array([one.worst for one in found]), directions=len(rays),
+        beyond=np.array([one.beyond for one in found]), worst=np.array([one.worst for one in found]), late=np.array([int(one.late) for one in found]),
+        directions=len(rays),
         tested=int(count), failed=failed, share=_upper(failed, int(count)), runs=np.array([one.runs for one in found]),
         seconds=float(seconds), period=float(flown.period), seed=seed,
     )  # fmt: skip
@@ -103,6 +107,7 @@ class _Found:
     radius: float
     beyond: float
     worst: Vector
+    late: bool
     failed: int
     runs: int
 
@@ -114,12 +119,16 @@ class _Trial:
         self.system, self.flown, self.which, self.calls = system, flown, which, calls
         self.s, self.runs = table.signs[which], 0
 
-    def home(self, xi: Vector) -> Vector:
+    def home(self, xi: Vector) -> Which:
         """Which of the starts come home (count,)."""
+        return np.asarray(self.verdicts(xi) == 1)
+
+    def verdicts(self, xi: Vector) -> Vector:
+        """1 for home, 0 for flown off, -1 for still under way (count,)."""
         verdicts = []
         for start in range(0, len(xi), CHUNK):
             states = turned(self.system, self.s, xi[start : start + CHUNK])
-            verdicts.append(self.flown(self.which, states, self.calls, NEAR, FAR)[0] == 1)
+            verdicts.append(self.flown(self.which, states, self.calls, NEAR, FAR)[0])
         self.runs += len(xi)
         return np.concatenate(verdicts)
 
@@ -133,7 +142,8 @@ def _found(trial: _Trial, rays: Vector, precision: float, count: int, seed: int)
     parts = draw.normal(size=(count, rays.shape[1]))
     parts *= (draw.uniform(size=count) ** (1 / rays.shape[1]) / np.linalg.norm(parts, axis=1))[:, None]
     failed = count - int(np.sum(trial.home(home * parts)))
-    return _Found(home, beyond, worst, failed, trial.runs)
+    late = bool(np.isfinite(beyond) and trial.verdicts(beyond * worst[None])[0] == -1)
+    return _Found(home, beyond, worst, late, failed, trial.runs)
 
 
 def _lowered(trial: _Trial, rays: Vector, before: tuple[float, float, Vector], precision: float) -> tuple[float, float, Vector]:
@@ -164,7 +174,7 @@ def _lowered(trial: _Trial, rays: Vector, before: tuple[float, float, Vector], p
     return home, beyond, worst
 
 
-def _first(trial: _Trial, rays: Vector) -> tuple[float, float, Sequence[float] | Vector]:
+def _first(trial: _Trial, rays: Vector) -> tuple[float, float, Vector]:
     """A radius from which all come home, one from which some do not, and those; infinite where all come home from wherever rays lead."""
     radius, home = FIRST, 0.0
     while radius < np.pi:

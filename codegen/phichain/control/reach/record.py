@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,7 +14,7 @@ from phichain.system import Vector
 
 _ARRAYS: Final = {
     "s": whole("count", "links"), "radius": real("count"), "beyond": real("count"), "worst": real("count", "k"), "failed": whole("count"),
-    "share": real("count"), "runs": whole("count"),
+    "late": whole("count"), "share": real("count"), "runs": whole("count"),
 }  # fmt: skip
 _PLAIN: Final = {
     "name": TEXT, "digest": TEXT, "directions": COUNT, "tested": COUNT, "seconds": NUMBER, "period": NUMBER, "seed": COUNT,
@@ -34,6 +34,7 @@ class Attraction(Held):
             every direction came home.
         beyond: The least radius (count,) from which one did not; infinite where all came home from wherever rays lead.
         worst: That direction (count, k).
+        late: Whether it was still under way (1), and did not fly off (0), when its time was over (count,).
         directions: Directions that were tried.
         tested: Starts drawn evenly from the ball of that radius.
         failed: How many of these did not come home (count,).
@@ -50,6 +51,7 @@ class Attraction(Held):
     radius: Vector
     beyond: Vector
     worst: Vector
+    late: Vector
     directions: int
     tested: int
     failed: Vector
@@ -61,16 +63,18 @@ class Attraction(Held):
 
     def __str__(self) -> str:
         rows = [
-            f"s = {signs.tolist()}: comes home from {radius:.4g} in {self.directions} directions, not from {beyond:.4g}; "
+            f"s = {signs.tolist()}: comes home from {radius:.4g} in {self.directions} directions, {_words(beyond, late)}; "
             f"{failed} of {self.tested} starts in that ball fail, at most {100 * share:.2g} % (95 %)"
-            for signs, radius, beyond, failed, share in zip(self.s, self.radius, self.beyond, self.failed, self.share, strict=True)
+            for signs, radius, beyond, late, failed, share in zip(
+                self.s, self.radius, self.beyond, self.late, self.failed, self.share, strict=True
+            )
         ]
         return "\n".join([f"{self.name}: regions of attraction within {self.seconds:g} s, {int(np.sum(self.runs))} simulations", *rows])
 
     def to_csv(self, path: Path | str) -> Path:
         """Write one row per equilibrium; 17 digits."""
         words = np.array(["".join("-" if sign > 0 else "+" for sign in signs) for signs in self.s])
-        return write_csv(path, {"s": words, **{name: getattr(self, name) for name in ("radius", "beyond", "failed", "share", "runs")}})
+        return write_csv(path, {"s": words, **{name: getattr(self, name) for name in ("radius", "beyond", "late", "failed", "share", "runs")}})
 
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""
@@ -85,5 +89,12 @@ class Attraction(Held):
             OutputError: The file is missing, or holds no Attraction, or not a whole one.
         """
         arrays, meta = read_archive(path, _SCHEMA)
-        known = {field.name for field in fields(cls)}
-        return cls(**arrays, **{name: value for name, value in meta.items() if name in known})
+        known: dict[str, Any] = {**arrays, **{name: meta[name] for name in _PLAIN}}
+        return cls(**known)
+
+
+def _words(beyond: float, late: int) -> str:
+    """What happens beyond the radius."""
+    if not np.isfinite(beyond):
+        return "wherever they lead"
+    return f"{'is still under way' if late else 'flies off'} from {beyond:.4g} in one"
