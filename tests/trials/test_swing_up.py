@@ -40,10 +40,10 @@ def found(system: System) -> SwingUp:
     return swing_up(system, limit=20, rail=0.5, errors={"mass": 0.1, "cart_mass": 0.1}, runs=60, count=2, jobs=1)
 
 
-def pole(x: np.ndarray, u: float) -> list[float]:
+def pole(x: np.ndarray, u: float, m: float = M, m0: float = M0) -> list[float]:
     """A point mass on a rod on a cart, from the textbook: theta from hanging, positive towards +x."""
     s, c, w = np.sin(x[1]), np.cos(x[1]), x[3]
-    a = (u + M * L * w**2 * s + M * G * s * c) / (M0 + M * s**2)
+    a = (u + m * L * w**2 * s + m * G * s * c) / (m0 + m * s**2)
     return [x[2], w, a, -(c * a + G * s) / L]
 
 
@@ -118,6 +118,8 @@ def test_the_derivatives_are_those_of_the_step() -> None:
     assert np.array_equal(chain.parameters, [M, M0]) and chain.push == pytest.approx([G * M0], rel=1e-12)
     x, u, h = np.array([0.1, 2.0, 0.3, -4.0]), np.array([3.0]), 1e-6
     step, found = chain.step(1e-3), chain.derivatives(1e-3)(x, u)
+    heavier = solve_ivp(lambda t, z: pole(z, 3.0, 1.2 * M, 0.9 * M0), (0, 1e-3), x, rtol=1e-10, atol=1e-13).y[:, -1]
+    assert np.allclose(np.array(step(x, u, [0.2, -0.1])).ravel(), heavier, rtol=0, atol=1e-11)
     for given, size in enumerate((4, 1, 2)):
         for k in range(size):
             ends = []
