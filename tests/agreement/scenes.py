@@ -30,7 +30,8 @@ def make(name: str, links: int, space: str, base: str, more: Sequence[str] = (),
     if base == "cart" and not driven:
         numbers["cart_mass"] = 1.9
     want = offered(space, bool(LOSSES & keys.keys()), driven=driven)
-    return Scene(name, links, space=space, base=base, want=[*want, *more], **(numbers | keys))
+    own = [one for one in more if space == "planar" or one != "step_jacobian"]
+    return Scene(name, links, space=space, base=base, want=[*want, *own], **(numbers | keys))
 
 
 def _mid(links: int) -> list[float]:
