@@ -134,7 +134,7 @@ static void motions_{function}(void)
 #: Flows that the probe runs on chains without inputs and runtime parameters: their structs, and whether they take an event.
 _FLOWS: Final = {"propagate": ("workspace", "flow", "0, "), "propagate_stiff": ("stiff_workspace", "stiff", "")}
 #: Motions of a flow.
-RUNS: Final = 20
+RUNS: Final = 8
 _TAIL: Final = """
 int checked(void)
 {{

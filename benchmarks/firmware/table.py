@@ -24,7 +24,7 @@ _HEAD: Final = "| code | -O | text, bytes | instructions | stack, bytes | worst 
 def write() -> None:
     """Measure everything and write the table."""
     with tempfile.TemporaryDirectory() as root:
-        parts = [_intro(), *_forward(Path(root)), *_jacobians(Path(root)), *_flows()]
+        parts = [_intro(), *_forward(Path(root)), *_jacobians(Path(root)), *_double(Path(root)), *_flows()]
     RESULTS.write_text("\n".join(parts))
     print(f"wrote {RESULTS}")
 
@@ -78,6 +78,22 @@ def _jacobians(root: Path) -> Iterator[str]:
             text = M4F.text(M4F.compile(folder / f"{scene.name}.c", level))
             rows.append(f"| N = {links}, {code} | {level} | {text} | {seen.most} | {seen.stack} |\n")
     yield "## Forward dynamics and Jacobian together, bundled trigonometry\n\n| code | -O | text, bytes | instructions | stack, bytes |\n|---|---|---:|---:|---:|\n" + "".join(rows)
+
+
+def _double(root: Path) -> Iterator[str]:
+    rows = []
+    for label, trig in (("bundled, in integers", "bundled"), ("kernel of hosts", None)):
+        scene = chain(f"d4_{trig}", 4, ("forward_dynamics",), real="double", trig=trig)
+        folder = write_folder(root / scene.name, folder_texts(scene, False, False))
+        probe(folder, selftest=False)
+        program = M4F.build([folder / f"{scene.name}.c", folder / "probe.c"], folder / "table.elf", "-Os")
+        seen = read(M4F.run(program), M4F.ticks)["forward_dynamics"]
+        text = M4F.text(M4F.compile(folder / f"{scene.name}.c", "-Os"))
+        rows.append(f"| {label} | {text} | {seen.least} to {seen.most} | {seen.stack} |\n")
+    yield (
+        "## Double precision, which the M4F computes by calls: forward dynamics, N = 4, -Os\n\n"
+        "| sines and cosines | text, bytes | instructions | stack, bytes |\n|---|---:|---:|---:|\n" + "".join(rows)
+    )
 
 
 def _flows() -> Iterator[str]:

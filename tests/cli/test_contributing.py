@@ -12,7 +12,7 @@ PACKAGE = ROOT / "codegen" / "phichain"
 CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text()
 PAGES = (
     "README.md", "CONTRIBUTING.md", "docs/theory.md", "docs/functions.md", "docs/rigs.md", "docs/gallery.md", "docs/inputs.md", "docs/families.md",
-    "docs/controllers.md", "docs/control.md", "docs/fit.md", "docs/performance.md", "benchmarks/README.md", "generated/README.md",
+    "docs/controllers.md", "docs/control.md", "docs/fit.md", "docs/firmware.md", "docs/performance.md", "benchmarks/README.md", "generated/README.md",
 )  # fmt: skip
 
 
