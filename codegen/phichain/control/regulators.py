@@ -14,7 +14,7 @@ from phichain.control.equilibria import at_rest, demand_equilibria
 from phichain.control.gains import Gains
 from phichain.control.linear import LinearSystem
 from phichain.control.weights import weight
-from phichain.system import Parameters, System
+from phichain.system import Parameters, System, given_system
 from phichain.system.vertical import configuration
 
 STACK = 128
@@ -53,7 +53,7 @@ def lqr(
             fastest unstable mode grows tenfold meanwhile.
         AbsentFunctionError: The system has no `linearization`.
     """
-    target = [-1] * system.links if s is None else s
+    target = [-1] * given_system(system).links if s is None else s
     return _stack(system, demand_equilibria(system, [target], p), Q, R, sample)[0]
 
 

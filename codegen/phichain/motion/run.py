@@ -31,7 +31,7 @@ from phichain.motion.problem import (
     check_tolerance,
 )
 from phichain.motion.trajectory import Trajectory, between
-from phichain.system import Parameters, System, Vector, acceleration
+from phichain.system import Parameters, System, Vector, acceleration, given_system
 from phichain.system.arrays import whole
 
 MOST_STEPS = 2**63 - 1
@@ -104,6 +104,7 @@ def simulate(
         UnsupportedError: Unknown method, one this system has not the functions for, or one that cannot serve such an input.
         ConvergenceError: Finite-time blow-up, or a tolerance that cannot be kept; `trajectory` is what there is.
     """
+    system = given_system(system)
     times, method = check_times(t), named(method)
     state, notes = check_state(system, x0)
     asked = (METHODS[method].usual if method in METHODS else USUAL) if tol is None else check_tolerance(tol)

@@ -15,7 +15,7 @@ from phichain.errors import ArrayError, ToleranceError, UnsupportedError
 from phichain.orbits import shooting, single_harmonic
 from phichain.orbits.modes import linear_modes
 from phichain.orbits.targets import Target, target_of
-from phichain.system import Parameters, System
+from phichain.system import Parameters, System, given_system
 from phichain.system.arrays import positive, whole
 
 METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting")
@@ -69,7 +69,7 @@ def trace(
         ToleranceError: Amplitudes not positive, or start not below the end.
         ConvergenceError: Newton did not reach the family.
     """
-    chosen = _method(system, method, switch)
+    chosen = _method(given_system(system), method, switch)
     usual = shooting.START if chosen == "shooting" else single_harmonic.START
     if amplitude_start is None:
         amplitude_start = min(usual, _before(target_of(system, until)))

@@ -15,7 +15,7 @@ from phichain.system.state import (
     unpack,
     velocity,
 )
-from phichain.system.system import AbsentFunctionError, Parameters, System
+from phichain.system.system import AbsentFunctionError, Parameters, System, given_system
 
 __all__ = [
     "AbsentFunctionError",
@@ -28,6 +28,7 @@ __all__ = [
     "VectorField",
     "acceleration",
     "angular_velocities",
+    "given_system",
     "hat",
     "input_arguments",
     "pack",
