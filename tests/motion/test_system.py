@@ -106,3 +106,14 @@ def test_the_jacobian_is_the_slope_of_the_right_hand_side(make) -> None:
 def test_hat_is_the_cross_product() -> None:
     a, b = np.array([1.0, -2.0, 3.0]), np.array([0.5, 4.0, -1.0])
     assert np.array_equal(hat(a) @ b, np.cross(a, b))
+
+
+@pytest.mark.parametrize("call", ["simulate(scene, ([0.1], [0.0]), 1.0)", "trace(scene)", "lqr(scene)"])
+def test_a_scene_that_nobody_built_is_told_so_in_one_sentence(call: str) -> None:
+    from phichain import Scene, lqr, simulate, trace
+
+    scene = Scene("plain", 1, mass=1.0, length=1.0)
+    with pytest.raises(ArrayError, match=r"is a Scene, of which nothing is compiled yet .*; hand over what build\(scene\) returns"):
+        eval(call, {"scene": scene, "simulate": simulate, "trace": trace, "lqr": lqr})
+    with pytest.raises(ArrayError, match="system: is no System"):
+        simulate("planar4", ([0.1], [0.0]), 1.0)  # type: ignore[arg-type]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -51,7 +51,7 @@ def vary(
     turned, values = turning(chosen, parameter.split("[")[0].strip())
     values |= parameters(settings or []) or {}
     system = replace(build(turned), digest=chosen.digest)
-    family = trace(system, mode, method="shooting", until=at, p=values)
+    family = cast("Branch", trace(system, mode, method="shooting", until=at, p=values))
     start, hold = (family, at.partition("=")[0].strip()) if event is None else (_event(family, event), event)
     options = SETTINGS if step_max is None else replace(SETTINGS, step_max=step_max, step=min(SETTINGS.step, step_max))
     branch = varied(system, parameter, start, until, hold=hold, p=values, options=options, progress=progress_line(system.cart_size))

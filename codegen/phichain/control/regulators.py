@@ -17,7 +17,7 @@ from phichain.control.gains import Gains
 from phichain.control.linear import LinearSystem
 from phichain.control.record import record
 from phichain.control.weights import weight
-from phichain.system import Parameters, System, Vector
+from phichain.system import Parameters, System, Vector, given_system
 
 EXACT = 1e-12
 """Matrices that are less accurate than this make gains whose error is worth an estimate."""
@@ -58,7 +58,7 @@ def lqr(
             fastest unstable mode grows tenfold meanwhile.
         AbsentFunctionError: The system has no `linearization`.
     """
-    target = [-1] * system.links if s is None else s
+    target = [-1] * given_system(system).links if s is None else s
     return _stack(system, demand_equilibria(system, [target], p), Q, R, sample, p)[0]
 
 

@@ -31,7 +31,7 @@ from phichain.motion.problem import (
     check_tolerance,
 )
 from phichain.motion.trajectory import Trajectory, between
-from phichain.system import Parameters, System, Vector, acceleration
+from phichain.system import Parameters, System, Vector, acceleration, given_system
 from phichain.system.arrays import whole
 
 MOST_STEPS = 2**63 - 1
@@ -105,6 +105,7 @@ def simulate(
         UnsupportedError: Unknown method, one this system has not the functions for, or one that cannot serve such an input.
         ConvergenceError: Finite-time blow-up, or a tolerance that cannot be kept; `trajectory` is what there is.
     """
+    system = given_system(system)
     times, method = check_times(t), named(method)
     if system.is_forced:
         raise UnsupportedError(

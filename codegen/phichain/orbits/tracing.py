@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from phichain.orbits.network.record import Network
 from phichain.orbits.network.runs import earlier_run, from_orbit, switched
 from phichain.orbits.parameter.vary import turned
 from phichain.orbits.targets import Target, target_of
-from phichain.system import Parameters, System
+from phichain.system import Parameters, System, given_system
 from phichain.system.arrays import positive, whole
 
 _FAMILIES: Final[dict[str, tuple[Any, Callable[..., Any], Callable[..., Branch]]]] = {
@@ -96,7 +96,7 @@ def trace(
         ToleranceError: Amplitudes not positive, or start not below the end.
         ConvergenceError: Newton did not reach the family.
     """
-    chosen = _method(system, method, switch or start is not None)
+    chosen = _method(given_system(system), method, switch or start is not None)
     family, begin, follow = _FAMILIES[chosen]
     if amplitude_start is None:
         amplitude_start = min(family.START, _before(target_of(system, until)))
@@ -105,7 +105,7 @@ def trace(
     target = None if is_open else _target(system, until, amplitude_max, amplitude_start)
     if parameter is not None and target is not None:
         begun = trace(system, mode, method=method, until=target, through=through, p=p, limits=limits, progress=progress)
-        return turned(system, begun, target.what, parameter, p=p, options=options, engine=engine, progress=progress)
+        return turned(system, cast(Branch, begun), target.what, parameter, p=p, options=options, engine=engine, progress=progress)
     through = 0.0 if through is None else positive("through", through, "give a half width in arclength, such as 1e-4")
     generations = whole("generations", generations, 1, 2**31, "give a number of generations, such as 2", ArrayError)
     modes = begin(system, p)

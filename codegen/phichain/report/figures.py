@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from phichain.motion import Trajectory
     from phichain.system import System
 
-__all__ = ["angles", "closed_loop", "family", "fitted", "motion", "orbit", "overview"]
+__all__ = ["against_amplitude", "angles", "closed_loop", "family", "fitted", "motion", "orbit", "overview"]
 
 
 def motion(system: Drawn, trajectory: Trajectory) -> Figure:

@@ -15,7 +15,7 @@ from phichain.system.state import (
     unpack,
     velocity,
 )
-from phichain.system.system import AbsentFunctionError, Parameters, System
+from phichain.system.system import AbsentFunctionError, Parameters, System, given_system
 from phichain.system.variations import variations
 
 __all__ = [
@@ -29,6 +29,7 @@ __all__ = [
     "VectorField",
     "acceleration",
     "angular_velocities",
+    "given_system",
     "hat",
     "input_arguments",
     "pack",

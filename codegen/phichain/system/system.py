@@ -243,6 +243,18 @@ class System:
         return {"p": {**(self.params or {}), **(p or {})}}
 
 
+def given_system(value: object) -> System:
+    """Return a system that a caller handed over, or say what must be done to what is none.
+
+    Raises:
+        ArrayError: It is no `System`, such as a scene that nobody built.
+    """
+    if isinstance(value, System):
+        return value
+    what = "is a Scene, of which nothing is compiled yet" if type(value).__name__ == "Scene" else "is no System"
+    raise ArrayError("system", value, what, "hand over what build(scene) returns")
+
+
 def _unpickled(fields: dict[str, Any], made: frozenset[str]) -> System:
     """The System whose fields these are, with those of its functions made that are given by what makes them."""
     functions = {name: held() if name in made else held for name, held in fields["functions"].items()}

@@ -113,7 +113,7 @@ def _error(system: System, origin: Saddle, goal: Vector, half: Half, p: Paramete
     # Where the direction that carries the motion has grown to the larger distance.
     later = float(ahead[np.argmax(np.abs(half.start))])
     end = flown(system, half.nodes[0], later, p, False)[0] - origin.x
-    start: Vector = np.linalg.lstsq(origin.directions, end, rcond=None)[0]
+    start = np.asarray(np.linalg.lstsq(origin.directions, end, rcond=None)[0], dtype=np.float64)
     other = solve_half(system, origin, goal, start, half.time - later, p)
     return float(np.max(np.abs(other.nodes[-1][system.nq :] - half.nodes[-1][system.nq :])))
 

@@ -131,7 +131,7 @@ def _newton(system: System, origin: Saddle, goal: Vector, at: Half, near: float,
     jacobian[last, unknowns - size + system.cart_size : unknowns - size + system.nq] = np.eye(links)
     scale = np.maximum(1.0, np.abs(at.nodes).max())
     try:
-        step: Vector = np.linalg.solve(jacobian, -residual)
+        step = np.asarray(np.linalg.solve(jacobian, -residual), dtype=np.float64)
     except np.linalg.LinAlgError:
         step = np.full(unknowns, np.nan)
     return step, replace(at, residual=float(np.max(np.abs(residual)) / scale))

@@ -90,5 +90,6 @@ class Connection(Held):
             OutputError: The file is missing or holds no Connection, or not a whole one.
         """
         arrays, meta = read_archive(path, _SCHEMA)
-        turns = tuple(int(n) for n in arrays.pop("turns"))
-        return cls(**arrays, turns=turns, **{name: tuple(value) if isinstance(value, list) else value for name, value in meta.items()})
+        held: dict[str, Any] = {**arrays, "turns": tuple(int(n) for n in arrays["turns"])}
+        held |= {name: tuple(value) if isinstance(value, list) else value for name, value in meta.items()}
+        return cls(**held)

@@ -30,7 +30,7 @@ def _one(system: System, point: Point) -> Row:
     asked = point.options
     limits = {name: asked[name] for name in ("max_points", "step_max") if asked[name] is not None}
     end = 3.0 if asked["until"] is None and asked["amplitude_max"] is None else asked["amplitude_max"]
-    branch = trace(
+    branch: Any = trace(
         system, asked["mode"], end, method=asked["method"], until=asked["until"], through=asked["through"],
         p=point.parameters, limits=limits,
     )  # fmt: skip
