@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 from phichain.continuation import Branch
 from phichain.orbits import Network, conical_families, trace
@@ -32,15 +32,11 @@ def shooting_chain(links: int) -> System:
     )
 
 
-def _family(system: System, mode: int, *args: Any, **options: Any) -> Branch:
-    """One family: a run that does not switch is a Branch."""
-    return cast(Branch, trace(system, mode, *args, **options))
-
-
 def exact_families(links: int) -> list[Branch]:
     """The families of all modes of paper A's chain by shooting, as far as 3 rad or 250 points."""
     system = shooting_chain(links)
-    return [_family(system, mode, FURTHEST, through=_THROUGH, limits={"max_points": _POINTS}) for mode in range(1, links + 1)]
+    found = [trace(system, mode, FURTHEST, through=_THROUGH, limits={"max_points": _POINTS}) for mode in range(1, links + 1)]
+    return [cast(Branch, family) for family in found]
 
 
 def energies(links: int) -> Callable[[Path], list[Path]]:
@@ -66,8 +62,8 @@ def network(out: Path) -> list[Path]:
 def gap(out: Path) -> list[Path]:
     """Draw the first gap of four links' mode 1, followed and crossed, into a folder."""
     system = shooting_chain(4)
-    turned = _family(system, 1, FURTHEST, limits={"max_points": 80})
-    crossed = _family(system, 1, until="theta_1=0.36", through=_THROUGH)
+    turned = cast(Branch, trace(system, 1, FURTHEST, limits={"max_points": 80}))
+    crossed = cast(Branch, trace(system, 1, until="theta_1=0.36", through=_THROUGH))
     return [save(plane.gap(turned, crossed), out / "G4.png")]
 
 
