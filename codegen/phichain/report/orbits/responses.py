@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -49,13 +48,13 @@ def peaks(axes: Any, found: Response) -> None:
     axes.legend(loc="upper right")
 
 
-def spectra(axes: Any, system: System, orbits: Sequence[np.ndarray]) -> None:
+def spectra(axes: Any, system: System, orbits: np.ndarray) -> None:
     """Sizes of the harmonics of brake orbits, largest link, over their numbers: straight lines on a logarithmic scale, the steeper the smaller.
 
     Args:
         axes: Where to draw.
         system: The chain, with what harmonic balance calls.
-        orbits: (q_0, omega) of each.
+        orbits: (q_0, omega) of each (m, n + 1).
     """
     from phichain.orbits.harmonics.condensed import condensed_problem
     from phichain.orbits.modes import linear_modes
