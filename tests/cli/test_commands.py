@@ -16,7 +16,7 @@ from phichain.contract.functions import FUNCTIONS, ROWS
 from phichain.scene import Scene
 from tests.cli.conftest import Command
 
-VERBS = ["show", "generate", "build", "prove", "functions", "simulate", "trace", "response", "lqr", "controller", "fit", "tour", "info", "figure", "propagation"]
+VERBS = ["show", "generate", "build", "prove", "functions", "simulate", "trace", "orbit", "response", "lqr", "controller", "fit", "tour", "info", "figure", "propagation"]
 
 
 def test_help_names_every_command(command: Command) -> None:
