@@ -200,9 +200,12 @@ class _Run:
         gap = self._gap(new, sigma) if cut is None else None
         if gap is not None and gap.width <= max(self.through, gaps.NARROW) and self._cross(gap):
             return
-        if self.before and cut is None:
-            three = [*self.points[-2:], new]
-            rows, known = (self.before, self.values, values), [*self.known, *self.specials, *found]
+        terminal = found[-1].kind if cut is not None else ""
+        if self.before:
+            three = [*self.points[-2:], new if cut is None else cut]
+            # What the step before a cut has is for the run to find that goes on there.
+            rows = (self.before, self.values, values) if cut is None else (self.values, self.values, values_at(self.problem, cut, self.tests))
+            known = [*self.known, *self.specials, *found]
             found += pairs_of(self.problem, three, self.tests, rows, self.engine, index - 1, known)
         self.specials += sorted(found, key=lambda event: event.arclength)
         self.passages += [gap] if gap else []
@@ -211,7 +214,7 @@ class _Run:
         self.sigma.append(sigma)
         if cut is not None:
             self.regular = len(self.points) - 1
-            self.end("event", f"ended by the event '{found[-1].kind}'")
+            self.end("event", f"ended by the event '{terminal}'")
             return
         self.step = step
         since = self.offset + len(self.points) - self.origin
