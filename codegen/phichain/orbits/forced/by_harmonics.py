@@ -17,12 +17,14 @@ from phichain.orbits.forced.flow import EmittedFlow
 from phichain.orbits.forced.forcing import Forcing
 from phichain.orbits.forced.made import Motion, ends_of, response_of
 from phichain.orbits.forced.response import Response
-from phichain.orbits.forced.series import NEEDED, Found, forced_problem, outer_of, table_of
+from phichain.orbits.forced.series import NEEDED, Found, forced_problem, least_outer, outer_of, table_of
 from phichain.orbits.harmonics.elimination import Harmonics
 from phichain.system import Parameters, System, Vector
 
 USUAL: Final = Harmonics(tail=1e-8)
 """Folds keep ten digits: they are stationary, and what the tail leaves out enters squared."""
+_COARSE: Final = 1e-3
+"""Smallest step with which it is tried to eliminate all harmonics above the third."""
 UNRESOLVED: Final = "tail of the spectrum"
 
 
@@ -56,7 +58,24 @@ def followed(
         raise UnsupportedError(
             "method", "harmonics", f"system '{system.name}' lacks {lacks}", f"build its scene with [functions] want = {list(NEEDED)}"
         )
-    outer = outer_of(system, forcing, p, min(ends))
+    few, many = least_outer(forcing), outer_of(system, forcing, p, min(ends))
+    if few < many:
+        # Where a higher harmonic resonates nothing can be eliminated; that shows by steps that shrink, and is rare where there are losses.
+        quick = replace(engine, options=replace(engine.options, step_min=min(_COARSE, engine.options.step)))
+        try:
+            found = _followed(system, forcing, ends, p, wanted, quick, progress, few)
+        except ConvergenceError:
+            found = None
+        if found is not None and found.status != "step":
+            return found
+    return _followed(system, forcing, ends, p, wanted, engine, progress, many)
+
+
+def _followed(
+    system: System, forcing: Forcing, ends: tuple[float, float], p: Parameters | None, wanted: Harmonics, engine: Engine,
+    progress: Progress | None, outer: int,
+) -> Response:  # fmt: skip
+    """The response with so many functions that are not eliminated."""
 
     def problem_of(amplitude: float) -> Problem:
         return forced_problem(system, replace(forcing, amplitude=amplitude), p, omega=max(ends), outer=outer, harmonics=wanted)
@@ -71,6 +90,7 @@ def followed(
         )  # fmt: skip
     tests = [*tests_of(system, forcing.is_odd), _Unresolved(wanted), *ends_of(ends)]
     branch = follow(problem, start, engine, tests, "response", progress=progress)
+
     def motion(z: Vector) -> Motion:
         if z.tobytes() not in seen:
             problem.evaluate(z)
@@ -88,7 +108,6 @@ def followed(
         return response_of(system, forcing, replace(whole, reason=f"{why}, where {lacking.remedy}"), "harmonics", motion)
     first = response_of(system, forcing, whole, "harmonics", motion)
     return by_shooting.gone_on(system, forcing, ends, flow, engine, progress, first, why)
-
 
 
 def _remembering(problem: Problem) -> tuple[Problem, dict[bytes, Vector]]:

@@ -45,6 +45,11 @@ _MOST: Final = 41
 """Harmonic beyond which every one is eliminated."""
 
 
+def least_outer(forcing: Forcing) -> int:
+    """How many functions of the basis are never eliminated."""
+    return basis(kind_of(forcing), _LEAST).size
+
+
 def outer_of(system: System, forcing: Forcing, p: Parameters | None, slowest: float) -> int:
     """How many functions of the basis are not eliminated: all harmonics that could resonate with the chain, and the mean.
 
