@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import cast
+from typing import Any
 
 from phichain.continuation import Branch
 from phichain.orbits import Network, conical_families, trace
@@ -35,8 +35,14 @@ def shooting_chain(links: int) -> System:
 def exact_families(links: int) -> list[Branch]:
     """The families of all modes of paper A's chain by shooting, as far as 3 rad or 250 points."""
     system = shooting_chain(links)
-    found = [trace(system, mode, FURTHEST, through=_THROUGH, limits={"max_points": _POINTS}) for mode in range(1, links + 1)]
-    return [cast(Branch, family) for family in found]
+    return [_family(system, mode, FURTHEST, through=_THROUGH, limits={"max_points": _POINTS}) for mode in range(1, links + 1)]
+
+
+def _family(system: System, *words: Any, **more: Any) -> Branch:
+    """One family, which `trace` gives where it does not switch."""
+    found = trace(system, *words, **more)
+    assert isinstance(found, Branch)
+    return found
 
 
 def energies(links: int) -> Callable[[Path], list[Path]]:
@@ -51,7 +57,9 @@ def energies(links: int) -> Callable[[Path], list[Path]]:
 
 def double_network() -> Network:
     """What opens along mode 1 of two links up to theta_1 = -2.5."""
-    return cast(Network, trace(shooting_chain(2), 1, until="theta_1=-2.5", switch=True, generations=1))
+    found = trace(shooting_chain(2), 1, until="theta_1=-2.5", switch=True, generations=1)
+    assert isinstance(found, Network)
+    return found
 
 
 def network(out: Path) -> list[Path]:
@@ -62,8 +70,8 @@ def network(out: Path) -> list[Path]:
 def gap(out: Path) -> list[Path]:
     """Draw the first gap of four links' mode 1, followed and crossed, into a folder."""
     system = shooting_chain(4)
-    turned = cast(Branch, trace(system, 1, FURTHEST, limits={"max_points": 80}))
-    crossed = cast(Branch, trace(system, 1, until="theta_1=0.36", through=_THROUGH))
+    turned = _family(system, 1, FURTHEST, limits={"max_points": 80})
+    crossed = _family(system, 1, until="theta_1=0.36", through=_THROUGH)
     return [save(plane.gap(turned, crossed), out / "G4.png")]
 
 

@@ -151,4 +151,5 @@ def _kinds(axes: Any, kinds: Sequence[str], **place: Any) -> None:
     seen = dict.fromkeys(kind.split(" of ")[0].rstrip("0123456789 ") for kind in kinds)
     for kind in seen:
         axes.plot([], [], marker_of(kind), color=ACCENT, markerfacecolor="white", markersize=4.5, label=kind)
-    axes.legend(fontsize=7, **place)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=7, **place)
