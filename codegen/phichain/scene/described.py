@@ -11,7 +11,7 @@ from typing import Final, Literal
 
 from phichain.scene.keys import NOT_NEGATIVE, PER_LINK, POSITIVE
 
-Kind = Literal["name", "count", "choice", "parameter", "number", "joints", "functions", "truth"]
+Kind = Literal["name", "count", "choice", "parameter", "number", "joints", "place", "functions", "derivatives"]
 
 
 @dataclass(frozen=True)
@@ -21,13 +21,15 @@ class Key:
     Attributes:
         name: The key.
         kind: What it holds: the scene's "name", a "count", one word of a "choice", a physical "parameter" (a number, one per link where it
-            is the links', or "runtime"), a plain "number", "joints" (a word or a list of them), "functions" or a "truth" value.
+            is the links', or "runtime"), a plain "number", "joints" (a word or a list of them), a "place" (a word or one joint),
+            "functions", or "derivatives" (true, false or a list of what they are by).
         text: What it is.
         unit: Its unit, where it has one.
         default: What stands where it is left out, in words; empty where it must be given.
         choices: The words that it may be.
         only: Which other key must be which word for it to be there at all.
         since: The version that had it first.
+        most: The largest "count".
     """
 
     name: str
@@ -38,6 +40,7 @@ class Key:
     choices: tuple[str, ...] = ()
     only: tuple[tuple[str, str], ...] = ()
     since: str = "0.1"
+    most: int = 4096
 
     @property
     def is_per_link(self) -> bool:
@@ -58,10 +61,11 @@ class Key:
             each = "a number for all links, a list of one per link" if self.is_per_link else "a number"
             return f'{each}, or "runtime"; {self.sign}'
         words: dict[str, str] = {
-            "name": "a name of C: letters, digits and _, at most 40, no reserved word", "count": "a whole number from 1 to 4096",
+            "name": "a name of C: letters, digits and _, at most 40, no reserved word", "count": f"a whole number from 1 to {self.most}",
             "choice": " or ".join(f'"{word}"' for word in self.choices), "number": f"a number {self.sign}",
             "joints": f"{', '.join(chr(34) + word + chr(34) for word in self.choices)}, or a list of joints such as [1, 2]",
-            "functions": "a list of functions by name", "truth": "true or false",
+            "place": f"{' or '.join(chr(34) + word + chr(34) for word in self.choices)}, or the number of a joint",
+            "functions": "a list of functions by name", "derivatives": 'true, false, or a list of "state", runtime parameters by name and "forcing"',
         }  # fmt: skip
         return words[self.kind]
 
@@ -108,9 +112,18 @@ KEYS: Final[tuple[Key, ...]] = (
         default='"cart" on a cart, else "none"', choices=("none", "all", "cart"),
     ),
     Key("want", "functions", "the functions to derive, emit and compile; only these cost anything", default='["forward_dynamics"]'),
-    Key("variational", "truth", "whether propagate carries derivatives of the state along", default="false"),
+    Key("variational", "derivatives", "what propagate carries derivatives of the state by: the state, parameters, the forcing", default="false"),
+    Key("forced", "place", "what A cos(omega t) drives, amplitude and omega being arguments of propagate", choices=("cart", "base"), default="nothing", since="0.2"),
+    Key("axis", "count", "along which axis a cart or a moving base is forced, counted from 1", default="1", since="0.2", most=3),
     Key("real", "choice", "type of the emitted C", default="double", choices=("double", "float")),
     Key("code", "choice", "straight code, loops, or by the number of operations", default="auto", choices=("auto", "unrolled", "loops")),
+    Key(
+        "trig", "choice", "who computes sines and cosines: the C library, code of our own, or a function of yours", since="0.2",
+        default="a kernel that vectorises, the C library beyond its range", choices=("libm", "bundled", "hook"),
+    ),
+    Key("trig_hook", "name", "name of your function for sines and cosines; with trig = hook only", default="none", since="0.2", only=(("trig", "hook"),)),
+    Key("stack_max", "count", "largest stack that a function may take; generation refuses beyond", "bytes", default="no limit", since="0.2", most=2**31 - 1),
+    Key("flash_max", "count", "largest flash that the functions may take; generation refuses beyond", "bytes", default="no limit", since="0.2", most=2**31 - 1),
 )  # fmt: skip
 """Every key, in the order of the file."""
 

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from phichain.contract.functions import ROWS
 from phichain.scene.described import BY_NAME, KEYS, Key
-from phichain.scene.keys import REQUIRED, TABLES
+from phichain.scene.keys import PARAMETERS, REQUIRED, TABLES
 from phichain.scene.name import LONGEST_NAME
 from phichain.scene.validate import MOST_LINKS, RUNTIME
 
@@ -51,11 +51,14 @@ def _value(key: Key) -> dict[str, Any]:
         case "name":
             return {"type": "string", "pattern": "^[A-Za-z][A-Za-z0-9_]*$", "maxLength": LONGEST_NAME}
         case "count":
-            return {"type": "integer", "minimum": 1, "maximum": MOST_LINKS}
+            return {"type": "integer", "minimum": 1, "maximum": key.most}
+        case "place":
+            return {"anyOf": [{"enum": list(key.choices)}, {"type": "integer", "minimum": 1, "maximum": MOST_LINKS}]}
         case "choice":
             return {"enum": list(key.choices)}
-        case "truth":
-            return {"type": "boolean"}
+        case "derivatives":
+            names = ["state", "forcing", *PARAMETERS]
+            return {"anyOf": [{"type": "boolean"}, {"type": "array", "items": {"enum": names}, "minItems": 1, "uniqueItems": True}]}
         case "functions":
             return {"type": "array", "items": {"enum": list(ROWS)}, "minItems": 1}
         case "joints":
