@@ -213,7 +213,7 @@ def test_the_tour_leaves_code_and_a_report_with_all_its_figures(command: Command
     report = tmp_path / "left" / "report"
     text = (report / "index.html").read_text()
     shown = re.findall(r'<img src="([^"]+)"', text)
-    assert len(shown) == 5 and all((report / name).stat().st_size > 20_000 for name in shown)
+    assert len(shown) == 6 and all((report / name).stat().st_size > 20_000 for name in shown)
     assert (report / "tour.png").stat().st_size > 20_000
     for heading in ("Paper A: four links", "Paper B: five links", "A family of limit cycles", "A controller"):
         assert heading in text and heading in answer.out

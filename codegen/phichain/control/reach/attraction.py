@@ -21,6 +21,7 @@ from phichain.control.reach.record import Attraction
 from phichain.control.reach.starts import Flown, directions, turned
 from phichain.errors import ControlError
 from phichain.laws import GainTable
+from phichain.records import Held
 from phichain.system import System, Vector
 
 NEAR: Final = 0.05
@@ -102,8 +103,8 @@ def _upper(failed: Vector, tested: int) -> Vector:
     return np.asarray(np.where(failed >= tested, 1.0, beta.ppf(CONFIDENCE, failed + 1, np.maximum(tested - failed, 1))))
 
 
-@dataclass(frozen=True)
-class _Found:
+@dataclass(frozen=True, eq=False)
+class _Found(Held):
     radius: float
     beyond: float
     worst: Vector

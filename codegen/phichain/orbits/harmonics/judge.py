@@ -16,6 +16,7 @@ from phichain.continuation.problem import LateExtra
 from phichain.errors import ConvergenceError
 from phichain.orbits.harmonics.elimination import Series
 from phichain.orbits.quarter import quarter_problem
+from phichain.records import Held
 from phichain.system import Parameters, System, Vector
 
 RESONANT: Final = 0.3
@@ -27,8 +28,8 @@ SINGULAR: Final = 1e-2
 _NONE: Final = np.empty(0, complex)
 
 
-@dataclass(frozen=True)
-class Judge:
+@dataclass(frozen=True, eq=False)
+class Judge(Held):
     """Brake orbits of one mode by shooting over a quarter period.
 
     Attributes:
