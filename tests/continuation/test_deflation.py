@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from phichain.continuation import Engine, start_on
-from phichain.continuation.deflation import deflated
+from phichain.continuation.met.deflation import deflated
 from phichain.errors import ConvergenceError
 from tests.continuation.problems import problem_of
 

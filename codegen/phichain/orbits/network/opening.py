@@ -14,8 +14,8 @@ from typing import Final
 import numpy as np
 
 from phichain.continuation import Branch, Engine, Point, Problem, Special, start_on
-from phichain.continuation.deflation import deflated
 from phichain.continuation.events import signed
+from phichain.continuation.met.deflation import deflated
 from phichain.continuation.point import tangent_of
 from phichain.errors import ConvergenceError
 from phichain.orbits.closed.arrivals import shorter_orbit
