@@ -142,6 +142,12 @@ def test_gains_of_a_float_scene_carry_their_own_error(links: int, sample: float 
     assert f"gains right to {found.error:.1e}" in str(found)
 
 
+def test_sixteen_links_upright_keep_their_gains() -> None:
+    """The largest gain of (A, B) in rational arithmetic and a doubling in 32 digits, to 1e-9: a double alone loses them all."""
+    chain = planar([1.0] * 16, [1 / 16] * 16, cart_mass=1.0, actuated="cart")
+    assert np.max(np.abs(lqr(chain).K)) == pytest.approx(3985864324618.7007, rel=1e-9)
+
+
 def test_more_links_than_digits_are_refused_by_how_much() -> None:
     chain = planar([1.0] * 19, [1 / 19] * 19, cart_mass=1.0, actuated="cart")
     with pytest.raises(ControlError, match=r"s: has a regulator whose cost spreads over 32 digits, of which 30 are computed") as refused:
