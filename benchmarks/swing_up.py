@@ -23,7 +23,7 @@ def measured(links: int) -> str:
     scene = Scene(f"swing{links}", links, base="cart", cart_mass=0.5, mass=0.1, length=0.2, want=("forward_dynamics", "linearization"))
     with tempfile.TemporaryDirectory() as folder:
         found = swing_up(
-            build(scene), limit=20.0, rail=1.0 if links < 4 else 1.2, errors={"mass": size, "cart_mass": size},
+            build(scene), limit=20.0, rail=1.0 if links < 4 else 1.2, errors={"mass": size, "cart_mass": size}, jobs=2,
             report=lambda one: print(one, file=sys.stderr, flush=True),
         )  # fmt: skip
         generate_swingup(found.law, folder)

@@ -169,10 +169,10 @@ def test_the_command_writes_what_passes_its_own_test(tmp_path: Path, capsys: pyt
 
 def test_limits_that_leave_no_motion_name_the_bound(system: System) -> None:
     with pytest.raises(ControlError, match="rail: is the bound that leaves no motion in 1.5 s: without it there is one that goes") as short:
-        swing_up(system, limit=20, rail=0.01, seconds=1.5, count=1, runs=2, jobs=1)
+        swing_up(system, limit=20, rail=0.01, seconds=1.5, count=1, runs=2, most=80)
     assert short.value.bound == "rail" and short.value.needed > 0.1
     with pytest.raises(ControlError, match="limit: is the bound that leaves no motion in 0.8 s: with more there is one that takes") as weak:
-        swing_up(system, limit=1.5, seconds=0.8, count=1, runs=2, jobs=1)
+        swing_up(system, limit=1.5, seconds=0.8, count=1, runs=2, most=80)
     assert weak.value.bound == "limit" and weak.value.needed > 1.5
 
 

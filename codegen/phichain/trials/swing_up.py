@@ -60,7 +60,7 @@ def swing_up(
     real: str = "float",
     enough: float = ENOUGH,
     count: int = STARTS,
-    jobs: int = 2,
+    jobs: int = 1,
     solver: str = "fatrop",
     most: int = MOST,
     stride: int = 5,
@@ -84,7 +84,7 @@ def swing_up(
         real: Type of the law's C, "float" or "double".
         enough: The search ends with the first law that holds in such a share of its runs.
         count: Starts at most.
-        jobs: Processes.
+        jobs: Processes; with more than one the caller's script must not start anew when it is imported (`if __name__ == "__main__"`).
         solver: "fatrop" or "ipopt".
         most: Iterations that a start is worth.
         stride: Samples from one knot of the table to the next.

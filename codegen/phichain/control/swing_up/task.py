@@ -29,7 +29,8 @@ class Task(Held):
         rail: Largest distance of the cart from 0, m; inf for none.
         limit: Largest size of every input (nu,).
         sample: Time between two calls of the law, s.
-        swing: Time of a chain of this length, sqrt(sum l / g), s: what times and rates are measured by.
+        swing: Swing time of the chain, sqrt(sum r' / g), s: what times and rates are measured by. r' = r + J / (m r), at most l, is
+            how far from its joint a link swings as a point would.
     """
 
     start: Signs
@@ -82,15 +83,24 @@ class Task(Held):
             end[: system.cart_size] = place
         if np.array_equal(first, last):
             raise ControlError("target", list(linear[1].s), "is where the chain starts", "give another target, or another place of the cart")
-        lengths, gravity = np.asarray(system.number("length")), abs(float(system.number("gravity")))
+        gravity = abs(float(system.number("gravity")))
         if not gravity > 0:
             raise UnsupportedError("chain.gravity", gravity, "leaves no equilibrium to swing to", "give the chain its weight")
         if not (np.isfinite(sample) and sample > 0):
             raise ControlError("sample", sample, "is no positive time", "give the time between two calls, s")
         return cls(
             linear[0].s, linear[1].s, first, last, _rail(system, rail, places), _limits(system, limit), float(sample),
-            sqrt(float(np.sum(lengths)) / gravity),
+            sqrt(float(np.sum(_swinging(system))) / gravity),
         )  # fmt: skip
+
+
+def _swinging(system: System) -> Vector:
+    """r' of every link (N,), m."""
+    length, mass = (np.asarray(system.number(name), dtype=float) for name in ("length", "mass"))
+    com = np.asarray(system.number("com", default=length), dtype=float)
+    inertia = np.asarray(system.number("inertia", default=np.zeros(system.links)), dtype=float)
+    moment = np.maximum(mass * np.abs(com), 1e-300)
+    return np.asarray(np.minimum(length, np.abs(com) + inertia / moment), dtype=float)
 
 
 def _limits(system: System, limit: ArrayLike) -> Vector:
