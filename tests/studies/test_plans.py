@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from phichain.errors import PhichainError, StudyError
+from phichain.scene.load import with_functions
 from phichain.studies import load_plan, plan_of
+from phichain.studies.point import Base, Resolver
 from tests.studies.conftest import SCENE, tables
 
 BAD: tuple[tuple[dict[str, Any], str], ...] = (
@@ -71,6 +73,8 @@ def test_more_samples_begin_with_the_fewer_and_axes_draw_alone() -> None:
     assert all(many[key][:5] == few[key] for key in few)
     more = drawn(5, **{"task.tol": {"low": 1e-9, "high": 1e-6, "scale": "log"}})
     assert all(more[key] == few[key] for key in few)
+    same = {"task.lean": {"low": 0.0, "high": 1.0}, "gravity": {"low": 0.0, "high": 1.0}}
+    assert not set(drawn(5, **same)["task.lean"]) & set(drawn(5, **same)["chain.gravity"]), "every axis has a stream of its own"
     assert all(1e-9 <= value < 1e-6 for value in more["task.tol"])
     assert abs(np.mean(drawn(4000)["chain.gravity"]) - 9.0) < 0.01
     sobol = plan_of(tables(grid={}, samples={"count": 64, "method": "sobol", "gravity": {"low": 0.0, "high": 1.0}})).samples[0].values
@@ -90,6 +94,9 @@ def test_a_key_is_of_what_is_computed_and_of_nothing_else() -> None:
     assert not keys(task={"run": "simulate", "t": 0.6, "tol": 1e-8, "error_estimate": False}) & whole
     assert not keys(scene=Scene_of_mass_two()) & whole
     assert not keys(task={"run": "propagate", "t": 0.5, "tol": 1e-8}) & whole
+    both = with_functions(SCENE, ("forward_dynamics", "propagate_batch"))
+    alike = [Resolver(Base(both, task, {"t": 1.0}, {"gravity": 9.81}), ())(()) for task in ("simulate", "propagate")]
+    assert alike[0].digest == alike[1].digest and alike[0].key != alike[1].key
 
 
 def Scene_of_mass_two() -> Any:
