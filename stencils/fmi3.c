@@ -213,6 +213,7 @@ FMI3_EXPORT fmi3Status fmi3DoStep(fmi3Instance instance, double t, double step, 
     const double end = t + step;
     it->flow.t = (phi_real)t;
     it->flow.tolerance = (phi_real)it->tolerance;
+    it->flow.work = &it->work;
     const int result = phi_move(FLOW_PASS &it->flow, (phi_real)end, FMU_STEPS, MOVE_PASS it->q, it->v, EVENT_PASS 0, NULL, NULL, NULL);
     it->t = result ? (double)it->flow.t : end;
     *reached = it->t;

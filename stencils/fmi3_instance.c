@@ -31,6 +31,7 @@ typedef struct {
     phi_real q[FMU_Q], v[FMU_V];
     double tolerance;
     phi_carried flow;
+    phi_work work;
 #if WITH_PARAMS
     phi_params own;
 #endif

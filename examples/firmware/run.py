@@ -20,11 +20,11 @@ from phichain.pipeline import generate_controller
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parents[1]))
 
-from benchmarks.firmware.targets import M4F
+from benchmarks.firmware.targets import M4F, Target
 
 
-def trace(out: Path) -> str:
-    """Generate plant and controller, build both for the M4F, and run them."""
+def trace(out: Path, target: Target = M4F) -> str:
+    """Generate plant and controller, build both for a target, and run them."""
     scene = load_scene(HERE / "double.toml")
     plant = generate(scene, out)
     # Gains come from the same chain in double precision; the law is emitted in single precision, held for a millisecond.
@@ -32,8 +32,8 @@ def trace(out: Path) -> str:
     gains = lqr(model, np.array([-1.0, -1.0]), 1.0, 0.1, sample=0.001)
     controller = generate_controller(gains.law(limit=15.0), out, real="float")
     sources = [HERE / "main.c", plant / "plant.c", controller / "plant_controller.c"]
-    program = M4F.build(sources, Path(out).resolve() / "firmware.elf", "-O2", f"-I{plant}", f"-I{controller}")
-    return M4F.run(program)
+    program = target.build(sources, Path(out).resolve() / "firmware.elf", "-O2", f"-I{plant}", f"-I{controller}")
+    return target.run(program)
 
 
 def main(words: list[str]) -> int:

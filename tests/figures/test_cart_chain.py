@@ -129,7 +129,7 @@ def test_the_sheets_have_the_paper_s_panels(runs: dict, cart: System) -> None:
     held = steadied(cart, *runs["B4"], "title", FIG_4.moments)
     labels = [axes.get_ylabel() for axes in held.axes]
     assert {"cart (m)", "energy (J)", "force (N)"} <= set(labels) and sum(
-        "off" in label for label in labels
+        "off (deg)" in label for label in labels
     ) == 5
     curves = {line.get_label(): line.get_ydata() for axes in held.axes for line in axes.get_lines()}
     # A chord for every angle from upright or hanging: 6, 4, 4, 5 and 35 degrees.

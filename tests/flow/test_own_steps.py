@@ -102,6 +102,8 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 @pytest.mark.parametrize("t", [(0.0, 20.0), np.linspace(0.0, 20.0, 101)], ids=["own steps", "a grid"])
 def test_simulate_is_one_call_of_the_flow_and_few_of_neighbours(system: System, calls: list[str], t: Any) -> None:
+    simulate(system, STATE, (0.0, 0.1))  # the first call asks how much room the flow works in
+    calls.clear()
     run = simulate(system, STATE, t)
     assert run.method == "taylor" and run.counts["steps"] > 100
     # The others are loose neighbours, which say how errors grow beside it (`motion.error`).

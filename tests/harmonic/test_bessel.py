@@ -33,7 +33,7 @@ ENVIRONMENT = jinja2.Environment(
 
 def source(real):
     """Return a translation unit that exports the rendered function for an array of arguments."""
-    text = ENVIRONMENT.get_template("bessel.c.j2").render(name="k", real=real, **bessel.coefficients(real))
+    text = ENVIRONMENT.get_template("bessel.c.j2").render(name="k", real=real, own=False, **bessel.coefficients(real))
     includes = "".join(f"#include <{header}>\n" for header in bessel.HEADERS)
     signature = "void all(int n, const k_real *x, k_real *j)"
     loop = "for (int i = 0; i < n; ++i) { k_bessel(x[i], j + 5 * i); }"

@@ -46,7 +46,7 @@ def fmu_source(scene: Scene) -> str:
         places = [f"    to->{_place(key)} = ({name}_real)p[{k}];" for k, (key, _) in enumerate(found)]
         lines.append(f"static void {name}_fill(const double *const p, {name}_params *const to)\n{{\n" + "\n".join(places) + "\n}")
     names = {
-        "phi_carried": f"{name}_flow" if is_taylor else f"{name}_stiff", "phi_move": f"{name}_{flow_of(scene)}", "phi_": f"{name}_",
+        "phi_carried": f"{name}_flow" if is_taylor else f"{name}_stiff", "phi_work": f"{name}_workspace" if is_taylor else f"{name}_stiff_workspace", "phi_move": f"{name}_{flow_of(scene)}", "phi_": f"{name}_",
         "PARAMS_PASS": "&it->own," if found else "", "FLOW_PASS": "&it->own," if found else "", "INPUT_PASS": "it->u," if scene.nu else "",
         "MOVE_PASS": "it->u," if scene.nu else "", "EVENT_PASS": "NULL," if is_taylor else "",
     }  # fmt: skip
