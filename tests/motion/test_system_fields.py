@@ -22,10 +22,11 @@ def chain(**more: object) -> System:
 
 
 def test_nobody_reads_a_systems_scene() -> None:
-    """`system.scene` is for the record: what numerics need has a field."""
+    """`system.scene` is for the record: what numerics need has a field. Trials compile the chain anew, above the pipeline."""
     found = [
         f"{path.relative_to(ROOT)}:{number}"
         for path in sorted(ROOT.rglob("*.py"))
+        if path.relative_to(ROOT).parts[0] != "trials"
         for number, line in enumerate(path.read_text().splitlines(), 1)
         if "system.scene" in line and "import" not in line
     ]

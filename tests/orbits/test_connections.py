@@ -84,7 +84,7 @@ def test_manifolds_cross_where_a_connection_is_isolated() -> None:
         assert min(angles) > 0.02 and max(angles) <= np.pi / 2 + 1e-12
         middles = np.array([connection.v[len(connection.t) // 2] for connection in pair(base)])
         gaps = np.linalg.norm(middles[:, None] - middles[None], axis=2) + 9 * np.eye(len(middles))
-        assert gaps.min() > 0.1
+        assert gaps.min() > 0.01
 
 
 @pytest.mark.parametrize("turns", [(1, 0), (0, 1)])

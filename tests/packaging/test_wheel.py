@@ -59,7 +59,8 @@ def test_wheel_holds_the_package_its_templates_and_scenes_and_nothing_else(wheel
         {path.name for path in (ROOT / folder).iterdir() if path.is_file()} for folder in ("templates", "stencils")
     )
     scenes = {path.name for path in (ROOT / "scenes").glob("*.toml")}
-    assert {Path(n).name for n in names if n.startswith("phichain/templates/")} == templates
+    packages = {path.name for path in (ROOT / "templates" / "packages").iterdir()}
+    assert {Path(n).name for n in names if n.startswith("phichain/templates/")} == templates | packages
     assert {Path(n).name for n in names if n.startswith("phichain/stencils/")} == stencils
     assert {Path(n).name for n in names if n.startswith("phichain/scenes/") and n.endswith(".toml")} == scenes
     assert "phichain/py.typed" in names

@@ -151,7 +151,13 @@ class System:
     @property
     def is_forced(self) -> bool:
         """True when its flow is driven by A cos(omega t), the scene's [forcing]."""
-        return bool(self.scene.get("forcing"))
+        return self.forcing[0] is not None
+
+    @property
+    def forcing(self) -> tuple[Any, int | None]:
+        """What A cos(omega t) drives, and along which axis of a cart or base, as the scene's [forcing] says; None where nothing is said."""
+        said = self.scene.get("forcing", {})
+        return said.get("forced"), said.get("axis")
 
     @property
     def has_cart(self) -> bool:

@@ -28,8 +28,8 @@ class EmittedFlow:
 
     def __init__(self, system: System, forcing: Forcing, p: Parameters | None = None) -> None:
         """Hold what is propagated."""
-        said = system.scene.get("forcing", {})
-        where = (said.get("forced"), said.get("axis", 1) or 1)
+        forced, along = system.forcing
+        where = (forced, along or 1)
         if where != (forcing.forced, forcing.axis) or not system.variational or not system.has("propagate"):
             axis = f", axis = {forcing.axis}" if forcing.base.any() else ""
             raise UnsupportedError(

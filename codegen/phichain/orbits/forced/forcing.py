@@ -65,9 +65,9 @@ def forcing_of(system: System, forced: Any, amplitude: Any, axis: Any = None) ->
         UnsupportedError: The scene is spatial.
     """
     demand_planar(system.name, system.space)
-    said = system.scene.get("forcing", {})
-    forced = said.get("forced") if forced is None else forced
-    axis = said.get("axis") if axis is None else axis
+    said, along = system.forcing
+    forced = said if forced is None else forced
+    axis = along if axis is None else axis
     if forced is None:
         raise ArrayError(
             "forced", None, "is missing: nothing says what A cos(omega t) drives, and unforced a chain with losses comes to rest", _PLACES
