@@ -9,9 +9,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.archive import NUMBER, TEXT, Array, Schema, names, read_archive, real, whole
-from phichain.errors import ArrayError, OutputError
-from phichain.laws.numbers import Matrix, Row, as_numbers
+from phichain.archive import NUMBER, TEXT, Array, Schema, names, real, whole
+from phichain.errors import ArrayError
+from phichain.laws.numbers import Matrix, Row, as_numbers, less_turns, read_law
 from phichain.records import write_npz
 
 Vector = NDArray[np.float64]
@@ -140,8 +140,7 @@ class GainTable:
 
     def _away(self, which: int, x: ArrayLike) -> Vector:
         away = np.asarray(x, dtype=float) - np.array(self.targets[which])
-        turn = 2 * np.pi
-        return np.where(self.wraps, away - turn * np.floor(away / turn + 0.5), away)
+        return less_turns(away, self.wraps)
 
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""
@@ -157,12 +156,4 @@ class GainTable:
         Raises:
             OutputError: The file is missing, holds no GainTable, or one that does not fit together.
         """
-        arrays, meta = read_archive(path, _SCHEMA)
-        fields: dict[str, Any] = {**arrays}
-        fields |= {name: meta[name] if isinstance(meta[name], str) else tuple(meta[name]) for name in _WORDS}
-        fields |= {name: meta[name] for name in _PLAIN}
-        try:
-            return cls(**fields)
-        except ArrayError as failure:
-            remedy = f"name a file that a {_SCHEMA.kind} wrote"
-            raise OutputError("path", str(path), f"no {_SCHEMA.kind} can be read there: {failure}", remedy) from failure
+        return read_law(cls, path, _SCHEMA, _WORDS, _PLAIN)

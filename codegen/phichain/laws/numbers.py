@@ -1,16 +1,21 @@
-"""Numbers of frozen laws: nested tuples of a given shape."""
+"""Numbers of frozen laws: nested tuples of a given shape, deviations less whole turns, and what files hold of them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from phichain.errors import ArrayError
+from phichain.archive import Schema, read_archive
+from phichain.errors import ArrayError, OutputError
 
 Row = tuple[float, ...]
 Matrix = tuple[Row, ...]
+Vector = NDArray[np.float64]
+Law = TypeVar("Law")
 
 
 def as_numbers(field: str, values: Any, shape: tuple[int, ...], infinite: bool = False) -> Any:
@@ -36,6 +41,31 @@ def as_numbers(field: str, values: Any, shape: tuple[int, ...], infinite: bool =
     if given.shape != shape or not np.all(sound):
         raise ArrayError(field, values, f"must hold finite numbers of shape {shape}", "give one for each")
     return _tuples(given.tolist())
+
+
+def less_turns(away: Vector, wraps: Sequence[bool]) -> Vector:
+    """Deviations (..., n) less whole turns, where they are angles: in [-pi, pi)."""
+    turn = 2 * np.pi
+    return np.where(wraps, away - turn * np.floor(away / turn + 0.5), away)
+
+
+def words_of(meta: Mapping[str, Any], words: Iterable[str]) -> dict[str, Any]:
+    """Small fields of a file as a law holds them: texts, and lists as tuples."""
+    return {name: meta[name] if isinstance(meta[name], str) else tuple(meta[name]) for name in words}
+
+
+def read_law(kind: type[Law], path: Path | str, schema: Schema, words: Iterable[str], plain: Iterable[str]) -> Law:
+    """A law whose fields are the arrays and small fields of its file.
+
+    Raises:
+        OutputError: The file is missing, holds no such law, or one that does not fit together.
+    """
+    arrays, meta = read_archive(path, schema)
+    try:
+        return kind(**arrays, **words_of(meta, words), **{name: meta[name] for name in plain})
+    except ArrayError as failure:
+        remedy = f"name a file that a {schema.kind} wrote"
+        raise OutputError("path", str(path), f"no {schema.kind} can be read there: {failure}", remedy) from failure
 
 
 def _tuples(values: Sequence[Any]) -> tuple[Any, ...]:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from phichain.archive import NUMBER, TEXT, Array, Schema, names, read_archive, real, whole
 from phichain.errors import ArrayError, OutputError
-from phichain.laws.numbers import Matrix, Row, as_numbers
+from phichain.laws.numbers import Matrix, Row, as_numbers, less_turns, words_of
 from phichain.laws.observer import Observer
 from phichain.records import write_npz
 
@@ -211,7 +211,7 @@ class OutputFeedback:
         """
         arrays, meta = read_archive(path, _SCHEMA)
         fields: dict[str, Any] = {name: arrays[name] for name in (*_FRAME, *_WHOLE, *_TRUTHS)}
-        fields |= {name: meta[name] if isinstance(meta[name], str) else tuple(meta[name]) for name in _WORDS}
+        fields |= words_of(meta, _WORDS)
         try:
             kept: dict[str, Any] | None = {name: arrays[name] for name in _OBSERVER} if meta["observer"] else None
             observer = None if kept is None else Observer(kind=meta["observer"], **kept)
@@ -223,9 +223,8 @@ class OutputFeedback:
 
 def _turned(away: Vector, wraps: tuple[bool, ...]) -> Vector:
     """Deviations less whole turns, where they are angles, in [-pi, pi)."""
-    turn = 2 * np.pi
     with np.errstate(invalid="ignore"):
-        return np.where(wraps, away - turn * np.floor(away / turn + 0.5), away)
+        return less_turns(away, wraps)
 
 
 def _finite(values: Vector) -> Vector:

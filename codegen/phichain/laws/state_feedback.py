@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.archive import NUMBER, TEXT, Array, Schema, names, read_archive, real
-from phichain.errors import ArrayError, OutputError
-from phichain.laws.numbers import as_numbers
+from phichain.archive import NUMBER, TEXT, Array, Schema, names, real
+from phichain.errors import ArrayError
+from phichain.laws.numbers import as_numbers, less_turns, read_law
 from phichain.records import write_npz
 
 Vector = NDArray[np.float64]
@@ -89,9 +89,7 @@ class StateFeedback:
 
     def __call__(self, t: float, x: ArrayLike) -> Vector:
         """u (..., nu) at states (..., nx), so that `simulate(..., u=law)` takes the record itself; t is not looked at."""
-        away = np.asarray(x, dtype=float) - np.array(self.target)
-        turn = 2 * np.pi
-        away = np.where(self.wraps, away - turn * np.floor(away / turn + 0.5), away)
+        away = less_turns(np.asarray(x, dtype=float) - np.array(self.target), self.wraps)
         return np.clip(np.array(self.rest) - away @ np.array(self.gains).T, self.low, self.high)
 
     def __str__(self) -> str:
@@ -114,12 +112,4 @@ class StateFeedback:
         Raises:
             OutputError: The file is missing, holds no StateFeedback, or one that does not fit together.
         """
-        arrays, meta = read_archive(path, _SCHEMA)
-        fields: dict[str, Any] = {**arrays}
-        fields |= {name: meta[name] if isinstance(meta[name], str) else tuple(meta[name]) for name in _WORDS}
-        fields |= {name: meta[name] for name in _PLAIN}
-        try:
-            return cls(**fields)
-        except ArrayError as failure:
-            remedy = f"name a file that a {_SCHEMA.kind} wrote"
-            raise OutputError("path", str(path), f"no {_SCHEMA.kind} can be read there: {failure}", remedy) from failure
+        return read_law(cls, path, _SCHEMA, _WORDS, _PLAIN)

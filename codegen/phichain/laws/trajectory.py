@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from phichain.archive import NUMBER, TEXT, Array, Schema, names, read_archive, real
 from phichain.errors import ArrayError, OutputError
+from phichain.laws.numbers import less_turns, words_of
 from phichain.laws.state_feedback import StateFeedback
 from phichain.records import Held, held, write_npz
 
@@ -116,8 +117,7 @@ class TrajectoryLaw(Held):
     def __call__(self, t: float, x: ArrayLike) -> Vector:
         """u (nu,) at a state (nx,), so that `simulate(..., u=law)` takes the record itself."""
         reference, u, gains = self.reference(t)
-        away, turn = np.asarray(x, dtype=float) - reference, 2 * np.pi
-        away = np.where(self.catch.wraps, away - turn * np.floor(away / turn + 0.5), away)
+        away = less_turns(np.asarray(x, dtype=float) - reference, self.catch.wraps)
         off = float(np.sum(away[np.array(self.catch.wraps)] ** 2))
         if not off <= self.tube**2 or not abs(np.asarray(x)[0]) <= self.rail:
             return np.zeros_like(u)
@@ -148,7 +148,7 @@ class TrajectoryLaw(Held):
         arrays, meta = read_archive(path, _SCHEMA)
         tables = {name: arrays.pop(name) for name in _TABLES}
         catch: dict[str, Any] = {"gains" if name == "catch_gains" else name: array for name, array in arrays.items()}
-        catch |= {name: meta[name] if isinstance(meta[name], str) else tuple(meta[name]) for name in _WORDS}
+        catch |= words_of(meta, _WORDS)
         rail = meta["rail"] or float("inf")
         try:
             return cls(StateFeedback(**catch, sample=meta["sample"]), meta["interval"], **tables, tube=meta["tube"], rail=rail, note=meta["note"])

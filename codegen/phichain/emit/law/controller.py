@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from math import isfinite
 from textwrap import wrap
-from typing import Any, Final
+from typing import Any
 
 from phichain._version import __version__
 from phichain.emit.c.function import c_function
@@ -17,7 +17,7 @@ from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.casadi.python_function import python_function
-from phichain.emit.law.literals import bound, literal
+from phichain.emit.law.literals import BYTES, bound, literal
 from phichain.emit.law.vectors import Vector, vectors
 from phichain.emit.render import render
 from phichain.files import MANIFEST
@@ -26,8 +26,6 @@ from phichain.ir.passes import count_operations
 from phichain.ir.rounded import nearest
 from phichain.laws import StateFeedback
 from phichain.lowering.laws import controller
-
-BYTES: Final = {"double": 8, "float": 4}
 
 
 def controller_name(law: StateFeedback) -> str:

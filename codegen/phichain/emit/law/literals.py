@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import re
 from math import isfinite
+from typing import Final
+
+BYTES: Final = {"double": 8, "float": 4}
+"""Bytes of a number of each type."""
 
 
 def literal(value: float, real: str) -> str:

@@ -15,7 +15,7 @@ from phichain.emit.c.layout import WIDTH, laid_out, laid_out_text
 from phichain.emit.c.names import CNames
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.casadi.python_function import python_function
-from phichain.emit.law.literals import MANNERS, bound, literal
+from phichain.emit.law.literals import BYTES, MANNERS, bound, literal
 from phichain.emit.law.memory import declared_with_memory, function_with_memory
 from phichain.emit.law.output_vectors import Call, calls, first_calls
 from phichain.emit.render import render
@@ -25,8 +25,6 @@ from phichain.ir.passes import count_operations
 from phichain.ir.rounded import nearest
 from phichain.laws import OutputFeedback
 from phichain.lowering.laws import output_feedback, output_feedback_reset
-
-_BYTES: Final = {"double": 8, "float": 4}
 
 
 def output_feedback_files(law: OutputFeedback, real: str = "double") -> dict[str, str]:
@@ -45,7 +43,7 @@ def output_feedback_files(law: OutputFeedback, real: str = "double") -> dict[str
         "name": name, "upper": name.upper(), "chain": law.name, "real": real, "ny": len(law.measured_names), "nu": len(law.input_names),
         "sample": f"{law.sample:.17g}", "digest": law.digest, "formula": _formula(law), "has_observer": law.observer is not None,
         "fields": [(field, size, _ABOUT[field]) for field, size in law.memory.items()], "kind": law.observer.kind if law.observer else "",
-        "rows": _rows(law, real), "operations": _operations(step), "bytes": _BYTES[real] * sum(law.memory.values()),
+        "rows": _rows(law, real), "operations": _operations(step), "bytes": BYTES[real] * sum(law.memory.values()),
     }  # fmt: skip
     files = {
         f"{name}.h": _header(law, step, reset, shown),
@@ -178,7 +176,7 @@ def _manifest(law: OutputFeedback, step: Program, real: str, files: Mapping[str,
         "integrated": [law.measured_names[i] for i in law.integrated],
         "integral_gains": [list(row) for row in law.integral_gains],
         "operations": {"total": _operations(step), **dict(sorted(count_operations(step).items()))},
-        "state_bytes": _BYTES[real] * sum(law.memory.values()),
+        "state_bytes": BYTES[real] * sum(law.memory.values()),
         "files": {name: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
     }
     return json.dumps(record, indent=2, ensure_ascii=True) + "\n"

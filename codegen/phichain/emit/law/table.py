@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 from math import isfinite
 from textwrap import wrap
-from typing import Any, Final
+from typing import Any
 
 from phichain._version import __version__
 from phichain.emit.c.function import c_function
@@ -17,7 +17,7 @@ from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.casadi.python_function import python_function
-from phichain.emit.law.literals import MANNERS, bound, literal
+from phichain.emit.law.literals import BYTES, MANNERS, bound, literal
 from phichain.emit.law.table_vectors import Case, cases
 from phichain.emit.render import render
 from phichain.files import MANIFEST
@@ -25,8 +25,6 @@ from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations
 from phichain.laws import GainTable
 from phichain.lowering.laws import TablePrograms, table_programs
-
-_BYTES: Final = {"double": 8, "float": 4}
 
 
 def table_files(table: GainTable, real: str = "double") -> dict[str, str]:
@@ -46,7 +44,7 @@ def table_files(table: GainTable, real: str = "double") -> dict[str, str]:
         "name": name, "upper": name.upper(), "chain": table.name, "real": real, "nx": len(table.state_names), "nu": len(table.input_names),
         "count": count, "sample": f"{table.sample:.17g}" if table.sample else "", "digest": table.digest, "leave": f"{table.leave:.9g}",
         "rows": _rows(table), "equilibria": [f"{which}: {_arrows(signs)}" for which, signs in enumerate(table.signs)],
-        "operations": _cost(programs, count), "bytes": _BYTES[real] * count * sum(fields.values()), "fields": fields,
+        "operations": _cost(programs, count), "bytes": BYTES[real] * count * sum(fields.values()), "fields": fields,
         "formula": _formula(table),
     }  # fmt: skip
     files = {
@@ -185,7 +183,7 @@ def _manifest(table: GainTable, real: str, files: Mapping[str, str], shown: Mapp
             for s, target, rest, gains, shape in zip(table.signs, table.targets, table.rest, table.gains, table.shapes, strict=True)
         ],
         "operations": {"most": shown["operations"]},
-        "state_bytes": 4 + _BYTES[real],
+        "state_bytes": 4 + BYTES[real],
         "constant_bytes": shown["bytes"],
         "files": {name: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
     }

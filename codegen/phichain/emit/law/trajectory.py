@@ -17,8 +17,8 @@ from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.law.along import Case, cases, table
-from phichain.emit.law.controller import BYTES, described_inputs
-from phichain.emit.law.literals import bound, literal
+from phichain.emit.law.controller import described_inputs
+from phichain.emit.law.literals import BYTES, bound, literal
 from phichain.emit.render import render
 from phichain.emit.stencil import instance
 from phichain.files import MANIFEST
