@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import subspace_angles
 
 from phichain.errors import ArrayError, ConvergenceError, UnsupportedError
-from phichain.orbits.connections.half import NEAR, Half, flown, middle, solve_half
+from phichain.orbits.connections.half import NEAR, Half, flown, middle, solve_half, unpushed
 from phichain.orbits.connections.record import Connection
 from phichain.orbits.connections.saddle import Saddle, saddle
 from phichain.orbits.connections.search import starts
@@ -102,8 +102,7 @@ def _whole(system: System, origin: Saddle, goal: Vector, turns: tuple[int, ...],
 def _stretch(system: System, node: Vector, times: Vector, p: Parameters | None) -> Vector:
     """States from a node on, the end left out."""
     nq = system.nq
-    u = {"u": np.zeros(system.nu)} if system.nu else {}
-    found = system.propagate(node[:nq], node[nq:], 0.0, float(times[-1]), 1e-16, times=times[1:-1], **u, **system.parameters(p))
+    found = system.propagate(node[:nq], node[nq:], 0.0, float(times[-1]), 1e-16, times=times[1:-1], **unpushed(system), **system.parameters(p))
     return np.vstack([node, np.hstack([found.q_at, found.v_at])])
 
 

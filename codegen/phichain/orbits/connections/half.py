@@ -66,12 +66,16 @@ def joints_of(system: System, x: Vector) -> Vector:
     return found
 
 
+def unpushed(system: System) -> dict[str, Vector]:
+    """The argument u of a flow whose inputs, if it has any, stay zero."""
+    return {"u": np.zeros(system.nu)} if system.nu else {}
+
+
 def flown(system: System, x: Vector, time: float, p: Parameters | None, columns: bool) -> tuple[Vector, Vector]:
     """The state after a time, and what becomes of its variations; NaN where it does not come there."""
     nq = system.nq
-    u = {"u": np.zeros(system.nu)} if system.nu else {}
     found = system.propagate(
-        x[:nq], x[nq:], 0.0, time, _EPS, max_steps=_STEPS, **u, **({"transition": np.eye(2 * nq)} if columns else {}), **system.parameters(p)
+        x[:nq], x[nq:], 0.0, time, _EPS, max_steps=_STEPS, **unpushed(system), **({"transition": np.eye(2 * nq)} if columns else {}), **system.parameters(p)
     )
     end = np.concatenate([found.q, found.v]) if found.outcome == "done" else np.full(2 * nq, np.nan)
     return end, found.transition if columns else np.empty(0)

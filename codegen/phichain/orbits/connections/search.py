@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from phichain.orbits.connections.half import NEAR, joints_of
+from phichain.orbits.connections.half import NEAR, joints_of, unpushed
 from phichain.orbits.connections.saddle import Saddle, leaving
 from phichain.system import Parameters, System, Vector
 
@@ -54,8 +54,7 @@ def _zeros(
 ) -> list[tuple[float, float]]:
     """When the first joint is there on the way, and how far the last one is off then."""
     nq, x = system.nq, leaving(system, origin, start, p)
-    u = {"u": np.zeros(system.nu)} if system.nu else {}
-    way = system.propagate(x[:nq], x[nq:], 0.0, float(grid[-1]), 1e-12, times=grid, **u, **system.parameters(p))
+    way = system.propagate(x[:nq], x[nq:], 0.0, float(grid[-1]), 1e-12, times=grid, **unpushed(system), **system.parameters(p))
     miss = joints_of(system, way.q_at) - goal
     first, last = miss[:, 0], miss[:, -1]
     at = np.flatnonzero(first[:-1] * first[1:] < 0)

@@ -13,12 +13,10 @@ from phichain.continuation import (
     Engine,
     Extremum,
     Fold,
-    Options,
     Point,
     Problem,
     TestFunction,
     follow,
-    predictors,
     start_on,
 )
 from phichain.continuation.core import Progress
@@ -37,11 +35,8 @@ NEEDED: Final = (*balance.NEEDED, "forward_dynamics")
 START: Final = 1e-2
 """Largest angle of the first point, rad."""
 UNRESOLVED: Final = "tail of the spectrum"
-
-
-def settings(options: Options | None) -> Engine:
-    """Predictor, corrector and options of a family of brake orbits."""
-    return Engine(predictors.cubic, options=options or Options(step=0.01, step_max=0.1, max_points=5000, tol=1e-9))
+settings = shooting.settings
+"""Predictor, corrector and options: the same unknowns as shooting, the same steps."""
 
 
 def demand_harmonics(system: System) -> None:
