@@ -13,21 +13,21 @@ from phichain._version import __version__
 _PACKAGE = Path(__file__).resolve().parent
 
 
-def templates_folder() -> Path:
-    """The folder of the templates: inside the package in a wheel, at the top of a checkout."""
-    inside = _PACKAGE / "templates"
-    return inside if inside.is_dir() else _PACKAGE.parents[1] / "templates"
+def beside(folder: str) -> Path:
+    """`templates` or `stencils`: inside the package in a wheel, at the top of a checkout."""
+    inside = _PACKAGE / folder
+    return inside if inside.is_dir() else _PACKAGE.parents[1] / folder
 
 
 @cache
 def generator() -> str:
-    """SHA-256 over the version and over name, size and time of every source and template, in hexadecimal.
+    """SHA-256 over the version and over name, size and time of every source, template and stencil, in hexadecimal.
 
     What one generator wrote another one need not write: a version says so between releases, and nothing but the files
     themselves while one is worked on. They are looked at once per process and not read: that costs 2 ms where reading costs 30.
     """
     lines = [__version__]
-    for folder in (_PACKAGE, templates_folder()):
+    for folder in (_PACKAGE, beside("templates"), beside("stencils")):
         lines += sorted(f"{name} {size} {time}" for name, size, time in _listed(folder, ""))
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 

@@ -13,18 +13,17 @@ from pathlib import Path
 from typing import Final
 
 from phichain.errors import EmissionError
+from phichain.identity import beside
 
 PASSED: Final = ("NEWEST", "FORCE", "AFTER", "VARIES")
 """Words around an argument, `FORCE(&force) `, that functions of some scenes alone are given."""
 
-_PACKAGE = Path(__file__).resolve().parents[1]
 _FEATURE = re.compile(r"#if (!?)(WITH_\w+)$")
 
 
 def stencils_folder() -> Path:
     """The folder of the stencils: inside the package in a wheel, at the top of a checkout."""
-    inside = _PACKAGE / "stencils"
-    return inside if inside.is_dir() else _PACKAGE.parents[1] / "stencils"
+    return beside("stencils")
 
 
 def instance(stencil: str, names: Mapping[str, str], features: Mapping[str, bool]) -> str:
