@@ -23,6 +23,8 @@ from phichain.errors import OutputError
 from phichain.reading import open_regular, parse_json
 
 META: Final = "meta_json"
+WROTE: Final = "phichain"
+"""Small field of every file: the version that wrote it."""
 LARGEST: Final = 2**32
 """Bytes that a record may take, in its file and in memory."""
 _LARGEST_TEXT: Final = 2**26
@@ -217,6 +219,8 @@ class _Reader:
                 "path", str(self.path), f"holds a {kind}, not a {self.schema.kind}",
                 f"name a file that a {self.schema.kind} wrote",
             )  # fmt: skip
+        if not isinstance(version := meta.pop(WROTE, ""), str):
+            self.refuse(WROTE, version, "is no version")
         for entry, wanted in self.schema.fields.items():
             if entry not in meta and wanted.default is None:
                 self.refuse(entry, None, "is missing")

@@ -11,6 +11,7 @@ import errno
 import json
 import os
 import stat
+from itertools import dropwhile
 from typing import IO, Any, Final
 
 MEBIBYTE: Final = 2**20
@@ -57,14 +58,15 @@ def open_regular(path: str | os.PathLike[str], most: int, folder: int | None = N
 
 
 def read_rows(path: str | os.PathLike[str], most: int) -> list[list[str]]:
-    """The rows of a CSV file in UTF-8, with or without the mark that spreadsheets put before it.
+    """The rows of a CSV file in UTF-8, with or without the mark that spreadsheets put before it, and without the comments above its header.
 
     Raises:
         OSError: As `read_regular`.
         ValueError: It is no text in UTF-8, or no CSV.
     """
     try:
-        return list(csv.reader(read_regular(path, most).decode("utf-8-sig").splitlines()))
+        lines = read_regular(path, most).decode("utf-8-sig").splitlines()
+        return list(csv.reader(dropwhile(lambda line: line.startswith("#"), lines)))
     except csv.Error as error:
         raise ValueError(str(error)) from error
 

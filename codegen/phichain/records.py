@@ -1,8 +1,8 @@
 """How results leave memory: CSV for people and spreadsheets, NPZ for exact round trips.
 
 A result record is a frozen dataclass of arrays, numbers and strings. CSV takes its table with 17 significant
-digits, so every double survives; NPZ takes all of it, the small fields as one JSON text, and needs no pickle;
-`phichain.archive` reads it back.
+digits, so every double survives; comments before it, in the form of ECSV 1.0, give the unit of every column and where the table comes
+from. NPZ takes all of a record, the small fields as one JSON text, and needs no pickle; `phichain.archive` reads it back.
 Files appear whole or not at all (`phichain.files`).
 """
 
@@ -11,7 +11,8 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
@@ -20,17 +21,23 @@ from typing import Any, Final, Self
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
-from phichain.archive import LARGEST, META
+from phichain._version import __version__
+from phichain.archive import LARGEST, META, WROTE
 from phichain.errors import OutputError
 from phichain.files import write_file
+from phichain.units import unit_of
 
 
-def write_csv(path: Path | str, columns: Mapping[str, ArrayLike]) -> Path:
-    """Write equally long columns under one header row.
+def write_csv(path: Path | str, columns: Mapping[str, ArrayLike], record: object) -> Path:
+    """Write equally long columns under one header row, and above it, as comments, their units and where they come from.
+
+    The comments are those of ECSV 1.0 (Enhanced Character Separated Values), so that `astropy.table.Table.read` returns a table with units;
+    `pandas.read_csv(path, comment="#")` and spreadsheets read what follows them.
 
     Args:
         path: The file to write.
         columns: Column name -> values; numbers are written so that they read back exactly.
+        record: The record that the table is of; its fields that are texts and numbers tell where the table comes from.
 
     Returns:
         The path written.
@@ -39,12 +46,39 @@ def write_csv(path: Path | str, columns: Mapping[str, ArrayLike]) -> Path:
         OutputError: The file cannot be written.
     """
     text = io.StringIO()
+    table = {name: np.asarray(column) for name, column in columns.items()}
+    text.writelines(f"# {line}\n" for line in _above(table, record))
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(
-        zip(*([_cell(value) for value in np.asarray(column)] for column in columns.values()), strict=True)
-    )
+    writer.writerow(table)
+    writer.writerows(zip(*([_cell(value) for value in column] for column in table.values()), strict=True))
     return write_file(path, text.getvalue())
+
+
+def _above(table: Mapping[str, np.ndarray], record: object) -> Iterator[str]:
+    """The lines of ECSV before a table: YAML, written as JSON, which is YAML."""
+    yield from ("%ECSV 1.0", "---", 'delimiter: ","', "datatype:")
+    for name, column in table.items():
+        known = {"unit": unit_of(name)} if unit_of(name) else {}
+        kind = "string" if column.dtype.kind in "UO" else column.dtype.name
+        yield f"- {json.dumps({'name': name, **known, 'datatype': kind}, ensure_ascii=False)}"
+    yield from (f"meta: {json.dumps(origin(record), ensure_ascii=False)}", "schema: astropy-2.0")
+
+
+def origin(record: object) -> dict[str, Any]:
+    """Where a record comes from: the version, its kind, and those of its fields that are texts, numbers or tables of them."""
+    said = {name: _plain(value) for name, value in vars(record).items() if isinstance(value, str | int | float | Mapping)}
+    return {WROTE: __version__, "record": type(record).__name__, **{name: value for name, value in said.items() if value not in ("", {}, None)}}
+
+
+def _plain(value: Any) -> Any:
+    """A value as YAML and JSON have it."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _cell(value: Any) -> str:
@@ -52,7 +86,7 @@ def _cell(value: Any) -> str:
 
 
 def write_npz(path: Path | str, arrays: Mapping[str, ArrayLike], meta: Mapping[str, Any]) -> Path:
-    """Write arrays and, as one JSON text beside them, the small fields of a record.
+    """Write arrays and, as one JSON text beside them, the small fields of a record and the version that wrote it.
 
     Raises:
         OutputError: The file cannot be written, or would be too large to be read back.
@@ -64,7 +98,7 @@ def write_npz(path: Path | str, arrays: Mapping[str, ArrayLike], meta: Mapping[s
         raise OutputError(
             "path", str(path), f"would hold {size} bytes, more than the {LARGEST // 2} of a record", "write fewer points"
         )
-    payload[META] = np.asarray(json.dumps(meta, sort_keys=True))
+    payload[META] = np.asarray(json.dumps({**meta, WROTE: __version__}, sort_keys=True))
     np.savez_compressed(buffer, allow_pickle=False, **payload)
     return write_file(path, buffer.getvalue())
 

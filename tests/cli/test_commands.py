@@ -14,6 +14,7 @@ import phichain
 from phichain.app.cli import app
 from phichain.contract.functions import FUNCTIONS, ROWS
 from phichain.scene import Scene
+from tests import tables
 from tests.cli.conftest import Command
 
 VERBS = [
@@ -135,12 +136,12 @@ def test_simulate_takes_inputs_over_time_from_a_file(command: Command, tmp_path:
     (tmp_path / "push.csv").write_text("t,torque_1\n0,0.5\n0.4,-0.5\n1,0\n", encoding="utf-8-sig")  # as spreadsheets do
     held = command("simulate", "planar2", "--t", "1", "--points", "11", "--input", "push.csv", "--out", "m.csv")
     assert held.code == 0 and "energy balance kept to" in held.out and "energy drift" not in held.out
-    table = np.genfromtxt(tmp_path / "m.csv", delimiter=",", names=True)
+    table = tables.table(tmp_path / "m.csv")
     assert table["torque_1"].tolist() == [0.5] * 4 + [-0.5] * 6 + [0.0] and not table["torque_2"].any()
     assert table["work"][0] == 0.0 and table["work"][-1] != 0.0
     straight = command("simulate", "planar2", "--t", "1", "--points", "11", "--input", "push.csv", "--linear", "--out", "m.csv")
     assert straight.code == 0
-    assert np.genfromtxt(tmp_path / "m.csv", delimiter=",", names=True)["torque_1"][2] == pytest.approx(0.0)
+    assert tables.table(tmp_path / "m.csv")["torque_1"][2] == pytest.approx(0.0)
 
 
 @pytest.mark.parametrize(
@@ -169,7 +170,7 @@ def test_simulate_writes_what_its_files_are_called(command: Command, tmp_path: P
         "simulate", "planar2", "--t", "1", "--points", "51", "--out", "m.csv", "--out", "m.npz", "--out", "m.png"
     )
     assert answer.code == 0 and "energy drift" in answer.out
-    table = np.genfromtxt(tmp_path / "m.csv", delimiter=",", names=True)
+    table = tables.table(tmp_path / "m.csv")
     assert table.shape == (51,) and table["theta_1"][0] == 0.5
     assert phichain.Trajectory.from_npz(tmp_path / "m.npz").t[-1] == 1.0
     assert (tmp_path / "m.png").read_bytes().startswith(b"\x89PNG")
@@ -183,7 +184,7 @@ def test_simulate_takes_runtime_parameters_and_a_start(command: Command, tmp_pat
         "--t", 2.0060666807106474, "--points", 3, "--out", "m.csv",
     )  # fmt: skip
     assert answer.code == 0, answer.err
-    table = np.genfromtxt(tmp_path / "m.csv", delimiter=",", names=True)
+    table = tables.table(tmp_path / "m.csv")
     np.testing.assert_allclose(table["theta_1"], [1e-4, -1e-4, 1e-4], rtol=1e-6)
 
 
@@ -197,7 +198,7 @@ def test_lqr_steadies_the_chain_of_paper_b(command: Command, tmp_path: Path) -> 
     answer = command("lqr", "paper_b", "--up", "none", "--lean", 0.5, "--out", "c.csv", "--out", "c.png")
     assert answer.code == 0, answer.err
     assert "brought back" in answer.out and "not brought back" not in answer.out
-    assert len((tmp_path / "c.csv").read_text().splitlines()) == 1 + 2 * (2 + 2 * 5)
+    assert len(tables.lines(tmp_path / "c.csv")) == 1 + 2 * (2 + 2 * 5)
     assert (tmp_path / "c.png").stat().st_size > 10_000
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
+from tests import tables
 from tests.cli.conftest import Command
 
 
@@ -14,7 +14,7 @@ def test_it_writes_what_its_files_are_called(command: Command, tmp_path: Path) -
     answer = command("connect", "planar1", "--out", "one.png", "--out", "one.csv", "--out", "one.npz")
     assert answer.code == 0 and "link 1 +1 turn" in answer.out and answer.out.count("wrote") == 3
     assert (tmp_path / "one.png").read_bytes().startswith(b"\x89PNG")
-    assert np.genfromtxt(tmp_path / "one.csv", delimiter=",", names=True)["t"][0] < 0
+    assert tables.table(tmp_path / "one.csv")["t"][0] < 0
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests import tables
 from tests.cli.conftest import Command
 
 
@@ -19,7 +20,7 @@ def test_an_orbit_of_a_saved_family(command: Command, tmp_path: Path) -> None:
     # planar1: one link of a metre, its mass in the middle; reference/limit_cycles.json.
     assert found["omega"] == pytest.approx(3.812018988865347, rel=1e-14) and found["start"]["q"] == [1.5]
     assert f"period       {found['period']:.15g} s" in answer.out and "energy       4.558034025819" in answer.out
-    assert len((tmp_path / "o.csv").read_text().splitlines()) == 242
+    assert len(tables.lines(tmp_path / "o.csv")) == 242
     assert (tmp_path / "o.gif").read_bytes().startswith(b"GIF89a") and "<canvas" in (tmp_path / "o.html").read_text()
     for words, says in (
         (("--at", "theta_1=3"), "goes from"), (("--at", "event=1"), "events"), (("--out", "x.pdf"), "gif"),

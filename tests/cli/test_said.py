@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from phichain.app import outputs, said
+from phichain.app.summaries import plain
 from tests.cli.conftest import Command
 
 
@@ -53,4 +54,18 @@ def test_a_bar_is_for_terminals_and_for_what_takes_long(monkeypatch: pytest.Monk
 
 
 def test_numbers_that_are_none_are_null() -> None:
-    assert said._plain({"a": [float("nan"), 1.0], "b": (float("inf"),)}) == {"a": [None, 1.0], "b": [None]}
+    assert plain({"a": [float("nan"), 1.0], "b": (float("inf"),), "c": 1 + 2j}) == {"a": [None, 1.0], "b": [None], "c": [1.0, 2.0]}
+
+
+def test_a_family_says_its_events_as_json_and_is_quiet_when_asked(command: Command, tmp_path: Path) -> None:
+    answer = command("trace", "planar2", "--until", "theta_1=-1", "--json", "--out", "family.json")
+    found = json.loads(answer.out)
+    assert answer.code == 0 and found["record"] == "Branch" and found["points"] == len(json.loads((tmp_path / "family.json").read_text())["points"])
+    assert found["last"]["theta_1"] == pytest.approx(-1.0, abs=1e-12) and "omega" in found["first"]
+    assert all({"kind", "omega", "breaks", "continues"} <= set(event) for event in found["events"])
+    assert command("trace", "planar2", "--until", "theta_1=-0.2", "--quiet").out == ""
+
+
+def test_a_network_says_its_branches_as_json(command: Command) -> None:
+    found = json.loads(command("trace", "planar2", "--switch", "--until", "theta_1=-0.3", "--json").out)
+    assert found["record"] == "Network" and found["branches"][0]["record"] == "Branch" and found["status"]

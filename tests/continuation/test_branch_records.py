@@ -9,6 +9,7 @@ import pytest
 
 from phichain.continuation import Branch, Engine, Extra, Fold, Level, Options, Problem, follow, start_on
 from phichain.errors import ArrayError, OutputError, ToleranceError
+from tests import tables
 from tests.continuation.problems import PARABOLA
 
 
@@ -39,7 +40,7 @@ def test_files_round_trip(tmp_path) -> None:
     assert [(e.kind, e.index, e.arclength, e.value) for e in copy.events] == [
         (e.kind, e.index, e.arclength, e.value) for e in branch.events
     ]
-    lines = branch.to_csv(tmp_path / "branch.csv").read_text().splitlines()
+    lines = tables.lines(branch.to_csv(tmp_path / "branch.csv"))
     assert lines[0] == "arclength,x,l,energy,residual,iterations" and len(lines) == len(branch) + 1
     assert float(lines[3].split(",")[1]) == branch.points[2, 0]
     assert "fold at s" in str(branch) and "parabola" in str(branch)

@@ -23,6 +23,7 @@ from phichain.continuation import (
     start_on,
 )
 from phichain.errors import ArrayError
+from tests import tables
 
 GUESS, AHEAD = np.array([-1.0, -1.0]), np.array([1.0, 0.0])
 
@@ -90,7 +91,7 @@ def test_multipliers_survive_files(tmp_path) -> None:
     assert np.array_equal(copy.multipliers, branch.multipliers)
     for event, other in zip(copy.events, branch.events, strict=True):
         assert np.array_equal(event.multipliers, other.multipliers)
-    header, *rows = branch.to_csv(tmp_path / "branch.csv").read_text().splitlines()
+    header, *rows = tables.lines(branch.to_csv(tmp_path / "branch.csv"))
     columns = header.split(",")
     assert columns[-4:] == ["multiplier_1_re", "multiplier_1_im", "multiplier_2_re", "multiplier_2_im"]
     read = np.array([[float(word) for word in row.split(",")[-4:]] for row in rows])

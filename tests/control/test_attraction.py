@@ -19,6 +19,7 @@ from phichain.pipeline import build_closed_loop
 from phichain.report.attraction import radii, region
 from phichain.scene import Scene
 from phichain.system import System, unit_vectors
+from tests import tables
 from tests.control.closed_loop import after
 from tests.handmade import planar
 
@@ -112,14 +113,14 @@ def test_a_result_is_the_same_again_on_file_and_drawn(rigs: dict[str, Rig], tmp_
     assert told == [(1, 4), (2, 4), (3, 4), (4, 4)] and found.radius.tolist() == rig().radius.tolist()
     again = Attraction.from_npz(found.to_npz(tmp_path / "a.npz"))
     assert str(again) == str(found) and "comes home from" in str(found) and np.array_equal(again.worst, found.worst)
-    assert (tmp_path / "a.csv").exists() is False and len(found.to_csv(tmp_path / "a.csv").read_text().splitlines()) == 5
+    assert (tmp_path / "a.csv").exists() is False and len(tables.lines(found.to_csv(tmp_path / "a.csv"))) == 5
     mapped = attraction_map(rigs["space"].system, rigs["space"].table, rigs["space"].flown, 1, ("xi_1_1", "xi_1_2"), 0.8, 15, 3.0)
     held = AttractionMap.from_npz(mapped.to_npz(tmp_path / "m.npz"))
     assert np.array_equal(held.verdict, mapped.verdict) and held.coordinates == mapped.coordinates and held.s == (-1,)
     assert mapped.verdict[7, 7] == 1 and mapped.verdict[0, 0] != 1 and "% of starts" in str(mapped)
     # The chain has no preferred direction.
     assert np.array_equal(mapped.verdict, mapped.verdict.T) and np.array_equal(mapped.verdict, mapped.verdict[::-1, ::-1])
-    assert len(mapped.to_csv(tmp_path / "m.csv").read_text().splitlines()) == 226
+    assert len(tables.lines(mapped.to_csv(tmp_path / "m.csv"))) == 226
     with pytest.raises(OutputError, match="holds a Attraction, not a AttractionMap"):
         AttractionMap.from_npz(tmp_path / "a.npz")
     for drawing in (radii(found), region(mapped, rigs["space"]())):

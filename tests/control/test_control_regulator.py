@@ -16,6 +16,7 @@ from phichain.control import Gains, deviation, errors, feedback, lqr
 from phichain.control.equations.riccati import ordered_schur
 from phichain.errors import ArrayError, OutputError
 from phichain.motion import simulate
+from tests import tables
 from tests.handmade import paper_b, planar, spatial
 
 PAPER_B = paper_b()
@@ -216,7 +217,7 @@ def test_files_round_trip(tmp_path) -> None:
     copy = Gains.from_npz(gains.to_npz(tmp_path / "gains.npz"))
     for item in dataclasses.fields(Gains):
         assert np.array_equal(getattr(copy, item.name), getattr(gains, item.name)), item.name
-    lines = gains.to_csv(tmp_path / "gains.csv").read_text().splitlines()
+    lines = tables.lines(gains.to_csv(tmp_path / "gains.csv"))
     assert lines[0] == "state,K_force_1,K_force_2" and len(lines) == 25
     assert lines[3].startswith("xi_1_1,") and float(lines[4].split(",")[1]) == gains.K[0, 3]
     with pytest.raises(dataclasses.FrozenInstanceError):

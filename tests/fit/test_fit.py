@@ -17,6 +17,7 @@ from phichain.identification.identifiable import directions, reduced
 from phichain.identification.measurement import measured
 from phichain.identification.model import model
 from phichain.identification.unknowns import unknowns
+from tests import tables
 from tests.fit.measured import (
     DOUBLE,
     KNOWN,
@@ -147,7 +148,7 @@ def test_the_record_is_written_and_pickled(tmp_path) -> None:
     found = fit(system(DOUBLE), swung_briefly().noisy(1e-3, 1), START, fixed=KNOWN)
     text = json.loads(found.to_json(tmp_path / "fit.json").read_text())
     assert text["values"] == found.values.tolist() and text["p"]["mass"] == [0.3, 0.2] and text["rows"] == 301
-    table = np.genfromtxt(found.to_csv(tmp_path / "fit.csv"), delimiter=",", names=True)
+    table = tables.table(found.to_csv(tmp_path / "fit.csv"))
     assert np.array_equal(table["theta_1_residual"], found.measured[:, 0] - found.fitted[:, 0])
     again = pickle.loads(pickle.dumps(found))
     assert again.p["damping"].tolist() == found.p["damping"].tolist() and str(again) == str(found)

@@ -19,6 +19,7 @@ from phichain.fractional import (
     differintegrate,
     grunwald_letnikov,
 )
+from tests import tables
 from tests.fractional.closed_forms import cosine, exponential, naive_grunwald_letnikov, power
 
 OMEGA, PHASE, END = 1.5, 0.7, 3.0
@@ -277,7 +278,7 @@ def test_record_prints_and_leaves_memory_whole(tmp_path: Path) -> None:
     record = differintegrate(t, signal, [-1.0, -0.5], order=2)
     assert isinstance(record, Differintegral) and "order 2" in str(record)
     record.to_csv(tmp_path / "d.csv")
-    lines = (tmp_path / "d.csv").read_text().splitlines()
+    lines = tables.lines(tmp_path / "d.csv")
     assert lines[0] == "t,alpha=-1.0,alpha=-0.5" and float(lines[-1].split(",")[1]) == record.values[0, -1]
     record.to_npz(tmp_path / "d.npz")
     back = Differintegral.from_npz(tmp_path / "d.npz")

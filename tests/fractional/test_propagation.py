@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 from phichain.errors import ArrayError, PhichainError, SignalError, UnsupportedError
 from phichain.fractional import PATHS, Propagation, propagation
 from phichain.system import AbsentFunctionError, System
+from tests import tables
 from tests.fractional.chains import chain
 from tests.handmade import GRAVITY
 
@@ -148,7 +149,7 @@ def test_record_leaves_memory_whole(tmp_path: Path) -> None:
     assert (back.coordinates, back.initial, back.order, back.name) == (result.coordinates, True, result.order, result.name)
     assert all(np.array_equal(getattr(back, name), getattr(result, name)) for name in ("time", "p", "alpha"))
     result.to_csv(tmp_path / "p.csv", "theta_p", 1, "gravity")
-    lines = (tmp_path / "p.csv").read_text().splitlines()
+    lines = tables.lines(tmp_path / "p.csv")
     assert lines[0].split(",")[:2] == ["t", "p=0.0"] and len(lines) == 42
     assert float(lines[1].split(",")[-1]) == result.theta_p["gravity"][0, -1, 1]
 

@@ -11,6 +11,7 @@ import pytest
 from phichain.errors import ArrayError, ConvergenceError, OutputError
 from phichain.motion import Event, Trajectory, simulate
 from phichain.system import System
+from tests import tables
 from tests.handmade import paper_b, planar, spatial, uniform_planar
 
 CONE = (np.array([0.6, 0.0, 0.8]), np.array([0.0, 3.0, 0.0]))
@@ -90,8 +91,7 @@ def test_npz_round_trip_is_exact(tmp_path) -> None:
 
 def test_csv_reads_back_exactly(tmp_path) -> None:
     run = simulate(uniform_planar(2, actuated="all"), [0.4, 0, 0, 0], [0, 0.5], u=[0.1, -0.1])
-    with open(run.to_csv(tmp_path / "run.csv"), newline="") as stream:
-        rows = list(csv.DictReader(stream))
+    rows = list(csv.DictReader(tables.lines(run.to_csv(tmp_path / "run.csv"))))
     assert list(rows[0]) == [
         "t",
         "theta_1",

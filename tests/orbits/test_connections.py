@@ -17,6 +17,7 @@ from phichain.orbits.connections.connect import NEEDED
 from phichain.pipeline import build
 from phichain.scene import scene_from_dict
 from phichain.system import System
+from tests import tables
 
 G = 9.81
 
@@ -98,7 +99,7 @@ def test_a_file_holds_all_of_it(tmp_path: Path) -> None:
     found = pair()[0]
     again = Connection.from_npz(found.to_npz(tmp_path / "c.npz"))
     assert again.turns == found.turns and np.array_equal(again.q, found.q) and again.error == found.error
-    table = np.genfromtxt(found.to_csv(tmp_path / "c.csv"), delimiter=",", names=True)
+    table = tables.table(found.to_csv(tmp_path / "c.csv"))
     assert np.array_equal(table["t"], found.t)
     (tmp_path / "x.npz").write_bytes(b"no")
     with pytest.raises(OutputError):

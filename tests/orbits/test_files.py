@@ -12,6 +12,7 @@ import pytest
 from phichain.continuation import Branch
 from phichain.errors import ArrayError, OutputError
 from phichain.orbits import trace
+from tests import tables
 from tests.orbits.shot import uniform
 
 UNTIL = "theta_1=1.35"
@@ -52,8 +53,7 @@ def test_files_read_back(whole: Branch, tmp_path: Path) -> None:
 
 def test_events_are_a_table_of_their_own(whole: Branch, tmp_path: Path) -> None:
     """One row an event in CSV, read back to the last bit, and one in a notebook."""
-    with whole.events_to_csv(tmp_path / "events.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = list(csv.DictReader(tables.lines(whole.events_to_csv(tmp_path / "events.csv"))))
     assert [row["kind"] for row in rows] == [event.kind for event in whole.events]
     for row, event in zip(rows, whole.events, strict=True):
         assert [float(row[name]) for name in whole.names] == event.z.tolist() and float(row["arclength"]) == event.arclength

@@ -17,6 +17,7 @@ from phichain.orbits.closed.kinds import problem_of
 from phichain.pipeline import build
 from phichain.scene import Scene
 from phichain.system.state import rhs
+from tests import tables
 from tests.orbits.shot import uniform
 
 CYCLES = json.loads((Path(__file__).parents[1] / "data" / "limit_cycles.json").read_text())["points"]
@@ -120,7 +121,7 @@ def test_files_hold_the_whole_orbit(family: Branch, tmp_path: Path) -> None:
         text = found.to_json(tmp_path / "a.json").read_text()
         for read in (Orbit.from_json(tmp_path / "a.json"), Orbit.from_npz(found.to_npz(tmp_path / "a.npz"))):
             assert read.to_json(tmp_path / "b.json").read_text() == text
-    lines = found.to_csv(tmp_path / "a.csv").read_text().splitlines()
+    lines = tables.lines(found.to_csv(tmp_path / "a.csv"))
     assert lines[0] == "t,theta_1,theta_2,theta_dot_1,theta_dot_2" and len(lines) == 8
     assert "<table>" in found._repr_html_() and f"{found.energy:.15g} J" in found._repr_html_()
     for broken in (text[:-40], text.replace('"orbit"', '"branch"', 1), text.replace('"samples"', '"sample"')):

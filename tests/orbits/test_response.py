@@ -20,6 +20,7 @@ from phichain.orbits.harmonics.elimination import Harmonics
 from phichain.pipeline import build
 from phichain.scene import Scene
 from phichain.system import System
+from tests import tables
 from tests.handmade import paper_b, planar
 
 
@@ -238,7 +239,7 @@ def test_a_response_is_read_back_as_it_was(tmp_path) -> None:
     for copy in (Response.from_npz(found.to_npz(tmp_path / "r.npz")), Response.from_json(found.to_json(tmp_path / "r.json"))):
         assert str(copy) == str(found) and np.array_equal(copy.multipliers, found.multipliers) and np.array_equal(copy.first, found.first)
         assert np.array_equal(copy.events[0].q, found.events[0].q) and copy.column("theta_1")[3] == found.peak[3, 0]
-    rows = found.to_csv(tmp_path / "r.csv").read_text().splitlines()
+    rows = tables.lines(found.to_csv(tmp_path / "r.csv"))
     assert rows[0].startswith("omega,peak_theta_1,first_theta_1,phase_theta_1") and len(rows) == len(found) + 1
     (tmp_path / "cut.json").write_text((tmp_path / "r.json").read_text()[:400])
     with pytest.raises(OutputError, match="no response can be read there"):

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from phichain.archive import META
+from phichain.archive import META, WROTE
 from phichain.errors import OutputError, PhichainError
 from phichain.motion import Trajectory
 from tests.records.samples import OPTIONAL, RECORDS, trajectory
@@ -103,7 +103,7 @@ def test_every_entry_that_is_missing_is_named(kind: str, tmp_path: Path) -> None
         words = "does not hold the paths" if kind == "Propagation" and "_total" in name else "is missing"
         with pytest.raises(OutputError, match=rf": {words}.*, in the {kind} of the file {path}"):
             read(path, kind)
-    for name in whole[META].keys() - {"kind", *OPTIONAL[kind]}:
+    for name in whole[META].keys() - {"kind", WROTE, *OPTIONAL[kind]}:
         path = forged(written(tmp_path, kind), lambda content, name=name: content[META].pop(name))
         with pytest.raises(OutputError, match=rf"^{name}: is missing"):
             read(path, kind)
@@ -150,7 +150,7 @@ def fits(name: str, value: Any) -> bool:
 
 @pytest.mark.parametrize("kind", RECORDS)
 def test_fields_of_another_kind_are_refused_by_name(kind: str, tmp_path: Path) -> None:
-    names = held(written(tmp_path, kind))[META].keys() - {"kind"}
+    names = held(written(tmp_path, kind))[META].keys() - {"kind", WROTE}
     for name in sorted(names):
         for value in BAD_FIELDS:
             path = forged(written(tmp_path, kind), lambda content, name=name, value=value: content[META].update({name: value}))

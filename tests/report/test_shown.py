@@ -41,7 +41,7 @@ def test_a_motion_knows_its_chain_also_from_a_file(swing: Trajectory, tmp_path: 
     for motion in (swing, read):
         assert np.array_equal(joints(outline(motion), motion.q), joints(CHAIN, swing.q))
     assert np.array_equal(read.plot(figure().add_subplot()).get_lines()[1].get_ydata(), swing.plot(figure().add_subplot()).get_lines()[1].get_ydata())
-    with pytest.raises(PhichainError, match="is not known of this motion"):
+    with pytest.raises(PhichainError, match="is not known of this Trajectory"):
         replace(swing, lengths=None).plot()
 
 

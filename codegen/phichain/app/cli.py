@@ -219,7 +219,7 @@ def simulate(
         trajectory = simulated(
             system, (start[0], start[1]), grid, method, tol, u=_input(system, u, table, linear), h=h, max_steps=max_steps, progress=told
         )
-    said.say(str(trajectory), lambda: said.motion(trajectory), quiet, as_json)
+    said.say(trajectory, quiet, as_json)
     write(trajectory, files, lambda: figures().motion(system, trajectory), quiet=quiet or as_json)
     if trajectory.status == "step budget":
         typer.secho("phichain: the end was not reached; raise --max-steps, or loosen --tol", fg=typer.colors.YELLOW, err=True)
@@ -272,7 +272,7 @@ def lqr(
     files = named(out)
     system = _with(built(find_scene(scene)), parameters(settings or []))
     gains = control.lqr(system, upright(up, system.links), state_weight, input_weight)
-    said.say(str(gains), lambda: said.gains(gains), quiet, as_json)
+    said.say(gains, quiet, as_json)
     law = control.feedback(system, gains)
     start = leaning(system, lean, gains.s)
     motion = simulated(system, start, np.linspace(0.0, t, 1001), tol=1e-8, u=law, max_steps=TRIAL_STEPS)
@@ -281,7 +281,7 @@ def lqr(
     said.say(
         f"tried from {lean:g} rad off: {verdict}, e_q = {off[0]:.3g} at first, {off[-1]:.3g} at {motion.t[-1]:g} s,"
         f" largest input {np.max(np.abs(np.asarray(motion.u))):.3g}",
-        dict, quiet or as_json, False,
+        quiet or as_json, False,
     )  # fmt: skip
     write(gains, files, lambda: figures().closed_loop(system, motion, off, rate), quiet=quiet or as_json)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from phichain.app import said
 from phichain.app.outputs import figures, named, write
 from phichain.errors import ArrayError, printable
 from phichain.files import write_file
@@ -55,6 +56,8 @@ def fit(
     fit_start: Annotated[bool, typer.Option("--fit-state/--keep-state", help="Fit the first state, or take --x0 as known.")] = True,
     linear: Annotated[bool, typer.Option("--linear", help="Straight lines between the rows of inputs, not held values.")] = False,
     out: OutFiles = None,
+    quiet: said.Quiet = False,
+    as_json: said.AsJson = False,
 ) -> None:
     """Fit a chain's runtime parameters to a measured motion, and say how well the data tell them."""
     from phichain.identification import fit as fitted
@@ -74,12 +77,14 @@ def fit(
         system, measured, sought, fixed=fixed or [], p=parameters(settings or []),
         x0=numbers(state, "x0"), fit_start=fit_start, between="linear" if linear else "held",
     )  # fmt: skip
-    typer.echo(str(found))
+    said.say(found, quiet, as_json)
     scenes = [path for path in files if path.suffix == ".toml"]
     text = filled(chosen, found).to_toml() if scenes else ""
-    write(found, [path for path in files if path not in scenes], lambda: figures().fitted(found))
+    write(found, [path for path in files if path not in scenes], lambda: figures().fitted(found), quiet=quiet or as_json)
     for path in scenes:
-        typer.echo(printable(f"wrote {write_file(path, text)}"))
+        write_file(path, text)
+        if not (quiet or as_json):
+            typer.echo(printable(f"wrote {path}"))
 
 
 def followed(scene: Scene, sought: Iterable[str] = ()) -> Scene:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from phichain.app import said
 from phichain.app.outputs import figures, named, write
 
 if TYPE_CHECKING:
@@ -84,6 +85,8 @@ def trace(
         list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")
     ] = None,
     out: OutFiles = None,
+    quiet: said.Quiet = False,
+    as_json: said.AsJson = False,
 ) -> None:
     """Follow a family of limit cycles, or a conical family, from small amplitudes; Ctrl-C ends it, and what there is can be gone on with."""
     from phichain.orbits import trace as traced
@@ -105,12 +108,12 @@ def trace(
     branch = traced(
         system, mode, amplitude_max if is_free else 3.0, method=method, until=until, through=through, switch=switch, resume=resume, limits=steps,
         generations=generations, start=start, harmonics=harmonics,
-        progress=progress_line(system.cart_size if system.is_planar else int(system.has_cart)),
+        progress=None if quiet else progress_line(system.cart_size if system.is_planar else int(system.has_cart)),
     )  # fmt: skip
     if sys.stderr.isatty():
         sys.stderr.write(clear_line())
-    typer.echo(str(branch))
-    write(branch, files, lambda: _drawn(branch))
+    said.say(branch, quiet, as_json)
+    write(branch, files, lambda: _drawn(branch), quiet=quiet or as_json)
     if branch.status == "interrupted":
         raise typer.Exit(_INTERRUPTED)
 

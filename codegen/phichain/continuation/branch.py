@@ -196,7 +196,7 @@ class Branch(Shown):
         columns |= {"residual": self.residual, "iterations": self.iterations}
         for k, values in enumerate(self.multipliers.T, 1):
             columns |= {f"multiplier_{k}_re": values.real, f"multiplier_{k}_im": values.imag}
-        return write_csv(path, columns)
+        return write_csv(path, columns, self)
 
     def events_to_csv(self, path: Path | str) -> Path:
         """Write one row per event: kind, arclength, the unknowns, what it breaks, what continues, multipliers; 17 digits."""
@@ -206,7 +206,7 @@ class Branch(Shown):
         for k in range(self.multipliers.shape[1]):
             values = np.array([event.multipliers[k] for event in self.events], complex)
             columns |= {f"multiplier_{k + 1}_re": values.real, f"multiplier_{k + 1}_im": values.imag}
-        return write_csv(path, columns)
+        return write_csv(path, columns, self)
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the run in a line, its events as a table."""

@@ -19,6 +19,7 @@ from typing import Any, Final, TypeVar
 
 import numpy as np
 
+from phichain._version import __version__
 from phichain.continuation.met.specials import STATUS, Passage, Special
 from phichain.errors import OutputError
 from phichain.files import write_file
@@ -39,7 +40,7 @@ def write_document(branch: Any, path: Path | str) -> Path:
     """
     if branch.method.startswith("shooting in "):
         raise OutputError("path", path, f"would hold starts of many chains: {branch.names[-1]} differs from point to point", "write .npz or .csv")
-    return write_file(path, json.dumps(branch_document(branch), indent=1, allow_nan=False) + "\n")
+    return write_file(path, json.dumps({"phichain": __version__, **branch_document(branch)}, indent=1, allow_nan=False) + "\n")
 
 
 def branch_document(branch: Any) -> dict[str, Any]:

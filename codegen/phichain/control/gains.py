@@ -31,6 +31,7 @@ from phichain.records import Shown, write_csv, write_npz
 from phichain.system import Vector
 from phichain.system.arrays import real_numbers
 from phichain.system.vertical import Signs
+from phichain.units import unit_of
 
 _ARRAYS = {
     "K": real("nu", "state"),
@@ -192,7 +193,7 @@ class Gains(Shown):
             state_names=on.names,
             state_units=on.units,
             input_names=self.input_names,
-            input_units=tuple(_unit(name, k < self.cart) for k, name in enumerate(self.input_names)),
+            input_units=tuple(map(unit_of, self.input_names)),
             target=tuple(state),
             rest=tuple(np.zeros(nu) if u_0 is None else real_numbers("u_0", u_0, "give one number per input")),
             gains=tuple(map(tuple, on.gains)),
@@ -205,7 +206,7 @@ class Gains(Shown):
     def to_csv(self, path: Path | str) -> Path:
         """Write one row per entry of z: its name and the gain of every input; 17 digits."""
         rows = {f"K_{name}": self.K[k] for k, name in enumerate(self.input_names)}
-        return write_csv(path, {"state": np.array(self.state_names), **rows})
+        return write_csv(path, {"state": np.array(self.state_names), **rows}, self)
 
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""
@@ -232,10 +233,3 @@ class Gains(Shown):
         plain |= {name: tuple(meta[name]) for name in ("s", "state_names", "input_names")}
         plain |= {name: arrays[name] for name in _ARRAYS}
         return cls(**plain)
-
-
-def _unit(name: str, is_on_cart: bool) -> str:
-    """The unit of an input, by its name."""
-    if "acceleration" in name:
-        return "m/s^2"
-    return "N" if is_on_cart else "N m"

@@ -87,7 +87,7 @@ class Differintegral(Held):
                 else {f"alpha={float(a)!r},{c + 1}": table[:, c] for c in range(table.shape[1])}
             )
             columns.update(channels)
-        write_csv(path, columns)
+        write_csv(path, columns, self)
 
     def to_npz(self, path: str | Path) -> Path:
         """Write everything, exactly."""

@@ -121,7 +121,7 @@ class Propagation(Held):
         name, values = ("p", self.p) if kind == "theta_p" else ("alpha", self.alpha)
         surface = self.surface(kind, coordinate, path)
         columns = {f"{name}={float(value)!r}": surface[:, k] for k, value in enumerate(values)}
-        write_csv(file, {"t": self.time, **columns})
+        write_csv(file, {"t": self.time, **columns}, self)
 
     def to_npz(self, path: str | Path) -> Path:
         """Write everything, exactly; the arrays of a path are named forces_PATH, theta_p_PATH and psi_PATH."""

@@ -10,16 +10,17 @@ from typing import Any
 
 import numpy as np
 
+from phichain._version import __version__
 from phichain.files import write_file
-from phichain.records import Held, columns_of, frozen, thawed, write_csv
+from phichain.records import Shown, columns_of, frozen, thawed, write_csv
 from phichain.system import Vector
 
 _HARDLY = 0.5
 _TOGETHER = 0.99
 
 
-@dataclass(frozen=True, eq=False)
-class Fit(Held):
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Shown):
     """Parameters of a chain by least squares, with what the data say of each.
 
     Attributes:
@@ -118,7 +119,7 @@ class Fit(Held):
         columns: dict[str, Any] = {"t": self.t}
         for ending, table in parts:
             columns |= columns_of([f"{name}{ending}" for name in self.columns], table)
-        return write_csv(path, columns)
+        return write_csv(path, columns, self)
 
     def to_json(self, path: Path | str) -> Path:
         """Write everything but the tables over time.
@@ -128,7 +129,7 @@ class Fit(Held):
         """
         left_out = ("t", "measured", "fitted")
         plain = {name: _plain(value) for name, value in vars(self).items() if name not in left_out}
-        plain |= {"rows": len(self.t), "remarks": list(self.remarks)}
+        plain |= {"phichain": __version__, "rows": len(self.t), "remarks": list(self.remarks)}
         return write_file(path, json.dumps(plain, indent=1, sort_keys=True) + "\n")
 
 

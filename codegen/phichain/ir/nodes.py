@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
+from html import escape
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,6 +199,9 @@ class Program:
     def __str__(self) -> str:
         head = f"{self.name}({', '.join(a.name for a in self.inputs)}) -> {', '.join(a.name for a in self.outputs)}"
         return "\n".join([head, *_lines(self.body, 1)])
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(str(self))}</pre>"
 
 
 def walk(statements: tuple[Statement, ...]) -> Iterator[Statement]:

@@ -33,6 +33,7 @@ from phichain.motion.problem import (
 from phichain.motion.trajectory import Trajectory, between
 from phichain.system import Parameters, System, Vector, acceleration, given_system
 from phichain.system.arrays import whole
+from phichain.system.drawn import looks
 
 MOST_STEPS = 2**63 - 1
 Energies = tuple[Vector, Vector] | None
@@ -227,8 +228,7 @@ def _record(
             loss=loss,
             error=None if estimate.error is None else between(t, path.t, estimate.error),
             holds_until=estimate.holds_until,
-            lengths=_lengths(system, problem.p),
-            angles=system.angles or "",
+            **looks(system, problem.p),
             digest=system.digest,
             refine=None if dense is None else lambda grid: resampled(grid, dense(grid)),
         )
@@ -246,12 +246,6 @@ def _energies(problem: Problem, q: Vector, v: Vector) -> Energies:
         return None
     kinetic, potential = system.energy(q, v, **system.parameters(problem.p))
     return kinetic, potential
-
-
-def _lengths(system: System, p: Parameters | None) -> Vector | None:
-    """Length of the link that each entry of q belongs to (nq,), m, 0 for a cart's; None of a system made by hand that holds none."""
-    found = np.repeat(system.number("length", p, default=math.nan), 1 if system.is_planar else 3)
-    return None if np.isnan(found).any() else np.concatenate([np.zeros(system.cart_size), found])
 
 
 def _inputs(problem: Problem, ledger: Ledger, t: Vector, x: Vector) -> Vector | None:

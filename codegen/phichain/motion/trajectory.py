@@ -262,7 +262,7 @@ class Trajectory(Shown):
                 columns[name] = np.max(np.abs(getattr(self, name)), axis=1)
         if self.error is not None:
             columns["error"] = self.error
-        return write_csv(path, columns)
+        return write_csv(path, columns, self)
 
     def to_npz(self, path: Path | str) -> Path:
         """Write everything but `refine`; `from_npz` reads it back."""

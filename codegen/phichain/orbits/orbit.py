@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import json
 import math
 from collections.abc import Mapping
@@ -12,18 +11,20 @@ from typing import Any, Final
 
 import numpy as np
 
+from phichain._version import __version__
 from phichain.archive import COUNT, NUMBER, TEXT, Schema, complex_numbers, names, read_archive, real, word
 from phichain.continuation.problem import Multipliers, are_stable
 from phichain.errors import OutputError
 from phichain.files import write_file
 from phichain.reading import parse_json, read_regular
-from phichain.records import Held, columns_of, write_csv, write_npz
+from phichain.records import Shown, columns_of, write_csv, write_npz
 from phichain.system import Vector
 
 _ARRAYS: Final = {
     "t": real("m"),
     "q": real("m", "nq"),
     "v": real("m", "nv"),
+    "lengths": real("nq", optional=True),
     "kappa": complex_numbers("exponents"),
     "multipliers": complex_numbers("floquet"),
 }
@@ -39,6 +40,7 @@ _PLAIN: Final = {
     "closure": NUMBER,
     "q_names": names("nq"),
     "v_names": names("nv"),
+    "angles": replace(word("", "relative", "absolute", "adjacent"), default=""),
 }
 _MAYBE: Final = ("energy", "error")
 _SCHEMA: Final = Schema("Orbit", _ARRAYS, {**_PLAIN, **{name: replace(NUMBER, default=math.nan) for name in _MAYBE}}, filled=("m",))
@@ -46,8 +48,8 @@ _LARGEST: Final = 2**26
 """Bytes that a file may have."""
 
 
-@dataclass(frozen=True, eq=False)
-class Orbit(Held):
+@dataclass(frozen=True, eq=False, repr=False)
+class Orbit(Shown):
     """One periodic orbit.
 
     Attributes:
@@ -67,6 +69,8 @@ class Orbit(Held):
         v: Rates (m, nv).
         q_names: Names of the entries of q.
         v_names: Names of the entries of v.
+        lengths: Length of the link that each entry of q belongs to (nq,), m, 0 for a cart's: by these it is drawn. None where unknown.
+        angles: What planar angles are measured from; empty in space.
     """
 
     scene: str
@@ -85,6 +89,8 @@ class Orbit(Held):
     v: Vector
     q_names: tuple[str, ...]
     v_names: tuple[str, ...]
+    lengths: Vector | None = None
+    angles: str = ""
 
     @property
     def period(self) -> float:
@@ -116,18 +122,14 @@ class Orbit(Held):
             "closes to": f"{self.closure:.1e}",
         }
 
-    def _repr_html_(self) -> str:
-        lines = "".join(f"<tr><th>{html.escape(k)}</th><td>{html.escape(v)}</td></tr>" for k, v in self.rows().items())
-        return f"<table>{lines}</table>"
-
     def to_csv(self, path: Path | str) -> Path:
         """Write one row per sample: t, q, v; 17 digits."""
-        return write_csv(path, {"t": self.t, **columns_of(self.q_names, self.q), **columns_of(self.v_names, self.v)})
+        return write_csv(path, {"t": self.t, **columns_of(self.q_names, self.q), **columns_of(self.v_names, self.v)}, self)
 
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""
         meta = {name: getattr(self, name) for name in _PLAIN if not (name in _MAYBE and math.isnan(getattr(self, name)))}
-        return write_npz(path, {name: getattr(self, name) for name in _ARRAYS}, meta | {"kind": _SCHEMA.kind})
+        return write_npz(path, {name: value for name in _ARRAYS if (value := getattr(self, name)) is not None}, meta | {"kind": _SCHEMA.kind})
 
     @classmethod
     def from_npz(cls, path: Path | str) -> Orbit:
@@ -149,9 +151,9 @@ class Orbit(Held):
         plain = {name: _plain(getattr(self, name)) for name in _PLAIN}
         samples = {name: getattr(self, name).tolist() for name in ("t", "q", "v")}
         found = {
-            "kind": "orbit", **plain, "period": self.period, "start": {"q": samples["q"][0], "v": samples["v"][0]},
+            "phichain": __version__, "kind": "orbit", **plain, "period": self.period, "start": {"q": samples["q"][0], "v": samples["v"][0]},
             **{name: [[float(x.real), float(x.imag)] for x in getattr(self, name)] for name in ("kappa", "multipliers")},
-            "samples": samples,
+            "samples": samples, "lengths": None if self.lengths is None else self.lengths.tolist(),
         }  # fmt: skip
         return write_file(path, json.dumps(found, indent=1, allow_nan=False) + "\n")
 
@@ -179,9 +181,25 @@ class Orbit(Held):
         if fields["t"].ndim != 1 or [fields["q"].shape, fields["v"].shape] != sizes or not len(fields["t"]):
             raise ValueError("its samples do not fit each other")
         fields |= {name: np.array([complex(*pair) for pair in found[name]], complex) for name in ("kappa", "multipliers")}
-        fields |= {name: found[name] for name in _PLAIN if name not in _MAYBE}
+        fields |= {name: found[name] for name in _PLAIN if name not in (*_MAYBE, "angles")}
+        fields |= {"lengths": None if (given := found.get("lengths")) is None else _of_entries(given, sizes[0][1]), "angles": _known(found.get("angles", ""))}
         fields |= {name: math.nan if found[name] is None else float(found[name]) for name in _MAYBE}
         return cls(**{**fields, **{f"{x}_names": tuple(found[f"{x}_names"]) for x in "qv"}})
+
+
+def _known(angles: Any) -> str:
+    """What angles are measured from."""
+    if not _PLAIN["angles"].fits(angles):
+        raise ValueError(f"its angles are {angles!r}, not {_PLAIN['angles'].what}")
+    return str(angles)
+
+
+def _of_entries(given: Any, size: int) -> Vector:
+    """One number for each entry of q."""
+    lengths = np.array(given, dtype=float)
+    if lengths.shape != (size,):
+        raise ValueError("its lengths do not fit its samples")
+    return lengths
 
 
 def _plain(value: Any) -> Any:

@@ -23,6 +23,7 @@ from phichain.orbits.shooting import demand_shooting
 from phichain.orbits.targets import Target, target_of
 from phichain.system import Parameters, System, Vector
 from phichain.system.arrays import whole
+from phichain.system.drawn import looks
 
 SAMPLES = 241
 """Samples of a period."""
@@ -63,7 +64,7 @@ def pick(system: System, branch: Branch, at: Any = None, p: Parameters | None = 
         kappa=np.array(point.multipliers), multipliers=_floquet(point.multipliers, kind),
         error=_error(problem, point, at), closure=closure, t=t, q=q, v=v,
         q_names=system.q_names or tuple(f"q_{k + 1}" for k in range(system.nq)),
-        v_names=system.v_names or tuple(f"v_{k + 1}" for k in range(system.nv)),
+        v_names=system.v_names or tuple(f"v_{k + 1}" for k in range(system.nv)), **looks(system, p),
     )  # fmt: skip
 
 

@@ -31,8 +31,8 @@ def radii(record: Attraction) -> Figure:
     return drawing
 
 
-def region(mapped: AttractionMap, record: Attraction) -> Figure:
-    """A map of one region of attraction: when starts come home, and the ball in which all directions did."""
+def region(mapped: AttractionMap, record: Attraction | None = None) -> Figure:
+    """A map of one region of attraction: when starts come home, and the ball in which all directions did where that is known."""
     with look():
         drawing = figure(6.2, 5.2)
         axes = drawing.subplots()
@@ -41,10 +41,12 @@ def region(mapped: AttractionMap, record: Attraction) -> Figure:
         axes.set_facecolor("0.85")
         axes.grid(visible=False)
         drawing.colorbar(image, ax=axes, label="home after (s)")
-        turn = np.linspace(0, 2 * np.pi, 181)
-        axes.plot(record.radius[0] * np.cos(turn), record.radius[0] * np.sin(turn), "w--", linewidth=1.2)
+        if record is not None:
+            turn = np.linspace(0, 2 * np.pi, 181)
+            axes.plot(record.radius[0] * np.cos(turn), record.radius[0] * np.sin(turn), "w--", linewidth=1.2)
         axes.set_xlabel(mapped.coordinates[0])
         axes.set_ylabel(mapped.coordinates[1])
         axes.set_aspect("equal")
-        axes.set_title(f"{mapped.name}, s = {list(mapped.s)}; dashed: from there all directions came home", fontsize="small")
+        dashed = "" if record is None else "; dashed: from there all directions came home"
+        axes.set_title(f"{mapped.name}, s = {list(mapped.s)}{dashed}", fontsize="small")
     return drawing

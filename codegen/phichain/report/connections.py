@@ -8,20 +8,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from phichain.report import panels
-from phichain.report.geometry import tilt
+from phichain.report.geometry import Drawn, tilt
 from phichain.report.style import INK, SOFT, figure, look, shades
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from phichain.orbits.connections import Connection
-    from phichain.system import System
 
 _MOST = 6
 """So many are drawn, the quickest ones: more cannot be told apart."""
 
 
-def connections(system: System, found: Sequence[Connection]) -> Figure:
+def connections(system: Drawn, found: Sequence[Connection]) -> Figure:
     """The quickest connections found: over the links' angles (one link: angle and rate), over time, and the chain on the first of them."""
     drawn = list(found)[:_MOST]
     with look():
@@ -47,7 +46,7 @@ def _label(connection: Connection, k: int) -> str:
     return f"link {k + 1}, {connection.turns[k]:+d} turn(s)"
 
 
-def _equilibria(axes: Any, system: System, drawn: Sequence[Connection]) -> None:
+def _equilibria(axes: Any, system: Drawn, drawn: Sequence[Connection]) -> None:
     """Both ends, and the equilibrium half way."""
     ends = np.array([tilt(system, connection.q[[0, -1]]) for connection in drawn]).reshape(-1, system.links) / np.pi
     if system.links == 1:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import Protocol, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,9 +12,6 @@ from phichain.errors import ArrayError
 from phichain.records import Held
 from phichain.system import System, unit_vectors
 from phichain.system.angles import absolute_angles
-
-if TYPE_CHECKING:
-    from phichain.motion import Trajectory
 
 Points = NDArray[np.float64]
 
@@ -41,6 +38,11 @@ class Outline(Held):
         return len(self.lengths)
 
     @property
+    def nq(self) -> int:
+        """Length of q."""
+        return self.cart_size + self.links * (1 if self.is_planar else 3)
+
+    @property
     def has_cart(self) -> bool:
         """Whether the base is a cart."""
         return self.cart_size > 0
@@ -50,16 +52,24 @@ class Outline(Held):
         return self.lengths
 
 
-def outline(motion: Trajectory) -> Outline:
-    """The chain of a motion, for drawing.
+class Kept(Protocol):
+    """A result that knows its chain's lengths and angles (`phichain.system.drawn`)."""
+
+    @property
+    def lengths(self) -> Points | None: ...
+    @property
+    def angles(self) -> str: ...
+
+
+def outline(motion: Kept) -> Outline:
+    """The chain of a result, for drawing; in the plane, unless it says otherwise.
 
     Raises:
-        ArrayError: The motion does not know how long its links are.
+        ArrayError: The result does not know how long its links are.
     """
     if motion.lengths is None:
-        problem, remedy = "is not known of this motion", "simulate it again, or draw it by phichain.report.figures.motion(system, trajectory)"
-        raise ArrayError("trajectory.lengths", None, problem, remedy)
-    is_planar, cart = motion.space == "planar", int(np.sum(motion.lengths == 0))
+        raise ArrayError("lengths", None, f"is not known of this {type(motion).__name__}", "make it anew, of a scene that says its lengths")
+    is_planar, cart = getattr(motion, "space", "planar") == "planar", int(np.sum(motion.lengths == 0))
     return Outline(motion.lengths[cart :: 1 if is_planar else 3], is_planar, motion.angles, cart)
 
 

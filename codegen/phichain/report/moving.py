@@ -6,7 +6,7 @@ import re
 import shutil
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 
@@ -19,8 +19,6 @@ from phichain.system.arrays import positive, whole
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from phichain.motion import Trajectory
-
 KINDS: Final = (".gif", ".html", ".mp4")
 MOST_FRAMES: Final = 1500
 FINER: Final = 8
@@ -31,7 +29,19 @@ _VIEWS: Final = (("along $e_2$", 0, 2), ("along $e_1$", 1, 2), ("from above", 0,
 """Views of a chain in space: which axes point to the right and up."""
 
 
-def write_motion(chain: Outline, motion: Trajectory, path: Path, seconds: float | None, fps: int) -> Path:
+class Moving(Protocol):
+    """A motion that can be sampled at will."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def t(self) -> np.ndarray: ...
+    @property
+    def q(self) -> np.ndarray: ...
+    def resample(self, points: int, /) -> Moving: ...
+
+
+def write_motion(chain: Outline, motion: Moving, path: Path, seconds: float | None, fps: int) -> Path:
     """Write a motion as GIF, HTML or MP4.
 
     Args:

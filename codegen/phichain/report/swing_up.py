@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from phichain.report.geometry import joints, tilt
+from phichain.report.geometry import Drawn, joints, tilt
 from phichain.report.panels import against_time
 from phichain.report.style import ACCENT, INK, SOFT, figure, look, shades
 
@@ -14,13 +14,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from phichain.control.swing_up import Plan
-    from phichain.system import System
 
 _MOMENTS = 17
 _UNITS = {"force": "N", "torque": "N m", "acceleration": "m/s$^2$"}
 
 
-def strip(system: System, plan: Plan) -> Figure:
+def strip(system: Drawn, plan: Plan) -> Figure:
     """A planned motion as a strip of pictures over time, with angles, the cart's place and inputs below.
 
     Args:
@@ -53,7 +52,7 @@ def _bounds(axes: Any, size: float) -> None:
         axes.axhline(side, color=SOFT, linewidth=0.8, linestyle="--")
 
 
-def _pictures(axes: Any, system: System, plan: Plan) -> None:
+def _pictures(axes: Any, system: Drawn, plan: Plan) -> None:
     """The chain at even times, each picture about its own moment, lengths to one scale, the base at its own height."""
     reach = float(np.sum(system.number("length")))
     scale = 0.75 * plan.duration / (_MOMENTS - 1) / reach

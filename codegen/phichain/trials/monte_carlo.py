@@ -68,7 +68,7 @@ class Trials(Held):
         """Write one row a run: errors, extremes, phase, whether it held."""
         columns = columns_of([f"error_{k + 1}" for k in range(self.errors.shape[1])], self.errors)
         columns |= columns_of(["farthest", *(f"largest_u_{k + 1}" for k in range(self.largest.shape[1] - 1))], self.largest)
-        return write_csv(str(path), {**columns, "phase": self.phases, "held": self.held.astype(int)})
+        return write_csv(str(path), {**columns, "phase": self.phases, "held": self.held.astype(int)}, self)
 
 
 def sizes_of(scene: Scene, errors: Mapping[str, float]) -> Vector:

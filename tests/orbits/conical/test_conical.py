@@ -16,6 +16,7 @@ from phichain.orbits.conical import conical_families, conical_problem, conical_s
 from phichain.pipeline import build
 from phichain.scene import Scene
 from phichain.system import System
+from tests import tables
 from tests.handmade import uniform_planar
 from tests.orbits.conical.double import Double
 
@@ -207,7 +208,7 @@ def test_files_hold_the_whole_family(families: tuple[Branch, ...], tmp_path: Pat
     text = branch.to_json(tmp_path / "a.json").read_text()
     for read in (Branch.from_json(tmp_path / "a.json"), Branch.from_npz(branch.to_npz(tmp_path / "a.npz"))):
         assert read.to_json(tmp_path / "b.json").read_text() == text
-    head = branch.to_csv(tmp_path / "a.csv").read_text().partition("\n")[0]
+    head = tables.lines(branch.to_csv(tmp_path / "a.csv"))[0]
     assert head.startswith("arclength,theta_1,theta_2,omega,energy,momentum")
 
 

@@ -14,7 +14,7 @@ from phichain.control.reach.attraction import CHUNK, FAR, NEAR
 from phichain.control.reach.starts import Flown, turn_names, turned
 from phichain.errors import ControlError
 from phichain.laws import GainTable
-from phichain.records import Held, write_csv, write_npz
+from phichain.records import Shown, write_csv, write_npz
 from phichain.system import System, Vector
 from phichain.system.arrays import number
 from phichain.system.vertical import Signs
@@ -26,8 +26,8 @@ _SCHEMA: Final = Schema(
 )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class AttractionMap(Held):
+@dataclass(frozen=True, eq=False, repr=False)
+class AttractionMap(Shown):
     """Starts of a plane, at rest.
 
     Attributes:
@@ -59,7 +59,7 @@ class AttractionMap(Held):
         """Write one row per start; 17 digits."""
         first, second = np.meshgrid(self.axis, self.axis)
         columns = dict(zip(self.coordinates, (first.ravel(), second.ravel()), strict=True))
-        return write_csv(path, {**columns, "verdict": self.verdict.ravel(), "time": self.time.ravel()})
+        return write_csv(path, {**columns, "verdict": self.verdict.ravel(), "time": self.time.ravel()}, self)
 
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from phichain.archive import COUNT, NUMBER, TEXT, Schema, read_archive, real, whole
-from phichain.records import Held, write_csv, write_npz
+from phichain.records import Shown, write_csv, write_npz
 from phichain.system import Vector
 
 _ARRAYS: Final = {
@@ -22,8 +22,8 @@ _PLAIN: Final = {
 _SCHEMA: Final = Schema("Attraction", _ARRAYS, _PLAIN, filled=("count", "links", "k"))
 
 
-@dataclass(frozen=True, eq=False)
-class Attraction(Held):
+@dataclass(frozen=True, eq=False, repr=False)
+class Attraction(Shown):
     """How far regulators of a chain hold it, by simulation of the emitted closed loop.
 
     Attributes:
@@ -74,7 +74,7 @@ class Attraction(Held):
     def to_csv(self, path: Path | str) -> Path:
         """Write one row per equilibrium; 17 digits."""
         words = np.array(["".join("-" if sign > 0 else "+" for sign in signs) for signs in self.s])
-        return write_csv(path, {"s": words, **{name: getattr(self, name) for name in ("radius", "beyond", "late", "failed", "share", "runs")}})
+        return write_csv(path, {"s": words, **{name: getattr(self, name) for name in ("radius", "beyond", "late", "failed", "share", "runs")}}, self)
 
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""

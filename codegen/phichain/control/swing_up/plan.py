@@ -2,32 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from phichain.archive import COUNT, NUMBER, TEXT, TRUTH, Schema, names, read_archive, real, signs
-from phichain.records import Held, columns_of, write_csv, write_npz
+from phichain.archive import COUNT, NUMBER, TEXT, TRUTH, Schema, names, read_archive, real, signs, word
+from phichain.records import Shown, columns_of, write_csv, write_npz
 from phichain.system import Vector
 from phichain.system.vertical import Signs
 
 _NUMBERS = ("sample", "rail", "cost", "infeasibility", "defect")
 _SCHEMA = Schema(
     "Plan",
-    {"t": real("points"), "x": real("points", "nx"), "u": real("samples", "nu"), "limit": real("nu")},
+    {"t": real("points"), "x": real("points", "nx"), "u": real("samples", "nu"), "limit": real("nu"), "lengths": real("nq", optional=True)},
     {
         "name": TEXT, "digest": TEXT, "solver": TEXT, "state_names": names("nx"), "input_names": names("nu"),
         "start": signs("links"), "target": signs("links"), "converged": TRUTH, "iterations": COUNT,
-        **dict.fromkeys(_NUMBERS, NUMBER),
+        **dict.fromkeys(_NUMBERS, NUMBER), "angles": replace(word("", "relative", "absolute", "adjacent"), default=""),
     },
     filled=("points", "samples", "nx", "nu", "links"),
 )  # fmt: skip
 
 
-@dataclass(frozen=True, eq=False)
-class Plan(Held):
+@dataclass(frozen=True, eq=False, repr=False)
+class Plan(Shown):
     """A motion from one equilibrium to another.
 
     Attributes:
@@ -49,6 +49,8 @@ class Plan(Held):
         cost: Its objective.
         infeasibility: Largest violation of its equations.
         defect: How far the chain, led along the optimum, leaves it: largest entry of the state.
+        lengths: Length of the link that each entry of q belongs to (nq,), m, 0 for a cart's: by these it is drawn. None where unknown.
+        angles: What planar angles are measured from; empty in space.
     """
 
     name: str
@@ -69,6 +71,8 @@ class Plan(Held):
     cost: float
     infeasibility: float
     defect: float
+    lengths: Vector | None = None
+    angles: str = ""
 
     @property
     def duration(self) -> float:
@@ -86,13 +90,13 @@ class Plan(Held):
     def to_csv(self, path: Path | str) -> Path:
         """Write t, states and inputs, 17 digits; the last row repeats the inputs of the one before."""
         u = np.vstack([self.u, self.u[-1:]])
-        return write_csv(path, {"t": self.t, **columns_of(self.state_names, self.x), **columns_of(self.input_names, u)})
+        return write_csv(path, {"t": self.t, **columns_of(self.state_names, self.x), **columns_of(self.input_names, u)}, self)
 
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""
         meta: dict[str, Any] = {name: getattr(self, name) for name in _SCHEMA.fields}
         meta = {name: list(value) if isinstance(value, tuple) else value for name, value in meta.items()} | {"kind": _SCHEMA.kind}
-        return write_npz(path, {name: getattr(self, name) for name in _SCHEMA.arrays}, meta)
+        return write_npz(path, {name: value for name in _SCHEMA.arrays if (value := getattr(self, name)) is not None}, meta)
 
     @classmethod
     def from_npz(cls, path: Path | str) -> Plan:

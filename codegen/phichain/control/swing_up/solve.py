@@ -14,6 +14,7 @@ from phichain.control.swing_up.plan import Plan
 from phichain.control.swing_up.task import Task
 from phichain.control.swing_up.transcription import Problem, Solution
 from phichain.system import Vector
+from phichain.system.drawn import looks
 
 TIMES: Final = (10.5, 9.0, 12.0, 13.5, 7.5, 15.0)
 """Durations that are tried, in swing times."""
@@ -98,7 +99,7 @@ def planned(chain: Chain, task: Task, problem: Problem, start: Start, stride: in
         state_names=(*chain.system.q_names, *chain.system.v_names), input_names=chain.system.u_names, start=task.start, target=task.target,
         limit=task.limit, rail=task.rail if np.isfinite(task.rail) else 0.0, sample=task.sample, solver=problem.solver,
         converged=solution.converged, iterations=solution.iterations, cost=solution.cost, infeasibility=solution.infeasibility,
-        defect=defect,
+        defect=defect, **looks(chain.system),
     )  # fmt: skip
     return plan, left
 

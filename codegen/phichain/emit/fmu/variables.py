@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from phichain.scene import Scene
 from phichain.scene.described import BY_NAME
+from phichain.units import unit_of
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ def variables(scene: Scene) -> list[Variable]:
     """Every variable: time, states, their rates, inputs, parameters, energies."""
     found = [Variable("time", 0, "time", "s")]
     names = (*scene.q_names, *scene.v_names)
-    units = [_unit(name, scene) for name in names]
+    units = list(map(_of_fmi, map(unit_of, names)))
     starts = (*start(scene), *[0.0] * scene.nv)
 
     def add(name: str, role: str, unit: str, value: float | None = None, rate_of: int = 0, text: str = "") -> None:
@@ -46,10 +47,10 @@ def variables(scene: Scene) -> list[Variable]:
     for k, (name, unit) in enumerate(zip(names, units, strict=True)):
         add(f"der({name})", "rate", _rate(unit), rate_of=1 + k)
     for name in scene.u_names:
-        add(name, "input", "m/s2" if "acceleration" in name else "N" if name.startswith("force") else "N.m", 0.0)
+        add(name, "input", _of_fmi(unit_of(name)), 0.0)
     for name, value in parameters(scene):
         key = BY_NAME[name.partition("[")[0]]
-        add(name, "parameter", key.unit.replace(" ", ".").replace("^", ""), value, text=key.text)
+        add(name, "parameter", _of_fmi(key.unit), value, text=key.text)
     if "energy" in scene.want:
         add("kinetic_energy", "energy", "J")
         add("potential_energy", "energy", "J")
@@ -71,12 +72,9 @@ def parameters(scene: Scene) -> list[tuple[str, float]]:
     return found
 
 
-def _unit(name: str, scene: Scene) -> str:
-    if name.startswith("x"):
-        return "m/s" if "_dot" in name else "m"
-    if name.startswith("q_"):
-        return ""
-    return "rad/s" if name.startswith(("theta_dot", "omega")) else "rad"
+def _of_fmi(unit: str) -> str:
+    """A unit as FMI writes it."""
+    return unit.replace(" ", ".").replace("^", "")
 
 
 def _rate(unit: str) -> str:

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from phichain.archive import NUMBER, TEXT, Schema, names, read_archive, real, signs, whole
-from phichain.records import Held, columns_of, write_csv, write_npz
+from phichain.archive import NUMBER, TEXT, Schema, names, read_archive, real, signs, whole, word
+from phichain.records import Shown, columns_of, write_csv, write_npz
 from phichain.system import Vector
 
-_ARRAYS: Final = {"t": real("m"), "q": real("m", "nq"), "v": real("m", "nq"), "rates": real("links"), "start": real("links"), "turns": whole("links")}
+_ARRAYS: Final = {"t": real("m"), "q": real("m", "nq"), "v": real("m", "nq"), "rates": real("links"), "start": real("links"), "turns": whole("links"), "lengths": real("nq", optional=True)}
 _PLAIN: Final = {
     **dict.fromkeys(("name", "digest"), TEXT), "s": signs("links"), "q_names": names("nq"), "v_names": names("nq"),
-    **dict.fromkeys(("residual", "error", "energy", "transversality"), NUMBER),
+    **dict.fromkeys(("residual", "error", "energy", "transversality"), NUMBER), "angles": replace(word("", "relative", "absolute", "adjacent"), default=""),
 }  # fmt: skip
 _SCHEMA: Final = Schema("Connection", _ARRAYS, _PLAIN, filled=("m", "links", "nq"))
 
 
-@dataclass(frozen=True, eq=False)
-class Connection(Held):
+@dataclass(frozen=True, eq=False, repr=False)
+class Connection(Shown):
     """A motion that leaves one equilibrium at t = -infinity and arrives at another one at t = infinity.
 
     Attributes:
@@ -39,6 +39,8 @@ class Connection(Held):
             are one curve. Above zero the connection is isolated and stays where parameters change a little.
         q_names: Names of q's entries.
         v_names: Names of v's entries.
+        lengths: Length of the link that each entry of q belongs to (nq,), m, 0 for a cart's: by these it is drawn. None where unknown.
+        angles: What planar angles are measured from; empty in space.
     """
 
     name: str
@@ -56,6 +58,8 @@ class Connection(Held):
     transversality: float
     q_names: tuple[str, ...]
     v_names: tuple[str, ...]
+    lengths: Vector | None = None
+    angles: str = ""
 
     def __str__(self) -> str:
         turned = ", ".join(f"link {k} {n:+d}" for k, n in enumerate(self.turns, 1) if n)
@@ -71,7 +75,7 @@ class Connection(Held):
         Raises:
             OutputError: The file cannot be written.
         """
-        return write_csv(path, {"t": self.t, **columns_of(self.q_names, self.q), **columns_of(self.v_names, self.v)})
+        return write_csv(path, {"t": self.t, **columns_of(self.q_names, self.q), **columns_of(self.v_names, self.v)}, self)
 
     def to_npz(self, path: Path | str) -> Path:
         """Write all of it; `from_npz` reads it back.
@@ -80,7 +84,7 @@ class Connection(Held):
             OutputError: The file cannot be written.
         """
         meta: dict[str, Any] = {name: getattr(self, name) for name in _PLAIN}
-        return write_npz(path, {name: getattr(self, name) for name in _ARRAYS}, meta | {"kind": _SCHEMA.kind})
+        return write_npz(path, {name: value for name in _ARRAYS if (value := getattr(self, name)) is not None}, meta | {"kind": _SCHEMA.kind})
 
     @classmethod
     def from_npz(cls, path: Path | str) -> Connection:

@@ -11,12 +11,13 @@ from typing import Any, Final
 
 import numpy as np
 
+from phichain._version import __version__
 from phichain.archive import NUMBER, TEXT, Schema, complex_numbers, names, read_archive, real, whole, word
 from phichain.continuation.met.specials import STATUS
 from phichain.errors import ArrayError, OutputError
 from phichain.files import write_file
 from phichain.reading import parse_json, read_regular
-from phichain.records import Held, columns_of, write_csv, write_npz
+from phichain.records import Held, Shown, columns_of, write_csv, write_npz
 from phichain.system import Vector
 
 _LARGEST: Final = 2**28
@@ -80,8 +81,8 @@ class ResponseEvent(Held):
     continues: str = ""
 
 
-@dataclass(frozen=True, eq=False)
-class Response(Held):
+@dataclass(frozen=True, eq=False, repr=False)
+class Response(Shown):
     """The periodic motions of a driven chain along the forcing's frequency.
 
     Attributes:
@@ -171,7 +172,7 @@ class Response(Held):
         }  # fmt: skip
         for k, values in enumerate(self.multipliers.T, 1):
             columns |= {f"multiplier_{k}_re": values.real, f"multiplier_{k}_im": values.imag}
-        return write_csv(path, columns)
+        return write_csv(path, columns, self)
 
     def to_npz(self, path: Path | str) -> Path:
         """The whole record; `from_npz` reads it back."""
@@ -226,7 +227,7 @@ class Response(Held):
             for event in self.events
         ]  # fmt: skip
         said = {name: getattr(self, name) for name in _TEXTS} | {"amplitude": self.amplitude, "names": list(self.names)}
-        return write_file(path, json.dumps({"kind": "response", **said, "points": points, "events": events}, indent=1, allow_nan=False) + "\n")
+        return write_file(path, json.dumps({"phichain": __version__, "kind": "response", **said, "points": points, "events": events}, indent=1, allow_nan=False) + "\n")
 
     @classmethod
     def from_json(cls, path: Path | str) -> Response:

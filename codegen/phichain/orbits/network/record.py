@@ -7,10 +7,11 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from phichain._version import __version__
 from phichain.continuation import Branch
 from phichain.continuation.document import branch_document, branch_fields, reading_document
 from phichain.files import write_file
-from phichain.records import Held
+from phichain.records import Shown
 
 HOW: Final = ("opens", "runs through", "goes on", "arrives", "joins", "left")
 """What there can be between an event and a branch: the branch begins there, runs on from there both ways, or
@@ -43,8 +44,8 @@ class Link:
     way: int = 0
 
 
-@dataclass(frozen=True, eq=False)
-class Network(Held):
+@dataclass(frozen=True, eq=False, repr=False)
+class Network(Shown):
     """Branches, and how they hang together.
 
     Attributes:
@@ -93,7 +94,7 @@ class Network(Held):
         """
         links = [asdict(link) for link in self.links]
         document = {
-            "kind": "network", "scene": self.scene, "digest": self.digest, "mode": self.mode, "name": self.name,
+            "phichain": __version__, "kind": "network", "scene": self.scene, "digest": self.digest, "mode": self.mode, "name": self.name,
             "branches": [branch_document(branch) for branch in self.branches], "links": links, "status": self.status, "reason": self.reason,
         }  # fmt: skip
         return write_file(path, json.dumps(document, indent=1, allow_nan=False) + "\n")

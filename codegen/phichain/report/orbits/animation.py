@@ -14,12 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phichain.files import write_file
-from phichain.report.geometry import joints
+from phichain.report.geometry import Drawn, joints
 from phichain.report.style import ACCENT, INK, SOFT, figure, look
 
 if TYPE_CHECKING:
     from phichain.orbits import Orbit
-    from phichain.system import System
 
 FRAMES = 60
 """Pictures of one period."""
@@ -29,7 +28,7 @@ _VIEW = np.radians(20.0)
 """How far from above the horizon a spatial chain is seen."""
 
 
-def seen(system: System, found: Orbit) -> NDArray[np.float64]:
+def seen(system: Drawn, found: Orbit) -> NDArray[np.float64]:
     """Points from the base to the tip on the paper (m, N + 1, 2), m to the right and upwards."""
     points = joints(system, found.q)
     if system.is_planar:
@@ -42,7 +41,7 @@ def shown_for(found: Orbit) -> float:
     return float(np.clip(found.period, _SHORTEST, _LONGEST))
 
 
-def write_gif(system: System, found: Orbit, path: Path | str) -> Path:
+def write_gif(system: Drawn, found: Orbit, path: Path | str) -> Path:
     """Write one period as a GIF that runs for ever, whole or not at all.
 
     Raises:
@@ -76,7 +75,7 @@ def write_gif(system: System, found: Orbit, path: Path | str) -> Path:
     return write_file(path, buffer.getvalue())
 
 
-def write_page(system: System, found: Orbit, path: Path | str) -> Path:
+def write_page(system: Drawn, found: Orbit, path: Path | str) -> Path:
     """Write one period as an HTML page with a few lines of script, whole or not at all.
 
     Raises:
@@ -85,7 +84,7 @@ def write_page(system: System, found: Orbit, path: Path | str) -> Path:
     return write_file(path, page(system, found))
 
 
-def page(system: System, found: Orbit) -> str:
+def page(system: Drawn, found: Orbit) -> str:
     """The page as text: the chain in motion over the path of its tip, and what there is to say of the orbit."""
     points = seen(system, found)
     low, high = _bounds(points)

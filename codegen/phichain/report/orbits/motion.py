@@ -7,17 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from phichain.report import panels
-from phichain.report.geometry import joints, tilt
+from phichain.report.geometry import Drawn, joints, tilt
 from phichain.report.style import ACCENT, INK, SOFT, figure, look
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from phichain.orbits import Orbit
-    from phichain.system import System
 
 
-def orbit(system: System, found: Orbit) -> Figure:
+def orbit(system: Drawn, found: Orbit) -> Figure:
     """The chain over one period, how its links move in time, and the multipliers beside the unit circle."""
     with look():
         drawing = figure(9.4, 4.2)
@@ -38,7 +37,7 @@ def orbit(system: System, found: Orbit) -> Figure:
     return drawing
 
 
-def _from_above(axes: Any, system: System, found: Orbit) -> None:
+def _from_above(axes: Any, system: Drawn, found: Orbit) -> None:
     """The paths of the joints and the chain at its start, from above."""
     points = joints(system, found.q)
     for k in range(1, system.links + 1):
