@@ -9,6 +9,7 @@ omega, the fastest of the lightly damped eigenvalues, of the motion itself and o
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +25,7 @@ STABLE_INTERVAL = 6.0
 WORTH_IT = 1000.0
 """Fewer stability-limited steps than this are taken explicitly: an implicit step costs more."""
 
-UNDAMPED = "no joint has a damper, so that nothing decays but what grows as fast elsewhere"
+UNDAMPED = "nothing damps the chain, so that whatever decays has a partner that grows as fast"
 
 
 @dataclass(frozen=True)
@@ -112,10 +113,13 @@ def is_undamped(problem: Problem) -> bool:
 
 
 def _judged(found: Stiffness) -> tuple[bool, str]:
-    return found.is_stiff, (
-        f"fastest decay {found.decay:.3g}/s and rate {found.rate:.3g} rad/s ({found.source}) ask about "
-        f"{found.stability_steps:.0f} explicit steps for stability, {found.accuracy_steps:.0f} for accuracy"
-    )
+    if math.isnan(found.decay):
+        return found.is_stiff, f"how stiff it is cannot be told ({found.source})"
+    follow = f"to follow its {found.rate:.3g} rad/s takes about {max(1.0, found.accuracy_steps):.0f} explicit steps"
+    if found.stability_steps < 1:
+        return found.is_stiff, f"nothing in the chain decays fast enough to matter, and {follow} ({found.source})"
+    limited = f"what decays fastest, by {found.decay:.3g} per second, keeps explicit methods to {found.stability_steps:.0f} steps or more"
+    return found.is_stiff, f"{limited}; {follow} ({found.source})"
 
 
 def choose(problem: Problem, free: bool = False) -> tuple[str, str]:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
-import textwrap
 import tomllib
 from collections.abc import Mapping
 from typing import Any
@@ -13,7 +11,6 @@ from typing import Any
 from phichain.errors import SceneError
 from phichain.reading import MEBIBYTE, read_regular
 
-_WIDTH = 100
 LARGEST = MEBIBYTE
 """Bytes of a scene file: 4096 links with a number each for everything take less than half of it."""
 DEEPEST = 32
@@ -59,36 +56,13 @@ def write_toml(tables: Mapping[str, Any]) -> str:
 
     A list of equal numbers is written as that number where a scene reads it as one for all links.
     """
-    top = [_line(key, value) for key, value in tables.items() if not isinstance(value, Mapping)]
-    blocks = ["\n".join(top)]
-    for table, entries in tables.items():
-        if isinstance(entries, Mapping):
-            blocks.append("\n".join([f"[{table}]", *(_line(key, value) for key, value in entries.items())]))
-    return "\n\n".join(blocks) + "\n"
+    from tomli_w import dumps
+
+    return dumps({key: _brief(value) for key, value in tables.items()})
 
 
-def _line(key: str, value: object) -> str:
-    """Return one key with its value, long lists wrapped."""
-    if not isinstance(value, list):
-        return f"{key} = {_atom(value)}"
-    if all(isinstance(entry, float) for entry in value) and len(set(value)) == 1:
-        return f"{key} = {_atom(value[0])}"
-    line = f"{key} = [{', '.join(map(_atom, value))}]"
-    if len(line) <= _WIDTH:
-        return line
-    body = textwrap.fill(
-        ", ".join(map(_atom, value)) + ",",
-        width=_WIDTH,
-        initial_indent="    ",
-        subsequent_indent="    ",
-        break_on_hyphens=False,
-        break_long_words=False,
-    )
-    return f"{key} = [\n{body}\n]"
-
-
-def _atom(value: object) -> str:
-    """Return a string, truth value or number as TOML; `repr` gives floats their shortest exact digits."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    return json.dumps(value) if isinstance(value, str) else repr(value)
+def _brief(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _brief(entry) for key, entry in value.items()}
+    equal = isinstance(value, list) and all(isinstance(entry, float) for entry in value) and len(set(value)) == 1
+    return value[0] if equal else value
