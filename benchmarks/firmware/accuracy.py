@@ -141,7 +141,8 @@ def _solved_all(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
 def worst_spatial_error(folder: Path, links: int) -> float:
     """The same for the spatial chain on a cart."""
     function, parts = _forward_dynamics(folder), spatial_states(links)
-    right, a = exact_spatial(*parts, links), np.empty((STATES, 2 + 3 * links), np.float32)
+    q, v, u = parts
+    right, a = exact_spatial(q, v, u, links), np.empty((STATES, 2 + 3 * links), np.float32)
     for row, out in zip(zip(*parts, strict=True), a, strict=True):
         function(*(ctypes.c_void_p(array.ctypes.data) for array in (*row, out)))
     return float(np.max(np.max(np.abs(a - right), axis=1) / np.max(np.abs(right), axis=1)))
