@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
+from benchmarks.firmware.accuracy import SPATIAL_CART
 from benchmarks.firmware.probe import probe
 from phichain.files import write_folder
 from phichain.scene import Scene
@@ -21,6 +22,12 @@ def chain(name: str, links: int, want: tuple[str, ...], **more: Any) -> Scene:
     return Scene(name, links, want=want, **own)
 
 
+def spatial(name: str, links: int, want: tuple[str, ...], **more: Any) -> Scene:
+    """A chain of so many links with masses at their ends on a cart."""
+    own = {"mass": 1 / links, "length": 1 / links, "cart_mass": SPATIAL_CART, "real": "float", "trig": "bundled", **more}
+    return Scene(name, links, space="spatial", base="cart", want=want, **own)
+
+
 SCENES: Final[tuple[Scene, ...]] = (
     chain("fw_planar4", 4, ("forward_dynamics", "energy", "state_jacobian", "dynamics_and_jacobian", "step")),
     chain("fw_planar4_libm", 4, ("forward_dynamics",), trig="libm"),
@@ -32,6 +39,7 @@ SCENES: Final[tuple[Scene, ...]] = (
         "fw_spatial2", 2, space="spatial", base="cart", mass=0.1, length=0.2, cart_mass=0.5,
         want=("forward_dynamics", "energy", "step"), real="float", trig="bundled",
     ),
+    spatial("fw_spatial5", 5, ("forward_dynamics", "state_jacobian")),
 )  # fmt: skip
 """What is generated; those of bundled trigonometry in single precision must agree to the last bit everywhere."""
 

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Final
 
 from benchmarks.firmware import peers
-from benchmarks.firmware.accuracy import worst_error
+from benchmarks.firmware.accuracy import worst_error, worst_spatial_error
 from benchmarks.firmware.probe import probe, read
 from benchmarks.firmware.reach import refusals
-from benchmarks.firmware.scenes import chain
+from benchmarks.firmware.scenes import chain, spatial
 from benchmarks.firmware.targets import M4F
 from benchmarks.firmware.tools import run
 from phichain.files import write_folder
@@ -24,7 +24,7 @@ _HEAD: Final = "| code | -O | text, bytes | instructions | stack, bytes | worst 
 def write() -> None:
     """Measure everything and write the table."""
     with tempfile.TemporaryDirectory() as root:
-        parts = [_intro(), *_forward(Path(root)), *_jacobians(Path(root)), *_double(Path(root)), *_flows()]
+        parts = [_intro(), *_forward(Path(root)), *_jacobians(Path(root)), *_spatial(Path(root)), *_double(Path(root)), *_flows()]
     RESULTS.write_text("\n".join(parts))
     print(f"wrote {RESULTS}")
 
@@ -78,6 +78,24 @@ def _jacobians(root: Path) -> Iterator[str]:
             text = M4F.text(M4F.compile(folder / f"{scene.name}.c", level))
             rows.append(f"| N = {links}, {code} | {level} | {text} | {seen.most} | {seen.stack} |\n")
     yield "## Forward dynamics and Jacobian together, bundled trigonometry\n\n| code | -O | text, bytes | instructions | stack, bytes |\n|---|---|---:|---:|---:|\n" + "".join(rows)
+
+
+def _spatial(root: Path) -> Iterator[str]:
+    rows = []
+    for function, code in (("forward_dynamics", "auto"), ("state_jacobian", "auto"), ("state_jacobian", "unrolled")):
+        scene = spatial(f"s5_{function}_{code}", 5, (function,), code=code)
+        folder = write_folder(root / scene.name, folder_texts(scene, False, False))
+        probe(folder, selftest=False)
+        error = f"{worst_spatial_error(folder, 5):.1e}" if function == "forward_dynamics" else ""
+        for level in ("-Os", "-O2"):
+            program = M4F.build([folder / f"{scene.name}.c", folder / "probe.c"], folder / "table.elf", level)
+            seen = read(M4F.run(program), M4F.ticks)[function]
+            text = M4F.text(M4F.compile(folder / f"{scene.name}.c", level))
+            rows.append(f"| {function}, {code} | {level} | {text} | {seen.most} | {seen.stack} | {error} |\n")
+    yield (
+        "## Five spatial links on a cart, masses at their ends\n\nThe error over 1000 states of unit vectors, against (16) of paper B, dense "
+        f"in extended precision.\n\n{_HEAD}{''.join(rows)}"
+    )
 
 
 def _double(root: Path) -> Iterator[str]:

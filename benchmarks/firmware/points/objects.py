@@ -17,7 +17,7 @@ _COMPILERS_OWN: Final = {"memcpy", "memmove", "memset"}
 _HARDWARE: Final = "-fno-math-errno"
 #: Bytes of a frame beyond which memory is the caller's, and what long chains' functions take whose header says so.
 _FRAME: Final = 1024
-_STATED: Final = {"fw_planar10_dynamics_and_jacobian": 2400}
+_STATED: Final = {"fw_planar10_dynamics_and_jacobian": 2400, "fw_spatial5_state_jacobian": 1100}
 
 
 def imports(folders: Mapping[str, Generated]) -> Iterator[str]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Final
 
 from phichain.contract.chain import Chain
-from phichain.contract.quantities_beside import balance, geared, series
+from phichain.contract.quantities_beside import balance, geared, series, tension_slopes
 from phichain.contract.quantity import Quantities, Quantity, rows
 
 _DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian", "step"})
@@ -277,6 +277,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
     Quantities(frozenset({"positions"}), "section 1", rows(("joint_x joint_y joint_z", "m", "position of a joint"))),
     balance(_BALANCE),
     series(_SERIES),
+    tension_slopes(),
     geared(_DYNAMICS | _SERIES),
 )  # fmt: skip
 """Every explained name. What stands in no row is explained by the line that computes it."""

@@ -78,3 +78,23 @@ def series(functions: frozenset[str]) -> Quantities:
             ("lead", "", "variation of what stands before the first row of left"),
         ),
     )  # fmt: skip
+
+
+def tension_slopes() -> Quantities:
+    """Those of spatial Jacobians where tensions tie the links."""
+    return Quantities(
+        frozenset({"state_jacobian", "dynamics_and_jacobian"}), "section 5, Jacobians by tensions",
+        rows(
+            ("slack tip_slack tip_slack_next", "", "scaled pivot of a link's row less 1, eliminated from the base or from the tip"),
+            ("compliance tip_compliance", "", "scaled tension of a link per load on its own row"),
+            ("inner outer", "", "what a tension makes of a change of the next one's, and of that of the one before"),
+            ("answer_past answer_short", "", "tensions beyond and before a joint per change of the cosine of its links"),
+            ("size_past size_short", "", "the same per change of what the sweep takes for their lengths, which is 1"),
+            ("beside", "L", "direction of the link before, from cell k on; what the chain falls with before the first"),
+            ("inwards onwards", "1/L", "how a link turns with the tension beyond it, and with the one before"),
+            ("by_direction_here by_direction_next by_direction_back", "L/s^2", "tensions of a link and both its neighbours by its direction"),
+            ("pulled leaning", "1/s^2", "pull of both neighbours on a link's tips over its length; with a cart that stays"),
+            ("share passed", "", "what arrives of a change of tension"),
+        ),
+        "spatial",
+    )  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from math import prod
 from types import MappingProxyType
 from typing import Literal
@@ -30,6 +31,8 @@ UNROLL_LIMIT = 600
 JACOBIAN_UNROLL_LIMIT = 2500
 #: The same where loops are written out: they are little more work than straight-line code, and vectors serve them.
 WRITTEN_JACOBIAN_UNROLL_LIMIT = 1600
+#: And from here on, where loops take at most a third more: what they save of text and of a target's memory is worth that.
+SPARSE_LOOPS_FROM, SPARSE_LOOPS = 1000, Fraction(4, 3)
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,7 @@ class _Lowering:
             return looped
         flat = jacobian(unroll(loops), row.name, row.doc, blocks, derivative.keeps)
         flat = _less(flat, None if written is None else unroll(written))
-        limit = JACOBIAN_UNROLL_LIMIT if is_differentiated else WRITTEN_JACOBIAN_UNROLL_LIMIT
+        limit = JACOBIAN_UNROLL_LIMIT if is_differentiated else _limit_of_written(flat, looped)
         return flat if code == "unrolled" or total_operations(flat) <= limit else looped
 
     def _is_written(self, name: str) -> bool:
@@ -158,6 +161,12 @@ class _Lowering:
         callees = [self.program(callee) for callee in writer.calls]
         writer.write(builder, scene, parameters, *callees, **declared(builder, self.scene, name))
         return prune(builder.finish())
+
+
+def _limit_of_written(flat: Program, looped: Program) -> int:
+    """Up to how many operations straight-line code is better than loops that are written out."""
+    is_sparse = total_operations(looped) <= SPARSE_LOOPS * total_operations(flat)
+    return SPARSE_LOOPS_FROM if is_sparse else WRITTEN_JACOBIAN_UNROLL_LIMIT
 
 
 def _less(one: Program, other: Program | None) -> Program:

@@ -31,7 +31,7 @@ _LARGEST_LOAD = 16
 
 
 @dataclass(frozen=True)
-class _Chain:
+class Chain:
     """What both halves of the computation share: `pair` is zero beyond the tip, `horizontal` is f / m_c."""
 
     builder: Builder
@@ -47,13 +47,19 @@ def accelerations(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, u: ArrayRef | None
 ) -> None:
     """Write x'' and the omega_k' through `rates`."""
-    chain, cosine = _chain(builder, scene, parameters, q, rates, u)
-    tension = solve_tensions(builder, parameters, _joints(chain, cosine))
-    cart = _heavy_cart(chain, tension) if _is_heavy(scene) else _cart(chain, cosine, tension)
+    chain, cosine = chain_of(builder, scene, parameters, q, rates, u)
+    moved_by(scene, chain, cosine, solve_tensions(builder, parameters, joints_of(chain, cosine)))
+
+
+def moved_by(scene: Scene, chain: Chain, cosine: ArrayRef, tension: ArrayRef) -> tuple[Expr, Expr] | None:
+    """Write the accelerations that these tensions over the masses make; returns x'' in the Program's units."""
+    cart = _heavy_cart(chain, tension) if is_heavy(scene) else _cart(chain, cosine, tension)
     if cart is not None:
-        rates.write_cart((cart[0] * parameters.units.length, cart[1] * parameters.units.length))
+        unit = chain.parameters.units.length
+        chain.rates.write_cart((cart[0] * unit, cart[1] * unit))
     _first(chain, tension, cart)
     _beyond(chain, tension)
+    return cart
 
 
 def tensions(
@@ -61,19 +67,19 @@ def tensions(
 ) -> None:
     """Write the links' tensions, N, into `out`; no acceleration is made of them."""
     rates = AngularVelocities(scene, v, builder.array("acceleration", scene.nv))
-    chain, cosine = _chain(builder, scene, parameters, q, rates, u)
-    write_tensions(builder, parameters, solve_tensions(builder, parameters, _joints(chain, cosine)), out)
+    chain, cosine = chain_of(builder, scene, parameters, q, rates, u)
+    write_tensions(builder, parameters, solve_tensions(builder, parameters, joints_of(chain, cosine)), out)
 
 
-def _chain(
+def chain_of(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, u: ArrayRef | None
-) -> tuple[_Chain, ArrayRef]:
+) -> tuple[Chain, ArrayRef]:
     """The chain, and the cosines between its links."""
     direction = directions(scene, q)
     cosine, crosses = neighbours(builder, direction, scene.links)
     pair = _force_pairs(builder, scene, parameters, direction, rates)
     horizontal = _horizontal(builder, scene, parameters, rates, u, pair)
-    return _Chain(builder, parameters, direction, rates, crosses, pair, horizontal), cosine
+    return Chain(builder, parameters, direction, rates, crosses, pair, horizontal), cosine
 
 
 def _force_pairs(
@@ -107,7 +113,7 @@ def _horizontal(
     return total[0], total[1]
 
 
-def _joints(chain: _Chain, cosine: ArrayRef) -> Joints:
+def joints_of(chain: Chain, cosine: ArrayRef) -> Joints:
     builder, parameters = chain.builder, chain.parameters
     links = parameters.links
     right_side = builder.array("right_side", links)
@@ -125,7 +131,7 @@ def _joints(chain: _Chain, cosine: ArrayRef) -> Joints:
     return Joints(cosine, squared, base_slack, right_side)
 
 
-def _right_side(chain: _Chain, k: Index) -> Expr:
+def _right_side(chain: Chain, k: Index) -> Expr:
     parameters = chain.parameters
     value = parameters.length[k] * chain.rates.squared(k)
     if chain.pair is None:
@@ -135,14 +141,14 @@ def _right_side(chain: _Chain, k: Index) -> Expr:
     return value - dot(here, load(chain.pair, k - 1)) / parameters.mass[k - 1]
 
 
-def _first_right_side(chain: _Chain) -> Expr:
+def _first_right_side(chain: Chain) -> Expr:
     value = _still_right_side(chain)
     if chain.horizontal is None:
         return value
     return value - (chain.direction[0] * chain.horizontal[0] + chain.direction[1] * chain.horizontal[1])
 
 
-def _still_right_side(chain: _Chain) -> Expr:
+def _still_right_side(chain: Chain) -> Expr:
     """b_0 over a base that stands still, or is given its acceleration."""
     parameters = chain.parameters
     here = load(chain.direction, 0)
@@ -152,14 +158,14 @@ def _still_right_side(chain: _Chain) -> Expr:
     return value
 
 
-def _is_heavy(scene: Scene) -> bool:
+def is_heavy(scene: Scene) -> bool:
     """Whether the cart is known to be heavy beside the chain."""
     if isinstance(scene.mass, str) or isinstance(scene.cart_mass, str) or scene.cart_mass is None:
         return False
     return sum(scene.mass) <= _LARGEST_LOAD * scene.cart_mass
 
 
-def _heavy_cart(chain: _Chain, tension: ArrayRef) -> tuple[Expr, Expr]:
+def _heavy_cart(chain: Chain, tension: ArrayRef) -> tuple[Expr, Expr]:
     """x'' from the force and the first tension."""
     assert chain.horizontal is not None
     builder, parameters = chain.builder, chain.parameters
@@ -173,7 +179,7 @@ def _heavy_cart(chain: _Chain, tension: ArrayRef) -> tuple[Expr, Expr]:
     return builder.let("cart_acceleration", first), builder.let("cart_acceleration", second)
 
 
-def _cart(chain: _Chain, cosine: ArrayRef, tension: ArrayRef) -> tuple[Expr, Expr] | None:
+def _cart(chain: Chain, cosine: ArrayRef, tension: ArrayRef) -> tuple[Expr, Expr] | None:
     """x''; the part of the force across C^T q_0 is met by the cart alone, the part along it by the first mass as well."""
     if chain.horizontal is None:
         return None
@@ -191,7 +197,7 @@ def _cart(chain: _Chain, cosine: ArrayRef, tension: ArrayRef) -> tuple[Expr, Exp
     return first, second
 
 
-def _first(chain: _Chain, tension: ArrayRef, cart: tuple[Expr, Expr] | None) -> None:
+def _first(chain: Chain, tension: ArrayRef, cart: tuple[Expr, Expr] | None) -> None:
     """l_0 omega_0' = q_0 x (g e_3 - C x'' + couples) - (lambda_1 / m_0) X_1."""
     parameters = chain.parameters
     inverse = 1 / parameters.length[0]
@@ -206,7 +212,7 @@ def _first(chain: _Chain, tension: ArrayRef, cart: tuple[Expr, Expr] | None) -> 
     chain.rates.write(0, sub(cross(here, fall), scale(pull, load(chain.crosses, 1))))
 
 
-def _beyond(chain: _Chain, tension: ArrayRef) -> None:
+def _beyond(chain: Chain, tension: ArrayRef) -> None:
     parameters, builder = chain.parameters, chain.builder
     inverse_length = parameters.derived("inverse_length", lambda k: 1 / parameters.length[k])
     with builder.loop("k", 1, parameters.links) as loop:
@@ -219,7 +225,7 @@ def _beyond(chain: _Chain, tension: ArrayRef) -> None:
         chain.rates.write(k, rate)
 
 
-def _couple_rate(chain: _Chain, k: Index) -> Vector:
+def _couple_rate(chain: Chain, k: Index) -> Vector:
     assert chain.pair is not None
     parameters = chain.parameters
     own = load(chain.pair, k)

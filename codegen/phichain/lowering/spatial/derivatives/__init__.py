@@ -1,0 +1,1 @@
+"""Derivatives of spatial accelerations from one factorisation."""

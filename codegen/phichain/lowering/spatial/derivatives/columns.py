@@ -1,0 +1,296 @@
+"""The derivatives of spatial accelerations with every mass at its link's end (theory, section 5): joints pass one number on, so that
+every block beyond a neighbour is a product of two vectors.
+
+    l_i omega_i' = L_{i-1} X_i - rho_{i+1} L_{i+1} X_{i+1},   X_i = q_i x q_{i-1},   with base: q_{-1} what the chain falls with, L_{-1} = 1.
+
+A column by q_j or omega_j loads rows j - 1 to j + 1 of the tensions' system (`response`). Past these the tensions L_i that answer are
+those before them times outer_i on the way to the tip, times inner_i on the way to the base; with A_ij = d L_i / d q_j therefore
+
+    block(i, j) = Z_i A_{i-1,j}^T  (i > j + 1),   l_i Z_i = X_i - rho_{i+1} outer_i outer_{i+1} X_{i+1}
+    block(i, j) = V_i A_{i+1,j}^T  (i < j - 1),   l_i V_i = inner_{i-1} inner_i X_i - rho_{i+1} X_{i+1}
+
+and by omega_j, of which row j has the load 2 l_j omega_j, the same from i = j + 1 and i = j - 1 on. Neighbours and the links themselves
+add what their own directions do: with hat(a) b = a x b
+
+    (i, i): -hat(L_{i-1} q_{i-1} + rho_{i+1} L_{i+1} q_{i+1}),   (i, i - 1): L_{i-1} hat(q_i),   (i, i + 1): rho_{i+1} L_{i+1} hat(q_i).
+
+A cart of mass m_c is one more joint, m_c x'' = f + m_0 L_0 h, h = C^T q_0: link 0 answers L_0 with X_0 = -(m_0 / m_c) q_0 x C h.
+"""
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.algebra.vector import Vector, add, cross, load, named, scale, store, sub
+from phichain.lowering.chain.losses import brakes_cart, cart_slope
+from phichain.lowering.spatial import tension
+from phichain.lowering.spatial.derivatives.blocks import Blocks, Rows, dyad, hat, plus
+from phichain.lowering.spatial.derivatives.response import Answers
+from phichain.scene import Scene
+
+
+class Columns:
+    """Writes the derivatives of one chain.
+
+    `here`, `next` and `back` are A_jj, A_{j+1,j} and A_{j-1,j}; `onwards` and `inwards` Z_i and V_i.
+    """
+
+    def __init__(
+        self, builder: Builder, scene: Scene, chain: tension.Chain, found: Answers, cart: tuple[Expr, Expr] | None
+    ) -> None:
+        self.builder, self.scene, self.chain, self.found = builder, scene, chain, found
+        self.parameters, self.links, self.cart = chain.parameters, scene.links, cart
+        self.inverse_length = self.parameters.derived("inverse_length", lambda k: 1 / self.parameters.length[k])
+        links = scene.links
+        self.pulls, self.rho = found.tension, self.parameters.mass_ratio
+        self.here, self.next, self.back = (builder.array(f"by_direction_{name}", 3 * links) for name in ("here", "next", "back"))
+        self.onwards, self.inwards = builder.array("onwards", 3 * links), builder.array("inwards", 3 * links)
+
+    def write(self, dadq: ArrayRef, dadv: ArrayRef, dadu: ArrayRef | None) -> None:
+        """All rows and columns."""
+        first = 2 if self.scene.has_cart else 0
+        by_q, by_v = (Blocks(array, first, self.scene.nv) for array in (dadq, dadv))
+        beside = self._beside()
+        self._passing()
+        self._links(beside, by_q, by_v)
+        self._joints(by_q, by_v)
+        self._outwards(by_q, by_v)
+        self._inwards(by_q, by_v)
+        self._base(dadq, dadv, dadu)
+
+    # --- what is beside a link --------------------------------------------------------------------------------------------
+
+    def _beside(self) -> ArrayRef:
+        """q_{k-1} from cell k on: what the chain falls with before link 0, nothing beyond the tip; X_0 into the crosses."""
+        builder, links, direction, nothing = self.builder, self.links, self.chain.direction, self.builder.lift(0)
+        beside = builder.array("beside", 3 * links + 6)
+        x, y, z = load(direction, 0)
+        fall: Vector = tuple(self.parameters.fall)
+        cart: Vector = (nothing, nothing, nothing)
+        if self.cart is not None:
+            pull = self._cart_pull()
+            fall = (fall[0] - self.cart[0] - pull * x, fall[1] - self.cart[1] - pull * y, fall[2])
+            ratio = self._cart_ratio()
+            cart = (ratio * (z * y), -(ratio * (z * x)), nothing)
+        store(beside, 0, fall)
+        store(self.chain.crosses, 0, cart)
+        with builder.loop("k", 0, links) as loop:
+            store(beside, loop.index + 1, load(direction, loop.index))
+        store(beside, links + 1, (nothing, nothing, nothing))
+        return beside
+
+    def _cart_ratio(self) -> Expr:
+        """m_0 / m_c."""
+        return self.parameters.mass[0] / self.parameters.base_mass
+
+    def _cart_pull(self) -> Expr:
+        """(m_0 / m_c) L_0."""
+        return self.builder.let("pull_of_link", self._cart_ratio() * self.pulls[0])
+
+    def _passing(self) -> None:
+        """Z_i and V_i."""
+        found = self.found
+        with self.builder.loop("k", 0, self.links - 1) as loop:
+            k = loop.index
+            before, after = load(self.chain.crosses, k), scale(self.rho[k + 1], load(self.chain.crosses, k + 1))
+            inner = self.builder.let("passes_inwards", found.inner[k] * found.inner[k + 1] * self.inverse_length[k])
+            store(self.inwards, k, sub(scale(inner, before), scale(self.inverse_length[k], after)))
+        with self.builder.loop("k", 1, self.links) as loop:
+            k = loop.index
+            before, after = load(self.chain.crosses, k), scale(self.rho[k + 1], load(self.chain.crosses, k + 1))
+            outer = self.builder.let("passes_outwards", found.outer[k] * found.outer[k + 1] * self.inverse_length[k])
+            store(self.onwards, k, sub(scale(self.inverse_length[k], before), scale(outer, after)))
+        crosses = self.chain.crosses
+        lean = self.rho[1] * found.outer[1]
+        first = sub(load(crosses, 0), scale(lean, load(crosses, 1)))
+        store(self.onwards, 0, scale(self.inverse_length[0], first))
+
+    # --- blocks -----------------------------------------------------------------------------------------------------------
+
+    def _links(self, beside: ArrayRef, by_q: Blocks, by_v: Blocks) -> None:
+        """The tensions' answers to every direction, and the blocks on the diagonal."""
+        builder, found = self.builder, self.found
+        own = self._own()
+        with builder.loop("k", 0, self.links) as loop:
+            k = loop.index
+            before, q, after = (load(beside, k + i) for i in range(3))
+            from_before = named(builder, "from_before", add(scale(found.past[k], before), scale(found.past_size[k], q)))
+            from_after = named(builder, "from_after", add(scale(found.short[k + 1], after), scale(found.short_size[k + 1], q)))
+            here = add(from_before, from_after)
+            onward = add(scale(found.past[k + 1], after), scale(found.past_size[k + 1], q))
+            onward = add(scale(found.outer[k + 1], from_before), onward)
+            back = add(scale(found.short[k], before), scale(found.short_size[k], q))
+            back = add(scale(found.inner[k], from_after), back)
+            store(self.here, k, here)
+            store(self.next, k, onward)
+            store(self.back, k, back)
+            inner, outer = self._around(k)
+            block = plus(dyad(inner, back), dyad(outer, onward))
+            by_q.put(k, k, plus(block, own(k)))
+            omega = self._load(k)
+            answer = add(scale(found.inner[k], inner), scale(found.outer[k + 1], outer))
+            by_v.put(k, k, dyad(answer, omega))
+
+    def _around(self, k: Index) -> tuple[Vector, Vector]:
+        """X_k / l_k and -rho_{k+1} X_{k+1} / l_k: how the tensions on both sides of a link turn it."""
+        unit, crosses = self.inverse_length[k], self.chain.crosses
+        return scale(unit, load(crosses, k)), scale(-(unit * self.rho[k + 1]), load(crosses, k + 1))
+
+    def _load(self, k: Index) -> Vector:
+        """G_kk 2 l_k omega_k, what L_k answers to omega_k."""
+        factor = self.builder.let("twice_length", 2 * (self.parameters.length[k] * self.found.diagonal[k]))
+        return scale(factor, load(self.chain.rates.angular(), k))
+
+    def _own(self) -> Callable[[Index], Rows]:
+        """Blocks -hat(...) / l_k of a link's own direction; on a cart the first two columns of link 0 know that the cart follows."""
+        builder, links, direction = self.builder, self.links, self.chain.direction
+        pulled = builder.array("pulled", 3 * links)
+        leaning = None if self.cart is None else builder.array("leaning", 2 * links)
+        fall: Vector = tuple(self.parameters.fall)
+        if self.cart is not None:
+            fall = (fall[0] - self.cart[0], fall[1] - self.cart[1], fall[2])
+        if links > 1:
+            fall = add(fall, scale(self.rho[1] * self.pulls[1], load(direction, 1)))
+        fall = scale(self.inverse_length[0], fall)
+        if leaning is not None:
+            leaning[0], leaning[1] = fall[0], fall[1]
+            fall = add(fall, scale(self.inverse_length[0] * self._cart_pull(), load(direction, 0)))
+        store(pulled, 0, fall)
+        for start, stop in ((1, links - 1), (links - 1, links)):
+            with builder.loop("k", max(start, 1), stop) as loop:
+                k = loop.index
+                value = scale(self.pulls[k - 1], load(direction, k - 1))
+                if stop < links:
+                    value = add(value, scale(self.rho[k + 1] * self.pulls[k + 1], load(direction, k + 1)))
+                value = scale(self.inverse_length[k], value)
+                store(pulled, k, value)
+                if leaning is not None:
+                    leaning[2 * k], leaning[2 * k + 1] = value[0], value[1]
+
+        def block(k: Index) -> Rows:
+            x, y, z = load(pulled, k)
+            flat = (x, y) if leaning is None else (leaning[2 * k], leaning[2 * k + 1])
+            nothing = builder.lift(0)
+            return (nothing, z, -flat[1]), (-z, nothing, flat[0]), (y, -x, nothing)
+
+        return block
+
+    def _joints(self, by_q: Blocks, by_v: Blocks) -> None:
+        """The blocks of neighbours."""
+        found, direction = self.found, self.chain.direction
+        with self.builder.loop("k", 1, self.links) as loop:
+            k = loop.index
+            inner, outer = self._around(k)
+            block = dyad(inner, load(self.here, k - 1))
+            block = plus(block, dyad(scale(found.outer[k + 1], outer), load(self.next, k - 1)))
+            pull = self.inverse_length[k] * self.pulls[k - 1]
+            by_q.put(k, k - 1, plus(block, hat(scale(pull, load(direction, k)))))
+            inner, outer = self._around(k - 1)
+            block = dyad(outer, load(self.here, k))
+            block = plus(block, dyad(scale(found.inner[k - 1], inner), load(self.back, k)))
+            pull = self.inverse_length[k - 1] * (self.rho[k] * self.pulls[k])
+            by_q.put(k - 1, k, plus(block, hat(scale(pull, load(direction, k - 1)))))
+            by_v.put(k, k - 1, dyad(load(self.onwards, k), self._load(k - 1)))
+            by_v.put(k - 1, k, dyad(load(self.inwards, k - 1), self._load(k)))
+
+    def _outwards(self, by_q: Blocks, by_v: Blocks) -> None:
+        """Blocks below the neighbours'."""
+        found = self.found
+        with self.builder.loop("j", 0, self.links - 2) as columns:
+            j = columns.index
+            direction = load(self.next, j)
+            rate = scale(found.outer[j + 1], self._load(j))
+            with self.builder.loop("i", j + 2, self.links) as rows:
+                i = rows.index
+                share = rows.carry("share", 1)
+                turned = scale(share, load(self.onwards, i))
+                by_q.put(i, j, dyad(turned, direction))
+                by_v.put(i, j, dyad(turned, rate))
+                rows.follow(share, share * found.outer[i])
+
+    def _inwards(self, by_q: Blocks, by_v: Blocks) -> None:
+        """Blocks above the neighbours', and how the first tension, and so the cart, answers."""
+        found = self.found
+        with self.builder.loop("j", 1, self.links) as columns:
+            j = columns.index
+            direction = load(self.back, j)
+            rate = scale(found.inner[j], self._load(j))
+            with self.builder.loop("i", j - 2, -1, -1) as rows:
+                i = rows.index
+                share = rows.carry("share", 1)
+                turned = scale(share, load(self.inwards, i))
+                by_q.put(i, j, dyad(turned, direction))
+                by_v.put(i, j, dyad(turned, rate))
+                rows.follow(share, share * found.inner[i + 1])
+            if self.cart is not None:
+                self._cart_rows(by_q, j, scale(share, direction), None)
+                self._cart_rows(by_v, j, scale(share, rate), None)
+
+    # --- the base ---------------------------------------------------------------------------------------------------------
+
+    def _cart_rows(self, target: Blocks, j: Index, answer: Vector, own: Expr | None) -> None:
+        """x'' by link j where L_0 answers so: (m_0 / m_c) h answer^T, and its own pull where h moves."""
+        unit = self._cart_ratio() * self.parameters.units.length
+        for row in range(2):
+            lean = self.builder.let("cart_lean", unit * self.chain.direction[row])
+            for c, entry in enumerate(answer):
+                value = lean * entry
+                if own is not None and c == row:
+                    value = value + own * self.parameters.units.length
+                target.array[3 * j + (row * target.width + target.first + c)] = value
+
+    def _base(self, dadq: ArrayRef, dadv: ArrayRef, dadu: ArrayRef | None) -> None:
+        """The columns of what moves the base, and the rows and columns of a cart."""
+        scene, width, nothing = self.scene, self.scene.nv, self.builder.lift(0)
+        first = 2 if scene.has_cart else 0
+        unit = self.parameters.units
+        if self.cart is not None:
+            by_q, by_v = Blocks(dadq, 2, width), Blocks(dadv, 2, width)
+            self._cart_rows(by_q, 0, load(self.here, 0), self._cart_pull())
+            self._cart_rows(by_v, 0, self._load(0), None)
+        for c in range(first):
+            with self.builder.loop("i", 0, width) as loop:
+                dadq[loop.index * width + c] = nothing
+            if self.cart is None or not brakes_cart(scene):
+                with self.builder.loop("i", 0, width) as loop:
+                    dadv[loop.index * width + c] = nothing
+        if scene.is_driven:
+            for target in (dadq, dadv):
+                for row in range(2):
+                    with self.builder.loop("i", 2, width) as loop:
+                        target[loop.index + row * width] = nothing
+        if self.cart is not None and brakes_cart(scene):
+            slope = cart_slope(scene, self.parameters, None)
+            self._pushed(dadv, width, 2, -(slope / (self.parameters.base_mass * unit.length)))
+        if dadu is None:
+            return
+        if self.cart is not None:
+            self._pushed(dadu, scene.nu, 2, 1 / (self.parameters.base_mass * unit.force))
+        else:
+            self._pushed(dadu, scene.nu, scene.base_inputs, 1 / (self.builder.lift(1) * unit.length))
+
+    def _pushed(self, target: ArrayRef, width: int, columns: int, factor: Expr) -> None:
+        """Columns of a free cart's acceleration per unit of a force, or of a given acceleration of the base: `factor` along e_c."""
+        builder, found, scene = self.builder, self.found, self.scene
+        carts = 2 if scene.has_cart else 0
+        here = load(self.chain.direction, 0)
+        pushes = [builder.let(f"push_{c}", -(factor * here[c])) for c in range(columns)]
+        share = found.diagonal[0]
+        for c in range(columns):
+            unit: Vector = tuple(factor if i == c else builder.lift(0) for i in range(3))
+            turned = sub(scale(share * pushes[c], load(self.onwards, 0)), scale(self.inverse_length[0], cross(here, unit)))
+            for r, value in enumerate(turned):
+                target[(carts + r) * width + c] = value
+            for row in range(carts):
+                own = factor if row == c else builder.lift(0)
+                if self.cart is not None:
+                    own = own + self._cart_ratio() * (here[row] * (share * pushes[c]))
+                target[row * width + c] = own * self.parameters.units.length
+        with builder.loop("k", 1, self.links) as loop:
+            k = loop.index
+            passed = loop.carry("passed", share)
+            turned = scale(passed, load(self.onwards, k))
+            for c in range(columns):
+                for r, value in enumerate(scale(pushes[c], turned)):
+                    target[(3 * k + (carts + r)) * width + c] = value
+            loop.follow(passed, passed * found.outer[k])
