@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.archive import NUMBER, TEXT, Array, Schema, names, read_archive, real
-from phichain.errors import ArrayError, OutputError
-from phichain.laws.numbers import less_turns, words_of
+from phichain.archive import NUMBER, TEXT, Array, Schema, names, real
+from phichain.errors import ArrayError
+from phichain.laws.numbers import less_turns, read_law
 from phichain.laws.observer_along import ObserverAlong
 from phichain.laws.state_feedback import StateFeedback
 from phichain.records import Held, held, write_npz
@@ -205,19 +205,18 @@ class TrajectoryLaw(Held):
         Raises:
             OutputError: The file is missing, holds no TrajectoryLaw, or one that does not fit together.
         """
-        arrays, meta = read_archive(path, _SCHEMA)
-        tables = {name: arrays.pop(name) for name in _TABLES}
-        seen = {name: arrays.pop(name) for name in _OBSERVER if name in arrays}
-        catch: dict[str, Any] = {"gains" if name == "catch_gains" else name: array for name, array in arrays.items()}
-        catch |= words_of(meta, _WORDS)
-        rail = meta["rail"] or float("inf")
-        try:
-            observer = ObserverAlong(**seen) if seen else None
-            catcher = StateFeedback(**catch, sample=meta["sample"])
-            return cls(catcher, meta["interval"], **tables, tube=meta["tube"], rail=rail, note=meta["note"], observer=observer)
-        except (ArrayError, TypeError) as failure:
-            remedy = f"name a file that a {_SCHEMA.kind} wrote"
-            raise OutputError("path", str(path), f"no {_SCHEMA.kind} can be read there: {failure}", remedy) from failure
+
+        def made(arrays: dict[str, Any], said: dict[str, Any]) -> TrajectoryLaw:
+            seen = {name: arrays.pop(name) for name in _OBSERVER if name in arrays}
+            tables = {name: arrays.pop(name) for name in _TABLES}
+            catch = {"gains" if name == "catch_gains" else name: array for name, array in arrays.items()}
+            catch |= {name: said[name] for name in (*_WORDS, "sample")}
+            return cls(
+                StateFeedback(**catch), said["interval"], **tables, tube=said["tube"], rail=said["rail"] or float("inf"), note=said["note"],
+                observer=ObserverAlong(**seen) if seen else None,
+            )  # fmt: skip
+
+        return read_law(path, _SCHEMA, made)
 
 
 def _catch_names() -> list[str]:
