@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
 from fractions import Fraction
 from math import isfinite
 from textwrap import wrap
 from typing import Any, Final
 
-from phichain._version import __version__
 from phichain.emit.c.function import c_function
 from phichain.emit.c.layout import WIDTH, laid_out, laid_out_text
 from phichain.emit.c.names import CNames
@@ -18,11 +15,18 @@ from phichain.emit.c.parts import declaration
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.casadi.python_function import python_function
 from phichain.emit.law.along import Case, cases, table
-from phichain.emit.law.controller import described_inputs
-from phichain.emit.law.literals import BYTES, bound, literal
+from phichain.emit.law.literals import (
+    BYTES,
+    bound,
+    described_inputs,
+    listed_inputs,
+    listed_operations,
+    literal,
+    padded,
+    whole_folder,
+)
 from phichain.emit.render import render
 from phichain.emit.stencil import instance
-from phichain.files import MANIFEST
 from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations
 from phichain.ir.rounded import nearest
@@ -70,18 +74,15 @@ def swingup_files(law: TrajectoryLaw, real: str = "float") -> dict[str, str]:
         f"{name}.c": _source(law, program, rows, shown),
         f"{name}_casadi.py": _casadi(law, program, shown),
         "selftest.c": _selftest(cases(law, real), shown),
-        "CMakeLists.txt": render("CMakeLists.txt.j2", name=name),
         "README.md": render("trajectory_readme.md.j2", **shown, rows=_rows(law)),
     }
-    return files | {MANIFEST: _manifest(law, program, shown, files)}
+    return whole_folder("swingup", name, (law.name, law.digest), real, _manifest(law, program, shown), files)
 
 
 def _header(law: TrajectoryLaw, shown: Mapping[str, Any]) -> str:
-    rows = _rows(law)
-    width = max(len(row) for row in rows)
     prototype = f"{_law_declaration(shown, definition=False)};"
     return render(
-        "trajectory_header.h.j2", **shown, about=wrap(_ABOUT, WIDTH - 3), rows=[row.ljust(width).rstrip() for row in rows],
+        "trajectory_header.h.j2", **shown, about=wrap(_ABOUT, WIDTH - 3), rows=padded(_rows(law)),
         prototype="\n".join(laid_out(prototype)), reset="\n".join(laid_out(f"{_reset_declaration(shown)};")),
     )  # fmt: skip
 
@@ -155,15 +156,9 @@ def _rows(law: TrajectoryLaw) -> list[str]:
     return [*rows, *described_inputs(catch)]
 
 
-def _manifest(law: TrajectoryLaw, program: Program, shown: Mapping[str, Any], files: Mapping[str, str]) -> str:
+def _manifest(law: TrajectoryLaw, program: Program, shown: Mapping[str, Any]) -> dict[str, Any]:
     catch = law.catch
-    record = {
-        "kind": "swingup",
-        "name": shown["name"],
-        "scene": law.name,
-        "digest": law.digest or "of no scene",
-        "generator": {"phichain": __version__},
-        "real": shown["real"],
+    return {
         "sample": catch.sample,
         "duration": law.duration,
         "interval": law.interval,
@@ -172,16 +167,11 @@ def _manifest(law: TrajectoryLaw, program: Program, shown: Mapping[str, Any], fi
             list(row)
             for row in zip(catch.state_names, catch.state_units, law.states[0].tolist(), catch.target, catch.wraps, strict=True)
         ],
-        "inputs": [
-            [name, unit, bound(low), bound(high)]
-            for name, unit, low, high in zip(catch.input_names, catch.input_units, catch.low, catch.high, strict=True)
-        ],
+        "inputs": listed_inputs(catch),
         "rail": bound(law.rail),
         "tube": law.tube,
-        "operations": {"total": shown["operations"], **dict(sorted(count_operations(program).items()))},
+        "operations": listed_operations(program),
         "observer": "along the trajectory, from positions" if law.observer else None,
         "state_bytes": 4 + (BYTES[str(shown["real"])] * law.states.shape[1] if law.observer else 0),
         "table_bytes": shown["bytes"],
-        "files": {name: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
     }
-    return json.dumps(record, indent=2, ensure_ascii=True) + "\n"
