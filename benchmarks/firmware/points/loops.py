@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from benchmarks.firmware.scenes import Generated
 from benchmarks.firmware.targets import HOST, M4F, Target
 from phichain import Scene, build, generate_swingup, lqr, swing_up
-from phichain.control import estimator, gain_table, output_law, regulators
+from phichain.control import Sensors, estimator, gain_table, output_law, regulators
 from phichain.files import write_folder
 from phichain.laws import GainTable, OutputFeedback, TrajectoryLaw
 from phichain.pipeline import generate_controller
@@ -167,12 +167,16 @@ def _run(target: Target, made: Loop, plant: Path, law: Path) -> str:
 
 
 def _another(text: str) -> str:
-    """The text with one of its long constants changed by a thousandth."""
-    numbers = [found for found in re.finditer(r"-?(?:0x1\.[0-9a-f]{4,}p[+-]\d+|\d+\.\d{6,}(?:e[+-]\d+)?)F", text)]
-    at = numbers[2 * len(numbers) // 3]
-    old = at.group()[:-1]
-    value = (float.fromhex(old) if "x" in old else float(old)) * (1 + 2**-10)
-    return f"{text[: at.start()]}{_number(value)}{text[at.end() :]}"
+    """The text with its largest constant, a gain, changed by a thousandth."""
+
+    def value(found: re.Match[str]) -> float:
+        number = found.group()[:-1]
+        return float.fromhex(number) if "x" in number else float(number)
+
+    numbers = re.finditer(r"-?(?:0x1\.[0-9a-f]{4,}p[+-]\d+|\d+\.\d{4,}(?:e[+-]\d+)?)F", text)
+    # The largest of all say what counts as a number at all.
+    at = max((found for found in numbers if abs(value(found)) < 1e6), key=lambda found: abs(value(found)))
+    return f"{text[: at.start()]}{_number(value(at) * (1 + 2**-10))}{text[at.end() :]}"
 
 
 def _judged(made: Loop, told: str) -> Iterator[str]:
@@ -238,14 +242,17 @@ def _supervised(root: Path) -> Loop:
 
 
 def _swung(root: Path) -> Loop:
-    """Swung up and held."""
-    law = swing_up(_model(), limit=15.0, rail=0.6, runs=2, count=1).law
+    """Swung up and held, through an observer along the motion, from encoders."""
+    law = swing_up(_model(), limit=15.0, rail=0.6, runs=2, count=1, sensors=Sensors()).law
+    memory: list[Vector] = []
 
     def judged(k: int, _before: int, y: Vector) -> tuple[int, Vector]:
         t = float(np.float32(k) * np.float32(law.catch.sample))
-        return int(t >= law.duration), law(t, y)
+        u, following = law.step(memory.pop() if k else law.reset(y), t, y)
+        memory.append(following)
+        return int(t >= law.duration), u
 
     return Loop(
         "swing-up", generate_swingup(law, root / "swingup"), law, (0.0, 0.02, 0.0, 0.0),
-        "decided = (int){}(&state, (float)k * SAMPLE, y, u)", "&state", _WHOLE, 4, 3500, -1, judged,
+        "decided = (int){}(&state, (float)k * SAMPLE, y, u)", "&state, y", _ENCODERS, 2, 3500, -1, judged,
     )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -49,6 +49,11 @@ def less_turns(away: Vector, wraps: Sequence[bool]) -> Vector:
     return np.where(wraps, away - turn * np.floor(away / turn + 0.5), away)
 
 
+def words_of(meta: Mapping[str, Any], words: Iterable[str]) -> dict[str, Any]:
+    """Small fields of a file as a law holds them: lists as tuples."""
+    return {name: tuple(meta[name]) if isinstance(meta[name], list) else meta[name] for name in words}
+
+
 def read_law(path: Path | str, schema: Schema, made: Callable[[dict[str, Any], dict[str, Any]], Law]) -> Law:
     """A law from its file.
 
@@ -61,9 +66,8 @@ def read_law(path: Path | str, schema: Schema, made: Callable[[dict[str, Any], d
         OutputError: The file is missing, holds no such law, or one that does not fit together.
     """
     arrays, meta = read_archive(path, schema)
-    said = {name: tuple(meta[name]) if isinstance(meta[name], list) else meta[name] for name in schema.fields}
     try:
-        return made(dict(arrays), said)
+        return made(dict(arrays), words_of(meta, schema.fields))
     except (ArrayError, KeyError, TypeError) as failure:
         remedy = f"name a file that a {schema.kind} wrote"
         raise OutputError("path", str(path), f"no {schema.kind} can be read there: {failure}", remedy) from failure
