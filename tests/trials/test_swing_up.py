@@ -243,6 +243,19 @@ def test_the_command_writes_what_passes_its_own_test(tmp_path: Path, capsys: pyt
     assert record["state"][0][2:4] == [-0.3, 0.3] and record["inputs"] == [["acceleration", "m/s^2", -5.0, 5.0]]
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--resolution", "0.001"], "resolution: says something of --observer, which is not asked for"),
+        (["--observer", "reduced"], "observer: is no observer along a motion"),
+    ],
+)
+def test_words_of_sensors_are_refused_before_anything_is_planned(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as leaving:
+        main(["swingup", "rig_cart_pole", "--limit", "5", *words])
+    assert leaving.value.code == 2 and said in capsys.readouterr().err
+
+
 def test_limits_that_leave_no_motion_name_the_bound(system: System) -> None:
     with pytest.raises(ControlError, match="rail: is the bound that leaves no motion in 1.5 s: without it there is one that goes") as short:
         swing_up(system, limit=20, rail=0.01, seconds=1.5, count=1, runs=2, most=80)

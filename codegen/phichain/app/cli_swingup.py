@@ -79,14 +79,13 @@ def swingup(
     from phichain.app.control_words import demand_together, sensors_of
     from phichain.pipeline import build, generate_swingup
     from phichain.scene.library import find_scene
-    from phichain.scene.validate import choice
     from phichain.system.starts import numbers, parameters, upright
     from phichain.trials import swing_up
 
     files = named(save, (".npz", ".csv", ".png"))
     demand_together("observer", observer, {"resolution": resolution, "noise": noise, "disturbance": disturbance})
-    if observer is not None:
-        choice("observer", observer, ("kalman",))
+    if observer not in (None, "kalman"):
+        raise ArrayError("observer", observer, "is no observer along a motion", "say kalman")
     chosen = find_scene(scene)
     system = build(replace(chosen, real="double", variational=False, want=("forward_dynamics", "linearization")))
     system = replace(system, digest=chosen.digest, params=parameters(settings or []) or None)

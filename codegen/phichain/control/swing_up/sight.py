@@ -22,6 +22,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are
 
 from phichain.control.equations.kalman import gathered
@@ -34,7 +35,9 @@ from phichain.system import System, Vector
 Linear = tuple[Vector, Vector, Vector]
 
 
-def observer_along(system: System, task: Task, path: Linear, end: tuple[Vector, Vector], sensors: Sensors, errors: Vector, knots: Vector) -> ObserverAlong:
+def observer_along(
+    system: System, task: Task, path: Linear, end: tuple[Vector, Vector], sensors: Sensors, errors: Vector, knots: NDArray[np.int_]
+) -> ObserverAlong:
     """The observer along a motion.
 
     Args:
