@@ -26,20 +26,37 @@ static void trial_step(TRIAL_CONTEXT const phi_real h, const phi_real u[TRIAL_NU
     }
 }
 
+/* What the law reads of a state: the nearest step of every sensor that has steps, whose resolution is above zero. */
+static void trial_measured(const phi_real x[TRIAL_NX], const phi_real resolution[TRIAL_READ], law_real measured[TRIAL_READ])
+{
+    for (int i = 0; i < TRIAL_READ; ++i) {
+        const phi_real steps = resolution[i] > 0 ? x[i] / resolution[i] : 0;
+        /* A state that is no number, or far beyond all sense, is handed on as it is. */
+        const int is_stepped = resolution[i] > 0 && steps < 1e9 && steps > -1e9;
+
+        measured[i] = (law_real)(is_stepped ? resolution[i] * (phi_real)(long)(steps + (steps < 0 ? -0.5 : 0.5)) : x[i]);
+    }
+}
+
 /* One run of so many samples. x is the start and becomes the end; largest holds the largest distance of x[0] from 0 and then the
  * largest size of every input; trace, if it is there, the state and the inputs of every sample. Returns the last phase. */
-static int trial_run(TRIAL_CONTEXT const long samples, const phi_real sample, const int steps, phi_real x[TRIAL_NX],
-    phi_real largest[1 + TRIAL_NU], phi_real *trace)
+static int trial_run(TRIAL_CONTEXT const long samples, const phi_real sample, const int steps, const phi_real resolution[TRIAL_READ],
+    phi_real x[TRIAL_NX], phi_real largest[1 + TRIAL_NU], phi_real *trace)
 {
     law_state state;
+    law_real measured[TRIAL_READ];
+
+    trial_measured(x, resolution, measured);
+#if WITH_OBSERVER
+    law_reset(&state, measured);
+#else
     law_reset(&state);
+#endif
     for (long k = 0; k < samples; ++k) {
-        law_real measured[TRIAL_NX], pushed[TRIAL_NU];
+        law_real pushed[TRIAL_NU];
         phi_real u[TRIAL_NU];
 
-        for (int i = 0; i < TRIAL_NX; ++i) {
-            measured[i] = (law_real)x[i];
-        }
+        trial_measured(x, resolution, measured);
         if (law_call(&state, (law_real)((phi_real)k * sample), measured, pushed) == LAW_LOST) {
             return LAW_LOST;
         }
@@ -66,14 +83,14 @@ static int trial_run(TRIAL_CONTEXT const long samples, const phi_real sample, co
 }
 
 /* Many runs: x (runs, nx), parameters (runs, as the struct has them), largest (runs, 1 + nu), phases (runs). */
-void trial_runs(const long runs, const long samples, const phi_real sample, const int steps, const TRIAL_PARAMS *parameters,
-    phi_real *x, phi_real *largest, int *phases, phi_real *trace)
+void trial_runs(const long runs, const long samples, const phi_real sample, const int steps, const phi_real resolution[TRIAL_READ],
+    const TRIAL_PARAMS *parameters, phi_real *x, phi_real *largest, int *phases, phi_real *trace)
 {
     for (long run = 0; run < runs; ++run) {
 #if WITH_PARAMS
         const TRIAL_PARAMS *const p = &parameters[run];
 #endif
-        phases[run] = trial_run(TRIAL_PASS samples, sample, steps, &x[run * TRIAL_NX], &largest[run * (1 + TRIAL_NU)], trace);
+        phases[run] = trial_run(TRIAL_PASS samples, sample, steps, resolution, &x[run * TRIAL_NX], &largest[run * (1 + TRIAL_NU)], trace);
     }
 #if !WITH_PARAMS
     (void)parameters;

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Final
 
-from benchmarks.firmware.points import analysis, example, interface, objects, packages, runs, sizes
+from benchmarks.firmware.points import analysis, example, interface, loops, objects, packages, runs, sizes
 from benchmarks.firmware.scenes import Generated, generated
 from benchmarks.firmware.tools import Missing, demand
 
@@ -20,7 +20,7 @@ CHECKS: Final[tuple[Check, ...]] = (
     objects.imports, objects.numbers, objects.memory, objects.frames, objects.one_image, interface.precision, interface.headers,
     interface.same_bytes, runs.selftests, runs.bits, runs.motions, runs.instructions, sizes.bounds, sizes.shape, sizes.ceilings, sizes.errors,
     analysis.compilers, analysis.analysers, analysis.sanitizers, packages.packages,
-    example.example,
+    example.example, loops.loops,
 )  # fmt: skip
 
 

@@ -44,6 +44,7 @@ def selftest(folder: Path) -> int:
     [
         (["--weight", "theta_1=100"], "controller", "regulator sampled every 0.005 s"),
         (["--poles", "-2,-3,-4+1j,-4-1j"], "controller", "slowest closed-loop eigenvalue -2.00000000"),
+        (["--sample", "0.005", "--integral", "x", "--poles", "-2,-3,-4+1j,-4-1j,-5"], "controller", "slowest closed-loop eigenvalue -2 1/s"),
         (["--observer", "kalman", "--resolution", "theta_1=0.003", "--noise", "0.0001"], "controller", "kalman observer from x, theta_1"),
         (["--observer", "reduced", "--measured", "x", "--disturbance", "2"], "controller", "reduced observer from x,"),
         (["--observer", "kalman", "--integral", "x"], "controller", "integrals of x"),
@@ -73,7 +74,7 @@ def test_controllers_of_every_kind(command: Command, scene: Path, words: list[st
         (["--sample", "0.005", "--integral", "theta_1"], "integral: cannot be held by force"),
         (["--sample", "0.005", "--integral", "x=a"], "integral: is not NAME=NUMBER"),
         (["--sample", "0.005", "--integral", "x", "--table", "all"], "table, integral: cannot go together"),
-        (["--sample", "0.005", "--integral", "x", "--poles", "-1,-2,-3,-4"], "integral, poles: cannot go together"),
+        (["--sample", "0.005", "--integral", "x", "--poles", "-1,-2,-3,-4"], "poles: are not as many as states: 5"),
         (["--table", "1;1"], "table: names no equilibrium, or one twice"),
         (["--table", "7"], "up: is no list of links from 1 to 1"),
         (["--poles", "-1,-2"], "poles: are not as many as states: 4"),

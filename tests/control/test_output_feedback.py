@@ -141,6 +141,21 @@ def test_integrals_take_away_what_a_constant_force_leaves() -> None:
     assert abs(ends["integral"][0]) < 0.04 and np.max(np.abs(ends["integral"][1:] - [np.pi, 0, 0, 0, 0])) < 0.04
 
 
+def test_integrals_are_placed_with_the_rest() -> None:
+    """By NumPy's eigenvalues of the joined loop, sampled by SciPy; one pole is too many or too few otherwise."""
+    gains = lqr(CHAINS["plane"], sample=PERIOD)
+    poles = [-1.5, -2, -3, -4, -5, -6, -7]
+    found = with_integrals(gains, {"x": 1.0}, poles)
+    n, nu = gains.B.shape
+    flow = expm(np.block([[gains.A, gains.B], [np.zeros((nu, n + nu))]]) * PERIOD)
+    a = np.block([[flow[:n, :n], np.zeros((n, 1))], [PERIOD * np.eye(1, n), np.ones((1, 1))]])
+    closed = a - np.vstack([flow[:n, n:], np.zeros((1, nu))]) @ np.hstack([found.K, found.K_i])
+    assert np.allclose(np.sort(np.log(np.linalg.eigvals(closed)).real / PERIOD)[::-1], poles, rtol=1e-3)
+    assert np.allclose(found.poles, poles, rtol=1e-6) and output_law(gains, None, found).integrated == (0,)
+    with pytest.raises(ControlError, match="poles: are not as many as states: 7"):
+        with_integrals(gains, {"x": 1.0}, poles[1:])
+
+
 def test_the_integral_gains_fulfil_the_joined_equation() -> None:
     """SciPy's solver on the chain and its integral, sampled by SciPy too."""
     gains = lqr(CHAINS["plane"], sample=PERIOD, Q=2.0, R=0.3)

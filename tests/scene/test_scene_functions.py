@@ -66,15 +66,6 @@ SPATIAL = {"space": "spatial"}
                 "(got 'direction_dynamics'); use \"forward_dynamics\", whose accelerations are those of the angles"
             ),
         ),
-        (
-            "controller",
-            {},
-            (
-                "functions.want: is not available in this version (got 'controller'); "
-                'compute the gains from "linearization" until then'
-            ),
-        ),
-        ("controller", SPATIAL | CART, None),
     ],
 )
 def test_functions_that_a_scene_does_not_have_name_what_to_use_instead(name, changes, message):

@@ -10,11 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import solve_discrete_are
 
 from phichain import build, generate_swingup, simulate, swing_up
 from phichain.app.cli import main
+from phichain.control import Sensors
 from phichain.control.swing_up import Chain, Design, Plan, Task, law_along
 from phichain.control.swing_up.gains import catch_gains, linear_path, regulated
+from phichain.control.swing_up.sight import observer_along
+from phichain.control.swing_up.transcription import Problem
 from phichain.errors import ArrayError, ControlError, OutputError, SceneError, UnsupportedError
 from phichain.records import thawed
 from phichain.scene import Scene, scene_from_dict
@@ -112,6 +116,80 @@ def test_gains_that_expect_errors_are_the_best_of_those_that_look_at_the_deviati
     assert slopes[0] < 0.05 * slopes[1]
 
 
+def test_an_observer_along_the_motion_is_the_best_of_those_that_do_not_know_the_masses() -> None:
+    """By brute force: the covariance of the estimate's error grows whichever way its last correction is moved; ends are stationary filters."""
+    scene = replace(POLE, want=("forward_dynamics", "linearization"), mass="runtime")
+    chain = Chain(replace(build(scene), params={"mass": [M]}))
+    task = Task.of(chain.system, limit=20, sample=0.02)
+    derivatives, count = chain.derivatives(task.sample), 12
+    x, u = np.linspace([0, 2.5, 0, 1], [0, np.pi, 0, 0], count + 1), np.linspace(4, 0, count)[:, None]
+    path = linear_path(derivatives, x, u)
+    still = np.array([0, np.pi, 0, 0])
+    end = tuple(np.array(part) for part in derivatives(still, [0.0])[:2])
+    sensors, errors = Sensors(resolution={"x": 1e-3, "theta_1": 5e-3}, disturbance={"x": 0.5, "theta_1": 2.0}), np.array([0.3])
+    made = observer_along(chain.system, task, path, (end[0], end[1]), sensors, errors, np.arange(count + 1))
+    V, h = np.diag([1e-3, 5e-3]) ** 2 / 12, task.sample
+    N, C = np.diag([0.5, 2.0]) ** 2, np.eye(2, 4)
+    W = np.block([[N * h**3 / 3, N * h**2 / 2], [N * h**2 / 2, N * h]])
+    P = solve_discrete_are(end[0].T, C.T, W, V)
+    assert np.allclose(made.corrections[-1], P @ C.T @ np.linalg.inv(C @ P @ C.T + V), rtol=1e-6)
+    assert np.allclose(made.flows[3], (path[0][3] - np.eye(4))[2:]) and np.allclose(made.drives[-1], end[1][2:])
+    first = solve_discrete_are(path[0][0].T, C.T, W, V)
+
+    def spread(corrections: np.ndarray, k: int) -> float:
+        """What the estimate is off after the k-th measurement, theta unknown but the same all along."""
+        P = np.zeros((5, 5))
+        P[:4, :4], P[4, 4] = first, 0.3**2 / 3
+        for at in range(k + 1):
+            kept = np.eye(5)
+            kept[:4, :2] -= corrections[at]
+            P = kept @ P @ kept.T
+            P[:4, :4] += corrections[at] @ V @ corrections[at].T
+            if at < k:
+                flow = np.block([[path[0][at], path[2][at]], [np.zeros((1, 4)), np.ones((1, 1))]])
+                P = flow @ P @ flow.T
+                P[:4, :4] += W
+        return float(np.trace(P[:4, :4]))
+
+    draw = np.random.default_rng(2)
+    for k in (0, 5, 11):
+        best = spread(made.corrections, k)
+        for _ in range(6):
+            step = np.zeros_like(made.corrections)
+            step[k] = 0.05 * draw.normal(size=(4, 2)) * np.max(np.abs(made.corrections[k]))
+            ahead, back = spread(made.corrections + step, k) - best, spread(made.corrections - step, k) - best
+            # A parabola about its lowest point, which it is not about that of a filter that trusts the masses.
+            assert min(ahead, back) > 0 and abs(ahead - back) < 1e-6 * (ahead + back)
+
+
+def test_it_holds_through_encoders_and_says_so(system: System, found: SwingUp, tmp_path: Path) -> None:
+    """256 counts a turn; the same plan, the compiled law on positions in steps; the same record on the emitted flow."""
+    coarse = Sensors(resolution={"theta_1": 2 * np.pi / 256, "x": 1e-3})
+    seen = swing_up(system, limit=20, rail=0.5, errors={"mass": 0.1, "cart_mass": 0.1}, runs=60, count=1, jobs=1, sensors=coarse)
+    assert seen.tried[0].again and seen.trials.share == 1.0 and seen.law.note.endswith("hold it through the observer, from positions in the steps of their sensors.")
+    steps = np.array([1e-3, 2 * np.pi / 256])
+    law = seen.law.running(lambda y: steps * np.round(y / steps))
+    motion = simulate(system, np.array([0.0, 0.05, 0.0, 0.0]), np.array([0.0, seen.law.duration + 0.5]), u=law, sample=1e-3, tol=1e-9)
+    assert np.allclose(motion.x[-1, :2], [0, np.pi], atol=5e-2)
+    with pytest.raises(ControlError, match="measured: are not the positions"):
+        swing_up(system, limit=20, rail=0.5, runs=2, count=1, jobs=1, sensors=Sensors(measured=("x",)))
+
+
+def test_a_plan_that_whirls_is_bounded_and_led() -> None:
+    """Without its bound the step of an interval is wrong by radians, and the chain cannot be led along what it says."""
+    scene = Scene("whirl", 2, base="cart", cart_mass=1.0, mass=[0.2, 0.1], length=[0.25, 0.2], com=[0.125, 0.02], want=("forward_dynamics", "linearization"))
+    chain = Chain(build(scene))
+    task = Task.of(chain.system, limit=40, rail=1.0)
+    problem = Problem(chain, task, intervals=40)
+    seconds = 1.2
+    guess = np.zeros((41, 7)), np.zeros((40, 1))
+    guess[0][:, :3] = task.first + (task.last - task.first) * np.linspace(0, 1, 41)[:, None]
+    bounded = problem.solve(seconds, *guess, 0.0, 0.85, 0.3)
+    assert bounded.converged and np.max(np.abs(bounded.nodes[:, 4:6])) * seconds / 40 < 0.3 * (1 + 1e-6)
+    free = problem.solve(seconds, *guess, 0.0, 0.85)
+    assert np.max(np.abs(free.nodes[:, 4:6])) * seconds / 40 > 0.3
+
+
 def test_the_derivatives_are_those_of_the_step() -> None:
     scene = replace(POLE, want=("forward_dynamics", "linearization"), mass="runtime", cart_mass="runtime")
     chain = Chain(replace(build(scene), params={"cart_mass": M0, "mass": [M]}))
@@ -165,6 +243,19 @@ def test_the_command_writes_what_passes_its_own_test(tmp_path: Path, capsys: pyt
     assert subprocess.run([str(tmp_path / "t")], check=False).returncode == 0
     record = json.loads((folder / "manifest.json").read_text())
     assert record["state"][0][2:4] == [-0.3, 0.3] and record["inputs"] == [["acceleration", "m/s^2", -5.0, 5.0]]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--resolution", "0.001"], "resolution: says something of --observer, which is not asked for"),
+        (["--observer", "reduced"], "observer: is no observer along a motion"),
+    ],
+)
+def test_words_of_sensors_are_refused_before_anything_is_planned(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as leaving:
+        main(["swingup", "rig_cart_pole", "--limit", "5", *words])
+    assert leaving.value.code == 2 and said in capsys.readouterr().err
 
 
 def test_limits_that_leave_no_motion_name_the_bound(system: System) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import importlib.util
 import json
 import math
 import subprocess
@@ -19,8 +20,8 @@ from phichain import generate_swingup
 from phichain.emit.stencil import stencils_folder
 from phichain.errors import ArrayError, EmissionError, OutputError, SceneError
 from phichain.ir import evaluate_exactly
-from phichain.laws import StateFeedback, TrajectoryLaw
-from phichain.lowering.trajectory import tracking
+from phichain.laws import ObserverAlong, StateFeedback, TrajectoryLaw
+from phichain.lowering.trajectory import beginning, tracking
 from tests.emit.test_stencil import COMPILERS, STRICT
 
 COMPILE = ("cc", "-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic-errors", "-Wconversion", "-Wdouble-promotion")
@@ -39,6 +40,13 @@ def law_of(nu: int = 1, rail: float = 1.0, **more: Any) -> TrajectoryLaw:
         tuple(inputs[-1]), tuple(map(tuple, gains[-1])), (False, True, False, False), (-2.0,) * nu, (2.0,) * nu, 1e-3,
     )  # fmt: skip
     return TrajectoryLaw(catch, 0.03, states, inputs, gains, rail=rail, **more)
+
+
+def observed(law: TrajectoryLaw) -> TrajectoryLaw:
+    """The same reading two positions, through an observer without any meaning."""
+    draw, (knots, nx), nu = np.random.default_rng(5), law.states.shape, law.inputs.shape[1]
+    flows, drives = 0.1 * draw.normal(size=(knots, nx // 2, nx)), 0.1 * draw.normal(size=(knots, nx // 2, nu))
+    return replace(law, observer=ObserverAlong(draw.normal(size=(knots, nx, nx // 2)), flows, drives))
 
 
 def by_hermite(law: TrajectoryLaw, t: float, x: np.ndarray) -> list[Any]:
@@ -157,10 +165,13 @@ def test_what_is_too_far_off_is_given_up_until_reset(tmp_path: Path) -> None:
 
 
 def test_a_law_on_file_is_the_same_record(tmp_path: Path) -> None:
-    for law in (law_of(2, note="text"), law_of(1, math.inf)):
+    for law in (law_of(2, note="text"), law_of(1, math.inf), observed(law_of(2))):
         again = TrajectoryLaw.from_npz(law.to_npz(tmp_path / "law.npz"))
         assert again.catch == law.catch and again.rail == law.rail and again.note == law.note
         assert all(np.array_equal(getattr(again, name), getattr(law, name)) for name in ("states", "inputs", "gains"))
+        assert (again.observer is None) == (law.observer is None)
+        if law.observer:
+            assert all(np.array_equal(getattr(again.observer, name), value) for name, value in vars(law.observer).items())
     with pytest.raises(OutputError, match="no TrajectoryLaw can be read there"):
         TrajectoryLaw.from_npz(tmp_path / "none.npz")
 
@@ -185,7 +196,82 @@ def test_what_is_no_law_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_the_stencils_compile_alone(compiler: str, tmp_path: Path) -> None:
     for name, feature in (("trajectory", "WITH_RAIL"), ("trials", "WITH_PARAMS")):
-        for wanted in (0, 1):
-            words = [f"-D{feature}={wanted}", f"-I{stencils_folder()}", str(stencils_folder() / f"{name}_alone.c")]
+        for wanted, observed in ((0, 0), (1, 0), (1, 1)):
+            words = [f"-D{feature}={wanted}", f"-DWITH_OBSERVER={observed}", f"-I{stencils_folder()}", str(stencils_folder() / f"{name}_alone.c")]
             done = subprocess.run([compiler, *STRICT, "-c", *words, "-o", str(tmp_path / "a.o")], capture_output=True, text=True, check=False)
             assert done.returncode == 0 and not done.stderr, done.stderr
+
+
+@pytest.mark.parametrize("nu", [1, 2])
+def test_an_observer_is_the_record_and_the_formula(nu: int) -> None:
+    """The record's step, written with matrices; the Program in 60 digits; both over several calls, the memory handed on."""
+    law, draw = observed(law_of(nu)), np.random.default_rng(2)
+    assert law.observer is not None
+    program, start = tracking(law), beginning(law)
+    rows = [np.concatenate([part[k].ravel() for part in (law.states, law.inputs, law.gains, law.observer.corrections, law.observer.flows, law.observer.drives)]) for k in range(9)]
+    y = law.states[0, :2] + [0.02, 4 * np.pi - 0.03]
+    memory = law.reset(y)
+    assert np.allclose(memory, [0.02, -0.03, 0, 0], atol=1e-12)
+    begun = evaluate_exactly(start, {"y_meas": y, "here": rows[0]}, digits=60)["following"]
+    assert np.allclose([float(value) for value in begun], memory, atol=1e-12)
+    for t in (0.0, 0.011, 0.1, 0.2399, 0.3):
+        y = law.reference(t)[0][:2] + 0.05 * draw.normal(size=2) + [0, 2 * np.pi]
+        j = min(int(t / law.interval), 8)
+        f = Fraction(min(t / law.interval, 8.0)) - j
+        given = {"y_meas": y, "expected": memory, "here": rows[j], "next": rows[min(j + 1, 8)], "f": [float(f)]}
+        found = evaluate_exactly(program, given, digits=60)
+        # By matrices, from the definition.
+        (x_r, u_r, K), mix = law.reference(t), lambda table: table[j] + float(f) * (table[min(j + 1, 8)] - table[j])  # noqa: B023
+        z = memory + mix(law.observer.corrections) @ (np.remainder(y - x_r[:2] - memory[:2] + np.pi, 2 * np.pi) - np.pi)
+        u = np.clip(u_r - K @ z, -2, 2)
+        v = z[2:] + mix(law.observer.flows) @ z + mix(law.observer.drives) @ (u - u_r)
+        wanted = np.concatenate([z[:2] + law.catch.sample / 2 * (z[2:] + v), v])
+        pushed, memory = law.step(memory, t, y)
+        for by in ((pushed, memory), tuple(np.array([float(value) for value in found[name]]) for name in ("u", "following"))):
+            assert np.allclose(by[0], u, atol=1e-9) and np.allclose(by[1], wanted, atol=1e-9)
+    assert law.step(memory, 0.1, [1.01, 0.0])[0] == pytest.approx(0)
+    run = law.running(lambda y: np.round(y, 3))
+    assert run(0.0, law.states[0]) == pytest.approx(law.step(law.reset(np.round(law.states[0, :2], 3)), 0.0, np.round(law.states[0, :2], 3))[0])
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("", ""),
+        ("theta_1_away - expected[1]", "theta_1_away + expected[1]"),
+        ("0.0005F * (x_dot_off + x_dot_next)", "0.001F * (x_dot_off + x_dot_next)"),
+        ("force_held - t5", "force_held"),
+        ("state->expected[i] = following[i]", "state->expected[i] = 0"),
+    ],
+)
+def test_the_folder_of_an_observer_and_its_mutants(right: str, wrong: str, tmp_path: Path) -> None:
+    folder = generate_swingup(observed(law_of()), tmp_path)
+    source = folder / "pole_swingup.c"
+    text = source.read_text()
+    assert right in text
+    source.write_text(text.replace(right, wrong, 1) if right else text)
+    assert (result_of(folder) > 0) is bool(right)
+    assert json.loads((folder / "manifest.json").read_text())["state_bytes"] == 4 + 4 * 4
+
+
+@pytest.mark.parametrize("seen", [False, True])
+def test_casadi_has_the_same_law(seen: bool, tmp_path: Path) -> None:
+    law, draw = observed(law_of(2)) if seen else law_of(2), np.random.default_rng(4)
+    folder = generate_swingup(law, tmp_path, "double")
+    spec = importlib.util.spec_from_file_location("pole_swingup_casadi", folder / "pole_swingup_casadi.py")
+    assert spec and spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    made, before = module.pole_swingup(), np.zeros(4)
+    for t in (-1.0, 0.0, 0.1, 0.2399, 0.24, 5.0):
+        x = law.reference(t)[0] + 0.05 * draw.normal(size=4)
+        if seen:
+            found, off, following = made(t, x[:2], before)
+            u, before = law.step(before, t, x[:2])
+            assert np.allclose(np.array(following).ravel(), before, atol=1e-10)
+        else:
+            u = law(t, x)
+            found, off = made(t, x)
+        assert np.allclose(np.array(found).ravel(), u, atol=1e-10) and float(off) == pytest.approx((x - law.reference(t)[0])[1] ** 2)
+    if seen:
+        assert np.allclose(np.array(module.pole_swingup_reset()(x[:2])).ravel(), law.reset(x[:2]), atol=1e-12)

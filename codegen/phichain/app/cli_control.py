@@ -73,8 +73,8 @@ def controller(
         words.weighed(system, state_weight, input_weight, weights or []), None if poles is None else words.poles(poles),
     )  # fmt: skip
     sensors = {"measured": measured, "resolution": resolution, "noise": noise, "disturbance": disturbance}
-    _demand_together("observer", observer, sensors)
-    _demand_together("table", table, {"reach": reach, "leave": leave})
+    words.demand_together("observer", observer, sensors)
+    words.demand_together("table", table, {"reach": reach, "leave": leave})
     if table is not None:
         _demand_apart("table", table, {"observer": observer, "integral": integral, "poles": poles})
         law = _table(frame, table, reach, leave)
@@ -101,10 +101,11 @@ class _Frame:
     weights: tuple[list[float], list[float]]
     poles: list[complex] | None
 
-    def gains(self) -> Gains:
+    def gains(self, integrals: bool = False) -> Gains:
+        """The regulator; with integrals poles are those of the whole, and are placed there."""
         from phichain.control import lqr, place
 
-        if self.poles is not None:
+        if self.poles is not None and not integrals:
             return place(self.system, self.signs, self.poles, sample=self.sample)
         return lqr(self.system, self.signs, *self.weights, sample=self.sample)
 
@@ -121,34 +122,20 @@ def _table(frame: _Frame, text: str, reach: float | None, leave: float | None) -
 
 
 def _output(frame: _Frame, kind: str | None, words: dict[str, Any], integrals: dict[str, float]) -> Law:
-    from phichain.app.control_words import for_all_or_by_name
-    from phichain.control import Sensors, estimator, output_law, with_integrals
+    from phichain.app.control_words import sensors_of
+    from phichain.control import estimator, output_law, with_integrals
 
-    if integrals:
-        _demand_apart("integral", list(integrals), {"poles": frame.poles})
-    gains = frame.gains()
-    typer.echo(str(gains))
+    gains = frame.gains(bool(integrals))
+    if frame.poles is None or not integrals:
+        typer.echo(str(gains))
     estimate = None
     if kind is not None:
-        given = {name: for_all_or_by_name(name, words[name] or []) for name in ("resolution", "noise", "disturbance")}
-        names = words["measured"]
-        sensors = Sensors(
-            None if names is None else tuple(names.replace(",", " ").split()),
-            **{name: value for name, value in given.items() if value is not None},
-        )
-        estimate = estimator(gains, sensors, kind)
+        estimate = estimator(gains, sensors_of(**words), kind)
         typer.echo(str(estimate))
-    integrating = with_integrals(gains, integrals) if integrals else None
+    integrating = with_integrals(gains, integrals, frame.poles) if integrals else None
     if integrating is not None:
         typer.echo(str(integrating))
     return output_law(gains, estimate, integrating, frame.target, limit=frame.limit)
-
-
-def _demand_together(field: str, value: object, others: dict[str, Any]) -> None:
-    """Refuse what says something of a thing that is not asked for."""
-    for name, given in others.items():
-        if value is None and given is not None:
-            raise UnsupportedError(name, given, f"says something of --{field}, which is not asked for", f"give --{field} too")
 
 
 def _demand_apart(field: str, value: object, others: dict[str, Any]) -> None:

@@ -52,6 +52,19 @@ def swingup(
     enough: Annotated[float, typer.Option(metavar="SHARE", help="End the search with a law that holds in such a share of its runs.")] = 0.95,
     starts: Annotated[int, typer.Option(min=1, help="Starts of the search at most.")] = 12,
     jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
+    observer: Annotated[
+        str | None, typer.Option("--observer", metavar="KIND", help="Read positions alone, in steps, through an observer: kalman.")
+    ] = None,
+    resolution: Annotated[
+        list[str] | None, typer.Option("--resolution", metavar="[NAME=]STEP", help="Step of a position; encoders of 4096 counts, 0.1 mm.")
+    ] = None,
+    noise: Annotated[
+        list[str] | None, typer.Option("--noise", metavar="[NAME=]SIGMA", help="Standard deviation that the observer expects beside that.")
+    ] = None,
+    disturbance: Annotated[
+        list[str] | None,
+        typer.Option("--disturbance", metavar="[NAME=]D", help="White noise on an acceleration or input, per sqrt(Hz); 1 on each acceleration."),
+    ] = None,
     solver: Annotated[str, typer.Option(help="fatrop or ipopt.")] = "fatrop",
     iterations: Annotated[int, typer.Option(min=1, help="Iterations that one start is worth.")] = 400,
     anyway: Annotated[bool, typer.Option("--anyway", help="Write what there is when no start converged; its header says so.")] = False,
@@ -63,12 +76,16 @@ def swingup(
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write into.")] = Path("generated"),
 ) -> None:
     """Plan a swing-up, try the law along it on chains with wrong parameters, and write it as C, DIR/NAME_swingup."""
+    from phichain.app.control_words import demand_together, sensors_of
     from phichain.pipeline import build, generate_swingup
     from phichain.scene.library import find_scene
     from phichain.system.starts import numbers, parameters, upright
     from phichain.trials import swing_up
 
     files = named(save, (".npz", ".csv", ".png"))
+    demand_together("observer", observer, {"resolution": resolution, "noise": noise, "disturbance": disturbance})
+    if observer not in (None, "kalman"):
+        raise ArrayError("observer", observer, "is no observer along a motion", "say kalman")
     chosen = find_scene(scene)
     system = build(replace(chosen, real="double", variational=False, want=("forward_dynamics", "linearization")))
     system = replace(system, digest=chosen.digest, params=parameters(settings or []) or None)
@@ -77,7 +94,8 @@ def swingup(
         found = swing_up(
             system, limit=numbers(limit, "limit"), rail=rail, start=upright(start, system.links), target=upright(target, system.links),
             places=_places(numbers(places, "places")), errors=sizes, spread=spread, sample=sample, seconds=seconds, runs=runs,
-            real=real, enough=enough, count=starts, jobs=jobs, solver=solver, most=iterations, anyway=anyway, report=tell,
+            real=real, enough=enough, count=starts, jobs=jobs, solver=solver, most=iterations, anyway=anyway,
+            sensors=None if observer is None else sensors_of(None, resolution, noise, disturbance), report=tell,
         )  # fmt: skip
     typer.echo(str(found))
     folder = generate_swingup(found.law, out, real)

@@ -1,4 +1,4 @@
-"""Words of `phichain controller` as what control takes: weights, sensors, integrals, poles, equilibria, by name."""
+"""Words of `phichain controller` and `swingup` as what control takes: weights, sensors, integrals, poles, equilibria, by name."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from phichain.contract.words import known_names
-from phichain.errors import ArrayError
+from phichain.errors import ArrayError, UnsupportedError
 
 if TYPE_CHECKING:
+    from phichain.control import Sensors
     from phichain.system import System
+
+Words = list[str] | None
 
 
 def weighed(system: System, state: float, push: float, words: Sequence[str]) -> tuple[list[float], list[float]]:
@@ -106,3 +109,28 @@ def equilibria(text: str, links: int) -> list[tuple[int, ...]] | None:
     if not found or len(set(found)) < len(found):
         raise ArrayError("table", text, "names no equilibrium, or one twice", 'write "all", or for example "none;2;1,2"')
     return found
+
+
+def sensors_of(measured: str | None, resolution: Words, noise: Words, disturbance: Words) -> Sensors:
+    """What is measured and how well, as options say it; what they leave out is as `Sensors` has it.
+
+    Raises:
+        ArrayError: As `for_all_or_by_name`.
+    """
+    from phichain.control import Sensors
+
+    words = {"resolution": resolution, "noise": noise, "disturbance": disturbance}
+    given = {name: for_all_or_by_name(name, said or []) for name, said in words.items()}
+    names = None if measured is None else tuple(measured.replace(",", " ").split())
+    return Sensors(names, **{name: value for name, value in given.items() if value is not None})
+
+
+def demand_together(field: str, value: object, others: Mapping[str, object]) -> None:
+    """Refuse what says something of a thing that is not asked for.
+
+    Raises:
+        UnsupportedError: One of the others is given, and the thing is not.
+    """
+    for name, given in others.items():
+        if value is None and given is not None:
+            raise UnsupportedError(name, given, f"says something of --{field}, which is not asked for", f"give --{field} too")

@@ -11,8 +11,7 @@ from phichain.errors import UnsupportedError
 
 _COMMANDS: Final = {
     "rigs": "call phichain.rigs from Python (docs/rigs.md)",
-    "controller": 'compute the gains by "phichain lqr"',
-    "regulator": 'compute the gains by "phichain lqr"',
+    "regulator": 'say "phichain lqr SCENE", or "phichain controller SCENE" for the law in C',
     "plot": "give --out FILE.png to simulate, trace or lqr",
     "run": 'say "phichain simulate SCENE", or "phichain tour" for the whole path',
     "test": 'compile selftest.c of what "phichain generate SCENE" writes',

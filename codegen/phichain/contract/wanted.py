@@ -10,9 +10,16 @@ from phichain.contract.functions import FUNCTIONS, ROWS
 from phichain.contract.words import nearest
 from phichain.errors import SceneError, UnsupportedError
 
-_PLANNED: Final = {
-    "controller": 'compute the gains from "linearization" until then',
+_COMMANDS: Final = {
+    word: remedy
+    for words, remedy in (
+        ("controller regulator observer supervisor", 'say "phichain controller SCENE" (docs/controllers.md)'),
+        ("lqr gains", 'say "phichain lqr SCENE", or "phichain controller SCENE" for them in C'),
+        ("swingup swing_up", 'say "phichain swingup SCENE" (docs/swingup.md)'),
+    )
+    for word in words.split()
 }
+"""What is made of a chain and a task by a command, and is no function of the chain alone."""
 
 _MEANT: Final = {
     word: remedy
@@ -30,7 +37,6 @@ _MEANT: Final = {
         ("simulate simulation integrate trajectory flow motion", 'want "propagate"; simulate takes what is there'),
         ("rk4 runge_kutta integrator", 'want "step"'),
         ("limit_cycle limit_cycles harmonic_balance", 'want "phi" and "phi_jacobian"'),
-        ("lqr gains regulator observer swingup swing_up supervisor", 'want "linearization" and "state_jacobian", and compute the law by lqr'),
         ("power work loss dissipation", 'want "energy" along a motion'),
     )
     for word in words.split()
@@ -68,12 +74,13 @@ def _check_function(label: str, name: object, kind: Kind) -> None:
     """
     if not isinstance(name, str):
         raise SceneError(label, name, "holds what is no function name", 'write want = ["forward_dynamics"]')
-    if name in _PLANNED:
-        raise UnsupportedError(label, name, "is not available in this version", _PLANNED[name])
     if name not in ROWS:
+        word = name.lower().replace(" ", "_").replace("-", "_")
+        if word in _COMMANDS:
+            raise SceneError(label, name, "is no function of a chain but made by a command", _COMMANDS[word])
         best = nearest(name, FUNCTIONS)
         guess = f'did you mean "{best}"? The functions' if best else "the functions"
-        meant = None if best else _MEANT.get(name.lower().replace(" ", "_").replace("-", "_"))
+        meant = None if best else _MEANT.get(word)
         remedy = meant or f"{guess} are {', '.join(FUNCTIONS)}"
         raise SceneError(label, name, "is not a function", remedy, nearest=best)
     reason = ROWS[name].absence(kind)

@@ -73,15 +73,30 @@ def place(
     demand_input(linear)
     margins = margins_of(linear).demand(linear.s, partial(alternatives, system, linear.s, p))
     A, B = linear.first_order
-    wanted = _wanted(poles)
     if sample is not None:
         demand_sample(A, sample)
         A, B = (matrix.high for matrix in held(A, B, float(sample)))
-        wanted = np.exp(wanted * sample)
-    K, asked, parts = _gains(A, B, wanted)
+    K, achieved = placed(A, B, poles, sample)
+    return record(system, linear, margins, _identity(A, B), _solution(A, B, K, achieved, sample), sample)
+
+
+def placed(A: Vector, B: Vector, poles: ArrayLike, sample: float | None) -> tuple[Vector, Spectrum]:
+    """Gains of a linear system, and the eigenvalues that they really give.
+
+    Args:
+        A: Dynamics (n, n), from sample to sample where there is one.
+        B: Input (n, nu).
+        poles: The poles, 1/s.
+        sample: Time between two samples, s; None for continuous time.
+
+    Raises:
+        ControlError: As `place`.
+    """
+    wanted = _wanted(poles)
+    K, asked, parts = _gains(A, B, wanted if sample is None else np.exp(wanted * sample))
     achieved = _matched(_eigenvalues(A - B @ K, parts), asked)
     _demand_placed(achieved, asked, sample)
-    return record(system, linear, margins, _identity(A, B), _solution(A, B, K, achieved, sample), sample)
+    return K, achieved
 
 
 def with_gains(

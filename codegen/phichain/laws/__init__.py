@@ -2,6 +2,7 @@
 
 from phichain.laws.gain_table import GainTable
 from phichain.laws.observer import Observer
+from phichain.laws.observer_along import ObserverAlong
 from phichain.laws.output_feedback import OutputFeedback
 from phichain.laws.state_feedback import StateFeedback
 from phichain.laws.trajectory import TrajectoryLaw
@@ -9,4 +10,4 @@ from phichain.laws.trajectory import TrajectoryLaw
 Law = StateFeedback | OutputFeedback | GainTable
 """Whatever a controller is made of."""
 
-__all__ = ["GainTable", "Law", "Observer", "OutputFeedback", "StateFeedback", "TrajectoryLaw"]
+__all__ = ["GainTable", "Law", "Observer", "ObserverAlong", "OutputFeedback", "StateFeedback", "TrajectoryLaw"]

@@ -156,4 +156,4 @@ class GainTable:
         Raises:
             OutputError: The file is missing, holds no GainTable, or one that does not fit together.
         """
-        return read_law(cls, path, _SCHEMA, _WORDS, _PLAIN)
+        return read_law(path, _SCHEMA, lambda arrays, said: cls(**arrays, **said))

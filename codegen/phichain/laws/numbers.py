@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -50,20 +50,25 @@ def less_turns(away: Vector, wraps: Sequence[bool]) -> Vector:
 
 
 def words_of(meta: Mapping[str, Any], words: Iterable[str]) -> dict[str, Any]:
-    """Small fields of a file as a law holds them: texts, and lists as tuples."""
-    return {name: meta[name] if isinstance(meta[name], str) else tuple(meta[name]) for name in words}
+    """Small fields of a file as a law holds them: lists as tuples."""
+    return {name: tuple(meta[name]) if isinstance(meta[name], list) else meta[name] for name in words}
 
 
-def read_law(kind: type[Law], path: Path | str, schema: Schema, words: Iterable[str], plain: Iterable[str]) -> Law:
-    """A law whose fields are the arrays and small fields of its file.
+def read_law(path: Path | str, schema: Schema, made: Callable[[dict[str, Any], dict[str, Any]], Law]) -> Law:
+    """A law from its file.
+
+    Args:
+        path: The file.
+        schema: What it holds.
+        made: From its arrays and its small fields, lists as tuples, to the law.
 
     Raises:
         OutputError: The file is missing, holds no such law, or one that does not fit together.
     """
     arrays, meta = read_archive(path, schema)
     try:
-        return kind(**arrays, **words_of(meta, words), **{name: meta[name] for name in plain})
-    except ArrayError as failure:
+        return made(dict(arrays), words_of(meta, schema.fields))
+    except (ArrayError, KeyError, TypeError) as failure:
         remedy = f"name a file that a {schema.kind} wrote"
         raise OutputError("path", str(path), f"no {schema.kind} can be read there: {failure}", remedy) from failure
 

@@ -10,9 +10,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.archive import NUMBER, TEXT, Array, Schema, names, read_archive, real, whole
-from phichain.errors import ArrayError, OutputError
-from phichain.laws.numbers import Matrix, Row, as_numbers, less_turns, words_of
+from phichain.archive import NUMBER, TEXT, Array, Schema, names, real, whole
+from phichain.errors import ArrayError
+from phichain.laws.numbers import Matrix, Row, as_numbers, less_turns, read_law
 from phichain.laws.observer import Observer
 from phichain.records import write_npz
 
@@ -209,16 +209,12 @@ class OutputFeedback:
         Raises:
             OutputError: The file is missing, holds no OutputFeedback, or one that does not fit together.
         """
-        arrays, meta = read_archive(path, _SCHEMA)
-        fields: dict[str, Any] = {name: arrays[name] for name in (*_FRAME, *_WHOLE, *_TRUTHS)}
-        fields |= words_of(meta, _WORDS)
-        try:
-            kept: dict[str, Any] | None = {name: arrays[name] for name in _OBSERVER} if meta["observer"] else None
-            observer = None if kept is None else Observer(kind=meta["observer"], **kept)
-            return cls(**fields, sample=meta["sample"], observer=observer)
-        except (ArrayError, KeyError) as failure:
-            remedy = f"name a file that an {_SCHEMA.kind} wrote"
-            raise OutputError("path", str(path), f"no {_SCHEMA.kind} can be read there: {failure}", remedy) from failure
+
+        def made(arrays: dict[str, Any], said: dict[str, Any]) -> OutputFeedback:
+            kind, kept = said.pop("observer"), {name: arrays.pop(name) for name in _OBSERVER if name in arrays}
+            return cls(**arrays, **said, observer=Observer(kind, **kept) if kind else None)
+
+        return read_law(path, _SCHEMA, made)
 
 
 def _turned(away: Vector, wraps: tuple[bool, ...]) -> Vector:

@@ -112,4 +112,4 @@ class StateFeedback:
         Raises:
             OutputError: The file is missing, holds no StateFeedback, or one that does not fit together.
         """
-        return read_law(cls, path, _SCHEMA, _WORDS, _PLAIN)
+        return read_law(path, _SCHEMA, lambda arrays, said: cls(**arrays, **said))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -9,15 +10,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.archive import NUMBER, TEXT, Array, Schema, names, read_archive, real
-from phichain.errors import ArrayError, OutputError
-from phichain.laws.numbers import less_turns, words_of
+from phichain.archive import NUMBER, TEXT, Array, Schema, names, real
+from phichain.errors import ArrayError
+from phichain.laws.numbers import less_turns, read_law
+from phichain.laws.observer_along import ObserverAlong
 from phichain.laws.state_feedback import StateFeedback
 from phichain.records import Held, held, write_npz
 
 Vector = NDArray[np.float64]
 
 _TABLES = {"states": real("knots", "nx"), "inputs": real("knots", "nu"), "gains": real("knots", "nu", "nx")}
+_OBSERVER = {
+    "corrections": real("knots", "nx", "nq", optional=True), "flows": real("knots", "nq", "nx", optional=True),
+    "drives": real("knots", "nq", "nu", optional=True),
+}  # fmt: skip
 _CATCH = {"target": real("nx"), "rest": real("nu"), "catch_gains": real("nu", "nx"), "low": real("nu"), "high": real("nu")}
 _WORDS = {
     "name": TEXT, "digest": TEXT, "state_names": names("nx"), "state_units": names("nx"),
@@ -26,7 +32,7 @@ _WORDS = {
 _NUMBERS = {"interval": NUMBER, "tube": NUMBER, "rail": NUMBER, "sample": NUMBER}
 _SCHEMA = Schema(
     "TrajectoryLaw",
-    {**_TABLES, **_CATCH, "wraps": Array(np.bool_, ("nx",))},
+    {**_TABLES, **_CATCH, **_OBSERVER, "wraps": Array(np.bool_, ("nx",))},
     {**_WORDS, **_NUMBERS, "note": replace(TEXT, default="")},
     filled=("knots", "nx", "nu"),
 )
@@ -41,6 +47,9 @@ class TrajectoryLaw(Held):
     the regulator's gains: with the time held at the ends of the table, the law regulates the start before t = 0 and the target
     from the end on. It gives up (u = 0) where the angles have left x_r by `tube` or the cart its rail.
 
+    With an observer it reads the positions alone, y, and x - x_r is what the observer makes of them; its memory z_expected begins
+    at rest where the first measurement is.
+
     Attributes:
         catch: The regulator of the target, of which names, units, wraps, limits and sample hold all along.
         interval: Time between two knots, s.
@@ -50,6 +59,7 @@ class TrajectoryLaw(Held):
         tube: Largest deviation of all angles together (2-norm) with which it goes on, rad.
         rail: Largest distance of the cart from 0, m; inf for none.
         note: What a reader of the header must know first; empty for nothing.
+        observer: Where the deviation comes from if positions alone are measured; None where the whole state is.
 
     Raises:
         ArrayError: Shapes that do not fit, numbers that are not finite, times or bounds that are not positive, or a table that
@@ -64,6 +74,7 @@ class TrajectoryLaw(Held):
     tube: float = 1.0
     rail: float = float("inf")
     note: str = ""
+    observer: ObserverAlong | None = None
 
     def __post_init__(self) -> None:
         nx, nu = len(self.catch.state_names), len(self.catch.input_names)
@@ -80,6 +91,8 @@ class TrajectoryLaw(Held):
         target = map(np.array, (self.catch.target, self.catch.rest, self.catch.gains))
         if not all(np.array_equal(row, wanted) for row, wanted in zip(last, target, strict=True)):
             raise ArrayError("law.states", self.states[-1], "does not end in the target and its gains", "end with those of catch")
+        if self.observer and self.observer.flows.shape[::2] + self.observer.drives.shape[2:] != (knots, nx, nu):
+            raise ArrayError("law.observer", self.observer.flows.shape, "has other knots, states or inputs than the trajectory", "make one along it")
 
     @property
     def name(self) -> str:
@@ -99,14 +112,19 @@ class TrajectoryLaw(Held):
     @property
     def numbers(self) -> int:
         """Numbers that the table holds."""
-        return int(self.states.size + self.inputs.size + self.gains.size)
+        seen = self.observer
+        return int(self.states.size + self.inputs.size + self.gains.size) + (seen.corrections.size + seen.flows.size + seen.drives.size if seen else 0)
+
+    @property
+    def measured(self) -> int:
+        """How many entries of x = (q, v) it reads, the first ones."""
+        nx = self.states.shape[1]
+        return nx // 2 if self.observer else nx
 
     def reference(self, t: float) -> tuple[Vector, Vector, Vector]:
         """(x_r, u_r, K) at a time."""
-        place = min(max(t / self.interval, 0.0), len(self.states) - 1.0)
-        j = int(place)
-        k = min(j + 1, len(self.states) - 1)
-        f, h, half = place - j, self.interval, self.states.shape[1] // 2
+        j, k, f = self._weights(t)
+        h, half = self.interval, self.states.shape[1] // 2
         (q0, v0), (q1, v1) = ((row[:half], row[half:]) for row in self.states[[j, k]])
         away = q1 - q0
         q = q0 + f * (h * v0 + f * (3 * away - h * (2 * v0 + v1) + f * (h * (v0 + v1) - 2 * away)))
@@ -114,8 +132,48 @@ class TrajectoryLaw(Held):
         u = self.inputs[j] + f * (self.inputs[k] - self.inputs[j])
         return np.concatenate([q, v]), u, self.gains[j] + f * (self.gains[k] - self.gains[j])
 
+    def _weights(self, t: float) -> tuple[int, int, float]:
+        """The knots about a time, and the share of the way between them."""
+        place = min(max(t / self.interval, 0.0), len(self.states) - 1.0)
+        j = int(place)
+        return j, min(j + 1, len(self.states) - 1), place - j
+
+    def reset(self, y: ArrayLike) -> Vector:
+        """z_expected (nx,) at the first measurement of the positions (nq,): at rest there."""
+        off = less_turns(np.asarray(y, dtype=float) - self.states[0, : self.measured], self.catch.wraps[: self.measured])
+        return np.concatenate([off, np.zeros(len(off))])
+
+    def step(self, expected: Vector, t: float, y: ArrayLike) -> tuple[Vector, Vector]:
+        """One call of a law with an observer: u (nu,) at a measurement y (nq,), and z_expected (nx,) of the next call."""
+        assert self.observer is not None
+        reference, u, gains = self.reference(t)
+        nq, wraps, given = self.measured, self.catch.wraps[: self.measured], np.asarray(y, dtype=float)
+        off = less_turns(given - reference[:nq], wraps)
+        z = self.observer.corrected(self._weights(t), expected, less_turns(off - expected[:nq], wraps))
+        if not float(np.sum(off[list(wraps)] ** 2)) <= self.tube**2 or not abs(given[0]) <= self.rail:
+            return np.zeros_like(u), z
+        pushed = np.clip(u - gains @ z, self.catch.low, self.catch.high)
+        return pushed, self.observer.following(self._weights(t), z, pushed - u, self.catch.sample)
+
+    def running(self, sensor: Callable[[Vector], Vector] | None = None) -> Callable[[float, ArrayLike], Vector]:
+        """A law with an observer and its memory, for `simulate(..., u=law.running(), sample=law.catch.sample)`.
+
+        Args:
+            sensor: What the positions (nq,) look like to the law: their rounding, their noise; as they are unless given.
+        """
+        memory: list[Vector] = []
+
+        def law(t: float, x: ArrayLike) -> Vector:
+            y = np.asarray(x, dtype=float)[: self.measured]
+            y = y if sensor is None else np.asarray(sensor(y), dtype=float)
+            u, following = self.step(memory.pop() if memory else self.reset(y), t, y)
+            memory.append(following)
+            return u
+
+        return law
+
     def __call__(self, t: float, x: ArrayLike) -> Vector:
-        """u (nu,) at a state (nx,), so that `simulate(..., u=law)` takes the record itself."""
+        """u (nu,) at a state (nx,) that is known, so that `simulate(..., u=law)` takes the record itself."""
         reference, u, gains = self.reference(t)
         away = less_turns(np.asarray(x, dtype=float) - reference, self.catch.wraps)
         off = float(np.sum(away[np.array(self.catch.wraps)] ** 2))
@@ -126,13 +184,15 @@ class TrajectoryLaw(Held):
     def __str__(self) -> str:
         return (
             f"{self.name}: law along a trajectory of {self.duration:g} s, {len(self.states)} knots of {self.states.shape[1]} states, "
-            f"{self.inputs.shape[1]} input(s) and gains, {self.numbers} numbers"
+            f"{self.inputs.shape[1]} input(s) and gains, {self.numbers} numbers{', read by an observer' if self.observer else ''}"
         )
 
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""
         catch = {"catch_gains" if name == "gains" else name: np.array(getattr(self.catch, name)) for name in _catch_names()}
         arrays: dict[str, Any] = {name: getattr(self, name) for name in _TABLES} | catch
+        if self.observer:
+            arrays |= {name: getattr(self.observer, name) for name in _OBSERVER}
         meta = {name: getattr(self.catch, name) for name in (*_WORDS, "sample")}
         meta |= {name: getattr(self, name) for name in ("interval", "tube", "note")}
         # JSON knows no infinity.
@@ -145,16 +205,18 @@ class TrajectoryLaw(Held):
         Raises:
             OutputError: The file is missing, holds no TrajectoryLaw, or one that does not fit together.
         """
-        arrays, meta = read_archive(path, _SCHEMA)
-        tables = {name: arrays.pop(name) for name in _TABLES}
-        catch: dict[str, Any] = {"gains" if name == "catch_gains" else name: array for name, array in arrays.items()}
-        catch |= words_of(meta, _WORDS)
-        rail = meta["rail"] or float("inf")
-        try:
-            return cls(StateFeedback(**catch, sample=meta["sample"]), meta["interval"], **tables, tube=meta["tube"], rail=rail, note=meta["note"])
-        except ArrayError as failure:
-            remedy = f"name a file that a {_SCHEMA.kind} wrote"
-            raise OutputError("path", str(path), f"no {_SCHEMA.kind} can be read there: {failure}", remedy) from failure
+
+        def made(arrays: dict[str, Any], said: dict[str, Any]) -> TrajectoryLaw:
+            seen = {name: arrays.pop(name) for name in _OBSERVER if name in arrays}
+            tables = {name: arrays.pop(name) for name in _TABLES}
+            catch = {"gains" if name == "catch_gains" else name: array for name, array in arrays.items()}
+            catch |= {name: said[name] for name in (*_WORDS, "sample")}
+            return cls(
+                StateFeedback(**catch), said["interval"], **tables, tube=said["tube"], rail=said["rail"] or float("inf"), note=said["note"],
+                observer=ObserverAlong(**seen) if seen else None,
+            )  # fmt: skip
+
+        return read_law(path, _SCHEMA, made)
 
 
 def _catch_names() -> list[str]:

@@ -1,4 +1,4 @@
-"""A law along a trajectory -> Programs: what happens between two rows of its table."""
+"""A law along a trajectory -> Programs: what happens between two rows of its table, and how its observer begins."""
 
 from __future__ import annotations
 
@@ -23,28 +23,101 @@ def tracking(law: TrajectoryLaw) -> Program:
         v_r = v_0 + f (6 d / h - 4 v_0 - 2 v_1 + f (3 (v_0 + v_1) - 6 d / h))
         u   = clip(u_0 + f (u_1 - u_0) - (K_0 + f (K_1 - K_0)) w(x_meas - x_r), low, high),
 
-    and off the sum of the squares of the angles' deviations. What is not a number spreads into u and off.
+    and off the sum of the squares of the angles' deviations. What is not a number spreads into u and off. With an observer it is
+    `tracking(y_meas, expected, here, next, f) -> u, off, following`: rows go on with L, F and G, row by row, and x_meas - x_r gives
+    way to z = expected + L w(y_meas - q_r - C expected), of which the next call expects what ObserverAlong says.
     """
-    catch = law.catch
+    catch, seen = law.catch, law.observer is not None
     nx, nu = len(catch.state_names), len(catch.input_names)
     builder = Builder("tracking", f"Inputs of {law.name} between two rows of the table, and how far off its angles are.")
-    measured = builder.input("x_meas", (nx,), "measured state, (q, v)")
-    rows = [builder.input(name, (nx + nu + nu * nx,), "a row of the table") for name in ("here", "next")]
+    measured = builder.input(*measurement(law))
+    expected = builder.input("expected", (nx,), "deviation that was expected") if seen else None
+    rows = [builder.input(name, (row_width(law),), "a row of the table") for name in ("here", "next")]
     share = builder.input("f", (), "share of the way between them")[0]
     inputs = builder.output("u", (nu,), "inputs")
     off = builder.output("off", (), "squares of the angles' deviations, rad^2")
+    kept = builder.output("following", (nx,), "deviation that is expected at the next call") if seen else None
     reference = _reference(builder, law, rows, share)
-    away = [_deviation(builder, law, measured[i], reference[i], i) for i in range(nx)]
+    away = [_deviation(builder, law, measured[i], reference[i], i) for i in range(law.measured)]
     square = builder.lift(Fraction(0))
-    for deviation, turns in zip(away, catch.wraps, strict=True):
+    for deviation, turns in zip(away, catch.wraps, strict=False):
         square = square + deviation * deviation if turns else square
+    z = away if expected is None else _corrected(builder, law, away, expected, rows, share)
+    pushed = []
     for row in range(nu):
-        u = _between(rows, nx + row, share)
-        for i, deviation in enumerate(away):
+        u = planned = _between(rows, nx + row, share)
+        for i, deviation in enumerate(z):
             u = u - _between(rows, nx + nu + row * nx + i, share) * deviation
-        inputs[row] = _limited(u, catch.low[row], catch.high[row])
+        held = _limited(u, catch.low[row], catch.high[row])
+        held = builder.let(f"{catch.input_names[row]}_held", held) if seen else held
+        inputs[row] = held
+        pushed.append(held - planned if seen else held)
     off[0] = square
+    for i, value in enumerate(_following(builder, law, z, pushed, rows, share) if kept else []):
+        assert kept is not None
+        kept[i] = value
     return prune(builder.finish())
+
+
+def beginning(law: TrajectoryLaw) -> Program:
+    """`beginning(y_meas, here) -> following`: what the observer expects where the first measurement is, at rest."""
+    builder = Builder("beginning", f"What the observer of {law.name} expects where it is first measured, at rest.")
+    measured = builder.input(*measurement(law))
+    here = builder.input("here", (row_width(law),), "the first row of the table")
+    kept = builder.output("following", (len(law.catch.state_names),), "deviation that is expected")
+    for i in range(law.measured):
+        kept[i] = _deviation(builder, law, measured[i], here[i], i)
+        kept[law.measured + i] = builder.lift(Fraction(0))
+    return prune(builder.finish())
+
+
+def measurement(law: TrajectoryLaw) -> tuple[str, tuple[int, ...], str]:
+    """Name, shape and meaning of what the law reads."""
+    what = ("y_meas", "measured positions, q") if law.observer else ("x_meas", "measured state, (q, v)")
+    return what[0], (law.measured,), what[1]
+
+
+def row_width(law: TrajectoryLaw) -> int:
+    """Numbers of a row: x_r, u_r, K row by row, and with an observer L, F, G row by row."""
+    nx, nu = law.states.shape[1], law.inputs.shape[1]
+    return nx + nu + nu * nx + (_observer_width(law) if law.observer else 0)
+
+
+def _corrected(builder: Builder, law: TrajectoryLaw, away: list[Expr], expected: ArrayRef, rows: list[ArrayRef], f: Expr) -> list[Expr]:
+    """z = expected + L w(away - expected)."""
+    nx, nq, at = law.states.shape[1], law.measured, row_width(law) - _observer_width(law)
+    apart = []
+    for i, (deviation, turns) in enumerate(zip(away, law.catch.wraps, strict=False)):
+        innovation = deviation - expected[i]
+        apart.append(builder.let(f"{law.catch.state_names[i]}_apart", wrapped(innovation, full_turn()) if turns else innovation))
+    found = []
+    for i in range(nx):
+        z: Expr = expected[i]
+        for j, innovation in enumerate(apart):
+            z = z + _between(rows, at + i * nq + j, f) * innovation
+        found.append(builder.let(f"{law.catch.state_names[i]}_off", z))
+    return found
+
+
+def _following(builder: Builder, law: TrajectoryLaw, z: list[Expr], pushed: list[Expr], rows: list[ArrayRef], f: Expr) -> list[Expr]:
+    """z_v' = z_v + F z + G (u - u_r), z_q' = z_q + T (z_v + z_v') / 2."""
+    nx, nq, nu = law.states.shape[1], law.measured, law.inputs.shape[1]
+    at = row_width(law) - _observer_width(law) + nx * nq
+    rates = []
+    for i in range(nq):
+        rate: Expr = z[nq + i]
+        for j in range(nx):
+            rate = rate + _between(rows, at + i * nx + j, f) * z[j]
+        for j in range(nu):
+            rate = rate + _between(rows, at + nq * nx + i * nu + j, f) * pushed[j]
+        rates.append(builder.let(f"{law.catch.state_names[nq + i]}_next", rate))
+    half = Fraction(law.catch.sample) / 2
+    return [*(z[i] + half * (z[nq + i] + rates[i]) for i in range(nq)), *rates]
+
+
+def _observer_width(law: TrajectoryLaw) -> int:
+    nx, nq, nu = law.states.shape[1], law.measured, law.inputs.shape[1]
+    return nx * nq + nq * nx + nq * nu
 
 
 def _reference(builder: Builder, law: TrajectoryLaw, rows: list[ArrayRef], f: Expr) -> list[Expr]:

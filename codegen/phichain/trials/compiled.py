@@ -60,7 +60,7 @@ class Compiled:
         return cls(scene, law, function)
 
     def runs(
-        self, starts: Vector, parameters: Vector, seconds: float, trace: bool = False
+        self, starts: Vector, parameters: Vector, seconds: float, trace: bool = False, resolution: Vector | None = None
     ) -> tuple[Vector, Vector, NDArray[np.intc], Vector | None]:
         """Let it run.
 
@@ -69,6 +69,7 @@ class Compiled:
             parameters: Its runtime parameters (n, np), as the struct has them.
             seconds: How long.
             trace: Whether to keep every sample of the one run that there is.
+            resolution: Step of every entry that the law reads, 0 for exact ones; all exact unless given.
 
         Returns:
             Ends (n, nx); largest distance of the first coordinate from 0 and largest size of every input (n, 1 + nu); last phases
@@ -79,13 +80,14 @@ class Compiled:
         n, nu = len(ends), self.scene.nu
         samples = round(seconds / self.law.catch.sample)
         largest, phases = np.zeros((n, 1 + nu)), np.zeros(n, dtype=np.intc)
+        steps = np.zeros(self.law.measured) if resolution is None else np.array(np.broadcast_to(resolution, self.law.measured), dtype=float)
         kept = np.full((samples, ends.shape[1] + nu), np.nan) if trace else None
 
         def address(array: Any) -> Any:
             return ctypes.c_void_p(None if array is None else array.ctypes.data)
 
         self.function(
-            ctypes.c_long(n), ctypes.c_long(samples), ctypes.c_double(self.law.catch.sample), ctypes.c_int(STEPS), address(given),
-            address(ends), address(largest), address(phases), address(kept),
+            ctypes.c_long(n), ctypes.c_long(samples), ctypes.c_double(self.law.catch.sample), ctypes.c_int(STEPS), address(steps),
+            address(given), address(ends), address(largest), address(phases), address(kept),
         )  # fmt: skip
         return ends, largest, phases, kept

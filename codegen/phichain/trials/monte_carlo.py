@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ SETTLING = 12.0
 """How long the target is held before a run counts, in swing times and 2 s at least."""
 NEAR = 0.05
 """How near the target every entry must be at the end, rad and rad per swing time (m likewise)."""
+STEPPED: Final = 5.0
+"""How many times as fast a chain may be that is measured in steps: where a count comes and goes an upright chain trembles about its place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +90,9 @@ def sizes_of(scene: Scene, errors: Mapping[str, float]) -> Vector:
 
 
 def monte_carlo(
-    compiled: Compiled, nominal: Vector, sizes: Vector, swing: float, *, runs: int = 200, spread: float = 0.05, seed: int = 1
-) -> Trials:
+    compiled: Compiled, nominal: Vector, sizes: Vector, swing: float, *, runs: int = 200, spread: float = 0.05, seed: int = 1,
+    resolution: Vector | None = None,
+) -> Trials:  # fmt: skip
     """Draw parameters and starts uniformly within their bounds, and let the law run.
 
     Args:
@@ -99,6 +103,7 @@ def monte_carlo(
         runs: How many.
         spread: Largest error of every angle at the start, rad.
         seed: Of the draws.
+        resolution: Step of every entry that the law reads; all exact unless given.
 
     Raises:
         ArrayError: No runs.
@@ -111,10 +116,11 @@ def monte_carlo(
     wraps = np.array(law.catch.wraps)
     starts = law.states[0] + spread * wraps * draw.uniform(-1, 1, (runs, nx))
     seconds = law.duration + max(2.0, SETTLING * swing)
-    ends, largest, phases, _ = compiled.runs(starts, nominal * (1 + errors), seconds)
+    ends, largest, phases, _ = compiled.runs(starts, nominal * (1 + errors), seconds, resolution=resolution)
     away = ends - np.array(law.catch.target)
     away[:, wraps] -= 2 * np.pi * np.floor(away[:, wraps] / (2 * np.pi) + 0.5)
     away[:, half:] *= swing
+    away[:, half:] /= 1.0 if resolution is None else STEPPED
     held = (phases == HOLDING) & np.all(np.abs(away) < NEAR, axis=1)
     if np.isfinite(law.rail):
         held &= largest[:, 0] <= law.rail

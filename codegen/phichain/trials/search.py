@@ -14,6 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from phichain._version import __version__
+from phichain.control.rig.observer import Sensors, resolutions
 from phichain.control.swing_up import Chain, Design, Left, Plan, Start, Task, law_along, planned
 from phichain.control.swing_up.transcription import Problem
 from phichain.laws import TrajectoryLaw
@@ -27,7 +28,7 @@ from phichain.trials.monte_carlo import monte_carlo
 DESIGNS: Final = (Design(0.25, 3e-4), Design(0.07, 1e-4), Design(0.7, 3e-4))
 """Weights that are tried on every plan, until one law holds in all runs."""
 
-_FORMAT: Final = "phichain swing-up 2"
+_FORMAT: Final = "phichain swing-up 3"
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +46,7 @@ class Search:
         stride: Samples from knot to knot.
         solver: Which solver plans.
         most: Its largest number of iterations.
+        sensors: How positions are measured, for a law that reads them alone; None for one that reads the state.
     """
 
     scene: Mapping[str, Any]
@@ -57,6 +59,7 @@ class Search:
     stride: int
     solver: str
     most: int
+    sensors: Sensors | None = None
 
     @property
     def key(self) -> str:
@@ -139,7 +142,7 @@ def tried(search: Search, start: Start) -> Tried:
         return Tried(start, left, None, None, 0.0, known is not None)
     best, share = None, -1.0
     for design in DESIGNS:
-        law = law_along(made.chain, made.task, plan, design, np.array(search.sizes), search.spread, search.stride)
+        law = law_along(made.chain, made.task, plan, design, np.array(search.sizes), search.spread, search.stride, sensors=search.sensors)
         found = judged(search, law, search.runs, seed=2)
         if found > share:
             best, share = law, found
@@ -159,8 +162,15 @@ def trials_of(search: Search, law: TrajectoryLaw, runs: int, seed: int, sizes: V
     compiled = Compiled.of(made.scene, made.texts, law, search.real)
     return monte_carlo(
         compiled, made.chain.parameters, np.array(search.sizes) if sizes is None else sizes, made.task.swing, runs=runs,
-        spread=search.spread if spread is None else spread, seed=seed,
+        spread=search.spread if spread is None else spread, seed=seed, resolution=_resolution(made.system, search.sensors),
     )  # fmt: skip
+
+
+def _resolution(system: System, sensors: Sensors | None) -> Vector | None:
+    """Steps of what the law reads (nq,); None where it reads the state."""
+    if sensors is None:
+        return None
+    return resolutions(sensors, system.q_names, tuple("m" if i < system.cart_size else "rad" for i in range(system.nq)))
 
 
 def _key(search: Search, start: Start) -> str:

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from phichain.control.rig.observer import Sensors
 from phichain.control.swing_up import Plan, Start, planned, starts
 from phichain.control.swing_up.transcription import MOST, SOLVERS, Problem
 from phichain.errors import ArrayError, ControlError, UnsupportedError
@@ -65,6 +66,7 @@ def swing_up(
     most: int = MOST,
     stride: int = 5,
     anyway: bool = False,
+    sensors: Sensors | None = None,
     report: Callable[[Tried], None] | None = None,
 ) -> SwingUp:
     """Move a planar chain from one vertical equilibrium to another, and make a law of it that survives.
@@ -89,6 +91,8 @@ def swing_up(
         most: Iterations that a start is worth.
         stride: Samples from one knot of the table to the next.
         anyway: Take a plan whose solver stopped early; the law's note says so.
+        sensors: How positions are measured, steps and noise: the law then reads them alone through an observer along the motion, and
+            the trials measure in these steps. The whole state, exact, unless given.
         report: Called with every start that has ended.
 
     Raises:
@@ -101,7 +105,7 @@ def swing_up(
     search = _search(
         system, {"limit": limit, "rail": rail, "start": start, "target": target, "places": tuple(places), "sample": sample},
         errors or {}, spread,
-        max(1, runs // 2), real, stride, solver, most,
+        max(1, runs // 2), real, stride, solver, most, sensors,
     )  # fmt: skip
     made = rig(search)
     ended: list[Tried] = []
@@ -120,8 +124,9 @@ def swing_up(
 
 
 def _search(
-    system: System, task: dict[str, Any], errors: Mapping[str, float], spread: float, runs: int, real: str, stride: int, solver: str, most: int
-) -> Search:
+    system: System, task: dict[str, Any], errors: Mapping[str, float], spread: float, runs: int, real: str, stride: int, solver: str, most: int,
+    sensors: Sensors | None = None,
+) -> Search:  # fmt: skip
     """The search of a system: its scene with the parameters that have errors left to run time."""
     if not system.digest:
         raise UnsupportedError("system", system.name, "was not built from a scene", "build it from one: its functions are compiled anew")
@@ -139,7 +144,7 @@ def _search(
     ordered = {name: np.asarray(values[name], dtype=float).tolist() for name in scene.runtime}
     if not 0 <= spread < np.pi:
         raise ControlError("spread", spread, "is no error of an angle", "give radians, such as 0.05")
-    return Search(scene.to_dict(), ordered, task, tuple(sizes), spread, runs, real, stride, solver, most)
+    return Search(scene.to_dict(), ordered, task, tuple(sizes), spread, runs, real, stride, solver, most, sensors)
 
 
 def _followed(search: Search, every: Sequence[Start], jobs: int) -> Iterator[Tried]:
@@ -212,7 +217,8 @@ def _named(law: TrajectoryLaw, system: System, plan: Plan, trials: Trials, error
     """The law under the scene's own digest, with what a reader of its header must know."""
     sizes = ", ".join(f"{name} within {size:.3g} of its value" for name, size in errors.items())
     held = int(np.sum(trials.held))
-    note = f"Of {len(trials.held)} runs with starts within {spread:g} rad{' and ' + sizes if sizes else ''}, {held} reach the target and hold it."
+    seen = " through the observer, from positions in the steps of their sensors" if law.observer else ""
+    note = f"Of {len(trials.held)} runs with starts within {spread:g} rad{' and ' + sizes if sizes else ''}, {held} reach the target and hold it{seen}."
     if not plan.converged:
         note = f"NOT CONVERGED: the solver stopped after {plan.iterations} iterations, infeasibility {plan.infeasibility:.2g}. {note}"
     return replace(law, catch=replace(law.catch, name=system.name, digest=system.digest), note=note)

@@ -1,6 +1,7 @@
 """Integral action: a regulator of a sampled chain together with integrals of what must not stay off.
 
-With I_{k+1} = I_k + T C_i z_k beside z_{k+1} = A_d z_k + B_d u_k the discrete Riccati equation of both gives u = -K z - K_i I.
+With I_{k+1} = I_k + T C_i z_k beside z_{k+1} = A_d z_k + B_d u_k the discrete Riccati equation of both gives u = -K z - K_i I, and so
+does pole placement.
 A force that does not change, friction or a slope, then leaves no error of what is integrated.
 """
 
@@ -10,14 +11,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from phichain.contract.words import known_names
 from phichain.control.equations import wide as wide_matrices
-from phichain.control.equations.riccati import Riccati
 from phichain.control.equations.sampled import discrete, held
 from phichain.control.equations.wide import Wide
 from phichain.control.gains import Gains
-from phichain.control.weights import Spectrum
+from phichain.control.placement import placed
+from phichain.control.weights import Spectrum, ordered
 from phichain.errors import ControlError
 from phichain.records import Held
 from phichain.system import Vector
@@ -54,16 +56,17 @@ class Integrating(Held):
         )
 
 
-def with_integrals(gains: Gains, integrals: Mapping[str, float]) -> Integrating:
+def with_integrals(gains: Gains, integrals: Mapping[str, float], poles: ArrayLike | None = None) -> Integrating:
     """The regulator of the same chain, weights and period, with integrals in its state.
 
     Args:
         gains: A sampled regulator.
         integrals: The weight of each integral by the name of what is integrated, a position of the state x.
+        poles: Poles of the whole closed loop (2m + ni,), 1/s, to be placed instead; weights then say nothing.
 
     Raises:
-        ControlError: The regulator is not sampled; a name is none of the positions; a weight is not positive; or the inputs cannot
-            hold all of them where they are wanted.
+        ControlError: The regulator is not sampled; a name is none of the positions; a weight is not positive; the inputs cannot
+            hold all of them where they are wanted; or the poles cannot be placed.
     """
     if not gains.sample:
         raise ControlError("sample", None, "is what integral action needs: it adds up from sample to sample", "give the time between two")
@@ -80,18 +83,22 @@ def with_integrals(gains: Gains, integrals: Mapping[str, float]) -> Integrating:
         weights.append(size)
     C = whole.gains[:, reads].T
     _demand_hold(gains, tuple(integrals), C)
-    a, b = held(gains.A, gains.B, gains.sample)
+    a, b = _joined(*held(gains.A, gains.B, gains.sample), C, gains.sample)
+    n = len(gains.A)
+    if poles is not None:
+        K, values = placed(a.high, b.high, poles, gains.sample)
+        return Integrating(gains, tuple(integrals), tuple(reads), *_parts(K, n), ordered(np.log(values.astype(complex)) / gains.sample))
     try:
-        found = discrete(*_joined(a, b, C, gains.sample), _weights(gains.Q, weights), gains.R, gains.sample)
+        found = discrete(a, b, _weights(gains.Q, weights), gains.R, gains.sample)
     except np.linalg.LinAlgError as failure:
         raise ControlError(
             "integral", dict(integrals), f"leaves no stabilising solution: {failure}", "weigh it less, or sample faster"
         ) from failure
-    return Integrating(gains, tuple(integrals), tuple(reads), *_parts(found, len(gains.A)), found.poles)
+    return Integrating(gains, tuple(integrals), tuple(reads), *_parts(found.K, n), found.poles)
 
 
-def _parts(found: Riccati, n: int) -> tuple[Vector, Vector]:
-    return np.ascontiguousarray(found.K[:, :n]), np.ascontiguousarray(found.K[:, n:])
+def _parts(K: Vector, n: int) -> tuple[Vector, Vector]:
+    return np.ascontiguousarray(K[:, :n]), np.ascontiguousarray(K[:, n:])
 
 
 def _joined(a: Wide, b: Wide, C: Vector, sample: float) -> tuple[Wide, Wide]:

@@ -109,7 +109,7 @@ def estimator(gains: Gains, sensors: Sensors | None = None, kind: str = "kalman"
     names = tuple(gains.on_state(gains.K).names[k] for k in reads)
     a, b = held(gains.A, gains.B, gains.sample)
     demand_sight(gains, names, C)
-    V = np.diag(_variances(given, names, units))
+    V = np.diag(variances(given, names, units))
     if kind == "kalman" and not np.all(np.diag(V) > 0):
         raise ControlError(
             "resolution, noise", 0.0, "leave a measurement without error", 'give one of them, or take the observer "reduced"'
@@ -148,10 +148,16 @@ def _place(name: str, names: tuple[str, ...], moves: Vector) -> int:
     return at
 
 
-def _variances(sensors: Sensors, names: tuple[str, ...], units: tuple[str, ...]) -> Vector:
-    steps = _by_name("resolution", sensors.resolution, names, [_step(unit) for unit in units])
-    noise = _by_name("noise", sensors.noise, names, [0.0] * len(names))
+def variances(sensors: Sensors, names: tuple[str, ...], units: tuple[str, ...]) -> Vector:
+    """Variance of every measurement, from its name and unit."""
+    steps = resolutions(sensors, names, units)
+    noise = sizes_by_name("noise", sensors.noise, names, [0.0] * len(names))
     return steps**2 / 12 + noise**2
+
+
+def resolutions(sensors: Sensors, names: tuple[str, ...], units: tuple[str, ...]) -> Vector:
+    """Step of every measurement, from its name and unit."""
+    return sizes_by_name("resolution", sensors.resolution, names, [_step(unit) for unit in units])
 
 
 def _step(unit: str) -> float:
@@ -163,13 +169,13 @@ def _density(gains: Gains, disturbance: Values) -> Vector:
     """N (2m, 2m): white accelerations of the coordinates, and white inputs."""
     m = len(gains.A) // 2
     names = gains.state_names[:m]
-    sizes = _by_name("disturbance", disturbance, (*names, *gains.input_names), [1.0] * m + [0.0] * len(gains.input_names), m)
+    sizes = sizes_by_name("disturbance", disturbance, (*names, *gains.input_names), [1.0] * m + [0.0] * len(gains.input_names), m)
     found = gains.B @ np.diag(sizes[m:] ** 2) @ gains.B.T
     found[np.arange(m, 2 * m), np.arange(m, 2 * m)] += sizes[:m] ** 2
     return np.asarray(found)
 
 
-def _by_name(field: str, given: Values | None, names: tuple[str, ...], usual: list[float], first: int | None = None) -> Vector:
+def sizes_by_name(field: str, given: Values | None, names: tuple[str, ...], usual: list[float], first: int | None = None) -> Vector:
     """Numbers by name; one number is for all, or for the first of them."""
     found = np.array(usual)
     if isinstance(given, Mapping):

@@ -24,8 +24,10 @@ from typing import Any, Final
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
+from phichain.control.rig.observer import Sensors
 from phichain.control.swing_up.chain import Chain
 from phichain.control.swing_up.plan import Plan
+from phichain.control.swing_up.sight import observer_along
 from phichain.control.swing_up.task import Task
 from phichain.errors import ControlError
 from phichain.laws import StateFeedback, TrajectoryLaw
@@ -52,8 +54,9 @@ class Design:
 
 
 def law_along(
-    chain: Chain, task: Task, plan: Plan, design: Design, errors: Vector, spread: float, stride: int = 5, tube: float = 1.0
-) -> TrajectoryLaw:
+    chain: Chain, task: Task, plan: Plan, design: Design, errors: Vector, spread: float, stride: int = 5, tube: float = 1.0,
+    sensors: Sensors | None = None,
+) -> TrajectoryLaw:  # fmt: skip
     """The law that leads the chain along a plan and holds it at its target.
 
     Args:
@@ -65,9 +68,10 @@ def law_along(
         spread: Largest error of the angles at the start, rad.
         stride: Samples from one knot of the table to the next.
         tube: Largest deviation of the angles with which the law goes on, rad.
+        sensors: How positions are measured, for a law that reads them through an observer; None for one that reads the state.
 
     Raises:
-        ControlError: The target cannot be held by these inputs.
+        ControlError: The target cannot be held by these inputs, or sensors are no good.
     """
     system = chain.system
     derivatives = chain.derivatives(task.sample)
@@ -81,8 +85,13 @@ def law_along(
     states, inputs = plan.x[knots].copy(), np.vstack([plan.u[knots[:-1]], np.zeros((1, system.nu))])
     states[-1] = np.concatenate([task.last, np.zeros(system.nv)])
     table = np.concatenate([gains[knots[:-1]], hold[None]])
+    observer = None
+    if sensors is not None:
+        end = tuple(np.array(part) for part in derivatives(states[-1], np.zeros(system.nu))[:2])
+        observer = observer_along(system, task, path, (end[0], end[1]), sensors, errors, knots)
     return TrajectoryLaw(
         _regulator(system, task, states[-1], hold), stride * task.sample, states, inputs, table, tube=tube, rail=task.rail,
+        observer=observer,
     )  # fmt: skip
 
 

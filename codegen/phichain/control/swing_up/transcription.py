@@ -60,7 +60,7 @@ class Problem:
         """Write it down; `solver` is one of SOLVERS, and stops after `most` iterations."""
         import casadi as ca
 
-        self.task, self.intervals, self.solver = task, intervals, solver
+        self.task, self.intervals, self.solver, self.cart = task, intervals, solver, chain.system.cart_size
         nx, nu = chain.system.nx, chain.system.nu
         self.nx, self.nu = nx, nu
         K, stage = intervals, nx + 2 * nu
@@ -80,7 +80,7 @@ class Problem:
         problem = {"x": flat, "p": given, "f": cost, "g": equations}
         self._solve = ca.nlpsol("swing_up", solver, problem, _options(solver, equations.numel(), most))
 
-    def solve(self, seconds: float, nodes: Vector, slopes: Vector, calm: float, share: float) -> Solution:
+    def solve(self, seconds: float, nodes: Vector, slopes: Vector, calm: float, share: float, turn: float = np.inf) -> Solution:
         """Solve it from a guess.
 
         Args:
@@ -89,10 +89,12 @@ class Problem:
             slopes: Guess of w (K, nu).
             calm: Weight of the rates.
             share: Share of the rail and of the limits that the plan may use.
+            turn: Largest angle by which a joint may turn in an interval, rad.
         """
         nx, nu, K = self.nx, self.nu, self.intervals
         high = np.full((K + 1, nx + 2 * nu), np.inf)
         high[:, 0] = share * self.task.rail + (1 - share) * max(abs(self.task.first[0]), abs(self.task.last[0])) if np.isfinite(self.task.rail) else np.inf
+        high[:, nx // 2 + self.cart : nx] = turn * K / seconds
         high[:, nx : nx + nu] = share * self.task.limit
         bounds = self._flat(high[:, : nx + nu], high[:-1, nx + nu :])
         parameters = np.array([seconds, calm])

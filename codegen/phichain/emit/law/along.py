@@ -39,10 +39,11 @@ class Case:
 
     Attributes:
         t: the time, a number of the law's type.
-        measured: x_meas, likewise.
+        measured: x_meas or y_meas, likewise.
         phase: the phase.
-        expected: u, rounded once.
-        allowed: how far each input may be off by rounding alone.
+        expected: u, and behind it what an observer expects of the next call; rounded once.
+        allowed: how far each of them may be off by rounding alone.
+        memory: what the observer expected before, likewise; nothing without one.
     """
 
     t: float
@@ -50,16 +51,23 @@ class Case:
     phase: str
     expected: tuple[float, ...]
     allowed: tuple[float, ...]
+    memory: tuple[float, ...] = ()
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """All of them in the order of the self-test's rows."""
+        return (self.t, *self.measured, *self.memory, *self.expected, *self.allowed)
 
 
 def table(law: TrajectoryLaw, real: str) -> list[list[float]]:
-    """One row a knot: x_r, u_r, the gains row by row; numbers of the type.
+    """One row a knot: x_r, u_r, the gains row by row, and what an observer has; numbers of the type.
 
     Raises:
         EmissionError: a number does not fit the type.
     """
-    rows = zip(law.states.tolist(), law.inputs.tolist(), law.gains.reshape(len(law.gains), -1).tolist(), strict=True)
-    return [[_fitting(real, value) for part in row for value in part] for row in rows]
+    tables = [law.states, law.inputs, law.gains, *((law.observer.corrections, law.observer.flows, law.observer.drives) if law.observer else ())]
+    parts = [part.reshape(len(part), -1).tolist() for part in tables]
+    return [[_fitting(real, value) for part in row for value in part] for row in zip(*parts, strict=True)]
 
 
 def _fitting(real: str, value: float) -> float:
@@ -71,6 +79,10 @@ def _fitting(real: str, value: float) -> float:
 
 def cases(law: TrajectoryLaw, real: str) -> tuple[Case, ...]:
     """Times before, along and behind the trajectory, each on it and off it; and two measurements that end it."""
+    if law.observer:
+        from phichain.emit.law.along_observed import observed_cases
+
+        return observed_cases(law, real, table(law, real), _PLACES, _SCALES)
     rows = table(law, real)
     tests = []
     for number, place in enumerate(_PLACES):

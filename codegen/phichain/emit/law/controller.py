@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
 from fractions import Fraction
 from math import isfinite
 from textwrap import wrap
 from typing import Any
 
-from phichain._version import __version__
 from phichain.emit.c.function import c_function
 from phichain.emit.c.layout import WIDTH, laid_out, laid_out_text
 from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.casadi.python_function import python_function
-from phichain.emit.law.literals import BYTES, bound, literal
+from phichain.emit.law.literals import (
+    BYTES,
+    described_inputs,
+    listed_inputs,
+    listed_operations,
+    literal,
+    padded,
+    whole_folder,
+)
 from phichain.emit.law.vectors import Vector, vectors
 from phichain.emit.render import render
-from phichain.files import MANIFEST
 from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations
 from phichain.ir.rounded import nearest
@@ -53,22 +57,20 @@ def controller_files(law: StateFeedback, real: str = "double") -> dict[str, str]
         f"{name}.c": _source(name, program, real),
         f"{name}_casadi.py": _casadi(law, program, shown),
         "selftest.c": _selftest(tests, real, shown),
-        "CMakeLists.txt": render("CMakeLists.txt.j2", name=name),
         "README.md": render("law_readme.md.j2", **shown, operations=_operations(program), rows=_rows(law, real)),
     }
-    return files | {MANIFEST: _manifest(law, program, real, files)}
+    return whole_folder("controller", name, (law.name, law.digest), real, _manifest(law, program, real), files)
 
 
 def _header(law: StateFeedback, program: Program, shown: Mapping[str, Any]) -> str:
     rows = _rows(law, str(shown["real"]))
-    width = max(len(row) for row in rows)
     about = wrap(
         f"Its inputs leave u_0 by K (x_meas - target), {len(law.state_names)} measured entries in, {len(law.input_names)} out; "
         "it has no state and takes the same operations every time. An input is NaN where a measurement that acts on it is.",
         WIDTH - 3,
     )  # fmt: skip
     return render(
-        "law_header.h.j2", **shown, about=about, rows=[row.ljust(width).rstrip() for row in rows],
+        "law_header.h.j2", **shown, about=about, rows=padded(rows),
         prototype="\n".join(laid_out(f"{_declared(str(shown['name']), program, definition=False)};")),
         operations=_operations(program), stack=0,
     )  # fmt: skip
@@ -116,15 +118,6 @@ def _rows(law: StateFeedback, real: str) -> list[str]:
     return [*rows, *described_inputs(law, width)]
 
 
-def described_inputs(law: StateFeedback, width: int = 0) -> list[str]:
-    """What every entry of u is, with its limits."""
-    rows = []
-    for j, (what, unit) in enumerate(zip(law.input_names, law.input_units, strict=True)):
-        bounds = [f"{side} {bound:.9g}" for side, bound in (("at least", law.low[j]), ("at most", law.high[j])) if isfinite(bound)]
-        rows.append(f"{f'u[{j}]':{width}}  {', '.join([f'{what}, {unit}', *bounds])}")
-    return rows
-
-
 def _formula(law: StateFeedback) -> str:
     wrapped = "w(x_meas - target)" if any(law.wraps) else "(x_meas - target)"
     free = f"u_0 - K {wrapped}" if any(law.rest) else f"-K {wrapped}"
@@ -135,26 +128,15 @@ def _operations(program: Program) -> int:
     return sum(count_operations(program).values())
 
 
-def _manifest(law: StateFeedback, program: Program, real: str, files: Mapping[str, str]) -> str:
-    record = {
-        "kind": "controller",
-        "name": controller_name(law),
-        "scene": law.name,
-        "digest": law.digest or "of no scene",
-        "generator": {"phichain": __version__},
-        "real": real,
+def _manifest(law: StateFeedback, program: Program, real: str) -> dict[str, Any]:
+    return {
         "sample": law.sample,
         "state": [list(row) for row in zip(law.state_names, law.state_units, law.target, law.wraps, strict=True)],
-        "inputs": [
-            [name, unit, bound(low), bound(high)]
-            for name, unit, low, high in zip(law.input_names, law.input_units, law.low, law.high, strict=True)
-        ],
+        "inputs": listed_inputs(law),
         "rest": list(law.rest),
         "gains": [list(row) for row in law.gains],
-        "operations": {"total": _operations(program), **dict(sorted(count_operations(program).items()))},
+        "operations": listed_operations(program),
         "state_bytes": 0,
         "constant_bytes": BYTES[real] * (len(law.gains) * len(law.target) + len(law.target)),
-        "files": {name: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
     }
-    return json.dumps(record, indent=2, ensure_ascii=True) + "\n"
 

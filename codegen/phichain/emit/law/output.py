@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
 from fractions import Fraction
 from math import isfinite
 from textwrap import wrap
 from typing import Any, Final
 
-from phichain._version import __version__
 from phichain.emit.c.layout import WIDTH, laid_out, laid_out_text
 from phichain.emit.c.names import CNames
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.casadi.python_function import python_function
-from phichain.emit.law.literals import BYTES, MANNERS, bound, literal
+from phichain.emit.law.literals import (
+    BYTES,
+    MANNERS,
+    described_inputs,
+    listed_inputs,
+    listed_operations,
+    literal,
+    padded,
+    whole_folder,
+)
 from phichain.emit.law.memory import declared_with_memory, function_with_memory
 from phichain.emit.law.output_vectors import Call, calls, first_calls
 from phichain.emit.render import render
-from phichain.files import MANIFEST
 from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations
 from phichain.ir.rounded import nearest
@@ -50,10 +55,9 @@ def output_feedback_files(law: OutputFeedback, real: str = "double") -> dict[str
         f"{name}.c": _source(name, step, reset, real, fields),
         f"{name}_casadi.py": _casadi(step, reset, shown),
         "selftest.c": _selftest(law, real, shown),
-        "CMakeLists.txt": render("CMakeLists.txt.j2", name=name),
         "README.md": render("output_readme.md.j2", **shown),
     }
-    return files | {MANIFEST: _manifest(law, step, real, files)}
+    return whole_folder("controller", name, (law.name, law.digest), real, _manifest(law, step, real), files)
 
 
 _ABOUT: Final = {"expected": "deviation expected at the next call", "integral": "integrals over time"}
@@ -62,8 +66,6 @@ _ABOUT: Final = {"expected": "deviation expected at the next call", "integral": 
 def _header(law: OutputFeedback, step: Program, reset: Program, shown: Mapping[str, Any]) -> str:
     fields = frozenset(law.memory)
     name = str(shown["name"])
-    rows = list(shown["rows"])
-    width = max(map(len, rows))
     what = (
         "z is the deviation from the target: what the observer makes of the measurement y and of what it expected, z_expected; "
         "w takes whole turns from angles. A measurement that is not finite corrects nothing in that call."
@@ -74,7 +76,7 @@ def _header(law: OutputFeedback, step: Program, reset: Program, shown: Mapping[s
     integral = " Each integral I stands still while an input that it acts on is at a limit and would be driven beyond."
     about = wrap(what + (integral if law.integrated else ""), WIDTH - 3)
     return render(
-        "output_header.h.j2", **{**shown, "rows": [row.ljust(width).rstrip() for row in rows]}, about=about,
+        "output_header.h.j2", **{**shown, "rows": padded(list(shown["rows"]))}, about=about,
         manners=wrap(MANNERS, WIDTH - 3),
         reset="\n".join(laid_out(f"{declared_with_memory(f'{name}_reset', reset, fields, name, False)};")),
         step="\n".join(laid_out(f"{declared_with_memory(name, step, fields, name, False)};")),
@@ -130,10 +132,7 @@ def _rows(law: OutputFeedback, real: str) -> list[str]:
         more = ", whole turns away from it count as none" if turns else ""
         more += ", integrated" if i in law.integrated else ""
         rows.append(f"{names[i]:{width}}  {what}, {unit}; target {nearest(real, Fraction(offset)):.9g}{more}")
-    for j, (what, unit) in enumerate(zip(law.input_names, law.input_units, strict=True)):
-        bounds = [f"{side} {edge:.9g}" for side, edge in (("at least", law.low[j]), ("at most", law.high[j])) if isfinite(edge)]
-        rows.append(f"{names[len(law.measured_names) + j]:{width}}  {', '.join([f'{what}, {unit}', *bounds])}")
-    return rows
+    return [*rows, *described_inputs(law, width)]
 
 
 def _formula(law: OutputFeedback) -> list[str]:
@@ -152,31 +151,20 @@ def _operations(program: Program) -> int:
     return sum(count_operations(program).values())
 
 
-def _manifest(law: OutputFeedback, step: Program, real: str, files: Mapping[str, str]) -> str:
+def _manifest(law: OutputFeedback, step: Program, real: str) -> dict[str, Any]:
     matrices = {} if law.observer is None else {
         name: [list(row) for row in getattr(law.observer, name)] for name in ("advance", "drive", "seen", "correction", "start")
     }  # fmt: skip
-    record = {
-        "kind": "controller",
-        "name": f"{law.name}_controller",
-        "scene": law.name,
-        "digest": law.digest or "of no scene",
-        "generator": {"phichain": __version__},
-        "real": real,
+    return {
         "sample": law.sample,
         "measured": [list(row) for row in zip(law.measured_names, law.measured_units, law.offsets, law.wraps, strict=True)],
         "deviation": list(law.deviation_names),
-        "inputs": [
-            [name, unit, bound(low), bound(high)]
-            for name, unit, low, high in zip(law.input_names, law.input_units, law.low, law.high, strict=True)
-        ],
+        "inputs": listed_inputs(law),
         "rest": list(law.rest),
         "gains": [list(row) for row in law.gains],
         "observer": {"kind": law.observer.kind, **matrices} if law.observer else None,
         "integrated": [law.measured_names[i] for i in law.integrated],
         "integral_gains": [list(row) for row in law.integral_gains],
-        "operations": {"total": _operations(step), **dict(sorted(count_operations(step).items()))},
+        "operations": listed_operations(step),
         "state_bytes": BYTES[real] * sum(law.memory.values()),
-        "files": {name: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
     }
-    return json.dumps(record, indent=2, ensure_ascii=True) + "\n"

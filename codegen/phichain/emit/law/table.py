@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
 from fractions import Fraction
 from math import isfinite
 from textwrap import wrap
 from typing import Any
 
-from phichain._version import __version__
 from phichain.emit.c.function import c_function
 from phichain.emit.c.layout import WIDTH, laid_out, laid_out_text
 from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.casadi.python_function import python_function
-from phichain.emit.law.literals import BYTES, MANNERS, bound, literal
+from phichain.emit.law.literals import (
+    BYTES,
+    MANNERS,
+    described_inputs,
+    listed_inputs,
+    literal,
+    padded,
+    whole_folder,
+)
 from phichain.emit.law.table_vectors import Case, cases
 from phichain.emit.render import render
-from phichain.files import MANIFEST
 from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations
 from phichain.laws import GainTable
@@ -52,10 +56,9 @@ def table_files(table: GainTable, real: str = "double") -> dict[str, str]:
         f"{name}.c": _source(table, programs, real, shown),
         f"{name}_casadi.py": _casadi(table, programs, shown),
         "selftest.c": _selftest(cases(table, real), real, shown),
-        "CMakeLists.txt": render("CMakeLists.txt.j2", name=name),
         "README.md": render("table_readme.md.j2", **shown),
     }
-    return files | {MANIFEST: _manifest(table, real, files, shown)}
+    return whole_folder("gain table", name, (table.name, table.digest), real, _manifest(table, real, shown), files)
 
 
 def _header(table: GainTable, shown: Mapping[str, Any]) -> str:
@@ -68,7 +71,7 @@ def _header(table: GainTable, shown: Mapping[str, Any]) -> str:
     )
     state, measured = f"{name}_state *state", f"const {name}_real x_meas[{nx}]"
     return render(
-        "table_header.h.j2", **{**shown, "rows": _padded(table)}, about=wrap(about, WIDTH - 3),
+        "table_header.h.j2", **{**shown, "rows": padded(_rows(table))}, about=wrap(about, WIDTH - 3),
         manners=wrap(f"{MANNERS} {shown['bytes']} bytes of constants.", WIDTH - 3),
         supervisor="\n".join(laid_out(f"int {name}_supervisor({state}, {measured});")),
         controller="\n".join(laid_out(f"int {name}({state}, {measured}, {name}_real u[{nu}]);")),
@@ -139,16 +142,7 @@ def _rows(table: GainTable) -> list[str]:
     rows = []
     for i, (what, unit, turns) in enumerate(zip(table.state_names, table.state_units, table.wraps, strict=True)):
         rows.append(f"{names[i]:{width}}  {what}, {unit}{', whole turns count as none' if turns else ''}")
-    for j, (what, unit) in enumerate(zip(table.input_names, table.input_units, strict=True)):
-        bounds = [f"{side} {edge:.9g}" for side, edge in (("at least", table.low[j]), ("at most", table.high[j])) if isfinite(edge)]
-        rows.append(f"{names[len(table.state_names) + j]:{width}}  {', '.join([f'{what}, {unit}', *bounds])}")
-    return rows
-
-
-def _padded(table: GainTable) -> list[str]:
-    rows = _rows(table)
-    width = max(map(len, rows))
-    return [row.ljust(width).rstrip() for row in rows]
+    return [*rows, *described_inputs(table, width)]
 
 
 def _formula(table: GainTable) -> str:
@@ -163,21 +157,12 @@ def _cost(programs: TablePrograms, count: int) -> int:
     return 2 * one["level"] + count * one["apart"] + one["law"]
 
 
-def _manifest(table: GainTable, real: str, files: Mapping[str, str], shown: Mapping[str, Any]) -> str:
-    record = {
-        "kind": "gain table",
-        "name": f"{table.name}_controller",
-        "scene": table.name,
-        "digest": table.digest or "of no scene",
-        "generator": {"phichain": __version__},
-        "real": real,
+def _manifest(table: GainTable, real: str, shown: Mapping[str, Any]) -> dict[str, Any]:
+    return {
         "sample": table.sample,
         "leave": table.leave,
         "state": [list(row) for row in zip(table.state_names, table.state_units, table.wraps, strict=True)],
-        "inputs": [
-            [name, unit, bound(low), bound(high)]
-            for name, unit, low, high in zip(table.input_names, table.input_units, table.low, table.high, strict=True)
-        ],
+        "inputs": listed_inputs(table),
         "equilibria": [
             {"s": list(s), "target": list(target), "rest": list(rest), "gains": [list(row) for row in gains], "shape": [list(row) for row in shape]}
             for s, target, rest, gains, shape in zip(table.signs, table.targets, table.rest, table.gains, table.shapes, strict=True)
@@ -185,6 +170,4 @@ def _manifest(table: GainTable, real: str, files: Mapping[str, str], shown: Mapp
         "operations": {"most": shown["operations"]},
         "state_bytes": 4 + BYTES[real],
         "constant_bytes": shown["bytes"],
-        "files": {name: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
     }
-    return json.dumps(record, indent=2, ensure_ascii=True) + "\n"

@@ -1,33 +1,42 @@
-"""A law along a trajectory -> NAME_swingup/: C that stands alone, its self-test, a manifest, a README."""
+"""A law along a trajectory -> NAME_swingup/: C that stands alone, its self-test, its CasADi form, a manifest, a README."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
 from fractions import Fraction
 from math import isfinite
 from textwrap import wrap
 from typing import Any, Final
 
-from phichain._version import __version__
 from phichain.emit.c.function import c_function
 from phichain.emit.c.layout import WIDTH, laid_out, laid_out_text
 from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
 from phichain.emit.c.text import restrict_macro
+from phichain.emit.casadi.python_function import python_function
 from phichain.emit.law.along import Case, cases, table
-from phichain.emit.law.controller import described_inputs
-from phichain.emit.law.literals import BYTES, bound, literal
+from phichain.emit.law.literals import (
+    BYTES,
+    bound,
+    described_inputs,
+    listed_inputs,
+    listed_operations,
+    literal,
+    padded,
+    whole_folder,
+)
 from phichain.emit.render import render
 from phichain.emit.stencil import instance
-from phichain.files import MANIFEST
 from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations
 from phichain.ir.rounded import nearest
 from phichain.laws import TrajectoryLaw
-from phichain.lowering.trajectory import tracking
+from phichain.lowering.trajectory import beginning, measurement, tracking
 
+_OBSERVED: Final = (
+    "z is the deviation from x_r, estimated from the positions y alone: what was expected of it, corrected by L w(y - q_r - z_expected_q), "
+    "and for the next call carried on by the chain's linearisation along the trajectory, whose tables L, F and G are."
+)
 _ABOUT: Final = (
     "x_r, u_r and K stand in a table over time; between its rows x_r is the cubic that meets the states of both, u_r and K are "
     "straight lines. Its last row is the target with the gains of its regulator, so that from the end of the table on the chain "
@@ -57,57 +66,81 @@ def swingup_files(law: TrajectoryLaw, real: str = "float") -> dict[str, str]:
         "nx": law.states.shape[1], "nu": law.inputs.shape[1], "sample": f"{law.catch.sample:.17g}", "width": width,
         "duration": f"{law.duration:.9g}", "bytes": BYTES[real] * len(rows) * width, "note": wrap(law.note, WIDTH - 3),
         "operations": sum(count_operations(program).values()),
+        "reads": law.measured, "results": law.inputs.shape[1] + (law.states.shape[1] if law.observer else 0), "measured": measurement(law)[0], "observed": wrap(_OBSERVED, WIDTH - 3) if law.observer else [],
+        "deviation": "z" if law.observer else "w(x_meas - x_r(t))",
     }  # fmt: skip
     files = {
         f"{name}.h": _header(law, shown),
         f"{name}.c": _source(law, program, rows, shown),
+        f"{name}_casadi.py": _casadi(law, program, shown),
         "selftest.c": _selftest(cases(law, real), shown),
-        "CMakeLists.txt": render("CMakeLists.txt.j2", name=name),
         "README.md": render("trajectory_readme.md.j2", **shown, rows=_rows(law)),
     }
-    return files | {MANIFEST: _manifest(law, program, shown, files)}
+    return whole_folder("swingup", name, (law.name, law.digest), real, _manifest(law, program, shown), files)
 
 
 def _header(law: TrajectoryLaw, shown: Mapping[str, Any]) -> str:
-    rows = _rows(law)
-    width = max(len(row) for row in rows)
     prototype = f"{_law_declaration(shown, definition=False)};"
     return render(
-        "trajectory_header.h.j2", **shown, about=wrap(_ABOUT, WIDTH - 3), rows=[row.ljust(width).rstrip() for row in rows],
-        prototype="\n".join(laid_out(prototype)),
+        "trajectory_header.h.j2", **shown, about=wrap(_ABOUT, WIDTH - 3), rows=padded(_rows(law)),
+        prototype="\n".join(laid_out(prototype)), reset="\n".join(laid_out(f"{_reset_declaration(shown)};")),
     )  # fmt: skip
 
 
 def _law_declaration(shown: Mapping[str, Any], definition: bool) -> str:
-    name, nx, nu = shown["name"], shown["nx"], shown["nu"]
+    name, nu = shown["name"], shown["nu"]
     const = "const " if definition else ""
-    return f"{name}_phase {name}({name}_state *state, {const}{name}_real t, const {name}_real x_meas[{nx}], {name}_real u[{nu}])"
+    return f"{name}_phase {name}({name}_state *state, {const}{name}_real t, {_measured(shown)}, {name}_real u[{nu}])"
+
+
+def _measured(shown: Mapping[str, Any]) -> str:
+    return f"const {shown['name']}_real {shown['measured']}[{shown['reads']}]"
+
+
+def _reset_declaration(shown: Mapping[str, Any]) -> str:
+    more = f", {_measured(shown)}" if shown["observed"] else ""
+    return f"void {shown['name']}_reset({shown['name']}_state *state{more})"
+
+
+def _static(name: str, program: Program) -> str:
+    """How a Program is declared that only this file calls."""
+    arguments = [declaration(array, name, False, True) for array in program.inputs]
+    arguments += [declaration(array, name, True, True) for array in program.outputs]
+    return f"static void {name}_{program.name}({', '.join(arguments)})"
 
 
 def _source(law: TrajectoryLaw, program: Program, rows: list[list[float]], shown: Mapping[str, Any]) -> str:
     name, real, upper = str(shown["name"]), str(shown["real"]), str(shown["upper"])
-    body = c_function(program, CNames(name, real, {}), {})
-    arguments = [declaration(array, name, False, True) for array in program.inputs]
-    arguments += [declaration(array, name, True, True) for array in program.outputs]
-    names = {"phi_law": name, "phi_": f"{name}_", "PHI_": f"{upper}_"}
+    programs = (program, beginning(law)) if law.observer else (program,)
+    bodies = [c_function(one, CNames(name, real, {}), {}) for one in programs]
+    functions = [(one.doc, _static(name, one), body.lines) for one, body in zip(programs, bodies, strict=True)]
+    names = {"phi_law": name, "phi_": f"{name}_", "PHI_": f"{upper}_", "measured": shown["measured"]}
     squared = Fraction(law.tube) ** 2
     return laid_out_text(
         render(
-            "trajectory_source.c.j2", **{key: value for key, value in shown.items() if key != "note"}, doc=program.doc,
-            includes=["math.h"] if "math" in body.uses else [], restrict=restrict_macro(name), lines=body.lines,
+            "trajectory_source.c.j2", **{key: value for key, value in shown.items() if key != "note"}, functions=functions,
+            includes=["math.h"] if any("math" in body.uses for body in bodies) else [], restrict=restrict_macro(name),
             table=[", ".join(literal(value, real) for value in row) for row in rows],
             rate=literal(nearest(real, 1 / Fraction(law.interval)), real), tube=literal(nearest(real, squared), real),
             rail=literal(nearest(real, Fraction(law.rail)), real) if isfinite(law.rail) else "",
-            definition=f"static void {name}_tracking({', '.join(arguments)})",
-            law=instance("trajectory", names, {"WITH_RAIL": isfinite(law.rail)}).rstrip("\n"),
+            law=instance("trajectory", names, {"WITH_RAIL": isfinite(law.rail), "WITH_OBSERVER": law.observer is not None}).rstrip("\n"),
         )
     )  # fmt: skip
+
+
+def _casadi(law: TrajectoryLaw, program: Program, shown: Mapping[str, Any]) -> str:
+    functions = []
+    for one in (program, beginning(law)) if law.observer else (program,):
+        body = python_function(one, {}, {})
+        functions.append((one.name, ", ".join(body.arguments), body.lines, [(a.name, a.size) for a in one.inputs], [a.name for a in one.outputs], one.doc))
+    rows = [", ".join(map(repr, row)) for row in table(law, "double")]
+    return render("trajectory_casadi.py.j2", **shown, functions=functions, table=rows, interval=repr(float(law.interval)))
 
 
 def _selftest(tests: tuple[Case, ...], shown: Mapping[str, Any]) -> str:
     real = str(shown["real"])
     listed = [
-        {"phase": test.phase, "numbers": ", ".join(literal(value, real) for value in (test.t, *test.measured, *test.expected, *test.allowed))}
+        {"phase": test.phase, "numbers": ", ".join(literal(value, real) for value in test.numbers)}
         for test in tests
     ]
     return laid_out_text(render("trajectory_selftest.c.j2", **shown, cases=listed, zero=literal(0.0, real)))
@@ -116,22 +149,16 @@ def _selftest(tests: tuple[Case, ...], shown: Mapping[str, Any]) -> str:
 def _rows(law: TrajectoryLaw) -> list[str]:
     """What every entry of x_meas and u is."""
     catch = law.catch
-    names = [f"x_meas[{i}]" for i in range(len(catch.state_names))]
+    names = [f"{measurement(law)[0]}[{i}]" for i in range(law.measured)]
     rows = []
-    for name, what, unit, start, end in zip(names, catch.state_names, catch.state_units, law.states[0], catch.target, strict=True):
+    for name, what, unit, start, end in zip(names, catch.state_names, catch.state_units, law.states[0], catch.target, strict=False):
         rows.append(f"{name}  {what}, {unit}; from {start:.9g} to {end:.9g}")
     return [*rows, *described_inputs(catch)]
 
 
-def _manifest(law: TrajectoryLaw, program: Program, shown: Mapping[str, Any], files: Mapping[str, str]) -> str:
+def _manifest(law: TrajectoryLaw, program: Program, shown: Mapping[str, Any]) -> dict[str, Any]:
     catch = law.catch
-    record = {
-        "kind": "swingup",
-        "name": shown["name"],
-        "scene": law.name,
-        "digest": law.digest or "of no scene",
-        "generator": {"phichain": __version__},
-        "real": shown["real"],
+    return {
         "sample": catch.sample,
         "duration": law.duration,
         "interval": law.interval,
@@ -140,14 +167,11 @@ def _manifest(law: TrajectoryLaw, program: Program, shown: Mapping[str, Any], fi
             list(row)
             for row in zip(catch.state_names, catch.state_units, law.states[0].tolist(), catch.target, catch.wraps, strict=True)
         ],
-        "inputs": [
-            [name, unit, bound(low), bound(high)]
-            for name, unit, low, high in zip(catch.input_names, catch.input_units, catch.low, catch.high, strict=True)
-        ],
+        "inputs": listed_inputs(catch),
         "rail": bound(law.rail),
         "tube": law.tube,
-        "operations": {"total": shown["operations"], **dict(sorted(count_operations(program).items()))},
+        "operations": listed_operations(program),
+        "observer": "along the trajectory, from positions" if law.observer else None,
+        "state_bytes": 4 + (BYTES[str(shown["real"])] * law.states.shape[1] if law.observer else 0),
         "table_bytes": shown["bytes"],
-        "files": {name: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
     }
-    return json.dumps(record, indent=2, ensure_ascii=True) + "\n"

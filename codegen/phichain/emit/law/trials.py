@@ -19,11 +19,11 @@ def trials_source(scene: Scene, law: TrajectoryLaw) -> str:
     context, passed = (f"const {name}_params *const p, ", "p, ") if has_params else ("", "")
     names = {
         "phi_": f"{name}_", "law_call": led, "law_": f"{led}_", "LAW_": f"{led.upper()}_", "trial_runs": trials_symbol(scene),
-        "trial_": f"{name}_trial_", "TRIAL_NX": str(scene.nq + scene.nv), "TRIAL_NU": str(scene.nu), "TRIAL_CONTEXT": context,
+        "trial_": f"{name}_trial_", "TRIAL_NX": str(scene.nq + scene.nv), "TRIAL_NU": str(scene.nu), "TRIAL_READ": str(law.measured), "TRIAL_CONTEXT": context,
         "TRIAL_PASS": passed, "TRIAL_PARAMS": f"{name}_params" if has_params else f"{name}_real",
     }  # fmt: skip
     head = f'#include "{name}.h"\n#include "{led}.h"\n\nvoid {trials_symbol(scene)}'
-    text = instance("trials", names, {"WITH_PARAMS": has_params})
+    text = instance("trials", names, {"WITH_PARAMS": has_params, "WITH_OBSERVER": law.observer is not None})
     start = text.index(f"void {trials_symbol(scene)}") + len(f"void {trials_symbol(scene)}")
     prototype = text[start : text.index(")\n", start) + 1]
     return f"{head}{prototype};\n\n{text}"

@@ -1,0 +1,105 @@
+"""The observer along a planned motion: corrections that expect wrong parameters.
+
+With d = x - x_r, theta the relative errors of the parameters (the same all along), A, B, E the exact derivatives of the step over one
+sample, w white accelerations (and white inputs, if they are asked for) and v what encoders round off,
+
+    d_{k+1} = A_k d_k + B_k u_k + E_k theta + w_k,      y_k = C d_k + v_k.
+
+The observer knows nothing of theta, but its corrections do: they are those of the Kalman filter of (d, theta) whose lower part is left
+out, and the covariance P goes on with what is left out (a consider filter),
+
+    L = P_d: H^T (H P H^T + V)^-1,    P := (1 - [L; 0] H) P (1 - [L; 0] H)^T + [L; 0] V [L; 0]^T,    P := F P F^T + W,
+
+H = [C, 0] and F = [[A, E], [0, 1]]. The first row holds the stationary filter of the start, for a chain may be held there before it
+leaves; the last that of the target.
+
+Sources: S. F. Schmidt, Application of state-space methods to navigation problems, Advances in Control Systems 3 (1966) 293-340;
+B. D. O. Anderson, J. B. Moore, Optimal Filtering (1979), chapter 3.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_discrete_are
+
+from phichain.control.equations.kalman import gathered
+from phichain.control.rig.observer import Sensors, sizes_by_name, variances
+from phichain.control.swing_up.task import Task
+from phichain.errors import ControlError
+from phichain.laws import ObserverAlong
+from phichain.system import System, Vector
+
+Linear = tuple[Vector, Vector, Vector]
+
+
+def observer_along(
+    system: System, task: Task, path: Linear, end: tuple[Vector, Vector], sensors: Sensors, errors: Vector, knots: NDArray[np.int_]
+) -> ObserverAlong:
+    """The observer along a motion.
+
+    Args:
+        system: The chain.
+        task: Its task.
+        path: (A, B, E) at every sample of the motion.
+        end: (A, B) at the target.
+        sensors: Steps and noise of the positions, and what disturbs the chain.
+        errors: Largest relative errors of the runtime parameters (np,).
+        knots: Samples at which the law's table has rows; the last is the target.
+
+    Raises:
+        ControlError: Other than the positions is to be measured, they are taken for exact, or they do not show the chain's motion.
+    """
+    A, B, E = path
+    nq, nx = system.nq, system.nx
+    V, drifts, push = _noises(system, task, sensors)
+    C = np.eye(nq, nx)
+    first, last = (_stationary(task, a, C, drifts + b @ push @ b.T, V) for a, b in ((A[0], B[0]), end))
+    size = nx + errors.size
+    H, P = np.hstack([C, np.zeros((nq, errors.size))]), np.zeros((size, size))
+    P[:nx, :nx], P[nx:, nx:] = first, np.diag(errors**2 / 3)
+    whole, corrections = np.eye(size), np.empty((len(A), nx, nq))
+    for k, (a, b, e) in enumerate(zip(A, B, E, strict=True)):
+        L = np.zeros((size, nq))
+        L[:nx] = corrections[k] = np.linalg.solve(H @ P @ H.T + V, H @ P[:, :nx]).T
+        kept = np.eye(size) - L @ H
+        P = kept @ P @ kept.T + L @ V @ L.T
+        whole[:nx, :nx], whole[:nx, nx:] = a, e
+        P = whole @ P @ whole.T
+        P[:nx, :nx] += drifts + b @ push @ b.T
+        P = (P + P.T) / 2
+    at = knots[:-1]
+    held = np.linalg.solve(C @ last @ C.T + V, C @ last).T
+    table = np.concatenate([corrections[at], held[None]])
+    return ObserverAlong(
+        table, np.concatenate([path[0][at], end[0][None]])[:, nq:] - np.eye(nx)[nq:], np.concatenate([path[1][at], end[1][None]])[:, nq:]
+    )  # fmt: skip
+
+
+def _noises(system: System, task: Task, sensors: Sensors) -> tuple[Vector, Vector, Vector]:
+    """(V, W, D): covariances of what is measured, and of what a sample adds: W + B D B^T, white accelerations and white inputs."""
+    nq, names = system.nq, system.q_names
+    if sensors.measured is not None and tuple(sensors.measured) != names:
+        raise ControlError(
+            "measured", list(sensors.measured), "are not the positions, which the observer along a motion reads", f"measure {', '.join(names)}"
+        )
+    units = tuple("m" if i < system.cart_size else "rad" for i in range(nq))
+    found = variances(sensors, names, units)
+    if not np.all(found > 0):
+        raise ControlError("resolution, noise", 0.0, "leave a measurement without error", "give one of them")
+    sizes = sizes_by_name("disturbance", sensors.disturbance, (*names, *system.u_names), [1.0] * nq + [0.0] * system.nu, nq)
+    drift, density = np.zeros((2 * nq, 2 * nq)), np.zeros((2 * nq, 2 * nq))
+    drift[:nq, nq:], density[nq:, nq:] = np.eye(nq), np.diag(sizes[:nq] ** 2)
+    return np.diag(found), np.asarray(gathered(drift, density, task.sample).high), np.diag(sizes[nq:] ** 2) / task.sample
+
+
+def _stationary(task: Task, a: Vector, C: Vector, W: Vector, V: Vector) -> Any:
+    """Covariance of what is expected before a measurement, after long."""
+    try:
+        return solve_discrete_are(a.T, C.T, W, V)
+    except (np.linalg.LinAlgError, ValueError) as failure:
+        raise ControlError(
+            "disturbance", list(task.target), f"leaves no stationary observer: {failure}", "disturb every coordinate"
+        ) from failure
