@@ -25,6 +25,8 @@ LEVEL: Final = 0.95
 """Probability of the confidence limits."""
 _AT_BOUND: Final = 1e-5
 _SHARES: Final = (1, 4, 16)
+_GROWN: Final = 1e-12
+"""Singular value of the columns of a solution, over the largest, that a chaotic motion may leave: what its growth has hidden is told by the rows before."""
 """Parts of the data, from the start, that are asked for what they tell."""
 
 
@@ -91,7 +93,7 @@ def fit(
 def _judged(made: Model, found: Solution, began: float) -> Fit:
     """The record of a solution, with standard errors from its columns."""
     sought, system, data = made.unknowns, made.system, made.data
-    seen = directions(np.asarray(found.columns), made.noise)
+    seen = directions(np.asarray(found.columns), made.noise, _GROWN)
     if len(seen.blind):
         demand_told_apart(told(made, np.asarray(found.z)), sought.names, sought.count)
         raise ConvergenceError(

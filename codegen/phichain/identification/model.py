@@ -21,6 +21,7 @@ _BUDGET: Final = 200_000
 _LINES_WITHIN: Final = 1e-7
 """By how much of a column's spread the pieces of a line may miss it."""
 _MOST_CUTS: Final = 64
+_CARRIED: Final = 1e-14
 _MOVED: Final = 1e-4
 _MOVED_FINE: Final = 1e-3
 _LOOSE: Final = 8.0
@@ -56,8 +57,8 @@ class Model:
 
     @property
     def noise(self) -> float:
-        """Relative error that a column may have, from the runs and from what bends."""
-        return max(1e-9, 1e4 * self.tol)
+        """Relative error that a column may have: round-off where the flow carries it, else from the runs and from what bends."""
+        return _CARRIED if self.is_exact else max(1e-9, 1e4 * self.tol)
 
     def predicted(self, z: Vector, rows: int) -> Vector:
         """The measured columns of the motion at the first times.

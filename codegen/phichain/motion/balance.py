@@ -7,6 +7,7 @@ integrals from the step's start to anywhere within, exact for polynomials of twi
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import groupby
 from typing import Final
@@ -58,11 +59,16 @@ class Account:
     def __init__(self, system: System, p: Parameters | None) -> None:
         """Open the books of a chain."""
         self.system, self.p = system, p
+        self._owed: list[Callable[[], None]] = []
         self._waiting: list[_Block] = []
         self._points = 0
         self._starts: list[Vector] = []
         self._widths: list[Vector] = []
         self._integrals: list[Vector] = []
+
+    def owe(self, entries: Callable[[], None]) -> None:
+        """Have entries made when somebody reads the books."""
+        self._owed.append(entries)
 
     def points(self, knots: Vector, count: int) -> Vector:
         """Times (k count,) within the k steps between knots at which `book` wants the states."""
@@ -90,6 +96,8 @@ class Account:
 
     def at(self, t: Vector) -> tuple[Vector, Vector]:
         """Work and loss (m,) from the start to times within the run, J."""
+        while self._owed:
+            self._owed.pop(0)()
         self._settle()
         if not self._starts:
             return np.zeros(len(t)), np.zeros(len(t))

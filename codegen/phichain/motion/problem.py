@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -13,7 +15,7 @@ from phichain.errors import ArrayError
 from phichain.motion.events import Event
 from phichain.motion.inputs.given import Input, as_input
 from phichain.motion.inputs.legs import Leg, Legs, Planned
-from phichain.motion.inputs.piece import Constant, Control, Law
+from phichain.motion.inputs.piece import NOTHING, Constant, Control, Law
 from phichain.records import Held
 from phichain.system import (
     Parameters,
@@ -33,6 +35,7 @@ REPAIRABLE = 1e-6
 ROUND_OFF = 8 * np.finfo(float).eps
 
 Progress = Callable[[float, float], Any]
+Slope = Callable[[float, Vector], Vector]
 
 
 class Counted:
@@ -120,7 +123,7 @@ class Problem(Held):
             return self.input.legs(t0, t_end)
         if self.control is not None and self.held is None:
             return Planned(Law(self.control), t0, t_end)
-        return Planned(Constant(np.empty(0) if self.held is None else self.held), t0, t_end)
+        return Planned(Constant.made(u=NOTHING if self.held is None else self.held), t0, t_end)
 
     def on(self, leg: Leg, t: Vector, x: Vector) -> Problem:
         """The problem of one leg: from x at t[0] to its end t[-1], with its piece of the input."""
@@ -158,13 +161,33 @@ def bound(
     else:
         control, held = given.signal.value, given.constant
         control(t0, x0)
-    field, jacobian = closed(system, control, held if control else None, p)
-    return Counted(field), None if jacobian is None else Counted(jacobian), control, held
+    system.function("forward_dynamics")
+    both = _Closed(lambda: closed(system, control, held if control else None, p))
+    return Counted(both.field), Counted(both.jacobian) if system.has("state_jacobian") else None, control, held
+
+
+class _Closed:
+    """`closed`, when one of the two is first called: emitted flows call neither."""
+
+    def __init__(self, make: Callable[[], tuple[Slope, Slope | None]]) -> None:
+        self._make = make
+
+    @cached_property
+    def _made(self) -> tuple[Slope, Slope | None]:
+        return self._make()
+
+    def field(self, t: float, x: Vector) -> Vector:
+        return self._made[0](t, x)
+
+    def jacobian(self, t: float, x: Vector) -> Vector:
+        slope = self._made[1]
+        assert slope is not None
+        return slope(t, x)
 
 
 def closed(
     system: System, control: Control | None, held: Vector | None, p: Parameters | None
-) -> tuple[Callable[[float, Vector], Vector], Callable[[float, Vector], Vector] | None]:
+) -> tuple[Slope, Slope | None]:
     """x' = f(t, x) and df/dx (None without `state_jacobian`) under an input: none, one that is held, or a function."""
     f = rhs(system)
     slope = rhs_jacobian(system) if system.has("state_jacobian") else None
@@ -209,6 +232,8 @@ def check_times(t: ArrayLike) -> Vector:
     Raises:
         ArrayError: Not finite, not strictly monotone, or an empty span.
     """
+    if type(t) is tuple and len(t) == 2 and type(t[0]) is type(t[1]) is float and isfinite(t[1] - t[0]) and t[0] != t[1]:
+        return np.array(t)
     times = np.array(reals("t", t, "give (t0, t1), a final time, or a grid"))
     if times.ndim == 0:
         times = np.array([0.0, float(times)])

@@ -17,7 +17,7 @@ from scipy.interpolate import BPoly
 from phichain.archive import COUNTS, NUMBER, TEXT, Schema, names, read_archive, real, word
 from phichain.errors import ArrayError
 from phichain.motion.events import Crossing, marked
-from phichain.records import Shown, columns_of, write_csv, write_npz
+from phichain.records import Later, Shown, columns_of, write_csv, write_npz
 from phichain.system import Vector
 from phichain.system.arrays import reals
 
@@ -58,9 +58,16 @@ _SCHEMA = Schema(
 )
 
 
+def _unknown() -> None:
+    """The default of a field that may be computed later: a default in the class would stand in its way."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(Shown):
+class Trajectory(Later, Shown):
     """What a simulation found, and how.
+
+    Everything but t, q, v and what is known beforehand is computed when it is first read: accelerations, energies, and the verdict
+    (status, reason, error, holds_until, and which events are doubtful), for which the motion is run a second time.
 
     Attributes:
         name: Name of the system.
@@ -116,21 +123,21 @@ class Trajectory(Shown):
     q_names: tuple[str, ...] = ()
     v_names: tuple[str, ...] = ()
     u_names: tuple[str, ...] = ()
-    work: Vector | None = None
-    loss: Vector | None = None
-    error: Vector | None = None
-    holds_until: float = math.nan
-    lengths: Vector | None = None
+    work: Vector | None = field(default_factory=_unknown)
+    loss: Vector | None = field(default_factory=_unknown)
+    error: Vector | None = field(default_factory=_unknown)
+    holds_until: float = field(default_factory=lambda: math.nan)
+    lengths: Vector | None = field(default_factory=_unknown)
     angles: str = ""
     digest: str = ""
     refine: Callable[[Vector], Trajectory] | None = field(default=None, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
         # The interpolant is a method's own, made of callables; files leave it out as well.
-        return {**self.__dict__, "counts": dict(self.counts), "refine": None}
+        return {**super().__getstate__(), "refine": None}
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Trajectory:
-        return dataclasses.replace(self, **{name: copy.deepcopy(self.__dict__[name], memo) for name in _ARRAYS})
+        return dataclasses.replace(self, **{name: copy.deepcopy(getattr(self, name), memo) for name in _ARRAYS})
 
     def __str__(self) -> str:
         counts = ", ".join(f"{value} {name}" for name, value in self.counts.items())

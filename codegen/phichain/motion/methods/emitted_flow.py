@@ -14,7 +14,7 @@ from typing import Any, Final, Generic, TypeVar
 import numpy as np
 
 from phichain.errors import UnsupportedError
-from phichain.motion.balance import MANY
+from phichain.motion.balance import MANY, Account
 from phichain.motion.ledger import Ledger
 from phichain.motion.path import Path, StateAt, tell
 from phichain.motion.problem import Problem
@@ -168,7 +168,8 @@ def whole_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> tuple[P
         times.append(stretch.t1)
         states.append(np.concatenate((found.q, found.v)))
     status, message = _ended(found, problem, run.name)
-    _book(run, stretches, ledger)
+    if ledger.account is not None:
+        ledger.account.owe(partial(_book, run, stretches, ledger.account))
     steps = sum(stretch.found.steps for stretch in stretches)
     refused = sum(stretch.found.tried for stretch in stretches) - steps
     return Path(np.array(times), np.array(states), status, message, (), steps, None), refused
@@ -188,7 +189,8 @@ def own_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> Path:
             times[end - 1] = stretch.t1
         at = end
     again = partial(_again, run, stretches, np.concatenate((found.q, found.v)))
-    _book(run, stretches, ledger)
+    if ledger.account is not None:
+        ledger.account.owe(partial(_book, run, stretches, ledger.account))
     return Path(times, states, *_ended(found, problem, run.name), (), steps, again)
 
 
@@ -215,10 +217,8 @@ def _again(run: EmittedFlow[P], stretches: list[Stretch], x_last: Vector, times:
     return states
 
 
-def _book(run: EmittedFlow[P], stretches: list[Stretch], ledger: Ledger) -> None:
-    """Enter the steps of a run into its books, where there are some: the flow is asked once more, for the states within steps."""
-    if ledger.account is None:
-        return
+def _book(run: EmittedFlow[P], stretches: list[Stretch], account: Account) -> None:
+    """Enter the steps of a run into its books: the flow is asked once more, for the states within steps."""
     for stretch in stretches:
         u, own = stretch.options.get("u", np.empty(0)), stretch
         if not stretch.is_own:
@@ -228,11 +228,11 @@ def _book(run: EmittedFlow[P], stretches: list[Stretch], ledger: Ledger) -> None
         starts = np.concatenate([stretch.x[None], _states(own.found)])
         for first in range(0, len(knots) - 1, _BOOKED):
             within = knots[first : first + _BOOKED + 1]
-            points = ledger.account.points(within, MANY)
+            points = account.points(within, MANY)
             found = run.once(float(within[0]), starts[first], float(within[-1]), times=points, u=u)
             if len(found.q_at) < len(points):  # it left the finite numbers
                 return
-            ledger.account.book(within, MANY, _states(found), u)
+            account.book(within, MANY, _states(found), u)
 
 
 def reached(found: Propagation, t_end: float) -> float:

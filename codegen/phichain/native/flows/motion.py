@@ -62,6 +62,7 @@ class Frame:
         self._briefly = getattr(call.function, "briefly", call.function)
         self._has_u, self._has_p = "u" in self.given, "p" in self.given
         self._ends: tuple[NDArray[Any], ...] = ()
+        self._ends_at: tuple[int, ...] = ()
         self._none = (wide(np.empty(0)), wide(np.empty((0, nq))), wide(np.empty((0, nv))))
 
     def begin(
@@ -155,8 +156,8 @@ class Frame:
             count = min(budget - self.steps, most)
             self._max_steps.value = count
             times, q_at, v_at = self._room_for_ends(count)
-            self._point_to(count, None, place(q_at), place(v_at))
-            self.flow.own = place(times)
+            self.flow.own, *rows = self._ends_at
+            self._point_to(count, None, *rows)
             result, written = self._called()
             if written:  # the last of them is where it ended: the state itself, to the last bit
                 q_at[written - 1], v_at[written - 1] = self._state["q"], self._state["v"]
@@ -170,6 +171,7 @@ class Frame:
         if not self._ends or len(self._ends[0]) < count:
             nq, nv, _, _ = self._call.sizes
             self._ends = tuple(np.empty(shape, self._call.kind) for shape in (count, (count, nq), (count, nv)))
+            self._ends_at = tuple(map(place, self._ends))
         return self._ends
 
     def _called(self, function: Callable[..., int] | None = None) -> tuple[int, int]:
@@ -202,6 +204,7 @@ class Frame:
         number.value, pointers[0].value, pointers[1].value, pointers[2].value = count, times, q_at, v_at
 
 
+_WIDE: Final = np.dtype(np.float64)
 Passed = tuple[NDArray[np.float64], ...]
 """Times, configurations and rates that were passed on the way."""
 
@@ -228,6 +231,6 @@ class Frames:
 
 def wide(array: NDArray[Any]) -> NDArray[np.float64]:
     """A result in double precision, of its own, that nobody can write to."""
-    copy = array.astype(np.float64)
+    copy = array.copy() if array.dtype is _WIDE else array.astype(np.float64)
     copy.setflags(write=False)
     return copy
