@@ -104,12 +104,14 @@ class Account:
         starts, widths, integrals = map(np.concatenate, (self._starts, self._widths, self._integrals))
         way = 1.0 if widths[0] >= 0 else -1.0
         step = np.clip(np.searchsorted(way * starts, way * t, side="right") - 1, 0, len(starts) - 1)
-        inside = np.clip(2 * (t - starts[step]) / widths[step] - 1, -1.0, 1.0)
+        # A step too short for the clock is over where it begins.
+        part = np.divide(t - starts[step], widths[step], out=np.ones(len(t)), where=widths[step] != 0)
+        inside = np.clip(2 * part - 1, -1.0, 1.0)
         whole = np.cumsum(integrals.sum(axis=1), axis=0)
         result = np.concatenate([np.zeros((1, 2)), whole])[step + (inside == 1.0)]
-        part = np.flatnonzero(np.abs(inside) < 1)
-        if part.size:
-            result[part] += np.einsum("mj,mjk->mk", legendre.legvander(inside[part], MANY), integrals[step[part]])
+        within = np.flatnonzero(np.abs(inside) < 1)
+        if within.size:
+            result[within] += np.einsum("mj,mjk->mk", legendre.legvander(inside[within], MANY), integrals[step[within]])
         work, loss = result.T
         return work, loss
 

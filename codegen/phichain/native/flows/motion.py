@@ -36,13 +36,15 @@ class Frame:
         flow: The struct that C carries.
         given: The arguments of C by name, as ctypes.
         steps: Steps taken so far.
+        refused: Steps tried and not taken so far, of flows that count them.
     """
 
     def __init__(self, call: FlowCall) -> None:
         """Allocate for a flow."""
         nq, nv, nu, _ = call.sizes
         kind = call.kind
-        self._call, self.flow, self.steps, self._desk = call, call.carried(), 0, 0
+        self._call, self.flow, self.steps, self.refused, self._desk = call, call.carried(), 0, 0, 0
+        self._refuses = hasattr(self.flow, "refused")
         self._parameters = ParameterBlock(call.signature, kind)
         self._state = {name: np.zeros(size, kind) for name, size in (("q", nq), ("v", nv), ("u", nu))}
         self._take = {name: slot(values.shape, values).take for name, values in self._state.items()}
@@ -96,7 +98,7 @@ class Frame:
             self._lost[...] = vector(f"{name}.lost", lost, self._lost.size, np.dtype(float))
         if self._has_p or p is not None:
             self._parameters.fill(p)
-        self.steps = 0
+        self.steps = self.refused = 0
         return t, t_end, budget
 
     def _fill(self, name: str, value: ArrayLike) -> None:
@@ -153,7 +155,7 @@ class Frame:
         nq, nv, _, _ = self._call.sizes
         found, most = [], max(1, ROOM // (self._call.kind.itemsize * (1 + nq + nv)))
         while True:
-            count = min(budget - self.steps, most)
+            count = min(budget - self.steps - self.refused, most)
             self._max_steps.value = count
             times, q_at, v_at = self._room_for_ends(count)
             self.flow.own, *rows = self._ends_at
@@ -162,7 +164,7 @@ class Frame:
             if written:  # the last of them is where it ended: the state itself, to the last bit
                 q_at[written - 1], v_at[written - 1] = self._state["q"], self._state["v"]
             found.append((wide(times[:written]), wide(q_at[:written]), wide(v_at[:written])))
-            if OUTCOMES[result] != "step budget" or self.steps >= budget:
+            if OUTCOMES[result] != "step budget" or self.steps + self.refused >= budget:
                 break
         return result, found[0] if len(found) == 1 else tuple(map(np.concatenate, zip(*found, strict=True)))
 
@@ -183,6 +185,8 @@ class Frame:
             self.flow.work = self._desk = -(-place(self._room) // _CACHE_LINE) * _CACHE_LINE
             result = int(function(*self._arguments))
         self.steps += self.flow.steps
+        if self._refuses:
+            self.refused += self.flow.refused
         return result, self.flow.written
 
     def reached(self) -> dict[str, Any]:
