@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from phichain.errors import ArrayError, ConvergenceError, UnsupportedError
 from phichain.motion import choose
+from phichain.motion.asked import check_state, check_times, check_tolerance
 from phichain.motion.balance import opened
 from phichain.motion.events import Event, Scalar, as_events
 from phichain.motion.finished import Finished
@@ -17,14 +18,7 @@ from phichain.motion.inputs.piece import Control
 from phichain.motion.ledger import Ledger
 from phichain.motion.methods.registry import METHODS, ROUND_OFF, USUAL, Method, method_of, named
 from phichain.motion.path import Path, collect
-from phichain.motion.problem import (
-    Problem,
-    Progress,
-    bound,
-    check_state,
-    check_times,
-    check_tolerance,
-)
+from phichain.motion.problem import Problem, Progress, bound
 from phichain.motion.trajectory import Trajectory
 from phichain.records import frozen
 from phichain.system import Parameters, System, given_system

@@ -21,6 +21,8 @@ from phichain.records import Later, Shown, columns_of, write_csv, write_npz
 from phichain.system import Vector
 from phichain.system.arrays import reals
 
+_NONE = type(None)
+"""Makes the default of a field that may be computed later: a default in the class would stand in its way."""
 _ARRAYS = {
     "t": real("m"),
     "q": real("m", "nq"),
@@ -58,16 +60,11 @@ _SCHEMA = Schema(
 )
 
 
-def _unknown() -> None:
-    """The default of a field that may be computed later: a default in the class would stand in its way."""
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(Later, Shown):
     """What a simulation found, and how.
 
-    Everything but t, q, v and what is known beforehand is computed when it is first read: accelerations, energies, and the verdict
-    (status, reason, error, holds_until, and which events are doubtful), for which the motion is run a second time.
+    Accelerations, energies and the verdict (status, reason, error, holds_until, events; by a second run) are computed when first read.
 
     Attributes:
         name: Name of the system.
@@ -123,11 +120,11 @@ class Trajectory(Later, Shown):
     q_names: tuple[str, ...] = ()
     v_names: tuple[str, ...] = ()
     u_names: tuple[str, ...] = ()
-    work: Vector | None = field(default_factory=_unknown)
-    loss: Vector | None = field(default_factory=_unknown)
-    error: Vector | None = field(default_factory=_unknown)
+    work: Vector | None = field(default_factory=_NONE)
+    loss: Vector | None = field(default_factory=_NONE)
+    error: Vector | None = field(default_factory=_NONE)
     holds_until: float = field(default_factory=lambda: math.nan)
-    lengths: Vector | None = field(default_factory=_unknown)
+    lengths: Vector | None = field(default_factory=_NONE)
     angles: str = ""
     digest: str = ""
     refine: Callable[[Vector], Trajectory] | None = field(default=None, repr=False)
@@ -255,11 +252,7 @@ class Trajectory(Later, Shown):
 
     def to_csv(self, path: Path | str) -> Path:
         """Write one row per output: t, q, v, u, energies, largest constraint violations, estimated error; 17 digits."""
-        columns: dict[str, Any] = {
-            "t": self.t,
-            **columns_of(self.q_names, self.q),
-            **columns_of(self.v_names, self.v),
-        }
+        columns: dict[str, Any] = {"t": self.t, **columns_of(self.q_names, self.q), **columns_of(self.v_names, self.v)}
         columns |= columns_of(self.u_names, self.u)
         columns |= {
             name: getattr(self, name) for name in ("kinetic", "potential", "work", "loss") if getattr(self, name) is not None
