@@ -39,18 +39,11 @@ def rounded(problem: Problem, path: Path, measure: Measure, most: float) -> Vect
     """
     local = _local(problem, path, measure)
     error = errors_beside(problem, path, local, measure, float(np.max(measure(path.x))), CLOSE * most)
-    beyond = np.flatnonzero(error > most)
-    if not beyond.size:
+    if np.max(error) <= most:
         return error
-    # Two runs that have parted by then stay apart: only where they have not is the rest of the way looked at.
-    for stop in (int(beyond[0]) + 1, len(path.t)):
-        other = flown(problem, path.t[:stop], path.x[0], OTHERWISE * problem.tol, 2 * path.steps + STRIDE)
-        if len(other) < stop - 1:
-            break
-        held = np.minimum(error[1:stop], ALIKE * measure(other - path.x[1:stop]) + np.max(local))
-        if held[-1] > most or stop == len(path.t):
-            error[1:stop] = held
-            break
+    other = flown(problem, path.t, path.x[0], OTHERWISE * problem.tol, 2 * path.steps + STRIDE)
+    if len(other) == len(path.t) - 1:
+        error[1:] = np.minimum(error[1:], ALIKE * measure(other - path.x[1:]) + np.max(local))
     return error
 
 
