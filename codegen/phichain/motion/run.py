@@ -86,6 +86,7 @@ def simulate(
     Returns:
         The Trajectory, with the method taken and why. Its status is "complete", "event", "step budget" or, where the run
         cannot vouch for its side of a separatrix, or a complete run ends beyond `holds_until`, "doubtful", and the reason says more.
+        This verdict, by a second run, is found when one of status, reason, error, holds_until or events is first read.
 
     Raises:
         ArrayError: Bad x0, t, u, limit or event; a law that is no function of (t, x), or gives no finite numbers.
