@@ -133,8 +133,10 @@ def tables(run: plan.Plan) -> list[Table]:
     calls = [*(bound(n, run) for n in run.few(LINKS)), one_link(run)]
     paths = [trajectory(n, on_times, run) for on_times in (False, True) for n in run.few(LINKS)]
     notes = ("Bound once, called with arrays that are there; a call of ours is to stay below 5 us.",)
-    flow = ("The yardstick is phichain's own flow over the same span in one call (with the same output times): a ratio of 1 is free. "
-            "What `simulate` computes when it is read (verdict, energies, accelerations) stands in rows of its own.",)
+    flow = (
+        "The yardstick is phichain's own flow over the same span in one call (with the same output times): a ratio of 1 is free.",
+        "What `simulate` computes when it is read (verdict, energies, accelerations) stands in rows of its own.",
+    )
     return [
         summary("One call", calls, notes),
         summary("simulate over the flow underneath", paths, flow),
