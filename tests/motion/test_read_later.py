@@ -96,7 +96,7 @@ def test_errors_that_have_died_out_are_those_of_the_steps_since(monkeypatch: pyt
 
 def test_a_step_too_short_for_the_clock_is_booked_as_over() -> None:
     account = Account(pair(), {"mass": np.ones(2)})
-    for knots in ([0.0, 1.0], [1.0, 1.0], [1.0, 2.0]):
+    for knots in ([0.0, 1.0], [1.0, 2.0], [2.0, 2.0]):
         times = account.points(np.array(knots), 5)
         account.book(np.array(knots), 5, np.tile([0.0, 0.0, 1.0, 1.0], (len(times), 1)), np.array([1.0, 0.0]))
     with warnings.catch_warnings():

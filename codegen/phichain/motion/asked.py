@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import isfinite
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,8 +25,9 @@ def check_times(t: ArrayLike) -> Vector:
     Raises:
         ArrayError: Not finite, not strictly monotone, or an empty span.
     """
-    if type(t) is tuple and len(t) == 2 and type(t[0]) is type(t[1]) is float and isfinite(t[1] - t[0]) and t[0] != t[1]:
-        return np.array(t)
+    ends: Any = t
+    if isinstance(ends, tuple) and len(ends) == 2 and all(type(end) is float for end in ends) and isfinite(ends[1] - ends[0]) and ends[0] != ends[1]:
+        return np.array(ends)
     times = np.array(reals("t", t, "give (t0, t1), a final time, or a grid"))
     if times.ndim == 0:
         times = np.array([0.0, float(times)])
