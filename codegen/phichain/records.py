@@ -13,10 +13,11 @@ import io
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final, Self
+from typing import Any, Final, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
@@ -66,7 +67,8 @@ def _above(table: Mapping[str, np.ndarray], record: object) -> Iterator[str]:
 
 def origin(record: object) -> dict[str, Any]:
     """Where a record comes from: the version, its kind, and those of its fields that are texts, numbers or tables of them."""
-    said = {name: _plain(value) for name, value in vars(record).items() if isinstance(value, str | int | float | Mapping)}
+    known = fields(record) if is_dataclass(record) else ()
+    said = {field.name: _plain(value) for field in known if isinstance(value := getattr(record, field.name), str | int | float | Mapping)}
     return {WROTE: __version__, "record": type(record).__name__, **{name: value for name, value in said.items() if value not in ("", {}, None)}}
 
 
@@ -151,6 +153,61 @@ class Held:
         """Take the fields back; an array that was pickled has forgotten that nobody may write to it."""
         vars(self).update(state)
         Held.__post_init__(self)
+
+
+class Rest(Protocol):
+    """What computes the fields of a record that wait to be read."""
+
+    @property
+    def computed(self) -> Mapping[str, str]:
+        """By the name of each field: the method that computes it, with all others that come of the same work."""
+
+
+class Later(Held):
+    """Base of frozen records some of whose fields are computed when one of them is first read.
+
+    Whoever copies, replaces or pickles such a record reads all of its fields, and so has them computed.
+    """
+
+    @classmethod
+    def awaiting(cls, rest: Rest, fields: dict[str, Any]) -> Self:
+        """The record of the fields that are known, whose arrays are its own already, and of what computes all others."""
+        record = cls.__new__(cls)
+        vars(record).update(fields)
+        vars(record)[_REST] = rest
+        return record
+
+    def __getattr__(self, name: str) -> Any:
+        """A field that was not read before: it and what is computed with it.
+
+        Raises:
+            AttributeError: There is no such field.
+        """
+        rest = vars(self).get(_REST)
+        method = None if rest is None else rest.computed.get(name)
+        if method is None:
+            raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
+        found: dict[str, Any] = getattr(rest, method)()
+        for value in found.values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+        vars(self).update(found)
+        return found[name]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """All fields, such as can be pickled and copied."""
+        self.settle()
+        return {name: value for name, value in super().__getstate__().items() if name != _REST}
+
+    def settle(self) -> Self:
+        """Have all fields computed now."""
+        rest = vars(self).get(_REST)
+        for name in () if rest is None else rest.computed:
+            getattr(self, name)
+        return self
+
+
+_REST: Final = "_rest"
 
 
 class Shown(Held):

@@ -97,6 +97,34 @@ def test_states_on_the_way_and_pieces() -> None:
     assert some.steps + rest.steps == whole.steps
 
 
+@pytest.mark.parametrize(("name", "t_end"), [("rigid_joint", 0.02), ("free_pair", 2.0), ("free_pair", -2.0), ("spatial_stiff", 0.05), ("single_precision", 0.5)])
+def test_the_ends_of_its_own_steps_are_those_of_one_call_each(name: str, t_end: float) -> None:
+    chain, tol = system(name), 1e-6
+    q, v = spatial_start(2, 2) if not chain.is_planar else (np.full(chain.nq, 0.7), np.full(chain.nv, 0.1))
+    given = {"p": {"mass": np.ones(2)}} if name == "spatial_stiff" else {}
+    found = chain.propagate_stiff(q, v, 0.0, t_end, tol, own=True, **given)
+    t, more, ends, refused = 0.0, {}, [], 0
+    while t != found.t:
+        step = chain.propagate_stiff(q, v, t, t_end, tol, max_steps=1, **given, **more)
+        more, refused = {"lost": step.lost, "memory": step.memory}, refused + step.refused
+        if step.steps:
+            t, q, v = step.t, step.q, step.v
+            ends.append((t, *q, *v))
+    assert found.outcome == "done" and found.refused == refused and found.steps == len(ends) > 10
+    assert np.array_equal(np.column_stack([found.t_at, found.q_at, found.v_at]), np.array(ends))
+
+
+def test_the_budget_of_own_steps_counts_those_that_were_refused() -> None:
+    chain = system("rigid_joint")
+    whole = chain.propagate_stiff([1.0, 0.5], [0.0, 0.0], 0.0, 1.0, 1e-6, own=True)
+    assert whole.refused > 0
+    for most in (1, 5, whole.tried - 1):
+        part = chain.propagate_stiff([1.0, 0.5], [0.0, 0.0], 0.0, 1.0, 1e-6, own=True, max_steps=most)
+        assert part.outcome == "step budget" and part.tried == most and np.array_equal(part.t_at, whole.t_at[: part.steps])
+    with pytest.raises(ArrayError, match="own, which asks for the ends"):
+        chain.propagate_stiff([1.0, 0.5], [0.0, 0.0], 0.0, 1.0, 1e-6, own=True, times=[0.5])
+
+
 def test_there_and_back() -> None:
     """An undamped motion, forwards and backwards."""
     pair = system("free_pair")

@@ -97,6 +97,7 @@ _LOST: Final = (
     Field("lost", "real", extent=_state_size),
 )
 _WRITTEN: Final = Field("written", "unsigned long", "out: how many of the times were reached")
+_OWN: Final = Field("own", "real", "out, without times: when its own steps ended, as many as count; or NULL", is_pointer=True)
 _ORDER: Final = Field("order", "int", "out: order of the Taylor series")
 
 FLOW: Final = Struct(
@@ -112,7 +113,7 @@ FLOW: Final = Struct(
             "passed", "real", lambda chain: f"out: the columns at the times on the way, count x {_state_size(chain)} x columns, or NULL",
             is_pointer=True, present=_has_varied,
         ),
-        Field("own", "real", "out, without times: when its own steps ended, as many as count; or NULL", is_pointer=True),
+        _OWN,
         Field("work", "workspace", "in: where it works, the caller's; on cache lines it is fastest", is_pointer=True),
         Field("steps", "unsigned long", "out: steps taken"),
         _WRITTEN,
@@ -130,6 +131,7 @@ STIFF: Final = Struct(
         Field("step", "real", "in: size of the first step, s, or 0; out: that of the next"),
         Field("before", "real", "error of the last step, relative to what was aimed at"),
         *_LOST,
+        _OWN,
         Field("work", "stiff_workspace", "in: where it works, the caller's", is_pointer=True),
         Field("steps", "unsigned long", "out: steps taken"),
         Field("refused", "unsigned long", "out: steps tried and not taken"),

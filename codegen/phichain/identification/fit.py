@@ -25,6 +25,8 @@ LEVEL: Final = 0.95
 """Probability of the confidence limits."""
 _AT_BOUND: Final = 1e-5
 _SHARES: Final = (1, 4, 16)
+_GROWN: Final = 1e-12
+"""Singular value of the columns of a solution, over the largest, that a chaotic motion may leave: what its growth has hidden is told by the rows before."""
 """Parts of the data, from the start, that are asked for what they tell."""
 
 
@@ -91,13 +93,13 @@ def fit(
 def _judged(made: Model, found: Solution, began: float) -> Fit:
     """The record of a solution, with standard errors from its columns."""
     sought, system, data = made.unknowns, made.system, made.data
-    seen = directions(np.asarray(found.columns), made.noise)
-    if len(seen.blind):
+    seen = directions(np.asarray(found.columns), made.noise, _GROWN)
+    if len(seen.blind) and found.root is None:
         demand_told_apart(told(made, np.asarray(found.z)), sought.names, sought.count)
         raise ConvergenceError(
             "data.t", float(data.t[-1] - data.t[0]), "grows small changes so far that one of them hides all others", "shorten the data"
         )
-    error, correlation = errors(np.asarray(found.columns))
+    error, correlation = errors(np.asarray(found.columns)) if found.root is None else spread(np.asarray(found.root))
     scale, z = np.asarray(sought.scale), np.asarray(found.z)
     values, error = z * scale, error * scale
     reach = float(student.ppf((1 + LEVEL) / 2, found.columns.shape[0] - len(z))) * error
@@ -130,10 +132,15 @@ def errors(columns: Vector) -> tuple[Vector, Vector]:
     """Standard errors (k,) and correlations (k, k) from columns (m, k) over their noise: (J^T J)^-1 by singular values."""
     lengths = np.linalg.norm(columns, axis=0)
     _, singular, rows = np.linalg.svd(columns / lengths, full_matrices=False)
-    root = rows.T / singular
+    deviation, correlation = spread(rows.T / singular)
+    return deviation / lengths, correlation
+
+
+def spread(root: Vector) -> tuple[Vector, Vector]:
+    """Standard errors (k,) and correlations (k, k) of a covariance L L^T from its root L (k, k)."""
     covariance = root @ root.T
     deviation = np.sqrt(np.diag(covariance))
-    return deviation / lengths, covariance / np.outer(deviation, deviation)
+    return deviation, covariance / np.outer(deviation, deviation)
 
 
 def _start(system: System, data: Measurement) -> tuple[Vector, Vector]:

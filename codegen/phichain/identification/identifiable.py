@@ -36,7 +36,7 @@ class Directions(Held):
     shares: Vector
 
 
-def directions(columns: Vector, noise: float = 0.0) -> Directions:
+def directions(columns: Vector, noise: float = 0.0, least: float = LEAST) -> Directions:
     """Find what the columns cannot tell apart.
 
     With D the lengths of the columns of J, J D^-1 = U S V^T; where s_i is below 10^-8 (or what differencing leaves), D^-1 V_i changes
@@ -45,6 +45,7 @@ def directions(columns: Vector, noise: float = 0.0) -> Directions:
     Args:
         columns: J (m, k), each row over its noise, each column in the scale of its unknown.
         noise: Relative error of the columns.
+        least: Singular value, over the largest, below which a direction is blind.
     """
     lengths = np.linalg.norm(columns, axis=0)
     silent = lengths <= max(_SILENT, 10 * noise) * max(float(lengths.max()), np.finfo(float).tiny)
@@ -55,7 +56,7 @@ def directions(columns: Vector, noise: float = 0.0) -> Directions:
     if kept.size:
         _, values, rows = np.linalg.svd(columns[:, kept] / lengths[kept], full_matrices=False)
         singular[: kept.size] = values
-        lost = values < max(LEAST, 10 * noise) * values[0]
+        lost = values < max(least, 10 * noise) * values[0]
         shares[kept] = np.sum(rows[lost] ** 2, axis=0)
         for row in rows[lost]:
             change = np.zeros(k)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import takewhile
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -21,6 +21,7 @@ _BUDGET: Final = 200_000
 _LINES_WITHIN: Final = 1e-7
 """By how much of a column's spread the pieces of a line may miss it."""
 _MOST_CUTS: Final = 64
+_CARRIED: Final = 1e-14
 _MOVED: Final = 1e-4
 _MOVED_FINE: Final = 1e-3
 _LOOSE: Final = 8.0
@@ -56,8 +57,8 @@ class Model:
 
     @property
     def noise(self) -> float:
-        """Relative error that a column may have, from the runs and from what bends."""
-        return max(1e-9, 1e4 * self.tol)
+        """Relative error that a column may have: round-off where the flow carries it, else from the runs and from what bends."""
+        return _CARRIED if self.is_exact else max(1e-9, 1e4 * self.tol)
 
     def predicted(self, z: Vector, rows: int) -> Vector:
         """The measured columns of the motion at the first times.
@@ -95,28 +96,54 @@ class Model:
         Returns:
             (rows, c, k); infinite from where the motion could not be followed on.
         """
-        unknowns, nq, nx = self.unknowns, self.system.nq, self.system.nx
+        unknowns, nx = self.unknowns, self.system.nx
         x, p, columns = unknowns.state(z), unknowns.parameters(z), np.zeros((nx, len(z)))
         along = {name: np.zeros((size, len(z))) for name, size in self.system.varied.items() if name in unknowns.given}
         for j, (name, place) in enumerate(unknowns.keys):
             along[name][place, j] = unknowns.scale[j]
         if unknowns.fits_state:
             columns[:, unknowns.count :] = np.diag(np.asarray(unknowns.scale)[unknowns.count :])
-        found, at = np.full((rows, nx, len(z)), np.inf), 1
-        found[0], last = columns, float(self.data.t[rows - 1])
-        for piece in takewhile(lambda piece: piece.t0 < last, self.pieces):
-            end, times = min(piece.t1, last), piece.times[: rows - at]
+        found, states = np.full((rows, nx, len(z)), np.inf), np.empty((rows, nx))
+        found[0] = columns
+        self.run(x, p, columns, along, 0, rows - 1, states[1:], found[1:])
+        return found[:, list(self.at)]
+
+    def run(
+        self, x: Vector, p: dict[str, Any], columns: Vector, along: dict[str, Vector], first: int, last: int, states: Vector, slopes: Vector
+    ) -> tuple[Vector, Vector]:  # fmt: skip
+        """The motion from a state at one row to another row, with columns of derivatives that the flow carries.
+
+        Args:
+            x: The state at the first row (nx,).
+            p: The runtime parameters.
+            columns: The derivatives there (nx, k).
+            along: How parameters move along each column.
+            first: The row where it begins.
+            last: The row where it ends.
+            states: Takes the states at the rows behind the first (last - first, nx), as far as the motion could be followed.
+            slopes: Takes the columns there.
+
+        Returns:
+            State and columns at the last row; infinite where the motion could not be followed so far.
+        """
+        nq, start, stop, at = self.system.nq, float(self.data.t[first]), float(self.data.t[last]), 0
+        for piece in self.pieces:
+            if piece.t1 <= start or piece.t0 >= stop:
+                continue
+            begin, end = max(piece.t0, start), min(piece.t1, stop)
+            times = piece.times[(piece.times > start) & (piece.times <= stop)]
             more = {"u": piece.u} if self.system.nu else {}
             passed = self.system.propagate(
-                x[:nq], x[nq:], piece.t0, end, self.tol, times=times, max_steps=_BUDGET, transition=columns, along=along, p=p, **more
+                x[:nq], x[nq:], begin, end, self.tol, times=times, max_steps=_BUDGET, transition=columns, along=along, p=p, **more
             )
+            reached = at + len(passed.q_at)
+            states[at:reached, :nq], states[at:reached, nq:] = passed.q_at, passed.v_at
             if passed.columns_at is not None:
-                found[at : at + len(passed.columns_at)] = passed.columns_at
-                at += len(passed.columns_at)
+                slopes[at:reached] = passed.columns_at
             if passed.outcome != "done":
-                break
-            x, columns = np.concatenate((passed.q, passed.v)), passed.transition
-        return found[:, list(self.at)]
+                return np.full_like(x, np.inf), np.full_like(columns, np.inf)
+            at, x, columns = reached, np.concatenate((passed.q, passed.v)), np.asarray(passed.transition)
+        return x, columns
 
     def columns(self, z: Vector, rows: int, fine: bool = False) -> Vector:
         """Derivatives of the predicted columns with respect to the unknowns: carried by the flow, or central differences of it.

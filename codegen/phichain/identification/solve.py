@@ -10,6 +10,7 @@ from scipy.optimize import least_squares
 
 from phichain.errors import ConvergenceError
 from phichain.identification.model import Model
+from phichain.identification.shooting import joined
 from phichain.records import Held
 from phichain.system import Vector
 
@@ -23,6 +24,9 @@ _LEAST_NOISE: Final = 1e-13
 """Noise that a column has at least, relative to its size: round-off of the flow."""
 _REWEIGHTED: Final = 2
 _MOST_ITERATIONS: Final = 60
+_GROWN: Final = 1e-4
+"""Singular value of J, over the largest, from which on the motion is fitted in pieces, too."""
+_NO_WORSE: Final = 1e-6
 _EXPLAINED: Final = 0.5
 """A column of which more than this is left over, relative to its spread, was not explained."""
 
@@ -37,6 +41,7 @@ class Solution(Held):
         predicted: The measured columns as predicted (m, c).
         noise: Standard deviation of every measured column (c,), from its residuals.
         iterations: Evaluations of J.
+        root: L (k, k) with L L^T the covariance of z, where J would lose it; else None.
     """
 
     z: Vector
@@ -44,6 +49,7 @@ class Solution(Held):
     predicted: Vector
     noise: Vector
     iterations: int
+    root: Vector | None = None
 
 
 def solve(model: Model) -> Solution:
@@ -70,8 +76,27 @@ def solve(model: Model) -> Solution:
         residual = model.predicted(z, rows) - values
         noise = np.maximum(_deviation(residual, len(z)), _LEAST_NOISE * size)
     _demand_explained(model, residual, values)
-    columns = weighted(model, z, noise)
-    return Solution(z, columns, residual + values, noise, iterations)
+    found = Solution(z, weighted(model, z, noise), residual + values, noise, iterations)
+    return _settled(model, found) if model.is_exact and _is_grown(found.columns) else found
+
+
+def _is_grown(columns: Vector) -> bool:
+    """Whether one direction is told so much better than another that no step of SciPy's goes along the latter."""
+    sizes = np.linalg.svd(columns / np.linalg.norm(columns, axis=0), compute_uv=False)
+    return bool(sizes[-1] < _GROWN * sizes[0])
+
+
+def _settled(model: Model, found: Solution) -> Solution:
+    """The same over pieces that join, if they do and leave no more."""
+    values, noise, z, count = np.asarray(model.data.values), found.noise, found.z, found.iterations
+    for _ in range(1 + _REWEIGHTED):
+        pieces = joined(model, z, noise)
+        count += pieces.iterations
+        residual = pieces.predicted - values
+        if not pieces.is_settled or not np.sum((residual / found.noise) ** 2) < (1 + _NO_WORSE) * np.sum(((found.predicted - values) / found.noise) ** 2):
+            return found
+        z, noise = pieces.z, np.maximum(_deviation(residual, len(z)), _LEAST_NOISE * _sizes(values))
+    return Solution(z, weighted(model, z, noise), pieces.predicted, noise, count, pieces.root)
 
 
 def weighted(model: Model, z: Vector, noise: Vector | None = None, rows: int | None = None) -> Vector:

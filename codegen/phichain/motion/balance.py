@@ -7,6 +7,7 @@ integrals from the step's start to anywhere within, exact for polynomials of twi
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import groupby
 from typing import Final
@@ -58,11 +59,16 @@ class Account:
     def __init__(self, system: System, p: Parameters | None) -> None:
         """Open the books of a chain."""
         self.system, self.p = system, p
+        self._owed: list[Callable[[], None]] = []
         self._waiting: list[_Block] = []
         self._points = 0
         self._starts: list[Vector] = []
         self._widths: list[Vector] = []
         self._integrals: list[Vector] = []
+
+    def owe(self, entries: Callable[[], None]) -> None:
+        """Have entries made when somebody reads the books."""
+        self._owed.append(entries)
 
     def points(self, knots: Vector, count: int) -> Vector:
         """Times (k count,) within the k steps between knots at which `book` wants the states."""
@@ -90,18 +96,22 @@ class Account:
 
     def at(self, t: Vector) -> tuple[Vector, Vector]:
         """Work and loss (m,) from the start to times within the run, J."""
+        while self._owed:
+            self._owed.pop(0)()
         self._settle()
         if not self._starts:
             return np.zeros(len(t)), np.zeros(len(t))
         starts, widths, integrals = map(np.concatenate, (self._starts, self._widths, self._integrals))
         way = 1.0 if widths[0] >= 0 else -1.0
         step = np.clip(np.searchsorted(way * starts, way * t, side="right") - 1, 0, len(starts) - 1)
-        inside = np.clip(2 * (t - starts[step]) / widths[step] - 1, -1.0, 1.0)
+        # A step too short for the clock is over where it begins.
+        part = np.divide(t - starts[step], widths[step], out=np.ones(len(t)), where=widths[step] != 0)
+        inside = np.clip(2 * part - 1, -1.0, 1.0)
         whole = np.cumsum(integrals.sum(axis=1), axis=0)
         result = np.concatenate([np.zeros((1, 2)), whole])[step + (inside == 1.0)]
-        part = np.flatnonzero(np.abs(inside) < 1)
-        if part.size:
-            result[part] += np.einsum("mj,mjk->mk", legendre.legvander(inside[part], MANY), integrals[step[part]])
+        within = np.flatnonzero(np.abs(inside) < 1)
+        if within.size:
+            result[within] += np.einsum("mj,mjk->mk", legendre.legvander(inside[within], MANY), integrals[step[within]])
         work, loss = result.T
         return work, loss
 

@@ -12,6 +12,7 @@ the potential is linear in the links' directions the energies of all follow from
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import inf, isfinite
 from typing import Final
 
@@ -35,16 +36,17 @@ MOST_PHASE: Final = 0.01
 COMPENSATED: Final = ("taylor",)
 
 
-def doubts(problem: Problem, path: Path, name: str, energies: Vector | None) -> list[str]:
+def doubts(problem: Problem, path: Path, name: str, energy: Callable[[], Vector | None]) -> list[str]:
     """Reasons to doubt a run, as sentences; none for damped, driven or sprung chains, or those on a cart.
 
     Args:
         problem: What was integrated.
         path: What was found.
         name: The method.
-        energies: Total energy along the path (m,), J, or None where the system has none.
+        energy: Total energy along the path (m,), J, or None where the system has none; asked only where it matters.
     """
-    if energies is None or not _is_conservative(problem) or problem.system.links > MOST_LINKS:
+    energies = energy() if _is_conservative(problem) and problem.system.links <= MOST_LINKS else None
+    if energies is None:
         return []
     found = []
     if name not in COMPENSATED:

@@ -1,38 +1,29 @@
-"""The initial value problem: every argument of `simulate`, checked once, in one frozen record."""
+"""The initial value problem: every argument of `simulate`, once it was checked, in one frozen record."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from phichain.errors import ArrayError
 from phichain.motion.events import Event
 from phichain.motion.inputs.given import Input, as_input
 from phichain.motion.inputs.legs import Leg, Legs, Planned
-from phichain.motion.inputs.piece import Constant, Control, Law
+from phichain.motion.inputs.piece import NOTHING, Constant, Control, Law
 from phichain.records import Held
 from phichain.system import (
     Parameters,
     System,
     Vector,
-    angular_velocities,
-    pack,
     rhs,
     rhs_jacobian,
-    unit_vectors,
 )
-from phichain.system.arrays import positive, reals
-
-REPAIRABLE = 1e-6
-"""Deviations from the manifold up to this are projected away (and said); larger ones are refused."""
-
-ROUND_OFF = 8 * np.finfo(float).eps
 
 Progress = Callable[[float, float], Any]
+Slope = Callable[[float, Vector], Vector]
 
 
 class Counted:
@@ -120,7 +111,7 @@ class Problem(Held):
             return self.input.legs(t0, t_end)
         if self.control is not None and self.held is None:
             return Planned(Law(self.control), t0, t_end)
-        return Planned(Constant(np.empty(0) if self.held is None else self.held), t0, t_end)
+        return Planned(Constant.made(u=NOTHING if self.held is None else self.held), t0, t_end)
 
     def on(self, leg: Leg, t: Vector, x: Vector) -> Problem:
         """The problem of one leg: from x at t[0] to its end t[-1], with its piece of the input."""
@@ -158,13 +149,33 @@ def bound(
     else:
         control, held = given.signal.value, given.constant
         control(t0, x0)
-    field, jacobian = closed(system, control, held if control else None, p)
-    return Counted(field), None if jacobian is None else Counted(jacobian), control, held
+    system.function("forward_dynamics")
+    both = _Closed(lambda: closed(system, control, held if control else None, p))
+    return Counted(both.field), Counted(both.jacobian) if system.has("state_jacobian") else None, control, held
+
+
+class _Closed:
+    """`closed`, when one of the two is first called: emitted flows call neither."""
+
+    def __init__(self, make: Callable[[], tuple[Slope, Slope | None]]) -> None:
+        self._make = make
+
+    @cached_property
+    def _made(self) -> tuple[Slope, Slope | None]:
+        return self._make()
+
+    def field(self, t: float, x: Vector) -> Vector:
+        return self._made[0](t, x)
+
+    def jacobian(self, t: float, x: Vector) -> Vector:
+        slope = self._made[1]
+        assert slope is not None
+        return slope(t, x)
 
 
 def closed(
     system: System, control: Control | None, held: Vector | None, p: Parameters | None
-) -> tuple[Callable[[float, Vector], Vector], Callable[[float, Vector], Vector] | None]:
+) -> tuple[Slope, Slope | None]:
     """x' = f(t, x) and df/dx (None without `state_jacobian`) under an input: none, one that is held, or a function."""
     f = rhs(system)
     slope = rhs_jacobian(system) if system.has("state_jacobian") else None
@@ -201,91 +212,3 @@ def differences(
         moved[k] += width
         columns.append((np.asarray(function(moved)) - value) / (moved[k] - x[k]))
     return np.array(columns).T
-
-
-def check_times(t: ArrayLike) -> Vector:
-    """Output times from a final time, a span or a grid.
-
-    Raises:
-        ArrayError: Not finite, not strictly monotone, or an empty span.
-    """
-    times = np.array(reals("t", t, "give (t0, t1), a final time, or a grid"))
-    if times.ndim == 0:
-        times = np.array([0.0, float(times)])
-    if times.ndim != 1 or len(times) < 2:
-        raise ArrayError(
-            "t", times.shape, "is no span or grid of times", "give (t0, t1), a final time, or a grid"
-        )
-    if not np.isfinite(times).all():
-        raise ArrayError("t", times, "holds times that are not finite", "give finite times")
-    before, after = times[:-1], times[1:]
-    if not ((after > before).all() or (after < before).all()):
-        raise ArrayError("t", times, "is not strictly monotone", "sort the times and drop repeated ones")
-    return times
-
-
-def check_tolerance(tol: float, field: str = "tol") -> float:
-    """A positive, finite tolerance.
-
-    Raises:
-        ToleranceError: It is zero, negative, NaN or infinite.
-    """
-    return positive(field, tol, "use 1e-9, or as little as 1e-13")
-
-
-def check_state(system: System, x0: ArrayLike | Sequence[ArrayLike]) -> tuple[Vector, tuple[str, ...]]:
-    """The initial state on the manifold, and what had to be done to it.
-
-    Args:
-        system: The chain.
-        x0: The state (nq + nv,), or the pair (q, v).
-
-    Raises:
-        ArrayError: Wrong shape, not finite, a unit vector of length 0 or further than 1e-6 from length 1, a rate
-            further than 1e-6 (relative) from tangent.
-    """
-    if isinstance(x0, tuple) and len(x0) == 2:
-        x = pack(*x0)
-    else:
-        x = np.array(reals("x0", x0, "give one flat state, or the pair (q, v)"))
-    if x.shape != (system.nx,):
-        expected = f"must hold q ({system.nq}) and then v ({system.nv})"
-        raise ArrayError("x0", x.shape, expected, "give one flat state, or the pair (q, v)")
-    if not np.isfinite(x).all():
-        raise ArrayError("x0", x, "holds values that are not finite", "start from a finite state")
-    return (x, ()) if system.is_planar else _on_manifold(system, x)
-
-
-def _on_manifold(system: System, x: Vector) -> tuple[Vector, tuple[str, ...]]:
-    x = x.copy()
-    directions = unit_vectors(system, x[: system.nq])
-    rates = angular_velocities(system, x[system.nq :])
-    lengths = np.linalg.norm(directions, axis=1)
-    notes = []
-    stretch = np.abs(lengths - 1)
-    worst = int(np.argmax(stretch))
-    if lengths.min() == 0:
-        k = int(np.argmin(lengths))
-        raise ArrayError(
-            f"q_{k + 1}", directions[k].tolist(), "has length 0 and no direction", "give a unit vector"
-        )
-    if stretch[worst] > REPAIRABLE:
-        problem = f"is no unit vector: its length is off by {stretch[worst]:.3g}, more than {REPAIRABLE:g}"
-        raise ArrayError(f"q_{worst + 1}", directions[worst].tolist(), problem, "normalise it")
-    if stretch[worst] > ROUND_OFF:
-        directions = directions / lengths[:, None]
-        notes.append(f"unit vectors were normalised (off by up to {stretch[worst]:.2g})")
-    along = np.sum(directions * rates, axis=1)
-    tilt = np.abs(along) / np.maximum(1.0, np.linalg.norm(rates, axis=1))
-    worst = int(np.argmax(tilt))
-    if tilt[worst] > REPAIRABLE:
-        problem = f"is not tangent: omega . q = {along[worst]:.3g}, more than {REPAIRABLE:g} of its size"
-        raise ArrayError(
-            f"omega_{worst + 1}", rates[worst].tolist(), problem, "subtract (omega . q) q from it"
-        )
-    if tilt[worst] > ROUND_OFF:
-        rates = rates - along[:, None] * directions
-        notes.append(f"rates were projected on the tangent planes (off by up to {tilt[worst]:.2g})")
-    x[system.cart_size : system.nq] = directions.ravel()
-    x[system.nq + system.cart_size :] = rates.ravel()
-    return x, tuple(notes)

@@ -2,42 +2,29 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from phichain.errors import ArrayError, ConvergenceError, UnsupportedError
 from phichain.motion import choose
+from phichain.motion.asked import check_state, check_times, check_tolerance
 from phichain.motion.balance import opened
-from phichain.motion.doubts import doubts
-from phichain.motion.error import NONE, Estimate, estimated
-from phichain.motion.events import Event, Scalar, as_events, marked
+from phichain.motion.events import Event, Scalar, as_events
+from phichain.motion.finished import Finished
 from phichain.motion.inputs import Table, as_input
 from phichain.motion.inputs.piece import Control
 from phichain.motion.ledger import Ledger
-from phichain.motion.manifold import project_state, violations
 from phichain.motion.methods.registry import METHODS, ROUND_OFF, USUAL, Method, method_of, named
 from phichain.motion.path import Path, collect
-from phichain.motion.problem import (
-    Problem,
-    Progress,
-    bound,
-    check_state,
-    check_times,
-    check_tolerance,
-)
-from phichain.motion.trajectory import Trajectory, between
-from phichain.system import Parameters, System, Vector, acceleration, given_system
+from phichain.motion.problem import Problem, Progress, bound
+from phichain.motion.trajectory import Trajectory
+from phichain.records import frozen
+from phichain.system import Parameters, System, given_system
 from phichain.system.arrays import whole
-from phichain.system.drawn import looks
 
 MOST_STEPS = 2**63 - 1
-Energies = tuple[Vector, Vector] | None
-_LASTED = ("complete", "event", "step budget")
 SINGLE_FLOOR = 2e-6
 """A right-hand side in single precision is noise below this: error control would shrink steps for nothing."""
 
@@ -99,6 +86,7 @@ def simulate(
     Returns:
         The Trajectory, with the method taken and why. Its status is "complete", "event", "step budget" or, where the run
         cannot vouch for its side of a separatrix, or a complete run ends beyond `holds_until`, "doubtful", and the reason says more.
+        This verdict, by a second run, is found when one of status, reason, error, holds_until or events is first read.
 
     Raises:
         ArrayError: Bad x0, t, u, limit or event; a law that is no function of (t, x), or gives no finite numbers.
@@ -107,7 +95,7 @@ def simulate(
         ConvergenceError: Finite-time blow-up, or a tolerance that cannot be kept; `trajectory` is what there is.
     """
     system = given_system(system)
-    times, method = check_times(t), named(method)
+    times, method, p = check_times(t), named(method), frozen(p)
     if system.is_forced:
         raise UnsupportedError(
             "system", system.name, "is forced by A cos(omega t), which simulate does not know",
@@ -118,10 +106,12 @@ def simulate(
     watched = as_events(events)
     given = as_input(system, u, (float(times[0]), float(times[-1])), sample, delay, limit)
     field, jacobian, control, held = bound(system, given, p, float(times[0]), state)
-    problem = Problem(
-        system, field, jacobian, control, held, p, state, times, asked, asked / 100, h, watched,
-        _budget(max_steps), _told(progress), notes, given if given is not None and given.has_breaks else None,
-    )  # fmt: skip
+    fields = {
+        "system": system, "field": field, "jacobian": jacobian, "control": control, "held": held, "p": p, "x0": state, "t": times,
+        "tol": asked, "atol": asked / 100, "h": h, "events": watched, "max_steps": _budget(max_steps), "progress": _told(progress),
+        "notes": notes, "input": given if given is not None and given.has_breaks else None,
+    }  # fmt: skip
+    problem = Problem.made(**fields)
     if method == "auto":
         problem = problem.within(asked / choose.SAFETY, problem.atol)
         name, why = choose.choose(problem, free=tol is None)
@@ -133,19 +123,11 @@ def simulate(
     problem, clamped = _clamp(problem, engine, name, atol)
     ledger = Ledger(account=opened(system, p, held, control is not None and system.nu > 0))
     path = _run(problem, engine, name, ledger)
-    reasons = [why, *notes, *clamped, *([] if given is None else given.remarks)]
+    reasons = (why, *notes, *clamped, *(() if given is None else given.remarks))
     if project and not system.is_planar:
-        reasons.append("outputs were projected on the manifold")
-    reasons += ledger.remarks
-    energies = _energies(problem, path.x[:, : system.nq], path.x[:, system.nq :])
+        reasons = (*reasons, "outputs were projected on the manifold")
     kept = asked if method == "auto" and tol is not None else None
-    estimate = estimated(problem, path, name, engine, kept) if error_estimate and path.status in _LASTED else NONE
-    found = [*(doubts(problem, path, name, energies and energies[0] + energies[1]) if path.status == "complete" else ()), *estimate.reasons]
-    if found:
-        path, reasons = replace(path, status="doubtful" if path.status == "complete" else path.status), [*reasons, *found]
-    trajectory = _record(
-        problem, path, name, engine, ledger, "; ".join(filter(None, [*reasons, path.message])), project, energies, estimate
-    )
+    trajectory = Finished(problem, path, name, engine, ledger, reasons, kept, error_estimate, project).record
     if path.status in ("blow-up", "stalled"):
         raise ConvergenceError(
             "simulate", name, path.message, _remedy(path.status, engine), t=float(path.t[-1]), status=path.status,
@@ -173,10 +155,11 @@ def _run(problem: Problem, engine: Method, name: str, ledger: Ledger) -> Path:
 def _clamp(problem: Problem, engine: Method, name: str, atol: float | None) -> tuple[Problem, list[str]]:
     single = problem.system.real == "float" and not engine.fixed
     tol = max(problem.tol, engine.floor, SINGLE_FLOOR if single else 0.0)
-    whose = "single precision" if single else name
-    said = f"tol {problem.tol:g} was raised to {tol:.2g}, the round-off floor of {whose}"
     absolute = tol / 100 if atol is None else check_tolerance(atol, "atol")
-    return problem.within(tol, absolute), [said] if tol != problem.tol else []
+    if tol == problem.tol:
+        return (problem if absolute == problem.atol else problem.within(tol, absolute)), []
+    whose = "single precision" if single else name
+    return problem.within(tol, absolute), [f"tol {problem.tol:g} was raised to {tol:.2g}, the round-off floor of {whose}"]
 
 
 def _remedy(status: str, engine: Method) -> str:
@@ -185,72 +168,3 @@ def _remedy(status: str, engine: Method) -> str:
     if status == "blow-up":
         return "look at the input or the parameters that drive it; the trajectory up to there is in `.trajectory`"
     return "loosen tol, or try an implicit method (rosenbrock, Radau, cvodes); the trajectory up to there is in `.trajectory`"
-
-
-def _record(
-    problem: Problem, path: Path, name: str, engine: Method, ledger: Ledger, reason: str, project: bool, energies: Energies,
-    estimate: Estimate,
-) -> Trajectory:
-    system = problem.system
-    dense = path.dense
-
-    def at(t: Vector, x: Vector, energies: Energies, refined: bool) -> Trajectory:
-        q, v = x[:, : system.nq], x[:, system.nq :]
-        length_error, tangency_error = violations(system, q, v)
-        if project and not system.is_planar:
-            q, v = project_state(system, q, v)
-            energies = _energies(problem, q, v)
-        u = _inputs(problem, ledger, t, x)
-        work, loss = (None, None) if ledger.account is None else ledger.account.at(t)
-        kinetic, potential = energies or (None, None)
-        return Trajectory(
-            name=system.name,
-            space=system.space,
-            t=t,
-            q=q,
-            v=v,
-            a=acceleration(system, q, v, u, problem.p),
-            u=u,
-            kinetic=kinetic,
-            potential=potential,
-            length_error=length_error,
-            tangency_error=tangency_error,
-            events=marked(path.crossings, path.t, estimate.holds_until),
-            method=name,
-            status=path.status,
-            reason=f"{reason}; resampled by {name}'s own interpolant" if refined else reason,
-            tol=math.nan if engine.fixed else problem.tol,
-            counts=ledger.counted(path.steps, {} if engine.fixed else {"rhs": problem.field, "jacobian": problem.jacobian}),
-            q_names=system.q_names,
-            v_names=system.v_names,
-            u_names=system.u_names,
-            work=work,
-            loss=loss,
-            error=None if estimate.error is None else between(t, path.t, estimate.error),
-            holds_until=estimate.holds_until,
-            **looks(system, problem.p),
-            digest=system.digest,
-            refine=None if dense is None else lambda grid: resampled(grid, dense(grid)),
-        )
-
-    def resampled(t: Vector, x: Vector) -> Trajectory:
-        return at(t, x, _energies(problem, x[:, : system.nq], x[:, system.nq :]), True)
-
-    return at(path.t, path.x, energies, False)
-
-
-def _energies(problem: Problem, q: Vector, v: Vector) -> Energies:
-    """Kinetic and potential energy of states (m, nq) and (m, nv), J; None where the system has no `energy`."""
-    system = problem.system
-    if not system.has("energy"):
-        return None
-    kinetic, potential = system.energy(q, v, **system.parameters(problem.p))
-    return kinetic, potential
-
-
-def _inputs(problem: Problem, ledger: Ledger, t: Vector, x: Vector) -> Vector | None:
-    if problem.control is None:
-        return None
-    control = problem.control if problem.input is None or ledger.legs is None else ledger.legs.value
-    return np.array([control(float(s), y) for s, y in zip(t, x, strict=True)]).reshape(len(t), -1)
-

@@ -17,10 +17,12 @@ from scipy.interpolate import BPoly
 from phichain.archive import COUNTS, NUMBER, TEXT, Schema, names, read_archive, real, word
 from phichain.errors import ArrayError
 from phichain.motion.events import Crossing, marked
-from phichain.records import Shown, columns_of, write_csv, write_npz
+from phichain.records import Later, Shown, columns_of, write_csv, write_npz
 from phichain.system import Vector
 from phichain.system.arrays import reals
 
+_NONE = type(None)
+"""Makes the default of a field that may be computed later: a default in the class would stand in its way."""
 _ARRAYS = {
     "t": real("m"),
     "q": real("m", "nq"),
@@ -59,8 +61,10 @@ _SCHEMA = Schema(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(Shown):
+class Trajectory(Later, Shown):
     """What a simulation found, and how.
+
+    Accelerations, energies and the verdict (status, reason, error, holds_until, events; by a second run) are computed when first read.
 
     Attributes:
         name: Name of the system.
@@ -116,21 +120,21 @@ class Trajectory(Shown):
     q_names: tuple[str, ...] = ()
     v_names: tuple[str, ...] = ()
     u_names: tuple[str, ...] = ()
-    work: Vector | None = None
-    loss: Vector | None = None
-    error: Vector | None = None
-    holds_until: float = math.nan
-    lengths: Vector | None = None
+    work: Vector | None = field(default_factory=_NONE)
+    loss: Vector | None = field(default_factory=_NONE)
+    error: Vector | None = field(default_factory=_NONE)
+    holds_until: float = field(default_factory=lambda: math.nan)
+    lengths: Vector | None = field(default_factory=_NONE)
     angles: str = ""
     digest: str = ""
     refine: Callable[[Vector], Trajectory] | None = field(default=None, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
         # The interpolant is a method's own, made of callables; files leave it out as well.
-        return {**self.__dict__, "counts": dict(self.counts), "refine": None}
+        return {**super().__getstate__(), "refine": None}
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Trajectory:
-        return dataclasses.replace(self, **{name: copy.deepcopy(self.__dict__[name], memo) for name in _ARRAYS})
+        return dataclasses.replace(self, **{name: copy.deepcopy(getattr(self, name), memo) for name in _ARRAYS})
 
     def __str__(self) -> str:
         counts = ", ".join(f"{value} {name}" for name, value in self.counts.items())
@@ -248,11 +252,7 @@ class Trajectory(Shown):
 
     def to_csv(self, path: Path | str) -> Path:
         """Write one row per output: t, q, v, u, energies, largest constraint violations, estimated error; 17 digits."""
-        columns: dict[str, Any] = {
-            "t": self.t,
-            **columns_of(self.q_names, self.q),
-            **columns_of(self.v_names, self.v),
-        }
+        columns: dict[str, Any] = {"t": self.t, **columns_of(self.q_names, self.q), **columns_of(self.v_names, self.v)}
         columns |= columns_of(self.u_names, self.u)
         columns |= {
             name: getattr(self, name) for name in ("kinetic", "potential", "work", "loss") if getattr(self, name) is not None

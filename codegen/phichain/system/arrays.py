@@ -13,6 +13,7 @@ from phichain.errors import ArrayError, ControlError, PhichainError, ToleranceEr
 
 Vector = NDArray[np.float64]
 
+_DOUBLE = np.dtype(np.float64)
 _REALS = "biuf"
 """NumPy's letters of the types that doubles hold: truth values, whole numbers, real numbers."""
 
@@ -23,6 +24,8 @@ def reals(field: str, values: object, remedy: str, error: type[PhichainError] = 
     Raises:
         PhichainError: Of the given kind: they are complex, text, objects, ragged or no numbers.
     """
+    if type(values) is np.ndarray and values.dtype is _DOUBLE:
+        return values
     try:
         array = np.asarray(values)
         # A list of nothing is an array of doubles, and so is a list of arrays of length 0.
@@ -48,6 +51,8 @@ def number(field: str, value: object, remedy: str, error: type[PhichainError] = 
     Raises:
         PhichainError: Of the given kind: it is none.
     """
+    if type(value) is float and math.isfinite(value):
+        return value
     array = reals(field, value, remedy, error)
     if array.ndim or not math.isfinite(array):
         raise error(field, value, "is not a finite number", remedy)
@@ -60,6 +65,8 @@ def positive(field: str, value: object, remedy: str, error: type[PhichainError] 
     Raises:
         PhichainError: Of the given kind: it is none.
     """
+    if type(value) is float and 0 < value < math.inf:
+        return value
     array = reals(field, value, remedy, error)
     if array.ndim or not (math.isfinite(array) and array > 0):
         raise error(field, value, "must be positive and finite", remedy)
@@ -74,6 +81,8 @@ def whole(
     Raises:
         PhichainError: Of the given kind: it is none, or lies outside.
     """
+    if type(value) is int and least <= value <= most:
+        return value
     try:
         result = int(value) if isinstance(value, float | np.floating) and float(value).is_integer() else operator.index(value)
     except (TypeError, ValueError) as failure:

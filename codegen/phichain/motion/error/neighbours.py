@@ -38,6 +38,7 @@ ALIGNED: Final = 0.03
 FELT: Final = 1e-3
 _BUDGET: Final = 1_000_000
 _HOPELESS: Final = 1e12
+_NONE: Final = 1e-300
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,17 +142,26 @@ def _along(way: _Way, off: Vector, begin: float, stride: int, within: Within) ->
         many = int(np.argmin(np.append(sizes <= FAR, False)))
         if many:
             new = slice(at + 1, at + 1 + many)
-            error[new], direction[new] = scale * sizes[:many], gaps[:many] / sizes[:many, None]
-            at, off = at + many, gaps[many - 1]
+            error[new] = scale * sizes[:many]
+            np.divide(gaps[:many], sizes[:many, None], out=direction[new], where=sizes[:many, None] > 0)
+            at, off, now = at + many, gaps[many - 1], float(sizes[many - 1])
         elif size <= 2 * NEAR:
             off, strayed = within(way, at, off, gaps[0])
-            at += 1
-            error[at], direction[at] = scale * strayed, off / way.measure(off)
-            scale *= strayed / float(way.measure(off))
+            at, now = at + 1, float(way.measure(off))
+            error[at], direction[at] = scale * strayed, off / now
+            scale *= strayed / now
+        else:
+            now = size
         if way.known is not None and way.measure(direction[at] - way.known.direction[at]) < ALIGNED:
             error[at:] = way.known.error[at:] * (error[at] / way.known.error[at])
             break
-        grown, size = float(way.measure(off)) / size, float(way.measure(off))
+        if not off.any():  # all errors of old are gone, as where a motion comes to rest: what the steps since then have added is left
+            off = NEAR * way.push(at)
+            size = float(way.measure(off))
+            error[at] = max(way.added(before, at), _NONE)
+            scale = error[at] / size
+            continue
+        grown, size = now / size, now
         stride = 2 * stride if at == stop and grown < CALM else max(1, min(stride, at - before))
         if at < stop or not NEAR / 10 < size < FAR / 10:
             off, scale, size = off * (NEAR / size), scale * (size / NEAR), NEAR

@@ -85,6 +85,8 @@ def as_input(
         ToleranceError: sample is not positive, or delay negative.
         UnsupportedError: delay without sample, or a sampled input in a run backwards in time.
     """
+    if u is None and sample is None and limit is None and not system.nu and type(delay) is float and delay == 0.0:
+        return None
     limits = as_limits(system, limit)
     period = None if sample is None else _period(sample, span)
     late = number("delay", delay, "give a delay in s", ToleranceError)

@@ -55,6 +55,9 @@ class Planned(Legs):
         """Look up the breaks between start and end, in the direction of the run."""
         self.signal, self._at = signal, 0
         inside = signal.breaks(min(t0, t_end), max(t0, t_end))
+        if not inside.size:
+            self._stops = [t_end]
+            return
         slack = ROUND_OFF * max(abs(t0), abs(t_end))
         # Two tables may mean one time by two neighbouring numbers: no step is taken between them.
         known = [t0]

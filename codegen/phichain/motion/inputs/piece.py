@@ -5,14 +5,17 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
-from phichain.records import Held
+from phichain.records import Held, held
 from phichain.system import Vector
 
 Control = Callable[[float, Vector], Vector]
 """u(t, x), shape (nu,)."""
+NOTHING: Final = held(())
+"""No input, and no time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +33,7 @@ class Piece(Held):
     @classmethod
     def constant(cls, u: Vector) -> Piece:
         """One constant input."""
-        return cls(lambda t, x: u, u)
+        return cls.made(control=lambda t, x: u, held=u)
 
 
 class Signal(ABC):
@@ -72,7 +75,7 @@ class Constant(Held, Signal):
 
     def breaks(self, low: float, high: float) -> Vector:
         """None."""
-        return np.empty(0)
+        return NOTHING
 
     def piece(self, start: float, stop: float) -> Piece:
         """The constant."""
@@ -97,7 +100,7 @@ class Law(Signal):
 
     def breaks(self, low: float, high: float) -> Vector:
         """None that anybody knows of."""
-        return np.empty(0)
+        return NOTHING
 
     def piece(self, start: float, stop: float) -> Piece:
         """The law."""

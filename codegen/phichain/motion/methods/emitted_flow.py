@@ -6,7 +6,7 @@ that cutting a run into pieces costs no digits.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final, Generic, TypeVar
@@ -14,7 +14,7 @@ from typing import Any, Final, Generic, TypeVar
 import numpy as np
 
 from phichain.errors import UnsupportedError
-from phichain.motion.balance import MANY
+from phichain.motion.balance import MANY, Account
 from phichain.motion.ledger import Ledger
 from phichain.motion.path import Path, StateAt, tell
 from phichain.motion.problem import Problem
@@ -41,8 +41,9 @@ class EmittedFlow(Generic[P]):
     """A system's flow with everything bound that does not change on the way, and what it carries from call to call."""
 
     def __init__(
-        self, problem: Problem, name: str, function: str, instead: str, carry: Callable[[P], dict[str, Any]]
-    ) -> None:
+        self, problem: Problem, name: str, function: str, instead: str, carry: Callable[[P], dict[str, Any]],
+        points: int = MANY, restart: Callable[[float], dict[str, Any]] = lambda h: {},
+    ) -> None:  # fmt: skip
         """Bind the flow to a problem.
 
         Args:
@@ -51,6 +52,8 @@ class EmittedFlow(Generic[P]):
             function: The flow's name in the contract.
             instead: The method for inputs that move.
             carry: What of a result the next call goes on with.
+            points: At how many points within a step powers are looked at, as the order of its states needs.
+            restart: What a call needs that begins at the start of a step of some length, beside the state there.
 
         Raises:
             UnsupportedError: the input is a function, or the system has no flow.
@@ -65,7 +68,7 @@ class EmittedFlow(Generic[P]):
         self.fixed: dict[str, Any] = dict(problem.system.parameters(problem.p))
         if problem.held is not None:
             self.fixed["u"] = problem.held
-        self.carry = carry
+        self.carry, self.points, self.restart = carry, points, restart
         self.carried: dict[str, Any] = {}
 
     def __call__(self, t: float, x: Vector, t_end: float, **options: Any) -> P:
@@ -120,15 +123,20 @@ class Stretch(Held):
         return np.append(self.found.t_at[:-1], self.t1) if self.found.t_at.size else self.found.t_at
 
 
-def _calls(problem: Problem, run: EmittedFlow[P], ledger: Ledger, asks: Callable[[float], Vector] | None) -> Iterator[Stretch]:
-    """One call of the flow after the other, leg by leg, to the end, the budget or the last finite number.
+Asks = Callable[[float], Vector] | None
+"""The times wanted of a call that goes to some time; None for the ends of its own steps."""
 
-    Args:
-        problem: What is integrated.
-        run: The flow.
-        ledger: Where the legs are noted.
-        asks: The times wanted of a call that goes to some time; None for the ends of its own steps.
-    """
+
+def _calls(problem: Problem, run: EmittedFlow[P], ledger: Ledger, asks: Asks) -> Iterable[Stretch]:
+    """One call of the flow after the other, leg by leg, to the end, the budget or the last finite number."""
+    if problem.input is not None or problem.progress is not None:
+        return _legs(problem, run, ledger, asks)
+    t, t_end = problem.t[[0, -1]].tolist()
+    return (_stretch(run, t, problem.x0, t_end, problem.max_steps, asks),)
+
+
+def _legs(problem: Problem, run: EmittedFlow[P], ledger: Ledger, asks: Asks) -> Iterator[Stretch]:
+    """The same where an input has breaks, or somebody is told how far it came."""
     legs = ledger.legs = problem.legs()
     t, x, t_end = float(problem.t[0]), problem.x0, float(problem.t[-1])
     tried, told = 0, 0.0
@@ -137,45 +145,58 @@ def _calls(problem: Problem, run: EmittedFlow[P], ledger: Ledger, asks: Callable
         run.hold(leg.held)
         while t != leg.t1:
             left = problem.max_steps - tried
-            most = left if problem.progress is None else min(left, _REPORTED)
-            before, options = (t, x), run.options
-            times = () if asks is None else asks(leg.t1)
-            found = run(t, x, leg.t1, max_steps=most, **({"own": True} if asks is None else {"times": times} if len(times) else {}))
-            is_done = found.outcome == "done"
-            t, x, tried = reached(found, leg.t1), np.concatenate((found.q, found.v)), tried + found.tried
+            stretch = _stretch(run, t, x, leg.t1, left if problem.progress is None else min(left, _REPORTED), asks)
+            found, t = stretch.found, stretch.t1
+            x, tried = np.concatenate((found.q, found.v)), tried + found.tried
             told = tell(problem, t, told)
-            yield Stretch.made(t=before[0], x=before[1], options=options, t1=t, found=found, is_own=asks is None)
-            if not is_done and (found.outcome != "step budget" or tried >= problem.max_steps):
+            yield stretch
+            if found.outcome != "done" and (found.outcome != "step budget" or tried >= problem.max_steps):
                 return
+
+
+def _stretch(run: EmittedFlow[P], t: float, x: Vector, t1: float, budget: int, asks: Asks) -> Stretch:
+    """One call of the flow, and what makes it the same call again."""
+    options = run.options
+    if asks is None:
+        found = run(t, x, t1, max_steps=budget, own=True)
+    else:
+        times = asks(t1)
+        found = run(t, x, t1, max_steps=budget, times=times if len(times) else ())
+    return Stretch.made(t=t, x=x, options=options, t1=reached(found, t1), found=found, is_own=asks is None)
 
 
 def whole_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> tuple[Path, int]:
     """The states at the problem's times, in compiled code from end to end, and how many steps were refused on the way."""
-    grid, way = problem.t, 1.0 if problem.t[-1] > problem.t[0] else -1.0
-    times, states = [float(grid[0])], [problem.x0]
+    grid, nq = problem.t, run.system.nq
+    way = 1.0 if grid[-1] > grid[0] else -1.0
+    states, filled = np.empty((len(grid) + 1, len(problem.x0))), 1
+    states[0] = problem.x0
 
     def asks(stop: float) -> Vector:
         # A time that is the end of a leg belongs to it.
-        return grid[len(times) : int(np.searchsorted(way * grid, way * stop, side="right"))]
+        return grid[filled : int(np.searchsorted(way * grid, way * stop, side="right"))]
 
     stretches: list[Stretch] = []
     for stretch in _calls(problem, run, ledger, asks):
         found = stretch.found
-        times += grid[len(times) : len(times) + len(found.q_at)].tolist()
-        states += list(_states(found))
+        end = filled + len(found.q_at)
+        states[filled:end, :nq], states[filled:end, nq:] = found.q_at, found.v_at
         stretches.append(stretch)
+        filled = end
+    times = grid[:filled]
     if times[-1] != stretch.t1:
-        times.append(stretch.t1)
-        states.append(np.concatenate((found.q, found.v)))
+        times = np.append(times, stretch.t1)
+        states[filled, :nq], states[filled, nq:] = found.q, found.v
     status, message = _ended(found, problem, run.name)
-    _book(run, stretches, ledger)
+    if ledger.account is not None:
+        ledger.account.owe(partial(_book, run, stretches, ledger.account))
     steps = sum(stretch.found.steps for stretch in stretches)
     refused = sum(stretch.found.tried for stretch in stretches) - steps
-    return Path(np.array(times), np.array(states), status, message, (), steps, None), refused
+    return Path.made(t=times, x=states[: len(times)], status=status, message=message, crossings=(), steps=steps, dense=None), refused
 
 
-def own_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> Path:
-    """The states at the ends of the flow's own steps, in compiled code from end to end."""
+def own_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> tuple[Path, int]:
+    """The states at the ends of the flow's own steps, in compiled code from end to end, and how many were refused on the way."""
     stretches = list(_calls(problem, run, ledger, None))
     steps, found = sum(stretch.found.steps for stretch in stretches), stretches[-1].found
     count, nq, at = 1 + sum(len(stretch.found.t_at) for stretch in stretches), run.system.nq, 1
@@ -188,8 +209,11 @@ def own_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> Path:
             times[end - 1] = stretch.t1
         at = end
     again = partial(_again, run, stretches, np.concatenate((found.q, found.v)))
-    _book(run, stretches, ledger)
-    return Path(times, states, *_ended(found, problem, run.name), (), steps, again)
+    if ledger.account is not None:
+        ledger.account.owe(partial(_book, run, stretches, ledger.account))
+    status, message = _ended(found, problem, run.name)
+    refused = sum(stretch.found.tried for stretch in stretches) - steps
+    return Path.made(t=times, x=states, status=status, message=message, crossings=(), steps=steps, dense=again), refused
 
 
 def _states(found: Propagation) -> Vector:
@@ -209,30 +233,28 @@ def _again(run: EmittedFlow[P], stretches: list[Stretch], x_last: Vector, times:
         stretch, here = stretches[k], inside[of_stretch == k]
         # The call may have been cut, which changes its last bits: one step more than it took is enough for all.
         found = run.once(
-            stretch.t, stretch.x, stretch.t1, times=times[here], max_steps=stretch.found.steps + 1, **stretch.options
+            stretch.t, stretch.x, stretch.t1, times=times[here], max_steps=stretch.found.tried + 1, **stretch.options
         )
         states[here[: len(found.q_at)]] = _states(found)
     return states
 
 
-def _book(run: EmittedFlow[P], stretches: list[Stretch], ledger: Ledger) -> None:
-    """Enter the steps of a run into its books, where there are some: the flow is asked once more, for the states within steps."""
-    if ledger.account is None:
-        return
+def _book(run: EmittedFlow[P], stretches: list[Stretch], account: Account) -> None:
+    """Enter the steps of a run into its books: the flow is asked once more, for the states within steps."""
     for stretch in stretches:
         u, own = stretch.options.get("u", np.empty(0)), stretch
         if not stretch.is_own:
-            found = run.once(stretch.t, stretch.x, stretch.t1, own=True, max_steps=stretch.found.steps, **stretch.options)
+            found = run.once(stretch.t, stretch.x, stretch.t1, own=True, max_steps=stretch.found.tried, **stretch.options)
             own = replace(stretch, found=found)
         knots = np.concatenate([[stretch.t], own.ends])
         starts = np.concatenate([stretch.x[None], _states(own.found)])
         for first in range(0, len(knots) - 1, _BOOKED):
             within = knots[first : first + _BOOKED + 1]
-            points = ledger.account.points(within, MANY)
-            found = run.once(float(within[0]), starts[first], float(within[-1]), times=points, u=u)
+            points, more = account.points(within, run.points), run.restart(float(within[1] - within[0]))
+            found = run.once(float(within[0]), starts[first], float(within[-1]), times=points, u=u, **more)
             if len(found.q_at) < len(points):  # it left the finite numbers
                 return
-            ledger.account.book(within, MANY, _states(found), u)
+            account.book(within, run.points, _states(found), u)
 
 
 def reached(found: Propagation, t_end: float) -> float:

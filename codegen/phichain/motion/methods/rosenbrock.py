@@ -1,7 +1,7 @@
 """The emitted implicit flow: an L-stable Rosenbrock method of order 5 (Rodas5P, Steinebach 2023), for stiff chains.
 
 ``path`` runs a whole problem in compiled code when nothing has to be watched step by step; ``segments`` gives the steps
-one by one, for events that are Python functions and for outputs at the method's own steps. A state inside a step is the end
+one by one, for events that are Python functions. A state inside a step is the end
 of a shorter step from the same start, so it has the method's own order.
 """
 
@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from phichain.motion.balance import FEW
 from phichain.motion.ledger import Ledger
 from phichain.motion.methods import emitted_flow
 from phichain.motion.methods.emitted_flow import EmittedFlow
 from phichain.motion.methods.legwise import legwise
-from phichain.motion.path import Path, Segment, StalledError, StateAt, StatesAt, collect
+from phichain.motion.path import Path, Segment, StalledError, StateAt, StatesAt
 from phichain.motion.problem import Problem
 from phichain.system import Vector, pack
 from phichain.system.propagation import StiffPropagation
@@ -56,24 +57,22 @@ def _steps(problem: Problem, run: EmittedFlow[StiffPropagation], ledger: Ledger)
 
 
 def path(problem: Problem, name: str, ledger: Ledger) -> Path:
-    """The states at the problem's times, in compiled code from end to end; at its own steps, and where work or loss is booked, one
-    call for each step.
+    """The states at the problem's times, or at the ends of its own steps, in compiled code from end to end.
 
     Raises:
         UnsupportedError: the input is a function, or the system has no flow.
     """
-    if problem.own_steps or ledger.account is not None:
-        return collect(problem, segments(problem, name, ledger), ledger.account)
     run = _run(problem, name)
-    found, refused = emitted_flow.whole_path(problem, run, ledger)
+    found, refused = (emitted_flow.own_path if problem.own_steps else emitted_flow.whole_path)(problem, run, ledger)
     ledger.counts.update(steps=found.steps, refused=refused, order=run.order)
     return found
 
 
 def _run(problem: Problem, name: str) -> EmittedFlow[StiffPropagation]:
     return EmittedFlow(
-        problem, name, "propagate_stiff", "Radau", lambda found: {"lost": found.lost, "memory": found.memory}
-    )
+        problem, name, "propagate_stiff", "Radau", lambda found: {"lost": found.lost, "memory": found.memory},
+        FEW, lambda h: {"memory": (h, 0.0)},
+    )  # fmt: skip
 
 
 def _inside(run: EmittedFlow[StiffPropagation], t0: float, x0: Vector, start: dict[str, Any]) -> StateAt:

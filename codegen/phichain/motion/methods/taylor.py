@@ -60,8 +60,7 @@ def path(problem: Problem, name: str, ledger: Ledger) -> Path:
         UnsupportedError: the input is a function, or the system has no flow.
     """
     run = _run(problem, name)
-    own = problem.own_steps
-    found = emitted_flow.own_path(problem, run, ledger) if own else emitted_flow.whole_path(problem, run, ledger)[0]
+    found, _ = (emitted_flow.own_path if problem.own_steps else emitted_flow.whole_path)(problem, run, ledger)
     ledger.counts.update(steps=found.steps, order=run.order)
     return found
 

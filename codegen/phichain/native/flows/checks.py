@@ -116,6 +116,17 @@ def output_times(function: str, times: ArrayLike, t: float, t_end: float, kind: 
     return grid
 
 
+def demand_alone(function: str, times: ArrayLike) -> None:
+    """Refuse times where the ends of the flow's own steps are asked for.
+
+    Raises:
+        ArrayError: There are some.
+    """
+    if np.size(times):
+        problem = "are given, and so is own, which asks for the ends of the flow's own steps instead"
+        raise ArrayError(f"{function}.times", times, problem, "leave one of them out")
+
+
 def checked_tolerance(field: str, tol: float, usual: float = 1e-12) -> float:
     """The tolerance, if it is one.
 

@@ -36,13 +36,15 @@ class Frame:
         flow: The struct that C carries.
         given: The arguments of C by name, as ctypes.
         steps: Steps taken so far.
+        refused: Steps tried and not taken so far, of flows that count them.
     """
 
     def __init__(self, call: FlowCall) -> None:
         """Allocate for a flow."""
         nq, nv, nu, _ = call.sizes
         kind = call.kind
-        self._call, self.flow, self.steps, self._desk = call, call.carried(), 0, 0
+        self._call, self.flow, self.steps, self.refused, self._desk = call, call.carried(), 0, 0, 0
+        self._refuses = hasattr(self.flow, "refused")
         self._parameters = ParameterBlock(call.signature, kind)
         self._state = {name: np.zeros(size, kind) for name, size in (("q", nq), ("v", nv), ("u", nu))}
         self._take = {name: slot(values.shape, values).take for name, values in self._state.items()}
@@ -62,6 +64,7 @@ class Frame:
         self._briefly = getattr(call.function, "briefly", call.function)
         self._has_u, self._has_p = "u" in self.given, "p" in self.given
         self._ends: tuple[NDArray[Any], ...] = ()
+        self._ends_at: tuple[int, ...] = ()
         self._none = (wide(np.empty(0)), wide(np.empty((0, nq))), wide(np.empty((0, nv))))
 
     def begin(
@@ -95,7 +98,7 @@ class Frame:
             self._lost[...] = vector(f"{name}.lost", lost, self._lost.size, np.dtype(float))
         if self._has_p or p is not None:
             self._parameters.fill(p)
-        self.steps = 0
+        self.steps = self.refused = 0
         return t, t_end, budget
 
     def _fill(self, name: str, value: ArrayLike) -> None:
@@ -152,16 +155,16 @@ class Frame:
         nq, nv, _, _ = self._call.sizes
         found, most = [], max(1, ROOM // (self._call.kind.itemsize * (1 + nq + nv)))
         while True:
-            count = min(budget - self.steps, most)
+            count = min(budget - self.steps - self.refused, most)
             self._max_steps.value = count
             times, q_at, v_at = self._room_for_ends(count)
-            self._point_to(count, None, place(q_at), place(v_at))
-            self.flow.own = place(times)
+            self.flow.own, *rows = self._ends_at
+            self._point_to(count, None, *rows)
             result, written = self._called()
             if written:  # the last of them is where it ended: the state itself, to the last bit
                 q_at[written - 1], v_at[written - 1] = self._state["q"], self._state["v"]
             found.append((wide(times[:written]), wide(q_at[:written]), wide(v_at[:written])))
-            if OUTCOMES[result] != "step budget" or self.steps >= budget:
+            if OUTCOMES[result] != "step budget" or self.steps + self.refused >= budget:
                 break
         return result, found[0] if len(found) == 1 else tuple(map(np.concatenate, zip(*found, strict=True)))
 
@@ -170,6 +173,7 @@ class Frame:
         if not self._ends or len(self._ends[0]) < count:
             nq, nv, _, _ = self._call.sizes
             self._ends = tuple(np.empty(shape, self._call.kind) for shape in (count, (count, nq), (count, nv)))
+            self._ends_at = tuple(map(place, self._ends))
         return self._ends
 
     def _called(self, function: Callable[..., int] | None = None) -> tuple[int, int]:
@@ -181,6 +185,8 @@ class Frame:
             self.flow.work = self._desk = -(-place(self._room) // _CACHE_LINE) * _CACHE_LINE
             result = int(function(*self._arguments))
         self.steps += self.flow.steps
+        if self._refuses:
+            self.refused += self.flow.refused
         return result, self.flow.written
 
     def reached(self) -> dict[str, Any]:
@@ -202,6 +208,7 @@ class Frame:
         number.value, pointers[0].value, pointers[1].value, pointers[2].value = count, times, q_at, v_at
 
 
+_WIDE: Final = np.dtype(np.float64)
 Passed = tuple[NDArray[np.float64], ...]
 """Times, configurations and rates that were passed on the way."""
 
@@ -228,6 +235,6 @@ class Frames:
 
 def wide(array: NDArray[Any]) -> NDArray[np.float64]:
     """A result in double precision, of its own, that nobody can write to."""
-    copy = array.astype(np.float64)
+    copy = array.copy() if array.dtype is _WIDE else array.astype(np.float64)
     copy.setflags(write=False)
     return copy

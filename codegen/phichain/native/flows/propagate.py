@@ -13,7 +13,7 @@ from phichain.contract.chain import Chain
 from phichain.contract.flows import columns_at_most, has_forcing
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
-from phichain.native.flows.checks import checked_tolerance, finite, forcing_of
+from phichain.native.flows.checks import checked_tolerance, demand_alone, finite, forcing_of
 from phichain.native.flows.checks import own as own_copy
 from phichain.native.flows.motion import Frames, wide
 from phichain.native.memory.arrays import place
@@ -83,7 +83,7 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         event = event_argument(call, stop)
         frame.given["event"].value = event and ctypes.addressof(event)
         if own:
-            _demand_alone(times)
+            demand_alone(call.name, times)
         result, (t_at, q_at, v_at) = frame.own(budget) if own else frame.at(times, t, t_end, budget)
         del directions
         columns_at = None if passed is None else wide(passed[: flow.written])
@@ -95,17 +95,6 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         return found
 
     return propagate
-
-
-def _demand_alone(times: ArrayLike) -> None:
-    """Refuse times where the ends of the flow's own steps are asked for.
-
-    Raises:
-        ArrayError: There are some.
-    """
-    if np.size(times):
-        problem = "are given, and so is own, which asks for the ends of the flow's own steps instead"
-        raise ArrayError("propagate.times", times, problem, "leave one of them out")
 
 
 def _directions(
