@@ -123,7 +123,7 @@ static void motions_{function}(void)
         flow.tolerance = k % 2 == 0 ? (real)1e-3 : (real)1e-6;
         fill(q, {nq}, (real)3.125);
         fill(v, {nv}, (real)0.5);
-        const int result = {name}_{function}(&flow, (real)1, 100000, q, v, {event}0, 0, 0, 0);
+        const int result = {name}_{function}(&flow, (real)1, 100000, {forcing}q, v, {event}0, 0, 0, 0);
         timed(0, (uint32_t)result);
         take_in(q, sizeof q);
         take_in(v, sizeof v);
@@ -177,12 +177,18 @@ def probe(folder: Path, functions: tuple[str, ...] | None = None, selftest: bool
     flows = [one for one in manifest.get("flows", {}) if one in _FLOWS and functions is None]
     for one in flows:
         workspace, struct, event = _FLOWS[one]
-        text += _FLOW.format(name=name, function=one, workspace=workspace, struct=struct, event=event, runs=RUNS, nq=f"{name.upper()}_NQ", nv=f"{name.upper()}_NV")
+        forcing = "(real)0.5, (real)3, " if "amplitude" in _prototype(folder / f"{name}.h", f"{name}_{one}") else ""
+        text += _FLOW.format(name=name, function=one, workspace=workspace, struct=struct, event=event, runs=RUNS, forcing=forcing, nq=f"{name.upper()}_NQ", nv=f"{name.upper()}_NV")
     calls = "\n".join([*(f"    at_states_{one}();" for one in chosen), *(f"    motions_{one}();" for one in flows)])
     text += _TAIL.format(calls=calls, real=manifest["real"], selftest=f"{name}_selftest()" if selftest else "0")
     path = folder / "probe.c"
     path.write_text(text)
     return path
+
+
+def _prototype(header: Path, symbol: str) -> str:
+    """The arguments that a header declares."""
+    return header.read_text().split(f"int {symbol}(", 1)[1].split(");", 1)[0]
 
 
 def _function(name: str, function: str, row: dict[str, Any]) -> str:

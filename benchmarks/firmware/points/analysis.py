@@ -21,7 +21,7 @@ _STRICT: Final = (
 _CLANG: Final = ("-Weverything", "-Wno-declaration-after-statement", "-Wno-padded", "-Wno-unknown-warning-option", "-Wno-unsafe-buffer-usage")
 _TIDY: Final = "-*,cert-*,bugprone-*,-bugprone-easily-swappable-parameters,-bugprone-implicit-widening-of-multiplication-result"
 #: Scenes whose code is of a kind that another one has.
-_ALIKE: Final = ("fw_flow6", "fw_planar4_libm")
+_ALIKE: Final = ("fw_flow6", "fw_planar4_libm", "fw_hook")
 #: What cppcheck says of a loop over one lane, of a workspace that needs no initial values, and of dialects left to others.
 _NOT_FAULTS: Final = ("objectIndex", "ctuuninitvar", "toomanyconfigs")
 _DEVIATIONS: Final = Path(__file__).parents[1] / "misra.txt"
@@ -76,7 +76,7 @@ def sanitizers(folders: Mapping[str, Generated]) -> Iterator[str]:
             program = made.folder / f"sanitized{bits}"
             run(
                 "gcc", "-std=c99", bits, "-msse2", "-mfpmath=sse", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all",
-                f"-I{BOARD}", made.source, made.selftest, "-o", program, "-lm", cwd=made.folder,
+                f"-I{BOARD}", made.source, made.selftest, *made.hook, "-o", program, "-lm", cwd=made.folder,
             )  # fmt: skip
             done = subprocess.run([program], capture_output=True, text=True, check=False)
             if done.returncode:
