@@ -18,7 +18,7 @@ from benchmarks.firmware.tools import Missing, demand
 Check = Callable[[Mapping[str, Generated]], Iterator[str]]
 CHECKS: Final[tuple[Check, ...]] = (
     objects.imports, objects.numbers, objects.memory, objects.frames, objects.one_image, interface.precision, interface.hooks, interface.headers,
-    interface.same_bytes, runs.selftests, runs.bits, runs.motions, runs.instructions, sizes.bounds, sizes.shape, sizes.ceilings, sizes.errors,
+    interface.same_bytes, runs.selftests, runs.bits, runs.motions, runs.instructions, sizes.bounds, sizes.flow_bounds, sizes.shape, sizes.ceilings, sizes.errors,
     analysis.compilers, analysis.analysers, analysis.sanitizers, packages.packages, manifests.manifests,
     example.example,
 )  # fmt: skip

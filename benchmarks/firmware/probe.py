@@ -114,6 +114,7 @@ _FLOW: Final = """
 static void motions_{function}(void)
 {{
     static {name}_{workspace} work;
+    uint32_t stack = 0;
     begin();
     for (int k = 0; k < {runs}; ++k) {{
         {name}_{struct} flow;
@@ -123,12 +124,18 @@ static void motions_{function}(void)
         flow.tolerance = k % 2 == 0 ? (real)1e-3 : (real)1e-6;
         fill(q, {nq}, (real)3.125);
         fill(v, {nv}, (real)0.5);
+        if (k == 0) {{
+            paint_stack();
+        }}
         const int result = {name}_{function}(&flow, (real)1, 100000, {forcing}q, v, {event}0, 0, 0, 0);
+        if (k == 0) {{
+            stack = stack_used();
+        }}
         timed(0, (uint32_t)result);
         take_in(q, sizeof q);
         take_in(v, sizeof v);
     }}
-    told("{function}", 0);
+    told("{function}", stack);
 }}
 """
 #: Flows that the probe runs on chains without inputs and runtime parameters: their structs, and whether they take an event.
@@ -219,7 +226,7 @@ def read(told: str, ticks: float) -> dict[str, Seen]:
         return round((int(word, 16) - idle) / ticks) if ticks else 0
 
     return {
-        name: Seen(bits, 0, 0, 0, int(most, 16)) if name in _FLOWS else Seen(bits, instructions(least), instructions(most), int(stack, 16))
+        name: Seen(bits, 0, 0, int(stack, 16), int(most, 16)) if name in _FLOWS else Seen(bits, instructions(least), instructions(most), int(stack, 16))
         for name, (bits, least, most, stack) in rows.items()
     }
 

@@ -68,8 +68,10 @@ def _zephyr(folder: Path, name: str) -> Iterator[str]:
     import yaml
 
     module = yaml.safe_load((folder / "zephyr/module.yml").read_text())
-    for error in jsonschema.Draft202012Validator(_MODULE).iter_errors(module):
-        yield f"module.yml: {error.message}"
+    faults = [f"module.yml: {error.message}" for error in jsonschema.Draft202012Validator(_MODULE).iter_errors(module)]
+    if faults:
+        yield from faults
+        return
     build = module.get("build", {})
     for path in (folder / build.get("cmake", "zephyr") / "CMakeLists.txt", folder / build.get("kconfig", "zephyr/Kconfig")):
         if not path.is_file():
@@ -96,14 +98,14 @@ def _zephyr(folder: Path, name: str) -> Iterator[str]:
 
 
 def _platformio(folder: Path, name: str) -> Iterator[str]:
-    from platformio.package.exception import ManifestValidationError
+    from platformio.package.exception import ManifestException
+    from platformio.package.manifest.parser import ManifestParserFactory
     from platformio.package.manifest.schema import ManifestSchema
 
     library = json.loads((folder / "library.json").read_text())
-    library.pop("$schema", None)  # editors alone look at it
     try:
-        ManifestSchema().load_manifest(library)
-    except ManifestValidationError as error:
+        ManifestSchema().load_manifest(ManifestParserFactory.new_from_file(str(folder / "library.json")).as_dict())
+    except ManifestException as error:
         yield f"library.json: {error}"
     for example in library.get("examples", []):
         yield from (f"no {path}" for path in example["files"] if not (folder / example["base"] / path).is_file())

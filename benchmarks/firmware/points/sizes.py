@@ -56,6 +56,26 @@ def bounds(folders: Mapping[str, Generated]) -> Iterator[str]:
                 yield f"{name}: {function} takes {small[function]} bytes and is said to take {most['flash_Os']}"
 
 
+def flow_bounds(folders: Mapping[str, Generated]) -> Iterator[str]:
+    """10: what header and manifest say of flows is at most, and not more than needed by a factor of three."""
+    for name, made in folders.items():
+        record = json.loads((made.folder / "manifest.json").read_text())
+        alone = len(record["flows"]) == 1
+        for flow, row in record["flows"].items():
+            most, seen = row["cortex_m4f_at_most"], on(made, M4F, "-Os")[1][flow]
+            if not 0 < seen.stack <= most["stack"]:
+                yield f"{name}: {flow} takes {seen.stack} bytes of stack and is said to take {most['stack']}"
+            for level, what in (("-Os", "flash_Os"), ("-O2", "flash_O2")):
+                parts = text_of(made, level)
+                functions = [*record["functions"], *(["sincos", "far"] if "sincos" in parts else [])]
+                found = sum(size for part, size in parts.items() if part not in functions)
+                room = most[what] + (0 if "sincos" in parts else record["sincos_flash_at_most"])
+                if alone and found > room:
+                    yield f"{name}: {flow} takes {found} bytes at {level} and is said to take {room}"
+                if alone and level == "-Os" and most[what] > 3 * found + 200:
+                    yield f"{name}: {flow} takes {found} bytes and is said to take {most[what]}"
+
+
 def shape(folders: Mapping[str, Generated]) -> Iterator[str]:
     """15: powers are products, one division a pivot; what -O0 costs."""
     for name, made in folders.items():
