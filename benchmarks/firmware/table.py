@@ -9,6 +9,7 @@ from typing import Final
 
 from benchmarks.firmware import peers
 from benchmarks.firmware.accuracy import worst_error
+from benchmarks.firmware.peers.solvers import answers, osqp, osqp_missing
 from benchmarks.firmware.probe import probe, read
 from benchmarks.firmware.reach import refusals
 from benchmarks.firmware.scenes import chain
@@ -24,7 +25,7 @@ _HEAD: Final = "| code | -O | text, bytes | instructions | stack, bytes | worst 
 def write() -> None:
     """Measure everything and write the table."""
     with tempfile.TemporaryDirectory() as root:
-        parts = [_intro(), *_forward(Path(root)), *_jacobians(Path(root)), *_double(Path(root)), *_flows()]
+        parts = [_intro(), *_forward(Path(root)), *_jacobians(Path(root)), *_double(Path(root)), *_points(Path(root)), *_flows()]
     RESULTS.write_text("\n".join(parts))
     print(f"wrote {RESULTS}")
 
@@ -93,6 +94,26 @@ def _double(root: Path) -> Iterator[str]:
     yield (
         "## Double precision, which the M4F computes by calls: forward dynamics, N = 4, -Os\n\n"
         "| sines and cosines | text, bytes | instructions | stack, bytes |\n|---|---:|---:|---:|\n" + "".join(rows)
+    )
+
+
+def _points(root: Path) -> Iterator[str]:
+    """Points of the list that firmware projects ask for, by the same questions of OSQP's C."""
+    scene = chain("points2", 2, ("forward_dynamics", "step_jacobian"))
+    mine = write_folder(root / "points", folder_texts(scene, False, False))
+    columns = {"phichain": answers(mine, lambda: write_folder(root / "again", folder_texts(scene, False, False)), [mine / "points2.c"])}
+    note = ""
+    if osqp_missing():
+        note = f"\nOSQP is not installed and left out: {osqp_missing()}.\n"
+    else:
+        theirs = osqp(root / "osqp")
+        columns["OSQP"] = answers(theirs, lambda: osqp(root / "osqp_again"), sorted(p for p in theirs.rglob("*.c") if p.name != "emosqp.c"))
+    rows = [f"| {question} | {' | '.join(column[question] for column in columns.values())} |\n" for question in columns["phichain"]]
+    yield (
+        "## Points of the list, by the same questions of emitted solvers\n\nThe chain of two links; phichain: forward dynamics and sampled "
+        "system with bundled trigonometry; OSQP: its regulator of ten steps, emitted for single precision without printing and timing "
+        "(benchmarks/firmware/peers/solvers.py). CVXPYgen, which wraps such a solver's C, is not measured. The points' numbers are those of the checks of `make firmware`.\n\n"
+        f"| point | {' | '.join(columns)} |\n|---|{'---|' * len(columns)}\n" + "".join(rows) + note
     )
 
 

@@ -12,7 +12,7 @@ from benchmarks.firmware.scenes import Generated
 from benchmarks.firmware.targets import BOARD
 from benchmarks.firmware.tools import run
 
-_STRICT: Final = (
+STRICT: Final = (
     "-std=c99", "-pedantic-errors", "-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Wdouble-promotion", "-Wshadow",
     "-Wstrict-prototypes", "-Wmissing-prototypes", "-Wcast-qual", "-Wcast-align", "-Wundef", "-Wvla", "-Wfloat-equal", "-Wswitch-default",
     "-Wunused-macros", "-Wredundant-decls", "-Werror",
@@ -38,7 +38,7 @@ def compilers(folders: Mapping[str, Generated]) -> Iterator[str]:
     """20: no word from gcc and clang at their strictest, nor from clang's front end for MSVC."""
     for name, made in folders.items():
         for words in (
-            ("gcc", *_STRICT, "-O2", "-c", "-o", "/dev/null"), ("clang", "-std=c99", *_CLANG, "-Werror", "-fsyntax-only"),
+            ("gcc", *STRICT, "-O2", "-c", "-o", "/dev/null"), ("clang", "-std=c99", *_CLANG, "-Werror", "-fsyntax-only"),
             ("clang", "--target=x86_64-pc-windows-msvc", "-fms-compatibility", f"-I{_MSVC}", "-Werror", "-fsyntax-only"),
             ("clang", "--target=x86_64-pc-windows-msvc", "-fms-compatibility", f"-I{_MSVC}", "-x", "c++", "-std=c++17", "-fsyntax-only"),
         ):  # fmt: skip
