@@ -185,8 +185,8 @@ class _Step:
     def _slope(self, stage: _Stage, dq: ArrayRef, dv: ArrayRef, pushed: Index | None) -> None:
         """dk of a stage."""
         builder, slope_q, slope_v = self.builder, self.column["slope_q"], self.column["slope_v"]
-        for i in range(self.cart):
-            slope_q[i] = dv[i]
+        for axis in range(self.cart):
+            slope_q[axis] = dv[axis]
         with builder.loop("k", 0, self.scene.links) as loop:
             k = loop.index
             q, v, link, spin = (load(array.shifted(self.cart), k) for array in (stage.q, stage.v, dq, dv))
