@@ -6,8 +6,14 @@
 #endif
 
 #include "flow_norms.c"
+#if ALONE_COUNT > 1 && (WITH_TURNS || WITH_FORCING)
+#include "flow_fused.c"
+#endif
 #if ALONE_COUNT > 1 && WITH_TURNS
 #include "flow_turns.c"
+#endif
+#if ALONE_COUNT > 2 && WITH_FORCING
+#include "flow_drive.c"
 #endif
 #if ALONE_COUNT > 2
 #include "flow_series.c"

@@ -23,6 +23,9 @@
 #if WITH_PARAMETERS && !WITH_COLUMNS
 #error "derivatives by parameters are columns"
 #endif
+#if WITH_OWN_TRIGONOMETRY && !WITH_FORCING
+#error "nothing but a forcing's phase goes through sines and cosines"
+#endif
 #if ALONE_BATCH && (WITH_COLUMNS || defined(PHI_WORK_ON_STACK))
 #error "the batch form carries no derivatives and works in the caller's memory"
 #endif
@@ -366,6 +369,9 @@ int phi_propagate(ARGUMENTS);
 void stem_factor(CONTEXT const stem_lanes *q, const stem_lanes *v, LANES_OF_INPUTS LANES_OF_FORCE const stem_lanes *scale, LANES_LOST stem_lanes *held, LANES_LATER stem_lanes *left, stem_lanes *right);
 void stem_order(CONTEXT const stem_lanes *held, const stem_lanes *sums, LANES_NEWEST(stem_lanes) const stem_lanes *coefficient, const phi_real now[4], LANES_OF_FORCE stem_lanes *left, stem_lanes *right, stem_lanes *next);
 void phi_positions(POSITIONS_CONTEXT const phi_real *q, phi_real *place);
+#if WITH_OWN_TRIGONOMETRY
+void phi_sincos(int n, const phi_real *angle, phi_real *sine, phi_real *cosine);
+#endif
 #if WITH_SPHERE
 void stem_enter(const phi_real *q, const phi_real *v, phi_real *rate);
 void stem_leave(const phi_real *q, const phi_real *rate, phi_real *q_out, phi_real *v_out);

@@ -119,7 +119,7 @@ static void stem_propose(const int lane, const unsigned long max_steps, const ph
         return;
     }
     if (!(left * way > 0)) {
-        lanes->result[lane] = PHI_BATCH_DONE;
+        lanes->result[lane] = left * way <= 0 ? PHI_BATCH_DONE : PHI_BATCH_NOT_FINITE; /* no way leads to a time that is no number */
     } else if (lanes->steps[lane] == max_steps) {
         lanes->result[lane] = PHI_BATCH_STEP_BUDGET;
     } else if (!((t + 1024 * h) * way > t * way)) {

@@ -53,7 +53,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
         const phi_real left = (t_end - flow->t) - flow->t_lost;
         phi_real length;
         if (!(left * way > 0)) {
-            result = PHI_DONE;
+            result = left * way <= 0 ? PHI_DONE : PHI_NOT_FINITE; /* no way leads to a time that is no number */
             break;
         }
         if (flow->steps == max_steps) {

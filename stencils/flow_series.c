@@ -96,21 +96,6 @@ static void stem_dry_sums(const int n, const stem_jets *PHI_RESTRICT jet, stem_l
 }
 #endif
 
-#if WITH_FORCING
-/* A cos(omega t) and A sin(omega t), for amplitudes A, at times after the steps' starts, omega t to twice the precision. */
-static void stem_drive(const stem_jets *jet, const stem_lanes *amplitude_of, const stem_lanes *after, stem_lanes drive[PHI_RESTRICT 2])
-{
-    for (int lane = 0; lane < stem_lane_count; ++lane) {
-        const phi_real amplitude = STEM_OF(*amplitude_of, lane), omega = STEM_OF(jet->omega, lane);
-        const phi_real t = STEM_OF(jet->t, lane), whole = STEM_OF(*after, lane) + STEM_OF(jet->t_lost, lane), now = t + whole;
-        const phi_real phase = omega * now, rest = phi_fma(omega, now, -phase) + omega * (whole - (now - t));
-        const phi_real cosine = phi_cos(phase), sine = phi_sin(phase);
-        STEM_AT(drive[0], lane) = amplitude * (cosine - rest * sine);
-        STEM_AT(drive[1], lane) = amplitude * (sine + rest * cosine);
-    }
-}
-
-#endif
 /* Factor the mass matrix in the states x + lost, time in the given units, and solve for the coefficients of order 1. */
 static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x], const stem_lanes lost[stem_x], const stem_lanes *unit, AFTER(const stem_lanes *after) stem_start *PHI_RESTRICT start)
 {

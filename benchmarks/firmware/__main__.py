@@ -11,15 +11,15 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Final
 
-from benchmarks.firmware.points import analysis, example, interface, loops, objects, packages, runs, sizes
+from benchmarks.firmware.points import analysis, example, interface, loops, manifests, objects, packages, runs, sizes
 from benchmarks.firmware.scenes import Generated, generated
 from benchmarks.firmware.tools import Missing, demand
 
 Check = Callable[[Mapping[str, Generated]], Iterator[str]]
 CHECKS: Final[tuple[Check, ...]] = (
-    objects.imports, objects.numbers, objects.memory, objects.frames, objects.one_image, interface.precision, interface.headers,
-    interface.same_bytes, runs.selftests, runs.bits, runs.motions, runs.instructions, sizes.bounds, sizes.shape, sizes.ceilings, sizes.errors,
-    analysis.compilers, analysis.analysers, analysis.sanitizers, packages.packages,
+    objects.imports, objects.numbers, objects.memory, objects.frames, objects.one_image, interface.precision, interface.hooks, interface.headers,
+    interface.same_bytes, runs.selftests, runs.bits, runs.motions, runs.instructions, sizes.bounds, sizes.flow_bounds, sizes.shape, sizes.ceilings, sizes.errors,
+    analysis.compilers, analysis.analysers, analysis.sanitizers, packages.packages, manifests.manifests,
     example.example, loops.loops,
 )  # fmt: skip
 

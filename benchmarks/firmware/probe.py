@@ -114,6 +114,7 @@ _FLOW: Final = """
 static void motions_{function}(void)
 {{
     static {name}_{workspace} work;
+    uint32_t stack = 0;
     begin();
     for (int k = 0; k < {runs}; ++k) {{
         {name}_{struct} flow;
@@ -123,12 +124,18 @@ static void motions_{function}(void)
         flow.tolerance = k % 2 == 0 ? (real)1e-3 : (real)1e-6;
         fill(q, {nq}, (real)3.125);
         fill(v, {nv}, (real)0.5);
-        const int result = {name}_{function}(&flow, (real)1, 100000, q, v, {event}0, 0, 0, 0);
+        if (k == 0) {{
+            paint_stack();
+        }}
+        const int result = {name}_{function}(&flow, (real)1, 100000, {forcing}q, v, {event}0, 0, 0, 0);
+        if (k == 0) {{
+            stack = stack_used();
+        }}
         timed(0, (uint32_t)result);
         take_in(q, sizeof q);
         take_in(v, sizeof v);
     }}
-    told("{function}", 0);
+    told("{function}", stack);
 }}
 """
 #: Flows that the probe runs on chains without inputs and runtime parameters: their structs, and whether they take an event.
@@ -177,12 +184,18 @@ def probe(folder: Path, functions: tuple[str, ...] | None = None, selftest: bool
     flows = [one for one in manifest.get("flows", {}) if one in _FLOWS and functions is None]
     for one in flows:
         workspace, struct, event = _FLOWS[one]
-        text += _FLOW.format(name=name, function=one, workspace=workspace, struct=struct, event=event, runs=RUNS, nq=f"{name.upper()}_NQ", nv=f"{name.upper()}_NV")
+        forcing = "(real)0.5, (real)3, " if "amplitude" in _prototype(folder / f"{name}.h", f"{name}_{one}") else ""
+        text += _FLOW.format(name=name, function=one, workspace=workspace, struct=struct, event=event, runs=RUNS, forcing=forcing, nq=f"{name.upper()}_NQ", nv=f"{name.upper()}_NV")
     calls = "\n".join([*(f"    at_states_{one}();" for one in chosen), *(f"    motions_{one}();" for one in flows)])
     text += _TAIL.format(calls=calls, real=manifest["real"], selftest=f"{name}_selftest()" if selftest else "0")
     path = folder / "probe.c"
     path.write_text(text)
     return path
+
+
+def _prototype(header: Path, symbol: str) -> str:
+    """The arguments that a header declares."""
+    return header.read_text().split(f"int {symbol}(", 1)[1].split(");", 1)[0]
 
 
 def _function(name: str, function: str, row: dict[str, Any]) -> str:
@@ -213,7 +226,7 @@ def read(told: str, ticks: float) -> dict[str, Seen]:
         return round((int(word, 16) - idle) / ticks) if ticks else 0
 
     return {
-        name: Seen(bits, 0, 0, 0, int(most, 16)) if name in _FLOWS else Seen(bits, instructions(least), instructions(most), int(stack, 16))
+        name: Seen(bits, 0, 0, int(stack, 16), int(most, 16)) if name in _FLOWS else Seen(bits, instructions(least), instructions(most), int(stack, 16))
         for name, (bits, least, most, stack) in rows.items()
     }
 

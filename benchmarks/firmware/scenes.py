@@ -13,6 +13,18 @@ from phichain.files import write_folder
 from phichain.scene import Scene
 from phichain.scratch import folder_texts
 
+HOOK: Final = "hook.c"
+"""Where a hook is defined, beside what calls it."""
+_HOOK: Final = """\
+#include "{name}.h"
+#include <math.h>
+
+void {hook}({name}_real angle, {name}_real *sine, {name}_real *cosine)
+{{
+    *sine = sinf(angle);
+    *cosine = cosf(angle);
+}}
+"""
 _PLANAR: Final[dict[str, Any]] = {"actuated": "all", "real": "float", "trig": "bundled"}
 
 
@@ -34,6 +46,8 @@ SCENES: Final[tuple[Scene, ...]] = (
     chain("fw_planar4_double", 4, ("forward_dynamics",), real="double"),
     chain("fw_planar10", 10, ("forward_dynamics", "dynamics_and_jacobian"), code="loops"),
     chain("fw_flows", 2, ("forward_dynamics", "phi", "phi_jacobian", "propagate", "propagate_stiff"), actuated="none"),
+    chain("fw_forced", 2, ("propagate",), actuated="none", forced=1),
+    chain("fw_hook", 2, ("forward_dynamics", "propagate"), actuated="none", forced=1, trig="hook", trig_hook="board_sincosf"),
     chain("fw_flow6", 6, ("propagate",), actuated="none", code="loops"),
     Scene(
         "fw_spatial2", 2, space="spatial", base="cart", mass=0.1, length=0.2, cart_mass=0.5,
@@ -72,6 +86,11 @@ class Generated:
         return self.folder / "selftest.c"
 
     @property
+    def hook(self) -> list[Path]:
+        """The file with the user's sines and cosines, where the scene leaves them to the user."""
+        return [self.folder / HOOK] if self.scene.trig == "hook" else []
+
+    @property
     def without_main(self) -> str:
         """What leaves the self-test's main out."""
         return f"-D{self.scene.name.upper()}_NO_MAIN"
@@ -85,4 +104,6 @@ def generated(root: Path) -> Mapping[str, Generated]:
     }
     for one in made.values():
         probe(one.folder)
+        for path in one.hook:
+            path.write_text(_HOOK.format(name=one.scene.name, hook=one.scene.trig_hook))
     return made

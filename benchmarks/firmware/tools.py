@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
@@ -23,6 +24,10 @@ LIBRARIES: Final = {
 }
 
 
+#: Packages of PyPI that judge the packages, by the modules they bring: extra `firmware`.
+MODULES: Final = {"platformio": "platformio", "kconfiglib": "kconfiglib", "cyclonedx": "cyclonedx-python-lib[json-validation]"}
+
+
 class Missing(Exception):
     """Programs that are not installed."""
 
@@ -34,9 +39,9 @@ def missing(packages: dict[str, str] = PACKAGES, libraries: dict[str, str] = LIB
     return list(dict.fromkeys(wanted))
 
 
-def missing_modules() -> list[str]:
-    """What pip installs: PlatformIO, which the packages are checked with."""
-    return [] if (Path(sys.executable).parent / "pio").exists() else ["platformio"]
+def missing_modules(modules: dict[str, str] = MODULES) -> list[str]:
+    """What pip installs, by the modules that are not there."""
+    return [f"'{package}'" for module, package in modules.items() if find_spec(module) is None]
 
 
 def demand() -> None:
@@ -50,7 +55,7 @@ def demand() -> None:
         raise Missing(f"the firmware checks need packages that are not installed: apt-get install {' '.join(wanted)}")
     modules = missing_modules()
     if modules:
-        raise Missing(f"the firmware checks need PlatformIO in .venv: {sys.executable} -m pip install {' '.join(modules)}")
+        raise Missing(f"the firmware checks need packages in .venv: {sys.executable} -m pip install {' '.join(modules)}")
 
 
 def _is_there(question: str) -> bool:

@@ -140,9 +140,15 @@ def build(scene: Scene, prove: bool = True) -> System:
         DerivationError: the Programs would not solve the derived Lagrangian.
         ProofError: a function does not meet the Lagrangian; nothing is compiled.
         CompilerError: the C compiler is missing, failed or hung.
+        UnsupportedError: sines and cosines come from a function of the user's, which no library here has.
     """
     cache = default_cache()
-    texts = recalled(given_scene(scene), cache)
+    if given_scene(scene).trig == "hook":
+        raise UnsupportedError(
+            "target.trig", "hook", f"leaves sines and cosines to {scene.trig_hook}, which nothing can be linked with here",
+            "generate the folder and link it with yours, or build the scene with another trig",
+        )
+    texts = recalled(scene, cache)
     if texts is None:
         from phichain.scratch import library_texts
 

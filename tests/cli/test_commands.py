@@ -128,7 +128,7 @@ def test_functions_of_a_scene_says_what_it_has_not_and_why(command: Command) -> 
     answer = command("functions", "spatial5_cart_forward_only")
     states = {line.split()[0]: re.split("  +", line)[2] for line in answer.out.splitlines()}
     assert {name for name, state in states.items() if state == "wanted"} == {"forward_dynamics"}
-    assert {name for name, state in states.items() if state == "absent"} == {"inverse_and_jacobian", "inverse_dynamics", "phi", "phi_jacobian", "prepare", "step_jacobian"}
+    assert {name for name, state in states.items() if state == "absent"} == {"inverse_and_jacobian", "inverse_dynamics", "phi", "phi_jacobian", "prepare"}
     assert "since spatial joints are not actuated; use" in answer.out
 
 

@@ -14,6 +14,7 @@ import pytest
 from phichain.emit.c import sincos as trig
 from phichain.emit.c.text import sincos_kernel
 from phichain.errors import SceneError, UnsupportedError
+from phichain.pipeline import build
 from phichain.scene import Scene
 from tests.generated.compiling import STRICT, compiled, selftest_program, symbols, write_all, write_c
 
@@ -133,6 +134,15 @@ def test_bad_words_are_refused(keys: dict[str, object], message: str) -> None:
     with pytest.raises(SceneError) as caught:
         scene(**keys)  # type: ignore[arg-type]
     assert message in str(caught.value)
+
+
+def test_what_is_left_to_the_user_is_not_built_here() -> None:
+    with pytest.raises(UnsupportedError) as caught:
+        build(scene("hook", trig_hook="my_sincos"))
+    assert str(caught.value) == (
+        "target.trig: leaves sines and cosines to my_sincos, which nothing can be linked with here (got 'hook'); "
+        "generate the folder and link it with yours, or build the scene with another trig"
+    )
 
 
 def test_vectors_have_one_kernel() -> None:

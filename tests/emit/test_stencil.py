@@ -38,7 +38,7 @@ def combinations() -> Iterator[Combination]:
     for number, (space, form, inputs, squares, lost, scales) in enumerate(chosen):
         yield {
             "WITH_TURNS": 0, "WITH_SPHERE": 0, **space, **form, "WITH_INPUTS": inputs, "WITH_SQUARES": squares, "WITH_LOST": lost,
-            "WITH_FORCING": number // 9 % 2,
+            "WITH_FORCING": number // 9 % 2, "WITH_OWN_TRIGONOMETRY": number // 9 % 2 * (number // 13 % 2),
             "WITH_PARAMETERS": form["WITH_COLUMNS"] * (number // 7 % 2), "WITH_SCALES": scales, "ALONE_PARAMS": (0, 2)[number // 2 % 2] if scales else 1, "ALONE_FLOAT": number // 3 % 2,
             "ALONE_VECTORS": number // 5 % 2, "ALONE_CART": number % 3, "ALONE_NEWEST": number // 7 % 2, "WITH_DRY": number // 11 % 2,
         }  # fmt: skip
@@ -64,7 +64,7 @@ def test_all_together_in_every_combination(compiler: str, tmp_path: Path) -> Non
     need(compiler)
     every = list(combinations())
     assert len({tuple(sorted(combination.items())) for combination in every}) == len(every) == 240
-    for value in ("ALONE_FLOAT", "ALONE_VECTORS", "ALONE_NEWEST", "WITH_FORCING"):
+    for value in ("ALONE_FLOAT", "ALONE_VECTORS", "ALONE_NEWEST", "WITH_FORCING", "WITH_OWN_TRIGONOMETRY"):
         assert {(c[value], c["ALONE_BATCH"], c["WITH_SPHERE"]) for c in every} == set(
             product((0, 1), repeat=3)
         )
@@ -91,7 +91,7 @@ def test_no_stencil_is_left_out() -> None:
     text = (stencils_folder() / "alone.c").read_text(encoding="utf-8")
     flows = {path.name for path in stencils_folder().glob("flow_*.c")}
     assert flows == set(re.findall(r'#include "(flow_\w+\.c)"', text))
-    assert flows == {f"flow_{name}.c" for name in (*STENCILS, "batch", "parameters")}
+    assert flows == {f"flow_{name}.c" for name in (*STENCILS, "batch", "parameters", "fused", "drive")}
     asked = {
         name for path in flows for name in re.findall(r"WITH_\w+", (stencils_folder() / path).read_text())
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,8 @@ from phichain.pipeline import build
 from phichain.proof.prove import prove_recurrences
 from phichain.scene import Scene
 from tests.flow.flows import compiled
+from tests.generated.compiling import STRICT, symbols, write_c
+from tests.generated.compiling import compiled as object_of
 
 NOTHING = Const(Fraction(0))
 UNEVEN: dict[str, Any] = {"links": 3, "mass": [0.7, 1.9, 0.4], "length": [0.5, 1.3, 0.8], "want": ["propagate"], "variational": True}
@@ -173,3 +176,25 @@ def test_what_nothing_forces_and_what_knows_no_forcing(driven: Any) -> None:
     free = compiled(Scene("free_one", 1, mass=1.0, length=1.0, want=["propagate"]))
     with pytest.raises(ArrayError, match="is given to a chain that nothing forces"):
         free([0.1], [0.0], 0.0, 1.0, 1e-12, forcing=(1.0, 2.0))
+
+
+@pytest.mark.parametrize("name", ["shaken", "tips"])
+def test_a_phase_goes_through_the_scenes_own_sines_and_cosines(name: str, tmp_path: Path) -> None:
+    """With bundled trigonometry no library is asked, and the motion is the same to the last digits; late, too."""
+    own = replace(FORCED[name], name=f"{name}_own", trig="bundled", variational=False)
+    q, v, u = start(own)
+    ends = [
+        compiled(scene)(q, v, t, t + 0.5, 1e-14, u=u, forcing=(2.0, 7.25))
+        for scene in (own, replace(FORCED[name], variational=False)) for t in (0.0, 1234.5)
+    ]  # fmt: skip
+    for one, other in zip(ends[:2], ends[2:], strict=True):
+        np.testing.assert_allclose(np.r_[one.q, one.v], np.r_[other.q, other.v], rtol=1e-12, atol=1e-12)
+    assert np.abs(ends[0].v - ends[1].v).max() > 1e-3
+    assert not symbols(write_and_compile(own, tmp_path)).imported & {"sin", "cos", "sincos", "fma"}
+    beyond = compiled(own)(q, v, 1e7, 1e7 + 0.5, 1e-14, u=u, forcing=(2.0, 7.25))
+    assert beyond.outcome == "not finite"
+
+
+def write_and_compile(scene: Scene, folder: Path) -> Path:
+    """The object of a scene's C, for a processor without a fused product."""
+    return object_of(write_c(scene, folder), *STRICT, "-O2", "-fno-math-errno")

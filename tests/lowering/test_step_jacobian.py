@@ -9,8 +9,12 @@ import numpy as np
 import pytest
 
 from phichain import build
-from phichain.errors import UnsupportedError
+from phichain.ir.evaluate import evaluate
+from phichain.lowering.lower import lower_function
+from phichain.mechanics import derive
+from phichain.reference import reference
 from phichain.scene import Scene
+from tests.lowering.chains import random_arguments
 
 WANT = ["forward_dynamics", "state_jacobian", "mass_matrix", "step", "step_jacobian"]
 
@@ -51,6 +55,53 @@ def test_its_step_is_the_step_and_an_undamped_chain_keeps_volume() -> None:
     assert lost[1] < 1e-4 and lost[0] > 20 * lost[1]
 
 
-def test_a_spatial_chain_has_none_and_is_told_what_to_use() -> None:
-    with pytest.raises(UnsupportedError, match=r"unit vectors have derivatives along tangents only.*propagate"):
-        Scene("sphere", 2, space="spatial", mass=1.0, length=1.0, want=["step_jacobian"])
+@pytest.fixture(scope="module", params=[{}, {"base": "cart", "cart_mass": 1.3}], ids=["fixed", "cart"])
+def sphere(request: pytest.FixtureRequest) -> Any:
+    chain = {"mass": [0.7, 0.4], "length": [0.5, 0.8], "com": [0.3, 0.5], **request.param}
+    want = ["forward_dynamics", "step", "step_jacobian", "project", "propagate"]
+    return build(Scene("sphere", 2, space="spatial", want=want, code="loops", variational=True, **chain), prove=False)
+
+
+def away(system: Any) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """A state of unit vectors and tangent rates, and inputs."""
+    source = np.random.default_rng(1)
+    q, v = system.project(source.normal(size=system.nq), source.normal(size=system.nv))
+    return q, v, [source.normal(size=system.nu)] if system.nu else []
+
+
+def test_on_the_sphere_it_is_the_motions_own_derivative_to_order_four(sphere: Any) -> None:
+    """Along tangents A_d is the transition matrix of the Taylor flow but for the step's error, one thirty-second at half the step."""
+    (q, v, u), n = away(sphere), sphere.nv
+    gaps, held = [], {"u": u[0]} if u else {}
+    for h in (0.02, 0.01):
+        q_next, v_next, a, *b = sphere.step_jacobian(h, q, v, *u)
+        ends = sphere.step(h, q, v, *u)
+        assert max(np.max(np.abs(q_next - ends[0])), np.max(np.abs(v_next - ends[1]))) < 1e-15
+        tangent = consistent(sphere, q, v)
+        flow = sphere.propagate(q, v, 0.0, h, 1e-15, transition=np.eye(2 * n), **held).transition
+        gaps.append(np.max(np.abs((a - flow) @ tangent)))
+        assert np.max(np.abs(a - a @ tangent)) < 1e-9  # what is no tangent moves nothing
+        for matrix, i in ((part, i) for part in b for i in range(sphere.nu)):
+            push = np.eye(sphere.nu)[i] * 1e-6
+            ahead, behind = (np.concatenate(sphere.step(h, q, v, u[0] + way * push)) for way in (1, -1))
+            np.testing.assert_allclose(matrix[:, i], (ahead - behind) / 2e-6, atol=1e-10)
+    assert gaps[1] < 1e-6 and 24 < gaps[0] / gaps[1] < 40
+
+
+def consistent(system: Any, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """D project(q, v) by differences."""
+    size = len(q)
+    columns = []
+    for way in np.eye(2 * size) * 1e-6:
+        ends = [np.concatenate(system.project(q + sign * way[:size], v + sign * way[size:])) for sign in (1, -1)]
+        columns.append((ends[0] - ends[1]) / 2e-6)
+    return np.array(columns).T
+
+
+def test_on_the_sphere_it_is_what_fifty_digits_say() -> None:
+    chain = Scene("one", 1, space="spatial", mass=0.7, length=0.5, damping=0.1, stiffness=0.4, want=["step_jacobian"])
+    program = lower_function(derive(chain), "step_jacobian", "loops")
+    arguments = random_arguments(chain, program, seed=3) | {"h": np.array(1e-4)}
+    expected = reference(chain, "step_jacobian", arguments, 30, {})
+    found = evaluate(program, arguments)
+    assert np.max(np.abs(found["A"] - np.array(expected["A"], float))) < 1e-14

@@ -12,7 +12,7 @@ from benchmarks.firmware.scenes import Generated
 from benchmarks.firmware.targets import BOARD
 from benchmarks.firmware.tools import run
 
-_STRICT: Final = (
+STRICT: Final = (
     "-std=c99", "-pedantic-errors", "-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Wdouble-promotion", "-Wshadow",
     "-Wstrict-prototypes", "-Wmissing-prototypes", "-Wcast-qual", "-Wcast-align", "-Wundef", "-Wvla", "-Wfloat-equal", "-Wswitch-default",
     "-Wunused-macros", "-Wredundant-decls", "-Werror",
@@ -21,7 +21,7 @@ _STRICT: Final = (
 _CLANG: Final = ("-Weverything", "-Wno-declaration-after-statement", "-Wno-padded", "-Wno-unknown-warning-option", "-Wno-unsafe-buffer-usage")
 _TIDY: Final = "-*,cert-*,bugprone-*,-bugprone-easily-swappable-parameters,-bugprone-implicit-widening-of-multiplication-result"
 #: Scenes whose code is of a kind that another one has.
-_ALIKE: Final = ("fw_flow6", "fw_planar4_libm")
+_ALIKE: Final = ("fw_flow6", "fw_planar4_libm", "fw_hook")
 #: What cppcheck says of a loop over one lane, of a workspace that needs no initial values, and of dialects left to others.
 _NOT_FAULTS: Final = ("objectIndex", "ctuuninitvar", "toomanyconfigs")
 _DEVIATIONS: Final = Path(__file__).parents[1] / "misra.txt"
@@ -38,7 +38,7 @@ def compilers(folders: Mapping[str, Generated]) -> Iterator[str]:
     """20: no word from gcc and clang at their strictest, nor from clang's front end for MSVC."""
     for name, made in folders.items():
         for words in (
-            ("gcc", *_STRICT, "-O2", "-c", "-o", "/dev/null"), ("clang", "-std=c99", *_CLANG, "-Werror", "-fsyntax-only"),
+            ("gcc", *STRICT, "-O2", "-c", "-o", "/dev/null"), ("clang", "-std=c99", *_CLANG, "-Werror", "-fsyntax-only"),
             ("clang", "--target=x86_64-pc-windows-msvc", "-fms-compatibility", f"-I{_MSVC}", "-Werror", "-fsyntax-only"),
             ("clang", "--target=x86_64-pc-windows-msvc", "-fms-compatibility", f"-I{_MSVC}", "-x", "c++", "-std=c++17", "-fsyntax-only"),
         ):  # fmt: skip
@@ -76,7 +76,7 @@ def sanitizers(folders: Mapping[str, Generated]) -> Iterator[str]:
             program = made.folder / f"sanitized{bits}"
             run(
                 "gcc", "-std=c99", bits, "-msse2", "-mfpmath=sse", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all",
-                f"-I{BOARD}", made.source, made.selftest, "-o", program, "-lm", cwd=made.folder,
+                f"-I{BOARD}", made.source, made.selftest, *made.hook, "-o", program, "-lm", cwd=made.folder,
             )  # fmt: skip
             done = subprocess.run([program], capture_output=True, text=True, check=False)
             if done.returncode:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
@@ -35,6 +36,23 @@ def precision(folders: Mapping[str, Generated]) -> Iterator[str]:
             )
             if (done.returncode == 0) is not is_right:
                 yield f"{compiler}: {real} passed to float functions {'is refused' if is_right else 'compiles'}"
+
+
+def hooks(folders: Mapping[str, Generated]) -> Iterator[str]:
+    """14: a hook of the other precision does not compile, and one that is missing does not link."""
+    for made in folders.values():
+        for hook in made.hook:
+            wrong = made.folder / "wrong_hook.c"
+            wrong.write_text(re.sub(rf"\b{made.scene.name}_real\b", "double", hook.read_text()))
+            for compiler in ("gcc", "clang", "arm-none-eabi-gcc"):
+                done = subprocess.run([compiler, "-fsyntax-only", wrong.name], cwd=made.folder, capture_output=True, check=False)
+                if done.returncode == 0:
+                    yield f"{made.scene.name}: {compiler} takes a hook of the other precision"
+            done = subprocess.run(
+                ["gcc", made.source.name, made.selftest.name, "-o", "unhooked", "-lm"], cwd=made.folder, capture_output=True, text=True, check=False
+            )
+            if done.returncode == 0 or str(made.scene.trig_hook) not in done.stderr:
+                yield f"{made.scene.name}: links without its hook"
 
 
 def headers(folders: Mapping[str, Generated]) -> Iterator[str]:

@@ -17,8 +17,7 @@ from phichain.firmware.packages import packaged
 def packages(folders: Mapping[str, Generated]) -> Iterator[str]:
     """Packages: PlatformIO packs one, CMake builds one with the M4F's compiler and installs it."""
     made = folders["fw_planar4_libm"]
-    texts = {path.name: path.read_text() for path in made.folder.iterdir() if path.name in _PRODUCT or path.stem == made.scene.name}
-    texts = {name: text for name, text in texts.items() if name.endswith((".c", ".h", ".json", ".md"))}
+    texts = product(made)
     root = made.folder.parent
     pio = write_folder(root / "packages" / "platformio", packaged("platformio", texts))
     done = subprocess.run(
@@ -37,6 +36,12 @@ def packages(folders: Mapping[str, Generated]) -> Iterator[str]:
     run("cmake", "--install", root / "built", expected=(0, 1))
     if not list((root / "built").rglob(f"lib{made.scene.name}.a")):
         yield "CMake built no library for the M4F"
+
+
+def product(made: Generated) -> dict[str, str]:
+    """The files that `phichain generate` wrote, without what the checks have put beside them."""
+    files = [path for path in made.folder.iterdir() if path.name in _PRODUCT or path.stem == made.scene.name]
+    return {path.name: path.read_text() for path in files if path.suffix in (".c", ".h", ".json", ".md")}
 
 
 _PRODUCT = {"selftest.c", "README.md", "manifest.json"}

@@ -9,7 +9,7 @@ from threading import Lock
 from typing import Final
 
 from benchmarks.firmware.probe import Seen, failing_case, read
-from benchmarks.firmware.scenes import Generated
+from benchmarks.firmware.scenes import HOOK, Generated
 from benchmarks.firmware.targets import HOST, M4F, TARGETS, Target
 
 #: The clock of the emulated boards ticks 1.6 times an instruction.
@@ -26,7 +26,8 @@ def _lock(folder: Path, target: Target, level: str) -> Lock:
 def _seen(name: str, folder: Path, target: Target, level: str, flag: str) -> tuple[int, dict[str, Seen]]:
     """The failing case of the self-test, and what the probe told of each function."""
     program = folder / f"probe_{target.name}{level}.elf"
-    target.build([folder / f"{name}.c", folder / "selftest.c", folder / "probe.c"], program, level, flag)
+    hook = [path for path in (folder / HOOK,) if path.exists()]
+    target.build([folder / f"{name}.c", folder / "selftest.c", folder / "probe.c", *hook], program, level, flag)
     told = target.run(program)
     return failing_case(told), read(told, target.ticks)
 

@@ -48,13 +48,33 @@ def bounds(folders: Mapping[str, Generated]) -> Iterator[str]:
             most = {what: value + (inlined if what.startswith("flash") and value else 0) if value is not None else None for what, value in row["cortex_m4f_at_most"].items()}
             found = {
                 "flash_Os": small[function], "flash_O2": fast[function], "stack": frames[f"{name}_{function}"],
-                "instructions_Os": 0 if made.scene.trig == "libm" or function.startswith("phi") else seen[function].most,
+                "instructions_Os": 0 if made.scene.trig in ("libm", "hook") or function.startswith("phi") else seen[function].most,
             }  # fmt: skip
             for what, value in found.items():
                 if most[what] is not None and value > most[what]:
                     yield f"{name}: {function} takes {value}, {what} says at most {most[what]}"
             if most["flash_Os"] > 3 * small[function] + 200:
                 yield f"{name}: {function} takes {small[function]} bytes and is said to take {most['flash_Os']}"
+
+
+def flow_bounds(folders: Mapping[str, Generated]) -> Iterator[str]:
+    """10: what header and manifest say of flows is at most, and not more than needed by a factor of three."""
+    for name, made in folders.items():
+        record = json.loads((made.folder / "manifest.json").read_text())
+        alone = len(record["flows"]) == 1
+        for flow, row in record["flows"].items():
+            most, seen = row["cortex_m4f_at_most"], on(made, M4F, "-Os")[1][flow]
+            if not 0 < seen.stack <= most["stack"]:
+                yield f"{name}: {flow} takes {seen.stack} bytes of stack and is said to take {most['stack']}"
+            for level, what in (("-Os", "flash_Os"), ("-O2", "flash_O2")):
+                parts = text_of(made, level)
+                functions = [*record["functions"], *(["sincos", "far"] if "sincos" in parts else [])]
+                found = sum(size for part, size in parts.items() if part not in functions)
+                room = most[what] + (0 if "sincos" in parts else record["sincos_flash_at_most"])
+                if alone and found > room:
+                    yield f"{name}: {flow} takes {found} bytes at {level} and is said to take {room}"
+                if alone and level == "-Os" and most[what] > 3 * found + 200:
+                    yield f"{name}: {flow} takes {found} bytes and is said to take {most[what]}"
 
 
 def shape(folders: Mapping[str, Generated]) -> Iterator[str]:

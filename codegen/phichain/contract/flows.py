@@ -83,7 +83,7 @@ def _directions(chain: Chain) -> str:
 
 _EVENT_FIELDS: Final = (
     Field("scalar", "int", "one of the three above"),
-    Field("index", "int"),
+    Field("index", "int", "an entry of q or v, or a link, from 0; it is not checked"),
     Field("value", "real"),
     Field("direction", "int", "+1 only where it rises along the way, -1 only where it falls, 0 both"),
 )

@@ -27,7 +27,6 @@ from phichain.contract.arguments import (
     V,
     is_lossy,
     is_planar,
-    is_spatial,
     jacobian_by,
     out,
     per_q,
@@ -208,12 +207,6 @@ TABLE: Final[tuple[Function, ...]] = (
             Argument(
                 "B", "out", lambda chain: (2 * chain.nv, chain.nu), "",
                 "partial derivatives of (q_next, v_next) by u: B_d of the sampled system", flows.has_input,
-            ),
-        ),
-        absent=(
-            Absence(
-                is_spatial, "is defined on planar scenes alone, since unit vectors have derivatives along tangents only",
-                'use "propagate" with flow.variational = true, or "state_jacobian"',
             ),
         ),
         on_request="for controllers and estimators in discrete time", is_missed=False, longest_checked=_DENSE_STEP,

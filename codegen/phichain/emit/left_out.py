@@ -27,7 +27,7 @@ def left_out(printed: Printed) -> dict[str, str]:
         absent["springs"] = "the joints carry none"
     if not scene.nu:
         absent["input u"] = "nothing is actuated"
-    if not kinds & {"sin", "cos"}:
+    if not kinds & {"sin", "cos"} and scene.forced is None:
         reason = "unit vectors serve" if not scene.is_planar else "no wanted function needs an angle"
         absent["trigonometry"] = reason
     if not any(kind.startswith("bessel") for kind in kinds):

@@ -134,18 +134,26 @@ def step(case: Case) -> Outputs:
 
 @judges("step_jacobian")
 def step_jacobian(case: Case) -> Outputs:
-    """The step, and central differences of it in each entry of q, v and u."""
+    """The step, and central differences of it in each entry of q, v and u; in space of that from the nearest consistent states."""
     width, precision = _difference()
     columns: dict[str, list[Vector]] = {}
     for name in ("q", "v", "u"):
         point, columns[name] = case.inputs.get(name, []), []
         for i in range(len(point)):
             with mp.workprec(precision):
-                ahead, behind = (step(case.at(**{name: moved(point, unit(len(point), i), h)})) for h in (width, -width))
+                ahead, behind = (step(_consistent(case.at(**{name: moved(point, unit(len(point), i), h)}))) for h in (width, -width))
                 pairs = [*zip(ahead["q_next"], behind["q_next"], strict=True), *zip(ahead["v_next"], behind["v_next"], strict=True)]
                 columns[name].append([(a - b) / (2 * width) for a, b in pairs])
     by_state = transposed(columns["q"] + columns["v"])
     return {**step(case), "A": by_state, "B": _rows(columns["u"], len(by_state))}
+
+
+def _consistent(case: Case) -> Case:
+    """The nearest state of unit vectors and tangent rates; a planar one as it is."""
+    if case.scene.is_planar:
+        return case
+    q, v = project(case.scene, case.inputs["q"], case.inputs["v"])
+    return case.at(q=q, v=v)
 
 
 def _tangent_jacobian(case: Case) -> Outputs:

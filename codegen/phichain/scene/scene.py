@@ -30,7 +30,7 @@ from phichain.scene.physical import (
     rest_angle_of,
 )
 from phichain.scene.sketch import sketch
-from phichain.scene.target import check_forced_trig, limit, trig_of
+from phichain.scene.target import limit, trig_of
 from phichain.scene.toml import write_toml
 from phichain.scene.validate import (
     ANY,
@@ -206,7 +206,6 @@ class Scene(Vectors):
             physical["friction"], physical["cart_friction"], friction_speed, cart_friction_speed, real
         )
         trig, trig_hook = trig_of(trig, trig_hook, want, name)
-        check_forced_trig(place, trig)
         values = physical | {
             "name": name,
             "links": links,

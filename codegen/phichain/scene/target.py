@@ -56,18 +56,6 @@ def trig_of(value: object, hook: object, want: Sequence[str], name: str) -> tupl
     return chosen, hook
 
 
-def check_forced_trig(forced: object, trig: str | None) -> None:
-    """Check that what a forcing's phase is taken by is what the scene asks for.
-
-    Raises:
-        UnsupportedError: The C library takes it, and the scene does without.
-    """
-    if forced is not None and trig in ("bundled", "hook"):
-        raise UnsupportedError(
-            label("trig"), trig, "has no cosine of a forcing's phase, which the C library takes", 'use trig = "libm", or remove [forcing]'
-        )
-
-
 def limit(key: str, value: object) -> int | None:
     """A limit in bytes, or None.
 

@@ -931,19 +931,6 @@ static void planar2_flow_norms(const planar2_real reach, const planar2_real x[pl
     norm[1] = rate;
 }
 
-/* Forces repeat every turn, and large angles have no digits to spare: angles are followed within a turn of
- * the hanging chain, whole turns are counted apart. 2 pi = turn_high + turn_low to twice the precision. */
-static const planar2_real planar2_flow_turn_high = 6.283185307179586,
-    planar2_flow_turn_low = 2.4492935982947064e-16;
-
-/* The nearest whole number. */
-static planar2_real planar2_flow_whole(const planar2_real x)
-{
-    const planar2_real size = fabs(x), whole = size < 4503599627370496.0 ? (size + 4503599627370496.0)
-        - 4503599627370496.0 : size;
-    return x < 0 ? -whole : whole;
-}
-
 /* a b + c, rounded once. Where no instruction does it, nothing contracts either, and the product's
  * rounding error is found from halves (Dekker 1971). */
 static planar2_real planar2_flow_fused(const planar2_real a, const planar2_real b, const planar2_real c)
@@ -958,6 +945,19 @@ static planar2_real planar2_flow_fused(const planar2_real a, const planar2_real 
         + low_a * low_b;
     return sum + (((product - (sum - part)) + (c - part)) + rest);
 #endif
+}
+
+/* Forces repeat every turn, and large angles have no digits to spare: angles are followed within a turn of
+ * the hanging chain, whole turns are counted apart. 2 pi = turn_high + turn_low to twice the precision. */
+static const planar2_real planar2_flow_turn_high = 6.283185307179586,
+    planar2_flow_turn_low = 2.4492935982947064e-16;
+
+/* The nearest whole number. */
+static planar2_real planar2_flow_whole(const planar2_real x)
+{
+    const planar2_real size = fabs(x), whole = size < 4503599627370496.0 ? (size + 4503599627370496.0)
+        - 4503599627370496.0 : size;
+    return x < 0 ? -whole : whole;
 }
 
 /* An angle and its whole turns as one number. */
@@ -1535,7 +1535,8 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
         const planar2_real left = (t_end - flow->t) - flow->t_lost;
         planar2_real length;
         if (!(left * way > 0)) {
-            result = PLANAR2_DONE;
+            /* no way leads to a time that is no number */
+            result = left * way <= 0 ? PLANAR2_DONE : PLANAR2_NOT_FINITE;
             break;
         }
         if (flow->steps == max_steps) {

@@ -175,7 +175,7 @@ void planar2_phi_jacobian(const planar2_real amplitude[2], planar2_real omega, p
 void planar2_step(planar2_real h, const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
     planar2_real q_next[2], planar2_real v_next[2]);
 
-/* planar2_propagate and what it calls: Cortex-M4F, -Os: flash 25987 bytes, stack 1280 bytes at most. */
+/* planar2_propagate and what it calls: Cortex-M4F, -Os: flash 26012 bytes, stack 1280 bytes at most. */
 /* What propagate returns. */
 enum {
     PLANAR2_DONE = 0,        /* t_end was reached */
@@ -191,7 +191,7 @@ enum { PLANAR2_OF_Q = 0, PLANAR2_OF_V = 1, PLANAR2_OF_DEPTH = 2 };
 
 typedef struct planar2_event {
     int scalar;           /* one of the three above */
-    int index;
+    int index;            /* an entry of q or v, or a link, from 0; it is not checked */
     planar2_real value;
     int direction;        /* +1 only where it rises along the way, -1 only where it falls, 0 both */
 } planar2_event;

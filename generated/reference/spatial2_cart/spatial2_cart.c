@@ -1838,7 +1838,8 @@ static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run(spatial2_cart_flow *f
         const spatial2_cart_real left = (t_end - flow->t) - flow->t_lost;
         spatial2_cart_real length;
         if (!(left * way > 0)) {
-            result = SPATIAL2_CART_DONE;
+            /* no way leads to a time that is no number */
+            result = left * way <= 0 ? SPATIAL2_CART_DONE : SPATIAL2_CART_NOT_FINITE;
             break;
         }
         if (flow->steps == max_steps) {

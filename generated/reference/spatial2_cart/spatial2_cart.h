@@ -175,7 +175,7 @@ void spatial2_cart_step(spatial2_cart_real h, const spatial2_cart_real q[8], con
 void spatial2_cart_project(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     spatial2_cart_real q_out[8], spatial2_cart_real v_out[8]);
 
-/* spatial2_cart_propagate and what it calls: Cortex-M4F, -Os: flash 29743 bytes, stack 3320 bytes at most. */
+/* spatial2_cart_propagate and what it calls: Cortex-M4F, -Os: flash 29769 bytes, stack 3320 bytes at most. */
 /* What propagate returns. */
 enum {
     SPATIAL2_CART_DONE = 0,        /* t_end was reached */
@@ -192,7 +192,7 @@ enum { SPATIAL2_CART_OF_Q = 0, SPATIAL2_CART_OF_V = 1, SPATIAL2_CART_OF_DEPTH = 
 
 typedef struct spatial2_cart_event {
     int scalar;           /* one of the three above */
-    int index;
+    int index;            /* an entry of q or v, or a link, from 0; it is not checked */
     spatial2_cart_real value;
     int direction;        /* +1 only where it rises along the way, -1 only where it falls, 0 both */
 } spatial2_cart_event;

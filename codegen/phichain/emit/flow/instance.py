@@ -112,7 +112,7 @@ def static_function(
 
 def printed(scene: Scene, names: CNames, called: Iterable[Called]) -> tuple[list[Part], frozenset[str]]:
     """The Programs as static functions, and the kernels that they lean on."""
-    comments, parts, uses = Comments(scene), [], {"math"}
+    comments, parts, uses = Comments(scene), [], {"math", *(("sincos",) if own_trigonometry(scene) else ())}
     for one in called:
         program = one.program
         if one.lanes:
@@ -132,6 +132,20 @@ def printed(scene: Scene, names: CNames, called: Iterable[Called]) -> tuple[list
 def turns(scene: Scene) -> bool:
     """Whether all forces repeat every turn of an angle: springs do not."""
     return scene.is_planar and scene.stiffness is None
+
+
+def steps_stencils(scene: Scene, made: Series) -> list[str]:
+    """The stencils of a step, in the order in which they lean on each other."""
+    winds = turns(scene)
+    return [
+        "flow_norms", *(["flow_fused"] if winds or made.is_forced else []), *(["flow_turns"] if winds else []),
+        *(["flow_drive"] if made.is_forced else []), "flow_series",
+    ]  # fmt: skip
+
+
+def own_trigonometry(scene: Scene) -> bool:
+    """Whether a forcing's phase goes through the scene's own sines and cosines, as the angles do, and not through the C library."""
+    return scene.forced is not None and scene.trig in ("bundled", "hook")
 
 
 def cart(scene: Scene) -> int:
@@ -157,7 +171,7 @@ def sizes(scene: Scene, stem: str, made: Series, names: CNames) -> dict[str, obj
 def features(scene: Scene, made: Series, columns: bool) -> dict[str, bool]:
     """Which features of the stencils a scene has."""
     return {
-        "WITH_TURNS": turns(scene), "WITH_SPHERE": not scene.is_planar, "WITH_INPUTS": scene.nu > 0, "WITH_FORCING": made.is_forced,
+        "WITH_TURNS": turns(scene), "WITH_SPHERE": not scene.is_planar, "WITH_INPUTS": scene.nu > 0, "WITH_FORCING": made.is_forced, "WITH_OWN_TRIGONOMETRY": own_trigonometry(scene),
         "WITH_SQUARES": made.squares > 0, "WITH_DRY": made.dry > 0, "WITH_SCALES": scale_literals(scene, None) is not None,
         "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns, "WITH_PARAMETERS": columns and made.order_along is not None,
     }  # fmt: skip

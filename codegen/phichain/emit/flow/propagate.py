@@ -24,7 +24,7 @@ from phichain.emit.flow.instance import (
     printed,
     sizes,
     spelling,
-    turns,
+    steps_stencils,
 )
 from phichain.emit.render import render
 from phichain.emit.stencil import instance
@@ -122,7 +122,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
         "PHI_MARGIN": names.number(SINGLE_MARGIN if scene.links == 1 else MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE * LOG_TWO).text,
         "VARIES": "given" if made.order_along is not None else "", "PHI_SLACK": names.number(SLACK).text, "PHI_LEEWAY": str(LEEWAY),
     }  # fmt: skip
-    files = ["flow_norms", *(["flow_turns"] if turns(scene) else []), "flow_series", "flow_length", "flow_event"]
+    files = [*steps_stencils(scene, made), "flow_length", "flow_event"]
     texts = [instance(name, spelt, wanted) for name in files]
     if made.columns is not None:
         tangent = f"{scene.name}_tangent"

@@ -25,6 +25,7 @@ from phichain.emit.flow.instance import (
     printed,
     sizes,
     spelling,
+    steps_stencils,
     turns,
 )
 from phichain.emit.render import render
@@ -95,8 +96,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
         "stem_event": f"{scene.name}_batch_event", **{f"STEM_OF_{what}": f"{upper}_BATCH_OF_{what}" for what in ("DEPTH", "V")},
     }  # fmt: skip
     wanted = features(scene, made, False)
-    files = ["flow_norms", *(["flow_turns"] if turns(scene) else [])]
-    files += ["flow_series", "flow_length", "flow_event", "flow_batch"]
+    files = [*steps_stencils(scene, made), "flow_length", "flow_event", "flow_batch"]
     return "\n".join(instance(name, spelt, wanted) for name in files).rstrip("\n")
 
 

@@ -28,10 +28,10 @@ def step(
     q, v = arguments["q"], arguments["v"]
     stages: list[tuple[ArrayRef, ArrayRef]] = []
     for weight in (0, _HALF, _HALF, 1):
-        at_q, at_v = (q, v) if not stages else _moved(builder, scene, (q, v), h * weight, stages[-1])
+        at_q, at_v = (q, v) if not stages else moved(builder, scene, (q, v), h * weight, stages[-1])
         inputs = [at_q, at_v, *([arguments["u"]] if scene.nu else [])]
         (acceleration,) = builder.call(forward, inputs, {f"acceleration_{len(stages) + 1}": scene.nv})
-        stages.append((_velocity(builder, scene, at_q, at_v, len(stages) + 1), acceleration))
+        stages.append((velocity(builder, scene, at_q, at_v, len(stages) + 1), acceleration))
     sixth = h / 6
     ends = [(arguments["q_next"], 0, q, scene.nq), (arguments["v_next"], 1, v, scene.nv)]
     if not scene.is_planar:
@@ -45,7 +45,7 @@ def step(
         project(builder, scene, ends[0][0], ends[1][0], arguments["q_next"], arguments["v_next"])
 
 
-def _velocity(builder: Builder, scene: Scene, q: ArrayRef, v: ArrayRef, stage: int) -> ArrayRef:
+def velocity(builder: Builder, scene: Scene, q: ArrayRef, v: ArrayRef, stage: int) -> ArrayRef:
     """q' of a stage."""
     if scene.is_planar:
         return v
@@ -59,14 +59,14 @@ def _velocity(builder: Builder, scene: Scene, q: ArrayRef, v: ArrayRef, stage: i
     return velocity
 
 
-def _moved(
+def moved(
     builder: Builder, scene: Scene, start: tuple[ArrayRef, ArrayRef], by: Expr, slope: tuple[ArrayRef, ArrayRef]
 ) -> tuple[ArrayRef, ArrayRef]:
     """start + by * slope, cell by cell."""
-    moved = []
+    made = []
     for name, origin, direction, size in zip(("q_stage", "v_stage"), start, slope, (scene.nq, scene.nv), strict=True):
         target = builder.array(name, size)
         with builder.loop("i", 0, size) as loop:
             target[loop.index] = origin[loop.index] + by * direction[loop.index]
-        moved.append(target)
-    return moved[0], moved[1]
+        made.append(target)
+    return made[0], made[1]
