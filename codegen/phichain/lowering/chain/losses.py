@@ -136,7 +136,7 @@ class _Vanishing:
         self.builder = vector[0].builder
         over = 1 / _speed(speed)
         let = self.builder.let
-        self.ratio = let(f"{name}_ratio", self.builder.sqrt(over * over * dot(vector, vector) + LEAST_SQUARE))
+        self.ratio = let(f"{name}_ratio", self.builder.apply("sqrt", over * over * dot(vector, vector) + LEAST_SQUARE))
         self.saturation = let(f"{name}_saturation", self.builder.apply("tanh", self.ratio))
         self.over = let(f"{name}_over_ratio", 1 / self.ratio)
         self.share = let(f"{name}_share", self.saturation * self.over)

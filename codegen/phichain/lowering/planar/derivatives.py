@@ -26,10 +26,10 @@ def suits(scene: Scene) -> bool:
     """Whether no digit is lost against the differentiated sweeps.
 
     The tension form, which serves masses at the links' ends, keeps 4e-16 on a cart whatever the masses are; here 1e-13 is left where
-    they grow by sixteen decades from link to link. Rotors over a base that is given its acceleration are left to them, too.
+    they grow by sixteen decades from link to link. Of chains with rotors `geared.derivatives` says it.
     """
     if scene.armature is not None:
-        return not scene.base_accelerations
+        return geared.suits(scene)
     if not (scene.has_free_cart and scene.tip_masses):
         return True
     return not isinstance(scene.mass, str) and max(scene.mass) <= _MOST * min(scene.mass)
