@@ -23,7 +23,7 @@ from weakref import WeakValueDictionary
 
 import sympy
 
-from phichain.contract.friction import LEAST_SQUARE
+from phichain.contract.chain import LEAST_SQUARE
 from phichain.errors import DerivationError
 from phichain.ir.builder import Builder
 from phichain.ir.interpret import Algebra, run

@@ -28,7 +28,7 @@ from fractions import Fraction
 
 import sympy
 
-from phichain.contract.friction import LEAST_SQUARE
+from phichain.contract.chain import LEAST_SQUARE
 from phichain.mechanics.symbols import (
     ChainSymbols,
     Coefficient,

@@ -14,7 +14,7 @@ from typing import Any
 
 import sympy
 
-from phichain.contract.friction import LEAST_SQUARE
+from phichain.contract.chain import LEAST_SQUARE
 from phichain.mechanics.coefficients import Coefficients
 from phichain.mechanics.symbols import ChainSymbols, Show, expression
 

@@ -18,7 +18,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
-from phichain.contract.friction import LEAST_SQUARE
+from phichain.contract.chain import LEAST_SQUARE
 from phichain.proof.modular.field import HALF, PRIME, Vector, cross, dot, exact, inverse, plus
 from phichain.proof.modular.points import Point
 

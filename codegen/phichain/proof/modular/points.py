@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
-from phichain.contract.friction import LEAST_SQUARE
+from phichain.contract.chain import LEAST_SQUARE
 from phichain.ir.nodes import Array
 from phichain.proof.modular.compiled import Circle, Given
 from phichain.proof.modular.field import HALF, PRIME, Source, Vector, exact, inverse, root

@@ -27,9 +27,9 @@ from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, stor
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.series.series import Series
 from phichain.lowering.series.spatial.articulated_factor import factor, layout, load_size
+from phichain.lowering.series.spatial.columns import columns_program
 from phichain.lowering.series.spatial.rows import (
     Ordering,
-    columns_program,
     factor_program,
     order_program,
     right_rows,

@@ -22,10 +22,10 @@ from phichain.lowering.algebra.unit_vectors import ambient_size
 from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, store, sub
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import Series
+from phichain.lowering.series.spatial.columns import columns_program
 from phichain.lowering.series.spatial.rows import (
     Factoring,
     Ordering,
-    columns_program,
     factor_program,
     joint_runs,
     order_program,

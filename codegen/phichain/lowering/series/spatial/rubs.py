@@ -17,7 +17,7 @@ a place. For derivatives along the state the same holds of variations, with the 
 
 from __future__ import annotations
 
-from phichain.contract.friction import LEAST_SQUARE
+from phichain.contract.chain import LEAST_SQUARE
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, store
 from phichain.lowering.chain.losses import rate_unit

@@ -24,9 +24,9 @@ from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, store, sub
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.series.series import Series
+from phichain.lowering.series.spatial.columns import columns_program
 from phichain.lowering.series.spatial.rows import (
     Ordering,
-    columns_program,
     factor_program,
     order_program,
     right_rows,
