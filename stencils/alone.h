@@ -111,8 +111,9 @@ enum {
     stem_rights = 2,
     stem_squares = WITH_SQUARES ? 2 : 0,
     stem_dry = WITH_DRY ? 2 : 0,
-    stem_width = stem_lefts + 3 * stem_dry,
-    stem_all = stem_lefts * stem_rights + stem_squares + 2 * stem_dry,
+    stem_rubs = WITH_RUBS ? 2 : 0,
+    stem_width = stem_lefts + 3 * stem_dry + 5 * stem_rubs,
+    stem_all = stem_lefts * stem_rights + stem_squares + 2 * stem_dry + 6 * stem_rubs,
     stem_highest = 22,
 #if WITH_PARAMETERS
     stem_varied = 4,
@@ -194,6 +195,9 @@ typedef struct stem_start {
 #if WITH_FORCING
     stem_lanes later[4], drive[2];
 #endif
+#if WITH_RUBS
+    stem_lanes rubs[stem_highest + 2][stem_rubs];
+#endif
 } stem_start;
 
 #if WITH_COLUMNS
@@ -237,6 +241,9 @@ typedef struct stem_jets {
 #endif
 #if WITH_TURNS
     stem_lanes turns[stem_q];
+#endif
+#if WITH_RUBS
+    stem_lanes powers[stem_highest][stem_highest][stem_rubs];
 #endif
 #if WITH_PARAMETERS
     phi_real kept[stem_highest][stem_all];

@@ -71,7 +71,8 @@ SCENES = (
          cart_damping=0.4, cart_friction=0.9, cart_friction_speed=1.5),
     make("planar_braked_runtime", 2, "planar", "cart", com=_mid(2), code="unrolled", stiffness=1.5, friction="runtime",
          rest_angle="runtime", cart_damping="runtime", cart_friction="runtime", friction_speed=0.7),
-    make("spatial_braked", 2, "spatial", "cart", STEPS, com=_mid(2), cart_damping="runtime", code="loops"),
+    make("spatial_braked", 2, "spatial", "cart", STEPS, com=_mid(2), cart_damping="runtime", cart_friction=0.9, cart_friction_speed=1.5,
+         friction="runtime", friction_speed=0.75, code="loops"),
     make("spatial_tip", 3, "spatial", "fixed", STEPS, code="loops"),
     make("spatial_rigid", 3, "spatial", "cart", STEPS, com=[0.3, 1.2, 0.0], inertia=_joint(3, 0.2), code="loops"),
     make("spatial_rigid_runtime", 2, "spatial", "fixed", mass="runtime", com=_mid(2), inertia="runtime", code="unrolled"),
@@ -95,7 +96,7 @@ FLOAT_SCENES = (
     make("float_geared", 2, "planar", "fixed", com=_mid(2), armature=_joint(2, 0.4), actuated="all", real="float"),
     make("float_planar_braked", 3, "planar", "cart", code="unrolled", real="float", **_BRAKED, cart_friction=0.9,
          cart_friction_speed=1.5),
-    make("float_spatial_cart", 3, "spatial", "cart", code="unrolled", real="float"),
+    make("float_spatial_cart", 3, "spatial", "cart", code="unrolled", real="float", friction=0.5, friction_speed=0.75),
 )  # fmt: skip
 """In single precision."""
 

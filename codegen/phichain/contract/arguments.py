@@ -52,12 +52,6 @@ def is_damped(chain: Kind) -> bool:
     return chain.damping is not None
 
 
-def may_be_held_at_its_centre(chain: Kind) -> bool:
-    """A spatial link with inertia may turn about its own centre of mass."""
-    rigid = not chain.is_planar and chain.inertia is not None and chain.com is not None
-    return rigid and (chain.com == "runtime" or not all(chain.com or ()))
-
-
 def has_rotors(chain: Kind) -> bool:
     """Joints carry rotors."""
     return chain.armature is not None
@@ -151,13 +145,6 @@ NO_BALANCE: Final = (
         is_driven,
         "is a balance of forces, and a cart that is driven by its acceleration goes where it is told",
         'use base = "fixed" for the chain beneath it, or drive = "force"',
-    ),
-)
-NO_TAYLOR: Final = (
-    Absence(
-        may_be_held_at_its_centre,
-        "divides by the first moments of spatial links, which com = 0, or one that comes at run time, may make vanish",
-        'use "propagate_stiff" or "step_lie4", or give com as numbers above zero',
     ),
 )
 NO_ROTORS: Final = Absence(

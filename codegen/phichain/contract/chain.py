@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from fractions import Fraction
+from typing import Final, Protocol
 
 PerLink = tuple[float, ...] | str
 """One number per link, or the word `runtime`."""
+
+#: Added to |w|^2 / v_0^2 of dry friction in space before its root is taken, so that root and quotient have values and derivatives at
+#: rest: no digit of any arithmetic sees it, and its inverse has room in single precision.
+LEAST_SQUARE: Final = Fraction(1, 2**126)
 
 
 class Kind(Protocol):

@@ -19,7 +19,6 @@ from phichain.contract.arguments import (
     NO_FORCES,
     NO_PREPARATION,
     NO_ROTORS,
-    NO_TAYLOR,
     STATE,
     STEP,
     Q,
@@ -240,7 +239,7 @@ TABLE: Final[tuple[Function, ...]] = (
     ),
     Function(
         "propagate", "Taylor flow: order and steps chosen from a tolerance, with dense output and an event.",
-        flow=flows.PROPAGATE, absent=NO_TAYLOR,
+        flow=flows.PROPAGATE,
     ),
     Function(
         "propagate_stiff", "Stiff flow: an L-stable Rosenbrock method of order 5, its steps chosen from a tolerance.",
@@ -248,7 +247,7 @@ TABLE: Final[tuple[Function, ...]] = (
     ),
     Function(
         "propagate_batch", "Taylor flow of many trajectories at once, on vectors, each with steps of its own.",
-        flow=flows.PROPAGATE_BATCH, on_request=_MANY, absent=NO_TAYLOR,
+        flow=flows.PROPAGATE_BATCH, on_request=_MANY,
     ),
     Function(
         "project", "Unit vectors made unit, angular velocities made tangent.",

@@ -23,6 +23,7 @@ from weakref import WeakValueDictionary
 
 import sympy
 
+from phichain.contract.chain import LEAST_SQUARE
 from phichain.errors import DerivationError
 from phichain.ir.builder import Builder
 from phichain.ir.interpret import Algebra, run
@@ -164,8 +165,16 @@ def _losses(model: Model, motion: _Motion, held: Values) -> int:
     total = twice * _HALF
     for forces, rates, speed in rubbed:
         v_0 = _residue(Fraction(speed or 1))
-        total += sum(f * v_0 * motion.point.log_cosh(rate[0] * inverse(v_0)) for f, rate in zip(forces, rates, strict=False))
+        total += sum(f * v_0 * motion.point.log_cosh(_size(motion, rate, v_0)) for f, rate in zip(forces, rates, strict=False))
     return total
+
+
+def _size(motion: _Motion, rate: Sequence[int], v_0: int) -> int:
+    """v / v_0 in the plane, the root of |w|^2 / v_0^2 and a little in space."""
+    over = inverse(v_0)
+    if len(rate) == 1:
+        return rate[0] * over
+    return motion.point.root((_dot(rate, rate) * over * over + _residue(LEAST_SQUARE)) % PRIME)
 
 
 def _places(model: Model, motion: _Motion, held: Values) -> Iterator[tuple[str, int, int]]:

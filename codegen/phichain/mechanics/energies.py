@@ -12,6 +12,7 @@ derivative of F v_0 ln cosh(v / v_0), so that
 
     R = 1/2 d_0 |x'|^2 + 1/2 sum_k d_k |slip_k|^2 + F_0 v_0 ln cosh(x' / v_0) + sum_k F_k v_0 ln cosh(slip_k / v_0)
 
+(in space of the root of |x'|^2 / v_0^2 or |slip_k|^2 / v_0^2 plus 2^-126, which keeps the root's derivative at rest)
 gives all forces that take energy as its derivatives by rates; of dry friction it is no power any more, which is force times rate.
 Planar springs pull towards theta_k = alpha_k, bend_k = theta_k - alpha_k. Places are counted from where a moving base is; its motion is no
 coordinate, and its c is that of any inertial frame: the equations hold b = c' alone. Nothing is multiplied out: every p_k, r_k and their rates is a symbol with
@@ -27,6 +28,7 @@ from fractions import Fraction
 
 import sympy
 
+from phichain.contract.chain import LEAST_SQUARE
 from phichain.mechanics.symbols import (
     ChainSymbols,
     Coefficient,
@@ -136,7 +138,7 @@ def energies_of(scene: Scene) -> Energies:
         definitions += _bends(scene, names)
     if any(law is not None for law in (scene.damping, scene.friction, scene.armature)):
         definitions += _slips(scene, symbols, names)
-    definitions += [(names.rub(k), sympy.log(sympy.cosh(rate / exact(v_0)))) for k, rate, _, v_0 in _frictions(scene, names)]
+    definitions += [(names.rub(k), sympy.log(sympy.cosh(_size(rate, v_0)))) for k, rate, _, v_0 in _frictions(scene, names)]
     return Energies(
         kinetic=sympy.Add(*moving),
         potential=sympy.Add(-exact(gravity(scene)) * names.moment, *springs),
@@ -192,15 +194,22 @@ def absolute_rate(k: int) -> sympy.Symbol:
     return sympy.Symbol(f"phidot_{k}")
 
 
-def _frictions(scene: Scene, names: Names) -> list[tuple[int, sympy.Symbol, Coefficient, Fraction]]:
-    """(number, rate, F, v_0) of every dry friction, 0 the cart's; in the plane alone."""
-    found: list[tuple[int, sympy.Symbol, Coefficient, Fraction]] = []
+def _size(rate: Sequence[sympy.Symbol], v_0: Fraction) -> sympy.Expr:
+    """v / v_0 in the plane, and what stands for |w| / v_0 in space."""
+    if len(rate) == 1:
+        return rate[0] / exact(v_0)
+    return sympy.sqrt(exact(1 / v_0**2) * sympy.Add(*[y**2 for y in rate]) + exact(LEAST_SQUARE))
+
+
+def _frictions(scene: Scene, names: Names) -> list[tuple[int, tuple[sympy.Symbol, ...], Coefficient, Fraction]]:
+    """(number, rate, F, v_0) of every dry friction, 0 the cart's."""
+    found: list[tuple[int, tuple[sympy.Symbol, ...], Coefficient, Fraction]] = []
     if scene.cart_friction is not None and scene.cart_friction_speed is not None:
-        rate = names.joint(0, rate=True)[0]
+        rate = names.joint(0, rate=True)[:-1]
         found.append((0, rate, cart_law(scene, "cart_friction"), Fraction(scene.cart_friction_speed)))
     if scene.friction is not None and scene.friction_speed is not None:
         forces = enumerate(parameter(scene, "friction"), 1)
-        found += [(k, names.slip(k)[0], force, Fraction(scene.friction_speed)) for k, force in forces]
+        found += [(k, names.slip(k), force, Fraction(scene.friction_speed)) for k, force in forces]
     return found
 
 

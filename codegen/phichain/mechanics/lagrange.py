@@ -22,7 +22,7 @@ from phichain.mechanics.planar import PlanarExpressions
 from phichain.mechanics.spatial import SpatialExpressions
 from phichain.mechanics.symbols import ChainSymbols, Coefficient, Show, exact, expression
 from phichain.scene import Scene, given_scene
-from phichain.scene.keys import PARAMETERS, label
+from phichain.scene.keys import PARAMETERS
 
 
 @dataclass(frozen=True)
@@ -220,13 +220,8 @@ def derive(scene: Scene) -> Model:
 
     Raises:
         SceneError: What is given is no `Scene`.
-        UnsupportedError: The scene asks for what no equations are derived for.
     """
     scene = given_scene(scene)
-    for key, instead in _PLANAR.items():
-        if not scene.is_planar and getattr(scene, key) is not None:
-            problem = "is derived for planar chains alone: in space its law along a vector has no equations in this version"
-            raise UnsupportedError(label(key), getattr(scene, key), problem, f"use {label(instead)}, or remove it")
     return Model(scene, energies_of(scene))
 
 
@@ -238,6 +233,3 @@ def with_symbols(scene: Scene) -> Scene:
     present: dict[str, Any] = {name: "runtime" for name in PARAMETERS if getattr(scene, name) is not None}
     return replace(scene, **present)
 
-
-_PLANAR = {"friction": "damping", "cart_friction": "cart_damping"}
-"""Keys that nothing is derived for in space, and what there is instead."""

@@ -43,6 +43,7 @@ class Residues:
         self._circles: dict[sympy.Symbol, Circle] = {}
         self._defined: set[sympy.Symbol] = set()
         self._log_cosh: dict[int, int] = {}
+        self._roots: dict[int, int] = {}
 
     def define(self, definitions: Iterable[tuple[sympy.Symbol, sympy.Expr]]) -> None:
         """Give symbols the values of their definitions, one after the other.
@@ -61,7 +62,7 @@ class Residues:
         """Return the value of an expression.
 
         Raises:
-            DerivationError: It is no rational function of symbols, of sines and cosines of angles, and of ln cosh.
+            DerivationError: It is no rational function of symbols, of sines and cosines of angles, of roots and of ln cosh.
         """
         if isinstance(expression, sympy.Symbol):
             if expression not in self._values:
@@ -79,6 +80,8 @@ class Residues:
             return product
         if isinstance(expression, sympy.Pow) and expression.exp.is_Integer:
             return pow(self.value(expression.base), int(expression.exp), PRIME)
+        if isinstance(expression, sympy.Pow) and expression.exp == sympy.S.Half:
+            return self.root(self.value(expression.base))
         if isinstance(expression, (sympy.sin, sympy.cos)):
             circle = self._circle(expression.args[0])
             if circle is not None:
@@ -96,6 +99,12 @@ class Residues:
         if even not in self._log_cosh:
             self._log_cosh[even] = self._source.randrange(1, PRIME) if even else 0
         return self._log_cosh[even]
+
+    def root(self, square: int) -> int:
+        """Return what stands for the root of a value: one of its own for every value, as half of them have none."""
+        if square % PRIME not in self._roots:
+            self._roots[square % PRIME] = self._source.randrange(1, PRIME)
+        return self._roots[square % PRIME]
 
     def angle(self, symbol: sympy.Symbol) -> Angle:
         """Return the angle that a symbol without a definition stands for."""

@@ -7,12 +7,14 @@ written in q_k and its rates, (16) in omega_k. Signs and hats follow theory sect
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from functools import cached_property
 from itertools import combinations
 from typing import Any
 
 import sympy
 
+from phichain.contract.chain import LEAST_SQUARE
 from phichain.mechanics.coefficients import Coefficients
 from phichain.mechanics.symbols import ChainSymbols, Show, expression
 
@@ -36,6 +38,9 @@ class SpatialExpressions:
         self._stiffness = [show(entry) for entry in chain.stiffness]
         self._damping = [show(entry) for entry in chain.damping]
         self._cart_damping = show(chain.cart_damping)
+        self._friction, self._cart_friction = [show(entry) for entry in chain.friction], show(chain.cart_friction)
+        self._speeds = [show(Fraction(speed or 1)) for speed in (scene.friction_speed, scene.cart_friction_speed)]
+        self._least = show(LEAST_SQUARE)
         self._q = [_vector(link) for link in symbols.links]
         self._omega = [_vector(rate) for rate in symbols.omega]
 
@@ -100,15 +105,15 @@ class SpatialExpressions:
 
     @cached_property
     def joint_torque(self) -> sympy.ImmutableDenseMatrix:
-        """What springs and dampers ask for: couple_i = P_i (J_i - J_{i+1}), and d_0 x' of the cart,
+        """What springs, dampers and dry friction ask for: couple_i = P_i (J_i - J_{i+1}), and d_0 x' of the cart,
 
-        J_k = k_k q_{k-1} x q_k + d_k (omega_k - omega_{k-1}); P_i = I - q_i q_i^T only turns the neighbours'
+        J_k = k_k q_{k-1} x q_k + d_k w + F_k tanh(|w| / v_0) w / |w|, w = omega_k - omega_{k-1}; P_i = I - q_i q_i^T only turns the neighbours'
         rates, the rest is orthogonal to q_i already.
         """
         still = sympy.zeros(3, 1)
         chain = [(_DOWN, still), *zip(self._q, self._omega, strict=True), (_DOWN, still)]
         couples = [self._across(k, k, *chain[k]) + self._across(k, k + 1, *chain[k + 2]) for k in self._links]
-        drag = [self._cart_damping * rate for rate in self._symbols.cart_rate]
+        drag = self._drag()
         cart = [sympy.Matrix(drag)] if drag else []
         return sympy.ImmutableDenseMatrix.vstack(*cart, *couples)
 
@@ -118,7 +123,21 @@ class SpatialExpressions:
             return sympy.zeros(3, 1)
         link, rate = self._q[k], self._omega[k]
         slip = rate - spin + link * _dot(link, spin)
-        return self._stiffness[joint] * neighbour.cross(link) + self._damping[joint] * slip
+        resisted = self._damping[joint] + self._share(self._friction[joint], self._speeds[0], rate - spin)
+        return self._stiffness[joint] * neighbour.cross(link) + resisted * slip
+
+    def _drag(self) -> list[sympy.Expr]:
+        """What resists the cart."""
+        speed = self._symbols.cart_rate
+        resisted = self._cart_damping + self._share(self._cart_friction, self._speeds[1], speed)
+        return [resisted * rate for rate in speed]
+
+    def _share(self, force: Any, v_0: Any, slip: Sequence[Any]) -> sympy.Expr:
+        """F tanh(|w| / v_0) / |w|, with a little in the root as R has it."""
+        if force == 0:
+            return sympy.S.Zero
+        ratio = sympy.sqrt(sympy.Add(*[y**2 for y in slip]) / v_0**2 + self._least)
+        return force / v_0 * sympy.tanh(ratio) / ratio
 
     @cached_property
     def base_torque(self) -> sympy.ImmutableDenseMatrix:
@@ -154,8 +173,7 @@ class SpatialExpressions:
         rows: list[Any] = []
         if symbols.cart:
             sway = _sum(mu * entry for mu, entry in zip(self._mu, accelerations, strict=True))
-            drag = [self._cart_damping * rate for rate in symbols.cart_rate]
-            rows = [a + b for a, b in zip(self._total_mass * push + sway, drag, strict=False)]
+            rows = [a + b for a, b in zip(self._total_mass * push + sway, self._drag(), strict=False)]
             if self._scene.is_driven:
                 rows = list(symbols.cart_acceleration)
         rates = [_vector(rate) for rate in symbols.link_rates]

@@ -18,6 +18,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
+from phichain.contract.chain import LEAST_SQUARE
 from phichain.proof.modular.field import HALF, PRIME, Vector, cross, dot, exact, inverse, plus
 from phichain.proof.modular.points import Point
 
@@ -156,12 +157,18 @@ class Chain:
         if scene.cart_friction_speed is not None:
             over = inverse(exact(scene.cart_friction_speed))
             forces.append(self.single("cart_friction") * exact(scene.cart_friction_speed))
-            rates.append(self.point.v[0] * over % PRIME)
+            rates.append(self._size(self.point.v[: self.point.carts], over))
         if scene.friction_speed is not None:
             over = inverse(exact(scene.friction_speed))
             forces += [force * exact(scene.friction_speed) for force in self.per_link("friction")]
-            rates += [slip[0] * over % PRIME for slip in self._slips()]
+            rates += [self._size(slip, over) for slip in self._slips()]
         return sum(force * self.point.log_cosh(rate) for force, rate in zip(forces, rates, strict=True))
+
+    def _size(self, rate: Vector, over: int) -> int:
+        """v / v_0 in the plane, the root of |w|^2 / v_0^2 and a little in space."""
+        if len(rate) == 1:
+            return rate[0] * over % PRIME
+        return self.point.root((dot(rate, rate) * over * over + exact(LEAST_SQUARE)) % PRIME)
 
     def _bends(self) -> Vector:
         """(phi_k - phi_{k-1} - alpha_k)^2 / 2, or 1 - q_{k-1}.q_k."""

@@ -113,14 +113,14 @@ def joint_force(scene: Scene, values: Parameters, pose: Pose) -> Vector:
     """Return the generalised force of springs, dampers and dry friction (N m; N for the cart).
 
     Joint k loads its outer link with -k_k bend_k - d_k (spin_k - spin_{k-1}) and its inner one with the
-    opposite, bend_k less the angle at which the spring rests; dry friction of F against a rate w is -F tanh(w / v_0).
+    opposite, bend_k less the angle at which the spring rests; dry friction of F against a rate w is -F tanh(|w| / v_0) w / |w|.
     """
     zero = [mpf(0)] * len(pose.spin[0])
     moments = []
     for k, (bend, spin, before) in enumerate(zip(pose.bend, pose.spin, [zero, *pose.spin], strict=False)):
         slips = [outer - inner for outer, inner in zip(spin, before, strict=True)]
         bends = [angle - values.rest_angle[k] for angle in bend]
-        dry = [_dry(values.friction[k], values.friction_speed, slip) for slip in slips]
+        dry = _dry(values.friction[k], values.friction_speed, slips)
         laws = zip(bends, slips, dry, strict=True)
         moments.append([-values.stiffness[k] * angle - values.damping[k] * slip - rub for angle, slip, rub in laws])
     couples = [
@@ -133,13 +133,16 @@ def joint_force(scene: Scene, values: Parameters, pose: Pose) -> Vector:
 
 def cart_force(values: Parameters, pose: Pose) -> Vector:
     """Return the force of damper and dry friction on the cart, by its directions (N)."""
-    rubs = (_dry(values.cart_friction, values.cart_friction_speed, rate) for rate in pose.cart_rate)
+    rubs = _dry(values.cart_friction, values.cart_friction_speed, pose.cart_rate)
     return [-values.cart_damping * rate - rub for rate, rub in zip(pose.cart_rate, rubs, strict=True)]
 
 
-def _dry(force: Any, speed: Any, rate: Any) -> Any:
-    """F tanh(v / v_0)."""
-    return force * mp.tanh(rate / speed) if force else mpf(0)
+def _dry(force: Any, speed: Any, rate: Vector) -> Vector:
+    """F tanh(|w| / v_0) w / |w|, in the plane F tanh(w / v_0)."""
+    if not force or not any(rate):
+        return [mpf(0)] * len(rate)
+    size = mp.sqrt(dot(rate, rate))
+    return [force * mp.tanh(size / speed) * entry / size for entry in rate]
 
 
 def rotor_momentum(scene: Scene, values: Parameters, rates: Vector) -> Vector:

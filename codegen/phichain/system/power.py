@@ -64,27 +64,27 @@ def joint_rates(system: System, v: Vector) -> Vector:
 
 
 def _of_joints(system: System, v: Vector, p: Parameters | None) -> Vector:
-    """sum_k d_k |omega_k - omega_(k-1)|^2 + F_k theta_k' tanh(theta_k' / v_0), theta_k' in the plane."""
+    """sum_k d_k |w_k|^2 + F_k |w_k| tanh(|w_k| / v_0), w_k = omega_k - omega_(k-1), theta_k' in the plane."""
     total = np.zeros(v.shape[:-1])
     if not system.joints.resists:
         return total
     rates = joint_rates(system, v)
+    rates = np.abs(rates) if system.is_planar else np.linalg.norm(rates, axis=-1)
     if system.joints.damping is not None:
-        squares = rates**2 if system.is_planar else np.sum(rates**2, axis=-1)
-        total = total + np.sum(system.number("damping", p) * squares, axis=-1)
+        total = total + np.sum(system.number("damping", p) * rates**2, axis=-1)
     if system.joints.friction is not None and system.joints.friction_speed:
         total = total + np.sum(system.number("friction", p) * rates * np.tanh(rates / system.joints.friction_speed), axis=-1)
     return total
 
 
 def _of_cart(system: System, v: Vector, p: Parameters | None) -> Vector:
-    """d_0 |x'|^2 + F_0 x' tanh(x' / v_0)."""
+    """d_0 |x'|^2 + F_0 |x'| tanh(|x'| / v_0)."""
     total, speed = np.zeros(v.shape[:-1]), v[..., : system.cart_size]
     if system.numbers.cart_damping is not None:
         total = total + system.number("cart_damping", p) * np.sum(speed**2, axis=-1)
     if system.numbers.cart_friction is not None and system.numbers.cart_friction_speed:
-        dry = speed * np.tanh(speed / system.numbers.cart_friction_speed)
-        total = total + system.number("cart_friction", p) * np.sum(dry, axis=-1)
+        size = np.linalg.norm(speed, axis=-1)
+        total = total + system.number("cart_friction", p) * size * np.tanh(size / system.numbers.cart_friction_speed)
     return total
 
 

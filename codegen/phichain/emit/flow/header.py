@@ -37,6 +37,7 @@ def _start(scene: Scene, made: Series) -> Arrays:
     return [
         ("unit", (2,)), ("held", (made.held,)), ("slope", (2 * scene.nq,)), ("left", (2, made.width)),
         ("right", (2, made.rights * made.lanes)), *([("later", (made.held,)), ("drive", (2,))] if made.is_forced else []),
+        *([("rubs", (HIGHEST[scene.real] + 2, made.rubs))] if made.rubs else []),
     ]  # fmt: skip
 
 
@@ -54,6 +55,8 @@ def _workspace(scene: Scene, made: Series) -> Arrays:
         own += [(name, ()) for name in ("t", "t_lost", "amplitude", "omega")]
     if turns(scene):
         own.append(("turns", (scene.nq,)))
+    if made.rubs:
+        own.append(("powers", (highest, highest, made.rubs)))
     return own + (columns_workspace(scene, made, highest) if made.columns is not None else [])
 
 

@@ -161,7 +161,7 @@ def sizes(scene: Scene, stem: str, made: Series, names: CNames) -> dict[str, obj
     ]
     return {
         "stem": stem, "nq": scene.nq, "nu": scene.nu, "cart": cart(scene), "masses": scene.links,
-        "axes": 2 if scene.is_planar else 3, "lefts": made.lanes, "rights": made.rights, "squares": made.squares, "dry": made.dry, "all": made.sums,
+        "axes": 2 if scene.is_planar else 3, "lefts": made.lanes, "rights": made.rights, "squares": made.squares, "dry": made.dry, "rubs": made.rubs, "left_width": made.width, "all": made.sums,
         "highest": HIGHEST[scene.real], "held": made.held, "forced": made.is_forced, "varied": sum(scene.varied.values()), "turns": turns(scene), "real": f"{scene.name}_real",
         "abs": names.libm("fabs"), "now": [", ".join(names.number(value).text for value in row) for row in rows],
         "tables": table_rows(names),
@@ -171,8 +171,9 @@ def sizes(scene: Scene, stem: str, made: Series, names: CNames) -> dict[str, obj
 def features(scene: Scene, made: Series, columns: bool) -> dict[str, bool]:
     """Which features of the stencils a scene has."""
     return {
-        "WITH_TURNS": turns(scene), "WITH_SPHERE": not scene.is_planar, "WITH_INPUTS": scene.nu > 0, "WITH_FORCING": made.is_forced, "WITH_OWN_TRIGONOMETRY": own_trigonometry(scene),
-        "WITH_SQUARES": made.squares > 0, "WITH_DRY": made.dry > 0, "WITH_SCALES": scale_literals(scene, None) is not None,
+        "WITH_TURNS": turns(scene), "WITH_SPHERE": not scene.is_planar, "WITH_INPUTS": scene.nu > 0, "WITH_FORCING": made.is_forced,
+        "WITH_OWN_TRIGONOMETRY": own_trigonometry(scene),
+        "WITH_SQUARES": made.squares > 0, "WITH_DRY": made.dry > 0, "WITH_RUBS": made.rubs > 0, "WITH_SCALES": scale_literals(scene, None) is not None,
         "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns, "WITH_PARAMETERS": columns and made.order_along is not None,
     }  # fmt: skip
 

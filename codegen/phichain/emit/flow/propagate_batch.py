@@ -103,8 +103,9 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
 def _work(scene: Scene, made: Series) -> int:
     """Numbers the jets take, and room to put them on the boundary of a vector."""
     size, factors = 2 * scene.nq, made.width + made.lanes * made.rights
-    start = 2 + made.held + size + 2 * factors + (made.held + 2 if made.is_forced else 0)
-    rows = (HIGHEST[scene.real] + 1) * (size + factors)
+    highest = HIGHEST[scene.real]
+    start = 2 + made.held + size + 2 * factors + (made.held + 2 if made.is_forced else 0) + (highest + 2) * made.rubs
+    rows = (highest + 1) * (size + factors) + highest * highest * made.rubs
     others = 4 * made.sums + 4 * size + scene.nu + (scene.nq if turns(scene) else 0)
     forcing = 4 if made.is_forced else 0
     return (2 * start + rows + others + forcing + 1) * VECTOR // (8 if scene.real == "double" else 4)

@@ -6,6 +6,7 @@ from phichain.ir.builder import ArrayRef, Builder
 from phichain.lowering.chain.losses import brakes_cart, cart_slope, joint_slopes, push_on_cart
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.disturbances import Column, faster_links, slowed_joints, turned_joints
+from phichain.lowering.planar.geared import derivatives as geared
 from phichain.lowering.planar.given_base import over_given_base
 from phichain.lowering.planar.jacobian import Columns, Target
 from phichain.lowering.planar.joints import planar_state
@@ -25,10 +26,10 @@ def suits(scene: Scene) -> bool:
     """Whether no digit is lost against the differentiated sweeps.
 
     The tension form, which serves masses at the links' ends, keeps 4e-16 on a cart whatever the masses are; here 1e-13 is left where
-    they grow by sixteen decades from link to link. Where joints carry rotors the sweeps are differentiated.
+    they grow by sixteen decades from link to link. Of chains with rotors `geared.derivatives` says it.
     """
     if scene.armature is not None:
-        return False
+        return geared.suits(scene)
     if not (scene.has_free_cart and scene.tip_masses):
         return True
     return not isinstance(scene.mass, str) and max(scene.mass) <= _MOST * min(scene.mass)
@@ -40,7 +41,7 @@ def state_jacobian(
     u: ArrayRef | None = None, dadu: ArrayRef | None = None,
 ) -> None:  # fmt: skip
     """The derivatives alone."""
-    derivatives(builder, scene, parameters, q, v, u, builder.array("a_value", scene.nv), dadq, dadv, dadu)
+    _written(builder, scene, parameters, q, v, u, builder.array("a_value", scene.nv), dadq, dadv, dadu)
 
 
 @writes("dynamics_and_jacobian", space="planar", suits=suits, lumped=True)
@@ -49,6 +50,17 @@ def dynamics_and_jacobian(
     dadv: ArrayRef, u: ArrayRef | None = None, dadu: ArrayRef | None = None,
 ) -> None:  # fmt: skip
     """The accelerations, and their derivatives."""
+    _written(builder, scene, parameters, q, v, u, a, dadq, dadv, dadu)
+
+
+def _written(
+    builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, u: ArrayRef | None, a: ArrayRef,
+    dadq: ArrayRef, dadv: ArrayRef, dadu: ArrayRef | None,
+) -> None:  # fmt: skip
+    """With rotors or without."""
+    if scene.armature is not None:
+        geared.derivatives(builder, scene, parameters, (q, v, u), (a, dadq, dadv, dadu))
+        return
     derivatives(builder, scene, parameters, q, v, u, a, dadq, dadv, dadu)
 
 

@@ -208,7 +208,7 @@ def inverse_dynamics(
     to_generalised(builder, scene, torque, u.shifted(offset))
     if scene.has_cart:
         needed = parameters.cart_mass * a[0] + beyond_y
-        u[0] = needed + cart_drag(scene, parameters, v[0]) if is_braked(scene) else needed
+        u[0] = needed + cart_drag(scene, parameters, v) if is_braked(scene) else needed
 
 
 @writes("linearization", space="planar")

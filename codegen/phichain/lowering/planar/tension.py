@@ -105,7 +105,7 @@ def _chain(
         if u is not None and scene.has_force:
             horizontal = u[0] * (1 / (parameters.base_mass * parameters.units.force))
         if state.speed is not None:
-            horizontal = horizontal - cart_drag(scene, parameters, state.speed[0]) / parameters.base_mass
+            horizontal = horizontal - cart_drag(scene, parameters, state.speed) / parameters.base_mass
         if pair is not None:
             horizontal = horizontal - pair[0] * cosine[0] / parameters.base_mass
     return _Chain(builder, parameters, sine, cosine, pair, horizontal)

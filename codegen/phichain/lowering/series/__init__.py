@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import lru_cache
 
-from phichain.contract.functions import ROWS
-from phichain.errors import UnsupportedError
 from phichain.lowering.series.forced import forced, with_inputs
 from phichain.lowering.series.planar import planar_series
 from phichain.lowering.series.planar_single import single_series
@@ -18,14 +16,7 @@ from phichain.mechanics import Model
 
 @lru_cache(maxsize=4)
 def series(model: Model) -> Series:
-    """The Taylor recurrences of a scene; those of the last few Models are kept, as proof and flows ask for the same.
-
-    Raises:
-        UnsupportedError: Spatial links may be held at their centres of mass, which has none here.
-    """
-    absent = ROWS["propagate"].absence(model.scene)
-    if absent is not None:
-        raise UnsupportedError("functions.want", "propagate", absent.problem, absent.remedy)
+    """The Taylor recurrences of a scene; those of the last few Models are kept, as proof and flows ask for the same."""
     made = _forced(model) if model.scene.forced is not None else _unforced(model)
     return with_parameters(made, model.scene) if model.scene.varied else made
 

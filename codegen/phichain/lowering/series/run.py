@@ -23,10 +23,12 @@ from phichain.lowering.series.series import (
     NEXT,
     NOW,
     RIGHT,
+    RUB_LANES,
     SCALE,
     SUMS,
     Series,
 )
+from phichain.lowering.series.spatial.rubbed import Rubbed, rub_lane
 
 Scalar = Any
 Row = list[Scalar]
@@ -40,11 +42,13 @@ class Arithmetic:
         run: runs a Program on flat arguments by name, the runtime parameters among them.
         number: makes a scalar of an exact number.
         total: the sum of products of two scalars each.
+        inverse: 1 / x.
     """
 
     run: Callable[[Program, Mapping[str, Sequence[Scalar]]], Mapping[str, Sequence[Scalar]]]
     number: Callable[[Fraction], Scalar]
     total: Callable[[Iterable[tuple[Scalar, Scalar]]], Scalar]
+    inverse: Callable[[Scalar], Scalar] = lambda x: 1 / x
 
 
 @dataclass(frozen=True)
@@ -70,6 +74,7 @@ class Expanded:
     sums: list[Row] = field(default_factory=list)
     given: Mapping[str, Sequence[Scalar]] = field(default_factory=dict)
     force: Sequence[Scalar] = ()
+    rubs: Sequence[Rubbed] = ()
 
 
 def expand(
@@ -102,7 +107,8 @@ def expand(
     made = arithmetic.run(series.factor, given)
     held = list(made[HELD])
     later = list(made[LATER]) if series.is_forced else held
-    found = Expanded([[*q, *v]], [list(made[LEFT])], [list(made[RIGHT])], held, later, [], given, force)
+    left = list(made[LEFT])
+    found = Expanded([[*q, *v]], [left], [list(made[RIGHT])], held, later, [], given, force, _rubbed(series, arithmetic, left, orders))
     for n in range(orders):
         sums = [
             arithmetic.total(
@@ -119,10 +125,18 @@ def expand(
             arithmetic.total((found.left[n + 1 - j][a], found.left[j][b]) for j in range(1, n + 1))
             for a, b in _dry_pairs(series)
         ]
+        for i, place in enumerate(found.rubs):
+            sums += place.sums([row[rub_lane(series, i) :] for row in found.left], n)
         found.sums.append(sums)
         weight = force[n] if n and series.is_forced else arithmetic.number(Fraction(n == 0))
         _next(series.order, arithmetic, found, sums, n, weight, params)
     return found
+
+
+def _rubbed(series: Series, arithmetic: Arithmetic, left: Row, orders: int) -> list[Rubbed]:
+    """The places of a spatial chain where dry friction acts, from row 0 of left."""
+    rows = [left[rub_lane(series, i) :] for i in range(series.rubs)]
+    return [Rubbed(arithmetic.total, arithmetic.number, arithmetic.inverse, row[:RUB_LANES], orders) for row in rows]
 
 
 def _dry_pairs(series: Series) -> list[tuple[int, int]]:
@@ -146,7 +160,7 @@ def expand_column(
     """
     lead, found = _column(series, arithmetic, base, dq, dv, params)
     for n in range(len(base.state) - 1):
-        sums = _moved_sums(series, arithmetic, base, found, lead, n)
+        sums = _moved_sums(series, arithmetic, base, found, lead, n, is_linear=True)
         _next(series.order_of_columns, arithmetic, found, sums, n, arithmetic.number(Fraction(0)), params)
     return found
 
@@ -207,9 +221,9 @@ def _column(
 
 
 def _moved_sums(
-    series: Series, arithmetic: Arithmetic, base: Expanded, found: Expanded, lead: Row, n: int
+    series: Series, arithmetic: Arithmetic, base: Expanded, found: Expanded, lead: Row, n: int, is_linear: bool = False
 ) -> Row:
-    """Derivatives of the sums of order n."""
+    """Derivatives of the sums of order n; for an order that is linear in them with what multiplies others as it is."""
     lanes, rows = series.lanes, [lead, *found.left]
     sums = [
         arithmetic.total(
@@ -230,6 +244,9 @@ def _moved_sums(
         )
         for a, b in _dry_pairs(series)
     ]
+    for i, place in enumerate(base.rubs):
+        own, moved = ([row[rub_lane(series, i) :] for row in rows] for rows in (base.left, found.left))
+        sums += [*place.moved_sums(own, moved, n), place.slopes[1] if is_linear else arithmetic.number(Fraction(0))]
     return sums
 
 

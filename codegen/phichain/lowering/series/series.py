@@ -7,6 +7,10 @@ from typing import Final
 
 from phichain.ir.nodes import Program
 
+#: Numbers of a left row, and sums of an order, for each place of a spatial chain where dry friction acts.
+RUB_LANES: Final = 5
+RUB_SUMS: Final = 6
+
 #: Arrays of the Programs.
 HELD: Final = "held"
 LEFT: Final = "left"
@@ -49,7 +53,8 @@ class Series:
         tangent: the order of derivatives along the state where it is another one than `order`.
         factor_along: how `held` moves with parameters, `d_NAME`; None where no derivatives by them are wanted.
         order_along: the order of derivatives by parameters.
-        dry: places where dry friction acts, with three more entries of a left row each.
+        dry: places of a planar chain where dry friction acts, with three more entries of a left row each.
+        rubs: places of a spatial one, with five (`series.spatial.rubs`).
     """
 
     factor: Program
@@ -64,6 +69,7 @@ class Series:
     factor_along: Program | None = None
     order_along: Program | None = None
     dry: int = 0
+    rubs: int = 0
 
     @property
     def order_of_columns(self) -> Program:
@@ -73,9 +79,9 @@ class Series:
     @property
     def width(self) -> int:
         """Entries of a left row."""
-        return self.lanes + 3 * self.dry
+        return self.lanes + 3 * self.dry + RUB_LANES * self.rubs
 
     @property
     def sums(self) -> int:
         """Sums of one order."""
-        return self.lanes * self.rights + self.squares + 2 * self.dry
+        return self.lanes * self.rights + self.squares + 2 * self.dry + RUB_SUMS * self.rubs

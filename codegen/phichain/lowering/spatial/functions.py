@@ -12,7 +12,7 @@ from fractions import Fraction
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
 from phichain.lowering.chain.base import spatial_base_columns
-from phichain.lowering.chain.losses import cart_slope
+from phichain.lowering.chain.losses import cart_slope, slopes_at_rest
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.links import directions
 from phichain.lowering.writers import writes
@@ -168,7 +168,8 @@ def linearization(builder: Builder, scene: Scene, parameters: Parameters, s: Arr
     """(19) in [x; C^T xi_k], two coordinates a link: M x'' + [D x'] + G x = B u about q_k = s_k e_3.
 
     M_ij = c_ij s_i s_j I, M_0k = mu_k s_k [[0, 1], [-1, 0]], G_kk = g mu_k s_k I. A spring adds k_k s_{k-1} s_k |xi_k - xi_{k-1}|^2 / 2
-    to the potential, a damper d_k |xi_k' - xi_{k-1}'|^2 / 2 to the dissipation.
+    to the potential, a damper d_k |xi_k' - xi_{k-1}'|^2 / 2 to the dissipation, dry friction
+    that of a damper F_k / v_0.
     """
     links, offset = scene.links, 2 if scene.has_cart else 0
     size = 2 * links + offset
@@ -188,7 +189,7 @@ def linearization(builder: Builder, scene: Scene, parameters: Parameters, s: Arr
     springs = None if parameters.stiffness is None else _signed(builder, parameters.stiffness, s, links)
     _neighbour_matrix(builder, links, weight, springs, _Planes(outputs["G"].shifted(offset * (size + 1)), size))
     if "D" in outputs:
-        _neighbour_matrix(builder, links, None, parameters.damping, _Planes(outputs["D"].shifted(offset * (size + 1)), size))
+        _neighbour_matrix(builder, links, None, slopes_at_rest(scene, parameters), _Planes(outputs["D"].shifted(offset * (size + 1)), size))
     if scene.has_free_cart:
         _cart_inertia(builder, scene, parameters, s, outputs["M"])
     if scene.has_cart:

@@ -7,7 +7,7 @@ acceleration alpha and velocity q' = omega x q has
     d q'' = n x + c,   n = (1 - g^2 w^2) I - q (g^2 alpha + 2 g q')^T,   c = -w^2 P - q (alpha . P + 2 q' . V)
     across q_k:  m r dA_m + J dq'' + l dF_next - R ds - dQ = 0,   R = q . (m r A_m + J q'' + l F_next - Q)
 
-Q holds the springs' k q_{k-1} and the dampers' -d (omega_k - omega_{k-1}) x q_k, and the same of the joint beyond. A joint
+Q holds the springs' k q_{k-1} and the losses' -c (omega_k - omega_{k-1}) x q_k, and the same of the joint beyond. A joint
 ties x_k to x_{k-1}: the chain beyond it asks for a force and a couple on the link before,
 (dF, dH) = Lambda (dA, x_before) + lambda with blocks A, U, W, kappa of 3 x 3; without springs and dampers only A is there, and
 where masses sit near the joints `spatial.near_joints` takes its place.
@@ -36,9 +36,9 @@ from phichain.lowering.algebra.matrix import (
 )
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
 from phichain.lowering.chain.base import base_acceleration
-from phichain.lowering.chain.losses import brakes_cart, cart_slope
+from phichain.lowering.chain.losses import brakes_cart, cart_slope_cells, cart_slopes, ties_links
 from phichain.lowering.chain.parameters import Parameters
-from phichain.lowering.spatial.joint import Joint
+from phichain.lowering.spatial.joint import RESISTED, Joint, write_resistances
 from phichain.lowering.spatial.links import directions
 from phichain.lowering.spatial.near_joints import CART_PIVOT, NearJoints, near_joints, near_sizes
 from phichain.scene import Scene
@@ -57,13 +57,13 @@ _FREE = {
     "inverse": 9,
 }
 _JOINED = {"inner": 9, "outer": 9}
-#: Where something resists the cart's speed: its slope c, then m_c + Lambda of its horizontal block, row by row.
+#: Where something resists the cart's speed: its slope c, or slopes xx, xy, yy, then m_c + Lambda of its horizontal block, row by row.
 CART_DRAG = "cart_drag"
 
 
 def joined(scene: Scene) -> bool:
     """Whether joints tie neighbours together."""
-    return scene.stiffness is not None or scene.damping is not None
+    return ties_links(scene)
 
 
 def factor_sizes(scene: Scene) -> dict[str, int]:
@@ -71,8 +71,9 @@ def factor_sizes(scene: Scene) -> dict[str, int]:
     if near_joints(scene):
         return near_sizes(scene)
     sizes = {name: size * scene.links for name, size in (_FREE | (_JOINED if joined(scene) else {})).items()}
+    sizes |= {RESISTED: 2 * scene.links} if scene.friction is not None else {}
     sizes |= {CART_PIVOT: 4} if scene.has_free_cart else {}
-    return sizes | ({CART_DRAG: 5} if brakes_cart(scene) else {})
+    return sizes | ({CART_DRAG: 4 + cart_slope_cells(scene)} if brakes_cart(scene) else {})
 
 
 @dataclass(frozen=True)
@@ -105,17 +106,19 @@ def factors(
     parameters = parameters.carried(scene, base_acceleration(builder, scene, b))
     _motion(builder, scene, parameters, q, v, a, out)
     if near_joints(scene):
-        NearJoints(builder, scene, parameters, gain, out).run()
+        NearJoints(builder, scene, parameters, gain, v, out).run()
         return
+    if scene.friction is not None:
+        write_resistances(builder, scene, parameters, out)
     beyond = _Inwards(builder, scene, parameters, gain, out).run()
     if scene.has_free_cart:
         (xx, xy, _), (yx, yy, _), _ = beyond.force
         xx, yy = xx + parameters.cart_mass, yy + parameters.cart_mass
         if brakes_cart(scene):
-            slope = builder.let("cart_slope", cart_slope(scene, parameters, None))
-            for i, entry in enumerate((slope, xx, xy, yx, yy)):
+            own, aside, other = (builder.let("cart_slope", entry) for entry in cart_slopes(scene, parameters, v))
+            for i, entry in enumerate((*(own, aside, other)[: cart_slope_cells(scene)], xx, xy, yx, yy)):
                 out[CART_DRAG][i] = entry
-            xx, yy = xx + gain * slope, yy + gain * slope
+            xx, xy, yx, yy = xx + gain * own, xy + gain * aside, yx + gain * aside, yy + gain * other
         inverse = builder.let("inverse_cart", 1 / (xx * yy - xy * yx))
         for i, entry in enumerate((yy, -xy, -yx, xx)):
             out[CART_PIVOT][i] = entry * inverse
@@ -227,7 +230,7 @@ class _Inwards:
         mass, row, column, pivot = body
         out, gain = self.out, self.gain
         here = load(out["unit"], k)
-        joint = Joint(self.builder, self.parameters, out["unit"], out["spin"], k, not has_neighbour)
+        joint = Joint(self.builder, self.parameters, out, k, not has_neighbour)
         pivot = plus(pivot, joint.matrix(joint.on_link, gain))
         inverse = tangent_inverse(across_columns(across_rows(pivot, here), here), here)
         inner = outer = back = zero(self.builder)

@@ -1,7 +1,7 @@
 """Unit vectors of a spatial chain: the products between neighbours that every sweep shares, and the couples on the links.
 
-Springs: V = sum k_k (1 - q_{k-1}.q_k), q_{-1} = e_3; dampers: the couple -d_k (omega_k - omega_{k-1}) between neighbours. Both
-act on link k through the tangent vector n_k (a force times a length) with q_k'' gaining n_k / inertia along it.
+Springs: V = sum k_k (1 - q_{k-1}.q_k), q_{-1} = e_3; dampers and dry friction: the couple -c_k (omega_k - omega_{k-1}) between
+neighbours, c_k a number or a function of their slip (`chain.losses`). Both act on link k through the tangent vector n_k (a force times a length) with q_k'' gaining n_k / inertia along it.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 from phichain.ir.builder import ArrayRef, Builder, Index
 from phichain.lowering.algebra.vector import Vector, cross, dot, load, scale, store, sub
+from phichain.lowering.chain.losses import joint_resistance, slows_joints, ties_links
 from phichain.lowering.chain.parameters import Parameters
 from phichain.scene import Scene
 
@@ -39,24 +40,24 @@ def neighbours(builder: Builder, direction: ArrayRef, links: int) -> tuple[Array
 def couples(
     builder: Builder, scene: Scene, parameters: Parameters, direction: ArrayRef, angular: Callable[[], ArrayRef]
 ) -> ArrayRef | None:
-    """n_k of springs and dampers, tangent to q_k, three cells a link; None on a scene without either.
+    """n_k of springs, dampers and dry friction, tangent to q_k, three cells a link; None on a scene without any.
 
-    `angular` gives the omega_k and is asked where there are dampers alone.
+    `angular` gives the omega_k and is asked where something resists them.
     """
-    if scene.stiffness is None and scene.damping is None:
+    if not ties_links(scene):
         return None
     links = scene.links
     moment = builder.array("joint_moment", 3 * links + 3)
     nothing = builder.lift(0)
     upright: Vector = (nothing, nothing, builder.lift(1))
     still: Vector = (nothing, nothing, nothing)
-    omega = None if scene.damping is None else angular()
+    omega = angular() if slows_joints(scene) else None
     first = still if omega is None else load(omega, 0)
-    store(moment, 0, _moment(parameters, 0, upright, load(direction, 0), first))
+    store(moment, 0, _moment(scene, parameters, 0, upright, load(direction, 0), first))
     with builder.loop("k", 1, links) as loop:
         k = loop.index
         bending = still if omega is None else sub(load(omega, k), load(omega, k - 1))
-        store(moment, k, _moment(parameters, k, load(direction, k - 1), load(direction, k), bending))
+        store(moment, k, _moment(scene, parameters, k, load(direction, k - 1), load(direction, k), bending))
     store(moment, links, still)
     couple = builder.array("couple", 3 * links)
     with builder.loop("k", 0, links) as loop:
@@ -66,11 +67,11 @@ def couples(
     return couple
 
 
-def _moment(parameters: Parameters, k: Index, inner: Vector, outer: Vector, bending: Vector) -> Vector:
-    """Moment of joint k on the link beyond it: k_k q_k x q_{k-1} - d_k bending, bending = omega_k - omega_{k-1}."""
-    stiffness, damping = parameters.stiffness, parameters.damping
+def _moment(scene: Scene, parameters: Parameters, k: Index, inner: Vector, outer: Vector, bending: Vector) -> Vector:
+    """Moment of joint k on the link beyond it: k_k q_k x q_{k-1} - c_k bending, bending = omega_k - omega_{k-1}."""
+    stiffness, resistance = parameters.stiffness, joint_resistance(scene, parameters, k, bending)
     spring = None if stiffness is None else scale(stiffness[k], cross(outer, inner))
-    if damping is None:
+    if resistance is None:
         assert spring is not None
         return spring
-    return scale(-damping[k], bending) if spring is None else sub(spring, scale(damping[k], bending))
+    return scale(-resistance, bending) if spring is None else sub(spring, scale(resistance, bending))

@@ -48,7 +48,7 @@ from phichain.lowering.algebra.matrix import (
     transposed,
 )
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
-from phichain.lowering.chain.losses import brakes_cart, cart_slope
+from phichain.lowering.chain.losses import brakes_cart, cart_slope_cells, cart_slopes, ties_links
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.units import SpatialUnits
 from phichain.scene import Scene
@@ -65,13 +65,13 @@ NEAR_JOINTS = {
 
 
 CART_PIVOT, CART_LOAD = "cart_pivot", "cart_load"
-#: Where something resists the cart's speed: its slope and the cart's mass, both over that of link 0.
+#: Where something resists the cart's speed: its slope, or slopes xx, xy, yy, and the cart's mass, all over that of link 0.
 CART_DRAG = "cart_drag"
 
 
 def near_joints(scene: Scene) -> bool:
     """Whether some mass of a chain without springs and dampers is known to sit near its joint; what is not known stays cheap."""
-    is_free = scene.stiffness is None and scene.damping is None and scene.inertia is None
+    is_free = not ties_links(scene) and scene.inertia is None
     if scene.com is None or not is_free or isinstance(scene.com, str) or isinstance(scene.length, str):
         return False
     return any(r < NEAR * length for r, length in zip(scene.com, scene.length, strict=True))
@@ -81,7 +81,7 @@ def near_sizes(scene: Scene) -> dict[str, int]:
     """Names and sizes of what the elimination writes."""
     sizes = {name: size * scene.links for name, size in NEAR_JOINTS.items()}
     sizes |= {CART_PIVOT: 4, CART_LOAD: 6} if scene.has_free_cart else {}
-    return sizes | ({CART_DRAG: 2} if brakes_cart(scene) else {})
+    return sizes | ({CART_DRAG: 1 + cart_slope_cells(scene)} if brakes_cart(scene) else {})
 
 
 @dataclass(frozen=True)
@@ -121,9 +121,10 @@ class NearJoints:
     """The elimination from the tip to the base of a chain without springs and dampers."""
 
     def __init__(
-        self, builder: Builder, scene: Scene, parameters: Parameters, gain: Expr, out: dict[str, ArrayRef]
+        self, builder: Builder, scene: Scene, parameters: Parameters, gain: Expr, cart_rate: ArrayRef, out: dict[str, ArrayRef]
     ) -> None:
         self.builder, self.scene, self.parameters, self.out = builder, scene, parameters, out
+        self.cart_rate = cart_rate
         self.units, self.gain = SpatialUnits(builder, scene, parameters), gain
         self.squared, self.twice = (
             builder.let("gain_squared", gain * gain),
@@ -136,16 +137,30 @@ class NearJoints:
         if not self.scene.has_free_cart:
             return
         cart = self.parameters.base_mass / self.parameters.mass[0]
+        first, mixed, second = cart, self.builder.lift(0), cart
         if brakes_cart(self.scene):
-            slope = self.builder.let("cart_slope", cart_slope(self.scene, self.parameters, None) / self.parameters.mass[0])
-            self.out[CART_DRAG][0], self.out[CART_DRAG][1] = slope, cart
-            cart = self.builder.let("cart_held", cart + self.gain * slope)
+            first, mixed, second = self._held_cart(cart)
         (xx, xy, xz), (yx, yy, yz), _ = chain.force
-        inverse = self.builder.let("inverse_cart", 1 / (cart * (cart + xx + yy) + chain.adjugate[2][2]))
-        for i, entry in enumerate((cart + yy, -xy, -yx, cart + xx)):
+        if mixed.is_zero:
+            pivot = first * (first + xx + yy)
+        else:
+            pivot = (first * second - mixed * mixed) + (first * yy + second * xx - mixed * (xy + yx))
+        inverse = self.builder.let("inverse_cart", 1 / (pivot + chain.adjugate[2][2]))
+        for i, entry in enumerate((second + yy, -(mixed + xy), -(mixed + yx), first + xx)):
             self.out[CART_PIVOT][i] = entry * inverse
         for i, entry in enumerate((xx, xy, xz, yx, yy, yz)):
             self.out[CART_LOAD][i] = entry
+
+    def _held_cart(self, cart: Expr) -> tuple[Expr, Expr, Expr]:
+        """xx, xy, yy of the cart's mass and g times its slopes; mass and slopes are kept for the solutions."""
+        let, drag, cells = self.builder.let, self.out[CART_DRAG], cart_slope_cells(self.scene)
+        found = cart_slopes(self.scene, self.parameters, self.cart_rate)
+        own, aside, other = (let("cart_slope", entry / self.parameters.mass[0]) for entry in found)
+        for i, entry in enumerate((own, aside, other)[:cells]):
+            drag[i] = entry
+        drag[cells] = cart
+        first = let("cart_held", cart + self.gain * own)
+        return first, self.gain * aside, first if aside.is_zero else let("cart_held", cart + self.gain * other)
 
     def _inwards(self) -> Beyond:
         """The chain beyond the base, in units of link 0."""

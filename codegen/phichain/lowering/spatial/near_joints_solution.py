@@ -15,7 +15,7 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, load_matrix
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
-from phichain.lowering.chain.losses import brakes_cart
+from phichain.lowering.chain.losses import as_slopes, brakes_cart, cart_slope_cells
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.links import directions
 from phichain.lowering.spatial.near_joints import CART_DRAG, CART_LOAD, CART_PIVOT, COEFFICIENTS
@@ -37,14 +37,18 @@ def solution(
         loads, pivot = known[CART_LOAD], known[CART_PIVOT]
         x, y = (dot((loads[3 * i], loads[3 * i + 1], loads[3 * i + 2]), drawn) + push[i] for i in range(2))
         if brakes_cart(scene):
-            slope, cart = known[CART_DRAG][0], known[CART_DRAG][1]
+            own, aside, other = as_slopes(known[CART_DRAG], scene)
+            cart = known[CART_DRAG][cart_slope_cells(scene)]
             # k_v is formed at once, and no difference of what the resistance cancels.
             held = [
                 cart * right[1][i] + loads[3 * i] * right[1][0] + loads[3 * i + 1] * right[1][1] - gain * (length * pull)
                 for i, pull in enumerate((x, y))
             ]
             over = 1 / length
-            x, y = x + slope * (over * right[1][0]), y + slope * (over * right[1][1])
+            right_x, right_y = over * right[1][0], over * right[1][1]
+            x, y = x + own * right_x, y + other * right_y
+            if not aside.is_zero:
+                x, y = x + aside * right_y, y + aside * right_x
         base = (-(pivot[0] * x + pivot[1] * y), -(pivot[2] * x + pivot[3] * y), nothing)
     if scene.has_cart:
         for i in range(2):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, load_matrix
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
-from phichain.lowering.chain.losses import brakes_cart
+from phichain.lowering.chain.losses import as_slopes, brakes_cart, cart_slope_cells
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial import near_joints_solution
 from phichain.lowering.spatial.chart import across
@@ -51,10 +51,13 @@ def _cart(
             result[1][i] = moved = right[1][i] + gain * base[i]
             result[0][i] = right[0][i] + gain * moved
         return base
-    slope, xx, xy, yx, yy = (known[CART_DRAG][i] for i in range(5))
+    own, aside, other = as_slopes(known[CART_DRAG], scene)
+    xx, xy, yx, yy = (known[CART_DRAG][cart_slope_cells(scene) + i] for i in range(4))
     x, y = right[1][0], right[1][1]
     driven = xx * x + xy * y - gain * sideways[0], yx * x + yy * y - gain * sideways[1]
-    pulled = sideways[0] + slope * x, sideways[1] + slope * y
+    pulled = sideways[0] + own * x, sideways[1] + other * y
+    if not aside.is_zero:
+        pulled = pulled[0] + aside * y, pulled[1] + aside * x
     for i in range(2):
         result[1][i] = moved = pivot[2 * i] * driven[0] + pivot[2 * i + 1] * driven[1]
         result[0][i] = right[0][i] + gain * moved
@@ -127,7 +130,7 @@ class _Solution:
         total = sub(add(total, couple), scale(known["pull"][k], shift))
         joint = None
         if joined(self.scene):
-            joint = Joint(self.builder, self.parameters, known["unit"], known["spin"], k, not has_neighbour)
+            joint = Joint(self.builder, self.parameters, known, k, not has_neighbour)
             total = add(total, joint.on_link((shift, rate)))
             if has_neighbour:
                 total = add(total, joint.across_to_link((load(self.shift, k - 1), load(self.rate, k - 1))))

@@ -107,7 +107,7 @@ def _horizontal(
     for i in range(2):
         force = builder.lift(0) if u is None else u[i] * (1 / (parameters.base_mass * parameters.units.force))
         if brakes_cart(scene):
-            force = force - cart_drag(scene, parameters, rates.cart()[i]) / parameters.base_mass
+            force = force - cart_drag(scene, parameters, rates.cart(), i) / parameters.base_mass
         pull = builder.lift(0) if pair is None else pair[i] / parameters.base_mass
         total.append(builder.let("free_cart_acceleration", force - pull))
     return total[0], total[1]

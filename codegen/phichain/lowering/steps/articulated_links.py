@@ -47,7 +47,7 @@ from phichain.lowering.steps.link_multipliers import Links
 
 
 @dataclass(frozen=True)
-class _Inertia:
+class Inertia:
     """A matrix, its adjugate and its determinant."""
 
     matrix: Matrix
@@ -61,7 +61,7 @@ class _Inertia:
         return [*flat(self.matrix), *minors, self.determinant]
 
     @classmethod
-    def carried(cls, loop: Loop, size: int) -> _Inertia:
+    def carried(cls, loop: Loop, size: int) -> Inertia:
         """That of nothing beyond the tip, to be followed inwards."""
 
         def square(name: str) -> Matrix:
@@ -80,9 +80,9 @@ def sweep(links: Links) -> None:
     slope = builder.array("slope", size * size * count)
     with builder.loop("k", count - 1, -1, -1) as loop:
         k = loop.index
-        inertia = _Inertia.carried(loop, size)
+        inertia = Inertia.carried(loop, size)
         bias = tuple(loop.carry(f"bias_{row}", 0) for row in "xyz"[:size])
-        link = _Link(links, k, inertia, bias)
+        link = Link(links, k, inertia, bias)
         store(constant, k, link.free)
         store(slope, k, tuple(flat(link.slope)))
         for before, after in zip(inertia.entries, link.inertia_at_base.entries, strict=True):
@@ -101,10 +101,24 @@ def sweep(links: Links) -> None:
             loop.follow(before, after)
 
 
-class _Link:
-    """One link on its way in: what its own motion is, and what it asks of its base."""
+class Link:
+    """One link on its way in: what its own motion is, and what it asks of its base.
 
-    def __init__(self, links: Links, k: Index, inertia: _Inertia, bias: Vector) -> None:
+    Attributes:
+        yielding: D^-1.
+        turn: W.
+        response: y.
+        pull: p.
+        seen: p* / f.
+        over: 1 / f.
+        lever: gamma.
+        free: q'' in a joint that does not move.
+        slope: what the joint's acceleration adds.
+        inertia_at_base: A'.
+        bias_at_base: b'.
+    """
+
+    def __init__(self, links: Links, k: Index, inertia: Inertia, bias: Vector) -> None:
         builder, parameters, size = links.builder, links.parameters, links.size
         length = parameters.length
         own, lever, overhang = _numbers(parameters)
@@ -129,12 +143,14 @@ class _Link:
         pull = named(builder, "pull", applied(turn, q))
         seen = applied(transposed(turn), normal)
         over = builder.let("over_response", 1 / dot(normal, response))
+        self.yielding, self.turn, self.response, self.pull, self.over = yielding, turn, response, pull, over
         excess = builder.let("excess", (links.along[k] - dot(normal, free)) * over)
-        seen = named(builder, "seen", multiple(over, seen))
+        self.seen = seen = named(builder, "seen", multiple(over, seen))
         self.free = add(free, multiple(excess, response))
         self.slope = tuple(sub(row, other) for row, other in zip(outer(response, seen), turn, strict=True))
         bent = _bent(inertia, own[k], square[k], overhang[k], over_joined)
         self.inertia_at_base = _added(builder, bent, pull, seen)
+        self.lever = lever[k]
         carried = sub(applied(turn, couple), multiple(lever[k], applied(yielding, bias)))
         self.bias_at_base = add(carried, multiple(excess, pull))
 
@@ -150,7 +166,7 @@ def _numbers(parameters: Parameters) -> tuple[ArrayRef, ArrayRef, ArrayRef]:
     return own, lever, overhang
 
 
-def _met(inertia: _Inertia, own: Expr, square: Expr) -> Matrix:
+def _met(inertia: Inertia, own: Expr, square: Expr) -> Matrix:
     """A adj D."""
     matrix, minors, determinant = inertia.matrix, inertia.adjugate, inertia.determinant
     if len(matrix) == 2:
@@ -160,44 +176,44 @@ def _met(inertia: _Inertia, own: Expr, square: Expr) -> Matrix:
     )
 
 
-def _joined(inertia: _Inertia, own: Expr, square: Expr) -> _Inertia:
+def _joined(inertia: Inertia, own: Expr, square: Expr) -> Inertia:
     """D = mu + l^2 A with its adjugate and determinant."""
     matrix, minors, determinant = inertia.matrix, inertia.adjugate, inertia.determinant
     whole = combined(square, matrix, own)
     if len(matrix) == 2:
         product_ = own * (own + square * trace(matrix)) + square * square * determinant
-        return _Inertia(whole, combined(square, minors, own), product_)
+        return Inertia(whole, combined(square, minors, own), product_)
     spread = own * (own + square * trace(matrix))
     cofactors = plus(
         combined(own * square, complement(matrix), own * own), combined(square * square, minors, 0)
     )
     product_ = own * spread + square * square * (own * trace(minors) + square * determinant)
-    return _Inertia(whole, cofactors, product_)
+    return Inertia(whole, cofactors, product_)
 
 
-def _bent(inertia: _Inertia, own: Expr, square: Expr, overhang: Expr, over_joined: Expr) -> _Inertia:
+def _bent(inertia: Inertia, own: Expr, square: Expr, overhang: Expr, over_joined: Expr) -> Inertia:
     """B = kappa A D^-1 with its adjugate and determinant."""
     matrix, minors, determinant = inertia.matrix, inertia.adjugate, inertia.determinant
     lean = overhang * over_joined
     minor = combined(own, minors, square * determinant)
     if len(matrix) == 2:
         times = _met(inertia, own, square)
-        return _Inertia(combined(lean, times, 0), combined(lean, minor, 0), overhang * lean * determinant)
-    return _Inertia(
+        return Inertia(combined(lean, times, 0), combined(lean, minor, 0), overhang * lean * determinant)
+    return Inertia(
         combined(lean, _met(inertia, own, square), 0),
         combined(overhang * lean, minor, 0),
         overhang * overhang * lean * determinant,
     )
 
 
-def _added(builder: Builder, bent: _Inertia, pull: Vector, seen: Vector) -> _Inertia:
+def _added(builder: Builder, bent: Inertia, pull: Vector, seen: Vector) -> Inertia:
     """B + p p*^T / f, with its adjugate and determinant; seen = p* / f."""
     matrix = plus(bent.matrix, outer(pull, seen))
     determinant = bent.determinant + dot(seen, applied(bent.adjugate, pull))
     if len(matrix) == 2:
-        return _Inertia(matrix, adjugate(matrix), determinant)
+        return Inertia(matrix, adjugate(matrix), determinant)
     crossed = product(product(hat(builder, seen), transposed(bent.matrix)), hat(builder, pull))
-    return _Inertia(matrix, plus(bent.adjugate, combined(-1, crossed, 0)), determinant)
+    return Inertia(matrix, plus(bent.adjugate, combined(-1, crossed, 0)), determinant)
 
 
 def _base(links: Links, inertia: Matrix, bias: Vector) -> Vector:

@@ -138,7 +138,7 @@ class _Start:
             )
             return {name: parts[0] for name, parts in made.items()}
 
-        return Arithmetic(go, exact, lambda pairs: sum(a * b for a, b in pairs) % PRIME)
+        return Arithmetic(go, exact, lambda pairs: sum(a * b for a, b in pairs) % PRIME, inverse)
 
     def duals(self) -> Arithmetic:
         """Pairs of an element and its derivative."""
@@ -159,7 +159,11 @@ class _Start:
                 slope += x * dy + dx * y
             return value % PRIME, slope % PRIME
 
-        return Arithmetic(go, lambda value: (exact(value), 0), total)
+        def over(x: tuple[int, int]) -> tuple[int, int]:
+            first = inverse(x[0])
+            return first, -first * first * x[1] % PRIME
+
+        return Arithmetic(go, lambda value: (exact(value), 0), total, over)
 
     def _circles(self) -> dict[str, Any]:
         return {"q": self.point.circles} if self.point.scene.is_planar else {}
@@ -189,7 +193,7 @@ def _consistent(judge: Judge, point: Point, found: Expanded) -> None:
 
 def _no_residual(judge: Judge, point: Point, found: Expanded, start: _Start) -> None:
     """Lagrange and d'Alembert's principle along the series, in true time."""
-    ring, size, over, (view, inputs) = PowerSeries(ORDERS, point.tanh), point.scene.nq, inverse(start.rho), start.inputs
+    ring, size, over, (view, inputs) = PowerSeries(ORDERS, point.tanh, point.root), point.scene.nq, inverse(start.rho), start.inputs
     rows = [[row[i] for row in found.state] for i in range(2 * size)]
     q = [row[:ORDERS] for row in rows[:size]]
     rate = [[over * entry % PRIME for entry in row[:ORDERS]] for row in rows[size:]]

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
+from phichain.contract.chain import LEAST_SQUARE
 from phichain.ir.nodes import Array
 from phichain.proof.modular.compiled import Circle, Given
-from phichain.proof.modular.field import HALF, PRIME, Source, Vector, inverse, root
+from phichain.proof.modular.field import HALF, PRIME, Source, Vector, exact, inverse, root
 from phichain.scene import Scene
 
 POINTS: Final = 3
@@ -123,9 +124,11 @@ class Point:
         return found if found * found % PRIME == x else self.source(f"root {x}").element()
 
     def tanh(self, x: int) -> int:
-        """tanh(x): an element of its own for every value, that of -x its opposite, zero at zero."""
+        """tanh(x): an element of its own for every value, that of -x its opposite, zero at zero; x itself where a vector is at rest."""
         even = min(x, PRIME - x)
         value = self.source(f"tanh {even}").element() if even else 0
+        if even * even % PRIME == exact(LEAST_SQUARE):
+            value = even
         return value if x == even else -value % PRIME
 
     def log_cosh(self, x: int) -> int:

@@ -2,7 +2,8 @@
 
 A value is x(t) + x_a(t) a + x_b(t) b + x_c(t) c + x_m(t) a b where all other products of a, b and c vanish, each a list of coefficients.
 What is an angle knows the point of the circle (cosine, sine) that it has at t = 0; from there c' = -s x' and s' = c x'. A tanh
-begins with an element of its own, from which y' = (1 - y^2) x' leads on; of ln cosh only derivatives along b are asked, tanh times x_b.
+begins with an element of its own, from which y' = (1 - y^2) x' leads on; of ln cosh only derivatives along b are asked, tanh times x_b,
+and so of a root.
 """
 
 from __future__ import annotations
@@ -58,10 +59,12 @@ class PowerSeries:
     Attributes:
         size: coefficients of a series.
         tanh: the element that stands for tanh of another.
+        root: the element that stands for the root of another.
     """
 
     size: int
     tanh: Callable[[int], int] | None = None
+    root: Callable[[int], int] | None = None
 
     @property
     def algebra(self) -> Algebra:
@@ -94,6 +97,8 @@ class PowerSeries:
                 return self._turned(args[0], kind)
             case "lncosh":
                 return self._braked(args[0])
+            case "sqrt":
+                return self._rooted(args[0])
         raise NotImplementedError(f"{kind} of power series")
 
     def _sum(self, a: Jet, b: Jet, sign: int) -> Jet:
@@ -149,6 +154,20 @@ class PowerSeries:
             steepness.append((int(n == 1) - sum(saturation[j] * saturation[n - 1 - j] for j in range(n))) % PRIME)
             saturation.append(inverse(n) * sum(j * base[j] * steepness[n - j] for j in range(1, n + 1)) % PRIME)
         return Jet({"b": self.times(saturation, x.parts["b"])} if "b" in x.parts else {})
+
+    def _rooted(self, x: Jet) -> Jet:
+        """The root of x, of which nothing is known but its derivative along b."""
+        if self.root is None or "c" in x.parts:
+            raise NotImplementedError("the root of a power series but for its derivative along rates")
+        base = x.parts.get("", [0] * self.size)
+        found = [self.root(base[0])]
+        over = inverse(2 * found[0])
+        for n in range(1, self.size):
+            found.append((base[n] - sum(found[j] * found[n - j] for j in range(1, n))) * over % PRIME)
+        if "b" not in x.parts:
+            return Jet({"": found})
+        slope = self.times(self._reciprocal(Jet({"": [2 * entry for entry in found]})).parts[""], x.parts["b"])
+        return Jet({"": found, "b": slope})
 
     def _turned(self, x: Jet, kind: str) -> Jet:
         if x.circle is None:

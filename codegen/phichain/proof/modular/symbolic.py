@@ -77,6 +77,9 @@ class _Body:
             factor = self.operand(expression.base)
             power = reduce(lambda a, b: self._op("mul", a, b), [factor] * abs(int(expression.exp)))
             return power if expression.exp > 0 else self._op("div", Const(Fraction(1)), power)
+        if expression.is_Pow and abs(expression.exp) == sympy.S.Half:
+            root = self._op("sqrt", self.operand(expression.base))
+            return root if expression.exp > 0 else self._op("div", Const(Fraction(1)), root)
         if isinstance(expression, sympy.sin | sympy.cos):
             return self._op(type(expression).__name__, self.operand(expression.args[0]))
         if isinstance(expression, sympy.tanh):
@@ -84,7 +87,7 @@ class _Body:
         if isinstance(expression, sympy.log) and isinstance(expression.args[0], sympy.cosh):
             return self._op("lncosh", self.operand(expression.args[0].args[0]))
         raise DerivationError(
-            "Lagrangian", expression, "has no value in the field", "write it with +, *, whole powers, sin, cos, tanh and ln cosh"
+            "Lagrangian", expression, "has no value in the field", "write it with +, *, whole powers and roots, sin, cos, tanh and ln cosh"
         )
 
     def _op(self, kind: str, *args: Operand) -> Local:

@@ -27,13 +27,14 @@ from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, stor
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.series.series import Series
 from phichain.lowering.series.spatial.articulated_factor import factor, layout, load_size
+from phichain.lowering.series.spatial.columns import columns_program
 from phichain.lowering.series.spatial.rows import (
     Ordering,
-    columns_program,
     factor_program,
     order_program,
     right_rows,
 )
+from phichain.lowering.series.spatial.rubs import places
 from phichain.lowering.spatial.units import SpatialUnits
 from phichain.mechanics import Model
 
@@ -50,6 +51,7 @@ def articulated_series(model: Model) -> Series:
         rights=right_rows(scene),
         squares=3 * scene.links,
         held=held.size,
+        rubs=places(scene),
     )
 
 
@@ -64,12 +66,10 @@ def _order(order: Ordering) -> None:
         return
     entries, loads, length = order.kept("cart"), (pull, *push), order.parameters.length[0]
     made = [base[0], base[1], order.first * order.kept("base")[3]]
-    if "cart_damping" in order.layout:
-        answers = order.kept("cart_damping")
-        made = [
-            value - (answers[2 * row] * order.cart_rate(0) + answers[2 * row + 1] * order.cart_rate(1))
-            for row, value in enumerate(made)
-        ]
+    for name, force in (("cart_damping", (order.cart_rate(0), order.cart_rate(1))), ("cart_rubbed", order.cart_friction())):
+        if name in order.layout and force is not None:
+            answers = order.kept(name)
+            made = [value - (answers[2 * row] * force[0] + answers[2 * row + 1] * force[1]) for row, value in enumerate(made)]
     for row in range(3):
         for i, entry in enumerate(loads):
             made[row] = made[row] + entries[len(loads) * row + i] * entry

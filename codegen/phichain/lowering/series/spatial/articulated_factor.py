@@ -14,6 +14,7 @@ from phichain.ir.builder import Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, combine, dyads, triangle
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
 from phichain.lowering.chain.body import is_folded
+from phichain.lowering.chain.losses import ties_links
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.spatial.rows import Factoring, joint_runs
 from phichain.lowering.spatial.outer import Outer, Seen
@@ -52,12 +53,12 @@ _UNITS: Final = ("overhang", "lever", "length", "outward")
 def layout(scene: Scene) -> Layout:
     links, cart = scene.links, scene.has_free_cart
     held_units = links * (not is_folded(scene))
-    couples = scene.stiffness is not None or scene.damping is not None
+    couples = ties_links(scene)
     return Layout(
         [
             *((name, size * links) for name, size in _per_link(scene).items()), ("base", 3 + cart), ("cart", 3 * (1 + load_size(scene)) * cart),
             ("push", 2 * scene.is_driven), *joint_runs(scene),
-            ("cart_damping", 6 * (cart and scene.cart_damping is not None)),
+            ("cart_damping", 6 * (cart and scene.cart_damping is not None)), ("cart_rubbed", 6 * (cart and scene.cart_friction is not None)),
             *((f"unit_{name}", held_units) for name in _UNITS), ("unit_inverse_torque", held_units * couples),
         ]
     )  # fmt: skip
@@ -240,13 +241,20 @@ def _close_on_cart(step: Factoring, units: SpatialUnits, chain: Outer) -> None:
     for i, entry in enumerate((x, y, -gravity)):
         step.keep("base")[i] = entry
     step.keep("base")[3] = inverse * (dot(seen.yielding_u, given) - gravity * seen.share)
-    if parameters.cart_damping is not None:
-        drag = step.rho * (parameters.cart_damping / (mass * length * parameters.units.length))
+
+    def answered(name: str, drag: Expr) -> None:
+        """What x'' and the stretch make of forces on the cart."""
         for axis in range(2):
             resisted: Vector = tuple(drag if i == axis else nothing for i in range(3))
             answer = scale(inverse, add(scale(cart, resisted), seen.turned(resisted)))
             for row, entry in enumerate((answer[0], answer[1], inverse * dot(seen.yielding_u, resisted))):
-                step.keep("cart_damping")[2 * row + axis] = entry
+                step.keep(name)[2 * row + axis] = entry
+
+    if parameters.cart_damping is not None:
+        answered("cart_damping", step.rho * (parameters.cart_damping / (mass * length * parameters.units.length)))
+    if parameters.cart_friction is not None:
+        answered("cart_rubbed", builder.lift(1))
+        step.keep_cart_friction(mass * length)
     size = load_size(step.scene)
     for i, unit_load in enumerate(_loaded(chain, size)):
         loaded = Seen(unit_load, down, cart)

@@ -1,4 +1,4 @@
-"""What the Taylor recurrences of all spatial chains share: the rows that are convolved, springs and dampers, the columns' start.
+"""What the Taylor recurrences of all spatial chains share: the rows that are convolved, springs and dampers.
 
 Rows, three lanes a link:
 
@@ -20,30 +20,45 @@ from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
-from phichain.lowering.algebra.vector import Vector, load, scale, store
+from phichain.lowering.algebra.vector import Vector, cross, load, scale, store, sub
 from phichain.lowering.chain.base import carried
 from phichain.lowering.chain.body import point_masses
+from phichain.lowering.chain.losses import slows_joints
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.series.held import Layout
-from phichain.lowering.series.series import COEFFICIENT, HELD, LEAD, LEFT, NEXT, NOW, RIGHT, SCALE, SUMS
+from phichain.lowering.series.series import (
+    COEFFICIENT,
+    HELD,
+    LEFT,
+    NEXT,
+    NOW,
+    RIGHT,
+    RUB_LANES,
+    RUB_SUMS,
+    SCALE,
+    SUMS,
+)
 from phichain.lowering.series.shape import shaped
 from phichain.lowering.series.spatial.couples import Joints
+from phichain.lowering.series.spatial.rubs import Rubs, places
+from phichain.lowering.series.spatial.rubs import runs as rub_runs
 from phichain.lowering.spatial.links import directions
 from phichain.mechanics import Model
 from phichain.scene import Scene
 
 
 def right_rows(scene: Scene) -> int:
-    """Right rows of a scene: the multipliers, and with dampers two cross products."""
-    return 1 if scene.damping is None else 5
+    """Right rows of a scene: the multipliers, and with dampers or dry friction two cross products."""
+    return 5 if slows_joints(scene) else 1
 
 
 def joint_runs(scene: Scene) -> list[tuple[str, int]]:
-    """What is held of the joints: rho^2 k_k, rho d_k, and where forces differ from order to order the vertical's length."""
+    """What is held of the joints: rho^2 k_k, rho d_k, dry friction, and where forces differ from order to order the vertical's length."""
     return [
         ("spring", 0 if scene.stiffness is None else scene.links),
         ("damper", 0 if scene.damping is None else scene.links),
         ("upright", int(scene.forced is not None and scene.stiffness is not None)),
+        *rub_runs(scene),
     ]
 
 
@@ -91,6 +106,15 @@ class Factoring:
     rho: Expr
     square: Expr
     held: ArrayRef
+    cart_rate: tuple[Expr, ...]
+    rubs: Rubs
+
+    def keep_cart_friction(self, unit: Expr | int) -> None:
+        """Hold the dry friction of a cart that moves freely, over a unit of force."""
+        force, place = self.parameters.cart_friction, self.rubs.cart
+        if force is not None and place is not None:
+            rate = (*self.cart_rate, self.builder.lift(0))
+            self.rubs.begin(place, rate, self.rho, self.square * (force / unit))
 
     def keep(self, name: str) -> ArrayRef:
         """Where a quantity is held."""
@@ -123,14 +147,16 @@ def factor_program(model: Model, layout: Layout, write: Callable[[Factoring], No
     parameters = carried(builder, scene, parameters, u).parameters
     unit = builder.input(SCALE, (2,), "unit of time and its square")
     held = builder.output(HELD, (layout.size,), "constants of the step")
-    left = builder.output(LEFT, (3 * scene.links,), "rates of the unit vectors")
+    left = builder.output(LEFT, (left_width(scene),), "rates of the unit vectors")
     right = builder.output(RIGHT, (3 * right_rows(scene) * scene.links,), "zeros")
     rate = directions(scene, v)
     with builder.loop("k", 0, scene.links) as loop:
         store(left, loop.index, load(rate, loop.index))
     with builder.loop("k", 0, 3 * right_rows(scene) * scene.links) as loop:
         right[loop.index] = builder.lift(0)
-    factoring = Factoring(builder, scene, parameters, layout, directions(scene, q), u, unit[0], unit[1], held)
+    rubs = Rubs(builder, scene, layout, held, left)
+    cart_rate = tuple(v[i] for i in range(2)) if scene.has_free_cart else ()
+    factoring = Factoring(builder, scene, parameters, layout, directions(scene, q), u, unit[0], unit[1], held, cart_rate, rubs)
     for name, numbers, by in (
         ("spring", parameters.stiffness, unit[1]),
         ("damper", parameters.damping, unit[0]),
@@ -140,8 +166,27 @@ def factor_program(model: Model, layout: Layout, write: Callable[[Factoring], No
                 factoring.keep(name)[loop.index] = numbers[loop.index] * by
     if "upright" in layout:
         factoring.keep("upright")[0] = builder.lift(1)
+    if parameters.friction is not None:
+        _begin_rubs(factoring, rate, parameters.friction)
     write(factoring)
     return shaped(builder.finish(), scene.code)
+
+
+def left_width(scene: Scene) -> int:
+    """Entries of a left row."""
+    return 3 * scene.links + RUB_LANES * places(scene)
+
+
+def _begin_rubs(step: Factoring, rate: ArrayRef, friction: ArrayRef) -> None:
+    """Hold the joints' dry friction."""
+
+    def spin(k: Index) -> Vector:
+        return cross(load(step.direction, k), load(rate, k))
+
+    step.rubs.begin(0, spin(0), step.rho, step.square * friction[0])
+    with step.builder.loop("k", 1, step.scene.links) as loop:
+        k = loop.index
+        step.rubs.begin(k, sub(spin(k), spin(k - 1)), step.rho, step.square * friction[k])
 
 
 @dataclass
@@ -169,6 +214,15 @@ class Ordering:
     left: ArrayRef
     right: ArrayRef
     next: ArrayRef
+    rubs: Rubs
+    rub_sums: ArrayRef
+
+    def cart_friction(self) -> Vector | None:
+        """The dry friction of a cart at this order, over the unit it was held in; None without."""
+        if self.rubs.cart is None:
+            return None
+        rate = (self.cart_rate(0), self.cart_rate(1), self.builder.lift(0))
+        return self.rubs.resisted(self.rubs.cart, rate, self.rub_sums, self.first)
 
     def kept(self, name: str) -> ArrayRef:
         """What `flow_factor` held."""
@@ -211,11 +265,11 @@ def order_program(model: Model, layout: Layout, write: Callable[[Ordering], None
     parameters = Parameters(builder, model, True, scene)
     held = builder.input(HELD, (layout.size,), "constants of the step")
     sums = builder.input(
-        SUMS, ((rows + 1) * lanes,), "convolutions of left and right, and of left with itself"
+        SUMS, ((rows + 1) * lanes + RUB_SUMS * places(scene),), "convolutions of left and right, and of left with itself"
     )
     coefficient = builder.input(COEFFICIENT, (scene.nq + scene.nv,), "the state's coefficients of order n")
     now = builder.input(NOW, (4,), "n + 1, 1/(n + 1), 1/((n + 1)(n + 2)), 1 at order 0")
-    left = builder.output(LEFT, (lanes,), "row n + 1")
+    left = builder.output(LEFT, (left_width(scene),), "row n + 1")
     right = builder.output(RIGHT, (rows * lanes,), "row n + 1")
     following = builder.output(NEXT, (scene.nq + scene.nv,), "the state's coefficients of order n + 1")
     with builder.loop("k", 0, scene.nq) as loop:
@@ -226,34 +280,12 @@ def order_program(model: Model, layout: Layout, write: Callable[[Ordering], None
         x, y, z = load(sums.shifted(rows * lanes), k)
         return bend * (x + y + z)
 
-    joints = Joints(builder, scene, layout, held, sums, coefficient, right, now[3])
+    rubs, rub_sums = Rubs(builder, scene, layout, held, left), sums.shifted((rows + 1) * lanes)
+    joints = Joints(builder, scene, layout, held, sums, coefficient, right, now[3], rubs, rub_sums)
     write(
         Ordering(
             builder, scene, parameters, layout, held, sums, coefficient, joints.couples(), along, now[3], (now[1], now[2]),
-            left, right, following,
+            left, right, following, rubs, rub_sums,
         )
     )  # fmt: skip
-    return shaped(builder.finish(), scene.code)
-
-
-def columns_program(scene: Scene) -> Program:
-    """`flow_columns`: the variation of q_0 leads, that of v_0 is row 0; the rest begins with nothing."""
-    lanes, rights = 3 * scene.links, 3 * right_rows(scene) * scene.links
-    builder = Builder("flow_columns", "Derivatives of rows 0 along a variation of the state.")
-    dq, dv = (
-        builder.input("dq", (scene.nq,), "variation"),
-        builder.input("dv", (scene.nv,), "variation, scaled time"),
-    )
-    lead = builder.output(LEAD, (lanes,), "of the unit vectors themselves")
-    d_left, d_right = (
-        builder.output(f"d_{LEFT}", (lanes,), "of row 0"),
-        builder.output(f"d_{RIGHT}", (rights,), "of row 0"),
-    )
-    with builder.loop("i", 0, lanes) as loop:
-        lead[loop.index], d_left[loop.index] = (
-            directions(scene, dq)[loop.index],
-            directions(scene, dv)[loop.index],
-        )
-    with builder.loop("i", 0, rights) as loop:
-        d_right[loop.index] = builder.lift(0)
     return shaped(builder.finish(), scene.code)

@@ -24,13 +24,14 @@ from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, store, sub
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.series.series import Series
+from phichain.lowering.series.spatial.columns import columns_program
 from phichain.lowering.series.spatial.rows import (
     Ordering,
-    columns_program,
     factor_program,
     order_program,
     right_rows,
 )
+from phichain.lowering.series.spatial.rubs import places
 from phichain.lowering.series.spatial.tension_factor import (
     INVERSE_LENGTH,
     LENGTH,
@@ -55,6 +56,7 @@ def tension_series(model: Model) -> Series:
         rights=right_rows(scene),
         squares=3 * scene.links,
         held=held.size,
+        rubs=places(scene),
     )
 
 
@@ -118,6 +120,8 @@ def _known(order: Ordering) -> _Known:
         free = [value + order.first * order.kept("push")[i] for i, value in enumerate(free)]
     if "cart_damping" in order.layout:
         free = [value - order.kept("cart_damping")[0] * order.cart_rate(i) for i, value in enumerate(free)]
+    if (dry := order.cart_friction()) is not None:
+        free = [value - entry for value, entry in zip(free, dry, strict=False)]
     first, second = builder.let("free_cart_x", free[0]), builder.let("free_cart_y", free[1])
     loads[0] = pull - (direction[0] * first + direction[1] * second)
     return _Known(apart, loads, falling, pull, (first, second))

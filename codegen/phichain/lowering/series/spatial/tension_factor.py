@@ -6,6 +6,7 @@ from typing import Final
 
 from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.algebra.vector import cross, dot, load, scale, store
+from phichain.lowering.chain.losses import ties_links
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.spatial.rows import Factoring, Number, joint_runs
 from phichain.lowering.spatial.links import neighbours
@@ -21,8 +22,7 @@ RATIO: Final = "ratio"
 
 
 def numbers(scene: Scene) -> tuple[Number, ...]:
-    couples = scene.stiffness is not None or scene.damping is not None
-    return (LENGTH, INVERSE_LENGTH, *((PAIR_UNIT,) if couples else ()))
+    return (LENGTH, INVERSE_LENGTH, *((PAIR_UNIT,) if ties_links(scene) else ()))
 
 
 def layout(scene: Scene) -> Layout:
@@ -89,6 +89,7 @@ def _base(step: Factoring, cosine: ArrayRef) -> Expr:
         step.keep("cart_damping")[0] = step.rho * (parameters.cart_damping / unit)
     if not step.scene.has_free_cart:
         return builder.lift(0)
+    step.keep_cart_friction(parameters.base_mass)
     (x, y, _), ratio = (
         load(step.direction, 0),
         builder.let("cart_ratio", parameters.mass[0] / parameters.base_mass),
