@@ -160,6 +160,7 @@ def features(scene: Scene, made: Series, columns: bool) -> dict[str, bool]:
         "WITH_TURNS": turns(scene), "WITH_SPHERE": not scene.is_planar, "WITH_INPUTS": scene.nu > 0, "WITH_FORCING": made.is_forced,
         "WITH_SQUARES": made.squares > 0, "WITH_DRY": made.dry > 0, "WITH_SCALES": scale_literals(scene, None) is not None,
         "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns, "WITH_PARAMETERS": columns and made.order_along is not None,
+        "WITH_LINKS": columns and made.by_links,
     }  # fmt: skip
 
 

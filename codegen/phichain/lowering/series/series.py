@@ -50,6 +50,8 @@ class Series:
         factor_along: how `held` moves with parameters, `d_NAME`; None where no derivatives by them are wanted.
         order_along: the order of derivatives by parameters.
         dry: places where dry friction acts, with three more entries of a left row each.
+        by_links: whether left rows are cosines, then sines of links' angles, the first two right rows their rates, and the other two
+            begin with zero, their sums being wanted together only: then derivatives of sums are known by those of the angles.
     """
 
     factor: Program
@@ -64,6 +66,7 @@ class Series:
     factor_along: Program | None = None
     order_along: Program | None = None
     dry: int = 0
+    by_links: bool = False
 
     @property
     def order_of_columns(self) -> Program:
