@@ -45,7 +45,8 @@ SINGLE_MARGIN: Final = Fraction(1, 512)
 #: Sums an order up to which what newest rows add to them is not worth a vector: it would wait for the rows' numbers.
 SINGLY: Final = 8
 #: The local error of derivatives aimed at, in units of that of the state: nothing feeds it back into the motion, and
-#: their last terms are larger by the order and more, which would shorten every step.
+#: their last terms are larger by the order and more, which would shorten every step. Measured, their relative error is then
+#: that of the motion.
 LEEWAY: Final = 64
 #: Of several blocks of columns the later ones accept steps longer than theirs by this, an error four times the goal.
 SLACK: Final = Fraction(15, 16)
