@@ -48,6 +48,11 @@
 #if WITH_PARAMETERS
 #include "flow_parameters.c"
 #endif
+#if WITH_LINKS
+#include "flow_links.c"
+#else
+#include "flow_products.c"
+#endif
 #include "flow_columns.c"
 #endif
 #if ALONE_COUNT > 6 && ALONE_BATCH

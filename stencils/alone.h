@@ -20,6 +20,9 @@
 #if WITH_TURNS && WITH_SPHERE
 #error "unit vectors have no turns"
 #endif
+#if WITH_LINKS && (WITH_SPHERE || WITH_SQUARES || !WITH_COLUMNS)
+#error "links by their angles are derivatives of a planar chain"
+#endif
 #if WITH_PARAMETERS && !WITH_COLUMNS
 #error "derivatives by parameters are columns"
 #endif
@@ -42,7 +45,7 @@ typedef float phi_real;
 #define PHI_MARGIN 0x1p-8f
 #define PHI_SHARE 0.6f
 #define PHI_SLACK 0.9375f
-#define PHI_LEEWAY 16
+#define PHI_LEEWAY 64
 #define PHI_HUGE 80
 #define PHI_WORD uint32_t
 #define PHI_DIGITS 23
@@ -70,7 +73,7 @@ typedef double phi_real;
 #define PHI_MARGIN 0x1p-8
 #define PHI_SHARE 0.6
 #define PHI_SLACK 0.9375
-#define PHI_LEEWAY 16
+#define PHI_LEEWAY 64
 #define PHI_HUGE 700
 #define PHI_WORD uint64_t
 #define PHI_DIGITS 52
@@ -207,6 +210,11 @@ typedef phi_real wide_lanes __attribute__((vector_size(16), aligned(sizeof(phi_r
 typedef phi_real wide_lanes;
 #endif
 enum { wide_lane_count = ALONE_VECTORS ? 16 / (int)sizeof(phi_real) : 1 };
+#if WITH_LINKS
+enum { wide_links = stem_lefts / 2, wide_room = 24, wide_left_rows = WITH_DRY ? stem_highest + 1 : 2, wide_right_rows = 1 };
+#else
+enum { wide_left_rows = stem_highest + 1, wide_right_rows = stem_highest + 1 };
+#endif
 #define WIDE_EVERY(number) ((number) - (wide_lanes){0})
 #define WIDE_ZERO WIDE_EVERY(0)
 #define WIDE_CHOOSE(condition, a, b) LANES_CHOOSE(wide_lanes, condition, a, b)
@@ -217,8 +225,11 @@ enum { wide_lane_count = ALONE_VECTORS ? 16 / (int)sizeof(phi_real) : 1 };
 #define ROWS_0 jet->start.held, jet->start.left[0], jet->start.right[0], wide->x[0], wide->x[0] + stem_q,
 
 typedef struct wide_jets {
-    wide_lanes x[stem_highest + 1][stem_x], left[stem_highest + 1][stem_width];
-    wide_lanes right[stem_highest + 1][stem_lefts * stem_rights], lead[stem_lefts];
+    wide_lanes x[stem_highest + 1][stem_x], left[wide_left_rows][stem_width];
+    wide_lanes right[wide_right_rows][stem_lefts * stem_rights], lead[stem_lefts];
+#if WITH_LINKS
+    wide_lanes turn[wide_links][stem_highest + 1], arms[2][wide_links][stem_highest + 1];
+#endif
 #if WITH_PARAMETERS
     wide_lanes along[stem_varied], held[4];
 #if WITH_FORCING
@@ -252,6 +263,9 @@ typedef struct stem_jets {
 #endif
 #endif
 #if WITH_COLUMNS
+#if WITH_LINKS
+    phi_real shared[3][wide_links][wide_room];
+#endif
     phi_real columns[sizeof(wide_jets) / sizeof(phi_real)], carried[stem_x * stem_x];
 #endif
 } stem_jets;

@@ -1,89 +1,4 @@
-/* Derivatives of the flow, as many columns at a time as a vector of them has. Along a derivative d the recurrences hold
- * with the same factors: sums of order n are those of d left_j right_{n-j} + left_j d right_{n-j}, and of what the first
- * factors start from, `lead`. */
-static void wide_sums(const int n, const stem_jets *PHI_RESTRICT jet, const wide_jets *PHI_RESTRICT wide, wide_lanes *PHI_RESTRICT sums)
-{
-    for (int row = 0; row < stem_rights; ++row) {
-        for (int i = 0; i < stem_lefts; ++i) {
-            const int k = stem_lefts * row + i;
-            wide_lanes sum = wide->lead[i] * jet->right[n + 1][k], other = WIDE_ZERO;
-            for (int j = 0; j <= n; ++j) {
-                sum += wide->left[j][i] * jet->right[n - j][k];
-                other += wide->right[j][k] * jet->left[n - j][i];
-            }
-            sums[k] = sum + other;
-        }
-    }
-}
-
-/* Orders come in blocks of four: what the sums of orders n to n + 3 can take from derivatives up to order n, which share
- * what they read: eight sums at a time that do not wait for each other. All factors are known already. */
-static STEM_APART void wide_ahead(const int n, const stem_jets *PHI_RESTRICT jet, const wide_jets *PHI_RESTRICT wide, wide_lanes sums[PHI_RESTRICT 4][stem_all])
-{
-    for (int row = 0; row < stem_rights; ++row) {
-        for (int i = 0; i < stem_lefts; ++i) {
-            const int k = stem_lefts * row + i;
-            const wide_lanes lead = wide->lead[i];
-            wide_lanes right_1 = WIDE_EVERY(jet->right[n + 1][k]), left_1 = WIDE_EVERY(jet->left[n + 1][i]);
-            wide_lanes right_2 = WIDE_EVERY(jet->right[n + 2][k]), left_2 = WIDE_EVERY(jet->left[n + 2][i]);
-            wide_lanes right_3 = WIDE_EVERY(jet->right[n + 3][k]), left_3 = WIDE_EVERY(jet->left[n + 3][i]);
-            wide_lanes first = lead * right_1, second = lead * right_2, third = lead * right_3, fourth = lead * jet->right[n + 4][k];
-            wide_lanes first_too = WIDE_ZERO, second_too = first_too, third_too = first_too, fourth_too = first_too;
-            for (int j = 0; j <= n; ++j) {
-                const wide_lanes d_left = wide->left[j][i], right = WIDE_EVERY(jet->right[n - j][k]);
-                const wide_lanes d_right = wide->right[j][k], left = WIDE_EVERY(jet->left[n - j][i]);
-                first += d_left * right;
-                second += d_left * right_1;
-                third += d_left * right_2;
-                fourth += d_left * right_3;
-                first_too += d_right * left;
-                second_too += d_right * left_1;
-                third_too += d_right * left_2;
-                fourth_too += d_right * left_3;
-                right_3 = right_2;
-                right_2 = right_1;
-                right_1 = right;
-                left_3 = left_2;
-                left_2 = left_1;
-                left_1 = left;
-            }
-            sums[0][k] = first + first_too;
-            sums[1][k] = second + second_too;
-            sums[2][k] = third + third_too;
-            sums[3][k] = fourth + fourth_too;
-        }
-    }
-}
-
-/* What the sums of order n, `turn` orders after the start of a block, still want of the derivatives that have come since. */
-static void wide_rest(const int n, const int turn, const stem_jets *PHI_RESTRICT jet, const wide_jets *PHI_RESTRICT wide, wide_lanes *PHI_RESTRICT sums)
-{
-    for (int row = 0; row < stem_rights; ++row) {
-        for (int i = 0; i < stem_lefts; ++i) {
-            const int k = stem_lefts * row + i;
-            wide_lanes sum = sums[k];
-            for (int j = 0; j < turn; ++j) {
-                sum += wide->left[n - j][i] * jet->right[j][k];
-                sum += wide->right[n - j][k] * jet->left[j][i];
-            }
-            sums[k] = sum;
-        }
-    }
-}
-#if WITH_SQUARES
-
-/* Sums of order n of the squares, behind the others. */
-static void wide_square_sums(const int n, const stem_jets *PHI_RESTRICT jet, const wide_jets *PHI_RESTRICT wide, wide_lanes *PHI_RESTRICT sums)
-{
-    for (int i = 0; i < stem_squares; ++i) {
-        wide_lanes sum = wide->lead[i] * jet->left[n + 1][i];
-        for (int j = 0; j <= n; ++j) {
-            sum += wide->left[j][i] * jet->left[n - j][i];
-        }
-        sums[i] = sum + sum;
-    }
-}
-#endif
+/* Derivatives of the flow, as many columns at a time as a vector of them has. */
 #if WITH_DRY
 
 /* Sums of order n of what makes up dry friction, behind the others. */
@@ -151,9 +66,26 @@ static STEM_APART void wide_expand(CONTEXT const int order, VARIES(const int var
     }
 #endif
     wide_rows(PASS ROWS_0 wide->lead, wide->left[0], wide->right[0]);
+#if WITH_LINKS
+    for (int k = 0; k < wide_links; ++k) {
+        wide->turn[k][0] = wide->lead[k + wide_links];
+    }
+#endif
     for (int n = 0; n < order; ++n) {
+        wide_lanes *left = wide->left[(n + 1) % wide_left_rows], *right = wide->right[(n + 1) % wide_right_rows];
         const int turn = n < order % 4 ? 0 : (n - order % 4) % 4;
         wide_lanes *sums = block[turn];
+#if WITH_LINKS
+        wide_keep(n, wide);
+#endif
+#if WITH_LINKS
+        if (n < order % 4) {
+            wide_sums(n, jet, wide, sums);
+        } else if (turn == 0) {
+            wide_ahead(n, jet, wide, block);
+        }
+        wide_rest(n, n < order % 4 ? n + 1 : turn, jet, wide, sums);
+#else
         if (n < order % 4) {
             wide_sums(n, jet, wide, sums);
         } else if (turn == 0) {
@@ -161,6 +93,7 @@ static STEM_APART void wide_expand(CONTEXT const int order, VARIES(const int var
         } else {
             wide_rest(n, turn, jet, wide, sums);
         }
+#endif
 #if WITH_SQUARES
         wide_square_sums(n, jet, wide, sums + stem_lefts * stem_rights);
 #endif
@@ -183,11 +116,11 @@ static STEM_APART void wide_expand(CONTEXT const int order, VARIES(const int var
             const phi_real *constants = jet->start.held;
             const wide_lanes *d_constants = wide->held;
 #endif
-            wide_order_along(PASS constants, jet->kept[n], NEWEST(jet->left[n]) n > 0 ? jet->x[n] : at, stem_now[n], FORCE(jet->force + n) d_constants, sums, NEWEST(wide->left[n]) wide->x[n], FORCE(n > 0 ? wide->force + n : &none) ALONG_ORDER wide->left[n + 1], wide->right[n + 1], wide->x[n + 1]);
+            wide_order_along(PASS constants, jet->kept[n], NEWEST(jet->left[n]) n > 0 ? jet->x[n] : at, stem_now[n], FORCE(jet->force + n) d_constants, sums, NEWEST(wide->left[n % wide_left_rows]) wide->x[n], FORCE(n > 0 ? wide->force + n : &none) ALONG_ORDER left, right, wide->x[n + 1]);
             continue;
         }
 #endif
-        wide_order(PASS jet->start.held, sums, NEWEST(wide->left[n]) wide->x[n], n > 0 ? stem_now[n] : first, wide->left[n + 1], wide->right[n + 1], wide->x[n + 1]);
+        wide_order(PASS jet->start.held, sums, NEWEST(wide->left[n % wide_left_rows]) wide->x[n], n > 0 ? stem_now[n] : first, left, right, wide->x[n + 1]);
     }
 }
 
@@ -243,6 +176,9 @@ static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_re
 {
     wide_jets *wide = (wide_jets *)(void *)jet->columns;
     const phi_real unit = jet->start.unit[0];
+#if WITH_LINKS
+    wide_share(order, jet);
+#endif
     for (int first = 0; first < count;) {
         const int many = count - first < wide_lane_count ? count - first : wide_lane_count;
         for (int i = 0; i < stem_x; ++i) {

@@ -14,6 +14,7 @@ from phichain.continuation import Options, Special
 from phichain.errors import ArrayError, OutputError, UnsupportedError
 from phichain.orbits import Response, respond, trace
 from phichain.orbits.forced.floquet import Linear, genuine, linear_of_series, on_circle
+from phichain.orbits.forced.flow import EmittedFlow
 from phichain.orbits.forced.forcing import Forcing, forcing_of
 from phichain.orbits.forced.series import forced_problem, outer_of, table_of
 from phichain.orbits.harmonics.elimination import Harmonics
@@ -103,6 +104,17 @@ def test_any_flow_can_be_shot_by() -> None:
     other = respond(driven(1), 1, 0.1, (3.0, 3.2), method="shooting", flow=OtherFlow(0.25, 9.81 * 0.5, 0.02), limits={"step_max": 0.4})
     own = respond(driven(1), 1, 0.1, (3.0, 3.2), method="shooting")
     assert other.peak[-1] == pytest.approx(own.peak[-1], rel=1e-9) and other.multipliers[-1] == pytest.approx(own.multipliers[-1], abs=1e-9)
+
+
+def test_the_column_by_omega_is_exact() -> None:
+    """Against the variational equations by another integrator, and where the flow carries no such column against differences."""
+    exact, plain = (driven(1, variational=names) for names in (("state", "forcing"), True))
+    forcing, x, span, omega = forcing_of(plain, 1, 0.1), np.array([0.7, -0.4]), 0.8, 4.1
+    end, columns, by_omega = EmittedFlow(exact, forcing)(x, span, 0.1, omega)
+    other, own, wanted = OtherFlow(0.25, 9.81 * 0.5, 0.02)(x, span, 0.1, omega)
+    for found, right in ((end, other), (columns, own), (by_omega, wanted)):
+        np.testing.assert_allclose(found, right, rtol=2e-11, atol=2e-11)
+    np.testing.assert_allclose(EmittedFlow(plain, forcing)(x, span, 0.1, omega)[2], by_omega, rtol=1e-8, atol=1e-9)
 
 
 def test_folds_of_two_links_agree_by_both_methods() -> None:

@@ -30,7 +30,7 @@ from phichain.system import Vector
 Progress = Callable[[Point, float], None]
 """Told every new point and the step that will be tried after it."""
 _REMEMBERED = 3
-"""Points that a run looks back on: two for the predictor, three for a gap."""
+"""Points that a run looks back on, for its predictor and for a gap."""
 _SHORTEST = 4
 """Points of the shortest loop."""
 
@@ -77,7 +77,7 @@ def walk(problem: Problem, start: Point, engine: Engine) -> Iterator[Point]:
     yield start
     while True:
         new, step = advance(problem, points, step, engine)
-        points = [points[-1], new]
+        points = [*points[1 - _REMEMBERED :], new]
         yield new
 
 
@@ -187,7 +187,7 @@ class _Run:
         """One more point, with the events on the way to it; nothing of it is kept where it breaks off."""
         last, begun = self.points[-1], self.step
         try:
-            new, step = advance(self.problem, self.points[-2:], begun, self.engine)
+            new, step = advance(self.problem, self.points[-_REMEMBERED:], begun, self.engine)
         except StepTooSmallError:
             ahead = gaps.gap_ahead(self.problem, self.points[-3:], self.sigma[-3:])
             if ahead is None or ahead.width > gaps.NARROW or not self._cross(ahead):

@@ -5,6 +5,7 @@ A test is a small record with a name, a `value` at a point and `terminal`, wheth
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
@@ -139,4 +140,9 @@ class Quantity:
 def signed(matrix: Vector) -> float:
     """+- the smallest singular value of a square matrix, its sign that of the determinant: simple zeros where
     that has some."""
+    if matrix.shape == (2, 2):
+        (a, b), (c, d) = matrix.tolist()
+        determinant, squares = a * d - b * c, a * a + b * b + c * c + d * d
+        largest = math.sqrt((squares + math.sqrt(max(0.0, (squares - 2 * determinant) * (squares + 2 * determinant)))) / 2)
+        return determinant / largest if largest > 0 else determinant
     return sign_of_determinant(matrix) * least_singular_value(matrix)

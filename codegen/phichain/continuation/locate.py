@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import brentq
 
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Level, TestFunction
@@ -16,8 +15,13 @@ from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.predictors import hermite
 from phichain.continuation.problem import Problem, relative_residual
+from phichain.continuation.roots import zero_between
 
 Curve = Callable[[float], Point]
+SPACING = 1e-14
+"""How far off a zero may be, in units of 1 + s."""
+_ROUGH = 1e-7
+"""The same of one that something better follows."""
 
 
 def values_at(problem: Problem, point: Point, tests: Sequence[TestFunction]) -> tuple[float, ...]:
@@ -36,9 +40,8 @@ def locate(
 ) -> tuple[list[Special], Point | None]:
     """The events between two successive points.
 
-    Places in between are guessed on the cubic through both points and corrected onto the curve; Brent's method
-    (secant and inverse quadratic steps inside a bisection bracket) finds the zero of the test function. Where a branch
-    point lies between, the curve near it is the polynomial of `singular.through`.
+    Places in between are guessed on the cubic through both points and corrected onto the curve; inverse interpolation
+    inside a bracket finds the zero of the test function (`roots`). Where a branch point lies between, the curve near it is the polynomial of `singular.through`.
 
     Args:
         problem: What is continued.
@@ -63,7 +66,8 @@ def locate(
         return [], None
     between = _between(problem, a, b, [test for test, _ in crossed], engine)
     for test, after in crossed:
-        at = b if after == 0 else _root(problem, a, b, test, between)
+        is_landed = isinstance(test, Level) and test.held is not None
+        at = b if after == 0 else _root(problem, a, b, test, between, _ROUGH if is_landed else SPACING)
         at = _landed(problem, at, test, engine)
         special = Special(test.name, index, at.z(problem), at.arclength, test.value(problem, at), at.multipliers)
         found.append((special, at, _is_end(problem, test, at)))
@@ -87,10 +91,10 @@ def _between(problem: Problem, a: Point, b: Point, crossed: Sequence[TestFunctio
     if singular is None:
         return curve(problem, a, b, engine)
     beside = curve(problem, a, b, loosened(engine))
-    rough = _root(problem, a, b, singular, beside).arclength
+    rough = _root(problem, a, b, singular, beside, _ROUGH).arclength
     # Once more from the better centre: Newton stalls at the rough one.
     first = through(problem, a, b, rough, beside)
-    return through(problem, a, b, _root(problem, a, b, singular, first).arclength, beside)
+    return through(problem, a, b, _root(problem, a, b, singular, first, _ROUGH).arclength, beside)
 
 
 def _landed(problem: Problem, at: Point, test: TestFunction, engine: Engine) -> Point:
@@ -108,21 +112,20 @@ def _landed(problem: Problem, at: Point, test: TestFunction, engine: Engine) -> 
     return replace(found.point(at.tangent, at.arclength), y=exact)
 
 
-def root(problem: Problem, a: Point, b: Point, test: TestFunction, engine: Engine) -> Point:
-    """The point between two of a curve at which a test function vanishes that has two signs at them."""
-    return _root(problem, a, b, test, curve(problem, a, b, engine))
+def root(problem: Problem, a: Point, b: Point, test: TestFunction, engine: Engine, spacing: float = SPACING) -> Point:
+    """The point between two of a curve at which a test function vanishes that has two signs at them; in units of 1 + s so far off at most."""
+    return _root(problem, a, b, test, curve(problem, a, b, engine), spacing)
 
 
-def _root(problem: Problem, a: Point, b: Point, test: TestFunction, between: Curve) -> Point:
-    spacing = 4 * np.finfo(float).eps
-    s = brentq(
-        lambda s: test.value(problem, between(s)),
-        a.arclength,
-        b.arclength,
-        xtol=spacing * (1 + b.arclength),
-        rtol=spacing,
-    )
-    return between(float(s))
+def _root(problem: Problem, a: Point, b: Point, test: TestFunction, between: Curve, spacing: float = SPACING) -> Point:
+    seen = {a.arclength: a, b.arclength: b}
+
+    def of(s: float) -> float:
+        seen[s] = between(s)
+        return test.value(problem, seen[s])
+
+    ends = test.value(problem, a), test.value(problem, b)
+    return seen[zero_between(of, a.arclength, b.arclength, ends, spacing * (1 + b.arclength))]
 
 
 def curve(problem: Problem, a: Point, b: Point, engine: Engine) -> Curve:

@@ -81,15 +81,17 @@ def change_between(a: Point, b: Point) -> tuple[float, bool, float]:
         step = solve(bordered(a.jacobian, a.tangent), bordered(b.jacobian, a.tangent))
     except np.linalg.LinAlgError:
         return float("inf"), False, float("inf")
-    change = size((step - np.eye(len(step))).ravel())
+    moved = step.copy()
+    moved.flat[:: len(moved) + 1] -= 1
+    change = size(moved.ravel())
     if change < _SEEN:
         return change, False, float("inf")
-    left = eigenvalues(step)
-    change = float(np.max(np.abs(left - 1)))
+    left = eigenvalues(step).tolist()
+    change = max(abs(value - 1) for value in left)
     # det [J_b; t_a] = det [J_b; t_b] t_a.t_b, and the tangents never turn by a right angle.
-    is_turned = bool(np.prod(left).real < 0)
-    real = left.real[(np.abs(left.imag) < 0.1 * np.abs(1 - left)) & (left.real > 0) & (left.real < 1)]
-    ahead = float(np.min(real / (1 - real))) if real.size and not is_turned else float("inf")
+    is_turned = math.prod(left).real < 0
+    real = [value.real for value in left if abs(value.imag) < 0.1 * abs(1 - value) and 0 < value.real < 1]
+    ahead = min(value / (1 - value) for value in real) if real and not is_turned else float("inf")
     return change, is_turned, ahead
 
 

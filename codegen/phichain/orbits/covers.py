@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from phichain.continuation import Branch, Engine, Options, Point, Problem, Special, start_on, walk
+from phichain.continuation import Branch, Engine, Options, Point, Problem, Special, predictors, start_on, walk
 from phichain.continuation.steps import StepTooSmallError
 from phichain.errors import ConvergenceError
 from phichain.orbits.modes import LinearModes
@@ -21,6 +21,10 @@ _CLOSE: Final = 1e-6
 """Distance, in amplitudes, at which an orbit has come back."""
 _SMALL: Final = 0.03
 """Largest angle, rad, at which a family has the frequency of its linear mode to 1e-3."""
+_LONGEST: Final = (0.08, 0.02)
+"""Steps of a family, and of one near the rest, where it meets the chain that hangs still: longer ones could leap over that."""
+_NEAR: Final = 0.25
+"""Largest angle, rad, near the rest."""
 _STEPS: Final = 400
 _TURNING: Final = 5
 """Traversals from which energy and frequency turn at the cover itself."""
@@ -52,13 +56,16 @@ def mode_of(system: System, p: Parameters | None, modes: LinearModes, z: Vector)
     """
     nearest = int(np.argmin(np.abs(modes.omega / z[-1] - 1)))
     problem = quarter_problem(system, p, omega=float(modes.omega[nearest]), shape=modes.shapes[:, nearest])
-    # Longer steps could leap over the rest, where the family meets the chain that hangs still.
-    engine = Engine(options=Options(step_max=0.02, tol=1e-9))
+    far, near = (Engine(predictors.quintic, options=Options(step_max=longest, tol=1e-9)) for longest in _LONGEST)
     try:
-        start = start_on(problem, z, np.append(-z[:-1], 0.0), engine)
-        for count, point in enumerate(walk(problem, start, engine)):
-            if (mode := _is_linear(system, modes, point, problem)) or count > _STEPS:
-                return mode
+        start = start_on(problem, z, np.append(-z[:-1], 0.0), far)
+        for engine, until in ((far, _NEAR), (near, 0.0)):
+            for count, point in enumerate(walk(problem, start, engine)):
+                if (mode := _is_linear(system, modes, point, problem)) or count > _STEPS:
+                    return mode
+                start = point
+                if np.max(np.abs(point.z(problem)[system.cart_size : -1])) < until:
+                    break
     except (ConvergenceError, StepTooSmallError):
         pass
     return 0

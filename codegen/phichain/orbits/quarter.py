@@ -71,6 +71,8 @@ class QuarterMap(Held):
 
 def complement(unit: Vector) -> Vector:
     """Orthonormal columns (N, N - 1) across a unit vector, real or complex: a reflection that turns it into an axis, without that axis."""
+    if len(unit) == 2:
+        return np.array([[-unit[1]], [unit[0]]]).conj()
     largest = int(np.abs(unit).argmax())
     normal = unit.copy()
     normal[largest] += unit[largest] / abs(unit[largest])

@@ -58,7 +58,7 @@ def demand_shooting(system: System, needed: Sequence[str] = NEEDED) -> None:
 
 def settings(options: Options | None) -> Engine:
     """Predictor, corrector and options of a family of brake orbits."""
-    return Engine(predictors.cubic, options=options or Options(step=0.01, step_max=0.1, max_points=5000, tol=1e-9))
+    return Engine(predictors.quintic, options=options or Options(step=0.01, step_max=0.1, max_points=5000, tol=1e-9))
 
 
 def trace_shooting(

@@ -30,8 +30,8 @@ def is_crossed_smoothly(problem: Problem, a: Point, b: Point, engine: Engine) ->
     ends = test.value(problem, a), test.value(problem, b)
     if ends[0] * ends[1] >= 0:
         return True
-    zero = root(problem, a, b, test, engine).arclength
     width = NEIGHBOURHOOD * (b.arclength - a.arclength)
+    zero = root(problem, a, b, test, engine, 1e-3 * width / (1 + b.arclength)).arclength
     between = curve(problem, a, b, loosened(engine))
     sides = [between(float(np.clip(zero + d, a.arclength, b.arclength))) for d in (-width, width)]
     small = 5 * NEIGHBOURHOOD * max(abs(end) for end in ends)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
+from phichain.emit.flow.instance import HIGHEST
 from phichain.lowering.series.series import Series
 from phichain.scene import Scene
 
@@ -26,13 +27,23 @@ def vector_bytes(scene: Scene) -> list[tuple[str, int]]:
     return [(macro, size) for macro, size in sizes.items() if size != sizes[""] or not macro]
 
 
+def rows_kept(scene: Scene, made: Series) -> dict[str, Any]:
+    """Sizes of what is kept of the rows of derivatives: all of them, or by link what its angle and its joint's force are."""
+    orders = HIGHEST[scene.real] + 1
+    if not made.by_links:
+        return {"links": 0, "room": 0, "kept": (orders, orders)}
+    return {"links": made.lanes // 2, "room": -(-orders // _WIDTHS[-1]) * _WIDTHS[-1], "kept": (orders if made.dry else 2, 1)}
+
+
 def workspace(scene: Scene, made: Series, highest: int) -> list[tuple[str, tuple[int, ...]]]:
     """Arrays of a workspace for derivatives."""
-    size, factors = scene.nq + scene.nv, made.width + made.lanes * made.rights
-    numbers, varied = (highest + 1) * (size + factors) + made.lanes, sum(scene.varied.values())
-    arrays: list[tuple[str, tuple[int, ...]]] = []
+    size, varied = scene.nq + scene.nv, sum(scene.varied.values())
+    kept = rows_kept(scene, made)
+    lefts, rights = kept["kept"]
+    numbers = (highest + 1) * (size + 3 * kept["links"]) + lefts * made.width + (rights * made.rights + 1) * made.lanes
+    arrays: list[tuple[str, tuple[int, ...]]] = [("shared", (3, kept["links"], kept["room"]))] if made.by_links else []
     if made.order_along is not None:
         numbers += varied + made.held + (made.held + highest + 1 if made.is_forced else 0)
-        arrays = [("kept", (highest, made.sums))]
+        arrays += [("kept", (highest, made.sums))]
         arrays += [("force", (highest + 1,))] if made.is_forced else []
-    return [*arrays, ("columns", (numbers * columns_at_once(scene),)), ("carried", (size * (size + varied),))]
+    return [("columns", (numbers * columns_at_once(scene),)), *arrays, ("carried", (size * (size + varied),))]

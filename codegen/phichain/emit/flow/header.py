@@ -23,7 +23,7 @@ def declarations(scene: Scene, made: Series) -> str:
         event=struct_lines(EVENT, scene), flow=struct_lines(FLOW, scene), returns=PROPAGATE.returns,
         prototype=", ".join(arguments(PROPAGATE, scene, definition=False)), arguments=documented(PROPAGATE, scene),
         size=scene.nq + scene.nv, columns=scene.variational, varied=bool(scene.varied), planar=scene.is_planar,
-        start=_declared(_start(scene, made)), workspace=_declared(_workspace(scene, made)),
+        start=_declared(_start(scene, made)), workspace=_declared(_workspace(scene, made)), columns_first=_declared(_columns(scene, made)),
         workspace_bytes=workspace_bytes(scene, made),
     )  # fmt: skip
 
@@ -57,10 +57,15 @@ def _workspace(scene: Scene, made: Series) -> Arrays:
         own.append(("turns", (scene.nq,)))
     if made.rubs:
         own.append(("powers", (highest, highest, made.rubs)))
-    return own + (columns_workspace(scene, made, highest) if made.columns is not None else [])
+    return own
+
+
+def _columns(scene: Scene, made: Series) -> Arrays:
+    """The arrays of derivatives, which come first: a workspace on a cache line has their vectors on one."""
+    return columns_workspace(scene, made, HIGHEST[scene.real]) if made.columns is not None else []
 
 
 def workspace_bytes(scene: Scene, made: Series) -> int:
     """Bytes of a workspace."""
-    numbers = [prod(extents) for _, extents in (*_start(scene, made), *_start(scene, made), *_workspace(scene, made))]
+    numbers = [prod(extents) for _, extents in (*_columns(scene, made), *_start(scene, made), *_start(scene, made), *_workspace(scene, made))]
     return (8 if scene.real == "double" else 4) * sum(numbers)

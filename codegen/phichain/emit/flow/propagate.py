@@ -11,7 +11,7 @@ from phichain.contract.flows import PROPAGATE
 from phichain.contract.functions import ROWS
 from phichain.emit.c.layout import laid_out_text
 from phichain.emit.c.names import CNames
-from phichain.emit.flow.columns import columns_at_once, vector_bytes
+from phichain.emit.flow.columns import columns_at_once, rows_kept, vector_bytes
 from phichain.emit.flow.flows import FlowText, prints
 from phichain.emit.flow.header import declarations
 from phichain.emit.flow.instance import (
@@ -45,8 +45,9 @@ SINGLE_MARGIN: Final = Fraction(1, 512)
 #: Sums an order up to which what newest rows add to them is not worth a vector: it would wait for the rows' numbers.
 SINGLY: Final = 8
 #: The local error of derivatives aimed at, in units of that of the state: nothing feeds it back into the motion, and
-#: their last terms are larger by the order and more, which would shorten every step.
-LEEWAY: Final = 16
+#: their last terms are larger by the order and more, which would shorten every step. Measured, their relative error is then
+#: that of the motion.
+LEEWAY: Final = 64
 #: Of several blocks of columns the later ones accept steps longer than theirs by this, an error four times the goal.
 SLACK: Final = Fraction(15, 16)
 
@@ -89,7 +90,7 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
     number = 8 if scene.real == "double" else 4
     definitions = render(
         "flow.c.j2", upper=scene.name.upper(), tangent=tangent if scene.variational else "", width=width,
-        vectors=vector_bytes(scene), number_bytes=number, functions=parts, is_scalar=True,
+        vectors=vector_bytes(scene), number_bytes=number, **rows_kept(scene, made), functions=parts, is_scalar=True,
         singly=_singly(made),
         stencils=_stencils(model, made, names, positions), **sizes(scene, stem, made, names),
     )  # fmt: skip
@@ -137,7 +138,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
             "stem_cart": f"{stem}_cart", "stem_q": f"{stem}_q", "stem_x": f"{stem}_x", "stem_": f"{tangent}_",
             "STEM_": f"{tangent.upper()}_",
         }  # fmt: skip
-        files = ["flow_columns"] if made.order_along is None else ["flow_parameters", "flow_columns"]
+        files = [*(["flow_parameters"] if made.order_along is not None else []), "flow_links" if made.by_links else "flow_products", "flow_columns"]
         texts += [instance("flow_norms", norms, wanted), *(instance(name, spelt | wide, wanted) for name in files)]
     texts.append(instance("flow_run", spelt | {"PROPAGATE_DOC": ROWS["propagate"].doc}, wanted))
     return "\n".join(texts).rstrip("\n")

@@ -57,6 +57,7 @@ def planar_series(model: Model) -> Series:
         squares=0,
         held=layout.size,
         dry=rubbing,
+        by_links=True,
     )
 
 

@@ -55,6 +55,8 @@ class Series:
         order_along: the order of derivatives by parameters.
         dry: places of a planar chain where dry friction acts, with three more entries of a left row each.
         rubs: places of a spatial one, with five (`series.spatial.rubs`).
+        by_links: whether left rows are cosines, then sines of links' angles, the first two right rows their rates, and the other two
+            begin with zero, their sums being wanted together only: then derivatives of sums are known by those of the angles.
     """
 
     factor: Program
@@ -70,6 +72,7 @@ class Series:
     order_along: Program | None = None
     dry: int = 0
     rubs: int = 0
+    by_links: bool = False
 
     @property
     def order_of_columns(self) -> Program:

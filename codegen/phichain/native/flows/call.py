@@ -102,8 +102,8 @@ def flow_call(name: str, chain: Chain, parameters: Sequence[Argument], function:
     )
 
 
-_BRIEF: Final = 24
-"""Steps of one link that take some ten microseconds."""
+_BRIEF: Final = 64
+"""Steps of one link that take some fifty microseconds."""
 
 
 def _row(name: str) -> Flow:

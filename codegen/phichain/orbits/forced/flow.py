@@ -10,17 +10,28 @@ from phichain.errors import UnsupportedError
 from phichain.orbits.forced.forcing import Forcing
 from phichain.orbits.quarter import EPS
 from phichain.system import Parameters, System, Vector
+from phichain.system.variations import Along, variations
 
 _STEPS: Final = 40_000
 """Steps of a period that are worth taking."""
 _NUDGE: Final = 2.0**-17
-"""Change of omega, relative, by whose both sides the derivative is taken: h^2 and rounding over h are some 1e-10 then.
+"""Change of omega, relative, by whose both sides the derivative is taken where the flow carries none by omega: h^2 and rounding over h
+are some 1e-10 then.
 
 No fold depends on it: there the derivatives by the state are singular, whatever that by omega is."""
 
 
+_BESIDE: Final = 2.0**-11
+"""Distance, in spans, of the states about the end that tell how fast it moves: to the eighth order, and to rounding over it, 1e-13."""
+_SLOPE: Final = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0.0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
+"""Weights of the first derivative on nine places."""
+
+
 class EmittedFlow:
-    """`propagate` under A cos(omega t), its derivatives by the state carried along, that by omega by differences.
+    """`propagate` under A cos(omega t), its derivatives by the state carried along.
+
+    That by omega is one more column where the scene's flow carries it, `[flow] variational = ["state", "forcing"]`; else it is taken by
+    differences, which cost two more motions and are right to some 1e-10.
 
     Raises:
         UnsupportedError: The scene's flow is not forced there, or carries no derivatives.
@@ -37,9 +48,12 @@ class EmittedFlow:
                 f'build its scene with propagate in want, [flow] variational = true and [forcing] forced = {forcing.forced!r}{axis}, or use method = "harmonics"',
             )  # fmt: skip
         self._flow, self._parameters, self._size = system.function("propagate"), system.parameters(p), system.nq
+        self._by_omega = variations(system, "omega") if "omega" in system.varied else None
 
     def __call__(self, x: Vector, span: float, amplitude: float, omega: float) -> tuple[Vector, Vector, Vector] | None:
         """As `ForcedFlow`."""
+        if self._by_omega is not None:
+            return self._with_omega(x, span, amplitude, omega, *self._by_omega)
         found = self._moved(x, span, amplitude, omega, np.eye(len(x)))
         nudge, phase = _NUDGE * omega, span * omega
         sides = [self._moved(x, phase / (omega + side), amplitude, omega + side) for side in (nudge, -nudge)]
@@ -52,6 +66,22 @@ class EmittedFlow:
         n = self._size
         found = self._flow(x[:n], x[n:], 0.0, times[-1], EPS, forcing=(amplitude, omega), times=times, **self._parameters)
         return np.hstack([found.q_at, found.v_at])
+
+    def _with_omega(
+        self, x: Vector, span: float, amplitude: float, omega: float, columns: Vector, along: Along
+    ) -> tuple[Vector, Vector, Vector] | None:
+        """All derivatives from one motion: at the same phase it ends earlier by span / omega for each unit of omega."""
+        n, beside = self._size, _BESIDE * span
+        times = span + beside * np.arange(-4.0, 5.0)
+        found = self._flow(
+            x[:n], x[n:], 0.0, float(times[-1]), EPS, forcing=(amplitude, omega), times=times, max_steps=_STEPS, transition=columns,
+            along=along, **self._parameters,
+        )  # fmt: skip
+        if found.outcome != "done":
+            return None
+        moved = found.columns_at[4]
+        slope = np.concatenate([found.v_at[4], _SLOPE @ found.v_at / beside])
+        return np.concatenate([found.q_at[4], found.v_at[4]]), moved[:, : 2 * n], moved[:, 2 * n] - slope * (span / omega)
 
     def _moved(
         self, x: Vector, span: float, amplitude: float, omega: float, columns: Vector | None = None
