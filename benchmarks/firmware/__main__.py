@@ -11,7 +11,17 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Final
 
-from benchmarks.firmware.points import analysis, example, interface, loops, manifests, objects, packages, runs, sizes
+from benchmarks.firmware.points import (
+    analysis,
+    example,
+    interface,
+    loops,
+    manifests,
+    objects,
+    packages,
+    runs,
+    sizes,
+)
 from benchmarks.firmware.scenes import Generated, generated
 from benchmarks.firmware.tools import Missing, demand
 
