@@ -37,6 +37,7 @@ _PLAIN: Final = {
     "energy": NUMBER,
     "error": NUMBER,
     "closure": NUMBER,
+    "turn": replace(NUMBER, default=0.0),
     "q_names": names("nq"),
     "v_names": names("nv"),
 }
@@ -67,6 +68,7 @@ class Orbit(Held):
         v: Rates (m, nv).
         q_names: Names of the entries of q.
         v_names: Names of the entries of v.
+        turn: Angle about the vertical by which a whirling orbit comes back turned, rad; 0 of all others.
     """
 
     scene: str
@@ -85,6 +87,7 @@ class Orbit(Held):
     v: Vector
     q_names: tuple[str, ...]
     v_names: tuple[str, ...]
+    turn: float = 0.0
 
     @property
     def period(self) -> float:
@@ -111,6 +114,7 @@ class Orbit(Held):
             "start": start,
             **({"moving with": rates} if np.any(self.v[0]) else {}),
             "period": f"{self.period:.15g} s, omega = {self.omega:.15g} rad/s{error}",
+            **({"turned by": f"{self.turn:.15g} rad about the vertical"} if self.turn else {}),
             **known,
             "multipliers": f"{lambdas or 'none but the flow’s own'}: {'stable' if self.is_stable else 'unstable'}",
             "closes to": f"{self.closure:.1e}",
@@ -179,7 +183,7 @@ class Orbit(Held):
         if fields["t"].ndim != 1 or [fields["q"].shape, fields["v"].shape] != sizes or not len(fields["t"]):
             raise ValueError("its samples do not fit each other")
         fields |= {name: np.array([complex(*pair) for pair in found[name]], complex) for name in ("kappa", "multipliers")}
-        fields |= {name: found[name] for name in _PLAIN if name not in _MAYBE}
+        fields |= {name: found.get(name, 0.0) if name == "turn" else found[name] for name in _PLAIN if name not in _MAYBE}
         fields |= {name: math.nan if found[name] is None else float(found[name]) for name in _MAYBE}
         return cls(**{**fields, **{f"{x}_names": tuple(found[f"{x}_names"]) for x in "qv"}})
 

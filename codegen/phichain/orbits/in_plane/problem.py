@@ -13,32 +13,20 @@ b_k = sin theta_k, comes to nothing where the chain is straight: a u = 0, mu = -
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from phichain.continuation import Branch, Evaluation, Point, Problem, Quantity, Special, follow, start_on
-from phichain.continuation.core import Progress
-from phichain.continuation.engine import Engine
+from phichain.continuation import Evaluation, Problem
 from phichain.continuation.problem import LateExtra, Multipliers
-from phichain.errors import UnsupportedError
-from phichain.orbits import shooting
-from phichain.orbits.conical.starts import Start, conical_starts
 from phichain.orbits.conical.turning import turning
 from phichain.orbits.quarter import EPS, QuarterMap, complement, frequency_error, powers, quarter_map
-from phichain.orbits.symmetry import discriminant_of, genuine, tests_of, told
-from phichain.orbits.targets import Target
 from phichain.system import Parameters, System, Vector
 
 METHOD = "in a plane"
 NEEDED = ("forward_dynamics", "state_jacobian", "energy", "mass_matrix", "propagate")
 """Functions that are called."""
-START = shooting.START
-settings = shooting.settings
-PLANE_LOSS = "plane loss"
 _STEPS = 20_000
-_SAID = ("the plane: orbits beside it leave it", "orbits in space that no method here follows")
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,24 +40,6 @@ class SpatialMap(QuarterMap):
 
     within: Multipliers
     across: Multipliers
-
-
-def plane_modes(system: System, p: Parameters | None = None) -> tuple[Start, ...]:
-    """The linear modes of a hanging spatial chain, by rising frequency: those of conical families.
-
-    Raises:
-        UnsupportedError: The chain is planar, on a cart, loses energy, or lacks what its orbits need.
-    """
-    if system.is_planar or system.has_cart:
-        raise UnsupportedError(
-            "method", METHOD, "is for spatial chains on a fixed base", 'use method = "shooting" with a planar scene, which may have a cart'
-        )
-    if not (system.has("propagate") and system.variational and system.real == "double"):
-        raise UnsupportedError(
-            "method", METHOD, f"system '{system.name}' lacks a double precision flow that carries derivatives",
-            f"build its scene with [functions] want = {list(NEEDED)} and [flow] variational = true",
-        )  # fmt: skip
-    return tuple(start for start in conical_starts(system, p) if not start.is_flat and not start.base.any())
 
 
 def plane_problem(system: System, p: Parameters | None = None, *, omega: float) -> Problem:
@@ -144,67 +114,3 @@ def _beside(system: System, z: Vector) -> tuple[Vector, Vector, Vector]:
     within[:, :links], across[:, :links] = at.even[:, :links], at.odd[:, :links]
     within[nq:, links:], across[nq:, links:] = at.odd[nq:, links:], -at.even[nq:, links:]
     return at.q, within, across
-
-
-def _to(sign: float) -> Callable[[Point], float]:
-    """Point -> how far the multipliers of motions out of the plane are from mu = sign: a product with simple zeros."""
-
-    def product(point: Point) -> float:
-        found: SpatialMap = point.extra.found
-        return float(np.prod(found.across - sign).real)
-
-    return product
-
-
-def _told(system: System, event: Special) -> Special:
-    state = turning(system, np.append(event.z[:-1], 0.0)).x
-    if event.kind == PLANE_LOSS:
-        return replace(event, breaks=_SAID[0], continues=_SAID[1], state=state)
-    return replace(told(event), state=state)
-
-
-def trace_in_plane(
-    system: System,
-    modes: tuple[Start, ...],
-    mode: int,
-    target: Target,
-    *,
-    p: Parameters | None = None,
-    amplitude_start: float = START,
-    engine: Engine,
-    through: float = 0.0,
-    earlier: Branch | None = None,
-    progress: Progress | None = None,
-) -> Branch:
-    """Follow the brake orbits in a plane that one linear mode starts.
-
-    Args:
-        system: A spatial chain on a fixed base.
-        modes: Its modes, `plane_modes`.
-        mode: Number of the mode, from 1.
-        target: Where to end; theta_K is the angle of link K from the hanging vertical.
-        p: Runtime parameters.
-        amplitude_start: Largest angle of the first point, rad.
-        engine: Predictor, corrector and options.
-        through: Half width of gaps that are crossed.
-        earlier: A run to go on with.
-        progress: Told every new point.
-
-    Raises:
-        ConvergenceError: Newton did not reach the family.
-    """
-    begun = modes[mode - 1]
-    problem = plane_problem(system, p, omega=begun.omega)
-    tests = [test for test in tests_of(problem, 0, system.links) if getattr(test, "name", "") != "krein"]
-    if system.links > 2:
-        tests.append(Quantity(lambda point: discriminant_of(point.extra.found.within), "krein"))
-    if system.links > 1:
-        tests += [Quantity(_to(sign), PLANE_LOSS) for sign in (1.0, -1.0)]
-    tests += shooting.ends(system, problem, target, amplitude_start, begun.omega)
-    first = earlier if earlier is not None else start_on(
-        problem, np.append(amplitude_start * begun.shape, begun.omega), shooting.axis(begun.shape), engine, fixed=True
-    )  # fmt: skip
-    branch = follow(problem, first, engine, tests, f"{system.name}, mode {mode}, in a plane", through=through, progress=progress)
-    events = tuple(_told(system, event) for event in branch.events if genuine(event))
-    states = np.array([turning(system, np.append(z[:-1], 0.0)).x for z in branch.points])
-    return replace(branch, events=events, states=states, closing=METHOD)
