@@ -73,7 +73,8 @@ def trace_harmonics(
         harmonics: How many are kept.
 
     Returns:
-        The Branch of (q_0, omega), the tail of the spectrum as its error; no point of it is unresolved. Where the series got longer than
+        The Branch of (q_0, omega), the tail of the spectrum as its error, and kappa of every point, shot from it once, where the system can
+        shoot; no point of it is unresolved. Where the series got longer than
         allowed, or shooting disagrees, shooting goes on where the scene has what it needs, and the reason says so.
 
     Raises:
@@ -86,7 +87,7 @@ def trace_harmonics(
     problem = condensed_problem(system, run.p, omega=omega, shape=shape, harmonics=wanted)
     judge = None if shooting.lacks(system) else Judge(system, run.p, omega, shape)
     if judge is not None:
-        problem = replace(problem, error=judge.error)
+        problem = judge.judged(problem)
     ends = shooting.ends(system, problem, target, run.amplitude_start, omega)
     tests, name = _tests(problem, system), f"{system.name}, mode {mode}, harmonics"
     if run.earlier is not None and not _is_whole(problem, run.earlier, wanted):

@@ -114,7 +114,10 @@ def energy_at(branch: Branch, event: Special) -> float:
 
 def _stable(branch: Branch) -> NDArray[np.bool_] | None:
     """Which points are stable; None where the method does not say."""
-    return None if branch.method == "one harmonic" or not branch.method else are_stable(branch.multipliers)
+    several = sum(name.startswith("theta") for name in branch.names) > 1
+    if branch.method == "one harmonic" or not branch.method or (several and not branch.multipliers.shape[1]):
+        return None
+    return are_stable(branch.multipliers)
 
 
 def marker_of(kind: str) -> str:
