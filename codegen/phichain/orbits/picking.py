@@ -16,7 +16,7 @@ from phichain.orbits.conical.problem import conical_problem
 from phichain.orbits.conical.starts import METHOD as CONICAL
 from phichain.orbits.conical.turning import turning
 from phichain.orbits.in_plane import METHOD as IN_PLANE
-from phichain.orbits.in_plane import plane_problem
+from phichain.orbits.in_plane import at_rest, plane_problem
 from phichain.orbits.orbit import Orbit
 from phichain.orbits.quarter import EPS
 from phichain.orbits.shooting import demand_shooting
@@ -56,7 +56,7 @@ def pick(system: System, branch: Branch, at: Any = None, p: Parameters | None = 
     samples = whole("samples", samples, 2, 10_000_000, "ask for two or more", ArrayError)
     kind = _kind(branch)
     problem = _problem(system, branch, kind, p)
-    carts = int(system.has_cart)
+    carts = int(system.has_cart and kind != IN_PLANE)
     point = _chosen(system, problem, branch, at, carts)
     z = point.z(problem)
     turn = float(z[-2]) if kind == WHIRLING else 0.0
@@ -188,7 +188,7 @@ def _refined(problem: Problem, guess: Vector, direction: Vector, is_kept: bool) 
 def _start(system: System, kind: str, z: Vector) -> tuple[Vector, Vector]:
     """(q, v) of the orbit z."""
     if kind == IN_PLANE:
-        at = turning(system, np.append(z[:-1], 0.0))
+        at = at_rest(system, z)
         return at.q, at.v
     if kind == WHIRLING:
         x = state_of_whirl(z)

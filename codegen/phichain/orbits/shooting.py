@@ -107,15 +107,16 @@ def axis(shape: Vector) -> Vector:
     return direction
 
 
-def ends(system: System, problem: Problem, target: Target, start: float, omega: float) -> list[TestFunction]:
-    carts = system.cart_size
+def ends(system: System, problem: Problem, target: Target, start: float, omega: float, carts: int | None = None) -> list[TestFunction]:
+    """Where families of brake orbits end: at the target, upside down, back at rest, at no frequency; the first `carts` unknowns are a cart's."""
+    carts = system.cart_size if carts is None else carts
 
     def amplitude(z: Vector) -> float:
         return float(np.max(np.abs(z[carts:-1])))
 
     beyond = [] if target.what == "amplitude" and target.value >= np.pi else [Level(amplitude, np.pi, "amplitude pi")]
     return [
-        target.level(system, problem),
+        target.level(system, problem, carts),
         *beyond,
         Level(amplitude, start / 2, "back at rest"),
         Level(lambda z: float(z[-1]), 1e-3 * omega, "omega near zero"),

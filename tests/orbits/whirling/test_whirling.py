@@ -28,7 +28,8 @@ MASS, LENGTH = 0.5, 0.5
 @lru_cache
 def chain(links: int) -> System:
     com = {1: LENGTH, 2: 0.25}[links]
-    return build(Scene(f"whirl{links}", links, mass=MASS, length=LENGTH, com=com, space="spatial", want=NEEDED, variational=True))
+    # The name of two links is that of tests of orbits in a plane, which have the same chain.
+    return build(Scene(f"swing{links}", links, mass=MASS, length=LENGTH, com=com, space="spatial", want=NEEDED, variational=True))
 
 
 @lru_cache

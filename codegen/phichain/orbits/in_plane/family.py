@@ -11,8 +11,7 @@ from phichain.continuation import Branch, Point, Quantity, Special, follow, star
 from phichain.errors import UnsupportedError
 from phichain.orbits import shooting
 from phichain.orbits.conical.starts import Start, conical_starts
-from phichain.orbits.conical.turning import turning
-from phichain.orbits.in_plane.problem import METHOD, NEEDED, SpatialMap, plane_problem
+from phichain.orbits.in_plane.problem import METHOD, NEEDED, SpatialMap, at_rest, plane_problem
 from phichain.orbits.run import Run
 from phichain.orbits.symmetry import discriminant_of, genuine, tests_of, told
 from phichain.orbits.targets import Target
@@ -28,12 +27,10 @@ def plane_modes(system: System, p: Parameters | None = None) -> tuple[Start, ...
     """The linear modes of a hanging spatial chain, by rising frequency: those of conical families.
 
     Raises:
-        UnsupportedError: The chain is planar, on a cart, loses energy, or lacks what its orbits need.
+        UnsupportedError: The chain is planar, loses energy, or lacks what its orbits need.
     """
-    if system.is_planar or system.has_cart:
-        raise UnsupportedError(
-            "method", METHOD, "is for spatial chains on a fixed base", 'use method = "shooting" with a planar scene, which may have a cart'
-        )
+    if system.is_planar:
+        raise UnsupportedError("method", METHOD, "is for spatial chains", 'use method = "shooting"')
     if not (system.has("propagate") and system.variational and system.real == "double"):
         raise UnsupportedError(
             "method", METHOD, f"system '{system.name}' lacks a double precision flow that carries derivatives",
@@ -53,7 +50,7 @@ def _to(sign: float) -> Callable[[Point], float]:
 
 
 def _told(system: System, event: Special) -> Special:
-    state = turning(system, np.append(event.z[:-1], 0.0)).x
+    state = at_rest(system, event.z).x
     if event.kind == PLANE_LOSS:
         return replace(event, breaks=_SAID[0], continues=_SAID[1], state=state)
     return replace(told(event), state=state)
@@ -69,7 +66,7 @@ def trace_in_plane(
     """Follow the brake orbits in a plane that one linear mode starts.
 
     Args:
-        system: A spatial chain on a fixed base.
+        system: A spatial chain.
         modes: Its modes, `plane_modes`.
         mode: Number of the mode, from 1.
         target: Where to end; theta_K is the angle of link K from the hanging vertical.
@@ -85,11 +82,12 @@ def trace_in_plane(
         tests.append(Quantity(lambda point: discriminant_of(point.extra.found.within), "krein"))
     if system.links > 1:
         tests += [Quantity(_to(sign), PLANE_LOSS) for sign in (1.0, -1.0)]
-    tests += shooting.ends(system, problem, target, run.amplitude_start, begun.omega)
+    tests += shooting.ends(system, problem, target, run.amplitude_start, begun.omega, 0)
+    shape = begun.shape[int(system.has_cart) :]
     first = run.earlier if run.earlier is not None else start_on(
-        problem, np.append(run.amplitude_start * begun.shape, begun.omega), shooting.axis(begun.shape), run.engine, fixed=True
+        problem, np.append(run.amplitude_start * shape, begun.omega), shooting.axis(shape), run.engine, fixed=True
     )  # fmt: skip
     branch = follow(problem, first, run.engine, tests, f"{system.name}, mode {mode}, in a plane", through=run.through, progress=run.progress)
     events = tuple(_told(system, event) for event in branch.events if genuine(event))
-    states = np.array([turning(system, np.append(z[:-1], 0.0)).x for z in branch.points])
+    states = np.array([at_rest(system, z).x for z in branch.points])
     return replace(branch, events=events, states=states, closing=METHOD)

@@ -9,6 +9,9 @@ from the hanging vertical, t_k = dq_k / d theta_k and y across the plane, the ch
 Out of the plane nothing changes under theta -> -theta, so that these motions see half a period: with Q = [a b; c d] of the quarter in
 canonical coordinates M(T/2) = S Q^-1 S Q, S = diag(1, -1), and kappa = (mu + 1/mu) / 2 = eig(2 d^T a - 1). Turning the plane about the vertical,
 b_k = sin theta_k, comes to nothing where the chain is straight: a u = 0, mu = -1, lambda = 1. It is split off.
+
+A free cart keeps the momentum zero in both directions: it is no unknown, its rate answers those of the links, M_cc x' = -M_c omega, and where it is
+is no matter.
 """
 
 from __future__ import annotations
@@ -19,7 +22,7 @@ import numpy as np
 
 from phichain.continuation import Evaluation, Problem
 from phichain.continuation.problem import LateExtra, Multipliers
-from phichain.orbits.conical.turning import turning
+from phichain.orbits.conical.turning import Turning, turning
 from phichain.orbits.quarter import EPS, QuarterMap, complement, frequency_error, powers, quarter_map
 from phichain.system import Parameters, System, Vector
 
@@ -48,13 +51,14 @@ def plane_problem(system: System, p: Parameters | None = None, *, omega: float) 
     Its multipliers are kappa = (mu + 1/mu) / 2 with lambda = mu^2: N - 1 in the plane and N - 1 out of it.
 
     Args:
-        system: A spatial chain on a fixed base whose `propagate` carries derivatives along.
+        system: A spatial chain whose `propagate` carries derivatives along.
         p: Runtime parameters.
         omega: Frequency of the linear mode, rad/s: its size.
     """
     flow, mass_of, energy = (system.function(name) for name in ("propagate", "mass_matrix", "energy"))
     parameters, links, still = system.parameters(p), system.links, np.zeros(system.nv)
-    rest = turning(system, np.append(np.zeros(links), 1.0))
+    carts = system.cart_size
+    rest = turning(system, np.concatenate([np.zeros(int(system.has_cart) + links), [1.0]]))
     bottom = float(sum(energy(rest.q, still, **parameters)))
 
     def evaluate(z: Vector) -> Evaluation:
@@ -62,13 +66,16 @@ def plane_problem(system: System, p: Parameters | None = None, *, omega: float) 
         if not (rate > 0 and np.all(np.isfinite(z))):
             return Evaluation(np.full(links, np.nan), np.full((links, links + 1), np.nan))
         q, within, across = _beside(system, z)
+        start = np.asarray(mass_of(q, **parameters))
+        for columns in (within, across):
+            columns[system.nq :, links:] = _answered(start, columns[system.nq :, links:], carts)
         quarter = np.pi / (2 * rate)
         found = flow(q, still, 0.0, quarter, EPS, max_steps=_STEPS, transition=np.hstack([within, across]), **parameters)
         if found.outcome != "done":
             return Evaluation(np.full(links, np.nan), np.full((links, links + 1), np.nan))
-        ended = found.q.reshape(links, 3)
-        theta, theta_dot = np.arctan2(ended[:, 0], ended[:, 2]), found.v.reshape(links, 3)[:, 1]
-        moved, turned = np.split(found.transition, [system.nq])
+        ended = found.q[carts:].reshape(links, 3)
+        theta, theta_dot = np.arctan2(ended[:, 0], ended[:, 2]), found.v[carts:].reshape(links, 3)[:, 1]
+        moved, turned = found.transition[carts : system.nq], found.transition[system.nq + carts :]
         # Along t at the end: where the chain hangs straight this is dq_x.
         along = moved.reshape(links, 3, -1)
         angles = np.cos(theta)[:, None] * along[:, 0] - np.sin(theta)[:, None] * along[:, 2]
@@ -77,9 +84,9 @@ def plane_problem(system: System, p: Parameters | None = None, *, omega: float) 
 
         def maps() -> tuple[Multipliers, SpatialMap]:
             noise = np.abs(jacobian) @ np.abs(z) * (EPS * (1 + found.steps))
-            start, end = (np.asarray(mass_of(at, **parameters)) for at in (q, found.q))
+            end = np.asarray(mass_of(found.q, **parameters))
             begun = within[system.nq :, links:], across[system.nq :, links:]
-            last = rest.odd[system.nq :, links:], -rest.even[system.nq :, links:]
+            last = [_answered(end, part[system.nq :, -links:], carts) for part in (rest.odd, -rest.even)]
             roots = [np.linalg.cholesky(part.T @ start @ part) for part in begun]
             ends = [np.linalg.cholesky(part.T @ end @ part).T for part in last]
             half = 2 * links
@@ -95,7 +102,7 @@ def plane_problem(system: System, p: Parameters | None = None, *, omega: float) 
         return Evaluation(theta, jacobian, LateExtra(maps))
 
     def height(z: Vector) -> float:
-        return float(sum(energy(turning(system, np.append(z[:-1], 0.0)).q, still, **parameters))) - bottom
+        return float(sum(energy(at_rest(system, z).q, still, **parameters))) - bottom
 
     return Problem(
         evaluate=evaluate,
@@ -109,8 +116,21 @@ def plane_problem(system: System, p: Parameters | None = None, *, omega: float) 
 def _beside(system: System, z: Vector) -> tuple[Vector, Vector, Vector]:
     """The chain at rest at z (nq,), and small motions in its plane and out of it (nx, 2 N): displacements, then rates."""
     links, nq = system.links, system.nq
-    at = turning(system, np.append(z[:-1], 0.0))
+    at = at_rest(system, z)
     within, across = np.zeros((2, system.nx, 2 * links))
-    within[:, :links], across[:, :links] = at.even[:, :links], at.odd[:, :links]
-    within[nq:, links:], across[nq:, links:] = at.odd[nq:, links:], -at.even[nq:, links:]
+    angles = slice(at.count - links, at.count)
+    within[:, :links], across[:, :links] = at.even[:, angles], at.odd[:, angles]
+    within[nq:, links:], across[nq:, links:] = at.odd[nq:, -links:], -at.even[nq:, -links:]
     return at.q, within, across
+
+
+def at_rest(system: System, z: Vector) -> Turning:
+    """The chain at rest at the angles of z, a cart at 0."""
+    return turning(system, np.concatenate([np.zeros(int(system.has_cart)), z[:-1], [0.0]]))
+
+
+def _answered(mass: Vector, rates: Vector, carts: int) -> Vector:
+    """Rates (nv, m) of the links with those of a cart that leave no momentum."""
+    if not carts:
+        return rates
+    return np.vstack([-np.linalg.solve(mass[:carts, :carts], mass[:carts, carts:] @ rates[carts:]), rates[carts:]])
