@@ -101,3 +101,22 @@ def test_what_is_refused() -> None:
             respond(pendulum(), 1, UP, (1.0, 0.64), beyond=beyond)
     with pytest.raises(ArrayError, match="another scene, place or amplitude"):
         respond(pendulum(), 1, 1.08, (1.0, 0.64), beyond=(first, 1))
+
+
+def test_two_damped_links_lose_their_period_to_a_torus() -> None:
+    """A pair of multipliers leaves the unit circle on a real chain: before it deviations die out, behind it the pair grows, by the flow itself."""
+    system = build(
+        Scene("torus2", 2, mass=[0.305, 1.078], length=[0.903, 0.282], com=[0.519, 0.26], damping=[0.00313, 0.01026], stiffness=[2.55, 1.182],
+              forced=1, actuated="none", variational=True, want=("propagate", "inverse_and_jacobian"))
+    )  # fmt: skip
+    response = respond(system, 1, 0.33, (3.3, 3.005), method="shooting", limits={"max_points": 60, "step_max": 0.3})
+    event = response.located("neimark-sacker")[0]
+    assert event.omega == pytest.approx(3.00964852562, rel=1e-8)
+    period = 2 * np.pi / event.omega
+    moved = system.propagate(event.q, event.v, 0.0, period, 1e-15, forcing=(0.33, event.omega), transition=np.eye(4))
+    assert np.concatenate([moved.q, moved.v]) == pytest.approx(np.concatenate([event.q, event.v]), abs=1e-10)
+    own = np.linalg.eigvals(moved.transition)
+    pair = own[np.abs(own.imag) > 0.1]
+    assert len(pair) == 2 and np.abs(pair) == pytest.approx(1.0, abs=1e-7)
+    before, behind = (np.abs(response.multipliers[k][np.abs(response.multipliers[k].imag) > 0.1]) for k in (event.after, event.after + 1))
+    assert np.max(before) < 1 < np.max(behind) or np.max(behind) < 1 < np.max(before)
