@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.special import ellipk
 
 from phichain.app import cli_trace
 from phichain.app.cli_trace import carrying, progress_line
@@ -81,6 +82,24 @@ def test_a_spatial_chain_turns_about_the_vertical(command: Command, tmp_path: Pa
     assert last["start"]["v"] == pytest.approx(last["omega"] * np.array([-np.sin(1) * np.cos(1), 0, np.sin(1) ** 2]), rel=1e-14)
     refused = command("trace", "planar1", "--method", "conical")
     assert refused.code == 2 and "spatial" in refused.err and refused.err.count("\n") == 1
+
+
+def test_a_spatial_chain_comes_back_turned(command: Command, tmp_path: Path) -> None:
+    """From a conical orbit on, its energy held, to where it swings in a plane: twice as often as a pendulum of that energy."""
+    (tmp_path / "cone.toml").write_text(CONE)
+    assert command("trace", "cone.toml", "--method", "conical", "--until", "theta_1=0.8", "--out", "f.json").code == 0
+    words = ("trace", "cone.toml", "--method", "whirling", "--start", "f.json", "--hold", "energy", "--out", "w.json", "--out", "w.png")
+    answer = command(*words)
+    assert answer.code == 0, answer.err
+    found = json.loads((tmp_path / "w.json").read_text())
+    assert found["method"] == "whirling" and found["closing"] == "energy held" and "in a plane at" in answer.out
+    amplitude = np.arccos(1 - found["points"][-1]["energy"] / (0.7 * 9.81 * 0.5))
+    assert found["points"][-1]["omega"] == pytest.approx(np.pi * np.sqrt(9.81 / 0.5) / ellipk(np.sin(amplitude / 2) ** 2), rel=1e-12)
+    orbit = command("orbit", "w.json", "--scene", "cone.toml", "--at", "omega=8.2", "--out", "o.gif")
+    assert orbit.code == 0 and "rad about the vertical" in orbit.out, orbit.err
+    for more, says in ((("--start", "f.json:99"), "no point"), (("--start", "f.json:event=9"), "events"), ((), "begin at")):
+        refused = command("trace", "cone.toml", "--method", "whirling", *more)
+        assert refused.code == 2 and refused.err.count("\n") == 1 and says in refused.err, refused.err
 
 
 def test_control_c_leaves_a_file_to_go_on_from(command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from phichain.continuation import Options
+from phichain.continuation import Engine, Options, start_on
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.orbits import linear_modes, trace
 from phichain.orbits.harmonics.balance import balanced, inverse_of
@@ -136,6 +136,18 @@ def test_a_run_is_gone_on_with_before_and_behind_the_seam(tmp_path) -> None:
         file = part.to_json(tmp_path / f"part{points}.json")
         on = trace(summed(2), method="harmonics", until="theta_1=1", harmonics=short, resume=file)
         assert on.points[-1] == pytest.approx(whole.points[-1], abs=1e-11) and on.points[-1, 0] == 1.0
+
+
+def test_series_have_the_multipliers_of_their_orbits() -> None:
+    """kappa of every point and event is that of the orbit that shooting finds beside it; a chain that cannot shoot has none."""
+    found = trace(summed(2), method="harmonics", until="theta_1=0.6", limits={"max_points": 12})
+    shot = Judge(summed(2), None, float(found.points[0, -1]), found.points[0, :-1]).problem
+    assert found.multipliers.shape == (len(found), 1)
+    for z, kappa in zip(found.points, found.multipliers, strict=True):
+        orbit = start_on(shot, z, np.array([1.0, 0.0, 0.0]), Engine(), fixed=True)
+        assert kappa == pytest.approx(orbit.multipliers, abs=1e-7)
+    assert np.ptp(found.multipliers[:, 0].real) > 1e-3
+    assert Judge(summed(2), None, 3.0, np.ones(2)).kappa(np.array([1.0, 1.0, -3.0])).shape == (1,)
 
 
 def test_shooting_judges_points_beside_resonances() -> None:

@@ -79,8 +79,27 @@ def test_springs_between_directions_have_their_own_law() -> None:
     assert pick(chain(stiffness=0.6), branch).closure < 1e-12
 
 
+def test_on_a_cart_they_are_those_of_a_planar_cart() -> None:
+    """Frequencies and kappa in the plane by the planar flow; all multipliers among those of the whole monodromy in space, a drift of the cart's included."""
+    cart = {"base": "cart", "cart_mass": 0.8}
+    system, flat = chain(**cart), uniform(2, **cart)
+    found, other = (trace(one, method=how, until="energy=0.4") for one, how in ((system, METHOD), (flat, "shooting")))
+    assert found.points[-1, -1] == pytest.approx(other.points[-1, -1], rel=1e-12)
+    assert np.min(np.abs(found.multipliers[-1] - other.multipliers[-1, 0])) < 1e-9
+    orbit = pick(system, found)
+    assert orbit.closure < 1e-12
+    nq, tangent = system.nq, np.zeros((system.nx, 12))
+    tangent[:2, :2] = tangent[nq : nq + 2, 6:8] = np.eye(2)
+    for k, link in enumerate(orbit.q[0][2:].reshape(2, 3)):
+        basis = np.stack([np.cross([0.0, 1.0, 0.0], link), [0.0, 1.0, 0.0]], axis=1)
+        tangent[2 + 3 * k : 5 + 3 * k, 2 + 2 * k : 4 + 2 * k] = tangent[nq + 2 + 3 * k : nq + 5 + 3 * k, 8 + 2 * k : 10 + 2 * k] = basis
+    whole = system.propagate(orbit.q[0], orbit.v[0], 0.0, orbit.period, 1e-16, transition=tangent).transition
+    spectrum = np.linalg.eigvals(np.linalg.lstsq(tangent, whole, rcond=None)[0])
+    assert len(orbit.multipliers) == 4 and all(np.min(np.abs(spectrum - value)) < 1e-7 for value in orbit.multipliers)
+
+
 def test_what_is_refused() -> None:
-    with pytest.raises(UnsupportedError, match="spatial chains on a fixed base"):
+    with pytest.raises(UnsupportedError, match="is for spatial chains"):
         trace(uniform(2), method=METHOD)
     with pytest.raises(UnsupportedError, match="flow that carries derivatives"):
         trace(chain(variational=False), method=METHOD)

@@ -22,6 +22,7 @@ NEEDED = ["propagate", "mass_matrix", "energy"]
 ONE_P = {"length": [0.5], "gravity": 9.81}
 PAIR_P = {"mass": [1.0, 1.0], "length": [1.0, 1.0]}
 COARSE = Options(step=0.02, step_max=0.2, max_points=200, tol=1e-9)
+SHORT = Options(step=2e-3, step_max=0.02, max_points=200, tol=1e-9)
 
 
 @pytest.fixture(scope="module")
@@ -91,6 +92,29 @@ def test_a_locus_ends_where_the_family_there_has_its_event(pair: Any, family: Br
     )
     met = [event.z for event in other.events if event.kind == kind]
     assert min(np.abs(z - locus.points[-1][:3]).max() for z in met) < atol
+
+
+@pytest.fixture(scope="module")
+def rods() -> Any:
+    return build(Scene("turned_rods", 2, mass=0.5, length=R, com=0.25, gravity=9.81, want=NEEDED, variational=["length"]))
+
+
+@pytest.fixture(scope="module")
+def ends(rods: Any) -> tuple[Branch, Branch]:
+    """The family at both ends of the loci: the first link 0.5 m and 0.505 m long."""
+    return tuple(trace(rods, 1, until="theta_1=-1.3", p={"length": [length, 0.5]}) for length in (0.5, 0.505))
+
+
+@pytest.mark.parametrize("kind", ["fold omega", "energy extremum", "odd loss", "unequal brakes", "cover 3 of mode 2"])
+def test_loci_join_the_events_of_two_families(rods: Any, ends: tuple[Branch, Branch], kind: str) -> None:
+    """From the event at one length to the same one at another, which a family traced there has found by itself."""
+    own, other = (next(event for event in branch.events if event.kind == kind) for branch in ends)
+    locus = vary(rods, "length[1]", own, 0.505, hold=kind, p={"length": [0.5, 0.5]}, options=SHORT)
+    assert locus.points[-1, -1] == 0.505 and len(locus) > 2
+    times = 3 if kind.startswith("cover") else 1
+    at = locus.points[-1, :3] / [1.0, 1.0, times]
+    met = [event.z for event in ends[1].events if event.kind == kind]
+    assert min(np.abs(z - at).max() for z in met) < 2e-8 and np.abs(other.z - own.z).max() > 1e-4
 
 
 def test_trace_goes_on_in_a_parameter(pair: Any) -> None:

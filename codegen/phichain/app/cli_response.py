@@ -42,6 +42,10 @@ def response(
     harmonics: Annotated[
         int | None, typer.Option(metavar="H", help="Highest harmonic; by the tail of the spectrum unless given.")
     ] = None,
+    beyond: Annotated[
+        list[int] | None,
+        typer.Option(metavar="K", help="Then follow what event K opens (lost symmetry, doubled period) instead; repeated, an event of that."),
+    ] = None,
     step_max: Annotated[float | None, typer.Option(metavar="S", help="Largest step, in arclength.")] = None,
     max_points: Annotated[int | None, typer.Option(help="Points after which the run ends.")] = None,
     settings: Annotated[
@@ -74,6 +78,9 @@ def response(
     found = respond(
         system, place, size, ends, axis=axis, method=method, harmonics=harmonics, limits=steps, progress=_progress_line()
     )
+    for event in beyond or []:
+        typer.echo(str(found))
+        found = respond(system, place, size, ends, axis=axis, beyond=(found, event), limits=steps, progress=_progress_line())
     if sys.stderr.isatty():
         sys.stderr.write(clear_line())
     typer.echo(str(found))

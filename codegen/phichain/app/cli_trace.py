@@ -47,7 +47,8 @@ def trace(
     method: Annotated[
         str, typer.Option(
             help='"shooting" (whole orbits, with their stability), "harmonics" (Fourier series), "one harmonic", "conical" (a spatial chain '
-            'turning about the vertical), "in a plane" (one swinging), or auto: shooting or conical where they serve.'
+            'turning about the vertical), "in a plane" (one swinging), "whirling" (one that comes back turned, from --start), or auto: shooting '
+            "or conical where they serve."
         ),
     ] = "auto",
     until: Annotated[
@@ -70,8 +71,12 @@ def trace(
         str | None,
         typer.Option(
             metavar="ORBIT",
-            help='Start from an orbit instead of a mode: FILE.json or FILE.json:POINT of a family, or "q=1,0.2; v=0,0; period=1.7".',
+            help='Start from an orbit instead of a mode: FILE.json or FILE.json:POINT of a family, or "q=1,0.2; v=0,0; period=1.7"; a whirling '
+            "family from a conical one or one in a plane, or FILE.json:event=K of it.",
         ),
+    ] = None,
+    hold: Annotated[
+        str | None, typer.Option(metavar="WHAT", help="What a whirling family holds: momentum (unless given), energy or turn.")
     ] = None,
     harmonics: Annotated[
         int | None, typer.Option(metavar="H", help="Highest harmonic of --method harmonics; by the tail of the spectrum unless given.")
@@ -107,7 +112,7 @@ def trace(
     steps = {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
     branch = traced(
         system, mode, amplitude_max if is_free else 3.0, method=method, until=until, through=through, switch=switch, resume=resume, limits=steps,
-        generations=generations, start=start, harmonics=harmonics,
+        generations=generations, start=start, hold=hold, harmonics=harmonics,
         progress=None if quiet else progress_line(system.cart_size if system.is_planar else int(system.has_cart)),
     )  # fmt: skip
     if sys.stderr.isatty():
@@ -148,7 +153,7 @@ def carrying(scene: Scene, method: str = "shooting", beyond: bool = False) -> Sc
 
     turns = scene.space == "spatial" and method in ("auto", "conical") and scene.damping is None
     shoots = scene.space == "planar" and method in ("auto", "shooting", "harmonics") and scene.real == "double" and scene.damping is None
-    swings = scene.space == "spatial" and method == "in a plane" and scene.real == "double" and scene.damping is None
+    swings = scene.space == "spatial" and method in ("in a plane", "whirling") and scene.real == "double" and scene.damping is None
     needed = {*(conical.NEEDED if turns else in_plane.NEEDED if swings else shooting.NEEDED if shoots else ())}
     if shoots:
         needed |= {*(family.NEEDED if method == "harmonics" else ()), *(("forward_dynamics",) if beyond else ())}

@@ -124,6 +124,7 @@ class Quantity:
             at, too.
         order: Point -> labels whose order changes from one point to another of one sign exactly where two
             zeros lie between; None where it has none.
+        ends: Whether the run ends at such a zero, where that depends on it.
     """
 
     of: Callable[[Point], float]
@@ -131,6 +132,7 @@ class Quantity:
     terminal: bool = False
     in_pairs: bool = False
     order: Callable[[Point], tuple[int, ...] | None] | None = None
+    ends: Callable[[Problem, Point], bool] | None = None
 
     def value(self, problem: Problem, point: Point) -> float:
         """The number itself."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from phichain.continuation.engine import Engine
-from phichain.continuation.events import BranchPoint, Level, TestFunction
+from phichain.continuation.events import BranchPoint, Level, Quantity, TestFunction
 from phichain.continuation.met.singular import loosened, through
 from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point, tangent_of
@@ -80,7 +80,7 @@ def locate(
 
 def _is_end(problem: Problem, test: TestFunction, at: Point) -> bool:
     """Whether a run ends at a zero of a test function."""
-    if isinstance(test, BranchPoint) and test.ends is not None:
+    if isinstance(test, BranchPoint | Quantity) and test.ends is not None:
         return test.ends(problem, at)
     return test.terminal
 

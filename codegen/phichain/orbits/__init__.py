@@ -11,6 +11,7 @@ from phichain.orbits.picking import pick
 from phichain.orbits.quarter import QuarterMap, quarter_problem
 from phichain.orbits.single_harmonic import harmonic_problem
 from phichain.orbits.tracing import trace
+from phichain.orbits.whirling import whirling_problem, whirls_of
 
 __all__ = [
     "Forcing",
@@ -31,5 +32,7 @@ __all__ = [
     "respond",
     "reversible_problem",
     "trace",
+    "whirling_problem",
+    "whirls_of",
     "whole_problem",
 ]

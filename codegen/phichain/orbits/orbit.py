@@ -38,6 +38,7 @@ _PLAIN: Final = {
     "energy": NUMBER,
     "error": NUMBER,
     "closure": NUMBER,
+    "turn": replace(NUMBER, default=0.0),
     "q_names": names("nq"),
     "v_names": names("nv"),
     "angles": replace(word("", "relative", "absolute", "adjacent"), default=""),
@@ -71,6 +72,7 @@ class Orbit(Shown):
         v_names: Names of the entries of v.
         lengths: Length of the link that each entry of q belongs to (nq,), m, 0 for a cart's: by these it is drawn. None where unknown.
         angles: What planar angles are measured from; empty in space.
+        turn: Angle about the vertical by which a whirling orbit comes back turned, rad; 0 of all others.
     """
 
     scene: str
@@ -91,6 +93,7 @@ class Orbit(Shown):
     v_names: tuple[str, ...]
     lengths: Vector | None = None
     angles: str = ""
+    turn: float = 0.0
 
     @property
     def period(self) -> float:
@@ -117,6 +120,7 @@ class Orbit(Shown):
             "start": start,
             **({"moving with": rates} if np.any(self.v[0]) else {}),
             "period": f"{self.period:.15g} s, omega = {self.omega:.15g} rad/s{error}",
+            **({"turned by": f"{self.turn:.15g} rad about the vertical"} if self.turn else {}),
             **known,
             "multipliers": f"{lambdas or 'none but the flow’s own'}: {'stable' if self.is_stable else 'unstable'}",
             "closes to": f"{self.closure:.1e}",
@@ -181,7 +185,7 @@ class Orbit(Shown):
         if fields["t"].ndim != 1 or [fields["q"].shape, fields["v"].shape] != sizes or not len(fields["t"]):
             raise ValueError("its samples do not fit each other")
         fields |= {name: np.array([complex(*pair) for pair in found[name]], complex) for name in ("kappa", "multipliers")}
-        fields |= {name: found[name] for name in _PLAIN if name not in (*_MAYBE, "angles")}
+        fields |= {name: found.get(name, 0.0) if name == "turn" else found[name] for name in _PLAIN if name not in (*_MAYBE, "angles")}
         fields |= {"lengths": None if (given := found.get("lengths")) is None else _of_entries(given, sizes[0][1]), "angles": _known(found.get("angles", ""))}
         fields |= {name: math.nan if found[name] is None else float(found[name]) for name in _MAYBE}
         return cls(**{**fields, **{f"{x}_names": tuple(found[f"{x}_names"]) for x in "qv"}})

@@ -16,11 +16,14 @@ from phichain.orbits.conical.problem import conical_problem
 from phichain.orbits.conical.starts import METHOD as CONICAL
 from phichain.orbits.conical.turning import turning
 from phichain.orbits.in_plane import METHOD as IN_PLANE
-from phichain.orbits.in_plane import plane_problem
+from phichain.orbits.in_plane import at_rest, plane_problem
 from phichain.orbits.orbit import Orbit
 from phichain.orbits.quarter import EPS
 from phichain.orbits.shooting import demand_shooting
 from phichain.orbits.targets import Target, target_of
+from phichain.orbits.whirling.fixed import turned
+from phichain.orbits.whirling.problem import state_of_whirl, whirling_of
+from phichain.orbits.whirling.starts import METHOD as WHIRLING
 from phichain.system import Parameters, System, Vector
 from phichain.system.arrays import whole
 from phichain.system.drawn import looks
@@ -54,14 +57,18 @@ def pick(system: System, branch: Branch, at: Any = None, p: Parameters | None = 
     samples = whole("samples", samples, 2, 10_000_000, "ask for two or more", ArrayError)
     kind = _kind(branch)
     problem = _problem(system, branch, kind, p)
-    carts = int(system.has_cart)
+    carts = int(system.has_cart and kind != IN_PLANE)
     point = _chosen(system, problem, branch, at, carts)
     z = point.z(problem)
-    t, q, v, closure = _turned(system, z, p, samples) if kind == CONICAL else _swung(system, *_start(system, kind, z), float(z[-1]), p, samples)
+    turn = float(z[-2]) if kind == WHIRLING else 0.0
+    if kind == CONICAL:
+        t, q, v, closure = _turned(system, z, p, samples)
+    else:
+        t, q, v, closure = _swung(system, *_start(system, kind, z), float(z[-1]), p, samples, turn)
     return Orbit(
         scene=branch.scene, digest=branch.digest, method=kind, mode=branch.mode,
         space=system.space, omega=float(z[-1]), energy=float("nan") if problem.energy is None else problem.energy(z),
-        kappa=np.array(point.multipliers), multipliers=_floquet(point.multipliers, kind),
+        turn=turn, kappa=np.array(point.multipliers), multipliers=_floquet(point.multipliers, kind),
         error=_error(problem, point, at), closure=closure, t=t, q=q, v=v,
         q_names=system.q_names or tuple(f"q_{k + 1}" for k in range(system.nq)),
         v_names=system.v_names or tuple(f"v_{k + 1}" for k in range(system.nv)), **looks(system, p),
@@ -81,7 +88,7 @@ def _kind(branch: Branch) -> str:
     Raises:
         UnsupportedError: They are none that are refined here.
     """
-    if branch.method in (CONICAL, IN_PLANE):
+    if branch.method in (CONICAL, IN_PLANE, WHIRLING):
         return branch.method
     kind = branch.closing or "quarter"
     if branch.method not in ("shooting", "one harmonic", "harmonics") or kind not in KINDS:
@@ -101,6 +108,8 @@ def _problem(system: System, branch: Branch, kind: str, p: Parameters | None) ->
         return conical_problem(system, p, omega=float(branch.scale[-1]))
     if kind == IN_PLANE:
         return plane_problem(system, p, omega=float(branch.scale[-1]))
+    if kind == WHIRLING:
+        return whirling_of(system, p, branch)
     demand_shooting(system)
     return problem_of(system, p, kind, branch.scale)
 
@@ -125,7 +134,7 @@ def _chosen(system: System, problem: Problem, branch: Branch, at: Any, carts: in
         return Point(y, tangent_of(jacobian, along), event.arclength, jacobian, size, 0, (), extra)
     target = target_of(system, at)
     assert target is not None
-    if target.what not in ("omega", "energy") and branch.closing not in ("", "quarter", IN_PLANE):
+    if target.what not in ("omega", "energy") and branch.closing not in ("", "quarter", IN_PLANE) and branch.method != WHIRLING:
         raise ArrayError("at", at, f"is no matter of the starts of this family, {branch.closing} periods", "use omega, energy, point or event")
     values = np.array([target.level(system, problem, carts).scalar(z) for z in branch.points])
     if values[-1] == target.value:
@@ -180,20 +189,24 @@ def _refined(problem: Problem, guess: Vector, direction: Vector, is_kept: bool) 
 def _start(system: System, kind: str, z: Vector) -> tuple[Vector, Vector]:
     """(q, v) of the orbit z."""
     if kind == IN_PLANE:
-        at = turning(system, np.append(z[:-1], 0.0))
+        at = at_rest(system, z)
         return at.q, at.v
+    if kind == WHIRLING:
+        x = state_of_whirl(z)
+        return x[: system.nq], x[system.nq :]
     return state_of(kind, z)
 
 
 def _swung(
-    system: System, start: Vector, rates: Vector, omega: float, p: Parameters | None, samples: int
+    system: System, start: Vector, rates: Vector, omega: float, p: Parameters | None, samples: int, turn: float = 0.0
 ) -> tuple[Vector, Vector, Vector, float]:
-    """An orbit over its period (t, q, v), and how well it closes."""
+    """An orbit over its period (t, q, v), and how well it closes, turned back about the vertical by `turn` where it whirls."""
     period = 2 * np.pi / omega
     t = np.linspace(0.0, period, samples)
     found = system.propagate(start, rates, 0.0, period, EPS, times=t[1:], **system.parameters(p))
     q, v = np.vstack([start, found.q_at]), np.vstack([rates, found.v_at])
-    off = np.abs(q[-1] - start).max() / np.abs(q).max() + np.abs(v[-1] - rates).max() / np.abs(v).max()
+    ends = (turned(q[-1], -turn), turned(v[-1], -turn)) if turn else (q[-1], v[-1])
+    off = np.abs(ends[0] - start).max() / np.abs(q).max() + np.abs(ends[1] - rates).max() / np.abs(v).max()
     return t, q, v, float(off)
 
 

@@ -18,11 +18,11 @@ from phichain.continuation import (
     predictors,
     start_on,
 )
-from phichain.continuation.core import Progress
 from phichain.errors import UnsupportedError
 from phichain.orbits.covers import gathered, named
 from phichain.orbits.modes import LinearModes
 from phichain.orbits.quarter import quarter_problem
+from phichain.orbits.run import Run
 from phichain.orbits.symmetry import BRANCH_POINT, genuine, tests_of, told
 from phichain.orbits.targets import Target
 from phichain.system import Parameters, System, Vector
@@ -66,13 +66,7 @@ def trace_shooting(
     modes: LinearModes,
     mode: int,
     target: Target,
-    *,
-    p: Parameters | None,
-    amplitude_start: float,
-    engine: Engine,
-    through: float,
-    earlier: Branch | None,
-    progress: Progress | None,
+    run: Run,
 ) -> Branch:
     """Follow the brake orbits that one linear mode starts.
 
@@ -81,12 +75,7 @@ def trace_shooting(
         modes: Its linear modes.
         mode: Number of the mode, from 1.
         target: Where to end.
-        p: Runtime parameters.
-        amplitude_start: Largest angle of the first point, rad.
-        engine: Predictor, corrector and options.
-        through: Half width of gaps that are crossed.
-        earlier: A run to go on with.
-        progress: Told every new point.
+        run: How it is followed.
 
     Raises:
         UnsupportedError: The system misses what shooting needs.
@@ -94,14 +83,14 @@ def trace_shooting(
     """
     demand_shooting(system)
     omega, shape = float(modes.omega[mode - 1]), modes.shapes[:, mode - 1]
-    problem = quarter_problem(system, p, omega=omega, shape=shape)
-    tests = [*tests_of(problem, system.cart_size, system.links), *ends(system, problem, target, amplitude_start, omega)]
+    problem = quarter_problem(system, run.p, omega=omega, shape=shape)
+    tests = [*tests_of(problem, system.cart_size, system.links), *ends(system, problem, target, run.amplitude_start, omega)]
     name = f"{system.name}, mode {mode}, shooting"
-    first = earlier if earlier is not None else start_on(
-        problem, np.append(amplitude_start * shape, omega), axis(shape), engine, fixed=True
+    first = run.earlier if run.earlier is not None else start_on(
+        problem, np.append(run.amplitude_start * shape, omega), axis(shape), run.engine, fixed=True
     )  # fmt: skip
-    branch = follow(problem, first, engine, tests, name, through=through, progress=progress)
-    return replace(finished(system, p, modes, branch), closing="quarter")
+    branch = follow(problem, first, run.engine, tests, name, through=run.through, progress=run.progress)
+    return replace(finished(system, run.p, modes, branch), closing="quarter")
 
 
 def finished(system: System, p: Parameters | None, modes: LinearModes, branch: Branch) -> Branch:
@@ -118,15 +107,16 @@ def axis(shape: Vector) -> Vector:
     return direction
 
 
-def ends(system: System, problem: Problem, target: Target, start: float, omega: float) -> list[TestFunction]:
-    carts = system.cart_size
+def ends(system: System, problem: Problem, target: Target, start: float, omega: float, carts: int | None = None) -> list[TestFunction]:
+    """Where families of brake orbits end: at the target, upside down, back at rest, at no frequency; the first `carts` unknowns are a cart's."""
+    carts = system.cart_size if carts is None else carts
 
     def amplitude(z: Vector) -> float:
         return float(np.max(np.abs(z[carts:-1])))
 
     beyond = [] if target.what == "amplitude" and target.value >= np.pi else [Level(amplitude, np.pi, "amplitude pi")]
     return [
-        target.level(system, problem),
+        target.level(system, problem, carts),
         *beyond,
         Level(amplitude, start / 2, "back at rest"),
         Level(lambda z: float(z[-1]), 1e-3 * omega, "omega near zero"),

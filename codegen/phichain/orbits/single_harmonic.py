@@ -29,8 +29,8 @@ from phichain.continuation import (
     follow,
     start_on,
 )
-from phichain.continuation.core import Progress
 from phichain.orbits.modes import LinearModes
+from phichain.orbits.run import Run
 from phichain.orbits.targets import Target
 from phichain.system import Parameters, System, Vector, input_arguments
 
@@ -104,13 +104,7 @@ def trace_one_harmonic(
     modes: LinearModes,
     mode: int,
     target: Target,
-    *,
-    p: Parameters | None,
-    amplitude_start: float,
-    engine: Engine,
-    through: float,
-    earlier: Branch | None,
-    progress: Progress | None,
+    run: Run,
 ) -> Branch:
     """Follow the single-harmonic family of one mode from small amplitudes.
 
@@ -119,12 +113,7 @@ def trace_one_harmonic(
         modes: Its linear modes.
         mode: Number of the mode, from 1.
         target: Where to end.
-        p: Runtime parameters.
-        amplitude_start: Largest angle of the first point, rad.
-        engine: Predictor, corrector and options.
-        through: Half width of gaps that are crossed.
-        earlier: A run to go on with.
-        progress: Told every new point.
+        run: How it is followed.
 
     Returns:
         The Branch of (A, omega), with the folds in omega and in the first link's amplitude, branch points and (with an
@@ -135,13 +124,13 @@ def trace_one_harmonic(
         ConvergenceError: Newton did not reach the family.
     """
     omega, shape = float(modes.omega[mode - 1]), modes.shapes[:, mode - 1]
-    problem = harmonic_problem(system, p, omega=omega, shape=shape)
-    first = earlier if earlier is not None else start_on(
-        problem, np.append(amplitude_start * shape, omega), np.append(shape, 0.0), engine, fixed=True
+    problem = harmonic_problem(system, run.p, omega=omega, shape=shape)
+    first = run.earlier if run.earlier is not None else start_on(
+        problem, np.append(run.amplitude_start * shape, omega), np.append(shape, 0.0), run.engine, fixed=True
     )  # fmt: skip
-    tests = _tests(system, problem, amplitude_start, target, omega)
+    tests = _tests(system, problem, run.amplitude_start, target, omega)
     name = f"{system.name}, mode {mode}, one harmonic"
-    branch = follow(problem, first, engine, tests, name=name, through=through, progress=progress)
+    branch = follow(problem, first, run.engine, tests, name=name, through=run.through, progress=run.progress)
     return replace(branch, reason=branch.reason + _doubt(branch, system.cart_size))
 
 

@@ -21,7 +21,11 @@ from phichain.orbits.modes import linear_modes
 from phichain.orbits.network.record import Network
 from phichain.orbits.network.runs import earlier_run, from_orbit, switched
 from phichain.orbits.parameter.vary import turned
+from phichain.orbits.run import Run
 from phichain.orbits.targets import Target, target_of
+from phichain.orbits.whirling import families as whirling
+from phichain.orbits.whirling.starts import METHOD as WHIRLING
+from phichain.orbits.whirling.starts import whirls_of
 from phichain.system import Parameters, System, given_system
 from phichain.system.arrays import positive, whole
 
@@ -31,9 +35,10 @@ _FAMILIES: Final[dict[str, tuple[Any, Callable[..., Any], Callable[..., Branch]]
     "one harmonic": (single_harmonic, linear_modes, single_harmonic.trace_one_harmonic),
     "conical": (families, conical_starts, families.trace_conical),
     "in a plane": (in_plane, in_plane.plane_modes, in_plane.trace_in_plane),
+    WHIRLING: (whirling, whirls_of, whirling.trace_whirling),
 }
 """The module that knows a method, where its families begin, and what traces by it."""
-METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting", "conical", "in a plane")
+METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting", "conical", "in a plane", WHIRLING)
 
 
 def trace(
@@ -47,6 +52,7 @@ def trace(
     switch: bool = False,
     generations: int = 1,
     start: Any = None,
+    hold: str | None = None,
     resume: Branch | Network | Path | str | None = None,
     p: Parameters | None = None,
     parameter: str | None = None,
@@ -61,19 +67,24 @@ def trace(
 
     Args:
         system: A planar, undamped system; a spatial one for conical families.
-        mode: Number of the mode, from 1, by rising linear frequency; of a conical family where it begins (`conical_starts`).
+        mode: Number of the mode, from 1, by rising linear frequency; of a conical family where it begins (`conical_starts`); of a whirling one
+            which small motion beside the conical orbit it grows from.
         amplitude_max: The run ends where the largest angle reaches this, rad; pi unless `until` says where.
         method: "shooting": orbits of the whole equations, with their stability; "harmonics": the same orbits as Fourier series, as long as
             the tail of their spectrum asks for; "one harmonic": theta_k = A_k cos(omega t), an approximation that carries the first omitted
             harmonic as its error; "conical": a spatial chain turning about the vertical at a constant rate; "in a plane": one that
-            swings in a vertical plane, with what is beside it in space; "auto": shooting or conical where the system can.
+            swings in a vertical plane, with what is beside it in space; "whirling": one that comes back turned about the vertical, from
+            `start`; "auto": shooting or conical where the system can.
         until: "WHAT=VALUE" (or {WHAT: VALUE}), WHAT theta_K (an angle of the start), amplitude (the largest), omega or
             energy: the last point lies exactly there.
         through: Half width, in arclength, up to which a gap is crossed instead of followed.
         switch: Follow the branches that events open, too, and those that their events open.
         generations: How far from the first branch events are gone through with `switch`.
         start: An orbit to start from instead of a mode, closed by Newton first (`orbits.closed.start.given`): a Branch, (Branch, point), "FILE.json:POINT",
-            or {"q": ..., "v": ..., "period": ...}; its family is followed with rising energy, or towards `until`.
+            or {"q": ..., "v": ..., "period": ...}; its family is followed with rising energy, or towards `until`. A whirling family begins at a
+            conical orbit, at one in a plane, or at an event of these (`orbits.whirling.starts.whirls_of`).
+        hold: What is held along a whirling family: "momentum" about the vertical (unless said), "energy", or "turn", the angle by which its
+            orbits come back turned.
         resume: A Branch (with `switch` a Network, too), or the JSON file of one, that is gone on with.
         p: Runtime parameters by name.
         parameter: "NAME[K]=VALUE": from where the family ends, the run goes on in that parameter of the chain to its value, what `until`
@@ -96,19 +107,30 @@ def trace(
         ToleranceError: Amplitudes not positive, or start not below the end.
         ConvergenceError: Newton did not reach the family.
     """
-    chosen = _method(given_system(system), method, switch or start is not None)
+    chosen = _method(given_system(system), method, switch or (start is not None and method != WHIRLING))
+    if hold is not None and chosen != WHIRLING:
+        raise ArrayError("hold", hold, f"is for whirling families, and method is {chosen!r}", 'leave it out, or use method = "whirling"')
     family, begin, follow = _FAMILIES[chosen]
     if amplitude_start is None:
         amplitude_start = min(family.START, _before(target_of(system, until)))
     amplitude_start = positive("amplitude_start", amplitude_start, "give an angle in rad")
-    is_open = chosen == "conical" and until is None and amplitude_max is None
+    is_open = chosen in ("conical", WHIRLING) and until is None and amplitude_max is None
     target = None if is_open else _target(system, until, amplitude_max, amplitude_start)
     if parameter is not None and target is not None:
         begun = trace(system, mode, method=method, until=target, through=through, p=p, limits=limits, progress=progress)
         return turned(system, cast(Branch, begun), target.what, parameter, p=p, options=options, engine=engine, progress=progress)
     through = 0.0 if through is None else positive("through", through, "give a half width in arclength, such as 1e-4")
     generations = whole("generations", generations, 1, 2**31, "give a number of generations, such as 2", ArrayError)
-    modes = begin(system, p)
+    loaded = earlier_run(resume, switch)
+    earlier = loaded.branches[0] if isinstance(loaded, Network) else loaded
+    whirls = chosen == WHIRLING
+    modes: Any
+    if whirls:
+        # Gone on with, a family says itself what it is of.
+        modes = (None,) * earlier.mode if earlier is not None else whirls_of(system, start, p)
+        follow = partial(follow, hold=hold or "momentum")
+    else:
+        modes = begin(system, p)
     mode = whole("mode", mode, 1, len(modes), f"this chain has the modes 1 .. {len(modes)}", ArrayError)
     for field, given, kind in (("options", options, Options), ("engine", engine, Engine)):
         if given is not None and not isinstance(given, kind):
@@ -118,9 +140,7 @@ def trace(
     chosen_engine = engine or family.settings(options)
     if limits:
         chosen_engine = replace(chosen_engine, options=limited(chosen_engine.options, limits))
-    loaded = earlier_run(resume, switch)
-    earlier = loaded.branches[0] if isinstance(loaded, Network) else loaded
-    is_begun = start is not None or (earlier is not None and earlier.mode == 0)
+    is_begun = not whirls and (start is not None or (earlier is not None and earlier.mode == 0))
     mode = 0 if is_begun else mode
     _demand_same(system, earlier, mode, chosen)
     if isinstance(loaded, Network) and earlier is not None and earlier.status != "interrupted":
@@ -133,7 +153,7 @@ def trace(
             branch = from_orbit(system, modes, start, aim, **common)
         else:
             aim = target
-            branch = follow(system, modes, mode, target, amplitude_start=amplitude_start, **common)
+            branch = follow(system, modes, mode, target, Run(amplitude_start=amplitude_start, **common))
         reason = branch.reason
         if aim is not None and branch.status != "interrupted" and not (branch.events and branch.events[-1].kind == str(aim)):
             reason = f"{reason}; {aim} was not reached"
@@ -171,7 +191,7 @@ def _method(system: System, method: str, beyond: bool) -> str:
     if method not in METHODS:
         raise ArrayError("method", method, "is no method", f"use one of {', '.join(METHODS)}")
     if beyond:
-        if method in ("one harmonic", "harmonics", "conical", "in a plane"):
+        if method in ("one harmonic", "harmonics", "conical", "in a plane", WHIRLING):
             raise UnsupportedError(
                 "method", method, "events that open branches, and orbits to start from, are those of shooting", 'use method = "shooting"'
             )

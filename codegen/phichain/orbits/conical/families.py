@@ -30,11 +30,11 @@ from phichain.continuation import (
     predictors,
     start_on,
 )
-from phichain.continuation.core import Progress
 from phichain.continuation.events import signed
 from phichain.orbits.conical.problem import Beside, angular_momentum, conical_problem
 from phichain.orbits.conical.starts import FASTEST, METHOD, Start, conical_starts
 from phichain.orbits.conical.turning import turning
+from phichain.orbits.run import Run
 from phichain.orbits.targets import Target
 from phichain.system import Parameters, System, Vector
 
@@ -63,13 +63,7 @@ def trace_conical(
     starts: Sequence[Start],
     mode: int,
     target: Target | None,
-    *,
-    p: Parameters | None = None,
-    amplitude_start: float = START,
-    engine: Engine,
-    through: float = 0.0,
-    earlier: Branch | None = None,
-    progress: Progress | None = None,
+    run: Run,
 ) -> Branch:
     """Follow one conical family from where it begins.
 
@@ -78,12 +72,7 @@ def trace_conical(
         starts: Its beginnings, `conical_starts`.
         mode: Number of the one, from 1; 1 .. N are the hanging chain's.
         target: Where to end; None for an equilibrium, or 5 times the hanging chain's fastest frequency, where the links lie flat.
-        p: Runtime parameters.
-        amplitude_start: Largest angle off the equilibrium of the first point, rad.
-        engine: Predictor, corrector and options.
-        through: Half width of gaps that are crossed.
-        earlier: A run to go on with.
-        progress: Told every new point.
+        run: How it is followed.
 
     Returns:
         The Branch of (theta, Omega), theta_k the angle of link k from the hanging vertical in the plane that turns, with energy and angular
@@ -93,13 +82,13 @@ def trace_conical(
         ConvergenceError: Newton did not reach the family.
     """
     start = starts[mode - 1]
-    problem = conical_problem(system, p, omega=starts[0].omega)
+    problem = conical_problem(system, run.p, omega=starts[0].omega)
     fastest = max((s.omega for s in starts if s.is_flat), default=FASTEST * max(s.omega for s in starts if not s.base.any()))
-    tests = _tests(system, problem, target, fastest, amplitude_start)
-    first: Branch | Point = earlier if earlier is not None else start_on(problem, *_beginning(start, amplitude_start), engine, fixed=True)
-    branch = follow(problem, first, engine, tests, f"{system.name}, conical {mode} ({start.where})", through=through, progress=progress)
+    tests = _tests(system, problem, target, fastest, run.amplitude_start)
+    first: Branch | Point = run.earlier if run.earlier is not None else start_on(problem, *_beginning(start, run.amplitude_start), run.engine, fixed=True)
+    branch = follow(problem, first, run.engine, tests, f"{system.name}, conical {mode} ({start.where})", through=run.through, progress=run.progress)
     events = tuple(_told(system, event) for event in _kept(branch.events))
-    momentum = np.array([angular_momentum(system, z, p) for z in branch.points])
+    momentum = np.array([angular_momentum(system, z, run.p) for z in branch.points])
     states = np.array([turning(system, z).x for z in branch.points])
     return replace(
         branch, events=events, momentum=momentum, states=states, scene=system.name, digest=system.digest, method=METHOD, mode=mode
@@ -116,7 +105,7 @@ def conical_families(system: System, p: Parameters | None = None, engine: Engine
     found: list[Branch] = []
     for number, start in enumerate(starts, 1):
         if not any(_ends_at(system, branch, start) for branch in found):
-            found.append(trace_conical(system, starts, number, None, p=p, engine=engine or settings(None)))
+            found.append(trace_conical(system, starts, number, None, Run(engine or settings(None), p)))
     return tuple(found)
 
 

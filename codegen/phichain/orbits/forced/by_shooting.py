@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, Final
 
@@ -77,11 +78,16 @@ def _shot(
 ) -> Response:  # fmt: skip
     """The response from its first point."""
     branch = follow(problem, start, engine, [*tests_of(system, forcing.is_odd), *ends_of(ends)], "response", progress=progress)
-    table = basis("odd" if forcing.is_odd else "full", _HIGHEST)
+    return response_of(system, forcing, branch, "shooting", motion_of(system, forcing, moved))
+
+
+def motion_of(system: System, forcing: Forcing, moved: ForcedFlow, periods: int | None = None) -> Callable[[Vector], Motion]:
+    """Unknowns -> the motion as a series, over so many periods of the forcing, or by half of one where that is odd."""
+    table = basis("odd" if forcing.is_odd and periods is None else "full", _HIGHEST * (periods or 1))
 
     def motion(z: Vector) -> Motion:
-        n, omega = system.nq, float(z[-1])
-        states = moved.sampled(z[:-1], table.phase[1:] / omega, forcing.amplitude, omega)
-        return Motion(table, np.asarray(table.project @ np.vstack([z[:n], states[:, :n]])), omega, z[:-1])
+        n, omega, own = system.nq, float(z[-1]), float(z[-1]) / (periods or 1)
+        states = moved.sampled(z[:-1], table.phase[1:] / own, forcing.amplitude, omega)
+        return Motion(table, np.asarray(table.project @ np.vstack([z[:n], states[:, :n]])), own, z[:-1])
 
-    return response_of(system, forcing, branch, "shooting", motion)
+    return motion

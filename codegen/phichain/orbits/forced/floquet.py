@@ -167,7 +167,8 @@ def _of(point: Point) -> Linear:
     return found
 
 
-def _plus_one(point: Point) -> float:
+def plus_one(point: Point) -> float:
+    """det (N + 1): a multiplier of the map passes -1."""
     linear = _of(point)
     return signed(linear.map + np.eye(len(linear.map)))
 
@@ -181,10 +182,13 @@ def on_circle(point: Point) -> float:
 
 def tests_of(system: System, is_odd: bool) -> list[TestFunction]:
     """The test functions of a frequency response."""
-    lost = Quantity(_plus_one, "symmetry breaking") if is_odd else Quantity(_plus_one, "period doubling")
-    # Without losses every multiplier has its inverse, and all pairs are on the circle all along.
-    circle = [Quantity(on_circle, "neimark-sacker")] if is_lossy(system) else []
-    return [Fold(name="fold"), BranchPoint(), lost, *circle]
+    lost = Quantity(plus_one, "symmetry breaking") if is_odd else Quantity(plus_one, "period doubling")
+    return [Fold(name="fold"), BranchPoint(), lost, *circle_of(system)]
+
+
+def circle_of(system: System) -> list[TestFunction]:
+    """Where a pair leaves the unit circle; without losses every multiplier has its inverse, and all pairs are on it all along."""
+    return [Quantity(on_circle, "neimark-sacker")] if is_lossy(system) else []
 
 
 def genuine(event: Special) -> bool:

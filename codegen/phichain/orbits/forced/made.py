@@ -58,7 +58,9 @@ class Motion(Held):
         return np.concatenate([(value @ self.coefficients)[0], self.omega * (slope @ self.coefficients)[0]])
 
 
-def response_of(system: System, forcing: Forcing, branch: Branch, method: str, motion: Callable[[Vector], Motion]) -> Response:
+def response_of(
+    system: System, forcing: Forcing, branch: Branch, method: str, motion: Callable[[Vector], Motion], periods: int = 1
+) -> Response:
     """The Response of a branch.
 
     Args:
@@ -67,6 +69,7 @@ def response_of(system: System, forcing: Forcing, branch: Branch, method: str, m
         branch: Points with omega last among their unknowns.
         method: How it was followed.
         motion: Unknowns -> what they stand for.
+        periods: Of the forcing that one motion takes.
     """
     n, omega = system.nq, branch.points[:, -1]
     motions = [motion(z) for z in branch.points]
@@ -77,9 +80,9 @@ def response_of(system: System, forcing: Forcing, branch: Branch, method: str, m
     return Response(
         name, system.name, system.digest, str(forcing.forced), forcing.place, forcing.unit, forcing.amplitude, method,
         system.q_names or tuple(f"q_{k + 1}" for k in range(n)), omega, states[:, :n], states[:, n:], peaks,
-        np.array([first(one.table, one.coefficients) for one in motions]), branch.multipliers,
+        np.array([first(one.table, one.coefficients, periods) for one in motions]), branch.multipliers,
         np.full(len(branch), np.nan) if branch.error is None else branch.error, branch.residual, branch.arclength, events,
-        branch.status, branch.reason + beyond,
+        branch.status, branch.reason + beyond, periods,
     )  # fmt: skip
 
 
@@ -89,9 +92,9 @@ def _event(event: Special, motion: Motion) -> ResponseEvent:
     return ResponseEvent(event.kind, event.index, float(event.z[-1]), state[:n], state[n:], peaks, event.multipliers, breaks, continues)
 
 
-def first(table: Basis, series: Vector) -> np.ndarray:
-    """The first harmonic (n,) as complex numbers: q = Re(first e^(i tau)) + .."""
-    cosine, sine = np.flatnonzero(table.order == 1)
+def first(table: Basis, series: Vector, order: int = 1) -> np.ndarray:
+    """The harmonic of the forcing (n,) as complex numbers: q = Re(first e^(i omega t)) + .."""
+    cosine, sine = np.flatnonzero(table.order == order)
     return np.asarray(series[cosine] - 1j * series[sine], complex)
 
 

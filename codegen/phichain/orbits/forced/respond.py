@@ -8,6 +8,7 @@ from typing import Any, Final
 from phichain.continuation import Engine, Options, predictors
 from phichain.continuation.core import Progress
 from phichain.errors import ArrayError
+from phichain.orbits.forced import beyond as opened
 from phichain.orbits.forced import by_harmonics, by_shooting
 from phichain.orbits.forced.forcing import forcing_of, range_of
 from phichain.orbits.forced.response import Response
@@ -30,6 +31,7 @@ def respond(
     p: Parameters | None = None,
     harmonics: Harmonics | int | None = None,
     flow: ForcedFlow | None = None,
+    beyond: tuple[Response, int] | None = None,
     options: Options | None = None,
     limits: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
@@ -47,6 +49,8 @@ def respond(
         p: Runtime parameters by name.
         harmonics: How many harmonics are kept, or the highest alone; by the tail of the spectrum unless said.
         flow: The forced motion that shooting integrates by; the system's own unless given.
+        beyond: (response, K): the branch that its K-th event, counted from 1, opens, between the two frequencies, by shooting
+            (`orbits.forced.beyond`): motions without their symmetry, or of twice the period.
         options: Step control and limits.
         limits: Options that replace those the method would take by itself, by name.
         progress: Told every new point and the step to try next.
@@ -67,11 +71,19 @@ def respond(
     if options is not None and not isinstance(options, Options):
         raise ArrayError("options", options, "is no Options", "leave it out, or make one")
     engine = Engine(predictors.cubic, options=limited(chosen, limits) if limits else chosen)
+    if beyond is not None:
+        return opened.beyond(system, forcing, *_pair(beyond), ends, p, flow, engine, progress)
     if method == "shooting":
         if harmonics is not None:
             raise ArrayError("harmonics", harmonics, 'belong to method = "harmonics"', "leave them out")
         return by_shooting.followed(system, forcing, ends, p, flow, engine, progress)
     return by_harmonics.followed(system, forcing, ends, p, kept(harmonics), engine, progress)
+
+
+def _pair(given: Any) -> tuple[Response, Any]:
+    if not (isinstance(given, tuple) and len(given) == 2 and isinstance(given[0], Response)):
+        raise ArrayError("beyond", given, "is no (Response, K)", "give a response and the number of its event, from 1")
+    return given
 
 
 def kept(given: Harmonics | int | None) -> Harmonics:

@@ -5,14 +5,25 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from phichain._version import __version__
-from phichain.archive import NUMBER, TEXT, Schema, complex_numbers, names, read_archive, real, whole, word
+from phichain.archive import (
+    COUNT,
+    NUMBER,
+    TEXT,
+    Schema,
+    complex_numbers,
+    names,
+    read_archive,
+    real,
+    whole,
+    word,
+)
 from phichain.continuation.met.specials import STATUS
 from phichain.errors import ArrayError, OutputError
 from phichain.files import write_file
@@ -45,7 +56,7 @@ _SCHEMA: Final = Schema(
     "Response",
     {**_ARRAYS, **{f"event_{name}": array for name, array in _EVENTS.items()}},
     {
-        **{name: TEXT for name in _TEXTS if name != "status"}, "status": word(*STATUS), "amplitude": NUMBER, "names": names("n"),
+        **{name: TEXT for name in _TEXTS if name != "status"}, "status": word(*STATUS), "amplitude": NUMBER, "periods": replace(COUNT, default=1), "names": names("n"),
         "event_kinds": names("events", counted=True), "event_breaks": names("events"), "event_continues": names("events"),
     },
     filled=("m", "n"),
@@ -107,6 +118,7 @@ class Response(Shown):
         events: Located events in order; the last one is what ended the run where status is "event".
         status: As of a Branch.
         reason: The same in words.
+        periods: How many periods of the forcing a motion takes to come back: 2, 4, .. beyond period doublings.
     """
 
     name: str
@@ -130,6 +142,7 @@ class Response(Shown):
     events: tuple[ResponseEvent, ...]
     status: str
     reason: str
+    periods: int = 1
 
     def __len__(self) -> int:
         return len(self.omega)
@@ -199,11 +212,11 @@ class Response(Shown):
             for kind, after, omega, q, v, peak, multipliers, breaks, continues in rows
         )
         held: dict[str, Any] = {name: meta[name] for name in _TEXTS} | {name: arrays[name] for name in _ARRAYS}
-        return cls(**held, amplitude=float(meta["amplitude"]), names=tuple(meta["names"]), events=events)
+        return cls(**held, amplitude=float(meta["amplitude"]), periods=int(meta["periods"]), names=tuple(meta["names"]), events=events)
 
     def _said(self) -> dict[str, Any]:
         return {
-            **{name: getattr(self, name) for name in _TEXTS}, "amplitude": self.amplitude, "names": list(self.names),
+            **{name: getattr(self, name) for name in _TEXTS}, "amplitude": self.amplitude, "periods": self.periods, "names": list(self.names),
             "event_kinds": [event.kind for event in self.events], "event_breaks": [event.breaks for event in self.events],
             "event_continues": [event.continues for event in self.events],
         }  # fmt: skip
@@ -226,7 +239,7 @@ class Response(Shown):
             }
             for event in self.events
         ]  # fmt: skip
-        said = {name: getattr(self, name) for name in _TEXTS} | {"amplitude": self.amplitude, "names": list(self.names)}
+        said = {name: getattr(self, name) for name in _TEXTS} | {"amplitude": self.amplitude, "periods": self.periods, "names": list(self.names)}
         return write_file(path, json.dumps({"phichain": __version__, "kind": "response", **said, "points": points, "events": events}, indent=1, allow_nan=False) + "\n")
 
     @classmethod
@@ -265,7 +278,7 @@ def _fields(found: Mapping[str, Any]) -> dict[str, Any]:
         for row in found["events"]
     )  # fmt: skip
     return {
-        **{name: str(found[name]) for name in _TEXTS}, "amplitude": float(found["amplitude"]), "names": tuple(map(str, found["names"])),
+        **{name: str(found[name]) for name in _TEXTS}, "amplitude": float(found["amplitude"]), "periods": int(found.get("periods", 1)), "names": tuple(map(str, found["names"])),
         **{name: table([row[name] for row in rows], m) for name in ("omega", "residual", "arclength")},
         "error": np.array([math.nan if row["error"] is None else row["error"] for row in rows], float),
         "q": table([row["start"]["q"] for row in rows], m, n), "v": table([row["start"]["v"] for row in rows], m, n),

@@ -30,7 +30,9 @@ class ForcedFlow(Protocol):
         ...
 
 
-def shooting_problem(system: System, forcing: Forcing, flow: ForcedFlow, *, omega: float) -> Problem:
+def shooting_problem(
+    system: System, forcing: Forcing, flow: ForcedFlow, *, omega: float, periods: int | None = None
+) -> Problem:
     """Closing of the motion as a continuation problem with unknowns (q_0, v_0, omega) and the multipliers of every solution.
 
     Args:
@@ -38,17 +40,20 @@ def shooting_problem(system: System, forcing: Forcing, flow: ForcedFlow, *, omeg
         forcing: What drives it.
         flow: Its motion.
         omega: Typical frequency, rad/s.
+        periods: After how many periods of the forcing the motion comes back; one, and its mirror image after half of it where the
+            forcing is odd, unless given.
 
     Raises:
         UnsupportedError: A cart may close its period anywhere.
     """
-    if system.has_cart and not forcing.is_odd:
+    if system.has_cart and (periods is not None or not forcing.is_odd):
         raise UnsupportedError(
-            "base", system.base, "lets the chain close its period anywhere on the rail, and its springs' rest angles leave no symmetry to tell where",
+            "base", system.base, "lets the chain close its period anywhere on the rail, and there is no symmetry to tell where",
             'use method = "harmonics", which puts the mean place at the origin, or base = "fixed"',
         )  # fmt: skip
     size = 2 * system.nq
-    share, sign = (0.5, -1.0) if forcing.is_odd else (1.0, 1.0)
+    is_half = forcing.is_odd and periods is None
+    share, sign = (0.5, -1.0) if is_half else (float(periods or 1), 1.0)
     kept = deviating(system, forcing)
 
     def evaluate(z: Vector) -> Evaluation:
@@ -59,7 +64,7 @@ def shooting_problem(system: System, forcing: Forcing, flow: ForcedFlow, *, omeg
         end, by_start, by_omega = found
 
         def stability() -> tuple[Any, Linear]:
-            linear = Linear(sign * by_start[np.ix_(kept, kept)], forcing.is_odd)
+            linear = Linear(sign * by_start[np.ix_(kept, kept)], is_half)
             return linear.multipliers, linear
 
         jacobian = np.column_stack([by_start - sign * np.eye(size), by_omega])

@@ -10,7 +10,6 @@ import numpy as np
 from phichain.continuation import (
     Branch,
     BranchPoint,
-    Engine,
     Extremum,
     Fold,
     Point,
@@ -19,7 +18,6 @@ from phichain.continuation import (
     follow,
     start_on,
 )
-from phichain.continuation.core import Progress
 from phichain.errors import UnsupportedError
 from phichain.orbits import shooting
 from phichain.orbits.harmonics import balance
@@ -27,8 +25,9 @@ from phichain.orbits.harmonics.condensed import condensed_problem
 from phichain.orbits.harmonics.elimination import Harmonics, Series
 from phichain.orbits.harmonics.judge import AGREED, Judge, cut
 from phichain.orbits.modes import LinearModes
+from phichain.orbits.run import Run
 from phichain.orbits.targets import Target
-from phichain.system import Parameters, System
+from phichain.system import System
 
 NEEDED: Final = (*balance.NEEDED, "forward_dynamics")
 """Functions that the balance and its first guesses call."""
@@ -59,13 +58,8 @@ def trace_harmonics(
     modes: LinearModes,
     mode: int,
     target: Target,
+    run: Run,
     *,
-    p: Parameters | None,
-    amplitude_start: float,
-    engine: Engine,
-    through: float,
-    earlier: Branch | None,
-    progress: Progress | None,
     harmonics: Harmonics | None = None,
 ) -> Branch:
     """Follow the brake orbits that one linear mode starts, as Fourier series.
@@ -75,16 +69,12 @@ def trace_harmonics(
         modes: Its linear modes.
         mode: Number of the mode, from 1.
         target: Where to end.
-        p: Runtime parameters.
-        amplitude_start: Largest angle of the first point, rad.
-        engine: Predictor, corrector and options.
-        through: Half width of gaps that are crossed.
-        earlier: A run to go on with.
-        progress: Told every new point.
+        run: How it is followed.
         harmonics: How many are kept.
 
     Returns:
-        The Branch of (q_0, omega), the tail of the spectrum as its error; no point of it is unresolved. Where the series got longer than
+        The Branch of (q_0, omega), the tail of the spectrum as its error, and kappa of every point, shot from it once, where the system can
+        shoot; no point of it is unresolved. Where the series got longer than
         allowed, or shooting disagrees, shooting goes on where the scene has what it needs, and the reason says so.
 
     Raises:
@@ -94,26 +84,26 @@ def trace_harmonics(
     demand_harmonics(system)
     wanted = harmonics or Harmonics()
     omega, shape = float(modes.omega[mode - 1]), modes.shapes[:, mode - 1]
-    problem = condensed_problem(system, p, omega=omega, shape=shape, harmonics=wanted)
-    judge = None if shooting.lacks(system) else Judge(system, p, omega, shape)
+    problem = condensed_problem(system, run.p, omega=omega, shape=shape, harmonics=wanted)
+    judge = None if shooting.lacks(system) else Judge(system, run.p, omega, shape)
     if judge is not None:
-        problem = replace(problem, error=judge.error)
-    ends = shooting.ends(system, problem, target, amplitude_start, omega)
+        problem = judge.judged(problem)
+    ends = shooting.ends(system, problem, target, run.amplitude_start, omega)
     tests, name = _tests(problem, system), f"{system.name}, mode {mode}, harmonics"
-    if earlier is not None and not _is_whole(problem, earlier, wanted):
-        branch, why = earlier, "the series was too long where that run ended"
+    if run.earlier is not None and not _is_whole(problem, run.earlier, wanted):
+        branch, why = run.earlier, "the series was too long where that run ended"
     else:
-        first = earlier if earlier is not None else start_on(
-            problem, np.append(amplitude_start * shape, omega), shooting.axis(shape), engine, fixed=True
+        first = run.earlier if run.earlier is not None else start_on(
+            problem, np.append(run.amplitude_start * shape, omega), shooting.axis(shape), run.engine, fixed=True
         )  # fmt: skip
-        branch = follow(problem, first, engine, [*tests, _Unresolved(wanted), *ends], name, through=through, progress=progress)
+        branch = follow(problem, first, run.engine, [*tests, _Unresolved(wanted), *ends], name, through=run.through, progress=run.progress)
         branch, why = _agreed(branch, wanted)
     if not why:
         return branch
     if judge is None:
         missing = shooting.lacks(system)
         return replace(branch, reason=f"{branch.reason}; {why}: shooting would go on, and the system lacks {missing}")
-    return judge.goes_on(branch, why, engine, [*tests, *ends], name, through, progress)
+    return judge.goes_on(branch, why, run.engine, [*tests, *ends], name, run.through, run.progress)
 
 
 def _is_whole(problem: Problem, branch: Branch, wanted: Harmonics) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Final
@@ -12,7 +12,7 @@ import numpy as np
 from phichain.continuation import Branch, Engine, Evaluation, Point, Problem, TestFunction, follow, start_on
 from phichain.continuation.core import Progress
 from phichain.continuation.met import gaps
-from phichain.continuation.problem import LateExtra
+from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.errors import ConvergenceError
 from phichain.orbits.harmonics.elimination import Series
 from phichain.orbits.quarter import quarter_problem
@@ -25,7 +25,20 @@ AGREED: Final = 1e-9
 """Distance to the orbit that shooting finds, in scaled unknowns, up to which the two agree."""
 SINGULAR: Final = 1e-2
 """Smallest singular value of [J; t], in units of omega^2, beside branch points and gaps: such points are checked, too."""
-_NONE: Final = np.empty(0, complex)
+
+
+class Judged(LateExtra):
+    """A series with the multipliers of the orbit that it is, shot over a quarter period when they are asked for."""
+
+    def __init__(self, make: Callable[[], Multipliers], series: Series | None) -> None:
+        """Keep what makes the multipliers, and the series."""
+        super().__init__(lambda: (make(), None))
+        self.__dict__["_series"] = series
+
+    @property
+    def found(self) -> Any:
+        """The series."""
+        return self.__dict__["_series"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,14 +59,23 @@ class Judge(Held):
 
     @cached_property
     def problem(self) -> Problem:
-        """The quarter period's problem without multipliers, which series have none of."""
-        shot = quarter_problem(self.system, self.p, omega=self.omega, shape=self.shape)
+        """The quarter period's problem."""
+        return quarter_problem(self.system, self.p, omega=self.omega, shape=self.shape)
+
+    def judged(self, balance: Problem) -> Problem:
+        """The balance's problem with errors and multipliers that shooting knows."""
 
         def evaluate(z: Vector) -> Evaluation:
-            residual, jacobian, extra = shot.evaluate(z)
-            return Evaluation(residual, jacobian, LateExtra(lambda: (_NONE, extra.found)))
+            residual, jacobian, extra = balance.evaluate(z)
+            return Evaluation(residual, jacobian, Judged(lambda: self.kappa(z), extra.found))
 
-        return replace(shot, evaluate=evaluate)
+        return replace(balance, evaluate=evaluate, error=self.error)
+
+    def kappa(self, z: Vector) -> Multipliers:
+        """(mu + 1/mu) / 2 (N - 1,) of the orbit from (q_0, omega); NaN where the chain cannot be followed from there."""
+        found = self.problem.evaluate(z).extra.multipliers
+        count = self.system.links - 1
+        return found if len(found) == count else np.full(count, np.nan, complex)
 
     def distance(self, y: Vector, tangent: Vector) -> float:
         """How far a point is from the orbit beside it, across its branch, in scaled unknowns: Newton's first correction."""

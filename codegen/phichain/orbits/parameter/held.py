@@ -7,6 +7,7 @@ where J without that angle's is.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
@@ -19,6 +20,7 @@ from phichain.errors import ArrayError
 from phichain.orbits.quarter import QuarterMap
 from phichain.system import System, Vector
 
+_COVER: Final = re.compile(r"cover (\d+)\b")
 Scalar = Callable[[Vector, Evaluation], float]
 """(q_0, omega) and what the quarter period says of it -> h."""
 
@@ -52,7 +54,8 @@ def held_of(system: System, what: str, start: Vector) -> Held:
     Args:
         system: the chain.
         what: "omega", "energy", "amplitude" (the angle that is largest at the start), "theta_K", or an event's kind: "fold omega",
-            "fold amplitude K", "energy extremum", "brake loss", "odd loss", "unequal brakes", "krein".
+            "fold amplitude K", "energy extremum", "brake loss", "odd loss", "unequal brakes", "krein"; or "cover K of mode J", the orbit
+            being the shorter one, of mode J.
         start: (q_0, omega) of the orbit.
 
     Raises:
@@ -75,8 +78,33 @@ def held_of(system: System, what: str, start: Vector) -> Held:
         return Held(what, lambda z, found: _discriminant(found), is_event=True)
     if what == "energy":
         return Held(what)
-    known = [*angles, "energy", *folds, "energy extremum", *(_MAPS if links > 1 else ()), *(["krein"] if links > 2 else [])]
+    if links > 1 and (covered := times_of(what)):
+        return Held(what, _turning_by(covered), is_event=True)
+    known = [*angles, "energy", *folds, "energy extremum", *(_MAPS if links > 1 else ()), *(["krein"] if links > 2 else []), "cover K"]
     raise ArrayError("hold", what, "is nothing that can be held here", f"use {', '.join(known)}")
+
+
+def times_of(what: str) -> int:
+    """K of "cover K ..."; 0 of anything else."""
+    found = _COVER.match(what)
+    return int(found[1]) if found else 0
+
+
+def _turning_by(times: int) -> Scalar:
+    """kappa = cos(2 pi j / K): traversed K times the orbit has mu = 1 with both of its vectors, which is where the family that covers it crosses.
+
+    Which j it is is looked up at the first orbit.
+    """
+    chosen: list[float] = []
+
+    def off(z: Vector, found: Evaluation) -> float:
+        kappa = found.extra.multipliers.real
+        if not chosen:
+            turns = np.cos(2 * np.pi * np.arange(1, times // 2 + 1) / times)
+            chosen.append(float(turns[np.argmin(np.min(np.abs(kappa[:, None] - turns), axis=0))]))
+        return float(np.prod(kappa - chosen[0]))
+
+    return off
 
 
 def _turning(column: int) -> Scalar:

@@ -26,7 +26,7 @@ from phichain.continuation.events import signed
 from phichain.errors import ArrayError, ConvergenceError
 from phichain.orbits import shooting
 from phichain.orbits.modes import demand_oscillations
-from phichain.orbits.parameter.held import Held, held_of
+from phichain.orbits.parameter.held import Held, held_of, times_of
 from phichain.orbits.parameter.knob import Knob, knob_of
 from phichain.orbits.parameter.problem import parameter_problem
 from phichain.orbits.symmetry import brake_loss, discriminant, genuine, told
@@ -63,7 +63,8 @@ def vary(
             another one; an event of one; or (q_0, omega).
         until: The parameter's value at which the run ends, exactly.
         hold: "amplitude" (the angle that is largest at the start), "theta_K", "omega", "energy"; or the kind of an event that the orbit
-            is: "fold omega", "fold amplitude K", "energy extremum", "brake loss", "odd loss", "unequal brakes", "krein".
+            is: "fold omega", "fold amplitude K", "energy extremum", "brake loss", "odd loss", "unequal brakes", "krein", "cover K of mode J":
+            there the shorter orbit, of mode J, is followed.
         p: Runtime parameters by name.
         options: Step control and limits.
         engine: Predictor, corrector and options together; excludes `options`.
@@ -80,7 +81,7 @@ def vary(
     demand_oscillations(system)
     shooting.demand_shooting(system)
     knob, values = knob_of(system, parameter, p)
-    first, end = _start(system, start), number("until", until, "give the parameter's last value")
+    first, end = _shorter(hold, _start(system, start)), number("until", until, "give the parameter's last value")
     begin = knob.of(values)
     if end == begin or not knob.allows(end):
         problem = "is where the run starts" if end == begin else f"is no value that {knob} can have"
@@ -154,6 +155,12 @@ def _start(system: System, start: Any) -> Vector:
     if z.shape != (system.nq + 1,) or not np.all(np.isfinite(z)) or z[-1] <= 0:
         raise ArrayError("start", z, f"is no brake orbit (q_0, omega) of {system.nq} coordinates at rest", remedy)
     return z
+
+
+def _shorter(hold: Any, z: Vector) -> Vector:
+    """The orbit that is covered, where that is held: it starts at the same rest, and comes back K times as often."""
+    times = times_of(hold) if isinstance(hold, str) else 0
+    return np.append(z[:-1], times * z[-1]) if times else z
 
 
 def _tests(problem: Problem, system: System, held: Held, knob: Knob) -> list[TestFunction]:

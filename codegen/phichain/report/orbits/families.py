@@ -23,9 +23,11 @@ Vector = NDArray[np.float64]
 
 _MARKERS: Mapping[str, str] = {
     "fold": "o", "energy": "s", "brake": "^", "odd": "v", "unequal": "<", "cover": "*", "branch": "X", "krein": "D", "out": "P", "period": "p",
-    "symmetry": "h", "phase": "H",
+    "symmetry": "h", "phase": "H", "plane": "d", "reversal": "h", "momentum": "s", "no": "_",
 }  # fmt: skip
 """Marks of the kinds of events, by the first word of their name."""
+_ANGLES = ("conical", "whirling")
+"""Methods whose orbits start with their links at angles that are no amplitudes."""
 _LINES = 30
 """Events that a column of the list has room for."""
 
@@ -61,7 +63,7 @@ def against_amplitude(axes: Any, branch: Branch, events: Sequence[Special] = ())
     angles = [name for name in branch.names if name.startswith(("amplitude_theta", "theta")) and "dot" not in name]
     thick = _stable(branch)
     beyond = []
-    letter = r"\theta" if branch.method == "conical" else "A"
+    letter = r"\theta" if branch.method in _ANGLES else "A"
     for name, colour in zip(angles, shades(len(angles)), strict=True):
         link, column = name.rpartition("_")[2], branch.names.index(name)
         # Beyond pi an angle says no longer where its link is.
@@ -76,7 +78,7 @@ def against_amplitude(axes: Any, branch: Branch, events: Sequence[Special] = ())
                 _mark(axes, event, event.z[column], colour)
     _numbers(axes, branch, events, angles)
     axes.axhline(omega[0], color=SOFT, linewidth=0.8, linestyle=":", label="where it starts")
-    label = "angle from the vertical (rad)" if branch.method == "conical" else "amplitude (rad)"
+    label = "angle from the vertical (rad)" if branch.method in _ANGLES else "amplitude (rad)"
     if beyond:
         label += f"; not drawn beyond $\\pi$: link {', '.join(beyond)}"
     axes.set(xlabel=label, ylabel=r"$\omega$ (rad/s)")
@@ -112,7 +114,10 @@ def energy_at(branch: Branch, event: Special) -> float:
 
 def _stable(branch: Branch) -> NDArray[np.bool_] | None:
     """Which points are stable; None where the method does not say."""
-    return None if branch.method == "one harmonic" or not branch.method else are_stable(branch.multipliers)
+    several = sum(name.startswith("theta") for name in branch.names) > 1
+    if branch.method == "one harmonic" or not branch.method or (several and not branch.multipliers.shape[1]):
+        return None
+    return are_stable(branch.multipliers)
 
 
 def marker_of(kind: str) -> str:
