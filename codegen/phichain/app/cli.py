@@ -17,6 +17,7 @@ import typer
 import phichain
 from phichain.app import (
     cli_attraction,
+    cli_climb,
     cli_connect,
     cli_control,
     cli_figures,
@@ -320,6 +321,7 @@ cli_figures.register(app)
 cli_control.register(app)
 cli_attraction.register(app)
 cli_swingup.register(app)
+cli_climb.register(app)
 cli_fit.register(app)
 cli_connect.register(app)
 cli_fmu.register(app)

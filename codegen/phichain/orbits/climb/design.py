@@ -24,6 +24,12 @@ TAKEN: Final = 0.5
 """Level at the last brake, at most."""
 TUBE: Final = 0.5
 """Distance from the orbit beyond which the chain is calmed, rad."""
+COST: Final = 5.0
+"""Weight of the squared input across orbits, in squared gravity torques."""
+PACE: Final = 40.0
+"""Rungs a second for each gravity torque of the limit."""
+RISE: Final = 20.0
+"""Rungs a half period for each gravity torque of the limit."""
 NEEDED: Final = ("forward_dynamics", "state_jacobian", "linearization", "energy", "gravity_torque")
 
 
@@ -73,8 +79,8 @@ def gravity_torque(system: System, joint: int) -> float:
 
 
 def climb_law(
-    system: System, branch: Branch, *, share: float = 0.05, digest: str | None = None, rungs: int = 48, nodes: int = 33, sample: float = 1e-3,
-    pace: float = 2.0, rise: float = 1.0, cost: float = 20.0,
+    system: System, branch: Branch, *, share: float = 0.05, digest: str | None = None, rungs: int = 48, nodes: int = 49,
+    sample: float = 1e-3, pace: float | None = None, rise: float | None = None, cost: float = COST,
 ) -> Climb:  # fmt: skip
     """The law that leads a planar chain on a fixed base, driven at one joint, up along a family of brake orbits.
 
@@ -86,8 +92,8 @@ def climb_law(
         rungs: Orbits in the table.
         nodes: Nodes of half a period.
         sample: Time between two calls, s.
-        pace: Rungs a second, at most.
-        rise: Rungs a half period, at most.
+        pace: Rungs a second, at most; by the limit unless given.
+        rise: Rungs a half period, at most; likewise.
         cost: Weight of the squared input across orbits, in squared gravity torques.
 
     Raises:
@@ -135,7 +141,7 @@ def climb_law(
     law = FamilyLaw(
         catch, np.array(table.shapes[0]), np.concatenate([at_rest, states]), np.concatenate([rates[:1], rates]),
         np.concatenate([gains[:1], gains]), weights, np.concatenate([slowness[:1], slowness]), np.concatenate([[0.0], found.energies[kept]]),
-        np.concatenate([found.periods[kept][:1], found.periods[kept]]), float(pace), float(rise), TUBE,
+        np.concatenate([found.periods[kept][:1], found.periods[kept]]), PACE * share if pace is None else pace, RISE * share if rise is None else rise, TUBE,
     )  # fmt: skip
     return Climb(law, found, torque, work, swept)
 
