@@ -23,6 +23,7 @@ from phichain.app import (
     cli_figures,
     cli_fit,
     cli_fmu,
+    cli_montecarlo,
     cli_orbit,
     cli_response,
     cli_study,
@@ -322,6 +323,7 @@ cli_control.register(app)
 cli_attraction.register(app)
 cli_swingup.register(app)
 cli_climb.register(app)
+cli_montecarlo.register(app)
 cli_fit.register(app)
 cli_connect.register(app)
 cli_fmu.register(app)

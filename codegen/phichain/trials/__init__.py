@@ -2,7 +2,12 @@
 
 from phichain.trials.climb import Climbed, climb
 from phichain.trials.compiled import Compiled
+from phichain.trials.law_trials import law_trials
 from phichain.trials.monte_carlo import Trials, monte_carlo
+from phichain.trials.on_file import LawOnFile, law_on_file
+from phichain.trials.runs import Disturbed, Runs
 from phichain.trials.swing_up import SwingUp, swing_up
 
-__all__ = ["Climbed", "Compiled", "SwingUp", "Trials", "climb", "monte_carlo", "swing_up"]
+__all__ = [
+    "Climbed", "Compiled", "Disturbed", "LawOnFile", "Runs", "SwingUp", "Trials", "climb", "law_on_file", "law_trials", "monte_carlo", "swing_up",
+]  # fmt: skip

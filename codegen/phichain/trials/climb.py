@@ -119,6 +119,9 @@ def climb(
     _, hanging = system.energy(np.zeros(half), np.zeros(half))
     energy = np.asarray(sum(system.energy(x[:, :half], x[:, half:]))) - float(hanging)
     tried = rigged.run(catch.state_names, runs, seed, progress)
+    # What comes long after it has settled shows nothing.
+    shown = t <= (float(np.max(tried.settled[tried.held == 1])) + HOLD if np.any(tried.held) else long)
+    t, x, trace, energy = t[shown], x[shown], trace[shown], energy[shown]
     return Climbed(replace(made, law=law), tried, t, x, trace[:, system.nx :], energy)
 
 
