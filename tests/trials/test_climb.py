@@ -84,7 +84,7 @@ def test_rates_and_energies_are_those_of_the_orbits(found: Climbed) -> None:
         a, b, wa, wb = x[:, 0], x[:, 0] + x[:, 1], x[:, 2], x[:, 2] + x[:, 3]
         kinetic = M / 2 * (L / 2 * wa) ** 2 + M / 2 * ((L * wa) ** 2 + (L / 2 * wb) ** 2 + L * L * wa * wb * np.cos(a - b))
         height = M * L / 2 * (1 - np.cos(a)) + M * (L * (1 - np.cos(a)) + L / 2 * (1 - np.cos(b)))
-        assert np.allclose(kinetic + G * height, law.energies[k], rtol=1e-6)
+        assert np.allclose(kinetic + G * height, law.energies[k], rtol=1e-4)
         # A half period in the phase's own rates.
         even = np.linspace(0, 1, x.shape[0])
         assert np.trapezoid(1 / law.rates[k], even) == pytest.approx(law.periods[k] / 2, rel=2e-2)
@@ -104,7 +104,7 @@ def test_gains_across_bring_small_errors_down_and_leave_the_phase_free(branch: B
     for i in range(len(D)):
         whole = (D[i, :, :4] - np.outer(D[i, :, 4], gains[i])) @ whole
     sizes = np.sort(np.abs(np.linalg.eigvals(whole)))
-    assert sizes[-1] == pytest.approx(1.0, abs=0.05) and sizes[-2] < 0.95
+    assert sizes[-1] == pytest.approx(1.0, abs=0.1) and sizes[-2] < 0.9
 
 
 def test_the_compiled_law_climbs_and_holds_within_its_limit(found: Climbed) -> None:
@@ -134,7 +134,7 @@ def test_a_law_on_file_is_the_same_record(found: Climbed, tmp_path: Path) -> Non
     again = FamilyLaw.from_npz(law.to_npz(tmp_path / "law.npz"))
     assert again.catch == law.catch and (again.pace, again.rise, again.tube) == (law.pace, law.rise, law.tube)
     assert all(np.array_equal(getattr(again, name), getattr(law, name)) for name in ("states", "rates", "gains", "slowness", "shape"))
-    with pytest.raises(OutputError, match="no FamilyLaw can be read there"):
+    with pytest.raises(OutputError, match="holds a Runs, not a FamilyLaw"):
         FamilyLaw.from_npz(found.runs.to_npz(tmp_path / "runs.npz"))
     with pytest.raises(ArrayError, match="energies not rising"):
         replace(law, energies=law.energies[::-1])
@@ -142,7 +142,9 @@ def test_a_law_on_file_is_the_same_record(found: Climbed, tmp_path: Path) -> Non
 
 def test_the_command_refuses_what_leads_nowhere(branch: Branch, found: Climbed, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = branch.to_json(tmp_path / "family.json")
-    assert main(["climb", "planar3", "--branch", str(file)]) and "another one" in capsys.readouterr().err
+    with pytest.raises(SystemExit) as ended:
+        main(["climb", "planar3", "--branch", str(file)])
+    assert ended.value.code and "another one" in capsys.readouterr().err
     low = traced("energy=3")
     with pytest.raises(UnsupportedError, match="no equilibrium is near its last brake"):
         climb(SCENE, low)

@@ -157,7 +157,7 @@ class FamilyLaw(Held):
             OutputError: The file is missing, holds no FamilyLaw, or one that does not fit together.
         """
         arrays, meta = read_archive(path, _SCHEMA)
-        tables = {name: arrays.pop(name) for name in _TABLES}
+        tables: dict[str, Any] = {name: arrays.pop(name) for name in _TABLES}
         catch: dict[str, Any] = {"gains" if name == "catch_gains" else name: array for name, array in arrays.items()}
         try:
             return cls(StateFeedback(**catch, **words_of(meta, _WORDS), sample=meta["sample"]), **tables, **{name: meta[name] for name in ("pace", "rise", "tube")})

@@ -23,8 +23,11 @@ from phichain.laws.family import FOLLOW, REST, SLIP, SOFT
 _ROUNDINGS: Final = 32
 """Roundings that one number takes part in."""
 
-_STATES: Final = (Fraction(1, 3), Fraction(5, 4), Fraction(1, 2)), (Fraction(1, 16), Fraction(3, 8), Fraction(31, 32))
-"""Rungs, in shares of the table but for the first, and phases, none on a node."""
+_PLACES: Final = (
+    (Fraction(1, 3), Fraction(1, 16)), (Fraction(1, 3), Fraction(31, 32)), (Fraction(5, 4), Fraction(3, 8)), (Fraction(1, 2), Fraction(31, 32)),
+    (Fraction(1, 2), Fraction(1, 2)),
+)  # fmt: skip
+"""Rungs, the first two the lowest and the others in halves of the table, and phases, none on a node."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +76,8 @@ def cases(law: FamilyLaw, real: str) -> tuple[Case, ...]:
     top = len(rungs) - 1
     found = []
     with mp.workdps(DIGITS):
-        for number, (rung, at) in enumerate((rung, at) for rung in _STATES[0] for at in _STATES[1]):
-            h = rung if number < 3 else min(rung * top / 2, top - Fraction(1, 4))
+        for number, (rung, at) in enumerate(_PLACES):
+            h = rung if number < 2 else min(rung * top / 2, top - Fraction(1, 4))
             place = (Fraction(int(at * (nodes - 1))) + Fraction(5, 16)) / (nodes - 1)
             found.append(_climbing(law, real, rungs, nearest(real, h), nearest(real, place), 1 - 2 * (number % 2), number))
         far = [nearest(real, Fraction(5, 4) * (-1) ** i) for i in range(len(law.catch.target))]

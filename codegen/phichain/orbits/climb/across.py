@@ -19,6 +19,8 @@ from phichain.system import Vector
 
 STEPS: Final = 8
 """Steps of integration between two nodes."""
+PARTS: Final = 4
+"""Steps of integration from a state that is kept to a node."""
 ROUNDS: Final = 400
 """Half periods at most; small orbits forget slowly."""
 SETTLED: Final = 1e-4
@@ -52,7 +54,9 @@ def by_phase(equations: Equations, quarters: Vector, periods: Vector, weights: V
     t = np.array([np.interp(even, one / one[-1], np.arange(count + 1) * size) for one, size in zip(phase, h, strict=True)])
     before = np.minimum((t / h[:, None]).astype(int), count - 1)
     start = np.take_along_axis(x, before[:, :, None], axis=1)
-    states = equations.step(start, t - before * h[:, None])
+    states, part = start, (t - before * h[:, None]) / PARTS
+    for _ in range(PARTS):
+        states = equations.step(states, part)
     rates = (1 - EVEN) * _speed(equations, states, weights) / length + 2 * EVEN / periods[:, None]
     return states, t, rates
 

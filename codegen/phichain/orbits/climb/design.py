@@ -10,7 +10,7 @@ import numpy as np
 from phichain.continuation import Branch
 from phichain.control import gain_table, lqr
 from phichain.errors import ArrayError, ControlError
-from phichain.laws import FamilyLaw, GainTable
+from phichain.laws import FamilyLaw, GainTable, StateFeedback
 from phichain.orbits.climb.across import by_phase, gains_across
 from phichain.orbits.climb.ladder import Ladder, ladder
 from phichain.orbits.climb.motion import Equations
@@ -165,9 +165,7 @@ def _regulators(system: System, signs: tuple[int, ...], weights: Vector, torque:
     ]
 
 
-def _state_feedback(table: GainTable) -> object:
-    from phichain.laws import StateFeedback
-
+def _state_feedback(table: GainTable) -> StateFeedback:
     return StateFeedback(
         table.name, table.digest, table.state_names, table.state_units, table.input_names, table.input_units, table.targets[0], table.rest[0],
         table.gains[0], table.wraps, table.low, table.high, table.sample,

@@ -26,7 +26,7 @@ SEGMENTS: Final = 16
 """Parts of a quarter period; the fastest upright modes grow by e^10 in one where the whole grows by e^160."""
 FINE: Final = 20
 """States kept in each part."""
-STEPS: Final = 3
+STEPS: Final = 6
 """Steps of integration between two states."""
 NEARER: Final = 0.75
 """Factor from brake to brake beyond the branch."""
