@@ -35,7 +35,7 @@ class Tried(Protocol):
 def scattered(runs: Tried) -> Figure:
     """Every number that was wrong, run by run, beside when the runs settled."""
     columns = [(name, runs.errors[:, k]) for k, name in enumerate(runs.error_names) if np.any(runs.errors[:, k])]
-    columns += [("late (samples)", runs.late)] if np.any(runs.late) else []
+    columns += [("late (samples)", runs.late.astype(float))] if np.any(runs.late) else []
     columns = columns or [("start (rad)", np.max(np.abs(runs.starts - np.mean(runs.starts, axis=0)), axis=1))]
     kept = runs.held == 1
     with look():

@@ -77,7 +77,8 @@ def law_on_file(folder: Path | str) -> LawOnFile:
 
 def _law(found: Mapping[str, Any], name: str, sources: Mapping[str, str]) -> LawOnFile:
     kind, rows = found["kind"], found.get("state") or found["measured"]
-    measured, start, signs, reset = tuple(row[0] for row in rows), None, (), "&state"
+    measured, start, reset = tuple(row[0] for row in rows), None, "&state"
+    signs: tuple[tuple[int, ...], ...] = ()
     if kind == "gain table":
         how, targets = "table", [one["target"] for one in found["equilibria"]]
         signs = tuple(tuple(one["s"]) for one in found["equilibria"])
