@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from phichain.orbits import trace as trace
     from phichain.pipeline import build as build
     from phichain.pipeline import generate as generate
+    from phichain.pipeline import generate_climb as generate_climb
     from phichain.pipeline import generate_controller as generate_controller
     from phichain.pipeline import generate_swingup as generate_swingup
     from phichain.proof import prove as prove
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from phichain.studies import open_study as open_study
     from phichain.studies import study as study
     from phichain.system import System as System
+    from phichain.trials import climb as climb
     from phichain.trials import swing_up as swing_up
 
 _HOME = {
@@ -50,6 +52,7 @@ _HOME = {
     "lower": "phichain.lowering",
     "prove": "phichain.proof",
     "generate": "phichain.pipeline",
+    "generate_climb": "phichain.pipeline",
     "generate_controller": "phichain.pipeline",
     "generate_swingup": "phichain.pipeline",
     "build": "phichain.pipeline",
@@ -62,6 +65,7 @@ _HOME = {
     "Network": "phichain.orbits",
     "lqr": "phichain.control",
     "fit": "phichain.identification",
+    "climb": "phichain.trials",
     "swing_up": "phichain.trials",
     "study": "phichain.studies",
     "open_study": "phichain.studies",

@@ -10,7 +10,7 @@ from pathlib import Path
 from phichain.errors import OutputError, UnsupportedError
 from phichain.files import write_folder
 from phichain.firmware.drift import Drift, drift, edited_files
-from phichain.laws import GainTable, Law, TrajectoryLaw
+from phichain.laws import FamilyLaw, GainTable, Law, TrajectoryLaw
 from phichain.native import ClosedLoop, build_files, default_cache, load_closed_loop, recalled, remember
 from phichain.scene import Scene, given_scene
 from phichain.scene.validate import choice
@@ -123,6 +123,28 @@ def generate_swingup(law: TrajectoryLaw, out: Path | str = "generated", real: st
 
     texts = swingup_files(law, choice("real", real, ("double", "float")))
     return write_folder(Path(out) / swingup_name(law), texts)
+
+
+def generate_climb(law: FamilyLaw, out: Path | str = "generated", real: str = "float") -> Path:
+    """Write a law along a family of orbits as C that stands alone, with its table and its self-test.
+
+    Args:
+        law: what to generate, such as `climb(scene, branch).climb.law`.
+        out: the folder in which NAME_climb/ is written, whole or not at all.
+        real: "float" or "double", the type of the C and of the table.
+
+    Returns:
+        The folder OUT/NAME_climb.
+
+    Raises:
+        SceneError: there is no such type.
+        OutputError: the folder cannot be written; what was there before is still there.
+        EmissionError: a number of the law does not fit the type.
+    """
+    from phichain.emit.law.climb import climb_files, climb_name
+
+    texts = climb_files(law, choice("real", real, ("double", "float")))
+    return write_folder(Path(out) / climb_name(law), texts)
 
 
 def build(scene: Scene, prove: bool = True) -> System:

@@ -19,7 +19,7 @@ from tests.cli.conftest import Command
 
 VERBS = [
     "show", "generate", "build", "prove", "functions", "simulate", "trace", "vary", "lqr", "controller", "fit", "tour", "info", "figure", "propagation",
-    "response", "attraction", "study", "fmu", "schema", "orbit", "connect", "swingup",
+    "response", "attraction", "study", "fmu", "schema", "orbit", "connect", "swingup", "climb", "montecarlo",
 ]  # fmt: skip
 
 

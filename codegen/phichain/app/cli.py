@@ -17,11 +17,13 @@ import typer
 import phichain
 from phichain.app import (
     cli_attraction,
+    cli_climb,
     cli_connect,
     cli_control,
     cli_figures,
     cli_fit,
     cli_fmu,
+    cli_montecarlo,
     cli_orbit,
     cli_response,
     cli_study,
@@ -320,6 +322,8 @@ cli_figures.register(app)
 cli_control.register(app)
 cli_attraction.register(app)
 cli_swingup.register(app)
+cli_climb.register(app)
+cli_montecarlo.register(app)
 cli_fit.register(app)
 cli_connect.register(app)
 cli_fmu.register(app)

@@ -10,7 +10,7 @@ import typer
 from phichain.errors import printable
 
 FigureNames = Annotated[
-    list[str], typer.Argument(metavar="NAME...", help="A2 .. A7 of paper A, B2 .. B4 of paper B, E2 .. E4, G4, N2 and C2 of families, or all.")
+    list[str], typer.Argument(metavar="NAME...", help="A2 .. A7 of paper A, B2 .. B4 of paper B, E2 .. E4, G4, N2, C2 and U2 of families, or all.")
 ]
 PlanarScene = Annotated[
     str,

@@ -103,8 +103,12 @@ def swingup(
     write(found.plan, files, lambda: _strip(system, found.plan))
 
 
-def errors_of(words: Sequence[str]) -> dict[str, float]:
-    """Relative errors from words like mass=0.1.
+def errors_of(words: Sequence[str], option: str = "error") -> dict[str, float]:
+    """Numbers by name from words like mass=0.1.
+
+    Args:
+        words: The words.
+        option: The option that they were given with.
 
     Raises:
         ArrayError: A word is not of that kind.
@@ -117,7 +121,7 @@ def errors_of(words: Sequence[str]) -> dict[str, float]:
         except ValueError:
             equals = ""
         if not equals:
-            raise ArrayError("error", word, "is not NAME=NUMBER", "write for example --error mass=0.1")
+            raise ArrayError(option, word, "is not NAME=NUMBER", f"write for example --{option} mass=0.1")
     return found
 
 

@@ -1,5 +1,6 @@
 """Laws: frozen records of controllers, made by `control` and written as Programs by `lowering`."""
 
+from phichain.laws.family import FamilyLaw
 from phichain.laws.gain_table import GainTable
 from phichain.laws.observer import Observer
 from phichain.laws.observer_along import ObserverAlong
@@ -10,4 +11,4 @@ from phichain.laws.trajectory import TrajectoryLaw
 Law = StateFeedback | OutputFeedback | GainTable
 """Whatever a controller is made of."""
 
-__all__ = ["GainTable", "Law", "Observer", "ObserverAlong", "OutputFeedback", "StateFeedback", "TrajectoryLaw"]
+__all__ = ["FamilyLaw", "GainTable", "Law", "Observer", "ObserverAlong", "OutputFeedback", "StateFeedback", "TrajectoryLaw"]

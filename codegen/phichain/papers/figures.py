@@ -21,6 +21,7 @@ from phichain.errors import UnsupportedError
 from phichain.fractional import Propagation
 from phichain.motion import Trajectory, simulate
 from phichain.orbits import trace
+from phichain.papers.climbing import climbed
 from phichain.papers.families import conical, energies, exact_families, gap, network
 from phichain.papers.signals import released, write_sheets, write_viewer
 from phichain.pipeline import build
@@ -111,7 +112,7 @@ q_2 and q_3 as their four printed entries mean them, docs/theory.md, B6."""
 
 
 def draw(name: str, out: Path) -> list[Path]:
-    """Draw one figure, A2 .. A7, B2 .. B4, E2 .. E4, G4, N2 or C2, into a folder; returns the files written.
+    """Draw one figure, A2 .. A7, B2 .. B4, E2 .. E4, G4, N2, C2 or U2, into a folder; returns the files written.
 
     Raises:
         UnsupportedError: There is no such figure.
@@ -246,5 +247,6 @@ FIGURES: Mapping[str, Callable[[Path], list[Path]]] = {
     "G4": gap,
     "N2": network,
     "C2": conical,
+    "U2": climbed,
 }
 """Name -> what draws it into a folder."""

@@ -13,7 +13,7 @@ from phichain.records import Shown, write_csv, write_npz
 from phichain.system import Vector
 
 _ARRAYS: Final = {
-    "s": whole("count", "links"), "radius": real("count"), "beyond": real("count"), "worst": real("count", "k"), "failed": whole("count"),
+    "s": whole("count", "links"), "radius": real("count"), "beyond": real("count"), "usual": real("count"), "worst": real("count", "k"), "failed": whole("count"),
     "late": whole("count"), "share": real("count"), "runs": whole("count"),
 }  # fmt: skip
 _PLAIN: Final = {
@@ -33,7 +33,8 @@ class Attraction(Shown):
         radius: Radius (count,), 2-norm over the links' turns xi_i (rad in the plane; s_i e_3 x q_i in space, sines of tilts), from which
             every direction came home.
         beyond: The least radius (count,) from which one did not; infinite where all came home from wherever rays lead.
-        worst: That direction (count, k).
+        usual: Radius (count,) from which all but two in a hundred directions came home.
+        worst: The direction that did not from `beyond` (count, k).
         late: Whether it was still under way (1), and did not fly off (0), when its time was over (count,).
         directions: Directions that were tried.
         tested: Starts drawn evenly from the ball of that radius.
@@ -50,6 +51,7 @@ class Attraction(Shown):
     s: Vector
     radius: Vector
     beyond: Vector
+    usual: Vector
     worst: Vector
     late: Vector
     directions: int
@@ -63,10 +65,10 @@ class Attraction(Shown):
 
     def __str__(self) -> str:
         rows = [
-            f"s = {signs.tolist()}: comes home from {radius:.4g} in {self.directions} directions, {_words(beyond, late)}; "
+            f"s = {signs.tolist()}: comes home from {radius:.4g} in {self.directions} directions, {_words(beyond, late)}, from {usual:.4g} in 98 %; "
             f"{failed} of {self.tested} starts in that ball fail, at most {100 * share:.2g} % (95 %)"
-            for signs, radius, beyond, late, failed, share in zip(
-                self.s, self.radius, self.beyond, self.late, self.failed, self.share, strict=True
+            for signs, radius, beyond, usual, late, failed, share in zip(
+                self.s, self.radius, self.beyond, self.usual, self.late, self.failed, self.share, strict=True
             )
         ]
         return "\n".join([f"{self.name}: regions of attraction within {self.seconds:g} s, {int(np.sum(self.runs))} simulations", *rows])
@@ -74,7 +76,7 @@ class Attraction(Shown):
     def to_csv(self, path: Path | str) -> Path:
         """Write one row per equilibrium; 17 digits."""
         words = np.array(["".join("-" if sign > 0 else "+" for sign in signs) for signs in self.s])
-        return write_csv(path, {"s": words, **{name: getattr(self, name) for name in ("radius", "beyond", "late", "failed", "share", "runs")}}, self)
+        return write_csv(path, {"s": words, **{name: getattr(self, name) for name in ("radius", "beyond", "usual", "late", "failed", "share", "runs")}}, self)
 
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""

@@ -1,0 +1,179 @@
+"""From a saved family to the law that leads a chain up along it by one weak torque."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from phichain.continuation import Branch
+from phichain.control import gain_table, lqr
+from phichain.errors import ArrayError, ControlError
+from phichain.laws import FamilyLaw, GainTable, StateFeedback
+from phichain.orbits.climb.across import by_phase, gains_across
+from phichain.orbits.climb.ladder import Ladder, ladder
+from phichain.orbits.climb.motion import Equations
+from phichain.records import Held
+from phichain.system import System, Vector
+from phichain.system.arrays import positive, whole
+
+COSTS: Final = (1.0, 10.0, 30.0, 100.0, 300.0)
+"""Weights of the input, in squared gravity torques, of which the regulator of the target takes the one that reaches farthest."""
+TAKEN: Final = 0.5
+"""Level at the last brake, at most."""
+TUBE: Final = 0.5
+"""Distance from the orbit beyond which the chain is calmed, rad."""
+COST: Final = 5.0
+"""Weight of the squared input across orbits, in squared gravity torques."""
+PACE: Final = 40.0
+"""Rungs a second for each gravity torque of the limit."""
+RISE: Final = 20.0
+"""Rungs a half period for each gravity torque of the limit."""
+NEEDED: Final = ("forward_dynamics", "state_jacobian", "linearization", "energy", "gravity_torque")
+
+
+@dataclass(frozen=True, eq=False)
+class Climb(Held):
+    """A law along a family, and what it was made of.
+
+    Attributes:
+        law: The law.
+        ladder: The orbits of the family, all of them.
+        torque: Gravity torque of the chain about the driven joint, held out level, N m.
+        work: Most energy that the limit brings in within a period of each rung but the first (rungs - 1,), J.
+        swept: Integral of every joint's squared rate over a period of it (rungs - 1, links), rad^2/s.
+    """
+
+    law: FamilyLaw
+    ladder: Ladder
+    torque: float
+    work: Vector
+    swept: Vector
+
+    def lost(self, damping: Vector) -> Vector:
+        """Energy that dampers (links,), N m s/rad, take in a period of every rung but the first, J."""
+        return np.asarray(self.swept @ damping)
+
+    def demand_room(self, damping: Vector) -> None:
+        """See that the limit brings in what dampers take, twice over.
+
+        Raises:
+            ControlError: It does not; up to which energy it would.
+        """
+        share = self.lost(damping) / self.work
+        short = np.flatnonzero(2 * share >= 1)
+        if short.size:
+            least = float(np.max(share) * 2 * self.law.limit)
+            raise ControlError(
+                "limit", self.law.limit, f"is too small for the damping: from {self.law.energies[short[0] + 1]:.4g} J on dampers take more than "
+                "half of what it brings in", f"give {least:.4g} N m or more, or less damping", needed=least
+            )  # fmt: skip
+
+
+def gravity_torque(system: System, joint: int) -> float:
+    """Torque about a joint, counted from 1, of all links beyond it held out level, N m."""
+    q = np.zeros(system.links)
+    q[0] = np.pi / 2
+    return float(abs(system.gravity_torque(q)[joint - 1]))
+
+
+def climb_law(
+    system: System, branch: Branch, *, share: float = 0.05, digest: str | None = None, rungs: int = 48, nodes: int = 49,
+    sample: float = 1e-3, pace: float | None = None, rise: float | None = None, cost: float = COST,
+) -> Climb:  # fmt: skip
+    """The law that leads a planar chain on a fixed base, driven at one joint, up along a family of brake orbits.
+
+    Args:
+        system: The chain with one input, the torque at one joint, in relative angles, without losses.
+        branch: The family; its energy rises all the way to the neighbourhood of an equilibrium.
+        share: Limit of the torque, in gravity torques about the driven joint.
+        digest: That of the scene that the family was traced with; the system's own unless given.
+        rungs: Orbits in the table.
+        nodes: Nodes of half a period.
+        sample: Time between two calls, s.
+        pace: Rungs a second, at most; by the limit unless given.
+        rise: Rungs a half period, at most; likewise.
+        cost: Weight of the squared input across orbits, in squared gravity torques.
+
+    Raises:
+        ArrayError: The branch belongs to another scene, or a number is none that it could be.
+        ControlError: The chain is not of that kind.
+        UnsupportedError: The family leads nowhere.
+        ConvergenceError: It ends too far from the equilibrium for the limit, and nothing was found beyond.
+    """
+    if branch.digest != (digest or system.digest):
+        raise ArrayError(
+            "branch", branch.scene or branch.digest, f"is the scene of that branch, and '{system.name}' is another one",
+            "name the scene that it was traced with",
+        )  # fmt: skip
+    if not system.is_planar or system.base != "fixed" or system.nu != 1 or system.angles != "relative":
+        raise ControlError("system", system.name, "is no planar chain on a fixed base with one torque", 'write actuated = [1] in [joints]')
+    share = positive("share", share, "give a part of the gravity torque, such as 0.05")
+    rungs = whole("rungs", rungs, 4, 1000, "give a number of orbits", ArrayError)
+    nodes = whole("nodes", nodes, 9, 1000, "give a number of nodes", ArrayError)
+    joint = int(system.u_names[0].rpartition("_")[2])
+    equations = Equations(system)
+    torque, swing = gravity_torque(system, joint), _slowest_swing(equations)
+    limit = share * torque
+    weights = np.concatenate([np.ones(system.nq), np.full(system.nv, swing**2)])
+    chosen: list[tuple[float, GainTable]] = []
+
+    def is_near(brake: Vector) -> bool:
+        if not chosen:
+            signs = tuple(int(np.sign(np.cos(angle))) for angle in np.cumsum(brake[: system.nq]))
+            chosen.extend(_regulators(system, signs, weights, torque, limit, sample))
+        return min(float(table.level(0, brake)) for _, table in chosen) <= TAKEN
+
+    found = ladder(system, branch, equations, is_near)
+    _, table = min(chosen, key=lambda one: float(one[1].level(0, found.states[-1, 0])))
+    states, t, rates = by_phase(equations, found.states, found.periods, weights, nodes)
+    kept = _spread(states, weights, rungs - 1)
+    states, t, rates = states[kept], t[kept], rates[kept]
+    slowness = _slowness(states)
+    gains = gains_across(equations, states, t, slowness, cost / torque**2)
+    at_rest = np.zeros((1, nodes, system.nx))
+    speeds = np.abs(states[:, :, system.nq :])
+    swept = 2 * np.sum((speeds[:, 1:] ** 2 + speeds[:, :-1] ** 2) / 2 * np.diff(t, axis=1)[:, :, None], axis=1)
+    driven = speeds[:, :, joint - 1]
+    work = 2 * limit * np.sum((driven[:, 1:] + driven[:, :-1]) / 2 * np.diff(t, axis=1), axis=1)
+    catch = _state_feedback(table)
+    law = FamilyLaw(
+        catch, np.array(table.shapes[0]), np.concatenate([at_rest, states]), np.concatenate([rates[:1], rates]),
+        np.concatenate([gains[:1], gains]), weights, np.concatenate([slowness[:1], slowness]), np.concatenate([[0.0], found.energies[kept]]),
+        np.concatenate([found.periods[kept][:1], found.periods[kept]]), PACE * share if pace is None else pace, RISE * share if rise is None else rise, TUBE,
+    )  # fmt: skip
+    return Climb(law, found, torque, work, swept)
+
+
+def _slowness(states: Vector) -> Vector:
+    """What squared rates are weighed by across each orbit (orbits,), s^2: squared angles over squared rates, both along the orbit."""
+    half = states.shape[2] // 2
+    return np.asarray(np.sum(states[:, :, :half] ** 2, axis=(1, 2)) / np.sum(states[:, :, half:] ** 2, axis=(1, 2)))
+
+
+def _slowest_swing(equations: Equations) -> float:
+    """Time in which the hanging chain's slowest mode turns by one radian of its phase, s: what rates are weighed by."""
+    A, _ = equations.slopes(np.zeros((1, equations.system.nx)))
+    return float(1 / np.min(np.abs(np.linalg.eigvals(A[0]).imag)))
+
+
+def _regulators(system: System, signs: tuple[int, ...], weights: Vector, torque: float, limit: float, sample: float) -> list[tuple[float, GainTable]]:
+    """Regulators of the target by the weight of their input, each as a table of one."""
+    return [
+        (cost, gain_table([lqr(system, signs, weights, cost / torque**2, sample=sample)], limit=limit, reach=0.5)) for cost in COSTS
+    ]
+
+
+def _state_feedback(table: GainTable) -> StateFeedback:
+    return StateFeedback(
+        table.name, table.digest, table.state_names, table.state_units, table.input_names, table.input_units, table.targets[0], table.rest[0],
+        table.gains[0], table.wraps, table.low, table.high, table.sample,
+    )  # fmt: skip
+
+
+def _spread(states: Vector, weights: Vector, count: int) -> Vector:
+    """Numbers of so many orbits, evenly far from each other, the first and the last among them."""
+    apart = np.max(np.sqrt(np.sum(weights * np.diff(states, axis=0) ** 2, axis=2)), axis=1)
+    way = np.concatenate([[0.0], np.cumsum(apart)])
+    return np.unique(np.searchsorted(way, np.linspace(0, way[-1], count) - 1e-12 * way[-1]))

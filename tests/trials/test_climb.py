@@ -1,0 +1,163 @@
+"""Up a family of orbits: rungs against an integrator of their own, gains across by multipliers, the compiled law in closed loop, refusals."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from phichain import build, climb, generate_climb, trace
+from phichain.app.cli import main
+from phichain.continuation import Branch
+from phichain.emit.stencil import stencils_folder
+from phichain.errors import ArrayError, ControlError, OutputError, UnsupportedError
+from phichain.laws import FamilyLaw
+from phichain.orbits.climb.across import gains_across
+from phichain.orbits.climb.design import NEEDED
+from phichain.orbits.climb.motion import Equations
+from phichain.scene.library import find_scene
+from phichain.trials import Climbed
+from phichain.trials.climb import driven_at
+
+STRICT = ("cc", "-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic-errors", "-Wconversion", "-Wdouble-promotion")
+SCENE = find_scene("planar2")
+SHOT = ("mass_matrix", "energy", "forward_dynamics")
+G, M, L = 9.81, 0.5, 0.5
+
+
+@pytest.fixture(scope="module")
+def branch() -> Branch:
+    """The family of mode 2, whose energy rises all the way to the upright chain."""
+    return traced("energy=9.808")
+
+
+def traced(until: str) -> Branch:
+    """As the command traces: by a flow that carries derivatives, under the digest of the scene that was named."""
+    system = build(replace(SCENE, want=(*SHOT, "propagate"), variational=True, actuated="none"))
+    found = trace(replace(system, digest=SCENE.digest), 2, until=until)
+    assert isinstance(found, Branch)
+    return found
+
+
+@pytest.fixture(scope="module")
+def found(branch: Branch) -> Climbed:
+    return climb(SCENE, branch, share=0.05, runs=4, seconds=90.0)
+
+
+def double(x: np.ndarray) -> np.ndarray:
+    """Two rods' worth of point masses at their middles, from the textbook: relative angles, the masses' positions."""
+    a, b = x[0], x[0] + x[1]
+    wa, wb = x[2], x[2] + x[3]
+    r = L / 2
+    c = np.array([[M * r**2 + M * L**2, M * L * r * np.cos(a - b)], [M * L * r * np.cos(a - b), M * r**2]])
+    s = M * L * r * np.sin(a - b)
+    force = np.array([-s * wb**2 - G * (M * r + M * L) * np.sin(a), s * wa**2 - G * M * r * np.sin(b)])
+    acc = np.linalg.solve(c, force)
+    return np.array([wa, wb - wa, acc[0], acc[1] - acc[0]])
+
+
+def test_every_kind_of_rung_is_a_motion_of_the_chain(found: Climbed) -> None:
+    """From a brake, half a period on: its mirror image. Near the top, part by part: nothing but parts can be followed."""
+    law = found.climb.law
+    assert len(law.states) == 48 and np.all(law.states[0] == 0)
+    for k in (1, 12, 25):
+        way = solve_ivp(lambda t, x: double(x), (0, law.periods[k] / 2), law.states[k, 0], rtol=1e-11, atol=1e-12)
+        assert np.allclose(way.y[:, -1], -law.states[k, 0], atol=1e-5)
+        assert np.allclose(law.states[k, -1], -law.states[k, 0], atol=1e-6)
+    quarter, period = found.climb.ladder.states[-1], found.climb.ladder.periods[-1]
+    h = period / 4 / (len(quarter) - 1)
+    for i in range(0, len(quarter) - 1, 40):
+        way = solve_ivp(lambda t, x: double(x), (0, h), quarter[i], rtol=1e-11, atol=1e-13)
+        assert np.allclose(way.y[:, -1], quarter[i + 1], atol=1e-7)
+    assert np.allclose(quarter[-1, :2], 0, atol=1e-7) and np.max(np.abs(quarter[0] - found.climb.ladder.target)) < 0.01
+
+
+def test_rates_and_energies_are_those_of_the_orbits(found: Climbed) -> None:
+    law = found.climb.law
+    for k in (3, 20, 47):
+        x = law.states[k]
+        a, b, wa, wb = x[:, 0], x[:, 0] + x[:, 1], x[:, 2], x[:, 2] + x[:, 3]
+        kinetic = M / 2 * (L / 2 * wa) ** 2 + M / 2 * ((L * wa) ** 2 + (L / 2 * wb) ** 2 + L * L * wa * wb * np.cos(a - b))
+        height = M * L / 2 * (1 - np.cos(a)) + M * (L * (1 - np.cos(a)) + L / 2 * (1 - np.cos(b)))
+        assert np.allclose(kinetic + G * height, law.energies[k], rtol=1e-4)
+        # A half period in the phase's own rates.
+        even = np.linspace(0, 1, x.shape[0])
+        assert np.trapezoid(1 / law.rates[k], even) == pytest.approx(law.periods[k] / 2, rel=2e-2)
+
+
+def test_gains_across_bring_small_errors_down_and_leave_the_phase_free(branch: Branch, found: Climbed) -> None:
+    """Held across two periods on the textbook's equations, an error shrinks; along the orbit K is blind."""
+    law, k = found.climb.law, 20
+    slopes = np.array([double(x) for x in law.states[k]])
+    for i in range(len(slopes)):
+        assert abs(law.gains[k, i] @ slopes[i]) < 1e-6 * np.linalg.norm(law.gains[k, i]) * np.linalg.norm(slopes[i])
+    system = build(replace(driven_at(SCENE, 1), want=NEEDED))
+    equations, t = Equations(system), np.concatenate([[0], np.cumsum(1 / ((law.rates[k, 1:] + law.rates[k, :-1]) / 2))]) / (law.states.shape[1] - 1)
+    gains = gains_across(equations, law.states[k : k + 1], t[None], law.slowness[k : k + 1], 5 / found.climb.torque**2)[0]
+    _, D = equations.carried(law.states[k, :-1], np.diff(t), 8)
+    whole = np.eye(4)
+    for i in range(len(D)):
+        whole = (D[i, :, :4] - np.outer(D[i, :, 4], gains[i])) @ whole
+    sizes = np.sort(np.abs(np.linalg.eigvals(whole)))
+    assert sizes[-1] == pytest.approx(1.0, abs=0.1) and sizes[-2] < 0.9
+
+
+def test_the_compiled_law_climbs_and_holds_within_its_limit(found: Climbed) -> None:
+    runs, law = found.runs, found.climb.law
+    assert runs.share == 1.0 and len(runs.held) == 4 and np.max(runs.settled) < 80
+    assert law.limit == pytest.approx(0.05 * G * (M * L / 2 + M * L + M * L / 2), rel=1e-12)
+    assert np.max(runs.largest[:, 1]) <= law.limit * (1 + 1e-6)
+    assert np.allclose(np.abs(np.cos(runs.ends[:, 0])), 1, atol=1e-3) and np.all(np.cos(runs.ends[:, 0]) < 0)
+    assert found.energy[0] == pytest.approx(0, abs=1e-12) and found.energy[-1] == pytest.approx(2 * G * 0.5, rel=1e-3)
+
+
+def test_its_folder_passes_its_own_test_and_says_its_bytes(found: Climbed, tmp_path: Path) -> None:
+    folder = generate_climb(found.climb.law, tmp_path)
+    subprocess.run([*STRICT, "planar2_climb.c", "selftest.c", "-o", "selftest", "-lm"], cwd=folder, check=True)
+    assert subprocess.run(["./selftest"], cwd=folder, check=False).returncode == 0
+    manifest = json.loads((folder / "manifest.json").read_text())
+    assert manifest["table_bytes"] == 4 * 48 * (51 * 9 + 1) and f"_BYTES  {manifest['table_bytes']} " in (folder / "planar2_climb.h").read_text()
+    text = (folder / "planar2_climb.c").read_text()
+    assert text.count("u[0] = side *") == 1
+    (folder / "planar2_climb.c").write_text(text.replace("u[0] = side *", "u[0] = -side *"))
+    subprocess.run(["cc", "-O1", "planar2_climb.c", "selftest.c", "-o", "spoilt", "-lm"], cwd=folder, check=True)
+    assert subprocess.run(["./spoilt"], cwd=folder, check=False).returncode > 0
+
+
+def test_a_law_on_file_is_the_same_record(found: Climbed, tmp_path: Path) -> None:
+    law = found.climb.law
+    again = FamilyLaw.from_npz(law.to_npz(tmp_path / "law.npz"))
+    assert again.catch == law.catch and (again.pace, again.rise, again.tube) == (law.pace, law.rise, law.tube)
+    assert all(np.array_equal(getattr(again, name), getattr(law, name)) for name in ("states", "rates", "gains", "slowness", "shape"))
+    with pytest.raises(OutputError, match="holds a Runs, not a FamilyLaw"):
+        FamilyLaw.from_npz(found.runs.to_npz(tmp_path / "runs.npz"))
+    with pytest.raises(ArrayError, match="energies not rising"):
+        replace(law, energies=law.energies[::-1])
+
+
+def test_the_command_refuses_what_leads_nowhere(branch: Branch, found: Climbed, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = branch.to_json(tmp_path / "family.json")
+    with pytest.raises(SystemExit) as ended:
+        main(["climb", "planar3", "--branch", str(file)])
+    assert ended.value.code and "another one" in capsys.readouterr().err
+    low = traced("energy=3")
+    with pytest.raises(UnsupportedError, match="no equilibrium is near its last brake"):
+        climb(SCENE, low)
+    fallen = replace(branch, energy=np.array(branch.energy)[::-1])
+    with pytest.raises(UnsupportedError, match="its energy falls from there"):
+        climb(SCENE, fallen)
+    with pytest.raises(ControlError, match="too small for the damping"):
+        found.climb.demand_room(np.array([0.05, 0.05]))
+    found.climb.demand_room(np.array([1e-4, 1e-4]))
+    with pytest.raises(ControlError, match="no joint of this chain"):
+        driven_at(SCENE, 3)
+
+
+def test_the_stencils_compile_alone() -> None:
+    words = ["-fsyntax-only", "-Wsign-conversion", "-Wshadow", "-Wundef", f"-I{stencils_folder()}"]
+    subprocess.run([*STRICT, *words, str(stencils_folder() / "climb_alone.c")], check=True)
