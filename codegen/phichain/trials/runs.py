@@ -146,7 +146,7 @@ class Runs(Held):
         """Write one row a run."""
         columns = columns_of([f"error_{name}" for name in self.error_names], self.errors)
         columns |= columns_of(["farthest", *(f"largest_u_{k + 1}" for k in range(self.largest.shape[1] - 1))], self.largest)
-        return write_csv(path, {**columns, "late": self.late, "settled": self.settled, "held": self.held})
+        return write_csv(path, {**columns, "late": self.late, "settled": self.settled, "held": self.held}, self)
 
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""
