@@ -16,15 +16,22 @@ if TYPE_CHECKING:
 class Tried(Protocol):
     """What is drawn of `trials.Runs`."""
 
-    law: str
-    error_names: tuple[str, ...]
-    errors: NDArray[np.float64]
-    starts: NDArray[np.float64]
-    late: NDArray[np.int64]
-    settled: NDArray[np.float64]
-    held: NDArray[np.int64]
-    seconds: float
-
+    @property
+    def law(self) -> str: ...
+    @property
+    def error_names(self) -> tuple[str, ...]: ...
+    @property
+    def errors(self) -> NDArray[np.float64]: ...
+    @property
+    def starts(self) -> NDArray[np.float64]: ...
+    @property
+    def late(self) -> NDArray[np.int64]: ...
+    @property
+    def settled(self) -> NDArray[np.float64]: ...
+    @property
+    def held(self) -> NDArray[np.int64]: ...
+    @property
+    def seconds(self) -> float: ...
     @property
     def share(self) -> float: ...
 

@@ -182,6 +182,22 @@ def above_zero(name: str, value: Any) -> float:
     return positive(name, number(name, value), "use a number above zero", StudyError)
 
 
+def share(name: str, value: Any) -> float:
+    """A number from 0 and below 1."""
+    given = number(name, value)
+    if not 0 <= given < 1:
+        raise StudyError(name, value, "is no share from 0 and below 1", "write for example 0.1 for ten per cent")
+    return given
+
+
+def from_zero(name: str, value: Any) -> float:
+    """A number from zero."""
+    given = number(name, value)
+    if given < 0:
+        raise StudyError(name, value, "is below zero", "use a number from 0")
+    return given
+
+
 def count(least: int, most: int) -> Callable[[str, Any], int]:
     """A whole number in a range."""
     return lambda name, value: whole(name, value, least, most, f"use a whole number from {least} to {most}", StudyError)

@@ -114,7 +114,7 @@ def climb(
     still = np.zeros((1, rigged.nominal.size)) + rigged.nominal
     *_, trace = rigged.loop.runs(rigged.task(catch.state_names, every), np.zeros((1, system.nx)), still, np.zeros(1), trace=True)
     assert trace is not None
-    t = np.arange(len(trace)) * every * catch.sample
+    t: Vector = np.asarray(np.arange(len(trace)) * (every * catch.sample), dtype=float)
     x, half = trace[:, : system.nx], system.nq
     _, hanging = system.energy(np.zeros(half), np.zeros(half))
     energy = np.asarray(sum(system.energy(x[:, :half], x[:, half:]))) - float(hanging)

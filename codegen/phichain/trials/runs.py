@@ -210,7 +210,8 @@ class Rigged:
                 values[name] = given
         speeds = {speed: SLOW for name, speed in (("friction", "friction_speed"), ("cart_friction", "cart_friction_speed"))
                   if name in values and getattr(scene, speed) is None}  # fmt: skip
-        opened = replace(scene, real="double", want=WANT, variational=False, **dict.fromkeys(values, "runtime"), **speeds)
+        changes: dict[str, Any] = {**dict.fromkeys(values, "runtime"), **speeds}
+        opened = replace(scene, real="double", want=WANT, variational=False, **changes)
         scale = sizes_of(opened, disturbed.errors)
         for name, size in disturbed.added.items():
             if name not in ADDED or not 0 <= size < np.inf:
