@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from phichain import __version__
+from phichain.app.summaries import printed, summary
 from phichain.continuation import Special
 from phichain.control.reach import Attraction, AttractionMap
 from phichain.control.swing_up import Plan
@@ -49,7 +52,7 @@ def connection() -> Connection:
 
 def attraction() -> Attraction:
     one, two = np.ones(2), np.array([[1, 1], [-1, -1]])
-    return Attraction("pair", "d", two, np.array([1.2, 0.03]), one, np.eye(2), np.zeros(2, int), 20, 20, np.zeros(2, int), one, np.ones(2, int), 15.0, 1e-3, 0)
+    return Attraction("pair", "d", two, np.array([1.2, 0.03]), one, np.array([1.2, 0.03]), np.eye(2), np.zeros(2, int), 20, 20, np.zeros(2, int), one, np.ones(2, int), 15.0, 1e-3, 0)
 
 
 def mapped() -> AttractionMap:
@@ -127,3 +130,19 @@ def test_json_of_an_orbit_keeps_how_it_is_drawn_and_is_not_believed(tmp_path: Pa
 def test_an_orbit_has_named_axes() -> None:
     data = orbit().to_xarray()
     assert data["q"].dims == ("t", "q_name") and data.attrs["omega"] == np.pi and data["t"].attrs["units"] == "s"
+
+
+@pytest.mark.parametrize("made", (orbit, connection, attraction, mapped, network), ids=lambda made: made.__name__)
+def test_programs_get_it_as_one_line_of_json(made: Any) -> None:
+    record = made()
+    line = printed(summary(record))
+    found = json.loads(line)
+    assert "\n" not in line and (found["record"], found["phichain"]) == (type(record).__name__, __version__)
+    expected = {
+        "Orbit": ("period", 2.0), "Connection": ("turns", [1, 1]), "AttractionMap": ("home", 1.0), "Network": ("status", "whole"),
+        "Attraction": ("equilibria", [
+            {"s": s, "radius": radius, "beyond": 1.0, "usual": radius, "failed": 0, "share": 1.0, "runs": 1} for s, radius in (([1, 1], 1.2), ([-1, -1], 0.03))
+        ]),
+    }  # fmt: skip
+    name, value = expected[type(record).__name__]
+    assert found[name] == value

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from phichain.app import said
 from phichain.app.outputs import named, write
 from phichain.errors import ControlError
 
@@ -40,6 +41,8 @@ def attraction(
     out: Annotated[
         list[Path] | None, typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz or .png by its name; repeatable.")
     ] = None,
+    quiet: said.Quiet = False,
+    as_json: said.AsJson = False,
 ) -> None:
     """Find from how far off the equilibria of a chain are reached, with the law as the controller has it, in the scene's type."""
     from phichain.app.control_words import equilibria, weighed
@@ -61,13 +64,13 @@ def attraction(
     coordinates = None if plane is None else demand_turns(system, tuple(plane.replace(",", " ").split()))
     with _progress(len(laws.signs)) as told:
         record = found(system, laws, flown, count=count, seconds=seconds, seed=seed, progress=told)
-    typer.echo(str(record))
+    said.say(record, quiet, as_json)
     if coordinates is None:
-        write(record, files, lambda: _drawing().radii(record))
+        write(record, files, lambda: _drawing().radii(record), quiet=quiet or as_json)
         return
     mapped = attraction_map(system, laws, flown, 0, coordinates, extent or min(3 * float(record.radius[0]), 0.9), points, seconds)
-    typer.echo(str(mapped))
-    write(mapped, files, lambda: _drawing().region(mapped, record))
+    said.say(mapped, quiet, as_json)
+    write(mapped, files, lambda: _drawing().region(mapped, record), quiet=quiet or as_json)
 
 
 def _drawing() -> Any:

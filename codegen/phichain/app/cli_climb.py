@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from phichain.app import said
 from phichain.app.outputs import named, write
 from phichain.errors import printable
 
@@ -44,6 +45,8 @@ def climb(
     real: Annotated[str, typer.Option(help="Type of the C and its table: float or double.")] = "float",
     save: Files = None,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write into.")] = Path("generated"),
+    quiet: said.Quiet = False,
+    as_json: said.AsJson = False,
 ) -> None:
     """Lead a weakly driven chain up along a family of orbits, try that on the compiled chain, and write it as C, DIR/NAME_climb."""
     from phichain.app.cli_swingup import errors_of
@@ -60,16 +63,17 @@ def climb(
             chosen, family, share=limit, joint=joint, damping=numbers(damping, "damping"), errors=errors_of(errors or []), spread=spread,
             runs=runs, seconds=seconds, real=real, progress=told, sample=sample, rungs=rungs, nodes=nodes, pace=pace,
         )  # fmt: skip
-    typer.echo(str(found))
+    said.say(found, quiet, as_json)
     folder = generate_climb(found.climb.law, out, real)
-    typer.echo(printable(f"wrote {folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}"))
+    if not (quiet or as_json):
+        typer.echo(printable(f"wrote {folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}"))
 
     def drawn() -> object:
         from phichain.report.climb import climbing
 
         return climbing(found.climb.law, found.t, found.x, found.u, found.energy)
 
-    write(found.runs, files, drawn)
+    write(found.runs, files, drawn, quiet=quiet or as_json)
 
 
 @contextmanager

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from phichain.app import said
 from phichain.app.outputs import named
 from phichain.errors import ArrayError, printable
 
@@ -32,6 +33,8 @@ def connect(
         list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")
     ] = None,
     out: OutFiles = None,
+    quiet: said.Quiet = False,
+    as_json: said.AsJson = False,
 ) -> None:
     """Find homoclinic and heteroclinic connections of the upright chain that turn its links by whole turns."""
     from phichain.orbits.connections import connections
@@ -46,9 +49,9 @@ def connect(
     system = build(with_functions(find_scene(scene), NEEDED, variational=True))
     found = connections(system, wanted, parameters(settings or []), longest=longest)
     for connection in found:
-        typer.echo(str(connection))
+        said.say(connection, quiet, as_json)
     if not found:
-        typer.echo(f"{system.name}: no symmetric connection with these turns within that time")
+        typer.secho(f"{system.name}: no symmetric connection with these turns within that time", err=as_json or quiet)
         return
     for path in files:
         if path.suffix == ".png":
@@ -59,7 +62,8 @@ def connect(
         else:
             names = [path] if len(found) == 1 else [path.with_stem(f"{path.stem}_{k}") for k in range(1, len(found) + 1)]
             written = [c.to_csv(name) if path.suffix == ".csv" else c.to_npz(name) for c, name in zip(found, names, strict=True)]
-        typer.echo(printable("wrote " + ", ".join(map(str, written))))
+        if not (quiet or as_json):
+            typer.echo(printable("wrote " + ", ".join(map(str, written))))
 
 
 def _turns(text: str) -> list[int]:

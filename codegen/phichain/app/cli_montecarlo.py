@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from phichain.app import said
 from phichain.app.cli_climb import progress
 from phichain.app.outputs import named, write
 
@@ -40,6 +41,8 @@ def montecarlo(
     out: Annotated[
         list[Path] | None, typer.Option("--out", "-o", metavar="FILE", help="Write the runs: .csv, .npz or .png by its name; repeatable.")
     ] = None,
+    quiet: said.Quiet = False,
+    as_json: said.AsJson = False,
 ) -> None:
     """Let a law's own C run on the compiled chain with wrong parameters, late inputs and sensors that read in steps."""
     from phichain.app.cli_swingup import errors_of
@@ -52,11 +55,11 @@ def montecarlo(
     signs = None if up is None else upright(up, chosen.links)
     with progress("runs") as told:
         found = law_trials(chosen, made, disturbed, up=signs, seconds=seconds, hold=hold, runs=runs, seed=seed, progress=told)
-    typer.echo(str(found))
+    said.say(found, quiet, as_json)
 
     def drawn() -> object:
         from phichain.report.runs import scattered
 
         return scattered(found)
 
-    write(found, files, drawn)
+    write(found, files, drawn, quiet=quiet or as_json)

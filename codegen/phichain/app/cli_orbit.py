@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from phichain.app import said
 from phichain.app.cli_trace import carrying
 from phichain.app.outputs import figures, named, write
 from phichain.errors import ArrayError, PhichainError
@@ -48,6 +49,8 @@ def orbit(
         list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")
     ] = None,
     out: OutFiles = None,
+    quiet: said.Quiet = False,
+    as_json: said.AsJson = False,
 ) -> None:
     """Pick an orbit of a saved family, refine it, and say its period, energy and multipliers."""
     from phichain.continuation import Branch
@@ -63,8 +66,8 @@ def orbit(
     if (values := parameters(settings or [])) is not None:
         system = replace(system, params=values)
     found = pick(system, branch, at, samples=samples)
-    typer.echo(str(found))
-    write(found, files, lambda: figures().orbit(system, found), _motions(system, found))
+    said.say(found, quiet, as_json)
+    write(found, files, lambda: figures().orbit(system, found), _motions(system, found), quiet=quiet or as_json)
 
 
 def _scene_of(branch: Branch, word: str | None) -> Scene:

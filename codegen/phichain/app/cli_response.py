@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from phichain.app import said
 from phichain.app.cli_trace import TICK, SceneWord, clear_line
 from phichain.app.outputs import named, write
 
@@ -55,6 +56,8 @@ def response(
         list[Path] | None,
         typer.Option("--out", "-o", metavar="FILE", help="Write the response: .json, .csv, .npz or .png by its name; repeatable."),
     ] = None,
+    quiet: said.Quiet = False,
+    as_json: said.AsJson = False,
 ) -> None:
     """Follow the periodic motions under A cos(omega t) from one frequency to another, through folds, with their stability."""
     from phichain.orbits.forced import respond
@@ -79,18 +82,18 @@ def response(
         system, place, size, ends, axis=axis, method=method, harmonics=harmonics, limits=steps, progress=_progress_line()
     )
     for event in beyond or []:
-        typer.echo(str(found))
+        said.say(found, quiet or as_json, False)
         found = respond(system, place, size, ends, axis=axis, beyond=(found, event), limits=steps, progress=_progress_line())
     if sys.stderr.isatty():
         sys.stderr.write(clear_line())
-    typer.echo(str(found))
+    said.say(found, quiet, as_json)
 
     def drawn() -> object:
         from phichain.report.orbits.responses import response as drawing
 
         return drawing(found)
 
-    write(found, files, drawn)
+    write(found, files, drawn, quiet=quiet or as_json)
     if found.status == "interrupted":
         raise typer.Exit(_INTERRUPTED)
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from phichain.app import said
 from phichain.app.outputs import named, write
 from phichain.errors import ArrayError, printable
 
@@ -74,6 +75,8 @@ def swingup(
     ] = None,
     save: Files = None,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write into.")] = Path("generated"),
+    quiet: said.Quiet = False,
+    as_json: said.AsJson = False,
 ) -> None:
     """Plan a swing-up, try the law along it on chains with wrong parameters, and write it as C, DIR/NAME_swingup."""
     from phichain.app.control_words import demand_together, sensors_of
@@ -97,10 +100,11 @@ def swingup(
             real=real, enough=enough, count=starts, jobs=jobs, solver=solver, most=iterations, anyway=anyway,
             sensors=None if observer is None else sensors_of(None, resolution, noise, disturbance), report=tell,
         )  # fmt: skip
-    typer.echo(str(found))
+    said.say(found, quiet, as_json)
     folder = generate_swingup(found.law, out, real)
-    typer.echo(printable(f"wrote {folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}"))
-    write(found.plan, files, lambda: _strip(system, found.plan))
+    if not (quiet or as_json):
+        typer.echo(printable(f"wrote {folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}"))
+    write(found.plan, files, lambda: _strip(system, found.plan), quiet=quiet or as_json)
 
 
 def errors_of(words: Sequence[str], option: str = "error") -> dict[str, float]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
+from phichain.app import said
 from phichain.app.cli_trace import _CLEAR, _INTERRUPTED, OutFiles, SceneWord, progress_line
 from phichain.app.outputs import named, write
 
@@ -37,6 +38,8 @@ def vary(
         list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")
     ] = None,
     out: OutFiles = None,
+    quiet: said.Quiet = False,
+    as_json: said.AsJson = False,
 ) -> None:
     """Follow an orbit of held amplitude, energy or frequency, or an event of its family, in any parameter of the chain."""
     from phichain.orbits import trace
@@ -57,8 +60,8 @@ def vary(
     branch = varied(system, parameter, start, until, hold=hold, p=values, options=options, progress=progress_line(system.cart_size))
     if sys.stderr.isatty():
         sys.stderr.write(_CLEAR)
-    typer.echo(str(branch))
-    write(branch, files, lambda: None)
+    said.say(branch, quiet, as_json)
+    write(branch, files, lambda: None, quiet=quiet or as_json)
     if branch.status == "interrupted":
         raise typer.Exit(_INTERRUPTED)
 

@@ -72,6 +72,43 @@ def _fit(found: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def _orbit(found: Any) -> dict[str, Any]:
+    start = {name: dict(zip(getattr(found, f"{name}_names"), getattr(found, name)[0], strict=True)) for name in ("q", "v")}
+    return {"period": found.period, "start": start, "multipliers": found.multipliers, "stable": found.is_stable}
+
+
+def _response(found: Any) -> dict[str, Any]:
+    events = [{"kind": event.kind, "omega": event.omega, "breaks": event.breaks, "continues": event.continues} for event in found.events]
+    return {"points": len(found.omega), "omega": [found.omega[0], found.omega[-1]], "peak": dict(zip(found.names, found.peak.max(axis=0), strict=True)), "events": events}
+
+
+def _connection(found: Any) -> dict[str, Any]:
+    return {"s": found.s, "turns": found.turns, "rates": found.rates}
+
+
+def _attraction(found: Any) -> dict[str, Any]:
+    names = ("s", "radius", "beyond", "usual", "failed", "share", "runs")
+    return {"equilibria": [{name: getattr(found, name)[k] for name in names} for k in range(len(found.s))]}
+
+
+def _map(found: Any) -> dict[str, Any]:
+    return {"home": float((found.verdict == 1).mean()), "coordinates": found.coordinates, "reach": found.axis[-1]}
+
+
+def _trials(found: Any) -> dict[str, Any]:
+    return {"runs": len(found.held), "share": found.share, "interval": found.interval}
+
+
+def _swing_up(found: Any) -> dict[str, Any]:
+    return {"plan": {**origin(found.plan), "duration": found.plan.duration}, "trials": _trials(found.trials), "tried": len(found.tried)}
+
+
+def _climbed(found: Any) -> dict[str, Any]:
+    return {"trials": {**origin(found.runs), **_trials(found.runs)}, "energy": [found.energy[0], found.energy[-1]], "t": found.t[-1]}
+
+
 _FURTHER: Final[Mapping[str, Callable[[Any], dict[str, Any]]]] = {
-    "Trajectory": _motion, "Gains": _gains, "Branch": _branch, "Network": _network, "Fit": _fit,
+    "Trajectory": _motion, "Gains": _gains, "Branch": _branch, "Network": _network, "Fit": _fit, "Orbit": _orbit, "Response": _response,
+    "Connection": _connection, "Attraction": _attraction, "AttractionMap": _map, "Trials": _trials, "Runs": _trials, "SwingUp": _swing_up,
+    "Climbed": _climbed,
 }  # fmt: skip
