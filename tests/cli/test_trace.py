@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from phichain.app import cli_trace
-from phichain.app.cli_trace import carrying, progress_line
+from phichain.app.commands import trace as traced
+from phichain.app.commands.trace import carrying, progress_line
 from phichain.continuation import Branch
 from phichain.orbits import Network
 from phichain.scene.library import find_scene
@@ -113,7 +113,7 @@ def test_control_c_leaves_a_file_to_go_on_from(command: Command, monkeypatch: py
 
         return tell
 
-    monkeypatch.setattr(cli_trace, "progress_line", impatient)
+    monkeypatch.setattr(traced, "progress_line", impatient)
     answer = command("trace", "planar1", "--until", "theta_1=1", "--out", "f.json")
     assert answer.code == 130 and "interrupted" in answer.out
     branch = Branch.from_json(tmp_path / "f.json")

@@ -10,7 +10,7 @@ import typer
 from matplotlib.image import imread
 from typer.testing import CliRunner
 
-from phichain.app.cli_figures import register
+from phichain.app.commands.figures import register
 from phichain.errors import UnsupportedError
 from phichain.papers.figures import FIGURES
 

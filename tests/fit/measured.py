@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from phichain.app.cli_fit import followed
+from phichain.app.commands.fit import followed
 from phichain.motion import simulate
 from phichain.pipeline import build
 from phichain.scene import Scene

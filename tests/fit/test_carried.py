@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from phichain.app.cli_fit import followed
+from phichain.app.commands.fit import followed
 from phichain.identification import fit
 from phichain.identification.fit import _start
 from phichain.identification.measurement import measured

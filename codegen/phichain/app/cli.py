@@ -9,33 +9,21 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 import phichain
-from phichain.app import (
-    cli_attraction,
-    cli_climb,
-    cli_connect,
-    cli_control,
-    cli_figures,
-    cli_fit,
-    cli_fmu,
-    cli_montecarlo,
-    cli_orbit,
-    cli_response,
-    cli_study,
-    cli_swingup,
-    cli_trace,
-    cli_vary,
-    said,
-)
+from phichain.app import said
 from phichain.app.outputs import MOVING, figures, named, write
 from phichain.app.streams import print_anything
 from phichain.app.words import Commands
 from phichain.errors import ArrayError, PhichainError, printable
+
+ORDER = ("trace", "vary", "response", "orbit", "figures", "control", "attraction", "swingup", "climb", "montecarlo", "fit", "connect", "fmu", "study")
+"""Commands of files of their own, as help lists them behind those here."""
 
 app = typer.Typer(
     name="phichain",
@@ -314,17 +302,5 @@ def info() -> None:
     typer.echo(columns(environment()))
 
 
-cli_trace.register(app)
-cli_vary.register(app)
-cli_response.register(app)
-cli_orbit.register(app)
-cli_figures.register(app)
-cli_control.register(app)
-cli_attraction.register(app)
-cli_swingup.register(app)
-cli_climb.register(app)
-cli_montecarlo.register(app)
-cli_fit.register(app)
-cli_connect.register(app)
-cli_fmu.register(app)
-cli_study.register(app)
+for name in ORDER:
+    import_module(f"phichain.app.commands.{name}").register(app)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from phichain.app import said
-from phichain.app.cli_climb import progress
+from phichain.app.commands.climb import progress
 from phichain.app.outputs import named, write
 
 SceneWord = Annotated[str, typer.Argument(metavar="SCENE", help="The planar chain that the law was made for: a TOML file, a bundled scene's name, or planarN.")]
@@ -45,7 +45,7 @@ def montecarlo(
     as_json: said.AsJson = False,
 ) -> None:
     """Let a law's own C run on the compiled chain with wrong parameters, late inputs and sensors that read in steps."""
-    from phichain.app.cli_swingup import errors_of
+    from phichain.app.commands.swingup import errors_of
     from phichain.scene.library import find_scene
     from phichain.system.starts import upright
     from phichain.trials import Disturbed, law_on_file, law_trials

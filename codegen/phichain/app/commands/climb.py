@@ -49,7 +49,7 @@ def climb(
     as_json: said.AsJson = False,
 ) -> None:
     """Lead a weakly driven chain up along a family of orbits, try that on the compiled chain, and write it as C, DIR/NAME_climb."""
-    from phichain.app.cli_swingup import errors_of
+    from phichain.app.commands.swingup import errors_of
     from phichain.continuation import Branch
     from phichain.pipeline import generate_climb
     from phichain.scene.library import find_scene

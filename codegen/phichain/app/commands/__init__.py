@@ -1,0 +1,1 @@
+"""Commands of `phichain`, one a file; each adds itself to the command line by `register`."""
