@@ -80,7 +80,7 @@ class Loop:
         return cls(scene, law, function)
 
     def runs(
-        self, task: Task, starts: Vector, parameters: Vector, late: Vector, trace: bool = False
+        self, task: Task, starts: Vector, parameters: Vector, late: Vector | NDArray[np.int64], trace: bool = False
     ) -> tuple[Vector, Vector, NDArray[np.int64], Vector | None]:
         """Let it run.
 

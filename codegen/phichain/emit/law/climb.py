@@ -16,8 +16,7 @@ from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.law.climb_vectors import cases, table
-from phichain.emit.law.controller import described_inputs
-from phichain.emit.law.literals import BYTES, MANNERS, literal
+from phichain.emit.law.literals import BYTES, MANNERS, described_inputs, literal
 from phichain.emit.render import render
 from phichain.emit.stencil import instance
 from phichain.files import MANIFEST
