@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any
 
 _FENCE = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-_COMMAND = re.compile(r"^    (phichain .+)$", re.MULTILINE)
+_COMMAND = re.compile(r"^    (phichain (?:.*\\\n)*.+)$", re.MULTILINE)
+"""An indented command, whose lines may go on behind a backslash."""
 _LIMIT = 600
 
 
@@ -93,7 +94,7 @@ def _command(text: str) -> str:
 
     from phichain.app.cli import app
 
-    words = shlex.split(text.split("  #")[0].split(" #")[0])[1:]
+    words = shlex.split(text.replace("\\\n", " ").split("  #")[0].split(" #")[0])[1:]
     group = typer.main.get_command(app)
     context = typer.Context(group, info_name="phichain")
     if words[0].startswith("-"):
