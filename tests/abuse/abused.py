@@ -14,6 +14,7 @@ from phichain.continuation import Options
 from phichain.control import controllability, equilibrium, feedback, in_phase, linearize
 from phichain.fractional import differintegrate, grunwald_letnikov, matrix_power, memory_length
 from phichain.motion import Event, Table, Trajectory
+from phichain.records import Later
 from phichain.scene import load_scene, scene_from_dict
 from phichain.system import System, pack, unpack
 from phichain.system.propagation import Stop
@@ -174,5 +175,6 @@ def bits(result: Any) -> Any:
     if isinstance(result, Scene):
         return result.digest
     if is_dataclass(result) and not isinstance(result, type):
-        return tuple((name, bits(value)) for name, value in vars(result).items() if not callable(value) and name != "reason")
+        result = result.settle() if isinstance(result, Later) else result
+        return tuple((name, bits(value)) for name, value in vars(result).items() if not callable(value) and name not in ("reason", "_rest"))
     return repr(result)

@@ -77,7 +77,7 @@ def _case(scene: Scene, program: Program, source: random.Random) -> Case:
     params = {array.name: draw_parameter(scene, array, source) for array in program.params}
     inputs = slowed(scene, draw_inputs(scene, program.inputs, source), source)
     if "h" in inputs:
-        inputs["h"] = [rounded(scene, step_length(scene, params, inputs))]
+        inputs["h"] = [rounded(scene, step_length(scene, params, inputs, program.name == "step_jacobian"))]
         if not inputs["h"][0]:
             raise out_of_range(scene, program.name)
     derivative = ROWS[program.name].derivative

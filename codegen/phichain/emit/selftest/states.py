@@ -60,12 +60,17 @@ def motion_step(scene: Scene, params: Mapping[str, list[float]], inputs: Mapping
     return _shortened(scene, params, inputs, _MODERATE)
 
 
-def step_length(scene: Scene, params: Mapping[str, list[float]], inputs: Mapping[str, list[float]]) -> float:
+def step_length(
+    scene: Scene, params: Mapping[str, list[float]], inputs: Mapping[str, list[float]], is_differentiated: bool = False
+) -> float:
     """A step h [s], a power of two: h^2 |a| <= 2^-14, in space 2^-22 (double), and h |a| <= 2^-5 max(1, |v|).
 
-    Beyond it a light link's joint makes the step grow without bound, and its result says nothing about the code.
+    Beyond it a light link's joint makes the step grow without bound, and its result says nothing about the code. In space stages leave the
+    spheres by h^2, beyond which reference and sweep are different functions: that is h^3 of the ends, and of their derivatives by u, which are of
+    size h themselves, so that a step that is differentiated is an eighth as long.
     """
-    return _shortened(scene, params, inputs, _MODERATE if scene.is_planar else _SAME_ENDS[scene.real])
+    h = _shortened(scene, params, inputs, _MODERATE if scene.is_planar else _SAME_ENDS[scene.real])
+    return h / 8 if is_differentiated and not scene.is_planar else h
 
 
 def _shortened(
