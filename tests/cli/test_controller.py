@@ -97,7 +97,7 @@ def test_regions_of_attraction_and_a_map(command: Command, scene: Path) -> None:
     words = ("attraction", scene, "--sample", "0.005", "--limit", "8", "--t", "3", "--directions", "5")
     answer = command(*words, "--out", "regions.csv", "--out", "regions.npz")
     assert answer.code == 0 and answer.out.count("comes home from") == 2, answer.err
-    assert tables.lines("regions.csv")[0] == "s,radius,beyond,late,failed,share,runs"
+    assert tables.lines("regions.csv")[0] == "s,radius,beyond,usual,late,failed,share,runs"
     for more, said in (
         (["--map", "xi_1,xi_1"], "map: are not two turns"),
         (["--table", "all", "--map", "xi_1,xi_1"], "table: are several equilibria, and a map is of one"),

@@ -44,6 +44,9 @@ ORDINARY = 1e12
 UNSEEN = 1e-10
 """A mode that the weights see by less than this share is as good as not weighed."""
 
+LARGEST = 1e150
+"""Weights above it are refused: their squares overflow, and what LAPACK makes of that differs from build to build."""
+
 SETTLED = 1e-9
 """Gains that the last Newton step still changed by more than this share need more digits."""
 
@@ -91,16 +94,21 @@ def riccatis(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int = 1
     Raises:
         ControlError: One of them has no stabilising solution.
     """
+    sizes = tuple(float(np.max(np.abs(part))) for part in (Q, R))
+    if max(sizes) > LARGEST:
+        raise _beyond(sizes, f"a weight is larger than {LARGEST:g}")
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
             return by_blocks(A, B, Q, R, lambda a, b, q, r: _refined(a, b, q, r, max_iterations))
     except (np.linalg.LinAlgError, ValueError, OverflowError, FloatingPointError) as failure:
-        sizes = tuple(float(np.max(np.abs(part))) for part in (Q, R))
-        raise ControlError(
-            "Q, R", sizes, f"lie beyond what the Riccati equation can be solved for: {failure}",
-            "choose weights nearer to 1: their ratio alone matters", weights=sizes,
-        ) from failure
+        raise _beyond(sizes, failure) from failure
+
+
+def _beyond(sizes: tuple[float, ...], why: object) -> ControlError:
+    """Weights for which no solution can be computed."""
+    problem, remedy = f"lie beyond what the Riccati equation can be solved for: {why}", "choose weights nearer to 1: their ratio alone matters"
+    return ControlError("Q, R", sizes, problem, remedy, weights=sizes)
 
 
 def by_blocks(A: Vector, B: Vector, Q: Vector, R: Vector, solver: Callable[..., list[Riccati]]) -> list[Riccati]:
