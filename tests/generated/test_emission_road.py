@@ -28,7 +28,11 @@ ALLOWED = {
     "phichain.ir.evaluate": "the oracle of tests and System, which `phichain.ir` offers; the road calls none of it",
     "phichain.laws.state_feedback": "a law called in a simulation computes; as a Program it is read field by field, no scene holds one",
     **dict.fromkeys(
-        ("phichain.laws.gain_table", "phichain.laws.numbers", "phichain.laws.observer", "phichain.laws.output_feedback", "phichain.laws.trajectory"), "likewise"
+        (
+            "phichain.laws.family", "phichain.laws.gain_table", "phichain.laws.numbers", "phichain.laws.observer", "phichain.laws.observer_along",
+            "phichain.laws.output_feedback", "phichain.laws.trajectory",
+        ),
+        "likewise",
     ),
     "phichain.archive": "reads what a law was saved to",
     "phichain.records": "writes what a law is saved to",
@@ -156,7 +160,7 @@ def test_no_module_of_the_road_uses_floating_point_of_numpy_or_libm() -> None:
 def test_what_is_allowed_is_needed_and_stays_unused() -> None:
     assert set(ALLOWED) <= set(road())
     users = {m: name for m in road() if m not in ALLOWED for _, name in imported(tree_of(m)) if name in ALLOWED}
-    assert users == {"phichain.ir": "phichain.ir.evaluate", "phichain.laws": "phichain.laws.trajectory"}
+    assert users == {"phichain.ir": "phichain.ir.evaluate", "phichain.laws": "phichain.laws.trajectory", "phichain.lowering.climb": "phichain.laws.family"}
     evaluators = {"evaluate", "evaluate_exactly"}
     assert not [m for m in road() for name, source in imported(tree_of(m)) if name in evaluators and source == "phichain.ir"]
 

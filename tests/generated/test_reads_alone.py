@@ -100,7 +100,7 @@ def names_of(scene: Scene) -> dict[str, set[str]]:
 def test_the_table_s_names_are_names_of_programs() -> None:
     """No row is about a name that no function has: each is found in a Program of some chain."""
     missing = {row.name for group in TABLE for row in group.rows if "flow_order" not in group.functions}
-    kinds = product(("planar", "spatial"), (None, 0.2), ("fixed", "cart"), (0.1, None), ("loops", "auto", "loops, known lengths", "loops, rigid"))
+    kinds = product(("planar", "spatial"), (None, 0.2), ("fixed", "cart"), (0.1, None), ("loops", "auto", "loops, known lengths", "loops, rigid", "loops, tied"))
     for space, com, base, damping, code in kinds:
         keys: dict[str, Any] = {"com": com, "stiffness": 2.0, "cart_mass": 1.0 if base == "cart" else None}
         keys |= {"mass": [5, 4, 3, 2, 1, 2, 3] if code == "auto" else "runtime", "length": 0.5 if code == "auto" else "runtime"}
@@ -110,6 +110,9 @@ def test_the_table_s_names_are_names_of_programs() -> None:
             keys |= {"mass": [5e3, 4, 3, 2, 1, 2, 3], "length": [0.5, 0.6, 0.7, 0.5, 0.6, 0.7, 0.5]}
         if code == "loops, rigid":
             keys["inertia"] = "runtime"
+        if code == "loops, tied":
+            keys |= {"mass": [5, 4, 3, 2, 1, 2, 3], "length": 0.5, "stiffness": None, "cart_mass": 10.0 if base == "cart" else None}
+            damping = None
         code = code.partition(",")[0]
         keys |= {"angles": "adjacent" if code == "loops" else "relative", "actuated": "all"} if space == "planar" else {}
         if damping is not None and space == "planar":

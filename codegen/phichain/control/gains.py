@@ -193,7 +193,7 @@ class Gains(Shown):
             state_names=on.names,
             state_units=on.units,
             input_names=self.input_names,
-            input_units=tuple(map(unit_of, self.input_names)),
+            input_units=tuple(unit_of(name) or ("N" if k < self.cart else "N m") for k, name in enumerate(self.input_names)),
             target=tuple(state),
             rest=tuple(np.zeros(nu) if u_0 is None else real_numbers("u_0", u_0, "give one number per input")),
             gains=tuple(map(tuple, on.gains)),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from math import sqrt
 from typing import Final
 
 from phichain.ir.builder import Builder, Expr
@@ -96,7 +97,7 @@ def calming(law: FamilyLaw) -> Program:
     measured = builder.input("x_meas", (nx,), "measured state, (q, v)")
     u, size = builder.output("u", (1,), "input"), builder.output("size", (), "squared size of the motion, rad^2")
     rate = measured[driven(law)]
-    slow = Fraction(0.1 / float(law.weights[-1]) ** 0.5)
+    slow = Fraction(0.1 / sqrt(float(law.weights[-1])))
     u[0] = -Fraction(law.limit) * rate / (maximum(rate, -rate) + slow)
     away = [_turned(builder, law, measured[i], i, f"{catch.state_names[i]}_away") for i in range(nx)]
     size[0] = _sum(Fraction(weight) * e * e for weight, e in zip(law.weights.tolist(), away, strict=True))
