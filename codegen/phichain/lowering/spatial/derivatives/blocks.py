@@ -1,13 +1,11 @@
-"""3 x 3 blocks of results, and what they are made of."""
+"""3 x 3 blocks of results."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Index
-from phichain.lowering.algebra.vector import Vector, add
-
-Rows = tuple[Vector, ...]
+from phichain.lowering.algebra.matrix import Matrix
 
 
 @dataclass(frozen=True)
@@ -18,25 +16,8 @@ class Blocks:
     first: int
     width: int
 
-    def put(self, i: Index, j: Index, rows: Rows) -> None:
+    def put(self, i: Index, j: Index, rows: Matrix) -> None:
         """Block (i, j)."""
         for r, row in enumerate(rows):
             for c, value in enumerate(row):
                 self.array[(3 * i + (r + self.first)) * self.width + 3 * j + (c + self.first)] = value
-
-
-def dyad(a: Vector, b: Vector) -> Rows:
-    """a b^T."""
-    return tuple(tuple(x * y for y in b) for x in a)
-
-
-def hat(a: Vector) -> Rows:
-    """The matrix of a x."""
-    x, y, z = a
-    nothing = x.builder.lift(0)
-    return (nothing, -z, y), (z, nothing, -x), (-y, x, nothing)
-
-
-def plus(a: Rows, b: Rows) -> Rows:
-    """a + b."""
-    return tuple(add(x, y) for x, y in zip(a, b, strict=True))

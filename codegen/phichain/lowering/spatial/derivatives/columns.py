@@ -21,10 +21,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.algebra.matrix import Matrix, hat, plus
+from phichain.lowering.algebra.matrix import outer as dyad
 from phichain.lowering.algebra.vector import Vector, add, cross, load, named, scale, store, sub
 from phichain.lowering.chain.losses import brakes_cart, cart_slope
 from phichain.lowering.spatial import tension
-from phichain.lowering.spatial.derivatives.blocks import Blocks, Rows, dyad, hat, plus
+from phichain.lowering.spatial.derivatives.blocks import Blocks
 from phichain.lowering.spatial.derivatives.response import Answers
 from phichain.scene import Scene
 
@@ -141,7 +143,7 @@ class Columns:
         factor = self.builder.let("twice_length", 2 * (self.parameters.length[k] * self.found.diagonal[k]))
         return scale(factor, load(self.chain.rates.angular(), k))
 
-    def _own(self) -> Callable[[Index], Rows]:
+    def _own(self) -> Callable[[Index], Matrix]:
         """Blocks -hat(...) / l_k of a link's own direction; on a cart the first two columns of link 0 know that the cart follows."""
         builder, links, direction = self.builder, self.links, self.chain.direction
         pulled = builder.array("pulled", 3 * links)
@@ -167,7 +169,7 @@ class Columns:
                 if leaning is not None:
                     leaning[2 * k], leaning[2 * k + 1] = value[0], value[1]
 
-        def block(k: Index) -> Rows:
+        def block(k: Index) -> Matrix:
             x, y, z = load(pulled, k)
             flat = (x, y) if leaning is None else (leaning[2 * k], leaning[2 * k + 1])
             nothing = builder.lift(0)
@@ -184,12 +186,12 @@ class Columns:
             block = dyad(inner, load(self.here, k - 1))
             block = plus(block, dyad(scale(found.outer[k + 1], outer), load(self.next, k - 1)))
             pull = self.inverse_length[k] * self.pulls[k - 1]
-            by_q.put(k, k - 1, plus(block, hat(scale(pull, load(direction, k)))))
+            by_q.put(k, k - 1, plus(block, hat(self.builder, scale(pull, load(direction, k)))))
             inner, outer = self._around(k - 1)
             block = dyad(outer, load(self.here, k))
             block = plus(block, dyad(scale(found.inner[k - 1], inner), load(self.back, k)))
             pull = self.inverse_length[k - 1] * (self.rho[k] * self.pulls[k])
-            by_q.put(k - 1, k, plus(block, hat(scale(pull, load(direction, k - 1)))))
+            by_q.put(k - 1, k, plus(block, hat(self.builder, scale(pull, load(direction, k - 1)))))
             by_v.put(k, k - 1, dyad(load(self.onwards, k), self._load(k - 1)))
             by_v.put(k - 1, k, dyad(load(self.inwards, k - 1), self._load(k)))
 
