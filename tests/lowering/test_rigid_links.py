@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from phichain.errors import UnsupportedError
 from phichain.ir import evaluate, total_operations
 from phichain.lowering import lower_function
 from phichain.lowering.chain.body import moments, point_masses
@@ -178,12 +177,10 @@ def test_digits_over_decades(space: str, base: str, kind: str, at_run_time: bool
         assert relative_error(forward(chain, given).tolist(), true) < max(1e-14, 10 * amplified), links
 
 
-def test_spatial_taylor_flows_need_points_somewhere() -> None:
+def test_flows_of_rigid_links_ask_nothing_of_their_centres_of_mass() -> None:
     keys: dict[str, Any] = {"space": "spatial", "mass": 1.0, "length": 1.0, "inertia": 0.1}
-    for com in ([0.5, 0.0], "runtime"):
-        with pytest.raises(UnsupportedError, match="first moments.*propagate_stiff"):
-            Scene("x", 2, com=com, want=["propagate"], **keys)
-    for com in ([0.0, 0.5], [0.5, 0.0], "runtime"):
-        Scene("x", 2, com=com, want=["propagate_stiff"], **keys)
+    for com in ([0.0, 0.5], [0.5, 0.0], "runtime", 0.5):
+        for flow in ("propagate", "propagate_stiff"):
+            assert flow in Scene("x", 2, com=com, want=[flow], **keys).want
     Scene("x", 2, com=0.5, want=["propagate"], **(keys | {"inertia": "runtime"}))
     Scene("x", 2, com=[0.5, 0.0], want=["propagate"], **(keys | {"space": "planar"}))
