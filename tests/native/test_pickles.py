@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import multiprocessing
 import os
 import pickle
@@ -120,6 +121,8 @@ def same(a: Any, b: Any) -> bool:
         return a.dtype == b.dtype and np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
     if isinstance(a, tuple):
         return len(a) == len(b) and all(map(same, a, b))
+    if dataclasses.is_dataclass(a) and not callable(a):
+        return all(same(getattr(a, field.name), getattr(b, field.name)) for field in dataclasses.fields(a))
     if hasattr(a, "__dict__") and not callable(a):
         return same(tuple(vars(a).values()), tuple(vars(b).values()))
     return bool(a == b)

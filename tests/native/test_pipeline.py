@@ -97,16 +97,18 @@ def test_another_generator_writes_its_own(kept: Cache, monkeypatch: pytest.Monke
 
 
 def test_a_generator_is_known_by_its_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "templates").mkdir()
+    for folder in ("templates", "stencils"):
+        (tmp_path / folder).mkdir()
     file = tmp_path / "a.py"
     file.write_text("one")
     monkeypatch.setattr(identity, "_PACKAGE", tmp_path)
     made = [identity.generator.__wrapped__()]
     file.write_text("other")
     made.append(identity.generator.__wrapped__())
-    (tmp_path / "templates" / "b.j2").write_text("")
-    made.append(identity.generator.__wrapped__())
-    assert len(set(made)) == 3
+    for name in ("templates/b.j2", "stencils/c.c"):
+        (tmp_path / name).write_text("")
+        made.append(identity.generator.__wrapped__())
+    assert len(set(made)) == 4
 
 
 def forged(texts: dict[str, str], **changes: Any) -> dict[str, str]:
