@@ -123,7 +123,7 @@ def test_files_hold_the_whole_orbit(family: Branch, tmp_path: Path) -> None:
             assert read.to_json(tmp_path / "b.json").read_text() == text
     lines = tables.lines(found.to_csv(tmp_path / "a.csv"))
     assert lines[0] == "t,theta_1,theta_2,theta_dot_1,theta_dot_2" and len(lines) == 8
-    assert "<table>" in found._repr_html_() and f"{found.energy:.15g} J" in found._repr_html_()
+    assert "<pre>" in found._repr_html_() and f"{found.energy:.15g} J" in found._repr_html_() and "<img" in found._repr_html_()
     for broken in (text[:-40], text.replace('"orbit"', '"branch"', 1), text.replace('"samples"', '"sample"')):
         (tmp_path / "c.json").write_text(broken)
         with pytest.raises(OutputError, match="no orbit can be read there"):
