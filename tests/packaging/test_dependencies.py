@@ -23,7 +23,7 @@ EXTRAS = {extra: names(lines) for extra, lines in PROJECT["optional-dependencies
 
 
 #: Packages whose import has another name.
-PACKAGES = {"PIL": "pillow"}
+PACKAGES = {"PIL": "pillow", "tomli_w": "tomli-w"}
 
 
 def imported(path: Path) -> set[str]:
@@ -49,7 +49,7 @@ def test_every_dependency_is_used_or_is_a_tool() -> None:
 
 
 def test_core_dependencies_stay_few() -> None:
-    assert CORE == {"numpy", "scipy", "sympy", "mpmath", "jinja2", "typer", "rich"}
+    assert CORE == {"numpy", "scipy", "sympy", "mpmath", "jinja2", "typer", "rich", "tomli-w"}
 
 
 @pytest.mark.parametrize("package", sorted(CORE.union(*EXTRAS.values()) - {"phichain"}))

@@ -66,9 +66,7 @@ def locate(
         return [], None
     between = _between(problem, a, b, [test for test, _ in crossed], engine)
     for test, after in crossed:
-        is_landed = isinstance(test, Level) and test.held is not None
-        at = b if after == 0 else _root(problem, a, b, test, between, _ROUGH if is_landed else SPACING)
-        at = _landed(problem, at, test, engine)
+        at = b if after == 0 else _located(problem, a, b, test, between, engine)
         special = Special(test.name, index, at.z(problem), at.arclength, test.value(problem, at), at.multipliers)
         found.append((special, at, _is_end(problem, test, at)))
     found.sort(key=lambda item: item[0].arclength)
@@ -97,6 +95,15 @@ def _between(problem: Problem, a: Point, b: Point, crossed: Sequence[TestFunctio
     return through(problem, a, b, _root(problem, a, b, singular, first, _ROUGH).arclength, beside)
 
 
+def _located(problem: Problem, a: Point, b: Point, test: TestFunction, between: Curve, engine: Engine) -> Point:
+    """The zero of a test function; of a level that can be held only roughly at first, and from there exactly where Newton lands."""
+    if isinstance(test, Level) and test.held is not None:
+        rough = _root(problem, a, b, test, between, _ROUGH)
+        if (landed := _landed(problem, rough, test, engine)) is not rough:
+            return landed
+    return _landed(problem, _root(problem, a, b, test, between), test, engine)
+
+
 def _landed(problem: Problem, at: Point, test: TestFunction, engine: Engine) -> Point:
     """The point at which an unknown has the very value that ends the run, where the test says which."""
     if not isinstance(test, Level) or test.held is None:
@@ -105,7 +112,9 @@ def _landed(problem: Problem, at: Point, test: TestFunction, engine: Engine) -> 
     guess, normal = at.y.copy(), np.zeros_like(at.y)
     guess[component], normal[component] = value / problem.sizes[component], 1.0
     found = engine.corrector(problem, guess, normal, engine.options)
-    if not found.converged or np.linalg.norm(found.y - at.y) > 1e-6 * (1 + np.linalg.norm(at.y)):
+    # A corrector that keeps to no plane, as Moore and Penrose's, leaves the value that is to be held.
+    strayed = abs(found.y[component] - guess[component]) > 1e-12 * (1 + abs(guess[component]))
+    if not found.converged or strayed or np.linalg.norm(found.y - at.y) > 1e-6 * (1 + np.linalg.norm(at.y)):
         return at
     exact = found.y.copy()
     exact[component] = guess[component]

@@ -14,6 +14,7 @@ from phichain.errors import UnsupportedError
 from phichain.motion import Trajectory
 from phichain.orbits import Orbit
 from phichain.orbits.connections import Connection
+from phichain.records import Held
 from phichain.report import figures, panels
 from phichain.report.connections import connections
 from phichain.report.geometry import Kept, outline, tilt
@@ -24,8 +25,8 @@ from phichain.report.shown.kinds import animate, demand_figure, plot
 from phichain.report.swing_up import strip
 
 
-@dataclass(frozen=True)
-class Played:
+@dataclass(frozen=True, eq=False)
+class Played(Held):
     """Samples of a motion, as a moving picture asks for them.
 
     Attributes:

@@ -8,7 +8,7 @@ from phichain.ir.builder import ArrayRef, Index
 from phichain.lowering.algebra.matrix import Matrix
 
 
-@dataclass(frozen=True)
+@dataclass
 class Blocks:
     """3 x 3 blocks of a matrix of results, counted in links."""
 
