@@ -5,9 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from typing import Any
 
+from phichain._version import __version__
 from phichain.emit.c.programs import PrintedFunction
 from phichain.emit.cost import Cost, costs, kernel_flash
 from phichain.emit.left_out import left_out
@@ -34,7 +35,7 @@ def manifest(
         "name": scene.name,
         "scene": scene.to_dict(),
         "digest": scene.digest,
-        "generator": {"phichain": _version("phichain"), "sympy": _version("sympy"), "jinja2": _version("jinja2")},
+        "generator": {"phichain": __version__, "sympy": version("sympy"), "jinja2": version("jinja2")},
         "real": scene.real,
         "params": [_argument(array) for array in printed.params],
         "functions": {
@@ -89,12 +90,3 @@ def _cost(cost: Cost) -> dict[str, Any]:
 
 def _argument(array: Array) -> dict[str, Any]:
     return {"name": array.name, "shape": list(array.shape), "doc": array.doc}
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        from phichain._version import __version__
-
-        return __version__
