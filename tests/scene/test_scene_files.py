@@ -39,7 +39,7 @@ def test_the_yardsticks_of_leaving_out_want_everything():
     assert load_scene(SCENES / "spatial4_full.toml").want == SPATIAL_FUNCTIONS
 
 
-def test_the_writer_writes_what_a_person_would():
+def test_the_writer_writes_keys_in_their_order_and_equal_numbers_once():
     scene = Scene("a", 2, base="cart", mass=[1, 2.5], length=1e-8, cart_mass="runtime", actuated=[2])
     assert scene.to_toml() == (
         'name = "a"\n'
@@ -48,17 +48,17 @@ def test_the_writer_writes_what_a_person_would():
         "links = 2\n"
         'space = "planar"\n'
         'base = "cart"\n'
-        "mass = [1.0, 2.5]\n"
+        "mass = [\n    1.0,\n    2.5,\n]\n"
         "length = 1e-08\n"
         'cart_mass = "runtime"\n'
         "gravity = 9.81\n"
         "\n"
         "[joints]\n"
         'angles = "relative"\n'
-        "actuated = [2]\n"
+        "actuated = [\n    2,\n]\n"
         "\n"
         "[functions]\n"
-        'want = ["forward_dynamics"]\n'
+        'want = [\n    "forward_dynamics",\n]\n'
         "\n"
         "[target]\n"
         'real = "double"\n'

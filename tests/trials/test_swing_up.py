@@ -24,6 +24,7 @@ from phichain.records import thawed
 from phichain.scene import Scene, scene_from_dict
 from phichain.system import System
 from phichain.trials import SwingUp
+from tests import tables
 from tests.handmade import planar
 
 M0, M, L, G = 0.5, 0.1, 0.2, 9.81
@@ -211,7 +212,7 @@ def test_the_derivatives_are_those_of_the_step() -> None:
 def test_a_plan_on_file_is_the_same_record(found: SwingUp, tmp_path: Path) -> None:
     again = Plan.from_npz(found.plan.to_npz(tmp_path / "plan.npz"))
     assert all(np.array_equal(getattr(again, name), value) for name, value in vars(found.plan).items())
-    assert (found.plan.to_csv(tmp_path / "plan.csv")).read_text().startswith("t,x,theta_1,x_dot,theta_dot_1,force\n")
+    assert tables.lines(found.plan.to_csv(tmp_path / "plan.csv"))[0] == "t,x,theta_1,x_dot,theta_dot_1,force"
     with pytest.raises(OutputError, match="no Plan can be read there"):
         Plan.from_npz(tmp_path / "plan.csv")
 
