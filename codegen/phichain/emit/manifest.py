@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from importlib.metadata import version
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from phichain._version import __version__
@@ -35,7 +36,7 @@ def manifest(
         "name": scene.name,
         "scene": scene.to_dict(),
         "digest": scene.digest,
-        "generator": {"phichain": __version__, "sympy": version("sympy"), "jinja2": version("jinja2")},
+        "generator": {"phichain": __version__, "sympy": _version("sympy"), "jinja2": _version("jinja2")},
         "real": scene.real,
         "params": [_argument(array) for array in printed.params],
         "functions": {
@@ -90,3 +91,11 @@ def _cost(cost: Cost) -> dict[str, Any]:
 
 def _argument(array: Array) -> dict[str, Any]:
     return {"name": array.name, "shape": list(array.shape), "doc": array.doc}
+
+
+def _version(package: str) -> str:
+    """Version of a dependency, by its metadata, else by its own word."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return str(getattr(import_module(package), "__version__", "unknown"))
