@@ -5,6 +5,9 @@ from __future__ import annotations
 from phichain.contract.chain import Sample
 from phichain.contract.functions import TABLE
 
+SLOW_TO_JUDGE = frozenset({("spatial", "step_jacobian")})
+"""Its reference differences every column of a step in 50 digits, 5 s a case: `lowering/test_step_jacobian.py` judges it, and no list of all."""
+
 DERIVATIVES = frozenset(row.name for row in TABLE if row.derivative)
 """Functions that are the Jacobians of others."""
 
@@ -25,5 +28,5 @@ def offered(
     return tuple(
         row.name
         for row in TABLE
-        if row.absence(kind) is None and (flows or not row.flow) and (on_request or not row.on_request)
+        if row.absence(kind) is None and (flows or not row.flow) and (on_request or not row.on_request) and (space, row.name) not in SLOW_TO_JUDGE
     )

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from phichain import build
+from phichain.emit.selftest.cases import make_selftest
 from phichain.ir.evaluate import evaluate
+from phichain.lowering import lower
 from phichain.lowering.lower import lower_function
 from phichain.mechanics import derive
 from phichain.reference import reference
@@ -105,3 +107,12 @@ def test_on_the_sphere_it_is_what_fifty_digits_say() -> None:
     expected = reference(chain, "step_jacobian", arguments, 30, {})
     found = evaluate(program, arguments)
     assert np.max(np.abs(found["A"] - np.array(expected["A"], float))) < 1e-14
+
+
+def test_the_self_test_of_a_spatial_chain_judges_it() -> None:
+    """On a cart, where reference and sweep part off the spheres by h^3 of the ends: of B, which is of size h, more than of A."""
+    scene = Scene(
+        "judged", 1, space="spatial", base="cart", actuated="cart", mass="runtime", length="runtime", com="runtime", cart_mass="runtime", code="loops", want=["step_jacobian"],
+    )  # fmt: skip
+    found = make_selftest(scene, lower(derive(scene)))
+    assert [case.function for case in found.cases] == ["step_jacobian"] * 3 and float(found.tolerances["step_jacobian"]) < 1e-12
