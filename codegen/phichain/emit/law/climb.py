@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
 from fractions import Fraction
 from textwrap import wrap
 from typing import Any, Final
 
-from phichain._version import __version__
 from phichain.emit.c.function import c_function
 from phichain.emit.c.layout import WIDTH, laid_out, laid_out_text
 from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.law.climb_vectors import cases, table
-from phichain.emit.law.literals import BYTES, MANNERS, described_inputs, literal
+from phichain.emit.law.literals import BYTES, MANNERS, described_inputs, literal, padded, whole_folder
 from phichain.emit.render import render
 from phichain.emit.stencil import instance
-from phichain.files import MANIFEST
 from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations
 from phichain.ir.rounded import nearest
@@ -66,19 +62,17 @@ def climb_files(law: FamilyLaw, real: str = "float") -> dict[str, str]:
         f"{name}.h": _header(law, shown),
         f"{name}.c": _source(law, programs, rungs, shown),
         "selftest.c": _selftest(law, shown),
-        "CMakeLists.txt": render("CMakeLists.txt.j2", name=name),
         "README.md": render("climb_readme.md.j2", **shown, rows=_rows(law)),
     }
-    return files | {MANIFEST: _manifest(law, programs, shown, files)}
+    return whole_folder("climb", name, (law.name, law.digest), real, _manifest(law, programs, shown), files)
 
 
 def _header(law: FamilyLaw, shown: Mapping[str, Any]) -> str:
-    rows, name = _rows(law), shown["name"]
-    width = max(len(row) for row in rows)
+    name = shown["name"]
     prototype = f"{name}_phase {name}({name}_state *state, const {name}_real x_meas[{shown['nx']}], {name}_real u[1]);"
     return render(
         "climb_header.h.j2", **shown, about=wrap(_ABOUT, WIDTH - 3), manners=wrap(MANNERS, WIDTH - 3),
-        rows=[row.ljust(width).rstrip() for row in rows], prototype="\n".join(laid_out(prototype)),
+        rows=padded(_rows(law)), prototype="\n".join(laid_out(prototype)),
     )  # fmt: skip
 
 
@@ -126,15 +120,9 @@ def _rows(law: FamilyLaw) -> list[str]:
     return [*rows, *described_inputs(catch)]
 
 
-def _manifest(law: FamilyLaw, programs: tuple[Program, ...], shown: Mapping[str, Any], files: Mapping[str, str]) -> str:
+def _manifest(law: FamilyLaw, programs: tuple[Program, ...], shown: Mapping[str, Any]) -> dict[str, Any]:
     catch = law.catch
-    record = {
-        "kind": "climb",
-        "name": shown["name"],
-        "scene": law.name,
-        "digest": law.digest or "of no scene",
-        "generator": {"phichain": __version__},
-        "real": shown["real"],
+    return {
         "sample": catch.sample,
         "state": [list(row) for row in zip(catch.state_names, catch.state_units, catch.target, catch.wraps, strict=True)],
         "input": [catch.input_names[0], catch.input_units[0], -law.limit, law.limit],
@@ -146,6 +134,4 @@ def _manifest(law: FamilyLaw, programs: tuple[Program, ...], shown: Mapping[str,
         "tube": law.tube,
         "operations": {program.name: sum(count_operations(program).values()) for program in programs},
         "table_bytes": shown["bytes"],
-        "files": {name: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(files.items())},
     }
-    return json.dumps(record, indent=2, ensure_ascii=True) + "\n"

@@ -22,16 +22,12 @@ from phichain.lowering.algebra.unit_vectors import ambient_size
 from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, store, sub
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import Series
-from phichain.lowering.series.spatial.columns import columns_program
+from phichain.lowering.series.spatial.made import spatial_series
 from phichain.lowering.series.spatial.rows import (
     Factoring,
     Ordering,
-    factor_program,
     joint_runs,
-    order_program,
-    right_rows,
 )
-from phichain.lowering.series.spatial.rubs import places
 from phichain.lowering.steps.articulated_links import Inertia, Link
 from phichain.lowering.steps.link_multipliers import Links
 from phichain.mechanics import Model
@@ -43,17 +39,7 @@ _PER_LINK = {"direction": 3, "yielding": 6, "turn": 6, "eased": 6, "response": 3
 
 def rigid_series(model: Model) -> Series:
     """The recurrences of a spatial scene with rigid links."""
-    scene, held = model.scene, _layout(model.scene)
-    return Series(
-        factor=factor_program(model, held, _factor),
-        order=order_program(model, held, _order),
-        columns=columns_program(scene) if scene.variational else None,
-        lanes=3 * scene.links,
-        rights=right_rows(scene),
-        squares=3 * scene.links,
-        held=held.size,
-        rubs=places(scene),
-    )
+    return spatial_series(model, model.scene, _layout(model.scene), _factor, _order)
 
 
 def _layout(scene: Scene) -> Layout:

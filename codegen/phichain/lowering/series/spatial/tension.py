@@ -24,14 +24,10 @@ from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, store, sub
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.series.series import Series
-from phichain.lowering.series.spatial.columns import columns_program
+from phichain.lowering.series.spatial.made import spatial_series
 from phichain.lowering.series.spatial.rows import (
     Ordering,
-    factor_program,
-    order_program,
-    right_rows,
 )
-from phichain.lowering.series.spatial.rubs import places
 from phichain.lowering.series.spatial.tension_factor import (
     INVERSE_LENGTH,
     LENGTH,
@@ -47,17 +43,7 @@ from phichain.mechanics import Model
 def tension_series(model: Model) -> Series:
     """The recurrences of a spatial scene with tip masses."""
     scene = point_masses(model.scene)
-    held = layout(scene)
-    return Series(
-        factor=factor_program(model, held, factor),
-        order=order_program(model, held, _order),
-        columns=columns_program(scene) if scene.variational else None,
-        lanes=3 * scene.links,
-        rights=right_rows(scene),
-        squares=3 * scene.links,
-        held=held.size,
-        rubs=places(scene),
-    )
+    return spatial_series(model, scene, layout(scene), factor, _order)
 
 
 @dataclass(frozen=True)
