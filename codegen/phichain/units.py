@@ -1,4 +1,7 @@
-"""The unit of a quantity by its name: entries of states and inputs, and what stands beside them in results."""
+"""The unit of a quantity by its name: entries of states and inputs, and what stands beside them in results.
+
+A name that means different things in different tables (a `phase` in radians or of a law, `late` in calls or as a verdict) has none here.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,10 @@ import re
 from typing import Final
 
 _RULES: Final = (
-    (r"t|time|period|late|sample|holds_until", "s"),
-    (r"x(_\d)?|position|farthest", "m"),
+    (r"t|time|settled", "s"),
+    (r"x(_\d)?", "m"),
     (r"x_dot(_\d)?", "m/s"),
-    (r"theta(_\d+)?|amplitude|phase|radius|beyond", "rad"),
+    (r"theta(_\d+)?", "rad"),
     (r"(theta_dot|omega)(_\d+){0,2}", "rad/s"),
     (r"(base_)?acceleration(_\d)?", "m/s^2"),
     (r"force(_\d)?", "N"),
@@ -19,7 +22,7 @@ _RULES: Final = (
     (r"tangency_error", "rad/s"),
 )
 _KNOWN: Final = tuple((re.compile(names), unit) for names, unit in _RULES)
-_AROUND: Final = re.compile(r"^(?:peak_|first_|u_)|(?:_fitted|_residual|_0)$")
+_AROUND: Final = re.compile(r"^(?:peak_|first_|amplitude_)|(?:_fitted|_residual|_0)$")
 _PHASE: Final = re.compile(r"phase_")
 
 

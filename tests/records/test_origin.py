@@ -69,6 +69,18 @@ def test_every_state_and_input_has_its_unit(scene: str) -> None:
         assert unit_of(name) == ({"x": "m/s", "theta": "rad/s"}[word] if "_dot" in name else expected[word]), name
 
 
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("peak_theta_2", "rad"), ("amplitude_theta_1", "rad"), ("amplitude_x", "m"), ("phase_theta_1", "rad"), ("theta_1_dot_0", "rad/s"),
+        ("theta_dot_2_residual", "rad/s"), ("torque_1", "N m"),
+        *((name, "") for name in ("phase", "late", "radius", "beyond", "mass_1", "multiplier_1_re", "error", "q_1_3")),
+    ],
+)  # fmt: skip
+def test_a_name_that_means_several_things_has_no_unit(name: str, unit: str) -> None:
+    assert unit_of(name) == unit
+
+
 def test_what_reads_tables_passes_over_the_comments(tmp_path: Path) -> None:
     write_csv(tmp_path / "a.csv", {"t": [0.0, 1.0], "torque_1": [0.5, 0.25]}, trajectory())
     assert read_rows(tmp_path / "a.csv", 10**6) == [["t", "torque_1"], ["0.0", "0.5"], ["1.0", "0.25"]]
