@@ -154,3 +154,15 @@ def test_a_link_that_nothing_keeps_from_turning_is_refused(given: tuple[str, ...
     assert np.isfinite(system.forward_dynamics(np.ones(2), np.ones(2), p=right)).all()
     with pytest.raises(ArrayError, match="has no inertia"):
         system.propagate(np.ones(2), np.ones(2), 0.0, 1.0, 1e-9, p=p)
+
+
+def test_large_numbers_are_finite_without_a_warning() -> None:
+    """Their squares are not, which is nobody's business."""
+    import warnings
+
+    from phichain.native.flows.checks import finite
+
+    large = np.array([1e200, -1e300])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert finite("x", large) is large
