@@ -68,18 +68,20 @@ def _above(table: Mapping[str, np.ndarray], record: object) -> Iterator[str]:
 def origin(record: object) -> dict[str, Any]:
     """Where a record comes from: the version, its kind, and those of its fields that are texts, numbers or tables of them."""
     known = fields(record) if is_dataclass(record) else ()
-    said = {field.name: _plain(value) for field in known if isinstance(value := getattr(record, field.name), str | int | float | Mapping)}
+    said = {field.name: plain(value) for field in known if isinstance(value := getattr(record, field.name), str | int | float | Mapping)}
     return {WROTE: __version__, "record": type(record).__name__, **{name: value for name, value in said.items() if value not in ("", {}, None)}}
 
 
-def _plain(value: Any) -> Any:
-    """A value as YAML and JSON have it."""
+def plain(value: Any) -> Any:
+    """A value as JSON and YAML have it: numbers that are none become null, complex ones pairs, arrays lists."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, np.ndarray):
-        return value.tolist()
+        return {str(key): plain(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
+        return [plain(entry) for entry in value]
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, complex):
+        return [value.real, value.imag]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from phichain.app import outputs, said
-from phichain.app.summaries import plain
+from phichain.records import plain
 from tests.cli.conftest import Command
 
 
@@ -69,3 +69,21 @@ def test_a_family_says_its_events_as_json_and_is_quiet_when_asked(command: Comma
 def test_a_network_says_its_branches_as_json(command: Command) -> None:
     found = json.loads(command("trace", "planar2", "--switch", "--until", "theta_1=-0.3", "--json").out)
     assert found["record"] == "Network" and found["branches"][0]["record"] == "Branch" and found["status"]
+
+
+def test_a_search_that_is_to_be_quiet_says_nothing_of_its_starts(capsys: pytest.CaptureFixture[str]) -> None:
+    from types import SimpleNamespace
+
+    from phichain.app.commands.swingup import progress
+
+    class One(SimpleNamespace):
+        def __str__(self) -> str:
+            return "start 1: held"
+
+    for quiet in (False, True):
+        with progress(2, quiet) as tell:
+            tell(One(share=0.5))  # type: ignore[arg-type]
+        assert ("start 1: held" in capsys.readouterr().err) is not quiet
+    with said.counted("runs", quiet=True) as told:
+        told(1, 2)
+    assert capsys.readouterr().err == ""

@@ -54,3 +54,15 @@ def bar(name: str, quiet: bool = False) -> Iterator[Callable[[float, float], Non
     finally:
         if shown:
             shown[0].stop()
+
+
+@contextmanager
+def counted(what: str, quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
+    """A bar on a terminal's standard error that says how many are done, and of how many; nothing where no one looks."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as progress:
+        task = progress.add_task(what, total=None)
+        yield lambda done, total: progress.update(task, completed=done, total=total)

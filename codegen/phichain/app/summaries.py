@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from phichain.records import origin
+from phichain.records import origin, plain
 
 
 def summary(found: Any) -> dict[str, Any]:
@@ -18,19 +18,6 @@ def summary(found: Any) -> dict[str, Any]:
 def printed(data: Mapping[str, Any]) -> str:
     """One line of JSON; numbers that are none become null."""
     return json.dumps(plain(data), sort_keys=True)
-
-
-def plain(value: Any) -> Any:
-    """A value as JSON has it."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(entry) for entry in value]
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, complex):
-        return [value.real, value.imag]
-    return None if isinstance(value, float) and value - value != 0 else value
 
 
 def _motion(found: Any) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from phichain.continuation.problem import Multipliers, are_stable
 from phichain.errors import OutputError
 from phichain.files import write_file
 from phichain.reading import parse_json, read_regular
-from phichain.records import Shown, columns_of, write_csv, write_npz
+from phichain.records import Shown, columns_of, plain, write_csv, write_npz
 from phichain.system import Vector
 
 _ARRAYS: Final = {
@@ -152,10 +152,10 @@ class Orbit(Shown):
         {"kind": "orbit", "scene", "digest", "method", "mode", "start": {"q", "v"}, "omega", "period", "energy", "kappa", "multipliers",
         "error", "closure", "samples": {"t", "q", "v"}, ...}
         """
-        plain = {name: _plain(getattr(self, name)) for name in _PLAIN}
+        told = {name: plain(getattr(self, name)) for name in _PLAIN}
         samples = {name: getattr(self, name).tolist() for name in ("t", "q", "v")}
         found = {
-            "phichain": __version__, "kind": "orbit", **plain, "period": self.period, "start": {"q": samples["q"][0], "v": samples["v"][0]},
+            "phichain": __version__, "kind": "orbit", **told, "period": self.period, "start": {"q": samples["q"][0], "v": samples["v"][0]},
             **{name: [[float(x.real), float(x.imag)] for x in getattr(self, name)] for name in ("kappa", "multipliers")},
             "samples": samples, "lengths": None if self.lengths is None else self.lengths.tolist(),
         }  # fmt: skip
@@ -204,12 +204,6 @@ def _of_entries(given: Any, size: int) -> Vector:
     if lengths.shape != (size,):
         raise ValueError("its lengths do not fit its samples")
     return lengths
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return list(value) if isinstance(value, tuple) else value
 
 
 def _complex(value: complex) -> str:

@@ -8,13 +8,13 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import beta
 
 from phichain.errors import ArrayError, SceneError
 from phichain.records import Held, columns_of, write_csv
 from phichain.scene import Scene
 from phichain.scene.keys import PARAMETERS
 from phichain.trials.compiled import Compiled, Vector
+from phichain.trials.share import interval_of
 
 HOLDING = 1
 SETTLING = 12.0
@@ -55,10 +55,7 @@ class Trials(Held):
     @property
     def interval(self) -> tuple[float, float]:
         """95 % confidence interval of the share (Clopper and Pearson)."""
-        n, k = len(self.held), int(np.sum(self.held))
-        low = 0.0 if k == 0 else float(beta.ppf(0.025, k, n - k + 1))
-        high = 1.0 if k == n else float(beta.ppf(0.975, k + 1, n - k))
-        return low, high
+        return interval_of(self.held)
 
     def __str__(self) -> str:
         low, high = self.interval

@@ -9,7 +9,6 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import beta
 
 from phichain.archive import COUNT, NUMBER, TEXT, Schema, names, read_archive, real, whole
 from phichain.emit.law.loop import LATEST, Called
@@ -19,6 +18,7 @@ from phichain.records import Held, columns_of, write_csv, write_npz
 from phichain.scene import Scene
 from phichain.trials.loop import Loop, Task, Vector
 from phichain.trials.monte_carlo import sizes_of
+from phichain.trials.share import interval_of
 
 WANT: Final = ("forward_dynamics",)
 SLOW: Final = 0.05
@@ -128,10 +128,7 @@ class Runs(Held):
     @property
     def interval(self) -> tuple[float, float]:
         """95 % confidence interval of the share (Clopper and Pearson)."""
-        n, k = len(self.held), int(np.sum(self.held))
-        low = 0.0 if k == 0 else float(beta.ppf(0.025, k, n - k + 1))
-        high = 1.0 if k == n else float(beta.ppf(0.975, k + 1, n - k))
-        return low, high
+        return interval_of(self.held)
 
     def __str__(self) -> str:
         low, high = self.interval

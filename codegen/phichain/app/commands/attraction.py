@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -62,7 +61,7 @@ def attraction(
     if plane is not None and len(laws.signs) > 1:
         raise ControlError("table", table, "are several equilibria, and a map is of one", 'name one, as --table "1,2"')
     coordinates = None if plane is None else demand_turns(system, tuple(plane.replace(",", " ").split()))
-    with _progress(len(laws.signs)) as told:
+    with said.counted("equilibria", quiet) as told:
         record = found(system, laws, flown, count=count, seconds=seconds, seed=seed, progress=told)
     said.say(record, quiet, as_json)
     if coordinates is None:
@@ -78,22 +77,3 @@ def _drawing() -> Any:
     from phichain.report import attraction as drawing
 
     return drawing
-
-
-class _progress:
-    """A line on the terminal that says how many equilibria are done; nothing where no one looks."""
-
-    def __init__(self, total: int) -> None:
-        from rich.console import Console
-        from rich.progress import Progress
-
-        console = Console(stderr=True)
-        self._line = Progress(console=console, transient=True, disable=not console.is_terminal)
-        self._task = self._line.add_task("equilibria", total=total)
-
-    def __enter__(self) -> Callable[[int, int], None]:
-        self._line.start()
-        return lambda done, total: self._line.update(self._task, completed=done)
-
-    def __exit__(self, *_: object) -> None:
-        self._line.stop()

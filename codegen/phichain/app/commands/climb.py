@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -58,7 +56,7 @@ def climb(
 
     files = named(save, (".npz", ".csv", ".png"))
     chosen, family = find_scene(scene), Branch.from_json(branch)
-    with progress("trials") as told:
+    with said.counted("trials", quiet) as told:
         found = climbed(
             chosen, family, share=limit, joint=joint, damping=numbers(damping, "damping"), errors=errors_of(errors or []), spread=spread,
             runs=runs, seconds=seconds, real=real, progress=told, sample=sample, rungs=rungs, nodes=nodes, pace=pace,
@@ -74,15 +72,3 @@ def climb(
         return climbing(found.climb.law, found.t, found.x, found.u, found.energy)
 
     write(found.runs, files, drawn, quiet=quiet or as_json)
-
-
-@contextmanager
-def progress(what: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar on the terminal that says how many are done; nothing where no one looks."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(what, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)

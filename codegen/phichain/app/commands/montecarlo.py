@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from phichain.app import said
-from phichain.app.commands.climb import progress
 from phichain.app.outputs import named, write
 
 SceneWord = Annotated[str, typer.Argument(metavar="SCENE", help="The planar chain that the law was made for: a TOML file, a bundled scene's name, or planarN.")]
@@ -53,7 +52,7 @@ def montecarlo(
     files, chosen, made = named(out, (".csv", ".npz", ".png")), find_scene(scene), law_on_file(law)
     disturbed = Disturbed(errors_of(errors or []), errors_of(added or [], "add"), spread, late, errors_of(resolution or [], "resolution"))
     signs = None if up is None else upright(up, chosen.links)
-    with progress("runs") as told:
+    with said.counted("runs", quiet) as told:
         found = law_trials(chosen, made, disturbed, up=signs, seconds=seconds, hold=hold, runs=runs, seed=seed, progress=told)
     said.say(found, quiet, as_json)
 

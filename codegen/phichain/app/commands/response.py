@@ -79,11 +79,11 @@ def response(
         system = replace(system, params=values)
     steps = {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
     found = respond(
-        system, place, size, ends, axis=axis, method=method, harmonics=harmonics, limits=steps, progress=_progress_line()
+        system, place, size, ends, axis=axis, method=method, harmonics=harmonics, limits=steps, progress=None if quiet else _progress_line()
     )
     for event in beyond or []:
         said.say(found, quiet or as_json, False)
-        found = respond(system, place, size, ends, axis=axis, beyond=(found, event), limits=steps, progress=_progress_line())
+        found = respond(system, place, size, ends, axis=axis, beyond=(found, event), limits=steps, progress=None if quiet else _progress_line())
     if sys.stderr.isatty():
         sys.stderr.write(clear_line())
     said.say(found, quiet, as_json)

@@ -93,7 +93,7 @@ def swingup(
     system = build(replace(chosen, real="double", variational=False, want=("forward_dynamics", "linearization")))
     system = replace(system, digest=chosen.digest, params=parameters(settings or []) or None)
     sizes = errors_of(errors or [])
-    with progress(starts) as tell:
+    with progress(starts, quiet) as tell:
         found = swing_up(
             system, limit=numbers(limit, "limit"), rail=rail, start=upright(start, system.links), target=upright(target, system.links),
             places=_places(numbers(places, "places")), errors=sizes, spread=spread, sample=sample, seconds=seconds, runs=runs,
@@ -144,20 +144,21 @@ def _strip(system: Any, plan: Any) -> Any:
 
 
 @contextmanager
-def progress(count: int) -> Iterator[Callable[[Tried], None]]:
-    """A line for every start that has ended, and on a terminal how many there are, on stderr."""
+def progress(count: int, quiet: bool = False) -> Iterator[Callable[[Tried], None]]:
+    """A line for every start that has ended, and on a terminal how many there are, on stderr; nothing where nothing but errors is wanted."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     columns = (TextColumn("starts"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.fields[best]}"))
-    with Progress(*columns, console=console, transient=True, disable=not sys.stderr.isatty()) as bar:
+    with Progress(*columns, console=console, transient=True, disable=quiet or not sys.stderr.isatty()) as bar:
         task, best = bar.add_task("", total=count, best=""), 0.0
 
         def tell(one: Tried) -> None:
             nonlocal best
             best = max(best, one.share)
-            console.print(str(one), markup=False)
+            if not quiet:
+                console.print(str(one), markup=False)
             bar.update(task, advance=1, best=f"best {best:.1%}")
 
         yield tell

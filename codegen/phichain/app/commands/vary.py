@@ -57,7 +57,7 @@ def vary(
     family = cast("Branch", trace(system, mode, method="shooting", until=at, p=values))
     start, hold = (family, at.partition("=")[0].strip()) if event is None else (_event(family, event), event)
     options = SETTINGS if step_max is None else replace(SETTINGS, step_max=step_max, step=min(SETTINGS.step, step_max))
-    branch = varied(system, parameter, start, until, hold=hold, p=values, options=options, progress=progress_line(system.cart_size))
+    branch = varied(system, parameter, start, until, hold=hold, p=values, options=options, progress=None if quiet else progress_line(system.cart_size))
     if sys.stderr.isatty():
         sys.stderr.write(_CLEAR)
     said.say(branch, quiet, as_json)

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from phichain.errors import StudyError
-from phichain.studies.task import Option, Output, Row, Task, above_zero, count, each, number, word
+from phichain.studies.regulator import SAMPLED, demand_inputs, regulator
+from phichain.studies.task import Option, Output, Row, Task, above_zero, count, each
 
 if TYPE_CHECKING:
     from phichain.scene import Scene
@@ -19,13 +20,12 @@ RADIUS: Final = "2-norm over the links' turns"
 
 
 def _one(system: System, point: Point) -> Row:
-    from phichain.control import gain_table, lqr
+    from phichain.control import gain_table
     from phichain.control.reach import attraction
     from phichain.pipeline import build_closed_loop
-    from phichain.system.starts import upright
 
     asked = point.options
-    gains = lqr(system, upright(asked["up"], system.links), asked["state_weight"], asked["input_weight"], sample=asked["sample"])
+    gains = regulator(system, asked)
     laws = gain_table([gains], limit=asked["limit"])
     flown = build_closed_loop(point.scene, laws, point.scene.real, LONGEST)
     found = attraction(system, laws, flown, count=asked["directions"], seconds=asked["seconds"], seed=asked["seed"])
@@ -33,8 +33,7 @@ def _one(system: System, point: Point) -> Row:
 
 
 def _needs(scene: Scene, options: Mapping[str, Any]) -> Sequence[str]:
-    if scene.nu == 0:
-        raise StudyError("task.run", "attraction", "regulates by inputs, and the scene has none", 'actuate it, such as actuated = "all" in [joints]')
+    demand_inputs(scene, "attraction")
     if scene.runtime:
         raise StudyError("task.run", "attraction", f"compiles the chain's numbers, and {scene.runtime[0]} comes at run time", "write its value into the scene")
     return ("linearization", "forward_dynamics", "step")
@@ -55,11 +54,7 @@ TASK: Final = Task(
     name="attraction",
     text="phichain.control.reach.attraction, one sampled regulator a point",
     options={
-        "up": Option("all", word, "links that stand upright: all, none, or numbers like 2,3"),
-        "sample": Option(1e-3, above_zero, "time between two calls of the law, s"),
-        "limit": Option(None, above_zero, "largest size of every input; none unless given"),
-        "state_weight": Option(1.0, number, "weight of the state"),
-        "input_weight": Option(1.0, number, "weight of the input"),
+        **SAMPLED,
         "seconds": Option(15.0, above_zero, "time within which a start must come home, s"),
         "directions": Option(200, count(2, 100_000), "directions, and starts drawn from the ball"),
         "seed": Option(0, count(0, 2**31 - 1), "of directions and starts"),

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from phichain.errors import StudyError
-from phichain.studies.task import Option, Output, Row, Task, above_zero, each, number, word
+from phichain.studies.regulator import UP, demand_inputs, regulator
+from phichain.studies.task import Option, Output, Row, Task, above_zero, each, number
 
 if TYPE_CHECKING:
     from phichain.scene import Scene
@@ -29,14 +29,8 @@ def _freedoms(scene: Scene) -> int:
 
 
 def _one(system: System, point: Point) -> Row:
-    from phichain.control import lqr
-    from phichain.system.starts import upright
-
     asked = point.options
-    gains = lqr(
-        system, upright(asked["up"], system.links), asked["state_weight"], asked["input_weight"], sample=asked["sample"],
-        p=point.parameters,
-    )  # fmt: skip
+    gains = regulator(system, asked, point.parameters)
     return {
         "K": gains.K, "decay": gains.decay, "margin": gains.margin, "residual": gains.residual, "gain": np.max(np.abs(gains.K)),
         "pole_re": gains.poles.real, "pole_im": gains.poles.imag,
@@ -44,8 +38,7 @@ def _one(system: System, point: Point) -> Row:
 
 
 def _needs(scene: Scene, options: Mapping[str, Any]) -> Sequence[str]:
-    if scene.nu == 0:
-        raise StudyError("task.run", "lqr", "regulates by inputs, and the scene has none", 'actuate it, such as actuated = "all" in [joints]')
+    demand_inputs(scene, "lqr")
     return ("linearization", "forward_dynamics")
 
 
@@ -70,7 +63,7 @@ TASK: Final = Task(
     name="lqr",
     text="phichain.lqr, one regulator a point",
     options={
-        "up": Option("all", word, "links that stand upright: all, none, or numbers like 2,3"),
+        "up": UP,
         "state_weight": Option(1.0, _weight, "weight of the state: a number or the diagonal"),
         "input_weight": Option(1.0, _weight, "weight of the input: a number or the diagonal"),
         "sample": Option(None, above_zero, "time between two samples, s; continuous unless given"),

@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from phichain.errors import StudyError
+from phichain.studies.regulator import SAMPLED, demand_inputs, regulator
 from phichain.studies.task import (
     Option,
     Output,
@@ -17,9 +18,7 @@ from phichain.studies.task import (
     count,
     each,
     from_zero,
-    number,
     share,
-    word,
 )
 
 if TYPE_CHECKING:
@@ -32,13 +31,11 @@ WRONG: Final = ("mass", "length", "com", "inertia", "damping")
 
 
 def _one(system: System, point: Point) -> Row:
-    from phichain.control import lqr
     from phichain.pipeline import generate_controller
-    from phichain.system.starts import upright
     from phichain.trials import Disturbed, law_on_file, law_trials
 
     asked = point.options
-    gains = lqr(system, upright(asked["up"], system.links), asked["state_weight"], asked["input_weight"], sample=asked["sample"])
+    gains = regulator(system, asked)
     errors = {name: size for name in WRONG if (size := asked[f"error_{name}"])}
     with TemporaryDirectory() as folder:
         made = law_on_file(generate_controller(gains.law(limit=asked["limit"]), Path(folder), "float"))
@@ -49,8 +46,7 @@ def _one(system: System, point: Point) -> Row:
 
 
 def _needs(scene: Scene, options: Mapping[str, Any]) -> Sequence[str]:
-    if scene.nu == 0:
-        raise StudyError("task.run", "montecarlo", "regulates by inputs, and the scene has none", 'actuate it, such as actuated = "all" in [joints]')
+    demand_inputs(scene, "montecarlo")
     if not scene.is_planar or scene.runtime:
         raise StudyError("task.run", "montecarlo", "varies the numbers of planar chains that say them", "write them into the scene, or use attraction")
     return ("linearization", "forward_dynamics")
@@ -68,11 +64,7 @@ TASK: Final = Task(
     name="montecarlo",
     text="phichain.trials.law_trials, one sampled regulator in float C a point",
     options={
-        "up": Option("all", word, "links that stand upright: all, none, or numbers like 2,3"),
-        "sample": Option(1e-3, above_zero, "time between two calls of the law, s"),
-        "limit": Option(None, above_zero, "largest size of every input; none unless given"),
-        "state_weight": Option(1.0, number, "weight of the state"),
-        "input_weight": Option(1.0, number, "weight of the input"),
+        **SAMPLED,
         **{f"error_{name}": Option(0.0, share, f"largest relative error of {name}") for name in WRONG},
         "spread": Option(0.05, from_zero, "largest error of the angles at the start, rad"),
         "late": Option(0.0, from_zero, "time by which inputs come late at most, s"),
