@@ -12,7 +12,7 @@ from phichain.emit.c.layout import WIDTH, laid_out, laid_out_text
 from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
 from phichain.emit.c.text import restrict_macro
-from phichain.emit.law.climb_vectors import cases, table
+from phichain.emit.law.cases.climb import cases, table
 from phichain.emit.law.literals import BYTES, MANNERS, described_inputs, literal, padded, whole_folder
 from phichain.emit.render import render
 from phichain.emit.stencil import instance

@@ -12,6 +12,7 @@ from phichain.emit.c.layout import WIDTH, laid_out, laid_out_text
 from phichain.emit.c.names import CNames
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.casadi.python_function import python_function
+from phichain.emit.law.cases.output import Call, calls, first_calls
 from phichain.emit.law.literals import (
     BYTES,
     MANNERS,
@@ -23,7 +24,6 @@ from phichain.emit.law.literals import (
     whole_folder,
 )
 from phichain.emit.law.memory import declared_with_memory, function_with_memory
-from phichain.emit.law.output_vectors import Call, calls, first_calls
 from phichain.emit.render import render
 from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations

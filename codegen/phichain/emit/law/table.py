@@ -14,6 +14,7 @@ from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.casadi.python_function import python_function
+from phichain.emit.law.cases.table import Case, cases
 from phichain.emit.law.literals import (
     BYTES,
     MANNERS,
@@ -23,7 +24,6 @@ from phichain.emit.law.literals import (
     padded,
     whole_folder,
 )
-from phichain.emit.law.table_vectors import Case, cases
 from phichain.emit.render import render
 from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations

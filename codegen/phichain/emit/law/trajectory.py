@@ -14,7 +14,7 @@ from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.casadi.python_function import python_function
-from phichain.emit.law.along import Case, cases, table
+from phichain.emit.law.cases.along import Case, cases, table
 from phichain.emit.law.literals import (
     BYTES,
     bound,

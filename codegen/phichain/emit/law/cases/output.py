@@ -12,8 +12,8 @@ from typing import Any, Final
 
 from mpmath import mp, mpf
 
-from phichain.emit.law.rounding import Rounded, total
-from phichain.emit.law.vectors import as_fraction, share
+from phichain.emit.law.cases.rounding import Rounded, total, turned
+from phichain.emit.law.cases.state import as_fraction, share
 from phichain.ir.rounded import nearest
 from phichain.laws import OutputFeedback
 
@@ -84,7 +84,7 @@ def _packed(memory: Memory, measured: tuple[float, ...], u: list[Rounded], kept:
 def _started(law: OutputFeedback, measured: tuple[float, ...]) -> dict[str, list[Rounded]]:
     kept: dict[str, list[Rounded]] = {}
     if law.observer:
-        off = [_turned(_away(law, measured, i), law.wraps[i]) for i in range(len(measured))]
+        off = [turned(_away(law, measured, i), law.wraps[i]) for i in range(len(measured))]
         kept["expected"] = [_row(row, off) for row in law.observer.start]
     return kept | ({"integral": [Rounded(mpf(0), mpf(0))] * len(law.integrated)} if law.integrated else {})
 
@@ -94,13 +94,13 @@ def _stepped(law: OutputFeedback, memory: Memory, measured: tuple[float, ...]) -
     expected, integral = ([Rounded.of(x, exact=True) for x in memory.get(name, ())] for name in ("expected", "integral"))
     off = [_away(law, measured, i) for i in range(len(measured))]
     if law.observer:
-        apart = [_turned(y - _row(row, expected), turns) for y, row, turns in zip(off, law.observer.seen, law.wraps, strict=True)]
+        apart = [turned(y - _row(row, expected), turns) for y, row, turns in zip(off, law.observer.seen, law.wraps, strict=True)]
         z = [
-            _turned(before + _row(row, apart), turns)
+            turned(before + _row(row, apart), turns)
             for before, row, turns in zip(expected, law.observer.correction, law.turns, strict=True)
         ]
     else:
-        z = [_turned(y, turns) for y, turns in zip(off, law.wraps, strict=True)]
+        z = [turned(y, turns) for y, turns in zip(off, law.wraps, strict=True)]
     wanted = [
         Rounded.of(rest) - _row(row, z) - _row(more, integral)
         for rest, row, more in zip(law.rest, law.gains, law.integral_gains, strict=True)
@@ -112,7 +112,7 @@ def _stepped(law: OutputFeedback, memory: Memory, measured: tuple[float, ...]) -
         rows = zip(law.observer.advance, law.observer.drive, strict=True)
         kept["expected"] = [_row(flow, z) + _row(drive, pushed) for flow, drive in rows]
     if law.integrated:
-        grown = [_turned(off[i], law.wraps[i]) * Rounded.of(law.sample) for i in law.integrated]
+        grown = [turned(off[i], law.wraps[i]) * Rounded.of(law.sample) for i in law.integrated]
         kept["integral"] = [
             before if _winds_up(law, k, grows, wanted, u) else before + grows
             for k, (before, grows) in enumerate(zip(integral, grown, strict=True))
@@ -128,9 +128,6 @@ def _winds_up(law: OutputFeedback, k: int, grows: Rounded, wanted: list[Rounded]
 def _away(law: OutputFeedback, measured: tuple[float, ...], i: int) -> Rounded:
     return Rounded.of(measured[i], exact=True) - Rounded.of(law.offsets[i])
 
-
-def _turned(value: Rounded, turns: bool) -> Rounded:
-    return value.turned() if turns else value
 
 
 def _row(factors: Any, values: list[Rounded]) -> Rounded:

@@ -13,8 +13,8 @@ from typing import Any, Final
 import numpy as np
 from mpmath import mp
 
-from phichain.emit.law.rounding import Rounded, total
-from phichain.emit.law.vectors import as_fraction, share
+from phichain.emit.law.cases.rounding import Rounded, total, turned
+from phichain.emit.law.cases.state import as_fraction, share
 from phichain.ir.rounded import nearest
 from phichain.laws import GainTable
 
@@ -91,7 +91,7 @@ def _away(table: GainTable, which: int, measured: tuple[float, ...]) -> list[Rou
     found = []
     for x, target, turns in zip(measured, table.targets[which], table.wraps, strict=True):
         away = Rounded.of(x, exact=True) - Rounded.of(target)
-        found.append(away.turned() if turns else away)
+        found.append(turned(away, turns))
     return found
 
 

@@ -13,9 +13,9 @@ from typing import Any, Final
 
 from mpmath import mp, mpf
 
-from phichain.emit.law.along import Case
-from phichain.emit.law.rounding import Rounded, total
-from phichain.emit.law.vectors import DIGITS, as_fraction, share
+from phichain.emit.law.cases.along import Case
+from phichain.emit.law.cases.rounding import Rounded, total, turned
+from phichain.emit.law.cases.state import DIGITS, as_fraction, share
 from phichain.ir.rounded import nearest
 from phichain.laws import TrajectoryLaw
 
@@ -48,7 +48,7 @@ def _case(law: TrajectoryLaw, real: str, rows: Sequence[Row], t: float, scale: F
         off = [size if scale > 1 else size * share(i, number) / 4 for i in range(nq)]
         measured = tuple(nearest(real, as_fraction(at.value) + part) for at, part in zip(wanted, off, strict=True))
         memory = tuple(nearest(real, part) for part in (*(_EXPECTED * part for part in off), *(8 * size * share(i, number + 3) for i in range(nq))))
-        away = [_turned(Rounded.of(y, exact=True) - at, turns) for y, at, turns in zip(measured, wanted, law.catch.wraps, strict=False)]
+        away = [turned(Rounded.of(y, exact=True) - at, turns) for y, at, turns in zip(measured, wanted, law.catch.wraps, strict=False)]
         is_lost = mp.fsum(d.value**2 for d, turns in zip(away, law.catch.wraps, strict=False) if turns) > mpf(law.tube) ** 2
         is_lost = is_lost or (isfinite(law.rail) and abs(measured[0]) > nearest(real, Fraction(law.rail)))
         u, following = _call(law, pair, f, away, [Rounded.of(part, exact=True) for part in memory])
@@ -69,9 +69,6 @@ def _cubic(law: TrajectoryLaw, here: Row, after: Row, f: Rounded) -> list[Rounde
     return [total(factor * end for factor, end in zip(factors, four, strict=True)) for four in ends]
 
 
-def _turned(away: Rounded, turns: bool) -> Rounded:
-    return away.turned() if turns else away
-
 
 def _call(law: TrajectoryLaw, pair: tuple[Row, Row], f: Rounded, away: list[Rounded], memory: list[Rounded]) -> tuple[list[Rounded], list[Rounded]]:
     """(u, z_expected of the next call)."""
@@ -82,7 +79,7 @@ def _call(law: TrajectoryLaw, pair: tuple[Row, Row], f: Rounded, away: list[Roun
         here, after = (Rounded.of(row[starts[table] + i * width + j]) for row in pair)
         return here + f * (after - here)
 
-    apart = [_turned(d - e, turns) for d, e, turns in zip(away, memory, catch.wraps, strict=False)]
+    apart = [turned(d - e, turns) for d, e, turns in zip(away, memory, catch.wraps, strict=False)]
     z = [memory[i] + total(at("L", i, j, nq) * apart[j] for j in range(nq)) for i in range(nx)]
     planned = [at("u", k) for k in range(nu)]
     u = [

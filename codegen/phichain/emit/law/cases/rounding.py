@@ -67,6 +67,11 @@ class Rounded:
         return 2 * self.error * mpf(unit.numerator) / unit.denominator
 
 
+def turned(away: Rounded, turns: bool) -> Rounded:
+    """A deviation, less whole turns where these count as none."""
+    return away.turned() if turns else away
+
+
 def total(terms: Any) -> Rounded:
     """The sum, from the first term to the last."""
     found = Rounded(mpf(0), mpf(0))

@@ -14,8 +14,7 @@ from typing import Any, Final
 
 from mpmath import mp, mpf
 
-from phichain.emit.law.vectors import DIGITS, EPSILON, as_fraction, share
-from phichain.errors import EmissionError
+from phichain.emit.law.cases.state import DIGITS, EPSILON, as_fraction, fitting, share, turned
 from phichain.ir.rounded import nearest
 from phichain.laws import TrajectoryLaw
 
@@ -67,20 +66,13 @@ def table(law: TrajectoryLaw, real: str) -> list[list[float]]:
     """
     tables = [law.states, law.inputs, law.gains, *((law.observer.corrections, law.observer.flows, law.observer.drives) if law.observer else ())]
     parts = [part.reshape(len(part), -1).tolist() for part in tables]
-    return [[_fitting(real, value) for part in row for value in part] for row in zip(*parts, strict=True)]
-
-
-def _fitting(real: str, value: float) -> float:
-    found = nearest(real, Fraction(value))
-    if not isfinite(found):
-        raise EmissionError("law", value, f"does not fit into a {real}", 'generate it in "double"')
-    return found
+    return [[fitting(real, value) for part in row for value in part] for row in zip(*parts, strict=True)]
 
 
 def cases(law: TrajectoryLaw, real: str) -> tuple[Case, ...]:
     """Times before, along and behind the trajectory, each on it and off it; and two measurements that end it."""
     if law.observer:
-        from phichain.emit.law.along_observed import observed_cases
+        from phichain.emit.law.cases.along_observed import observed_cases
 
         return observed_cases(law, real, table(law, real), _PLACES, _SCALES)
     rows = table(law, real)
@@ -103,7 +95,7 @@ def _case(law: TrajectoryLaw, real: str, rows: Sequence[Sequence[float]], t: flo
         size = scale * Fraction(law.tube)
         away = [size if scale > 1 else size * share(i, number) * (_RATES if 2 * i >= len(wanted) else 1) / 4 for i in range(len(wanted))]
         measured = tuple(nearest(real, as_fraction(at) + part) for at, part in zip(wanted, away, strict=True))
-        off = [_turned(mpf(x) - at, turns) for x, at, turns in zip(measured, wanted, catch.wraps, strict=True)]
+        off = [turned(mpf(x) - at, turns) for x, at, turns in zip(measured, wanted, catch.wraps, strict=True)]
         is_lost = mp.fsum(d**2 for d, turns in zip(off, catch.wraps, strict=True) if turns) > mpf(law.tube) ** 2
         is_lost = is_lost or (isfinite(law.rail) and abs(measured[0]) > nearest(real, Fraction(law.rail)))
         if is_lost:
@@ -126,9 +118,6 @@ def _cubic(law: TrajectoryLaw, here: Sequence[float], after: Sequence[float], f:
     rates = [(slopes[0] * a + slopes[2] * c) / h + slopes[1] * b + slopes[3] * d for a, b, c, d in ends]
     return [*places, *rates]
 
-
-def _turned(away: Any, turns: bool) -> Any:
-    return away - 2 * mp.pi * mp.nint(away / (2 * mp.pi)) if turns else away
 
 
 def _input(

@@ -9,13 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import isfinite
 from typing import Any, Final
 
 from mpmath import mp, mpf
 
-from phichain.emit.law.vectors import DIGITS, EPSILON, as_fraction, share
-from phichain.errors import EmissionError
+from phichain.emit.law.cases.state import DIGITS, EPSILON, as_fraction, fitting, share, turned
 from phichain.ir.rounded import nearest
 from phichain.laws import FamilyLaw
 from phichain.laws.family import FOLLOW, REST, SLIP, SOFT
@@ -53,7 +51,7 @@ def table(law: FamilyLaw, real: str) -> list[list[list[float]]]:
     """
     rungs = []
     for states, rates, gains in zip(law.states.tolist(), law.rates.tolist(), law.gains.tolist(), strict=True):
-        nodes = [[_fitting(real, value) for value in (*x, rate, *K)] for x, rate, K in zip(states, rates, gains, strict=True)]
+        nodes = [[fitting(real, value) for value in (*x, rate, *K)] for x, rate, K in zip(states, rates, gains, strict=True)]
         nx = len(states[0])
 
         def mirrored(node: Sequence[float], nx: int = nx) -> list[float]:
@@ -61,13 +59,6 @@ def table(law: FamilyLaw, real: str) -> list[list[list[float]]]:
 
         rungs.append([mirrored(nodes[-2]), *nodes, mirrored(nodes[1])])
     return rungs
-
-
-def _fitting(real: str, value: float) -> float:
-    found = nearest(real, Fraction(value))
-    if not isfinite(found):
-        raise EmissionError("law", value, f"does not fit into a {real}", 'generate it in "double"')
-    return found
 
 
 def cases(law: FamilyLaw, real: str) -> tuple[Case, ...]:
@@ -124,7 +115,7 @@ def _call(
     nx, limit, sample = len(x), mpf(law.limit), mpf(law.catch.sample)
     wanted, along = _blend(rows, f, g, nodes - 1, 2 * nx + 1)
     weights = [1 if 2 * i < nx else (1 - f) * slow[0] + f * slow[1] for i in range(nx)]
-    away = [_turned(side * value - at, turns) for value, at, turns in zip(x, wanted[:nx], law.catch.wraps, strict=True)]
+    away = [turned(side * value - at, turns) for value, at, turns in zip(x, wanted[:nx], law.catch.wraps, strict=True)]
     speed = mp.fsum(weight * d * d for weight, d in zip(weights, along[:nx], strict=True))
     slip = mp.fsum(weight * d * e for weight, d, e in zip(weights, along[:nx], away, strict=True)) / (speed + mpf(SOFT))
     slip = min(max(slip, -mpf(SLIP)), mpf(SLIP))
@@ -164,7 +155,7 @@ def _held(law: FamilyLaw, real: str, x: Sequence[float]) -> Case:
     catch, nx = law.catch, len(x)
 
     def call(given: Sequence[Any]) -> tuple[Any]:
-        away = [_turned(value - target, turns) for value, target, turns in zip(given[:nx], given[nx:], catch.wraps, strict=True)]
+        away = [turned(value - target, turns) for value, target, turns in zip(given[:nx], given[nx:], catch.wraps, strict=True)]
         return (mpf(catch.rest[0]) - mp.fsum(mpf(k) * e for k, e in zip(catch.gains[0], away, strict=True)),)
 
     given = [mpf(value) for value in (*x, *catch.target)]
@@ -185,9 +176,6 @@ def _conditioned(call: Callable[[Sequence[Any]], Any], given: Sequence[Any], spr
             total = [sum_ + abs(new - old) / tiny * spread[k] for sum_, new, old in zip(total, moved, values, strict=True)]
     return values, [_ROUNDINGS * _unit(real) * (sum_ + abs(value)) for sum_, value in zip(total, values, strict=True)]
 
-
-def _turned(away: Any, turns: bool) -> Any:
-    return away - 2 * mp.pi * mp.nint(away / (2 * mp.pi)) if turns else away
 
 
 def _unit(real: str) -> Any:

@@ -13,6 +13,7 @@ from typing import Any, Final
 
 from mpmath import mp, mpf
 
+from phichain.errors import EmissionError
 from phichain.ir.rounded import nearest
 from phichain.laws import StateFeedback
 
@@ -74,9 +75,7 @@ def _input(law: StateFeedback, real: str, measured: tuple[float, ...], row: int)
     """One input, and what rounding may add to it."""
     u, terms = mpf(law.rest[row]), abs(mpf(law.rest[row]))
     for gain, target, turns, x in zip(law.gains[row], law.target, law.wraps, measured, strict=True):
-        away = mpf(x) - mpf(target)
-        if turns:
-            away -= 2 * mp.pi * mp.nint(away / (2 * mp.pi))
+        away = turned(mpf(x) - mpf(target), turns)
         u -= mpf(gain) * away
         terms += abs(mpf(gain)) * (abs(away) + abs(mpf(x)) + abs(mpf(target)))
     unit = mpf(EPSILON[real].numerator) / EPSILON[real].denominator
@@ -87,6 +86,23 @@ def _input(law: StateFeedback, real: str, measured: tuple[float, ...], row: int)
     if isfinite(high):
         u = min(u, mpf(high))
     return u, bound
+
+
+def turned(away: Any, turns: bool) -> Any:
+    """A deviation in 60 digits, less whole turns where these count as none."""
+    return away - 2 * mp.pi * mp.nint(away / (2 * mp.pi)) if turns else away
+
+
+def fitting(real: str, value: float) -> float:
+    """The nearest number of a type.
+
+    Raises:
+        EmissionError: It does not fit.
+    """
+    found = nearest(real, Fraction(value))
+    if not isfinite(found):
+        raise EmissionError("law", value, f"does not fit into a {real}", 'generate it in "double"')
+    return found
 
 
 def as_fraction(value: Any) -> Fraction:
