@@ -13,7 +13,7 @@ DERIVATIVES = frozenset(row.name for row in TABLE if row.derivative)
 
 
 def offered(
-    space: str, damped: bool = False, *, on_request: bool = False, flows: bool = False, driven: bool = False
+    space: str, damped: bool = False, *, on_request: bool = False, flows: bool = False, driven: bool = False, slow: bool = False
 ) -> tuple[str, ...]:
     """The functions of such a chain, in the order of the contract.
 
@@ -23,10 +23,11 @@ def offered(
         on_request: also those that are asked for by name.
         flows: also those that run over many steps or states, which are no Program.
         driven: whether a cart is driven by its acceleration.
+        slow: also those whose reference takes seconds a case.
     """
     kind = Sample(space == "planar", (1.0,) if damped else None, drive="acceleration" if driven else None)
     return tuple(
         row.name
         for row in TABLE
-        if row.absence(kind) is None and (flows or not row.flow) and (on_request or not row.on_request) and (space, row.name) not in SLOW_TO_JUDGE
+        if row.absence(kind) is None and (flows or not row.flow) and (on_request or not row.on_request) and (slow or (space, row.name) not in SLOW_TO_JUDGE)
     )

@@ -143,7 +143,7 @@ def test_the_standard_scene_is_paper_a():
 
 @pytest.mark.parametrize(("space", "make"), [("planar", planar), ("spatial", spatial)])
 def test_each_space_has_its_functions(space, make):
-    every = offered(space, on_request=True, flows=True)
+    every = offered(space, on_request=True, flows=True, slow=True)
     assert make(want=every, base="cart", cart_mass=1, stiffness=1).want == every
     for name in set(FUNCTIONS) - set(every):
         with pytest.raises(UnsupportedError):

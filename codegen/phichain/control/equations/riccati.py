@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import schur, solve_continuous_are
@@ -45,7 +45,7 @@ UNSEEN = 1e-10
 """A mode that the weights see by less than this share is as good as not weighed."""
 
 LARGEST = 1e150
-"""Weights above it are refused: their squares overflow, and what LAPACK makes of that differs from build to build."""
+"""Weights above it are solved by their ratio: their squares overflow, and what LAPACK makes of that differs from build to build."""
 
 SETTLED = 1e-9
 """Gains that the last Newton step still changed by more than this share need more digits."""
@@ -95,14 +95,28 @@ def riccatis(A: Vector, B: Vector, Q: Vector, R: Vector, max_iterations: int = 1
         ControlError: One of them has no stabilising solution.
     """
     sizes = tuple(float(np.max(np.abs(part))) for part in (Q, R))
-    if max(sizes) > LARGEST:
-        raise _beyond(sizes, f"a weight is larger than {LARGEST:g}")
+    share = _shared(*sizes)
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
-            return by_blocks(A, B, Q, R, lambda a, b, q, r: _refined(a, b, q, r, max_iterations))
+            found = by_blocks(A, B, Q / share, R / share, lambda a, b, q, r: _refined(a, b, q, r, max_iterations))
+            return found if share == 1 else [_checked(replace(one, S=one.S * share)) for one in found]
     except (np.linalg.LinAlgError, ValueError, OverflowError, FloatingPointError) as failure:
         raise _beyond(sizes, failure) from failure
+
+
+def _shared(state: float, control: float) -> float:
+    """The power of two that weights of these sizes are divided by where one is too large for squares: their ratio alone matters.
+
+    Raises:
+        ControlError: The ratio itself is out of reach.
+    """
+    if max(state, control) <= LARGEST:
+        return 1.0
+    share = 2.0 ** np.floor(np.log2(control))
+    if state / share > LARGEST or 0 < state / share < 1 / LARGEST:
+        raise _beyond((state, control), f"a weight is {LARGEST:g} times the other or more")
+    return float(share)
 
 
 def _beyond(sizes: tuple[float, ...], why: object) -> ControlError:
