@@ -56,6 +56,8 @@ $(READY_DOCS): pyproject.toml $(READY)
 run: $(READY) ## the whole path in one go: derive, emit, compile, simulate, trace, control, report
 	@$(PY) -m phichain tour --out $(OUT)
 
+# Small matrices: BLAS threads of two workers would only wait for each other.
+test: export OPENBLAS_NUM_THREADS = 1
 test: $(READY) ## all tests
 	@$(PY) -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(PYTEST)
 
