@@ -155,14 +155,6 @@ _RULES: dict[str, Callable[[tuple[Operand, ...], Definition, Emit], Operand | No
 COMMUTATIVE = frozenset({"add", "mul"})
 
 
-def canonical(kind: str, args: tuple[Operand, ...]) -> tuple[Operand, ...]:
-    """Arguments in a fixed order where the operation commutes, so that equal values are found again."""
-    if kind not in COMMUTATIVE:
-        return args
-    return tuple(sorted(args, key=_order))
-
-
-def _order(operand: Operand) -> tuple[int, str]:
-    if isinstance(operand, Const):
-        return (0, "")
-    return (1, operand.name) if isinstance(operand, Local) else (2, f"{operand.array}[{operand.index}]")
+def canonical(kind: str, args: tuple[Operand, ...]) -> tuple[Operand, ...] | frozenset[Operand]:
+    """Arguments without their order where the operation commutes, so that equal values are found again."""
+    return frozenset(args) if kind in COMMUTATIVE else args

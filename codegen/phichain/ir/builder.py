@@ -39,7 +39,7 @@ class _Block:
 
     def __init__(self) -> None:
         self.statements: list[Statement] = []
-        self.shared: dict[tuple[str, tuple[Operand, ...]], Operand] = {}
+        self.shared: dict[tuple[str, tuple[Operand, ...] | frozenset[Operand]], Operand] = {}
 
 
 class Builder:
@@ -114,9 +114,13 @@ class Builder:
 
     def lift(self, value: Expr | Number) -> Expr:
         """A number as a handle (floats exactly, as the binary fraction they are)."""
+        return Expr(self, self._operand(value))
+
+    def _operand(self, value: Expr | Number) -> Operand:
         if not isinstance(value, Expr):
-            return Expr(self, Const(Fraction(value)))
-        return Expr(self, self._renamed.get(value.operand, value.operand))
+            return Const(Fraction(value))
+        operand = value.operand
+        return self._renamed.get(operand, operand) if isinstance(operand, Local) else operand
 
     def read(self, array: str, index: Index) -> Expr:
         """The value of a cell; entries of tables whose value is known are numbers at once."""
@@ -136,7 +140,7 @@ class Builder:
 
     def apply(self, kind: str, *args: Expr | Number, label: str = "") -> Expr:
         """One operation, simplified and shared."""
-        return Expr(self, self._emit(kind, tuple(self.lift(arg).operand for arg in args), label))
+        return Expr(self, self._emit(kind, tuple([self._operand(arg) for arg in args]), label))
 
     def let(self, label: str, value: Expr) -> Expr:
         """Give an intermediate quantity its name, before anything uses it (the first name given stays)."""
@@ -281,8 +285,8 @@ class Builder:
             args = (args[1], args[0])
         key = (kind, canonical(kind, args))
         for block in self._blocks:
-            if key in block.shared:
-                return block.shared[key]
+            if (known := block.shared.get(key)) is not None:
+                return known
         result = Local(self.fresh(label) if label else self._anonymous())
         self._ops[result.name] = op = Op(result.name, kind, args)
         self._blocks[-1].statements.append(op)

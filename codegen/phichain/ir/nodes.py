@@ -26,6 +26,9 @@ class Const:
 
     value: Fraction
 
+    def __hash__(self) -> int:
+        return hash(self.value.numerator) ^ self.value.denominator
+
 
 @dataclass(frozen=True, slots=True)
 class Affine:
@@ -84,6 +87,9 @@ class Local:
     """The result of an `Op`, or a loop-carried scalar."""
 
     name: str
+
+    def __hash__(self) -> int:
+        return hash(self.name)
 
 
 Operand = Const | Cell | Local

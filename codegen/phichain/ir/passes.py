@@ -54,7 +54,8 @@ def prune(program: Program) -> Program:
     while True:
         marked = set(live)
         body = _live_statements(program.body, marked)
-        if marked == live:
+        if marked == live or program.is_straight_line:  # read backwards, that is all there is
+            live = marked
             break
         live = marked
     used = live | {name for statement in body for name in _arrays_of(statement)}
