@@ -10,7 +10,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from math import floor
 
-from phichain.ir.nodes import Const, Local, Op, Operand
+from phichain.ir.nodes import Const, Op, Operand
 
 ZERO, ONE, MINUS_ONE = Const(Fraction(0)), Const(Fraction(1)), Const(Fraction(-1))
 
