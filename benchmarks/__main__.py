@@ -40,6 +40,7 @@ MODULES: Final = {
     "fractional": "benchmarks.fractional.run",
     "families": "benchmarks.orbits.families",
     "papers": "benchmarks.papers.run",
+    "horizon": "benchmarks.horizon.run",
 }
 """Table -> the module with its HEADING and its ``tables(plan)``."""
 

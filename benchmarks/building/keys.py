@@ -36,11 +36,15 @@ PLANAR: Mapping[str, Mapping[str, Any]] = {
     "base = cart, drive = acceleration": {"base": "cart", "drive": "acceleration"},
 }
 SPATIAL: Mapping[str, Mapping[str, Any]] = {
+    "com": {"com": (0.2, 0.25, 0.3, 0.35)},
     "inertia, com": {"inertia": (0.01, 0.02, 0.03, 0.04), "com": (0.2, 0.25, 0.3, 0.35)},
     "damping": {"damping": 0.05},
+    "friction, friction_speed": FRICTION,
+    "stiffness": {"stiffness": 1.5},
     "base = moving": {"base": "moving"},
     "base = cart": CART,
     "base = cart, cart_damping": {**CART, "cart_damping": 0.3},
+    "base = cart, cart_friction, cart_friction_speed": {**CART, **CART_FRICTION},
     "base = cart, drive = acceleration": {"base": "cart", "drive": "acceleration"},
 }
 NOTE = (

@@ -6,11 +6,14 @@ of `python -m benchmarks.horizon` has more methods.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from benchmarks.horizon.cases import CASES, Case
 from benchmarks.horizon.judge import LOOSE, run
+from phichain.motion.error import neighbours, rounding, second
 
 WAYS = (("taylor", None), ("taylor", LOOSE), ("DOP853", None), ("DOP853", LOOSE))
 
@@ -23,3 +26,29 @@ def test_an_estimate_is_no_less_than_a_tenth_of_the_error_and_no_more_than_a_hun
     assert np.min(found.ratio) >= 0.1 and np.max(found.ratio) <= 100
     assert found.unmarked < 1e-2
     assert (found.status == "doubtful") == (found.holds_until < 60.0)
+
+
+@pytest.mark.parametrize(("tol", "share"), [(None, 0.75), (LOOSE, 0.75)], ids=["default", "loose"])
+def test_a_lost_run_is_not_followed_to_its_end(tol: float | None, share: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beyond the time where two runs have nothing to do with each other no second one costs anything."""
+    flown, spans = second.flown, []
+
+    def watched(problem: Any, t: Any, x: Any, tol: float, budget: int) -> Any:
+        spans.append((tol, float(t[-1])))
+        return flown(problem, t, x, tol, budget)
+
+    for module in (second, rounding, neighbours):
+        monkeypatch.setattr(module, "flown", watched)
+    lost = [case for case in CASES if case.name == "uneven_triple"]
+    found = run(lost[0], "taylor", tol)
+    finest = min(tolerance for tolerance, _ in spans)
+    assert 0 < max(end for tolerance, end in spans if tolerance == finest) < share * 60.0
+    assert found.holds_until < 20.0 and np.all(found.estimated[-3:] >= 0.5)
+
+
+def test_directions_are_lines() -> None:
+    """What grows most does so either way: neighbours that point against each other have turned into one line."""
+    way: Any = type("Way", (), {"measure": staticmethod(lambda off: float(np.max(np.abs(off))))})
+    one = np.array([0.6, -0.8])
+    assert neighbours._apart(way, one, -one) == neighbours._apart(way, one, one) == 0.0
+    assert neighbours._apart(way, one, np.array([0.6, 0.8])) == pytest.approx(1.2)

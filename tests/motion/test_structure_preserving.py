@@ -38,9 +38,13 @@ SCENES: dict[str, dict[str, Any]] = {
         "links": 2, "space": "planar", "base": "cart", "mass": [0.6, 0.4], "length": [0.5, 0.6], "com": [0.3, 0.4],
         "cart_mass": 1.0, "damping": [0.2, 0.1], "stiffness": [1.0, 0.5], "actuated": "all", "angles": "absolute",
     },
+    "geared_two": {
+        "links": 2, "space": "planar", "mass": [1.0, 0.7], "length": [0.5, 0.6], "com": [0.3, 0.6], "inertia": [0.02, 0.0],
+        "armature": [0.1, 0.05],
+    },
 }  # fmt: skip
 QUICK = CompilerOptions(flags=("-std=c99", "-O1", "-ffp-contract=fast", "-fPIC", "-shared"))
-CONSERVATIVE = ("plane_two", "space_two", "cart_three")
+CONSERVATIVE = ("plane_two", "space_two", "cart_three", "geared_two")
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +112,7 @@ def test_unit_vectors_stay_unit_and_rates_tangent(systems: dict[str, System], na
     assert np.max(np.abs(np.sum(unit * omega, axis=1))) < 1e-14
 
 
-@pytest.mark.parametrize(("name", "wandering"), [("plane_two", 1), ("space_two", 1), ("cart_three", 4)])
+@pytest.mark.parametrize(("name", "wandering"), [("plane_two", 1), ("space_two", 1), ("cart_three", 4), ("geared_two", 1)])
 def test_the_energy_error_stays_bounded(systems: dict[str, System], name: str, wandering: float) -> None:
     """Over 1e5 steps it neither drifts nor grows; a step half as long has a quarter of it.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import sympy
 
-from phichain.errors import SceneError, UnsupportedError
+from phichain.errors import SceneError
 from phichain.harmonic.projection import OMEGA, amplitude_symbols, phi_expressions
 from phichain.mechanics import derive, with_symbols
 from phichain.scene import Scene
@@ -39,9 +39,3 @@ def test_phi_projected() -> None:
 def test_no_rotors_in_space() -> None:
     with pytest.raises(SceneError, match="armature"):
         Scene("arm", 2, space="spatial", **ARM)
-
-
-def test_the_variational_step_says_what_to_use() -> None:
-    with pytest.raises(UnsupportedError, match=r"step_rosenbrock.*armature"):
-        Scene("arm", 2, **ARM, want=("step_variational",))
-    Scene("arm", 2, **(ARM | {"armature": 0.0}), want=("step_variational",))

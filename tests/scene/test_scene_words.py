@@ -48,6 +48,20 @@ def refusal(tables):
         ("joints", "coulomb_friction", "joints.friction with joints.friction_speed"),
         ("chain", "g", "write chain.gravity, m/s^2"),
         ("chain", "diameter", "rod, tube, cylinder"),
+        ("chain", "payload", "point(mass, place)"),
+        ("joints", "bearing", "joints.damping or joints.friction"),
+        ("chain", "ball_joint", "what slides is the cart"),
+        ("chain", "incline", "gravity times cos(tilt)"),
+        ("chain", "magnet", "torques about the joints to u"),
+        ("joints", "damping_ratio", "2 zeta"),
+        ("chain", "natural_frequency", 'want "linearization"'),
+        ("joints", "brake", "run one scene for each state"),
+        ("joints", "stribeck", "regularises it as F tanh"),
+        ("chain", "com_offset", "beside the line from joint to joint"),
+        ("chain", "second_link_inertia", "write chain.inertia"),
+        ("chain", "pole_mass", "write chain.mass, kg"),
+        ("joints", "gearbox_ratio_1", "torque by n, its damping and rotor inertia by n^2"),
+        ("joints", "max_motor_current", "phichain.rigs"),
     ],
 )
 def test_a_word_of_physics_is_answered_by_what_a_scene_holds(table, word, says):
@@ -93,6 +107,11 @@ def test_every_answer_is_one_sentence_about_keys_that_there_are():
 )
 def test_a_slip_finds_its_key(word, key):
     assert nearest(word, [key for table in TABLES.values() for key in table]) == key
+
+
+def test_a_slip_goes_before_a_part_of_it():
+    assert 'did you mean "cart_mass"' in str(refusal({"chain": CHAIN | {"cart_masss": 1}}))
+    assert "the keys of [chain] are" in str(refusal({"chain": CHAIN | {"cart_velocity": 1}}))
 
 
 @pytest.mark.parametrize("word", ["rotor", "spin", "rope", "q", "", "zzz", "voltage", "amplitude", "a" * 1_000_000], ids=lambda word: word[:20])

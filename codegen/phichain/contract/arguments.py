@@ -52,11 +52,6 @@ def is_damped(chain: Kind) -> bool:
     return chain.damping is not None
 
 
-def has_rotors(chain: Kind) -> bool:
-    """Joints carry rotors."""
-    return chain.armature is not None
-
-
 def rubs(chain: Kind) -> bool:
     """Dry friction acts, at joints or on the cart."""
     return chain.friction is not None or chain.cart_friction is not None
@@ -146,11 +141,6 @@ NO_BALANCE: Final = (
         "is a balance of forces, and a cart that is driven by its acceleration goes where it is told",
         'use base = "fixed" for the chain beneath it, or drive = "force"',
     ),
-)
-NO_ROTORS: Final = Absence(
-    has_rotors,
-    "moves the ends of the links, which do not hold the inertia of the joints' rotors",
-    'use "step", "step_rosenbrock" or the Taylor flow, or remove joints.armature',
 )
 NO_PREPARATION: Final = (
     Absence(

@@ -18,7 +18,6 @@ from phichain.contract.arguments import (
     NO_BALANCE,
     NO_FORCES,
     NO_PREPARATION,
-    NO_ROTORS,
     STATE,
     STEP,
     Q,
@@ -223,7 +222,7 @@ TABLE: Final[tuple[Function, ...]] = (
                 "norm of (|q_k|^2 - 1) over the links before they are made unit: round-off when the iteration was enough",
             ),
         ),
-        absent=(NO_ROTORS,), on_request=_FURTHER_STEP,
+        on_request=_FURTHER_STEP,
     ),
     Function(
         "step_rosenbrock", "One L-stable Rosenbrock step of order 5 (Rodas5P), with an error estimate.",

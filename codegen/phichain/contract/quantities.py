@@ -9,18 +9,18 @@ from __future__ import annotations
 
 from typing import Final
 
+from phichain.contract import quantities_beside as beside
 from phichain.contract.chain import Chain
-from phichain.contract.quantities_beside import balance, geared, series, tension_slopes
 from phichain.contract.quantity import Quantities, Quantity, rows
 
 _DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian", "step"})
 _TENSIONS: Final = frozenset({"tensions"})
 _FIELD: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian"})
 _FORCES: Final = frozenset({"inverse_dynamics", "inverse_and_jacobian"})
-_ANGLES: Final = frozenset(
-    {"mass_matrix", "coriolis", "gravity_torque", "energy", "positions", *_FORCES, "momentum", "linearization"}
-)
+_ANGLES: Final = frozenset({"mass_matrix", "coriolis", "gravity_torque", "energy", "positions", *_FORCES, "momentum", "linearization"})
 _BALANCE: Final = frozenset({"phi", "phi_jacobian"})
+_STEPS: Final = frozenset({"step_lie4", "step_variational"})
+_IMPLICIT: Final = frozenset({"step_rosenbrock", "implicit_factors"})
 _SERIES: Final = frozenset({"flow_factor", "flow_order", "flow_columns", "flow_settle"})
 """What a Taylor flow does once a step, once an order, and first of all for its derivatives."""
 
@@ -275,10 +275,14 @@ TABLE: Final[tuple[Quantities, ...]] = (
         "planar",
     ),
     Quantities(frozenset({"positions"}), "section 1", rows(("joint_x joint_y joint_z", "m", "position of a joint"))),
-    balance(_BALANCE),
-    series(_SERIES),
-    tension_slopes(),
-    geared(_DYNAMICS | _SERIES),
+    beside.balance(_BALANCE),
+    beside.series(_SERIES),
+    beside.tension_slopes(),
+    beside.geared(_DYNAMICS | _SERIES),
+    beside.dry_friction(_DYNAMICS | _TENSIONS | _FORCES | _STEPS | _IMPLICIT), beside.dry_slopes(_IMPLICIT),
+    beside.dry_series(_SERIES),
+    beside.moments(_SERIES, "planar", "coefficient of the moment on a link, as far as it is known"),
+    beside.moments(_SERIES, "spatial", "coefficient of what resists a joint"),
 )  # fmt: skip
 """Every explained name. What stands in no row is explained by the line that computes it."""
 

@@ -1,4 +1,4 @@
-"""What the named quantities are beside the sweeps: with rotors at the joints, in the harmonic balance, in Taylor series."""
+"""What the named quantities are beside the sweeps: with dry friction, with rotors at the joints, in the harmonic balance, in Taylor series."""
 
 from __future__ import annotations
 
@@ -41,6 +41,47 @@ def geared(functions: frozenset[str]) -> Quantities:
     )  # fmt: skip
 
 
+def dry_friction(functions: frozenset[str]) -> Quantities:
+    """Those that dry friction brings along, w the rate of a joint or of a cart and v_0 the speed where it saturates."""
+    return Quantities(
+        functions, "section 1",
+        rows(
+            ("joint_ratio cart_ratio", "", "|w| / v_0 of dry friction"),
+            ("joint_over_ratio cart_over_ratio", "", "v_0 / |w|"),
+            ("joint_saturation cart_saturation", "", "tanh(|w| / v_0); in the plane with the sign of the rate"),
+            ("joint_share cart_share", "", "tanh(|w| / v_0) v_0 / |w|, friction over what it were if it grew on as at rest"),
+        ),
+    )  # fmt: skip
+
+
+def dry_slopes(functions: frozenset[str]) -> Quantities:
+    """Those that it brings into implicit steps."""
+    return Quantities(
+        functions, "section 9",
+        rows(
+            ("resistance", "N m s/rad", "slope of what resists a joint's rate"),
+            ("cart_slope", "N s/m", "slope of what resists a cart"),
+            ("resisted", "", "couple per rate of every joint, N m s/rad, and its slope over w, N m s^3/rad^3, one after the other"),
+        ),
+    )  # fmt: skip
+
+
+def dry_series(functions: frozenset[str]) -> Quantities:
+    """Those that it brings into Taylor series."""
+    return Quantities(
+        functions, "section 10",
+        rows(
+            ("over", "", "1 / v_0 in the step's unit of time"),
+            ("cart_rate", "", "coefficient of the cart's speed, for its friction"),
+            ("rub_ratio", "", "|w| / v_0 where a step begins"),
+            ("rub_saturation", "", "its tanh"),
+            ("rub_share", "", "tanh(|w| / v_0) v_0 / |w|"),
+            ("rub_square", "", "coefficient of |w|^2 / v_0^2"),
+            ("rub_moved", "", "coefficient of tanh(|w| / v_0) v_0 / |w|"),
+        ),
+    )  # fmt: skip
+
+
 def balance(functions: frozenset[str]) -> Quantities:
     """Those of the harmonic balance."""
     return Quantities(
@@ -78,6 +119,11 @@ def series(functions: frozenset[str]) -> Quantities:
             ("lead", "", "variation of what stands before the first row of left"),
         ),
     )  # fmt: skip
+
+
+def moments(functions: frozenset[str], space: str, meaning: str) -> Quantities:
+    """What a moment is there."""
+    return Quantities(functions, "section 10", rows(("moment", "", meaning)), space)
 
 
 def tension_slopes() -> Quantities:

@@ -124,7 +124,7 @@ def _told(case: Case, links: Outputs) -> Outputs:
 
 
 def _transport(case: Case, start: Pose, end: Pose, q_next: Vector, q: Vector, pose: Pose) -> Vector:
-    """Return the momentum of the discrete velocity, conjugate to the rates of `pose`."""
+    """Return the momentum of the discrete velocity, conjugate to the rates of `pose`; rotors turn by the angles themselves."""
     h, carts = case.inputs["h"], cart_axes(case.scene)
     change = [
         [a - b for a, b in zip(there, here, strict=True)]
@@ -135,7 +135,11 @@ def _transport(case: Case, start: Pose, end: Pose, q_next: Vector, q: Vector, po
     momentum = masses.conjugate(case.scene, case.values, pose, [entry / h for entry in gained])
     for axis in range(carts):
         momentum[axis] += case.values.cart_mass * slide[axis] / h
-    return momentum
+    if not case.scene.is_planar:
+        return momentum
+    turned = [(there - here) / h for there, here in zip(q_next, q, strict=True)]
+    rotors = masses.rotor_momentum(case.scene, case.values, turned)
+    return [a + b for a, b in zip(momentum, rotors, strict=True)]
 
 
 def _drifted(case: Case, start: Pose, q: Vector, v: Vector, kicked: Vector) -> Vector:

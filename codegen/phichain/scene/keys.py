@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from phichain.contract.words import nearest
 from phichain.errors import SceneError
-from phichain.scene.words import answer_of
+from phichain.scene.words import answer_of, answer_of_part
 
 TABLES: Final[dict[str, tuple[str, ...]]] = {
     "chain": (
@@ -117,6 +117,9 @@ def _unknown_key(table: str, key: object, value: object) -> SceneError:
         return SceneError(where, value, answer.problem, answer.remedy, nearest=None)
     valid = TABLES[table] if table else ("name", *TABLES)
     near = nearest(name, valid)
+    answer = answer_of_part(name) if near is None else None
+    if answer is not None:
+        return SceneError(where, value, answer.problem, answer.remedy, nearest=None)
     holder = f"[{table}]" if table else "a scene"
     guess = f'did you mean "{near}"? The' if near else "the"
     remedy = f"{guess} keys of {holder} are {', '.join(valid)}"

@@ -78,6 +78,32 @@ _COULOMB: Final = Answer(
     "write joints.friction with joints.friction_speed, or chain.cart_friction with chain.cart_friction_speed",
 )
 
+_LOAD: Final = Answer(
+    "is a mass on a link, which is part of its body", "make one link of both by phichain.rigs: link(length, rod(...), point(mass, place)) (docs/rigs.md)"
+)
+_BEARING: Final = Answer("is a joint, and those of a scene have no mass", "write joints.damping or joints.friction for what it resists; its mass belongs to a link")
+_JOINT: Final = Answer(
+    "is a kind of joint, and those of a chain turn about one axis in the plane and about all but the link's own in space",
+    'set chain.space; what slides is the cart of base = "cart"',
+)
+_TILTED: Final = Answer(
+    "tilts gravity, which points along the last axis", "use gravity times cos(tilt) for a plane of motion that is tilted; a rail that is not horizontal is not served"
+)
+_FIELD: Final = Answer("is a force that no key holds", "add its torques about the joints to u")
+_RATIO: Final = Answer("is a share of critical damping, which hangs on the motion", "write joints.damping in N m s/rad: 2 zeta times the root of stiffness times inertia")
+_FOUND: Final = Answer("is found, not given", 'want "linearization", or say "phichain trace SCENE --mode 1" for the family that begins with a mode')
+_CLUTCH: Final = Answer("locks a joint and lets it go, a law with corners", "run one scene for each state, from an event of simulate to the next")
+_MEASURING: Final = Answer("belongs to what measures, and a scene holds the chain alone", "round or sample in the law that simulate calls (sample=, delay=)")
+_ASIDE: Final = Answer("lies beside the line from joint to joint, where links have no mass", "count the last link's angle from its joint to its centre of mass (docs/rigs.md)")
+_RIGID: Final = Answer("stretches a link, and the links of a chain are rigid", "use joints.rest_angle for a joint's spring that rests at an angle")
+_WHOLE: Final = Answer("is of the whole chain, and a scene has a number for each link", "write chain.mass and chain.length link by link, or one number for all")
+_CORNERS: Final = Answer(
+    "is a law of dry friction with corners or ripples, and a scene regularises it as F tanh(v / v_0)",
+    "write joints.friction with joints.friction_speed, or add the rest to u",
+)
+_ROLLING: Final = Answer("resists what rolls or turns", "write chain.cart_friction, N, with chain.cart_friction_speed, chain.cart_damping, N s/m, or joints.damping, N m s/rad")
+_CART_SPRING: Final = Answer("pulls on the cart, where a scene has no spring", "add -k x to the force in u")
+
 _TABLE: Final[tuple[tuple[str, Answer], ...]] = (
     ("rotor rotor_inertia motor_inertia reflected_inertia drive_inertia", _ROTOR),
     (
@@ -108,8 +134,8 @@ _TABLE: Final[tuple[tuple[str, Answer], ...]] = (
     ("viscous viscous_friction viscosity damper dampers damping_coefficient joint_damping", _is("damping", "joints.damping", "N m s/rad")),
     ("spring springs spring_constant spring_stiffness joint_stiffness", _is("a joint's spring", "joints.stiffness", "N m/rad")),
     ("spring_angle neutral_angle equilibrium_angle", _is("a spring's angle of rest", "joints.rest_angle", "rad")),
-    ("rail_friction rail_damping cart_viscous cart_drag", _is("friction of a cart", "chain.cart_damping, N s/m, or chain.cart_friction, N")),
-    ("moment_of_inertia moments_of_inertia moi rotational_inertia i_zz i_xx i_yy izz ixx iyy i j", _is("inertia", "chain.inertia", "kg m^2 about the centre of mass")),
+    ("rail_friction rail_damping track_friction track_damping cart_viscous cart_drag", _is("friction of a cart", "chain.cart_damping, N s/m, or chain.cart_friction, N")),
+    ("moment_of_inertia moments_of_inertia moi mass_moment inertia_matrix inertia_tensor rotational_inertia i_zz i_xx i_yy izz ixx iyy i j", _is("inertia", "chain.inertia", "kg m^2 about the centre of mass")),
     ("centre_of_mass center_of_mass cog center_of_gravity centre_of_gravity lc l_c r", _is("the centre of mass", "chain.com", "m from the base joint")),
     ("m masses weight weights link_mass", _is("masses", "chain.mass", "kg")),
     ("l len lengths link_length size", _is("lengths", "chain.length", "m")),
@@ -119,6 +145,27 @@ _TABLE: Final[tuple[tuple[str, Answer], ...]] = (
     ("dim dimension dimensions plane spherical", _is("the kind of space", 'chain.space = "planar" or "spatial"')),
     ("coordinates angle_convention convention", _is("the kind of angles", 'joints.angles = "relative", "absolute" or "adjacent"')),
     ("precision dtype type single double float", _is("the type of numbers", 'target.real = "double" or "float"')),
+    ("payload load tip_load tip_mass end_mass end_load point_mass bob ball counterweight balance_weight", _LOAD),
+    ("bearing bearings hinge hinges pin axle shaft", _BEARING),
+    ("revolute ball_joint universal_joint universal gimbal prismatic slider slide joint_type axis_of_rotation wheel wheels", _JOINT),
+    ("tilt tilted incline inclined inclination slope gravity_vector gravity_direction", _TILTED),
+    ("magnet magnets electromagnet magnetic field thrust propeller buoyancy fluid water added_mass external_force external_torque", _FIELD),
+    ("damping_ratio zeta quality_factor q_factor loss_factor logarithmic_decrement decay decay_rate half_life", _RATIO),
+    ("frequency natural_frequency frequencies eigenfrequency period mode modes", _FOUND),
+    ("brake brakes clutch lock locked", _CLUTCH),
+    ("encoder encoders resolution quantization sensor sensors filter latency", _MEASURING),
+    ("supply_voltage battery power pwm duty duty_cycle amplifier microsteps steps_per_rev poles", _MOTOR),
+    ("offset com_offset eccentricity eccentric", _ASIDE),
+    ("rest_length stretch axial_stiffness preload pretension", _RIGID),
+    ("total_mass total_length chain_mass chain_length", _WHOLE),
+    ("stribeck static_torque breakaway breakaway_torque cogging cogging_torque detent detent_torque ripple", _CORNERS),
+    ("rolling rolling_resistance rolling_friction eddy_current eddy_currents", _ROLLING),
+    ("cart_spring cart_stiffness", _CART_SPRING),
+    ("stroke velocity_limit speed_limit max_speed max_velocity", _EITHER),
+    ("mu friction_coeff friction_coefficients", _COULOMB),
+    ("base_position base_velocity base_speed base_path", _MOVED),
+    ("torsional_spring torsion_spring torsional_stiffness rotational_stiffness", _is("a joint's spring", "joints.stiffness", "N m/rad")),
+    ("joint_friction joint_torque_friction", _is("dry friction of a joint", "joints.friction", "N m, with joints.friction_speed, rad/s")),
     ("output outputs wanted function", _is("the functions that are wanted", "functions.want = [...]")),
 )  # fmt: skip
 
@@ -131,6 +178,41 @@ WORDS: Final = _spelled(_TABLE)
 """Every word and its answer."""
 
 
+#: What a part of a chain is called in front of what is said of it, and numbers.
+_WHOSE: Final = frozenset({
+    "link", "links", "rod", "rods", "pole", "poles", "pendulum", "arm", "bob", "first", "second", "third", "upper", "lower", "inner", "outer",
+    "joint", "joints", "hinge", "shoulder", "elbow",
+})  # fmt: skip
+#: Keys that are said of such a part.
+_KEYS: Final = {
+    "mass": _is("masses", "chain.mass", "kg"), "length": _is("lengths", "chain.length", "m"), "inertia": _is("inertia", "chain.inertia", "kg m^2 about the centre of mass"),
+    "com": _is("the centre of mass", "chain.com", "m from the base joint"), "damping": _is("damping", "joints.damping", "N m s/rad"),
+    "stiffness": _is("a joint's spring", "joints.stiffness", "N m/rad"), "friction": _is("dry friction of a joint", "joints.friction", "N m, with joints.friction_speed, rad/s"),
+}  # fmt: skip
+#: Words that say little of a word that they are part of.
+_VAGUE: Final = _WHOSE | {"cart", "size", "start", "state", "type", "time", "method", "function"}
+#: Words longer than this are cut.
+_LONGEST: Final = 80
+
+
 def answer_of(word: str) -> Answer | None:
-    """Return what is said of a word, however it is written: `Joint Limits`, `joint-limits` and `joint_limits` are one."""
-    return WORDS.get("_".join(word.lower().replace("-", " ").replace("_", " ").split()))
+    """Return what is said of a word, however it is written: `Joint Limits`, `joint-limits` and `joint_limits` are one.
+
+    Of `pole_mass` or `second_link_inertia` it is said what is said of `mass` and `inertia`.
+    """
+    parts = _parts(word)
+    found = WORDS.get("_".join(parts))
+    while found is None and len(parts) > 1 and (parts[0] in _WHOSE or parts[0].isdigit()):
+        parts = parts[1:]
+        found = WORDS.get("_".join(parts)) or _KEYS.get("_".join(parts))
+    return found
+
+
+def answer_of_part(word: str) -> Answer | None:
+    """Return what is said of the first part that something is said of: of `bearing_drag` what is said of bearings."""
+    parts = _parts(word)
+    return next((WORDS[part] for part in parts if part in WORDS and len(part) > 2 and part not in _VAGUE), None) if len(parts) > 1 else None
+
+
+def _parts(word: str) -> list[str]:
+    return word[:_LONGEST].lower().replace("-", " ").replace("_", " ").split()

@@ -870,6 +870,7 @@ static void planar2_flow_factor(const planar2_real q[2], const planar2_real v[2]
  *   sums               for every product what the coefficients that are known contribute to it
  *   coefficient, next  the state's coefficients of order n, and of order n + 1
  *   now                n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and 1 at order 0, else 0
+ *   moment             coefficient of the moment on a link, as far as it is known
  * Others are named as in flow_factor.
  */
 static void planar2_flow_order(const planar2_real held[36], const planar2_real sums[8],

@@ -131,8 +131,14 @@ class Ambient:
             push[axis] = push_on_cart(self.scene, self.parameters, u, v, axis)
         return push
 
-    def arrive(self, q: ArrayRef, place: ArrayRef, moved: ArrayRef, arrived: ArrayRef) -> None:
-        """The configuration of vectors `moved` that are unit up to rounding, found from q, whose z is `place`."""
+    def arrive(
+        self, q: ArrayRef, place: ArrayRef, moved: ArrayRef, arrived: ArrayRef, way: ArrayRef | None = None
+    ) -> ArrayRef | None:
+        """The configuration of vectors `moved` that are unit up to rounding, found from q, whose z is `place`.
+
+        Returns:
+            The angles that the links of a planar chain have turned by; None in space.
+        """
         builder, scene = self.builder, self.scene
         for i in range(self.cart):
             arrived[i] = moved[i]
@@ -140,15 +146,18 @@ class Ambient:
             with builder.loop("k", 0, scene.links) as loop:
                 there = self.at(moved, loop.index)
                 self.put(arrived, loop.index, multiple(1 / builder.sqrt(dot(there, there)), there))
-            return
-        turned, change = self._turned(place, moved), builder.array("change", scene.links)
+            return None
+        turned, change = self.turned(place, moved, way), builder.array("change", scene.links)
         planar_joints.from_absolute(builder, scene, turned, change)
         with builder.loop("k", 0, scene.links) as loop:
             k = loop.index
             arrived[k + self.cart] = q[k + self.cart] + change[k]
+        return turned
 
-    def _turned(self, place: ArrayRef, moved: ArrayRef) -> ArrayRef:
+    def turned(self, place: ArrayRef, moved: ArrayRef, way: ArrayRef | None = None) -> ArrayRef:
         """Angles between planar vectors: twice the y with sin y = s, cos y = c, from the first terms of arcsin s.
+
+        With the `way` between them their digits are relative to it, not to the vectors.
 
         y + s cos y - c sin y = y + sin(exact - y) cubes the error.
         """
@@ -161,7 +170,8 @@ class Ambient:
             here, there = self.at(place, k), self.at(moved, k)
             over = builder.let("over_norm", 1 / builder.sqrt(dot(there, there)))
             c = builder.let("cosine_k", builder.sqrt(_HALF + _HALF * over * dot(here, there)))
-            s = builder.let("sine_k", _HALF * over * dot(tangent(here), there) / c)
+            across = there if way is None else self.at(way, k)
+            s = builder.let("sine_k", _HALF * over * dot(tangent(here), across) / c)
             sine[k], cosine[k] = s, c
             x = builder.let("sine_squared", s * s)
             series = Fraction(1, 6) + x * (Fraction(3, 40) + Fraction(5, 112) * x)

@@ -89,7 +89,7 @@ def sweep(links: Links) -> None:
             loop.follow(before, after)
         for before, after in zip(bias, link.bias_at_base, strict=True):
             loop.follow(before, after)
-    base = _base(links, inertia.matrix, bias)
+    base = moved_base(links, inertia.matrix, bias, links.parameters.base_mass)
     with builder.loop("k", 0, count) as loop:
         k = loop.index
         joint = tuple(loop.carry(f"joint_{axis}", x) for axis, x in zip("xyz", base, strict=False))
@@ -216,8 +216,8 @@ def _added(builder: Builder, bent: Inertia, pull: Vector, seen: Vector) -> Inert
     return Inertia(matrix, plus(bent.adjugate, combined(-1, crossed, 0)), determinant)
 
 
-def _base(links: Links, inertia: Matrix, bias: Vector) -> Vector:
-    """Acceleration of joint 0 less gravity; writes that of the cart."""
+def moved_base(links: Links, inertia: Matrix, bias: Vector, mass: Expr) -> Vector:
+    """Acceleration of joint 0 less gravity, on a cart of a mass if there is one; writes that of the cart."""
     builder, parameters, size = links.builder, links.parameters, links.size
     rise = tuple(-entry for entry in parameters.fall)
     if not links.scene.has_cart:
@@ -225,7 +225,7 @@ def _base(links: Links, inertia: Matrix, bias: Vector) -> Vector:
     asked = add(bias, applied(inertia, rise))[:-1]
     force = multiple(-1, asked) if links.push is None else sub(links.push, asked)
     horizontal = tuple(row[:-1] for row in inertia[:-1])
-    pivot = combined(1, horizontal, parameters.base_mass)
+    pivot = combined(1, horizontal, mass)
     over = 1 / (pivot[0][0] if size == 2 else dot(pivot[0], transposed(adjugate(pivot))[0]))
     cart = named(builder, "cart", multiple(over, applied(adjugate(pivot), force)))
     for i, entry in enumerate(cart):

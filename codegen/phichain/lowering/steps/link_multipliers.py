@@ -50,6 +50,7 @@ class Links:
         couple: forces conjugate to the unit vectors, no cart cells; None without any.
         push: horizontal force on the cart, or None.
         out: accelerations.
+        lead: what rotors at the joints are accelerated by beside what the vectors say, against the link before; None without rotors.
     """
 
     builder: Builder
@@ -61,6 +62,7 @@ class Links:
     couple: ArrayRef | None
     push: Vector | None
     out: ArrayRef
+    lead: ArrayRef | None = None
 
     @property
     def size(self) -> int:

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from phichain.motion.error.measure import Measure
+from phichain.motion.error.measure import LOST, Measure
 from phichain.motion.error.rounding import FINEST, rounded
 from phichain.motion.error.second import TENFOLD, Method, second_run
 from phichain.motion.path import Path
@@ -26,9 +26,7 @@ MOST: Final = 1e-2
 MOST_AT_ROUND_OFF: Final = 1e-4
 #: `auto` keeps the tolerance itself, and its error estimate is no better than this.
 KEPT: Final = 4.0
-#: From an error of this on, of the motion, two runs have nothing to do with each other.
-LOST: Final = 0.5
-#: They may be close by chance then: how much farther either may be from the motion.
+#: Two runs that have parted may be close by chance: how much farther either may be from the motion.
 PARTED: Final = 5.0
 #: Methods whose errors are relative to the motion.
 MEASURED_BY_MOTION: Final = ("taylor", "rosenbrock")
@@ -73,10 +71,11 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
     if name == "taylor" and system.real == "double" and problem.tol <= FINEST and not problem.is_moved:
         error, by, apart = rounded(problem, path, measure, most), "what rounding grows to beside it", 1.0
     else:
-        beside = second_run(problem, path, name, method)
+        beside = second_run(problem, path, name, method, measure)
         if beside is None:
             return NONE
-        error, by, apart = SAFETY * beside.share * measure(beside.x - path.x), beside.by, PARTED
+        error, by, apart = np.full(len(path.t), np.inf), beside.by, PARTED
+        error[: len(beside.x)] = SAFETY * beside.share * measure(beside.x - path.x[: len(beside.x)])
     error = _no_more(error, measure(path.x), ROUND_OFF[system.real], apart)
     beyond = np.flatnonzero(error > most)
     if not beyond.size:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from phichain.records import Held
 from phichain.system import System, Vector
+
+#: From an error of this on, of the motion, two runs have nothing to do with each other.
+LOST: Final = 0.5
 
 
 @dataclass(frozen=True, eq=False)

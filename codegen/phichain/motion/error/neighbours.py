@@ -30,7 +30,7 @@ FAR: Final = 1e-2
 #: The neighbour's tolerance at most, and times the steps of the path: its own errors add up and must stay below NEAR.
 LOOSE: Final = (1e-6, 1e-4)
 #: Steps of the path to the first push; where errors grow by less than so much from push to push, they come half as often.
-STRIDE: Final = 64
+STRIDE: Final = 128
 CALM: Final = 4.0
 #: Directions that differ by less have turned into one.
 ALIGNED: Final = 0.03
@@ -115,6 +115,11 @@ def errors_beside(problem: Problem, path: Path, local: Vector, measure: Measure,
     return np.maximum(first.error, second.error)
 
 
+def _apart(way: _Way, one: Vector, other: Vector) -> float:
+    """How far two directions are from one line: what grows most does so either way."""
+    return float(min(way.measure(one - other), way.measure(one + other)))
+
+
 Within = Callable[[_Way, int, Vector, Vector], tuple[Vector, float]]
 
 
@@ -139,7 +144,7 @@ def _along(way: _Way, off: Vector, begin: float, stride: int, within: Within) ->
             break
         gaps = states - way.x[at + 1 : at + 1 + len(states)]
         sizes = way.measure(gaps)
-        many = int(np.argmin(np.append(sizes <= FAR, False)))
+        many = len(sizes) if sizes.max() <= FAR else int(np.argmax(~(sizes <= FAR)))
         if many:
             new = slice(at + 1, at + 1 + many)
             error[new] = scale * sizes[:many]
@@ -152,7 +157,7 @@ def _along(way: _Way, off: Vector, begin: float, stride: int, within: Within) ->
             scale *= strayed / now
         else:
             now = size
-        if way.known is not None and way.measure(direction[at] - way.known.direction[at]) < ALIGNED:
+        if way.known is not None and _apart(way, direction[at], way.known.direction[at]) < ALIGNED:
             error[at:] = way.known.error[at:] * (error[at] / way.known.error[at])
             break
         if not off.any():  # all errors of old are gone, as where a motion comes to rest: what the steps since then have added is left

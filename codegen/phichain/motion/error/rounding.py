@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from phichain.motion.error.measure import Measure
+from phichain.motion.error.measure import LOST, Measure
 from phichain.motion.error.neighbours import STRIDE, errors_beside
 from phichain.motion.error.second import flown
 from phichain.motion.path import Path
@@ -41,9 +41,19 @@ def rounded(problem: Problem, path: Path, measure: Measure, most: float) -> Vect
     error = errors_beside(problem, path, local, measure, float(np.max(measure(path.x))), CLOSE * most)
     if np.max(error) <= most:
         return error
-    other = flown(problem, path.t, path.x[0], OTHERWISE * problem.tol, 2 * path.steps + STRIDE)
-    if len(other) == len(path.t) - 1:
-        error[1:] = np.minimum(error[1:], ALIKE * measure(other - path.x[1:]) + np.max(local))
+    # Where two runs with other steps are lost as well, as most are, nothing is to be seen beyond.
+    lost = np.flatnonzero(error > LOST)
+    first = int(lost[0]) if lost.size else len(error) - 1
+    at, state = 0, path.x[0]
+    for stop in (first, len(error) - 1):
+        if stop == at or error[at] > LOST:
+            break
+        other = flown(problem, path.t[at : stop + 1], state, OTHERWISE * problem.tol, 2 * path.steps + STRIDE)
+        if len(other) < stop - at:
+            break
+        new = slice(at + 1, stop + 1)
+        error[new] = np.minimum(error[new], ALIKE * measure(other - path.x[new]) + np.max(local))
+        at, state = stop, other[-1]
     return error
 
 

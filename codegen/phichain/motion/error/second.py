@@ -16,6 +16,7 @@ import numpy as np
 
 from phichain.errors import PhichainError
 from phichain.motion import choose
+from phichain.motion.error.measure import LOST, Measure
 from phichain.motion.ledger import Ledger
 from phichain.motion.path import Path, Segment, collect
 from phichain.motion.problem import Counted, Problem
@@ -33,6 +34,10 @@ WORTH: Final = {"taylor": (2, 64), "rosenbrock": (1, 64), "other": (10, 10_000)}
 #: Methods whose second run is their own where the motion is stiff.
 STIFF: Final = ("rosenbrock", "cvodes", "idas", "Radau", "BDF", "LSODA")
 ROUND_OFF: Final = float(np.finfo(float).eps)
+#: Two runs that are so far apart (times `LOST`) are not followed further: looked at after these parts of a run of so many steps and outputs.
+PARTED: Final = 2.0
+LOOKS: Final = (1 / 8, 1 / 4, 1 / 2)
+MANY: Final = (1024, 8)
 
 
 class Method(Protocol):
@@ -54,7 +59,7 @@ class Beside(Held):
     """A second run.
 
     Attributes:
-        x: Its states (m, nx) at the times of the first one.
+        x: Its states at the times of the first one, as far as the two have to do with each other.
         share: What part of the difference is the first one's error.
         by: What it is.
     """
@@ -64,29 +69,31 @@ class Beside(Held):
     by: str
 
 
-def second_run(problem: Problem, path: Path, name: str, method: Method) -> Beside | None:
-    """The first of the second runs that comes to the end of the path; None where none does.
+def second_run(problem: Problem, path: Path, name: str, method: Method, measure: Measure) -> Beside | None:
+    """The first of the second runs that comes to the end of the path, or so far from it that it may end; None where none does.
 
     Args:
         problem: What was integrated.
         path: What was found.
         name: By what.
         method: How that runs.
+        measure: How large a difference is.
     """
     # A law is asked in states where it was not asked before, and what it raises there says nothing of the first run.
     failures = Exception if problem.is_moved else PhichainError
-    for run in _ways(problem, path, name, method):
+    for run in _ways(problem, path, name, method, measure):
         try:
             found = run()
         except failures:
             continue
-        if found.x.shape == path.x.shape and np.isfinite(found.x).all():
+        is_whole = len(found.x) == len(path.x) or measure(found.x[-1] - path.x[len(found.x) - 1]) > PARTED * LOST
+        if is_whole and np.isfinite(found.x).all():
             return found
     return None
 
 
-def _ways(problem: Problem, path: Path, name: str, method: Method) -> list[Callable[[], Beside]]:
-    by_taylor, again = partial(_by_taylor, problem, path, name, method.fixed), partial(_again, problem, path, name, method)
+def _ways(problem: Problem, path: Path, name: str, method: Method, measure: Measure) -> list[Callable[[], Beside]]:
+    by_taylor, again = partial(_by_taylor, problem, path, name, method.fixed, measure), partial(_again, problem, path, name, method)
     if not problem.system.has("propagate") or problem.is_moved:
         return [again]
     if name in STIFF and _is_stiff(problem):
@@ -108,12 +115,27 @@ def flown(problem: Problem, t: Vector, x: Vector, tol: float, budget: int) -> Ve
     return pack(found.q_at, found.v_at)
 
 
-def _by_taylor(problem: Problem, path: Path, name: str, fixed: bool) -> Beside:
+def _by_taylor(problem: Problem, path: Path, name: str, fixed: bool, measure: Measure) -> Beside:
     each, some = WORTH.get(name, WORTH["other"])
     share = FINER.get(name, FINER["other"])
     tol = ROUND_OFF if fixed else max(share * problem.tol, ROUND_OFF)
-    states = flown(problem, path.t, path.x[0], tol, each * path.steps + some)
-    return Beside(np.concatenate([path.x[:1], states]), 1.0, f"the Taylor flow at tolerance {tol:.2g}")
+    states, last, budget = path.x[:1], len(path.t) - 1, each * path.steps + some
+    least, fewest = MANY
+    looks = [int(part * last) for part in LOOKS] if path.steps >= least and last >= fewest else []
+    for stop in (*looks, last):
+        begin = len(states) - 1
+        found = flown(problem, path.t[begin : stop + 1], states[-1], tol, budget)
+        states = np.concatenate([states, found])
+        if len(found) < stop - begin or np.max(measure(found - path.x[begin + 1 : stop + 1])) > PARTED * LOST:
+            states = _until_parted(states, path.x, measure)
+            break
+    return Beside(states, 1.0, f"the Taylor flow at tolerance {tol:.2g}")
+
+
+def _until_parted(states: Vector, x: Vector, measure: Measure) -> Vector:
+    """States up to the first that is far from those of x."""
+    far = np.flatnonzero(measure(states - x[: len(states)]) > PARTED * LOST)
+    return states[: far[0] + 1] if far.size else states
 
 
 def _again(problem: Problem, path: Path, name: str, method: Method) -> Beside:

@@ -139,10 +139,26 @@ def converted(field: str, value: Any, real: np.dtype[Any]) -> NDArray[Any]:
     if array.dtype == real:
         return array.astype(real, copy=False)
     if not np.can_cast(array.dtype, real, "same_kind"):
-        problem, remedy = f"holds {array.dtype} where real numbers are expected", f"convert it to {real}"
-        raise ArrayError(field, value, problem, remedy, dtype=array.dtype)
+        what, remedy = _other(array, real)
+        raise ArrayError(field, value, f"holds {what} where real numbers are expected", remedy, dtype=array.dtype)
     with np.errstate(over="ignore"):  # what a float cannot hold becomes infinite, as it does in C
         return array.astype(real)
+
+
+def _other(array: NDArray[Any], real: np.dtype[Any]) -> tuple[str, str]:
+    """What stands where numbers should, and what to do about it: no function, text or None is converted to one."""
+    if array.dtype.kind in "US":
+        return "text", "give numbers"
+    if array.dtype.kind == "c":
+        return str(array.dtype), "give the real parts, if the imaginary ones are none"
+    if array.dtype.kind != "O":
+        return str(array.dtype), f"convert it to {real}"
+    others = [entry for entry in array.flat if not isinstance(entry, int | float)]
+    if any(callable(entry) for entry in others):
+        return "a function", "call it, and give the numbers that it returns"
+    if any(entry is None for entry in others):
+        return "None", "give a number for each entry"
+    return "objects", "give numbers"
 
 
 def wrong_shape(field: str, argument: Argument, value: Any, array: NDArray[Any], batch: bool) -> ArrayError:
