@@ -14,4 +14,4 @@ wrong = {"mass": 0.1, "cart_mass": 0.1}
 found = swing_up(system, limit=20.0, rail=1.0, errors=wrong, runs=100, report=print)
 print(found)
 print("C in", generate_swingup(found.law, "generated").name)
-print("wrote", save(strip(system, found.plan), "generated/figures/swing_up.png"))
+print("wrote", save(strip(system, found.plan), "generated/figures/swing_up.png", of=found.plan))

@@ -20,11 +20,10 @@ from typing import Any, Final, NoReturn
 import numpy as np
 
 from phichain.errors import OutputError
+from phichain.origin import WROTE
 from phichain.reading import open_regular, parse_json
 
 META: Final = "meta_json"
-WROTE: Final = "phichain"
-"""Small field of every file: the version that wrote it."""
 LARGEST: Final = 2**32
 """Bytes that a record may take, in its file and in memory."""
 _LARGEST_TEXT: Final = 2**26
@@ -110,6 +109,14 @@ DURATION: Final = Field("a finite number from 0", lambda value: _is_number(value
 COUNT: Final = Field("a whole number from 0", _is_count)
 TRUTH: Final = Field("true or false", lambda value: isinstance(value, bool))
 COUNTS: Final = Field("whole numbers by name", lambda value: isinstance(value, dict) and all(map(_is_count, value.values())))
+
+
+def _are_values(value: Any) -> bool:
+    return isinstance(value, dict) and all(_is_number(entry) or _all(_is_number)(entry) for entry in value.values())
+
+
+VALUES: Final = Field("numbers by name, one or a list of them", _are_values, default={})
+"""Runtime parameters; files from before they were kept hold none."""
 
 
 def names(size: str, counted: bool = False) -> Field:

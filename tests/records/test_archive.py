@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from phichain.archive import META, WROTE
+from phichain.archive import META
 from phichain.errors import OutputError, PhichainError
 from phichain.motion import Trajectory
+from phichain.origin import WROTE
 from tests.records.samples import OPTIONAL, RECORDS, trajectory
 
 
@@ -145,6 +146,7 @@ def fits(name: str, value: Any) -> bool:
         or (name in ("q_names", "v_names", "u_names", "names", "state_names", "input_names", "s") and value == [])
         or (name == "counts" and value == {})
         or (name == "initial" and value is True)
+        or (name in ("p", "params") and value in ({}, {"steps": -1}))
     )
 
 

@@ -25,4 +25,4 @@ def climbed(out: Path) -> list[Path]:
     branch = trace(replace(system, digest=scene.digest), 2, until=f"energy={_UP}")
     assert isinstance(branch, Branch)
     found = climb(scene, branch, share=0.05, runs=1, seconds=75.0)
-    return [save(climbing(found.climb.law, found.t, found.x, found.u, found.energy), out / "U2.png")]
+    return [save(climbing(found.climb.law, found.t, found.x, found.u, found.energy), out / "U2.png", of=[found.climb.law, found.runs])]

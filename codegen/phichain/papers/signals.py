@@ -97,7 +97,7 @@ def write_sheets(
         f"{stem}{mark}.png": surfaces(result, f"{title}: from forces to angles", coordinates),
         f"{stem}_feedback{mark}.png": paths(result, f"{title}: the feedback path, part by part"),
     }
-    return [save(sheet, out / name) for name, sheet in sheets.items()]
+    return [save(sheet, out / name, of=result) for name, sheet in sheets.items()]
 
 
 def write_viewer(name: str, title: str, lead: str, results: Mapping[str, Propagation], out: Path) -> Path:

@@ -13,6 +13,7 @@ import numpy as np
 from phichain.errors import OutputError, UnsupportedError
 from phichain.files import write_file
 from phichain.report.geometry import Outline, joints
+from phichain.report.origins import in_gif, in_page, told
 from phichain.report.style import ACCENT, INK, SOFT, figure, look
 from phichain.system.arrays import positive, whole
 
@@ -41,7 +42,7 @@ class Moving(Protocol):
     def resample(self, points: int, /) -> Moving: ...
 
 
-def write_motion(chain: Outline, motion: Moving, path: Path, seconds: float | None, fps: int) -> Path:
+def write_motion(chain: Outline, motion: Moving, path: Path, seconds: float | None, fps: int, of: Any = None) -> Path:
     """Write a motion as GIF, HTML or MP4.
 
     Args:
@@ -50,6 +51,7 @@ def write_motion(chain: Outline, motion: Moving, path: Path, seconds: float | No
         path: The file.
         seconds: How long it plays; as long as it lasted unless given.
         fps: Frames a second.
+        of: The record that it shows; the motion itself unless given.
 
     Raises:
         OutputError: The name does not say which, or it cannot be written.
@@ -84,22 +86,23 @@ def write_motion(chain: Outline, motion: Moving, path: Path, seconds: float | No
         drawing.draw_without_rendering()
         drawing.set_layout_engine("none")
         moving = FuncAnimation(drawing, show, frames=frames, interval=1000 / fps, blit=False, cache_frame_data=False)
-        return write_file(path, _encoded(moving, path.suffix, fps))
+        return write_file(path, _encoded(moving, path.suffix, fps, told(motion if of is None else of)))
 
 
-def _encoded(moving: Any, kind: str, fps: int) -> bytes:
-    """The bytes of the moving picture."""
+def _encoded(moving: Any, kind: str, fps: int, origin: str) -> bytes:
+    """The bytes of the moving picture, with where it comes from."""
     from matplotlib import rc_context
     from matplotlib.animation import FFMpegWriter, PillowWriter
 
     if kind == ".html":
         with rc_context({"animation.embed_limit": 200.0}):
             text: str = moving.to_jshtml(fps=fps, default_mode="loop")
-        return _alone(text).encode()
+        return f"{in_page(origin)}\n{_alone(text)}".encode()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, f"motion{kind}")
-        moving.save(file, writer=PillowWriter(fps=fps) if kind == ".gif" else FFMpegWriter(fps=fps), dpi=100)
-        return file.read_bytes()
+        writer = PillowWriter(fps=fps) if kind == ".gif" else FFMpegWriter(fps=fps, metadata={"comment": origin})
+        moving.save(file, writer=writer, dpi=100)
+        return in_gif(file.read_bytes(), origin) if kind == ".gif" else file.read_bytes()
 
 
 def _alone(text: str) -> str:

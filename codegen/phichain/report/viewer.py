@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from phichain.report.origins import in_page, told
 from phichain.report.propagation import PATH_NAMES, Wave, plain_names
 
 if TYPE_CHECKING:
@@ -45,8 +46,8 @@ def viewer(title: str, lead: str, motions: Mapping[str, Propagation]) -> str:
     }
     # A "<" would end the script early, and JSON may say it otherwise.
     text = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
-    parts = {"title": escape(title), "lead": escape(lead), "data": text, "script": _asset("viewer.js")}
-    return re.sub(r"@(title|lead|data|script)@", lambda found: parts[found[1]], _asset("viewer.html"))
+    parts = {"title": escape(title), "lead": escape(lead), "data": text, "script": _asset("viewer.js"), "origin": in_page(told(motions.values()))}
+    return re.sub(r"@(title|lead|origin|data|script)@", lambda found: parts[found[1]], _asset("viewer.html"))
 
 
 def _asset(name: str) -> str:

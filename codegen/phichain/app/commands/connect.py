@@ -58,7 +58,7 @@ def connect(
             from phichain.report.connections import connections as drawing
             from phichain.report.style import save
 
-            written = [save(drawing(system, found), path)]
+            written = [save(drawing(system, found), path, of=found)]
         else:
             names = [path] if len(found) == 1 else [path.with_stem(f"{path.stem}_{k}") for k in range(1, len(found) + 1)]
             written = [c.to_csv(name) if path.suffix == ".csv" else c.to_npz(name) for c, name in zip(found, names, strict=True)]

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import json
 from functools import singledispatch
 from typing import Any
 
-from phichain._version import __version__
 from phichain.continuation import Branch
 from phichain.control import Gains
 from phichain.errors import UnsupportedError
 from phichain.motion import Trajectory
 from phichain.orbits import Orbit
+from phichain.origin import origin
 
 
 @singledispatch
@@ -33,8 +34,7 @@ def _(record: Trajectory) -> Any:
     coordinates = {"t": ("t", record.t, {"units": "s"}), "q_name": list(record.q_names), "v_name": list(record.v_names)}
     if record.u is not None:
         coordinates["u_name"] = list(record.u_names)
-    about = {"name": record.name, "digest": record.digest, "method": record.method, "status": record.status, "tol": record.tol, "reason": record.reason}
-    return _dataset({name: value for name, value in data.items() if value is not None}, coordinates, about)
+    return _dataset(record, {name: value for name, value in data.items() if value is not None}, coordinates)
 
 
 _OVER_TIME = {"kinetic": "J", "potential": "J", "work": "J", "loss": "J", "error": "1"}
@@ -44,27 +44,29 @@ _OVER_TIME = {"kinetic": "J", "potential": "J", "work": "J", "loss": "J", "error
 def _(record: Branch) -> Any:
     data: dict[str, Any] = {name: ("point", record.column(name)) for name in record.names}
     data |= {name: ("point", getattr(record, name)) for name in ("energy", "residual", "error") if getattr(record, name) is not None}
-    about = {"name": record.name, "scene": record.scene, "digest": record.digest, "method": record.method, "mode": record.mode, "status": record.status, "reason": record.reason}
-    return _dataset(data, {"arclength": ("point", record.arclength)}, about)
+    return _dataset(record, data, {"arclength": ("point", record.arclength)})
 
 
 @to_xarray.register
 def _(record: Gains) -> Any:
     data = {"K": (("input", "state"), record.K), "S": (("state", "state_"), record.S), "poles": ("pole", record.poles)}
-    about = {"name": record.name, "digest": record.digest, "sample": record.sample, "residual": record.residual, "margin": record.margin}
-    return _dataset(data, {"input": list(record.input_names), "state": list(record.state_names)}, about)
+    return _dataset(record, data, {"input": list(record.input_names), "state": list(record.state_names)})
 
 
 @to_xarray.register
 def _(record: Orbit) -> Any:
     data = {"q": (("t", "q_name"), record.q), "v": (("t", "v_name"), record.v)}
-    about = {name: getattr(record, name) for name in ("scene", "digest", "method", "mode", "omega", "energy", "error", "closure")}
-    return _dataset(data, {"t": ("t", record.t, {"units": "s"}), "q_name": list(record.q_names), "v_name": list(record.v_names)}, about)
+    return _dataset(record, data, {"t": ("t", record.t, {"units": "s"}), "q_name": list(record.q_names), "v_name": list(record.v_names)})
 
 
-def _dataset(data: dict[str, Any], coordinates: dict[str, Any], about: dict[str, Any]) -> Any:
+def _dataset(record: Any, data: dict[str, Any], coordinates: dict[str, Any]) -> Any:
     try:
         import xarray
     except ImportError as failure:
         raise UnsupportedError("to_xarray", "xarray", "needs a package that is not installed", "pip install 'phichain[study]'") from failure
-    return xarray.Dataset(data, coordinates, {"phichain": __version__, **about})
+    return xarray.Dataset(data, coordinates, _flat(origin(record)))
+
+
+def _flat(said: dict[str, Any]) -> dict[str, Any]:
+    """Attributes as NetCDF and Zarr hold them: tables as one line of JSON each."""
+    return {name: json.dumps(value) if isinstance(value, dict) else value for name, value in said.items()}
