@@ -18,6 +18,7 @@ import typer
 import phichain
 from phichain.app import said
 from phichain.app.outputs import MOVING, figures, named, write
+from phichain.app.settings import with_values
 from phichain.app.streams import print_anything
 from phichain.app.words import Commands
 from phichain.errors import ArrayError, PhichainError, printable
@@ -197,10 +198,11 @@ def simulate(
     from phichain.motion import simulate as simulated
     from phichain.pipeline import build as built
     from phichain.scene.library import find_scene
-    from phichain.system.starts import leaning, numbers, parameters
+    from phichain.system.starts import leaning, numbers
 
     files = named(out, (".csv", ".npz", ".png", ".svg", ".pdf", *MOVING))
-    system = _with(built(find_scene(scene)), parameters(settings or []))
+    chosen = find_scene(scene)
+    system = with_values(built(chosen), chosen, settings)
     rest = leaning(system, lean)
     start = [rest[k] if given is None else given for k, given in enumerate((numbers(q, "q"), numbers(v, "v")))]
     with np.errstate(invalid="ignore"):  # a time that is not finite is refused in words below
@@ -214,13 +216,6 @@ def simulate(
     if trajectory.status == "step budget":
         typer.secho("phichain: the end was not reached; raise --max-steps, or loosen --tol", fg=typer.colors.YELLOW, err=True)
         raise typer.Exit(said.NOT_THERE)
-
-
-def _with(system: Any, values: Any) -> Any:
-    """The same system with values for its runtime parameters."""
-    from dataclasses import replace
-
-    return system if values is None else replace(system, params=values)
 
 
 def _input(system: Any, u: str | None, table: str | None, linear: bool) -> Any:
@@ -257,10 +252,11 @@ def lqr(
     from phichain.motion import simulate as simulated
     from phichain.pipeline import build as built
     from phichain.scene.library import find_scene
-    from phichain.system.starts import leaning, parameters, upright
+    from phichain.system.starts import leaning, upright
 
     files = named(out)
-    system = _with(built(find_scene(scene)), parameters(settings or []))
+    chosen = find_scene(scene)
+    system = with_values(built(chosen), chosen, settings)
     gains = control.lqr(system, upright(up, system.links), state_weight, input_weight)
     said.say(gains, quiet, as_json)
     law = control.feedback(system, gains)

@@ -176,7 +176,7 @@ def _motion(system: System, start: tuple[Vector, Vector], file: str) -> tuple[Tr
     )
     text = f"Released from rest and left alone for {SECONDS:g} s. The integrator: {trajectory.reason}."
     caption = "Left: the chain at fourteen moments, pale to dark, over the path of its tip. Right: every link's angle"
-    caption += " from the vertical, and how far the total energy moved."
+    caption += " from the vertical, and how far the total energy moved. A chain in space is seen from three sides and in perspective."
     return trajectory, Stop(text, facts, figures.motion(system, trajectory), caption, file, shows=(trajectory,))
 
 

@@ -14,6 +14,7 @@ from phichain.errors import OutputError, UnsupportedError
 from phichain.files import write_file
 from phichain.report.geometry import Outline, joints
 from phichain.report.origins import in_gif, in_page, told
+from phichain.report.panels import VIEWS
 from phichain.report.style import ACCENT, INK, SOFT, figure, look
 from phichain.system.arrays import positive, whole
 
@@ -26,8 +27,6 @@ FINER: Final = 8
 """Points of the tip's path for every frame."""
 TAIL: Final = 0.15
 """Part of the motion during which the tip's path fades."""
-_VIEWS: Final = (("along $e_2$", 0, 2), ("along $e_1$", 1, 2), ("from above", 0, 1))
-"""Views of a chain in space: which axes point to the right and up."""
 
 
 class Moving(Protocol):
@@ -174,7 +173,7 @@ def _panels(drawing: Figure, chain: Outline, points: np.ndarray) -> list[Any]:
         axes.set(xlabel="$e_1$ (m)", ylabel="height (m)")
         return [_Panel(axes, upright[..., 0], upright[..., 1], chain.has_cart)]
     found: list[Any] = []
-    for place, (title, right, up) in enumerate(_VIEWS, 1):
+    for place, (title, right, up) in enumerate(VIEWS, 1):
         axes = drawing.add_subplot(2, 2, place)
         axes.set_title(title)
         axes.set(xlabel=f"$e_{right + 1}$ (m)", ylabel="height (m)" if up == 2 else "$e_2$ (m)")

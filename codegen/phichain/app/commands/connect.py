@@ -9,6 +9,7 @@ import typer
 
 from phichain.app import said
 from phichain.app.outputs import named
+from phichain.app.settings import with_values
 from phichain.errors import ArrayError, printable
 
 SceneWord = Annotated[
@@ -42,12 +43,12 @@ def connect(
     from phichain.pipeline import build
     from phichain.scene.library import find_scene
     from phichain.scene.load import with_functions
-    from phichain.system.starts import parameters
 
     files = named(out, (".csv", ".npz", ".png"))
     wanted = None if turns is None else _turns(turns)
-    system = build(with_functions(find_scene(scene), NEEDED, variational=True))
-    found = connections(system, wanted, parameters(settings or []), longest=longest)
+    chosen = find_scene(scene)
+    system = with_values(build(with_functions(chosen, NEEDED, variational=True)), chosen, settings)
+    found = connections(system, wanted, longest=longest)
     for connection in found:
         said.say(connection, quiet, as_json)
     if not found:
