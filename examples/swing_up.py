@@ -4,8 +4,8 @@
 """
 
 from phichain import Scene, build, generate_swingup, swing_up
+from phichain.report.laws.swing_up import strip
 from phichain.report.style import save
-from phichain.report.swing_up import strip
 
 scene = Scene("two_links", 2, base="cart", cart_mass=0.5, mass=0.1, length=0.2, want=("forward_dynamics", "linearization"))
 system = build(scene)

@@ -8,7 +8,7 @@ from typing import Final
 
 from benchmarks.stability.cases.table import all_cases
 from benchmarks.stability.report import ORDER, label
-from phichain.report.verdicts import draw_verdicts
+from phichain.report.measured.verdicts import draw_verdicts
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 TABLE: Final = ROOT / "benchmarks" / "results" / "stability.md"

@@ -143,7 +143,7 @@ def label(case: Case) -> str:
 def page(results: Sequence[Result], folder: Path, command: str) -> Path:
     """Write stability.html and stability.png."""
     from benchmarks.pages import Figure, write_page
-    from phichain.report.verdicts import draw_verdicts
+    from phichain.report.measured.verdicts import draw_verdicts
 
     cases = list(dict.fromkeys(label(result.case) for result in results))
     methods = list(dict.fromkeys(result.method for result in sorted(results, key=lambda r: not r.own)))

@@ -8,7 +8,7 @@ from pathlib import Path
 from phichain.continuation import Branch
 from phichain.orbits import trace
 from phichain.pipeline import build
-from phichain.report.climb import climbing
+from phichain.report.laws.climb import climbing
 from phichain.report.style import save
 from phichain.scene.library import find_scene
 from phichain.trials.climb import climb

@@ -25,9 +25,9 @@ from phichain.papers.climbing import climbed
 from phichain.papers.families import conical, energies, exact_families, gap, network
 from phichain.papers.signals import released, write_sheets, write_viewer
 from phichain.pipeline import build
-from phichain.report import charts, paper_b
+from phichain.report.papers import charts, paper_b
+from phichain.report.papers.tracking import tracking
 from phichain.report.style import save
-from phichain.report.tracking import tracking
 from phichain.scene import scene_from_dict
 from phichain.scene.library import find_scene
 from phichain.system import System

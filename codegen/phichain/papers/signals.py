@@ -14,9 +14,9 @@ from phichain.files import write_file
 from phichain.fractional import Propagation, propagation
 from phichain.motion import simulate
 from phichain.pipeline import build
-from phichain.report.propagation import paths, surfaces
+from phichain.report.signals.propagation import paths, surfaces
+from phichain.report.signals.viewer import viewer
 from phichain.report.style import save
-from phichain.report.viewer import viewer
 from phichain.scene import Scene, scene_from_dict
 from phichain.system import Parameters, System
 from phichain.system.starts import leaning

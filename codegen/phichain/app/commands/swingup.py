@@ -139,7 +139,7 @@ def _places(given: Any) -> tuple[float, float]:
 
 
 def _strip(system: Any, plan: Any) -> Any:
-    from phichain.report.swing_up import strip
+    from phichain.report.laws.swing_up import strip
 
     return strip(system, plan)
 

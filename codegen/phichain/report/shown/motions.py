@@ -16,13 +16,13 @@ from phichain.orbits import Orbit
 from phichain.orbits.connections import Connection
 from phichain.records import Held
 from phichain.report import figures, panels
-from phichain.report.connections import connections
 from phichain.report.geometry import Kept, outline, tilt
+from phichain.report.laws.swing_up import strip
 from phichain.report.moving import write_motion
 from phichain.report.orbits import animation
+from phichain.report.orbits.connections import connections
 from phichain.report.orbits.motion import orbit
 from phichain.report.shown.kinds import animate, demand_figure, plot
-from phichain.report.swing_up import strip
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,7 +56,7 @@ def connect(
         return
     for path in files:
         if path.suffix == ".png":
-            from phichain.report.connections import connections as drawing
+            from phichain.report.orbits.connections import connections as drawing
             from phichain.report.style import save
 
             written = [save(drawing(system, found), path, of=found)]

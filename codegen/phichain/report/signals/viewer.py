@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phichain.report.origins import in_page, told
-from phichain.report.propagation import PATH_NAMES, Wave, plain_names
+from phichain.report.signals.propagation import PATH_NAMES, Wave, plain_names
 
 if TYPE_CHECKING:
     from phichain.fractional import Propagation
@@ -51,7 +51,7 @@ def viewer(title: str, lead: str, motions: Mapping[str, Propagation]) -> str:
 
 
 def _asset(name: str) -> str:
-    return files("phichain.report").joinpath(name).read_text(encoding="utf-8")
+    return files("phichain.report.signals").joinpath(name).read_text(encoding="utf-8")
 
 
 def _motion(name: str, result: Propagation) -> dict[str, Any]:

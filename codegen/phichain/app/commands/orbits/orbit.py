@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from phichain.app import said
-from phichain.app.commands.trace import carrying
+from phichain.app.commands.orbits.trace import carrying
 from phichain.app.outputs import figures, named, write
 from phichain.app.settings import with_values
 from phichain.errors import ArrayError, PhichainError

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from phichain.app import said
-from phichain.app.commands.trace import TICK, SceneWord, clear_line
+from phichain.app.commands.orbits.trace import TICK, SceneWord, clear_line
 from phichain.app.outputs import named, write
 from phichain.app.settings import with_values
 
