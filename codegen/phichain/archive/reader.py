@@ -25,6 +25,8 @@ _LARGEST_TEXT: Final = 2**26
 _HEADER: Final = 2**16
 """More than the header of any array here takes."""
 
+_PACKED: Final = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""How NumPy packs members; what other methods raise differs from one Python to the next."""
 _BROKEN: Final = (
     OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, struct.error, NotImplementedError, RuntimeError,
     MemoryError, OverflowError, SyntaxError, TypeError,
@@ -81,13 +83,15 @@ class _Reader:
         refuse(self.path, self.schema, entry, value, problem)
 
     def demand_small(self, archive: zipfile.ZipFile) -> None:
-        """Refuse what unpacks to more than a record may take, and members that hide behind one another's name."""
+        """Refuse what unpacks to more than a record may take, members that hide behind one another's name, and what NumPy does not write."""
         members = [member.filename for member in archive.infolist()]
         size = sum(member.file_size for member in archive.infolist())
         if size > LARGEST:
             raise ValueError(f"it unpacks to {size} bytes, more than {LARGEST}")
         if len(set(members)) < len(members):
             raise ValueError("it holds two members of the same name")
+        if strange := [member.filename for member in archive.infolist() if member.compress_type not in _PACKED]:
+            raise ValueError(f"{strange[0]} is compressed by a method that is not ours")
 
     def fields(self, archive: zipfile.ZipFile) -> dict[str, Any]:
         """The small fields, checked."""
