@@ -20,7 +20,7 @@ PIP   := $(PY) -m pip install --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help setup run test generate lint types layers bench report stability study figures docs browser rigs firmware clean distclean
+.PHONY: help setup run test generate lint types layers bench report stability study figures docs links browser rigs firmware clean distclean
 
 help: ## list the targets
 	@echo "phichain: from a Lagrangian to firmware, for pendulum chains"
@@ -101,6 +101,9 @@ rigs: $(READY) ## the pictures of docs/rigs.md: three rigs held upright
 
 docs: $(READY_DOCS) ## the documentation site, strict, every code block run: generated/site/index.html
 	@$(PY) -m docs.site --out '$(OUT)/site'
+
+links: $(READY_DOCS) ## ask every address that pages name whether it is there; says where there is no network
+	@$(PY) -m docs.site.links
 
 browser: $(READY_DOCS) ## open the pages of docs, run and figures in Chromium, where there is one, and use their controls
 	@$(PY) -m docs.site.browser $(wildcard $(OUT)/site $(OUT)/report $(OUT)/figures)

@@ -10,6 +10,7 @@ from html import escape
 from pathlib import Path
 
 from benchmarks.table import Table, circumstances
+from phichain.report.origins import MADE_BY
 
 _STYLE = """
 :root { color-scheme: light dark; --ink: #1c2430; --soft: #5a6675; --line: #d9dee5; --paper: #ffffff; --wrong: #b42318; }
@@ -43,6 +44,7 @@ def write_page(path: Path, title: str, lead: str, figures: Sequence[Figure], tab
     parts = [
         "<!doctype html>",
         '<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">',
+        f'<meta name="generator" content="{escape(MADE_BY)}">',
         f"<title>{escape(title)}</title><style>{_STYLE}</style></head>",
         f'<body><h1>{escape(title)}</h1><p class="soft">{escape(lead)}</p><p class="soft">{escape(circumstances())}</p>',
         *(_figure(figure) for figure in figures),

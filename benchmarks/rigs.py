@@ -60,7 +60,7 @@ def draw(name: str, folder: Path = IMAGES) -> Path:
     grid = np.linspace(0.0, rig.seconds, 601)
     motion = simulate(system, start, grid, u=gains.law(limit=rig.limit), sample=rig.sample)
     path = folder / f"{name}.png"
-    save(figures.closed_loop(system, motion, *errors(system, gains, motion.x)), path)
+    save(figures.closed_loop(system, motion, *errors(system, gains, motion.x)), path, of=[motion, gains])
     print(f"{path.name}: {motion.status}; largest input {np.max(np.abs(np.asarray(motion.u))):.3g}; {motion.energy_words}")
     return path
 

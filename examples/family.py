@@ -15,4 +15,4 @@ for mode in (1, 2):
     branch = trace(system, mode=mode, amplitude_max=2.5)
     print(branch)
     print(f"  small motions: omega = {branch.column('omega')[0]:.6f}, linear theory {modes.omega[mode - 1]:.6f} rad/s")
-    print("  wrote", save(figures.family(branch), f"generated/figures/family_{mode}.png"))
+    print("  wrote", save(figures.family(branch), f"generated/figures/family_{mode}.png", of=branch))

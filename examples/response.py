@@ -31,4 +31,4 @@ with look():
         peaks(right, response)
     right.get_legend().remove()
     right.set_xlabel(r"$\omega$ (rad/s)")
-print("wrote", save(drawing, "generated/figures/response.png"))
+print("wrote", save(drawing, "generated/figures/response.png", of=[family, *responses]))

@@ -17,4 +17,4 @@ motion = simulate(system, (q, v), np.linspace(0.0, 10.0, 1001), tol=1e-11)
 
 print(motion)
 print(f"largest angle of the second joint: {np.abs(motion.q[:, 1]).max():.4f} rad")
-print("wrote", save(figures.motion(system, motion), "generated/figures/swing.png"))
+print("wrote", save(figures.motion(system, motion), "generated/figures/swing.png", of=motion))

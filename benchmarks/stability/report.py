@@ -22,9 +22,8 @@ from benchmarks.stability.verdict import (
 )
 from benchmarks.table import Table
 
-_ORDER = (RIGHT, INACCURATE, WRONG, DOUBTED, REFUSED, UNFINISHED)
+ORDER = (RIGHT, INACCURATE, WRONG, DOUBTED, REFUSED, UNFINISHED)
 _LONGEST = 160
-_SHORT = 52
 
 
 @dataclass(frozen=True)
@@ -83,9 +82,9 @@ def _summary(results: Sequence[Result], own: bool) -> Table:
     rows = []
     for method in methods:
         counts = Counter(result.judgement.verdict for result in chosen if result.method == method)
-        rows.append((method, *(str(counts[verdict]) if counts[verdict] else "" for verdict in _ORDER)))
+        rows.append((method, *(str(counts[verdict]) if counts[verdict] else "" for verdict in ORDER)))
     return Table(
-        "Verdicts of phichain's methods" if own else "Verdicts of the peers", ("method", *_ORDER), tuple(rows)
+        "Verdicts of phichain's methods" if own else "Verdicts of the peers", ("method", *ORDER), tuple(rows)
     )
 
 
@@ -136,19 +135,20 @@ def _legend(seconds: float, absent: Sequence[str]) -> Table:
     )  # fmt: skip
 
 
-def _label(case: Case) -> str:
-    return f"{case.id}  {case.title[:_SHORT]}{'' if len(case.title) <= _SHORT else ' ...'}"
+def label(case: Case) -> str:
+    """What the picture calls a case."""
+    return f"{case.id}  {case.title}"
 
 
 def page(results: Sequence[Result], folder: Path, command: str) -> Path:
     """Write stability.html and stability.png."""
     from benchmarks.pages import Figure, write_page
-    from phichain.report.verdicts import draw_verdicts
+    from phichain.report.measured.verdicts import draw_verdicts
 
-    cases = list(dict.fromkeys(_label(result.case) for result in results))
+    cases = list(dict.fromkeys(label(result.case) for result in results))
     methods = list(dict.fromkeys(result.method for result in sorted(results, key=lambda r: not r.own)))
-    cells = {(_label(r.case), r.method): r.judgement.verdict for r in results}
-    picture = draw_verdicts(folder / "stability.png", cases, methods, cells, _ORDER)
+    cells = {(label(r.case), r.method): r.judgement.verdict for r in results}
+    picture = draw_verdicts(folder / "stability.png", cases, methods, cells, ORDER)
     caption = "Every method on every case; an empty cell was not run."
     return write_page(
         folder / "stability.html", "Stiff and extreme cases", f"Made by {command}.",

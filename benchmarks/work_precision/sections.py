@@ -18,7 +18,7 @@ from benchmarks.work_precision import families as family_rows
 from benchmarks.work_precision import integrators, reach
 from benchmarks.work_precision.problems import problems
 from benchmarks.work_precision.rows import Row, as_table, measure
-from phichain.report.work_precision import Curve, draw_work_precision
+from phichain.report.measured.work_precision import Curve, draw_work_precision
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,16 @@ callables, and `simulate`, `trace` and `lqr` take that System. Names are importe
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from phichain._version import __version__ as __version__
+
+if sys.platform == "win32":
+    raise ImportError(
+        "phichain runs on Linux and macOS and not on Windows, since it locks files and ends processes the POSIX way; install it within WSL, the Linux of Windows"
+    )
 
 if TYPE_CHECKING:
     from phichain.continuation import Branch as Branch

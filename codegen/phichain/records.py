@@ -11,9 +11,8 @@ from __future__ import annotations
 import csv
 import io
 import json
-import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
@@ -23,9 +22,10 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike
 
 from phichain._version import __version__
-from phichain.archive import LARGEST, META, WROTE
+from phichain.archive import LARGEST, META
 from phichain.errors import OutputError
 from phichain.files import write_file
+from phichain.origin import WROTE, origin
 from phichain.units import unit_of
 
 
@@ -65,26 +65,6 @@ def _above(table: Mapping[str, np.ndarray], record: object) -> Iterator[str]:
     yield from (f"meta: {json.dumps(origin(record), ensure_ascii=False)}", "schema: astropy-2.0")
 
 
-def origin(record: object) -> dict[str, Any]:
-    """Where a record comes from: the version, its kind, and those of its fields that are texts, numbers or tables of them."""
-    known = fields(record) if is_dataclass(record) else ()
-    said = {field.name: plain(value) for field in known if isinstance(value := getattr(record, field.name), str | int | float | Mapping)}
-    return {WROTE: __version__, "record": type(record).__name__, **{name: value for name, value in said.items() if value not in ("", {}, None)}}
-
-
-def plain(value: Any) -> Any:
-    """A value as JSON and YAML have it: numbers that are none become null, complex ones pairs, arrays lists."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(entry) for entry in value]
-    if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
-    if isinstance(value, complex):
-        return [value.real, value.imag]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
 def _cell(value: Any) -> str:
     return repr(float(value)) if isinstance(value, np.floating) else str(value)
 
@@ -102,9 +82,19 @@ def write_npz(path: Path | str, arrays: Mapping[str, ArrayLike], meta: Mapping[s
         raise OutputError(
             "path", str(path), f"would hold {size} bytes, more than the {LARGEST // 2} of a record", "write fewer points"
         )
-    payload[META] = np.asarray(json.dumps({**meta, WROTE: __version__}, sort_keys=True))
+    payload[META] = np.asarray(json.dumps({**meta, WROTE: __version__}, sort_keys=True, default=thawed))
     np.savez_compressed(buffer, allow_pickle=False, **payload)
     return write_file(path, buffer.getvalue())
+
+
+def write_json(path: Path | str, kind: str, document: Mapping[str, Any]) -> Path:
+    """Write {"phichain": the version, "kind": KIND, ...}, 17 digits.
+
+    Raises:
+        OutputError: The file cannot be written.
+    """
+    text = json.dumps({WROTE: __version__, "kind": kind, **document}, indent=1, allow_nan=False, default=thawed)
+    return write_file(path, f"{text}\n")
 
 
 def frozen(value: Any) -> Any:
@@ -155,6 +145,25 @@ class Held:
         """Take the fields back; an array that was pickled has forgotten that nobody may write to it."""
         vars(self).update(state)
         Held.__post_init__(self)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Valued(Held):
+    """Base of frozen records of a chain some of whose parameters got their values at run time.
+
+    Attributes:
+        p: These values by name, `system.values(p)`; empty where the scene holds all numbers. They belong to what its digest is of.
+    """
+
+    p: Mapping[str, Any] = field(default_factory=dict, kw_only=True, hash=False)
+
+    def __post_init__(self) -> None:
+        """Have values that nobody can write to."""
+        object.__setattr__(self, "p", frozen(self.p))
+        super().__post_init__()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**super().__getstate__(), "p": thawed(self.p)}
 
 
 class Rest(Protocol):
@@ -212,7 +221,7 @@ class Later(Held):
 _REST: Final = "_rest"
 
 
-class Shown(Held):
+class Shown(Valued):
     """Base of results that show themselves: in one line, as a picture, in motion, in a notebook, as named arrays.
 
     Numerics draw nothing. How a record is shown is looked up by name in `phichain.report.shown`, the first time that it is, so that nothing below the

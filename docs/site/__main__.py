@@ -7,7 +7,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from docs.site import blocks, stage
+from docs.site import blocks, links, stage
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -18,7 +18,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=ROOT / "generated" / "site", help="folder of the pages")
     parser.add_argument("--no-blocks", action="store_true", help="leave the code blocks of the pages unrun")
     words = parser.parse_args()
-    faults = [] if words.no_blocks else blocks.faults(ROOT)
+    faults = [*links.faults(ROOT), *([] if words.no_blocks else blocks.faults(ROOT))]
     for fault in faults:
         print(fault, file=sys.stderr)
     source = ROOT / "build" / "site"

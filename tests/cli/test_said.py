@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from phichain.app import outputs, said
-from phichain.records import plain
+from phichain.origin import plain
 from tests.cli.conftest import Command
 
 

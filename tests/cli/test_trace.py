@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from phichain.app.commands import trace as traced
-from phichain.app.commands.trace import carrying, progress_line
+from phichain.app.commands.orbits import trace as traced
+from phichain.app.commands.orbits.trace import carrying, progress_line
 from phichain.continuation import Branch
 from phichain.orbits import Network
 from phichain.scene.library import find_scene

@@ -16,7 +16,7 @@ from phichain.control.reach.starts import directions, turned
 from phichain.errors import ControlError, OutputError, SceneError, UnsupportedError
 from phichain.laws import GainTable
 from phichain.pipeline import build_closed_loop
-from phichain.report.attraction import radii, region
+from phichain.report.laws.attraction import radii, region
 from phichain.scene import Scene
 from phichain.system import System, unit_vectors
 from tests import tables

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.papers.paper_b_digits import pieces
 from phichain.control import errors, lqr
 from phichain.papers.figures import FIG_2, FIG_3, FIG_4
-from phichain.report.paper_b import chain_kinetic_energy, left_alone, steadied
+from phichain.report.papers.paper_b import chain_kinetic_energy, left_alone, steadied
 from phichain.system import System, angular_velocities, unit_vectors
 from tests.handmade import coefficients
 

@@ -16,8 +16,8 @@ from phichain.orbits.conical import NEEDED
 from phichain.papers.families import exact_families, shooting_chain
 from phichain.papers.figures import families, paper_a_chain, slowest_family
 from phichain.pipeline import build
-from phichain.report.charts import charts, hanging_chain_frequency, known_orbits, pendulum_frequency
 from phichain.report.orbits import plane
+from phichain.report.papers.charts import charts, hanging_chain_frequency, known_orbits, pendulum_frequency
 from phichain.scene import scene_from_dict
 
 OMEGA_0 = np.sqrt(9.81 / 0.5)

@@ -18,8 +18,8 @@ from phichain.motion import simulate
 from phichain.papers import figures
 from phichain.papers.figures import START
 from phichain.papers.signals import draw_signals, released, signal_system, write_sheets, write_viewer
-from phichain.report.propagation import Wave, paths, plain_names, size_of_orders, surfaces
-from phichain.report.viewer import pack, viewer
+from phichain.report.signals.propagation import Wave, paths, plain_names, size_of_orders, surfaces
+from phichain.report.signals.viewer import pack, viewer
 from phichain.scene import Scene
 from phichain.scene.library import find_scene
 from phichain.system import System
@@ -136,7 +136,7 @@ def test_the_page_holds_the_surfaces_and_needs_nothing_else(wave: Case) -> None:
     page = viewer("Signals <b>", "A & B", {"a </script> chain": found})
     assert "Signals &lt;b&gt;" in page and "A &amp; B" in page
     assert not re.search(r"https?:|src=|@import|url\(", page)
-    assert page.count("<script") == page.count("</script>") == 2
+    assert page.count("<script") == page.count("</script>") == 3
     data = json.loads(re.search(r'id="data">(.*?)</script>', page, re.DOTALL)[1])
     (stored,) = data["motions"]
     assert stored["coordinates"] == plain_names(found) == [f"\u03b8{k + 1}" for k in range(system.links)]
@@ -153,7 +153,7 @@ def test_the_page_holds_the_surfaces_and_needs_nothing_else(wave: Case) -> None:
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="no JavaScript engine here")
 def test_the_script_is_well_formed() -> None:
-    script = Path(__file__).parents[2] / "codegen/phichain/report/viewer.js"
+    script = Path(__file__).parents[2] / "codegen/phichain/report/signals/viewer.js"
     subprocess.run(["node", "--check", str(script)], check=True)
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import phichain
 from phichain.continuation import Branch
@@ -113,7 +114,8 @@ def notes(kind: type) -> Iterator[object]:
 
 
 def has_array(note: object) -> bool:
-    if typing.get_origin(note) is np.ndarray or note is np.ndarray:
+    # NDArray is an alias of its own in newer versions of NumPy.
+    if typing.get_origin(note) in (np.ndarray, NDArray) or note is np.ndarray:
         return True
     if typing.get_origin(note) is typing.get_origin(typing.Callable):
         return False

@@ -48,3 +48,23 @@ def test_the_citation_says_the_version_and_licence_of_the_package() -> None:
     lines = dict(line.split(": ", 1) for line in (ROOT / "CITATION.cff").read_text().splitlines() if ": " in line and not line.startswith((" ", "-")))
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert lines["version"] == phichain.__version__ and lines["license"] == project["license"]
+
+
+def test_windows_is_told_plainly_wherever_it_is_looked_for() -> None:
+    """In one sentence by the import itself, in the README, on the first page of the tutorial, and to registries."""
+    words = "import sys; sys.platform = 'win32'; import phichain"
+    done = subprocess.run([sys.executable, "-c", words], cwd=ROOT / "codegen", capture_output=True, text=True, check=False)
+    assert done.stderr.strip().splitlines()[-1].startswith("ImportError: phichain runs on Linux and macOS and not on Windows") and "WSL" in done.stderr
+    assert all("WSL" in (ROOT / page).read_text() for page in ("README.md", "docs/start.md"))
+    systems = [line for line in tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["classifiers"] if line.startswith("Operating System")]
+    assert systems == ["Operating System :: MacOS", "Operating System :: POSIX :: Linux"]
+
+
+def test_no_address_of_the_project_is_pretended() -> None:
+    """There is none yet: a registry, a page that links to one, or a citation would send people to a place that is not there."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert "urls" not in project
+    citation = (ROOT / "CITATION.cff").read_text()
+    assert not [key for key in ("url:", "repository", "repository-code:") if key in citation]
+    for page in ("README.md", "docs/start.md", "docs/studies.md"):
+        assert "pip install phichain\n" not in (ROOT / page).read_text(), f"{page} asks a registry for it"

@@ -13,6 +13,8 @@ from phichain.fractional import Differintegral, Propagation
 from phichain.motion import Crossing, Trajectory
 
 M, NQ = 5, 2
+VALUES = {"mass": (0.4, 0.3), "gravity": 9.81}
+"""Runtime parameters."""
 
 
 def trajectory() -> Trajectory:
@@ -26,7 +28,7 @@ def trajectory() -> Trajectory:
         name="pair", space="planar", t=some(M), q=some(M, NQ), v=some(M, NQ), a=some(M, NQ), u=some(M, 1), kinetic=some(M),
         potential=some(M), length_error=None, tangency_error=None, events=(Crossing("low", 0.5, some(2 * NQ), True),),
         method="taylor", status="complete", reason="as asked", tol=1e-9, counts={"steps": 3}, q_names=("theta_1", "theta_2"),
-        v_names=("theta_dot_1", "theta_dot_2"), u_names=("torque_1",), error=some(M), holds_until=0.25, lengths=some(2), angles="relative", digest="d1",
+        v_names=("theta_dot_1", "theta_dot_2"), u_names=("torque_1",), error=some(M), holds_until=0.25, lengths=some(2), angles="relative", digest="d1", p=VALUES,
     )  # fmt: skip
 
 
@@ -37,7 +39,7 @@ def branch() -> Branch:
         name="mode 1", names=("a", "b", "omega"), points=points, arclength=np.arange(3.0), tangent=points + 1,
         residual=np.ones(3), iterations=np.array([1, 2, 3]), scale=np.ones(3), energy=None,
         events=(Special("fold", 1, points[1], 0.5, 1e-12, multipliers[0]),), status="points",
-        reason="max_points = 3 reached", multipliers=multipliers,
+        reason="max_points = 3 reached", multipliers=multipliers, tol=1e-11, digest="d2", method="shooting", mode=1, p=VALUES,
     )  # fmt: skip
 
 
@@ -47,7 +49,7 @@ def gains() -> Gains:
     return Gains(
         name="one", space="planar", cart=0, s=(-1,), equilibrium=np.array([np.pi]), K=square[:1], S=square, A=square,
         B=square[:, :1], Q=square, R=square[:1, :1], poles=pair, modes=pair[:1], margins=np.ones(1), residual=1e-16,
-        iterations=2, state_names=("theta_1", "theta_1_dot"), input_names=("torque_1",),
+        iterations=2, state_names=("theta_1", "theta_1_dot"), input_names=("torque_1",), digest="d4", p=VALUES,
     )  # fmt: skip
 
 
@@ -61,7 +63,7 @@ def propagation() -> Propagation:
     forces, surfaces = np.arange(6.0).reshape(3, 2), np.arange(12.0).reshape(3, 2, 2)
     return Propagation(
         "pair", np.arange(3.0), np.array([0.0, 1.0]), np.array([-2.0, -1.0]), {"total": forces}, {"total": surfaces},
-        {"total": surfaces + 1}, ("theta_1", "theta_2"), True, 4,
+        {"total": surfaces + 1}, ("theta_1", "theta_2"), True, 4, "d3", VALUES,
     )  # fmt: skip
 
 
@@ -69,10 +71,10 @@ RECORDS: dict[str, Callable[[], Any]] = {
     "Trajectory": trajectory, "Branch": branch, "Gains": gains, "Differintegral": differintegral, "Propagation": propagation,
 }  # fmt: skip
 OPTIONAL = {
-    "Trajectory": ("u", "kinetic", "potential", "length_error", "tangency_error", "error", "holds_until", "lengths", "angles", "digest"),
-    "Branch": ("energy", "multipliers", "event_multipliers"),
-    "Gains": ("digest", "sample", "error"),
+    "Trajectory": ("u", "kinetic", "potential", "length_error", "tangency_error", "error", "holds_until", "lengths", "angles", "digest", "p"),
+    "Branch": ("energy", "multipliers", "event_multipliers", "tol", "p", "digest", "method", "mode"),
+    "Gains": ("digest", "sample", "error", "p"),
     "Differintegral": (),
-    "Propagation": (),
+    "Propagation": ("digest", "params"),
 }
 """What a record may be without, or was written without before."""

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from phichain import __version__
-from phichain.archive import META, WROTE
+from phichain.archive import META
 from phichain.errors import OutputError
 from phichain.motion import Trajectory
+from phichain.origin import WROTE
 from phichain.reading import read_rows
 from phichain.records import write_csv
 from phichain.scene.library import find_scene

@@ -13,13 +13,16 @@ from phichain.errors import OutputError, UnsupportedError
 from phichain.motion import Trajectory, simulate
 from phichain.orbits import trace
 from phichain.orbits.single_harmonic import energy_of_amplitude
-from phichain.report import figures
-from phichain.report.style import look, save
+from phichain.report import figures, panels
+from phichain.report.geometry import joints
+from phichain.report.orbits import plane
+from phichain.report.style import figure, look, save
 from phichain.system import Numbers, System
 from phichain.system.starts import leaning
 from tests.handmade import paper_b, uniform_planar
 
 matplotlib = pytest.importorskip("matplotlib")
+from matplotlib.text import Text
 
 
 @pytest.fixture(scope="module")
@@ -73,8 +76,15 @@ def test_a_controlled_chain_shows_errors_cart_and_force(cart: System) -> None:
     motion = simulate(cart, leaning(cart, 0.1), np.linspace(0, 0.2, 11), tol=1e-5, u=[0.1, -0.2])
     falling = np.exp(-motion.t)
     drawing = figures.closed_loop(cart, motion, falling, 2 * falling)
-    _, errors, place, force = drawing.axes
+    side, front, above, space, errors, place, force = drawing.axes
+    # A chain in space is seen from three sides and in perspective; what is drawn last is its end.
+    tip = np.array(joints(cart, motion.q))[-1] * [1, 1, -1]
+    for axes, columns in ((side, [0, 2]), (front, [1, 2]), (above, [0, 1])):
+        drawn = next(line for line in reversed(axes.get_lines()) if len(line.get_xdata()) == len(tip))
+        np.testing.assert_allclose(drawn.get_xydata(), tip[:, columns])
+    np.testing.assert_allclose(np.array(space.get_lines()[-1].get_data_3d()).T, tip)
     np.testing.assert_allclose(curves(errors)["$e_q$"][:, 1], falling)
+    assert list(curves(errors)) == ["$e_q$", r"$e_\omega$ (rad/s)"]
     np.testing.assert_allclose(curves(place)["x_2"][:, 1], motion.q[:, 1])
     np.testing.assert_allclose(curves(force)["force_2"][:, 1], -0.2)
 
@@ -149,3 +159,41 @@ def test_without_matplotlib_the_message_says_what_to_install(monkeypatch: pytest
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(UnsupportedError, match=r"pip install 'phichain\[plot\]'"), look():
         pass
+
+
+def test_a_legend_of_two_rows_is_read_row_by_row() -> None:
+    axes = figure().add_subplot()
+    panels.against_time(axes, [0, 1], np.zeros((2, 7)), [f"link {k}" for k in range(1, 8)], "angle")
+    read = [text.get_text() for text in axes.get_legend().get_texts()]
+    # Matplotlib fills four columns of two, the last of one.
+    rows = [read[0], read[2], read[4], read[6], read[1], read[3], read[5]]
+    assert rows == [f"link {k}" for k in range(1, 8)]
+
+
+@pytest.mark.parametrize(("holds", "words", "turned"), [(1.0, 1, 0.0), (1.8, 1, 90.0), (1.99, 0, None), (2.0, 0, None)])
+def test_the_grey_of_a_run_says_what_it_means_where_words_have_room(holds: float, words: int, turned: float | None) -> None:
+    axes = figure().add_subplot()
+    axes.set_xlim(0, 2)
+    panels.beyond(axes, holds, 2.0)
+    assert [text.get_text() for text in axes.texts] == ["errors may be large"] * words
+    assert [text.get_rotation() for text in axes.texts] == ([] if turned is None else [turned])
+    assert len(axes.patches) == (holds < 2.0)
+
+
+@pytest.mark.parametrize("way", (1, -1))
+def test_labels_that_lay_on_one_another_do_not_any_more(way: int) -> None:
+    drawing = figure()
+    axes = drawing.subplots()
+    axes.set(xlim=(0, 1), ylim=(0, 1))
+    labels = [plane._label(axes, f"opens [{k}]", (0.5 + 0.01 * k, 0.5), (5, 5), "k") for k in range(4)]
+    plane.set_apart(drawing, labels, way)
+    boxes = [Text.get_window_extent(label) for label in labels]
+    assert not [(a, b) for k, a in enumerate(boxes) for b in boxes[:k] if a.overlaps(b)]
+    assert labels[0].xyann == (5, 5) and all(way * label.xyann[1] > way * 5 for label in labels[1:])
+
+
+def test_the_picture_of_a_chain_of_64_has_no_dots_and_a_bar_of_colours() -> None:
+    many = replace(uniform_planar(64), numbers=Numbers(length=[1 / 64] * 64))
+    motion = simulate(many, leaning(many, 0.2), np.linspace(0, 0.01, 3), tol=1e-3, error_estimate=False)
+    chain, *_, bar = figures.motion(many, motion).axes
+    assert {line.get_marker() for line in chain.get_lines()} <= {"", "None"} and [text.get_text() for text in bar.get_yticklabels()] == ["link 1", "link 64"]

@@ -16,8 +16,10 @@ from phichain.continuation import Special
 from phichain.control.reach import Attraction, AttractionMap
 from phichain.control.swing_up import Plan
 from phichain.errors import ArrayError, OutputError, UnsupportedError
+from phichain.identification import Fit
 from phichain.orbits import Network, Orbit
 from phichain.orbits.connections import Connection
+from phichain.orbits.forced.response import Response
 from phichain.orbits.network.record import Link
 from tests.records.samples import branch
 
@@ -130,6 +132,33 @@ def test_json_of_an_orbit_keeps_how_it_is_drawn_and_is_not_believed(tmp_path: Pa
 def test_an_orbit_has_named_axes() -> None:
     data = orbit().to_xarray()
     assert data["q"].dims == ("t", "q_name") and data.attrs["omega"] == np.pi and data["t"].attrs["units"] == "s"
+
+
+def test_every_kind_of_result_has_named_axes_and_says_where_it_comes_from() -> None:
+    swing = plan().to_xarray()
+    assert swing["x"].sel(state="theta_1").values.tolist() == plan().x[:, 1].tolist() and swing["u"].sel(input="force")[-1] == plan().u[-1, 0]
+    assert connection().to_xarray()["q"].sel(q_name="theta_2").values.tolist() == connection().q[:, 1].tolist()
+    region = mapped().to_xarray()
+    assert region["verdict"].dims == ("xi_2", "xi_1") and region["xi_1"].values.tolist() == mapped().axis.tolist()
+    assert attraction().to_xarray()["s"].values.tolist() == [[1, 1], [-1, -1]]
+    tree = network().to_xarray()
+    assert np.array_equal(tree["branch_1"]["omega"], network().branches[1].column("omega")) and json.loads(tree.attrs["links"])["0"]["to"] == 1
+    line = np.arange(3.0)
+    column = line[:, None]
+    answer = Response(
+        "driven", "pair", "d", "1", "joint 1", "N m", 0.1, "shooting", ("theta_1",), line + 1, column, column, column + 2, column + 1j, np.ones((3, 2)), line,
+        line, line, (), "points", "as asked",
+    )  # fmt: skip
+    assert answer.to_xarray()["peak"].sel(name="theta_1").values.tolist() == [2, 3, 4] and answer.to_xarray()["omega"].attrs["units"] == "rad/s"
+    square = np.eye(2)
+    fit = Fit(
+        "pair", "d", ("gravity", "theta_1(0)"), 1, line[:2], line[:2], square, square, line[:2], line[:2], ("theta_1",), line, column, column - 1, line[:1],
+        "taylor", 3, 0.1, p={"gravity": 9.8},
+    )  # fmt: skip
+    assert fit.to_xarray()["residual"].sel(column="theta_1").values.tolist() == [1, 1, 1] and fit.to_xarray()["values"].sel(unknown="theta_1(0)") == 1
+    for record in (plan(), connection(), mapped(), attraction(), network(), answer, fit):
+        said = record.to_xarray().attrs
+        assert (said["phichain"], said["record"], said["name"]) == (__version__, type(record).__name__, record.name)
 
 
 @pytest.mark.parametrize("made", (orbit, connection, attraction, mapped, network), ids=lambda made: made.__name__)

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import re
+import urllib.error
+import urllib.request
+from collections.abc import Callable
+from email.message import Message
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
 import phichain
-from docs.site import blocks, reference, stage
+from docs.site import blocks, links, reference, stage
 from phichain.contract.functions import FUNCTIONS
 from phichain.scene.keys import TABLES
 
@@ -49,3 +54,35 @@ def test_a_staged_tree_holds_every_page_and_what_they_link_to(tmp_path: Path) ->
         name = str(page.relative_to(tmp_path).with_suffix(""))
         assert name == "index" or re.search(rf"^{re.escape(name)}$", index, re.MULTILINE), name
     assert (tmp_path / "docs" / "img" / "tour.png").exists()
+
+
+def test_every_address_outside_is_one_that_is_known(tmp_path: Path) -> None:
+    assert links.faults() == []
+    (tmp_path / "README.md").write_text("[there](https://example.com/nowhere), and https://doi.org/10.1109/CDC.2012.6427059.\n")
+    found = links.faults(tmp_path)
+    assert found[0] == "README.md: https://example.com/nowhere is not in docs/site/links.py"
+    assert len(found) == len(links.KNOWN) and all("is named nowhere" in fault for fault in found[1:])
+
+
+@pytest.mark.parametrize("address", ("https://doi.org/6427059", "https://nohost", "ftp://example.org/a", "example.org", "https:///a"))
+def test_what_is_no_address_is_told(address: str) -> None:
+    assert not links._is_address(address)
+
+
+def test_an_address_that_is_gone_is_told_from_one_that_turns_programs_away_and_from_no_network(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def refusing(code: int) -> Callable[..., NoReturn]:
+        def refuse(request: urllib.request.Request, timeout: float) -> NoReturn:
+            raise urllib.error.HTTPError(request.full_url, code, "said", Message(), None)
+
+        return refuse
+
+    for code, count in ((404, len(links.KNOWN) - len(links.NOT_FETCHED)), (403, 0)):
+        monkeypatch.setattr(urllib.request, "urlopen", refusing(code))
+        assert links.main() == count
+
+    def lost(*_: object, **__: object) -> NoReturn:
+        raise urllib.error.URLError("no route")
+
+    monkeypatch.setattr(urllib.request, "urlopen", lost)
+    capsys.readouterr()
+    assert links.main() == 0 and "no network to ask in (no route)" in capsys.readouterr().out

@@ -17,8 +17,8 @@ from benchmarks.stability.verdict import RIGHT, UNFINISHED, Answer, judge
 from benchmarks.table import Table
 from benchmarks.work_precision.rows import Candidate, Row, as_table, best_time, measure, ratio_cell
 from phichain import build
-from phichain.report.verdicts import draw_verdicts
-from phichain.report.work_precision import Curve, draw_work_precision
+from phichain.report.measured.verdicts import draw_verdicts
+from phichain.report.measured.work_precision import Curve, draw_work_precision
 
 PNG = b"\x89PNG\r\n\x1a\n"
 

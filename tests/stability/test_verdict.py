@@ -80,3 +80,22 @@ def test_a_wrong_answer_that_was_doubted_is_not_silent() -> None:
     assert judge(wrong, [1.0], EPS).verdict == WRONG
     assert judge(replace(wrong, doubted=True), [1.0], EPS).verdict == DOUBTED
     assert judge(Answer("ok", errors=(0.0,), doubted=True), [1.0], EPS).verdict == RIGHT
+
+
+def test_a_written_table_gives_its_picture_the_verdicts_that_its_summary_counts() -> None:
+    """Two tables of the same page: every method's verdicts, one by one and counted."""
+    from benchmarks.stability.picture import TABLE, verdicts
+    from benchmarks.stability.report import ORDER
+
+    text = TABLE.read_text()
+    counted: dict[str, tuple[int, ...]] = {}
+    for line in text.partition("## Forward dynamics")[0].splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if len(cells) == 7 and all(not cell or cell.isdecimal() for cell in cells[1:]):
+            counted[cells[0]] = tuple(int(cell or 0) for cell in cells[1:])
+    found = verdicts(text)
+    assert len(counted) > 15 and counted == {
+        method: tuple(sum(verdict == wanted for (_, other), verdict in found.items() if other == method) for wanted in ORDER) for method in counted
+    }
+    with pytest.raises(ValueError, match="A01, heyoka: 'fine' is no verdict"):
+        verdicts("| **A01** one | heyoka | 1 | 1 | - | 0 | fine |")

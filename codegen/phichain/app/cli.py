@@ -11,18 +11,19 @@ import warnings
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 import phichain
-from phichain.app import said
-from phichain.app.outputs import MOVING, figures, named, write
 from phichain.app.streams import print_anything
 from phichain.app.words import Commands
-from phichain.errors import ArrayError, PhichainError, printable
+from phichain.errors import PhichainError, printable
 
-ORDER = ("trace", "vary", "response", "orbit", "figures", "control", "attraction", "swingup", "climb", "montecarlo", "fit", "connect", "fmu", "study")
+ORDER = (
+    "simulate", "lqr", "orbits.trace", "orbits.vary", "orbits.response", "orbits.orbit", "figures", "control", "attraction", "swingup", "climb", "montecarlo", "fit",
+    "orbits.connect", "fmu", "study",
+)  # fmt: skip
 """Commands of files of their own, as help lists them behind those here."""
 
 app = typer.Typer(
@@ -42,20 +43,7 @@ SceneWord = Annotated[
     ),
 ]
 OutFolder = Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write into.")]
-OutFiles = Annotated[
-    list[Path] | None,
-    typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz, .png, .svg or .pdf by its name, of a motion .gif, .html or .mp4, too; repeatable."),
-]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable."),
-]
 Proof = Annotated[bool, typer.Option("--proof/--no-proof", help="Prove the functions against the Lagrangian first.")]
-Lean = Annotated[float, typer.Option(metavar="RAD", help="Start at rest, the straight chain leaning by this angle.")]
-
-
-TRIAL_STEPS = 5_000
-"""A regulator that fails flings the chain about; its trial is not worth more steps than this."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -167,113 +155,6 @@ def functions(
     from phichain.scene.library import find_scene
 
     typer.echo(console.functions(find_scene(scene) if scene else None))
-
-
-@app.command()
-def simulate(
-    scene: SceneWord,
-    t: Annotated[float, typer.Option("--t", metavar="S", help="Final time in seconds.")] = 10.0,
-    points: Annotated[int, typer.Option(min=2, max=10_000_000, help="Output times, evenly spaced.")] = 1001,
-    lean: Lean = 0.5,
-    q: Annotated[str | None, typer.Option(metavar="A,B,...", help="Start here instead (nq numbers).")] = None,
-    v: Annotated[str | None, typer.Option(metavar="A,B,...", help="Start with these rates (nv numbers).")] = None,
-    u: Annotated[str | None, typer.Option(metavar="A,B,...", help="A constant input (nu numbers).")] = None,
-    table: Annotated[
-        str | None, typer.Option("--input", metavar="FILE", help="Inputs over time: a CSV file with columns t and inputs by name.")
-    ] = None,
-    linear: Annotated[bool, typer.Option("--linear", help="Straight lines between the rows of --input, not held values.")] = False,
-    method: Annotated[str, typer.Option(help="auto, or a method by name.")] = "auto",
-    tol: Annotated[float | None, typer.Option(help="Relative tolerance of a step.")] = None,
-    h: Annotated[float | None, typer.Option("--step", metavar="S", help="Step of a fixed-step method.")] = None,
-    max_steps: Annotated[int, typer.Option(metavar="N", help="Steps after which it ends; with status 3 where that is before the end.")] = 1_000_000,
-    settings: Settings = None,
-    out: OutFiles = None,
-    quiet: said.Quiet = False,
-    as_json: said.AsJson = False,
-) -> None:
-    """Simulate a chain from a given start and say how well its energy was kept, or its balance with work and loss."""
-    import numpy as np
-
-    from phichain.motion import simulate as simulated
-    from phichain.pipeline import build as built
-    from phichain.scene.library import find_scene
-    from phichain.system.starts import leaning, numbers, parameters
-
-    files = named(out, (".csv", ".npz", ".png", ".svg", ".pdf", *MOVING))
-    system = _with(built(find_scene(scene)), parameters(settings or []))
-    rest = leaning(system, lean)
-    start = [rest[k] if given is None else given for k, given in enumerate((numbers(q, "q"), numbers(v, "v")))]
-    with np.errstate(invalid="ignore"):  # a time that is not finite is refused in words below
-        grid = np.linspace(0.0, t, points)
-    with said.bar(system.name, quiet) as told:
-        trajectory = simulated(
-            system, (start[0], start[1]), grid, method, tol, u=_input(system, u, table, linear), h=h, max_steps=max_steps, progress=told
-        )
-    said.say(trajectory, quiet, as_json)
-    write(trajectory, files, lambda: figures().motion(system, trajectory), quiet=quiet or as_json)
-    if trajectory.status == "step budget":
-        typer.secho("phichain: the end was not reached; raise --max-steps, or loosen --tol", fg=typer.colors.YELLOW, err=True)
-        raise typer.Exit(said.NOT_THERE)
-
-
-def _with(system: Any, values: Any) -> Any:
-    """The same system with values for its runtime parameters."""
-    from dataclasses import replace
-
-    return system if values is None else replace(system, params=values)
-
-
-def _input(system: Any, u: str | None, table: str | None, linear: bool) -> Any:
-    """A constant input, or a table of inputs from a file."""
-    from phichain.motion.inputs.sheet import read_inputs
-    from phichain.system.starts import numbers
-
-    if table is None:
-        if linear:
-            raise ArrayError("linear", linear, "says what is between the rows of a table", "give --input too")
-        return numbers(u, "u")
-    if u is not None:
-        raise ArrayError("u, input", (u, table), "are both given", "leave one of them out")
-    return read_inputs(system, table, "linear" if linear else "held")
-
-
-@app.command()
-def lqr(
-    scene: SceneWord,
-    up: Annotated[str, typer.Option(metavar="LINKS", help="Links that stand upright: all, none, or 2,3.")] = "all",
-    state_weight: Annotated[float, typer.Option("--q", metavar="W", help="Weight of the state.")] = 1.0,
-    input_weight: Annotated[float, typer.Option("--r", metavar="W", help="Weight of the input.")] = 1.0,
-    lean: Annotated[float, typer.Option(metavar="RAD", help="Try it with every link this far off.")] = 1e-3,
-    t: Annotated[float, typer.Option("--t", metavar="S", help="How long to try it.")] = 20.0,
-    settings: Settings = None,
-    out: OutFiles = None,
-    quiet: said.Quiet = False,
-    as_json: said.AsJson = False,
-) -> None:
-    """Synthesise the linear regulator of an equilibrium, and try it on the nonlinear chain."""
-    import numpy as np
-
-    from phichain import control
-    from phichain.motion import simulate as simulated
-    from phichain.pipeline import build as built
-    from phichain.scene.library import find_scene
-    from phichain.system.starts import leaning, parameters, upright
-
-    files = named(out)
-    system = _with(built(find_scene(scene)), parameters(settings or []))
-    gains = control.lqr(system, upright(up, system.links), state_weight, input_weight)
-    said.say(gains, quiet, as_json)
-    law = control.feedback(system, gains)
-    start = leaning(system, lean, gains.s)
-    motion = simulated(system, start, np.linspace(0.0, t, 1001), tol=1e-8, u=law, max_steps=TRIAL_STEPS)
-    off, rate = control.errors(system, gains, motion.x)
-    verdict = "brought back" if motion.status == "complete" and off[-1] < 0.1 * off[0] else "not brought back"
-    said.say(
-        f"tried from {lean:g} rad off: {verdict}, e_q = {off[0]:.3g} at first, {off[-1]:.3g} at {motion.t[-1]:g} s,"
-        f" largest input {np.max(np.abs(np.asarray(motion.u))):.3g}",
-        quiet or as_json, False,
-    )  # fmt: skip
-    write(gains, files, lambda: figures().closed_loop(system, motion, off, rate), quiet=quiet or as_json)
 
 
 @app.command()

@@ -66,6 +66,6 @@ def write(
         else:
             from phichain.report.style import save
 
-            save(draw(), path)
+            save(draw(), path, of=record)
         if not quiet:
             typer.echo(printable(f"wrote {path}"))

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from phichain.records import origin, plain
+from phichain.origin import origin, plain
 
 
 def summary(found: Any) -> dict[str, Any]:

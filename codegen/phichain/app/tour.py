@@ -54,6 +54,7 @@ class Stop:
         file: The figure's file name.
         title: The stop's heading.
         seconds: How long it took.
+        shows: The records that the figure shows.
     """
 
     text: str
@@ -63,6 +64,7 @@ class Stop:
     file: str = ""
     title: str = ""
     seconds: float = 0.0
+    shows: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,7 @@ def tour(out: Path) -> Path:
     guide.visit("A rig: from its data sheet to a controller in C", lambda: _rig(out))
     report = out / "report"
     sheet = figures.overview((chain, swing), (cart, wave), family, steadied.trajectory)
-    save(sheet, report / "tour.png")
+    save(sheet, report / "tour.png", of=[swing, wave, family, steadied.trajectory])
     swing.animate(report / MOVING, seconds=4.0, fps=12)
     return _write(report, guide.stops)
 
@@ -174,8 +176,8 @@ def _motion(system: System, start: tuple[Vector, Vector], file: str) -> tuple[Tr
     )
     text = f"Released from rest and left alone for {SECONDS:g} s. The integrator: {trajectory.reason}."
     caption = "Left: the chain at fourteen moments, pale to dark, over the path of its tip. Right: every link's angle"
-    caption += " from the vertical, and how far the total energy moved."
-    return trajectory, Stop(text, facts, figures.motion(system, trajectory), caption, file)
+    caption += " from the vertical, and how far the total energy moved. A chain in space is seen from three sides and in perspective."
+    return trajectory, Stop(text, facts, figures.motion(system, trajectory), caption, file, shows=(trajectory,))
 
 
 def _family(system: System) -> tuple[Branch, Stop]:
@@ -194,7 +196,7 @@ def _family(system: System) -> tuple[Branch, Stop]:
         " families of periodic orbits; one harmonic is a good description while amplitudes stay moderate."
     )
     caption = "Left: frequency over the amplitude of every joint, folds marked. Right: frequency over energy."
-    return branch, Stop(text, facts, figures.family(branch), caption, "family.png")
+    return branch, Stop(text, facts, figures.family(branch), caption, "family.png", shows=(branch,))
 
 
 def _control(system: System) -> tuple[Steadied, Stop]:
@@ -216,7 +218,7 @@ def _control(system: System) -> tuple[Steadied, Stop]:
     caption = "Left: the chain at fourteen moments. Right: the sums over the links of |q_i - s_i e_3| and |omega_i|,"
     caption += " the cart's place and the force on it."
     drawing = figures.closed_loop(system, trajectory, found.direction_error, found.rate_error)
-    return found, Stop(text, facts, drawing, caption, "controlled.png")
+    return found, Stop(text, facts, drawing, caption, "controlled.png", shows=(trajectory, gains))
 
 
 def _rig(out: Path) -> tuple[Steadied, Stop]:
@@ -241,14 +243,14 @@ def _rig(out: Path) -> tuple[Steadied, Stop]:
     )
     caption = "Left: the rig at fourteen moments. Right: how far the rod is from upright, the cart's place and the force on it."
     drawing = figures.closed_loop(system, trajectory, found.direction_error, found.rate_error)
-    return found, Stop(text, facts, drawing, caption, "rig.png")
+    return found, Stop(text, facts, drawing, caption, "rig.png", shows=(trajectory, law))
 
 
 def _write(report: Path, stops: list[Stop]) -> Path:
     """The figures, and the page around them."""
     for stop in stops:
         if stop.figure is not None:
-            save(stop.figure, report / stop.file)
+            save(stop.figure, report / stop.file, of=stop.shows)
     sections = [
         Section(s.title, s.text, (*s.facts, ("time", f"{s.seconds:.1f} s")), s.file or None, s.caption) for s in stops
     ]

@@ -13,6 +13,7 @@ from phichain.archive import (
     COUNT,
     NUMBER,
     TEXT,
+    VALUES,
     Schema,
     complex_numbers,
     names,
@@ -69,6 +70,8 @@ _ABOUT = {
     "mode": replace(COUNT, default=0),
     "regular": replace(COUNT, default=0),
     "step": replace(NUMBER, default=0.0),
+    "tol": replace(NUMBER, default=0.0),
+    "p": VALUES,
 }
 _SCHEMA = Schema(
     "Branch",
@@ -117,6 +120,7 @@ class Branch(Shown):
         mode: Number of the linear mode it started from; 0 for none.
         regular: How many of the points are the run's own; what follows them is where it was cut by a terminal event.
         step: The step that the run would have tried from the last of its own points.
+        tol: Newton's tolerance (`Options.tol`); 0 in files from before it was kept.
         momentum: Angular momentum about the vertical (m,), kg m^2/s; None where it is not conserved or zero all along.
         states: States (q, v) (m, nx) that the unknowns stand for; None where they are a configuration at rest, and omega.
     """
@@ -145,6 +149,7 @@ class Branch(Shown):
     step: float = 0.0
     momentum: Vector | None = None
     states: Vector | None = None
+    tol: float = 0.0
 
     def __len__(self) -> int:
         return len(self.points)

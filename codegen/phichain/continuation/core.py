@@ -125,7 +125,8 @@ def follow(
         if run.status == "" and len(run.points) - first + 1 >= engine.options.max_points:
             run.end("points", f"max_points = {engine.options.max_points} reached")
     own = record(
-        problem, run.points, run.specials, run.passages, (run.status, run.reason), name, regular=run.regular, step=run.step
+        problem, run.points, run.specials, run.passages, (run.status, run.reason), name, regular=run.regular, step=run.step,
+        tol=engine.options.tol,
     )
     return own if isinstance(start, Point) else joined(start, own, min(start.regular, _REMEMBERED))
 

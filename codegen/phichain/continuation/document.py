@@ -1,8 +1,8 @@
 """Branches as JSON that people and other programs read, 17 digits, and that a run can be resumed from.
 
-    {"kind": "branch", "scene", "digest", "mode", "method", "points": [{"start": {"q", "v"}, "omega", "energy", "kappa", "error",
+    {"kind": "branch", "scene", "digest", "p", "mode", "method", "points": [{"start": {"q", "v"}, "omega", "energy", "kappa", "error",
      "arclength", ...}], "events": [{"kind", "breaks", "start", "omega", "kappa", "continues", ...}],
-     "passages": [{"at", "width", "crossed", ...}], "status", "reason", ...}
+     "passages": [{"at", "width", "crossed", ...}], "status", "reason", "tol", ...}
 
 Unknowns are those of a start, the last of them omega; "closing" says which: a start at rest has no rates among its unknowns, an "odd" one no
 angles, and "half" and "whole" have both and an "unfolding", zero but for rounding. Where they are none of these, as in conical families, the
@@ -11,7 +11,6 @@ start is the state that they stand for, and "unknowns" holds them. Complex numbe
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -19,11 +18,11 @@ from typing import Any, Final, TypeVar
 
 import numpy as np
 
-from phichain._version import __version__
+from phichain.archive import VALUES
 from phichain.continuation.met.specials import STATUS, Passage, Special
 from phichain.errors import OutputError
-from phichain.files import write_file
 from phichain.reading import parse_json, read_regular
+from phichain.records import write_json
 
 Read = TypeVar("Read")
 _MOVING: Final = ("half", "whole")
@@ -40,7 +39,7 @@ def write_document(branch: Any, path: Path | str) -> Path:
     """
     if branch.method.startswith("shooting in "):
         raise OutputError("path", path, f"would hold starts of many chains: {branch.names[-1]} differs from point to point", "write .npz or .csv")
-    return write_file(path, json.dumps({"phichain": __version__, **branch_document(branch)}, indent=1, allow_nan=False) + "\n")
+    return write_json(path, "branch", branch_document(branch))
 
 
 def branch_document(branch: Any) -> dict[str, Any]:
@@ -67,11 +66,11 @@ def branch_document(branch: Any) -> dict[str, Any]:
         for gap in branch.passages
     ]  # fmt: skip
     return {
-        "kind": "branch", "scene": branch.scene, "digest": branch.digest, "mode": branch.mode, "method": branch.method,
+        "kind": "branch", "scene": branch.scene, "digest": branch.digest, "p": branch.p, "mode": branch.mode, "method": branch.method,
         **({"closing": branch.closing} if branch.closing else {}),
         "name": branch.name, "names": list(branch.names), "scale": branch.scale.tolist(), "points": points, "events": events,
         "passages": passages, "status": branch.status, "reason": branch.reason,
-        "checkpoint": {"regular": branch.regular, "step": branch.step, "ended": ended},
+        "tol": branch.tol, "checkpoint": {"regular": branch.regular, "step": branch.step, "ended": ended},
     }  # fmt: skip
 
 
@@ -173,8 +172,20 @@ def branch_fields(found: Mapping[str, Any]) -> dict[str, Any]:
         "error": _optional(rows, "error"), "multipliers": multipliers, "events": events, "passages": passages,
         "status": str(status), "reason": str(found["reason"]), "scene": str(found["scene"]), "digest": str(found["digest"]),
         "method": str(found["method"]), "closing": closing, "mode": int(found["mode"]), "regular": regular, "step": step,
-        "momentum": _optional(rows, "momentum"), "states": _states(rows),
+        "momentum": _optional(rows, "momentum"), "states": _states(rows), "tol": float(found.get("tol", 0.0)), "p": values_of(found),
     }  # fmt: skip
+
+
+def values_of(found: Mapping[str, Any]) -> dict[str, Any]:
+    """The runtime parameters of a result from its JSON; files from before they were kept say nothing.
+
+    Raises:
+        ValueError: They are no numbers by name.
+    """
+    given = found.get("p", {})
+    if not VALUES.fits(given):
+        raise ValueError(f"its p holds no {VALUES.what}")
+    return dict(given)
 
 
 def _unknowns(row: Mapping[str, Any], closing: str) -> list[float]:

@@ -25,6 +25,7 @@ def record(
     *,
     regular: int,
     step: float,
+    tol: float,
 ) -> Branch:
     """The Branch of some points.
 
@@ -37,6 +38,7 @@ def record(
         name: Name of the branch.
         regular: How many of the points are the run's own.
         step: The step to try next.
+        tol: Newton's tolerance.
     """
     unknowns = np.array([point.z(problem) for point in points])
     return Branch(
@@ -57,6 +59,7 @@ def record(
         passages=tuple(passages),
         regular=regular,
         step=step,
+        tol=tol,
     )
 
 

@@ -14,6 +14,7 @@ from phichain.archive import (
     DURATION,
     NUMBER,
     TEXT,
+    VALUES,
     Schema,
     complex_numbers,
     names,
@@ -54,6 +55,7 @@ _PLAIN = {
     "digest": replace(TEXT, default=""),
     "sample": replace(DURATION, default=0.0),
     "error": replace(DURATION, default=0.0),
+    "p": VALUES,
 }
 _SCHEMA = Schema(
     "Gains",
@@ -201,6 +203,7 @@ class Gains(Shown):
             low=tuple(-high),
             high=tuple(high),
             sample=self.sample,
+            p=self.p,
         )
 
     def to_csv(self, path: Path | str) -> Path:

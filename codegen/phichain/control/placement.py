@@ -77,7 +77,7 @@ def place(
         demand_sample(A, sample)
         A, B = (matrix.high for matrix in held(A, B, float(sample)))
     K, achieved = placed(A, B, poles, sample)
-    return record(system, linear, margins, _identity(A, B), _solution(A, B, K, achieved, sample), sample)
+    return record(system, linear, margins, _identity(A, B), _solution(A, B, K, achieved, sample), sample, p=p)
 
 
 def placed(A: Vector, B: Vector, poles: ArrayLike, sample: float | None) -> tuple[Vector, Spectrum]:
@@ -128,7 +128,7 @@ def with_gains(
     largest = float(np.max(values.real if sample is None else np.abs(values)))
     if not largest < (0 if sample is None else 1):
         raise ControlError("K", given, f"leads to a closed loop that is not stable: an eigenvalue at {largest:.6g}", "check its order and signs")
-    return record(system, linear, margins_of(linear), _identity(A, B), _solution(A, B, given, values, sample), sample)
+    return record(system, linear, margins_of(linear), _identity(A, B), _solution(A, B, given, values, sample), sample, p=p)
 
 
 def _identity(A: Vector, B: Vector) -> tuple[Vector, Vector]:

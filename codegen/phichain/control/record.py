@@ -6,7 +6,7 @@ from phichain.control.controllability import Controllability
 from phichain.control.equations.riccati import Riccati
 from phichain.control.gains import Gains
 from phichain.control.linear import LinearSystem
-from phichain.system import System, Vector
+from phichain.system import Parameters, System, Vector
 from phichain.system.vertical import configuration
 
 
@@ -18,6 +18,7 @@ def record(
     solution: Riccati,
     sample: float | None,
     error: float = 0.0,
+    p: Parameters | None = None,
 ) -> Gains:
     """The Gains of one equilibrium.
 
@@ -29,6 +30,7 @@ def record(
         solution: S, K, poles and residual.
         sample: Time between two samples, s; None in continuous time.
         error: Relative error of K that the accuracy of the matrices explains; 0 where it was not estimated.
+        p: Runtime parameters.
     """
     return Gains(
         name=system.name,
@@ -53,4 +55,5 @@ def record(
         digest=system.digest,
         sample=0.0 if sample is None else float(sample),
         error=error,
+        p=system.values(p),
     )

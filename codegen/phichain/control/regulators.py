@@ -114,7 +114,7 @@ def _stack(
         return gains_error(one, K, lambda a, b: _solved(a[None], b[None], *weights, sample)[0].K)
 
     return [
-        record(system, one, margins, weights, solution, sample, error(one, solution.K))
+        record(system, one, margins, weights, solution, sample, error(one, solution.K), p)
         for one, margins, solution in zip(linear, reach, solutions, strict=True)
     ]
 

@@ -14,21 +14,21 @@ each part of u can be followed by itself: through N (``"coriolis"``), through G 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.archive import COUNT, TEXT, TRUTH, Schema, names, read_archive, real, refuse
+from phichain.archive import COUNT, TEXT, TRUTH, VALUES, Schema, names, read_archive, real, refuse
 from phichain.errors import ArrayError, SignalError
 from phichain.fractional.differintegral import differintegrate
 from phichain.fractional.factor import joint_map, refuse_spatial, states_of
 from phichain.fractional.inertia import inertia_powers, inertia_spectrum
 from phichain.fractional.signals import real_array, supported_orders, uniform_step
-from phichain.records import Held, write_csv, write_npz
+from phichain.records import Held, frozen, write_csv, write_npz
 from phichain.system import Parameters, System, acceleration
 
 Vector = NDArray[np.float64]
@@ -44,9 +44,11 @@ _SCHEMA = Schema(
         "alpha": real("orders"),
         **{f"{kind}_{path}": real(*shape, optional=True) for kind, shape in _TABLES.items() for path in PATHS},
     },
-    {"name": TEXT, "coordinates": names("nv", counted=True), "initial": TRUTH, "order": COUNT},
+    {
+        "name": TEXT, "coordinates": names("nv", counted=True), "initial": TRUTH, "order": COUNT, "digest": replace(TEXT, default=""), "params": VALUES,
+    },
     filled=("m", "powers", "orders", "nv"),
-)
+)  # fmt: skip
 
 
 class Motion(Protocol):
@@ -78,6 +80,8 @@ class Propagation(Held):
         coordinates: Names of the nv coordinates.
         initial: Whether psi of the total holds the initial terms.
         order: Order of convergence of psi in the time step.
+        digest: Canonical digest of the system's scene; empty for a system that was made by hand.
+        params: Runtime parameters by name.
     """
 
     name: str
@@ -90,6 +94,8 @@ class Propagation(Held):
     coordinates: tuple[str, ...]
     initial: bool
     order: int
+    digest: str = ""
+    params: Mapping[str, Any] = field(default_factory=dict)
 
     def __str__(self) -> str:
         terms = "with" if self.initial else "without"
@@ -127,13 +133,7 @@ class Propagation(Held):
         """Write everything, exactly; the arrays of a path are named forces_PATH, theta_p_PATH and psi_PATH."""
         tables = {"forces": self.forces, "theta_p": self.theta_p, "psi": self.psi}
         arrays = {f"{kind}_{key}": value for kind, table in tables.items() for key, value in table.items()}
-        meta = {
-            "kind": "Propagation",
-            "name": self.name,
-            "coordinates": list(self.coordinates),
-            "initial": self.initial,
-            "order": self.order,
-        }
+        meta = {name: getattr(self, name) for name in _SCHEMA.fields} | {"kind": _SCHEMA.kind}
         return write_npz(path, {"time": self.time, "p": self.p, "alpha": self.alpha, **arrays}, meta)
 
     @classmethod
@@ -144,17 +144,14 @@ class Propagation(Held):
             OutputError: The file is missing or holds no Propagation, or not a whole one.
         """
         arrays, meta = read_archive(path, _SCHEMA)
-        tables = {
-            kind: {key: arrays[f"{kind}_{key}"] for key in PATHS if f"{kind}_{key}" in arrays}
-            for kind in _TABLES
-        }
+        tables = {kind: {key: arrays[f"{kind}_{key}"] for key in PATHS if f"{kind}_{key}" in arrays} for kind in _TABLES}
         for kind, table in tables.items():
             if table.keys() != tables["forces"].keys():
                 refuse(path, _SCHEMA, kind, sorted(table), "does not hold the paths of the forces")
         forces, theta_p, psi = (MappingProxyType(table) for table in tables.values())
         return cls(
             meta["name"], arrays["time"], arrays["p"], arrays["alpha"], forces, theta_p, psi,
-            tuple(meta["coordinates"]), meta["initial"], meta["order"],
+            tuple(meta["coordinates"]), meta["initial"], meta["order"], meta["digest"], frozen(meta["params"]),
         )  # fmt: skip
 
 
@@ -220,17 +217,19 @@ def propagation(
         system.q_names or tuple(f"q_{k + 1}" for k in range(system.nq)),
         initial,
         order,
+        system.digest,
+        frozen(system.values(params)),
     )
 
 
 def _check(system: System, motion: Motion) -> None:
     times, _ = uniform_step(motion.t)
     wanted = {"q": system.nq, "v": system.nv} | ({} if motion.u is None else {"u": system.nu})
-    for field, size in wanted.items():
-        rows = states_of(system, f"motion.{field}", getattr(motion, field), size)
+    for name, size in wanted.items():
+        rows = states_of(system, f"motion.{name}", getattr(motion, name), size)
         if len(rows) != times.size:
             raise ArrayError(
-                f"motion.{field}", rows.shape, f"must hold {times.size} rows, one per time", "cut them alike"
+                f"motion.{name}", rows.shape, f"must hold {times.size} rows, one per time", "cut them alike"
             )
 
 

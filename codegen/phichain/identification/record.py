@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from phichain._version import __version__
-from phichain.files import write_file
-from phichain.records import Shown, columns_of, frozen, thawed, write_csv
+from phichain.origin import plain
+from phichain.records import Shown, columns_of, write_csv, write_json
 from phichain.system import Vector
 
 _HARDLY = 0.5
@@ -55,7 +52,6 @@ class Fit(Shown):
     confidence: Vector
     correlation: Vector
     singular: Vector
-    p: Mapping[str, Any]
     x0: Vector
     columns: tuple[str, ...]
     t: Vector
@@ -66,13 +62,6 @@ class Fit(Shown):
     iterations: int
     seconds: float
     at_bound: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "p", frozen(self.p))
-        super().__post_init__()
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {**super().__getstate__(), "p": thawed(self.p)}
 
     @property
     def residual(self) -> Vector:
@@ -128,12 +117,5 @@ class Fit(Shown):
             OutputError: The file cannot be written.
         """
         left_out = ("t", "measured", "fitted")
-        plain = {name: _plain(value) for name, value in vars(self).items() if name not in left_out}
-        plain |= {"phichain": __version__, "rows": len(self.t), "remarks": list(self.remarks)}
-        return write_file(path, json.dumps(plain, indent=1, sort_keys=True) + "\n")
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {name: _plain(entry) for name, entry in value.items()}
-    return value.tolist() if isinstance(value, np.ndarray) else list(value) if isinstance(value, tuple) else value
+        found = {name: plain(value) for name, value in sorted(vars(self).items()) if name not in left_out}
+        return write_json(path, "fit", {**found, "rows": len(self.t), "remarks": list(self.remarks)})

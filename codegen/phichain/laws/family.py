@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Final
@@ -9,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.archive import NUMBER, TEXT, Array, Schema, names, read_archive, real
+from phichain.archive import NUMBER, TEXT, VALUES, Array, Schema, names, read_archive, real
 from phichain.errors import ArrayError, OutputError
 from phichain.laws.numbers import words_of
 from phichain.laws.state_feedback import StateFeedback
@@ -23,7 +24,7 @@ _TABLES: Final = {
 }  # fmt: skip
 _CATCH: Final = {"target": real("nx"), "rest": real("nu"), "catch_gains": real("nu", "nx"), "low": real("nu"), "high": real("nu")}
 _WORDS: Final = {
-    "name": TEXT, "digest": TEXT, "state_names": names("nx"), "state_units": names("nx"),
+    "name": TEXT, "digest": TEXT, "p": VALUES, "state_names": names("nx"), "state_units": names("nx"),
     "input_names": names("nu"), "input_units": names("nu"),
 }  # fmt: skip
 _NUMBERS: Final = {"pace": NUMBER, "rise": NUMBER, "tube": NUMBER, "sample": NUMBER}
@@ -129,6 +130,11 @@ class FamilyLaw(Held):
     def digest(self) -> str:
         """That scene's canonical digest."""
         return self.catch.digest
+
+    @property
+    def p(self) -> Mapping[str, Any]:
+        """Runtime parameters of the chain that it was made for."""
+        return self.catch.p
 
     @property
     def limit(self) -> float:

@@ -9,10 +9,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.archive import NUMBER, TEXT, Array, Schema, names, real, whole
+from phichain.archive import NUMBER, TEXT, VALUES, Array, Schema, names, real, whole
 from phichain.errors import ArrayError
 from phichain.laws.numbers import Matrix, Row, as_numbers, less_turns, read_law
-from phichain.records import write_npz
+from phichain.records import Valued, write_npz
 
 Vector = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ _NUMBERS: Final = {
 }  # fmt: skip
 _WHOLE: Final = {"signs": whole("count", "links"), "compared": whole("positions")}
 _WORDS: Final = {
-    "name": TEXT, "digest": TEXT, "state_names": names("nx"), "state_units": names("nx"), "input_names": names("nu"),
+    "name": TEXT, "digest": TEXT, "p": VALUES, "state_names": names("nx"), "state_units": names("nx"), "input_names": names("nu"),
     "input_units": names("nu"),
 }  # fmt: skip
 _PLAIN: Final = {"sample": NUMBER, "leave": NUMBER}
@@ -35,7 +35,7 @@ _SCHEMA: Final = Schema(
 
 
 @dataclass(frozen=True)
-class GainTable:
+class GainTable(Valued):
     """u = clip(u_0 - K w(x - x_target), low, high) with the row of the equilibrium that is near.
 
     A supervisor holds at most one of them. The level of equilibrium e is |W_e w(x - x_e)|^2, an ellipsoid in which its linear
@@ -84,6 +84,7 @@ class GainTable:
     sample: float = 0.0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         nx, nu, count = len(self.state_names), len(self.input_names), len(self.signs)
         n = len(self.shapes[0]) if count else 0
         sizes = {

@@ -10,11 +10,11 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.archive import NUMBER, TEXT, Array, Schema, names, real, whole
+from phichain.archive import NUMBER, TEXT, VALUES, Array, Schema, names, real, whole
 from phichain.errors import ArrayError
 from phichain.laws.numbers import Matrix, Row, as_numbers, less_turns, read_law
 from phichain.laws.observer import Observer
-from phichain.records import write_npz
+from phichain.records import Valued, write_npz
 
 Vector = NDArray[np.float64]
 Sensor = Callable[[Vector], Vector]
@@ -30,7 +30,7 @@ _OBSERVER = {
 _WHOLE = {"reads": whole("ny"), "integrated": whole("ni")}
 _TRUTHS = {"wraps": Array(np.bool_, ("ny",)), "turns": Array(np.bool_, ("n",))}
 _WORDS = {
-    "name": TEXT, "digest": TEXT, "measured_names": names("ny"), "measured_units": names("ny"), "input_names": names("nu"),
+    "name": TEXT, "digest": TEXT, "p": VALUES, "measured_names": names("ny"), "measured_units": names("ny"), "input_names": names("nu"),
     "input_units": names("nu"), "deviation_names": names("n"),
 }  # fmt: skip
 _OPTIONAL = {name: Array(np.float64, array.shape, True) for name, array in _OBSERVER.items()}
@@ -43,7 +43,7 @@ _SCHEMA: Final = Schema(
 
 
 @dataclass(frozen=True)
-class OutputFeedback:
+class OutputFeedback(Valued):
     """u = clip(u_0 - K w(z) - K_i I, low, high), called once every `sample` seconds, the inputs held in between.
 
     z is the deviation from the target: what the observer makes of the measurement y, or without one w(y - y_0) itself. I holds
@@ -98,6 +98,7 @@ class OutputFeedback:
     integral_gains: Matrix = field(default=())
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         ny, nu, n, ni = len(self.measured_names), len(self.input_names), len(self.deviation_names), len(self.integrated)
         if not len(self.integral_gains):
             object.__setattr__(self, "integral_gains", ((),) * nu)

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.archive import NUMBER, TEXT, Array, Schema, names, real
+from phichain.archive import NUMBER, TEXT, VALUES, Array, Schema, names, real
 from phichain.errors import ArrayError
 from phichain.laws.numbers import as_numbers, less_turns, read_law
-from phichain.records import write_npz
+from phichain.records import Valued, write_npz
 
 Vector = NDArray[np.float64]
 
@@ -21,6 +21,7 @@ _ARRAYS = {**_NUMBERS, "wraps": Array(np.bool_, ("nx",))}
 _WORDS = {
     "name": TEXT,
     "digest": TEXT,
+    "p": VALUES,
     "state_names": names("nx"),
     "state_units": names("nx"),
     "input_names": names("nu"),
@@ -31,7 +32,7 @@ _SCHEMA = Schema("StateFeedback", _ARRAYS, {**_WORDS, **_PLAIN}, filled=("nx", "
 
 
 @dataclass(frozen=True)
-class StateFeedback:
+class StateFeedback(Valued):
     """u = clip(u_0 - K w(x - x_target), low, high), where w takes whole turns from the angles that are to be wrapped.
 
     It has no state and its cost is fixed: `lowering.laws.state_feedback` writes it as a Program.
@@ -70,6 +71,7 @@ class StateFeedback:
     sample: float = 0.0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         nx, nu = len(self.state_names), len(self.input_names)
         shapes = {"target": (nx,), "rest": (nu,), "gains": (nu, nx), "low": (nu,), "high": (nu,)}
         for field, shape in shapes.items():

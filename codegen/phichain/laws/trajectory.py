@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.archive import NUMBER, TEXT, Array, Schema, names, real
+from phichain.archive import NUMBER, TEXT, VALUES, Array, Schema, names, real
 from phichain.errors import ArrayError
 from phichain.laws.numbers import less_turns, read_law
 from phichain.laws.observer_along import ObserverAlong
@@ -26,7 +26,7 @@ _OBSERVER = {
 }  # fmt: skip
 _CATCH = {"target": real("nx"), "rest": real("nu"), "catch_gains": real("nu", "nx"), "low": real("nu"), "high": real("nu")}
 _WORDS = {
-    "name": TEXT, "digest": TEXT, "state_names": names("nx"), "state_units": names("nx"),
+    "name": TEXT, "digest": TEXT, "p": VALUES, "state_names": names("nx"), "state_units": names("nx"),
     "input_names": names("nu"), "input_units": names("nu"),
 }  # fmt: skip
 _NUMBERS = {"interval": NUMBER, "tube": NUMBER, "rail": NUMBER, "sample": NUMBER}
@@ -103,6 +103,11 @@ class TrajectoryLaw(Held):
     def digest(self) -> str:
         """That scene's canonical digest."""
         return self.catch.digest
+
+    @property
+    def p(self) -> Mapping[str, Any]:
+        """Runtime parameters of the chain that it was made for."""
+        return self.catch.p
 
     @property
     def duration(self) -> float:

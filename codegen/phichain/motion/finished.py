@@ -21,6 +21,7 @@ from phichain.motion.methods.registry import Method
 from phichain.motion.path import Path
 from phichain.motion.problem import Problem
 from phichain.motion.trajectory import Trajectory, between
+from phichain.records import frozen
 from phichain.system import Vector, acceleration
 from phichain.system.drawn import entry_lengths
 
@@ -107,7 +108,7 @@ class _Seen:
     computed: Final = {
         "a": "pushed", "u": "pushed", "kinetic": "energies", "potential": "energies", "work": "books", "loss": "books",
         "length_error": "strayed", "tangency_error": "strayed", "status": "judged", "reason": "judged", "error": "judged",
-        "holds_until": "judged", "events": "judged", "lengths": "sizes",
+        "holds_until": "judged", "events": "judged", "lengths": "sizes", "p": "valued",
     }  # fmt: skip
 
     def __init__(self, run: Finished, t: Vector, x: Vector, is_refined: bool) -> None:
@@ -161,6 +162,10 @@ class _Seen:
     def sizes(self) -> dict[str, Any]:
         """Lengths of the links."""
         return {"lengths": entry_lengths(self.run.problem.system, self.run.problem.p)}
+
+    def valued(self) -> dict[str, Any]:
+        """Runtime parameters."""
+        return {"p": frozen(self.run.problem.system.values(self.run.problem.p))}
 
 
 def energies(problem: Problem, q: Vector, v: Vector) -> Energies:

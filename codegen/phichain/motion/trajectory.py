@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import BPoly
 
-from phichain.archive import COUNTS, NUMBER, TEXT, Schema, names, read_archive, real, word
+from phichain.archive import COUNTS, NUMBER, TEXT, VALUES, Schema, names, read_archive, real, word
 from phichain.errors import ArrayError
 from phichain.motion.events import Crossing, marked
 from phichain.records import Later, Shown, columns_of, write_csv, write_npz
@@ -51,6 +51,7 @@ _PLAIN = {
     "holds_until": dataclasses.replace(NUMBER, default=math.nan),
     "angles": dataclasses.replace(word("", "relative", "absolute", "adjacent"), default=""),
     "digest": dataclasses.replace(TEXT, default=""),
+    "p": VALUES,
 }
 _SCHEMA = Schema(
     "Trajectory",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -11,13 +10,24 @@ from typing import Any, Final
 
 import numpy as np
 
-from phichain._version import __version__
-from phichain.archive import COUNT, NUMBER, TEXT, Schema, complex_numbers, names, read_archive, real, word
+from phichain.archive import (
+    COUNT,
+    NUMBER,
+    TEXT,
+    VALUES,
+    Schema,
+    complex_numbers,
+    names,
+    read_archive,
+    real,
+    word,
+)
+from phichain.continuation.document import values_of
 from phichain.continuation.problem import Multipliers, are_stable
 from phichain.errors import OutputError
-from phichain.files import write_file
+from phichain.origin import plain
 from phichain.reading import parse_json, read_regular
-from phichain.records import Shown, columns_of, plain, write_csv, write_npz
+from phichain.records import Shown, columns_of, write_csv, write_json, write_npz
 from phichain.system import Vector
 
 _ARRAYS: Final = {
@@ -42,6 +52,8 @@ _PLAIN: Final = {
     "q_names": names("nq"),
     "v_names": names("nv"),
     "angles": replace(word("", "relative", "absolute", "adjacent"), default=""),
+    "tol": replace(NUMBER, default=0.0),
+    "p": VALUES,
 }
 _MAYBE: Final = ("energy", "error")
 _SCHEMA: Final = Schema("Orbit", _ARRAYS, {**_PLAIN, **{name: replace(NUMBER, default=math.nan) for name in _MAYBE}}, filled=("m",))
@@ -73,6 +85,7 @@ class Orbit(Shown):
         lengths: Length of the link that each entry of q belongs to (nq,), m, 0 for a cart's: by these it is drawn. None where unknown.
         angles: What planar angles are measured from; empty in space.
         turn: Angle about the vertical by which a whirling orbit comes back turned, rad; 0 of all others.
+        tol: Newton's tolerance of its family; 0 where that was not kept.
     """
 
     scene: str
@@ -94,6 +107,7 @@ class Orbit(Shown):
     lengths: Vector | None = None
     angles: str = ""
     turn: float = 0.0
+    tol: float = 0.0
 
     @property
     def period(self) -> float:
@@ -149,17 +163,17 @@ class Orbit(Shown):
     def to_json(self, path: Path | str) -> Path:
         """Write what programs of other kinds read, 17 digits; complex numbers are pairs. `from_json` reads it back.
 
-        {"kind": "orbit", "scene", "digest", "method", "mode", "start": {"q", "v"}, "omega", "period", "energy", "kappa", "multipliers",
+        {"kind": "orbit", "scene", "digest", "p", "method", "mode", "start": {"q", "v"}, "omega", "period", "energy", "kappa", "multipliers",
         "error", "closure", "samples": {"t", "q", "v"}, ...}
         """
         told = {name: plain(getattr(self, name)) for name in _PLAIN}
         samples = {name: getattr(self, name).tolist() for name in ("t", "q", "v")}
         found = {
-            "phichain": __version__, "kind": "orbit", **told, "period": self.period, "start": {"q": samples["q"][0], "v": samples["v"][0]},
+            **told, "period": self.period, "start": {"q": samples["q"][0], "v": samples["v"][0]},
             **{name: [[float(x.real), float(x.imag)] for x in getattr(self, name)] for name in ("kappa", "multipliers")},
             "samples": samples, "lengths": None if self.lengths is None else self.lengths.tolist(),
         }  # fmt: skip
-        return write_file(path, json.dumps(found, indent=1, allow_nan=False) + "\n")
+        return write_json(path, "orbit", found)
 
     @classmethod
     def from_json(cls, path: Path | str) -> Orbit:
@@ -185,8 +199,8 @@ class Orbit(Shown):
         if fields["t"].ndim != 1 or [fields["q"].shape, fields["v"].shape] != sizes or not len(fields["t"]):
             raise ValueError("its samples do not fit each other")
         fields |= {name: np.array([complex(*pair) for pair in found[name]], complex) for name in ("kappa", "multipliers")}
-        fields |= {name: found.get(name, 0.0) if name == "turn" else found[name] for name in _PLAIN if name not in (*_MAYBE, "angles")}
-        fields |= {"lengths": None if (given := found.get("lengths")) is None else _of_entries(given, sizes[0][1]), "angles": _known(found.get("angles", ""))}
+        fields |= {name: found.get(name, 0.0) if name in ("turn", "tol") else found[name] for name in _PLAIN if name not in (*_MAYBE, "angles", "p")}
+        fields |= {"lengths": None if (given := found.get("lengths")) is None else _of_entries(given, sizes[0][1]), "angles": _known(found.get("angles", "")), "p": values_of(found)}
         fields |= {name: math.nan if found[name] is None else float(found[name]) for name in _MAYBE}
         return cls(**{**fields, **{f"{x}_names": tuple(found[f"{x}_names"]) for x in "qv"}})
 

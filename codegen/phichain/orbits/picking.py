@@ -19,6 +19,7 @@ from phichain.orbits.in_plane import METHOD as IN_PLANE
 from phichain.orbits.in_plane import at_rest, plane_problem
 from phichain.orbits.orbit import Orbit
 from phichain.orbits.quarter import EPS
+from phichain.orbits.run import demand_same_values
 from phichain.orbits.shooting import demand_shooting
 from phichain.orbits.targets import Target, target_of
 from phichain.orbits.whirling.fixed import turned
@@ -54,6 +55,7 @@ def pick(system: System, branch: Branch, at: Any = None, p: Parameters | None = 
             "branch", branch.scene or branch.digest, f"is the scene of that branch, and '{system.name}' is another one",
             "name the scene that it was traced with",
         )  # fmt: skip
+    demand_same_values("branch", system, branch, p)
     samples = whole("samples", samples, 2, 10_000_000, "ask for two or more", ArrayError)
     kind = _kind(branch)
     problem = _problem(system, branch, kind, p)
@@ -71,7 +73,7 @@ def pick(system: System, branch: Branch, at: Any = None, p: Parameters | None = 
         turn=turn, kappa=np.array(point.multipliers), multipliers=_floquet(point.multipliers, kind),
         error=_error(problem, point, at), closure=closure, t=t, q=q, v=v,
         q_names=system.q_names or tuple(f"q_{k + 1}" for k in range(system.nq)),
-        v_names=system.v_names or tuple(f"v_{k + 1}" for k in range(system.nv)), **looks(system, p),
+        v_names=system.v_names or tuple(f"v_{k + 1}" for k in range(system.nv)), p=system.values(p), tol=branch.tol, **looks(system, p),
     )  # fmt: skip
 
 

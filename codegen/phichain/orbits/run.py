@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 from phichain.continuation import Branch, Engine
 from phichain.continuation.core import Progress
-from phichain.system import Parameters
+from phichain.errors import ArrayError
+from phichain.records import frozen
+from phichain.system import Parameters, System
 
 
 @dataclass(frozen=True)
@@ -28,3 +30,23 @@ class Run:
     through: float = 0.0
     earlier: Branch | None = None
     progress: Progress | None = None
+
+
+def demand_same_values(field: str, system: System, branch: Branch, p: Parameters | None) -> None:
+    """Refuse to go on from a family of the same scene whose runtime parameters had other values.
+
+    Raises:
+        ArrayError: They had, as far as the family says.
+    """
+    given = frozen(system.values(p))
+    for name, own in branch.p.items():
+        if name in given and given[name] != own and not is_each(own, given[name]):
+            raise ArrayError(
+                f"{field}.p.{name}", own, f"is the {name} of that family, and {given[name]} is given here", "give the values that it was traced with",
+            )
+
+
+def is_each(own: object, given: object) -> bool:
+    """Whether one number and a list say the same of every link."""
+    one, many = (own, given) if isinstance(given, tuple) else (given, own)
+    return isinstance(many, tuple) and all(entry == one for entry in many)

@@ -21,7 +21,7 @@ from phichain.orbits.modes import linear_modes
 from phichain.orbits.network.record import Network
 from phichain.orbits.network.runs import earlier_run, from_orbit, switched
 from phichain.orbits.parameter.vary import turned
-from phichain.orbits.run import Run
+from phichain.orbits.run import Run, demand_same_values
 from phichain.orbits.targets import Target, target_of
 from phichain.orbits.whirling import families as whirling
 from phichain.orbits.whirling.starts import METHOD as WHIRLING
@@ -142,7 +142,7 @@ def trace(
         chosen_engine = replace(chosen_engine, options=limited(chosen_engine.options, limits))
     is_begun = not whirls and (start is not None or (earlier is not None and earlier.mode == 0))
     mode = 0 if is_begun else mode
-    _demand_same(system, earlier, mode, chosen)
+    _demand_same(system, earlier, mode, chosen, p)
     if isinstance(loaded, Network) and earlier is not None and earlier.status != "interrupted":
         branch, grown = earlier, loaded
     else:
@@ -157,7 +157,7 @@ def trace(
         reason = branch.reason
         if aim is not None and branch.status != "interrupted" and not (branch.events and branch.events[-1].kind == str(aim)):
             reason = f"{reason}; {aim} was not reached"
-        branch, grown = replace(branch, reason=reason, scene=system.name, digest=system.digest, method=chosen, mode=mode), None
+        branch, grown = replace(branch, reason=reason, scene=system.name, digest=system.digest, p=system.values(p), method=chosen, mode=mode), None
     if not switch:
         return branch
     return switched(
@@ -234,7 +234,7 @@ def _target(system: System, until: Any, amplitude_max: float | None, start: floa
     return Target("amplitude", end, "amplitude_max")
 
 
-def _demand_same(system: System, branch: Branch | None, mode: int, method: str) -> None:
+def _demand_same(system: System, branch: Branch | None, mode: int, method: str, p: Parameters | None) -> None:
     """Refuse to go on with what is of another kind.
 
     Raises:
@@ -250,5 +250,6 @@ def _demand_same(system: System, branch: Branch | None, mode: int, method: str) 
                 "resume", own, f"is the {field} of that branch, and {wanted!r} is wanted here",
                 "resume it with the scene, mode and method that it was traced with",
             )  # fmt: skip
+    demand_same_values("resume", system, branch, p)
     if branch.regular < 1 or branch.step <= 0:
         raise ArrayError("resume", branch.regular, "points of that branch are a run's own", "trace it anew")

@@ -8,7 +8,7 @@ from pathlib import Path
 from phichain.continuation import Branch
 from phichain.orbits import trace
 from phichain.pipeline import build
-from phichain.report.climb import climbing
+from phichain.report.laws.climb import climbing
 from phichain.report.style import save
 from phichain.scene.library import find_scene
 from phichain.trials.climb import climb
@@ -25,4 +25,4 @@ def climbed(out: Path) -> list[Path]:
     branch = trace(replace(system, digest=scene.digest), 2, until=f"energy={_UP}")
     assert isinstance(branch, Branch)
     found = climb(scene, branch, share=0.05, runs=1, seconds=75.0)
-    return [save(climbing(found.climb.law, found.t, found.x, found.u, found.energy), out / "U2.png")]
+    return [save(climbing(found.climb.law, found.t, found.x, found.u, found.energy), out / "U2.png", of=[found.climb.law, found.runs])]

@@ -50,7 +50,8 @@ def energies(links: int) -> Callable[[Path], list[Path]]:
 
     def write(out: Path) -> list[Path]:
         title = f"N = {links}: the families of all modes (thick: stable)"
-        return [save(plane.energies(exact_families(links), title), out / f"E{links}.png")]
+        found = exact_families(links)
+        return [save(plane.energies(found, title), out / f"E{links}.png", of=found)]
 
     return write
 
@@ -64,7 +65,8 @@ def double_network() -> Network:
 
 def network(out: Path) -> list[Path]:
     """Draw what opens along mode 1 of two links into a folder."""
-    return [save(plane.network(double_network()), out / "N2.png")]
+    found = double_network()
+    return [save(plane.network(found), out / "N2.png", of=found)]
 
 
 def gap(out: Path) -> list[Path]:
@@ -72,7 +74,7 @@ def gap(out: Path) -> list[Path]:
     system = shooting_chain(4)
     turned = _family(system, 1, FURTHEST, limits={"max_points": 80})
     crossed = _family(system, 1, until="theta_1=0.36", through=_THROUGH)
-    return [save(plane.gap(turned, crossed), out / "G4.png")]
+    return [save(plane.gap(turned, crossed), out / "G4.png", of=[turned, crossed])]
 
 
 def conical(out: Path) -> list[Path]:
@@ -80,4 +82,5 @@ def conical(out: Path) -> list[Path]:
     chain = {"links": 2, "space": "spatial", "mass": [1.0, 0.5], "length": [1.0, 2.0]}
     want = ["forward_dynamics", "state_jacobian", "energy", "mass_matrix"]
     system = build(scene_from_dict({"name": "double_spherical", "chain": chain, "functions": {"want": want}}))
-    return [save(plane.conical(conical_families(system)), out / "C2.png")]
+    found = conical_families(system)
+    return [save(plane.conical(found), out / "C2.png", of=found)]

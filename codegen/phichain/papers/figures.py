@@ -25,9 +25,9 @@ from phichain.papers.climbing import climbed
 from phichain.papers.families import conical, energies, exact_families, gap, network
 from phichain.papers.signals import released, write_sheets, write_viewer
 from phichain.pipeline import build
-from phichain.report import charts, paper_b
+from phichain.report.papers import charts, paper_b
+from phichain.report.papers.tracking import tracking
 from phichain.report.style import save
-from phichain.report.tracking import tracking
 from phichain.scene import scene_from_dict
 from phichain.scene.library import find_scene
 from phichain.system import System
@@ -183,7 +183,7 @@ def _tracking(out: Path) -> list[Path]:
         runs[f"computed torque, tolerance {tol:.0e}"] = simulate(system, start, grid, tol=tol, u=law)
     beside = simulate(system, (start[0] + 0.3, start[1]), grid, tol=1e-12, u=law)
     title = r"Paper A, Fig. 2: three links follow $\theta_k = A_k \cos \omega t$"
-    return [save(tracking(wanted, runs, beside, title), out / "A2.png")]
+    return [save(tracking(wanted, runs, beside, title), out / "A2.png", of=[*runs.values(), beside])]
 
 
 def families(links: int) -> list[Branch]:
@@ -205,8 +205,10 @@ def _charts(out: Path) -> list[Path]:
     """Fig. 7 with the exact families over it, and its remark that the charts settle as N grows."""
     long = {links: slowest_family(links) for links in SETTLING}
     exact = {links: exact_families(links) for links in CHARTED}
-    sheet = charts.charts({links: families(links) for links in CHARTED}, long, float(np.sqrt(9.81 / 0.5)), exact)
-    return [save(sheet, out / "A7.png")]
+    found = {links: families(links) for links in CHARTED}
+    sheet = charts.charts(found, long, float(np.sqrt(9.81 / 0.5)), exact)
+    every = [branch for several in (*found.values(), *exact.values()) for branch in several]
+    return [save(sheet, out / "A7.png", of=[*every, *long.values()])]
 
 
 def run_on_cart(system: System, run: CartRun, tol: float = 1e-9) -> tuple[Trajectory, Gains | None]:
@@ -229,7 +231,7 @@ def _on_cart(name: str, run: CartRun, words: str) -> Callable[[Path], list[Path]
             if gains is None
             else paper_b.steadied(system, motion, gains, title, run.moments)
         )
-        return [save(sheet, out / f"{name}.png")]
+        return [save(sheet, out / f"{name}.png", of=[motion] if gains is None else [motion, gains])]
 
     return write
 

@@ -14,9 +14,9 @@ from phichain.files import write_file
 from phichain.fractional import Propagation, propagation
 from phichain.motion import simulate
 from phichain.pipeline import build
-from phichain.report.propagation import paths, surfaces
+from phichain.report.signals.propagation import paths, surfaces
+from phichain.report.signals.viewer import viewer
 from phichain.report.style import save
-from phichain.report.viewer import viewer
 from phichain.scene import Scene, scene_from_dict
 from phichain.system import Parameters, System
 from phichain.system.starts import leaning
@@ -97,7 +97,7 @@ def write_sheets(
         f"{stem}{mark}.png": surfaces(result, f"{title}: from forces to angles", coordinates),
         f"{stem}_feedback{mark}.png": paths(result, f"{title}: the feedback path, part by part"),
     }
-    return [save(sheet, out / name) for name, sheet in sheets.items()]
+    return [save(sheet, out / name, of=result) for name, sheet in sheets.items()]
 
 
 def write_viewer(name: str, title: str, lead: str, results: Mapping[str, Propagation], out: Path) -> Path:

@@ -25,10 +25,7 @@ def motion(system: Drawn, trajectory: Trajectory) -> Figure:
     """A simulation: the chain in motion, the angle of every link from the vertical, and the error of its energy (of E - work + loss
     where work is done or lost)."""
     with look():
-        drawing = figure(8.4, 4.6)
-        axes = drawing.subplot_mosaic([["chain", "angles"], ["chain", "energy"]], width_ratios=(1.0, 1.4))
-        panels.chain_in_motion(axes["chain"], system, trajectory.q)
-        axes["chain"].set_title(f"{trajectory.name}, {trajectory.t[0]:g} to {trajectory.t[-1]:g} s")
+        drawing, axes = _with_chain(system, trajectory, ["angles", "energy"], 4.6)
         angles(axes["angles"], system, trajectory)
         if trajectory.energy is None:
             axes["energy"].set_visible(False)
@@ -38,6 +35,29 @@ def motion(system: Drawn, trajectory: Trajectory) -> Figure:
             panels.energy_error(axes["energy"], trajectory.t, trajectory.energy, balance)
             axes["energy"].set_title(f"by {trajectory.method}, tolerance {trajectory.tol:.0e}")
     return drawing
+
+
+def _with_chain(system: Drawn, trajectory: Trajectory, rows: list[str], height: float) -> tuple[Figure, dict[str, Any]]:
+    """A figure with the chain in motion to the left, one in space in three views and in perspective, and axes of these names to the right."""
+    title = f"{trajectory.name}, {trajectory.t[0]:g} to {trajectory.t[-1]:g} s"
+    if system.is_planar:
+        drawing = figure(8.4, height)
+        layout: Any = [["chain", row] for row in rows]
+        axes: dict[str, Any] = drawing.subplot_mosaic(layout, width_ratios=(1.0, 1.4))
+        panels.chain_in_motion(axes["chain"], system, trajectory.q)
+        axes["chain"].set_title(title)
+        return drawing, axes
+    drawing = figure(11.0, max(height, 5.0))
+    halves: Any = drawing.subfigures(1, 2, width_ratios=(1.1, 1.0))
+    left, right = halves
+    left.suptitle(title, fontsize=10)
+    for place, (words, across, up) in enumerate(panels.VIEWS, 1):
+        view = left.add_subplot(2, 2, place)
+        panels.chain_in_motion(view, system, trajectory.q, view=(across, up))
+        view.set_title(words, fontsize=8)
+    panels.chain_in_space(left.add_subplot(2, 2, 4, projection="3d"), system, trajectory.q)
+    found = right.subplots(len(rows), 1, squeeze=False)[:, 0]
+    return drawing, dict(zip(rows, found, strict=True))
 
 
 def angles(axes: Any, system: Drawn, trajectory: Trajectory) -> None:
@@ -57,13 +77,9 @@ def closed_loop(system: System, trajectory: Trajectory, direction_error: Any, ra
         rate_error: e_omega over time.
     """
     rows = ["errors", "cart", "input"] if system.has_cart else ["errors", "input"]
-    layout: Any = [["chain", row] for row in rows]
     with look():
-        drawing = figure(8.4, 1.8 * len(rows))
-        axes = drawing.subplot_mosaic(layout, width_ratios=(1.0, 1.4))
-        panels.chain_in_motion(axes["chain"], system, trajectory.q)
-        axes["chain"].set_title(f"{trajectory.name}, {trajectory.t[0]:g} to {trajectory.t[-1]:g} s")
-        panels.decay(axes["errors"], trajectory.t, {"$e_q$": direction_error, r"$e_\omega$": rate_error})
+        drawing, axes = _with_chain(system, trajectory, rows, 1.8 * len(rows))
+        panels.decay(axes["errors"], trajectory.t, {"$e_q$": direction_error, r"$e_\omega$ (rad/s)": rate_error})
         axes["errors"].set_xlabel("")
         if system.has_cart:
             place = trajectory.q[:, : system.cart_size]

@@ -10,6 +10,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from html import escape
 
+from phichain.report.origins import MADE_BY
+
 _STYLE = """
 :root { color-scheme: light dark; --ink: #1c2430; --soft: #5a6675; --line: #d9dee5; --paper: #ffffff; }
 @media (prefers-color-scheme: dark) {
@@ -54,6 +56,7 @@ def page(title: str, lead: str, sections: Iterable[Section], footer: str = "") -
             "<!doctype html>",
             '<html lang="en">',
             '<head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">',
+            f'<meta name="generator" content="{escape(MADE_BY)}">',
             f"<title>{escape(title)}</title><style>{_STYLE}</style></head>",
             f'<body>\n<h1>{escape(title)}</h1>\n<p class="lead">{escape(lead)}</p>',
             *(_section(section) for section in sections),

@@ -13,6 +13,8 @@ import numpy as np
 from phichain.errors import OutputError, UnsupportedError
 from phichain.files import write_file
 from phichain.report.geometry import Outline, joints
+from phichain.report.origins import in_gif, in_page, told
+from phichain.report.panels import VIEWS
 from phichain.report.style import ACCENT, INK, SOFT, figure, look
 from phichain.system.arrays import positive, whole
 
@@ -25,8 +27,6 @@ FINER: Final = 8
 """Points of the tip's path for every frame."""
 TAIL: Final = 0.15
 """Part of the motion during which the tip's path fades."""
-_VIEWS: Final = (("along $e_2$", 0, 2), ("along $e_1$", 1, 2), ("from above", 0, 1))
-"""Views of a chain in space: which axes point to the right and up."""
 
 
 class Moving(Protocol):
@@ -41,7 +41,7 @@ class Moving(Protocol):
     def resample(self, points: int, /) -> Moving: ...
 
 
-def write_motion(chain: Outline, motion: Moving, path: Path, seconds: float | None, fps: int) -> Path:
+def write_motion(chain: Outline, motion: Moving, path: Path, seconds: float | None, fps: int, of: Any = None) -> Path:
     """Write a motion as GIF, HTML or MP4.
 
     Args:
@@ -50,6 +50,7 @@ def write_motion(chain: Outline, motion: Moving, path: Path, seconds: float | No
         path: The file.
         seconds: How long it plays; as long as it lasted unless given.
         fps: Frames a second.
+        of: The record that it shows; the motion itself unless given.
 
     Raises:
         OutputError: The name does not say which, or it cannot be written.
@@ -84,22 +85,23 @@ def write_motion(chain: Outline, motion: Moving, path: Path, seconds: float | No
         drawing.draw_without_rendering()
         drawing.set_layout_engine("none")
         moving = FuncAnimation(drawing, show, frames=frames, interval=1000 / fps, blit=False, cache_frame_data=False)
-        return write_file(path, _encoded(moving, path.suffix, fps))
+        return write_file(path, _encoded(moving, path.suffix, fps, told(motion if of is None else of)))
 
 
-def _encoded(moving: Any, kind: str, fps: int) -> bytes:
-    """The bytes of the moving picture."""
+def _encoded(moving: Any, kind: str, fps: int, origin: str) -> bytes:
+    """The bytes of the moving picture, with where it comes from."""
     from matplotlib import rc_context
     from matplotlib.animation import FFMpegWriter, PillowWriter
 
     if kind == ".html":
         with rc_context({"animation.embed_limit": 200.0}):
             text: str = moving.to_jshtml(fps=fps, default_mode="loop")
-        return _alone(text).encode()
+        return f"{in_page(origin)}\n{_alone(text)}".encode()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, f"motion{kind}")
-        moving.save(file, writer=PillowWriter(fps=fps) if kind == ".gif" else FFMpegWriter(fps=fps), dpi=100)
-        return file.read_bytes()
+        writer = PillowWriter(fps=fps) if kind == ".gif" else FFMpegWriter(fps=fps, metadata={"comment": origin})
+        moving.save(file, writer=writer, dpi=100)
+        return in_gif(file.read_bytes(), origin) if kind == ".gif" else file.read_bytes()
 
 
 def _alone(text: str) -> str:
@@ -171,7 +173,7 @@ def _panels(drawing: Figure, chain: Outline, points: np.ndarray) -> list[Any]:
         axes.set(xlabel="$e_1$ (m)", ylabel="height (m)")
         return [_Panel(axes, upright[..., 0], upright[..., 1], chain.has_cart)]
     found: list[Any] = []
-    for place, (title, right, up) in enumerate(_VIEWS, 1):
+    for place, (title, right, up) in enumerate(VIEWS, 1):
         axes = drawing.add_subplot(2, 2, place)
         axes.set_title(title)
         axes.set(xlabel=f"$e_{right + 1}$ (m)", ylabel="height (m)" if up == 2 else "$e_2$ (m)")

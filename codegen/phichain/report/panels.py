@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,10 +15,16 @@ _MOMENTS = 14
 _SMALLEST = 1e-17
 _NAMED = 8
 """Curves that a legend can name."""
+_SLIVER, _WIDE = 0.04, 0.28
+"""Shares of a panel from which on words fit upright, and lying."""
+_DOTTED = 17
+"""Joints up to which each is a dot."""
+VIEWS: Final = (("along $e_2$", 0, 2), ("along $e_1$", 1, 2), ("from above", 0, 1))
+"""Views of a chain in space: which axes point to the right and up."""
 
 
-def chain_in_motion(axes: Any, system: Drawn, q: ArrayLike, moments: int = _MOMENTS) -> None:
-    """The chain at some moments, pale at first and dark at the end, over the path of its tip; seen along e_2.
+def chain_in_motion(axes: Any, system: Drawn, q: ArrayLike, moments: int = _MOMENTS, view: tuple[int, int] = (0, -1)) -> None:
+    """The chain at some moments, pale at first and dark at the end, over the path of its tip; seen along e_2 unless said.
 
     The moments are as far apart as the joints move between them, so that a chain that comes to rest is drawn while it
     still moves.
@@ -28,22 +34,45 @@ def chain_in_motion(axes: Any, system: Drawn, q: ArrayLike, moments: int = _MOME
         system: The chain.
         q: Configurations (T, nq) in the order of time.
         moments: How many of them are drawn.
+        view: Which axes point to the right and up, the last one downwards.
     """
     points = joints(system, q)
-    across, down = points[..., 0], points[..., -1]
-    axes.plot(across[:, -1], -down[:, -1], color=ACCENT, linewidth=0.6, alpha=0.6, zorder=1)
-    chosen = _moments(points, moments)
+    right, up = view[0], view[1] % points.shape[-1]
+    is_from_side = up == points.shape[-1] - 1
+    across, high = points[..., right], -points[..., up] if is_from_side else points[..., up]
+    axes.plot(across[:, -1], high[:, -1], color=ACCENT, linewidth=0.6, alpha=0.6, zorder=1)
+    _at_moments(points, moments, lambda k, look: axes.plot(across[k], high[k], **look))
+    if system.has_cart and is_from_side:
+        _rail(axes, across[:, 0], float(np.ptp(high)) or 1.0)
+    _frame(axes)
+    axes.set(xlabel=f"$e_{right + 1}$ (m)", ylabel="height (m)" if is_from_side else f"$e_{up + 1}$ (m)")
+
+
+def chain_in_space(axes: Any, system: Drawn, q: ArrayLike, moments: int = _MOMENTS) -> None:
+    """The same in perspective, on axes of three dimensions."""
+    points = joints(system, q) * np.array([1.0, 1.0, -1.0])
+    axes.plot(*points[:, -1].T, color=ACCENT, linewidth=0.6, alpha=0.6)
+    _at_moments(points, moments, lambda k, look: axes.plot(*points[k].T, **look))
+    half = max(float(np.ptp(points[..., axis])) for axis in range(3)) / 2 or 1.0
+    for axis, name in enumerate("xyz"):
+        middle = (points[..., axis].max() + points[..., axis].min()) / 2
+        getattr(axes, f"set_{name}lim")(middle - half, middle + half)
+    axes.set_box_aspect((1, 1, 1))
+    axes.locator_params(nbins=4)
+    axes.tick_params(labelsize=6, pad=-2)
+
+
+def _at_moments(points: NDArray[np.float64], count: int, draw: Callable[[int, dict[str, Any]], Any]) -> None:
+    """Draw the chain at some moments, the last of them in full."""
+    chosen = _moments(points, count)
+    dotted = points.shape[1] <= _DOTTED
     for rank, k in enumerate(chosen):
         last = rank == len(chosen) - 1
         strength = 0.12 + 0.35 * rank / max(len(chosen) - 1, 1)
-        axes.plot(
-            across[k], -down[k], "-o", color=INK, alpha=1.0 if last else strength, linewidth=1.6 if last else 0.9,
-            markersize=4.0 if last else 2.0, zorder=3 if last else 2,
-        )  # fmt: skip
-    if system.has_cart:
-        _rail(axes, across[:, 0], float(np.ptp(down)) or 1.0)
-    _frame(axes)
-    axes.set(xlabel="$e_1$ (m)", ylabel="height (m)")
+        draw(k, {
+            "linestyle": "-", "marker": "o" if dotted else "", "color": INK, "alpha": 1.0 if last else strength, "linewidth": 1.6 if last else 0.9,
+            "markersize": 4.0 if last else 2.0, "zorder": 3 if last else 2,
+        })  # fmt: skip
 
 
 def _moments(points: NDArray[np.float64], count: int) -> NDArray[np.int_]:
@@ -55,10 +84,11 @@ def _moments(points: NDArray[np.float64], count: int) -> NDArray[np.int_]:
 
 
 def _frame(axes: Any) -> None:
-    """Equal scales on both axes, in a frame that is not too slender to carry numbers."""
+    """Equal scales on both axes, in a frame that is neither too slender nor too flat to carry numbers."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    missing = max(0.0, 0.8 * (top - bottom) - (right - left))
+    missing, lacking = max(0.0, 0.8 * (top - bottom) - (right - left)), max(0.0, 0.3 * (right - left) - (top - bottom))
     axes.set_xlim(left - missing / 2, right + missing / 2)
+    axes.set_ylim(bottom - lacking / 2, top + lacking / 2)
     axes.set_aspect("equal", adjustable="box", anchor="C")
     axes.locator_params(axis="x", nbins=5)
 
@@ -77,7 +107,7 @@ def against_time(axes: Any, t: ArrayLike, values: ArrayLike, names: Sequence[str
         axes.plot(t, curve, color=colour, label=name)
     axes.set(ylabel=label, xlim=(np.min(t), np.max(t)))
     if 1 < len(columns) <= _NAMED:
-        _legend_above(axes, min(len(columns), 4))
+        _legend_above(axes, len(columns) if len(columns) <= 5 else 4)
     elif len(columns) > _NAMED:
         _bar_beside(axes, names)
 
@@ -97,6 +127,13 @@ def beyond(axes: Any, holds_until: float, end: float) -> None:
     """Grey from the time until which a run holds to its end; nothing where it holds to the end, or nobody knows."""
     if abs(end - holds_until) > 0:
         axes.axvspan(holds_until, end, color=SOFT, alpha=0.2, linewidth=0)
+        share = abs(end - holds_until) / abs(axes.get_xlim()[1] - axes.get_xlim()[0])
+        if share > _SLIVER:
+            axes.annotate(
+                "errors may be large", (end, 1.0), xycoords=("data", "axes fraction"), xytext=(-3, -3), textcoords="offset points", ha="right", va="top",
+                fontsize=7, color=INK, zorder=5, rotation=0 if share > _WIDE else 90,
+                bbox={"boxstyle": "square,pad=0.1", "color": "#ffffff", "alpha": 0.7, "linewidth": 0},
+            )  # fmt: skip
 
 
 def energy_error(axes: Any, t: ArrayLike, energy: ArrayLike, balance: ArrayLike | None = None) -> None:
@@ -159,4 +196,7 @@ def correlations(axes: Any, names: Sequence[str], correlation: ArrayLike) -> Non
 
 def _legend_above(axes: Any, columns: int) -> None:
     place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderaxespad": 0.2}
-    axes.legend(ncols=columns, handlelength=1.0, columnspacing=1.0, **place)
+    handles, labels = axes.get_legend_handles_labels()
+    # A legend fills column by column, and is read row by row.
+    order = [k for column in range(columns) for k in range(column, len(handles), columns)]
+    axes.legend([handles[k] for k in order], [labels[k] for k in order], ncols=columns, handlelength=1.0, columnspacing=1.0, **place)

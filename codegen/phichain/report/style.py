@@ -16,6 +16,7 @@ import numpy as np
 
 from phichain.errors import UnsupportedError
 from phichain.files import write_file
+from phichain.report.origins import metadata, told
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -71,31 +72,37 @@ def shades(count: int) -> list[Any]:
     return [colormaps["viridis"](at) for at in np.linspace(0.0, 0.85, max(count, 1))]
 
 
-def save(drawing: Figure, path: str | Path, dpi: int = 150) -> Path:
+def save(drawing: Figure, path: str | Path, dpi: int = 150, of: Any = None) -> Path:
     """Write a figure as PNG, SVG or PDF, by the name of the file, whole or not at all.
+
+    Args:
+        drawing: The figure.
+        path: The file.
+        dpi: Points per inch of a PNG.
+        of: The record that it shows, or several: the file says where they come from.
 
     Raises:
         OutputError: The file cannot be written.
     """
-    return write_file(path, png(drawing, dpi) if Path(path).suffix not in _VECTORS else _vectors(drawing, Path(path).suffix))
+    text, kind = told(of), Path(path).suffix
+    return write_file(path, _vectors(drawing, kind, text) if kind in _VECTORS else png(drawing, dpi, text))
 
 
-def png(drawing: Figure, dpi: int = 150) -> bytes:
-    """A figure as PNG."""
+def png(drawing: Figure, dpi: int = 150, text: str = "") -> bytes:
+    """A figure as PNG, with where it comes from."""
     buffer = io.BytesIO()
-    # No software tag: the same figure is the same file, whichever version drew it last.
-    drawing.savefig(buffer, format="png", dpi=dpi, metadata={"Software": None})
+    drawing.savefig(buffer, format="png", dpi=dpi, metadata=metadata(".png", text or told()))
     return buffer.getvalue()
 
 
 _VECTORS = (".svg", ".pdf")
 
 
-def _vectors(drawing: Figure, kind: str) -> bytes:
-    """A figure in lines, without the time at which it was drawn."""
+def _vectors(drawing: Figure, kind: str, text: str) -> bytes:
+    """A figure in lines."""
     import matplotlib
 
     buffer = io.BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": "phichain"}):
-        drawing.savefig(buffer, format=kind[1:], metadata={"Date": None} if kind == ".svg" else {"CreationDate": None})
+        drawing.savefig(buffer, format=kind[1:], metadata=metadata(kind, text))
     return buffer.getvalue()

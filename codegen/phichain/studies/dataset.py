@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from os import PathLike, fspath
 from pathlib import Path
@@ -53,7 +54,7 @@ def open_study(path: str | PathLike[str], plan: Plan | None = None) -> xr.Datase
         values = _in_order(_read(path, group, name), rows, plan, name)
         dims = (*plan.dims, *(group[name].metadata.dimension_names or ("task",))[1:])
         data[name] = (dims, values, {key: said for key, said in group[name].attrs.asdict().items() if key != "_FillValue"})
-    return xr.Dataset(data, _coordinates(plan), {"phichain": _words(said)})
+    return xr.Dataset(data, _coordinates(plan), {"phichain": _words(said), "plan": json.dumps(said["plan"])})
 
 
 def _read(path: Path, group: Any, name: str) -> Any:

@@ -248,6 +248,10 @@ class System:
             return {}
         return {"p": {**(self.params or {}), **(p or {})}}
 
+    def values(self, p: Parameters | None = None) -> dict[str, Any]:
+        """The runtime parameters as results keep them, numbers and lists of numbers by name; arguments as `parameters`."""
+        return {name: reals(f"p.{name}", value, "give real numbers").tolist() for name, value in self.parameters(p).get("p", {}).items()}
+
 
 def given_system(value: object) -> System:
     """Return a system that a caller handed over, or say what must be done to what is none.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phichain.errors import ArrayError, SceneError
-from phichain.records import Held, columns_of, write_csv
+from phichain.records import Valued, columns_of, write_csv
 from phichain.scene import Scene
 from phichain.scene.keys import PARAMETERS
 from phichain.trials.compiled import Compiled, Vector
@@ -26,7 +26,7 @@ STEPPED: Final = 5.0
 
 
 @dataclass(frozen=True, eq=False)
-class Trials(Held):
+class Trials(Valued):
     """What became of every run.
 
     Attributes:
@@ -37,6 +37,7 @@ class Trials(Held):
         largest: Largest distance of the cart from 0, and of every input from 0 (n, 1 + nu).
         phases: Last phases (n,).
         held: Whether the target was reached and held, within the rail (n,).
+        digest: Canonical digest of the chain's scene.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Trials(Held):
     largest: Vector
     phases: NDArray[np.intc]
     held: NDArray[np.bool_]
+    digest: str = ""
 
     @property
     def share(self) -> float:
@@ -121,4 +123,4 @@ def monte_carlo(
     held = (phases == HOLDING) & np.all(np.abs(away) < NEAR, axis=1)
     if np.isfinite(law.rail):
         held &= largest[:, 0] <= law.rail
-    return Trials(law.name, errors, starts, ends, largest, phases, held)
+    return Trials(law.name, errors, starts, ends, largest, phases, held, law.digest, p=law.p)

@@ -10,11 +10,11 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.archive import COUNT, NUMBER, TEXT, Schema, names, read_archive, real, whole
+from phichain.archive import COUNT, NUMBER, TEXT, VALUES, Schema, names, read_archive, real, whole
 from phichain.emit.law.loop import LATEST, Called
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.native import default_cache
-from phichain.records import Held, columns_of, write_csv, write_npz
+from phichain.records import Valued, columns_of, write_csv, write_npz
 from phichain.scene import Scene
 from phichain.trials.loop import Loop, Task, Vector
 from phichain.trials.monte_carlo import sizes_of
@@ -33,7 +33,7 @@ _ARRAYS: Final = {
     "settled": real("n"), "held": whole("n"),
 }  # fmt: skip
 _SCHEMA: Final = Schema(
-    "Runs", _ARRAYS, {"name": TEXT, "digest": TEXT, "law": TEXT, "error_names": names("np"), "seconds": NUMBER, "hold": NUMBER, "seed": COUNT},
+    "Runs", _ARRAYS, {"name": TEXT, "digest": TEXT, "law": TEXT, "error_names": names("np"), "seconds": NUMBER, "hold": NUMBER, "seed": COUNT, "p": VALUES},
     filled=("n", "nx"),
 )  # fmt: skip
 
@@ -85,7 +85,7 @@ class Aim:
 
 
 @dataclass(frozen=True, eq=False)
-class Runs(Held):
+class Runs(Valued):
     """What became of every run.
 
     Attributes:
@@ -148,7 +148,7 @@ class Runs(Held):
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""
         meta = {"name": self.name, "digest": self.digest, "law": self.law, "error_names": list(self.error_names), "seconds": self.seconds,
-                "hold": self.hold, "seed": self.seed}  # fmt: skip
+                "hold": self.hold, "seed": self.seed, "p": self.p}  # fmt: skip
         return write_npz(path, {name: getattr(self, name) for name in _ARRAYS}, meta | {"kind": _SCHEMA.kind})
 
     @classmethod

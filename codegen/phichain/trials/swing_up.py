@@ -120,7 +120,7 @@ def swing_up(
         raise _explained(search, made, ended)
     trials: Trials = trials_of(search, best.law, runs, seed=1)
     law = _named(best.law, system, best.plan, trials, errors or {}, spread)
-    return SwingUp(replace(best.plan, digest=system.digest), law, replace(trials, name=system.name), tuple(ended))
+    return SwingUp(replace(best.plan, digest=system.digest, p=system.values()), law, replace(trials, name=system.name, digest=system.digest, p=system.values()), tuple(ended))
 
 
 def _search(
@@ -221,4 +221,4 @@ def _named(law: TrajectoryLaw, system: System, plan: Plan, trials: Trials, error
     note = f"Of {len(trials.held)} runs with starts within {spread:g} rad{' and ' + sizes if sizes else ''}, {held} reach the target and hold it{seen}."
     if not plan.converged:
         note = f"NOT CONVERGED: the solver stopped after {plan.iterations} iterations, infeasibility {plan.infeasibility:.2g}. {note}"
-    return replace(law, catch=replace(law.catch, name=system.name, digest=system.digest), note=note)
+    return replace(law, catch=replace(law.catch, name=system.name, digest=system.digest, p=system.values()), note=note)

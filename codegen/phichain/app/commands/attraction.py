@@ -74,6 +74,6 @@ def attraction(
 
 def _drawing() -> Any:
     """The module that draws, imported when something is drawn."""
-    from phichain.report import attraction as drawing
+    from phichain.report.laws import attraction as drawing
 
     return drawing

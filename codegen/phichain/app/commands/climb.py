@@ -67,7 +67,7 @@ def climb(
         typer.echo(printable(f"wrote {folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}"))
 
     def drawn() -> object:
-        from phichain.report.climb import climbing
+        from phichain.report.laws.climb import climbing
 
         return climbing(found.climb.law, found.t, found.x, found.u, found.energy)
 

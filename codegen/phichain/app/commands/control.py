@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from phichain.app.settings import with_values
 from phichain.errors import UnsupportedError, printable
 
 if TYPE_CHECKING:
@@ -60,13 +61,13 @@ def controller(
     from phichain.app import control_words as words
     from phichain.pipeline import build, generate_controller
     from phichain.scene.library import find_scene
-    from phichain.system.starts import numbers, parameters, upright
+    from phichain.system.starts import numbers, upright
 
     chosen = find_scene(scene)
     # Gains are made of double precision, whatever the C is to be.
     wanted = tuple(dict.fromkeys((*chosen.want, "linearization", "forward_dynamics")))
     system = build(replace(chosen, real="double", want=wanted))
-    system = replace(system, params=parameters(settings or []) or None)
+    system = with_values(system, chosen, settings)
     bound = numbers(limit, "limit")
     frame = _Frame(
         system, upright(up, system.links), sample, numbers(target, "target"), bound[0] if bound is not None and len(bound) == 1 else bound,

@@ -57,7 +57,7 @@ def montecarlo(
     said.say(found, quiet, as_json)
 
     def drawn() -> object:
-        from phichain.report.runs import scattered
+        from phichain.report.laws.runs import scattered
 
         return scattered(found)
 

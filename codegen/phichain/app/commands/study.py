@@ -63,7 +63,7 @@ def study(
         from phichain.report.studies import study_picture
         from phichain.report.style import save
 
-        typer.echo(printable(f"wrote {save(study_picture(found.dataset(), of), picture)}"))
+        typer.echo(printable(f"wrote {save(study_picture(dataset := found.dataset(), of), picture, of=dataset.attrs)}"))
     if found.status == "interrupted":
         raise typer.Exit(INTERRUPTED)
     if found.failures:

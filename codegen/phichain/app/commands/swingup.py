@@ -13,6 +13,7 @@ import typer
 
 from phichain.app import said
 from phichain.app.outputs import named, write
+from phichain.app.settings import with_values
 from phichain.errors import ArrayError, printable
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ def swingup(
     from phichain.app.control_words import demand_together, sensors_of
     from phichain.pipeline import build, generate_swingup
     from phichain.scene.library import find_scene
-    from phichain.system.starts import numbers, parameters, upright
+    from phichain.system.starts import numbers, upright
     from phichain.trials import swing_up
 
     files = named(save, (".npz", ".csv", ".png"))
@@ -91,7 +92,7 @@ def swingup(
         raise ArrayError("observer", observer, "is no observer along a motion", "say kalman")
     chosen = find_scene(scene)
     system = build(replace(chosen, real="double", variational=False, want=("forward_dynamics", "linearization")))
-    system = replace(system, digest=chosen.digest, params=parameters(settings or []) or None)
+    system = with_values(replace(system, digest=chosen.digest), chosen, settings)
     sizes = errors_of(errors or [])
     with progress(starts, quiet) as tell:
         found = swing_up(
@@ -138,7 +139,7 @@ def _places(given: Any) -> tuple[float, float]:
 
 
 def _strip(system: Any, plan: Any) -> Any:
-    from phichain.report.swing_up import strip
+    from phichain.report.laws.swing_up import strip
 
     return strip(system, plan)
 

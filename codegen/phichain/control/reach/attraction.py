@@ -96,7 +96,7 @@ def attraction(
         pool.shutdown(cancel_futures=True)
     failed = np.array([one.failed for one in found])
     return Attraction(
-        name=table.name, digest=table.digest, s=np.array(table.signs), radius=np.array([one.radius for one in found]),
+        name=table.name, digest=table.digest, p=table.p, s=np.array(table.signs), radius=np.array([one.radius for one in found]),
         beyond=np.array([one.beyond for one in found]), usual=np.array([one.usual for one in found]), worst=np.array([one.worst for one in found]), late=np.array([int(one.late) for one in found]),
         directions=len(rays),
         tested=int(count), failed=failed, share=_upper(failed, int(count)), runs=np.array([one.runs for one in found]),

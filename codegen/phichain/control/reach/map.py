@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from phichain.archive import COUNT, NUMBER, TEXT, Schema, names, read_archive, real, signs, whole
+from phichain.archive import COUNT, NUMBER, TEXT, VALUES, Schema, names, read_archive, real, signs, whole
 from phichain.contract.words import known_names
 from phichain.control.reach.attraction import CHUNK, FAR, NEAR
 from phichain.control.reach.starts import Flown, turn_names, turned
@@ -21,7 +21,7 @@ from phichain.system.vertical import Signs
 
 _ARRAYS: Final = {"axis": real("points"), "verdict": whole("points", "points"), "time": real("points", "points")}
 _SCHEMA: Final = Schema(
-    "AttractionMap", _ARRAYS, {"name": TEXT, "digest": TEXT, "coordinates": names("two"), "s": signs("links"), "seconds": NUMBER, "two": COUNT},
+    "AttractionMap", _ARRAYS, {"name": TEXT, "digest": TEXT, "coordinates": names("two"), "s": signs("links"), "seconds": NUMBER, "two": COUNT, "p": VALUES},
     filled=("points", "links"),
 )  # fmt: skip
 
@@ -63,7 +63,7 @@ class AttractionMap(Shown):
 
     def to_npz(self, path: Path | str) -> Path:
         """Write the whole record; `from_npz` reads it back."""
-        meta = {"name": self.name, "digest": self.digest, "coordinates": list(self.coordinates), "s": list(self.s), "seconds": self.seconds}
+        meta = {"name": self.name, "digest": self.digest, "coordinates": list(self.coordinates), "s": list(self.s), "seconds": self.seconds, "p": self.p}
         return write_npz(path, {name: getattr(self, name) for name in _ARRAYS}, meta | {"kind": _SCHEMA.kind, "two": 2})
 
     @classmethod
@@ -74,7 +74,7 @@ class AttractionMap(Shown):
             OutputError: The file is missing, or holds no AttractionMap, or not a whole one.
         """
         arrays, meta = read_archive(path, _SCHEMA)
-        return cls(meta["name"], meta["digest"], tuple(meta["s"]), tuple(meta["coordinates"]), **arrays, seconds=meta["seconds"])
+        return cls(meta["name"], meta["digest"], tuple(meta["s"]), tuple(meta["coordinates"]), **arrays, seconds=meta["seconds"], p=meta["p"])
 
 
 def demand_turns(system: System, coordinates: tuple[str, ...]) -> tuple[str, str]:
@@ -125,5 +125,5 @@ def attraction_map(
     ]
     verdict, came = (np.concatenate(parts).reshape(points, points) for parts in zip(*found, strict=True))
     return AttractionMap(
-        table.name, table.digest, table.signs[which], coordinates, axis, verdict.astype(np.int64), came * flown.period, float(seconds)
+        table.name, table.digest, table.signs[which], coordinates, axis, verdict.astype(np.int64), came * flown.period, float(seconds), p=table.p
     )

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from phichain.archive import COUNT, NUMBER, TEXT, Schema, read_archive, real, whole
+from phichain.archive import COUNT, NUMBER, TEXT, VALUES, Schema, read_archive, real, whole
 from phichain.records import Shown, write_csv, write_npz
 from phichain.system import Vector
 
@@ -17,7 +17,7 @@ _ARRAYS: Final = {
     "late": whole("count"), "share": real("count"), "runs": whole("count"),
 }  # fmt: skip
 _PLAIN: Final = {
-    "name": TEXT, "digest": TEXT, "directions": COUNT, "tested": COUNT, "seconds": NUMBER, "period": NUMBER, "seed": COUNT,
+    "name": TEXT, "digest": TEXT, "directions": COUNT, "tested": COUNT, "seconds": NUMBER, "period": NUMBER, "seed": COUNT, "p": VALUES,
 }  # fmt: skip
 _SCHEMA: Final = Schema("Attraction", _ARRAYS, _PLAIN, filled=("count", "links", "k"))
 

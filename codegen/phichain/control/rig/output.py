@@ -67,6 +67,7 @@ def output_law(
         low=plain.low,
         high=plain.high,
         sample=plain.sample,
+        p=plain.p,
         observer=None if estimate is None else estimate.observer,
         integrated=_integrated(plain, reads, integrating),
         integral_gains=() if integrating is None else integrating.K_i,  # type: ignore[arg-type]

@@ -72,7 +72,7 @@ def gain_table(
         signs=tuple(gains.s for gains in every), targets=tuple(law.target for law in laws), rest=tuple(law.rest for law in laws),
         gains=tuple(law.gains for law in laws),
         shapes=tuple(_shape(gains, law, angle, let_go) for gains, law in zip(every, laws, strict=True)),
-        compared=tuple(range(one.cart, len(one.equilibrium))), low=first.low, high=first.high, leave=let_go, sample=first.sample,
+        compared=tuple(range(one.cart, len(one.equilibrium))), low=first.low, high=first.high, leave=let_go, sample=first.sample, p=first.p,
     )  # fmt: skip
 
 

@@ -203,5 +203,5 @@ def _regulator(system: Any, task: Task, target: Vector, hold: Vector) -> StateFe
         state_units=(*("m",) * cart, *("rad",) * system.links, *("m/s",) * cart, *("rad/s",) * system.links),
         input_names=system.u_names, input_units=tuple(units), target=tuple(target), rest=(0.0,) * system.nu,
         gains=tuple(map(tuple, hold)), wraps=tuple(cart <= i < system.nq for i in range(system.nx)),
-        low=tuple(-task.limit), high=tuple(task.limit), sample=task.sample,
+        low=tuple(-task.limit), high=tuple(task.limit), sample=task.sample, p=system.values(),
     )  # fmt: skip

@@ -8,7 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from phichain.archive import COUNT, NUMBER, TEXT, TRUTH, Schema, names, read_archive, real, signs, word
+from phichain.archive import (
+    COUNT,
+    NUMBER,
+    TEXT,
+    TRUTH,
+    VALUES,
+    Schema,
+    names,
+    read_archive,
+    real,
+    signs,
+    word,
+)
 from phichain.records import Shown, columns_of, write_csv, write_npz
 from phichain.system import Vector
 from phichain.system.vertical import Signs
@@ -20,7 +32,7 @@ _SCHEMA = Schema(
     {
         "name": TEXT, "digest": TEXT, "solver": TEXT, "state_names": names("nx"), "input_names": names("nu"),
         "start": signs("links"), "target": signs("links"), "converged": TRUTH, "iterations": COUNT,
-        **dict.fromkeys(_NUMBERS, NUMBER), "angles": replace(word("", "relative", "absolute", "adjacent"), default=""),
+        **dict.fromkeys(_NUMBERS, NUMBER), "angles": replace(word("", "relative", "absolute", "adjacent"), default=""), "p": VALUES,
     },
     filled=("points", "samples", "nx", "nu", "links"),
 )  # fmt: skip

@@ -111,7 +111,7 @@ def planned(chain: Chain, task: Task, problem: Problem, start: Start, stride: in
         state_names=(*chain.system.q_names, *chain.system.v_names), input_names=chain.system.u_names, start=task.start, target=task.target,
         limit=task.limit, rail=task.rail if np.isfinite(task.rail) else 0.0, sample=task.sample, solver=problem.solver,
         converged=solution.converged, iterations=solution.iterations, cost=solution.cost, infeasibility=solution.infeasibility,
-        defect=defect, **looks(chain.system),
+        defect=defect, p=chain.system.values(), **looks(chain.system),
     )  # fmt: skip
     return plan, left
 

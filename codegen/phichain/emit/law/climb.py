@@ -64,7 +64,7 @@ def climb_files(law: FamilyLaw, real: str = "float") -> dict[str, str]:
         "selftest.c": _selftest(law, shown),
         "README.md": render("climb_readme.md.j2", **shown, rows=_rows(law)),
     }
-    return whole_folder("climb", name, (law.name, law.digest), real, _manifest(law, programs, shown), files)
+    return whole_folder("climb", name, law, real, _manifest(law, programs, shown), files)
 
 
 def _header(law: FamilyLaw, shown: Mapping[str, Any]) -> str:

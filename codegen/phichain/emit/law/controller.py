@@ -59,7 +59,7 @@ def controller_files(law: StateFeedback, real: str = "double") -> dict[str, str]
         "selftest.c": _selftest(tests, real, shown),
         "README.md": render("law_readme.md.j2", **shown, operations=_operations(program), rows=_rows(law, real)),
     }
-    return whole_folder("controller", name, (law.name, law.digest), real, _manifest(law, program, real), files)
+    return whole_folder("controller", name, law, real, _manifest(law, program, real), files)
 
 
 def _header(law: StateFeedback, program: Program, shown: Mapping[str, Any]) -> str:

@@ -14,6 +14,7 @@ from phichain.emit.render import render
 from phichain.files import MANIFEST
 from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations
+from phichain.origin import plain
 
 
 class Limited(Protocol):
@@ -27,6 +28,18 @@ class Limited(Protocol):
     def low(self) -> tuple[float, ...]: ...
     @property
     def high(self) -> tuple[float, ...]: ...
+
+
+class Owned(Protocol):
+    """A law of some scene."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def digest(self) -> str: ...
+    @property
+    def p(self) -> Mapping[str, Any]: ...
+
 
 BYTES: Final = {"double": 8, "float": 4}
 """Bytes of a number of each type."""
@@ -76,18 +89,19 @@ def listed_operations(program: Program) -> dict[str, int]:
     return {"total": sum(counted.values()), **dict(sorted(counted.items()))}
 
 
-def whole_folder(kind: str, name: str, scene: tuple[str, str], real: str, record: Mapping[str, Any], files: Mapping[str, str]) -> dict[str, str]:
+def whole_folder(kind: str, name: str, law: Owned, real: str, record: Mapping[str, Any], files: Mapping[str, str]) -> dict[str, str]:
     """The files of a law's folder, with its build file and its manifest.
 
     Args:
         kind: What it is.
         name: Name of the folder.
-        scene: Name and digest of the scene that it belongs to.
+        law: What it is of: it names its scene, the digest of that and the runtime parameters that it was made for.
         real: Type of its C.
         record: What the manifest says of this kind of law.
         files: The other files by name.
     """
     built = {**files, "CMakeLists.txt": render("CMakeLists.txt.j2", name=name)}
     hashes = {file: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for file, text in sorted(built.items())}
-    head = {"kind": kind, "name": name, "scene": scene[0], "digest": scene[1] or "of no scene", "generator": {"phichain": __version__}, "real": real}
+    head = {"kind": kind, "name": name, "scene": law.name, "digest": law.digest or "of no scene", "generator": {"phichain": __version__}, "real": real}
+    head |= {"p": plain(law.p)} if law.p else {}
     return built | {MANIFEST: json.dumps({**head, **record, "files": hashes}, indent=2, ensure_ascii=True) + "\n"}

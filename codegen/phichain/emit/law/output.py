@@ -57,7 +57,7 @@ def output_feedback_files(law: OutputFeedback, real: str = "double") -> dict[str
         "selftest.c": _selftest(law, real, shown),
         "README.md": render("output_readme.md.j2", **shown),
     }
-    return whole_folder("controller", name, (law.name, law.digest), real, _manifest(law, step, real), files)
+    return whole_folder("controller", name, law, real, _manifest(law, step, real), files)
 
 
 _ABOUT: Final = {"expected": "deviation expected at the next call", "integral": "integrals over time"}

@@ -58,7 +58,7 @@ def table_files(table: GainTable, real: str = "double") -> dict[str, str]:
         "selftest.c": _selftest(cases(table, real), real, shown),
         "README.md": render("table_readme.md.j2", **shown),
     }
-    return whole_folder("gain table", name, (table.name, table.digest), real, _manifest(table, real, shown), files)
+    return whole_folder("gain table", name, table, real, _manifest(table, real, shown), files)
 
 
 def _header(table: GainTable, shown: Mapping[str, Any]) -> str:

@@ -76,7 +76,7 @@ def swingup_files(law: TrajectoryLaw, real: str = "float") -> dict[str, str]:
         "selftest.c": _selftest(cases(law, real), shown),
         "README.md": render("trajectory_readme.md.j2", **shown, rows=_rows(law)),
     }
-    return whole_folder("swingup", name, (law.name, law.digest), real, _manifest(law, program, shown), files)
+    return whole_folder("swingup", name, law, real, _manifest(law, program, shown), files)
 
 
 def _header(law: TrajectoryLaw, shown: Mapping[str, Any]) -> str:

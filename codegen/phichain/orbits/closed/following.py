@@ -61,7 +61,7 @@ class Follower:
         if arrival(self.system, self.p, replace(found, closing=kind)) is not None:
             found = replace(found, reason=f"ended where it meets its own mirror image, at the {found.events[-1].kind}")
         return replace(
-            found, scene=self.system.name, digest=self.system.digest, method="shooting", closing=kind
+            found, scene=self.system.name, digest=self.system.digest, method="shooting", closing=kind, p=self.system.values(self.p)
         )
 
 

@@ -91,7 +91,8 @@ def trace_conical(
     momentum = np.array([angular_momentum(system, z, run.p) for z in branch.points])
     states = np.array([turning(system, z).x for z in branch.points])
     return replace(
-        branch, events=events, momentum=momentum, states=states, scene=system.name, digest=system.digest, method=METHOD, mode=mode
+        branch, events=events, momentum=momentum, states=states, scene=system.name, digest=system.digest, method=METHOD, mode=mode,
+        p=system.values(run.p),
     )
 
 

@@ -96,7 +96,7 @@ def _whole(system: System, origin: Saddle, goal: Vector, turns: tuple[int, ...],
         name=system.name, digest=system.digest, s=origin.s, turns=turns, t=np.concatenate([t, -t[-2::-1]]),
         q=np.vstack([q, (2 * last - q)[-2::-1]]), v=np.vstack([v, v[-2::-1]]), rates=origin.rates, start=half.start / np.linalg.norm(half.start),
         residual=half.residual, error=_error(system, origin, goal, half, p), energy=float(np.max(np.abs(energies - rest))),
-        transversality=_transversality(system, half, origin, p), q_names=system.q_names, v_names=system.v_names, **looks(system, p),
+        transversality=_transversality(system, half, origin, p), q_names=system.q_names, v_names=system.v_names, p=system.values(p), **looks(system, p),
     )  # fmt: skip
 
 

@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from phichain.archive import NUMBER, TEXT, Schema, names, read_archive, real, signs, whole, word
+from phichain.archive import NUMBER, TEXT, VALUES, Schema, names, read_archive, real, signs, whole, word
 from phichain.records import Shown, columns_of, write_csv, write_npz
 from phichain.system import Vector
 
 _ARRAYS: Final = {"t": real("m"), "q": real("m", "nq"), "v": real("m", "nq"), "rates": real("links"), "start": real("links"), "turns": whole("links"), "lengths": real("nq", optional=True)}
 _PLAIN: Final = {
     **dict.fromkeys(("name", "digest"), TEXT), "s": signs("links"), "q_names": names("nq"), "v_names": names("nq"),
-    **dict.fromkeys(("residual", "error", "energy", "transversality"), NUMBER), "angles": replace(word("", "relative", "absolute", "adjacent"), default=""),
+    **dict.fromkeys(("residual", "error", "energy", "transversality"), NUMBER), "angles": replace(word("", "relative", "absolute", "adjacent"), default=""), "p": VALUES,
 }  # fmt: skip
 _SCHEMA: Final = Schema("Connection", _ARRAYS, _PLAIN, filled=("m", "links", "nq"))
 

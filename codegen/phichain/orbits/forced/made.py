@@ -82,7 +82,7 @@ def response_of(
         system.q_names or tuple(f"q_{k + 1}" for k in range(n)), omega, states[:, :n], states[:, n:], peaks,
         np.array([first(one.table, one.coefficients, periods) for one in motions]), branch.multipliers,
         np.full(len(branch), np.nan) if branch.error is None else branch.error, branch.residual, branch.arclength, events,
-        branch.status, branch.reason + beyond, periods,
+        branch.status, branch.reason + beyond, periods, branch.tol,
     )  # fmt: skip
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -11,11 +10,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from phichain._version import __version__
 from phichain.archive import (
     COUNT,
     NUMBER,
     TEXT,
+    VALUES,
     Schema,
     complex_numbers,
     names,
@@ -24,11 +23,11 @@ from phichain.archive import (
     whole,
     word,
 )
+from phichain.continuation.document import values_of
 from phichain.continuation.met.specials import STATUS
 from phichain.errors import ArrayError, OutputError
-from phichain.files import write_file
 from phichain.reading import parse_json, read_regular
-from phichain.records import Held, Shown, columns_of, write_csv, write_npz
+from phichain.records import Held, Shown, columns_of, write_csv, write_json, write_npz
 from phichain.system import Vector
 
 _LARGEST: Final = 2**28
@@ -56,11 +55,12 @@ _SCHEMA: Final = Schema(
     "Response",
     {**_ARRAYS, **{f"event_{name}": array for name, array in _EVENTS.items()}},
     {
-        **{name: TEXT for name in _TEXTS if name != "status"}, "status": word(*STATUS), "amplitude": NUMBER, "periods": replace(COUNT, default=1), "names": names("n"),
+        **{name: TEXT for name in _TEXTS if name != "status"}, "status": word(*STATUS), "amplitude": NUMBER, "periods": replace(COUNT, default=1), "names": names("n"), "p": VALUES, "tol": replace(NUMBER, default=0.0),
         "event_kinds": names("events", counted=True), "event_breaks": names("events"), "event_continues": names("events"),
     },
     filled=("m", "n"),
 )  # fmt: skip
+_SAID: Final = ("amplitude", "periods", "tol", "p")
 _STABLE: Final = 1e-9
 """How far beyond 1 rounding may put a multiplier."""
 
@@ -119,6 +119,7 @@ class Response(Shown):
         status: As of a Branch.
         reason: The same in words.
         periods: How many periods of the forcing a motion takes to come back: 2, 4, .. beyond period doublings.
+        tol: Newton's tolerance; 0 in files from before it was kept.
     """
 
     name: str
@@ -143,6 +144,7 @@ class Response(Shown):
     status: str
     reason: str
     periods: int = 1
+    tol: float = 0.0
 
     def __len__(self) -> int:
         return len(self.omega)
@@ -212,12 +214,11 @@ class Response(Shown):
             for kind, after, omega, q, v, peak, multipliers, breaks, continues in rows
         )
         held: dict[str, Any] = {name: meta[name] for name in _TEXTS} | {name: arrays[name] for name in _ARRAYS}
-        return cls(**held, amplitude=float(meta["amplitude"]), periods=int(meta["periods"]), names=tuple(meta["names"]), events=events)
+        return cls(**held, amplitude=float(meta["amplitude"]), periods=int(meta["periods"]), names=tuple(meta["names"]), events=events, p=meta["p"], tol=meta["tol"])
 
     def _said(self) -> dict[str, Any]:
         return {
-            **{name: getattr(self, name) for name in _TEXTS}, "amplitude": self.amplitude, "periods": self.periods, "names": list(self.names),
-            "event_kinds": [event.kind for event in self.events], "event_breaks": [event.breaks for event in self.events],
+            **{name: getattr(self, name) for name in (*_TEXTS, *_SAID)}, "names": list(self.names), "event_kinds": [event.kind for event in self.events], "event_breaks": [event.breaks for event in self.events],
             "event_continues": [event.continues for event in self.events],
         }  # fmt: skip
 
@@ -239,8 +240,8 @@ class Response(Shown):
             }
             for event in self.events
         ]  # fmt: skip
-        said = {name: getattr(self, name) for name in _TEXTS} | {"amplitude": self.amplitude, "periods": self.periods, "names": list(self.names)}
-        return write_file(path, json.dumps({"phichain": __version__, "kind": "response", **said, "points": points, "events": events}, indent=1, allow_nan=False) + "\n")
+        said = {name: getattr(self, name) for name in (*_TEXTS, *_SAID)} | {"names": list(self.names)}
+        return write_json(path, "response", {**said, "points": points, "events": events})
 
     @classmethod
     def from_json(cls, path: Path | str) -> Response:
@@ -278,7 +279,7 @@ def _fields(found: Mapping[str, Any]) -> dict[str, Any]:
         for row in found["events"]
     )  # fmt: skip
     return {
-        **{name: str(found[name]) for name in _TEXTS}, "amplitude": float(found["amplitude"]), "periods": int(found.get("periods", 1)), "names": tuple(map(str, found["names"])),
+        **{name: str(found[name]) for name in _TEXTS}, "amplitude": float(found["amplitude"]), "periods": int(found.get("periods", 1)), "tol": float(found.get("tol", 0.0)), "p": values_of(found), "names": tuple(map(str, found["names"])),
         **{name: table([row[name] for row in rows], m) for name in ("omega", "residual", "arclength")},
         "error": np.array([math.nan if row["error"] is None else row["error"] for row in rows], float),
         "q": table([row["start"]["q"] for row in rows], m, n), "v": table([row["start"]["v"] for row in rows], m, n),

@@ -85,7 +85,7 @@ class _Growth:
         first, ordered = self.branches[0], sorted(self.links, key=lambda link: (link.branch, link.event, link.way))
         return Network(
             f"{first.name}, and what opens", tuple(self.branches), tuple(ordered), status, _REASONS[status],
-            first.scene, first.digest, first.mode,
+            first.scene, first.digest, first.mode, p=first.p,
         )  # fmt: skip
 
     def resume(self) -> None:

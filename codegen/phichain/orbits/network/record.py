@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from phichain._version import __version__
 from phichain.continuation import Branch
-from phichain.continuation.document import branch_document, branch_fields, reading_document
-from phichain.files import write_file
-from phichain.records import Shown
+from phichain.continuation.document import branch_document, branch_fields, reading_document, values_of
+from phichain.records import Shown, write_json
 
 HOW: Final = ("opens", "runs through", "goes on", "arrives", "joins", "left")
 """What there can be between an event and a branch: the branch begins there, runs on from there both ways, or
@@ -94,10 +91,10 @@ class Network(Shown):
         """
         links = [asdict(link) for link in self.links]
         document = {
-            "phichain": __version__, "kind": "network", "scene": self.scene, "digest": self.digest, "mode": self.mode, "name": self.name,
+            "scene": self.scene, "digest": self.digest, "p": self.p, "mode": self.mode, "name": self.name,
             "branches": [branch_document(branch) for branch in self.branches], "links": links, "status": self.status, "reason": self.reason,
         }  # fmt: skip
-        return write_file(path, json.dumps(document, indent=1, allow_nan=False) + "\n")
+        return write_json(path, "network", document)
 
     @classmethod
     def from_json(cls, path: Path | str) -> Network:
@@ -123,5 +120,5 @@ class Network(Shown):
                 raise ValueError("its links do not fit its branches")
         return cls(
             str(found["name"]), branches, links, str(found["status"]), str(found["reason"]), str(found["scene"]),
-            str(found["digest"]), int(found["mode"]),
+            str(found["digest"]), int(found["mode"]), p=values_of(found),
         )  # fmt: skip

@@ -104,7 +104,7 @@ def vary(
     reason = branch.reason
     if branch.status != "interrupted" and not (events and events[-1].kind == _named(knob, end)):
         reason = f"{reason}; {_named(knob, end)} was not reached"
-    return replace(branch, events=events, reason=reason, scene=system.name, digest=system.digest, method=f"shooting in {knob}")
+    return replace(branch, events=events, reason=reason, scene=system.name, digest=system.digest, method=f"shooting in {knob}", p=system.values(values))
 
 
 def turned(system: System, family: Branch, what: str, parameter: Any, **options: Any) -> Branch:

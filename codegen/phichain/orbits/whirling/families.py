@@ -108,7 +108,7 @@ def trace_whirling(
     carried = np.array([momentum(inertia, x) for x in states])
     return replace(
         branch, events=events, reason=reason, momentum=carried, states=states, closing=f"{hold} held", scene=system.name, digest=system.digest, method=METHOD,
-        mode=mode,
+        mode=mode, p=system.values(run.p),
     )  # fmt: skip
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from phichain.files import write_file
 from phichain.report.geometry import Drawn, joints
+from phichain.report.origins import in_gif, in_page, told
 from phichain.report.style import ACCENT, INK, SOFT, figure, look
 
 if TYPE_CHECKING:
@@ -72,7 +73,7 @@ def write_gif(system: Drawn, found: Orbit, path: Path | str) -> Path:
     buffer = io.BytesIO()
     each = round(100 * shown_for(found) / len(frames)) * 10
     pictures[0].save(buffer, format="GIF", save_all=True, append_images=pictures[1:], duration=max(each, 20), loop=0)
-    return write_file(path, buffer.getvalue())
+    return write_file(path, in_gif(buffer.getvalue(), told(found)))
 
 
 def write_page(system: Drawn, found: Orbit, path: Path | str) -> Path:
@@ -94,12 +95,12 @@ def page(system: Drawn, found: Orbit) -> str:
     }  # fmt: skip
     rows = "".join(f"<tr><th>{escape(name)}</th><td>{escape(value)}</td></tr>" for name, value in found.rows().items())
     parts = {
-        "title": escape(f"{found.scene}: T = {found.period:.6g} s"), "rows": rows,
+        "title": escape(f"{found.scene}: T = {found.period:.6g} s"), "rows": rows, "origin": in_page(told(found)),
         # A "<" would end the script early, and JSON may say it otherwise.
         "data": json.dumps(data, separators=(",", ":")).replace("<", "\\u003c"),
     }  # fmt: skip
     template = files("phichain.report.orbits").joinpath("animation.html").read_text(encoding="utf-8")
-    return re.sub(r"@(title|rows|data)@", lambda found: parts[found[1]], template)
+    return re.sub(r"@(title|rows|origin|data)@", lambda found: parts[found[1]], template)
 
 
 def _bounds(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -25,20 +25,25 @@ def energies(branches: Sequence[Branch], title: str) -> Figure:
     with look():
         drawing = figure(9.6, 5.4)
         axes = drawing.subplots()
+        covers: list[Any] = []
+        gaps: dict[str, Any] = {}
         for branch, colour in zip(branches, _colours(len(branches)), strict=True):
             _curve(axes, branch, colour, f"mode {branch.mode}")
             for event in branch.own_events:
-                _mark(axes, branch, event, colour, words=event.kind.removeprefix("cover ") if event.kind.startswith("cover") else "")
+                covers += _mark(axes, branch, event, colour, words=event.kind.removeprefix("cover ") if event.kind.startswith("cover") else "")
             for gap in branch.passages:
                 place = float(np.interp(gap.arclength, branch.arclength, np.asarray(branch.energy))), float(gap.z[-1])
-                axes.annotate(
-                    f"gap {gap.width:.1e}{' crossed' if gap.is_crossed else ''}", place, xytext=(8, 14), textcoords="offset points",
-                    fontsize=6.5, color=colour, arrowprops={"arrowstyle": "-", "color": SOFT, "linewidth": 0.6},
-                )  # fmt: skip
+                words = f"gap {gap.width:.1e}{' crossed' if gap.is_crossed else ''}"
+                # A run that turns in a gap meets it twice.
+                if words not in gaps:
+                    gaps[words] = _label(axes, words, place, (-60, -24), colour)
         axes.set(xscale="log", yscale="log", xlabel="energy (J)", ylabel=r"$\omega$ (rad/s)", title=title)
         axes.yaxis.set_minor_formatter("{x:g}")
         axes.tick_params(axis="y", which="minor", labelsize=7)
         _kinds(axes, [event.kind for branch in branches for event in branch.own_events], loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        axes.set_ylim(bottom=axes.get_ylim()[0] * (0.75 if gaps else 1.0))
+        set_apart(drawing, covers, 1)
+        set_apart(drawing, sorted(gaps.values(), key=lambda label: -label.xy[0]), -1)
     return drawing
 
 
@@ -52,13 +57,38 @@ def network(found: Network) -> Figure:
             _curve(axes, branch, colour, f"[{k}] {branch.name.split(', ')[1]}: {branch.closing or 'quarter'}")
             for event in branch.own_events:
                 _mark(axes, branch, event, colour)
-        for k, (place, words) in enumerate(_hangings(found).items()):
-            axes.annotate(", ".join(words), place, xytext=(4, 7 if k % 2 == 0 else -13), textcoords="offset points", fontsize=7, color=INK)
+        named = [
+            _label(axes, ", ".join(words), place, (10, 20 if k % 2 == 0 else -24), INK) for k, (place, words) in enumerate(_hangings(found).items())
+        ]
         axes.set(yscale="log", xlabel="energy (J)", ylabel=r"$\omega$ (rad/s)", title=found.name)
         axes.yaxis.set_minor_formatter("{x:g}")
         axes.tick_params(axis="y", which="minor", labelsize=7)
         axes.legend(loc="upper right", fontsize=7)
+        set_apart(drawing, named[::2], 1)
+        set_apart(drawing, named[1::2], -1)
     return drawing
+
+
+def _label(axes: Any, words: str, place: tuple[float, float], away: tuple[float, float], colour: str) -> Any:
+    """Words beside a place, with a line to it."""
+    line = {"arrowstyle": "-", "color": SOFT, "linewidth": 0.6, "shrinkA": 0.0}
+    return axes.annotate(words, place, xytext=away, textcoords="offset points", fontsize=6.5, color=colour, arrowprops=line)
+
+
+def set_apart(drawing: Figure, labels: Sequence[Any], way: int) -> None:
+    """Move labels that lie on one another up (1) or down (-1), line by line, until none does."""
+    from matplotlib.text import Text
+
+    drawing.draw_without_rendering()
+    placed: list[Any] = []
+    for label in labels:
+        for _ in range(4 * len(labels)):
+            box = Text.get_window_extent(label).padded(1.0)
+            if not any(box.overlaps(other) for other in placed):
+                break
+            across, up = label.xyann
+            label.xyann = (across, up + 2.0 * way)
+        placed.append(box)
 
 
 def _hangings(found: Network) -> dict[tuple[float, float], list[str]]:
@@ -124,7 +154,7 @@ def conical(branches: Sequence[Branch]) -> Figure:
         right.set(xlabel="angular momentum (kg m$^2$/s)", ylabel="energy (J)", xscale="log", yscale="log")
         right.legend(loc="lower right", fontsize=7)
         left.set_title("thick: stable")
-        _kinds(left, [event.kind for branch in branches for event in branch.own_events], loc="center right")
+        _kinds(left, [event.kind for branch in branches for event in branch.own_events], loc="best")
     return drawing
 
 
@@ -139,11 +169,11 @@ def _curve(axes: Any, branch: Branch, colour: str, name: str) -> None:
     axes.plot(np.where(thick, energy, np.nan), np.where(thick, omega, np.nan), color=colour, linewidth=2.3)
 
 
-def _mark(axes: Any, branch: Branch, event: Any, colour: str, words: str = "") -> None:
+def _mark(axes: Any, branch: Branch, event: Any, colour: str, words: str = "") -> list[Any]:
+    """Mark an event; its label, where it is given words."""
     place = energy_at(branch, event), float(event.z[-1])
     axes.plot(*place, marker_of(event.kind), color=colour, markerfacecolor="white", markersize=7 if words else 3.6, zorder=5)
-    if words:
-        axes.annotate(words, place, xytext=(5, 4), textcoords="offset points", fontsize=6.5, color=INK)
+    return [axes.annotate(words, place, xytext=(5, 4), textcoords="offset points", fontsize=6.5, color=INK)] if words else []
 
 
 def _kinds(axes: Any, kinds: Sequence[str], **place: Any) -> None:

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import json
 from functools import singledispatch
+from importlib import import_module
 from typing import Any
 
-from phichain._version import __version__
+import numpy as np
+
 from phichain.continuation import Branch
 from phichain.control import Gains
+from phichain.control.reach import Attraction, AttractionMap
+from phichain.control.swing_up import Plan
 from phichain.errors import UnsupportedError
+from phichain.identification import Fit
 from phichain.motion import Trajectory
-from phichain.orbits import Orbit
+from phichain.orbits import Network, Orbit
+from phichain.orbits.connections import Connection
+from phichain.orbits.forced.response import Response
+from phichain.origin import origin
 
 
 @singledispatch
@@ -33,8 +42,7 @@ def _(record: Trajectory) -> Any:
     coordinates = {"t": ("t", record.t, {"units": "s"}), "q_name": list(record.q_names), "v_name": list(record.v_names)}
     if record.u is not None:
         coordinates["u_name"] = list(record.u_names)
-    about = {"name": record.name, "digest": record.digest, "method": record.method, "status": record.status, "tol": record.tol, "reason": record.reason}
-    return _dataset({name: value for name, value in data.items() if value is not None}, coordinates, about)
+    return _dataset(record, {name: value for name, value in data.items() if value is not None}, coordinates)
 
 
 _OVER_TIME = {"kinetic": "J", "potential": "J", "work": "J", "loss": "J", "error": "1"}
@@ -44,27 +52,80 @@ _OVER_TIME = {"kinetic": "J", "potential": "J", "work": "J", "loss": "J", "error
 def _(record: Branch) -> Any:
     data: dict[str, Any] = {name: ("point", record.column(name)) for name in record.names}
     data |= {name: ("point", getattr(record, name)) for name in ("energy", "residual", "error") if getattr(record, name) is not None}
-    about = {"name": record.name, "scene": record.scene, "digest": record.digest, "method": record.method, "mode": record.mode, "status": record.status, "reason": record.reason}
-    return _dataset(data, {"arclength": ("point", record.arclength)}, about)
+    return _dataset(record, data, {"arclength": ("point", record.arclength)})
 
 
 @to_xarray.register
 def _(record: Gains) -> Any:
     data = {"K": (("input", "state"), record.K), "S": (("state", "state_"), record.S), "poles": ("pole", record.poles)}
-    about = {"name": record.name, "digest": record.digest, "sample": record.sample, "residual": record.residual, "margin": record.margin}
-    return _dataset(data, {"input": list(record.input_names), "state": list(record.state_names)}, about)
+    return _dataset(record, data, {"input": list(record.input_names), "state": list(record.state_names)})
 
 
 @to_xarray.register
 def _(record: Orbit) -> Any:
     data = {"q": (("t", "q_name"), record.q), "v": (("t", "v_name"), record.v)}
-    about = {name: getattr(record, name) for name in ("scene", "digest", "method", "mode", "omega", "energy", "error", "closure")}
-    return _dataset(data, {"t": ("t", record.t, {"units": "s"}), "q_name": list(record.q_names), "v_name": list(record.v_names)}, about)
+    return _dataset(record, data, {"t": ("t", record.t, {"units": "s"}), "q_name": list(record.q_names), "v_name": list(record.v_names)})
 
 
-def _dataset(data: dict[str, Any], coordinates: dict[str, Any], about: dict[str, Any]) -> Any:
+@to_xarray.register
+def _(record: Plan) -> Any:
+    held = np.vstack([record.u, record.u[-1:]])
+    data = {"x": (("t", "state"), record.x), "u": (("t", "input"), held)}
+    return _dataset(record, data, {"t": ("t", record.t, {"units": "s"}), "state": list(record.state_names), "input": list(record.input_names)})
+
+
+@to_xarray.register
+def _(record: Connection) -> Any:
+    data = {"q": (("t", "q_name"), record.q), "v": (("t", "v_name"), record.v)}
+    return _dataset(record, data, {"t": ("t", record.t, {"units": "s"}), "q_name": list(record.q_names), "v_name": list(record.v_names)})
+
+
+@to_xarray.register
+def _(record: Response) -> Any:
+    data: dict[str, Any] = {name: (("point", "name"), getattr(record, name)) for name in ("q", "v", "peak", "first")}
+    data |= {"omega": ("point", record.omega, {"units": "rad/s"}), "stable": ("point", record.stable)}
+    data |= {name: ("point", getattr(record, name)) for name in ("error", "residual")}
+    return _dataset(record, data, {"arclength": ("point", record.arclength), "name": list(record.names)})
+
+
+@to_xarray.register
+def _(record: AttractionMap) -> Any:
+    first, second = record.coordinates
+    data = {"verdict": ((second, first), record.verdict), "time": ((second, first), record.time, {"units": "s"})}
+    return _dataset(record, data, {first: record.axis, second: record.axis})
+
+
+@to_xarray.register
+def _(record: Attraction) -> Any:
+    data = {name: ("equilibrium", getattr(record, name)) for name in ("radius", "beyond", "usual", "failed", "share", "runs")}
+    return _dataset(record, data | {"s": (("equilibrium", "link"), record.s)}, {})
+
+
+@to_xarray.register
+def _(record: Fit) -> Any:
+    data: dict[str, Any] = {name: (("t", "column"), getattr(record, name)) for name in ("measured", "fitted", "residual")}
+    data |= {name: ("unknown", getattr(record, name)) for name in ("values", "standard_error")}
+    data["correlation"] = (("unknown", "unknown_"), record.correlation)
+    return _dataset(record, data, {"t": ("t", record.t, {"units": "s"}), "column": list(record.columns), "unknown": list(record.names)})
+
+
+@to_xarray.register
+def _(record: Network) -> Any:
+    """A tree: one Dataset for each branch, which say what hangs on what by their numbers."""
+    found = {f"branch_{k}": to_xarray(branch) for k, branch in enumerate(record.branches)}
+    links = {str(k): vars(link) for k, link in enumerate(record.links)}
+    root = _dataset(record, {}, {}).assign_attrs(_flat({"links": links}))
+    return import_module("xarray").DataTree.from_dict({"/": root, **found})
+
+
+def _dataset(record: Any, data: dict[str, Any], coordinates: dict[str, Any]) -> Any:
     try:
         import xarray
     except ImportError as failure:
         raise UnsupportedError("to_xarray", "xarray", "needs a package that is not installed", "pip install 'phichain[study]'") from failure
-    return xarray.Dataset(data, coordinates, {"phichain": __version__, **about})
+    return xarray.Dataset(data, coordinates, _flat(origin(record)))
+
+
+def _flat(said: dict[str, Any]) -> dict[str, Any]:
+    """Attributes as NetCDF and Zarr hold them: tables as one line of JSON each."""
+    return {name: json.dumps(value) if isinstance(value, dict) else value for name, value in said.items()}

@@ -16,13 +16,13 @@ from phichain.orbits import Orbit
 from phichain.orbits.connections import Connection
 from phichain.records import Held
 from phichain.report import figures, panels
-from phichain.report.connections import connections
 from phichain.report.geometry import Kept, outline, tilt
+from phichain.report.laws.swing_up import strip
 from phichain.report.moving import write_motion
 from phichain.report.orbits import animation
+from phichain.report.orbits.connections import connections
 from phichain.report.orbits.motion import orbit
 from phichain.report.shown.kinds import animate, demand_figure, plot
-from phichain.report.swing_up import strip
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,17 +112,17 @@ def _(record: Orbit, path: Path | str, *, seconds: float | None = None, fps: int
     if seconds is None and suffix in (".gif", ".html"):
         write = animation.write_gif if suffix == ".gif" else animation.write_page
         return write(chain, record, path)
-    return write_motion(chain, Played(f"{record.scene}: T = {record.period:.6g} s", record.t, record.q), Path(path), seconds, fps)
+    return write_motion(chain, Played(f"{record.scene}: T = {record.period:.6g} s", record.t, record.q), Path(path), seconds, fps, record)
 
 
 @animate.register
 def _(record: Plan, path: Path | str, *, seconds: float | None = None, fps: int = 25) -> Path:
     """The chain as it was planned to move."""
     played = Played(f"{record.name}, as planned", record.t, record.x[:, : record.x.shape[1] // 2])
-    return write_motion(outline(record), played, Path(path), seconds, fps)
+    return write_motion(outline(record), played, Path(path), seconds, fps, record)
 
 
 @animate.register
 def _(record: Connection, path: Path | str, *, seconds: float | None = None, fps: int = 25) -> Path:
     """The chain from one equilibrium to the other."""
-    return write_motion(outline(record), Played(record.name, record.t, record.q), Path(path), seconds, fps)
+    return write_motion(outline(record), Played(record.name, record.t, record.q), Path(path), seconds, fps, record)

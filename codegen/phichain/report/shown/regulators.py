@@ -9,7 +9,8 @@ import numpy as np
 from phichain.control import Gains
 from phichain.control.reach import Attraction, AttractionMap
 from phichain.identification import Fit
-from phichain.report import attraction, figures
+from phichain.report import figures
+from phichain.report.laws import attraction
 from phichain.report.shown.kinds import demand_figure, plot
 from phichain.report.style import ACCENT, INK, SOFT, figure, look
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from phichain.app import said
-from phichain.app.commands.trace import _CLEAR, _INTERRUPTED, OutFiles, SceneWord, progress_line
+from phichain.app.commands.orbits.trace import _CLEAR, _INTERRUPTED, OutFiles, SceneWord, progress_line
 from phichain.app.outputs import named, write
 
 if TYPE_CHECKING:

@@ -9,6 +9,7 @@ import typer
 
 from phichain.app import said
 from phichain.app.outputs import named
+from phichain.app.settings import with_values
 from phichain.errors import ArrayError, printable
 
 SceneWord = Annotated[
@@ -42,12 +43,12 @@ def connect(
     from phichain.pipeline import build
     from phichain.scene.library import find_scene
     from phichain.scene.load import with_functions
-    from phichain.system.starts import parameters
 
     files = named(out, (".csv", ".npz", ".png"))
     wanted = None if turns is None else _turns(turns)
-    system = build(with_functions(find_scene(scene), NEEDED, variational=True))
-    found = connections(system, wanted, parameters(settings or []), longest=longest)
+    chosen = find_scene(scene)
+    system = with_values(build(with_functions(chosen, NEEDED, variational=True)), chosen, settings)
+    found = connections(system, wanted, longest=longest)
     for connection in found:
         said.say(connection, quiet, as_json)
     if not found:
@@ -55,10 +56,10 @@ def connect(
         return
     for path in files:
         if path.suffix == ".png":
-            from phichain.report.connections import connections as drawing
+            from phichain.report.orbits.connections import connections as drawing
             from phichain.report.style import save
 
-            written = [save(drawing(system, found), path)]
+            written = [save(drawing(system, found), path, of=found)]
         else:
             names = [path] if len(found) == 1 else [path.with_stem(f"{path.stem}_{k}") for k in range(1, len(found) + 1)]
             written = [c.to_csv(name) if path.suffix == ".csv" else c.to_npz(name) for c, name in zip(found, names, strict=True)]

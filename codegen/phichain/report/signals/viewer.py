@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from phichain.report.propagation import PATH_NAMES, Wave, plain_names
+from phichain.report.origins import in_page, told
+from phichain.report.signals.propagation import PATH_NAMES, Wave, plain_names
 
 if TYPE_CHECKING:
     from phichain.fractional import Propagation
@@ -45,12 +46,12 @@ def viewer(title: str, lead: str, motions: Mapping[str, Propagation]) -> str:
     }
     # A "<" would end the script early, and JSON may say it otherwise.
     text = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
-    parts = {"title": escape(title), "lead": escape(lead), "data": text, "script": _asset("viewer.js")}
-    return re.sub(r"@(title|lead|data|script)@", lambda found: parts[found[1]], _asset("viewer.html"))
+    parts = {"title": escape(title), "lead": escape(lead), "data": text, "script": _asset("viewer.js"), "origin": in_page(told(motions.values()))}
+    return re.sub(r"@(title|lead|origin|data|script)@", lambda found: parts[found[1]], _asset("viewer.html"))
 
 
 def _asset(name: str) -> str:
-    return files("phichain.report").joinpath(name).read_text(encoding="utf-8")
+    return files("phichain.report.signals").joinpath(name).read_text(encoding="utf-8")
 
 
 def _motion(name: str, result: Propagation) -> dict[str, Any]:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from phichain.app import said
-from phichain.app.commands.trace import carrying
+from phichain.app.commands.orbits.trace import carrying
 from phichain.app.outputs import figures, named, write
+from phichain.app.settings import with_values
 from phichain.errors import ArrayError, PhichainError
 
 if TYPE_CHECKING:
@@ -56,15 +57,14 @@ def orbit(
     from phichain.continuation import Branch
     from phichain.orbits import pick
     from phichain.pipeline import build as built
-    from phichain.system.starts import parameters
 
     files = named(out, (".csv", ".npz", ".json", ".png", ".gif", ".html"))
     branch = Branch.from_json(family)
     chosen = _scene_of(branch, scene)
     method = branch.method if chosen.space == "spatial" else "auto"
     system = replace(built(carrying(chosen, method)), digest=chosen.digest)
-    if (values := parameters(settings or [])) is not None:
-        system = replace(system, params=values)
+    # A family knows the values that it was traced with.
+    system = replace(system, params=branch.p) if branch.p and not settings else with_values(system, chosen, settings)
     found = pick(system, branch, at, samples=samples)
     said.say(found, quiet, as_json)
     write(found, files, lambda: figures().orbit(system, found), _motions(system, found), quiet=quiet or as_json)

@@ -48,7 +48,7 @@ class Orbit:
 
 def known_orbits() -> tuple[Orbit, ...]:
     """Thirteen orbits to sixteen digits, by shooting in quadruple precision."""
-    text = files("phichain.report").joinpath("limit_cycles.json").read_text(encoding="utf-8")
+    text = files("phichain.report.papers").joinpath("limit_cycles.json").read_text(encoding="utf-8")
     return tuple(Orbit(**{**entry, "theta0": tuple(entry["theta0"])}) for entry in json.loads(text)["orbits"])
 
 

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from phichain.app import said
-from phichain.app.commands.trace import TICK, SceneWord, clear_line
+from phichain.app.commands.orbits.trace import TICK, SceneWord, clear_line
 from phichain.app.outputs import named, write
+from phichain.app.settings import with_values
 
 if TYPE_CHECKING:
     from phichain.continuation import Point
@@ -64,7 +65,6 @@ def response(
     from phichain.orbits.forced.forcing import amplitude_of, demand_planar, range_of
     from phichain.pipeline import build as built
     from phichain.scene.library import find_scene
-    from phichain.system.starts import parameters
 
     files = named(out, (".json", ".csv", ".npz", ".png"))
     chosen = find_scene(scene)
@@ -75,8 +75,7 @@ def response(
     system = built(driven(chosen, place, axis))
     # The file is to name the scene that was given, whatever functions this command needed of it besides.
     system = replace(system, digest=chosen.digest)
-    if (values := parameters(settings or [])) is not None:
-        system = replace(system, params=values)
+    system = with_values(system, chosen, settings)
     steps = {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
     found = respond(
         system, place, size, ends, axis=axis, method=method, harmonics=harmonics, limits=steps, progress=None if quiet else _progress_line()

@@ -27,7 +27,7 @@ def draw_verdicts(
         verdicts: All verdicts, best first, at most as many as there are colours.
     """
     with look():
-        drawing = figure(1.6 + 0.055 * max(map(len, cases)) + 0.34 * len(methods), 1.9 + 0.175 * len(cases))
+        drawing = figure(1.6 + 0.062 * max(map(len, cases)) + 0.34 * len(methods), 1.9 + 0.175 * len(cases))
         axes = drawing.add_subplot()
         axes.grid(False)
         for row, case in enumerate(cases):

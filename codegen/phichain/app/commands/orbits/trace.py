@@ -13,6 +13,7 @@ import typer
 
 from phichain.app import said
 from phichain.app.outputs import figures, named, write
+from phichain.app.settings import with_values
 
 if TYPE_CHECKING:
     from phichain.continuation import Point
@@ -97,15 +98,13 @@ def trace(
     from phichain.orbits import trace as traced
     from phichain.pipeline import build as built
     from phichain.scene.library import find_scene
-    from phichain.system.starts import parameters
 
     files = named(out, (".json", ".png") if switch else (".json", ".csv", ".npz", ".png"))
     chosen = find_scene(scene)
     system = built(carrying(chosen, method, switch or start is not None))
     # The file is to name the scene that was given, whatever functions this command needed of it besides.
     system = replace(system, digest=chosen.digest)
-    if (values := parameters(settings or [])) is not None:
-        system = replace(system, params=values)
+    system = with_values(system, chosen, settings)
     # A conical family goes on to where its links lie flat.
     turns = not system.is_planar and method != "in a plane"
     is_free = until is not None or amplitude_max is not None or start is not None or turns

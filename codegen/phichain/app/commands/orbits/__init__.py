@@ -1,0 +1,1 @@
+"""Commands that follow oscillations: families, single orbits, responses, connections."""

@@ -1,0 +1,1 @@
+"""What laws do: swing-ups, climbs, regions of attraction, trials."""

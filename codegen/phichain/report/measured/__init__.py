@@ -1,0 +1,1 @@
+"""Pictures of what was measured: verdicts, and error against run time."""

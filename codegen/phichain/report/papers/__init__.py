@@ -1,0 +1,1 @@
+"""What only figures of the two papers draw."""

@@ -1,0 +1,1 @@
+"""Signals from forces to angles: sheets, and a page to turn them by hand."""
