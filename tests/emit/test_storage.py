@@ -19,7 +19,7 @@ from phichain.scene import Scene
 
 @pytest.fixture(scope="module")
 def jacobian() -> Program:
-    scene = Scene("chain", 5, mass=0.2, length=0.2, com=0.1, actuated="all", want=("dynamics_and_jacobian",))
+    scene = Scene("chain", 5, mass=0.2, length=0.2, com=0.1, actuated="all", real="float", trig="bundled", want=("dynamics_and_jacobian",))
     return lower_function(derive(scene), "dynamics_and_jacobian", "loops")
 
 
@@ -32,20 +32,34 @@ def parts(lines: tuple[str, ...]) -> list[str]:
             found.append(line)
         elif found:
             found[-1] += line
-    declared = re.compile(r"    (chain_real \w+\[\d+\];|chain_real \*const \w+ = \w+;|/\*)")
-    return [part for part in found if not declared.match(part)]
+    return [part for part in found if not re.match(r"    chain_real \w+\[\d+\];", part)]
 
 
 def test_arrays_that_share_cells_are_never_needed_at_once(jacobian: Program) -> None:
-    lines = c_function(jacobian, CNames("chain", "float", {(name, values): name for name, values in jacobian.tables.items()}, is_plain=True), {}).lines
-    storage, text = shared_storage(jacobian), parts(lines)
-    assert len(storage.guests) > 10 and storage.cells < 0.8 * own_storage(jacobian).cells
+    """By the C as it is printed where every array has a place of its own."""
+    tables = {(name, values): name for name, values in jacobian.tables.items()}
+    storage, text = shared_storage(jacobian), parts(c_function(jacobian, CNames("chain", "float", tables), {}).lines)
+    assert len(storage.guests) > 10 and storage.cells < 0.75 * own_storage(jacobian).cells
     for place in set(storage.guests.values()):
         tenants = [place, *(name for name, other in storage.guests.items() if other == place)]
         spans = [[k for k, part in enumerate(text) if re.search(rf"\b{name}\b", part)] for name in tenants]
         for before, after in pairwise(spans):
             assert before[-1] < after[0], tenants
         assert max(array.size for array in jacobian.work if array.name in tenants) == storage.sizes[place]
+
+
+def test_arrays_of_one_length_are_fields_of_records(jacobian: Program) -> None:
+    """Each by the names of all that stand there, long enough for all of them; those that sines want whole stay apart."""
+    storage = shared_storage(jacobian)
+    tables = {(name, values): name for name, values in jacobian.tables.items()}
+    text = "\n".join(c_function(jacobian, CNames("chain", "float", tables, is_plain=True), {}).lines)
+    assert len(set(storage.fields.values())) > 15 and f"}} link[{storage.extent}];" in text
+    assert not {"sine", "cosine"} & set(storage.fields) and re.search(r"sincos\(5, q, sine, cosine\)", text)
+    for name, field in storage.fields.items():
+        assert name in field.split("_then_") and f"chain_real {field};" in text
+        assert storage.sizes[storage.guests.get(name, name)] <= storage.extent
+    indices = {int(index) for index in re.findall(r"link\[(\d+)\]\.", text)}
+    assert max(indices) < storage.extent
 
 
 def test_what_is_written_where_it_is_used_is_read_there() -> None:

@@ -195,7 +195,7 @@ class Writer(Sheet):
     def run_of_cells(self, angles: list[Operand]) -> str | None:
         """The array where the angles lie side by side, if they do."""
         first = angles[0]
-        if not isinstance(first, Cell) or first.array in self.scalars or first.array in self.params:
+        if not isinstance(first, Cell) or first.array in (self.scalars | self.params | set(self.storage.fields)):
             return None
         for position, angle in enumerate(angles):
             if not isinstance(angle, Cell) or angle.array != first.array:

@@ -37,6 +37,7 @@ class Sheet:
         self.pointers = {a.name for a in program.outputs if a.shape == ()}
         self.params = {a.name for a in program.params}
         self.taken = names_in(program)
+        self.records = "link" if "link" not in self.taken else "links"
         self.numbers: Counter[str] = Counter()
 
     # --- lines ------------------------------------------------------------------------------------------------------
@@ -79,15 +80,23 @@ class Sheet:
         return shared_storage(self.program) if self.names.is_plain and not self.working else own_storage(self.program)
 
     def arrays(self) -> None:
+        fields, guests = self.storage.fields, self.storage.guests
         for array in self.program.work:
             kind, size = self.kind(array.name), self.storage.sizes.get(array.name)
             if self.program.name in self.working and array.size > 1:
                 self.line(1, f"{kind} *const {array.name} = work->{work_field(self.program, array)};")
-            elif size is not None:
+            elif size is not None and array.name not in fields:
                 self.line(1, f"{kind} {array.name}{'' if size == 1 else f'[{size}]'};")
-        if self.storage.guests:
+        if fields:
+            self.line(1, '/* What a name says after "then" stands there once what it says before has served. */')
+            self.line(1, "struct {")
+            for name in dict.fromkeys(fields.values()):
+                self.line(2, f"{self.element} {name};")
+            self.line(1, f"}} {self.records}[{self.storage.extent}];")
+        apart = {name: place for name, place in guests.items() if name not in fields}
+        if apart:
             self.line(1, "/* In the cells of arrays that have served: */")
-        for name, place in self.storage.guests.items():
+        for name, place in apart.items():
             self.line(1, f"{self.kind(name)} *const {name} = {place};")
         self.gap(1)
 
@@ -103,6 +112,8 @@ class Sheet:
     def target(self, cell: Cell) -> str:
         if cell.array in self.pointers:
             return f"*{cell.array}"
+        if cell.array in self.storage.fields:
+            return f"{self.records}[{cell.index}].{self.storage.fields[cell.array]}"
         owner = f"p->{cell.array}" if cell.array in self.params else cell.array
         if cell.array in self.program.tables:
             owner = self.names.tables[cell.array, self.program.tables[cell.array]]

@@ -1,13 +1,20 @@
-"""Which work arrays of a function may stand in the cells of earlier ones: those that are never needed at the same time."""
+"""Where the work arrays of a function stand: in the cells of others that have served, and side by side, a record a link.
+
+A record is found by one pointer, and its fields lie within an instruction's reach; dozens of arrays want a pointer each.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from phichain.emit.inlining import used_once
-from phichain.ir.nodes import Call, Cell, For, Local, Op, Operand, Program, SinCos, Statement, Store
+from phichain.ir.nodes import Call, Cell, For, Local, Op, Operand, Program, SinCos, Statement, Store, walk
+
+#: Arrays this much shorter or longer than most others are fields beside them, and so many make it worth while.
+_OF_ONE_LENGTH, _FEWEST_FIELDS = 2, 4
 
 
 @dataclass(frozen=True)
@@ -17,15 +24,20 @@ class Storage:
     Attributes:
         sizes: cells of each array that has a place of its own.
         guests: arrays that stand in the cells of another one, and that one's name.
+        fields: the field of each array that records hold, arrays that share cells the same: `free_then_pass_yx`.
+        extent: how many records.
     """
 
     sizes: Mapping[str, int]
     guests: Mapping[str, str]
+    fields: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    extent: int = 0
 
     @property
     def cells(self) -> int:
         """All cells together."""
-        return sum(self.sizes.values())
+        apart = sum(size for name, size in self.sizes.items() if name not in self.fields)
+        return apart + self.extent * len(set(self.fields.values()))
 
 
 def own_storage(program: Program) -> Storage:
@@ -34,7 +46,7 @@ def own_storage(program: Program) -> Storage:
 
 
 def shared_storage(program: Program) -> Storage:
-    """Arrays one after another in the same cells, by the outermost statements that use them.
+    """Arrays one after another in the same cells, by the outermost statements that use them, and those of one length in records.
 
     An array takes the place of one whose last use lies before its own first: the place that needs to grow least, and of
     those the smallest. Arrays of one cell are variables and stay by themselves.
@@ -52,7 +64,21 @@ def shared_storage(program: Program) -> Storage:
             sizes[array.name] = array.size
             if array.size > 1:
                 free_from[array.name] = last
-    return Storage(MappingProxyType(sizes), MappingProxyType(guests))
+    return _in_records(program, Storage(MappingProxyType(sizes), MappingProxyType(guests)))
+
+
+def _in_records(program: Program, storage: Storage) -> Storage:
+    """The same with the arrays that are used cell by cell, and are about as long as most of them, in records."""
+    whole = {name for statement in walk(program.body) if isinstance(statement, SinCos | Call) for name in _names(statement)}
+    tenants = {place: [place, *(name for name, other in storage.guests.items() if other == place)] for place in storage.sizes}
+    sizes = {place: size for place, size in storage.sizes.items() if size > 1 and not whole & set(tenants[place])}
+    counts = Counter(sizes.values())
+    usual = min(counts, key=lambda size: (-counts[size], size), default=0)
+    places = [place for place, size in sizes.items() if abs(size - usual) <= _OF_ONE_LENGTH]
+    if len(places) < _FEWEST_FIELDS:
+        return storage
+    fields = {name: "_then_".join(tenants[place]) for place in places for name in tenants[place]}
+    return replace(storage, fields=MappingProxyType(fields), extent=max(sizes[place] for place in places))
 
 
 def _spans(program: Program) -> dict[str, tuple[int, int]]:
