@@ -16,6 +16,7 @@
 #include "flow_drive.c"
 #endif
 #if ALONE_COUNT > 2
+#include "flow_sums.c"
 #include "flow_series.c"
 #endif
 #if ALONE_COUNT > 3
@@ -53,6 +54,7 @@
 #else
 #include "flow_products.c"
 #endif
+#include "flow_column_sums.c"
 #include "flow_columns.c"
 #endif
 #if ALONE_COUNT > 6 && ALONE_BATCH

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 from benchmarks.firmware import peers
 from benchmarks.firmware.accuracy import worst_error, worst_spatial_error
-from benchmarks.firmware.peers.solvers import answers, osqp, osqp_missing
+from benchmarks.firmware.peers.solvers import answers, cvxpygen, missing, osqp
 from benchmarks.firmware.probe import probe, read
 from benchmarks.firmware.reach import refusals
 from benchmarks.firmware.scenes import chain, spatial
@@ -124,16 +125,19 @@ def _points(root: Path) -> Iterator[str]:
     mine = write_folder(root / "points", folder_texts(scene, False, False))
     columns = {"phichain": answers(mine, lambda: write_folder(root / "again", folder_texts(scene, False, False)), [mine / "points2.c"])}
     note = ""
-    if osqp_missing():
-        note = f"\nOSQP is not installed and left out: {osqp_missing()}.\n"
-    else:
-        theirs = osqp(root / "osqp")
-        columns["OSQP"] = answers(theirs, lambda: osqp(root / "osqp_again"), sorted(p for p in theirs.rglob("*.c") if p.name != "emosqp.c"))
+    for name, package, made in (("OSQP", "osqp", osqp), ("CVXPYgen", "cvxpygen", cvxpygen)):
+        if missing(package):
+            note += f"\n{name} is not installed and left out: {missing(package)}.\n"
+            continue
+        theirs = made(root / package)
+        own = sorted(path for path in theirs.rglob("*.c") if path.name not in ("emosqp.c", "cpg_example.c"))
+        columns[name] = answers(theirs, partial(made, root / f"{package}_again"), own)
     rows = [f"| {question} | {' | '.join(column[question] for column in columns.values())} |\n" for question in columns["phichain"]]
     yield (
         "## Points of the list, by the same questions of emitted solvers\n\nThe chain of two links; phichain: forward dynamics and sampled "
         "system with bundled trigonometry; OSQP: its regulator of ten steps, emitted for single precision without printing and timing "
-        "(benchmarks/firmware/peers/solvers.py). CVXPYgen, which wraps such a solver's C, is not measured. The points' numbers are those of the checks of `make firmware`.\n\n"
+        "(benchmarks/firmware/peers/solvers.py). CVXPYgen writes double precision "
+        "alone, whatever OSQP is asked for, and keeps OSQP's own C as it is (version of both: their packages'). The points' numbers are those of the checks of `make firmware`.\n\n"
         f"| point | {' | '.join(columns)} |\n|---|{'---|' * len(columns)}\n" + "".join(rows) + note
     )
 

@@ -23,6 +23,8 @@ from phichain.reading import MEBIBYTE, parse_json, read_regular
 from phichain.staging import staging
 
 MANIFEST: Final = "manifest.json"
+#: What a self-test links with where sines and cosines are left to the user.
+SELFTEST_HOOK: Final = "selftest_hook.c"
 LARGEST_MANIFEST: Final = 64 * MEBIBYTE
 
 # Importing the generated CasADi module leaves its bytecode in the folder; nobody would miss it.

@@ -32,7 +32,7 @@ def kernels(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ctypes.CDLL]:
     for real in DTYPE:
         folder = tmp_path_factory.mktemp(real)
         lines = [
-            *(f"#include <{header}>" for header in trig.HEADERS), f"typedef {real} own_real;", "#define OWN_RESTRICT",
+            *(f"#include <{header}>" for header in trig.HEADERS), f"typedef {real} own_real;", "#define OWN_RESTRICT", "#define OWN_VALUE const own_real",
             sincos_kernel(scene(real=real), ()),
             "void turned(int n, const own_real *angle, own_real *sine, own_real *cosine)",
             "{\n    own_sincos(n, angle, sine, cosine);\n}",
@@ -89,14 +89,23 @@ def test_beyond_the_range_is_not_a_number(real: str, kernels: dict[str, ctypes.C
 
 def test_the_words_of_two_over_pi_and_its_parts_are_derived() -> None:
     with mpmath.workprec(300):
-        turns = int(mpmath.nint(mpmath.ldexp(2 / mpmath.pi, 82)))
-        half = int(mpmath.floor(mpmath.ldexp(mpmath.pi / 2, 63)))
         numbers = trig.bundled("double")
-        words = [int(word.rstrip("u"), 16) for word in (*numbers["two_over_pi_words"], *numbers["half_pi_words"])]  # type: ignore[misc]
-        assert words == [turns >> 64, turns >> 32 & 0xFFFFFFFF, turns & 0xFFFFFFFF, half >> 32, half & 0xFFFFFFFF]
         halves = [int(word[11:-1], 16) for word in numbers["two_over_pi_halves"]]  # type: ignore[attr-defined]
         assert (halves[0] << 64) + halves[1] == int(mpmath.floor(mpmath.ldexp(2 / mpmath.pi, 128)))
         assert int(str(numbers["quarter_pi"])[11:-1], 16) == int(mpmath.nint(mpmath.ldexp(mpmath.pi / 4, 64)))
+
+
+def test_the_parts_of_half_pi_add_up_and_their_products_are_exact() -> None:
+    """Of every part but the last as many quarter turns as there are up to the range fit 24 bits; the last rounds below 2^-58."""
+    most = int(trig.RANGE * 2 / np.pi)
+    *exact, last = trig.FAR_PARTS
+    for part in exact:
+        assert abs(part.as_integer_ratio()[0]) * most < 2**24
+    assert abs(last) * most < 2.0**-34
+    with mpmath.workprec(300):
+        assert abs(mpmath.fsum(trig.FAR_PARTS) - mpmath.pi / 2) < mpmath.ldexp(1, -78)
+        assert abs(mpmath.fsum(trig.HALF_PI) - mpmath.pi / 2) < mpmath.ldexp(1, -49)
+    assert all(float(np.float32(part)) == part for part in (*trig.FAR_PARTS, *trig.HALF_PI))
 
 
 @pytest.mark.parametrize(("name", "imported"), [("bundled", set()), ("libm", {"sinf", "cosf", "sincosf"}), ("hook", {"my_sincos"})])
@@ -124,7 +133,7 @@ def test_the_self_test_passes_with_bundled_trigonometry_and_a_hook(tmp_path: Pat
         ({"trig": "hook"}, "target.trig: asks for a function that is not declared (got 'hook'); name it, as trig_hook ="),
         ({"trig": "table"}, "target.trig: is not one of the choices (got 'table')"),
         ({"trig": None, "trig_hook": "f"}, "target.trig_hook: is declared and not asked for"),
-        ({"trig": "hook", "trig_hook": "a b"}, "target.trig_hook: is no name of a C function"),
+        ({"trig": "hook", "trig_hook": "a b"}, "target.trig_hook: is not a C identifier (got 'a b')"),
         ({"trig": "hook", "trig_hook": "own_sincos"}, "target.trig_hook: is a name of the generated code's"),
         ({"stack_max": 0}, "target.stack_max: is below 1"),
         ({"flash_max": 2.5}, "target.flash_max: is not a whole number"),

@@ -92,7 +92,7 @@ def test_no_stencil_is_left_out() -> None:
     text = (stencils_folder() / "alone.c").read_text(encoding="utf-8")
     flows = {path.name for path in stencils_folder().glob("flow_*.c")}
     assert flows == set(re.findall(r'#include "(flow_\w+\.c)"', text))
-    assert flows == {f"flow_{name}.c" for name in (*STENCILS, "batch", "parameters", "fused", "drive", "links", "products")}
+    assert flows == {f"flow_{name}.c" for name in (*STENCILS, "batch", "parameters", "fused", "drive", "links", "products", "sums", "column_sums")}
     asked = {
         name for path in flows for name in re.findall(r"WITH_\w+", (stencils_folder() / path).read_text())
     }

@@ -81,6 +81,22 @@ def test_cmake_builds_tests_installs_and_is_found(packages: dict[str, Path], tmp
     run(user / "build" / "user")
 
 
+@pytest.mark.parametrize("package", [None, "cmake"])
+def test_a_scene_with_a_hook_builds_and_runs_its_own_self_test(package: str | None, tmp_path: Path) -> None:
+    """By the C library where nothing is said, and by what the user names."""
+    need("cmake")
+    scene = Scene("hooked", 1, mass=1.0, length=0.5, real="float", want=("forward_dynamics",), trig="hook", trig_hook="board_sincosf")
+    folder = generate(scene, tmp_path, prove=False, package=package)
+    own = next(folder.rglob("selftest_hook.c")).read_text()
+    wrong = tmp_path / "wrong.c"
+    wrong.write_text(own.replace("= cosf(", "= 0.5F * cosf(").replace("= sinf(", "= 0.5F * sinf("))
+    for build, more in (("own", ()), ("wrong", (f"-DHOOKED_HOOK={wrong}",))):
+        run("cmake", "-S", folder, "-B", tmp_path / build, *more)
+        run("cmake", "--build", tmp_path / build)
+        ended = subprocess.run([tmp_path / build / "hooked_selftest"], capture_output=True, check=False).returncode
+        assert (ended == 0) == (build == "own")
+
+
 def test_zephyr_finds_a_module(packages: dict[str, Path]) -> None:
     """module.yml by the keys of Zephyr's schema (scripts/zephyr_module.py), whose paths must be there; Kconfig and CMake agree."""
     folder = packages["zephyr"]

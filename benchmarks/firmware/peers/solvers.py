@@ -1,7 +1,7 @@
-"""Emitted solvers beside emitted laws: which of the points that firmware asks for hold of OSQP's generated C, by the same questions.
+"""Emitted solvers beside emitted laws: which of the points that firmware asks for hold of OSQP's and CVXPYgen's C, by the same questions.
 
 The task is paper A's chain of two links held at rest: its A_d and B_d (`step_jacobian`, 10 ms) in a receding-horizon regulator of ten steps
-with bounded torques, which OSQP solves. What is compared is not the task's cost, but what kind of C comes out.
+with bounded torques, which OSQP solves; CVXPYgen is given it in words of CVXPY and writes OSQP's C with its own around it. What is compared is not the task's cost, but what kind of C comes out.
 """
 
 from __future__ import annotations
@@ -21,9 +21,35 @@ HORIZON: Final = 10
 _OWN: Final = {"memcpy", "memmove", "memset"}
 
 
-def osqp_missing() -> str:
-    """What to install where OSQP is not there; empty where it is."""
-    return "" if find_spec("osqp") else "pip install osqp"
+def missing(package: str) -> str:
+    """What to install where a peer is not there; empty where it is."""
+    return "" if find_spec(package) else f"pip install {package}"
+
+
+def _sampled() -> tuple[Any, Any]:
+    """A_d and B_d of the chain of two links, hanging at rest."""
+    import numpy as np
+
+    import phichain
+    from benchmarks.firmware.scenes import chain
+
+    system = phichain.build(chain("sampled2", 2, ("step_jacobian",), real="double", trig=None), prove=False)
+    *_, a, b = system.step_jacobian(0.01, np.zeros(2), np.zeros(2), np.zeros(2))
+    return a, b
+
+
+def cvxpygen(folder: Path) -> Path:
+    """CVXPYgen's C for the same regulator, whose start is a parameter; in double precision, which is all it writes."""
+    import cvxpy
+    from cvxpygen import cpg
+
+    a, b = _sampled()
+    start = cvxpy.Parameter(len(a), name="start")
+    x, u = cvxpy.Variable((len(a), HORIZON + 1), name="x"), cvxpy.Variable((b.shape[1], HORIZON), name="u")
+    held = [x[:, 0] == start, x[:, 1:] == a @ x[:, :-1] + b @ u, cvxpy.abs(u) <= 2.0]
+    problem = cvxpy.Problem(cvxpy.Minimize(0.5 * cvxpy.sum_squares(x) + 0.05 * cvxpy.sum_squares(u)), held)
+    cpg.generate_code(problem, code_dir=str(folder), solver="OSQP", wrapper=False)
+    return folder
 
 
 def osqp(folder: Path) -> Path:
@@ -32,11 +58,7 @@ def osqp(folder: Path) -> Path:
     import osqp as solver
     from scipy import sparse
 
-    import phichain
-    from benchmarks.firmware.scenes import chain
-
-    system = phichain.build(chain("sampled2", 2, ("step_jacobian",), real="double", trig=None), prove=False)
-    *_, a, b = system.step_jacobian(0.01, np.zeros(2), np.zeros(2), np.zeros(2))
+    a, b = _sampled()
     states, inputs, steps = len(a), b.shape[1], HORIZON
     weights = sparse.block_diag([sparse.eye((steps + 1) * states), 0.1 * sparse.eye(steps * inputs)], format="csc")
     moves = sparse.kron(sparse.eye(steps + 1), -sparse.eye(states)) + sparse.kron(sparse.eye(steps + 1, k=-1), a)

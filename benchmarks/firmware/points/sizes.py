@@ -16,16 +16,17 @@ from benchmarks.firmware.tools import run
 
 #: Ceilings at -Os on the M4F: text with what it calls, stack and instructions, just above what was measured when they were set.
 CEILINGS: Final = {
-    ("fw_planar4", "forward_dynamics"): (1240, 152, 420),
+    ("fw_planar4", "forward_dynamics"): (1140, 136, 416),
     ("fw_planar4_libm", "forward_dynamics"): (760, 168, None),
-    ("fw_planar10", "dynamics_and_jacobian"): (3900, 2400, 8400),
+    ("fw_planar10", "forward_dynamics"): (1000, 400, 1680),
+    ("fw_planar10", "dynamics_and_jacobian"): (2600, 1280, 7260),
     ("fw_spatial2", "forward_dynamics"): (400, 40, 130),
     ("fw_spatial5", "state_jacobian"): (4300, 1120, 4300),
 }
 #: Errors of the forward dynamics, max norm over max norm.
 WORST: Final = {"fw_planar4": 6e-7, "fw_planar10": 6e-7, "fw_spatial5": 1e-6}
 #: -O0 over -Os, in instructions.
-UNOPTIMISED: Final = 5.0
+UNOPTIMISED: Final = 2.5
 
 
 def text_of(made: Generated, level: str = "-Os") -> dict[str, int]:

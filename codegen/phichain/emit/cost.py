@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from math import ceil
 from typing import Final
 
+from phichain.emit.c.storage import own_storage, shared_storage
 from phichain.emit.printed import Printed
 from phichain.errors import UnsupportedError
 from phichain.ir.nodes import Local, Op, Program, SinCos, Statement, Store, walk
@@ -24,7 +25,7 @@ _ENTRY, _STATEMENT, _SPILL, _SPILLS_FROM, _ANGLE, _LOOP = 72, 4.2, 2.2, 480, 10,
 #: What bytes are multiplied by in double precision, which the M4F computes by calls; and at -O2.
 _DOUBLE, _FASTER = 3.0, 1.25
 #: Bytes of the sine-cosine kernel by who computes them, and of its frame with what it calls.
-_KERNEL: Final = {"float": {"libm": 64, "hook": 64, "bundled": 600, None: 480}, "double": {"libm": 64, "hook": 64, "bundled": 1500, None: 1300}}
+_KERNEL: Final = {"float": {"libm": 64, "hook": 64, "bundled": 500, None: 480}, "double": {"libm": 64, "hook": 64, "bundled": 1500, None: 1300}}
 _KERNEL_STACK: Final = {"float": 64, "double": 200}
 #: Instructions of the kernel an angle, and of an operation in a loop, indices and memory included.
 _ANGLE_INSTRUCTIONS, _LOOPED = 66, 2.6
@@ -49,13 +50,19 @@ class Cost:
     instructions: int | None
 
 
-def cost_of(program: Program, real: str) -> Cost:
-    """Bounds of a Program's function."""
+def cost_of(program: Program, real: str, is_plain: bool = False) -> Cost:
+    """Bounds of a Program's function.
+
+    Args:
+        program: the function.
+        real: its type of numbers.
+        is_plain: whether its arrays share cells, as where nothing is written for a host's vectors.
+    """
     counts = Counter(_kind(statement) for statement in walk(program.body))
     plain = sum(count for kind, count in counts.items() if kind not in ("sin", "cos"))
     flash = _ENTRY + plain * (_STATEMENT + min(_SPILL, plain / _SPILLS_FROM)) + _ANGLE * (counts["sin"] + counts["cos"]) / 2 + _LOOP * counts["For"]
     flash = ceil(flash * (_DOUBLE if real == "double" else 1))
-    return Cost(flash, ceil(flash * _FASTER), _stack(program, real), _instructions(program, flash) if real == "float" else None)
+    return Cost(flash, ceil(flash * _FASTER), _stack(program, real, is_plain), _instructions(program, flash) if real == "float" else None)
 
 
 def _kind(statement: Statement) -> str:
@@ -67,14 +74,14 @@ def _angles(program: Program) -> int:
     return len({s.args[0] for s in program.body if isinstance(s, Op) and s.kind in ("sin", "cos")})
 
 
-def _stack(program: Program, real: str) -> int:
-    number, callees = 8 if real == "double" else 4, [_stack(callee, real) for callee in program.callees.values()]
+def _stack(program: Program, real: str, is_plain: bool) -> int:
+    number, callees = 8 if real == "double" else 4, [_stack(callee, real, is_plain) for callee in program.callees.values()]
     kinds = {_kind(statement).rstrip("0123456789") for statement in walk(program.body)}
     beyond = max([*callees, _KERNEL_STACK[real] * (2 if "besselj" in kinds else 1) if kinds & {"SinCos", "sin", "cos", "besselj"} else 0])
     if program.is_straight_line:
         own = 48 + 2 * number * _angles(program) + 6 * number // 4 * _most_alive(program)
     else:
-        own = 272 + number * sum(array.size for array in program.work)
+        own = 272 + number * (shared_storage if is_plain else own_storage)(program).cells
     return (own + beyond + 7) // 8 * 8
 
 
@@ -107,7 +114,7 @@ def _instructions(program: Program, flash: int) -> int:
 def costs(printed: Printed) -> dict[str, Cost]:
     """Bounds of every function of a scene by its name, helpers and flows included."""
     real = printed.scene.real
-    found = {function.name: cost_of(function.program, real) for function in printed.programs.functions}
+    found = {function.name: cost_of(function.program, real, printed.scene.trig is not None) for function in printed.programs.functions}
     for flow in printed.flows:
         code = re.sub(r"/\*.*?\*/", "", flow.text.definitions, flags=re.DOTALL)
         words, is_wide, is_double = len(re.findall(r"\w+|[^\w\s]", code)), printed.scene.variational, real == "double"

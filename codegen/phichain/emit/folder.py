@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
+from phichain.emit.c.sincos import coefficients
 from phichain.emit.c.text import header, source
 from phichain.emit.casadi.external import casadi_external
 from phichain.emit.casadi.module import casadi_module
@@ -14,9 +16,11 @@ from phichain.emit.printed import Printed, print_scene
 from phichain.emit.render import render
 from phichain.emit.selftest.cases import make_selftest
 from phichain.emit.selftest.text import selftest_source
-from phichain.files import MANIFEST
+from phichain.errors import SceneError
+from phichain.files import MANIFEST, SELFTEST_HOOK
 from phichain.lowering.lower import Lowered
 from phichain.scene import Scene
+from phichain.scene.keys import label
 
 
 def library_files(scene: Scene, lowered: Lowered) -> dict[str, str]:
@@ -49,12 +53,35 @@ def folder_files(
         f"{scene.name}.c": source(printed),
         **_casadi(scene, lowered),
         "selftest.c": selftest_source(scene, lowered, selftest),
-        "CMakeLists.txt": render("CMakeLists.txt.j2", name=scene.name),
+        "CMakeLists.txt": render("CMakeLists.txt.j2", name=scene.name, upper=scene.name.upper(), hook=scene.trig_hook),
         "README.md": _readme(printed),
+        **_hook(scene),
     }
+    _demand_free_hook(scene, files)
     if with_casadi_c:
         files[f"{scene.name}_casadi.c"] = casadi_external(printed)
     return files | {MANIFEST: manifest(printed, selftest.tolerances, files, proof)}
+
+
+def _hook(scene: Scene) -> dict[str, str]:
+    """What the self-test links with where sines and cosines are the user's."""
+    if scene.trig_hook is None:
+        return {}
+    text = render("selftest_hook.c.j2", name=scene.name, hook=scene.trig_hook, **coefficients(scene.real))
+    return {SELFTEST_HOOK: text}
+
+
+def _demand_free_hook(scene: Scene, files: Mapping[str, str]) -> None:
+    """Go on only where the user's function is called by a name that C written here uses for nothing else.
+
+    Raises:
+        SceneError: it is the name of a variable or of a function here; what it says is its declaration and its call alone.
+    """
+    code = re.sub(r"/\*.*?\*/", "", "".join(files[name] for name in (f"{scene.name}.h", f"{scene.name}.c", "selftest.c")), flags=re.DOTALL)
+    if scene.trig_hook is not None and len(re.findall(rf"\b{scene.trig_hook}\b", code)) > 2:
+        raise SceneError(
+            label("trig_hook"), scene.trig_hook, "is a name that the generated code uses itself", f'choose another name, e.g. "my_{scene.trig_hook}"'
+        )
 
 
 def _casadi(scene: Scene, lowered: Lowered) -> dict[str, str]:

@@ -14,7 +14,7 @@ from phichain._version import __version__
 from phichain.contract.words import nearest
 from phichain.emit.render import render
 from phichain.errors import UnsupportedError
-from phichain.files import MANIFEST
+from phichain.files import MANIFEST, SELFTEST_HOOK
 
 #: Namespace of the serial numbers of bills of materials: one a scene, the same whenever it is generated.
 _SERIALS: Final = uuid.uuid5(uuid.NAMESPACE_URL, "phichain")
@@ -58,6 +58,7 @@ def _names(record: Mapping[str, Any], texts: Mapping[str, str]) -> dict[str, obj
     return {
         "name": record["name"], "upper": record["name"].upper(), "version": semantic(__version__),
         "flash": sum(cost["flash_Os"] for cost in costs) + record["sincos_flash_at_most"], "stack": max(cost["stack"] for cost in costs),
+        "hook": SELFTEST_HOOK in texts and record["scene"]["target"]["trig_hook"],
         "needs_math": "#include <math.h>" in texts[f"{record['name']}.c"],
     }  # fmt: skip
 
@@ -98,7 +99,8 @@ def _arduino(name: str, texts: Mapping[str, str], names: Mapping[str, object]) -
 
 
 def _sources(name: str, texts: Mapping[str, str]) -> Files:
-    return {f"src/{name}.c": texts[f"{name}.c"], f"include/{name}.h": texts[f"{name}.h"], "test/selftest.c": texts["selftest.c"]}
+    tests = {f"test/{file}": texts[file] for file in ("selftest.c", SELFTEST_HOOK) if file in texts}
+    return {f"src/{name}.c": texts[f"{name}.c"], f"include/{name}.h": texts[f"{name}.h"], **tests}
 
 
 KINDS: Final[Mapping[str, Callable[[str, Mapping[str, str], Mapping[str, object]], Files]]] = MappingProxyType(

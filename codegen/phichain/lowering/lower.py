@@ -14,9 +14,12 @@ from phichain.ir.builder import Builder
 from phichain.ir.nodes import Array, Program
 from phichain.ir.passes import prune, total_operations, unroll
 from phichain.ir.short_loops import without_short_loops
+from phichain.ir.twins import without_twins
+from phichain.ir.unread import without_unread_cells
 from phichain.lowering.agreement import check_model
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.parameters import Parameters
+from phichain.lowering.chain.room import saves_memory
 from phichain.lowering.writers import WRITERS, Writer, declared
 from phichain.mechanics import Model
 from phichain.scene import Scene
@@ -108,17 +111,17 @@ class _Lowering:
         """Straight-line code or loops, by wish or by operation count."""
         code, loops = self.scene.code, self._loops(name)
         if code == "loops" or (code == "auto" and total_operations(loops) > 2 * UNROLL_LIMIT):
-            return without_short_loops(loops)
+            return self._in_loops(loops)
         flat = unroll(loops)
         is_flat = code == "unrolled" or total_operations(flat) <= UNROLL_LIMIT
-        return flat if is_flat else without_short_loops(loops)
+        return flat if is_flat else self._in_loops(loops)
 
     def _derived(self, row: Function, derivative: Derivative) -> Program:
         """The same for the Jacobian of another function: that function differentiated, or written out where that is less work."""
         code, loops, blocks = self.scene.code, self._loops(derivative.function), self._blocks(row, derivative)
         written = self._loops(row.name) if self._is_written(row.name) else None
-        looped = without_short_loops(jacobian(without_short_loops(loops), row.name, row.doc, blocks, derivative.keeps))
-        differentiated, looped = looped, _less(looped, None if written is None else without_short_loops(written))
+        looped = self._in_loops(jacobian(without_short_loops(loops), row.name, row.doc, blocks, derivative.keeps))
+        differentiated, looped = looped, _less(looped, None if written is None else self._in_loops(written))
         is_differentiated = looped is differentiated
         if code == "loops" or (code == "auto" and total_operations(looped) > 4 * JACOBIAN_UNROLL_LIMIT):
             return looped
@@ -126,6 +129,14 @@ class _Lowering:
         flat = _less(flat, None if written is None else unroll(written))
         limit = JACOBIAN_UNROLL_LIMIT if is_differentiated else _limit_of_written(flat, looped)
         return flat if code == "unrolled" or total_operations(flat) <= limit else looped
+
+    def _in_loops(self, program: Program) -> Program:
+        """A Program as it is printed in loops: none of a single turn, and where memory is dear nothing written in vain or twice."""
+        short = without_short_loops(program)
+        if not saves_memory(self.scene):
+            return short
+        read = without_unread_cells(short)
+        return read if read.callees else without_unread_cells(without_twins(read))
 
     def _is_written(self, name: str) -> bool:
         if not WRITERS.has(name, self.scene.space):

@@ -15,6 +15,7 @@ from phichain.errors import SceneError
 
 # With the longest suffix, emitted names stay within the 63 characters that C99 (5.2.4.1) promises to tell apart.
 LONGEST_NAME: Final = 40
+LONGEST_FUNCTION: Final = 63
 
 
 def _words(text: str) -> frozenset[str]:
@@ -47,10 +48,9 @@ _HEADERS: Final = _words(
     """
 )
 
-# A C++ namespace NAME would meet these in the headers of the C library.
-_STANDARD_NAMES: Final = _words(
+# The mathematics of the C library, of double and of complex numbers.
+_MATHEMATICS: Final = _words(
     """
-    main std linux unix
     abs acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs
     fdim floor fma fmax fmin fmod fpclassify frexp hypot ilogb isfinite isgreater isgreaterequal isinf
     isless islessequal islessgreater isnan isnormal isunordered ldexp lgamma llrint llround log log10
@@ -58,6 +58,13 @@ _STANDARD_NAMES: Final = _words(
     scalbln scalbn signbit sin sinh sqrt tan tanh tgamma trunc j0 j1 jn y0 y1 yn
     cabs cacos cacosh carg casin casinh catan catanh ccos ccosh cexp cimag clog conj cpow cproj creal
     csin csinh csqrt ctan ctanh
+    """
+)
+
+# A C++ namespace NAME would meet these in the headers of the C library; those of mathematics for every precision.
+_STANDARD_NAMES: Final = frozenset(f"{name}{precision}" for name in _MATHEMATICS for precision in ("", "f", "l")) | _words(
+    """
+    main std linux unix malloc signal time assert setjmp alloca
     abort atexit atof atoi atol atoll bsearch calloc div exit free getenv labs ldiv llabs lldiv mblen
     mbstowcs mbtowc qsort rand realloc srand strtod strtof strtol strtold strtoll strtoul strtoull
     system wcstombs wctomb imaxabs imaxdiv strtoimax strtoumax
@@ -103,20 +110,41 @@ def scene_name(value: object) -> str:
     if not isinstance(value, str):
         raise SceneError("name", value, "is not a string", 'write name = "my_chain"')
     name = str(value)
-    reason = _not_an_identifier(name) or _hides(name)
+    reason = _not_an_identifier(name, LONGEST_NAME) or _hides(name)
     if reason is not None:
         problem, remedy = reason
         raise SceneError("name", value, problem, remedy)
     return name
 
 
-def _not_an_identifier(name: str) -> tuple[str, str] | None:
+def function_name(key: str, value: object) -> str:
+    """Return the name of a function of the user's after checking that C and C++ let one be called so.
+
+    Args:
+        key: What it is the value of.
+        value: The name.
+
+    Raises:
+        SceneError: It is no identifier, is reserved, or is a name of the C library.
+    """
+    if not isinstance(value, str):
+        raise SceneError(key, value, "is not a string", 'write a name such as "my_sincos"')
+    name = str(value)
+    reason = _not_an_identifier(name, LONGEST_FUNCTION)
+    if reason is None and name in _STANDARD_NAMES:
+        reason = "is a name of the C library", f'choose another name, e.g. "my_{name}"'
+    if reason is not None:
+        raise SceneError(key, value, *reason)
+    return name
+
+
+def _not_an_identifier(name: str, longest: int) -> tuple[str, str] | None:
     """Return what keeps a name from being an identifier of C and C++, and the remedy."""
     rule = "use ASCII letters, digits and underscores, a letter first"
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
         return "is not a C identifier", rule
-    if len(name) > LONGEST_NAME:
-        return f"has {len(name)} characters", f"use at most {LONGEST_NAME}"
+    if len(name) > longest:
+        return f"has {len(name)} characters", f"use at most {longest}"
     if name.startswith("_"):
         return "begins with an underscore, which C reserves", rule
     if "__" in name or name.endswith("_"):
@@ -143,8 +171,8 @@ def _hides(name: str) -> tuple[str, str] | None:
         return f"would hide the system library lib{folded}", _longer(name)
     if folded in _DEVICE_FILES:
         return "is a device on Windows, where no file can carry it", _longer(name)
-    if folded == "selftest":
-        return "would overwrite the generated selftest.c", _longer(name)
+    if folded in ("selftest", "selftest_hook"):
+        return f"would overwrite the generated {folded}.c", _longer(name)
     if folded.endswith("_casadi"):
         remedy = f'use "{name[: -len("_casadi")]}"'
         return "ends in _casadi, which marks the symbols of the CasADi file", remedy

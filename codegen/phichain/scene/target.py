@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import Final
 
 from phichain.errors import SceneError, UnsupportedError
 from phichain.scene.keys import label
+from phichain.scene.name import function_name
 from phichain.scene.validate import choice, whole_number
 
 TRIGONOMETRY: Final = ("libm", "bundled", "hook")
 """By the C library, by code of our own alone, or by a function of the user's."""
 
-_IDENTIFIER: Final = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _ON_VECTORS: Final = ("forward_dynamics_batch", "propagate_batch")
 _MOST_BYTES: Final = 2**31 - 1
 
@@ -49,11 +48,10 @@ def trig_of(value: object, hook: object, want: Sequence[str], name: str) -> tupl
             label("trig"), value, "asks for a function that is not declared",
             'name it, as trig_hook = "my_sincos" for void my_sincos(NAME_real angle, NAME_real *sine, NAME_real *cosine)',
         )  # fmt: skip
-    if not isinstance(hook, str) or not _IDENTIFIER.match(hook) or len(hook) > 63:
-        raise SceneError(label("trig_hook"), hook, "is no name of a C function", 'write a name such as "my_sincos"')
-    if hook.lower().startswith(name.lower() + "_") or hook.startswith("__"):
-        raise SceneError(label("trig_hook"), hook, "is a name of the generated code's or of the compiler's", "choose another name")
-    return chosen, hook
+    called = function_name(label("trig_hook"), hook)
+    if called.lower().startswith(name.lower() + "_"):
+        raise SceneError(label("trig_hook"), hook, "is a name of the generated code's", "choose another name")
+    return chosen, called
 
 
 def limit(key: str, value: object) -> int | None:

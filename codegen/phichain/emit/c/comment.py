@@ -71,7 +71,7 @@ class Comments:
 def _used(scene: Scene, function: str, lines: Iterable[str]) -> list[tuple[Quantities, Quantity]]:
     """The rows of the table that a function's body names, those of one section together."""
     body = _PARAMETER.sub("", "\n".join(lines))
-    stems = {_BEHIND.sub("", word) for word in words(body)}
+    stems = {_BEHIND.sub("", word) for long in words(body) for word in long.split("_then_")}
     rows = quantities_of(function, scene)
     names = {row.name for _, row in rows}
     found = [(group, row) for group, row in rows if row.name in stems]

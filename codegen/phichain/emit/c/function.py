@@ -6,20 +6,17 @@ variable. Sines and cosines of one generation are computed together, so that the
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
 
-from phichain.emit.c.layout import laid_out
 from phichain.emit.c.names import CNames
-from phichain.emit.c.parts import assignment, first_result, in_pieces, names_in, words
+from phichain.emit.c.parts import assignment, first_result, in_pieces, words
+from phichain.emit.c.sheet import Sheet
 from phichain.emit.c.trig_batches import TrigBatch, TrigBatches
 from phichain.emit.expressions import SUM, Text, infix
 from phichain.emit.inlining import used_once
 from phichain.ir.nodes import (
-    Array,
     Call,
     Cell,
-    Const,
     For,
     Local,
     Op,
@@ -52,7 +49,7 @@ def c_function(
         program: the function; straight-line or with loops.
         names: spelling.
         callees: C name of every Program that this one calls.
-        working: Programs whose arrays stand in the struct that `work` points to, which they are given; see `work_field`.
+        working: Programs whose arrays stand in the struct that `work` points to, which they are given; see `emit.c.sheet.work_field`.
     """
     writer = Writer(program, names, callees, working)
     writer.arrays()
@@ -60,80 +57,22 @@ def c_function(
     return CFunction(tuple(writer.lines), frozenset(writer.uses))
 
 
-def work_field(program: Program, array: Array) -> str:
-    """What an array of a Program is called in a workspace that it shares with others."""
-    return f"{program.name}_{array.name}"
-
-
-class Writer:
+class Writer(Sheet):
     """Prints one Program; `emit.c.lanes` prints the same for several trajectories at once."""
 
     def __init__(
         self, program: Program, names: CNames, callees: dict[str, str], working: frozenset[str] = frozenset()
     ) -> None:
-        self.program, self.names, self.callees, self.working = program, names, callees, working
-        #: C type of what the inputs determine, and the kernel for its sines and cosines.
-        self.element, self.sincos_symbol = names.type, f"{names.prefix}_sincos"
-        self.lines: list[str] = []
-        self.wants_gap = False
-        self.uses: set[str] = set()
-        self.texts: dict[str, Text] = {}
+        super().__init__(program, names, callees, working)
+        #: The kernel for sines and cosines.
+        self.sincos_symbol = f"{names.prefix}_sincos"
         self.in_place = used_once(program.body)
         self.stored = {s.value.name for s in walk(program.body) if isinstance(s, Store) and isinstance(s.value, Local)}
         self.results = first_result(program) if program.is_straight_line else None
-        #: Work arrays of one cell, which are variables: whoever wants an array is given their address.
-        self.single = {a.name for a in program.work if a.size == 1}
-        self.scalars = {a.name for a in (*program.inputs, *program.params) if a.shape == ()} | self.single
-        self.pointers = {a.name for a in program.outputs if a.shape == ()}
-        self.params = {a.name for a in program.params}
         self.trig = TrigBatches(program.body)
-        self.taken = names_in(program)
-        self.numbers: Counter[str] = Counter()
         self.bessel_calls: dict[str, str] = {}
 
-    # --- lines ------------------------------------------------------------------------------------------------------
-
-    def line(self, depth: int, text: str) -> None:
-        if self.wants_gap and self.lines:
-            self.lines.append("")
-        self.wants_gap = False
-        self.lines += laid_out("    " * depth + text)
-
-    def gap(self, depth: int) -> None:
-        """A blank line before what comes next, between the parts of a function."""
-        self.wants_gap = self.wants_gap or depth == 1
-
-    def kind(self, value: str) -> str:
-        """C type of a result, a carried scalar or an array's elements."""
-        return self.element
-
-    def given(self, value: str, operand: Operand) -> str:
-        """An operand as what the named value is set to."""
-        return self.operand(operand).text
-
-    def variable(self, depth: int, name: str, text: str, kind: str) -> Text:
-        """A `const` variable."""
-        self.line(depth, f"const {kind} {name} = {text};")
-        return Text(name)
-
-    def fresh(self, stem: str) -> str:
-        """The stem with the next number that nothing in this function is called by."""
-        while True:
-            self.numbers[stem] += 1
-            name = f"{stem}{self.numbers[stem]}"
-            if name not in self.taken:
-                return name
-
     # --- statements -------------------------------------------------------------------------------------------------
-
-    def arrays(self) -> None:
-        for array in self.program.work:
-            kind = self.kind(array.name)
-            if self.program.name in self.working and array.size > 1:
-                self.line(1, f"{kind} *const {array.name} = work->{work_field(self.program, array)};")
-            else:
-                self.line(1, f"{kind} {array.name}{'' if array.size == 1 else f'[{array.size}]'};")
-        self.gap(1)
 
     def block(self, statements: tuple[Statement, ...], depth: int) -> None:
         outside, self.bessel_calls = self.bessel_calls, {}
@@ -256,7 +195,7 @@ class Writer:
     def run_of_cells(self, angles: list[Operand]) -> str | None:
         """The array where the angles lie side by side, if they do."""
         first = angles[0]
-        if not isinstance(first, Cell) or first.array in self.scalars or first.array in self.params:
+        if not isinstance(first, Cell) or first.array in (self.scalars | self.params | set(self.storage.fields)):
             return None
         for position, angle in enumerate(angles):
             if not isinstance(angle, Cell) or angle.array != first.array:
@@ -291,25 +230,3 @@ class Writer:
             self.line(depth, f"{self.names.type} {array}[5];")
             self.line(depth, f"{self.names.prefix}_bessel({argument}, {array});")
         self.texts[op.result] = Text(f"{self.bessel_calls[argument]}[{op.kind[-1]}]")
-
-    # --- operands ---------------------------------------------------------------------------------------------------
-
-    def operand(self, operand: Operand) -> Text:
-        if isinstance(operand, Const):
-            return self.names.number(operand.value)
-        if isinstance(operand, Local):
-            return self.texts[operand.name]
-        return Text(self.target(operand))
-
-    def target(self, cell: Cell) -> str:
-        if cell.array in self.pointers:
-            return f"*{cell.array}"
-        owner = f"p->{cell.array}" if cell.array in self.params else cell.array
-        if cell.array in self.program.tables:
-            owner = self.names.tables[cell.array, self.program.tables[cell.array]]
-        return owner if cell.array in self.scalars else f"{owner}[{cell.index}]"
-
-    def argument(self, name: str) -> str:
-        if name in self.single:
-            return f"&{name}"
-        return f"p->{name}" if name in self.params else name

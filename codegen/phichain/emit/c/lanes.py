@@ -14,6 +14,7 @@ from phichain.emit.c import sincos as trig
 from phichain.emit.c.function import CFunction, Writer
 from phichain.emit.c.layout import laid_out_text
 from phichain.emit.c.names import CNames
+from phichain.emit.c.storage import Storage, own_storage
 from phichain.emit.expressions import Text
 from phichain.emit.render import render
 from phichain.errors import EmissionError
@@ -83,6 +84,10 @@ class _LaneWriter(Writer):
         # Numbers come by value and lanes by address.
         self.scalars -= self.lanes
         self.pointers = set()
+
+    def stored_in(self) -> Storage:
+        """Arrays of lanes and arrays of numbers share no cells."""
+        return own_storage(self.program)
 
     def sincos(self, statement: SinCos, depth: int) -> None:
         with self._turning(statement.sine in self.lanes or statement.cosine in self.lanes):

@@ -29,6 +29,11 @@ class CNames:
         """The scene's type of numbers, as NAME.h defines it."""
         return f"{self.prefix}_real"
 
+    @property
+    def value(self) -> str:
+        """How a number that does not change is declared: where no host's vectors are written for, kept in a register (`value.c.j2`)."""
+        return f"{self.prefix.upper()}_VALUE" if self.is_plain else f"const {self.type}"
+
     def number(self, value: Fraction) -> Text:
         """A numeric literal of the scene's type."""
         return float_literal(value) if self.real == "float" else double_literal(value)

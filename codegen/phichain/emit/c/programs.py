@@ -14,6 +14,7 @@ from phichain.emit.c.function import CFunction, c_function
 from phichain.emit.c.layout import WIDTH, laid_out
 from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration, words
+from phichain.emit.c.storage import own_storage, shared_storage
 from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations
 from phichain.scene import Scene
@@ -195,5 +196,5 @@ def _cost(scene: Scene, program: Program, operations: int) -> str:
 
 def _work_bytes(scene: Scene, program: Program) -> int:
     """Bytes of work arrays while the function or one that it calls runs."""
-    own = sum(array.size for array in program.work) * (8 if scene.real == "double" else 4)
+    own = (own_storage if scene.trig is None else shared_storage)(program).cells * (8 if scene.real == "double" else 4)
     return own + max((_work_bytes(scene, callee) for callee in program.callees.values()), default=0)

@@ -185,9 +185,12 @@ def _middle(kernel: Kernel, real: str) -> str:
 #: Largest angle of the bundled kernel, and its error within, in units of the last place: see tests/emit/test_bundled_trig.py.
 RANGE: Final = 1_000_000
 BUNDLED_ERROR: Final = {"double": 0.51, "float": 0.95}
-#: 2/pi in units of 2^-82, modulo 2^96, and pi/2 in units of 2^-63, by words of 32 bits.
-_TWO_OVER_PI_WORDS: Final = ("0x28BE6u", "0x0DB93910u", "0x54A7F09Du")
-_HALF_PI_WORDS: Final = ("0xC90FDAA2u", "0x2168C234u")
+#: pi/2 of single precision to twice its digits.
+HALF_PI: Final = _exact("0x1.921fb6p+0", "-0x1.777a5cp-25")
+#: The same up to `RANGE`: all but the last of few enough bits that 636620 times them is exact.
+FAR_PARTS: Final = _exact(
+    "0x1.9p+0", "0x1.1p-7", "-0x1.3p-18", "0x1.4p-24", "0x1.1p-30", "0x1.7p-39", "-0x1.cp-45", "-0x1.ep-50", "-0x1.cb3b3ap-55"
+)
 #: 2/pi in units of 2^-128 by halves, pi/4 in units of 2^-64, and how many terms of sine and cosine leave 2^-64 up to pi/4.
 _TWO_OVER_PI: Final = 0xA2F9836E4E441529FC2757D1F534DDC0
 _QUARTER_PI: Final = 0xC90FDAA22168C235
@@ -225,8 +228,10 @@ def bundled(real: str) -> dict[str, object]:
     """Return what `templates/trig_bundled.c.j2` asks for beside `coefficients`."""
     kernel = KERNELS[real]
     return {
-        "range": RANGE, "error": f"{BUNDLED_ERROR[real]:g}", "two_over_pi_words": _TWO_OVER_PI_WORDS, "half_pi_words": _HALF_PI_WORDS,
+        "range": RANGE, "error": f"{BUNDLED_ERROR[real]:g}",
         "two_over_pi_halves": (_word(_TWO_OVER_PI >> 64), _word(_TWO_OVER_PI % 2**64)), "quarter_pi": _word(_QUARTER_PI),
+        "half_pi_once": tuple(literal(part, real) for part in HALF_PI),
+        "far_parts": tuple(literal(part, real) for part in FAR_PARTS), "zero": literal(0.0, real),
         "range_bits": _bits(float(RANGE), real), "of_sine": _inverse_factorials(3, _TERMS[0]), "of_cosine": _inverse_factorials(2, _TERMS[1]),
         "sine_nested": _nested(kernel.sine, real), "cosine_nested": _nested(kernel.cosine, real),
     }  # fmt: skip

@@ -55,11 +55,14 @@ def source(printed: Printed) -> str:
     """NAME.c: kernels, tables and functions, each only where something needs it."""
     scene, programs, made = printed.scene, printed.programs, [flow.text for flow in printed.flows]
     uses = programs.uses.union(*(flow.uses for flow in made))
+    sincos = sincos_kernel(scene, uses) if _wants_sincos(scene, uses) else ""
+    flows = [flow.definitions for flow in made]
+    printed_lines = [line for function in programs.functions for line in function.lines]
     return render(
         "source.c.j2", name=scene.name, functions=programs.functions, tables=programs.tables,
         includes=sorted(set(includes({*uses, *(("sincos",) if _wants_sincos(scene, uses) else ())})).union(*(flow.includes for flow in made))),
-        sincos=sincos_kernel(scene, uses) if _wants_sincos(scene, uses) else "", bessel=bessel_kernel(scene) if "bessel" in uses else "",
-        flows=[flow.definitions for flow in made], restrict=restrict_macro(scene.name),
+        sincos=sincos, bessel=bessel_kernel(scene) if "bessel" in uses else "",
+        flows=flows, restrict=macros(scene.name, (sincos, *printed_lines, *flows)),
     )  # fmt: skip
 
 
@@ -71,6 +74,12 @@ def _wants_sincos(scene: Scene, uses: Collection[str]) -> bool:
 def restrict_macro(name: str) -> str:
     """NAME_RESTRICT, which definitions, kernels and flows lean on: every file with one of them has it first."""
     return render("restrict.c.j2", name=name)
+
+
+def macros(name: str, texts: Iterable[str]) -> str:
+    """NAME_RESTRICT, and NAME_VALUE where one of the texts that follow has it."""
+    values = any(f"{name.upper()}_VALUE " in text for text in texts)
+    return restrict_macro(name) + (render("value.c.j2", name=name) if values else "")
 
 
 def sincos_kernel(scene: Scene, uses: Collection[str]) -> str:

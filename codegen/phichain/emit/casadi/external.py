@@ -14,7 +14,7 @@ from itertools import accumulate, product
 from phichain.emit.c.layout import laid_out
 from phichain.emit.c.parts import words
 from phichain.emit.c.programs import print_programs
-from phichain.emit.c.text import bessel_kernel, includes, restrict_macro, sincos_kernel
+from phichain.emit.c.text import bessel_kernel, includes, macros, sincos_kernel
 from phichain.emit.casadi.tangent import Cells, Tangent, block_name, make_tangent, stacked_inputs
 from phichain.emit.printed import Printed
 from phichain.emit.render import render
@@ -79,7 +79,6 @@ def casadi_external(printed: Printed) -> str:
         name=scene.name,
         upper=scene.name.upper(),
         example=first.name,
-        restrict=restrict_macro(scene.name),
         without_jacobian=[name for name in programs if name not in tangents],
         **_definitions(scene, tangents.values()),
         patterns=writer.pattern_lines(),
@@ -94,11 +93,13 @@ def _definitions(scene: Scene, tangents: Iterable[Tangent]) -> dict[str, object]
     """The static functions that compute Jacobians, and what those lean on."""
     helpers = {t.program.name: t.program for t in tangents if t.program is not None}
     made = print_programs(scene, helpers, {})
+    sincos = sincos_kernel(scene, made.uses) if "sincos" in made.uses else ""
     return {
+        "restrict": macros(scene.name, (sincos, *(line for function in made.functions for line in function.lines))),
         "tangents": made.functions,
         "tables": made.tables,
         "includes": sorted({*includes(made.uses), "stddef.h"}),
-        "sincos": sincos_kernel(scene, made.uses) if "sincos" in made.uses else "",
+        "sincos": sincos,
         "bessel": bessel_kernel(scene) if "bessel" in made.uses else "",
     }
 

@@ -139,7 +139,7 @@ def steps_stencils(scene: Scene, made: Series) -> list[str]:
     winds = turns(scene)
     return [
         "flow_norms", *(["flow_fused"] if winds or made.is_forced else []), *(["flow_turns"] if winds else []),
-        *(["flow_drive"] if made.is_forced else []), "flow_series",
+        *(["flow_drive"] if made.is_forced else []), "flow_sums", "flow_series",
     ]  # fmt: skip
 
 

@@ -10,9 +10,10 @@ from phichain.contract.flows import PROPAGATE_STIFF, STIFF
 from phichain.contract.functions import ROWS
 from phichain.contract.rodas5p import EMBEDDED_ORDER
 from phichain.emit.c.comment import Comments
-from phichain.emit.c.function import c_function, work_field
+from phichain.emit.c.function import c_function
 from phichain.emit.c.layout import laid_out_text
 from phichain.emit.c.names import CNames
+from phichain.emit.c.sheet import work_field
 from phichain.emit.flow.binary import binary_numbers, binary_words
 from phichain.emit.flow.declared import arguments, documented, outcome_lines, passed_on, struct_lines
 from phichain.emit.flow.flows import FlowText, prints

@@ -29,6 +29,7 @@ from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
 from phichain.lowering.chain.link_units import LinkUnits
 from phichain.lowering.chain.losses import push_on_cart
 from phichain.lowering.chain.parameters import Parameters
+from phichain.lowering.chain.room import saves_text
 from phichain.lowering.planar.joints import PlanarState, couples, from_absolute
 from phichain.scene import Scene
 
@@ -82,14 +83,12 @@ def accelerations(
 ) -> None:
     """Write the accelerations [x'', theta''] into `a`."""
     sweep = Sweep(builder, scene, parameters, state, couples(builder, scene, parameters, state, u))
-    outer = sweep.inwards()
+    outer = sweep.to_base()
     base_y = -parameters.fall[0]
     if scene.has_cart:
         force = push_on_cart(scene, parameters, u, state.speed)
         base_y = sweep.cart_acceleration(outer, force)
         a[0] = base_y * parameters.units.length
-    else:
-        sweep.pivot(outer, 0)
     sweep.all_outwards(-parameters.fall[1], base_y, a.shifted(int(scene.has_cart)))
 
 
@@ -107,6 +106,18 @@ class Sweep:
         self.free, self.gain_x, self.gain_y, self.rate_squared = (
             builder.array(name, scene.links) for name in ("free", "gain_x", "gain_y", "rate_squared")
         )
+
+    def to_base(self) -> Outer:
+        """Eliminate all links; returns what a cart carries. Where text is dear, in a single loop."""
+        if saves_text(self.scene):
+            with self.builder.loop("k", self.scene.links - 1, -1, -1) as loop:
+                before = self.carried(loop, self.beyond(self.scene.links))
+                self.followed(loop, before, self.eliminate(before, loop.index))
+            return before
+        outer = self.inwards()
+        if not self.scene.has_cart:
+            self.pivot(outer, 0)
+        return outer
 
     def inwards(self) -> Outer:
         """The chain beyond the cart, or beyond link 0 of a chain on a fixed base, which passes nothing on."""

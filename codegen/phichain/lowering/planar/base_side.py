@@ -9,6 +9,7 @@ from math import inf
 
 from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.chain.losses import brakes_cart, ties_links
+from phichain.lowering.chain.room import saves_text
 from phichain.lowering.planar.articulated import Sweep
 from phichain.scene import Scene
 
@@ -25,9 +26,9 @@ _LARGEST_MASS_SPREAD = 100
 def suits(scene: Scene) -> bool:
     """Whether this form is the faster one and as accurate: chains of some length, with couples only on links of like l/r.
 
-    Rigid links that are no points (`body`) have no l/r to measure their minors by.
+    The text of one end is shorter. Rigid links that are no points (`body`) have no l/r to measure their minors by.
     """
-    if scene.inertia is not None:
+    if scene.inertia is not None or saves_text(scene):
         return False
     tabled = bool({"mass", "length", "com"} & set(scene.runtime))
     if scene.links < (_FEWEST_RUNTIME_LINKS if tabled else _FEWEST_LINKS):

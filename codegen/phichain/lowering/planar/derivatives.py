@@ -102,9 +102,8 @@ def _solved(
     builder: Builder, scene: Scene, parameters: Parameters, sweep: Recalled, u: ArrayRef | None, a: ArrayRef
 ) -> tuple[Response, Base]:
     """Both sweeps, and how joints answer."""
-    outer = sweep.inwards()
+    outer = sweep.to_base()
     if not scene.has_cart:
-        sweep.pivot(outer, 0)
         sweep.all_outwards(-parameters.fall[1], -parameters.fall[0], a)
         response = Response(builder, scene, parameters, sweep)
         return response, response.on_wall(parameters.fall, parameters.length[0])

@@ -8,9 +8,12 @@ of two pairs, and every state goes over every link once: about 20 operations for
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Final
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.lowering.chain.room import saves_memory
 from phichain.lowering.planar.disturbances import Column, Jump
 from phichain.lowering.planar.response import Base, Pair, Response, dot
 from phichain.scene import Scene
@@ -61,6 +64,9 @@ class Lanes:
         return column if self.takes_turns or self.in_place else row * self.width + column
 
 
+_MOBILITY: Final = ("mobility_xx", "mobility_xy", "mobility_yy")
+
+
 class Columns:
     """Writes the derivatives, link by link from the base."""
 
@@ -73,10 +79,12 @@ class Columns:
         self.carts, links = int(scene.has_cart), scene.links
         self.relative, self.adjacent = scene.angles == "relative", scene.angles == "adjacent"
         # Memory is dear on a target. Only where the cells of a row are read before they are written anew does one row do.
-        self.in_place = scene.trig is not None and self.relative
+        self.in_place = saves_memory(scene) and self.relative
         self.couples = Lanes(builder, "couple_state", links + self.carts, links, self.in_place)
         self.states = [Lanes(builder, f"{column.name}_state", links, links, self.in_place) for column, _ in sides]
-        self.mobility = [builder.array(f"mobility_{name}", links) for name in ("xx", "xy", "yy")]
+        #: Omega of the joints, and that of the last joint alone where memory is dear.
+        self.mobility = [] if self.in_place else [builder.array(name, links) for name in _MOBILITY]
+        self.held: tuple[Expr, ...] = ()
 
     def write(self) -> None:
         """All rows and columns of links; on a cart its own row and column too."""
@@ -94,15 +102,19 @@ class Columns:
                 self._step(k, peeled)
         elif links > peeled:
             with self.builder.loop("k", peeled, links) as loop:
+                carried = [loop.carry(name, value) for name, value in zip(_MOBILITY, self.held, strict=False)]
+                self.held = tuple(carried)
                 self._step(loop.index, peeled)
+                for carry, following in zip(carried, self.held, strict=True):
+                    loop.follow(carry, following)
 
     # --- the base ---------------------------------------------------------------------------------------------------------
 
     def _first(self) -> None:
         response, base, zero = self.response, self.base, self.response.nothing
         turn, rho = response.turn(0), response.rho(0)
-        for cell, value in zip(self.mobility, (turn[0] * turn[0], turn[0] * turn[1], turn[1] * turn[1]), strict=True):
-            cell[0] = base.mobile * value
+        squares = turn[0] * turn[0], turn[0] * turn[1], turn[1] * turn[1]
+        self._hold(0, (base.mobile * value for value in squares))
         mobile = response.arrays["link_mobility"][0]
         lean = base.mobile * dot(turn, rho)
         self.couples.put(0, self.carts, (-(lean * turn[0]), -(lean * turn[1])))
@@ -147,8 +159,8 @@ class Columns:
         before, mobile = response.arrays["link_mobility"][k - 1], response.arrays["link_mobility"][k]
         lever = builder.let("joint_lever", 1 + lean) if self.relative else lean
         omega = builder.let("joint_mobility", before * lever)
-        mobility = tuple(cells[k - 1] for cells in self.mobility)
-        self._move_mobility(k, mobility, before)
+        mobility = self.held or tuple(cells[k - 1] for cells in self.mobility)
+        self._hold(k, self._moved_mobility(k, mobility, before))
         self._couples(k, sigma, omega, before)
         for (column, target), lanes in zip(self.sides, self.states, strict=True):
             self._columns(k, known, column, target, lanes, sigma, mobility)
@@ -176,16 +188,25 @@ class Columns:
             alpha = response.arrays["link_mobility"][k] - dot(response.rho(k), state)
             self.compliance.put(k + carts, k + carts, alpha - mixed)
 
-    def _move_mobility(self, k: Index, mobility: tuple[Expr, ...], before: Expr) -> None:
-        """Omega_k = T Omega T^T + n n^T / D."""
+    def _moved_mobility(self, k: Index, mobility: tuple[Expr, ...], before: Expr) -> Iterator[Expr]:
+        """Omega_k = T Omega T^T + n n^T / D, entry by entry."""
         response, turn = self.response, self.response.turn(k)
         a, b, c, d = response.matrix(k)
         first = response.outwards(k, (mobility[0], mobility[1]))
         second = response.outwards(k, (mobility[1], mobility[2]))
         own = before * turn[0], before * turn[1]
-        self.mobility[0][k] = first[0] * a + second[0] * b + own[0] * turn[0]
-        self.mobility[1][k] = first[0] * c + second[0] * d + own[0] * turn[1]
-        self.mobility[2][k] = first[1] * c + second[1] * d + own[1] * turn[1]
+        yield first[0] * a + second[0] * b + own[0] * turn[0]
+        yield first[0] * c + second[0] * d + own[0] * turn[1]
+        yield first[1] * c + second[1] * d + own[1] * turn[1]
+
+    def _hold(self, k: Index, omega: Iterator[Expr]) -> None:
+        """Keep the entries of Omega_k for the next joint."""
+        held = []
+        for number, value in enumerate(omega):
+            held.append(value)
+            if self.mobility:
+                self.mobility[number][k] = value
+        self.held = tuple(held) if self.in_place else ()
 
     def _columns(
         self, k: Index, known: int, column: Column, target: Target, lanes: Lanes, sigma: Pair, mobility: tuple[Expr, ...]
