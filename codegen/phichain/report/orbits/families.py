@@ -96,7 +96,7 @@ def against_energy(axes: Any, branch: Branch, events: Sequence[Special] = (), *,
     places = [(energy_at(branch, event), float(event.z[-1])) for event in events]
     for event, (across, _) in zip(events, places, strict=True):
         _mark(axes, event, across, colour)
-    _label(axes, places)
+    numbered(axes, places)
     axes.set(xlabel="energy (J)", ylabel=r"$\omega$ (rad/s)")
 
 
@@ -134,11 +134,11 @@ def _mark(axes: Any, event: Special, across: float, colour: Any) -> None:
 def _numbers(axes: Any, branch: Branch, events: Sequence[Special], angles: Sequence[str]) -> None:
     """Every event's number beside its mark on the link that swings furthest."""
     columns = [branch.names.index(name) for name in angles]
-    _label(axes, [(max((float(event.z[k]) for k in columns if abs(event.z[k]) <= np.pi), key=abs, default=np.nan), float(event.z[-1]))
+    numbered(axes, [(max((float(event.z[k]) for k in columns if abs(event.z[k]) <= np.pi), key=abs, default=np.nan), float(event.z[-1]))
                   for event in events])  # fmt: skip
 
 
-def _label(axes: Any, places: Sequence[tuple[float, float]]) -> None:
+def numbered(axes: Any, places: Sequence[tuple[float, float]]) -> None:
     """Numbers from 1 at places; those that lie on one another are written as one."""
     if not places:
         return
