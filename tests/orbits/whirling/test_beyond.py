@@ -14,10 +14,12 @@ from phichain.continuation import Branch
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.orbits import pick, trace
 from phichain.orbits.in_space import space_problem
+from phichain.orbits.parameter import vary
 from phichain.orbits.unmirrored import unmirrored_problem
 from phichain.orbits.whirling import NEEDED, whirling_problem
 from phichain.orbits.whirling.fixed import turned
 from phichain.pipeline import build
+from phichain.report.figures import family
 from phichain.scene import Scene
 from phichain.system import System
 from phichain.system.state import rhs
@@ -141,6 +143,30 @@ def test_both_are_gone_on_with_bit_by_bit(tmp_path: Path) -> None:
         begun = trace(system, method=method, start=start, limits={"max_points": 6}, **p)
         on = trace(system, method=method, resume=begun.to_json(tmp_path / "b.json"), limits={"max_points": 6}, **p)
         assert on.points.tolist() == whole.points[: len(on)].tolist() and len(on) > 8
+
+
+def test_both_are_followed_in_a_parameter() -> None:
+    """At another length both still come back, by that chain's flow; what was held is."""
+    p = {**P, "length": [0.551, 0.67]}
+    there = vary(uneven(), "length[1]", (still(), 12), 0.551, hold="theta_2", p=P)
+    end = flown(uneven(), there.states[-1], np.pi / there.points[-1, -2], p)
+    assert there.method == "in space in length[1]" and there.points[-1, 1] == still().points[12, 1]
+    assert np.max(np.abs(end[6:])) < 1e-11 and end[:6] == pytest.approx(there.states[-1, :6] * np.tile([-1, -1, 1], 2), abs=1e-11)
+    begun = trace(uneven(), method="whirling", start=trace(uneven(), method="conical", until="theta_1=0.8", p=P), mode=2, hold="turn", p=P,
+                  limits={"max_points": 32})  # fmt: skip
+    loose = trace(uneven(), method="unmirrored", start=(begun, begun.located("reversal loss")[0]), p=P, limits={"max_points": 8})
+    there = vary(uneven(), "length[1]", loose, 0.551, hold="q_1_2", p=P)
+    x, turn, omega = there.states[-1], *there.points[-1, -3:-1]
+    end = turned(flown(uneven(), x, 2 * np.pi / omega, p), -turn)
+    assert end == pytest.approx(x, abs=1e-10 * np.max(np.abs(x))) and turn == pytest.approx(loose.points[0, -2], abs=1e-12)
+    assert there.points[-1, -1] == 0.551
+
+
+def test_both_are_drawn() -> None:
+    """Over angles of the rests, and over arclength where a start is none."""
+    for branch, label in ((still(), "amplitude (rad)"), (free(), "arclength")):
+        axes = family(branch).axes
+        assert axes[0].get_xlabel() == label and axes[1].get_xlabel() == "energy (J)"
 
 
 def test_what_is_refused() -> None:

@@ -25,10 +25,16 @@ from phichain.orbits.forced.floquet import tests_of as forced_events
 from phichain.orbits.forced.flow import EmittedFlow
 from phichain.orbits.forced.forcing import Forcing
 from phichain.orbits.forced.shot import shooting_problem
+from phichain.orbits.in_space.family import events_of as space_events
+from phichain.orbits.in_space.problem import METHOD as IN_SPACE
+from phichain.orbits.in_space.problem import kept_of, pairs_of, space_problem, state_at_rest
 from phichain.orbits.modes import demand_oscillations
 from phichain.orbits.parameter.knob import Knob
 from phichain.orbits.periodic import least_potential
 from phichain.orbits.quarter import EPS
+from phichain.orbits.unmirrored.family import events_of as unmirrored_events
+from phichain.orbits.unmirrored.problem import METHOD as UNMIRRORED
+from phichain.orbits.unmirrored.problem import read_closing, state_of_free, unmirrored_problem
 from phichain.orbits.whirling.families import events_of as whirling_events
 from phichain.orbits.whirling.problem import state_of_whirl, whirling_problem
 from phichain.orbits.whirling.starts import METHOD as WHIRLING
@@ -50,7 +56,7 @@ class Followed:
     """One kind of orbits of a chain.
 
     Attributes:
-        kind: "quarter", "unequal", "odd", "half", "whole", "conical", "in a plane", "whirling, X held at Y" or "forced".
+        kind: "quarter", "unequal", "odd", "half", "whole", "forced", or a method of spatial orbits; and how their family is closed besides.
         family: Parameters -> the problem there; unknowns and their sizes stay.
         by_parameter: (z, parameters, knob) -> dF/dlambda (n,).
         events: A problem -> the test functions of a family of that kind.
@@ -64,6 +70,15 @@ class Followed:
     events: Callable[[Problem], list[TestFunction]]
     state: Callable[[Vector], Vector]
     angles: range = range(0)
+
+
+@dataclass(frozen=True)
+class _Made:
+    """What a method says of its orbits, as in `Followed`."""
+
+    family: Callable[[Values], Problem]
+    events: Callable[[Problem], list[TestFunction]]
+    state: Callable[[Vector], Vector]
 
 
 def differenced(value: Callable[[float], Vector], at: float, allows: Callable[[float], bool]) -> Vector:
@@ -137,33 +152,55 @@ def driven_orbits(system: System, forcing: Forcing, periods: int, z: Vector, val
     return Followed(f"{FORCED}, {periods}, {float(values[AMPLITUDE])!r}", family, by_parameter, lambda problem: forced_events(system, is_odd), lambda z: z[:-1])
 
 
-def spatial_orbits(system: System, method: str, z: Vector, values: Values, held: tuple[str, float] = ("", 0.0)) -> Followed:
-    """Conical orbits, orbits in a plane, and such as come back turned, one quantity of the last held besides.
+def spatial_orbits(system: System, method: str, z: Vector, values: Values, more: str = "") -> Followed:
+    """Orbits of a spatial chain by the method that traces them.
+
+    Args:
+        system: The chain.
+        method: "conical", "in a plane", "in space", "whirling" or "unmirrored".
+        z: One of the orbits: their size.
+        values: All parameters.
+        more: How their family is closed besides, as its Branch says: "momentum held at 0.3", "in the plane link 2", or both of "unmirrored".
 
     Raises:
         UnsupportedError: The chain has none, or lacks what they need.
     """
     omega, links = float(z[-1]), system.links
-    makers: dict[str, Callable[[Values], Problem]] = {
-        CONICAL: lambda parameters: conical_problem(system, parameters, omega=omega),
-        in_plane.METHOD: lambda parameters: in_plane.plane_problem(system, parameters, omega=omega),
-        WHIRLING: lambda parameters: whirling_problem(system, parameters, held=held[0], value=held[1], omega=omega),
-    }
-    family = makers[method]
+    first, count = (int(system.has_cart), links) if method == CONICAL else (0, 0 if method == UNMIRRORED else links)
+    if method == CONICAL:
+        made = _Made(
+            lambda parameters: conical_problem(system, parameters, omega=omega), lambda problem: conical_events(system, problem),
+            lambda z: turning(system, z).x,
+        )  # fmt: skip
+    elif method == in_plane.METHOD:
+        made = _Made(
+            lambda parameters: in_plane.plane_problem(system, parameters, omega=omega), lambda problem: in_plane.events_of(system, problem),
+            lambda z: in_plane.at_rest(system, z).x,
+        )  # fmt: skip
+    elif method == IN_SPACE:
+        kept = kept_of(more)
+        made = _Made(
+            lambda parameters: space_problem(system, parameters, omega=omega, kept=kept), lambda problem: space_events(system, problem, kept),
+            lambda z: np.append(state_at_rest(links, pairs_of(z, kept)), np.zeros(system.nv)),
+        )  # fmt: skip
+    elif method == WHIRLING:
+        held, _, number = more.partition(" held at ")
+        made = _Made(
+            lambda parameters: whirling_problem(system, parameters, held=held, value=float(number), omega=omega),
+            lambda problem: whirling_events(system, problem, held), state_of_whirl,
+        )  # fmt: skip
+    else:
+        what, value, link = read_closing(more)
+        made = _Made(
+            lambda parameters: unmirrored_problem(system, parameters, held=what, value=value, omega=omega, link=link),
+            lambda problem: unmirrored_events(system, values, problem, what, link), lambda z: state_of_free(z, link),
+        )  # fmt: skip
 
     def by_parameter(z: Vector, parameters: Values, knob: Knob) -> Vector:
-        return differenced(lambda value: family(knob.turned(parameters, value)).evaluate(z).residual, knob.of(parameters), knob.allows)
+        return differenced(lambda value: made.family(knob.turned(parameters, value)).evaluate(z).residual, knob.of(parameters), knob.allows)
 
-    events: dict[str, Callable[[Problem], list[TestFunction]]] = {
-        CONICAL: lambda problem: conical_events(system, problem), in_plane.METHOD: lambda problem: in_plane.events_of(system, problem),
-        WHIRLING: lambda problem: whirling_events(system, problem, held[0]),
-    }  # fmt: skip
-    states: dict[str, Callable[[Vector], Vector]] = {
-        CONICAL: lambda z: turning(system, z).x, in_plane.METHOD: lambda z: in_plane.at_rest(system, z).x, WHIRLING: state_of_whirl,
-    }
-    first = int(system.has_cart) if method == CONICAL else 0
-    kind = f"{WHIRLING}, {held[0]} held at {held[1]!r}" if method == WHIRLING else method
-    return Followed(kind, family, by_parameter, events[method], states[method], range(first, first + links))
+    kind = f"{method}, {more}" if more else method
+    return Followed(kind, made.family, by_parameter, made.events, made.state, range(first, first + count))
 
 
 def of_chain(parameters: Values) -> Values:

@@ -17,6 +17,7 @@ from phichain.orbits.conical.starts import METHOD as CONICAL
 from phichain.orbits.forced.forcing import Forcing, forcing_of
 from phichain.orbits.forced.response import Response, ResponseEvent
 from phichain.orbits.in_plane import METHOD as IN_PLANE
+from phichain.orbits.in_space import METHOD as IN_SPACE
 from phichain.orbits.parameter.followed import (
     AMPLITUDE,
     FORCED,
@@ -28,6 +29,7 @@ from phichain.orbits.parameter.followed import (
 )
 from phichain.orbits.parameter.held import times_of, value_of
 from phichain.orbits.symmetry import BRANCH_POINT
+from phichain.orbits.unmirrored import METHOD as UNMIRRORED
 from phichain.orbits.whirling.problem import held_value
 from phichain.orbits.whirling.starts import METHOD as WHIRLING
 from phichain.system import System, Vector
@@ -36,6 +38,7 @@ _REMEDY: Final = (
     'give a Branch or a Response, (Branch, k), one of its events, "FILE.json:POINT" or "FILE.json:event=K" of one, (q_0, omega) of a brake orbit, '
     'or {"q": ..., "v": ..., "period": ...}'
 )
+_SPATIAL: Final = (CONICAL, IN_PLANE, IN_SPACE, UNMIRRORED, WHIRLING)
 Begun = tuple[Followed, Vector, str, Values]
 """What is followed, the orbit in its unknowns, the event that is held (empty where none is said), and all parameters."""
 
@@ -66,11 +69,8 @@ def started(system: System, start: Any, hold: str | None, values: Values) -> Beg
             raise ArrayError("start", record.scene, f"is the scene of that branch, and '{system.name}' is another one", "use its scene")
         kind = _kind(record)
         z = _point(record, place) if event is None else np.array(event.z, float)
-        if kind == WHIRLING:
-            own = record.closing.removesuffix(" held")
-            return spatial_orbits(system, WHIRLING, z, values, (own, held_value(system, values, own, record.points[0]))), z, held, values
-        if kind in (CONICAL, IN_PLANE):
-            return spatial_orbits(system, kind, z, values), z, held, values
+        if kind in _SPATIAL:
+            return spatial_orbits(system, kind, z, values, _closed_besides(system, kind, record, values)), z, held, values
     elif event is not None:
         kind, z = "quarter", np.array(event.z, float)
     elif isinstance(start, Mapping | str) or hasattr(start, "period"):
@@ -142,7 +142,20 @@ def _kind(branch: Branch) -> str:
     """
     if branch.names[-1:] != ("omega",):
         raise ArrayError("start", branch.names, "are the unknowns of no family of one chain", _REMEDY)
-    return branch.method if branch.method in (CONICAL, IN_PLANE, WHIRLING) else branch.closing or "quarter"
+    kind = branch.method if branch.method in _SPATIAL else branch.closing or "quarter"
+    if kind not in (*KINDS, *_SPATIAL):
+        raise ArrayError("start", kind, "are orbits that are not followed in a parameter", _REMEDY)
+    return kind
+
+
+def _closed_besides(system: System, kind: str, branch: Branch, values: Values) -> str:
+    """How a family of spatial orbits is closed besides, in the words of `spatial_orbits`."""
+    if kind == WHIRLING:
+        own = branch.closing.removesuffix(" held")
+        return f"{own} held at {held_value(system, values, own, branch.points[0])!r}"
+    if kind == UNMIRRORED:
+        return branch.closing
+    return branch.closing.partition(", ")[2] if kind == IN_SPACE else ""
 
 
 def _point(branch: Branch, place: Any) -> Vector:
@@ -197,11 +210,8 @@ def resumed(system: System, branch: Branch, values: Values) -> Begun:
         raise ArrayError("resume", branch.name, problem, "resume it with the scene that it was of")
     z, held = branch.points[0, :-1], what.partition(" = ")[0]
     method, _, more = kind.partition(", ")
-    if method == WHIRLING:
-        own, _, number = more.partition(" held at ")
-        return spatial_orbits(system, WHIRLING, z, values, (own, float(number))), z, held, values
-    if method in (CONICAL, IN_PLANE):
-        return spatial_orbits(system, method, z, values), z, held, values
+    if method in _SPATIAL:
+        return spatial_orbits(system, method, z, values, more), z, held, values
     if method == FORCED:
         periods, amplitude = more.split(", ")
         whole = values | {AMPLITUDE: float(amplitude)}
