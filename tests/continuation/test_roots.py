@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from phichain.continuation import Point, predictors
+from phichain.continuation.met.roots import zero_between
 from phichain.continuation.problem import Extra
-from phichain.continuation.roots import zero_between
 
 SMOOTH: dict[str, tuple[Callable[[float], float], float, float, float, int]] = {
     "cosine": (lambda x: math.cos(x) - x, 0.0, 1.0, 0.7390851332151607, 6),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,9 @@ from typer.testing import CliRunner
 
 from phichain.app.cli import app
 from phichain.continuation import Branch, Options
-from phichain.errors import ArrayError, ConvergenceError, OutputError, UnsupportedError
-from phichain.orbits import trace
+from phichain.errors import ArrayError, ConvergenceError, UnsupportedError
+from phichain.orbits import pick, trace
+from phichain.orbits.closed.start import given
 from phichain.orbits.parameter import vary
 from phichain.pipeline import build
 from phichain.scene import Scene
@@ -134,7 +136,7 @@ def test_trace_goes_on_in_a_parameter(pair: Any) -> None:
         ("mass[2]", 1.0, {}, ArrayError, "is where the run starts"),
         ("mass[2]", 3.0, {"hold": "theta_3"}, ArrayError, "is nothing that can be held here"),
         ("mass[2]", 3.0, {"start": ([0.1], 2.0)}, ArrayError, "is no brake orbit (q_0, omega) of 2 coordinates at rest"),
-        ("mass[2]", 3.0, {"start": "orbit"}, ArrayError, "is no orbit"),
+        ("mass[2]", 3.0, {"start": 7}, ArrayError, "is no orbit"),
         ("mass[2]", 3.0, {"start": ([2.0, -2.0], 9.0)}, ConvergenceError, "is no orbit of 'turned_pair' at these parameters"),
         ("mass[2]", 3.0, {"p": {"length": [1.0, 1.0]}}, ArrayError, "has no value to start from"),
     ],
@@ -162,9 +164,14 @@ def test_the_command(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     assert found.points[-1][1] == pytest.approx(pendulum(1.0, 0.6, 9.81), rel=1e-12)
 
 
-def test_what_is_no_family_of_one_chain_is_written_as_numbers(one: Any, tmp_path: Any) -> None:
+def test_a_run_on_file_says_which_chain_every_point_is_of(one: Any, tmp_path: Any) -> None:
     branch = vary(one, "gravity", ([1.0], pendulum(1.0, 0.5, 9.81)), 9.0, p=ONE_P)
-    with pytest.raises(OutputError, match="would hold starts of many chains: gravity differs"):
-        branch.to_json(tmp_path / "b.json")
-    again = Branch.from_npz(branch.to_npz(tmp_path / "b.npz"))
-    assert again.points.tolist() == branch.points.tolist() and again.names == branch.names
+    text = json.loads(branch.to_json(tmp_path / "b.json").read_text())
+    assert [row["parameter"]["gravity"] for row in text["points"]] == branch.points[:, -1].tolist()
+    assert [row["omega"] for row in text["points"]] == branch.points[:, 1].tolist()
+    for again in (Branch.from_json(tmp_path / "b.json"), Branch.from_npz(branch.to_npz(tmp_path / "b.npz"))):
+        assert again.points.tolist() == branch.points.tolist() and again.names == branch.names and again.closing == branch.closing
+    with pytest.raises(UnsupportedError, match="none whose orbits are refined here"):
+        pick(one, branch, p=ONE_P)
+    with pytest.raises(ArrayError, match="no orbits of the whole equations of one chain"):
+        given(one, branch)

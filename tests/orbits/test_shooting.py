@@ -8,6 +8,7 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
+from scipy.special import ellipkm1
 
 from phichain.continuation import Options
 from phichain.errors import UnsupportedError
@@ -30,6 +31,16 @@ def test_one_link_is_the_elliptic_integral_up_to_3_1_rad() -> None:
         off = np.array([float(abs(mpmath.mpf(w) / e - 1)) for w, e in zip(branch.points[:, 1].tolist(), exact, strict=True)])
     assert np.max(off) < 1e-15 and np.all(off <= branch.error) and np.max(branch.error) < 1e-13
     assert branch.multipliers.shape == (len(branch), 0)
+
+
+def test_a_family_ends_where_its_rest_is_an_equilibrium() -> None:
+    """One link swings up to 4e-5 rad below the top, omega still the elliptic integral, and no event is seen on the way; a target beyond is said."""
+    branch = trace(uniform(1), until="amplitude=4")
+    assert [event.kind for event in branch.events] == ["rest at an equilibrium"] and branch.reason.endswith("amplitude = 4.0 was not reached")
+    left = np.pi - branch.points[-1, 0]
+    assert 2e-5 < left < 6e-5
+    exact = np.pi * np.sqrt(9.81 / 0.5) / (2 * ellipkm1(np.sin(left / 2) ** 2))
+    assert branch.points[-1, 1] == pytest.approx(exact, rel=1e-10)
 
 
 def test_a_link_on_a_cart_is_a_quadrature() -> None:

@@ -16,8 +16,8 @@ import numpy as np
 from phichain.continuation.branch import Branch
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Fold, TestFunction
-from phichain.continuation.locate import locate, values_at
 from phichain.continuation.met import gaps
+from phichain.continuation.met.locate import locate, values_at
 from phichain.continuation.met.pairs import pairs_of
 from phichain.continuation.met.specials import Passage, Special
 from phichain.continuation.point import Point, tangent_of

@@ -6,7 +6,8 @@
 
 Unknowns are those of a start, the last of them omega; "closing" says which: a start at rest has no rates among its unknowns, an "odd" one no
 angles, and "half" and "whole" have both and an "unfolding", zero but for rounding. Where they are none of these, as in conical families, the
-start is the state that they stand for, and "unknowns" holds them. Complex numbers are pairs.
+start is the state that they stand for, and "unknowns" holds them; so it is of runs in a parameter of the chain, where every point says
+"parameter": {NAME: VALUE}, too. Complex numbers are pairs.
 """
 
 from __future__ import annotations
@@ -35,10 +36,8 @@ def write_document(branch: Any, path: Path | str) -> Path:
     """Write a Branch.
 
     Raises:
-        OutputError: The file cannot be written, or the Branch is no family of one chain, whose starts a document is of.
+        OutputError: The file cannot be written.
     """
-    if branch.method.startswith("shooting in "):
-        raise OutputError("path", path, f"would hold starts of many chains: {branch.names[-1]} differs from point to point", "write .npz or .csv")
     return write_json(path, "branch", branch_document(branch))
 
 
@@ -46,7 +45,7 @@ def branch_document(branch: Any) -> dict[str, Any]:
     """A Branch as JSON has it."""
     points = [
         {
-            **_start(z, branch.closing, None if branch.states is None else branch.states[k]),
+            **_start(z, branch, None if branch.states is None else branch.states[k]), **_turned(z, branch),
             **({} if branch.momentum is None else {"momentum": float(branch.momentum[k])}),
             "energy": _number(branch.energy, k), "kappa": _pairs(branch.multipliers[k]), "error": _number(branch.error, k),
             "arclength": float(branch.arclength[k]), "residual": float(branch.residual[k]), "iterations": int(branch.iterations[k]),
@@ -55,12 +54,12 @@ def branch_document(branch: Any) -> dict[str, Any]:
         for k, z in enumerate(branch.points)
     ]  # fmt: skip
     own = branch.own_events
-    events = [_event(event, branch.closing) for event in own]
-    ended = [_event(event, branch.closing) for event in branch.events[len(own) :]]
+    events = [_event(event, branch) for event in own]
+    ended = [_event(event, branch) for event in branch.events[len(own) :]]
     passages = [
         {
             "at": float(gap.z[_first_angle(branch.names)]), "width": gap.width, "crossed": gap.is_crossed,
-            **(_start(gap.z, branch.closing) if branch.states is None else _unknowns_of(gap.z)),
+            **(_start(gap.z, branch) if branch.states is None else _unknowns_of(gap.z, branch)), **_turned(gap.z, branch),
             "arclength": gap.arclength,
         }
         for gap in branch.passages
@@ -74,20 +73,21 @@ def branch_document(branch: Any) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _event(event: Special, closing: str) -> dict[str, Any]:
+def _event(event: Special, branch: Any) -> dict[str, Any]:
     kind = event.kind.replace("fold in amplitude_theta_", "fold amplitude ").replace("fold in ", "fold ")
     return {
-        "kind": kind, "breaks": event.breaks, **_start(event.z, closing, event.state), "kappa": _pairs(event.multipliers), "continues": event.continues,
+        "kind": kind, "breaks": event.breaks, **_start(event.z, branch, event.state), **_turned(event.z, branch), "kappa": _pairs(event.multipliers), "continues": event.continues,
         "arclength": event.arclength, "after": event.index, "value": event.value,
     }  # fmt: skip
 
 
-def _start(z: np.ndarray, closing: str, state: np.ndarray | None = None) -> dict[str, Any]:
+def _start(z: np.ndarray, branch: Any, state: np.ndarray | None = None) -> dict[str, Any]:
     """A start and its omega."""
+    closing = branch.closing
     if state is not None:
         # Spatial and planar states alike have as many rates as coordinates.
         q, v = np.split(state, 2)
-        return {"start": {"q": q.tolist(), "v": v.tolist()}, **_unknowns_of(z)}
+        return {"start": {"q": q.tolist(), "v": v.tolist()}, **_unknowns_of(z, branch)}
     if closing in _MOVING:
         half = (len(z) - 2) // 2
         return {
@@ -97,8 +97,13 @@ def _start(z: np.ndarray, closing: str, state: np.ndarray | None = None) -> dict
     return {"start": {"q": none, "v": own} if closing == "odd" else {"q": own, "v": none}, "omega": float(z[-1])}
 
 
-def _unknowns_of(z: np.ndarray) -> dict[str, Any]:
-    return {"omega": float(z[-1]), "unknowns": z.tolist()}
+def _unknowns_of(z: np.ndarray, branch: Any) -> dict[str, Any]:
+    return {"omega": float(z[branch.names.index("omega")]), "unknowns": z.tolist()}
+
+
+def _turned(z: np.ndarray, branch: Any) -> dict[str, Any]:
+    """Of a run in a parameter of the chain, which chain it is."""
+    return {} if "omega" not in branch.names[:-1] else {"parameter": {branch.names[-1]: float(z[-1])}}
 
 
 def _first_angle(names: Sequence[str]) -> int:

@@ -17,11 +17,17 @@ from phichain.orbits.conical.starts import METHOD as CONICAL
 from phichain.orbits.conical.turning import turning
 from phichain.orbits.in_plane import METHOD as IN_PLANE
 from phichain.orbits.in_plane import at_rest, plane_problem
+from phichain.orbits.in_space import METHOD as IN_SPACE
+from phichain.orbits.in_space import space_problem, state_at_rest
+from phichain.orbits.in_space.problem import kept_of, pairs_of
 from phichain.orbits.orbit import Orbit
 from phichain.orbits.quarter import EPS
 from phichain.orbits.run import demand_same_values
 from phichain.orbits.shooting import demand_shooting
 from phichain.orbits.targets import Target, target_of
+from phichain.orbits.unmirrored import METHOD as UNMIRRORED
+from phichain.orbits.unmirrored import problem_of_branch
+from phichain.orbits.unmirrored.problem import read_closing, state_of_free
 from phichain.orbits.whirling.fixed import turned
 from phichain.orbits.whirling.problem import state_of_whirl, whirling_of
 from phichain.orbits.whirling.starts import METHOD as WHIRLING
@@ -31,7 +37,7 @@ from phichain.system.drawn import looks
 
 SAMPLES = 241
 """Samples of a period."""
-_MIRRORED = ("quarter", "half", IN_PLANE)
+_MIRRORED = ("quarter", "half", IN_PLANE, IN_SPACE)
 _REMEDY = 'write "theta_1=1.2", "amplitude=2", "omega=3", "energy=1.5", "point=17" or "event=2"'
 
 
@@ -62,11 +68,11 @@ def pick(system: System, branch: Branch, at: Any = None, p: Parameters | None = 
     carts = int(system.has_cart and kind != IN_PLANE)
     point = _chosen(system, problem, branch, at, carts)
     z = point.z(problem)
-    turn = float(z[-2]) if kind == WHIRLING else 0.0
+    turn = float(z[-2]) if kind in (UNMIRRORED, WHIRLING) else 0.0
     if kind == CONICAL:
         t, q, v, closure = _turned(system, z, p, samples)
     else:
-        t, q, v, closure = _swung(system, *_start(system, kind, z), float(z[-1]), p, samples, turn)
+        t, q, v, closure = _swung(system, *_start(system, branch, kind, z), float(z[-1]), p, samples, turn)
     return Orbit(
         scene=branch.scene, digest=branch.digest, method=kind, mode=branch.mode,
         space=system.space, omega=float(z[-1]), energy=float("nan") if problem.energy is None else problem.energy(z),
@@ -90,7 +96,7 @@ def _kind(branch: Branch) -> str:
     Raises:
         UnsupportedError: They are none that are refined here.
     """
-    if branch.method in (CONICAL, IN_PLANE, WHIRLING):
+    if branch.method in (CONICAL, IN_PLANE, IN_SPACE, UNMIRRORED, WHIRLING):
         return branch.method
     kind = branch.closing or "quarter"
     if branch.method not in ("shooting", "one harmonic", "harmonics") or kind not in KINDS:
@@ -110,6 +116,10 @@ def _problem(system: System, branch: Branch, kind: str, p: Parameters | None) ->
         return conical_problem(system, p, omega=float(branch.scale[-1]))
     if kind == IN_PLANE:
         return plane_problem(system, p, omega=float(branch.scale[-1]))
+    if kind == IN_SPACE:
+        return space_problem(system, p, omega=float(branch.scale[-1]), kept=kept_of(branch.closing))
+    if kind == UNMIRRORED:
+        return problem_of_branch(system, p, branch)
     if kind == WHIRLING:
         return whirling_of(system, p, branch)
     demand_shooting(system)
@@ -136,7 +146,7 @@ def _chosen(system: System, problem: Problem, branch: Branch, at: Any, carts: in
         return Point(y, tangent_of(jacobian, along), event.arclength, jacobian, size, 0, (), extra)
     target = target_of(system, at)
     assert target is not None
-    if target.what not in ("omega", "energy") and branch.closing not in ("", "quarter", IN_PLANE) and branch.method != WHIRLING:
+    if target.what not in ("omega", "energy") and branch.closing not in ("", "quarter", IN_PLANE) and branch.method not in (IN_SPACE, WHIRLING):
         raise ArrayError("at", at, f"is no matter of the starts of this family, {branch.closing} periods", "use omega, energy, point or event")
     values = np.array([target.level(system, problem, carts).scalar(z) for z in branch.points])
     if values[-1] == target.value:
@@ -188,13 +198,15 @@ def _refined(problem: Problem, guess: Vector, direction: Vector, is_kept: bool) 
     return start_on(problem, guess, direction, Engine(predictors.cubic, options=Options(tol=1e-9)), fixed=is_kept)
 
 
-def _start(system: System, kind: str, z: Vector) -> tuple[Vector, Vector]:
+def _start(system: System, branch: Branch, kind: str, z: Vector) -> tuple[Vector, Vector]:
     """(q, v) of the orbit z."""
+    if kind == IN_SPACE:
+        return state_at_rest(system.links, pairs_of(z, kept_of(branch.closing))), np.zeros(system.nv)
     if kind == IN_PLANE:
         at = at_rest(system, z)
         return at.q, at.v
-    if kind == WHIRLING:
-        x = state_of_whirl(z)
+    if kind in (UNMIRRORED, WHIRLING):
+        x = state_of_whirl(z) if kind == WHIRLING else state_of_free(z, read_closing(branch.closing)[2])
         return x[: system.nq], x[system.nq :]
     return state_of(kind, z)
 

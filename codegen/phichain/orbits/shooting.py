@@ -12,7 +12,9 @@ from phichain.continuation import (
     Engine,
     Level,
     Options,
+    Point,
     Problem,
+    Quantity,
     TestFunction,
     follow,
     predictors,
@@ -23,10 +25,12 @@ from phichain.orbits.covers import gathered, named
 from phichain.orbits.modes import LinearModes
 from phichain.orbits.quarter import quarter_problem
 from phichain.orbits.run import Run
-from phichain.orbits.symmetry import BRANCH_POINT, genuine, tests_of, told
+from phichain.orbits.symmetry import AT_EQUILIBRIUM, BRANCH_POINT, genuine, tests_of, told
 from phichain.orbits.targets import Target
 from phichain.system import Parameters, System, Vector
 
+FLAT = 3e-5
+"""|dV| |theta| / 2 V of a rest below which it is an equilibrium: what is left of dV and of the family's tangent there is rounding."""
 NEEDED = ("propagate", "mass_matrix", "energy")
 """Functions that shooting calls."""
 START = 1e-2
@@ -108,11 +112,19 @@ def axis(shape: Vector) -> Vector:
 
 
 def ends(system: System, problem: Problem, target: Target, start: float, omega: float, carts: int | None = None) -> list[TestFunction]:
-    """Where families of brake orbits end: at the target, upside down, back at rest, at no frequency; the first `carts` unknowns are a cart's."""
+    """Where families of brake orbits end: at the target, upside down, back at rest, at no frequency, at rests that are equilibria.
+
+    The first `carts` unknowns are a cart's.
+    """
     carts = system.cart_size if carts is None else carts
 
     def amplitude(z: Vector) -> float:
         return float(np.max(np.abs(z[carts:-1])))
+
+    def steepness(point: Point) -> float:
+        z, height = point.z(problem), problem.energy
+        assert height is not None
+        return float(np.linalg.norm(point.extra.found.slope) * np.linalg.norm(z[carts:-1])) / (2 * height(z)) - FLAT
 
     beyond = [] if target.what == "amplitude" and target.value >= np.pi else [Level(amplitude, np.pi, "amplitude pi")]
     return [
@@ -120,4 +132,5 @@ def ends(system: System, problem: Problem, target: Target, start: float, omega: 
         *beyond,
         Level(amplitude, start / 2, "back at rest"),
         Level(lambda z: float(z[-1]), 1e-3 * omega, "omega near zero"),
+        *([Quantity(steepness, AT_EQUILIBRIUM, terminal=True)] if problem.energy is not None else []),
     ]

@@ -26,6 +26,7 @@ from phichain.orbits.krein import signs
 from phichain.orbits.quarter import QuarterMap
 
 BRANCH_POINT: Final = "branch point"
+AT_EQUILIBRIUM: Final = "rest at an equilibrium"
 MOST_UNSTABLE: Final = 1e12
 """|kappa| beyond which nothing smaller beside it has digits left, and the tests are rounding: a family ends there."""
 SAID: Final[dict[str, tuple[str, str]]] = {
@@ -37,6 +38,7 @@ SAID: Final[dict[str, tuple[str, str]]] = {
     "unequal brakes": ("theta(t + T/2) = -theta(t)", "brake orbits between two unequal rests, over a half period"),
     "krein": ("no symmetry: two pairs of multipliers leave the unit circle", "this family; tori branch off"),
     "cover": ("the shorter period of the family that it covers", "that family, over its own quarter period"),
+    AT_EQUILIBRIUM: ("nothing: the rest comes to an equilibrium, and the period grows without bound", "connections of that equilibrium"),
     BRANCH_POINT: (
         "no symmetry: another family of brake orbits crosses, or turns away closer by than 2e-6, which rounding does not tell apart",
         "brake orbits, over a quarter period",

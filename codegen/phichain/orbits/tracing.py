@@ -13,7 +13,7 @@ import numpy as np
 from phichain.continuation import Branch, Engine, Options
 from phichain.continuation.core import Progress
 from phichain.errors import ArrayError, ToleranceError, UnsupportedError
-from phichain.orbits import in_plane, shooting, single_harmonic
+from phichain.orbits import in_plane, in_space, shooting, single_harmonic, unmirrored
 from phichain.orbits.conical import conical_starts, families
 from phichain.orbits.harmonics import family as many_harmonics
 from phichain.orbits.harmonics.condensed import Harmonics, kept_harmonics
@@ -36,9 +36,13 @@ _FAMILIES: Final[dict[str, tuple[Any, Callable[..., Any], Callable[..., Branch]]
     "conical": (families, conical_starts, families.trace_conical),
     "in a plane": (in_plane, in_plane.plane_modes, in_plane.trace_in_plane),
     WHIRLING: (whirling, whirls_of, whirling.trace_whirling),
+    in_space.METHOD: (in_space, in_space.from_plane, in_space.trace_in_space),
+    unmirrored.METHOD: (unmirrored, unmirrored.from_whirl, unmirrored.trace_unmirrored),
 }
 """The module that knows a method, where its families begin, and what traces by it."""
-METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting", "conical", "in a plane", WHIRLING)
+METHODS: Final = ("auto", "one harmonic", "harmonics", "shooting", "conical", "in a plane", WHIRLING, in_space.METHOD, unmirrored.METHOD)
+_BEGUN: Final = (WHIRLING, in_space.METHOD, unmirrored.METHOD)
+"""Methods whose families begin at orbits of others."""
 
 
 def trace(
@@ -74,7 +78,8 @@ def trace(
             the tail of their spectrum asks for; "one harmonic": theta_k = A_k cos(omega t), an approximation that carries the first omitted
             harmonic as its error; "conical": a spatial chain turning about the vertical at a constant rate; "in a plane": one that
             swings in a vertical plane, with what is beside it in space; "whirling": one that comes back turned about the vertical, from
-            `start`; "auto": shooting or conical where the system can.
+            `start`; "in space": one that stands still off any plane, and "unmirrored": one that comes back turned
+            and has no reversal, both from an event as `start`; "auto": shooting or conical where the system can.
         until: "WHAT=VALUE" (or {WHAT: VALUE}), WHAT theta_K (an angle of the start), amplitude (the largest), omega or
             energy: the last point lies exactly there.
         through: Half width, in arclength, up to which a gap is crossed instead of followed.
@@ -107,14 +112,14 @@ def trace(
         ToleranceError: Amplitudes not positive, or start not below the end.
         ConvergenceError: Newton did not reach the family.
     """
-    chosen = _method(given_system(system), method, switch or (start is not None and method != WHIRLING))
+    chosen = _method(given_system(system), method, switch or (start is not None and method not in _BEGUN))
     if hold is not None and chosen != WHIRLING:
         raise ArrayError("hold", hold, f"is for whirling families, and method is {chosen!r}", 'leave it out, or use method = "whirling"')
     family, begin, follow = _FAMILIES[chosen]
     if amplitude_start is None:
         amplitude_start = min(family.START, _before(target_of(system, until)))
     amplitude_start = positive("amplitude_start", amplitude_start, "give an angle in rad")
-    is_open = chosen in ("conical", WHIRLING) and until is None and amplitude_max is None
+    is_open = chosen in ("conical", *_BEGUN) and until is None and amplitude_max is None
     target = None if is_open else _target(system, until, amplitude_max, amplitude_start)
     if parameter is not None and target is not None:
         begun = trace(system, mode, method=method, until=target, through=through, p=p, limits=limits, progress=progress)
@@ -123,12 +128,12 @@ def trace(
     generations = whole("generations", generations, 1, 2**31, "give a number of generations, such as 2", ArrayError)
     loaded = earlier_run(resume, switch)
     earlier = loaded.branches[0] if isinstance(loaded, Network) else loaded
-    whirls = chosen == WHIRLING
+    begins = chosen in _BEGUN
     modes: Any
-    if whirls:
+    if begins:
         # Gone on with, a family says itself what it is of.
-        modes = (None,) * earlier.mode if earlier is not None else whirls_of(system, start, p)
-        follow = partial(follow, hold=hold or "momentum")
+        modes = (None,) * earlier.mode if earlier is not None else begin(system, start, p)
+        follow = partial(follow, hold=hold or "momentum") if chosen == WHIRLING else follow
     else:
         modes = begin(system, p)
     mode = whole("mode", mode, 1, len(modes), f"this chain has the modes 1 .. {len(modes)}", ArrayError)
@@ -140,7 +145,7 @@ def trace(
     chosen_engine = engine or family.settings(options)
     if limits:
         chosen_engine = replace(chosen_engine, options=limited(chosen_engine.options, limits))
-    is_begun = not whirls and (start is not None or (earlier is not None and earlier.mode == 0))
+    is_begun = not begins and (start is not None or (earlier is not None and earlier.mode == 0))
     mode = 0 if is_begun else mode
     _demand_same(system, earlier, mode, chosen, p)
     if isinstance(loaded, Network) and earlier is not None and earlier.status != "interrupted":
@@ -191,7 +196,7 @@ def _method(system: System, method: str, beyond: bool) -> str:
     if method not in METHODS:
         raise ArrayError("method", method, "is no method", f"use one of {', '.join(METHODS)}")
     if beyond:
-        if method in ("one harmonic", "harmonics", "conical", "in a plane", WHIRLING):
+        if method in ("one harmonic", "harmonics", "conical", "in a plane", *_BEGUN):
             raise UnsupportedError(
                 "method", method, "events that open branches, and orbits to start from, are those of shooting", 'use method = "shooting"'
             )

@@ -10,7 +10,7 @@ import numpy as np
 
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import Quantity, TestFunction
-from phichain.continuation.locate import curve, root
+from phichain.continuation.met.locate import curve, root
 from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem

@@ -79,9 +79,9 @@ def _of_branch(system: System, branch: Branch, index: Any) -> tuple[Vector, Vect
         raise ArrayError("start", branch.digest, f"is the digest of that branch's scene, and {system.digest!r} is wanted here", "use its scene")
     # Series over a period are brake orbits, as shooting over a quarter of it has them.
     closing = branch.closing or ("quarter" if branch.method == "harmonics" else "")
-    if not closing:
+    if not closing or branch.names[-1] != "omega":
         raise ArrayError(
-            "start", branch.method, "is how that branch was traced: its points are no orbits of the whole equations", 'trace it with method = "shooting"'
+            "start", branch.method, "is how that branch was traced: its points are no orbits of the whole equations of one chain", 'trace it with method = "shooting"'
         )
     if not isinstance(index, int) or not -len(branch) <= index < len(branch):
         raise ArrayError("start", index, f"is no point of that branch, which has {len(branch)}", f"use 0 .. {len(branch) - 1}")

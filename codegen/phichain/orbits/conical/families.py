@@ -121,8 +121,8 @@ def _beginning(start: Start, amplitude: float) -> tuple[Vector, Vector]:
     return guess, kept
 
 
-def _tests(system: System, problem: Problem, target: Target | None, fastest: float, start: float) -> list[TestFunction]:
-    on_cart, links = int(system.has_cart), system.links
+def events_of(system: System, problem: Problem) -> list[TestFunction]:
+    """The test functions of a conical family."""
 
     def beside(point: Point) -> Beside:
         found: Beside = point.extra.found
@@ -134,17 +134,21 @@ def _tests(system: System, problem: Problem, target: Target | None, fastest: flo
         return float(np.prod((squares[rows] - squares[columns]) ** 2).real)
 
     several = [Quantity(lambda point: signed(beside(point).across), "out of plane"), Quantity(discriminant, "krein")]
-    ends: list[TestFunction] = [
-        Level(lambda z: float(np.max(np.abs(np.sin(z[on_cart:-1])))), start / 2, REST),
-        Level(lambda z: float(z[-1]), fastest * (1 + 1e-9), FLAT),
-    ]
     return [
         Fold(name="fold omega"),
         BranchPoint(),
         Quantity(lambda point: signed(beside(point).reduced), "energy extremum"),
-        *(several if links > 1 else []),
+        *(several if system.links > 1 else []),
+    ]
+
+
+def _tests(system: System, problem: Problem, target: Target | None, fastest: float, start: float) -> list[TestFunction]:
+    on_cart = int(system.has_cart)
+    return [
+        *events_of(system, problem),
         *([target.level(system, problem, on_cart)] if target is not None else []),
-        *ends,
+        Level(lambda z: float(np.max(np.abs(np.sin(z[on_cart:-1])))), start / 2, REST),
+        Level(lambda z: float(z[-1]), fastest * (1 + 1e-9), FLAT),
     ]
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from phichain.continuation import Branch, Point, Quantity, Special, follow, start_on
+from phichain.continuation import Branch, Point, Problem, Quantity, Special, TestFunction, follow, start_on
 from phichain.errors import UnsupportedError
 from phichain.orbits import shooting
 from phichain.orbits.conical.starts import Start, conical_starts
@@ -49,6 +49,16 @@ def _to(sign: float) -> Callable[[Point], float]:
     return product
 
 
+def events_of(system: System, problem: Problem) -> list[TestFunction]:
+    """The test functions of a family of orbits in a plane."""
+    tests = [test for test in tests_of(problem, 0, system.links) if test.name != "krein"]
+    if system.links > 2:
+        tests.append(Quantity(lambda point: discriminant_of(point.extra.found.within), "krein"))
+    if system.links > 1:
+        tests += [Quantity(_to(sign), PLANE_LOSS) for sign in (1.0, -1.0)]
+    return tests
+
+
 def _told(system: System, event: Special) -> Special:
     state = at_rest(system, event.z).x
     if event.kind == PLANE_LOSS:
@@ -77,12 +87,7 @@ def trace_in_plane(
     """
     begun = modes[mode - 1]
     problem = plane_problem(system, run.p, omega=begun.omega)
-    tests = [test for test in tests_of(problem, 0, system.links) if getattr(test, "name", "") != "krein"]
-    if system.links > 2:
-        tests.append(Quantity(lambda point: discriminant_of(point.extra.found.within), "krein"))
-    if system.links > 1:
-        tests += [Quantity(_to(sign), PLANE_LOSS) for sign in (1.0, -1.0)]
-    tests += shooting.ends(system, problem, target, run.amplitude_start, begun.omega, 0)
+    tests = [*events_of(system, problem), *shooting.ends(system, problem, target, run.amplitude_start, begun.omega, 0)]
     shape = begun.shape[int(system.has_cart) :]
     first = run.earlier if run.earlier is not None else start_on(
         problem, np.append(run.amplitude_start * shape, begun.omega), shooting.axis(shape), run.engine, fixed=True

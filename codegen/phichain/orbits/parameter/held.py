@@ -1,34 +1,30 @@
 """What is held while a parameter is turned: a quantity of the orbit, or that it is an event of its family.
 
-Each is a scalar h(q_0, omega; lambda) that stays what it was. Events of a family of brake orbits are zeros of smooth functions
-(`orbits.symmetry`): with J = d theta(T/4) / d(q_0, omega), a frequency turns where J without its last column is singular, an angle
-where J without that angle's is.
+Each is a scalar h(z; lambda) that stays what it was. Events of a family are zeros of smooth functions, those that the family itself is looked
+through for; where a function is of the family's tangent t, which the orbit alone has but for its sign, t is turned so that det [J; t] > 0.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
-from phichain.continuation import Evaluation
-from phichain.continuation.events import signed
+from phichain.continuation import BranchPoint, Evaluation, Fold, Point, Problem, Quantity, TestFunction
+from phichain.continuation.linear import bordered, sign_of_determinant
+from phichain.continuation.point import tangent_of
 from phichain.errors import ArrayError
-from phichain.orbits.quarter import QuarterMap
-from phichain.system import System, Vector
+from phichain.orbits.parameter.followed import Followed
+from phichain.system import Vector
 
 _COVER: Final = re.compile(r"cover (\d+)\b")
-Scalar = Callable[[Vector, Evaluation], float]
-"""(q_0, omega) and what the quarter period says of it -> h."""
-
-_MAPS: Final[dict[str, Callable[[QuarterMap], float]]] = {
-    "brake loss": lambda found: signed(_bordered(found)),
-    "odd loss": lambda found: signed(found.b),
-    "unequal brakes": lambda found: signed(found.c),
-}
+_TANGENTIAL: Final = ("energy extremum", "momentum extremum")
+"""Functions of the family's tangent, besides folds."""
+Scalar = Callable[[Problem, Vector, Evaluation], float]
+"""The problem, an orbit z, and what is known there -> h."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +34,7 @@ class Held:
     Attributes:
         what: its name.
         scalar: h where it is no unknown; None where it is.
-        unknown: which of (q_0, omega) it is; None where it is none of them.
+        unknown: which of the unknowns it is; None where it is none of them.
         is_event: whether it is zero on what is followed, so that its value is no matter.
     """
 
@@ -47,41 +43,68 @@ class Held:
     unknown: int | None = None
     is_event: bool = False
 
+    def at(self, problem: Problem, z: Vector) -> float:
+        """h of the orbit z."""
+        if self.unknown is not None:
+            return float(z[self.unknown])
+        assert self.scalar is not None
+        return self.scalar(problem, z, problem.evaluate(z))
 
-def held_of(system: System, what: str, start: Vector) -> Held:
+
+def held_of(followed: Followed, problem: Problem, what: str, z: Vector) -> Held:
     """What a word says is held.
 
     Args:
-        system: the chain.
-        what: "omega", "energy", "amplitude" (the angle that is largest at the start), "theta_K", or an event's kind: "fold omega",
-            "fold amplitude K", "energy extremum", "brake loss", "odd loss", "unequal brakes", "krein"; or "cover K of mode J", the orbit
-            being the shorter one, of mode J.
-        start: (q_0, omega) of the orbit.
+        followed: the kind of orbits.
+        problem: theirs at the first value of the parameter.
+        what: "omega", "energy", an unknown's name such as "theta_2", "amplitude" (the angle that is largest at the start), or an event's kind, such
+            as "fold omega", "brake loss" or "krein"; or "cover K of mode J", the orbit being the shorter one, of mode J.
+        z: the orbit.
 
     Raises:
         ArrayError: it is none of these.
     """
-    carts, links = system.cart_size, system.links
-    angles = {f"theta_{k + 1}": carts + k for k in range(links)}
-    angles["amplitude"] = carts + int(np.argmax(np.abs(start[carts:-1])))
-    angles["omega"] = len(start) - 1
-    if what in angles:
-        return Held(what, unknown=angles[what])
-    folds = {"fold omega": len(start) - 1} | {f"fold amplitude {k + 1}": carts + k for k in range(links)}
-    if what in folds:
-        return Held(what, _turning(folds[what]), is_event=True)
-    if links > 1 and what in _MAPS:
-        return Held(what, lambda z, found: _MAPS[what](found.extra.found), is_event=True)
-    if what == "energy extremum":
-        return Held(what, _energy_turns(carts), is_event=True)
-    if links > 2 and what == "krein":
-        return Held(what, lambda z, found: _discriminant(found), is_event=True)
-    if what == "energy":
-        return Held(what)
-    if links > 1 and (covered := times_of(what)):
-        return Held(what, _turning_by(covered), is_event=True)
-    known = [*angles, "energy", *folds, "energy extremum", *(_MAPS if links > 1 else ()), *(["krein"] if links > 2 else []), "cover K"]
-    raise ArrayError("hold", what, "is nothing that can be held here", f"use {', '.join(known)}")
+    names = [name for name in problem.names if name != "unfolding"]
+    links = [name for name in names if name.startswith("theta_") and name[6:].isdecimal()]
+    unknowns = {name: problem.names.index(name) for name in names}
+    if followed.angles:
+        # Names of a scene's own count as theta_K, too.
+        unknowns |= {f"theta_{k + 1}": at for k, at in enumerate(followed.angles)}
+        unknowns["amplitude"] = followed.angles[int(np.argmax(np.abs(z[list(followed.angles)])))]
+    if what in unknowns:
+        return Held(what, unknown=unknowns[what])
+    if what == "energy" and problem.energy is not None:
+        return Held(what, lambda own, z, found: _energy(own, z))
+    events = holdable(followed, problem)
+    if what in events:
+        return Held(what, _event(followed, problem, what, z), is_event=True)
+    if (times := times_of(what)) and (len(links) > 1 or len(followed.angles) > 1):
+        return Held(what, _turning_by(times), is_event=True)
+    known = [*unknowns, *(["energy"] if problem.energy else []), *events, "cover K"]
+    raise ArrayError("hold", what, "is nothing that can be held here", f"use {', '.join(dict.fromkeys(known))}")
+
+
+def holdable(followed: Followed, problem: Problem) -> tuple[str, ...]:
+    """The events of a kind of orbits that have a locus in two parameters."""
+    return tuple(dict.fromkeys(test.name for test in followed.events(problem) if _has_locus(test)))
+
+
+def beside(followed: Followed, problem: Problem, held: Held) -> list[TestFunction]:
+    """The events of a kind that a run in a parameter may meet: those that the family's tangent does not tell, and that are not held."""
+    return [
+        replace(test, of=_of_orbit(test.of)) for test in followed.events(problem)
+        if isinstance(test, Quantity) and test.ends is None and test.name not in (*_TANGENTIAL, held.what)
+    ]  # fmt: skip
+
+
+def _of_orbit(of: Callable[[Point], float]) -> Callable[[Point], float]:
+    """A function of orbits at points that carry a parameter as well."""
+
+    def shorter(point: Point) -> float:
+        own = replace(point, y=point.y[:-1], tangent=point.tangent[:-1], jacobian=point.jacobian[:-1, :-1])
+        return of(own)
+
+    return shorter
 
 
 def times_of(what: str) -> int:
@@ -90,45 +113,45 @@ def times_of(what: str) -> int:
     return int(found[1]) if found else 0
 
 
-def _turning_by(times: int) -> Scalar:
-    """kappa = cos(2 pi j / K): traversed K times the orbit has mu = 1 with both of its vectors, which is where the family that covers it crosses.
+def value_of(test: TestFunction, problem: Problem, z: Vector, found: Evaluation) -> float:
+    """A test function of one orbit, the tangent of its family turned so that det [J; t] > 0."""
+    y, jacobian = z / problem.sizes, found.jacobian * problem.sizes
+    tangent = tangent_of(jacobian, np.ones(len(y)))
+    if sign_of_determinant(bordered(jacobian, tangent)) < 0:
+        tangent = -tangent
+    return test.value(problem, Point(y, tangent, 0.0, jacobian, 0.0, 0, (), found.extra))
 
-    Which j it is is looked up at the first orbit.
+
+def _has_locus(test: TestFunction) -> bool:
+    """Not a crossing of families, which another parameter opens into a gap, nor a mere end."""
+    return isinstance(test, Fold) or (isinstance(test, Quantity) and not test.terminal and not isinstance(test, BranchPoint))
+
+
+def _energy(problem: Problem, z: Vector) -> float:
+    assert problem.energy is not None
+    return problem.energy(z)
+
+
+def _event(followed: Followed, problem: Problem, what: str, z: Vector) -> Scalar:
+    """The function whose zero the event is; of several of one name that which is least at the orbit."""
+    found = problem.evaluate(z)
+    own = [(abs(value_of(test, problem, z, found)), k) for k, test in enumerate(followed.events(problem)) if test.name == what and _has_locus(test)]
+    at = min(own)[1]
+    return lambda problem, z, found: value_of(followed.events(problem)[at], problem, z, found)
+
+
+def _turning_by(times: int) -> Scalar:
+    """kappa = cos(pi j / K): traversed K times the orbit has lambda = 1 with both of its vectors, which is where the family that covers it crosses.
+
+    j is even where kappa is of the whole period, or K is odd; which it is is looked up at the first orbit.
     """
     chosen: list[float] = []
 
-    def off(z: Vector, found: Evaluation) -> float:
+    def off(problem: Problem, z: Vector, found: Evaluation) -> float:
         kappa = found.extra.multipliers.real
         if not chosen:
-            turns = np.cos(2 * np.pi * np.arange(1, times // 2 + 1) / times)
+            turns = np.cos(np.pi * np.arange(1, times) / times)
             chosen.append(float(turns[np.argmin(np.min(np.abs(kappa[:, None] - turns), axis=0))]))
         return float(np.prod(kappa - chosen[0]))
 
     return off
-
-
-def _turning(column: int) -> Scalar:
-    return lambda z, found: signed(np.delete(found.jacobian * np.abs(np.where(z == 0, 1.0, z)), column, axis=1))
-
-
-def _energy_turns(carts: int) -> Scalar:
-    def along(z: Vector, found: Evaluation) -> float:
-        tangent = np.linalg.qr(found.jacobian.T, mode="complete")[0][:, -1]
-        row = np.zeros(len(z))
-        row[carts:-1] = found.extra.found.slope
-        return float(np.copysign(1.0, np.linalg.det(np.vstack([found.jacobian, tangent]))) * (row @ tangent))
-
-    return along
-
-
-def _bordered(found: QuarterMap) -> Vector:
-    size = len(found.force)
-    matrix = np.zeros((size + 1, size + 1))
-    matrix[:size, :size], matrix[:size, size], matrix[size, :size] = found.d, found.rate, found.force
-    return matrix
-
-
-def _discriminant(found: Evaluation) -> float:
-    kappa = found.extra.multipliers
-    rows, columns = np.triu_indices(len(kappa), 1)
-    return float(np.prod((kappa[rows] - kappa[columns]) ** 2).real)

@@ -13,7 +13,7 @@ from phichain.errors import ArrayError, UnsupportedError
 from phichain.system import Parameters, System, Vector
 from phichain.system.arrays import reals
 
-_POSITIVE: Final = ("mass", "length", "com", "cart_mass")
+_POSITIVE: Final = ("mass", "length", "com", "cart_mass", "amplitude")
 _NOT_NEGATIVE: Final = ("stiffness", "inertia", "armature")
 _WORD: Final = re.compile(r"\s*(\w+)\s*(?:\[\s*(\d+)\s*\])?\s*$")
 
@@ -58,33 +58,46 @@ class Knob:
         return {self.name: row}
 
 
-def knob_of(system: System, word: Any, p: Parameters | None = None) -> tuple[Knob, dict[str, Any]]:
+def demand_value(name: str, values: Mapping[str, Any]) -> None:
+    """Refuse to turn what has no value.
+
+    Raises:
+        ArrayError: it has none.
+    """
+    if name not in values:
+        raise ArrayError(f"p.{name}", None, "has no value to start from", f"pass p={{'{name}': ...}} with all other runtime parameters")
+
+
+def knob_of(system: System, word: Any, p: Parameters | None = None, *, carried: bool = True) -> tuple[Knob, dict[str, Any]]:
     """The knob that a word means, and all runtime parameters of the system.
 
     Args:
         system: whose flow carries derivatives by the parameter.
         word: a name, with [K] for entry K, from 1, of a parameter per link.
         p: runtime parameters that differ from the system's.
+        carried: whether the flow has to carry derivatives by it; else a parameter that comes at run time serves.
 
     Raises:
         ArrayError: the word is no parameter's name, or the chain has no such entry.
-        UnsupportedError: the flow carries no derivatives by it.
+        UnsupportedError: the flow carries no derivatives by it, or it does not come at run time.
     """
     found = _WORD.match(word) if isinstance(word, str) else None
     if found is None:
         raise ArrayError("parameter", word, "is no parameter's name", 'give one such as "gravity" or "mass[2]"')
     name, entry = found.groups()
-    if name not in system.varied:
+    values: Mapping[str, Any] = system.parameters(p).get("p", {})
+    if not carried and name not in values:
+        has = f"those that come at run time are {', '.join(values)}" if values else "none of its parameters comes at run time"
+        raise UnsupportedError("parameter", word, f"cannot be turned on '{system.name}': {has}", 'set it to "runtime" in the scene, and give its value')
+    if carried and name not in system.varied:
         known = [known for known in system.varied if known not in ("amplitude", "omega")]
         has = f"its flow carries derivatives by {', '.join(known)}" if known else "its flow carries derivatives by the state alone"
         raise UnsupportedError(
             "parameter", word, f"cannot be turned on '{system.name}': {has}",
             f'set it to "runtime" in the scene and name it there: [flow] variational = ["state", "{name}"]',
         )  # fmt: skip
-    size = system.varied[name]
-    values: Mapping[str, Any] = system.parameters(p).get("p", {})
-    if name not in values:
-        raise ArrayError(f"p.{name}", None, "has no value to start from", f"pass p={{'{name}': ...}} with all other runtime parameters")
+    size = system.varied[name] if carried else np.size(values[name])
+    demand_value(name, values)
     is_single = np.ndim(reals(f"p.{name}", values[name], "give real numbers")) == 0
     if entry is None and size > 1:
         raise ArrayError("parameter", word, f"is {size} numbers", f"say which, as {name}[1]")

@@ -1,136 +1,89 @@
-"""Brake orbits in a parameter: theta(T/4; q_0, lambda) = 0 and one held quantity as a continuation problem.
+"""Orbits in a parameter: F(z; lambda) = 0 of their kind and one held quantity h(z; lambda) = h_0 as a continuation problem.
 
-Unknowns are (q_0, omega, lambda). One propagation gives the residual and, with one column for lambda beside those of the angles,
-its exact Jacobian. A held unknown has an exact row, too; the row of a held energy or event is differenced, which Newton's corrections
-feel and the solution does not.
+Unknowns are (z, lambda). A held unknown has an exact row in the Jacobian; the row of a held energy or event is differenced, which Newton's
+corrections feel and the solution does not.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
-
 import numpy as np
 
 from phichain.continuation import Evaluation, Point, Problem
-from phichain.continuation.problem import LateExtra, Multipliers
+from phichain.orbits.parameter.followed import Followed, Values
 from phichain.orbits.parameter.held import Held
 from phichain.orbits.parameter.knob import Knob
-from phichain.orbits.quarter import EPS, QuarterMap, quarter_problem
-from phichain.system import System, Vector
+from phichain.orbits.quarter import EPS, powers
+from phichain.system import Vector
 
-_STEPS = 20_000
-_WIDTH = 1e-5
-"""Share of an unknown's size over which a held scalar is differenced."""
+_WIDTH = 2e-6
+"""Share of an unknown's size over which a held scalar is differenced, to the fourth order: where two multipliers meet it bends sharply."""
 
 
-def parameter_problem(
-    system: System, p: dict[str, Any], knob: Knob, held: Held, start: Vector
-) -> Problem:
+def parameter_problem(followed: Followed, values: Values, knob: Knob, held: Held, value: float) -> Problem:
     """The problem around an orbit.
 
     Args:
-        system: a planar, undamped system whose flow carries derivatives by the parameter.
-        p: all runtime parameters.
+        followed: the kind of orbits.
+        values: all runtime parameters.
         knob: the one that is turned.
         held: what stays.
-        start: (q_0, omega) of the orbit.
+        value: h_0.
     """
-    value = 0.0 if held.is_event else _held_value(system, p, held, start)
-    nq, carts = system.nq, system.cart_size
-    sizes = np.exp2(np.round(np.log2(np.where(start == 0, 1.0, np.abs(start)))))
-    sizes[carts:nq] = 1.0
-    size = abs(knob.of(p)) or 1.0
+    own = followed.family(values)
+    size = float(powers(np.array([abs(knob.of(values)) or 1.0]))[0])
+    scale = np.append(own.sizes, size)
+    count = len(scale)
 
-    def family(parameters: dict[str, Any]) -> Problem:
-        return quarter_problem(system, parameters, omega=float(start[-1]), shape=np.ones(nq))
+    def family(turned: float) -> Problem:
+        return followed.family(knob.turned(values, turned))
 
-    def scalar(z: Vector, parameters: dict[str, Any]) -> float:
-        if held.scalar is None:
-            return _energy(system, parameters, z)
-        return held.scalar(z, family(parameters).evaluate(z))
+    def scalar(whole: Vector) -> float:
+        return held.at(family(float(whole[-1])), whole[:-1])
 
-    def row(z: Vector, knob_value: float) -> tuple[float, Vector]:
-        slope = np.zeros(nq + 2)
+    def row(whole: Vector, problem: Problem, found: Evaluation) -> tuple[float, Vector]:
+        slope = np.zeros(count)
         if held.unknown is not None:
             slope[held.unknown] = 1.0
-            return float(z[held.unknown]) - value, slope
-        for i in range(nq + 2):
-            h = _WIDTH * (size if i > nq else sizes[i])
-            ends = []
-            for sign in (1.0, -1.0):
-                moved, turned = z.copy(), knob_value
-                if i > nq:
-                    turned += sign * h
-                else:
-                    moved[i] += sign * h
-                ends.append(scalar(moved, knob.turned(p, turned)))
-            slope[i] = (ends[0] - ends[1]) / (2 * h)
-        return scalar(z, knob.turned(p, knob_value)) - value, slope
+            return float(whole[held.unknown]) - value, slope
+        assert held.scalar is not None
+        for i, h in enumerate(_WIDTH * scale):
+            beside = h * np.eye(count)[i]
+            one, two = (scalar(whole + k * beside) - scalar(whole - k * beside) for k in (1, 2))
+            slope[i] = (8 * one - two) / (12 * h)
+        return held.scalar(problem, whole[:-1], found) - value, slope
 
     def evaluate(whole: Vector) -> Evaluation:
         z, turned = whole[:-1], float(whole[-1])
-        if not (z[-1] > 0 and np.all(np.isfinite(whole)) and knob.allows(turned)):
-            return Evaluation(np.full(nq + 1, np.nan), np.full((nq + 1, nq + 2), np.nan))
-        parameters = knob.turned(p, turned)
-        residual, jacobian, steps = _quarter(system, parameters, knob, z)
-        if np.all(np.isfinite(residual)):
-            last, slope = row(z, turned)
-            residual, jacobian = np.append(residual, last), np.vstack([jacobian, slope])
-        else:
-            residual, jacobian = np.append(residual, np.nan), np.vstack([jacobian, np.full(nq + 2, np.nan)])
+        nothing = Evaluation(np.full(count - 1, np.nan), np.full((count - 1, count), np.nan))
+        if not (np.all(np.isfinite(whole)) and z[-1] > 0 and knob.allows(turned)):
+            return nothing
+        problem = family(turned)
+        found = problem.evaluate(z)
+        if not np.all(np.isfinite(found.residual)):
+            return nothing
+        by_parameter = followed.by_parameter(z, knob.turned(values, turned), knob)
+        last, slope = row(whole, problem, found)
+        jacobian = np.vstack([np.column_stack([found.jacobian, by_parameter]), slope])
+        return Evaluation(np.append(found.residual, last), jacobian, found.extra)
 
-        def blocks() -> tuple[Multipliers, QuarterMap]:
-            extra = family(parameters).evaluate(z).extra
-            noise = np.abs(jacobian) @ np.abs(whole) * (EPS * (1 + steps))
-            return extra.multipliers, replace(extra.found, noise=noise)
-
-        return Evaluation(residual, jacobian, LateExtra(blocks))
+    def energy(whole: Vector) -> float:
+        of = family(float(whole[-1])).energy
+        assert of is not None
+        return of(whole[:-1])
 
     return Problem(
-        evaluate=evaluate,
-        names=(*(system.q_names or tuple(f"q_{k + 1}" for k in range(nq))), "omega", str(knob)),
-        scale=np.append(sizes, np.exp2(np.round(np.log2(size)))),
-        energy=(lambda whole: _energy(system, knob.turned(p, float(whole[-1])), whole[:-1])) if system.has("energy") else None,
-        error=_error,
-    )
-
-
-def _quarter(system: System, parameters: dict[str, Any], knob: Knob, z: Vector) -> tuple[Vector, Vector, int]:
-    """q(T/4), its derivatives by (q_0, omega, lambda), and the steps it took; not finite where it cannot be followed."""
-    nq, carts, links = system.nq, system.cart_size, system.links
-    quarter = np.pi / (2 * float(z[-1]))
-    columns = np.zeros((2 * nq, links + 1))
-    columns[carts:nq, :links] = np.eye(links)
-    found = system.propagate(
-        z[:-1], np.zeros(nq), 0.0, quarter, EPS, max_steps=_STEPS, transition=columns, along=knob.direction(links + 1, links),
-        **system.parameters(parameters),
+        evaluate=evaluate, names=(*own.names, str(knob)), scale=scale, energy=None if own.energy is None else energy, error=_error,
     )  # fmt: skip
-    if found.outcome != "done":
-        return np.full(nq, np.nan), np.full((nq, nq + 2), np.nan), 0
-    jacobian = np.zeros((nq, nq + 2))
-    jacobian[:carts, :carts] = 1.0
-    jacobian[:, carts:nq] = found.transition[:nq, :links]
-    jacobian[:, nq] = found.v * (-quarter / float(z[-1]))
-    jacobian[:, nq + 1] = found.transition[:nq, links]
-    return found.q, jacobian, found.steps
-
-
-def _energy(system: System, parameters: dict[str, Any], z: Vector) -> float:
-    """V(q_0), counted from the hanging rest, J."""
-    still, given = np.zeros(system.nv), system.parameters(parameters)
-    ends = (float(system.energy(q, still, **given)[1]) for q in (z[:-1], np.zeros(system.nq)))
-    return next(ends) - next(ends)
-
-
-def _held_value(system: System, p: dict[str, Any], held: Held, start: Vector) -> float:
-    return _energy(system, p, start) if held.unknown is None else float(start[held.unknown])
 
 
 def _error(point: Point) -> float:
-    """How far off the parameter may be, relative to its size: what rounding left in the residual, through [J; t]^-1."""
+    """How far off omega and the parameter may be, relative to their sizes: what rounding left in the residual, through [J; t]^-1."""
     try:
         inverse = np.linalg.inv(np.vstack([point.jacobian, point.tangent]))
     except np.linalg.LinAlgError:
         return float("nan")
-    return float(np.abs(inverse[-1, :-1]) @ point.extra.found.noise / max(abs(point.y[-1]), EPS))
+    # Of a propagation the noise is known; of everything else it is that of one rounding.
+    noise = np.abs(point.jacobian) @ np.abs(point.y) * EPS
+    own = getattr(point.extra.found, "noise", np.empty(0))
+    noise[: len(own)] = own
+    return float(np.max(np.abs(inverse[-2:, :-1]) @ noise / np.maximum(np.abs(point.y[-2:]), EPS)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -14,22 +15,25 @@ from phichain.continuation import (
     Fold,
     Level,
     Options,
+    Point,
     Problem,
-    Quantity,
     Special,
     TestFunction,
     follow,
     start_on,
 )
 from phichain.continuation.core import Progress
-from phichain.continuation.events import signed
+from phichain.continuation.problem import relative_residual
 from phichain.errors import ArrayError, ConvergenceError
 from phichain.orbits import shooting
-from phichain.orbits.modes import demand_oscillations
-from phichain.orbits.parameter.held import Held, held_of, times_of
-from phichain.orbits.parameter.knob import Knob, knob_of
+from phichain.orbits.closed.kinds import KINDS, said_of
+from phichain.orbits.forced.floquet import genuine as genuine_forced
+from phichain.orbits.parameter.followed import AMPLITUDE, FORCED, Followed, Values
+from phichain.orbits.parameter.held import Held, beside, held_of
+from phichain.orbits.parameter.knob import Knob, demand_value, knob_of
 from phichain.orbits.parameter.problem import parameter_problem
-from phichain.orbits.symmetry import brake_loss, discriminant, genuine, told
+from phichain.orbits.parameter.starting import resumed, started
+from phichain.orbits.symmetry import genuine, told
 from phichain.system import Parameters, System, Vector
 from phichain.system.arrays import number
 
@@ -38,6 +42,8 @@ _AT_REST: Final = 1e-2
 """Share of the first amplitude at which an orbit of held frequency is back at rest."""
 _NEAR_ZERO: Final = 1e-3
 """Share of the first value of a positive parameter at which a run ends."""
+_SOLVED: Final = 1e-8
+"""Relative residual beyond which a point to go on from is none of these equations."""
 
 
 def vary(
@@ -46,8 +52,9 @@ def vary(
     start: Any,
     until: float,
     *,
-    hold: str = "amplitude",
+    hold: str | None = None,
     p: Parameters | None = None,
+    resume: Branch | Path | str | None = None,
     options: Options | None = None,
     engine: Engine | None = None,
     progress: Progress | None = None,
@@ -57,54 +64,66 @@ def vary(
     Held events make loci of two parameters: that of the family and the one that is turned.
 
     Args:
-        system: A planar, undamped system whose flow carries derivatives by the parameter, `[flow] variational = ["state", "mass"]`.
-        parameter: Its name, with [K] for link K: "mass[2]", "gravity".
-        start: The orbit at the parameters' present values: a Branch of brake orbits, whose last point is meant; (Branch, k) for
-            another one; an event of one; or (q_0, omega).
+        system: An undamped system with what the orbits' own family needs, or a driven one; of planar orbits its flow has to carry derivatives by
+            the parameter, `[flow] variational = ["state", "mass"]`.
+        parameter: Its name, with [K] for link K: "mass[2]", "gravity"; of driven orbits "amplitude" is the forcing's.
+        start: The orbit at the parameters' present values: a Branch, whose last point is meant, or a Response; (Branch, k) for
+            another one; (Branch, event) for an event; "FILE.json:K" or "FILE.json:event=K" of one; (q_0, omega) of a brake orbit;
+            {"q": ..., "v": ..., "period": ...}. None with `resume`.
         until: The parameter's value at which the run ends, exactly.
-        hold: "amplitude" (the angle that is largest at the start), "theta_K", "omega", "energy"; or the kind of an event that the orbit
-            is: "fold omega", "fold amplitude K", "energy extremum", "brake loss", "odd loss", "unequal brakes", "krein", "cover K of mode J":
-            there the shorter orbit, of mode J, is followed.
+        hold: "amplitude" (the angle that is largest at the start), "omega", "energy", or an unknown such as "theta_K"; or the kind of an event
+            that the orbit is ("fold omega", "brake loss", "krein", ..): of a "cover K of mode J" the shorter orbit, of mode J, is
+            followed, and of a "branch point" at which a family meets its own mirror image, the orbit that has more symmetries. An event that the
+            run starts at, unless said; else the amplitude, or what the orbits have instead: energy, and omega of driven ones.
         p: Runtime parameters by name.
+        resume: An earlier run, or its file (.json, .npz), that is gone on with.
         options: Step control and limits.
         engine: Predictor, corrector and options together; excludes `options`.
         progress: Told every new point and the step to try next.
 
     Returns:
-        The Branch, its unknowns (q_0, omega, parameter), with folds in the parameter, branch points and losses of stability.
+        The Branch, its unknowns those of the orbit, and the parameter; with folds in the parameter, branch points and losses of stability.
 
     Raises:
-        UnsupportedError: The flow carries no derivatives by the parameter, or the chain has no brake orbits.
+        UnsupportedError: The flow carries no derivatives by the parameter, or the chain has no such orbits.
         ArrayError: The parameter, the start or what is held is none of the chain's.
         ConvergenceError: Newton did not reach the orbit.
+        OutputError: A file holds no such record.
     """
-    demand_oscillations(system)
-    shooting.demand_shooting(system)
-    knob, values = knob_of(system, parameter, p)
-    first, end = _shorter(hold, _start(system, start)), number("until", until, "give the parameter's last value")
+    earlier = _earlier(resume)
+    given = dict(system.parameters(p).get("p", {}))
+    if isinstance(parameter, str) and (name := parameter.partition("[")[0].strip()) in system.varied and name != AMPLITUDE:
+        demand_value(name, given)
+    followed, first, what, values = started(system, start, hold, given) if earlier is None else resumed(system, earlier, given)
+    knob, values = _knob(system, parameter, followed, values)
+    end = number("until", until, "give the parameter's last value")
     begin = knob.of(values)
     if end == begin or not knob.allows(end):
         problem = "is where the run starts" if end == begin else f"is no value that {knob} can have"
         raise ArrayError("until", until, problem, "give another value of the parameter")
-    held = held_of(system, hold, first)
-    problem_ = parameter_problem(system, values, knob, held, first)
+    own = followed.family(values)
+    held = held_of(followed, own, what or _usual(followed), first)
+    value = _level(held, own, first, earlier)
+    problem_ = parameter_problem(followed, values, knob, held, value)
     chosen = engine or replace(shooting.settings(options), options=options or SETTINGS)
-    direction = np.zeros(len(first) + 1)
-    direction[-1] = np.sign(end - begin)
-    try:
-        point = start_on(problem_, np.append(first, begin), direction, chosen, fixed=True)
-    except ConvergenceError as failure:
-        raise ConvergenceError(
-            "start", first.tolist(), f"is no orbit of '{system.name}' at these parameters, or no {hold} of its family ({failure.problem})",
-            "start from a family traced with the same p, or hold another quantity",
-        ) from failure  # fmt: skip
-    tests = [*_tests(problem_, system, held, knob), *_ends(system, knob, held, first, begin, end)]
-    branch = follow(problem_, point, chosen, tests, f"{system.name}, {hold} held, {knob} turned", progress=progress)
-    events = tuple(told(event) for event in branch.events if genuine(event))
+    tests: list[TestFunction] = [Fold(name=f"fold {knob}"), BranchPoint("branch point"), *beside(followed, own, held)]
+    tests += _ends(followed, knob, held, own, first, begin, end)
+    if earlier is None:
+        point: Point | Branch = _first(system, problem_, held, np.append(first, begin), end, chosen)
+    else:
+        point = _going_on(earlier, problem_, knob)
+    branch = follow(problem_, point, chosen, tests, f"{system.name}, {held.what} held, {knob} turned", progress=progress)
+    events = tuple(_told(followed, event) for event in branch.events if genuine(event) and genuine_forced(event))
     reason = branch.reason
     if branch.status != "interrupted" and not (events and events[-1].kind == _named(knob, end)):
         reason = f"{reason}; {_named(knob, end)} was not reached"
-    return replace(branch, events=events, reason=reason, scene=system.name, digest=system.digest, method=f"shooting in {knob}", p=system.values(values))
+    method = followed.kind.partition(", ")[0]
+    closing = f"{followed.kind}; {held.what}" + ("" if held.is_event else f" = {value!r}")
+    return replace(
+        branch, events=events, reason=reason, scene=system.name, digest=system.digest, closing=closing,
+        method=f"{'shooting' if method in KINDS else method} in {knob}", states=np.array([followed.state(z[:-1]) for z in branch.points]),
+        p=system.values(values),
+    )  # fmt: skip
 
 
 def turned(system: System, family: Branch, what: str, parameter: Any, **options: Any) -> Branch:
@@ -129,70 +148,89 @@ def _named(knob: Knob, value: float) -> str:
     return f"{knob} = {value!r}"
 
 
-def _start(system: System, start: Any) -> Vector:
-    """(q_0, omega).
+def _earlier(resume: Branch | Path | str | None) -> Branch | None:
+    """The run to go on with; as JSON or NPZ by what the file begins with."""
+    if resume is None or isinstance(resume, Branch):
+        return resume
+    return Branch.from_npz(resume) if Path(resume).suffix == ".npz" else Branch.from_json(resume)
+
+
+def _knob(system: System, parameter: Any, followed: Followed, values: Values) -> tuple[Knob, Values]:
+    """What is turned, and all parameters; the forcing's amplitude is one of driven orbits."""
+    if followed.kind.startswith(FORCED) and parameter == AMPLITUDE:
+        return Knob(AMPLITUDE, 0, 1, True), values
+    mine = {name: value for name, value in values.items() if name != AMPLITUDE}
+    knob, known = knob_of(system, parameter, mine, carried=followed.kind in KINDS)
+    return knob, known | {name: values[name] for name in (AMPLITUDE,) if name in values}
+
+
+def _usual(followed: Followed) -> str:
+    """What is held unless said."""
+    if followed.kind.startswith(FORCED):
+        return "omega"
+    return "amplitude" if followed.angles else "energy"
+
+
+def _level(held: Held, own: Problem, first: Vector, earlier: Branch | None) -> float:
+    """h_0: nothing of an event; of a run that is gone on with what its record says, to the last digit."""
+    if held.is_event:
+        return 0.0
+    return held.at(own, first) if earlier is None else float(earlier.closing.rpartition(" = ")[2])
+
+
+def _first(system: System, problem: Problem, held: Held, guess: Vector, end: float, engine: Engine) -> Point:
+    """The orbit itself, the parameter as it is.
 
     Raises:
-        ArrayError: It is no brake orbit of a chain with so many angles.
+        ConvergenceError: Newton did not reach it.
     """
-    remedy = "give a Branch of brake orbits, (Branch, k), one of its events, or (q_0, omega)"
-    branch, place = (start, -1) if isinstance(start, Branch) else (None, -1)
-    if isinstance(start, tuple) and len(start) == 2 and isinstance(start[0], Branch):
-        branch, place = start
-        if isinstance(place, bool) or not isinstance(place, int) or not -len(branch.points) <= place < len(branch.points):
-            raise ArrayError("start", place, f"is no point of that branch, which has {len(branch.points)}", "count points from 0")
-    if branch is not None:
-        if branch.names[-1:] != ("omega",):
-            raise ArrayError("start", branch.names, "are the unknowns of no family of brake orbits", remedy)
-        z = branch.points[place]
-    elif isinstance(start, Special):
-        z = start.z
-    elif isinstance(start, tuple | list) and len(start) == 2:
-        z = np.append(np.asarray(start[0], float).ravel(), float(start[1]))
-    else:
-        raise ArrayError("start", start, "is no orbit", remedy)
-    z = np.array(z, float)
-    if z.shape != (system.nq + 1,) or not np.all(np.isfinite(z)) or z[-1] <= 0:
-        raise ArrayError("start", z, f"is no brake orbit (q_0, omega) of {system.nq} coordinates at rest", remedy)
-    return z
+    direction = np.zeros(len(guess))
+    direction[-1] = np.sign(end - guess[-1])
+    try:
+        return start_on(problem, guess, direction, engine, fixed=True)
+    except ConvergenceError as failure:
+        raise ConvergenceError(
+            "start", guess[:-1].tolist(), f"is no orbit of '{system.name}' at these parameters, or no {held.what} of its family ({failure.problem})",
+            "start from a family traced with the same p, or hold another quantity",
+        ) from failure  # fmt: skip
 
 
-def _shorter(hold: Any, z: Vector) -> Vector:
-    """The orbit that is covered, where that is held: it starts at the same rest, and comes back K times as often."""
-    times = times_of(hold) if isinstance(hold, str) else 0
-    return np.append(z[:-1], times * z[-1]) if times else z
+def _going_on(earlier: Branch, problem: Problem, knob: Knob) -> Branch:
+    """The run to go on with, if these are its equations.
+
+    Raises:
+        ArrayError: Another parameter is turned, or the others have other values.
+    """
+    if earlier.names[-1] != str(knob):
+        raise ArrayError("parameter", str(knob), f"is not what that run turned, {earlier.names[-1]}", "go on with the same parameter")
+    y = earlier.points[-1] / problem.sizes
+    residual, jacobian, _ = problem.at(y)
+    if not relative_residual(residual, jacobian, y) < _SOLVED or not np.array_equal(problem.sizes, earlier.scale):
+        raise ArrayError("p", None, "are other parameters than that run's: its last point is no orbit of this chain", "give the same ones")
+    return earlier
 
 
-def _tests(problem: Problem, system: System, held: Held, knob: Knob) -> list[TestFunction]:
-    several: list[TestFunction] = [
-        Quantity(brake_loss, "brake loss"),
-        Quantity(lambda point: signed(point.extra.found.b), "odd loss"),
-        Quantity(lambda point: signed(point.extra.found.c), "unequal brakes"),
-        *([Quantity(discriminant, "krein")] if system.links > 2 else []),
-    ]
-    mine = [test for test in several if test.name != held.what]
-    return [Fold(name=f"fold {knob}"), BranchPoint("branch point"), *(mine if system.links > 1 else [])]
+def _told(followed: Followed, event: Special) -> Special:
+    """An event with what it breaks, and its state."""
+    kind = followed.kind
+    words = told(event) if kind in ("quarter", "in a plane") else said_of(kind, event) if kind in KINDS else event
+    return replace(words, state=followed.state(event.z[:-1]))
 
 
-def _ends(system: System, knob: Knob, held: Held, start: Vector, begin: float, end: float) -> list[TestFunction]:
-    carts = system.cart_size
-    largest = carts + int(np.argmax(np.abs(start[carts:-1])))
-
-    def amplitude(z: Vector) -> float:
-        return float(np.max(np.abs(z[carts:-2])))
+def _ends(followed: Followed, knob: Knob, held: Held, own: Problem, start: Vector, begin: float, end: float) -> list[TestFunction]:
+    angles = list(followed.angles)
 
     def turned(z: Vector) -> float:
         return float(z[-1])
 
-    tests: list[TestFunction] = [
-        Level(turned, end, _named(knob, end), held=lambda z: (len(z) - 1, end)),
-        Level(amplitude, np.pi, "amplitude pi"),
-    ]
-    if held.what == "omega":
-        # The angle goes through zero with all others, where the chain hangs at rest whatever the parameter is.
+    tests: list[TestFunction] = [Level(turned, end, _named(knob, end), held=lambda z: (len(z) - 1, end))]
+    if followed.kind in ("quarter", "unequal", "in a plane"):
+        tests.append(Level(lambda z: float(np.max(np.abs(z[angles]))), np.pi, "amplitude pi"))
+    if held.what == "omega" and not followed.kind.startswith(FORCED):
+        # The largest goes through zero with all others, where the chain hangs at rest whatever the parameter is.
+        swinging = angles or [k for k, name in enumerate(own.names) if name not in ("unfolding", "turn", "omega", "x")]
+        largest = max(swinging, key=lambda k: abs(start[k] / own.sizes[k]))
         tests.append(Level(lambda z: float(z[largest] / start[largest]), _AT_REST, "back at rest"))
     if not knob.allows(-1.0) and begin > 0 and end > _NEAR_ZERO * begin:
         tests.append(Level(turned, _NEAR_ZERO * begin, f"{knob} near zero"))
     return tests
-
-

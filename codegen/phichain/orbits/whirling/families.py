@@ -49,7 +49,7 @@ _SAID: Final = {
     "fold turn": ("no symmetry: the angle by which orbits come back turned has an extremum", "this family"),
     "energy extremum": ("no symmetry: the energy turns", "this family"),
     "momentum extremum": ("no symmetry: the angular momentum turns", "this family"),
-    "reversal loss": ("the mirror image that runs backwards", "orbits without it, which no method here follows"),
+    "reversal loss": ("the mirror image that runs backwards", "orbits without it, method 'unmirrored'"),
     PERIOD_DOUBLING: ("the period: orbits beside it come back, turned, after two", "whirling orbits of twice the period"),
     "krein": ("no symmetry: two pairs of multipliers leave the unit circle", "this family"),
     TURNS_BACK: ("no symmetry: beyond it the chain turns the other way", "this family"),
@@ -98,7 +98,7 @@ def trace_whirling(
         origin, omega, hold, where = run.earlier.points[0], float(run.earlier.scale[-1]), run.earlier.closing.removesuffix(" held"), "gone on with"
     value = held_value(system, run.p, hold, origin)
     problem = whirling_problem(system, run.p, held=hold, value=value, omega=omega)
-    tests = _tests(system, problem, target, hold, run.amplitude_start)
+    tests = _tests(system, problem, target, hold)
     first = run.earlier if run.earlier is not None else _first(problem, begun, run.amplitude_start, run.engine)
     name = f"{system.name}, whirling, {hold} held, {where}" if run.earlier is None else run.earlier.name
     branch = follow(problem, first, run.engine, tests, name, through=run.through, progress=run.progress)
@@ -123,7 +123,8 @@ def _first(problem: Problem, begun: Whirl, amplitude: float, engine: Engine) -> 
     return start_on(problem, begun.z + amplitude * shape, normal * problem.sizes, engine, fixed=True)
 
 
-def _tests(system: System, problem: Problem, target: Target | None, hold: str, start: float) -> list[TestFunction]:
+def events_of(system: System, problem: Problem, hold: str) -> list[TestFunction]:
+    """The test functions of a family along which something is held."""
     links = system.links
 
     def of(point: Point) -> WhirlMap:
@@ -157,7 +158,13 @@ def _tests(system: System, problem: Problem, target: Target | None, hold: str, s
         BranchPoint(BRANCH_POINT, ends=lambda problem, point: _end_of(problem, point) != ""),
         *([Quantity(carried, TURNS_BACK, ends=lambda problem, point: _end_of(problem, point) != "")] if hold != "momentum" else []),
         *(several if links > 1 else []),
-        *([_level(system, target, problem, links)] if target is not None else []),
+    ]
+
+
+def _tests(system: System, problem: Problem, target: Target | None, hold: str) -> list[TestFunction]:
+    return [
+        *events_of(system, problem, hold),
+        *([_level(system, target, problem, system.links)] if target is not None else []),
         Level(lambda z: float(z[-1]), _SLOW * float(problem.sizes[-1]), "omega near zero"),
     ]
 

@@ -11,7 +11,7 @@ at its rest, r = 0. Of the same energy there are orbits beside it that turn eith
     det d = 0    mu = -1   from the rest, across the plane; T = T_p / 2
     det b = 0    mu = +1   from the rest, across the plane; T = T_p
     det c = 0    mu = +1   from where the chain hangs straight, its links leaning across; T = T_p
-    det a = 0    mu = -1   orbits that stand still off any plane, which no vertical plane's mirror image is the reversal of: not followed
+    det a = 0    mu = -1   orbits that stand still off any plane, which no vertical plane's mirror image is the reversal of: `orbits.in_space`
 """
 
 from __future__ import annotations
@@ -73,8 +73,8 @@ def whirls_of(system: System, start: Any, p: Parameters | None = None) -> tuple[
         UnsupportedError: The chain is planar, on a cart, loses energy, or lacks what shooting needs; or no such orbits are followed.
         ArrayError: There is no start, or it is none of these.
     """
-    _demand(system)
-    branch, at = _given(start)
+    demand_whirling(system)
+    branch, at = given_family(start)
     if branch.digest != system.digest:
         raise ArrayError("start", branch.digest, f"is the digest of that branch's scene, and {system.digest!r} is wanted here", "use its scene")
     z = at.z if isinstance(at, Special) else branch.points[at]
@@ -87,18 +87,23 @@ def whirls_of(system: System, start: Any, p: Parameters | None = None) -> tuple[
     return (Whirl(z_whirl, np.zeros(2 * links + 2), "beside an orbit in a plane"),)
 
 
-def _demand(system: System) -> None:
+def demand_whirling(system: System, method: str = METHOD) -> None:
+    """Refuse a chain that has no orbits in space that come back, or lacks what they call.
+
+    Raises:
+        UnsupportedError: It is one.
+    """
     if system.is_planar or system.has_cart:
-        raise UnsupportedError("method", METHOD, "is for spatial chains on a fixed base", 'use method = "shooting" with a planar scene')
+        raise UnsupportedError("method", method, "is for spatial chains on a fixed base", 'use method = "shooting" with a planar scene')
     missing = [name for name in NEEDED if not system.has(name)]
     if missing or not system.variational or system.real != "double":
         raise UnsupportedError(
-            "method", METHOD, f"system '{system.name}' lacks a double precision flow that carries derivatives, or what it calls",
+            "method", method, f"system '{system.name}' lacks a double precision flow that carries derivatives, or what it calls",
             f"build its scene with [functions] want = {list(NEEDED)} and [flow] variational = true",
         )  # fmt: skip
 
 
-def _given(start: Any) -> tuple[Branch, int | Special]:
+def given_family(start: Any, methods: tuple[str, ...] = (CONICAL, IN_PLANE)) -> tuple[Branch, int | Special]:
     """A family and its point or event.
 
     Raises:
@@ -116,7 +121,7 @@ def _given(start: Any) -> tuple[Branch, int | Special]:
     if not (isinstance(start, tuple) and len(start) == 2 and isinstance(start[0], Branch) and isinstance(start[1], int | Special)):
         raise ArrayError("start", start, "is nothing that whirling families begin at", _REMEDY)
     branch, at = start
-    if branch.method not in (CONICAL, IN_PLANE):
+    if branch.method not in methods:
         raise ArrayError("start", branch.method, "is how that branch was traced: whirling families begin at others", _REMEDY)
     if not isinstance(at, Special) and (isinstance(at, bool) or not -len(branch) <= at < len(branch)):
         raise ArrayError("start", at, f"is no point of that branch, which has {len(branch)}", f"use 0 .. {len(branch) - 1}")
@@ -184,8 +189,7 @@ def _off_plane(system: System, z: Vector, p: Parameters | None) -> Whirl:
     least, words, begun, shape = min(found, key=lambda one: one[0])
     if least > _SINGULAR:
         raise UnsupportedError(
-            "start", PLANE_LOSS, "opens orbits that stand still off any plane, which no method here follows",
-            "start from another event, or from a point of the family: beside it are orbits of the same energy that turn",
+            "start", PLANE_LOSS, "opens orbits that stand still off any plane, and turn nowhere", 'use method = "in space"',
         )  # fmt: skip
     return Whirl(begun, shape / np.max(np.abs(sized(shape, begun[-1]))), f"an orbit in a plane that loses it, {words}")
 

@@ -52,7 +52,7 @@ def family(branch: Branch) -> Figure:
 
 
 def against_amplitude(axes: Any, branch: Branch, events: Sequence[Special] = ()) -> None:
-    """Frequency over the angle of every link at the start, or its amplitude of one harmonic; a cart is left out.
+    """Frequency over the angle of every link at the start, or its amplitude of one harmonic; a cart is left out. Over arclength where a start is no angles.
 
     Args:
         axes: Where to draw.
@@ -62,6 +62,9 @@ def against_amplitude(axes: Any, branch: Branch, events: Sequence[Special] = ())
     omega = branch.column("omega")
     angles = [name for name in branch.names if name.startswith(("amplitude_theta", "theta")) and "dot" not in name]
     thick = _stable(branch)
+    if not angles:
+        _against_arclength(axes, branch, events)
+        return
     beyond = []
     letter = r"\theta" if branch.method in _ANGLES else "A"
     for name, colour in zip(angles, shades(len(angles)), strict=True):
@@ -86,6 +89,18 @@ def against_amplitude(axes: Any, branch: Branch, events: Sequence[Special] = ())
     axes.legend(ncols=len(angles) + 1, handlelength=1.0, columnspacing=1.0, **place)
 
 
+def _against_arclength(axes: Any, branch: Branch, events: Sequence[Special]) -> None:
+    """Frequency along a family whose orbits are taken up while they move."""
+    omega, thick = branch.column("omega"), _stable(branch)
+    axes.plot(branch.arclength, omega, color=ACCENT, linewidth=0.9)
+    if thick is not None:
+        axes.plot(branch.arclength, np.where(thick, omega, np.nan), color=ACCENT, linewidth=2.4)
+    for event in events:
+        _mark(axes, event, event.arclength, ACCENT)
+    numbered(axes, [(event.arclength, float(event.z[-1])) for event in events])
+    axes.set(xlabel="arclength", ylabel=r"$\omega$ (rad/s)")
+
+
 def against_energy(axes: Any, branch: Branch, events: Sequence[Special] = (), *, colour: Any = ACCENT) -> None:
     """Frequency over the orbit's energy, counted from the hanging rest."""
     omega, thick = branch.column("omega"), _stable(branch)
@@ -96,7 +111,7 @@ def against_energy(axes: Any, branch: Branch, events: Sequence[Special] = (), *,
     places = [(energy_at(branch, event), float(event.z[-1])) for event in events]
     for event, (across, _) in zip(events, places, strict=True):
         _mark(axes, event, across, colour)
-    _label(axes, places)
+    numbered(axes, places)
     axes.set(xlabel="energy (J)", ylabel=r"$\omega$ (rad/s)")
 
 
@@ -134,11 +149,11 @@ def _mark(axes: Any, event: Special, across: float, colour: Any) -> None:
 def _numbers(axes: Any, branch: Branch, events: Sequence[Special], angles: Sequence[str]) -> None:
     """Every event's number beside its mark on the link that swings furthest."""
     columns = [branch.names.index(name) for name in angles]
-    _label(axes, [(max((float(event.z[k]) for k in columns if abs(event.z[k]) <= np.pi), key=abs, default=np.nan), float(event.z[-1]))
+    numbered(axes, [(max((float(event.z[k]) for k in columns if abs(event.z[k]) <= np.pi), key=abs, default=np.nan), float(event.z[-1]))
                   for event in events])  # fmt: skip
 
 
-def _label(axes: Any, places: Sequence[tuple[float, float]]) -> None:
+def numbered(axes: Any, places: Sequence[tuple[float, float]]) -> None:
     """Numbers from 1 at places; those that lie on one another are written as one."""
     if not places:
         return

@@ -8,13 +8,18 @@ from phichain.continuation import Branch
 from phichain.orbits import Network
 from phichain.orbits.forced import Response
 from phichain.report import figures
-from phichain.report.orbits import plane, responses
+from phichain.report.orbits import parameter, plane, responses
 from phichain.report.shown.kinds import demand_figure, plot
 
 
 @plot.register
 def _(record: Branch, ax: Any = None) -> Any:
-    """A family: its rate over every amplitude, folds marked; as a figure over its energy, too."""
+    """A family: its rate over every amplitude, folds marked; as a figure over its energy, too. A run in a parameter over that."""
+    if record.names[-1] != "omega" and "omega" in record.names:
+        if ax is None:
+            return parameter.in_parameter(record)
+        parameter.frequency(ax, record)
+        return ax
     if ax is None:
         return figures.family(record)
     figures.against_amplitude(ax, record)

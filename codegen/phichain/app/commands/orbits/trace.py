@@ -48,7 +48,7 @@ def trace(
     method: Annotated[
         str, typer.Option(
             help='"shooting" (whole orbits, with their stability), "harmonics" (Fourier series), "one harmonic", "conical" (a spatial chain '
-            'turning about the vertical), "in a plane" (one swinging), "whirling" (one that comes back turned, from --start), or auto: shooting '
+            'turning about the vertical), "in a plane" (one swinging), "whirling" (one that comes back turned, from --start), "in space" (one at rest off any plane) and "unmirrored" (one without a reversal), from --start too, or auto: shooting '
             "or conical where they serve."
         ),
     ] = "auto",
@@ -152,7 +152,7 @@ def carrying(scene: Scene, method: str = "shooting", beyond: bool = False) -> Sc
 
     turns = scene.space == "spatial" and method in ("auto", "conical") and scene.damping is None
     shoots = scene.space == "planar" and method in ("auto", "shooting", "harmonics") and scene.real == "double" and scene.damping is None
-    swings = scene.space == "spatial" and method in ("in a plane", "whirling") and scene.real == "double" and scene.damping is None
+    swings = scene.space == "spatial" and method in ("in a plane", "whirling", "in space", "unmirrored") and scene.real == "double" and scene.damping is None
     needed = {*(conical.NEEDED if turns else in_plane.NEEDED if swings else shooting.NEEDED if shoots else ())}
     if shoots:
         needed |= {*(family.NEEDED if method == "harmonics" else ()), *(("forward_dynamics",) if beyond else ())}
@@ -161,8 +161,8 @@ def carrying(scene: Scene, method: str = "shooting", beyond: bool = False) -> Sc
     return with_functions(scene, needed, variational=shoots or swings)
 
 
-def progress_line(carts: int) -> Callable[[Point, float], None] | None:
-    """A line that tells how far a run is, on a terminal only."""
+def progress_line(carts: int, end: int = -1) -> Callable[[Point, float], None] | None:
+    """A line that tells how far a run is, on a terminal only; the unknowns from `carts` to `end` are angles of the start."""
     if not sys.stderr.isatty():
         return None
     told: dict[str, Any] = {"last": 0.0, "points": 0}
@@ -172,7 +172,7 @@ def progress_line(carts: int) -> Callable[[Point, float], None] | None:
         if (now := time.monotonic()) - told["last"] < TICK:
             return
         told["last"] = now
-        angles = point.y[carts:-1]
+        angles = point.y[carts:end]
         largest = max(abs(angle) for angle in angles)
         line = f"{told['points']} points, amplitude {largest:.4f} rad, arclength {point.arclength:.4f}, step {step:.2g}"
         sys.stderr.write(f"{_CLEAR}{line}")

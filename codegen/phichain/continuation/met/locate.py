@@ -10,12 +10,12 @@ import numpy as np
 
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Level, Quantity, TestFunction
+from phichain.continuation.met.roots import zero_between
 from phichain.continuation.met.singular import loosened, through
 from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.predictors import hermite
 from phichain.continuation.problem import Problem, relative_residual
-from phichain.continuation.roots import zero_between
 
 Curve = Callable[[float], Point]
 SPACING = 1e-14

@@ -1,0 +1,224 @@
+"""Orbits without a mirror image that runs backwards, followed from where whirling families lose it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from phichain.continuation import (
+    Branch,
+    BranchPoint,
+    Fold,
+    Level,
+    Point,
+    Problem,
+    Quantity,
+    Special,
+    TestFunction,
+    follow,
+    start_on,
+)
+from phichain.errors import ArrayError, UnsupportedError
+from phichain.orbits.run import Run
+from phichain.orbits.symmetry import BRANCH_POINT, MOST_UNSTABLE, discriminant, genuine
+from phichain.orbits.targets import Target
+from phichain.orbits.unmirrored.problem import (
+    METHOD,
+    FreeMap,
+    closing_of,
+    problem_of_branch,
+    read_closing,
+    state_of_free,
+    unknowns,
+    unmirrored_problem,
+)
+from phichain.orbits.whirling.families import settings as whirling_settings
+from phichain.orbits.whirling.fixed import fixed, inertia_of, read
+from phichain.orbits.whirling.problem import held_value, momentum, state_of_whirl
+from phichain.orbits.whirling.starts import METHOD as WHIRLING
+from phichain.orbits.whirling.starts import demand_whirling, given_family
+from phichain.records import Held
+from phichain.system import Parameters, System, Vector
+
+settings = whirling_settings
+START: Final = 1e-2
+REVERSAL_LOSS: Final = "reversal loss"
+REGAINED: Final = "at its own mirror image"
+_SINGULAR: Final = 1e-6
+_SAME: Final = 1e-5
+"""Distance, in angles and rates over omega, within which a state is its own reversal: orbits where families end are located to 1e-8."""
+_BESIDE: Final = 1e-3
+_SLOW: Final = 1e-3
+_SAMPLES: Final = 240
+_SAID: Final = {
+    "fold omega": ("no symmetry: the period turns", "this family"),
+    "fold turn": ("no symmetry: the angle by which orbits come back turned has an extremum", "this family"),
+    "energy extremum": ("no symmetry: the energy turns", "this family"),
+    "momentum extremum": ("no symmetry: the angular momentum turns", "this family"),
+    "period doubling": ("the period: orbits beside it come back, turned, after two", "orbits of twice the period, which no method here follows"),
+    "krein": ("no symmetry: two pairs of multipliers leave the unit circle", "this family"),
+    BRANCH_POINT: ("no symmetry of this family: another one crosses", "orbits of this kind"),
+    REGAINED: ("nothing: the orbits gain a mirror image that runs backwards", "whirling orbits"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Lost(Held):
+    """Where a family begins.
+
+    Attributes:
+        z: Unknowns there (8 N + 2,).
+        shape: How it leaves (8 N + 2,), the largest change of a direction, or of a rate over omega, 1.
+        held: What is held, as along the family that it leaves.
+        value: Its value.
+        link: The link, from 0, that takes orbits up.
+    """
+
+    z: Vector
+    shape: Vector
+    held: str
+    value: float
+    link: int
+
+
+def from_whirl(system: System, start: Any, p: Parameters | None = None) -> tuple[Lost, ...]:
+    """The family that opens where whirling orbits lose their reversal; the reversal of the one is the other way to leave.
+
+    Args:
+        system: A spatial chain on a fixed base.
+        start: (Branch, event) of whirling orbits, or "FILE.json:event=K".
+        p: Runtime parameters.
+
+    Raises:
+        UnsupportedError: The chain has none, or only one family passes there.
+        ArrayError: It is no such event.
+    """
+    demand_whirling(system, METHOD)
+    branch, event = given_family(start, (WHIRLING,))
+    if branch.digest != system.digest:
+        raise ArrayError("start", branch.digest, f"is the digest of that branch's scene, and {system.digest!r} is wanted here", "use its scene")
+    if not isinstance(event, Special) or event.kind != REVERSAL_LOSS:
+        raise ArrayError("start", getattr(event, "kind", event), "is nothing that such orbits begin at", f'give (Branch, event), a "{REVERSAL_LOSS}" of whirling orbits')
+    held = branch.closing.removesuffix(" held")
+    value = held_value(system, p, held, branch.points[0])
+    links, nx = system.links, system.nx
+    x, omega = state_of_whirl(event.z), float(event.z[-1])
+    link = int(np.argmax(np.abs(np.sin(event.z[:links]))))
+    free = unknowns(links, link)
+    z = np.concatenate([x, np.zeros(2 * links + 2), event.z[-2:]])[free]
+    problem = unmirrored_problem(system, p, held=held, value=value, omega=omega, link=link)
+    _, sizes, rows = np.linalg.svd(problem.at(z / problem.sizes).jacobian)
+    if sizes[-1] > _SINGULAR * sizes[0]:
+        raise UnsupportedError("start", REVERSAL_LOSS, "is where only one family passes", "start from another event")
+    # The family that is left moves among states that the reversal keeps; the other goes straight away from them.
+    null = np.zeros((8 * links + 4, 2))
+    null[free] = rows[-2:].T * problem.sizes[:, None]
+    even = read(fixed(event.z[:links], event.z[links : 2 * links]), null[:nx])[0]
+    even[links:] /= omega
+    kept = np.vstack([even, null[-2], null[-1] / omega])
+    shape = null @ np.linalg.svd(kept)[2][-1]
+    largest = max(np.max(np.abs(shape[: system.nq])), np.max(np.abs(shape[system.nq : nx])) / omega)
+    return (Lost(z, shape[free] / largest, held, value, link),)
+
+
+def trace_unmirrored(system: System, lost: tuple[Lost, ...], mode: int, target: Target | None, run: Run) -> Branch:
+    """Follow the orbits beyond a lost reversal, what their whirling family held being held.
+
+    Args:
+        system: A spatial chain on a fixed base.
+        lost: Where they begin, `from_whirl`.
+        mode: 1, there is one family.
+        target: Where to end: omega or energy.
+        run: How it is followed.
+
+    Raises:
+        ArrayError: These orbits have no such target.
+        ConvergenceError: Newton did not reach the family.
+    """
+    if target is not None and target.what not in ("omega", "energy"):
+        raise ArrayError("until", target.what, "is no quantity of orbits that do not start in a plane", 'use "omega=..." or "energy=..."')
+    if run.earlier is None:
+        begun = lost[mode - 1]
+        held, value, link = begun.held, begun.value, begun.link
+        problem = unmirrored_problem(system, run.p, held=held, value=value, omega=float(begun.z[-1]), link=link)
+        normal = begun.shape / problem.sizes**2
+        first: Branch | Point = start_on(
+            problem, begun.z + run.amplitude_start * begun.shape, normal * problem.sizes, run.engine, fixed=True
+        )
+        name = f"{system.name}, {METHOD}, {held} held"
+    else:
+        held, value, link = read_closing(run.earlier.closing)
+        first, problem, name = run.earlier, problem_of_branch(system, run.p, run.earlier), run.earlier.name
+    tests = [*events_of(system, run.p, problem, held, link), *([target.level(system, problem, 0)] if target is not None else [])]
+    tests.append(Level(lambda z: float(z[-1]), _SLOW * float(problem.sizes[-1]), "omega near zero"))
+    branch = follow(problem, first, run.engine, tests, name, through=run.through, progress=run.progress)
+    events, reason = list(branch.events), branch.reason
+    if branch.status == "event" and events[-1].kind == BRANCH_POINT:
+        last = events.pop()
+        events = [event for event in events if last.arclength - event.arclength > _BESIDE] + [replace(last, kind=REGAINED)]
+        reason = f"ended {REGAINED}"
+    inertia = inertia_of(system, run.p)
+    states = np.array([state_of_free(z, link) for z in branch.points])
+    told = tuple(
+        replace(event, breaks=_SAID.get(event.kind, ("", ""))[0], continues=_SAID.get(event.kind, ("", ""))[1], state=state_of_free(event.z, link))
+        for event in events if genuine(event)
+    )  # fmt: skip
+    return replace(
+        branch, events=told, reason=reason, states=states, momentum=np.array([momentum(inertia, x) for x in states]),
+        closing=closing_of(held, value, link),
+    )  # fmt: skip
+
+
+def events_of(system: System, p: Parameters | None, problem: Problem, held: str, link: int) -> list[TestFunction]:
+    """The test functions of such a family."""
+    count = system.nx - 2
+
+    def turns(column: int) -> TestFunction:
+        def along(point: Point) -> float:
+            found: FreeMap = point.extra.found
+            return float(found.slopes[:, column] @ point.slope(problem)[:count])
+
+        return Quantity(along, ("energy extremum", "momentum extremum")[column])
+
+    return [
+        Fold(name="fold omega"),
+        *([Fold(-2, "fold turn")] if held != "turn" else []),
+        *([turns(0)] if held != "energy" else []),
+        *([turns(1)] if held != "momentum" else []),
+        BranchPoint(BRANCH_POINT, ends=lambda problem, point: mirrored(system, p, state_of_free(point.z(problem), link), float(point.z(problem)[-1])) < _SAME),
+        Quantity(lambda point: float(np.prod(1 + point.multipliers).real), "period doubling"),
+        Quantity(discriminant, "krein", in_pairs=True),
+        Quantity(lambda point: float(np.max(np.abs(point.multipliers))) - MOST_UNSTABLE, "unstable beyond double precision", terminal=True),
+    ]
+
+
+def mirrored(system: System, p: Parameters | None, x: Vector, omega: float) -> float:
+    """How far an orbit stays away from states that a reversal keeps: links in a vertical plane, moving across it; least on its way.
+
+    Args:
+        system: The chain.
+        p: Runtime parameters.
+        x: A state of the orbit (6 N,).
+        omega: Its frequency, rad/s.
+    """
+    period = 2 * np.pi / omega
+    times = np.linspace(0.0, period, _SAMPLES + 1)[1:]
+    least = np.inf
+    for _ in range(4):
+        found = system.propagate(x[: system.nq], x[system.nq :], 0.0, float(times[-1]), 1e-16, times=times, **system.parameters(p))
+        sizes = [_off(q, v * period / (2 * np.pi)) for q, v in zip(found.q_at, found.v_at, strict=True)]
+        k = int(np.argmin(sizes))
+        least = min(least, sizes[k])
+        times = np.linspace(times[max(k - 1, 0)], times[min(k + 1, len(times) - 1)], 24)
+        if times[0] <= 0:
+            break
+    return least
+
+
+def _off(q: Vector, v: Vector) -> float:
+    """What directions and rates of the links have across the vertical plane that fits them best."""
+    links = len(q) // 3
+    flat = np.vstack([q.reshape(links, 3)[:, :2], v.reshape(links, 3)[:, :2]])
+    return float(np.linalg.svd(flat, compute_uv=False)[-1])
