@@ -238,3 +238,11 @@ def wide(array: NDArray[Any]) -> NDArray[np.float64]:
     copy = array.copy() if array.dtype is _WIDE else array.astype(np.float64)
     copy.setflags(write=False)
     return copy
+
+
+def kept_wide(array: NDArray[Any]) -> NDArray[np.float64]:
+    """The same of an array that nobody else has: itself, if it is of double precision."""
+    if array.dtype is not _WIDE:
+        return wide(array)
+    array.setflags(write=False)
+    return array

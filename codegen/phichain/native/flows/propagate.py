@@ -15,7 +15,7 @@ from phichain.errors import ArrayError, UnsupportedError
 from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
 from phichain.native.flows.checks import checked_tolerance, demand_alone, finite, forcing_of
 from phichain.native.flows.checks import own as own_copy
-from phichain.native.flows.motion import Frames, wide
+from phichain.native.flows.motion import Frames, kept_wide, wide
 from phichain.native.memory.arrays import place
 from phichain.native.memory.room import demand_room
 from phichain.native.signature import Argument
@@ -87,7 +87,7 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         result, (t_at, q_at, v_at) = frame.own(budget) if own else frame.at(times, t, t_end, budget)
         del directions
         columns_at = None if passed is None else wide(passed[: flow.written])
-        matrix = None if carried is None else wide(carried)
+        matrix = None if carried is None else kept_wide(carried)
         found = Propagation.made(
             outcome=OUTCOMES[result], **frame.reached(), q_at=q_at, v_at=v_at, t_at=t_at, order=flow.order, transition=matrix, columns_at=columns_at,
         )  # fmt: skip
