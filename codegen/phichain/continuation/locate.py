@@ -11,7 +11,7 @@ import numpy as np
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Level, Quantity, TestFunction
 from phichain.continuation.linear import size
-from phichain.continuation.met.singular import loosened, through
+from phichain.continuation.met.singular import half_width, loosened, through
 from phichain.continuation.met.specials import Special
 from phichain.continuation.osculating import osculating
 from phichain.continuation.point import Point, tangent_of
@@ -24,6 +24,8 @@ SPACING = 1e-14
 """How far off a zero may be, in units of 1 + s."""
 _ROUGH = 1e-7
 """The same of one that something better follows."""
+_CENTRED = 1e-2
+"""How far off the centre of the neighbourhood of a singular point may be, in half its width."""
 _NEAR = 3
 """Points on either side of a place that it is guessed from."""
 
@@ -100,9 +102,10 @@ def _between(
         return curve(problem, a, b, engine, earlier)
     beside = curve(problem, a, b, loosened(engine), earlier)
     rough = _root(problem, a, b, singular, beside, _ROUGH).arclength
-    # Once more from the better centre: Newton stalls at the rough one.
     first = through(problem, a, b, rough, beside)
-    return through(problem, a, b, _root(problem, a, b, singular, first, _ROUGH).arclength, beside)
+    # Once more from the better centre where the rough one, at which Newton stalls, is off.
+    centre = _root(problem, a, b, singular, first, _ROUGH).arclength
+    return first if abs(centre - rough) < _CENTRED * half_width(a, b) else through(problem, a, b, centre, beside)
 
 
 def _located(
