@@ -46,8 +46,17 @@ def transition(links: int, run: plan.Plan) -> tuple[Work, Entry | None]:
         flow = build(m.scene(("propagate",), flow={"variational": True})).function("propagate")
         identity = np.eye(size)
         whole = lambda: flow(q, v, 0.0, m.span, TOLERANCE, transition=identity).transition
-        plain = partial(flow, q, v, 0.0, m.span, TOLERANCE)
-        return [Runner("phichain", whole, off(whole()), "ours"), Runner("phichain, no columns", plain, kind="hybrid")]
+        plain, bound = partial(flow, q, v, 0.0, m.span, TOLERANCE), flow.bind(TOLERANCE, columns=size)
+
+        def again() -> Array:
+            bound.q[:], bound.v[:], bound.transition[:] = q, v, identity
+            bound(0.0, m.span)
+            return bound.transition
+
+        return [
+            Runner("phichain", whole, off(whole()), "ours"), Runner("phichain, no columns", plain, kind="hybrid"),
+            Runner("phichain, bound", again, off(again()), "hybrid"),
+        ]  # fmt: skip
 
     def theirs(compact: bool) -> Runner:
         flow = present.module("benchmarks.peers.heyoka_flows").columns(m.chain, q, v, TOLERANCE, compact)
@@ -101,13 +110,18 @@ def first_event(run: plan.Plan) -> Work:
 
     exact = float(ellipk(math.sin(q[0] / 2) ** 2) / math.sqrt(9.81 / 0.5))
 
-    def ours() -> Runner:
+    def ours() -> list[Runner]:
         from phichain import build
         from phichain.system.propagation import Stop
 
         flow, stop = build(m.scene(("propagate",))).function("propagate"), Stop("q", 0)
-        find = lambda: flow(q, v, 0.0, 100.0, TOLERANCE, stop=stop).t
-        return Runner("phichain", find, abs(find() - exact), "ours")
+        find, bound = lambda: flow(q, v, 0.0, 100.0, TOLERANCE, stop=stop).t, flow.bind(TOLERANCE, stop=stop)
+
+        def again() -> float:
+            bound.q[:], bound.v[:] = q, v
+            return float(bound(0.0, 100.0))
+
+        return [Runner("phichain, bound", again, abs(again() - exact), "ours"), Runner("phichain", find, abs(find() - exact), "hybrid")]
 
     def theirs() -> Runner:
         find = present.module("benchmarks.peers.heyoka_flows").event(m.chain, q, v, TOLERANCE)

@@ -116,21 +116,56 @@ def _followed(system: System) -> Branch:
     return trace(system, 1, until=UNTIL)
 
 
+class _NotedBound:
+    """A bound flow that writes down what it is asked for."""
+
+    def __init__(self, bound: Any, calls: list[tuple[Any, ...]]) -> None:
+        self._bound, self._calls = bound, calls
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._bound, name)
+
+    def __call__(self, t: float, t_end: float) -> float:
+        bound = self._bound
+        self._calls.append((bound, bound.q.copy(), bound.v.copy(), bound.transition.copy(), t, t_end))
+        return float(bound(t, t_end))
+
+
+class _Noted:
+    """The emitted flow, bound as families bind it or not, that writes down what it is asked for."""
+
+    def __init__(self, flow: Any) -> None:
+        self._flow = flow
+        self._bound: list[tuple[Any, ...]] = []
+        self._plain: list[tuple[tuple[Any, ...], dict[str, Any]]] = []
+
+    def __call__(self, *words: Any, **more: Any) -> Any:
+        self._plain.append((words, more))
+        return self._flow(*words, **more)
+
+    def bind(self, *words: Any, **more: Any) -> _NotedBound:
+        return _NotedBound(self._flow.bind(*words, **more), self._bound)
+
+    def __len__(self) -> int:
+        return len(self._bound) + len(self._plain)
+
+    def repeat(self) -> None:
+        """Every call once more."""
+        for bound, q, v, transition, t, t_end in self._bound:
+            bound.q[:], bound.v[:], bound.transition[:] = q, v, transition
+            bound(t, t_end)
+        for words, more in self._plain:
+            self._flow(*words, **more)
+
+
 def _flows(system: System) -> Runner:
-    calls: list[tuple[tuple[Any, ...], dict[str, Any]]] = []
-    flow = system.function("propagate")
-
-    def noted(*words: Any, **more: Any) -> Any:
-        calls.append((words, more))
-        return flow(*words, **more)
-
+    noted = _Noted(system.function("propagate"))
     _followed(replace(system, functions={**system.functions, "propagate": noted}))
 
     def run() -> Outcome:
         begin = time.process_time()
-        for words, more in calls:
-            flow(*words, **more)
-        return time.process_time() - begin, (float("nan"), float("nan")), len(calls)
+        noted.repeat()
+        return time.process_time() - begin, (float("nan"), float("nan")), len(noted)
 
     return Runner("the flow calls alone (points: calls)", True, run)
 

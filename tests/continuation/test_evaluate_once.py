@@ -59,6 +59,18 @@ def test_every_iterate_is_evaluated_once(corrector) -> None:
     assert max(seen.values()) <= 2  # the last correction may be too small to move z
 
 
+@pytest.mark.parametrize("corrector", [correctors.pseudo_arclength, correctors.moore_penrose])
+def test_a_guess_that_is_right_to_rounding_is_taken_as_it_is(corrector) -> None:
+    """Its correction is known without another evaluation; one whose correction is not rounding is corrected, however small its residual."""
+    seen: Counter[tuple[float, ...]] = Counter()
+    guess = np.array([np.nextafter(-1.0, -2.0), -1.0])
+    found = corrector(parabola(seen), guess, np.array([0.6, -0.8]), Options())
+    assert found.converged and found.iterations == 0 and seen.total() == 1 and np.array_equal(found.y, guess)
+    seen.clear()
+    found = corrector(parabola(seen), np.array([-1.0 + 3e-15, -1.0]), np.array([0.6, -0.8]), Options())
+    assert found.converged and found.iterations == 1 and seen.total() == 2 and found.residual <= 1e-16
+
+
 def test_a_run_evaluates_once_per_iterate_and_no_more() -> None:
     """Points of a run without events cost their Newton iterations and one: nothing is asked again for the record."""
     seen: Counter[tuple[float, ...]] = Counter()

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from phichain.continuation import Point, predictors
 from phichain.continuation.met.roots import zero_between
+from phichain.continuation.osculating import osculating
 from phichain.continuation.problem import Extra
 
 SMOOTH: dict[str, tuple[Callable[[float], float], float, float, float, int]] = {
@@ -33,6 +33,20 @@ def test_a_smooth_zero_takes_few_values(name: str) -> None:
     found = zero_between(noted, low, high, (of(low), of(high)), 1e-14)
     assert abs(found - exact) < 1e-13
     assert found in asked and len(asked) <= most
+
+
+def test_values_beyond_the_bracket_spare_values_within() -> None:
+    of = lambda x: math.expm1(x) - 0.05 + 0.3 * math.sin(3 * x) * x
+    counts = []
+    for outside in ((), (-0.1, -0.2, -0.3)):
+        asked: list[float] = []
+        def noted(x: float, asked: list[float] = asked) -> float:
+            asked.append(x)
+            return of(x)
+        found = zero_between(noted, 0.0, 0.1, (of(0.0), of(0.1)), 1e-14, [(x, of(x)) for x in outside])
+        counts.append(len(asked))
+        assert abs(of(found)) < 1e-15
+    assert counts[1] < counts[0] and counts[1] <= 3
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -58,13 +72,27 @@ def _helix(s: float) -> Point:
     return Point(place, slope, s, np.eye(2, 3), 0.0, 1, (), Extra())
 
 
-def test_the_quintic_is_of_sixth_order() -> None:
-    """Errors across the curve shrink by 2^6 with half the steps, though arclength is summed up from chords."""
+@pytest.mark.parametrize(("count", "least"), [(1, 1.9), (2, 3.8), (3, 5.6), (5, 9.0)])
+def test_the_osculating_predictor_is_of_twice_as_many_orders_as_it_has_points(count: int, least: float) -> None:
+    """Errors across the curve with half the steps, though arclength is summed up from chords."""
     errors = []
     for h in (0.4, 0.2):
-        points = [_helix(s) for s in (-1.9 * h, -h, 0.0)]
-        lengths = np.cumsum([0.0, *(np.linalg.norm(b.y - a.y) for a, b in pairwise(points))])
-        points = [Point(p.y, p.tangent, float(s), p.jacobian, 0.0, 1, (), p.extra) for p, s in zip(points, lengths, strict=True)]
-        off, ahead = predictors.quintic(points, h) - _helix(h).y, _helix(h).tangent
-        errors.append(float(np.linalg.norm(off - (off @ ahead) * ahead)))
-    assert errors[1] < 1e-5 and errors[0] / errors[1] > 2**5.2, errors
+        points = [_helix(-h * (k + 0.1 * k * k)) for k in reversed(range(count))]
+        guess = predictors.osculating(points, h)
+        # The helix at the same distance along the last tangent.
+        axis, s = points[-1].tangent, h
+        for _ in range(20):
+            there = _helix(s)
+            s += (h - axis @ (there.y - points[-1].y)) / (axis @ there.tangent)
+        errors.append(float(np.linalg.norm(guess - _helix(s).y)))
+    assert math.log2(errors[0] / errors[1]) > least, errors
+
+
+def test_points_that_all_but_coincide_are_one() -> None:
+    """Two points 1e-13 apart say no more than one, and a guess 1e-2 beyond them must not divide by what lies between."""
+    near = [_helix(s) for s in (0.0, 1e-13, 0.3)]
+    axis = _helix(0.15).tangent
+    guess = osculating(near, axis, float(axis @ _helix(0.01).y))
+    assert np.linalg.norm(guess - _helix(0.01).y) < 1e-6
+    few = osculating([near[0], near[2]], axis, float(axis @ _helix(0.01).y))
+    assert guess == pytest.approx(few, abs=1e-12)

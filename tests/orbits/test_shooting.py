@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import mpmath
@@ -110,6 +111,19 @@ def test_the_jacobian_is_the_derivative() -> None:
         assert jacobian[:, k] == pytest.approx(slope, abs=1e-8)
 
 
+def test_evaluations_keep_to_themselves() -> None:
+    """Multipliers that are asked for later are those of their own orbit, and a flow that is not bound gives every bit alike."""
+    system = uniform(2, base="cart", cart_mass=0.4)
+    modes, flow = linear_modes(system), system.function("propagate")
+    unbound = replace(system, functions={**system.functions, "propagate": lambda *words, **more: flow(*words, **more)})
+    problem, other = (quarter_problem(each, omega=modes.omega[0], shape=modes.shapes[:, 0]) for each in (system, unbound))
+    z = np.array([-0.1, 0.5, 0.2, 3.7])
+    first, apart = problem.evaluate(z), other.evaluate(z)
+    problem.evaluate(0.9 * z)
+    for own, its in ((first.residual, apart.residual), (first.jacobian, apart.jacobian), (first.extra.multipliers, apart.extra.multipliers)):
+        assert own.tolist() == its.tolist()
+
+
 def test_every_mode_starts_a_family() -> None:
     system = uniform(4)
     modes = linear_modes(system)
@@ -150,6 +164,20 @@ def test_it_is_cheap_in_evaluations() -> None:
     """A family of one link up to 3 rad takes less than two hundred propagations."""
     branch = trace(uniform(1), until="theta_1=3", options=Options(step=0.05, step_max=0.2, tol=1e-9))
     assert np.sum(branch.iterations + 1) < 200
+
+
+def test_a_family_with_its_events_is_cheap_in_flow_calls() -> None:
+    """Two links to theta_1 = -2.5: 107 points and sixteen events, 2.5 calls a point and 4 an event, the cover's name included."""
+    system, calls = uniform(2), []
+    flow = system.function("propagate")
+
+    def counted(*words, **more):
+        calls.append(more.get("transition") is not None)
+        return flow(*words, **more)
+
+    branch = trace(replace(system, functions={**system.functions, "propagate": counted}), until="theta_1=-2.5")
+    assert len(branch.events) == 16 and sum(calls) < 480 and len(calls) - sum(calls) == 1
+    assert np.sum(branch.iterations + 1) < 2.6 * len(branch)
 
 
 def test_the_blocks_are_those_of_a_symplectic_map() -> None:

@@ -21,6 +21,7 @@ from phichain.continuation.met.locate import locate, values_at
 from phichain.continuation.met.pairs import pairs_of
 from phichain.continuation.met.specials import Passage, Special
 from phichain.continuation.point import Point, tangent_of
+from phichain.continuation.predictors import TOUCHED
 from phichain.continuation.problem import Problem
 from phichain.continuation.record import joined, point_of, record
 from phichain.continuation.steps import StepTooSmallError, advance
@@ -29,8 +30,10 @@ from phichain.system import Vector
 
 Progress = Callable[[Point, float], None]
 """Told every new point and the step that will be tried after it."""
-_REMEMBERED = 3
+_REMEMBERED = max(3, TOUCHED)
 """Points that a run looks back on, for its predictor and for a gap."""
+_SEEN = 3
+"""Points before a step that help to find events in it."""
 _SHORTEST = 4
 """Points of the shortest loop."""
 
@@ -154,6 +157,7 @@ class _Run:
         start: Where the branch it is on began: its first point, or the first beyond a gap that was crossed.
         origin: Index of that point in the whole branch.
         known: Events of an earlier run that is gone on with.
+        seen: Points before the last one, with the values of the tests there, on the branch that the run is on.
     """
 
     problem: Problem
@@ -173,11 +177,13 @@ class _Run:
     values: tuple[float, ...] = ()
     before: tuple[float, ...] = ()
     known: tuple[Special, ...] = ()
+    seen: list[tuple[Point, tuple[float, ...]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.values = values_at(self.problem, self.points[-1], self.tests)
-        if len(self.points) > 1:
-            self.before = values_at(self.problem, self.points[-2], self.tests)
+        rows = [values_at(self.problem, point, self.tests) for point in self.points]
+        self.values, self.before = rows[-1], rows[-2] if len(rows) > 1 else ()
+        own = max(0, self.origin - self.offset)
+        self.seen = list(zip(self.points[own:-1], rows[own:-1], strict=True))
         self.sigma = [gaps.smallest(self.problem, point) for point in self.points]
 
     def end(self, status: str, reason: str) -> None:
@@ -196,7 +202,7 @@ class _Run:
             return
         values = values_at(self.problem, new, self.tests)
         index = self.offset + len(self.points) - 1
-        found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values))
+        found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values), self.seen[-_SEEN:])
         sigma = self._sigma(new, values)
         gap = self._gap(new, sigma) if cut is None else None
         if gap is not None and gap.width <= max(self.through, gaps.NARROW) and self._cross(gap):
@@ -210,6 +216,7 @@ class _Run:
             found += pairs_of(self.problem, three, self.tests, rows, self.engine, index - 1, known)
         self.specials += sorted(found, key=lambda event: event.arclength)
         self.passages += [gap] if gap else []
+        self.seen = [*self.seen[1 - _SEEN :], (last, self.values)]
         self.before, self.values = self.values, values
         self.points.append(new if cut is None else cut)
         self.sigma.append(sigma)
@@ -247,7 +254,7 @@ class _Run:
         self.sigma = [*self.sigma[: index + 1], gaps.smallest(self.problem, new)]
         self.specials = [event for event in self.specials if event.index < self.offset + index]
         self.passages.append(Passage(gap.z, gap.arclength, gap.width, True))
-        self.before, self.values = (), values_at(self.problem, new, self.tests)
+        self.before, self.values, self.seen = (), values_at(self.problem, new, self.tests), []
         self.step = max(self.engine.options.step_min, new.arclength - self.points[-2].arclength)
         return True
 

@@ -52,6 +52,9 @@ class Correction(Held):
 
 
 Corrector = Callable[[Problem, Vector, Vector, Options], Correction]
+ROUNDING = 1e-15
+"""Corrections, in units of 1 + |y|, that are not worth taking where the residual is rounding, too."""
+EPS = float(np.finfo(float).eps)
 
 
 def pseudo_arclength(problem: Problem, guess: Vector, normal: Vector, options: Options) -> Correction:
@@ -82,15 +85,20 @@ def _newton(
     residual, jacobian, extra = problem.at(y)
     sizes: list[float] = []
     converged = False
-    while not converged and len(sizes) < options.max_iterations and _is_worth_it(residual, sizes):
+    while not converged and _is_worth_it(residual, sizes):
         try:
             correction = step(residual, jacobian, y)
         except np.linalg.LinAlgError:
             break
+        length, scale = size(correction), 1 + size(y)
+        # What is left to correct is known already: where it is rounding, nothing is asked again to see that.
+        converged = length <= ROUNDING * scale and relative_residual(residual, jacobian, y) <= EPS
+        if converged or len(sizes) == options.max_iterations:
+            break
         y = y + correction
-        sizes.append(size(correction))
+        sizes.append(length)
         residual, jacobian, extra = problem.at(y)
-        converged = sizes[-1] <= options.tol * (1 + size(y))
+        converged = length <= options.tol * scale
     finite = are_finite(jacobian) and are_finite(residual)
     left = relative_residual(residual, jacobian, y) if finite else float("inf")
     return Correction(y, jacobian, left, tuple(sizes), converged and finite, extra)

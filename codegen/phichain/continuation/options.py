@@ -20,7 +20,7 @@ class Options:
         step_max: Largest step.
         max_points: Number of points after which the run ends.
         tol: Newton stops when its last correction is below tol (1 + |y|), y the scaled unknowns; convergence is
-            quadratic, so what is left is about its square.
+            quadratic, so what is left is about its square. It takes no correction that is rounding.
         max_iterations: Newton iterations allowed per point.
         max_angle: Largest turn of the tangent in one step, rad; larger ones are repeated with a smaller step, which
             keeps the run from jumping to another branch.

@@ -5,15 +5,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from phichain.continuation.osculating import osculating as touching
 from phichain.continuation.point import Point
 from phichain.system import Vector
 
 Predictor = Callable[[Sequence[Point], float], Vector]
+TOUCHED = 5
+"""Points that the longest-sighted predictor looks back on."""
 
 
 def tangent(points: Sequence[Point], step: float) -> Vector:
@@ -36,32 +38,11 @@ def cubic(points: Sequence[Point], step: float) -> Vector:
     return hermite(points[-2], points[-1], points[-1].arclength + step)
 
 
-def quintic(points: Sequence[Point], step: float) -> Vector:
-    """Along the quintic through the last three points and their tangents; error of sixth order in the step.
-
-    Arclength is summed up from chords; between points it is taken as long as circles with their tangents are, which is right to
-    the fifth order.
-    """
-    if len(points) < 3:
-        return cubic(points, step)
-    last = _arc(points[-2], points[-1])
-    places = (-_arc(points[-3], points[-2]) - last, -last, 0.0)
-    weights, slopes = [], []
-    for k, place in enumerate(places):
-        others = places[:k] + places[k + 1 :]
-        # Hermite's form: Lagrange's polynomial of the place, squared, times what makes value or slope 1 there.
-        lagrange = math.prod((step - other) / (place - other) for other in others)
-        bend = sum(1 / (place - other) for other in others)
-        weights.append((1 - 2 * (step - place) * bend) * lagrange**2)
-        slopes.append((step - place) * lagrange**2)
-    near = points[-3:]
-    return np.array(weights + slopes) @ np.array([point.y for point in near] + [point.tangent for point in near])
-
-
-def _arc(a: Point, b: Point) -> float:
-    """Length of the circle's arc between two points with their tangents."""
-    bend = b.tangent - a.tangent
-    return (b.arclength - a.arclength) * (1 + float(bend @ bend) / 24)
+def osculating(points: Sequence[Point], step: float) -> Vector:
+    """Along the polynomial that touches the curve at the last points; error of the order of twice their number."""
+    last = points[-1]
+    ahead = touching(points[-TOUCHED:], last.tangent, float(last.tangent @ last.y) + step)
+    return tangent(points, step) if ahead is None else ahead
 
 
 def hermite(a: Point, b: Point, arclength: float) -> Vector:

@@ -56,7 +56,7 @@ def mode_of(system: System, p: Parameters | None, modes: LinearModes, z: Vector)
     """
     nearest = int(np.argmin(np.abs(modes.omega / z[-1] - 1)))
     problem = quarter_problem(system, p, omega=float(modes.omega[nearest]), shape=modes.shapes[:, nearest])
-    far, near = (Engine(predictors.quintic, options=Options(step_max=longest, tol=1e-9)) for longest in _LONGEST)
+    far, near = (Engine(predictors.osculating, options=Options(step_max=longest, tol=1e-9)) for longest in _LONGEST)
     try:
         start = start_on(problem, z, np.append(-z[:-1], 0.0), far)
         for engine, until in ((far, _NEAR), (near, 0.0)):

@@ -31,8 +31,11 @@ from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.orbits.single_harmonic import energy_of_amplitude
 from phichain.records import Held
 from phichain.system import Parameters, System, Vector
+from phichain.system.propagation import carrier
 
 EPS = float(np.finfo(float).eps)
+_TOLERANCE = 16 * EPS
+"""That of the flow, which aims 2^8 below it in every step: a sixteenth of rounding."""
 _STEPS = 20_000
 """Steps of a quarter period that are worth taking: where Newton asks for more it has gone astray."""
 
@@ -107,6 +110,7 @@ def quarter_problem(system: System, p: Parameters | None = None, *, omega: float
     identity = np.eye(2 * nq)
     _, at_rest = _inertia(np.asarray(mass_of(still, **parameters)), carts)
     end = _root(at_rest).T
+    carry = carrier(flow, 2 * (nq - carts), _TOLERANCE, _STEPS, parameters)
 
     def evaluate(z: Vector) -> Evaluation:
         omega = float(z[-1])
@@ -118,20 +122,20 @@ def quarter_problem(system: System, p: Parameters | None = None, *, omega: float
             return _inertia(np.asarray(mass_of(start, **parameters)), carts)
 
         columns = _columns(inertia()[0], nq) if carts else identity
-        found = flow(start, still, 0.0, quarter, EPS, max_steps=_STEPS, transition=columns, **parameters)
-        if found.outcome != "done":
+        outcome, q, v, transition, steps = carry(start, still, quarter, columns)
+        if outcome != "done":
             return _nothing(nq)
         jacobian = np.zeros((nq, nq + 1))
         jacobian[:carts, :carts] = 1.0
-        jacobian[:, carts:nq] = found.transition[:nq, : nq - carts]
-        jacobian[:, nq] = found.v * (-quarter / omega)
+        jacobian[:, carts:nq] = transition[:nq, : nq - carts]
+        jacobian[:, nq] = v * (-quarter / omega)
 
         def blocks() -> tuple[Multipliers, QuarterMap]:
-            noise = np.abs(jacobian) @ np.abs(z) * (EPS * (1 + found.steps))
-            found_map = quarter_map(found.transition, found.v[carts:], _root(inertia()[1]), end, carts, noise)
+            noise = np.abs(jacobian) @ np.abs(z) * (EPS * (1 + steps))
+            found_map = quarter_map(transition, v[carts:], _root(inertia()[1]), end, carts, noise)
             return found_map.kappa(), found_map
 
-        return Evaluation(found.q, jacobian, LateExtra(blocks))
+        return Evaluation(q, jacobian, LateExtra(blocks))
 
     sizes = np.abs(np.concatenate([shape[:carts], np.ones(nq - carts), [omega]]))
     return Problem(
@@ -187,14 +191,14 @@ def quarter_map(transition: Vector, rate: Vector, root: Vector, end: Vector, car
         noise: What rounding may have left in q(T/4) (nq,).
     """
     nq, links = len(transition) // 2, len(rate)
-    angles, rates = transition[carts:nq], transition[nq + carts :]
-    both = np.empty((4 * links, links))
-    for k, part in enumerate((angles[:, :links], angles[:, links:], rates[:, :links], rates[:, links:])):
-        both[k * links : (k + 1) * links] = end @ part
-    a, b, c, d = solve(root, both.T).T.reshape(4, links, links)
+    # Rows of angles and of rates, each by columns of angles and of rates.
+    both = (end @ transition.reshape(2, nq, 2 * links)[:, carts:]).reshape(4 * links, links)
+    (a, b), (c, d) = solve(root, both.T).T.reshape(2, links, 2, links).swapaxes(1, 2)
     moving = end @ rate
     force = c.T @ moving
-    return QuarterMap(a, b, c, d, _unit(moving), _unit(force), root @ force, noise)
+    return QuarterMap.made(
+        a=a, b=b, c=c, d=d, rate=_unit(moving), force=_unit(force), slope=root @ force, noise=noise
+    )  # fmt: skip
 
 
 def _unit(vector: Vector) -> Vector:

@@ -62,7 +62,7 @@ def demand_shooting(system: System, needed: Sequence[str] = NEEDED) -> None:
 
 def settings(options: Options | None) -> Engine:
     """Predictor, corrector and options of a family of brake orbits."""
-    return Engine(predictors.quintic, options=options or Options(step=0.01, step_max=0.1, max_points=5000, tol=1e-9))
+    return Engine(predictors.osculating, options=options or Options(step=0.01, step_max=0.1, max_points=5000, tol=1e-9))
 
 
 def trace_shooting(
@@ -119,7 +119,7 @@ def ends(system: System, problem: Problem, target: Target, start: float, omega: 
     carts = system.cart_size if carts is None else carts
 
     def amplitude(z: Vector) -> float:
-        return float(np.max(np.abs(z[carts:-1])))
+        return max(map(abs, z[carts:-1].tolist()))
 
     def steepness(point: Point) -> float:
         z, height = point.z(problem), problem.energy

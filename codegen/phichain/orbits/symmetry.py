@@ -88,7 +88,7 @@ def tests_of(problem: Problem, carts: int, links: int) -> list[TestFunction]:
         Quantity(lambda point: signed(_of(point).b), "odd loss"),
         Quantity(lambda point: signed(_of(point).c), "unequal brakes"),
         BranchPoint(BRANCH_POINT),
-        Quantity(lambda point: float(np.max(np.abs(point.multipliers))) - MOST_UNSTABLE, "unstable beyond double precision", terminal=True),
+        Quantity(lambda point: max(map(abs, point.multipliers.tolist())) - MOST_UNSTABLE, "unstable beyond double precision", terminal=True),
     ]
     return [
         Fold(name="fold omega"),

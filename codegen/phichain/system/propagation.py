@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from phichain.contract import flows
 from phichain.errors import ArrayError
@@ -109,3 +110,38 @@ class StiffPropagation(Propagation):
     def tried(self) -> int:
         """Steps tried, whether taken or not: what counts against the budget."""
         return self.steps + self.refused
+
+
+Carried = tuple[str, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], int]
+"""Outcome, configuration, rates and derivatives where a propagation ended, and its steps."""
+
+
+def carrier(flow: Any, columns: int, tol: float, max_steps: int, p: Mapping[str, Any]) -> Callable[..., Carried]:
+    """(q, v, t_end, derivatives) -> where a motion is that begins there at time 0, with its derivatives.
+
+    The flow is bound once where it can be, which spares most of what a call from Python costs.
+
+    Args:
+        flow: `propagate` of a system that carries derivatives.
+        columns: How many.
+        tol: Its tolerance.
+        max_steps: Its budget.
+        p: The parameters as `System.parameters` gives them.
+    """
+    if not hasattr(flow, "bind"):
+
+        def called(q: ArrayLike, v: ArrayLike, t_end: float, transition: ArrayLike) -> Carried:
+            found: Propagation = flow(q, v, 0.0, t_end, tol, max_steps=max_steps, transition=transition, **p)
+            assert found.transition is not None
+            return found.outcome, found.q, found.v, found.transition, found.steps
+
+        return called
+    bound = flow.bind(tol, columns=columns, max_steps=max_steps, **p)
+
+    def carried(q: ArrayLike, v: ArrayLike, t_end: float, transition: ArrayLike) -> Carried:
+        bound.q[:], bound.v[:], bound.transition[:] = q, v, transition
+        bound(0.0, t_end)
+        q_end, v_end, moved = (np.array(part, dtype=float) for part in (bound.q, bound.v, bound.transition))
+        return bound.outcome, q_end, v_end, moved, bound.steps
+
+    return carried

@@ -10,9 +10,11 @@ import numpy as np
 
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Level, Quantity, TestFunction
+from phichain.continuation.linear import size
 from phichain.continuation.met.roots import zero_between
-from phichain.continuation.met.singular import loosened, through
+from phichain.continuation.met.singular import half_width, loosened, through
 from phichain.continuation.met.specials import Special
+from phichain.continuation.osculating import osculating
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.predictors import hermite
 from phichain.continuation.problem import Problem, relative_residual
@@ -22,6 +24,10 @@ SPACING = 1e-14
 """How far off a zero may be, in units of 1 + s."""
 _ROUGH = 1e-7
 """The same of one that something better follows."""
+_CENTRED = 1e-2
+"""How far off the centre of the neighbourhood of a singular point may be, in half its width."""
+_NEAR = 3
+"""Points on either side of a place that it is guessed from."""
 
 
 def values_at(problem: Problem, point: Point, tests: Sequence[TestFunction]) -> tuple[float, ...]:
@@ -37,10 +43,11 @@ def locate(
     engine: Engine,
     index: int,
     ends: tuple[Sequence[float], Sequence[float]] | None = None,
+    before: Sequence[tuple[Point, Sequence[float]]] = (),
 ) -> tuple[list[Special], Point | None]:
     """The events between two successive points.
 
-    Places in between are guessed on the cubic through both points and corrected onto the curve; inverse interpolation
+    Places in between are guessed on the polynomial that touches the curve at its points and corrected onto the curve; interpolation
     inside a bracket finds the zero of the test function (`roots`). Where a branch point lies between, the curve near it is the polynomial of `singular.through`.
 
     Args:
@@ -51,6 +58,7 @@ def locate(
         engine: Corrector and options.
         index: Index of `a` in its branch.
         ends: Their values at a and at b, where these are known.
+        before: The points before a, in order, with their values there.
 
     Returns:
         The events in order, none after a terminal one; and the point of the terminal one, or None.
@@ -59,14 +67,16 @@ def locate(
     found: list[tuple[Special, Point, bool]] = []
     # A test that starts at zero is not crossed; one that arrives at zero is.
     crossed = [
-        (test, after) for test, before, after in zip(tests, *values, strict=True)
-        if before * after < 0 or (after == 0 and before != 0)
+        (test, after, k) for k, (test, first, after) in enumerate(zip(tests, *values, strict=True))
+        if first * after < 0 or (after == 0 and first != 0)
     ]  # fmt: skip
     if not crossed:
         return [], None
-    between = _between(problem, a, b, [test for test, _ in crossed], engine)
-    for test, after in crossed:
-        at = b if after == 0 else _located(problem, a, b, test, between, engine)
+    earlier = tuple(point for point, _ in before)
+    between = _between(problem, a, b, [test for test, _, _ in crossed], engine, earlier)
+    for test, after, k in crossed:
+        beyond = [(point.arclength, row[k]) for point, row in before]
+        at = b if after == 0 else _located(problem, a, b, test, between, engine, beyond)
         special = Special(test.name, index, at.z(problem), at.arclength, test.value(problem, at), at.multipliers)
         found.append((special, at, _is_end(problem, test, at)))
     found.sort(key=lambda item: item[0].arclength)
@@ -83,25 +93,30 @@ def _is_end(problem: Problem, test: TestFunction, at: Point) -> bool:
     return test.terminal
 
 
-def _between(problem: Problem, a: Point, b: Point, crossed: Sequence[TestFunction], engine: Engine) -> Curve:
+def _between(
+    problem: Problem, a: Point, b: Point, crossed: Sequence[TestFunction], engine: Engine, earlier: Sequence[Point]
+) -> Curve:
     """The curve between two points, whatever lies there."""
     singular = next((test for test in crossed if isinstance(test, BranchPoint)), None)
     if singular is None:
-        return curve(problem, a, b, engine)
-    beside = curve(problem, a, b, loosened(engine))
+        return curve(problem, a, b, engine, earlier)
+    beside = curve(problem, a, b, loosened(engine), earlier)
     rough = _root(problem, a, b, singular, beside, _ROUGH).arclength
-    # Once more from the better centre: Newton stalls at the rough one.
     first = through(problem, a, b, rough, beside)
-    return through(problem, a, b, _root(problem, a, b, singular, first, _ROUGH).arclength, beside)
+    # Once more from the better centre where the rough one, at which Newton stalls, is off.
+    centre = _root(problem, a, b, singular, first, _ROUGH).arclength
+    return first if abs(centre - rough) < _CENTRED * half_width(a, b) else through(problem, a, b, centre, beside)
 
 
-def _located(problem: Problem, a: Point, b: Point, test: TestFunction, between: Curve, engine: Engine) -> Point:
+def _located(
+    problem: Problem, a: Point, b: Point, test: TestFunction, between: Curve, engine: Engine, beyond: Sequence[tuple[float, float]]
+) -> Point:
     """The zero of a test function; of a level that can be held only roughly at first, and from there exactly where Newton lands."""
     if isinstance(test, Level) and test.held is not None:
-        rough = _root(problem, a, b, test, between, _ROUGH)
+        rough = _root(problem, a, b, test, between, _ROUGH, beyond)
         if (landed := _landed(problem, rough, test, engine)) is not rough:
             return landed
-    return _landed(problem, _root(problem, a, b, test, between), test, engine)
+    return _landed(problem, _root(problem, a, b, test, between, SPACING, beyond), test, engine)
 
 
 def _landed(problem: Problem, at: Point, test: TestFunction, engine: Engine) -> Point:
@@ -126,7 +141,10 @@ def root(problem: Problem, a: Point, b: Point, test: TestFunction, engine: Engin
     return _root(problem, a, b, test, curve(problem, a, b, engine), spacing)
 
 
-def _root(problem: Problem, a: Point, b: Point, test: TestFunction, between: Curve, spacing: float = SPACING) -> Point:
+def _root(
+    problem: Problem, a: Point, b: Point, test: TestFunction, between: Curve, spacing: float = SPACING,
+    beyond: Sequence[tuple[float, float]] = (),
+) -> Point:  # fmt: skip
     seen = {a.arclength: a, b.arclength: b}
 
     def of(s: float) -> float:
@@ -134,26 +152,26 @@ def _root(problem: Problem, a: Point, b: Point, test: TestFunction, between: Cur
         return test.value(problem, seen[s])
 
     ends = test.value(problem, a), test.value(problem, b)
-    return seen[zero_between(of, a.arclength, b.arclength, ends, spacing * (1 + b.arclength))]
+    return seen[zero_between(of, a.arclength, b.arclength, ends, spacing * (1 + b.arclength), beyond)]
 
 
-def curve(problem: Problem, a: Point, b: Point, engine: Engine) -> Curve:
+def curve(problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence[Point] = ()) -> Curve:
     """The curve between two points as a function of arclength, its ends exact.
 
-    The point at s lies in the plane across the chord through the cubic at s; Newton starts from the cubic between the nearest
-    points that were found before, moved into that plane.
+    The point at s lies in the plane across the chord through the cubic at s; Newton starts in that plane, from the polynomial that
+    touches the curve at the nearest points that are known: its ends, what was found before, and points before a.
     """
-    known, normal = [a, b], b.y - a.y
-    across = normal / np.linalg.norm(normal)
+    known, normal = [*before, a, b], b.y - a.y
+    across = normal / size(normal)
 
     def between(s: float) -> Point:
         if s in (a.arclength, b.arclength):
             return a if s == a.arclength else b
         plane = hermite(a, b, s)
-        at = int(np.clip(bisect_left([point.arclength for point in known], s), 1, len(known) - 1))
-        near = hermite(known[at - 1], known[at], s)
-        guess = near + across * (across @ (plane - near))
-        found = engine.corrector(problem, guess, normal, engine.options)
+        at = bisect_left([point.arclength for point in known], s)
+        near = osculating(known[max(0, at - _NEAR) : at + _NEAR], across, float(across @ plane))
+        # The chord of two branches, where a step jumped, goes along none of them.
+        found = engine.corrector(problem, plane if near is None else near, normal, engine.options)
         if found.converged:
             point = found.point(a.tangent, s)
             if a.arclength < s < b.arclength and all(other.arclength != s for other in known):
@@ -161,7 +179,7 @@ def curve(problem: Problem, a: Point, b: Point, engine: Engine) -> Curve:
             return point
         # At a branch point the bordered matrix is singular and Newton may fail: the cubic is the answer there.
         residual, jacobian, extra = problem.at(plane)
-        size = relative_residual(residual, jacobian, plane)
-        return Point(plane, tangent_of(jacobian, a.tangent), s, jacobian, size, found.iterations, (), extra)
+        left = relative_residual(residual, jacobian, plane)
+        return Point(plane, tangent_of(jacobian, a.tangent), s, jacobian, left, found.iterations, (), extra)
 
     return between

@@ -31,8 +31,9 @@ def is_crossed_smoothly(problem: Problem, a: Point, b: Point, engine: Engine) ->
     if ends[0] * ends[1] >= 0:
         return True
     width = NEIGHBOURHOOD * (b.arclength - a.arclength)
-    zero = root(problem, a, b, test, engine, 1e-3 * width / (1 + b.arclength)).arclength
-    between = curve(problem, a, b, loosened(engine))
+    loose = loosened(engine)
+    zero = root(problem, a, b, test, loose, 0.1 * width / (1 + b.arclength)).arclength
+    between = curve(problem, a, b, loose)
     sides = [between(float(np.clip(zero + d, a.arclength, b.arclength))) for d in (-width, width)]
     small = 5 * NEIGHBOURHOOD * max(abs(end) for end in ends)
     return all(side.residual < SOLVED and abs(test.value(problem, side)) <= small for side in sides)

@@ -1,23 +1,30 @@
-"""The zero of a smooth function between two places, from few values: inverse interpolation through all that is known, inside a bracket."""
+"""The zero of a smooth function between two places, from few values: that of the polynomial through all that is known, inside a bracket."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from typing import Final
 
-_NODES: Final = 5
-"""Values that are interpolated: those closest to the zero."""
+_NODES: Final = 7
+"""Values that are interpolated: the ends of the bracket and those closest to it."""
+_TURNS: Final = 100
+"""Iterations for the zero of a polynomial: halving alone needs fewer."""
+_LAST: Final = 4e-16
+"""Moves of that zero, in units of itself, that are rounding."""
 _PATIENCE: Final = 3
 """Values after which the bracket has to be half as long, or is halved."""
 _ROUNDING: Final = 1e-11
 """Moves, in units of the place, below which one that does not shrink is rounding."""
 
 
-def zero_between(of: Callable[[float], float], low: float, high: float, ends: tuple[float, float], spacing: float) -> float:
+def zero_between(
+    of: Callable[[float], float], low: float, high: float, ends: tuple[float, float], spacing: float,
+    beyond: Sequence[tuple[float, float]] = (),
+) -> float:  # fmt: skip
     """Where a function vanishes that has two signs.
 
     Interpolation through k values converges with order close to 2: about four values between for 14 digits, where Brent's
-    method takes ten. A zero is taken when the next one would lie no further than `spacing` from it.
+    method takes ten, and two where values beyond are known. A zero is taken when the next one would lie no further than `spacing` from it.
 
     Args:
         of: The function.
@@ -25,6 +32,7 @@ def zero_between(of: Callable[[float], float], low: float, high: float, ends: tu
         high: The other.
         ends: Its values there, of two signs.
         spacing: How far off the zero may be; rounding of the function may leave more.
+        beyond: Places outside and the values there, where the function is known.
 
     Returns:
         A place at which `of` was called, or an end at which it vanishes.
@@ -34,7 +42,7 @@ def zero_between(of: Callable[[float], float], low: float, high: float, ends: tu
     wanted, left, last_move = b[0] - a[0], _PATIENCE, float("inf")
     while a[1] != 0 and b[1] != 0:
         best = min(known, key=lambda pair: abs(pair[1]))
-        place = _interpolated(known, a[0], b[0])
+        place = _interpolated([*known, *beyond], a, b)
         move = abs(place - best[0])
         is_known = best not in ((low, ends[0]), (high, ends[1]))
         is_rounding = move < _ROUNDING * (1 + abs(place)) and 2 * move > last_move
@@ -44,6 +52,8 @@ def zero_between(of: Callable[[float], float], low: float, high: float, ends: tu
             place = (a[0] + b[0]) / 2
         elif left == 0:
             place, wanted, left = (a[0] + b[0]) / 2, (b[0] - a[0]) / 2, _PATIENCE
+        elif not a[0] < place < b[0]:
+            place = (a[0] + b[0]) / 2
         last_move = move if move < _ROUNDING * (1 + abs(place)) else float("inf")
         new = place, of(place)
         known.append(new)
@@ -55,18 +65,28 @@ def zero_between(of: Callable[[float], float], low: float, high: float, ends: tu
     return a[0] if a[1] == 0 else b[0]
 
 
-def _interpolated(known: Sequence[tuple[float, float]], low: float, high: float) -> float:
-    """The zero of the inverse function through the least values, fewer of them where it leaves the bracket; its middle at last."""
-    least = sorted(known, key=lambda pair: abs(pair[1]))[:_NODES]
-    for count in range(len(least), 1, -1):
-        values = [value for _, value in least[:count]]
-        if len(set(values)) < count:
-            continue
-        places = [place for place, _ in least[:count]]
-        for order in range(1, count):
-            for k in range(count - order):
-                # Neville's scheme at the value zero.
-                places[k] = (values[k] * places[k + 1] - values[k + order] * places[k]) / (values[k] - values[k + order])
-        if low < places[0] < high:
-            return places[0]
-    return (low + high) / 2
+def _interpolated(known: Sequence[tuple[float, float]], a: tuple[float, float], b: tuple[float, float]) -> float:
+    """The zero inside the bracket of the polynomial through its ends and what is closest to them."""
+    middle = (a[0] + b[0]) / 2
+    others = sorted((pair for pair in known if pair not in (a, b)), key=lambda pair: abs(pair[0] - middle))
+    nodes = [a, b, *others[: _NODES - 2]]
+    places, weights = [place for place, _ in nodes], [value for _, value in nodes]
+    for order in range(1, len(nodes)):
+        for k in range(len(nodes) - 1, order - 1, -1):
+            # Newton's divided differences.
+            weights[k] = (weights[k] - weights[k - 1]) / (places[k] - places[k - order])
+    low, high, falls = a[0], b[0], a[1] > 0
+    x = a[0] - a[1] * (b[0] - a[0]) / (b[1] - a[1])
+    for _ in range(_TURNS):
+        value, slope = weights[-1], 0.0
+        for k in range(len(nodes) - 2, -1, -1):
+            slope = slope * (x - places[k]) + value
+            value = value * (x - places[k]) + weights[k]
+        if value == 0:
+            break
+        low, high = (x, high) if (value > 0) == falls else (low, x)
+        ahead = x - value / slope if slope else low
+        if abs(ahead - x) <= _LAST * abs(x):
+            break
+        x = ahead if low < ahead < high else (low + high) / 2
+    return min(max(x, a[0]), b[0])

@@ -31,6 +31,11 @@ def loosened(engine: Engine) -> Engine:
     return replace(engine, options=replace(engine.options, tol=max(engine.options.tol, 1e-8)))
 
 
+def half_width(a: Point, b: Point) -> float:
+    """Half the width of the neighbourhood of a singular point between two points, in arclength."""
+    return min(_SHARE * (b.arclength - a.arclength), _WIDEST)
+
+
 def through(problem: Problem, a: Point, b: Point, centre: float, beside: Curve) -> Curve:
     """The curve between two points, by the polynomial near a singular one and by Newton elsewhere.
 
@@ -41,7 +46,7 @@ def through(problem: Problem, a: Point, b: Point, centre: float, beside: Curve) 
         centre: Arclength of the singular point, roughly.
         beside: The curve by Newton.
     """
-    half = min(_SHARE * (b.arclength - a.arclength), _WIDEST)
+    half = half_width(a, b)
     places = np.array([beside(centre + half * side).y for side in _SIDES])
     shape = polynomial.polyfit(_SIDES, places, len(_SIDES) - 1)
     slope = polynomial.polyder(shape)

@@ -102,8 +102,8 @@ def flow_call(name: str, chain: Chain, parameters: Sequence[Argument], function:
     )
 
 
-_BRIEF: Final = 64
-"""Steps of one link that take some fifty microseconds."""
+_BRIEF: Final = 1024
+"""Steps of one link that take less than a millisecond."""
 
 
 def _row(name: str) -> Flow:

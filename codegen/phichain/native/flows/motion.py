@@ -189,6 +189,35 @@ class Frame:
             self.refused += self.flow.refused
         return result, self.flow.written
 
+    def memory(self, name: str) -> NDArray[Any]:
+        """The memory of q, v or u that C reads."""
+        return self._state[name]
+
+    @property
+    def lost(self) -> NDArray[np.float64]:
+        """What rounding took from t and from the state (1 + nq + nv,)."""
+        return wide(self._lost)
+
+    @property
+    def brief(self) -> int:
+        """Steps after which C comes back for Ctrl-C, 0 where it never has to."""
+        return self._call.brief
+
+    @property
+    def function(self) -> Any:
+        """The foreign function, which Ctrl-C leaves at any time."""
+        return self._call.function
+
+    @property
+    def briefly(self) -> Any:
+        """The same for calls that are over at once."""
+        return self._briefly
+
+    def make_room(self) -> None:
+        """Have the workspace ready, if C wants one: a run of no length."""
+        self._point_to(0, None, None, None)
+        self._called()
+
     def reached(self) -> dict[str, Any]:
         """Where it ended, as the fields of `Propagation` that all flows fill."""
         return {
@@ -238,3 +267,11 @@ def wide(array: NDArray[Any]) -> NDArray[np.float64]:
     copy = array.copy() if array.dtype is _WIDE else array.astype(np.float64)
     copy.setflags(write=False)
     return copy
+
+
+def kept_wide(array: NDArray[Any]) -> NDArray[np.float64]:
+    """The same of an array that nobody else has: itself, if it is of double precision."""
+    if array.dtype is not _WIDE:
+        return wide(array)
+    array.setflags(write=False)
+    return array

@@ -12,13 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 from phichain.contract.chain import Chain
 from phichain.contract.flows import columns_at_most, has_forcing
 from phichain.errors import ArrayError, UnsupportedError
+from phichain.native.flows.bound import Bound
 from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
 from phichain.native.flows.checks import checked_tolerance, demand_alone, finite, forcing_of
 from phichain.native.flows.checks import own as own_copy
-from phichain.native.flows.motion import Frames, wide
+from phichain.native.flows.motion import Frame, Frames, kept_wide, wide
 from phichain.native.memory.arrays import place
 from phichain.native.memory.room import demand_room
 from phichain.native.signature import Argument
+from phichain.system.arrays import whole
 from phichain.system.propagation import OUTCOMES, Propagation, Stop
 
 Propagate = Callable[..., Propagation]
@@ -39,6 +41,7 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         t_end, or `own` for the ends of its own steps; `transition` (nq + nv, m) holds derivatives of (q, v) at t that are carried to where it ends, the
         identity for the whole state transition matrix; `along` says by name how parameters move along its columns, each (n, m)
         where the scene varies them.
+        Its ``bind(tol, *, u, forcing, stop, columns, max_steps, p) -> Bound`` checks all that stays once, for short flows in loops.
     """
     call = flow_call("propagate", chain, parameters, function)
     most = columns_at_most(chain)
@@ -87,13 +90,41 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         result, (t_at, q_at, v_at) = frame.own(budget) if own else frame.at(times, t, t_end, budget)
         del directions
         columns_at = None if passed is None else wide(passed[: flow.written])
-        matrix = None if carried is None else wide(carried)
+        matrix = None if carried is None else kept_wide(carried)
         found = Propagation.made(
             outcome=OUTCOMES[result], **frame.reached(), q_at=q_at, v_at=v_at, t_at=t_at, order=flow.order, transition=matrix, columns_at=columns_at,
         )  # fmt: skip
         frames.give(frame)
         return found
 
+    def bind(
+        tol: float,
+        *,
+        u: ArrayLike | None = None,
+        forcing: Sequence[float] | None = None,
+        stop: Stop | None = None,
+        columns: int = 0,
+        max_steps: int = 1_000_000,
+        p: Mapping[str, Any] | None = None,
+    ) -> Bound:
+        frame, carried = Frame(call), None
+        q, v = (np.zeros(size) for size in call.sizes[:2])
+        for is_ready in (False, True):
+            *_, budget = frame.begin(q, v, u, (0.0, 0.0), max_steps, None, p)
+            if not is_ready:
+                frame.make_room()
+        frame.flow.tolerance = checked_tolerance("propagate.tol", tol)
+        if whole("propagate.columns", columns, 0, 2**31, "give a number of derivatives, nq + nv for all", ArrayError):
+            carried = _columns(np.eye(sum(call.sizes[:2]), columns), is_variational, call, most)
+            frame.flow.transition, frame.flow.columns = place(carried), columns
+        driven = forcing_of(call.name, forcing, is_forced, call.kind)
+        if driven is not None:
+            frame.force(*driven)
+        event = event_argument(call, stop)
+        frame.given["event"].value = event and ctypes.addressof(event)
+        return Bound(frame, event, carried, budget)
+
+    vars(propagate)["bind"] = bind
     return propagate
 
 

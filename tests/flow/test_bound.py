@@ -1,0 +1,71 @@
+"""A bound flow is the flow to the last bit, call after call in the same memory, and leaves nothing of one call to the next."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from phichain.errors import ArrayError, ToleranceError, UnsupportedError
+from phichain.system.propagation import Stop
+from tests.flow.flows import compiled, planar
+
+CHAIN = planar(2, "bound", functions={"want": ["propagate"]}, flow={"variational": True})
+STARTS = (([0.7, -0.4], [0.3, 1.0]), ([-2.9, 0.2], [4.0, -7.0]), ([0.7, -0.4], [0.3, 1.0]))
+
+
+def test_calls_are_those_of_the_flow_whatever_went_before() -> None:
+    """Long and short runs in turn, with all columns: also beyond the steps after which C looks for Ctrl-C."""
+    propagate = compiled(CHAIN)
+    bound = propagate.bind(1e-12, columns=4)
+    for (q, v), span in zip(STARTS, ((0.0, 0.4), (1.0, 21.0), (0.5, -0.2)), strict=True):
+        bound.q[:], bound.v[:], bound.transition[:] = q, v, np.eye(4)
+        end = bound(*span)
+        found = propagate(q, v, *span, 1e-12, transition=np.eye(4))
+        assert (end, bound.outcome, bound.steps) == (found.t, found.outcome, found.steps)
+        assert bound.q.tolist() == found.q.tolist() and bound.v.tolist() == found.v.tolist()
+        assert bound.transition.tolist() == found.transition.tolist() and bound.lost.tolist() == found.lost.tolist()
+    assert propagate(*STARTS[1], 1.0, 21.0, 1e-12).steps > 512
+
+
+def test_a_stop_and_a_budget_stay() -> None:
+    propagate, stop = compiled(CHAIN), Stop("q", 0)
+    bound = propagate.bind(1e-12, stop=stop)
+    assert bound.transition is None
+    for q, v in STARTS[:2]:
+        bound.q[:], bound.v[:] = q, v
+        found = propagate(q, v, 0.0, 9.0, 1e-12, stop=stop)
+        assert bound(0.0, 9.0) == found.t < 9.0 and bound.outcome == "event" and bound.q.tolist() == found.q.tolist()
+    few = propagate.bind(1e-12, max_steps=3)
+    few.q[:], few.v[:] = STARTS[0]
+    reached = few(0.0, 9.0)
+    assert few.outcome == "step budget" and few.steps == 3
+    few(reached, 9.0)
+    assert few.steps == 3 and few.outcome == "step budget"
+
+
+def test_a_start_that_is_not_finite_ends_as_such() -> None:
+    bound = compiled(CHAIN).bind(1e-12)
+    bound.q[:], bound.v[:] = [math.nan, 0.0], 0.0
+    bound(0.0, 1.0)
+    assert bound.outcome == "not finite"
+    bound.q[:] = 0.1
+    assert bound(0.0, 1.0) == 1.0 and bound.outcome == "done"
+    with pytest.raises(TypeError):
+        bound(0.0, "soon")
+
+
+def test_what_stays_is_checked_once() -> None:
+    bind = compiled(CHAIN).bind
+    with pytest.raises(ToleranceError, match=r"propagate\.tol"):
+        bind(-1.0)
+    for columns in (-1, 5.5):
+        with pytest.raises(ArrayError, match=r"propagate\.columns"):
+            bind(1e-9, columns=columns)
+    with pytest.raises(ArrayError, match=r"stop\.index"):
+        bind(1e-9, stop=Stop("q", 2))
+    with pytest.raises(ArrayError, match=r"propagate\.u"):
+        bind(1e-9, u=[1.0])
+    with pytest.raises(UnsupportedError, match="variational"):
+        compiled(planar(2)).bind(1e-9, columns=4)
