@@ -82,6 +82,9 @@ def _law(found: Mapping[str, Any], name: str, sources: Mapping[str, str]) -> Law
     if kind == "gain table":
         how, targets = "table", [one["target"] for one in found["equilibria"]]
         signs = tuple(tuple(one["s"]) for one in found["equilibria"])
+    elif kind == "output table":
+        how, targets = "output table", [one["target"] for one in found["equilibria"]]
+        signs = tuple(tuple(one["s"]) for one in found["equilibria"])
     elif kind == "swingup":
         how, start, targets = "trajectory", np.array([row[2] for row in rows], dtype=float), [[row[3] for row in rows]]
     elif kind == "climb":

@@ -16,6 +16,7 @@ KINDS: Final = {
     "feedback": ("", "", "law_call(measured, pushed);"),
     "memory": ("law_state state;", "RESET", "law_call(&state, measured, pushed);"),
     "table": ("law_state state;", "law_reset(&state);", "(void)law_call(&state, measured, pushed);"),
+    "output table": ("law_state state;", "law_reset(&state);", "(void)law_call(&state, measured, pushed);"),
     "climb": ("law_state state;", "law_reset(&state);", "(void)law_call(&state, measured, pushed);"),
     "trajectory": (
         "law_state state;", "law_reset(&state);", "(void)law_call(&state, (law_real)((phi_real)k * task->sample), measured, pushed);"
