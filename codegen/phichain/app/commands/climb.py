@@ -51,9 +51,11 @@ def climb(
     from phichain.continuation import Branch
     from phichain.pipeline import generate_climb
     from phichain.scene.library import find_scene
+    from phichain.system.arrays import positive
     from phichain.system.starts import numbers
     from phichain.trials import climb as climbed
 
+    limit = positive("limit", limit, "give a part of the gravity torque, such as 0.05")
     files = named(save, (".npz", ".csv", ".png"))
     chosen, family = find_scene(scene), Branch.from_json(branch)
     with said.counted("trials", quiet) as told:

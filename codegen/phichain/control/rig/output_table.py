@@ -75,7 +75,7 @@ def output_table(
     angle, let_go = demand_table(every, reach, leave)
     if observer is None and not integrals:
         raise ControlError("observer, integrals", None, "are both left out", "give one, or take gain_table")
-    laws, shapes, begins, settle, trembles = [], [], [], [], []
+    laws, shapes, begins, observed = [], [], [], []
     for gains in every:
         estimate = None if observer is None else estimator(gains, sensors, observer)
         joined = with_integrals(gains, integrals, poles) if integrals else None
@@ -94,10 +94,11 @@ def output_table(
         laws.append(law)
         shapes.append(tuple(map(tuple, rows.tolist())))
         begins.append(tuple(map(tuple, begin.tolist())))
-        settle.append(0 if estimate is None else _settled(estimate, upper, gains))
-        trembles.append(0.0 if estimate is None else float(np.sqrt(np.linalg.eigvalsh(upper @ estimate.covariance @ upper.T)[-1])))
+        observed.append((estimate, upper))
     compared = tuple(i for i, k in enumerate(laws[0].reads) if every[0].cart <= k < len(every[0].equilibrium))
     _demand_told(laws, every, compared)
+    settle = [0 if estimate is None else _settled(estimate, upper, gains) for (estimate, upper), gains in zip(observed, every, strict=True)]
+    trembles = [0.0 if estimate is None else _tremble(estimate, upper) for estimate, upper in observed]
     take, leaving = ((1 + np.array(trembles)) ** 2, (np.sqrt(let_go) + TREMBLING * np.array(trembles)) ** 2)
     signs = tuple(gains.s for gains in every)
     return OutputTable(tuple(laws), signs, tuple(shapes), tuple(begins), compared, tuple(settle), tuple(take), tuple(leaving))
@@ -118,6 +119,11 @@ def _with_verticals(gains: Gains, law: OutputFeedback) -> OutputFeedback:
     )  # fmt: skip
 
 
+def _tremble(estimate: Estimator, upper: Vector) -> float:
+    """The largest standard deviation of an estimate in units of the ellipsoid."""
+    return float(np.sqrt(max(0.0, np.linalg.eigvalsh(upper @ estimate.covariance @ upper.T)[-1])))
+
+
 def _settled(estimate: Estimator, upper: Vector, gains: Gains) -> int:
     errors = (np.eye(len(upper)) - estimate.L @ estimate.seen) @ estimate.advance
     step = np.linalg.solve(upper.T, (upper @ errors).T).T
@@ -126,6 +132,8 @@ def _settled(estimate: Estimator, upper: Vector, gains: Gains) -> int:
         if np.linalg.norm(left, 2) <= FORGOTTEN:
             return calls
         left = step @ left
+        if not np.all(np.isfinite(left)):
+            break
     raise ControlError(
         "observer", list(gains.s), f"does not forget its first error within {LONGEST} calls: its slowest pole is {estimate.poles[0].real:.2g} 1/s",
         "let the disturbance be larger, or measure more",
