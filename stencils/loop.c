@@ -7,6 +7,18 @@ static phi_real loop_read(const phi_real value, const phi_real resolution)
     return resolution > 0 ? resolution * floor(value / resolution + 0.5) : value;
 }
 
+#if WITH_STEP
+/* One step of the chain's own. */
+static void loop_step(LOOP_CONTEXT const phi_real h, const phi_real u[LOOP_NU], phi_real x[LOOP_NX])
+{
+    phi_real after[LOOP_NX];
+
+    phi_step(LOOP_PASS h, x, x + LOOP_NX / 2, u, after, after + LOOP_NX / 2);
+    for (int i = 0; i < LOOP_NX; ++i) {
+        x[i] = after[i];
+    }
+}
+#else
 static void loop_rates(LOOP_CONTEXT const phi_real x[LOOP_NX], const phi_real u[LOOP_NU], phi_real rate[LOOP_NX])
 {
     for (int i = 0; i < LOOP_NX / 2; ++i) {
@@ -32,6 +44,7 @@ static void loop_step(LOOP_CONTEXT const phi_real h, const phi_real u[LOOP_NU], 
         x[i] += h / 6 * (k[0][i] + 2 * (k[1][i] + k[2][i]) + k[3][i]);
     }
 }
+#endif
 
 /* Whether every entry is near the target, angles less whole turns. */
 static int loop_is_near(const phi_real x[LOOP_NX], const loop_task *task)
@@ -48,12 +61,15 @@ static int loop_is_near(const phi_real x[LOOP_NX], const loop_task *task)
 }
 
 /* One run. x is the start and becomes the end; largest holds the largest distance of x[0] from 0 and then the largest size of every
- * input; trace, if it is there, state and inputs of every so many samples. Returns after which call the target was not left any more. */
-static long loop_run(LOOP_CONTEXT const loop_task *task, const long late, phi_real x[LOOP_NX], phi_real largest[1 + LOOP_NU], phi_real *trace)
+ * input; phase what the law called itself last, 0 of one that says nothing; trace, if it is there, state and inputs of every so many samples.
+ * A run ends where the law says that it gives up. Returns after which call the target was not left any more. */
+static long loop_run(LOOP_CONTEXT const loop_task *task, const long late, phi_real x[LOOP_NX], phi_real largest[1 + LOOP_NU], int *phase,
+    phi_real *trace)
 {
     phi_real queue[LOOP_LATEST + 1][LOOP_NU] = { { 0 } };
     long since = 0;
     LOOP_STATE
+    *phase = 0;
     for (long k = 0; k < task->calls; ++k) {
         law_real measured[LOOP_NY], pushed[LOOP_NU];
 
@@ -64,6 +80,9 @@ static long loop_run(LOOP_CONTEXT const loop_task *task, const long late, phi_re
             LOOP_RESET
         }
         LOOP_CALL
+        if (*phase == task->lost) {
+            return task->calls;
+        }
         for (int i = 0; i < LOOP_NU; ++i) {
             const phi_real u = (phi_real)pushed[i], size = u < 0 ? -u : u;
 
@@ -80,7 +99,7 @@ static long loop_run(LOOP_CONTEXT const loop_task *task, const long late, phi_re
             }
         }
         for (int step = 0; step < task->steps; ++step) {
-            loop_step(LOOP_PASS task->sample / task->steps, u, x);
+            loop_step(LOOP_PASS task->sample / (phi_real)task->steps, u, x);
         }
         const phi_real far = x[0] < 0 ? -x[0] : x[0];
         largest[0] = far > largest[0] ? far : largest[0];
@@ -89,15 +108,16 @@ static long loop_run(LOOP_CONTEXT const loop_task *task, const long late, phi_re
     return since;
 }
 
-/* Many runs: late (runs), parameters (runs, as the struct has them), x (runs, nx), largest (runs, 1 + nu), since (runs). */
+/* Many runs: late (runs), parameters (runs, as the struct has them), x (runs, nx), largest (runs, 1 + nu), since (runs),
+ * phases (runs). */
 void loop_runs(const long runs, const loop_task *task, const long *late, const LOOP_PARAMS *parameters, phi_real *x, phi_real *largest,
-    long *since, phi_real *trace)
+    long *since, int *phases, phi_real *trace)
 {
     for (long run = 0; run < runs; ++run) {
 #if WITH_PARAMS
         const LOOP_PARAMS *const p = &parameters[run];
 #endif
-        since[run] = loop_run(LOOP_PASS task, late[run], &x[run * LOOP_NX], &largest[run * (1 + LOOP_NU)], trace);
+        since[run] = loop_run(LOOP_PASS task, late[run], &x[run * LOOP_NX], &largest[run * (1 + LOOP_NU)], &phases[run], trace);
     }
 #if !WITH_PARAMS
     (void)parameters;

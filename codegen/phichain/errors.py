@@ -17,6 +17,7 @@ from types import MappingProxyType
 from typing import Any, Final
 
 _LONGEST_VALUE: Final = 80
+_FEW: Final = 4
 
 
 class PhichainError(Exception):
@@ -116,12 +117,15 @@ class ToleranceError(PhichainError):
 
 
 def shown(value: object) -> str:
-    """Return a value as an error message shows it: one line of at most 80 characters, arrays by shape and type."""
+    """Return a value as an error message shows it: one line of at most 80 characters, arrays of more than a few numbers by shape and type."""
     if value is None:
         return "nothing"
     shape, dtype = getattr(value, "shape", None), getattr(value, "dtype", None)
-    if isinstance(shape, tuple) and dtype is not None and shape:
-        return f"an array of shape {shape} and dtype {dtype}"
+    if isinstance(shape, tuple) and dtype is not None:
+        if len(shape) > 1 or (shape and shape[0] > _FEW):
+            return f"an array of shape {shape} and dtype {dtype}"
+        # A number is shown as one, whatever kind of number it was given as.
+        value = value.tolist() if hasattr(value, "tolist") else value
     text = _repr(value)
     if len(text) <= _LONGEST_VALUE:
         return text

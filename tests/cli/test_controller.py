@@ -49,6 +49,9 @@ def selftest(folder: Path) -> int:
         (["--observer", "reduced", "--measured", "x", "--disturbance", "2"], "controller", "reduced observer from x,"),
         (["--observer", "kalman", "--integral", "x"], "controller", "integrals of x"),
         (["--table", "all", "--leave", "3", "--reach", "0.2"], "gain table", "s = [1]"),
+        (["--table", "all", "--poles", "-2,-3,-4+1j,-4-1j"], "gain table", "slowest closed-loop eigenvalue -2.00000000"),
+        (["--table", "all", "--observer", "kalman", "--integral", "x"], "output table", "a kalman observer that settles within"),
+        (["--table", "all", "--integral", "x", "--poles", "-2,-3,-4+1j,-4-1j,-5"], "output table", "integrals of x"),
     ],
 )
 def test_controllers_of_every_kind(command: Command, scene: Path, words: list[str], kind: str, said: str) -> None:
@@ -73,7 +76,8 @@ def test_controllers_of_every_kind(command: Command, scene: Path, words: list[st
         (["--integral", "x"], "sample: is what integral action needs"),
         (["--sample", "0.005", "--integral", "theta_1"], "integral: cannot be held by force"),
         (["--sample", "0.005", "--integral", "x=a"], "integral: is not NAME=NUMBER"),
-        (["--sample", "0.005", "--integral", "x", "--table", "all"], "table, integral: cannot go together"),
+        (["--integral", "x", "--table", "all"], "sample: is what integral action needs"),
+        (["--sample", "0.005", "--table", "all", "--observer", "kalman", "--measured", "x"], "measured: do not tell"),
         (["--sample", "0.005", "--integral", "x", "--poles", "-1,-2,-3,-4"], "poles: are not as many as states: 5"),
         (["--table", "1;1"], "table: names no equilibrium, or one twice"),
         (["--table", "7"], "up: is no list of links from 1 to 1"),

@@ -30,7 +30,7 @@ ALLOWED = {
     **dict.fromkeys(
         (
             "phichain.laws.family", "phichain.laws.gain_table", "phichain.laws.numbers", "phichain.laws.observer", "phichain.laws.observer_along",
-            "phichain.laws.output_feedback", "phichain.laws.trajectory",
+            "phichain.laws.output_feedback", "phichain.laws.output_table", "phichain.laws.table_memory", "phichain.laws.trajectory",
         ),
         "likewise",
     ),

@@ -47,9 +47,12 @@ def test_data_cannot_be_changed_and_unknown_entries_are_attribute_errors():
         (None, "nothing"),
         ("two\nlines", "'two\\nlines'"),
         (np.zeros((3, 2), dtype=np.float32), "an array of shape (3, 2) and dtype float32"),
+        (np.zeros(5), "an array of shape (5,) and dtype float64"),
+        (np.array([-1.0, 2.0]), "[-1.0, 2.0]"),
+        (np.float64(-1.0), "-1.0"),
         (10**5000, "a number too long to print"),
     ],
-    ids=["none", "newline", "array", "digits"],
+    ids=["none", "newline", "array", "row", "few", "number", "digits"],
 )
 def test_values_are_shown_on_one_line(value, text):
     assert shown(value) == text

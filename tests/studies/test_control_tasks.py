@@ -73,7 +73,7 @@ def test_what_cannot_be_is_one_sentence(task: dict[str, Any], said: str) -> None
 def test_a_chain_without_inputs_or_with_open_numbers_is_refused_before_the_work() -> None:
     for task, scene, said in (
         ("attraction", Scene("bare", 1, mass=1.0, length=1.0, want=["forward_dynamics"]), "the scene has none"),
-        ("montecarlo", Scene("open", 1, base="cart", actuated="cart", mass="runtime", length=1.0, cart_mass=1.0, want=["forward_dynamics"]), "planar chains that say them"),
+        ("montecarlo", Scene("open", 1, base="cart", actuated="cart", mass="runtime", length=1.0, cart_mass=1.0, want=["forward_dynamics"]), "varies the numbers of chains that say them"),
         ("swingup", Scene("space", 1, space="spatial", base="cart", actuated="cart", mass=1.0, length=1.0, cart_mass=1.0, want=["forward_dynamics"]), "moves planar chains"),
     ):
         with pytest.raises(StudyError, match=said):

@@ -54,6 +54,37 @@ def test_a_run_is_that_of_the_textbook(folder: Path) -> None:
         assert np.allclose(found.ends[k], x, atol=1e-5) and found.largest[k, 1] == pytest.approx(largest, abs=1e-4)
 
 
+BALL = Scene("tried_ball", 1, space="spatial", base="cart", cart_mass=M0, mass=M, length=L, want=("forward_dynamics", "linearization"))
+
+
+def ball(z: np.ndarray, u: np.ndarray, m: float) -> np.ndarray:
+    """A point mass on a rod on a cart in the plane, by Newton and the rod's tension: z = (X, q, X', q'), q = e_3 hanging."""
+    q, rate = z[2:5], z[7:]
+    tension = (G * q[2] - q[:2] @ u / M0 + L * rate @ rate) / (1 / m + q[:2] @ q[:2] / M0)
+    cart = (u + tension * q[:2]) / M0
+    return np.concatenate([z[5:], cart, (G * np.array([0, 0, 1]) - tension * q / m - np.append(cart, 0)) / L])
+
+
+@pytest.mark.parametrize("kind", ["state", "observed"])
+def test_a_run_in_space_is_that_of_newton(kind: str, tmp_path: Path) -> None:
+    """Mass, tilt and delay as the record says; ends agree with the rod's tension integrated by SciPy, and the law holds the ball up."""
+    gains = lqr(build(BALL), (-1,), sample=T)
+    made = gains.law(limit=5) if kind == "state" else output_law(gains, estimator(gains), limit=5)
+    law = law_on_file(generate_controller(made, tmp_path, "double"))
+    found = law_trials(BALL, law, Disturbed({"mass": 0.3}, {}, 0.1, 2 * T), runs=2, seconds=0.2, hold=0.1, seed=3)
+    for k in range(2):
+        x, call = found.starts[k], made if kind == "state" else made.running()
+        assert np.all(x[2:4] != 0) and np.linalg.norm(x[2:5]) == pytest.approx(1, abs=1e-15) and x[4] < 0
+        z, queue, m = np.concatenate([x[:5], np.zeros(5)]), [np.zeros(2)] * int(found.late[k]), M * (1 + found.errors[k, 0])
+        for _ in range(round(0.3 / T)):
+            queue.append(call(0.0, np.concatenate([z[:7], np.cross(z[2:5], z[7:])])))
+            u = queue.pop(0)
+            z = solve_ivp(lambda t, y, u=u, m=m: ball(y, u, m), (0, T), z, rtol=1e-9, atol=1e-11).y[:, -1]
+        assert np.allclose(found.ends[k], np.concatenate([z[:7], np.cross(z[2:5], z[7:])]), atol=2e-5)
+    long = law_trials(BALL, law, Disturbed({"mass": 0.1}, {}, 0.05, 0.0), runs=8, seconds=5)
+    assert long.share == 1.0 and set(np.sign(long.ends[:, 4])) == {-1.0}
+
+
 def test_what_is_wrong_matters_and_the_interval_is_that_of_the_count(folder: Path) -> None:
     law = law_on_file(folder)
     right = law_trials(POLE, law, Disturbed(spread=0.05), runs=8, seconds=4)

@@ -15,10 +15,11 @@ from scipy.linalg import solve_discrete_are
 from phichain import build, generate_swingup, simulate, swing_up
 from phichain.app.cli import main
 from phichain.control import Sensors
-from phichain.control.swing_up import Chain, Design, Plan, Task, law_along
+from phichain.control.swing_up import Chain, Design, Plan, Task, law_along, planned, starts
 from phichain.control.swing_up.gains import catch_gains, linear_path, regulated
 from phichain.control.swing_up.sight import observer_along
-from phichain.control.swing_up.transcription import Problem
+from phichain.control.swing_up.solve import _finer
+from phichain.control.swing_up.transcription import Problem, Solution
 from phichain.errors import ArrayError, ControlError, OutputError, SceneError, UnsupportedError
 from phichain.records import thawed
 from phichain.scene import Scene, scene_from_dict
@@ -174,6 +175,39 @@ def test_it_holds_through_encoders_and_says_so(system: System, found: SwingUp, t
     assert np.allclose(motion.x[-1, :2], [0, np.pi], atol=5e-2)
     with pytest.raises(ControlError, match="measured: are not the positions"):
         swing_up(system, limit=20, rail=0.5, runs=2, count=1, jobs=1, sensors=Sensors(measured=("x",)))
+
+
+def test_finer_intervals_keep_the_nodes_and_lie_on_the_motion(system: System) -> None:
+    """A motion under a force that rises evenly, by SciPy: nodes stay, those in between are right to the fourth order of the interval."""
+    chain, slope = Chain(system), 3.0
+
+    def at(K: int) -> np.ndarray:
+        run = solve_ivp(lambda t, z: pole(z, slope * t), (0, 1), [0, 0.5, 0, 0], t_eval=np.linspace(0, 1, K + 1), rtol=1e-11, atol=1e-12)
+        return np.vstack([run.y, slope * run.t]).T
+
+    errors = []
+    for K in (20, 40):
+        nodes, slopes = _finer(chain, Solution(True, 1.0, at(K), np.full((K, 1), slope), 0.0, 0.0, 0))
+        assert nodes.shape == (2 * K + 1, 5) and np.allclose(nodes[::2], at(K), rtol=1e-13, atol=1e-15) and np.all(slopes == slope) and len(slopes) == 2 * K
+        errors.append(np.max(np.abs(nodes - at(2 * K))))
+    assert errors[0] < 1e-3 and errors[0] / errors[1] > 11
+
+
+def test_every_second_start_between_standing_chains_hangs_in_between() -> None:
+    """Two links from one pose to the other and back home: two motions that meet at rest, hanging, under one input within its limit."""
+    two = build(replace(POLE, name="two_poles", links=2, mass=M, length=L, com=L))
+    task = Task.of(two, limit=20.0, rail=1.0, start=(-1, 1), target=(1, -1), places=(0.1, 0.3))
+    assert task.legs is not None and [leg.target for leg in task.legs] == [(1, 1), (1, -1)] and task.legs[0].last[0] == 0.2
+    assert Task.of(two, limit=20.0, target=(1, -1)).legs is None
+    every = starts(task, 5)
+    assert [one.hangs for one in every] == [False, True, False, True, False] and every[0].seconds == every[1].seconds
+    chain = Chain(two)
+    plan, left = planned(chain, task, Problem(chain, task, intervals=40), every[1], 5)
+    assert plan is not None and plan.converged and plan.duration == pytest.approx(2 * every[1].seconds, abs=0.01)
+    middle = plan.x[len(plan.x) // 2]
+    assert np.allclose(middle, [0.2, 0, 0, 0, 0, 0], atol=0.1) and np.max(np.abs(plan.u)) <= 20
+    assert np.allclose(plan.x[0], task.first.tolist() + [0] * 3) and np.allclose(plan.x[-1][:3], task.last, atol=0.01)
+    assert left.iterations > 20 and plan.cost == left.cost
 
 
 def test_a_plan_that_whirls_is_bounded_and_led() -> None:

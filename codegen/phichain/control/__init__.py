@@ -9,7 +9,15 @@ from phichain.control.gains import Gains
 from phichain.control.linear import LinearSystem, linearize
 from phichain.control.placement import place, with_gains
 from phichain.control.regulators import lqr, regulators
-from phichain.control.rig import Estimator, Sensors, estimator, gain_table, output_law, with_integrals
+from phichain.control.rig import (
+    Estimator,
+    Sensors,
+    estimator,
+    gain_table,
+    output_law,
+    output_table,
+    with_integrals,
+)
 
 __all__ = [
     "Controllability",
@@ -32,6 +40,7 @@ __all__ = [
     "linearize",
     "lqr",
     "output_law",
+    "output_table",
     "place",
     "regulators",
     "to_control",

@@ -5,10 +5,15 @@ from phichain.laws.gain_table import GainTable
 from phichain.laws.observer import Observer
 from phichain.laws.observer_along import ObserverAlong
 from phichain.laws.output_feedback import OutputFeedback
+from phichain.laws.output_table import OutputTable
 from phichain.laws.state_feedback import StateFeedback
+from phichain.laws.table_memory import TableMemory
 from phichain.laws.trajectory import TrajectoryLaw
 
-Law = StateFeedback | OutputFeedback | GainTable
+Law = StateFeedback | OutputFeedback | GainTable | OutputTable
 """Whatever a controller is made of."""
 
-__all__ = ["FamilyLaw", "GainTable", "Law", "Observer", "ObserverAlong", "OutputFeedback", "StateFeedback", "TrajectoryLaw"]
+__all__ = [
+    "FamilyLaw", "GainTable", "Law", "Observer", "ObserverAlong", "OutputFeedback", "OutputTable", "StateFeedback", "TableMemory",
+    "TrajectoryLaw",
+]  # fmt: skip

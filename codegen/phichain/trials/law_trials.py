@@ -12,9 +12,10 @@ from phichain.errors import ArrayError
 from phichain.pipeline import build
 from phichain.scene import Scene
 from phichain.system import System
+from phichain.system.vertical import configuration
 from phichain.trials.climb import driven_at
 from phichain.trials.on_file import LawOnFile
-from phichain.trials.runs import Aim, Disturbed, Rigged, Runs
+from phichain.trials.runs import Aim, Disturbed, Rigged, Runs, wanted
 
 SETTLING: Final = 12.0
 """How long a law may take to settle behind its motion, in swing times, and 5 s at least."""
@@ -34,7 +35,8 @@ def law_trials(
         scene: The chain that the law was made for.
         law: The law.
         disturbed: What is wrong, at most.
-        up: Of a table of gains which equilibrium is tried, +1 hanging, -1 upright; its last one unless given.
+        up: Of a table of gains which equilibrium is tried, +1 hanging, -1 upright; its last one unless given. Of a chain in space whose
+            law does not measure which way up a link is: which way that is; every link upright unless given.
         seconds: How long a run is; by the law unless given.
         hold: How long the target must have been held at its end, s.
         near: How near every angle must be, rad.
@@ -44,7 +46,7 @@ def law_trials(
 
     Raises:
         ArrayError: The law belongs to another scene, or a number is none.
-        UnsupportedError: A spatial chain, or one with runtime parameters.
+        UnsupportedError: A chain with runtime parameters.
         SceneError: A name is no parameter of the chain.
     """
     if law.digest != scene.digest:
@@ -53,13 +55,13 @@ def law_trials(
         raise ArrayError("hold, near", (hold, near), "are no time and no angle", "give seconds, and radians")
     if law.kind == "climb":
         scene = driven_at(scene, int(law.inputs[0].rpartition("_")[2]))
-    system = build(replace(scene, real="double", variational=False, want=("forward_dynamics",)))
+    system = build(replace(scene, real="double", variational=False, want=wanted(scene)))
     # A law that measures the whole state names it, in its order.
     names = law.measured if len(law.measured) == system.nx else (*system.q_names, *system.v_names)
     swing, target = swing_time(system), _target(system, law, up, names)
     start = target if law.start is None else law.start
     usual = CLIMBING if law.kind == "climb" else law.duration + max(5.0, SETTLING * swing)
-    wraps = tuple(system.cart_size <= k < system.nq for k in range(system.nx))
+    wraps = tuple(system.is_planar and system.cart_size <= k < system.nq for k in range(system.nx))
     aim = Aim(start, target, wraps, law.measured, law.sample or LONGEST, hold + (usual if seconds is None else seconds), hold, near, swing)
     found = Rigged.of(scene, law.called, law.sources, aim, disturbed).run(names, runs, seed, progress)
     return replace(found, digest=law.digest)
@@ -81,6 +83,8 @@ def _target(system: System, law: LawOnFile, up: Sequence[int] | None, names: tup
     else:
         row = law.targets[0]
     target = np.zeros(system.nx)
+    if not system.is_planar:
+        target[: system.nq] = configuration(system, (-1,) * system.links if up is None else up)
     for name, value in zip(law.measured, row, strict=True):
         if name not in names:
             raise ArrayError("law", name, "is measured by that law, and nothing of this chain", f"it has {', '.join(names)}")

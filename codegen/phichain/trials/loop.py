@@ -18,6 +18,8 @@ from phichain.scene import Scene
 Vector = NDArray[np.float64]
 STEP: Final = 5e-4
 """Longest step of the chain, s."""
+NEVER: Final = -2
+"""No law says this of itself."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,7 @@ class Task:
         reads: Entries of the state that are measured (ny,).
         resolution: In which steps (ny,), 0 for exactly.
         every: Samples from one kept in the trace to the next.
+        lost: What the law says where it gives up, and a run ends; NEVER where it says no such thing.
     """
 
     sample: float
@@ -43,6 +46,7 @@ class Task:
     reads: tuple[int, ...]
     resolution: Vector
     every: int = 1
+    lost: int = NEVER
 
 
 @dataclass(frozen=True)
@@ -81,7 +85,7 @@ class Loop:
 
     def runs(
         self, task: Task, starts: Vector, parameters: Vector, late: Vector | NDArray[np.int64], trace: bool = False
-    ) -> tuple[Vector, Vector, NDArray[np.int64], Vector | None]:
+    ) -> tuple[Vector, Vector, NDArray[np.int64], NDArray[np.intc], Vector | None]:
         """Let it run.
 
         Args:
@@ -93,16 +97,18 @@ class Loop:
 
         Returns:
             Ends (n, nx); largest distance of the first coordinate from 0 and largest size of every input (n, 1 + nu); after which call each
-            did not leave the target any more (n,); states and inputs at the samples (m, nx + nu), where they are kept.
+            did not leave the target any more (n,); what the law said of itself last (n,), 0 where it says nothing; states and inputs at the
+            samples (m, nx + nu), where they are kept: NaN behind the sample at which it gave up.
         """
         ends = np.array(starts, dtype=float, order="C")
         n, nx, nu, ny = len(ends), ends.shape[1], self.scene.nu, len(task.reads)
         given = np.ascontiguousarray(parameters, dtype=float)
         delays = np.minimum(np.ascontiguousarray(late, dtype=ctypes.c_long), LATEST)
         largest, since = np.zeros((n, 1 + nu)), np.zeros(n, dtype=ctypes.c_long)
+        phases = np.zeros(n, dtype=np.intc)
         kept = np.full((-(-task.calls // task.every), nx + nu), np.nan) if trace else None
         shared = _task_type(nx, ny)(
-            task.calls, task.every, max(1, int(np.ceil(task.sample / STEP - 1e-9))), task.sample, tuple(task.target),
+            task.calls, task.every, max(1, int(np.ceil(task.sample / STEP - 1e-9))), task.lost, task.sample, tuple(task.target),
             tuple(2 * np.pi if turns else 0.0 for turns in task.wraps), tuple(task.near), tuple(task.resolution), tuple(task.reads),
         )  # fmt: skip
 
@@ -111,16 +117,16 @@ class Loop:
 
         self.function(
             ctypes.c_long(n), ctypes.byref(shared), address(delays), address(given), address(ends), address(largest), address(since),
-            address(kept),
+            address(phases), address(kept),
         )  # fmt: skip
-        return ends, largest, since, kept
+        return ends, largest, since, phases, kept
 
 
 def _task_type(nx: int, ny: int) -> Any:
     """NAME_loop_task, as `emit.law.loop` writes it."""
     state, seen = ctypes.c_double * nx, ctypes.c_double * ny
     fields = [
-        ("calls", ctypes.c_long), ("every", ctypes.c_long), ("steps", ctypes.c_long), ("sample", ctypes.c_double), ("target", state),
+        ("calls", ctypes.c_long), ("every", ctypes.c_long), ("steps", ctypes.c_long), ("lost", ctypes.c_long), ("sample", ctypes.c_double), ("target", state),
         ("turns", state), ("near", state), ("resolution", seen), ("reads", ctypes.c_long * ny),
     ]  # fmt: skip
     return type("Task", (ctypes.Structure,), {"_fields_": fields})

@@ -9,14 +9,18 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from phichain.emit.law.loop import Called
+from phichain.emit.law.trajectory import swingup_files, swingup_name
 from phichain.errors import ArrayError, SceneError
+from phichain.laws import TrajectoryLaw
 from phichain.records import Valued, columns_of, write_csv
 from phichain.scene import Scene
 from phichain.scene.keys import PARAMETERS
-from phichain.trials.compiled import Compiled, Vector
+from phichain.trials.loop import Loop, Task, Vector
 from phichain.trials.share import interval_of
 
-HOLDING = 1
+HOLDING: Final = 1
+LOST: Final = 2
 SETTLING = 12.0
 """How long the target is held before a run counts, in swing times and 2 s at least."""
 NEAR = 0.05
@@ -88,14 +92,49 @@ def sizes_of(scene: Scene, errors: Mapping[str, float]) -> Vector:
     return np.concatenate([np.zeros(0), *(np.full(int(np.prod(shape)), errors.get(name, 0.0)) for name, shape in shapes.items())])
 
 
+def led(scene: Scene, texts: Mapping[str, str], law: TrajectoryLaw, real: str = "float") -> Loop:
+    """A law along a trajectory and its chain, compiled together.
+
+    Args:
+        scene: The chain, in double precision.
+        texts: The files that were generated of it.
+        law: The law, of a chain of the same name.
+        real: The type of the law's C.
+
+    Raises:
+        CompilerError: The compiler is missing or failed.
+        EmissionError: A number of the law does not fit the type.
+    """
+    name, files = swingup_name(law), swingup_files(law, real)
+    called = Called(name, "trajectory", law.measured, "&state, measured" if law.observer else "&state")
+    return Loop.of(scene, texts, called, {file: files[file] for file in (f"{name}.h", f"{name}.c")})
+
+
+def task_of(law: TrajectoryLaw, seconds: float, resolution: Vector | None = None) -> Task:
+    """What runs of a law along a trajectory share: they end where it gives up, and what became of them is seen at their ends.
+
+    Args:
+        law: The law.
+        seconds: How long a run is.
+        resolution: Step of every entry that the law reads; all exact unless given.
+    """
+    catch = law.catch
+    steps = np.zeros(law.measured) if resolution is None else np.array(np.broadcast_to(resolution, law.measured), dtype=float)
+    target = np.array(catch.target)
+    return Task(
+        catch.sample, round(seconds / catch.sample), target, catch.wraps, np.full(len(target), np.inf), tuple(range(law.measured)), steps, lost=LOST
+    )
+
+
 def monte_carlo(
-    compiled: Compiled, nominal: Vector, sizes: Vector, swing: float, *, runs: int = 200, spread: float = 0.05, seed: int = 1,
+    loop: Loop, law: TrajectoryLaw, nominal: Vector, sizes: Vector, swing: float, *, runs: int = 200, spread: float = 0.05, seed: int = 1,
     resolution: Vector | None = None,
 ) -> Trials:  # fmt: skip
     """Draw parameters and starts uniformly within their bounds, and let the law run.
 
     Args:
-        compiled: The law on the chain.
+        loop: The law on the chain, from `led`.
+        law: The law.
         nominal: Runtime parameters as they are taken to be (np,).
         sizes: Their largest relative errors (np,).
         swing: Swing time of the chain, s.
@@ -109,13 +148,12 @@ def monte_carlo(
     """
     if runs < 1:
         raise ArrayError("runs", runs, "is no number of runs", "give 1 or more")
-    law = compiled.law
     draw, nx, half = np.random.default_rng(seed), law.states.shape[1], law.states.shape[1] // 2
     errors = sizes * draw.uniform(-1, 1, (runs, sizes.size))
     wraps = np.array(law.catch.wraps)
     starts = law.states[0] + spread * wraps * draw.uniform(-1, 1, (runs, nx))
     seconds = law.duration + max(2.0, SETTLING * swing)
-    ends, largest, phases, _ = compiled.runs(starts, nominal * (1 + errors), seconds, resolution=resolution)
+    ends, largest, _, phases, _ = loop.runs(task_of(law, seconds, resolution), starts, nominal * (1 + errors), np.zeros(runs))
     away = ends - np.array(law.catch.target)
     away[:, wraps] -= 2 * np.pi * np.floor(away[:, wraps] / (2 * np.pi) + 0.5)
     away[:, half:] *= swing

@@ -82,15 +82,19 @@ def _law(found: Mapping[str, Any], name: str, sources: Mapping[str, str]) -> Law
     if kind == "gain table":
         how, targets = "table", [one["target"] for one in found["equilibria"]]
         signs = tuple(tuple(one["s"]) for one in found["equilibria"])
+    elif kind == "output table":
+        how, targets = "output table", [one["target"] for one in found["equilibria"]]
+        signs = tuple(tuple(one["s"]) for one in found["equilibria"])
     elif kind == "swingup":
         how, start, targets = "trajectory", np.array([row[2] for row in rows], dtype=float), [[row[3] for row in rows]]
     elif kind == "climb":
         how, start, targets = "climb", np.zeros(len(rows)), [[row[2] for row in rows]]
     elif kind == "controller":
         how, targets = ("memory" if "measured" in found else "feedback"), [[row[2] for row in rows]]
-        reset = "&state, measured" if found.get("observer") else "&state"
     else:
         raise ValueError(f"its kind is {kind!r}")
+    if kind in ("controller", "swingup") and found.get("observer"):
+        reset = "&state, measured"
     return LawOnFile(
         Called(name, how, len(rows), reset), sources, found["scene"], found["digest"], kind, tuple(row[0] for row in _inputs(found)), measured, start,
         np.array(targets, dtype=float), signs, float(found["sample"]), float(found.get("duration", 0.0)),

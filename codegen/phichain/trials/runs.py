@@ -20,7 +20,6 @@ from phichain.trials.loop import Loop, Task, Vector
 from phichain.trials.monte_carlo import sizes_of
 from phichain.trials.share import interval_of
 
-WANT: Final = ("forward_dynamics",)
 SLOW: Final = 0.05
 """Rate over which dry friction turns about, rad/s (m/s), where a scene has none of its own."""
 ADDED: Final = ("damping", "friction", "cart_damping", "cart_friction")
@@ -38,6 +37,11 @@ _SCHEMA: Final = Schema(
 )  # fmt: skip
 
 
+def wanted(scene: Scene) -> tuple[str, ...]:
+    """What a chain is stepped by: its accelerations, or in space, where states stay on a sphere, its own step."""
+    return ("forward_dynamics",) if scene.is_planar else ("step",)
+
+
 @dataclass(frozen=True)
 class Disturbed:
     """What is wrong with the chain and its rig, each at most so much, drawn evenly for every run.
@@ -45,7 +49,7 @@ class Disturbed:
     Attributes:
         errors: Relative errors of parameters by name.
         added: Dampers and dry friction beyond those of the scene, by name, from none to so much; N m s/rad, N m.
-        spread: Error of every angle at the start, rad.
+        spread: Error of every angle at the start, rad; in space of either horizontal part of a link's direction, the sine of a tilt.
         late: Time by which inputs come late, s, in whole samples.
         resolution: Steps in which entries of the state are read, by name, the same in every run.
     """
@@ -69,7 +73,7 @@ class Aim:
         sample: From one call to the next, s.
         seconds: How long a run is.
         hold: How long the target must have been held at its end, s.
-        near: How near every angle must be, rad (m), and in a swing time every rate.
+        near: How near every angle must be, rad (m), and in a swing time every rate; in space every part of a direction.
         swing: Swing time of the chain, s.
     """
 
@@ -192,12 +196,12 @@ class Rigged:
         """Compile a law together with a chain whose wrong parameters are open.
 
         Raises:
-            UnsupportedError: A spatial chain.
+            UnsupportedError: A chain with runtime parameters.
             SceneError: A name is no parameter, or an error is none.
             ArrayError: A delay is too long, a name is nothing that is measured, or a number is none.
         """
-        if not scene.is_planar or scene.runtime:
-            raise UnsupportedError("scene", scene.name, "is no planar chain with numbers of its own", "write its numbers into the scene, or use `phichain attraction`")
+        if scene.runtime:
+            raise UnsupportedError("scene", scene.name, "has numbers that are known at run time alone", "write them into the scene")
         values: dict[str, Any] = {}
         for name in {**disturbed.errors, **disturbed.added}:
             given = getattr(scene, name, None) if name in Scene.__dataclass_fields__ else None
@@ -208,7 +212,7 @@ class Rigged:
         speeds = {speed: SLOW for name, speed in (("friction", "friction_speed"), ("cart_friction", "cart_friction_speed"))
                   if name in values and getattr(scene, speed) is None}  # fmt: skip
         changes: dict[str, Any] = {**dict.fromkeys(values, "runtime"), **speeds}
-        opened = replace(scene, real="double", want=WANT, variational=False, **changes)
+        opened = replace(scene, real="double", want=wanted(scene), variational=False, **changes)
         scale = sizes_of(opened, disturbed.errors)
         for name, size in disturbed.added.items():
             if name not in ADDED or not 0 <= size < np.inf:
@@ -227,6 +231,21 @@ class Rigged:
         loop = Loop.of(opened, library_texts(opened, False, default_cache()), law, sources)
         none = [np.zeros(0)]
         return cls(loop, scene, aim, tuple(labels), np.concatenate(none + nominal), scale, np.concatenate(none + added), disturbed)
+
+    def _starts(self, drawn: Vector) -> Vector:
+        """States at rest around the start (n, nx), from numbers between -1 and 1 (n, nx)."""
+        start, spread = self.aim.start, self.disturbed.spread
+        if self.scene.is_planar:
+            return np.asarray(start + spread * np.array(self.aim.wraps) * drawn)
+        cart = len(start) // 2 - 3 * self.scene.links
+        x = np.tile(start, (len(drawn), 1))
+        q = x[:, cart : len(start) // 2].reshape(len(x), -1, 3)
+        tilts = spread * drawn[:, cart : len(start) // 2].reshape(q.shape)[..., :2]
+        # No more than level.
+        tilts /= np.maximum(1.0, np.linalg.norm(tilts, axis=-1, keepdims=True))
+        upright = np.sign(q[..., 2]) * np.sqrt(np.maximum(0.0, 1 - np.sum(tilts**2, axis=-1)))
+        x[:, cart : len(start) // 2] = np.concatenate([tilts, upright[..., None]], axis=-1).reshape(len(x), -1)
+        return x
 
     def task(self, state_names: tuple[str, ...], every: int = 1) -> Task:
         """What all runs share.
@@ -262,7 +281,7 @@ class Rigged:
         draw, aim, task = np.random.default_rng(seed), self.aim, self.task(state_names)
         relative = self.scale * draw.uniform(-1, 1, (runs, self.scale.size))
         more = self.added * draw.uniform(0, 1, (runs, self.added.size))
-        starts = aim.start + self.disturbed.spread * np.array(aim.wraps) * draw.uniform(-1, 1, (runs, len(aim.start)))
+        starts = self._starts(draw.uniform(-1, 1, (runs, len(aim.start))))
         late = np.round(self.disturbed.late / aim.sample * draw.uniform(0, 1, runs)).astype(np.int64)
         parts = []
         for at in range(0, runs, CHUNK):

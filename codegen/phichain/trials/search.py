@@ -22,13 +22,13 @@ from phichain.native import default_cache, recalled
 from phichain.pipeline import build
 from phichain.scene import Scene, scene_from_dict
 from phichain.system import System
-from phichain.trials.compiled import Compiled, Vector
-from phichain.trials.monte_carlo import monte_carlo
+from phichain.trials.loop import Vector
+from phichain.trials.monte_carlo import led, monte_carlo
 
 DESIGNS: Final = (Design(0.25, 3e-4), Design(0.07, 1e-4), Design(0.7, 3e-4))
 """Weights that are tried on every plan, until one law holds in all runs."""
 
-_FORMAT: Final = "phichain swing-up 3"
+_FORMAT: Final = "phichain swing-up 4"
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,8 @@ class Tried:
     def __str__(self) -> str:
         verdict = "the chain cannot be led along it" if self.plan is None else f"{self.share:.1%} hold"
         again = ", remembered" if self.again else ""
-        return f"{self.start.seconds:.3g} s, seed {self.start.seed}, calm {self.start.calm:g}: {self.left}; {verdict}{again}"
+        twice = "twice " if self.start.hangs else ""
+        return f"{twice}{self.start.seconds:.3g} s, seed {self.start.seed}, calm {self.start.calm:g}: {self.left}; {verdict}{again}"
 
 
 @dataclass(frozen=True)
@@ -159,9 +160,9 @@ def judged(search: Search, law: TrajectoryLaw, runs: int, seed: int) -> float:
 def trials_of(search: Search, law: TrajectoryLaw, runs: int, seed: int, sizes: Vector | None = None, spread: float | None = None) -> Any:
     """Trials of a law on the chain of the search, by its own errors unless others are given."""
     made = rig(search)
-    compiled = Compiled.of(made.scene, made.texts, law, search.real)
+    loop = led(made.scene, made.texts, law, search.real)
     return monte_carlo(
-        compiled, made.chain.parameters, np.array(search.sizes) if sizes is None else sizes, made.task.swing, runs=runs,
+        loop, law, made.chain.parameters, np.array(search.sizes) if sizes is None else sizes, made.task.swing, runs=runs,
         spread=search.spread if spread is None else spread, seed=seed, resolution=_resolution(made.system, search.sensors),
     )  # fmt: skip
 

@@ -186,7 +186,7 @@ def _best(ended: Iterable[Tried], anyway: bool) -> Tried | None:
 def _explained(search: Search, made: Rig, ended: Sequence[Tried]) -> ControlError:
     """Which bound is in the way, if one is."""
     task = made.task
-    wider = {"rail": replace(task, rail=float("inf")), "limit": replace(task, limit=10 * task.limit)}
+    wider = {"rail": replace(task, rail=float("inf"), legs=None), "limit": replace(task, limit=10 * task.limit, legs=None)}
     for name, relaxed in wider.items():
         if name == "rail" and not np.isfinite(task.rail):
             continue

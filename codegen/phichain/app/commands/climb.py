@@ -35,8 +35,8 @@ def climb(
     errors: Errors = None,
     spread: Annotated[float, typer.Option(metavar="RAD", help="Largest error of the angles at the start.")] = 0.05,
     sample: Annotated[float, typer.Option(metavar="S", help="Time between two calls of the law.")] = 1e-3,
-    rungs: Annotated[int, typer.Option(min=4, help="Orbits in the table.")] = 48,
-    nodes: Annotated[int, typer.Option(min=9, help="Nodes of half a period.")] = 49,
+    rungs: Annotated[int | None, typer.Option(min=4, help="Orbits in the table; the more the weaker the torque unless given.")] = None,
+    nodes: Annotated[int | None, typer.Option(min=9, help="Nodes of half a period; likewise.")] = None,
     pace: Annotated[float | None, typer.Option(metavar="R", help="Rungs a second at most; by the limit unless given.")] = None,
     runs: Annotated[int, typer.Option(min=1, help="Trials of the compiled law.")] = 20,
     seconds: Annotated[float | None, typer.Option("--time", metavar="S", help="How long a trial is; by the rungs unless given.")] = None,
@@ -51,9 +51,11 @@ def climb(
     from phichain.continuation import Branch
     from phichain.pipeline import generate_climb
     from phichain.scene.library import find_scene
+    from phichain.system.arrays import positive
     from phichain.system.starts import numbers
     from phichain.trials import climb as climbed
 
+    limit = positive("limit", limit, "give a part of the gravity torque, such as 0.05")
     files = named(save, (".npz", ".csv", ".png"))
     chosen, family = find_scene(scene), Branch.from_json(branch)
     with said.counted("trials", quiet) as told:

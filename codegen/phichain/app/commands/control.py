@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from phichain.app.settings import with_values
-from phichain.errors import UnsupportedError, printable
+from phichain.errors import printable
 
 if TYPE_CHECKING:
     from phichain.control import Gains
@@ -59,6 +59,7 @@ def controller(
 ) -> None:
     """Write the linear regulator of an equilibrium as a controller in C, DIR/NAME_controller."""
     from phichain.app import control_words as words
+    from phichain.laws import OutputTable
     from phichain.pipeline import build, generate_controller
     from phichain.scene.library import find_scene
     from phichain.system.starts import numbers, upright
@@ -77,15 +78,14 @@ def controller(
     words.demand_together("observer", observer, sensors)
     words.demand_together("table", table, {"reach": reach, "leave": leave})
     if table is not None:
-        _demand_apart("table", table, {"observer": observer, "integral": integral, "poles": poles})
-        law = _table(frame, table, reach, leave)
+        law = _table(frame, table, {"reach": reach, "leave": leave}, observer, sensors, words.by_name("integral", integral or [], 1.0))
     elif observer is not None or integral:
         law = _output(frame, observer, sensors, words.by_name("integral", integral or [], 1.0))
     else:
         gains = frame.gains()
         typer.echo(str(gains))
         law = gains.law(frame.target, limit=frame.limit)
-    law = replace(law, name=chosen.name, digest=chosen.digest)
+    law = law.of_scene(chosen.name, chosen.digest) if isinstance(law, OutputTable) else replace(law, name=chosen.name, digest=chosen.digest)
     folder = generate_controller(law, out, chosen.real)
     typer.echo(printable(f"wrote {folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}"))
 
@@ -111,15 +111,24 @@ class _Frame:
         return lqr(self.system, self.signs, *self.weights, sample=self.sample)
 
 
-def _table(frame: _Frame, text: str, reach: float | None, leave: float | None) -> Law:
-    from phichain.app.control_words import equilibria
-    from phichain.control import gain_table, regulators
+def _table(
+    frame: _Frame, text: str, levels: dict[str, float | None], kind: str | None, words: dict[str, Any], integrals: dict[str, float]
+) -> Law:
+    from phichain.app.control_words import equilibria, sensors_of
+    from phichain.control import gain_table, output_table, place, regulators
 
-    every = regulators(frame.system, equilibria(text, frame.system.links), *frame.weights, sample=frame.sample)
+    signs = equilibria(text, frame.system.links)
+    every = regulators(frame.system, signs, *frame.weights, sample=frame.sample)
+    if frame.poles is not None and not integrals:
+        every = tuple(place(frame.system, one.s, frame.poles, sample=frame.sample) for one in every)
     for gains in every:
         typer.echo(str(gains))
-    given = {name: value for name, value in (("reach", reach), ("leave", leave)) if value is not None}
-    return gain_table(every, frame.target, limit=frame.limit, **given)
+    given: dict[str, Any] = {name: value for name, value in levels.items() if value is not None}
+    if kind is None and not integrals:
+        return gain_table(every, frame.target, limit=frame.limit, **given)
+    table = output_table(every, kind, sensors_of(**words), integrals, frame.target, poles=frame.poles if integrals else None, limit=frame.limit, **given)
+    typer.echo(str(table))
+    return table
 
 
 def _output(frame: _Frame, kind: str | None, words: dict[str, Any], integrals: dict[str, float]) -> Law:
@@ -137,10 +146,3 @@ def _output(frame: _Frame, kind: str | None, words: dict[str, Any], integrals: d
     if integrating is not None:
         typer.echo(str(integrating))
     return output_law(gains, estimate, integrating, frame.target, limit=frame.limit)
-
-
-def _demand_apart(field: str, value: object, others: dict[str, Any]) -> None:
-    """Refuse what cannot go together."""
-    for name, given in others.items():
-        if given:
-            raise UnsupportedError(f"{field}, {name}", (value, given), "cannot go together in one controller", f"leave --{field} or --{name} out")

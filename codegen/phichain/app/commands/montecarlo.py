@@ -10,7 +10,7 @@ import typer
 from phichain.app import said
 from phichain.app.outputs import named, write
 
-SceneWord = Annotated[str, typer.Argument(metavar="SCENE", help="The planar chain that the law was made for: a TOML file, a bundled scene's name, or planarN.")]
+SceneWord = Annotated[str, typer.Argument(metavar="SCENE", help="The chain that the law was made for: a TOML file, a bundled scene's name, or planarN.")]
 LawFolder = Annotated[Path, typer.Argument(metavar="LAWDIR", help="A folder that phichain controller, swingup or climb wrote.")]
 Words = list[str] | None
 
@@ -31,8 +31,8 @@ def montecarlo(
     resolution: Annotated[
         Words, typer.Option("--resolution", metavar="NAME=R", help="Step in which an entry of the state is read; repeatable.")
     ] = None,
-    spread: Annotated[float, typer.Option(metavar="RAD", help="Largest error of the angles at the start.")] = 0.05,
-    up: Annotated[str | None, typer.Option(metavar="LINKS", help="Of a table of gains: links that stand, all, none, or 2,3.")] = None,
+    spread: Annotated[float, typer.Option(metavar="RAD", help="Largest error of the angles at the start; in space of the sines of tilts.")] = 0.05,
+    up: Annotated[str | None, typer.Option(metavar="LINKS", help="Of a table of gains, or in space where the law does not see which way up links are: links that stand, all, none, or 2,3.")] = None,
     seconds: Annotated[float | None, typer.Option("--time", metavar="S", help="How long the law may take; by the law unless given.")] = None,
     hold: Annotated[float, typer.Option(metavar="S", help="How long the target must be held then.")] = 2.0,
     runs: Annotated[int, typer.Option(min=1, help="How many.")] = 200,

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import solve_discrete_lyapunov
 
 from phichain.contract.words import known_names
 from phichain.control.equations import wide as wide_matrices
@@ -40,6 +41,7 @@ class Integrating(Held):
         K: Gains on z (nu, 2m).
         K_i: Gains on the integrals (nu, ni).
         poles: Of the closed loop (2m + ni,), slowest first, 1/s.
+        S: Cost to go of deviations and integrals (2m + ni, 2m + ni); of placed poles with weights of 1.
     """
 
     gains: Gains
@@ -48,6 +50,7 @@ class Integrating(Held):
     K: Vector
     K_i: Vector
     poles: Spectrum
+    S: Vector
 
     def __str__(self) -> str:
         return (
@@ -87,14 +90,18 @@ def with_integrals(gains: Gains, integrals: Mapping[str, float], poles: ArrayLik
     n = len(gains.A)
     if poles is not None:
         K, values = placed(a.high, b.high, poles, gains.sample)
-        return Integrating(gains, tuple(integrals), tuple(reads), *_parts(K, n), ordered(np.log(values.astype(complex)) / gains.sample))
+        closed = a.high - b.high @ K
+        S = solve_discrete_lyapunov(closed.T, np.eye(len(closed)) + K.T @ K)
+        return Integrating(
+            gains, tuple(integrals), tuple(reads), *_parts(K, n), ordered(np.log(values.astype(complex)) / gains.sample), (S + S.T) / 2
+        )
     try:
         found = discrete(a, b, _weights(gains.Q, weights), gains.R, gains.sample)
     except np.linalg.LinAlgError as failure:
         raise ControlError(
             "integral", dict(integrals), f"leaves no stabilising solution: {failure}", "weigh it less, or sample faster"
         ) from failure
-    return Integrating(gains, tuple(integrals), tuple(reads), *_parts(found.K, n), found.poles)
+    return Integrating(gains, tuple(integrals), tuple(reads), *_parts(found.K, n), found.poles, found.S)
 
 
 def _parts(K: Vector, n: int) -> tuple[Vector, Vector]:

@@ -8,6 +8,7 @@ from math import pi
 from typing import Final
 
 import numpy as np
+from scipy.linalg import solve_discrete_lyapunov
 
 from phichain.contract.words import known_names
 from phichain.control.equations.kalman import Filter, gathered, kalman, reduced
@@ -64,6 +65,7 @@ class Estimator(Held):
         spread: Standard deviations (2m,) of the estimate after a measurement.
         advance: A_d (2m, 2m).
         drive: B_d (2m, nu).
+        covariance: P (2m, 2m) of the error after a measurement: P = K A_d P A_d^T K^T + K W K^T + L V L^T with K = 1 - L C.
     """
 
     kind: str
@@ -75,6 +77,7 @@ class Estimator(Held):
     spread: Vector
     advance: Vector
     drive: Vector
+    covariance: Vector
 
     @property
     def observer(self) -> Observer:
@@ -121,7 +124,10 @@ def estimator(gains: Gains, sensors: Sensors | None = None, kind: str = "kalman"
         raise ControlError(
             "disturbance", given.disturbance, f"leaves no stationary observer: {failure}", "disturb every coordinate, and measure more"
         ) from failure
-    return Estimator(kind, names, reads, C, found.L, found.poles, found.spread, a.high, b.high)
+    kept = np.eye(len(a.high)) - found.L @ C
+    added = kept @ W.high @ kept.T + found.L @ V @ found.L.T
+    covariance = solve_discrete_lyapunov(kept @ a.high, added)
+    return Estimator(kind, names, reads, C, found.L, found.poles, found.spread, a.high, b.high, (covariance + covariance.T) / 2)
 
 
 def _seen(gains: Gains, measured: tuple[str, ...] | None) -> tuple[tuple[int, ...], Vector, tuple[str, ...]]:

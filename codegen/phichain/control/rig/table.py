@@ -55,15 +55,7 @@ def gain_table(
             positive definite in double precision.
         ArrayError: As `Gains.law`, or `leave` is less than 1.
     """
-    if not every:
-        raise ControlError("table", [], "holds no regulator", "give one for each equilibrium")
-    kinds = {(one.name, one.space, one.digest, one.sample, len(one.s), one.state_names) for one in every}
-    if len(kinds) > 1:
-        raise ControlError("table", sorted(str(kind[:4]) for kind in kinds), "mixes regulators of different chains or periods", "make them of one")
-    angle = number("reach", reach, "give the largest angle, rad", ControlError)
-    if not 0 < angle < np.pi / 2:
-        raise ControlError("reach", reach, "is no angle between 0 and a quarter turn", "give the largest angle within a level of 1, rad")
-    let_go = _level(leave)
+    angle, let_go = demand_table(every, reach, leave)
     laws = [one.law(target, limit=limit) for one in every]
     first, one = laws[0], every[0]
     return GainTable(
@@ -76,38 +68,66 @@ def gain_table(
     )  # fmt: skip
 
 
-def _level(leave: float) -> float:
+def demand_table(every: Sequence[Gains], reach: float, leave: float) -> tuple[float, float]:
+    """The largest angle and the level that lets go, if a table can be made of these regulators with them; errors as of `gain_table`."""
+    if not every:
+        raise ControlError("table", [], "holds no regulator", "give one for each equilibrium")
+    kinds = {(one.name, one.space, one.digest, one.sample, len(one.s), one.state_names) for one in every}
+    if len(kinds) > 1:
+        raise ControlError("table", sorted(str(kind[:4]) for kind in kinds), "mixes regulators of different chains or periods", "make them of one")
+    angle = number("reach", reach, "give the largest angle, rad", ControlError)
+    if not 0 < angle < np.pi / 2:
+        raise ControlError("reach", reach, "is no angle between 0 and a quarter turn", "give the largest angle within a level of 1, rad")
     given = number("leave", leave, "give the level at which an equilibrium is let go", ControlError)
     if not 1 <= given < np.inf:
         raise ArrayError("leave", leave, "would let go before it takes up", "give a level of 1 or more")
-    return given
+    return angle, given
 
 
 def _shape(gains: Gains, law: StateFeedback, reach: float, leave: float) -> Matrix:
     """W (n, nx): 2m rows, and in space one more for each link."""
-    size = np.sqrt(np.diag(gains.S))
+    upper = ellipsoid(gains, gains.S, gains.K, law, reach)
+    rows = upper @ gains.on_state(np.eye(len(upper))).gains
+    if gains.space == "spatial":
+        rows = np.vstack([rows, upright(gains, rows.shape[1], leave)])
+    return tuple(map(tuple, rows.tolist()))
+
+
+def ellipsoid(gains: Gains, S: Vector, K: Vector, law: StateFeedback, reach: float) -> Vector:
+    """L^T (2m, 2m) with |L^T z|^2 the level of a deviation z.
+
+    Of a regulator with integrals I the cost is of both: a level is then the least cost to go over all I, which that of both bounds.
+    With I before z in the Cholesky factor of S its last block is the factor of S_zz - S_zI S_II^-1 S_Iz.
+
+    Args:
+        gains: The regulator: what its deviations are.
+        S: Cost to go (n, n), of z and then of integrals.
+        K: Gains (nu, n) likewise.
+        law: Its inputs at rest and their limits.
+        reach: Largest angle within a level of 1, rad.
+
+    Raises:
+        ControlError: S is not positive definite in double precision.
+    """
+    size, n = np.sqrt(np.diag(S)), len(gains.A)
+    order = [*range(n, len(S)), *range(n)]
     try:
         # In units of its own diagonal the cost keeps its digits.
-        factor = np.linalg.cholesky(gains.S / np.outer(size, size))
+        factor = np.linalg.cholesky((S / np.outer(size, size))[np.ix_(order, order)])
     except np.linalg.LinAlgError:
         raise ControlError(
             "table", list(gains.s), "has a cost that double precision cannot tell from a singular one", "take fewer links, or weigh every state"
         ) from None
-    inverse = cho_solve((factor, True), np.eye(len(size))) / np.outer(size, size)
-    m = len(size) // 2
-    bounds = [reach**2 / inverse[i, i] for i in range(gains.cart, m)]
-    for row, rest, high in zip(gains.K, law.rest, law.high, strict=True):
+    back = np.argsort(order)
+    inverse = cho_solve((factor, True), np.eye(len(size)))[np.ix_(back, back)] / np.outer(size, size)
+    bounds = [reach**2 / inverse[i, i] for i in range(gains.cart, n // 2)]
+    for row, rest, high in zip(K, law.rest, law.high, strict=True):
         if np.isfinite(high):
             bounds.append((high - abs(rest)) ** 2 / float(row @ inverse @ row))
-    upper = (size[:, None] * factor).T / np.sqrt(min(bounds))
-    on = gains.on_state(np.eye(2 * m))
-    rows = upper @ on.gains
-    if gains.space == "spatial":
-        rows = np.vstack([rows, _upright(gains, rows.shape[1], leave)])
-    return tuple(map(tuple, rows.tolist()))
+    return np.asarray((size[:n, None] * factor[-n:, -n:]).T / np.sqrt(min(bounds)))
 
 
-def _upright(gains: Gains, nx: int, leave: float) -> Vector:
+def upright(gains: Gains, nx: int, leave: float) -> Vector:
     """sqrt(leave) (q_k3 - s_k), of fourth order in a tilt: a link that points the other way has the level 4 leave by this alone."""
     rows = np.zeros((len(gains.s), nx))
     for k in range(len(gains.s)):

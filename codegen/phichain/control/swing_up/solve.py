@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -32,6 +32,19 @@ Where an input is strong a plan may whirl its light links about, for that costs 
 step makes of it. Of the bundled `planar3_cart` links turned by up to 1.6 rad in an interval, and steps were wrong by 8 to 120.
 """
 
+WIDE: Final = 0.5
+"""Distance between the nodes and the chain that is led along them, rad, above which the intervals are too long."""
+
+LONG: Final = 6
+"""Links from which on joints are bounded first: of six on the chain of docs/swingup.md none of three starts converged without, two of two with it."""
+
+FINEST: Final = 480
+"""Intervals at most. An optimum that the chain cannot be led along is solved anew on twice as many, from what it was: six links are out
+of 120 steps of 30 ms and within 0.15 rad of 240."""
+
+Followed = tuple[Vector, Vector, float]
+"""(x, u, defect) sample by sample."""
+
 _WAVES: Final = 5
 _LARGEST: Final = 1e3
 _GUIDE: Final = Design(0.7)
@@ -45,11 +58,13 @@ class Start:
         seconds: Duration of the motion.
         calm: Weight of the rates.
         seed: 0 for a straight line from start to target, else waves about it drawn with this seed.
+        hangs: Whether the chain comes to rest hanging in between: two motions of that duration each.
     """
 
     seconds: float
     calm: float
     seed: int
+    hangs: bool = False
 
 
 @dataclass(frozen=True)
@@ -74,7 +89,13 @@ class Left:
 
 
 def starts(task: Task, count: int, seconds: float | None = None) -> tuple[Start, ...]:
-    """The first so many starts: durations in turn, straight lines first, weights and waves changing from round to round."""
+    """The first so many starts: durations in turn, straight lines first, weights and waves changing from round to round.
+
+    Between equilibria that both stand every second one leads through the hanging chain.
+    """
+    if task.legs is not None:
+        direct = starts(replace(task, legs=None), (count + 1) // 2, seconds)
+        return tuple(one for start in direct for one in (start, replace(start, hangs=True)))[:count]
     times = [factor * task.swing for factor in TIMES] if seconds is None else [seconds]
     found = []
     for k in range(count):
@@ -94,14 +115,11 @@ def planned(chain: Chain, task: Task, problem: Problem, start: Start, stride: in
         stride: The duration becomes a multiple of so many samples.
     """
     samples = max(2, round(start.seconds / (stride * task.sample))) * stride
-    seconds = samples * task.sample
-    guess = _guess(problem, task, start, seconds)
-    # Where it is met nowhere the bound would only slow the solver down.
-    for turn in (np.inf, TURN):
-        solution = problem.solve(seconds, *guess, start.calm, SHARE, turn)
-        followed = _followed(chain, task, solution, samples)
-        if followed is not None:
-            break
+    if start.hangs and task.legs is not None:
+        solution, followed = _through(chain, task, problem, start, samples)
+        samples *= 2
+    else:
+        solution, followed = _led(chain, task, problem, start, samples)
     left = Left(solution.converged, solution.iterations, solution.cost, solution.infeasibility)
     if followed is None:
         return None, left
@@ -114,6 +132,65 @@ def planned(chain: Chain, task: Task, problem: Problem, start: Start, stride: in
         defect=defect, p=chain.system.values(), **looks(chain.system),
     )  # fmt: skip
     return plan, left
+
+
+def _led(chain: Chain, task: Task, problem: Problem, start: Start, samples: int) -> tuple[Solution, Followed | None]:
+    """What the solver leaves, and the chain led along it: on finer intervals while that is far off, with joints bounded if need be."""
+    seconds = samples * task.sample
+    best: tuple[Solution, Followed] | None = None
+    left: list[Solution] = []
+    guess = _guess(problem, task, start, seconds)
+    # Where it is met nowhere the bound would only slow the solver down; long chains meet it.
+    for turn in (np.inf, TURN) if chain.system.links < LONG else (TURN, np.inf):
+        grid, solution = problem, problem.solve(seconds, *guess, start.calm, SHARE, turn)
+        left.append(solution)
+        while True:
+            followed = _followed(chain, task, solution, samples)
+            if followed is not None and (best is None or (solution.converged, -followed[2]) > (best[0].converged, -best[1][2])):
+                best = solution, followed
+            if not solution.converged or grid.intervals >= FINEST or (followed is not None and followed[2] <= WIDE):
+                break
+            grid = grid.finer()
+            solution = grid.solve(seconds, *_finer(chain, solution), start.calm, SHARE, TURN)
+        if best is not None and best[0].converged and best[1][2] <= WIDE:
+            return best
+    return best or (left[0], None)
+
+
+def _through(chain: Chain, task: Task, problem: Problem, start: Start, samples: int) -> tuple[Solution, Followed | None]:
+    """Two motions, to the hanging chain and from there, as one; of the solver's words those that are worse."""
+    assert task.legs is not None
+    there, back = task.legs
+    first, followed = _led(chain, there, problem.of(there), start, samples)
+    if followed is None:
+        return first, None
+    second, more = _led(chain, back, problem.of(back), start, samples)
+    both = replace(
+        second if first.converged else first, cost=first.cost + second.cost, iterations=first.iterations + second.iterations,
+        infeasibility=max(first.infeasibility, second.infeasibility),
+    )  # fmt: skip
+    if more is None:
+        return both, None
+    led = _along(chain, task, np.concatenate([followed[0][:-1], more[0]]), np.concatenate([followed[1], more[1]]))
+    return both, None if led is None else (led[0], led[1], max(followed[2], more[2], led[2]))
+
+
+def _finer(chain: Chain, solution: Solution) -> tuple[Vector, Vector]:
+    """Nodes and slopes of the same motion on twice as many intervals: states by cubic Hermite interpolation."""
+    nx, K = chain.system.nx, len(solution.slopes)
+    x = _between(chain, solution, np.linspace(0, solution.seconds, 2 * K + 1))
+    u = np.repeat(solution.nodes[:, nx:], 2, axis=0)[:-1]
+    u[1::2] = (solution.nodes[:-1, nx:] + solution.nodes[1:, nx:]) / 2
+    return np.hstack([x, u]), np.repeat(solution.slopes, 2, axis=0)
+
+
+def _between(chain: Chain, solution: Solution, t: Vector) -> Vector:
+    """States (m, nx) at times t (m,), by the nodes' states and rates."""
+    nx, K = chain.system.nx, len(solution.slopes)
+    nodes = solution.nodes
+    rates = np.array(chain.rate.map(K + 1)(nodes[:, :nx].T, nodes[:, nx:].T, np.zeros((chain.parameters.size, K + 1)))).T
+    grid = np.arange(K + 1) * (solution.seconds / K)
+    return np.asarray(CubicHermiteSpline(grid, nodes[:, :nx], rates)(t))
 
 
 def _guess(problem: Problem, task: Task, start: Start, seconds: float) -> tuple[Vector, Vector]:
@@ -131,13 +208,11 @@ def _guess(problem: Problem, task: Task, start: Start, seconds: float) -> tuple[
     return nodes, np.zeros((K, problem.nu))
 
 
-def _followed(chain: Chain, task: Task, solution: Solution, samples: int) -> tuple[Vector, Vector, float] | None:
+def _followed(chain: Chain, task: Task, solution: Solution, samples: int) -> Followed | None:
     """(x, u, defect): the chain led along the solution sample by sample, twice, the second time along what the first left."""
     nx, K = chain.system.nx, len(solution.slopes)
     nodes, h = solution.nodes, solution.seconds / K
-    rates = np.array(chain.rate.map(K + 1)(nodes[:, :nx].T, nodes[:, nx:].T, np.zeros((chain.parameters.size, K + 1)))).T
-    grid = np.arange(K + 1) * h
-    x = CubicHermiteSpline(grid, nodes[:, :nx], rates)(np.arange(samples + 1) * task.sample)
+    x = _between(chain, solution, np.asarray(np.arange(samples + 1) * task.sample, dtype=float))
     if not np.all(np.isfinite(x)):
         return None
     # What a solver left may begin anywhere; the chain begins at rest where the task says.
@@ -145,6 +220,12 @@ def _followed(chain: Chain, task: Task, solution: Solution, samples: int) -> tup
     middle = (np.arange(samples) + 0.5) * task.sample
     at = np.minimum((middle / h).astype(int), K - 1)
     u = nodes[at, nx:] + solution.slopes[at] * (middle - at * h)[:, None]
+    return _along(chain, task, x, u)
+
+
+def _along(chain: Chain, task: Task, x: Vector, u: Vector) -> Followed | None:
+    """The chain led along states (samples + 1, nx) and inputs (samples, nu), twice, and how far it was off the first time."""
+    samples = len(u)
     step, derivatives = chain.step(task.sample), chain.derivatives(task.sample)
     none, defect = np.zeros(chain.parameters.size), 0.0
     for turn in range(2):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, sqrt
 
 import numpy as np
@@ -31,6 +31,7 @@ class Task(Held):
         sample: Time between two calls of the law, s.
         swing: Swing time of the chain, sqrt(sum r' / g), s: what times and rates are measured by. r' = r + J / (m r), at most l, is
             how far from its joint a link swings as a point would.
+        legs: The same in two motions, to the hanging chain and from there; None where the chain hangs at an end.
     """
 
     start: Signs
@@ -41,6 +42,7 @@ class Task(Held):
     limit: Vector
     sample: float
     swing: float
+    legs: tuple[Task, Task] | None = None
 
     @classmethod
     def of(
@@ -88,10 +90,16 @@ class Task(Held):
             raise UnsupportedError("chain.gravity", gravity, "leaves no equilibrium to swing to", "give the chain its weight")
         if not (np.isfinite(sample) and sample > 0):
             raise ControlError("sample", sample, "is no positive time", "give the time between two calls, s")
-        return cls(
+        whole = cls(
             linear[0].s, linear[1].s, first, last, _rail(system, rail, places), _limits(system, limit), float(sample),
             sqrt(float(np.sum(_swinging(system))) / gravity),
         )  # fmt: skip
+        hanging = (1,) * system.links
+        if hanging in (whole.start, whole.target):
+            return whole
+        middle = configuration(system, hanging)
+        middle[: system.cart_size] = float(np.mean(places))
+        return replace(whole, legs=(replace(whole, target=hanging, last=middle), replace(whole, start=hanging, first=middle)))
 
 
 def _swinging(system: System) -> Vector:

@@ -61,6 +61,9 @@ class Problem:
         import casadi as ca
 
         self.task, self.intervals, self.solver, self.cart = task, intervals, solver, chain.system.cart_size
+        self._chain, self._most = chain, most
+        self._finer: Problem | None = None
+        self._others: dict[Any, Problem] = {}
         nx, nu = chain.system.nx, chain.system.nu
         self.nx, self.nu = nx, nu
         K, stage = intervals, nx + 2 * nu
@@ -79,6 +82,19 @@ class Problem:
         cost = T / K * (ca.sumsqr(pushes) + _SLEW * ca.sumsqr(slew) + calm * ca.sumsqr(rates))
         problem = {"x": flat, "p": given, "f": cost, "g": equations}
         self._solve = ca.nlpsol("swing_up", solver, problem, _options(solver, equations.numel(), most))
+
+    def finer(self) -> Problem:
+        """The same on twice as many intervals; made once."""
+        if self._finer is None:
+            self._finer = Problem(self._chain, self.task, self.solver, self._most, 2 * self.intervals)
+        return self._finer
+
+    def of(self, task: Task) -> Problem:
+        """The same of another task; made once."""
+        key = (task.start, task.target)
+        if key not in self._others:
+            self._others[key] = Problem(self._chain, task, self.solver, self._most, self.intervals)
+        return self._others[key]
 
     def solve(self, seconds: float, nodes: Vector, slopes: Vector, calm: float, share: float, turn: float = np.inf) -> Solution:
         """Solve it from a guess.

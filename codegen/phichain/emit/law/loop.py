@@ -12,13 +12,16 @@ from phichain.scene import Scene
 LATEST: Final = 1000
 """Largest delay, in calls of the law."""
 
+_SAYS: Final = "*phase = (int)law_call(&state, measured, pushed);"
+
 KINDS: Final = {
     "feedback": ("", "", "law_call(measured, pushed);"),
     "memory": ("law_state state;", "RESET", "law_call(&state, measured, pushed);"),
-    "table": ("law_state state;", "law_reset(&state);", "(void)law_call(&state, measured, pushed);"),
-    "climb": ("law_state state;", "law_reset(&state);", "(void)law_call(&state, measured, pushed);"),
+    "table": ("law_state state;", "law_reset(&state);", _SAYS),
+    "output table": ("law_state state;", "law_reset(&state);", _SAYS),
+    "climb": ("law_state state;", "law_reset(&state);", _SAYS),
     "trajectory": (
-        "law_state state;", "law_reset(&state);", "(void)law_call(&state, (law_real)((phi_real)k * task->sample), measured, pushed);"
+        "law_state state;", "RESET", "*phase = (int)law_call(&state, (law_real)((phi_real)k * task->sample), measured, pushed);"
     ),
 }  # fmt: skip
 """What a law keeps, how it is reset, how it is called, by its kind."""
@@ -63,7 +66,7 @@ def loop_source(scene: Scene, law: Called) -> str:
         "LOOP_NY": str(law.ny), "LOOP_LATEST": str(LATEST), "LOOP_CONTEXT": context, "LOOP_PASS": passed,
         "LOOP_PARAMS": f"{name}_params" if has_params else f"{name}_real", "LOOP_STATE": state, "LOOP_RESET": reset, "LOOP_CALL": call,
     }  # fmt: skip
-    text = instance("loop", names, {"WITH_PARAMS": has_params})
+    text = instance("loop", names, {"WITH_PARAMS": has_params, "WITH_STEP": not scene.is_planar})
     for word, value in (("law_call", law.name), ("law_", f"{law.name}_"), ("phi_real", f"{name}_real")):
         text = text.replace(word, value)
     task = "\n".join(f"    {line};" for line in task_fields(nx, law.ny))
@@ -75,6 +78,6 @@ def loop_source(scene: Scene, law: Called) -> str:
 def task_fields(nx: int, ny: int) -> tuple[str, ...]:
     """The members of the task, which ctypes repeats."""
     return (
-        "long calls, every, steps", "double sample", f"double target[{nx}], turns[{nx}], near[{nx}]", f"double resolution[{ny}]",
+        "long calls, every, steps, lost", "double sample", f"double target[{nx}], turns[{nx}], near[{nx}]", f"double resolution[{ny}]",
         f"long reads[{ny}]",
     )  # fmt: skip

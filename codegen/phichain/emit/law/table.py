@@ -47,7 +47,7 @@ def table_files(table: GainTable, real: str = "double") -> dict[str, str]:
     shown = {
         "name": name, "upper": name.upper(), "chain": table.name, "real": real, "nx": len(table.state_names), "nu": len(table.input_names),
         "count": count, "sample": f"{table.sample:.17g}" if table.sample else "", "digest": table.digest, "leave": f"{table.leave:.9g}",
-        "rows": _rows(table), "equilibria": [f"{which}: {_arrows(signs)}" for which, signs in enumerate(table.signs)],
+        "rows": _rows(table), "equilibria": [f"{which}: {arrows(signs)}" for which, signs in enumerate(table.signs)],
         "operations": _cost(programs, count), "bytes": BYTES[real] * count * sum(fields.values()), "fields": fields,
         "formula": _formula(table),
     }  # fmt: skip
@@ -86,7 +86,7 @@ def _source(table: GainTable, programs: TablePrograms, real: str, shown: Mapping
     for which, signs in enumerate(table.signs):
         row = programs.row(table, which)
         parts = ["{ " + ", ".join(names.number(Fraction(value)).text for value in values) + " }" for values in row.values()]
-        entries.append((_arrows(signs), parts))
+        entries.append((arrows(signs), parts))
     includes = ["math.h"] if any("math" in body.uses for _, body in printed) else []
     zero, one = names.number(Fraction(0.0)).text, names.number(Fraction(1.0)).text
     idle = [names.number(Fraction(min(max(0.0, low), high))).text for low, high in zip(table.low, table.high, strict=True)]
@@ -125,7 +125,7 @@ def _selftest(found: tuple[Case, ...], real: str, shown: Mapping[str, Any]) -> s
     return laid_out_text(render("table_selftest.c.j2", **shown, cases=rows, zero=literal(0.0, real)))
 
 
-def _arrows(signs: tuple[int, ...]) -> str:
+def arrows(signs: tuple[int, ...]) -> str:
     """One equilibrium in words."""
     standing = [str(k + 1) for k, sign in enumerate(signs) if sign < 0]
     if not standing:

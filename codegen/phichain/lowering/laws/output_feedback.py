@@ -55,7 +55,7 @@ def output_feedback_reset(law: OutputFeedback) -> Program:
     measured = builder.input("y_meas", (len(law.measured_names),), "measurement") if law.observer else None
     kept = {name: builder.output(f"{name}{NEXT}", (size,), _KEPT[name]) for name, size in law.memory.items()}
     if law.observer and measured:
-        off = [_finite(value) for value in _off(builder, law, measured, law.wraps)]
+        off = [finite(value) for value in _off(builder, law, measured, law.wraps)]
         for i, row in enumerate(law.observer.start):
             kept["expected"][i] = _sum(builder, row, off)
     for i in range(len(law.integrated)):
@@ -83,7 +83,7 @@ def _corrected(builder: Builder, law: OutputFeedback, expected: ArrayRef, off: S
     for name, value, row, turns in zip(law.measured_names, off, law.observer.seen, law.wraps, strict=True):
         apart = value - _sum(builder, row, [expected[i] for i in n])
         apart = builder.let(f"{name}_apart", wrapped(apart, full_turn()) if turns else apart)
-        innovations.append(builder.let(f"{name}_innovation", _finite(apart)))
+        innovations.append(builder.let(f"{name}_innovation", finite(apart)))
     found = []
     for i, name in enumerate(law.deviation_names):
         value = expected[i] + _sum(builder, law.observer.correction[i], innovations)
@@ -120,16 +120,22 @@ def _integrals(
     for k, i in enumerate(law.integrated):
         away = measured[i] - law.offsets[i]
         away = wrapped(away, full_turn()) if law.wraps[i] else away
-        grows: Expr = law.sample * _finite(away)
-        for row, (gain, low, high) in enumerate(zip((row[k] for row in law.integral_gains), law.low, law.high, strict=True)):
-            if gain and (isfinite(low) or isfinite(high)):
-                beyond = (wanted[row] - u[row]) * (gain * grows)
-                grows = builder.apply("select", beyond, 0, 0, grows)
+        gains = [row[k] for row in law.integral_gains]
+        grows = grown(law, law.sample * finite(away), gains, wanted, u)
         found.append(builder.let(f"{law.measured_names[i]}_integral", memory["integral"][k] + grows))
     return found
 
 
-def _finite(value: Expr) -> Expr:
+def grown(law: OutputFeedback, grows: Expr, gains: Sequence[Expr | float], wanted: Sequence[Expr], u: Sequence[Expr]) -> Expr:
+    """What an integral grows by: nothing while an input that it acts on is at a limit and would be driven beyond."""
+    for row, (gain, low, high) in enumerate(zip(gains, law.low, law.high, strict=True)):
+        if (isinstance(gain, Expr) or gain) and (isfinite(low) or isfinite(high)):
+            beyond = (wanted[row] - u[row]) * (gain * grows)
+            grows = grows.builder.apply("select", beyond, 0, 0, grows)
+    return grows
+
+
+def finite(value: Expr) -> Expr:
     """The value, or zero where it is not finite; a comparison with NaN does not hold."""
     return value.builder.apply("select", value * value, _WITHIN, value, 0)
 

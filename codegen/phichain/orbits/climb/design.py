@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 from typing import Final
 
 import numpy as np
@@ -20,6 +21,11 @@ from phichain.system.arrays import positive, whole
 
 COSTS: Final = (1.0, 10.0, 30.0, 100.0, 300.0)
 """Weights of the input, in squared gravity torques, of which the regulator of the target takes the one that reaches farthest."""
+RUNGS: Final = 48
+"""Rungs at a limit of `FIVE`, and intervals between nodes."""
+FIVE: Final = 0.05
+MOST: Final = 240
+NODES_MOST: Final = 97
 TAKEN: Final = 0.5
 """Level at the last brake, at most."""
 TUBE: Final = 0.5
@@ -71,6 +77,17 @@ class Climb(Held):
             )  # fmt: skip
 
 
+def fineness(share: float) -> tuple[int, int]:
+    """Rungs and nodes of a table for a limit of so many gravity torques about the first joint.
+
+    What lies between rungs and nodes is no orbit, and takes a torque to be followed; of a weak input no such share may go into that. On
+    `planar2` 48 rungs of 49 nodes serve 5 % of the gravity torque, 96 of 97 serve 2 % (64 of 81 and 48 of 97 do not) and 160 of 97 serve 1 %
+    (96 of 129 do not).
+    """
+    finer = max(1.0, FIVE / share)
+    return min(MOST, ceil(RUNGS * finer**0.75)), min(NODES_MOST, 2 * ceil(RUNGS / 2 * finer**0.75) + 1)
+
+
 def gravity_torque(system: System, joint: int) -> float:
     """Torque about a joint, counted from 1, of all links beyond it held out level, N m."""
     q = np.zeros(system.links)
@@ -79,7 +96,7 @@ def gravity_torque(system: System, joint: int) -> float:
 
 
 def climb_law(
-    system: System, branch: Branch, *, share: float = 0.05, digest: str | None = None, rungs: int = 48, nodes: int = 49,
+    system: System, branch: Branch, *, share: float = 0.05, digest: str | None = None, rungs: int | None = None, nodes: int | None = None,
     sample: float = 1e-3, pace: float | None = None, rise: float | None = None, cost: float = COST,
 ) -> Climb:  # fmt: skip
     """The law that leads a planar chain on a fixed base, driven at one joint, up along a family of brake orbits.
@@ -89,8 +106,8 @@ def climb_law(
         branch: The family; its energy rises all the way to the neighbourhood of an equilibrium.
         share: Limit of the torque, in gravity torques about the driven joint.
         digest: That of the scene that the family was traced with; the system's own unless given.
-        rungs: Orbits in the table.
-        nodes: Nodes of half a period.
+        rungs: Orbits in the table; by the limit unless given, see `fineness`.
+        nodes: Nodes of half a period; likewise.
         sample: Time between two calls, s.
         pace: Rungs a second, at most; by the limit unless given.
         rise: Rungs a half period, at most; likewise.
@@ -110,12 +127,13 @@ def climb_law(
     if not system.is_planar or system.base != "fixed" or system.nu != 1 or system.angles != "relative":
         raise ControlError("system", system.name, "is no planar chain on a fixed base with one torque", 'write actuated = [1] in [joints]')
     share = positive("share", share, "give a part of the gravity torque, such as 0.05")
-    rungs = whole("rungs", rungs, 4, 1000, "give a number of orbits", ArrayError)
-    nodes = whole("nodes", nodes, 9, 1000, "give a number of nodes", ArrayError)
     joint = int(system.u_names[0].rpartition("_")[2])
     equations = Equations(system)
     torque, swing = gravity_torque(system, joint), _slowest_swing(equations)
     limit = share * torque
+    usual = fineness(limit / gravity_torque(system, 1))
+    rungs = whole("rungs", usual[0] if rungs is None else rungs, 4, 1000, "give a number of orbits", ArrayError)
+    nodes = whole("nodes", usual[1] if nodes is None else nodes, 9, 1000, "give a number of nodes", ArrayError)
     weights = np.concatenate([np.ones(system.nq), np.full(system.nv, swing**2)])
     chosen: list[tuple[float, GainTable]] = []
 

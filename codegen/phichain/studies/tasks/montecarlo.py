@@ -47,8 +47,8 @@ def _one(system: System, point: Point) -> Row:
 
 def _needs(scene: Scene, options: Mapping[str, Any]) -> Sequence[str]:
     demand_inputs(scene, "montecarlo")
-    if not scene.is_planar or scene.runtime:
-        raise StudyError("task.run", "montecarlo", "varies the numbers of planar chains that say them", "write them into the scene, or use attraction")
+    if scene.runtime:
+        raise StudyError("task.run", "montecarlo", "varies the numbers of chains that say them", "write them into the scene, or use attraction")
     return ("linearization", "forward_dynamics")
 
 
