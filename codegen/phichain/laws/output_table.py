@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Final
@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from phichain.archive import NUMBER, TEXT, Array, Schema, names, real, whole
+from phichain.archive import NUMBER, TEXT, VALUES, Array, Schema, names, real, whole
 from phichain.errors import ArrayError
 from phichain.laws.numbers import Matrix, Row, as_numbers, less_turns, read_law
 from phichain.laws.observer import Observer
@@ -35,7 +35,7 @@ _WHOLE: Final = {
 }  # fmt: skip
 _TRUTHS: Final = {"wraps": Array(np.bool_, ("ny",)), "turns": Array(np.bool_, ("n",))}
 _WORDS: Final = {
-    "name": TEXT, "digest": TEXT, "measured_names": names("ny"), "measured_units": names("ny"), "input_names": names("nu"),
+    "name": TEXT, "digest": TEXT, "p": VALUES, "measured_names": names("ny"), "measured_units": names("ny"), "input_names": names("nu"),
     "input_units": names("nu"), "deviation_names": names("n"),
 }  # fmt: skip
 _SCHEMA: Final = Schema(
@@ -45,8 +45,8 @@ _SCHEMA: Final = Schema(
     filled=("count", "ny", "nu", "n", "rows", "links", "told"),
 )
 _SHARED: Final = (
-    "name", "digest", "measured_names", "measured_units", "reads", "wraps", "deviation_names", "turns", "input_names", "input_units", "low",
-    "high", "sample", "integrated",
+    "name", "digest", "p", "measured_names", "measured_units", "reads", "wraps", "deviation_names", "turns", "input_names", "input_units",
+    "low", "high", "sample", "integrated",
 )  # fmt: skip
 """What all laws of a table have in common."""
 
@@ -121,6 +121,11 @@ class OutputTable:
     def digest(self) -> str:
         """That scene's canonical digest."""
         return self.laws[0].digest
+
+    @property
+    def p(self) -> Mapping[str, Any]:
+        """The runtime parameters that it was made for."""
+        return self.laws[0].p
 
     @property
     def kind(self) -> str:

@@ -74,7 +74,7 @@ def output_table_files(table: OutputTable, real: str = "double") -> dict[str, st
         "selftest.c": _selftest(cases(table, real), real, shown),
         "README.md": render("output_table_readme.md.j2", **shown, about=_about(table), parts=list(programs.parts)),
     }
-    return whole_folder("output table", name, (table.name, table.digest), real, _manifest(table, real, shown), files)
+    return whole_folder("output table", name, table, real, _manifest(table, real, shown), files)
 
 
 def _about(table: OutputTable) -> str:
