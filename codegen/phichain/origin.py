@@ -33,9 +33,11 @@ def _is_small(value: object) -> bool:
 
 
 def plain(value: Any) -> Any:
-    """A value as JSON and YAML have it: numbers that are none become null, complex ones pairs, arrays lists."""
+    """A value as JSON and YAML have it: numbers that are none become null, complex ones pairs, arrays lists, records tables."""
     if isinstance(value, Mapping):
         return {str(key): plain(entry) for key, entry in value.items()}
+    if is_dataclass(value) and not isinstance(value, type):
+        return plain({field.name: getattr(value, field.name) for field in fields(value)})
     if isinstance(value, list | tuple):
         return [plain(entry) for entry in value]
     if isinstance(value, np.ndarray | np.generic):

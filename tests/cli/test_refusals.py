@@ -94,7 +94,7 @@ def test_bad_words_for_a_simulation(command: Command, words: tuple[str, str], sa
 
 
 def test_a_result_with_an_unknown_suffix_is_refused_before_any_work(command: Command, tmp_path: Path) -> None:
-    assert_one_line(command("simulate", "planar2", "--out", "motion.xls"), ".csv, .npz, .png")
+    assert_one_line(command("simulate", "planar2", "--out", "motion.xls"), ".csv, .npz, .json, .png")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -33,6 +33,8 @@ def test_all_files_are_written(command: Command, measured: Path) -> None:  # noq
     for name, value, error in zip(result["names"], result["values"], result["standard_error"], strict=True):
         assert name not in TOLD or abs(value - TOLD[name]) < 4 * error
     assert (measured / "fit.png").read_bytes().startswith(b"\x89PNG")
+    first = (measured / "fitted.toml").read_text().partition("\n")[0]
+    assert {"phichain", "digest", "p", "method"} <= json.loads(first.removeprefix("# ")).keys(), "where it comes from, as a comment"
     scene = load_scene(measured / "fitted.toml")
     assert not scene.runtime and scene.com == (0.15, result["values"][0])
     assert result["digest"] == DOUBLE.digest

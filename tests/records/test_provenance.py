@@ -100,10 +100,10 @@ def test_files_say_version_scene_and_parameters_and_are_read_back(made: Callable
         path = record.to_npz(tmp_path / "a.npz")
         assert (kept(path)["phichain"], kept(path)["digest"], kept(path)["p"]) == (__version__, record.digest, values)
         assert type(record).from_npz(path).p == VALUES
-    if hasattr(record, "to_json"):
-        path = record.to_json(tmp_path / "a.json")
-        found = json.loads(path.read_text())
-        assert (found["phichain"], found["digest"], found["p"]) == (__version__, record.digest, values)
+    path = record.to_json(tmp_path / "a.json")
+    found = json.loads(path.read_text())
+    assert (found["phichain"], found["digest"], found["p"]) == (__version__, record.digest, values)
+    if hasattr(record, "from_json"):
         assert type(record).from_json(path).p == VALUES
         path.write_text(path.read_text().replace('"gravity": 9.81', '"gravity": "much"'))
         with pytest.raises(OutputError, match="its p holds no numbers by name"):
@@ -195,3 +195,16 @@ def test_named_arrays_say_it_too() -> None:
     assert (said["phichain"], said["digest"], said["method"], said["tol"]) == (__version__, "d1", "taylor", 1e-9)
     assert json.loads(said["p"]) == {"mass": [0.4, 0.3], "gravity": 9.81}
     assert all(field.name != "p" or field.kw_only for field in fields(Network))
+
+
+def test_every_kind_of_result_is_text_for_other_programs(tmp_path: Path) -> None:
+    record = trajectory()
+    found = json.loads(record.to_json(tmp_path / "a.json").read_text())
+    assert (found["kind"], found["phichain"], found["p"]) == ("trajectory", __version__, {"mass": [0.4, 0.3], "gravity": 9.81})
+    assert np.array_equal(found["q"], record.q) and found["q_names"] == ["theta_1", "theta_2"] and "refine" not in found
+    assert found["events"] == [{"name": "low", "t": 0.5, "x": record.events[0].x.tolist(), "doubtful": True}]
+    regulator = RECORDS["Gains"]()
+    poles = json.loads(regulator.to_json(tmp_path / "b.json").read_text())["poles"]
+    assert [complex(*pair) for pair in poles] == regulator.poles.tolist()
+    for other in (plan(), connection(), attraction(), mapped()):
+        assert json.loads(other.to_json(tmp_path / "c.json").read_text())["digest"] == "d"

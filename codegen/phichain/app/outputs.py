@@ -26,7 +26,7 @@ def figures() -> Any:
     return drawing
 
 
-def named(files: list[Path] | None, kinds: tuple[str, ...] = (".csv", ".npz", ".png", ".svg", ".pdf")) -> list[Path]:
+def named(files: list[Path] | None, kinds: tuple[str, ...] = (".csv", ".npz", ".json", ".png", ".svg", ".pdf")) -> list[Path]:
     """The files to write, each named by one of the kinds that there are, and each such as can be written.
 
     Raises:

@@ -60,8 +60,10 @@ def fit(
     as_json: said.AsJson = False,
 ) -> None:
     """Fit a chain's runtime parameters to a measured motion, and say how well the data tell them."""
+    from phichain.app.summaries import printed
     from phichain.identification import fit as fitted
     from phichain.identification import read_measurement
+    from phichain.origin import origin
     from phichain.pipeline import build
     from phichain.scene.library import find_scene
     from phichain.system.starts import numbers, parameters
@@ -79,7 +81,7 @@ def fit(
     )  # fmt: skip
     said.say(found, quiet, as_json)
     scenes = [path for path in files if path.suffix == ".toml"]
-    text = filled(chosen, found).to_toml() if scenes else ""
+    text = f"# {printed(origin(found))}\n{filled(chosen, found).to_toml()}" if scenes else ""
     write(found, [path for path in files if path not in scenes], lambda: figures().fitted(found), quiet=quiet or as_json)
     for path in scenes:
         write_file(path, text)

@@ -15,7 +15,7 @@ from phichain.errors import ArrayError
 SceneWord = Annotated[str, typer.Argument(metavar="SCENE", help="A TOML file, a bundled scene's name, or planarN: paper A's chain of N links.")]
 OutFiles = Annotated[
     list[Path] | None,
-    typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz, .png, .svg or .pdf by its name, of a motion .gif, .html or .mp4, too; repeatable."),
+    typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz, .json, .png, .svg or .pdf by its name, of a motion .gif, .html or .mp4, too; repeatable."),
 ]
 Settings = Annotated[
     list[str] | None,
@@ -58,7 +58,7 @@ def simulate(
     from phichain.scene.library import find_scene
     from phichain.system.starts import leaning, numbers
 
-    files = named(out, (".csv", ".npz", ".png", ".svg", ".pdf", *MOVING))
+    files = named(out, (".csv", ".npz", ".json", ".png", ".svg", ".pdf", *MOVING))
     chosen = find_scene(scene)
     system = with_values(built(chosen), chosen, settings)
     rest = leaning(system, lean)

@@ -86,7 +86,7 @@ def swingup(
     from phichain.system.starts import numbers, upright
     from phichain.trials import swing_up
 
-    files = named(save, (".npz", ".csv", ".png"))
+    files = named(save, (".npz", ".csv", ".json", ".png"))
     demand_together("observer", observer, {"resolution": resolution, "noise": noise, "disturbance": disturbance})
     if observer not in (None, "kalman"):
         raise ArrayError("observer", observer, "is no observer along a motion", "say kalman")

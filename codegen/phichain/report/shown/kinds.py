@@ -26,7 +26,7 @@ def animate(record: Any, path: Path | str, **words: Any) -> Path:
     Raises:
         UnsupportedError: Nothing of it moves.
     """
-    raise UnsupportedError("animate", type(record).__name__, "holds no motion", "animate the Trajectory of a simulation")
+    raise UnsupportedError("animate", type(record).__name__, "holds no motion", "animate the Trajectory of a simulation, or an orbit picked out of a family")
 
 
 def demand_figure(ax: Any, record: Any) -> None:

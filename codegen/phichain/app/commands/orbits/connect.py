@@ -44,7 +44,7 @@ def connect(
     from phichain.scene.library import find_scene
     from phichain.scene.load import with_functions
 
-    files = named(out, (".csv", ".npz", ".png"))
+    files = named(out, (".csv", ".npz", ".json", ".png"))
     wanted = None if turns is None else _turns(turns)
     chosen = find_scene(scene)
     system = with_values(build(with_functions(chosen, NEEDED, variational=True)), chosen, settings)
