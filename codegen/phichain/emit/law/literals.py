@@ -87,7 +87,7 @@ def whole_folder(kind: str, name: str, scene: tuple[str, str], real: str, record
         record: What the manifest says of this kind of law.
         files: The other files by name.
     """
-    built = {**files, "CMakeLists.txt": render("CMakeLists.txt.j2", name=name)}
+    built = {**files, "CMakeLists.txt": render("CMakeLists.txt.j2", name=name, upper=name.upper(), hook=None)}
     hashes = {file: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for file, text in sorted(built.items())}
     head = {"kind": kind, "name": name, "scene": scene[0], "digest": scene[1] or "of no scene", "generator": {"phichain": __version__}, "real": real}
     return built | {MANIFEST: json.dumps({**head, **record, "files": hashes}, indent=2, ensure_ascii=True) + "\n"}
