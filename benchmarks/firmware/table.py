@@ -62,9 +62,10 @@ def _forward(root: Path) -> Iterator[str]:
         rows = []
         for level in ("-Os", "-O2"):
             for trig in ("bundled", "libm"):
-                scene = chain(f"t{links}_{trig}", links, ("forward_dynamics",), trig=trig)
-                folder = write_folder(root / scene.name, folder_texts(scene, False, False))
-                rows.append(_row(f"phichain, {trig}", folder, links, level))
+                for code, label in (("auto", ""), ("loops", ", loops")):
+                    scene = chain(f"t{links}_{trig}_{code}", links, ("forward_dynamics",), trig=trig, code=code)
+                    folder = write_folder(root / scene.name, folder_texts(scene, False, False))
+                    rows.append(_row(f"phichain, {trig}{label}", folder, links, level))
             rows.append(_row("by hand, lean kernel (to 1e3 rad)", peers.expert(root / f"own{links}", links, True), links, level))
             rows.append(_row("by hand, libm", peers.expert(root / f"lib{links}", links, False), links, level))
             rows.append(_row("CasADi", peers.casadi(root / f"casadi{links}", links), links, level))

@@ -59,8 +59,8 @@ def test_what_has_no_short_loop_is_left_as_it_is() -> None:
 @pytest.mark.parametrize("links", [1, 2, 3, 4])
 @pytest.mark.parametrize("name", ["forward_dynamics", "state_jacobian", "inverse_dynamics", "linearization"])
 def test_no_emitted_program_has_one(name: str, links: int) -> None:
-    for com in (None, 0.4):
-        scene = Scene("few", links, base="cart", mass=1.0, length=1.0, com=com, cart_mass=2.0, damping=0.1)
+    for com, trig in ((None, None), (0.4, None), (0.4, "bundled")):
+        scene = Scene("few", links, base="cart", mass=1.0, length=1.0, com=com, cart_mass=2.0, damping=0.1, trig=trig)
         program = lower_function(derive(scene), name, "loops")
         assert not short(program)
         assert not [array.name for array in program.work if array.size == 1]

@@ -136,7 +136,7 @@ class _Lowering:
         if not saves_memory(self.scene):
             return short
         read = without_unread_cells(short)
-        return read if read.callees else without_unread_cells(without_twins(read))
+        return without_short_loops(read if read.callees else without_unread_cells(without_twins(read)))
 
     def _is_written(self, name: str) -> bool:
         if not WRITERS.has(name, self.scene.space):

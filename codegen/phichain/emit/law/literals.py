@@ -100,7 +100,7 @@ def whole_folder(kind: str, name: str, law: Owned, real: str, record: Mapping[st
         record: What the manifest says of this kind of law.
         files: The other files by name.
     """
-    built = {**files, "CMakeLists.txt": render("CMakeLists.txt.j2", name=name)}
+    built = {**files, "CMakeLists.txt": render("CMakeLists.txt.j2", name=name, upper=name.upper(), hook=None)}
     hashes = {file: "sha256:" + hashlib.sha256(text.encode()).hexdigest() for file, text in sorted(built.items())}
     head = {"kind": kind, "name": name, "scene": law.name, "digest": law.digest or "of no scene", "generator": {"phichain": __version__}, "real": real}
     head |= {"p": plain(law.p)} if law.p else {}
