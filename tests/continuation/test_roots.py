@@ -61,6 +61,20 @@ def test_a_jump_is_found_by_halving(sign: float) -> None:
     assert abs(found - 1 / 3) < 2e-12 and len(asked) < 4 * 40
 
 
+def test_noise_is_not_chased() -> None:
+    """Beside a zero in values that are rounding the place is known as well as it will be, however fine it is wanted."""
+    rng, asked, zero = np.random.default_rng(3), [], 1 + 2.7e-7
+
+    def noisy(x: float) -> float:
+        asked.append(x)
+        return (x - zero) * (1 + 3e5 * (x - zero)) + 2e-12 * float(rng.uniform(-1, 1))
+
+    for _ in range(60):
+        before = len(asked)
+        found = zero_between(noisy, 1.0, 1 + 5e-6, (noisy(1.0), noisy(1 + 5e-6)), 1e-14)
+        assert abs(found - zero) < 1e-11 and len(asked) - before <= 16
+
+
 def test_an_end_that_vanishes_is_the_zero() -> None:
     assert zero_between(lambda x: x - 1, 0.0, 1.0, (-1.0, 0.0), 1e-14) == 1.0
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint
-from phichain.continuation.met.locate import curve, root
+from phichain.continuation.met.locate import curve
+from phichain.continuation.met.roots import zero_between
 from phichain.continuation.met.singular import loosened
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
@@ -17,6 +18,15 @@ NEIGHBOURHOOD = 1e-5
 SOLVED = 1e-12
 """Relative residual of what solves the problem: halfway across a gap of half width w it is about w^2, small but no round-off, down to
 half widths of some 1e-6."""
+
+BRACKET = 1e-2
+"""Length of a bracket of the zero, in steps, from which on it is looked whether both of its ends stay large."""
+_STEEPEST = 20.0
+"""How many times as steep as over the whole step the determinant may be there: at a zero both ends shrink with the bracket, at a jump they do not."""
+
+
+class _JumpedError(Exception):
+    """The determinant changes its sign without vanishing."""
 
 
 def is_crossed_smoothly(problem: Problem, a: Point, b: Point, engine: Engine) -> bool:
@@ -30,10 +40,22 @@ def is_crossed_smoothly(problem: Problem, a: Point, b: Point, engine: Engine) ->
     ends = test.value(problem, a), test.value(problem, b)
     if ends[0] * ends[1] >= 0:
         return True
-    width = NEIGHBOURHOOD * (b.arclength - a.arclength)
-    loose = loosened(engine)
-    zero = root(problem, a, b, test, loose, 0.1 * width / (1 + b.arclength)).arclength
-    between = curve(problem, a, b, loose)
+    step, largest = b.arclength - a.arclength, max(abs(end) for end in ends)
+    width, between = NEIGHBOURHOOD * step, curve(problem, a, b, loosened(engine))
+    known = {a.arclength: ends[0], b.arclength: ends[1]}
+
+    def of(s: float) -> float:
+        known[s] = test.value(problem, between(s))
+        low = max(place for place, value in known.items() if value * ends[0] > 0)
+        high = min(place for place, value in known.items() if value * ends[0] <= 0)
+        if high - low < BRACKET * step and min(abs(known[low]), abs(known[high])) > _STEEPEST * (high - low) / step * largest:
+            raise _JumpedError
+        return known[s]
+
+    try:
+        zero = zero_between(of, a.arclength, b.arclength, ends, 0.1 * width)
+    except _JumpedError:
+        return False
     sides = [between(float(np.clip(zero + d, a.arclength, b.arclength))) for d in (-width, width)]
-    small = 5 * NEIGHBOURHOOD * max(abs(end) for end in ends)
+    small = 5 * NEIGHBOURHOOD * largest
     return all(side.residual < SOLVED and abs(test.value(problem, side)) <= small for side in sides)

@@ -68,8 +68,11 @@ def zero_between(
 def _interpolated(known: Sequence[tuple[float, float]], a: tuple[float, float], b: tuple[float, float]) -> float:
     """The zero inside the bracket of the polynomial through its ends and what is closest to them."""
     middle = (a[0] + b[0]) / 2
-    others = sorted((pair for pair in known if pair not in (a, b)), key=lambda pair: abs(pair[0] - middle))
-    nodes = [a, b, *others[: _NODES - 2]]
+    nodes, close = [a, b], _ROUNDING * (1 + abs(middle))
+    for pair in sorted(known, key=lambda pair: abs(pair[0] - middle)):
+        # Values closer than rounding differ by rounding, and say nothing of a slope.
+        if len(nodes) < _NODES and all(abs(pair[0] - place) > close for place, _ in nodes):
+            nodes.append(pair)
     places, weights = [place for place, _ in nodes], [value for _, value in nodes]
     for order in range(1, len(nodes)):
         for k in range(len(nodes) - 1, order - 1, -1):
