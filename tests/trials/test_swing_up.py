@@ -193,14 +193,26 @@ def test_finer_intervals_keep_the_nodes_and_lie_on_the_motion(system: System) ->
     assert errors[0] < 1e-3 and errors[0] / errors[1] > 11
 
 
-def test_every_second_start_between_standing_chains_hangs_in_between() -> None:
-    """Two links from one pose to the other and back home: two motions that meet at rest, hanging, under one input within its limit."""
+def test_routes_stop_at_the_hanging_chain_and_at_unfolded_poses() -> None:
+    def stops(start: tuple[int, ...], target: tuple[int, ...]) -> list[list[tuple[int, ...]]]:
+        task = Task.of(planar([0.1] * len(start), [0.2] * len(start), cart_mass=0.5, actuated="cart"), limit=20.0, start=start, target=target)
+        return [[leg.target for leg in legs[:-1]] for legs in task.routes]
+
+    hanging, up = (1, 1, 1), (-1, -1, -1)
+    assert stops(hanging, up) == [] and stops(hanging, (1, -1, -1)) == []
+    assert stops(up, (1, -1, -1)) == [[hanging]]
+    assert stops(hanging, (1, -1, 1)) == [[(1, -1, -1)]]
+    assert stops((-1, 1, -1), (1, -1, 1)) == [[hanging], [hanging, (1, -1, -1)]]
+    assert stops((-1, 1, 1), (-1, 1, -1)) == [[hanging], [up, hanging]] and stops((-1, 1, 1), up) == [[hanging]]
+
+
+def test_a_route_is_one_plan_that_rests_in_between() -> None:
+    """Two links from one pose to the other: two motions that meet at rest, hanging, under one input within its limit."""
     two = build(replace(POLE, name="two_poles", links=2, mass=M, length=L, com=L))
-    task = Task.of(two, limit=20.0, rail=1.0, start=(-1, 1), target=(1, -1), places=(0.1, 0.3))
-    assert task.legs is not None and [leg.target for leg in task.legs] == [(1, 1), (1, -1)] and task.legs[0].last[0] == 0.2
-    assert Task.of(two, limit=20.0, target=(1, -1)).legs is None
+    task = Task.of(two, limit=20.0, rail=1.0, start=(-1, -1), target=(1, -1), places=(0.1, 0.3))
+    assert [leg.target for leg in task.routes[0]] == [(1, 1), (1, -1)] and task.routes[0][0].last[0] == pytest.approx(0.2)
     every = starts(task, 5)
-    assert [one.hangs for one in every] == [False, True, False, True, False] and every[0].seconds == every[1].seconds
+    assert [one.route for one in every] == [0, 1, 0, 1, 0] and every[0].seconds == every[1].seconds
     chain = Chain(two)
     plan, left = planned(chain, task, Problem(chain, task, intervals=40), every[1], 5)
     assert plan is not None and plan.converged and plan.duration == pytest.approx(2 * every[1].seconds, abs=0.01)

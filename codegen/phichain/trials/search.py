@@ -28,7 +28,7 @@ from phichain.trials.monte_carlo import led, monte_carlo
 DESIGNS: Final = (Design(0.25, 3e-4), Design(0.07, 1e-4), Design(0.7, 3e-4))
 """Weights that are tried on every plan, until one law holds in all runs."""
 
-_FORMAT: Final = "phichain swing-up 4"
+_FORMAT: Final = "phichain swing-up 8"
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,8 +97,8 @@ class Tried:
     def __str__(self) -> str:
         verdict = "the chain cannot be led along it" if self.plan is None else f"{self.share:.1%} hold"
         again = ", remembered" if self.again else ""
-        twice = "twice " if self.start.hangs else ""
-        return f"{twice}{self.start.seconds:.3g} s, seed {self.start.seed}, calm {self.start.calm:g}: {self.left}; {verdict}{again}"
+        way = f"route {self.start.route}, " if self.start.route else ""
+        return f"{way}{self.start.seconds:.3g} s, seed {self.start.seed}, calm {self.start.calm:g}: {self.left}; {verdict}{again}"
 
 
 @dataclass(frozen=True)

@@ -186,13 +186,13 @@ def _best(ended: Iterable[Tried], anyway: bool) -> Tried | None:
 def _explained(search: Search, made: Rig, ended: Sequence[Tried]) -> ControlError:
     """Which bound is in the way, if one is."""
     task = made.task
-    wider = {"rail": replace(task, rail=float("inf"), legs=None), "limit": replace(task, limit=10 * task.limit, legs=None)}
+    wider = {"rail": replace(task, rail=float("inf"), routes=()), "limit": replace(task, limit=10 * task.limit, routes=())}
     for name, relaxed in wider.items():
         if name == "rail" and not np.isfinite(task.rail):
             continue
         problem = Problem(made.chain, relaxed, search.solver, search.most)
         for one in ended[:2]:
-            plan, _left = planned(made.chain, relaxed, problem, one.start, search.stride)
+            plan, _left = planned(made.chain, relaxed, problem, replace(one.start, route=0), search.stride)
             if plan is not None and plan.converged:
                 return _bound(name, made, plan)
     least = min(one.left.infeasibility for one in ended)

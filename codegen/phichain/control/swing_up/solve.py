@@ -58,13 +58,13 @@ class Start:
         seconds: Duration of the motion.
         calm: Weight of the rates.
         seed: 0 for a straight line from start to target, else waves about it drawn with this seed.
-        hangs: Whether the chain comes to rest hanging in between: two motions of that duration each.
+        route: 0 for the way in one motion, else by which of the task's routes, each motion of that duration.
     """
 
     seconds: float
     calm: float
     seed: int
-    hangs: bool = False
+    route: int = 0
 
 
 @dataclass(frozen=True)
@@ -91,11 +91,12 @@ class Left:
 def starts(task: Task, count: int, seconds: float | None = None) -> tuple[Start, ...]:
     """The first so many starts: durations in turn, straight lines first, weights and waves changing from round to round.
 
-    Between equilibria that both stand every second one leads through the hanging chain.
+    Each is followed in one motion, and then by every route that the task has.
     """
-    if task.legs is not None:
-        direct = starts(replace(task, legs=None), (count + 1) // 2, seconds)
-        return tuple(one for start in direct for one in (start, replace(start, hangs=True)))[:count]
+    ways = 1 + len(task.routes)
+    if ways > 1:
+        direct = starts(replace(task, routes=()), -(-count // ways), seconds)
+        return tuple(replace(start, route=way) for start in direct for way in range(ways))[:count]
     times = [factor * task.swing for factor in TIMES] if seconds is None else [seconds]
     found = []
     for k in range(count):
@@ -115,9 +116,10 @@ def planned(chain: Chain, task: Task, problem: Problem, start: Start, stride: in
         stride: The duration becomes a multiple of so many samples.
     """
     samples = max(2, round(start.seconds / (stride * task.sample))) * stride
-    if start.hangs and task.legs is not None:
-        solution, followed = _through(chain, task, problem, start, samples)
-        samples *= 2
+    if start.route:
+        legs = task.routes[start.route - 1]
+        solution, followed = _through(chain, task, legs, problem, start, samples)
+        samples *= len(legs)
     else:
         solution, followed = _led(chain, task, problem, start, samples)
     left = Left(solution.converged, solution.iterations, solution.cost, solution.infeasibility)
@@ -152,27 +154,32 @@ def _led(chain: Chain, task: Task, problem: Problem, start: Start, samples: int)
                 break
             grid = grid.finer()
             solution = grid.solve(seconds, *_finer(chain, solution), start.calm, SHARE, TURN)
-        if best is not None and best[0].converged and best[1][2] <= WIDE:
+        if best is not None and (best[1][2] <= WIDE or not best[0].converged):
             return best
     return best or (left[0], None)
 
 
-def _through(chain: Chain, task: Task, problem: Problem, start: Start, samples: int) -> tuple[Solution, Followed | None]:
-    """Two motions, to the hanging chain and from there, as one; of the solver's words those that are worse."""
-    assert task.legs is not None
-    there, back = task.legs
-    first, followed = _led(chain, there, problem.of(there), start, samples)
-    if followed is None:
-        return first, None
-    second, more = _led(chain, back, problem.of(back), start, samples)
-    both = replace(
-        second if first.converged else first, cost=first.cost + second.cost, iterations=first.iterations + second.iterations,
-        infeasibility=max(first.infeasibility, second.infeasibility),
+def _through(
+    chain: Chain, task: Task, legs: tuple[Task, ...], problem: Problem, start: Start, samples: int
+) -> tuple[Solution, Followed | None]:
+    """Several motions, one after the other, as one; of the solver's words those of the first that did not converge."""
+    found: list[Solution] = []
+    led: list[Followed] = []
+    for leg in legs:
+        solution, followed = _led(chain, leg, problem.of(leg), start, samples)
+        found.append(solution)
+        if followed is None:
+            break
+        led.append(followed)
+    whole = replace(
+        next((one for one in found if not one.converged), found[-1]), cost=sum(one.cost for one in found),
+        iterations=sum(one.iterations for one in found), infeasibility=max(one.infeasibility for one in found),
     )  # fmt: skip
-    if more is None:
-        return both, None
-    led = _along(chain, task, np.concatenate([followed[0][:-1], more[0]]), np.concatenate([followed[1], more[1]]))
-    return both, None if led is None else (led[0], led[1], max(followed[2], more[2], led[2]))
+    if len(led) < len(legs):
+        return whole, None
+    x = np.concatenate([*(one[0][:-1] for one in led[:-1]), led[-1][0]])
+    joined = _along(chain, task, x, np.concatenate([one[1] for one in led]))
+    return whole, None if joined is None else (joined[0], joined[1], max(joined[2], *(one[2] for one in led)))
 
 
 def _finer(chain: Chain, solution: Solution) -> tuple[Vector, Vector]:

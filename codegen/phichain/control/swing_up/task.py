@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import inf, sqrt
 
 import numpy as np
@@ -31,7 +32,7 @@ class Task(Held):
         sample: Time between two calls of the law, s.
         swing: Swing time of the chain, sqrt(sum r' / g), s: what times and rates are measured by. r' = r + J / (m r), at most l, is
             how far from its joint a link swings as a point would.
-        legs: The same in two motions, to the hanging chain and from there; None where the chain hangs at an end.
+        routes: The same in several motions each, from one equilibrium to the next, see `_between`.
     """
 
     start: Signs
@@ -42,7 +43,7 @@ class Task(Held):
     limit: Vector
     sample: float
     swing: float
-    legs: tuple[Task, Task] | None = None
+    routes: tuple[tuple[Task, ...], ...] = ()
 
     @classmethod
     def of(
@@ -94,12 +95,39 @@ class Task(Held):
             linear[0].s, linear[1].s, first, last, _rail(system, rail, places), _limits(system, limit), float(sample),
             sqrt(float(np.sum(_swinging(system))) / gravity),
         )  # fmt: skip
-        hanging = (1,) * system.links
-        if hanging in (whole.start, whole.target):
-            return whole
-        middle = configuration(system, hanging)
-        middle[: system.cart_size] = float(np.mean(places))
-        return replace(whole, legs=(replace(whole, target=hanging, last=middle), replace(whole, start=hanging, first=middle)))
+        return replace(whole, routes=tuple(_legs(system, whole, route, places) for route in _between(whole.start, whole.target)))
+
+
+def _between(start: Signs, target: Signs) -> list[list[Signs]]:
+    """Equilibria to stop at on the way, route by route.
+
+    Through the hanging chain where neither end hangs: swing-ups are easier to find than motions from pose to pose, and one of them may be
+    run backwards. And where links hang behind the last that stands, through the pose in which they stand too: from there they alone swing
+    down, while a pose that is folded so is hardly met by a chain that comes from afar.
+    """
+    hanging = (1,) * len(start)
+    home = [] if hanging in (start, target) else [hanging]
+    leaving, coming = _unfolded(start), _unfolded(target)
+    folded = [leaving, *(home if leaving != coming else []), coming]
+    routes = [home, [pose for k, pose in enumerate(folded) if pose not in (start, target) and pose not in folded[:k]]]
+    return [route for k, route in enumerate(routes) if route and route not in routes[:k]]
+
+
+def _unfolded(signs: Signs) -> Signs:
+    """The same pose with the links behind the last that stands standing too."""
+    last = max((k for k, sign in enumerate(signs) if sign < 0), default=len(signs))
+    return signs[: last + 1] + (-1,) * (len(signs) - last - 1)
+
+
+def _legs(system: System, whole: Task, route: list[Signs], places: tuple[float, float]) -> tuple[Task, ...]:
+    """One motion after the other, the cart half-way in between."""
+    ends = [(whole.start, whole.first)]
+    for signs in route:
+        stop = configuration(system, signs)
+        stop[: system.cart_size] = float(np.mean(places))
+        ends.append((signs, stop))
+    ends.append((whole.target, whole.last))
+    return tuple(replace(whole, start=one[0], first=one[1], target=other[0], last=other[1]) for one, other in pairwise(ends))
 
 
 def _swinging(system: System) -> Vector:
