@@ -32,6 +32,7 @@ def test_a_response_by_both_methods(command: Command, tmp_path: Path) -> None:
     assert "0.15 N m cos(omega t): the torque at joint 1, harmonics" in answer.out and "fold at omega = " in answer.out
     found = json.loads((tmp_path / "r.json").read_text())
     assert found["kind"] == "response" and found["points"][-1]["omega"] == 5 and found["digest"] == find_scene("one.toml").digest
+    assert (found["p"], found["tol"]) == ({"gravity": 9.81}, 1e-9)
     assert (tmp_path / "r.png").stat().st_size > 10_000
     assert command(*ASKED, "--method", "shooting", "--out", "s.json").code == 0
     series, shot = (Response.from_json(tmp_path / name).located("fold") for name in ("r.json", "s.json"))

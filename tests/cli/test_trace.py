@@ -35,7 +35,7 @@ def test_a_family_ends_on_its_target(command: Command, tmp_path: Path) -> None:
     assert found["points"][-1]["start"]["q"] == [1.5] and found["method"] == "shooting"
     # reference/limit_cycles.json: the frequency of a pendulum of half a metre at 1.5 rad.
     assert found["points"][-1]["omega"] == pytest.approx(3.812018988865347, rel=1e-15)
-    assert found["digest"] == find_scene("one.toml").digest
+    assert found["digest"] == find_scene("one.toml").digest and found["p"] == {"gravity": 9.81}
     assert (tmp_path / "f.png").stat().st_size > 10_000
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import io
 import json
 import os
+import tempfile
 import zipfile
 from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +22,18 @@ from phichain.origin import WROTE
 from tests.records.samples import OPTIONAL, RECORDS, trajectory
 
 
-def written(folder: Path, kind: str) -> Path:
-    return RECORDS[kind]().to_npz(folder / f"{kind}.npz")
+@cache
+def whole(kind: str) -> bytes:
+    """What a record writes; once, since every file is forced to disk."""
+    with tempfile.TemporaryDirectory() as folder:
+        content: bytes = RECORDS[kind]().to_npz(Path(folder, "record.npz")).read_bytes()
+    return content
+
+
+def written(tmp_path: Path, kind: str) -> Path:
+    path = tmp_path / "record.npz"
+    path.write_bytes(whole(kind))
+    return path
 
 
 def read(path: Path, kind: str) -> Any:

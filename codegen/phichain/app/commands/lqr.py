@@ -14,7 +14,7 @@ from phichain.app.settings import with_values
 SceneWord = Annotated[str, typer.Argument(metavar="SCENE", help="A TOML file, a bundled scene's name, or planarN: paper A's chain of N links.")]
 OutFiles = Annotated[
     list[Path] | None,
-    typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz, .json, .png, .svg or .pdf by its name, repeatable."),
+    typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz, .json, .png, .svg or .pdf by its name; repeatable."),
 ]
 Settings = Annotated[
     list[str] | None,

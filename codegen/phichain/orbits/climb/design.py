@@ -186,7 +186,7 @@ def _regulators(system: System, signs: tuple[int, ...], weights: Vector, torque:
 def _state_feedback(table: GainTable) -> StateFeedback:
     return StateFeedback(
         table.name, table.digest, table.state_names, table.state_units, table.input_names, table.input_units, table.targets[0], table.rest[0],
-        table.gains[0], table.wraps, table.low, table.high, table.sample,
+        table.gains[0], table.wraps, table.low, table.high, table.sample, p=table.p,
     )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Final
 
 from phichain.continuation import Engine, Options, predictors
@@ -72,12 +73,14 @@ def respond(
         raise ArrayError("options", options, "is no Options", "leave it out, or make one")
     engine = Engine(predictors.cubic, options=limited(chosen, limits) if limits else chosen)
     if beyond is not None:
-        return opened.beyond(system, forcing, *_pair(beyond), ends, p, flow, engine, progress)
-    if method == "shooting":
+        found = opened.beyond(system, forcing, *_pair(beyond), ends, p, flow, engine, progress)
+    elif method == "shooting":
         if harmonics is not None:
             raise ArrayError("harmonics", harmonics, 'belong to method = "harmonics"', "leave them out")
-        return by_shooting.followed(system, forcing, ends, p, flow, engine, progress)
-    return by_harmonics.followed(system, forcing, ends, p, kept(harmonics), engine, progress)
+        found = by_shooting.followed(system, forcing, ends, p, flow, engine, progress)
+    else:
+        found = by_harmonics.followed(system, forcing, ends, p, kept(harmonics), engine, progress)
+    return replace(found, p=system.values(p))
 
 
 def _pair(given: Any) -> tuple[Response, Any]:
