@@ -137,8 +137,8 @@ def _points(root: Path) -> Iterator[str]:
     yield (
         "## Points of the list, by the same questions of emitted solvers\n\nThe chain of two links; phichain: forward dynamics and sampled "
         "system with bundled trigonometry; OSQP: its regulator of ten steps, emitted for single precision without printing and timing "
-        "(benchmarks/firmware/peers/solvers.py). CVXPYgen writes double precision "
-        "alone, whatever OSQP is asked for, and keeps OSQP's own C as it is (version of both: their packages'). The points' numbers are those of the checks of `make firmware`.\n\n"
+        "(benchmarks/firmware/peers/solvers.py). CVXPYgen's interface offers no "
+        "single precision: its column is in double, where nothing is there to promote. The points' numbers are those of the checks of `make firmware`.\n\n"
         f"| point | {' | '.join(columns)} |\n|---|{'---|' * len(columns)}\n" + "".join(rows) + note
     )
 

@@ -39,7 +39,7 @@ def _sampled() -> tuple[Any, Any]:
 
 
 def cvxpygen(folder: Path) -> Path:
-    """CVXPYgen's C for the same regulator, whose start is a parameter; in double precision, which is all it writes."""
+    """CVXPYgen's C for the same regulator, whose start is a parameter; in double precision: its interface offers no other."""
     import cvxpy
     from cvxpygen import cpg
 
