@@ -1,20 +1,25 @@
 """Families of chains drawn at random, each traced with two step limits: no jump, no crash, every end with a reason.
 
     python -m benchmarks.orbits.batch --seed 7 --cases 100
+    python -m benchmarks.orbits.batch --seed 7 --cases 100 --write    # and a table under benchmarks/results
 
 Chains of one to five links, on a wall or a cart, with centres of mass, springs and inertia; a mode of each is followed to a largest angle drawn
-as well. Where both runs claim the target their last orbits have to agree; where one ends before, it has to say why.
+as well. Where both runs claim the target their last orbits have to agree; where one ends before, it has to say why. Where only one has come
+to its end within its points the other goes on until it has, too.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from benchmarks.table import Table, write
 from phichain.continuation import Branch
 from phichain.errors import PhichainError
 from phichain.orbits import trace
@@ -25,7 +30,13 @@ from phichain.system import System
 STEPS = (0.1, 0.03)
 AGREE = 1e-9
 POINTS = 600
+MORE = 3
+"""How often a run goes on whose fellow has ended."""
 R = "runtime"
+NOTE = (
+    f"Steps of at most {STEPS[0]} and {STEPS[1]}. In order is a case whose last orbits agree within {AGREE:g} where both runs claim the target, or whose "
+    "runs say why they ended short of it, having met the same events on the way; with 600 points a run that has not come to an end says so."
+)
 
 
 @lru_cache
@@ -61,6 +72,10 @@ def judged(system: System, p: dict[str, Any], mode: int, amplitude: float) -> tu
             return bool(refused.problem), f"refused: {refused}"
         assert isinstance(found, Branch)
         runs.append(found)
+    for _ in range(MORE):
+        if len({run.status == "points" for run in runs}) == 1:
+            break
+        runs = [run if run.status != "points" else _gone_on(system, p, mode, amplitude, run, step) for run, step in zip(runs, STEPS, strict=True)]
     wanted = f"amplitude = {amplitude!r}"
     reached = [run.status == "event" and run.events[-1].kind == wanted for run in runs]
     reasons = " | ".join(run.reason for run in runs)
@@ -74,11 +89,24 @@ def judged(system: System, p: dict[str, Any], mode: int, amplitude: float) -> tu
     return apart < AGREE + 100 * error, f"{len(runs[0])} and {len(runs[1])} points, {apart:.1e} apart"
 
 
+def _gone_on(system: System, p: dict[str, Any], mode: int, amplitude: float, run: Branch, step: float) -> Branch:
+    """A run with as many points more."""
+    found = trace(system, mode, p=p, until=f"amplitude={amplitude}", resume=run, limits={"step_max": step, "max_points": POINTS})
+    assert isinstance(found, Branch)
+    return found
+
+
 def _one_way(one: Branch, other: Branch) -> bool:
     """Whether two runs met the same events, as far as the shorter one goes, gaps apart."""
     end = min(one.arclength[-1], other.arclength[-1])
     kinds = [[event.kind for event in run.events if event.arclength < 0.98 * end] for run in (one, other)]
     return kinds[0] == kinds[1] or bool(one.passages or other.passages)
+
+
+def case(seed: np.random.SeedSequence) -> tuple[str, int, float, bool, str]:
+    """One case: chain, mode, end, whether it is in order, and what is to be said of it."""
+    system, p, mode, amplitude = drawn(np.random.default_rng(seed))
+    return system.name, mode, amplitude, *judged(system, p, mode, amplitude)
 
 
 def main(words: list[str] | None = None) -> int:
@@ -87,15 +115,22 @@ def main(words: list[str] | None = None) -> int:
     options.add_argument("--seed", type=int, default=1)
     options.add_argument("--cases", type=int, default=100)
     options.add_argument("--first", type=int, default=0, help="the case to begin with")
+    options.add_argument("--jobs", type=int, default=1, help="cases at a time, each a process")
+    options.add_argument("--write", action="store_true", help="write the table")
     asked = options.parse_args(words)
-    bad = 0
-    seeds = np.random.SeedSequence(asked.seed).spawn(asked.cases)
-    for number, seed in list(enumerate(seeds))[asked.first :]:
-        system, p, mode, amplitude = drawn(np.random.default_rng(seed))
-        is_right, said = judged(system, p, mode, amplitude)
-        bad += not is_right
-        print(f"{number:3} {system.name} mode {mode} to {amplitude:.4f}: {'' if is_right else 'NOT IN ORDER: '}{said}", flush=True)
-    print(f"{len(seeds) - asked.first - bad} of {len(seeds) - asked.first} in order")
+    bad, rows, began = 0, [], time.perf_counter()
+    seeds = np.random.SeedSequence(asked.seed).spawn(asked.cases)[asked.first :]
+    with ProcessPoolExecutor(asked.jobs) as pool:
+        for number, (name, mode, amplitude, is_right, said) in enumerate(pool.map(case, seeds), asked.first):
+            bad += not is_right
+            rows.append((f"{number}", name.removeprefix("batch"), str(mode), f"{amplitude:.4f}", "yes" if is_right else "NO", said.replace("|", ";")))
+            print(f"{number:3} {name} mode {mode} to {amplitude:.4f}: {'' if is_right else 'NOT IN ORDER: '}{said}", flush=True)
+    counted = f"{len(seeds) - bad} of {len(seeds)} in order"
+    print(counted)
+    if asked.write:
+        command = f"python -m benchmarks.orbits.batch --seed {asked.seed} --cases {asked.cases} --write"
+        table = Table(counted, ("case", "links (c: cart)", "mode", "to, rad", "in order", "what two step limits say"), tuple(rows), (NOTE,))
+        write("families_at_random", "Families of chains drawn at random", [table], command, seconds=time.perf_counter() - began)
     return int(bad > 0)
 
 

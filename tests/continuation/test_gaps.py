@@ -7,10 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from phichain.continuation import Branch, BranchPoint, Engine, Level, Options, follow, start_on
+from phichain.continuation import Branch, BranchPoint, Engine, Evaluation, Level, Options, follow, start_on
+from phichain.continuation.events import signed
+from phichain.continuation.met.gaps import gap_between
 from phichain.continuation.met.passage import is_crossed_smoothly
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.problem import Extra
+from phichain.continuation.record import point_of
 from tests.continuation.problems import problem_of
 
 AWAY = np.array([1.0, -2.0])
@@ -104,3 +107,14 @@ def test_what_no_step_tells_from_a_branch_point_is_crossed(width: float, step_ma
     assert u > 1 and v == pytest.approx(0.7 * u**2, abs=1e-9)
     assert len(branch.passages) + len(branch.located("branch point")) == 1
     assert all(gap.is_crossed and gap.width == pytest.approx(width, rel=0.3) for gap in branch.passages)
+
+
+def test_a_gap_is_not_measured_where_the_equations_are_no_numbers() -> None:
+    """A motion that cannot be followed between the points of a run leaves nothing to fit, and no error either."""
+    branch, _ = run(1e-6)
+    problem, _ = crossing(1e-6)
+    k = int(np.argmin(np.abs(branch.arclength - branch.passages[0].arclength)))
+    near, engine = [point_of(problem, branch, i) for i in (k - 1, k, k + 1)], Engine(options=Options(step=0.01, step_max=0.1))
+    nowhere = replace(problem, evaluate=lambda z: Evaluation(np.full(1, np.nan), np.full((1, 2), np.nan)))
+    assert gap_between(problem, near, engine) is not None and gap_between(nowhere, near, engine) is None
+    assert np.isnan(signed(np.full((3, 3), np.nan)))

@@ -13,13 +13,14 @@ import pytest
 from typer.testing import CliRunner
 
 from phichain.app.cli import app
-from phichain.continuation import Branch, Options
+from phichain.continuation import Branch, Evaluation, Fold, Options, Problem
 from phichain.errors import ArrayError, OutputError, UnsupportedError
 from phichain.orbits import respond, trace
 from phichain.orbits.closed.kinds import KINDS, problem_of, state_of, unknowns_of
 from phichain.orbits.network.opening import Opening, first_points, opening_at
 from phichain.orbits.parameter import knob_of, vary
 from phichain.orbits.parameter.followed import closed_orbits
+from phichain.orbits.parameter.held import value_of
 from phichain.orbits.shooting import settings
 from phichain.orbits.whirling import NEEDED
 from phichain.orbits.whirling.fixed import turned
@@ -120,6 +121,7 @@ def test_whirling_orbits_come_back_turned() -> None:
     assert turned(np.concatenate([end.q, end.v]), -turn) == pytest.approx(x, abs=1e-11) and omega == pytest.approx(family.points[-1, -1])
     locus = vary(spatial(), "length[1]", (family, family.located("period doubling")[0]), 0.501, p=SPATIAL_P, options=SHORT)
     x, turn, omega = locus.states[-1], *locus.points[-1, -3:-1]
+    assert locus.points[0, :-1] == pytest.approx(family.located("period doubling")[0].z, abs=1e-8)
     own = spectrum(spatial(), x, 2 * np.pi / omega, turn, {"p": {"length": [0.501, 0.5]}})
     # Two of them meet at -1, which a square root of rounding moves.
     assert np.sort(np.abs(own + 1))[:2] == pytest.approx([0, 0], abs=1e-4)
@@ -145,14 +147,23 @@ def test_folds_of_a_driven_chain(parameter: str, value: float) -> None:
 
 
 def test_where_multipliers_collide() -> None:
-    """The krein locus of three links ends at the collision that the family there meets by itself."""
+    """The krein locus of three links, where the discriminant bends sharply, ends at the collision that the family there meets by itself."""
     chain = build(Scene("turned_three", 3, mass=1 / 3, length=R, com=1 / 6, want=WANT, variational=["length"]))
     own, other = (
-        trace(chain, 1, until="amplitude=2.5", p={"length": [1 / 3, middle, 1 / 3]}, limits={"max_points": 40}) for middle in (1 / 3, 0.335)
+        trace(chain, 2, until="amplitude=2.45", p={"length": [1 / 3, middle, 1 / 3]}) for middle in (1 / 3, 0.3336)
     )
-    locus = vary(chain, "length[2]", (own, own.located("krein")[0]), 0.335, p={"length": [1 / 3] * 3}, options=SHORT)
+    locus = vary(chain, "length[2]", (own, own.located("krein")[0]), 0.3336, p={"length": [1 / 3] * 3}, options=SHORT)
     assert locus.points[-1, :-1] == pytest.approx(other.located("krein")[0].z, abs=1e-10)
     assert np.abs(np.diff(locus.multipliers, axis=1)).max() < 1e-5 and np.abs(locus.multipliers.real).max() < 1
+
+
+def test_functions_of_the_tangent_have_one_sign_whichever_way_it_is_found() -> None:
+    """On the circle the tangent is (-y, x), or the other way round; what is held goes on smoothly where that changes."""
+    circle = Problem(lambda z: Evaluation(np.array([z @ z - 1]), 2 * z[None, :]), ("x", "y"))
+    angles = np.linspace(0.1, 6.2, 62)
+    places = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    own = np.array([value_of(Fold(0), circle, z, circle.evaluate(z)) for z in places])
+    assert own == pytest.approx(-places[:, 1], abs=1e-15)
 
 
 def test_a_crossing_is_followed_as_the_event_that_it_is() -> None:

@@ -10,6 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from phichain.continuation.linear import bordered, least_singular_value, sign_of_determinant
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
@@ -141,10 +143,13 @@ class Quantity:
 
 def signed(matrix: Vector) -> float:
     """+- the smallest singular value of a square matrix, its sign that of the determinant: simple zeros where
-    that has some."""
+    that has some. NaN where it is no numbers, as where a curve is looked for and a motion cannot be followed."""
     if matrix.shape == (2, 2):
         (a, b), (c, d) = matrix.tolist()
         determinant, squares = a * d - b * c, a * a + b * b + c * c + d * d
         largest = math.sqrt((squares + math.sqrt(max(0.0, (squares - 2 * determinant) * (squares + 2 * determinant)))) / 2)
         return determinant / largest if largest > 0 else determinant
-    return sign_of_determinant(matrix) * least_singular_value(matrix)
+    try:
+        return sign_of_determinant(matrix) * least_singular_value(matrix)
+    except np.linalg.LinAlgError:
+        return math.nan

@@ -85,7 +85,9 @@ def _on(problem: Problem, near: Sequence[Point], s: float, engine: Engine) -> Po
 
 
 def _fit(places: Sequence[float], sigma: Sequence[float]) -> tuple[float, float] | None:
-    """Centre and half width w / a of the parabola sigma^2 through three places; None where it has no minimum above zero."""
+    """Centre and half width w / a of the parabola sigma^2 through three places; None where it has no minimum above zero, or a sigma is none."""
+    if not np.all(np.isfinite(sigma)):
+        return None
     middle = places[1]
     constant, slope, bend = np.polynomial.polynomial.polyfit(np.subtract(places, middle), np.square(sigma), 2)
     if bend <= 0 or constant - slope**2 / (4 * bend) <= 0:

@@ -27,7 +27,7 @@ from phichain.orbits.parameter.followed import (
     driven_orbits,
     spatial_orbits,
 )
-from phichain.orbits.parameter.held import times_of, value_of
+from phichain.orbits.parameter.held import times_of
 from phichain.orbits.symmetry import BRANCH_POINT
 from phichain.orbits.unmirrored import METHOD as UNMIRRORED
 from phichain.orbits.whirling.problem import held_value
@@ -105,13 +105,9 @@ def _met(system: System, kind: str, z: Vector, values: Values) -> tuple[str, Vec
     """
     own, shorter = shorter_orbit(system, values, kind, z)
     times = round(float(shorter[-1] / z[-1]))
-    opens = [name for name, opened in KINDS[own].opens.items() if opened == (kind, times) and name != BRANCH_POINT]
-    if opens:
-        problem = closed_orbits(system, own, shorter, values).family(values)
-        found = problem.evaluate(shorter)
-        tests = closed_orbits(system, own, shorter, values).events(problem)
-        sizes = {test.name: abs(value_of(test, problem, shorter, found)) for test in reversed(tests) if test.name in opens}
-        return own, shorter, min(sizes, key=lambda name: sizes[name])
+    broken = next((name for name, opened in KINDS[own].opens.items() if opened == (kind, times) and (own, 1) != opened), None)
+    if broken is not None:
+        return own, shorter, broken
     if times > 1:
         return own, shorter, f"cover {times} of an orbit"
     raise ArrayError(
