@@ -33,6 +33,7 @@ from phichain.orbits.closed.states import energy_of, field, gradient
 from phichain.orbits.quarter import EPS, frequency_error, powers
 from phichain.records import Held
 from phichain.system import Parameters, System, Vector, acceleration
+from phichain.system.propagation import carrier
 
 _STEPS = 40_000
 """Steps of a period that are worth taking."""
@@ -96,6 +97,7 @@ def _problem(system: System, p: Parameters | None, omega: float, near: Vector | 
     size = 2 * n + 1
     identity = np.eye(2 * n)
     free = carts if sign > 0 else 0
+    carry = carrier(flow, 2 * n, EPS, _STEPS, parameters)
 
     def evaluate(z: Vector) -> Evaluation:
         x, unfolding, rate = z[: 2 * n], float(z[-2]), float(z[-1])
@@ -103,7 +105,7 @@ def _problem(system: System, p: Parameters | None, omega: float, near: Vector | 
         if not (rate > 0 and np.all(np.isfinite(z))):
             return nothing
         time = share * 2 * np.pi / rate
-        found = flow(x[:n], x[n:], 0.0, time, EPS, max_steps=_STEPS, transition=identity, **parameters)
+        found = carry(x[:n], x[n:], time, identity)
         if found.outcome != "done":
             return nothing
         end = np.concatenate([found.q, found.v])

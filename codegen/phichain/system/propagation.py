@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -112,8 +112,14 @@ class StiffPropagation(Propagation):
         return self.steps + self.refused
 
 
-Carried = tuple[str, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], int]
-"""Outcome, configuration, rates and derivatives where a propagation ended, and its steps."""
+class Carried(NamedTuple):
+    """Where a propagation ended: how, the configuration, the rates and their derivatives there, and its steps."""
+
+    outcome: str
+    q: NDArray[np.float64]
+    v: NDArray[np.float64]
+    transition: NDArray[np.float64]
+    steps: int
 
 
 def carrier(flow: Any, columns: int, tol: float, max_steps: int, p: Mapping[str, Any]) -> Callable[..., Carried]:
@@ -133,7 +139,7 @@ def carrier(flow: Any, columns: int, tol: float, max_steps: int, p: Mapping[str,
         def called(q: ArrayLike, v: ArrayLike, t_end: float, transition: ArrayLike) -> Carried:
             found: Propagation = flow(q, v, 0.0, t_end, tol, max_steps=max_steps, transition=transition, **p)
             assert found.transition is not None
-            return found.outcome, found.q, found.v, found.transition, found.steps
+            return Carried(found.outcome, found.q, found.v, found.transition, found.steps)
 
         return called
     bound = flow.bind(tol, columns=columns, max_steps=max_steps, **p)
@@ -142,6 +148,6 @@ def carrier(flow: Any, columns: int, tol: float, max_steps: int, p: Mapping[str,
         bound.q[:], bound.v[:], bound.transition[:] = q, v, transition
         bound(0.0, t_end)
         q_end, v_end, moved = (np.array(part, dtype=float) for part in (bound.q, bound.v, bound.transition))
-        return bound.outcome, q_end, v_end, moved, bound.steps
+        return Carried(bound.outcome, q_end, v_end, moved, bound.steps)
 
     return carried

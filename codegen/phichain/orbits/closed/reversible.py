@@ -30,6 +30,7 @@ from phichain.orbits.closed.states import energy_of, field, gradient, unit
 from phichain.orbits.quarter import EPS, complement, frequency_error, ordered, powers
 from phichain.records import Held
 from phichain.system import Parameters, System, Vector
+from phichain.system.propagation import carrier
 
 _STEPS = 40_000
 """Steps of half a period that are worth taking."""
@@ -88,6 +89,7 @@ def reversible_problem(system: System, p: Parameters | None = None, *, rests: bo
     flow, parameters, nq, carts = system.function("propagate"), system.parameters(p), system.nq, system.cart_size
     still, identity = np.zeros(nq), np.eye(2 * nq)
     own = slice(0, nq) if rests else slice(nq, 2 * nq)
+    carry = carrier(flow, 2 * nq, EPS, _STEPS, parameters)
 
     def evaluate(z: Vector) -> Evaluation:
         rate = float(z[-1])
@@ -96,7 +98,7 @@ def reversible_problem(system: System, p: Parameters | None = None, *, rests: bo
             return nothing
         q, v = (z[:-1], still) if rests else (still, z[:-1])
         half = np.pi / rate
-        found = flow(q, v, 0.0, half, EPS, max_steps=_STEPS, transition=identity, **parameters)
+        found = carry(q, v, half, identity)
         if found.outcome != "done":
             return nothing
         transition, end = found.transition, np.concatenate([found.q, found.v])
