@@ -170,7 +170,7 @@ def test_mutants_of_the_c_fail_it(right: str, wrong: str, tmp_path: Path) -> Non
 class _State(ctypes.Structure):
     _fields_ = [
         ("level", ctypes.c_float), ("deviation", ctypes.c_float * 6), ("integral", ctypes.c_float), ("held", ctypes.c_int),
-        ("near", ctypes.c_int), ("calls", ctypes.c_int),
+        ("watched", ctypes.c_int), ("calls", ctypes.c_int),
     ]  # fmt: skip
 
 
@@ -233,7 +233,7 @@ def test_the_float_c_lets_go_of_a_chain_that_is_kicked_and_decides_as_the_record
         held, u = emitted(y)
         expected, memory = table.step(memory, y)
         decided.append(held)
-        assert held == memory.held and emitted.state.near == memory.near and u == pytest.approx(expected, rel=2e-2, abs=2e-2)
+        assert held == memory.held and emitted.state.watched == memory.near and u == pytest.approx(expected, rel=2e-2, abs=2e-2)
         x = after(CHAINS["plane"], x, u, PERIOD)
     which = table.signs.index((-1, -1))
     assert decided[140] == which and -1 in decided[150:170] and decided[-1] == -1

@@ -18,7 +18,7 @@ from phichain.emit.stencil import stencils_folder
 from phichain.errors import ArrayError, ControlError, OutputError, UnsupportedError
 from phichain.laws import FamilyLaw
 from phichain.orbits.climb.across import gains_across
-from phichain.orbits.climb.design import NEEDED
+from phichain.orbits.climb.design import NEEDED, fineness
 from phichain.orbits.climb.motion import Equations
 from phichain.scene.library import find_scene
 from phichain.trials import Climbed
@@ -145,6 +145,9 @@ def test_the_command_refuses_what_leads_nowhere(branch: Branch, found: Climbed, 
     with pytest.raises(SystemExit) as ended:
         main(["climb", "planar3", "--branch", str(file)])
     assert ended.value.code and "another one" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(["climb", "planar2", "--branch", str(file), "--limit", "-1"])
+    assert "limit: must be positive" in capsys.readouterr().err
     low = traced("energy=3")
     with pytest.raises(UnsupportedError, match="no equilibrium is near its last brake"):
         climb(SCENE, low)
@@ -156,6 +159,11 @@ def test_the_command_refuses_what_leads_nowhere(branch: Branch, found: Climbed, 
     found.climb.demand_room(np.array([1e-4, 1e-4]))
     with pytest.raises(ControlError, match="no joint of this chain"):
         driven_at(SCENE, 3)
+
+
+def test_tables_are_finer_the_weaker_the_input() -> None:
+    """As many rungs and nodes as were measured to serve at 5, 2 and 1 %, and never fewer than at 5 %."""
+    assert [fineness(share) for share in (0.5, 0.05, 0.02, 0.01, 1e-4)] == [(48, 49), (48, 49), (96, 97), (161, 97), (240, 97)]
 
 
 def test_the_stencils_compile_alone() -> None:

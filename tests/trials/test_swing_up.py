@@ -169,6 +169,7 @@ def test_it_holds_through_encoders_and_says_so(system: System, found: SwingUp, t
     coarse = Sensors(resolution={"theta_1": 2 * np.pi / 256, "x": 1e-3})
     seen = swing_up(system, limit=20, rail=0.5, errors={"mass": 0.1, "cart_mass": 0.1}, runs=60, count=1, jobs=1, sensors=coarse)
     assert seen.tried[0].again and seen.trials.share == 1.0 and seen.law.note.endswith("hold it through the observer, from positions in the steps of their sensors.")
+    assert np.max(np.abs(seen.law.catch.gains)) < 0.9 * np.max(np.abs(found.law.catch.gains))
     steps = np.array([1e-3, 2 * np.pi / 256])
     law = seen.law.running(lambda y: steps * np.round(y / steps))
     motion = simulate(system, np.array([0.0, 0.05, 0.0, 0.0]), np.array([0.0, seen.law.duration + 0.5]), u=law, sample=1e-3, tol=1e-9)

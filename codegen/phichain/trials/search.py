@@ -28,7 +28,7 @@ from phichain.trials.monte_carlo import led, monte_carlo
 DESIGNS: Final = (Design(0.25, 3e-4), Design(0.07, 1e-4), Design(0.7, 3e-4))
 """Weights that are tried on every plan, until one law holds in all runs."""
 
-_FORMAT: Final = "phichain swing-up 8"
+_FORMAT: Final = "phichain swing-up 9"
 
 
 @dataclass(frozen=True, eq=False)

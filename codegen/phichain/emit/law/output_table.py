@@ -39,7 +39,7 @@ _GIVEN: Final = {
 _WHERE: Final = {
     "apart": ("table[which]", "&apart"), "start": ("table[near]", "state->deviation"), "estimate": ("table[which]", "z"),
     "level": ("table[which]", "&state->level"), "begin": ("table[near]", "state->integral"), "law": ("table[held]", "u"),
-    "expect": ("table[state->near]", "expected"), "grow": ("table[state->held]", "integral_next"),
+    "expect": ("table[state->watched]", "expected"), "grow": ("table[state->held]", "integral_next"),
 }  # fmt: skip
 """Which row each part is called with, and where its result goes."""
 
