@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from phichain.continuation import Branch, BranchPoint, Engine, Level, Options, follow, start_on
+from phichain.continuation.met.gaps import gap_between
 from phichain.continuation.met.passage import is_crossed_smoothly
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.problem import Extra
@@ -97,3 +98,31 @@ def test_what_no_step_tells_from_a_branch_point_is_crossed(width: float, step_ma
     assert u > 1 and v == pytest.approx(0.7 * u**2, abs=1e-9)
     assert len(branch.passages) + len(branch.located("branch point")) == 1
     assert all(gap.is_crossed and gap.width == pytest.approx(width, rel=0.3) for gap in branch.passages)
+
+
+def test_nothing_is_measured_where_the_jacobian_is_no_numbers() -> None:
+    """Orbits end within a step, as where gravity vanishes: three points that look like a gap, and no numbers between them."""
+    nowhere = problem_of(lambda z: np.full(2, np.nan), lambda z: np.full((2, 3), np.nan), ("x", "y", "l"))
+    near = [
+        Point(np.array([s, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]), s, np.array([[0.0, np.hypot(s, 1e-3), 0.0], [0.0, 0.0, 1.0]]), 0.0, 1, (), Extra())
+        for s in (-1e-3, 0.0, 1.3e-3)
+    ]
+    assert gap_between(nowhere, near, Engine()) is None
+
+
+def test_a_run_ends_at_its_last_numbers() -> None:
+    """A test function that has no numbers at a new point ends the run with a reason, as a step that gets too small does."""
+
+    class Beyond:
+        name, terminal = "beyond", False
+
+        def value(self, problem: object, point: Point) -> float:
+            if point.y[0] > 0.5:
+                raise np.linalg.LinAlgError("SVD did not converge")
+            return 1.0
+
+    line = problem_of(lambda z: z[1:2], lambda z: np.array([[0.0, 1.0]]), ("x", "y"))
+    start = start_on(line, np.array([0.0, 0.0]), np.array([1.0, 0.0]), Engine())
+    branch = follow(line, start, Engine(options=Options(step=0.1, step_max=0.1)), [Beyond()])
+    assert branch.status == "step" and "the Jacobian is no numbers" in branch.reason
+    assert 0.3 < branch.points[-1][0] <= 0.5

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
 from phichain.app import said
-from phichain.app.commands.trace import _CLEAR, _INTERRUPTED, OutFiles, SceneWord, progress_line
+from phichain.app.commands.trace import _CLEAR, _INTERRUPTED, SceneWord, progress_line
 from phichain.app.outputs import named, write
 
 if TYPE_CHECKING:
@@ -37,7 +38,9 @@ def vary(
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")
     ] = None,
-    out: OutFiles = None,
+    out: Annotated[
+        list[Path] | None, typer.Option("--out", "-o", metavar="FILE", help="Write the family: .csv or .npz by its name; repeatable.")
+    ] = None,
     quiet: said.Quiet = False,
     as_json: said.AsJson = False,
 ) -> None:
