@@ -98,8 +98,8 @@ static void stem_dry_sums(const int n, const stem_jets *PHI_RESTRICT jet, stem_l
 #if WITH_RUBS
 
 /* Coefficients f_k of T(s) = tanh(root s) / root s about s_0 = `square`, from T(s_0) = `share` and 1 - tanh^2 = `steepness`.
- * From 4 on by q' = -T q and 2 s T' = q - T for q = 1 - s T^2; below, where these lose digits, by the continued fraction
- * T = 1 / (1 + s / (3 + s / (5 + ...))), whose series have no differences. */
+ * From 4 on by q' = -T q and 2 s T' = q - T for q = 1 - s T^2, as f_k s_0^k, since f_k itself soon leaves the type's range; below,
+ * where these lose digits, by the continued fraction T = 1 / (1 + s / (3 + s / (5 + ...))), whose series have no differences. */
 static STEM_APART void stem_taylor(const phi_real square, const phi_real share, const phi_real steepness, phi_real f[PHI_RESTRICT stem_highest + 2])
 {
     phi_real other[stem_highest + 2];
@@ -122,7 +122,6 @@ static STEM_APART void stem_taylor(const phi_real square, const phi_real share, 
         }
         return;
     }
-    const phi_real over = PHI_HALF / square;
     f[0] = share;
     other[0] = steepness;
     for (int k = 0; k < stem_highest + 1; ++k) {
@@ -130,12 +129,13 @@ static STEM_APART void stem_taylor(const phi_real square, const phi_real share, 
         for (int j = 0; j <= k; ++j) {
             sum += f[j] * other[k - j];
         }
-        f[k + 1] = over * (other[k] - (phi_real)(2 * k + 1) * f[k]) / (phi_real)(k + 1);
-        other[k + 1] = -sum / (phi_real)(k + 1);
+        f[k + 1] = PHI_HALF * (other[k] - (phi_real)(2 * k + 1) * f[k]) / (phi_real)(k + 1);
+        other[k + 1] = -(square * sum) / (phi_real)(k + 1);
     }
 }
 
-/* The same for every place that rubs and every lane. */
+/* The same for every place that rubs and every lane: with c = s_0 from 4 on and 1 below, 1 / c, f_1 itself, and f_k c^k from 2 on, where
+ * powers of (s - s_0) / c meet them. */
 static void stem_rub(stem_start *PHI_RESTRICT start)
 {
     for (int i = 0; i < stem_rubs; ++i) {
@@ -143,7 +143,10 @@ static void stem_rub(stem_start *PHI_RESTRICT start)
         for (int lane = 0; lane < stem_lane_count; ++lane) {
             const phi_real x = STEM_OF(place[0], lane), y = STEM_OF(place[1], lane), z = STEM_OF(place[2], lane);
             phi_real f[stem_highest + 2];
-            stem_taylor(x * x + y * y + z * z, STEM_OF(place[4], lane), STEM_OF(place[3], lane), f);
+            const phi_real square = x * x + y * y + z * z;
+            stem_taylor(square, STEM_OF(place[4], lane), STEM_OF(place[3], lane), f);
+            f[0] = square < 4 ? 1 : 1 / square;
+            f[1] *= f[0];
             for (int k = 0; k < stem_highest + 2; ++k) {
                 STEM_AT(start->rubs[k][i], lane) = f[k];
             }
@@ -165,11 +168,11 @@ static void stem_rub_sums(const int n, stem_jets *PHI_RESTRICT jet, stem_lanes *
             y += near[t] * far[w + 1];
             z += near[t] * far[w + 2];
         }
-        jet->powers[n - 1][1][i] = jet->left[n][s];
+        jet->powers[n - 1][1][i] = jet->start.rubs[0][i] * jet->left[n][s];
         for (int k = 2; k <= n; ++k) {
             stem_lanes power = STEM_ZERO;
             for (int j = 1; j <= n - k + 1; ++j) {
-                power += jet->left[j + 1][s] * jet->powers[n - j][k - 1][i];
+                power += jet->powers[j][1][i] * jet->powers[n - j][k - 1][i];
             }
             jet->powers[n][k][i] = power;
             beyond += jet->start.rubs[k][i] * power;

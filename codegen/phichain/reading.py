@@ -11,6 +11,7 @@ import errno
 import json
 import os
 import stat
+from collections.abc import Mapping
 from itertools import dropwhile
 from typing import IO, Any, Final
 
@@ -81,6 +82,19 @@ def parse_json(text: bytes | str) -> Any:
         return json.loads(text)
     except RecursionError:
         raise ValueError("nested too deeply") from None
+
+
+def text_of(found: Mapping[str, Any], name: str) -> str:
+    """A field that is a text.
+
+    Raises:
+        KeyError: It is missing.
+        TypeError: It is none.
+    """
+    value = found[name]
+    if not isinstance(value, str):
+        raise TypeError(f"its {name} is no text")
+    return value
 
 
 def _too_large(path: str | os.PathLike[str], most: int) -> OSError:

@@ -118,3 +118,31 @@ def test_a_gap_is_not_measured_where_the_equations_are_no_numbers() -> None:
     nowhere = replace(problem, evaluate=lambda z: Evaluation(np.full(1, np.nan), np.full((1, 2), np.nan)))
     assert gap_between(problem, near, engine) is not None and gap_between(nowhere, near, engine) is None
     assert np.isnan(signed(np.full((3, 3), np.nan)))
+
+
+def test_nothing_is_measured_where_the_jacobian_is_no_numbers() -> None:
+    """Orbits end within a step, as where gravity vanishes: three points that look like a gap, and no numbers between them."""
+    nowhere = problem_of(lambda z: np.full(2, np.nan), lambda z: np.full((2, 3), np.nan), ("x", "y", "l"))
+    near = [
+        Point(np.array([s, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]), s, np.array([[0.0, np.hypot(s, 1e-3), 0.0], [0.0, 0.0, 1.0]]), 0.0, 1, (), Extra())
+        for s in (-1e-3, 0.0, 1.3e-3)
+    ]
+    assert gap_between(nowhere, near, Engine()) is None
+
+
+def test_a_run_ends_at_its_last_numbers() -> None:
+    """A test function that has no numbers at a new point ends the run with a reason, as a step that gets too small does."""
+
+    class Beyond:
+        name, terminal = "beyond", False
+
+        def value(self, problem: object, point: Point) -> float:
+            if point.y[0] > 0.5:
+                raise np.linalg.LinAlgError("SVD did not converge")
+            return 1.0
+
+    line = problem_of(lambda z: z[1:2], lambda z: np.array([[0.0, 1.0]]), ("x", "y"))
+    start = start_on(line, np.array([0.0, 0.0]), np.array([1.0, 0.0]), Engine())
+    branch = follow(line, start, Engine(options=Options(step=0.1, step_max=0.1)), [Beyond()])
+    assert branch.status == "step" and "the Jacobian is no numbers" in branch.reason
+    assert 0.3 < branch.points[-1][0] <= 0.5

@@ -110,6 +110,7 @@ def test_one_that_overflows_does_not_disturb_the_others() -> None:
         ({"tol": -1.0}, ToleranceError, "tol"),
         ({"stop": Stop("v", 2)}, ArrayError, "stop.index"),
         ({"lost": np.zeros((1, 4))}, ArrayError, "lost"),
+        ({"lost": np.full((1, 5), -1e300)}, ArrayError, "is no rounding of t"),
     ],
 )
 def test_bad_input_is_refused(change: dict[str, Any], error: type[Exception], field: str) -> None:

@@ -65,6 +65,7 @@ def kinds() -> Iterator[Scene]:
         yield braked(2, "spatial", laws)
     yield braked(3, "spatial", "C", com=[0.1, 0.2, 0.1], actuated="none")
     yield braked(2, "spatial", "f", "fixed", com="runtime", inertia="runtime")
+    yield braked(2, "spatial", "cCf", com=[0.2, 0.0], inertia=[0.1, 0.3])
     yield braked(1, "spatial", "c")
     yield braked(3, "spatial", "cm", com=[0.1, 0.2, 0.1], actuated="none")
     yield braked(3, "spatial", "c", mass=0.4, length=0.5, com=0.25)

@@ -104,7 +104,7 @@ def _start(chain: Scene, size: float = 1.0) -> np.ndarray:
 RUBBED: dict[str, dict[str, Any]] = {
     "tips": {"laws": "fC", "code": "loops", "actuated": "none"},
     "anywhere": {"laws": "fdkCcm", "actuated": "none"},
-    "held": {"laws": "f", "base": "fixed", "com": [0.2, 0.0], "inertia": [0.1, 0.3]},
+    "held": {"laws": "fcC", "com": [0.2, 0.0], "inertia": [0.1, 0.3], "actuated": "none"},
 }
 
 
@@ -129,6 +129,21 @@ def test_the_taylor_flow_is_the_motion_and_its_columns_the_differences(name: str
     ends = [end(state) for state in states]
     slope = (8 * (ends[2] - ends[1]) - (ends[3] - ends[0])) / (12 * h)
     assert np.max(np.abs(found @ along - slope)) < 2e-9 * max(1.0, np.max(np.abs(slope)))
+
+
+@pytest.mark.parametrize(("real", "slow"), [("float", 1e-3), ("double", 1e-8)])
+def test_the_flow_stays_in_range_far_from_rest(real: str, slow: float) -> None:
+    """Rates of order one over such speeds have squares whose powers are no numbers of the type; tanh is 1, and another speed changes nothing."""
+    ends, x = [], _start(braked(1, "spatial", "f", "fixed"))
+    for speed in (slow, 1e-2):
+        chain = braked(1, "spatial", "f", "fixed", want=("propagate",), friction_speed=speed, real=real, variational=real == "double")
+        system, columns = build(chain), {"transition": np.eye(6)} if real == "double" else {}
+        ends.append(system.propagate(x[:3], x[3:], 0.0, 0.1, 1e-12 if columns else 1e-6, **columns))
+        assert ends[-1].outcome == "done"
+    near = 1e-13 if real == "double" else 3e-6
+    assert np.max(np.abs(ends[0].v - ends[1].v)) < near and np.max(np.abs(ends[0].q - ends[1].q)) < near
+    if real == "double":
+        assert ends[0].transition is not None and np.max(np.abs(ends[0].transition - ends[1].transition)) < 1e-12
 
 
 @pytest.mark.parametrize("speed", [3.0, 0.05, 1e-5])

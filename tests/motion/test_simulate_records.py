@@ -67,6 +67,16 @@ def test_resampling_outside_or_at_one_point_is_refused() -> None:
             run.resample(times)
 
 
+def test_a_start_is_a_pair_however_it_is_written() -> None:
+    q, v = [0.3, -0.2], [0.5, 0.1]
+    right = simulate(uniform_planar(2), [*q, *v], 0.1).x
+    for pair in ((q, v), [q, v], [np.array(q), tuple(v)]):
+        assert np.array_equal(simulate(uniform_planar(2), pair, 0.1).x, right)
+    for none in ([q, 1.0], [[q], [v, q]], [q, v, q]):
+        with pytest.raises(ArrayError, match="^(x0|q, v): "):
+            simulate(uniform_planar(2), none, 0.1)
+
+
 def test_npz_round_trip_is_exact(tmp_path) -> None:
     run = simulate(paper_b(), (_hanging(5), _gentle(5)), [0, 0.2], u=[0.1, 0.0], events=lambda t, x: t - 0.1)
     copy = Trajectory.from_npz(run.to_npz(tmp_path / "run.npz"))

@@ -51,6 +51,16 @@ def test_files_read_back(whole: Branch, tmp_path: Path) -> None:
     same(Branch.from_npz(whole.to_npz(tmp_path / "family.npz")), whole)
 
 
+@pytest.mark.parametrize("name", ["scene", "digest", "method", "name", "reason"])
+def test_texts_are_texts(whole: Branch, tmp_path: Path, name: str) -> None:
+    path = whole.to_json(tmp_path / "family.json")
+    found = json.loads(path.read_text())
+    for value in (None, -1, [], ["a"], {}, True):
+        path.write_text(json.dumps(found | {name: value}))
+        with pytest.raises(OutputError, match=f"its {name} is no text"):
+            Branch.from_json(path)
+
+
 def test_events_are_a_table_of_their_own(whole: Branch, tmp_path: Path) -> None:
     """One row an event in CSV, read back to the last bit, and one in a notebook."""
     rows = list(csv.DictReader(tables.lines(whole.events_to_csv(tmp_path / "events.csv"))))

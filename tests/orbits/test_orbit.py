@@ -124,7 +124,8 @@ def test_files_hold_the_whole_orbit(family: Branch, tmp_path: Path) -> None:
     lines = tables.lines(found.to_csv(tmp_path / "a.csv"))
     assert lines[0] == "t,theta_1,theta_2,theta_dot_1,theta_dot_2" and len(lines) == 8
     assert "<pre>" in found._repr_html_() and f"{found.energy:.15g} J" in found._repr_html_() and "<img" in found._repr_html_()
-    for broken in (text[:-40], text.replace('"orbit"', '"branch"', 1), text.replace('"samples"', '"sample"')):
+    for broken in (text[:-40], text.replace('"orbit"', '"branch"', 1), text.replace('"samples"', '"sample"'), text.replace('"mode": 1', '"mode": [1]'), text.replace('"scene": "', '"scene": -1, "was": "')):
+        assert broken != text
         (tmp_path / "c.json").write_text(broken)
         with pytest.raises(OutputError, match="no orbit can be read there"):
             Orbit.from_json(tmp_path / "c.json")

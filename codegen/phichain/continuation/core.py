@@ -123,6 +123,8 @@ def follow(
                 progress(run.points[-1], run.step)
         except StepTooSmallError:
             run.end("step", f"a step below step_min = {engine.options.step_min:g} would be needed")
+        except np.linalg.LinAlgError as failure:
+            run.end("step", f"beyond the last point the Jacobian is no numbers ({failure})")
         except KeyboardInterrupt:
             run.end("interrupted", f"interrupted after {len(run.points)} points; what there is can be gone on with")
         if run.status == "" and len(run.points) - first + 1 >= engine.options.max_points:

@@ -22,7 +22,7 @@ import numpy as np
 from phichain.archive import VALUES
 from phichain.continuation.met.specials import STATUS, Passage, Special
 from phichain.errors import OutputError
-from phichain.reading import parse_json, read_regular
+from phichain.reading import parse_json, read_regular, text_of
 from phichain.records import write_json
 
 Read = TypeVar("Read")
@@ -161,8 +161,8 @@ def branch_fields(found: Mapping[str, Any]) -> dict[str, Any]:
         raise ValueError("its unknowns do not fit their scale")
     events = tuple(
         Special(
-            str(row["kind"]), int(row["after"]), np.array(_unknowns(row, closing)), float(row["arclength"]), float(row["value"]),
-            _complex([row["kappa"]])[0], str(row["breaks"]), str(row["continues"]), _state(row),
+            text_of(row, "kind"), int(row["after"]), np.array(_unknowns(row, closing)), float(row["arclength"]), float(row["value"]),
+            _complex([row["kappa"]])[0], text_of(row, "breaks"), text_of(row, "continues"), _state(row),
         )
         for row in (*found["events"], *checkpoint["ended"])
     )  # fmt: skip
@@ -171,12 +171,12 @@ def branch_fields(found: Mapping[str, Any]) -> dict[str, Any]:
         for row in found["passages"]
     )
     return {
-        "name": str(found["name"]), "names": names, "points": points, "arclength": _table(rows, "arclength", (len(rows),)),
+        "name": text_of(found, "name"), "names": names, "points": points, "arclength": _table(rows, "arclength", (len(rows),)),
         "tangent": tangent, "residual": _table(rows, "residual", (len(rows),)), "scale": scale,
         "iterations": np.array([int(row["iterations"]) for row in rows]), "energy": _optional(rows, "energy"),
         "error": _optional(rows, "error"), "multipliers": multipliers, "events": events, "passages": passages,
-        "status": str(status), "reason": str(found["reason"]), "scene": str(found["scene"]), "digest": str(found["digest"]),
-        "method": str(found["method"]), "closing": closing, "mode": int(found["mode"]), "regular": regular, "step": step,
+        "status": str(status), "reason": text_of(found, "reason"), "scene": text_of(found, "scene"), "digest": text_of(found, "digest"),
+        "method": text_of(found, "method"), "closing": closing, "mode": int(found["mode"]), "regular": regular, "step": step,
         "momentum": _optional(rows, "momentum"), "states": _states(rows), "tol": float(found.get("tol", 0.0)), "p": values_of(found),
     }  # fmt: skip
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import isfinite
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -63,7 +63,7 @@ def check_state(system: System, x0: ArrayLike | Sequence[ArrayLike]) -> tuple[Ve
         ArrayError: Wrong shape, not finite, a unit vector of length 0 or further than 1e-6 from length 1, a rate
             further than 1e-6 (relative) from tangent.
     """
-    if isinstance(x0, tuple) and len(x0) == 2:
+    if (isinstance(x0, tuple) and len(x0) == 2) or _is_pair(x0):
         x = pack(*x0)
     else:
         x = np.array(reals("x0", x0, "give one flat state, or the pair (q, v)"))
@@ -73,6 +73,11 @@ def check_state(system: System, x0: ArrayLike | Sequence[ArrayLike]) -> tuple[Ve
     if not np.isfinite(x).all():
         raise ArrayError("x0", x, "holds values that are not finite", "start from a finite state")
     return (x, ()) if system.is_planar else _on_manifold(system, x)
+
+
+def _is_pair(x0: Any) -> TypeGuard[Sequence[ArrayLike]]:
+    """Whether a list holds two vectors, and is no flat state of a single angle."""
+    return isinstance(x0, list) and len(x0) == 2 and all(isinstance(part, list | tuple) or getattr(part, "ndim", 0) == 1 for part in x0)
 
 
 def _on_manifold(system: System, x: Vector) -> tuple[Vector, tuple[str, ...]]:

@@ -199,17 +199,18 @@ class Orbit(Shown):
         if fields["t"].ndim != 1 or [fields["q"].shape, fields["v"].shape] != sizes or not len(fields["t"]):
             raise ValueError("its samples do not fit each other")
         fields |= {name: np.array([complex(*pair) for pair in found[name]], complex) for name in ("kappa", "multipliers")}
-        fields |= {name: found.get(name, 0.0) if name in ("turn", "tol") else found[name] for name in _PLAIN if name not in (*_MAYBE, "angles", "p")}
-        fields |= {"lengths": None if (given := found.get("lengths")) is None else _of_entries(given, sizes[0][1]), "angles": _known(found.get("angles", "")), "p": values_of(found)}
+        fields |= {name: _fitting(name, found.get(name, 0.0) if name in ("turn", "tol") else found[name]) for name in _PLAIN if name not in (*_MAYBE, "angles", "p")}
+        lengths = None if (given := found.get("lengths")) is None else _of_entries(given, sizes[0][1])
+        fields |= {"lengths": lengths, "angles": _fitting("angles", found.get("angles", "")), "p": values_of(found)}
         fields |= {name: math.nan if found[name] is None else float(found[name]) for name in _MAYBE}
         return cls(**{**fields, **{f"{x}_names": tuple(found[f"{x}_names"]) for x in "qv"}})
 
 
-def _known(angles: Any) -> str:
-    """What angles are measured from."""
-    if not _PLAIN["angles"].fits(angles):
-        raise ValueError(f"its angles are {angles!r}, not {_PLAIN['angles'].what}")
-    return str(angles)
+def _fitting(name: str, value: Any) -> Any:
+    """A small field, once it is what such a field must be."""
+    if not _PLAIN[name].fits(value):
+        raise ValueError(f"its {name} {'are' if name.endswith('s') else 'is'} not {_PLAIN[name].what}")
+    return value
 
 
 def _of_entries(given: Any, size: int) -> Vector:

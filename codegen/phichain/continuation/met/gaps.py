@@ -58,7 +58,10 @@ def gap_between(problem: Problem, near: Sequence[Point], engine: Engine) -> Pass
         centre = float(np.clip(fitted[0], low, high))
         places = [centre - 0.5 * fitted[1], centre, centre + 0.5 * fitted[1]]
         points = [_on(problem, near, s, engine) for s in places]
-        better = _fit(places, [smallest(problem, point) for point in points])
+        try:
+            better = _fit(places, [smallest(problem, point) for point in points])
+        except np.linalg.LinAlgError:  # beyond where there are orbits at all a Jacobian is no numbers
+            return None
         if better is None:
             return None
         fitted = better

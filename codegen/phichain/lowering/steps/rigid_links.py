@@ -9,6 +9,7 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder
 from phichain.lowering.algebra.unit_vectors import ambient_size
 from phichain.lowering.algebra.vector import cross, load
+from phichain.lowering.chain.losses import push_on_cart
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.links import couples, directions
 from phichain.lowering.spatial.rates import Rates
@@ -25,7 +26,10 @@ def accelerations(
     with builder.loop("k", 0, scene.links) as loop:
         along[loop.index] = -rates.squared(loop.index)
     couple = couples(builder, scene, parameters, directions(scene, q), rates.angular)
-    push = None if u is None else (u[0], u[1])
+    push = None
+    if scene.has_cart:
+        speeds = rates.cart()
+        push = (push_on_cart(scene, parameters, u, speeds, 0), push_on_cart(scene, parameters, u, speeds, 1))
     sweep(Links(builder, scene, parameters, q, q, along, couple, push, out))
     if scene.has_cart:
         rates.write_cart((out[0], out[1]))

@@ -134,3 +134,15 @@ def checked_tolerance(field: str, tol: float, usual: float = 1e-12) -> float:
         ToleranceError: it is not positive and finite.
     """
     return tol if type(tol) is float and 0 < tol < inf else positive(field, tol, f"use {usual:g}")
+
+
+def demand_rounding(name: str, lost: NDArray[Any], way: NDArray[Any] | float) -> None:
+    """Refuse what rounding cannot have taken from t: as much as the whole way, so that the end would be reached without a step.
+
+    Raises:
+        ArrayError: So much is said to be lost.
+    """
+    beyond = (np.abs(lost) >= np.abs(way)) & (np.abs(way) > 0)
+    if np.any(beyond):
+        worst = float(np.max(np.abs(lost)))
+        raise ArrayError(name, worst, "is no rounding of t: it is as long as the way to t_end", "give what an earlier call left there")

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from phichain.contract.flows import NO_WORKSPACE
 from phichain.errors import ArrayError
 from phichain.native.flows.call import FlowCall
-from phichain.native.flows.checks import output_times, step_budget, time_of, vector
+from phichain.native.flows.checks import demand_rounding, output_times, step_budget, time_of, vector
 from phichain.native.memory.arrays import SCALAR, place
 from phichain.native.memory.parameters import ParameterBlock
 from phichain.native.memory.slots import slot
@@ -96,6 +96,7 @@ class Frame:
             raise ArrayError(f"{name}.u", u, "is given to a chain that has no input", "leave u out, or actuate the scene")
         if lost is not None:
             self._lost[...] = vector(f"{name}.lost", lost, self._lost.size, np.dtype(float))
+            demand_rounding(f"{name}.lost", self._lost[0], t_end - t)
         if self._has_p or p is not None:
             self._parameters.fill(p)
         self.steps = self.refused = 0

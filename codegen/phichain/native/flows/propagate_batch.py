@@ -16,7 +16,14 @@ from phichain.contract.chain import Chain
 from phichain.contract.flows import has_forcing
 from phichain.errors import ArrayError
 from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
-from phichain.native.flows.checks import checked_tolerance, finite, forcing_of, own, step_budget
+from phichain.native.flows.checks import (
+    checked_tolerance,
+    demand_rounding,
+    finite,
+    forcing_of,
+    own,
+    step_budget,
+)
 from phichain.native.memory.arrays import address, converted
 from phichain.native.memory.room import demand_room
 from phichain.native.signature import Argument
@@ -70,6 +77,7 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
         start, end = _each("t", t, n, kind), _each("t_end", t_end, n, kind)
         grid = _times(np.atleast_1d(own("propagate_batch.times", wanted, kind)), start, end)
         kept = _columns("lost", np.zeros((n, 1 + nq + nv)) if lost is None else lost, (n, 1 + nq + nv), kind)
+        demand_rounding("propagate_batch.lost", kept[0], end - start)
         q_at, v_at = np.full((len(grid), nq, n), np.nan, kind), np.full((len(grid), nv, n), np.nan, kind)
         steps, written = np.zeros(n, np.dtype("ulong")), np.zeros(n, np.dtype("ulong"))
         result, tolerance = np.zeros(n, np.intc), checked_tolerance("propagate_batch.tol", tol)

@@ -26,7 +26,7 @@ from phichain.archive import (
 from phichain.continuation.document import values_of
 from phichain.continuation.met.specials import STATUS
 from phichain.errors import ArrayError, OutputError
-from phichain.reading import parse_json, read_regular
+from phichain.reading import parse_json, read_regular, text_of
 from phichain.records import Held, Shown, columns_of, write_csv, write_json, write_npz
 from phichain.system import Vector
 
@@ -273,13 +273,13 @@ def _fields(found: Mapping[str, Any]) -> dict[str, Any]:
 
     events = tuple(
         ResponseEvent(
-            str(row["kind"]), int(row["after"]), float(row["omega"]), table(row["start"]["q"], n), table(row["start"]["v"], n),
-            table(row["peak"], n), _numbers(row["multipliers"]), str(row["breaks"]), str(row["continues"]),
+            text_of(row, "kind"), int(row["after"]), float(row["omega"]), table(row["start"]["q"], n), table(row["start"]["v"], n),
+            table(row["peak"], n), _numbers(row["multipliers"]), text_of(row, "breaks"), text_of(row, "continues"),
         )
         for row in found["events"]
     )  # fmt: skip
     return {
-        **{name: str(found[name]) for name in _TEXTS}, "amplitude": float(found["amplitude"]), "periods": int(found.get("periods", 1)), "tol": float(found.get("tol", 0.0)), "p": values_of(found), "names": tuple(map(str, found["names"])),
+        **{name: text_of(found, name) for name in _TEXTS}, "amplitude": float(found["amplitude"]), "periods": int(found.get("periods", 1)), "tol": float(found.get("tol", 0.0)), "p": values_of(found), "names": tuple(map(str, found["names"])),
         **{name: table([row[name] for row in rows], m) for name in ("omega", "residual", "arclength")},
         "error": np.array([math.nan if row["error"] is None else row["error"] for row in rows], float),
         "q": table([row["start"]["q"] for row in rows], m, n), "v": table([row["start"]["v"] for row in rows], m, n),

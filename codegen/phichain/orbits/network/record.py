@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from phichain.continuation import Branch
 from phichain.continuation.document import branch_document, branch_fields, reading_document, values_of
+from phichain.reading import text_of
 from phichain.records import Shown, write_json
 
 HOW: Final = ("opens", "runs through", "goes on", "arrives", "joins", "left")
@@ -109,7 +110,7 @@ class Network(Shown):
     def _of(cls, found: dict[str, Any]) -> Network:
         branches = tuple(Branch(**branch_fields(row)) for row in found["branches"])
         links = tuple(
-            Link(int(row["branch"]), int(row["event"]), str(row["how"]), int(row["to"]), str(row["said"]), int(row["way"]))
+            Link(int(row["branch"]), int(row["event"]), text_of(row, "how"), int(row["to"]), text_of(row, "said"), int(row["way"]))
             for row in found["links"]
         )
         if not branches or found["status"] not in STATUS:
@@ -119,6 +120,6 @@ class Network(Shown):
             if not inside or link.how not in HOW or not 0 <= link.event < len(branches[link.branch].events):
                 raise ValueError("its links do not fit its branches")
         return cls(
-            str(found["name"]), branches, links, str(found["status"]), str(found["reason"]), str(found["scene"]),
-            str(found["digest"]), int(found["mode"]), p=values_of(found),
+            text_of(found, "name"), branches, links, text_of(found, "status"), text_of(found, "reason"), text_of(found, "scene"),
+            text_of(found, "digest"), int(found["mode"]), p=values_of(found),
         )  # fmt: skip
