@@ -89,6 +89,7 @@ def trace_shooting(
     omega, shape = float(modes.omega[mode - 1]), modes.shapes[:, mode - 1]
     problem = quarter_problem(system, run.p, omega=omega, shape=shape)
     tests = [*tests_of(problem, system.cart_size, system.links), *ends(system, problem, target, run.amplitude_start, omega)]
+    tests += equilibrium_end(problem, system.cart_size)
     name = f"{system.name}, mode {mode}, shooting"
     first = run.earlier if run.earlier is not None else start_on(
         problem, np.append(run.amplitude_start * shape, omega), axis(shape), run.engine, fixed=True
@@ -112,7 +113,7 @@ def axis(shape: Vector) -> Vector:
 
 
 def ends(system: System, problem: Problem, target: Target, start: float, omega: float, carts: int | None = None) -> list[TestFunction]:
-    """Where families of brake orbits end: at the target, upside down, back at rest, at no frequency, at rests that are equilibria.
+    """Where families that begin at rest end: at the target, upside down, back at rest, at no frequency.
 
     The first `carts` unknowns are a cart's.
     """
@@ -121,16 +122,23 @@ def ends(system: System, problem: Problem, target: Target, start: float, omega: 
     def amplitude(z: Vector) -> float:
         return max(map(abs, z[carts:-1].tolist()))
 
-    def steepness(point: Point) -> float:
-        z, height = point.z(problem), problem.energy
-        assert height is not None
-        return float(np.linalg.norm(point.extra.found.slope) * np.linalg.norm(z[carts:-1])) / (2 * height(z)) - FLAT
-
     beyond = [] if target.what == "amplitude" and target.value >= np.pi else [Level(amplitude, np.pi, "amplitude pi")]
     return [
         target.level(system, problem, carts),
         *beyond,
         Level(amplitude, start / 2, "back at rest"),
         Level(lambda z: float(z[-1]), 1e-3 * omega, "omega near zero"),
-        *([Quantity(steepness, AT_EQUILIBRIUM, terminal=True)] if problem.energy is not None else []),
     ]
+
+
+def equilibrium_end(problem: Problem, carts: int) -> list[TestFunction]:
+    """Where families of brake orbits end besides: at rests that are equilibria; none where the problem has no energy."""
+    height = problem.energy
+    if height is None:
+        return []
+
+    def steepness(point: Point) -> float:
+        z = point.z(problem)
+        return float(np.linalg.norm(point.extra.found.slope) * np.linalg.norm(z[carts:-1])) / (2 * height(z)) - FLAT
+
+    return [Quantity(steepness, AT_EQUILIBRIUM, terminal=True)]

@@ -88,6 +88,7 @@ def trace_in_plane(
     begun = modes[mode - 1]
     problem = plane_problem(system, run.p, omega=begun.omega)
     tests = [*events_of(system, problem), *shooting.ends(system, problem, target, run.amplitude_start, begun.omega, 0)]
+    tests += shooting.equilibrium_end(problem, 0)
     shape = begun.shape[int(system.has_cart) :]
     first = run.earlier if run.earlier is not None else start_on(
         problem, np.append(run.amplitude_start * shape, begun.omega), shooting.axis(shape), run.engine, fixed=True
