@@ -28,7 +28,7 @@ from tests.native.generated_folder import PARAMETERS, expected, write
         (0.5, r"has shape \(\)"),
         ([], r"has shape \(0,\)"),
         (np.zeros(2, complex), "holds complex128 where real numbers are expected"),
-        ([0.1, lambda t: t], "holds a function where real numbers are expected"),
+        ([0.1, abs], "holds a function where real numbers are expected"),
         ([0.1, {}], "holds objects where real numbers are expected"),
         (np.array([1.0, None]), "holds None where real numbers are expected"),
         (["a", "b"], "holds text where real numbers are expected"),
