@@ -14,8 +14,6 @@ from phichain.ir.builder import Builder
 from phichain.ir.nodes import Array, Program
 from phichain.ir.passes import prune, total_operations, unroll
 from phichain.ir.short_loops import without_short_loops
-from phichain.ir.twins import without_twins
-from phichain.ir.unread import without_unread_cells
 from phichain.lowering.agreement import check_model
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.parameters import Parameters
@@ -25,6 +23,8 @@ from phichain.mechanics import Model
 from phichain.scene import Scene
 from phichain.transform.blocks import Block
 from phichain.transform.tangent import jacobian
+from phichain.transform.twins import without_twins
+from phichain.transform.unread import without_unread_cells
 
 Code = Literal["auto", "unrolled", "loops"]
 

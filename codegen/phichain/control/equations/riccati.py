@@ -24,8 +24,9 @@ from scipy.linalg import schur, solve_continuous_are
 
 from phichain.control.equations import wide
 from phichain.control.equations.blocks import alike, turned
+from phichain.control.equations.detectable import demand_detectable
 from phichain.control.equations.doubling import doubled, doubled_wide
-from phichain.control.equations.newton import Equations, Loop, is_stable, largest, refine, schur_form
+from phichain.control.equations.newton import Equations, Loop, is_stable, refine, schur_form
 from phichain.control.equations.wide import Wide
 from phichain.control.weights import Spectrum, ordered, solve, spectrum
 from phichain.errors import ControlError
@@ -40,9 +41,6 @@ DIGITS = 30
 
 ORDINARY = 1e12
 """Weights between this and its inverse are not to blame where a cost spreads over too many digits."""
-
-UNSEEN = 1e-10
-"""A mode that the weights see by less than this share is as good as not weighed."""
 
 LARGEST = 1e150
 """Weights above it are solved by their ratio: their squares overflow, and what LAPACK makes of that differs from build to build."""
@@ -282,26 +280,3 @@ def ordered_schur(A: Vector, B: Vector, Q: Vector, R: Vector) -> Vector:
         )
     S = np.linalg.solve(vectors[:n, :n].T, vectors[n:, :n].T).T
     return np.asarray((S + S.T) / 2, dtype=float)
-
-
-def demand_detectable(A: Vector, Q: Vector) -> None:
-    """Refuse Qs that do not see a mode on the imaginary axis: no cost, so no gain, would ever damp it."""
-    for k in np.flatnonzero(~(np.linalg.eigvalsh(Q)[:, 0] > UNSEEN * largest(Q))):
-        _demand_sight(A[k], Q[k])
-
-
-def _demand_sight(A: Vector, Q: Vector) -> None:
-    values = spectrum(A)
-    size, weights = float(np.max(np.abs(values), initial=0.0)) or 1.0, Q / np.max(np.abs(Q))
-    for value in values[np.abs(values.real) <= 1e-6 * size]:
-        pencil = np.vstack([(A - value * np.eye(len(A))) / size, weights])
-        margin = float(np.linalg.svd(pencil, compute_uv=False)[-1])
-        if margin < UNSEEN:
-            raise ControlError(
-                "Q",
-                Q,
-                f"does not weigh the mode lambda = {value:.6g} 1/s, which would stay undamped",
-                "weigh every coordinate",
-                mode=complex(value),
-                margin=margin,
-            )

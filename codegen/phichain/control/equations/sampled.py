@@ -15,8 +15,9 @@ from __future__ import annotations
 import numpy as np
 
 from phichain.control.equations import wide
+from phichain.control.equations.detectable import demand_detectable
 from phichain.control.equations.doubling import settled_wide
-from phichain.control.equations.riccati import SOLVED, Riccati, by_blocks, demand_detectable
+from phichain.control.equations.riccati import SOLVED, Riccati, by_blocks
 from phichain.control.equations.wide import Wide
 from phichain.control.weights import ordered, spectrum
 from phichain.errors import ControlError

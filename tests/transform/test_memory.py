@@ -9,8 +9,8 @@ import numpy as np
 from phichain.ir.builder import Builder
 from phichain.ir.evaluate import evaluate
 from phichain.ir.nodes import Program, Store, walk
-from phichain.ir.twins import without_twins
-from phichain.ir.unread import without_unread_cells
+from phichain.transform.twins import without_twins
+from phichain.transform.unread import without_unread_cells
 
 X = np.array([0.3, -1.2, 0.7, 2.5])
 
