@@ -10,7 +10,7 @@ from tempfile import mkdtemp
 from typing import Any
 
 from phichain.emit.c import sincos as trig
-from phichain.emit.c.text import restrict_macro, sincos_kernel
+from phichain.emit.c.text import macros, sincos_kernel
 from phichain.emit.flow.propagate import TaylorFlow, flow
 from phichain.mechanics import derive
 from phichain.native.flows.propagate import Propagate, make_propagate
@@ -44,7 +44,7 @@ def unit(chain: Scene) -> tuple[str, TaylorFlow]:
     made = flow(derive(chain))
     includes = {*made.includes, *(trig.HEADERS if "sincos" in made.uses else ())}
     text = [f"#include <{header}>" for header in sorted(includes)]
-    text += [restrict_macro(chain.name), f"typedef {chain.real} {chain.name}_real;"]
+    text += [macros(chain.name, [made.declarations, made.definitions]), f"typedef {chain.real} {chain.name}_real;"]
     fields = [f"{chain.name}_real {field}{extent};" for field, extent in _fields(chain)]
     if fields:
         text.append(f"typedef struct {{ {' '.join(fields)} }} {chain.name}_params;")
