@@ -125,6 +125,10 @@ def test_records_files_and_refusals(folder: Path, tmp_path: Path, capsys: pytest
         law_trials(POLE, law, Disturbed({"weight": 0.1}), runs=1)
     with pytest.raises(ArrayError, match="nothing that the law measures"):
         law_trials(POLE, law, Disturbed(resolution={"theta_7": 0.1}), runs=1)
+    with pytest.raises(ArrayError, match="is no step in which something is read"):
+        law_trials(POLE, law, Disturbed(resolution={"theta_1": -0.1}), runs=1)
+    with pytest.raises(ArrayError, match="is no time"):
+        law_trials(POLE, law, Disturbed(), seconds=-1.0, runs=1)
     with pytest.raises(ArrayError, match="no delay"):
         law_trials(POLE, law, Disturbed(late=1e3), runs=1)
     with pytest.raises(OutputError, match="no law can be read there"):

@@ -53,6 +53,8 @@ def law_trials(
         raise ArrayError("law", law.scene, f"is the scene of that law, and '{scene.name}' is another one", "name the scene that it was made for")
     if not 0 < hold < np.inf or not 0 < near < np.pi:
         raise ArrayError("hold, near", (hold, near), "are no time and no angle", "give seconds, and radians")
+    if seconds is not None and not 0 <= seconds < np.inf:
+        raise ArrayError("time", seconds, "is no time", "give seconds")
     if law.kind == "climb":
         scene = driven_at(scene, int(law.inputs[0].rpartition("_")[2]))
     system = build(replace(scene, real="double", variational=False, want=wanted(scene)))

@@ -258,6 +258,8 @@ class Rigged:
         unknown += [name for name in self.disturbed.resolution if name not in aim.reads]
         if unknown:
             raise ArrayError("resolution", unknown[0], "is nothing that the law measures", f"name one of {', '.join(aim.reads)}")
+        if bad := [f"{name}={step:g}" for name, step in self.disturbed.resolution.items() if not 0 <= step < np.inf]:
+            raise ArrayError("resolution", bad[0], "is no step in which something is read", "give a step above zero, or 0 for none")
         near = np.full(2 * half, aim.near)
         near[half:] /= aim.swing
         resolution = np.array([self.disturbed.resolution.get(name, 0.0) for name in aim.reads])

@@ -32,7 +32,7 @@ def attraction(
     input_weight: Annotated[float, typer.Option("--r", metavar="W", help="Weight of the input.")] = 1.0,
     weights: Annotated[Words, typer.Option("--weight", metavar="NAME=W", help="Weight of one entry of state or input; repeatable.")] = None,
     seconds: Annotated[float, typer.Option("--t", metavar="S", help="Time within which a start must come home.")] = 15.0,
-    count: Annotated[int, typer.Option("--directions", metavar="N", help="Directions, and starts drawn from the ball.")] = 200,
+    count: Annotated[int, typer.Option("--directions", min=1, metavar="N", help="Directions, and starts drawn from the ball.")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="Of directions and starts.")] = 0,
     plane: Annotated[str | None, typer.Option("--map", metavar="XI,XI", help="Instead map two turns of links, as xi_1,xi_2, of one.")] = None,
     extent: Annotated[float | None, typer.Option(metavar="RAD", help="Largest turn of the map; three times the radius unless given.")] = None,
@@ -50,7 +50,9 @@ def attraction(
     from phichain.control.reach import attraction_map, demand_turns
     from phichain.pipeline import build, build_closed_loop
     from phichain.scene.library import find_scene
+    from phichain.system.arrays import positive
 
+    seconds = positive("t", seconds, "give the time within which a start must come home, s", ControlError)
     files, chosen = named(out), find_scene(scene)
     wanted = tuple(dict.fromkeys((*chosen.want, "linearization", "forward_dynamics")))
     system = build(replace(chosen, real="double", want=wanted))
