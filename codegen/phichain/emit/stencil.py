@@ -71,11 +71,14 @@ def _chosen(text: str, features: Mapping[str, bool]) -> list[str]:
 
 
 def _named(text: str, names: Mapping[str, str]) -> str:
-    """The text with its names put in: whole ones first, since they may begin like others."""
+    """The text with its names put in, whole ones before those that begin others; what is put in is not looked at again."""
     for word in PASSED:
         text = re.sub(rf"\b{word}\(([^()]*)\) ", r"\1, " if names.get(word) else "", text)
-    for name, value in sorted(names.items(), key=lambda item: item[0].endswith("_")):
-        blank = " ?" if not value or value.endswith(" ") else ""
-        behind = r"(?=\w)" if name.endswith("_") else rf"\b{blank}"
-        text = re.sub(rf"\b{name}{behind}", value.replace("\\", r"\\"), text)
-    return text
+    ordered = sorted(names, key=lambda name: (name.endswith("_"), -len(name)))
+
+    def pattern(name: str) -> str:
+        blank = " ?" if not names[name] or names[name].endswith(" ") else ""
+        return name + (r"(?=\w)" if name.endswith("_") else rf"\b{blank}")
+
+    every = "|".join(f"({pattern(name)})" for name in ordered)
+    return re.sub(rf"\b(?:{every})", lambda found: names[ordered[(found.lastindex or 1) - 1]], text) if names else text
