@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from phichain.emit.law.loop import KINDS, Called, loop_source
+from phichain.errors import SceneError
 from phichain.scene import Scene
 from phichain.scratch import folder_texts
 
@@ -15,8 +16,9 @@ KEYS: dict[str, Any] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("word", "other"), [("loop", "qzqx"), ("stem", "qzqx"), ("wide", "qzqx"), ("phi", "qzq"), ("law", "qzq")])
-def test_flows_of_a_chain_with_such_a_name(word: str, other: str) -> None:
+@pytest.mark.parametrize("word", ["loop", "wide", "phi", "law", "stem_arm", "phi_arm", "wide_arm", "STEM_arm"])
+def test_flows_of_a_chain_with_such_a_name(word: str) -> None:
+    other = "qzqxqzqxq"[: len(word)]
     found, expected = (folder_texts(Scene(name, 1, **KEYS), False, False) for name in (word, other))
     assert found[f"{word}.c"] == expected[f"{other}.c"].replace(other, word).replace(other.upper(), word.upper())
 
@@ -27,3 +29,9 @@ def test_loops_of_a_chain_and_a_law_with_such_names(word: str, kind: str) -> Non
     other = "z" * len(word)
     found, expected = (loop_source(Scene(name, 1, **KEYS), Called(f"{name}_law", kind, 2)) for name in (word, other))
     assert found == expected.replace(other, word)
+
+
+def test_the_one_word_that_says_two_things_is_refused() -> None:
+    for name in ("stem", "Stem"):
+        with pytest.raises(SceneError, match="is the word for names in the flows"):
+            Scene(name, 1, **KEYS)

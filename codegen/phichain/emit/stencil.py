@@ -71,9 +71,26 @@ def _chosen(text: str, features: Mapping[str, bool]) -> list[str]:
 
 
 def _named(text: str, names: Mapping[str, str]) -> str:
-    """The text with its names put in, whole ones before those that begin others; what is put in is not looked at again."""
+    """The text with its names put in: whole ones first, since they may begin like others. What is put in may hold further names,
+    but a scene's own name in it is none of them, even where it begins like one."""
     for word in PASSED:
         text = re.sub(rf"\b{word}\(([^()]*)\) ", r"\1, " if names.get(word) else "", text)
+    own = names.get("phi_", "")[:-1]
+    hidden = [] if not own or f"{own}_" in names else [(own, "\ue000"), (own.upper(), "\ue001")]
+    for name, value in sorted(names.items(), key=lambda item: item[0].endswith("_")):
+        put = value
+        for word, mark in hidden:
+            put = re.sub(rf"\b{word}(?=_|\b)", mark, put)
+        blank = " ?" if not value or value.endswith(" ") else ""
+        behind = r"(?=\w)" if name.endswith("_") else rf"\b{blank}"
+        text = re.sub(rf"\b{name}{behind}", put.replace("\\", r"\\"), text)
+    for word, mark in hidden:
+        text = text.replace(mark, word)
+    return text
+
+
+def at_once(text: str, names: Mapping[str, str]) -> str:
+    """The same where what is put in holds no further names, so that it is not looked at again, whatever it is called."""
     ordered = sorted(names, key=lambda name: (name.endswith("_"), -len(name)))
 
     def pattern(name: str) -> str:
@@ -81,4 +98,4 @@ def _named(text: str, names: Mapping[str, str]) -> str:
         return name + (r"(?=\w)" if name.endswith("_") else rf"\b{blank}")
 
     every = "|".join(f"({pattern(name)})" for name in ordered)
-    return re.sub(rf"\b(?:{every})", lambda found: names[ordered[(found.lastindex or 1) - 1]], text) if names else text
+    return re.sub(rf"\b(?:{every})", lambda found: names[ordered[(found.lastindex or 1) - 1]], text)

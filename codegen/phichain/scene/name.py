@@ -173,6 +173,8 @@ def _hides(name: str) -> tuple[str, str] | None:
         return "is a device on Windows, where no file can carry it", _longer(name)
     if folded in ("selftest", "selftest_hook"):
         return f"would overwrite the generated {folded}.c", _longer(name)
+    if folded == "stem":
+        return "is the word for names in the flows that are written for every chain", _longer(name)
     if folded.endswith("_casadi"):
         remedy = f'use "{name[: -len("_casadi")]}"'
         return "ends in _casadi, which marks the symbols of the CasADi file", remedy

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from phichain.emit.stencil import instance
+from phichain.emit.stencil import at_once, instance
 from phichain.errors import EmissionError
 from phichain.scene import Scene
 
@@ -64,22 +62,17 @@ def loop_source(scene: Scene, law: Called) -> str:
     state, reset, call = KINDS[law.kind]
     reset = f"law_reset({law.reset});" if reset == "RESET" else reset
     own = {"law_call": law.name, "law_": f"{law.name}_", "phi_real": f"{name}_real"}
-    state, reset, call = (_put_in(part, own) for part in (state, reset, call))
+    state, reset, call = (at_once(part, own) for part in (state, reset, call))
     names = own | {
         "phi_": f"{name}_", "loop_runs": loop_symbol(scene), "loop_": f"{name}_loop_", "LOOP_NX": str(nx), "LOOP_NU": str(nu),
         "LOOP_NY": str(law.ny), "LOOP_LATEST": str(LATEST), "LOOP_CONTEXT": context, "LOOP_PASS": passed,
         "LOOP_PARAMS": f"{name}_params" if has_params else f"{name}_real", "LOOP_STATE": state, "LOOP_RESET": reset, "LOOP_CALL": call,
     }  # fmt: skip
-    text = instance("loop", names, {"WITH_PARAMS": has_params, "WITH_STEP": not scene.is_planar})
+    text = at_once(instance("loop", {}, {"WITH_PARAMS": has_params, "WITH_STEP": not scene.is_planar}), names)
     task = "\n".join(f"    {line};" for line in task_fields(nx, law.ny))
     head = f'#include "{name}.h"\n#include "{law.name}.h"\n#include <math.h>\n\ntypedef struct {{\n{task}\n}} {name}_loop_task;\n\n'
     start = text.index(f"\nvoid {loop_symbol(scene)}(") + 1
     return f"{head}{text[start : text.index(')', start) + 1]};\n\n{text}"
-
-
-def _put_in(text: str, names: Mapping[str, str]) -> str:
-    """A line of C with its names put in, each once."""
-    return re.sub("|".join(names), lambda found: names[found[0]], text)
 
 
 def task_fields(nx: int, ny: int) -> tuple[str, ...]:
