@@ -105,7 +105,7 @@ def test_regions_of_attraction_and_a_map(command: Command, scene: Path) -> None:
     for more, said in (
         (["--map", "xi_1,xi_1"], "map: are not two turns"),
         (["--table", "all", "--map", "xi_1,xi_1"], "table: are several equilibria, and a map is of one"),
-        (["--t", "0"], "seconds: is not positive"),
+        (["--t", "0"], "t: must be positive and finite"),
         (["--out", "regions.txt"], "out: has no suffix"),
     ):
         table = [] if "--table" in more else ["--table", "1"]
