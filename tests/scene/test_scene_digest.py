@@ -12,7 +12,7 @@ import pytest
 import phichain.scene
 from phichain.scene import Scene, scene_from_dict, standard_scene
 
-PACKAGE_ROOT = Path(phichain.scene.__file__).parents[1]
+PACKAGE_ROOT = Path(phichain.scene.__file__).parents[2]
 
 BASE = Scene("chain", 2, base="cart", mass=[1, 2], length=0.5, com=0.25, cart_mass=3, damping=0.1)
 
