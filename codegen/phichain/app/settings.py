@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from phichain.errors import ArrayError
 
@@ -12,11 +14,16 @@ if TYPE_CHECKING:
     from phichain.scene import Scene
     from phichain.system import System
 
+Settings = Annotated[list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")]
 
-def with_values(system: System, scene: Scene, settings: Sequence[str] | None) -> System:
-    """The system with values for all that its scene leaves to run time.
 
-    A parameter of every link may be given as one number for all.
+def values_given(scene: Scene, settings: Sequence[str] | None, known: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Values of all that a scene leaves to run time, in the shapes that it has them in; one number serves all links.
+
+    Args:
+        scene: The scene.
+        settings: Words NAME=A,B,...
+        known: Values that nobody has to give.
 
     Raises:
         ArrayError: A word is no NAME=NUMBERS, a name is no runtime parameter of the scene, or one has no value or not as many as links.
@@ -25,17 +32,27 @@ def with_values(system: System, scene: Scene, settings: Sequence[str] | None) ->
 
     from phichain.system.starts import parameters
 
-    values = parameters(settings or []) or {}
+    values = {**(known or {}), **(parameters(settings or []) or {})}
     demand(scene, values)
     whole = {name: np.broadcast_to(value, scene.runtime_shapes[name]) for name, value in values.items()}
-    return replace(system, params={name: value if value.ndim else float(value) for name, value in whole.items()}) if values else system
+    return {name: value if value.ndim else float(value) for name, value in whole.items()}
+
+
+def with_values(system: System, scene: Scene, settings: Sequence[str] | None) -> System:
+    """The system with values for all that its scene leaves to run time.
+
+    Raises:
+        ArrayError: As `values_given`.
+    """
+    values = values_given(scene, settings)
+    return replace(system, params=values) if values else system
 
 
 def demand(scene: Scene, values: Mapping[str, Any]) -> None:
     """Refuse values that do not fit a scene, in the words of the command line.
 
     Raises:
-        ArrayError: As `with_values`.
+        ArrayError: As `values_given`.
     """
     from phichain.contract.words import known_names
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from phichain.app.settings import Settings, values_given
 from phichain.errors import printable
 
 FigureNames = Annotated[
@@ -49,20 +50,17 @@ def propagation(
         str | None, typer.Option(metavar="A,B,...", help="Start with these rates (nv numbers).")
     ] = None,
     u: Annotated[str | None, typer.Option(metavar="A,B,...", help="A constant input (nu numbers).")] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable."),
-    ] = None,
+    settings: Settings = None,
     out: Folder = Path("generated/figures"),
 ) -> None:
     """Follow a chain's signals from forces to angles, over (t, p) and (t, alpha): two PNG sheets and an interactive page."""
     from phichain.papers.signals import draw_signals, released, signal_system
     from phichain.scene.library import find_scene
-    from phichain.system.starts import numbers, parameters
+    from phichain.system.starts import numbers
 
     chosen = find_scene(scene)
     start = {field: numbers(text, field) for field, text in (("q", q), ("v", v), ("u", u))}
-    system = signal_system(chosen, parameters(settings or []))
+    system = signal_system(chosen, values_given(chosen, settings) or None)
     result = released(system, t, samples, order, lean=lean, **start)
     typer.echo(str(result))
     typer.echo(printable(f"wrote {', '.join(str(path) for path in draw_signals(chosen, result, out))}"))

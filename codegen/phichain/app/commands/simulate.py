@@ -9,17 +9,13 @@ import typer
 
 from phichain.app import said
 from phichain.app.outputs import MOVING, figures, named, write
-from phichain.app.settings import with_values
+from phichain.app.settings import Settings, with_values
 from phichain.errors import ArrayError
 
 SceneWord = Annotated[str, typer.Argument(metavar="SCENE", help="A TOML file, a bundled scene's name, or planarN: paper A's chain of N links.")]
 OutFiles = Annotated[
     list[Path] | None,
     typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz, .json, .png, .svg or .pdf by its name, of a motion .gif, .html or .mp4, too; repeatable."),
-]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable."),
 ]
 Lean = Annotated[float, typer.Option(metavar="RAD", help="Start at rest, the straight chain leaning by this angle.")]
 

@@ -13,7 +13,7 @@ import typer
 
 from phichain.app import said
 from phichain.app.outputs import named, write
-from phichain.app.settings import with_values
+from phichain.app.settings import Settings, with_values
 from phichain.errors import ArrayError, printable
 
 if TYPE_CHECKING:
@@ -71,9 +71,7 @@ def swingup(
     iterations: Annotated[int, typer.Option(min=1, help="Iterations that one start is worth.")] = 400,
     anyway: Annotated[bool, typer.Option("--anyway", help="Write what there is when no start converged; its header says so.")] = False,
     real: Annotated[str, typer.Option(help="Type of the C and its table: float or double.")] = "float",
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")
-    ] = None,
+    settings: Settings = None,
     save: Files = None,
     out: Annotated[Path, typer.Option("--out", "-o", metavar="DIR", help="The folder to write into.")] = Path("generated"),
     quiet: said.Quiet = False,

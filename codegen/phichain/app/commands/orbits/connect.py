@@ -9,7 +9,7 @@ import typer
 
 from phichain.app import said
 from phichain.app.outputs import named
-from phichain.app.settings import with_values
+from phichain.app.settings import Settings, with_values
 from phichain.errors import ArrayError, printable
 
 SceneWord = Annotated[
@@ -30,9 +30,7 @@ def connect(
     scene: SceneWord,
     turns: Annotated[str | None, typer.Option(metavar="N,...", help="Whole turns of every link, as 1,0; one of each unless given.")] = None,
     longest: Annotated[float | None, typer.Option(metavar="S", help="Half the time in which to look.")] = None,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")
-    ] = None,
+    settings: Settings = None,
     out: OutFiles = None,
     quiet: said.Quiet = False,
     as_json: said.AsJson = False,

@@ -12,7 +12,7 @@ import typer
 from phichain.app import said
 from phichain.app.commands.orbits.trace import carrying
 from phichain.app.outputs import figures, named, write
-from phichain.app.settings import with_values
+from phichain.app.settings import Settings, with_values
 from phichain.errors import ArrayError, PhichainError
 
 if TYPE_CHECKING:
@@ -46,9 +46,7 @@ def orbit(
         str | None, typer.Option(metavar="SCENE", help="The scene's TOML file, where its name alone does not lead to it.")
     ] = None,
     samples: Annotated[int, typer.Option(min=2, max=1_000_000, help="Times over the period.")] = 241,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")
-    ] = None,
+    settings: Settings = None,
     out: OutFiles = None,
     quiet: said.Quiet = False,
     as_json: said.AsJson = False,

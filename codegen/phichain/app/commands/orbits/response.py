@@ -14,7 +14,7 @@ import typer
 from phichain.app import said
 from phichain.app.commands.orbits.trace import TICK, SceneWord, clear_line
 from phichain.app.outputs import named, write
-from phichain.app.settings import with_values
+from phichain.app.settings import Settings, with_values
 
 if TYPE_CHECKING:
     from phichain.continuation import Point
@@ -50,9 +50,7 @@ def response(
     ] = None,
     step_max: Annotated[float | None, typer.Option(metavar="S", help="Largest step, in arclength.")] = None,
     max_points: Annotated[int | None, typer.Option(help="Points after which the run ends.")] = None,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")
-    ] = None,
+    settings: Settings = None,
     out: Annotated[
         list[Path] | None,
         typer.Option("--out", "-o", metavar="FILE", help="Write the response: .json, .csv, .npz or .png by its name; repeatable."),

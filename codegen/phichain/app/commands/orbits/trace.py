@@ -13,7 +13,7 @@ import typer
 
 from phichain.app import said
 from phichain.app.outputs import figures, named, write
-from phichain.app.settings import with_values
+from phichain.app.settings import Settings, with_values
 
 if TYPE_CHECKING:
     from phichain.continuation import Point
@@ -87,9 +87,7 @@ def trace(
     ] = None,
     step_max: Annotated[float | None, typer.Option(metavar="S", help="Largest step, in arclength.")] = None,
     max_points: Annotated[int | None, typer.Option(help="Points after which the run ends.")] = None,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")
-    ] = None,
+    settings: Settings = None,
     out: OutFiles = None,
     quiet: said.Quiet = False,
     as_json: said.AsJson = False,

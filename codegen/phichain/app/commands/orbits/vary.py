@@ -12,6 +12,7 @@ import typer
 from phichain.app import said
 from phichain.app.commands.orbits.trace import _CLEAR, _INTERRUPTED, OutFiles, SceneWord, progress_line
 from phichain.app.outputs import named, write
+from phichain.app.settings import Settings, values_given
 
 if TYPE_CHECKING:
     from phichain.continuation import Branch
@@ -57,9 +58,7 @@ def vary(
     resume: Annotated[Path | None, typer.Option(metavar="FILE", help="Go on with what an earlier run left, .json or .npz.")] = None,
     step_max: Annotated[float | None, typer.Option(metavar="S", help="Largest step, in arclength.")] = None,
     max_points: Annotated[int | None, typer.Option(help="Points after which the run ends.")] = None,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="NAME=A,B,...", help="A runtime parameter's values; repeatable.")
-    ] = None,
+    settings: Settings = None,
     out: OutFiles = None,
     quiet: said.Quiet = False,
     as_json: said.AsJson = False,
@@ -70,12 +69,11 @@ def vary(
     from phichain.orbits.tracing import limited
     from phichain.pipeline import build
     from phichain.scene.library import find_scene
-    from phichain.system.starts import parameters
 
     files = named(out, (".json", ".csv", ".npz", ".png"))
     chosen = find_scene(scene)
     turned, values = turning(chosen, parameter.split("[")[0].strip())
-    values |= parameters(settings or []) or {}
+    values = values_given(turned, settings, values)
     system = replace(build(turned), digest=chosen.digest)
     begun: Any = start
     if start is None and resume is None:
