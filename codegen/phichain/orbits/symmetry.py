@@ -14,12 +14,13 @@ On a K-fold cover of an elliptic orbit mu touches 1 with both of its vectors: th
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from phichain.continuation import BranchPoint, Fold, Point, Problem, Quantity, Special, TestFunction
+from phichain.continuation import Branch, BranchPoint, Fold, Point, Problem, Quantity, Special, TestFunction
 from phichain.continuation.events import signed
 from phichain.continuation.problem import Multipliers
 from phichain.orbits.krein import signs
@@ -29,6 +30,8 @@ BRANCH_POINT: Final = "branch point"
 AT_EQUILIBRIUM: Final = "rest at an equilibrium"
 MOST_UNSTABLE: Final = 1e12
 """|kappa| beyond which nothing smaller beside it has digits left, and the tests are rounding: a family ends there."""
+_BESIDE: Final = 1e-3
+"""Arclength within which what turns at the end of a family is found."""
 SAID: Final[dict[str, tuple[str, str]]] = {
     "fold omega": ("no symmetry: the frequency turns", "this family"),
     "fold amplitude": ("no symmetry: this angle turns", "this family"),
@@ -77,6 +80,20 @@ def discriminant_of(kappa: Multipliers) -> float:
     return float(np.prod((kappa[rows] - kappa[columns]) ** 2).real)
 
 
+def too_unstable() -> TestFunction:
+    """Where the largest |kappa| leaves the others no digits; the family ends there."""
+    return Quantity(lambda point: max(map(abs, point.multipliers.tolist())) - MOST_UNSTABLE, "unstable beyond double precision", terminal=True)
+
+
+def ended_by(branch: Branch, kinds: Collection[str]) -> tuple[list[Special], Special | None]:
+    """The events of a family without those that only seem to turn where it ends, and the one of these kinds that ended it."""
+    events = list(branch.events)
+    if branch.status != "event" or events[-1].kind not in kinds:
+        return events, None
+    last = events.pop()
+    return [event for event in events if last.arclength - event.arclength > _BESIDE], last
+
+
 def tests_of(problem: Problem, carts: int, links: int) -> list[TestFunction]:
     """The test functions of a family of brake orbits."""
 
@@ -88,7 +105,7 @@ def tests_of(problem: Problem, carts: int, links: int) -> list[TestFunction]:
         Quantity(lambda point: signed(_of(point).b), "odd loss"),
         Quantity(lambda point: signed(_of(point).c), "unequal brakes"),
         BranchPoint(BRANCH_POINT),
-        Quantity(lambda point: max(map(abs, point.multipliers.tolist())) - MOST_UNSTABLE, "unstable beyond double precision", terminal=True),
+        too_unstable(),
     ]
     return [
         Fold(name="fold omega"),

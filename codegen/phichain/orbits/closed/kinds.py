@@ -28,7 +28,7 @@ from phichain.orbits.closed.symmetries import gains, recognised
 from phichain.orbits.krein import signs, signs_of_symplectic
 from phichain.orbits.periodic import PeriodMap, half_problem, whole_problem
 from phichain.orbits.quarter import quarter_problem
-from phichain.orbits.symmetry import BRANCH_POINT, MOST_UNSTABLE, SAID, discriminant, tests_of
+from phichain.orbits.symmetry import BRANCH_POINT, SAID, discriminant, tests_of, too_unstable
 from phichain.system import Parameters, System, Vector
 
 _STILL: Final = 0.06
@@ -119,7 +119,7 @@ def events_of(system: System, p: Parameters | None, kind: str, problem: Problem)
     own = _reversible_tests(kind, carts, links) if kind in ("unequal", "odd") else _periodic_tests(kind, 2 * system.nq)
     several: list[TestFunction] = [
         BranchPoint(BRANCH_POINT, ends=meets),
-        Quantity(lambda point: float(np.max(np.abs(point.multipliers))) - MOST_UNSTABLE, "unstable beyond double precision", terminal=True),
+        too_unstable(),
     ]
     return [
         Fold(name="fold omega"), *own(problem), *(several if links > 1 else []),

@@ -35,7 +35,7 @@ from phichain.orbits.in_space.problem import (
     state_at_rest,
 )
 from phichain.orbits.run import Run
-from phichain.orbits.symmetry import BRANCH_POINT, MOST_UNSTABLE, SAID, discriminant, genuine
+from phichain.orbits.symmetry import BRANCH_POINT, SAID, discriminant, ended_by, genuine, too_unstable
 from phichain.orbits.targets import Target
 from phichain.orbits.whirling.starts import demand_whirling, given_family
 from phichain.records import Held
@@ -47,7 +47,6 @@ PLANE: Final = "in a plane"
 _SINGULAR: Final = 1e-6
 _FLAT: Final = 1e-4
 """Angles, rad, out of the plane below which an orbit lies in it: orbits where families end are located to 1e-8."""
-_BESIDE: Final = 1e-3
 _OWN: Final = {
     "brake loss": ("the rest: orbits beside it never stand still", "orbits that come back turned"),
     "odd loss": ("the rest, and the hanging chain's half turn", "orbits that are odd about where the chain hangs straight"),
@@ -130,13 +129,10 @@ def trace_in_space(system: System, rests: tuple[Rest, ...], mode: int, target: T
         problem, begun.z + run.amplitude_start * begun.shape, begun.shape, run.engine, fixed=True
     )  # fmt: skip
     branch = follow(problem, first, run.engine, tests, f"{system.name}, {METHOD}", through=run.through, progress=run.progress)
-    events = list(branch.events)
-    if branch.status == "event" and events[-1].kind == BRANCH_POINT:
-        last = events.pop()
-        # What only seems to turn where the family ends is none of it.
-        events = [event for event in events if last.arclength - event.arclength > _BESIDE] + [replace(last, kind=PLANE)]
+    events, last = ended_by(branch, (BRANCH_POINT,))
+    events += [replace(last, kind=PLANE)] if last else []
     states = np.array([_state(system, z, kept) for z in branch.points])
-    reason = f"ended {PLANE}" if events and events[-1].kind == PLANE else branch.reason
+    reason = f"ended {PLANE}" if last else branch.reason
     told = tuple(_told(system, event, kept) for event in events if genuine(event))
     return replace(branch, events=told, reason=reason, states=states, closing=closing_of(kept))
 
@@ -167,7 +163,7 @@ def events_of(system: System, problem: Problem, kept: int) -> list[TestFunction]
         Quantity(lambda point: signed(of(point).b), "odd loss"),
         Quantity(lambda point: signed(of(point).c), "unequal brakes"),
         Quantity(discriminant, "krein", in_pairs=True),
-        Quantity(lambda point: float(np.max(np.abs(point.multipliers))) - MOST_UNSTABLE, "unstable beyond double precision", terminal=True),
+        too_unstable(),
     ]
 
 

@@ -22,7 +22,7 @@ from phichain.continuation import (
 )
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.orbits.run import Run
-from phichain.orbits.symmetry import BRANCH_POINT, MOST_UNSTABLE, discriminant, genuine
+from phichain.orbits.symmetry import BRANCH_POINT, discriminant, ended_by, genuine, too_unstable
 from phichain.orbits.targets import Target
 from phichain.orbits.unmirrored.problem import (
     METHOD,
@@ -49,7 +49,6 @@ REGAINED: Final = "at its own mirror image"
 _SINGULAR: Final = 1e-6
 _SAME: Final = 1e-5
 """Distance, in angles and rates over omega, within which a state is its own reversal: orbits where families end are located to 1e-8."""
-_BESIDE: Final = 1e-3
 _SLOW: Final = 1e-3
 _SAMPLES: Final = 240
 _SAID: Final = {
@@ -154,11 +153,9 @@ def trace_unmirrored(system: System, lost: tuple[Lost, ...], mode: int, target: 
     tests = [*events_of(system, run.p, problem, held, link), *([target.level(system, problem, 0)] if target is not None else [])]
     tests.append(Level(lambda z: float(z[-1]), _SLOW * float(problem.sizes[-1]), "omega near zero"))
     branch = follow(problem, first, run.engine, tests, name, through=run.through, progress=run.progress)
-    events, reason = list(branch.events), branch.reason
-    if branch.status == "event" and events[-1].kind == BRANCH_POINT:
-        last = events.pop()
-        events = [event for event in events if last.arclength - event.arclength > _BESIDE] + [replace(last, kind=REGAINED)]
-        reason = f"ended {REGAINED}"
+    events, last = ended_by(branch, (BRANCH_POINT,))
+    events += [replace(last, kind=REGAINED)] if last else []
+    reason = f"ended {REGAINED}" if last else branch.reason
     inertia = inertia_of(system, run.p)
     states = np.array([state_of_free(z, link) for z in branch.points])
     told = tuple(
@@ -190,7 +187,7 @@ def events_of(system: System, p: Parameters | None, problem: Problem, held: str,
         BranchPoint(BRANCH_POINT, ends=lambda problem, point: mirrored(system, p, state_of_free(point.z(problem), link), float(point.z(problem)[-1])) < _SAME),
         Quantity(lambda point: float(np.prod(1 + point.multipliers).real), "period doubling"),
         Quantity(discriminant, "krein", in_pairs=True),
-        Quantity(lambda point: float(np.max(np.abs(point.multipliers))) - MOST_UNSTABLE, "unstable beyond double precision", terminal=True),
+        too_unstable(),
     ]
 
 

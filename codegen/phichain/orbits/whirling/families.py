@@ -26,7 +26,7 @@ from phichain.continuation import (
 )
 from phichain.continuation.events import signed
 from phichain.orbits.run import Run
-from phichain.orbits.symmetry import BRANCH_POINT, MOST_UNSTABLE, discriminant
+from phichain.orbits.symmetry import BRANCH_POINT, discriminant, ended_by, too_unstable
 from phichain.orbits.targets import Target
 from phichain.orbits.whirling.fixed import inertia_of
 from phichain.orbits.whirling.problem import WhirlMap, held_value, momentum, state_of_whirl, whirling_problem
@@ -42,8 +42,6 @@ TURNS_BACK: Final = "no momentum"
 _SLOW: Final = 1e-3
 _NONE: Final = 1e-4
 """Angles, rad, rates in frequencies and momenta in their size below which there is none: orbits where families end are located to 1e-8."""
-_BESIDE: Final = 1e-3
-"""Arclength within which what turns at the end of a family is found."""
 _SAID: Final = {
     "fold omega": ("no symmetry: the period turns", "this family"),
     "fold turn": ("no symmetry: the angle by which orbits come back turned has an extremum", "this family"),
@@ -147,7 +145,7 @@ def events_of(system: System, problem: Problem, hold: str) -> list[TestFunction]
         Quantity(lost, "reversal loss"),
         Quantity(lambda point: signed(of(point).a), PERIOD_DOUBLING),
         Quantity(lambda point: signed(of(point).d), PERIOD_DOUBLING),
-        Quantity(lambda point: float(np.max(np.abs(point.multipliers))) - MOST_UNSTABLE, "unstable beyond double precision", terminal=True),
+        too_unstable(),
         Quantity(discriminant, "krein", in_pairs=True),
     ]
     return [
@@ -187,13 +185,11 @@ def _level(system: System, target: Target, problem: Problem, links: int) -> Test
 
 def _told(problem: Problem, branch: Branch) -> tuple[Special, ...]:
     """The events under their names, and nothing that only seems to turn where the family ends."""
-    events = list(branch.events)
-    if branch.status == "event" and events[-1].kind in (BRANCH_POINT, TURNS_BACK):
-        last = events.pop()
+    events, last = ended_by(branch, (BRANCH_POINT, TURNS_BACK))
+    if last:
         y = last.z / problem.sizes
         evaluation = problem.at(y)
         at = Point(y, branch.tangent[-1] / problem.sizes, last.arclength, evaluation.jacobian, 0.0, 0, (), evaluation.extra)
-        events = [event for event in events if last.arclength - event.arclength > _BESIDE]
         events.append(replace(last, kind=_end_of(problem, at)))
     return tuple(_said(event) for event in events)
 
