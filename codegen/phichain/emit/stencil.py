@@ -81,21 +81,20 @@ def _named(text: str, names: Mapping[str, str]) -> str:
         put = value
         for word, mark in hidden:
             put = re.sub(rf"\b{word}(?=_|\b)", mark, put)
-        blank = " ?" if not value or value.endswith(" ") else ""
-        behind = r"(?=\w)" if name.endswith("_") else rf"\b{blank}"
-        text = re.sub(rf"\b{name}{behind}", put.replace("\\", r"\\"), text)
+        text = re.sub(rf"\b{_pattern(name, value)}", put.replace("\\", r"\\"), text)
     for word, mark in hidden:
         text = text.replace(mark, word)
     return text
 
 
+def _pattern(name: str, value: str) -> str:
+    """A name, and the blank behind it where what is put in is nothing or ends in one; or the beginning of longer ones."""
+    blank = " ?" if not value or value.endswith(" ") else ""
+    return name + (r"(?=\w)" if name.endswith("_") else rf"\b{blank}")
+
+
 def at_once(text: str, names: Mapping[str, str]) -> str:
     """The same where what is put in holds no further names, so that it is not looked at again, whatever it is called."""
     ordered = sorted(names, key=lambda name: (name.endswith("_"), -len(name)))
-
-    def pattern(name: str) -> str:
-        blank = " ?" if not names[name] or names[name].endswith(" ") else ""
-        return name + (r"(?=\w)" if name.endswith("_") else rf"\b{blank}")
-
-    every = "|".join(f"({pattern(name)})" for name in ordered)
+    every = "|".join(f"({_pattern(name, names[name])})" for name in ordered)
     return re.sub(rf"\b(?:{every})", lambda found: names[ordered[(found.lastindex or 1) - 1]], text)

@@ -117,10 +117,9 @@ class Builder:
         return Expr(self, self._operand(value))
 
     def _operand(self, value: Expr | Number) -> Operand:
-        if not isinstance(value, Expr):
-            return Const(Fraction(value))
-        operand = value.operand
-        return self._renamed.get(operand, operand) if isinstance(operand, Local) else operand
+        if isinstance(value, Expr):
+            return self._renamed.get(value.operand, value.operand) if isinstance(value.operand, Local) else value.operand
+        return Const(Fraction(value))
 
     def read(self, array: str, index: Index) -> Expr:
         """The value of a cell; entries of tables whose value is known are numbers at once."""

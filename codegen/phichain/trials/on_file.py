@@ -79,11 +79,8 @@ def _law(found: Mapping[str, Any], name: str, sources: Mapping[str, str]) -> Law
     kind, rows = found["kind"], found.get("state") or found["measured"]
     measured, start, reset = tuple(row[0] for row in rows), None, "&state"
     signs: tuple[tuple[int, ...], ...] = ()
-    if kind == "gain table":
-        how, targets = "table", [one["target"] for one in found["equilibria"]]
-        signs = tuple(tuple(one["s"]) for one in found["equilibria"])
-    elif kind == "output table":
-        how, targets = "output table", [one["target"] for one in found["equilibria"]]
+    if kind in ("gain table", "output table"):
+        how, targets = kind.removeprefix("gain "), [one["target"] for one in found["equilibria"]]
         signs = tuple(tuple(one["s"]) for one in found["equilibria"])
     elif kind == "swingup":
         how, start, targets = "trajectory", np.array([row[2] for row in rows], dtype=float), [[row[3] for row in rows]]
