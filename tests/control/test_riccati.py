@@ -16,6 +16,7 @@ from phichain.control.equations.blocks import blocks
 from phichain.control.equations.doubling import doubled, doubled_wide
 from phichain.control.equations.riccati import ordered_schur, riccati
 from phichain.control.equations.wide import Wide
+from phichain.errors import ControlError
 from tests.handmade import paper_b, planar, spatial
 
 PAPER_B = paper_b()
@@ -153,3 +154,18 @@ def test_spatial_gains_are_right_where_long_doubles_are_not() -> None:
     S = doubled_wide(a, b @ b.T, Wide.of(Q))
     assert np.max(np.abs((b.T @ S).high - gains.K[:1, along])) < 1e-8 * np.max(np.abs(gains.K))
     assert gains.decay > 0
+
+
+@pytest.mark.parametrize("size", [2.0**700, 1e300])
+def test_weights_whose_squares_overflow_are_solved_by_their_ratio(size: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """K of the ratio, S of the weights themselves, and nothing that is solved has a weight whose square overflows."""
+    A, B = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]])
+    plain, seen = riccati(A, B, np.eye(2), np.eye(1)), []
+    solver = module.by_blocks
+    monkeypatch.setattr(module, "by_blocks", lambda a, b, q, r, one: seen.append((q.max(), r.max())) or solver(a, b, q, r, one))
+    found = riccati(A, B, size * np.eye(2), size * np.eye(1))
+    np.testing.assert_allclose(found.K, plain.K, rtol=1e-14)
+    np.testing.assert_allclose(found.S / size, plain.S, rtol=1e-14)
+    assert len(seen) == 1 and max(seen[0]) <= 2.0 and found.poles[0].real < 0
+    with pytest.raises(ControlError, match="a weight is 1e.150 times the other or more"):
+        riccati(A, B, size * np.eye(2), np.eye(1))
