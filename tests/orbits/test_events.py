@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from phichain.continuation import Branch, Options
 from phichain.orbits import trace
 from phichain.orbits.covers import traversals
+from phichain.orbits.symmetry import BRANCH_POINT, ended_by
 from tests.orbits.shot import uniform
 
 STABILITY = ("energy extremum", "brake loss", "odd loss", "unequal brakes")
@@ -129,3 +133,15 @@ def test_a_family_ends_where_its_orbits_are_too_unstable_to_know() -> None:
     assert "unstable beyond double precision'; amplitude_max was not reached" in branch.reason
     assert np.max(np.abs(branch.multipliers)) == pytest.approx(1e12, rel=0.1) and np.max(branch.error) < 1e-9
     assert [event.kind for event in branch.events[:-1]] == ["brake loss", "fold amplitude 2", "fold amplitude 1", "fold amplitude 1"]
+
+
+def test_what_only_seems_to_turn_where_a_family_ends_is_none_of_it() -> None:
+    def branch(status: str, *events: tuple[str, float]) -> Any:
+        return SimpleNamespace(status=status, events=tuple(SimpleNamespace(kind=kind, arclength=at) for kind, at in events))
+
+    met = ("fold omega", 1.0), ("energy extremum", 1.9995), (BRANCH_POINT, 2.0)
+    kept, last = ended_by(branch("event", *met), (BRANCH_POINT,))
+    assert [event.kind for event in kept] == ["fold omega"] and last is not None and last.arclength == 2.0
+    for other in (branch("length", *met), branch("event", *met[:2])):
+        kept, last = ended_by(other, (BRANCH_POINT,))
+        assert tuple(kept) == other.events and last is None
