@@ -27,7 +27,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 #: Files that take longest, to be handed out first: with --dist loadfile a long one that comes last keeps one worker waiting.
 LONG = (
     "generated/test_processors.py", "selftest/test_selftest_program.py", "generated/test_strict_c.py", "generated/test_bad_input.py",
-    "lowering/test_forms.py", "cli/test_commands.py", "proof/test_mutants.py", "flow/test_batch_flow.py",
+    "lowering/planar/test_forms.py", "cli/test_commands.py", "proof/test_mutants.py", "flow/batch/test_batch_flow.py",
 )  # fmt: skip
 
 

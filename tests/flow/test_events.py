@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from phichain.scene import Scene
 from phichain.system.propagation import Propagation, Stop
-from tests.flow.batches import flow
+from tests.flow.batch.batches import flow
 from tests.flow.flows import compiled, planar, scene
 
 Vector = NDArray[np.float64]

@@ -18,7 +18,7 @@ from phichain.scene import Scene
 from tests.lowering.chains import Arguments, functions, gap, kinds, label, random_arguments, scene
 from tests.reference_cases import flat, relative_error
 
-#: What the spatial reference defines otherwise: `test_spatial_jacobian`, `test_spatial_step`, tests/lowering/test_step_jacobian.py.
+#: What the spatial reference defines otherwise: `test_spatial_jacobian`, `test_spatial_step`, tests/lowering/jacobians/test_step_jacobian.py.
 SPATIAL_APART = ("state_jacobian", "dynamics_and_jacobian", "step", "step_jacobian")
 ENDS = [scene(n, space, base, "mid") for n in (1, 2) for space in ("planar", "spatial") for base in ("fixed", "cart")]
 SPATIAL = [chain for chain in kinds() if not chain.is_planar]

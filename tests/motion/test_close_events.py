@@ -10,7 +10,7 @@ from phichain import build
 from phichain.motion import Event, simulate
 from phichain.motion.events import Watch
 from phichain.scene import Scene
-from tests.motion.test_simulate_methods import OMEGA_0, pendulum
+from tests.motion.simulate.test_simulate_methods import OMEGA_0, pendulum
 
 QUARTER = ellipk(np.sin(1.0) ** 2) / OMEGA_0
 

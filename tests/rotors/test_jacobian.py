@@ -16,7 +16,7 @@ from phichain.mechanics import derive
 from phichain.proof import prove
 from phichain.reference import reference
 from phichain.scene import Scene
-from tests.lowering.test_planar_jacobian import _flipped, _ops, arguments, differentiated
+from tests.lowering.jacobians.test_planar_jacobian import _flipped, _ops, arguments, differentiated
 
 JOINTS: dict[str, Any] = {"stiffness": 0.3, "rest_angle": 0.2, "damping": 0.1, "friction": 0.2, "friction_speed": 0.4}
 CART: dict[str, Any] = {"base": "cart", "cart_mass": 1.0, "cart_damping": 0.2, "cart_friction": 0.3, "cart_friction_speed": 0.5}

@@ -10,7 +10,7 @@ import pytest
 from phichain.errors import ArrayError
 from phichain.pipeline import build
 from phichain.scene import scene_from_dict
-from tests.flow.batches import CHAINS, EXACT, dynamics, given, one_by_one, states
+from tests.flow.batch.batches import CHAINS, EXACT, dynamics, given, one_by_one, states
 from tests.flow.flows import planar
 
 

@@ -23,7 +23,7 @@ from phichain.pipeline import build
 from phichain.scene import Scene
 from phichain.system import System
 
-CHECKOUT = Path(__file__).parents[2]
+CHECKOUT = Path(__file__).parents[3]
 WANT = ("forward_dynamics", "state_jacobian", "propagate", "propagate_batch", "propagate_stiff", "forward_dynamics_batch")
 SCENE = Scene("endless", 2, mass=1.0, length=1.0, want=WANT)
 
@@ -38,7 +38,7 @@ RUNS = {
 SCRIPT = """
 import os, signal, sys, threading
 from phichain import Scene, build, simulate
-from tests.native.test_interrupts import SCENE
+from tests.native.hostile.test_interrupts import SCENE
 s = build(SCENE)
 right = s.propagate([1.0, 2.0], [0.0, 0.0], 0.0, 5.0, 1e-12).q.tobytes()
 before = signal.getsignal(signal.SIGINT)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from phichain.mechanics import derive
-from tests.flow.batches import CHAINS, WRITERS, unit
+from tests.flow.batch.batches import CHAINS, WRITERS, unit
 from tests.flow.flows import STRICT, planar
 
 

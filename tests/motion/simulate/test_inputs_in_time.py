@@ -250,7 +250,7 @@ def test_progress_over_legs_rises_to_one() -> None:
 
 
 def test_the_page_on_inputs_works(capsys: pytest.CaptureFixture[str]) -> None:
-    page = (Path(__file__).parents[2] / "docs" / "inputs.md").read_text()
+    page = (Path(__file__).parents[3] / "docs" / "inputs.md").read_text()
     (code,) = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     exec(compile(code, "inputs.md", "exec"), {})  # noqa: S102 - our own page
     assert capsys.readouterr().out.count("energy balance kept to") == 2

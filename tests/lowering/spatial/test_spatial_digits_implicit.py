@@ -19,7 +19,7 @@ from phichain.lowering.spatial.near_joints import near_joints
 from phichain.reference import reference, tangent_directions
 from phichain.scene import Scene
 from tests.lowering.hard_chains import Hard
-from tests.lowering.test_spatial_digits import chain, lowered
+from tests.lowering.spatial.test_spatial_digits import chain, lowered
 from tests.reference_cases import relative_error
 
 DIGITS = 80

@@ -9,7 +9,7 @@ import pytest
 
 from phichain.errors import ArrayError, ToleranceError
 from phichain.system.propagation import Stop
-from tests.flow.batches import CHAINS, flow, given, states
+from tests.flow.batch.batches import CHAINS, flow, given, states
 from tests.flow.flows import compiled, planar
 
 

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from phichain.scene import Scene
-from tests.flow.batches import flow, states
+from tests.flow.batch.batches import flow, states
 from tests.flow.flows import compiled, planar, scene
 from tests.flow.test_extremes import PENDULUM, G, time_between
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.cli.conftest import Command
-from tests.cli.test_refusals import assert_one_line
+from tests.cli.words.test_refusals import assert_one_line
 
 
 @pytest.mark.parametrize(

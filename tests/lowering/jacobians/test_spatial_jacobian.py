@@ -21,7 +21,7 @@ from phichain.scene import Scene
 from phichain.transform.blocks import Block
 from phichain.transform.tangent import jacobian
 from tests.lowering.hard_chains import SPREADS
-from tests.lowering.test_planar_jacobian import _flipped, _ops
+from tests.lowering.jacobians.test_planar_jacobian import _flipped, _ops
 
 WANT = ("state_jacobian", "dynamics_and_jacobian")
 CART: dict[str, Any] = {"base": "cart", "cart_mass": 3.0}

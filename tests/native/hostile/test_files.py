@@ -167,7 +167,7 @@ def test_full_disk_keeps_the_previous_folder(tiny_disk: Path) -> None:
 KILLED_BEFORE_THE_RENAME = """
     import os, signal, sys
     from phichain import files
-    from tests.native.test_files import generated
+    from tests.native.hostile.test_files import generated
 
     files._install = lambda *paths: os.kill(os.getpid(), signal.SIGKILL)
     files.write_folder(sys.argv[1], generated("duo.c", text="new"))
@@ -205,7 +205,7 @@ def seen_whole(target: Path) -> bool:
 WRITES_FOREVER = """
     import itertools, sys
     from phichain.files import write_folder
-    from tests.native.test_files import generated
+    from tests.native.hostile.test_files import generated
 
     for count in itertools.count():
         write_folder(sys.argv[1], generated("duo.c", "duo.h", text=f"{sys.argv[2]}{count}"))

@@ -12,8 +12,8 @@ from phichain.lowering.series.run import expand, expand_column
 from phichain.lowering.series.spatial import spatial_series
 from phichain.mechanics import derive
 from phichain.scene import Scene
+from tests.lowering.spatial.test_spatial_series import DAMPED, SPREAD, SPRUNG, chain, expanded, moved, rounded
 from tests.lowering.taylor_oracle import DIGITS, DOUBLES, EXACT, Row, State, coefficients, gap, state
-from tests.lowering.test_spatial_series import DAMPED, SPREAD, SPRUNG, chain, expanded, moved, rounded
 
 ORDERS = 12
 RUNTIME = {name: "runtime" for name in ("mass", "length", "com", "gravity", "cart_mass", "stiffness", "damping")}
