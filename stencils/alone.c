@@ -5,25 +5,25 @@
 #pragma GCC diagnostic ignored "-Wunused-function"
 #endif
 
-#include "flow_norms.c"
+#include "flow/norms.c"
 #if ALONE_COUNT > 1 && (WITH_TURNS || WITH_FORCING)
-#include "flow_fused.c"
+#include "flow/fused.c"
 #endif
 #if ALONE_COUNT > 1 && WITH_TURNS
-#include "flow_turns.c"
+#include "flow/turns.c"
 #endif
 #if ALONE_COUNT > 2 && WITH_FORCING
-#include "flow_drive.c"
+#include "flow/drive.c"
 #endif
 #if ALONE_COUNT > 2
-#include "flow_sums.c"
-#include "flow_series.c"
+#include "flow/sums.c"
+#include "flow/series.c"
 #endif
 #if ALONE_COUNT > 3
-#include "flow_length.c"
+#include "flow/length.c"
 #endif
 #if ALONE_COUNT > 4
-#include "flow_event.c"
+#include "flow/event.c"
 #endif
 #if ALONE_COUNT > 5 && WITH_COLUMNS
 /* Norms of derivatives: the same stencil on their lanes. */
@@ -36,7 +36,7 @@
 #define STEM_ZERO WIDE_ZERO
 #define STEM_SIZE WIDE_SIZE
 #define STEM_LARGER WIDE_LARGER
-#include "flow_norms.c"
+#include "flow/norms.c"
 #undef stem_norms
 #undef stem_lanes
 #undef stem_lane_count
@@ -47,18 +47,18 @@
 #define STEM_SIZE(x) phi_abs(x)
 #define STEM_LARGER(a, b) STEM_CHOOSE((a) > (b), a, b)
 #if WITH_PARAMETERS
-#include "flow_parameters.c"
+#include "flow/parameters.c"
 #endif
 #if WITH_LINKS
-#include "flow_links.c"
+#include "flow/links.c"
 #else
-#include "flow_products.c"
+#include "flow/products.c"
 #endif
-#include "flow_column_sums.c"
-#include "flow_columns.c"
+#include "flow/column_sums.c"
+#include "flow/columns.c"
 #endif
 #if ALONE_COUNT > 6 && ALONE_BATCH
-#include "flow_batch.c"
+#include "flow/batch.c"
 #elif ALONE_COUNT > 6
-#include "flow_run.c"
+#include "flow/run.c"
 #endif

@@ -90,9 +90,9 @@ def test_each_behind_those_it_leans_on(count: int, compiler: str, tmp_path: Path
 
 def test_no_stencil_is_left_out() -> None:
     text = (stencils_folder() / "alone.c").read_text(encoding="utf-8")
-    flows = {path.name for path in stencils_folder().glob("flow_*.c")}
-    assert flows == set(re.findall(r'#include "(flow_\w+\.c)"', text))
-    assert flows == {f"flow_{name}.c" for name in (*STENCILS, "batch", "parameters", "fused", "drive", "links", "products", "sums", "column_sums")}
+    flows = {f"flow/{path.name}" for path in (stencils_folder() / "flow").iterdir()}
+    assert flows == set(re.findall(r'#include "(flow/\w+\.c)"', text))
+    assert flows == {f"flow/{name}.c" for name in (*STENCILS, "batch", "parameters", "fused", "drive", "links", "products", "sums", "column_sums")}
     asked = {
         name for path in flows for name in re.findall(r"WITH_\w+", (stencils_folder() / path).read_text())
     }
@@ -102,10 +102,10 @@ def test_no_stencil_is_left_out() -> None:
 @pytest.mark.parametrize(
     ("file", "right", "wrong"),
     [
-        ("flow_length.c", "memcpy(&bits, length, sizeof bits);", "memcpy(&bits, *length, sizeof bits);"),
-        ("flow_norms.c", "const phi_real share = i < stem_cart", "const int share = i < stem_cart"),
-        ("flow_turns.c", "STEM_AT(jet->turns[i], lane) += turns;", ""),
-        ("flow_run.c", "#ifdef PHI_WORK_ON_STACK\n    return", "#if WITH_STACKS\n    return"),
+        ("flow/length.c", "memcpy(&bits, length, sizeof bits);", "memcpy(&bits, *length, sizeof bits);"),
+        ("flow/norms.c", "const phi_real share = i < stem_cart", "const int share = i < stem_cart"),
+        ("flow/turns.c", "STEM_AT(jet->turns[i], lane) += turns;", ""),
+        ("flow/run.c", "#ifdef PHI_WORK_ON_STACK\n    return", "#if WITH_STACKS\n    return"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_found(
@@ -127,8 +127,8 @@ def test_what_is_wrong_is_found(
 
 def test_what_stands_in_for_a_scene_is_never_emitted() -> None:
     for path in (Path(stencil.__file__).parent).rglob("*.py"):
-        assert "alone" not in re.findall(r'instance\("(\w+)"', path.read_text(encoding="utf-8"))
-    for path in stencils_folder().glob("flow_*.c"):
+        assert "alone" not in re.findall(r'instance\("([\w/]+)"', path.read_text(encoding="utf-8"))
+    for path in (stencils_folder() / "flow").iterdir():
         assert "ALONE" not in path.read_text(encoding="utf-8")
         assert "#include" not in path.read_text(encoding="utf-8")
 

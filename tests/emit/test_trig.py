@@ -39,7 +39,7 @@ def source(real, count="n"):
         loader=jinja2.FileSystemLoader(TEMPLATES), undefined=jinja2.StrictUndefined, trim_blocks=True
     )
     restrict = environment.get_template("restrict.c.j2").render(name="k")
-    text = environment.get_template("sincos.c.j2").render(name="k", real=real, writes=(), **trig.coefficients(real))
+    text = environment.get_template("trig/sincos.c.j2").render(name="k", real=real, writes=(), **trig.coefficients(real))
     includes = "".join(f"#include <{header}>\n" for header in trig.HEADERS)
     signature = "void all(int n, const k_real *angle, k_real *sine, k_real *cosine)"
     call = f"{signature};\n{signature} {{ (void)n; k_sincos({count}, angle, sine, cosine); }}\n"

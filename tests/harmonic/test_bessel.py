@@ -73,7 +73,7 @@ def evaluate(real, request, tmp_path_factory):
 @pytest.fixture(scope="module")
 def casadi_bessel(tmp_path_factory):
     script = tmp_path_factory.mktemp("casadi") / "bessel.py"
-    text = ENVIRONMENT.get_template("bessel_casadi.py.j2").render(**bessel.casadi_coefficients())
+    text = ENVIRONMENT.get_template("casadi/bessel.py.j2").render(**bessel.casadi_coefficients())
     script.write_text(f"import casadi\n\n\n{text}")
     return runpy.run_path(str(script))["bessel"]
 

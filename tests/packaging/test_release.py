@@ -31,7 +31,7 @@ def unpacked(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_source_archive_holds_what_is_needed(unpacked: Path) -> None:
-    for name in ("Makefile", "README.md", "LICENSE", "NOTICE", "CITATION.cff", "CHANGELOG.md", "docs/start.md", "docs/site/conf.py", "docs/img/moving.gif", "tests/conftest.py", "stencils/fmi3.c"):
+    for name in ("Makefile", "README.md", "LICENSE", "NOTICE", "CITATION.cff", "CHANGELOG.md", "docs/start.md", "docs/site/conf.py", "docs/img/moving.gif", "tests/conftest.py", "stencils/fmi/fmi3.c"):
         assert (unpacked / name).is_file(), name
     assert not list(unpacked.rglob("__pycache__")) and not list(unpacked.rglob(".venv"))
 

@@ -55,13 +55,10 @@ def checkout_folder(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes
 
 def test_wheel_holds_the_package_its_templates_and_scenes_and_nothing_else(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
-    templates, stencils = (
-        {path.name for path in (ROOT / folder).iterdir() if path.is_file()} for folder in ("templates", "stencils")
-    )
     scenes = {path.name for path in (ROOT / "scenes").glob("*.toml")}
-    packages = {path.name for path in (ROOT / "templates" / "packages").iterdir()}
-    assert {Path(n).name for n in names if n.startswith("phichain/templates/")} == templates | packages
-    assert {Path(n).name for n in names if n.startswith("phichain/stencils/")} == stencils
+    for folder in ("templates", "stencils"):
+        files = {f"phichain/{path.relative_to(ROOT)}" for path in (ROOT / folder).rglob("*") if path.is_file()}
+        assert {name for name in names if name.startswith(f"phichain/{folder}/")} == files
     assert {Path(n).name for n in names if n.startswith("phichain/scenes/") and n.endswith(".toml")} == scenes
     assert "phichain/py.typed" in names
     tops = {name.split("/")[0] for name in names}

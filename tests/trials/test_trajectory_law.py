@@ -197,7 +197,7 @@ def test_what_is_no_law_is_refused(tmp_path: Path) -> None:
 def test_the_stencils_compile_alone(compiler: str, tmp_path: Path) -> None:
     for name, feature in (("trajectory", "WITH_RAIL"), ("loop", "WITH_PARAMS")):
         for wanted, observed in ((0, 0), (1, 0), (1, 1)):
-            words = [f"-D{feature}={wanted}", f"-DWITH_OBSERVER={observed}", f"-DWITH_STEP={observed}", f"-I{stencils_folder()}", str(stencils_folder() / f"{name}_alone.c")]
+            words = [f"-D{feature}={wanted}", f"-DWITH_OBSERVER={observed}", f"-DWITH_STEP={observed}", f"-I{stencils_folder()}", str(stencils_folder() / "laws" / f"{name}_alone.c")]
             done = subprocess.run([compiler, *STRICT, "-c", *words, "-o", str(tmp_path / "a.o")], capture_output=True, text=True, check=False)
             assert done.returncode == 0 and not done.stderr, done.stderr
 

@@ -139,7 +139,7 @@ def coefficients(real: str) -> dict[str, object]:
 
 
 def casadi_coefficients() -> dict[str, object]:
-    """Return what `templates/bessel_casadi.py.j2` asks for; its recurrence starts at one fixed order."""
+    """Return what `templates/casadi/bessel.py.j2` asks for; its recurrence starts at one fixed order."""
     regions = REGIONS["double"]
     series = _hankel(regions.terms)
     return {

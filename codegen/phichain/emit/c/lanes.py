@@ -42,7 +42,7 @@ def lanes_kernel(scene: Scene, stem: str, uses: Collection[str], registers: int 
         registers: how many vector registers of the machine a value takes; None for 64 bytes on any machine.
     """
     text = render(
-        "lanes.c.j2", name=scene.name, stem=stem, upper=stem.upper(), uses=uses, registers=registers,
+        "flow/lanes.c.j2", name=scene.name, stem=stem, upper=stem.upper(), uses=uses, registers=registers,
         abs="fabsf" if scene.real == "float" else "fabs", **_libm(scene.real), **trig.coefficients(scene.real),
     )  # fmt: skip
     return laid_out_text(text)

@@ -1,4 +1,4 @@
-r"""Numbers of the emitted sine-cosine kernel (`templates/sincos.c.j2`): coefficients, splittings, bounds.
+r"""Numbers of the emitted sine-cosine kernel (`templates/trig/sincos.c.j2`): coefficients, splittings, bounds.
 
 The kernel turns n angles x at once, without branches, so that a compiler vectorises it over the links:
 
@@ -225,7 +225,7 @@ def _inverse_factorials(first: int, count: int) -> tuple[str, ...]:
 
 
 def bundled(real: str) -> dict[str, object]:
-    """Return what `templates/trig_bundled.c.j2` asks for beside `coefficients`."""
+    """Return what `templates/trig/bundled.c.j2` asks for beside `coefficients`."""
     kernel = KERNELS[real]
     return {
         "range": RANGE, "error": f"{BUNDLED_ERROR[real]:g}",
@@ -238,7 +238,7 @@ def bundled(real: str) -> dict[str, object]:
 
 
 def coefficients(real: str) -> dict[str, object]:
-    """Return the finished literals and names that `templates/sincos.c.j2` asks for, beside `name` and `real`.
+    """Return the finished literals and names that `templates/trig/sincos.c.j2` asks for, beside `name` and `real`.
 
     Args:
         real: "double" or "float".

@@ -88,16 +88,16 @@ def sincos_kernel(scene: Scene, uses: Collection[str]) -> str:
         return laid_out_text(_chosen_trigonometry(scene))
     writes = [width for width in (2, 4) if f"write_{width}" in uses]
     numbers = trig.coefficients(scene.real)
-    return laid_out_text(render("sincos.c.j2", name=scene.name, real=scene.real, writes=writes, **numbers))
+    return laid_out_text(render("trig/sincos.c.j2", name=scene.name, real=scene.real, writes=writes, **numbers))
 
 
 def _chosen_trigonometry(scene: Scene) -> str:
     """Sines and cosines by whom the scene says."""
     numbers = trig.coefficients(scene.real)
     if scene.trig == "bundled":
-        template = "trig_bundled.c.j2" if scene.real == "float" else "trig_bundled_double.c.j2"
+        template = "trig/bundled.c.j2" if scene.real == "float" else "trig/bundled_double.c.j2"
         return render(template, name=scene.name, real=scene.real, **numbers, **trig.bundled(scene.real))
-    return render("trig_given.c.j2", name=scene.name, hook=scene.trig_hook or "", **numbers)
+    return render("trig/given.c.j2", name=scene.name, hook=scene.trig_hook or "", **numbers)
 
 
 def bessel_kernel(scene: Scene) -> str:

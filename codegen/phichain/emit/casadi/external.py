@@ -75,7 +75,7 @@ def casadi_external(printed: Printed) -> str:
             functions.append(writer.jacobian(program, tangents[name]))
     first = next(iter(programs.values()))
     return render(
-        "casadi_external.c.j2",
+        "casadi/external.c.j2",
         name=scene.name,
         upper=scene.name.upper(),
         example=first.name,

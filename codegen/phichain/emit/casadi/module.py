@@ -70,7 +70,7 @@ def casadi_module(scene: Scene, lowered: Lowered) -> str:
     callees = {name: f"_{name}" for name in reached}
     printed = {name: python_function(program, tables, callees) for name, program in reached.items()}
     return render(
-        "casadi_module.py.j2",
+        "casadi/module.py.j2",
         name=scene.name,
         sketch=[line.rstrip() for line in str(scene).splitlines()],
         state=state_meanings(scene).items(),
@@ -88,7 +88,7 @@ def casadi_module(scene: Scene, lowered: Lowered) -> str:
 
 def bessel_text() -> str:
     """J_0 to J_4 as a Python function on CasADi expressions."""
-    return render("bessel_casadi.py.j2", **bessel.casadi_coefficients())
+    return render("casadi/bessel.py.j2", **bessel.casadi_coefficients())
 
 
 def _with_callees(programs: Mapping[str, Program]) -> dict[str, Program]:

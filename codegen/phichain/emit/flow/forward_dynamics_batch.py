@@ -52,7 +52,7 @@ def forward_dynamics_batch(model: Model, known: Collection[str] = ()) -> FlowTex
     inputs = [(array.name, array.size) for array in program.inputs if array.name != PREPARED]
     given = ["p"] if program.params else []
     text = render(
-        "forward_dynamics_batch.c.j2", name=scene.name, doc=ROWS["forward_dynamics_batch"].doc, stem=stem, kernel=lanes_kernel(scene, stem, uses, REGISTERS), real=f"{scene.name}_real", nv=scene.nv, inputs=inputs,
+        "flow/forward_dynamics_batch.c.j2", name=scene.name, doc=ROWS["forward_dynamics_batch"].doc, stem=stem, kernel=lanes_kernel(scene, stem, uses, REGISTERS), real=f"{scene.name}_real", nv=scene.nv, inputs=inputs,
         tables=[(table, len(values), ", ".join(names.number(value).text for value in values)) for (_, values), table in tables.items()],
         parameter=f"const {scene.name}_params *p, " if program.params else "", lines=body.lines,
         pass_parameter="p, " if program.params else "", prepared=split.size if split else 0,
@@ -86,6 +86,6 @@ def table_names(scene: Scene, program: Program) -> dict[tuple[str, tuple[Fractio
 
 def _declarations(scene: Scene) -> str:
     return render(
-        "forward_dynamics_batch.h.j2", name=scene.name, doc=ROWS["forward_dynamics_batch"].doc, returns=CONTRACT.returns, arguments=documented(CONTRACT, scene),
+        "flow/forward_dynamics_batch.h.j2", name=scene.name, doc=ROWS["forward_dynamics_batch"].doc, returns=CONTRACT.returns, arguments=documented(CONTRACT, scene),
         prototype=", ".join(arguments(CONTRACT, scene, definition=False)),
     )  # fmt: skip

@@ -19,7 +19,7 @@ Arrays = list[tuple[str, tuple[int, ...]]]
 def declarations(scene: Scene, made: Series) -> str:
     """Types and prototype."""
     return render(
-        "flow.h.j2", name=scene.name, upper=scene.name.upper(), doc=ROWS["propagate"].doc, outcomes=outcome_lines(PROPAGATE, scene), scalars=scalar_constants(PROPAGATE, scene),
+        "flow/flow.h.j2", name=scene.name, upper=scene.name.upper(), doc=ROWS["propagate"].doc, outcomes=outcome_lines(PROPAGATE, scene), scalars=scalar_constants(PROPAGATE, scene),
         event=struct_lines(EVENT, scene), flow=struct_lines(FLOW, scene), returns=PROPAGATE.returns,
         prototype=", ".join(arguments(PROPAGATE, scene, definition=False)), arguments=documented(PROPAGATE, scene),
         size=scene.nq + scene.nv, columns=scene.variational, varied=bool(scene.varied), planar=scene.is_planar,

@@ -138,8 +138,8 @@ def steps_stencils(scene: Scene, made: Series) -> list[str]:
     """The stencils of a step, in the order in which they lean on each other."""
     winds = turns(scene)
     return [
-        "flow_norms", *(["flow_fused"] if winds or made.is_forced else []), *(["flow_turns"] if winds else []),
-        *(["flow_drive"] if made.is_forced else []), "flow_sums", "flow_series",
+        "flow/norms", *(["flow/fused"] if winds or made.is_forced else []), *(["flow/turns"] if winds else []),
+        *(["flow/drive"] if made.is_forced else []), "flow/sums", "flow/series",
     ]  # fmt: skip
 
 

@@ -38,7 +38,7 @@ def prepare(model: Model, known: Collection[str] = ()) -> FlowText:
     used = words("\n".join(rest.lines))
     uses = rest.uses | (first.uses if first else frozenset())
     definitions = render(
-        "prepare.c.j2", name=scene.name, real=f"{scene.name}_real", size=made.size, first=first.lines if first else (), lines=rest.lines,
+        "flow/prepare.c.j2", name=scene.name, real=f"{scene.name}_real", size=made.size, first=first.lines if first else (), lines=rest.lines,
         tables=table_rows(names),
         doc=ROWS["prepare"].doc, comment=Comments(scene).above("forward_dynamics", DYNAMICS_DOC, rest.lines),
         prepare=_declared(PREPARE, scene, True), dynamics=_declared(PREPARED_DYNAMICS, scene, True),
@@ -54,7 +54,7 @@ def prepare(model: Model, known: Collection[str] = ()) -> FlowText:
 def _declarations(scene: Scene, made: Preparation) -> str:
     before, at_a_state = made.operations
     return render(
-        "prepare.h.j2", name=scene.name, real=f"{scene.name}_real", size=made.size, doc=ROWS["prepare"].doc, dynamics_doc=DYNAMICS_DOC,
+        "flow/prepare.h.j2", name=scene.name, real=f"{scene.name}_real", size=made.size, doc=ROWS["prepare"].doc, dynamics_doc=DYNAMICS_DOC,
         prepare=_declared(PREPARE, scene, False), dynamics=_declared(PREPARED_DYNAMICS, scene, False),
         arguments=documented(PREPARE, scene), dynamics_arguments=documented(PREPARED_DYNAMICS, scene),
         before=before, at_a_state=at_a_state, form=", straight-line code" if made.rest.is_straight_line else " in loops",

@@ -89,7 +89,7 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
     width = columns_at_once(scene)
     number = 8 if scene.real == "double" else 4
     definitions = render(
-        "flow.c.j2", upper=scene.name.upper(), tangent=tangent if scene.variational else "", width=width,
+        "flow/flow.c.j2", upper=scene.name.upper(), tangent=tangent if scene.variational else "", width=width,
         vectors=vector_bytes(scene), number_bytes=number, **rows_kept(scene, made), functions=parts, is_scalar=True,
         singly=_singly(made),
         stencils=_stencils(model, made, names, positions), **sizes(scene, stem, made, names),
@@ -123,7 +123,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
         "PHI_MARGIN": names.number(SINGLE_MARGIN if scene.links == 1 else MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE * LOG_TWO).text,
         "VARIES": "given" if made.order_along is not None else "", "PHI_SLACK": names.number(SLACK).text, "PHI_LEEWAY": str(LEEWAY),
     }  # fmt: skip
-    files = [*steps_stencils(scene, made), "flow_length", "flow_event"]
+    files = [*steps_stencils(scene, made), "flow/length", "flow/event"]
     texts = [instance(name, spelt, wanted) for name in files]
     if made.columns is not None:
         tangent = f"{scene.name}_tangent"
@@ -138,9 +138,9 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
             "stem_cart": f"{stem}_cart", "stem_q": f"{stem}_q", "stem_x": f"{stem}_x", "stem_": f"{tangent}_",
             "STEM_": f"{tangent.upper()}_",
         }  # fmt: skip
-        files = [*(["flow_parameters"] if made.order_along is not None else []), "flow_links" if made.by_links else "flow_products", "flow_column_sums", "flow_columns"]
-        texts += [instance("flow_norms", norms, wanted), *(instance(name, spelt | wide, wanted) for name in files)]
-    texts.append(instance("flow_run", spelt | {"PROPAGATE_DOC": ROWS["propagate"].doc}, wanted))
+        files = [*(["flow/parameters"] if made.order_along is not None else []), "flow/links" if made.by_links else "flow/products", "flow/column_sums", "flow/columns"]
+        texts += [instance("flow/norms", norms, wanted), *(instance(name, spelt | wide, wanted) for name in files)]
+    texts.append(instance("flow/run", spelt | {"PROPAGATE_DOC": ROWS["propagate"].doc}, wanted))
     return "\n".join(texts).rstrip("\n")
 
 

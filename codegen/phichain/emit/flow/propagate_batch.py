@@ -75,7 +75,7 @@ def flow_batch(model: Model, known: Collection[str] = ()) -> FlowBatch:
     names = c_names(scene, stem, (one.program for one in called))
     parts, uses = printed(scene, names, called)
     definitions = render(
-        "flow_batch.c.j2", upper=scene.name.upper(), kernel=lanes_kernel(scene, stem, uses | {"lanes_choose"}, REGISTERS), functions=parts, is_scalar=False,
+        "flow/batch.c.j2", upper=scene.name.upper(), kernel=lanes_kernel(scene, stem, uses | {"lanes_choose"}, REGISTERS), functions=parts, is_scalar=False,
         stencils=_stencils(model, made, names, positions), **sizes(scene, stem, made, names),
     )  # fmt: skip
     return FlowBatch(
@@ -96,7 +96,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
         "stem_event": f"{scene.name}_batch_event", **{f"STEM_OF_{what}": f"{upper}_BATCH_OF_{what}" for what in ("DEPTH", "V")},
     }  # fmt: skip
     wanted = features(scene, made, False)
-    files = [*steps_stencils(scene, made), "flow_length", "flow_event", "flow_batch"]
+    files = [*steps_stencils(scene, made), "flow/length", "flow/event", "flow/batch"]
     return "\n".join(instance(name, spelt, wanted) for name in files).rstrip("\n")
 
 
@@ -113,7 +113,7 @@ def _work(scene: Scene, made: Series) -> int:
 
 def _declarations(scene: Scene, work: int) -> str:
     return render(
-        "flow_batch.h.j2", name=scene.name, doc=ROWS["propagate_batch"].doc, upper=scene.name.upper(), outcomes=outcome_lines(PROPAGATE_BATCH, scene),
+        "flow/batch.h.j2", name=scene.name, doc=ROWS["propagate_batch"].doc, upper=scene.name.upper(), outcomes=outcome_lines(PROPAGATE_BATCH, scene),
         scalars=scalar_constants(PROPAGATE_BATCH, scene), event=struct_lines(BATCH_EVENT, scene),
         flow=struct_lines(FLOW_BATCH, scene), returns=PROPAGATE_BATCH.returns,
         prototype=", ".join(arguments(PROPAGATE_BATCH, scene, definition=False)), work=work,

@@ -114,7 +114,7 @@ def _definitions(scene: Scene, parts: list[Part], names: CNames, works: bool) ->
     words, numbers = binary_words(scene.real), binary_numbers(scene.real)
     joint_inputs = joint_scene(scene).nu if is_carried and scene.actuated_joints else 0
     return render(
-        "stiff.c.j2", name=scene.name, doc=ROWS["propagate_stiff"].doc, upper=scene.name.upper(), real=f"{scene.name}_real", size=scene.nq,
+        "flow/stiff.c.j2", name=scene.name, doc=ROWS["propagate_stiff"].doc, upper=scene.name.upper(), real=f"{scene.name}_real", size=scene.nq,
         tables=table_rows(names), functions=parts, cart=(1 if scene.is_planar else 2) if scene.has_cart else 0,
         parameter="p, " if scene.runtime else "", work=", work" if works else "",
         carried=is_carried, inputs=joint_inputs,
@@ -133,7 +133,7 @@ def _definitions(scene: Scene, parts: list[Part], names: CNames, works: bool) ->
 def _declarations(scene: Scene, arrays: list[tuple[str, int]]) -> str:
     number = 8 if scene.real == "double" else 4
     return render(
-        "stiff.h.j2", name=scene.name, upper=scene.name.upper(), workspace=arrays, workspace_bytes=number * sum(size for _, size in arrays), doc=ROWS["propagate_stiff"].doc, outcomes=outcome_lines(PROPAGATE_STIFF, scene), stiff=struct_lines(STIFF, scene),
+        "flow/stiff.h.j2", name=scene.name, upper=scene.name.upper(), workspace=arrays, workspace_bytes=number * sum(size for _, size in arrays), doc=ROWS["propagate_stiff"].doc, outcomes=outcome_lines(PROPAGATE_STIFF, scene), stiff=struct_lines(STIFF, scene),
         returns=PROPAGATE_STIFF.returns, prototype=", ".join(arguments(PROPAGATE_STIFF, scene, definition=False)),
         arguments=documented(PROPAGATE_STIFF, scene),
     )  # fmt: skip

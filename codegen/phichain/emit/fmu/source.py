@@ -12,7 +12,7 @@ FLOWS = ("propagate", "propagate_stiff")
 """Flows that move the state in Co-Simulation: the first that a scene has."""
 
 
-STENCILS = ("fmi3_instance", "fmi3_refused", "fmi3")
+STENCILS = ("fmi/fmi3_instance", "fmi/fmi3_refused", "fmi/fmi3")
 """The C, in its order: an instance and its variables, what no scene offers, and what every scene does."""
 
 

@@ -1,4 +1,4 @@
-"""The variables of an FMU, in the order of their value references, which `stencils/fmi3_instance.c` counts alike."""
+"""The variables of an FMU, in the order of their value references, which `stencils/fmi/fmi3_instance.c` counts alike."""
 
 from __future__ import annotations
 

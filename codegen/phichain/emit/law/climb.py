@@ -62,7 +62,7 @@ def climb_files(law: FamilyLaw, real: str = "float") -> dict[str, str]:
         f"{name}.h": _header(law, shown),
         f"{name}.c": _source(law, programs, rungs, shown),
         "selftest.c": _selftest(law, shown),
-        "README.md": render("climb_readme.md.j2", **shown, rows=_rows(law)),
+        "README.md": render("laws/climb/readme.md.j2", **shown, rows=_rows(law)),
     }
     return whole_folder("climb", name, law, real, _manifest(law, programs, shown), files)
 
@@ -71,7 +71,7 @@ def _header(law: FamilyLaw, shown: Mapping[str, Any]) -> str:
     name = shown["name"]
     prototype = f"{name}_phase {name}({name}_state *state, const {name}_real x_meas[{shown['nx']}], {name}_real u[1]);"
     return render(
-        "climb_header.h.j2", **shown, about=wrap(_ABOUT, WIDTH - 3), manners=wrap(MANNERS, WIDTH - 3),
+        "laws/climb/header.h.j2", **shown, about=wrap(_ABOUT, WIDTH - 3), manners=wrap(MANNERS, WIDTH - 3),
         rows=padded(_rows(law)), prototype="\n".join(laid_out(prototype)),
     )  # fmt: skip
 
@@ -92,10 +92,10 @@ def _source(law: FamilyLaw, programs: tuple[Program, ...], rungs: list[list[list
     }  # fmt: skip
     return laid_out_text(
         render(
-            "climb_source.c.j2", **shown, includes=["math.h"] if "math" in uses else [], restrict=restrict_macro(name), functions=functions,
+            "laws/climb/source.c.j2", **shown, includes=["math.h"] if "math" in uses else [], restrict=restrict_macro(name), functions=functions,
             table=[[", ".join(literal(value, real) for value in row) for row in rung] for rung in rungs],
             slow=[literal(value, real) for value in slow],
-            law=instance("climb", {"phi_law": name, "phi_": f"{name}_", "PHI_": f"{shown['upper']}_"}, {}).rstrip("\n"),
+            law=instance("laws/climb", {"phi_law": name, "phi_": f"{name}_", "PHI_": f"{shown['upper']}_"}, {}).rstrip("\n"),
             **{key: literal(nearest(real, value), real) for key, value in numbers.items()},
         )
     )  # fmt: skip
@@ -107,7 +107,7 @@ def _selftest(law: FamilyLaw, shown: Mapping[str, Any]) -> str:
         {"before": test.before, "after": test.after, "numbers": ", ".join(literal(value, real) for value in test.numbers)}
         for test in cases(law, real)
     ]
-    return laid_out_text(render("climb_selftest.c.j2", **shown, cases=listed, zero=literal(0.0, real)))
+    return laid_out_text(render("laws/climb/selftest.c.j2", **shown, cases=listed, zero=literal(0.0, real)))
 
 
 def _rows(law: FamilyLaw) -> list[str]:

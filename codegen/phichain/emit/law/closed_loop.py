@@ -32,7 +32,7 @@ def closed_loop_files(table: GainTable, real: str = "double") -> tuple[dict[str,
     nq = table.compared[-1] + 1
     text = laid_out_text(
         render(
-            "closed_loop.c.j2", name=name, chain=chain, real=real, restrict=restrict_macro(name), functions=functions, fields=fields,
+            "laws/closed_loop.c.j2", name=name, chain=chain, real=real, restrict=restrict_macro(name), functions=functions, fields=fields,
             law_fields=[array.name for array in programs.law.inputs[1:]], nx=nx, nq=nq, nv=nx - nq, nu=len(table.input_names),
         )
     )  # fmt: skip

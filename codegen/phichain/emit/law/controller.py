@@ -57,7 +57,7 @@ def controller_files(law: StateFeedback, real: str = "double") -> dict[str, str]
         f"{name}.c": _source(name, program, real),
         f"{name}_casadi.py": _casadi(law, program, shown),
         "selftest.c": _selftest(tests, real, shown),
-        "README.md": render("law_readme.md.j2", **shown, operations=_operations(program), rows=_rows(law, real)),
+        "README.md": render("laws/controller/readme.md.j2", **shown, operations=_operations(program), rows=_rows(law, real)),
     }
     return whole_folder("controller", name, law, real, _manifest(law, program, real), files)
 
@@ -70,7 +70,7 @@ def _header(law: StateFeedback, program: Program, shown: Mapping[str, Any]) -> s
         WIDTH - 3,
     )  # fmt: skip
     return render(
-        "law_header.h.j2", **shown, about=about, rows=padded(rows),
+        "laws/controller/header.h.j2", **shown, about=about, rows=padded(rows),
         prototype="\n".join(laid_out(f"{_declared(str(shown['name']), program, definition=False)};")),
         operations=_operations(program), stack=0,
     )  # fmt: skip
@@ -80,7 +80,7 @@ def _source(name: str, program: Program, real: str) -> str:
     body = c_function(program, CNames(name, real, {}), {})
     return laid_out_text(
         render(
-            "law_source.c.j2", name=name, doc=program.doc, includes=["math.h"] if "math" in body.uses else [],
+            "laws/controller/source.c.j2", name=name, doc=program.doc, includes=["math.h"] if "math" in body.uses else [],
             restrict=restrict_macro(name), definition=_declared(name, program, definition=True), lines=body.lines,
         )
     )  # fmt: skip
@@ -97,12 +97,12 @@ def _selftest(tests: tuple[Vector, ...], real: str, shown: Mapping[str, Any]) ->
         tuple(", ".join(literal(value, real) for value in values) for values in (test.measured, test.expected, test.allowed))
         for test in tests
     ]
-    return laid_out_text(render("law_selftest.c.j2", **shown, cases=cases, zero=literal(0.0, real)))
+    return laid_out_text(render("laws/controller/selftest.c.j2", **shown, cases=cases, zero=literal(0.0, real)))
 
 
 def _casadi(law: StateFeedback, program: Program, shown: Mapping[str, Any]) -> str:
     printed = python_function(program, {}, {})
-    return render("law_casadi.py.j2", **shown, arguments=", ".join(printed.arguments), lines=printed.lines, doc=program.doc)
+    return render("laws/controller/casadi.py.j2", **shown, arguments=", ".join(printed.arguments), lines=printed.lines, doc=program.doc)
 
 
 def _rows(law: StateFeedback, real: str) -> list[str]:

@@ -68,7 +68,7 @@ def loop_source(scene: Scene, law: Called) -> str:
         "LOOP_NY": str(law.ny), "LOOP_LATEST": str(LATEST), "LOOP_CONTEXT": context, "LOOP_PASS": passed,
         "LOOP_PARAMS": f"{name}_params" if has_params else f"{name}_real", "LOOP_STATE": state, "LOOP_RESET": reset, "LOOP_CALL": call,
     }  # fmt: skip
-    text = at_once(instance("loop", {}, {"WITH_PARAMS": has_params, "WITH_STEP": not scene.is_planar}), names)
+    text = at_once(instance("laws/loop", {}, {"WITH_PARAMS": has_params, "WITH_STEP": not scene.is_planar}), names)
     task = "\n".join(f"    {line};" for line in task_fields(nx, law.ny))
     head = f'#include "{name}.h"\n#include "{law.name}.h"\n#include <math.h>\n\ntypedef struct {{\n{task}\n}} {name}_loop_task;\n\n'
     start = text.index(f"\nvoid {loop_symbol(scene)}(") + 1

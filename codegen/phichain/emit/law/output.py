@@ -55,7 +55,7 @@ def output_feedback_files(law: OutputFeedback, real: str = "double") -> dict[str
         f"{name}.c": _source(name, step, reset, real, fields),
         f"{name}_casadi.py": _casadi(step, reset, shown),
         "selftest.c": _selftest(law, real, shown),
-        "README.md": render("output_readme.md.j2", **shown),
+        "README.md": render("laws/output/readme.md.j2", **shown),
     }
     return whole_folder("controller", name, law, real, _manifest(law, step, real), files)
 
@@ -76,7 +76,7 @@ def _header(law: OutputFeedback, step: Program, reset: Program, shown: Mapping[s
     integral = " Each integral I stands still while an input that it acts on is at a limit and would be driven beyond."
     about = wrap(what + (integral if law.integrated else ""), WIDTH - 3)
     return render(
-        "output_header.h.j2", **{**shown, "rows": padded(list(shown["rows"]))}, about=about,
+        "laws/output/header.h.j2", **{**shown, "rows": padded(list(shown["rows"]))}, about=about,
         manners=wrap(MANNERS, WIDTH - 3),
         reset="\n".join(laid_out(f"{declared_with_memory(f'{name}_reset', reset, fields, name, False)};")),
         step="\n".join(laid_out(f"{declared_with_memory(name, step, fields, name, False)};")),
@@ -92,7 +92,7 @@ def _source(name: str, step: Program, reset: Program, real: str, fields: frozens
     uses_math = any("math" in body.uses for _, _, body in printed.values())
     functions = [(doc, definition, body.lines) for doc, definition, body in printed.values()]
     includes = ["math.h"] if uses_math else []
-    text = render("output_source.c.j2", name=name, includes=includes, restrict=restrict_macro(name), functions=functions)
+    text = render("laws/output/source.c.j2", name=name, includes=includes, restrict=restrict_macro(name), functions=functions)
     return laid_out_text(text)
 
 
@@ -102,7 +102,7 @@ def _casadi(step: Program, reset: Program, shown: Mapping[str, Any]) -> str:
         (symbol, ", ".join(body.arguments), body.lines, [(a.name, a.size) for a in program.inputs], [a.name for a in program.outputs], program.doc)
         for symbol, body, program in zip((shown["name"], f"{shown['name']}_reset"), printed, (step, reset), strict=True)
     ]  # fmt: skip
-    return render("output_casadi.py.j2", **shown, functions=functions)
+    return render("laws/output/casadi.py.j2", **shown, functions=functions)
 
 
 def _selftest(law: OutputFeedback, real: str, shown: Mapping[str, Any]) -> str:
@@ -111,7 +111,7 @@ def _selftest(law: OutputFeedback, real: str, shown: Mapping[str, Any]) -> str:
 
     count, kept = len(law.input_names), sum(law.memory.values())
     text = render(
-        "output_selftest.c.j2", **shown, cases=rows(calls(law, real)), starts=rows(first_calls(law, real)), kept=kept,
+        "laws/output/selftest.c.j2", **shown, cases=rows(calls(law, real)), starts=rows(first_calls(law, real)), kept=kept,
         results=count + kept, zero=literal(0.0, real),
     )  # fmt: skip
     return laid_out_text(text)

@@ -72,7 +72,7 @@ def output_table_files(table: OutputTable, real: str = "double") -> dict[str, st
         f"{name}.c": _source(table, programs, real, shown),
         f"{name}_casadi.py": _casadi(table, programs, shown),
         "selftest.c": _selftest(cases(table, real), real, shown),
-        "README.md": render("output_table_readme.md.j2", **shown, about=_about(table), parts=list(programs.parts)),
+        "README.md": render("laws/output_table/readme.md.j2", **shown, about=_about(table), parts=list(programs.parts)),
     }
     return whole_folder("output table", name, table, real, _manifest(table, real, shown), files)
 
@@ -110,7 +110,7 @@ def _header(table: OutputTable, shown: Mapping[str, Any]) -> str:
     name, ny, nu = shown["name"], shown["ny"], shown["nu"]
     state, measured = f"{name}_state *state", f"const {name}_real y_meas[{ny}]"
     return render(
-        "output_table_header.h.j2", **{**shown, "rows": padded(_rows(table))}, about=wrap(_about(table), WIDTH - 3),
+        "laws/output_table/header.h.j2", **{**shown, "rows": padded(_rows(table))}, about=wrap(_about(table), WIDTH - 3),
         manners=wrap(f"{MANNERS} {shown['bytes']} bytes of constants, {shown['state_bytes']} of memory.", WIDTH - 3),
         supervisor="\n".join(laid_out(f"int {name}_supervisor({state}, {measured});")),
         follow="\n".join(laid_out(f"void {name}_follow({state}, {measured}, const {name}_real u[{nu}]);")),
@@ -133,7 +133,7 @@ def _source(table: OutputTable, programs: OutputTablePrograms, real: str, shown:
     calls |= {f"level_of_{row}": _call(name, programs.parts["level"], f"table[{row}]") for row in ("which", "near")}
     return laid_out_text(
         render(
-            "output_table_source.c.j2", **shown, includes=["math.h"] if any("math" in body.uses for _, body in printed) else [],
+            "laws/output_table/source.c.j2", **shown, includes=["math.h"] if any("math" in body.uses for _, body in printed) else [],
             restrict=restrict_macro(name), functions=functions, entries=entries, zero=zero, large=large,
             idle=idle, calls=calls,
         )
@@ -161,7 +161,7 @@ def _casadi(table: OutputTable, programs: OutputTablePrograms, shown: Mapping[st
         given = [(array.name, array.size) for array in program.inputs if array.name in _GIVEN]
         parts.append((program.name, given, [array.name for array in program.inputs if array.name not in _GIVEN], program.outputs[0].name))
     rows = [{field: [float(value) for value in values] for field, values in programs.row(which).items()} for which in range(len(table.signs))]
-    return render("output_table_casadi.py.j2", **shown, functions=functions, parts=parts, table=rows)
+    return render("laws/output_table/casadi.py.j2", **shown, functions=functions, parts=parts, table=rows)
 
 
 def _selftest(found: tuple[Case, ...], real: str, shown: Mapping[str, Any]) -> str:
@@ -169,7 +169,7 @@ def _selftest(found: tuple[Case, ...], real: str, shown: Mapping[str, Any]) -> s
         (", ".join(map(str, (*case.before, *case.after))), ", ".join(literal(x, real) for part in case.numbers for x in part)) for case in found
     ]
     results = 1 + shown["nu"] + shown["n"] + shown["ni"]
-    return laid_out_text(render("output_table_selftest.c.j2", **shown, cases=rows, results=results, zero=literal(0.0, real)))
+    return laid_out_text(render("laws/output_table/selftest.c.j2", **shown, cases=rows, results=results, zero=literal(0.0, real)))
 
 
 def _rows(table: OutputTable) -> list[str]:

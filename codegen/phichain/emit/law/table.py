@@ -56,7 +56,7 @@ def table_files(table: GainTable, real: str = "double") -> dict[str, str]:
         f"{name}.c": _source(table, programs, real, shown),
         f"{name}_casadi.py": _casadi(table, programs, shown),
         "selftest.c": _selftest(cases(table, real), real, shown),
-        "README.md": render("table_readme.md.j2", **shown),
+        "README.md": render("laws/table/readme.md.j2", **shown),
     }
     return whole_folder("gain table", name, table, real, _manifest(table, real, shown), files)
 
@@ -71,7 +71,7 @@ def _header(table: GainTable, shown: Mapping[str, Any]) -> str:
     )
     state, measured = f"{name}_state *state", f"const {name}_real x_meas[{nx}]"
     return render(
-        "table_header.h.j2", **{**shown, "rows": padded(_rows(table))}, about=wrap(about, WIDTH - 3),
+        "laws/table/header.h.j2", **{**shown, "rows": padded(_rows(table))}, about=wrap(about, WIDTH - 3),
         manners=wrap(f"{MANNERS} {shown['bytes']} bytes of constants.", WIDTH - 3),
         supervisor="\n".join(laid_out(f"int {name}_supervisor({state}, {measured});")),
         controller="\n".join(laid_out(f"int {name}({state}, {measured}, {name}_real u[{nu}]);")),
@@ -92,7 +92,7 @@ def _source(table: GainTable, programs: TablePrograms, real: str, shown: Mapping
     idle = [names.number(Fraction(min(max(0.0, low), high))).text for low, high in zip(table.low, table.high, strict=True)]
     return laid_out_text(
         render(
-            "table_source.c.j2", **shown, includes=includes, restrict=restrict_macro(name), functions=functions, entries=entries, zero=zero,
+            "laws/table/source.c.j2", **shown, includes=includes, restrict=restrict_macro(name), functions=functions, entries=entries, zero=zero,
             one=one, letting_go=names.number(Fraction(table.leave)).text, idle=idle, arguments=", ".join(f"row->{field}" for field in _law_fields(programs)),
         )
     )  # fmt: skip
@@ -114,7 +114,7 @@ def _casadi(table: GainTable, programs: TablePrograms, shown: Mapping[str, Any])
         body = python_function(program, {}, {})
         printed.append((program.name, ", ".join(body.arguments), body.lines, program.doc))
     rows = [{field: [float(value) for value in values] for field, values in programs.row(table, k).items()} for k in range(len(table.signs))]
-    return render("table_casadi.py.j2", **shown, functions=printed, table=rows, law_fields=_law_fields(programs))
+    return render("laws/table/casadi.py.j2", **shown, functions=printed, table=rows, law_fields=_law_fields(programs))
 
 
 def _selftest(found: tuple[Case, ...], real: str, shown: Mapping[str, Any]) -> str:
@@ -122,7 +122,7 @@ def _selftest(found: tuple[Case, ...], real: str, shown: Mapping[str, Any]) -> s
         (case.before, case.after, ", ".join(literal(x, real) for part in (case.measured, case.expected, case.allowed) for x in part))
         for case in found
     ]
-    return laid_out_text(render("table_selftest.c.j2", **shown, cases=rows, zero=literal(0.0, real)))
+    return laid_out_text(render("laws/table/selftest.c.j2", **shown, cases=rows, zero=literal(0.0, real)))
 
 
 def arrows(signs: tuple[int, ...]) -> str:

@@ -74,7 +74,7 @@ def swingup_files(law: TrajectoryLaw, real: str = "float") -> dict[str, str]:
         f"{name}.c": _source(law, program, rows, shown),
         f"{name}_casadi.py": _casadi(law, program, shown),
         "selftest.c": _selftest(cases(law, real), shown),
-        "README.md": render("trajectory_readme.md.j2", **shown, rows=_rows(law)),
+        "README.md": render("laws/trajectory/readme.md.j2", **shown, rows=_rows(law)),
     }
     return whole_folder("swingup", name, law, real, _manifest(law, program, shown), files)
 
@@ -82,7 +82,7 @@ def swingup_files(law: TrajectoryLaw, real: str = "float") -> dict[str, str]:
 def _header(law: TrajectoryLaw, shown: Mapping[str, Any]) -> str:
     prototype = f"{_law_declaration(shown, definition=False)};"
     return render(
-        "trajectory_header.h.j2", **shown, about=wrap(_ABOUT, WIDTH - 3), rows=padded(_rows(law)),
+        "laws/trajectory/header.h.j2", **shown, about=wrap(_ABOUT, WIDTH - 3), rows=padded(_rows(law)),
         prototype="\n".join(laid_out(prototype)), reset="\n".join(laid_out(f"{_reset_declaration(shown)};")),
     )  # fmt: skip
 
@@ -118,12 +118,12 @@ def _source(law: TrajectoryLaw, program: Program, rows: list[list[float]], shown
     squared = Fraction(law.tube) ** 2
     return laid_out_text(
         render(
-            "trajectory_source.c.j2", **{key: value for key, value in shown.items() if key != "note"}, functions=functions,
+            "laws/trajectory/source.c.j2", **{key: value for key, value in shown.items() if key != "note"}, functions=functions,
             includes=["math.h"] if any("math" in body.uses for body in bodies) else [], restrict=restrict_macro(name),
             table=[", ".join(literal(value, real) for value in row) for row in rows],
             rate=literal(nearest(real, 1 / Fraction(law.interval)), real), tube=literal(nearest(real, squared), real),
             rail=literal(nearest(real, Fraction(law.rail)), real) if isfinite(law.rail) else "",
-            law=instance("trajectory", names, {"WITH_RAIL": isfinite(law.rail), "WITH_OBSERVER": law.observer is not None}).rstrip("\n"),
+            law=instance("laws/trajectory", names, {"WITH_RAIL": isfinite(law.rail), "WITH_OBSERVER": law.observer is not None}).rstrip("\n"),
         )
     )  # fmt: skip
 
@@ -134,7 +134,7 @@ def _casadi(law: TrajectoryLaw, program: Program, shown: Mapping[str, Any]) -> s
         body = python_function(one, {}, {})
         functions.append((one.name, ", ".join(body.arguments), body.lines, [(a.name, a.size) for a in one.inputs], [a.name for a in one.outputs], one.doc))
     rows = [", ".join(map(repr, row)) for row in table(law, "double")]
-    return render("trajectory_casadi.py.j2", **shown, functions=functions, table=rows, interval=repr(float(law.interval)))
+    return render("laws/trajectory/casadi.py.j2", **shown, functions=functions, table=rows, interval=repr(float(law.interval)))
 
 
 def _selftest(tests: tuple[Case, ...], shown: Mapping[str, Any]) -> str:
@@ -143,7 +143,7 @@ def _selftest(tests: tuple[Case, ...], shown: Mapping[str, Any]) -> str:
         {"phase": test.phase, "numbers": ", ".join(literal(value, real) for value in test.numbers)}
         for test in tests
     ]
-    return laid_out_text(render("trajectory_selftest.c.j2", **shown, cases=listed, zero=literal(0.0, real)))
+    return laid_out_text(render("laws/trajectory/selftest.c.j2", **shown, cases=listed, zero=literal(0.0, real)))
 
 
 def _rows(law: TrajectoryLaw) -> list[str]:

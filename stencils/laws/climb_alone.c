@@ -39,4 +39,4 @@ static void phi_following(const phi_real x_meas[PHI_NX], const phi_real below[9]
     *off = x_meas[1] * x_meas[1];
 }
 
-#include "climb.c"
+#include "laws/climb.c"

@@ -58,4 +58,4 @@ static void phi_tracking(const phi_real x_meas[PHI_NX], const phi_real here[PHI_
 }
 #endif
 
-#include "trajectory.c"
+#include "laws/trajectory.c"

@@ -44,4 +44,4 @@ int law_call(law_state *state, const law_real *measured, law_real *u);
 void law_reset(law_state *state);
 void loop_runs(long runs, const loop_task *task, const long *late, const LOOP_PARAMS *parameters, phi_real *x, phi_real *largest, long *since, int *phases, phi_real *trace);
 
-#include "loop.c"
+#include "laws/loop.c"
