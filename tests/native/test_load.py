@@ -12,7 +12,7 @@ import pytest
 
 from phichain.errors import OutputError
 from phichain.native import Cache, build_casadi, build_folder
-from phichain.native.rows import rows_source
+from phichain.native.glue.rows import rows_source
 from phichain.native.signature import read_manifest
 from tests.native import generated_folder
 

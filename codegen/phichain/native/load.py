@@ -15,12 +15,12 @@ from phichain.native.callables import make_callable
 from phichain.native.compiler import CompilerOptions
 from phichain.native.flows.call import CALLERS
 from phichain.native.flows.prepare import Foreigners, prepared_dynamics, prepared_signature
-from phichain.native.glue import foreign_flow, glue_source
-from phichain.native.interrupts import Interruptible
+from phichain.native.glue.interrupts import Interruptible
+from phichain.native.glue.rows import prepared_size, row_loop, rows_source
+from phichain.native.glue.source import foreign_flow, glue_source
 from phichain.native.library import load_library, shared_object
 from phichain.native.memory.arrays import REAL
 from phichain.native.origin import Origin, mark
-from phichain.native.rows import prepared_size, row_loop, rows_source
 from phichain.native.signature import Manifest, manifest_of, read_manifest
 from phichain.native.symbolic import casadi_dynamics
 from phichain.scene import Scene

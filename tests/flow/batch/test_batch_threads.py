@@ -9,7 +9,7 @@ import pytest
 
 from phichain.errors import ArrayError
 from phichain.native.flows import forward_dynamics_batch
-from phichain.native.interrupts import Interruptible
+from phichain.native.glue.interrupts import Interruptible
 from phichain.pipeline import build
 from phichain.scene import Scene
 from phichain.system import System

@@ -10,7 +10,7 @@ import pytest
 from phichain.errors import ArrayError
 from phichain.motion import simulate
 from phichain.native.flows import motion
-from phichain.native.interrupts import Interruptible
+from phichain.native.glue.interrupts import Interruptible
 from phichain.pipeline import build
 from phichain.scene import Scene
 from phichain.system import System

@@ -17,7 +17,7 @@ from phichain.emit import library_files
 from phichain.lowering import lower
 from phichain.mechanics import derive
 from phichain.native.flows.prepare import prepared_signature
-from phichain.native.glue import glue_source
+from phichain.native.glue.source import glue_source
 from phichain.native.signature import manifest_of
 from phichain.pipeline import build
 from phichain.scene import Scene

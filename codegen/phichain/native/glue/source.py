@@ -9,8 +9,8 @@ from phichain.contract.chain import Chain
 from phichain.contract.flow import Flow, Passed
 from phichain.contract.functions import ROWS
 from phichain.native.flows.structs import struct_type
-from phichain.native.interrupts import HEADERS, Foreign, interrupts_source
-from phichain.native.rows import row_loop
+from phichain.native.glue.interrupts import HEADERS, Foreign, interrupts_source
+from phichain.native.glue.rows import row_loop
 from phichain.native.signature import Manifest, Signature
 
 _PLAIN = ("int", "unsigned long", "size_t")

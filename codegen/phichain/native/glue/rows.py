@@ -8,7 +8,7 @@ generated folder.
 
 from __future__ import annotations
 
-from phichain.native.interrupts import Foreign
+from phichain.native.glue.interrupts import Foreign
 from phichain.native.signature import Argument, Manifest, Signature
 
 
