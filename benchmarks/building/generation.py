@@ -45,7 +45,7 @@ def _casadi(chain: Chain, folder: Path) -> None:
 
 
 def _heyoka(chain: Chain, folder: Path) -> None:
-    present.module("benchmarks.peers.heyoka_cfunc").seconds_to_callable(chain)
+    present.module("benchmarks.peers.heyoka.cfunc").seconds_to_callable(chain)
 
 
 CONTESTANTS: dict[str, Callable[[Chain, Path], None]] = {

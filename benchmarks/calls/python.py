@@ -41,7 +41,7 @@ def bound(links: int, run: plan.Plan) -> Work:
         return runner("phichain", lambda: function(q, v), "ours")
 
     def heyoka() -> Runner:
-        function = present.module("benchmarks.peers.heyoka_cfunc").compiled(chain, recursions.forms(chain)[0])
+        function = present.module("benchmarks.peers.heyoka.cfunc").compiled(chain, recursions.forms(chain)[0])
         out = np.empty(links)
         return runner("heyoka cfunc", lambda: function(state, outputs=out))
 
@@ -92,7 +92,7 @@ def trajectory(links: int, on_times: bool, run: plan.Plan) -> Work:
         ]  # fmt: skip
 
     def heyoka() -> Runner:
-        peer = present.module("benchmarks.peers.heyoka_flows")
+        peer = present.module("benchmarks.peers.heyoka.flows")
         flow, start = peer.integrator(m.chain, m.forms[0], q, v, TOLERANCE)
 
         def call() -> object:
@@ -127,7 +127,7 @@ def one_link(run: plan.Plan) -> Work:
         return [Runner("phichain, bound", again, off, "ours"), Runner("phichain", call, off, "hybrid")]
 
     def heyoka() -> Runner:
-        flow = present.module("benchmarks.peers.heyoka_flows").one(m.chain, "link frame", False, q, v, 1e-15)
+        flow = present.module("benchmarks.peers.heyoka.flows").one(m.chain, "link frame", False, q, v, 1e-15)
         return Runner("heyoka", partial(flow, 1.0), error(m.name, flow(m.span)))
 
     makers: list[tuple[str, Maker]] = [("phichain", ours), ("heyoka", heyoka)]

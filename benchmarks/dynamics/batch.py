@@ -59,7 +59,7 @@ def dynamics(name: str, chain: Chain, run: plan.Plan) -> Work:
             return runner("phichain", "ours", lambda out: passer.batch_own(function, *sizes, _at(states), _at(out), PASSES))
 
         def theirs(width: int) -> Runner:
-            function = present.module("benchmarks.peers.heyoka_batch").dynamics(chain, folder, width)
+            function = present.module("benchmarks.peers.heyoka.batch").dynamics(chain, folder, width)
             sizes = ctypes.c_size_t(width), ctypes.c_size_t(count)
             call = lambda out: passer.batch_peer(function, *sizes, _at(states), _at(out), PASSES)
             return runner(f"heyoka, batch {width}", "peer", call)

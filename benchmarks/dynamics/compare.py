@@ -57,7 +57,7 @@ def compare(
 
 def heyoka(chain: Chain, folder: Path) -> list[Candidate]:
     """Its cfunc in every form, with and without its superword vectoriser."""
-    peer = present.module("benchmarks.peers.heyoka_cfunc")
+    peer = present.module("benchmarks.peers.heyoka.cfunc")
     first, *others = recursions.forms(chain)
     return [peer.build(chain, folder, first, slp) for slp in (False, True)] + [
         peer.build(chain, folder, form) for form in others

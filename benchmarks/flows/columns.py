@@ -59,7 +59,7 @@ def transition(links: int, run: plan.Plan) -> tuple[Work, Entry | None]:
         ]  # fmt: skip
 
     def theirs(compact: bool) -> Runner:
-        flow = present.module("benchmarks.peers.heyoka_flows").columns(m.chain, q, v, TOLERANCE, compact)
+        flow = present.module("benchmarks.peers.heyoka.flows").columns(m.chain, q, v, TOLERANCE, compact)
         return Runner(f"heyoka{', compact' if compact else ''}", partial(flow, m.span), off(flow(m.span)))
 
     modes = (False, True) if links < 4 else (True,)
@@ -124,7 +124,7 @@ def first_event(run: plan.Plan) -> Work:
         return [Runner("phichain, bound", again, abs(again() - exact), "ours"), Runner("phichain", find, abs(find() - exact), "hybrid")]
 
     def theirs() -> Runner:
-        find = present.module("benchmarks.peers.heyoka_flows").event(m.chain, q, v, TOLERANCE)
+        find = present.module("benchmarks.peers.heyoka.flows").event(m.chain, q, v, TOLERANCE)
         return Runner("heyoka", find, abs(find() - exact))
 
     makers: list[tuple[str, Any]] = [("phichain", ours), ("heyoka", theirs)]

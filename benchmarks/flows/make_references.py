@@ -19,7 +19,7 @@ from benchmarks.peers import present
 
 
 def main() -> int:
-    flows = present.module("benchmarks.peers.heyoka_flows")
+    flows = present.module("benchmarks.peers.heyoka.flows")
     ends, checks = {}, {}
     for motion in motions():
         begin = time.perf_counter()

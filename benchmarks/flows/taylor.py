@@ -54,7 +54,7 @@ def makers(motion: Motion, tolerance: float, many: bool) -> list[tuple[str, Call
         return _checked("phichain", motion, lambda: flow(q, v, 0.0, motion.span, tolerance).q, "ours")
 
     def theirs(form: str, compact: bool) -> Runner:
-        peer = present.module("benchmarks.peers.heyoka_flows")
+        peer = present.module("benchmarks.peers.heyoka.flows")
         flow = (peer.batch if many else peer.one)(motion.chain, form, compact, q, v, tolerance)
         return _checked(_label(form, compact), motion, partial(flow, motion.span))
 

@@ -214,7 +214,7 @@ def _heyoka(
         import heyoka as hy
     except ImportError:
         return
-    from benchmarks.peers.heyoka_taylor import equations
+    from benchmarks.peers.heyoka.taylor import equations
 
     for tol in tolerances:
         flow = hy.taylor_adaptive(

@@ -1,3 +1,3 @@
-"""The peers, one file each; every one hands back a ``Candidate``, a C function pointer timed like our own
+"""The peers, one file or folder each; every one hands back a ``Candidate``, a C function pointer timed like our own
 code.
 """

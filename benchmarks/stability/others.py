@@ -26,7 +26,7 @@ def _heyoka(tolerance: float) -> Peer:
     def run(case: Case, known: Reference) -> Answer:
         import heyoka as hy
 
-        from benchmarks.peers.heyoka_taylor import equations, form_of
+        from benchmarks.peers.heyoka.taylor import equations, form_of
 
         scene = case.plain()
         form = form_of(scene)
@@ -55,7 +55,7 @@ def _heyoka(tolerance: float) -> Peer:
 def _heyoka_period(case: Case, known: Reference, scene: Scene) -> Answer:
     import heyoka as hy
 
-    from benchmarks.peers.heyoka_taylor import equations
+    from benchmarks.peers.heyoka.taylor import equations
 
     system = equations(scene)
     stop = hy.t_event(system[0][0])

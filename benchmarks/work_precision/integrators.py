@@ -127,7 +127,7 @@ def _simulated(
 def _heyoka(work: Work, error: Error, quick: bool) -> Iterator[Candidate]:
     import heyoka as hy
 
-    from benchmarks.peers.heyoka_taylor import equations
+    from benchmarks.peers.heyoka.taylor import equations
 
     hy.llvm_state.set_diskcache_enabled(False)
     case, scene = work.case, work.case.plain()
@@ -211,7 +211,7 @@ def _compiled_field(work: Work) -> Callable[[float, np.ndarray], np.ndarray]:
     """
     import heyoka as hy
 
-    from benchmarks.peers.heyoka_taylor import equations
+    from benchmarks.peers.heyoka.taylor import equations
 
     form = next(form for form in reversed(work.forms))
     system = equations(work.case.plain(), form)

@@ -15,7 +15,7 @@ def no_peers(monkeypatch: pytest.MonkeyPatch) -> None:
     """No peer can be imported, and no module of ours that has imported one is remembered."""
     for name in [*sys.modules]:
         top = name.split(".")[0]
-        if top in PACKAGES or (name.startswith("benchmarks.peers.") and name.split(".")[-1] in NEEDING):
+        if top in PACKAGES or (name.removeprefix("benchmarks.peers.") in NEEDING):
             monkeypatch.delitem(sys.modules, name)
     monkeypatch.setattr(sys, "meta_path", [_Absent(tuple(sys.meta_path))])
 
@@ -34,7 +34,7 @@ class _Absent:
 
 
 NEEDING = {
-    "casadi_flows", "casadi_motion", "casadi_recursion", "diffrax_flow", "heyoka_batch", "heyoka_cfunc", "heyoka_flows",
+    "casadi_flows", "casadi_motion", "casadi_recursion", "diffrax_flow", "heyoka.batch", "heyoka.cfunc", "heyoka.flows",
     "mujoco_forward", "pinocchio_aba",
 }  # fmt: skip
 """Modules of benchmarks/peers that import their peer at once."""

@@ -28,7 +28,7 @@ def states(case: Case) -> list[list[mp.mpf]]:
     """(q, v) at the case's times."""
     import heyoka as hy
 
-    from benchmarks.peers.heyoka_taylor import equations
+    from benchmarks.peers.heyoka.taylor import equations
 
     wide = hy.real128
     start = np.array([wide(x) for x in (*case.q, *case.v)])

@@ -1,0 +1,1 @@
+"""heyoka, the Taylor integrator, and its compiled functions."""
