@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Final
 
 from phichain.contract import meanings
+from phichain.contract.bases import law_of
 from phichain.contract.chain import Chain, Kind, Words
 from phichain.contract.flows import has_input
 from phichain.contract.function import Absence, Argument, Shape
@@ -44,7 +45,8 @@ def is_spatial(chain: Kind) -> bool:
 
 def is_driven(chain: Kind) -> bool:
     """A cart is driven by its acceleration."""
-    return chain.drive == "acceleration"
+    law = law_of(chain.base, chain.drive)
+    return law.is_placed and law.is_told
 
 
 def is_damped(chain: Kind) -> bool:
@@ -89,7 +91,7 @@ V: Final = Argument("v", "in", per_v, "rates")
 U: Final = Argument("u", "in", lambda chain: (chain.nu,), "inputs", present=has_input)
 B: Final = Argument(
     "b", "in", lambda chain: (chain.base_inputs,), "acceleration of the base",
-    "acceleration of the base, the last component down, m/s^2", lambda chain: chain.is_moving,
+    lambda chain: chain.base_law.argument, lambda chain: chain.is_moving,
 )  # fmt: skip
 ACCELERATIONS: Final = Argument("a", "in", per_v, "accelerations")
 FORCE: Final = Argument(

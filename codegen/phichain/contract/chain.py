@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final, Protocol
 
+from phichain.contract.bases import BaseLaw
+
 PerLink = tuple[float, ...] | str
 """One number per link, or the word `runtime`."""
 
@@ -113,6 +115,10 @@ class Chain(Kind, Protocol):
     def is_driven(self) -> bool: ...
     @property
     def is_moving(self) -> bool: ...
+    @property
+    def base_law(self) -> BaseLaw: ...
+    @property
+    def told_axes(self) -> tuple[int, ...]: ...
     @property
     def base_inputs(self) -> int: ...
     @property

@@ -47,18 +47,13 @@ def has_forcing(chain: Chain) -> bool:
 
 
 def _unit_of_forcing(chain: Chain) -> str:
-    if chain.forced == "base" or chain.is_driven:
-        return "m/s^2"
-    return "N" if chain.forced == "cart" else "N m"
+    return "N m" if isinstance(chain.forced, int) else chain.base_law.unit
 
 
 def _is_forced_there(chain: Chain) -> str:
-    axis = "" if chain.is_planar and chain.forced == "cart" else f" along axis {chain.axis}"
-    if chain.forced == "base":
-        return f"the acceleration of the base{axis}"
-    if chain.forced == "cart":
-        return f"the {'acceleration of' if chain.is_driven else 'force on'} the cart{axis}"
-    return f"the torque at joint {chain.forced}"
+    if isinstance(chain.forced, int):
+        return f"the torque at joint {chain.forced}"
+    return chain.base_law.driven + ("" if chain.is_planar and chain.has_cart else f" along axis {chain.axis}")
 
 
 def _is_variational(chain: Chain) -> bool:

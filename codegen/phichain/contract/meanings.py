@@ -45,11 +45,7 @@ def _inputs(chain: Chain) -> str:
 
 def _base_inputs(chain: Chain) -> list[str]:
     """What drives the base."""
-    if chain.is_moving:
-        return [f"acceleration of the base, {chain.base_inputs} components, the last one down, m/s^2"]
-    if not chain.has_force:
-        return []
-    return ["acceleration of the cart, m/s^2" if chain.is_driven else "horizontal force on the cart, N"]
+    return [chain.base_law.meaning.format(size=chain.base_inputs)] if chain.base_inputs else []
 
 
 def units(chain: Chain, cart: str, link: str) -> str:

@@ -17,8 +17,8 @@ def left_out(printed: Printed) -> dict[str, str]:
     kinds = {kind for function in printed.programs.functions for kind in function.counts}
     is_partial = any(row.is_missed and row.name not in scene.want for row in TABLE)
     absent = {"other functions": OTHERS} if is_partial else {}
-    if not scene.has_cart:
-        absent["cart terms"] = "the base is moved, and has no equation of its own" if scene.is_moving else "the base is fixed"
+    if scene.base_law.left_out:
+        absent["cart terms"] = scene.base_law.left_out
     if not scene.runtime:
         absent["params struct"] = "every parameter is a number and folded into the code"
     if scene.damping is None:

@@ -110,6 +110,7 @@ class _Motion:
     def __init__(self, model: Model, point: Residues) -> None:
         symbols, self.point = model.symbols, point
         self.cart, self.base_rate = ([*map(point.value, base)] for base in (symbols.cart, symbols.base_rate))
+        self.base = [*map(point.value, symbols.along_base(symbols.base_rate))]
         if model.scene.is_planar:
             kind = str(model.scene.angles)
             phi = absolute_angles(kind, [point.angle(theta) for theta in symbols.theta])
@@ -190,7 +191,7 @@ def _places(model: Model, motion: _Motion, held: Values) -> Iterator[tuple[str, 
 
 def _by_masses(motion: _Motion, held: Values) -> int:
     """T of the masses on their way, from m_k, r_k, l_k, J_k and m_0."""
-    base = [*motion.base_rate, *([0] * (len(motion.rate[0]) - len(motion.base_rate)))]
+    base = motion.base
     twice = sum(m * _dot(base, base) for m in held.get("found_cart_mass", ()))
     for k, rate in enumerate(motion.rate):
         own, arm = held["found_com"][k], held["found_length"][k]
@@ -204,7 +205,7 @@ def _by_masses(motion: _Motion, held: Values) -> int:
 def _by_moments(motion: _Motion, held: Values) -> int:
     """T from M00, mu_k, c_kk and c_ij = l_i mu_j, i < j."""
     twice = held["found_total_mass"][0] * _dot(motion.base_rate, motion.base_rate)
-    inner = [*motion.base_rate, *([0] * (len(motion.rate[0]) - len(motion.base_rate)))]
+    inner = motion.base
     for k, rate in enumerate(motion.rate):
         twice += held["found_c_diagonal"][k] * _dot(rate, rate) + 2 * held["found_mu"][k] * _dot(inner, rate)
         inner = [(b + held["found_length"][k] * r) % PRIME for b, r in zip(inner, rate, strict=True)]
@@ -232,7 +233,7 @@ def _pairs(model: Model, held: Values) -> Iterator[tuple[str, Coefficient, Coeff
     mu = [mass[k] * com[k] + length[k] * beyond[k] for k in links]
     spin = held.get("found_inertia", [Fraction(0)] * len(links))
     diagonal = [mass[k] * com[k] * com[k] + spin[k] + length[k] * length[k] * beyond[k] for k in links]
-    if model.scene.base != "fixed":
+    if not model.scene.base_law.rests:
         yield "M00", model.total_mass, sum((*mass, *held.get("found_cart_mass", ())), Fraction(0))
         yield "M00", model.total_mass, held["found_total_mass"][0]
         yield from _listed("coupling", model.coupling, mu)

@@ -25,6 +25,7 @@ from typing import Final
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, multiple, named, store, sub, zeros
+from phichain.lowering.chain.base import base_acceleration
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar import tension as planar_tension
 from phichain.lowering.planar.functions import absolute_sincos
@@ -221,7 +222,7 @@ def _base(builder: Builder, scene: Scene, parameters: Parameters, a: ArrayRef, u
     if scene.has_cart:
         moved[:-1] = [a[i] for i in range(size - 1)]
     if scene.is_moving and u is not None:
-        moved = [u[i] for i in range(size)]
+        moved = list(base_acceleration(builder, scene, tuple(u[i] for i in range(scene.base_inputs))))
     return (*moved[:-1], moved[-1] - parameters.gravity)
 
 

@@ -50,7 +50,7 @@ class Coefficients:
     @cached_property
     def coupling(self) -> tuple[Coefficient, ...]:
         """The coefficients of p_0'.q_k' in T (kg m), empty on a fixed base; they come out equal to mu_k."""
-        return tuple(self._moment(0, k) for k in self._links) if self.scene.base != "fixed" else ()
+        return () if self.scene.base_law.rests else tuple(self._moment(0, k) for k in self._links)
 
     @cached_property
     def c(self) -> tuple[tuple[Coefficient, ...], ...]:
@@ -145,8 +145,9 @@ class Coefficients:
     def _number(self) -> dict[sympy.Symbol, int]:
         """The number of each of them; the cart's place and rate are those of the base, and so is the rate that is given."""
         numbers, symbols = {symbol: i for i, symbol in enumerate(self.free)}, ChainSymbols(self.scene)
-        for cart, rate in ((symbols.cart, False), (symbols.base_rate, True)):
-            numbers |= {own: numbers[base] for own, base in zip(cart, self._names.joint(0, rate), strict=False)}
+        for own, rate in ((symbols.cart, False), (symbols.base_rate, True)):
+            places = [self._names.joint(0, rate)[axis] for axis in symbols.base_axes]
+            numbers |= {symbol: numbers[base] for symbol, base in zip(own, places, strict=False)}
         return numbers
 
     @cached_property

@@ -218,7 +218,7 @@ def latex(model: Mechanics) -> str:
             f"\\mu &= {sympy.latex(mu)}",
             f"c &= {sympy.latex(c)}",
         ]
-        rows += [f"M_{{00}} &= {sympy.latex(expression(model.total_mass))}"] if model.scene.base != "fixed" else []
+        rows += [] if model.scene.base_law.rests else [f"M_{{00}} &= {sympy.latex(expression(model.total_mass))}"]
     return "\\begin{aligned}" + " \\\\ ".join(rows) + "\\end{aligned}"
 
 
@@ -258,9 +258,7 @@ def _general(model: Mechanics, forms: _Forms) -> list[str]:
 
 def _base(scene: Scene) -> str:
     """Return what the base is."""
-    if scene.is_moving:
-        return "base that moves with velocity c and acceleration b"
-    return f"cart{' driven by its acceleration b' * scene.is_driven}" if scene.has_cart else "fixed base"
+    return scene.base_law.noun
 
 
 def _coordinates(scene: Scene) -> str:
@@ -275,7 +273,7 @@ def _coefficients(model: Mechanics) -> list[str]:
     lines = [f"mu = {_row(model.mu)}"]
     lines += [f"{'c  =' if i == 0 else '    '} {_row(row)}" for i, row in enumerate(model.c[:_COLUMNS])]
     lines += ["     ..."] if len(model.c) > _COLUMNS else []
-    return [*lines, f"M00 = {plain(model.total_mass)}"] if model.scene.base != "fixed" else lines
+    return lines if model.scene.base_law.rests else [*lines, f"M00 = {plain(model.total_mass)}"]
 
 
 def _row(entries: Iterable[Any]) -> str:

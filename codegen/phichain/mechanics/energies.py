@@ -163,7 +163,8 @@ def _places(
 def _rates(names: Names, symbols: ChainSymbols, scene: Scene, places: Sequence[Definition]) -> list[Definition]:
     """The rates of all places: positions are linear in x and q_k with constant coefficients; that of a moving base is given."""
     dots = dict(zip(symbols.cart, symbols.cart_rate, strict=True))
-    given = dict(zip(names.joint(0, rate=True), symbols.base_rate, strict=False)) if scene.is_moving else {}
+    moved = symbols.along_base(symbols.base_rate) if scene.is_moving else ()
+    given = dict(zip(names.joint(0, rate=True), moved, strict=False))
     for k in range(scene.links + 1):
         for vector in (names.joint, *((names.mass, names.link) if k else ())):
             dots |= zip(vector(k), vector(k, rate=True), strict=True)

@@ -181,7 +181,10 @@ def _input(model: Model, s: Sequence[Any]) -> sympy.ImmutableDenseMatrix:
         return sympy.ImmutableDenseMatrix(forces)
     given = sympy.zeros(rows, scene.base_accelerations)
     border = _border(model, s)
-    given[:carts, :carts], given[carts:, : border.rows] = sympy.eye(carts), -border.T
+    given[:carts, :carts] = sympy.eye(carts)
+    for column, axis in enumerate(scene.told_axes):
+        if axis < border.rows:
+            given[carts:, column] = -border[axis, :].T
     return sympy.ImmutableDenseMatrix.hstack(given, forces)
 
 

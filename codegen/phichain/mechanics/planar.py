@@ -74,7 +74,7 @@ class PlanarExpressions:
         terms = [self._c[i][i] * rate[i] ** 2 / 2 for i in self._links]
         terms += [self._c[i][j] * sympy.cos(self._difference(j, i)) * rate[i] * rate[j]
                   for i, j in combinations(self._links, 2)]  # fmt: skip
-        for axis, speed in enumerate(self._symbols.base_rate):
+        for axis, speed in zip(self._symbols.base_axes, self._symbols.base_rate, strict=True):
             terms.append(self._total_mass * speed**2 / 2)
             terms += [speed * self._mu[k] * self._tangent(k)[axis] * rate[k] for k in self._links]
         slips = joint_angles(self._angles, self._symbols.theta_dot)
@@ -150,7 +150,7 @@ class PlanarExpressions:
     @cached_property
     def base_torque(self) -> sympy.ImmutableDenseMatrix:
         """What the acceleration b of a moving base asks for: mu_k b.(cos phi_k, -sin phi_k), pulled back."""
-        given = self._symbols.base_acceleration if self._scene.is_moving else ()
+        given = self._symbols.along_base(self._symbols.base_acceleration) if self._scene.is_moving else ()
         rows = [
             sympy.Add(*[b * self._mu[k] * along for b, along in zip(given, self._tangent(k), strict=False)])
             for k in self._links

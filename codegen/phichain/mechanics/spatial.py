@@ -53,7 +53,7 @@ class SpatialExpressions:
         speed = self._symbols.base_rate
         if speed:
             terms.append(self._total_mass * _dot(speed, speed) / 2)
-            terms += [self._mu[k] * _dot(speed, rates[k][: len(speed)]) for k in self._links]
+            terms += [self._mu[k] * _dot(speed, [rates[k][axis] for axis in self._symbols.base_axes]) for k in self._links]
         return sympy.Add(*terms)
 
     @cached_property
@@ -149,7 +149,9 @@ class SpatialExpressions:
 
     def _given(self) -> sympy.ImmutableDenseMatrix:
         """b of a moving base, zero on others."""
-        return _vector(self._symbols.base_acceleration) if self._scene.is_moving else sympy.zeros(3, 1)
+        if not self._scene.is_moving:
+            return sympy.zeros(3, 1)
+        return _vector(self._symbols.along_base(self._symbols.base_acceleration))
 
     @cached_property
     def equations(self) -> tuple[sympy.Eq, ...]:

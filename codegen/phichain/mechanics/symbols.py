@@ -7,7 +7,7 @@ of the cart; the inputs F (force), b (acceleration of the base) and T_k (torques
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -66,8 +66,18 @@ class ChainSymbols:
 
     @property
     def base_rate(self) -> Symbols:
-        """The components of p_0' that there are (m/s): x' of a cart, all d of a moving base, which is given."""
+        """The components of p_0' that there are (m/s): x' of a cart, those of a moving base along the axes that it is told."""
         return self._moving("c") if self.scene.is_moving else self.cart_rate
+
+    @property
+    def base_axes(self) -> tuple[int, ...]:
+        """Which components of p_0' these are, counted from 0."""
+        return self.scene.told_axes if self.scene.is_moving else tuple(range(len(self.cart_rate)))
+
+    def along_base(self, components: Sequence[sympy.Expr]) -> tuple[sympy.Expr, ...]:
+        """A vector of all axes by its components along those of the base; zero along others."""
+        given = dict(zip(self.base_axes, components, strict=True))
+        return tuple(given.get(axis, sympy.S.Zero) for axis in range(self.scene.dimensions))
 
     @property
     def base_acceleration(self) -> Symbols:
@@ -150,7 +160,7 @@ class ChainSymbols:
         return (sympy.Symbol(name),) if self.scene.is_planar else sympy.symbols(f"{name}_1 {name}_2")
 
     def _moving(self, name: str) -> Symbols:
-        return tuple(sympy.Symbol(f"{name}_{i}") for i in range(1, self.scene.base_inputs + 1))
+        return tuple(sympy.Symbol(f"{name}_{axis + 1}") for axis in self.scene.told_axes)
 
     def _links(self, name: str) -> Symbols:
         return tuple(sympy.Symbol(f"{name}_{k}") for k in range(1, self.scene.links + 1))

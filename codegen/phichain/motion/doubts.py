@@ -83,7 +83,7 @@ def _drifted(problem: Problem, path: Path, energies: Vector) -> list[str]:
 
 def _is_conservative(problem: Problem) -> bool:
     system = problem.system
-    return system.joints.is_free and problem.control is None and system.base == "fixed" and system.real == "double"
+    return system.joints.is_free and problem.control is None and system.rests and system.real == "double"
 
 
 def _levels(problem: Problem) -> Vector:

@@ -158,7 +158,7 @@ def _system(manifest: Manifest, scene: Scene, functions: Mapping[str, Callable[.
         joints=Joints(
             scene.stiffness, scene.damping, scene.armature, scene.rest_angle, scene.friction, scene.friction_speed,
         ),
-        drive=Drive(scene.driven, scene.base_accelerations),
+        drive=Drive(scene.driven, scene.base_accelerations, scene.told_axes),
         variational=bool(scene.variational),
         varied=MappingProxyType(scene.varied),
         scene=manifest.scene,

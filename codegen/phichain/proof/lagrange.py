@@ -75,6 +75,13 @@ class Motion:
 BASE_RATE: Final = "base_rate"
 """The velocity of a moving base: an argument of a Judge's Program, and no coordinate."""
 
+
+def along_told(scene: Scene, given: Vector) -> Vector:
+    """All components of the acceleration of a base that has no coordinates, by those at the head of its inputs."""
+    known = dict(zip(scene.told_axes, given, strict=False))
+    return [known.get(axis, 0) for axis in range(scene.dimensions)]
+
+
 ENERGIES: Final = ("kinetic", "potential", "dissipation")
 """Outputs of a Judge's Program that are T, V and R."""
 

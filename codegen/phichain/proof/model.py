@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from phichain.errors import ProofError
 from phichain.mechanics import Model
-from phichain.proof.lagrange import BASE_RATE, Judge
+from phichain.proof.lagrange import BASE_RATE, Judge, along_told
 from phichain.proof.modular.field import PRIME
 from phichain.proof.modular.points import Point
 from phichain.proof.positions import Chain
@@ -29,7 +29,7 @@ def check_lagrangian(model: Model, judge: Judge, chains: Sequence[Chain]) -> Non
     """
     for chain in chains:
         point, found = chain.point, judge.energies(chain.point, drift=True)
-        drift = judge.drift(point).get(BASE_RATE, ())
+        drift = along_told(model.scene, judge.drift(point).get(BASE_RATE, [])) if model.scene.is_moving else ()
         for name, true in chain.energies(drift).items():
             if any((a - b) % PRIME for a, b in zip(found[name], true, strict=True)):
                 raise _wrong(model, _NAMES[name], "is not what the positions of the masses say", point)

@@ -8,6 +8,7 @@ from typing import Any, Final, TypeVar
 
 from mpmath import mpf
 
+from phichain.contract.bases import FIXED
 from phichain.contract.registry import Registry
 from phichain.reference.pose import Parameters, Pose, cart_axes, planar_pose, spatial_pose
 from phichain.scene import Scene
@@ -45,16 +46,21 @@ class Case:
 
     def links(self) -> Case:
         """The links of a chain whose base is given its acceleration, seen from there: on a wall that has it."""
-        scene, carts = self.scene, cart_axes(self.scene)
-        size, u = 2 if scene.is_planar else 3, self.inputs["u"]
+        scene, carts, u = self.scene, cart_axes(self.scene), self.inputs["u"]
         given, torques = u[: scene.base_accelerations], u[scene.base_accelerations :]
         wall = replace(
-            scene, base="fixed", drive=None, cart_mass=None, cart_damping=None, cart_friction=None, cart_friction_speed=None,
+            scene, base=FIXED.base, drive=None, cart_mass=None, cart_damping=None, cart_friction=None, cart_friction_speed=None,
             actuated=scene.actuated if scene.actuated_joints else "none", want=("forward_dynamics",),
             variational=False, forced=None, axis=None,
         )  # fmt: skip
         own = {name: self.inputs[name][carts:] for name in ("q", "v", "q_dot") if name in self.inputs}
-        return Case(wall, self.values, {**self.inputs, **own, "u": torques}, [*given, *[mpf(0)] * (size - len(given))])
+        return Case(wall, self.values, {**self.inputs, **own, "u": torques}, along_told(scene, given))
+
+
+def along_told(scene: Scene, given: Sequence[Any]) -> list[Any]:
+    """The acceleration of a base by its components along the axes that it is told; it has none along others."""
+    known = dict(zip(scene.told_axes, given, strict=True))
+    return [known.get(axis, mpf(0)) for axis in range(scene.dimensions)]
 
 
 Judge = TypeVar("Judge", bound=Callable[[Case], Outputs])

@@ -29,7 +29,8 @@ def forced_inputs(scene: Scene, u: Sequence[Any], force: Any) -> tuple[Scene, li
     given = dict(zip(scene.u_names, u, strict=True))
     inputs = [given.get(name, 0) for name in whole.u_names]
     if not joint:
-        inputs[(scene.axis or 1) - 1] += force
+        axes = scene.told_axes or range(whole.base_inputs)
+        inputs[axes.index((scene.axis or 1) - 1)] += force
         return whole, inputs
     for i in range(1, scene.links + 1):
         turns = _turn(scene, joint, i) - _turn(scene, joint - 1, i)

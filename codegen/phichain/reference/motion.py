@@ -9,7 +9,7 @@ from mpmath import fdot, mpf
 
 from phichain.reference import masses
 from phichain.reference.algebra import Matrix, Vector, transposed
-from phichain.reference.case import Case, Outputs, judges
+from phichain.reference.case import Case, Outputs, along_told, judges
 from phichain.reference.inertia import Inertia
 from phichain.reference.pose import Pose, cart_axes, project, pulled_back, straight_pose
 from phichain.scene import Scene
@@ -50,7 +50,7 @@ def inverse_dynamics(case: Case) -> Outputs:
     The accelerations of the masses are summed up link by link, without the inertia matrix.
     """
     if case.scene.is_moving:
-        case = replace(case, base=case.inputs["b"]) if "b" in case.inputs else case
+        case = replace(case, base=along_told(case.scene, case.inputs["b"])) if "b" in case.inputs else case
     pose = case.pose()
     inertial = Inertia(case.scene, case.values, pose).times(case.inputs["a"])
     return {"u": [a + b for a, b in zip(inertial, load(case, pose), strict=True)]}
@@ -163,8 +163,8 @@ def _told(case: Case, pose: Pose, inertia: Matrix, inputs: Matrix) -> Outputs:
     """M and B where the base is given its acceleration: rows x'' = u, and of every mass what b does to it, on the right side."""
     carts, size = cart_axes(case.scene), len(pose.direction[0])
     columns = []
-    for i in range(case.scene.base_accelerations):
-        moved = [mpf(int(axis == i)) for axis in range(size)] * case.scene.links + [mpf(0)] * (size * len(case.values.inertia))
+    for i, told in enumerate(case.scene.told_axes):
+        moved = [mpf(int(axis == told)) for axis in range(size)] * case.scene.links + [mpf(0)] * (size * len(case.values.inertia))
         pull = masses.conjugate(case.scene, case.values, pose, moved)
         columns.append([mpf(int(k == i)) if k < carts else -entry for k, entry in enumerate(pull)])
     rows = [

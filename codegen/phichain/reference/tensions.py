@@ -6,7 +6,7 @@ from mpmath import fdot, mpf
 
 from phichain.reference import masses
 from phichain.reference.algebra import Vector, dot
-from phichain.reference.case import Case, Outputs, judges
+from phichain.reference.case import Case, Outputs, along_told, judges
 from phichain.reference.motion import forward_dynamics
 from phichain.reference.pose import Pose, cart_axes
 
@@ -22,7 +22,7 @@ def tensions(case: Case) -> Outputs:
     )
     force = masses.weighted(values, [sum(entries) for entries in zip(*parts, strict=True)])
     size, found = len(pose.direction[0]), list[object]()
-    base: Vector = case.inputs["u"][:size] if scene.is_moving else [mpf(0)] * size
+    base: Vector = along_told(scene, case.inputs["u"][: scene.base_inputs]) if scene.is_moving else [mpf(0)] * size
     beyond: Vector = [mpf(0)] * size
     for k in reversed(range(scene.links)):
         own = zip(beyond, force[size * k : size * (k + 1)], base, strict=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final, Literal
 
+from phichain.contract.bases import bases, drives, places
 from phichain.scene.keys import NOT_NEGATIVE, PER_LINK, POSITIVE
 
 Kind = Literal["name", "count", "choice", "parameter", "number", "joints", "place", "functions", "derivatives"]
@@ -79,7 +80,7 @@ KEYS: Final[tuple[Key, ...]] = (
     Key("space", "choice", "motion in the vertical plane, by angles, or in space, by unit vectors", default="planar", choices=("planar", "spatial")),
     Key(
         "base", "choice", "where the chain hangs: fixed, on a cart free to move horizontally, or moved, its acceleration an input",
-        default="fixed", choices=("fixed", "cart", "moving"),
+        default="fixed", choices=bases(),
     ),
     Key("mass", "parameter", "mass of every link", "kg"),
     Key("length", "parameter", "length of every link, joint to joint", "m"),
@@ -94,7 +95,7 @@ KEYS: Final[tuple[Key, ...]] = (
     Key("cart_friction_speed", "number", "v_0 of the cart's friction; with friction only", "m/s", default="joints.friction_speed", only=_CART),
     Key(
         "drive", "choice", "what drives the cart: a force, or its acceleration, which is then the input", default="force",
-        choices=("force", "acceleration"), only=_CART,
+        choices=drives("cart"), only=_CART,
     ),
     Key("gravity", "parameter", "gravity along the last axis", "m/s^2", default="9.81"),
     Key(
@@ -113,7 +114,7 @@ KEYS: Final[tuple[Key, ...]] = (
     ),
     Key("want", "functions", "the functions to derive, emit and compile; only these cost anything", default='["forward_dynamics"]'),
     Key("variational", "derivatives", "what propagate carries derivatives of the state by: the state, parameters, the forcing", default="false"),
-    Key("forced", "place", "what A cos(omega t) drives, amplitude and omega being arguments of propagate", choices=("cart", "base"), default="nothing", since="0.2"),
+    Key("forced", "place", "what A cos(omega t) drives, amplitude and omega being arguments of propagate", choices=places(), default="nothing", since="0.2"),
     Key("axis", "count", "along which axis a cart or a moving base is forced, counted from 1", default="1", since="0.2", most=3),
     Key("real", "choice", "type of the emitted C", default="double", choices=("double", "float")),
     Key("code", "choice", "straight code, loops, or by the number of operations", default="auto", choices=("auto", "unrolled", "loops")),

@@ -6,13 +6,14 @@ Amplitude and frequency are no part of a scene: they are arguments of the flow.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Final, Literal
+from typing import Any, Final
 
+from phichain.contract.bases import BaseLaw, axes_of, law_of, placed, places, with_place
 from phichain.errors import SceneError, UnsupportedError
 from phichain.scene.keys import label
 from phichain.scene.validate import choice, no_cart
 
-Forced = int | Literal["cart", "base"]
+Forced = int | str
 
 _REMEDY: Final = 'use a joint such as 1, "cart" or "base"'
 _AUTONOMOUS: Final = ("propagate_stiff",)
@@ -41,7 +42,7 @@ def forcing_of(
             raise UnsupportedError(
                 "functions.want", name, "knows no forcing, which the scene has", 'want "propagate" alone, or remove [forcing]'
             )
-    return place, _axis(axis, place, space)
+    return place, _axis(axis, place, law_of(base), 2 if space == "planar" else 3)
 
 
 _REMEDY_FORCED: Final = f"add forcing.forced ({_REMEDY}), or remove it"
@@ -59,27 +60,28 @@ def _place(forced: object, space: str, base: str, links: int) -> Forced:
         return forced
     if not isinstance(forced, str):
         raise SceneError(key, forced, "is nothing that can be forced", _REMEDY)
-    word = choice("forced", forced, ("cart", "base"))
-    if word == "cart" and base != "cart":
-        raise SceneError(key, forced, no_cart(base), 'use a joint, or set base = "cart"')
-    if word == "base" and base != "moving":
-        problem = f"forces the acceleration of a moving base, and the base is {base}"
-        raise SceneError(key, forced, problem, 'set base = "moving", or use a joint')
-    return "cart" if word == "cart" else "base"
+    word = choice("forced", forced, places())
+    fitting = with_place(word)
+    if base in fitting:
+        return word
+    if fitting[0] in placed():
+        raise SceneError(key, forced, no_cart(base), f'use a joint, or set base = "{fitting[0]}"')
+    problem = f"forces the acceleration of a {fitting[0]} base, and the base is {base}"
+    raise SceneError(key, forced, problem, f'set base = "{fitting[0]}", or use a joint')
 
 
-def _axis(axis: Any, place: Forced, space: str) -> int | None:
-    """Return along which axis a cart or a base is forced, the first unless said."""
+def _axis(axis: Any, place: Forced, law: BaseLaw, size: int) -> int | None:
+    """Return along which axis a cart or a base is forced, its first unless said."""
     key = label("axis")
     if isinstance(place, int):
         if axis is not None:
             raise SceneError(key, axis, "is the axis of a cart or a base, and a joint is forced", "remove it")
         return None
-    most = (1 if space == "planar" else 2) + (place == "base")
+    axes = [i + 1 for i in axes_of(law.placed if law.is_placed else law.told, size)]
     if axis is None:
-        return 1
-    if isinstance(axis, bool) or not isinstance(axis, int) or not 1 <= axis <= most:
+        return axes[0]
+    if isinstance(axis, bool) or not isinstance(axis, int) or axis not in axes:
         problem = f"is no axis that this {place} can be forced along"
-        remedy = "use 1" if most == 1 else f"use 1 to {most}{', the last one down' if place == 'base' else ''}"
-        raise SceneError(key, axis, problem, remedy)
+        down = ", the last one down" if axes[-1] == size else ""
+        raise SceneError(key, axis, problem, f"use {axes[0]}" if len(axes) == 1 else f"use {axes[0]} to {axes[-1]}{down}")
     return axis

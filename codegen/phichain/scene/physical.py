@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from phichain.contract.bases import drives, law_of, placed
 from phichain.errors import SceneError
 from phichain.scene.keys import label
 from phichain.scene.validate import (
@@ -78,18 +79,19 @@ def check_inertia(mass: Values, length: Values, com: Values | None, inertia: Val
 
 
 def drive_of(value: object, base: str, actuated: object) -> str | None:
-    """Return what drives a cart, "force" unless said; None without a cart.
+    """Return what drives a cart, the first word of its base unless said; None without a cart.
 
     Raises:
         SceneError: There is no cart to drive, or its acceleration would be nobody's input.
     """
     key = "drive"
-    if base != "cart":
+    words = drives(base)
+    if not words:
         if value is not None:
             raise SceneError(label(key), value, no_cart(base), 'remove it, or set base = "cart"')
         return None
-    drive = "force" if value is None else choice(key, value, ("force", "acceleration"))
-    if drive == "acceleration" and actuated == "none":
+    drive = words[0] if value is None else choice(key, value, words)
+    if law_of(base, drive).is_told and actuated == "none":
         problem = "makes the cart's acceleration an input, and nothing is actuated"
         raise SceneError(label(key), value, problem, 'use actuated = "cart", or drive = "force"')
     return drive
@@ -101,8 +103,9 @@ def cart_mass_of(value: object, base: str, drive: str | None, real: str) -> floa
     A cart driven by its acceleration may go without: then the links alone are what the drive moves.
     """
     key = "cart_mass"
-    if base == "cart":
-        if value is None and drive == "acceleration":
+    law = law_of(base, drive)
+    if law.is_placed:
+        if value is None and law.is_told:
             return None
         if value is None:
             raise SceneError(label(key), None, "is missing on a cart", 'give it, or set base = "fixed"')
@@ -116,7 +119,7 @@ def cart_law(key: str, value: object, base: str, real: str) -> float | Runtime |
     """Return the cart's damper or dry friction; zero means that there is none."""
     if value is None:
         return None
-    if base != "cart":
+    if base not in placed():
         raise SceneError(label(key), value, no_cart(base), 'remove it, or set base = "cart"')
     return scalar(key, value, NOT_NEGATIVE, real) or None
 
@@ -127,7 +130,7 @@ def joint_law(key: str, value: object, links: int, base: str, real: str) -> Valu
     Raises:
         SceneError: Also where a list has an entry for the cart, which has keys of its own.
     """
-    if base == "cart" and key in _OF_CART and isinstance(value, list | tuple) and len(value) == links + 1:
+    if base in placed() and key in _OF_CART and isinstance(value, list | tuple) and len(value) == links + 1:
         problem = f"has {links + 1} entries, one too many for the joints of {links} links"
         raise SceneError(label(key), value, problem, f"give one per joint; the cart's is {label(_OF_CART[key])}")
     return _law(key, value, links, real)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields
 from html import escape
 from typing import Any, Literal
 
+from phichain.contract.bases import bases, drives
 from phichain.contract.chain import Sample
 from phichain.contract.wanted import wanted
 from phichain.scene.digest import digest_of
@@ -102,7 +103,7 @@ class Scene(Vectors):
     name: str
     links: int
     space: Literal["planar", "spatial"]
-    base: Literal["fixed", "cart", "moving"]
+    base: str
     mass: tuple[float, ...] | Runtime
     length: tuple[float, ...] | Runtime
     com: tuple[float, ...] | Runtime | None
@@ -111,7 +112,7 @@ class Scene(Vectors):
     cart_damping: float | Runtime | None
     cart_friction: float | Runtime | None
     cart_friction_speed: float | None
-    drive: Literal["force", "acceleration"] | None
+    drive: str | None
     gravity: float | Runtime
     angles: Literal["relative", "absolute", "adjacent"] | None
     damping: tuple[float, ...] | Runtime | None
@@ -176,7 +177,7 @@ class Scene(Vectors):
         """
         name, links = scene_name(name), link_count(links)
         space = choice("space", space, ("planar", "spatial"))
-        base = choice("base", base, ("fixed", "cart", "moving"))
+        base = choice("base", base, bases())
         real = choice("real", real, ("double", "float"))
         angles = angle_kind(angles, space)
         actuated = actuation(actuated, space, base, links, angles)
@@ -262,11 +263,11 @@ class Scene(Vectors):
 
         What a scene does not ask for is left out, so that it has the digest of one that does not know the key.
         """
-        values = {key: getattr(self, key) for key in keys}
+        values, usual = {key: getattr(self, key) for key in keys}, next(iter(drives(self.base)), None)
         return {
             key: list(value) if isinstance(value, tuple) else value
             for key, value in values.items()
-            if value is not None and value is not False and (key, value) != ("drive", "force")
+            if value is not None and value is not False and (key, value) != ("drive", usual)
         }
 
     def to_toml(self) -> str:

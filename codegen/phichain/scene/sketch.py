@@ -16,22 +16,23 @@ def sketch(scene: Chain) -> str:
 def _title(scene: Chain) -> str:
     """Return one line that says what the scene is."""
     links = f"{scene.links} link{'s' if scene.links > 1 else ''}"
-    base = "on a cart" if scene.has_cart else f"on a {'moving' if scene.is_moving else 'fixed'} base"
     state = f"{scene.angles} angles" if scene.is_planar else "unit vectors"
-    return f"{scene.name}: {scene.space} chain, {links} {base}, {state}"
+    return f"{scene.name}: {scene.space} chain, {links} {scene.base_law.on}, {state}"
 
 
 def _base(scene: Chain) -> list[str]:
     """Return the drawing of the base, whose joint is the first."""
+    law = scene.base_law
     if not scene.has_cart:
-        return ["  ^ <-> v  base_acceleration", "  ///////"] if scene.is_moving else ["  ///////"]
-    drive = f" <-> {'acceleration' if scene.is_driven else 'force'}" if scene.has_force else ""
+        return list(law.drawing)
+    top, body, wheels = law.drawing
+    drive = f" <-> {law.input}" if scene.has_force else ""
     acting = [] if scene.cart_mass is None else [f"mass {_number(scene.cart_mass)}"]
     if scene.cart_damping is not None:
         acting.append(f"damping {_number(scene.cart_damping)}")
     if scene.cart_friction is not None:
         acting.append(f"friction {_number(scene.cart_friction)} (v_0 {_number(scene.cart_friction_speed)})")
-    return ["  ._____.", f"  |_____|{drive}  {', '.join(acting)}".rstrip(), "   O   O"]
+    return [top, f"{body}{drive}  {', '.join(acting)}".rstrip(), wheels]
 
 
 def _chain(scene: Chain) -> list[str]:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import Any, Final, Literal
 
+from phichain.contract.bases import placed
 from phichain.contract.words import nearest
 from phichain.errors import SceneError
 from phichain.scene.keys import PARAMETERS, label
@@ -141,7 +142,7 @@ def actuation(value: object, space: str, base: str, links: int, angles: str | No
     Raises:
         SceneError: The scene has no such actuators.
     """
-    key, on_cart = "actuated", base == "cart"
+    key, on_cart = "actuated", base in placed()
     default = "cart" if on_cart else "none"
     plain = default if value is None else _plain(value)
     if isinstance(plain, list):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from phichain.contract.bases import BaseLaw, axes_of, law_of
+
 
 class Vectors:
     """The sizes and names of a scene's vectors, by what its base is and where its inputs act."""
@@ -23,14 +25,24 @@ class Vectors:
         return self.space == "planar"
 
     @property
+    def dimensions(self) -> int:
+        """d, the components of a vector of the chain's space; the last is along gravity."""
+        return 2 if self.is_planar else 3
+
+    @property
+    def base_law(self) -> BaseLaw:
+        """What carries the chain."""
+        return law_of(self.base, self.drive)
+
+    @property
     def has_cart(self) -> bool:
-        """Whether the base is a cart."""
-        return self.base == "cart"
+        """Whether the base is a cart: it has coordinates."""
+        return self.base_law.is_placed
 
     @property
     def is_moving(self) -> bool:
-        """Whether the base is moved: its acceleration, all d components, is an input."""
-        return self.base == "moving"
+        """Whether the base is moved and has no coordinates: accelerations of it are inputs."""
+        return self.base_law.is_told and not self.has_cart
 
     @property
     def has_force(self) -> bool:
@@ -40,7 +52,13 @@ class Vectors:
     @property
     def is_driven(self) -> bool:
         """Whether the cart is driven by its acceleration, which u then holds, instead of by a force."""
-        return self.drive == "acceleration"
+        return self.base_law.is_told and self.has_cart
+
+    @property
+    def told_axes(self) -> tuple[int, ...]:
+        """The axes, counted from 0, along which entries of u, the first ones, are the base's acceleration."""
+        law = self.base_law
+        return axes_of(law.told, self.dimensions) if self.is_moving or self.has_force else ()
 
     @property
     def tip_masses(self) -> bool:
@@ -72,14 +90,12 @@ class Vectors:
     @property
     def base_inputs(self) -> int:
         """How many entries of u, the first ones, drive the base."""
-        if self.is_moving:
-            return 2 if self.is_planar else 3
-        return self._cart_size * self.has_force
+        return len(self.told_axes) or self._cart_size * self.has_force
 
     @property
     def base_accelerations(self) -> int:
         """How many entries of u, the first ones, are accelerations of the base; all others are generalised forces."""
-        return self.base_inputs * (self.is_moving or self.is_driven)
+        return len(self.told_axes)
 
     @property
     def has_free_cart(self) -> bool:
@@ -96,7 +112,7 @@ class Vectors:
     @property
     def _cart_size(self) -> int:
         """Number of the cart's directions d - 1; zero on a fixed base."""
-        return (1 if self.is_planar else 2) * self.has_cart
+        return len(axes_of(self.base_law.placed, self.dimensions))
 
     @property
     def q_names(self) -> tuple[str, ...]:
@@ -115,9 +131,10 @@ class Vectors:
         force or force_1, force_2 on a cart; acceleration or acceleration_1, acceleration_2 where it is driven by that;
         base_acceleration_1 to base_acceleration_d of a moving base, the last one down.
         """
-        base = self._cart_names("acceleration" if self.is_driven else "force") if self.has_force else ()
+        stem = self.base_law.input
+        base = self._cart_names(stem) if self.has_force else ()
         if self.is_moving:
-            base = tuple(f"base_acceleration_{i}" for i in range(1, self.base_inputs + 1))
+            base = tuple(f"{stem}_{axis + 1}" for axis in self.told_axes)
         return base + tuple(f"torque_{k}" for k in self.actuated_joints)
 
     def _cart_names(self, stem: str) -> tuple[str, ...]:

@@ -10,6 +10,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
+from phichain.contract.bases import bases
+
 
 @dataclass(frozen=True)
 class Answer:
@@ -28,6 +30,9 @@ def _is(what: str, key: str, unit: str = "") -> Answer:
     """Another word for what a key holds."""
     return Answer(f"is not what a scene calls {what}", f"write {key}{f', {unit}' if unit else ''}")
 
+
+*_FIRST, _LAST = (f'"{word}"' for word in bases())
+_BASES: Final = f"{', '.join(_FIRST)} or {_LAST}"
 
 _STOPS: Final = Answer(
     "is a law with corners, and a scene holds smooth ones alone",
@@ -55,7 +60,7 @@ _SPIN: Final = Answer(
     "turns a link about its own axis, and links are thin rods that have no such motion", "remove it; chain.inertia is about an axis across the link"
 )
 _ROTARY: Final = Answer(
-    "is a base that turns about the vertical, which is not served", 'use base = "fixed", "cart" or "moving" (docs/rigs.md says how near a cart comes)'
+    "is a base that turns about the vertical, which is not served", f"use base = {_BASES} (docs/rigs.md says how near a cart comes)"
 )
 _BRANCH: Final = Answer("makes a tree or a loop, and every link of a chain hangs on the one before", "give the links in one row from the base on")
 _FORCES: Final = Answer("is computed, not given", 'want "tensions" for the force in every link, or "inverse_dynamics" for the forces of a motion')

@@ -115,10 +115,12 @@ class Drive:
     Attributes:
         coordinates: Which one, counted from 0, for every force in u; a System takes none said as the first ones.
         accelerations: How many entries of u, the first ones, are accelerations of the base.
+        axes: Along which axes these are, counted from 0; the first ones unless said.
     """
 
     coordinates: tuple[int, ...] = ()
     accelerations: int = 0
+    axes: tuple[int, ...] = ()
 
     def forces(self, u: ArrayLike, nv: int) -> NDArray[np.float64]:
         """The generalised forces (..., nv) of inputs (..., nu)."""
@@ -135,7 +137,8 @@ def drive_of(drive: Drive, nu: int, nv: int) -> Drive:
         ArrayError: Not one coordinate per force, or one that there is not, or one twice.
     """
     forces = nu - drive.accelerations
-    made = Drive(tuple(int(k) for k in drive.coordinates or range(forces)), drive.accelerations)
+    axes = tuple(int(k) for k in drive.axes or range(drive.accelerations))
+    made = Drive(tuple(int(k) for k in drive.coordinates or range(forces)), drive.accelerations, axes)
     known = set(made.coordinates) <= set(range(nv)) and len(set(made.coordinates)) == len(made.coordinates)
     if not known or len(made.coordinates) != forces:
         raise ArrayError(

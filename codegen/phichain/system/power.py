@@ -121,5 +121,5 @@ def _of_moving_base(system: System, q: Vector, v: Vector, b: Vector, p: Paramete
         swept = np.stack([np.cos(phi) * rate, -np.sin(phi) * rate], axis=-1)
     else:
         swept = np.cross(angular_velocities(system, v), unit_vectors(system, q))
-    power: Vector = -np.einsum("...i,k,...ki->...", b, moments, swept)
+    power: Vector = -np.einsum("...i,k,...ki->...", b, moments, swept[..., list(system.drive.axes)])
     return power

@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from phichain.contract.bases import law_of
 from phichain.contract.chain import Sample
 from phichain.contract.function import Absence
 from phichain.contract.functions import ROWS
@@ -47,7 +48,7 @@ class System:
     Attributes:
         name: Name of the scene.
         space: ``"planar"`` or ``"spatial"``.
-        base: ``"fixed"`` or ``"cart"``.
+        base: What carries it, a word of the contract's bases such as ``"fixed"`` or ``"cart"``.
         links: Number of links N.
         nq: Length of q.
         nv: Length of v.
@@ -162,7 +163,17 @@ class System:
     @property
     def has_cart(self) -> bool:
         """True when the base is a cart."""
-        return self.base == "cart"
+        return law_of(self.base).is_placed
+
+    @property
+    def is_moving(self) -> bool:
+        """True when accelerations of the base are inputs, and it has no coordinates."""
+        return law_of(self.base).is_told and not self.has_cart
+
+    @property
+    def rests(self) -> bool:
+        """True when the base is a wall."""
+        return law_of(self.base).rests
 
     @property
     def cart_size(self) -> int:

@@ -131,7 +131,7 @@ def driven_at(scene: Scene, joint: int | None) -> Scene:
     Raises:
         ControlError: There is no such joint.
     """
-    if not scene.is_planar or scene.base != "fixed":
+    if not scene.is_planar or not scene.base_law.rests:
         raise ControlError("scene", scene.name, "is no planar chain on a fixed base", "climb with one, such as planar2")
     chosen = joint or (scene.actuated[0] if isinstance(scene.actuated, tuple) else 1)
     if not 1 <= chosen <= scene.links:

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass
 
+from phichain.contract.bases import FIXED
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.joints import to_generalised
@@ -70,8 +71,8 @@ def carried(builder: Builder, scene: Scene, parameters: Parameters, u: ArrayRef 
 
 def base_acceleration(builder: Builder, scene: Scene, given: tuple[Expr, ...]) -> tuple[Expr, ...]:
     """b, all d components, of the entries of u that move the base; nothing moves along what is not given."""
-    size = 2 if scene.is_planar else 3
-    return (*given, *(builder.lift(0) for _ in range(size - len(given))))
+    known = dict(zip(scene.told_axes, given, strict=False))
+    return tuple(known[axis] if axis in known else builder.lift(0) for axis in range(scene.dimensions))
 
 
 def on_wall(scene: Scene) -> Scene:
@@ -80,7 +81,7 @@ def on_wall(scene: Scene) -> Scene:
         return scene
     # A copy: numbers of point masses that stand for rigid links are exact fractions, which a new scene would round.
     view = copy(scene)
-    changed = {"base": "fixed", "drive": None, "actuated": scene.actuated if scene.actuated_joints else "none"}
+    changed = {"base": FIXED.base, "drive": None, "actuated": scene.actuated if scene.actuated_joints else "none"}
     changed |= dict.fromkeys(("cart_mass", "cart_damping", "cart_friction", "cart_friction_speed"))
     for name, value in changed.items():
         object.__setattr__(view, name, value)
@@ -104,9 +105,8 @@ def planar_base_columns(builder: Builder, scene: Scene, coupling: ArrayRef, iner
     to_generalised(builder, scene, coupling, row)
     with builder.loop("k", 0, scene.links) as loop:
         k = loop.index
-        inputs[(k + carts) * nu] = -row[k]
-        if scene.is_moving:
-            inputs[(k + carts) * nu + 1] = nothing
+        for column, axis in enumerate(scene.told_axes):
+            inputs[(k + carts) * nu + column] = nothing if axis else -row[k]
         if carts:
             inertia[k + 1] = inertia[(k + 1) * nv] = nothing
     if carts:
@@ -122,10 +122,9 @@ def spatial_base_columns(
     with builder.loop("k", 0, scene.links) as loop:
         k, lean = loop.index, coupling(loop.index)
         first, second = (2 * k + carts) * nu, (2 * k + (carts + 1)) * nu
-        for cell, value in ((first, (nothing, lean)), (second, (-lean, nothing))):
-            inputs[cell], inputs[cell + 1] = value
-            if scene.is_moving:
-                inputs[cell + 2] = nothing
+        for cell, value in ((first, (nothing, lean, nothing)), (second, (-lean, nothing, nothing))):
+            for column, axis in enumerate(scene.told_axes):
+                inputs[cell + column] = value[axis]
     for a in range(carts):
         for b in range(carts):
             inertia[a * size + b] = inputs[a * nu + b] = builder.lift(int(a == b))

@@ -170,7 +170,7 @@ def inverse_dynamics(
     of the chain: their forces are overcome by u. b is the acceleration of a moving base.
     """
     links, offset = scene.links, int(scene.has_cart)
-    given = () if b is None else (b[0], b[1])
+    given = () if b is None else tuple(b[i] for i in range(scene.base_inputs))
     fall = parameters.carried(scene, base_acceleration(builder, scene, given)).fall
     state = planar_state(builder, scene, q, v)
     sine, cosine = builder.sincos(state.angle, links)

@@ -46,8 +46,8 @@ def over_given_base(
         _placed(builder, source, (size, size), target.shifted(base.first * scene.nv + base.first), scene.nv)
     if by_torque is not None:
         _placed(builder, by_torque, (size, torques), dadu.shifted(base.first * scene.nu + scene.base_inputs), scene.nu)
-    for column in range(scene.base_accelerations):
-        _answer(builder, base, response, column == 1, dadu.shifted(base.first * scene.nu + column, scene.nu))
+    for column, axis in enumerate(scene.told_axes):
+        _answer(builder, base, response, axis == 1, dadu.shifted(base.first * scene.nu + column, scene.nu))
     if base.first:
         _row_of_cart(builder, scene, results)
 

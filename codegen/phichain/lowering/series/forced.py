@@ -69,7 +69,8 @@ def push_of(scene: Scene, view: Scene) -> dict[int, int]:
     tau_theta = S^T tau_phi.
     """
     if not isinstance(scene.forced, int):
-        return {int(scene.axis or 1) - 1: 1}
+        axes = scene.told_axes or range(view.base_inputs)
+        return {axes.index(int(scene.axis or 1) - 1): 1}
     lag = {"relative": 0, "absolute": 1, "adjacent": 2}[str(scene.angles)]
     pair = {scene.forced: 1} | ({scene.forced - lag: -1} if lag and scene.forced > lag else {})
     return {view.base_inputs + view.actuated_joints.index(joint): sign for joint, sign in pair.items()}

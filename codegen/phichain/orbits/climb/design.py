@@ -124,7 +124,7 @@ def climb_law(
             "branch", branch.scene or branch.digest, f"is the scene of that branch, and '{system.name}' is another one",
             "name the scene that it was traced with",
         )  # fmt: skip
-    if not system.is_planar or system.base != "fixed" or system.nu != 1 or system.angles != "relative":
+    if not system.is_planar or not system.rests or system.nu != 1 or system.angles != "relative":
         raise ControlError("system", system.name, "is no planar chain on a fixed base with one torque", 'write actuated = [1] in [joints]')
     share = positive("share", share, "give a part of the gravity torque, such as 0.05")
     joint = int(system.u_names[0].rpartition("_")[2])

@@ -27,7 +27,7 @@ class Forcing(Held):
         amplitude: A, N m, N or m/s^2.
         axis: Along which axis a base is accelerated, counted from 1: 1 horizontally, 2 down.
         force: Generalised force (nq,) of amplitude 1.
-        base: Acceleration (2,) of a moving base of amplitude 1; empty where the base does not move.
+        base: Acceleration of a moving base of amplitude 1, along the axes that it is told; empty where the base does not move.
         told: Whether the cart's acceleration is what is given, so that its equation is x'' = A cos(omega t).
         is_odd: Whether q -> -q with half a period's shift of time maps motions onto motions.
     """
@@ -77,10 +77,12 @@ def forcing_of(system: System, forced: Any, amplitude: Any, axis: Any = None) ->
     size = amplitude_of(amplitude)
     force, told = np.zeros(system.nq), False
     if forced == "base":
-        if system.base != "moving":
+        if not system.is_moving:
             raise ArrayError("forced", forced, f"needs a moving base, and this one is {system.base}", 'set base = "moving", or force a joint')
-        axis = whole("axis", 1 if axis is None else axis, 1, 2, "use 1, horizontally, or 2, down", ArrayError)
-        return Forcing("base", size, axis, force, np.eye(2)[axis - 1], False, axis == 1 and system.joints.rest_angle is None)
+        axis = whole("axis", system.drive.axes[0] + 1 if axis is None else axis, 1, 2, "use 1, horizontally, or 2, down", ArrayError)
+        if axis - 1 not in system.drive.axes:
+            raise ArrayError("axis", axis, "is no axis that this base is moved along", f"use {system.drive.axes[0] + 1}")
+        return Forcing("base", size, axis, force, np.eye(2)[axis - 1, list(system.drive.axes)], False, axis == 1 and system.joints.rest_angle is None)
     if axis not in (None, 1):
         raise ArrayError("axis", axis, "is the axis of a moving base, and something else is forced", "leave it out")
     if forced == "cart":
@@ -97,7 +99,7 @@ def forcing_of(system: System, forced: Any, amplitude: Any, axis: Any = None) ->
         if before >= 0 and before != joint - 1:
             force[carts + before] -= 1.0
         forced = joint
-    base = np.zeros(2) if system.base == "moving" else np.empty(0)
+    base = np.zeros(system.drive.accelerations if system.is_moving else 0)
     return Forcing(forced, size, 1, force, base, told, system.joints.rest_angle is None)
 
 

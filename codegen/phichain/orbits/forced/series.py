@@ -62,7 +62,7 @@ def outer_of(system: System, forcing: Forcing, p: Parameters | None, slowest: fl
         slowest: Lowest frequency of the forcing, rad/s.
     """
     still = np.zeros((1, system.nq))
-    base = (np.zeros((1, 2)),) if forcing.base.size else ()
+    base = (np.zeros((1, forcing.base.size)),) if forcing.base.size else ()
     _, stiffness, _, mass = system.function(NEEDED[0])(still, still, still, *base, **system.parameters(p))
     # A cart that is free moves against the links and makes them faster; one that is told to stand leaves them as they are.
     squares = np.linalg.eigvals(np.linalg.solve(mass[0], stiffness[0]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from phichain.proof.case import Case, Wrong, nothing, proves
+from phichain.proof.lagrange import along_told
 from phichain.proof.modular.compiled import FAULTS
 from phichain.proof.modular.field import PRIME, dot, plus
 
@@ -26,7 +27,7 @@ def tensions(case: Case) -> None:
         rise = [(curved[3][i] + straight[1][i]) % PRIME for i in rows]
         rise[-1] -= gravity
         if case.scene.is_moving:
-            rise = plus(rise, point.u[:size])
+            rise = plus(rise, along_told(case.scene, point.u))
         beyond = plus(beyond, rise, chain.per_link("mass")[k])
         true.append(-dot(chain.directions[k], beyond))
     case.same("out", case.run()["out"], true[::-1])

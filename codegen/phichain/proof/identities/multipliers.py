@@ -11,6 +11,7 @@ whatever the multipliers are; m_k = A_k (beta_k + lead_k - beta_{k-1}) is what r
 from __future__ import annotations
 
 from phichain.proof.case import Case, proves
+from phichain.proof.lagrange import along_told
 from phichain.proof.modular.field import HALF, PRIME, Vector, dot, inverse, plus
 
 
@@ -64,7 +65,7 @@ def _pulls(case: Case, a: list[Vector], base: Vector, force: Vector | None) -> l
     length, mu, moments = chain.per_link("length"), chain.mu, chain.moments
     still = [*base, *[0] * (size - len(base))]
     if scene.is_moving:
-        still = case.point.u[:size]
+        still = along_told(scene, case.point.u)
     still = plus(still, [0] * (size - 1) + [1], -chain.single("gravity"))
     found = []
     for k in range(scene.links):

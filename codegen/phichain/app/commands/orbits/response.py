@@ -134,4 +134,4 @@ def _is_there(scene: Scene, place: int | str) -> bool:
     """Whether the chain has the place at all; what has not is refused by `respond`, in its words."""
     if isinstance(place, int):
         return 1 <= place <= scene.links
-    return (place == "cart" and scene.base == "cart") or (place == "base" and scene.base == "moving")
+    return place == scene.base_law.place
