@@ -10,7 +10,8 @@ import pytest
 from scipy.special import ellipk
 
 from phichain.app.commands.orbits import trace as traced
-from phichain.app.commands.orbits.trace import carrying, progress_line
+from phichain.app.commands.orbits.options import progress_line
+from phichain.app.commands.orbits.trace import carrying
 from phichain.continuation import Branch
 from phichain.orbits import Network
 from phichain.scene.library import find_scene
@@ -105,7 +106,7 @@ def test_a_spatial_chain_comes_back_turned(command: Command, tmp_path: Path) -> 
 def test_control_c_leaves_a_file_to_go_on_from(command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     told = []
 
-    def impatient(carts: int):
+    def impatient(carts: int, quiet: bool):
         def tell(point, step) -> None:
             told.append(point)
             if len(told) == 5:

@@ -19,6 +19,11 @@ MOVING: Final = (".gif", ".html", ".mp4")
 """Kinds of files that show a motion."""
 
 
+def out_option(what: str) -> Any:
+    """The option --out of a command whose result goes to files named by what they hold: `what` says which."""
+    return typer.Option("--out", "-o", metavar="FILE", help=f"{what}; repeatable.")
+
+
 def figures() -> Any:
     """The module that draws, imported when something is drawn."""
     from phichain.report import figures as drawing

@@ -1,5 +1,6 @@
 """Records on file: what each kind holds, and how it is read back without belief in the file."""
 
+from phichain.archive.possible import Part, Possible
 from phichain.archive.reader import read_archive, refuse
 from phichain.archive.schema import (
     COUNT,
@@ -34,6 +35,8 @@ __all__ = [
     "VALUES",
     "Array",
     "Field",
+    "Part",
+    "Possible",
     "Schema",
     "complex_numbers",
     "names",

@@ -16,6 +16,7 @@ from typing import Any, Final, NoReturn
 
 import numpy as np
 
+from phichain.archive.possible import impossible
 from phichain.archive.schema import LARGEST, META, Array, Schema
 from phichain.errors import OutputError
 from phichain.origin import WROTE
@@ -39,9 +40,7 @@ def refuse(path: Path | str, schema: Schema, entry: str, value: object, problem:
     Raises:
         OutputError: Always.
     """
-    kind, where = schema.kind, str(path)
-    remedy = f"name a file as a {kind} wrote it, or write it again"
-    raise OutputError(entry, value, f"{problem}, in the {kind} of the file {where}", remedy, path=where)
+    impossible(path, schema.kind, entry, value, problem)
 
 
 def read_archive(path: Path | str, schema: Schema) -> tuple[dict[str, np.ndarray], dict[str, Any]]:

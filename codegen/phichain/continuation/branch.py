@@ -22,7 +22,7 @@ from phichain.archive import (
     whole,
     word,
 )
-from phichain.continuation.document import read_document, write_document
+from phichain.continuation.document import POSSIBLE, read_document, write_document
 from phichain.continuation.met.specials import STATUS, Passage, Special
 from phichain.continuation.problem import Multipliers
 from phichain.errors import ArrayError
@@ -251,16 +251,16 @@ class Branch(Shown):
         """Read what `to_json` wrote.
 
         Raises:
-            OutputError: The file is missing, cut short, or holds no Branch.
+            OutputError: The file is missing, cut short, or holds no Branch, or numbers that none can have.
         """
-        return cls(**read_document(path))
+        return POSSIBLE.demand(path, cls(**read_document(path)))
 
     @classmethod
     def from_npz(cls, path: Path | str) -> Branch:
         """Read what `to_npz` wrote.
 
         Raises:
-            OutputError: The file is missing or holds no Branch, or not a whole one.
+            OutputError: The file is missing or holds no Branch, not a whole one, or numbers that none can have.
         """
         arrays, meta = read_archive(path, _SCHEMA)
         for name, count in (("multipliers", len(arrays["points"])), ("event_multipliers", len(meta["event_kinds"]))):
@@ -277,4 +277,4 @@ class Branch(Shown):
         passages = tuple(Passage(z, float(s), float(width), bool(crossed)) for z, s, width, crossed in gaps)
         plain = {name: meta[name] for name in (*_PLAIN, *_ABOUT)} | {"names": tuple(meta["names"])}
         held: dict[str, Any] = {name: arrays.get(name) for name in _ARRAYS}
-        return cls(**plain, **held, events=events, passages=passages)
+        return POSSIBLE.demand(path, cls(**plain, **held, events=events, passages=passages))

@@ -23,7 +23,7 @@ from phichain.continuation.met.specials import Passage, Special
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.predictors import TOUCHED
 from phichain.continuation.problem import Problem
-from phichain.continuation.record import joined, point_of, record
+from phichain.continuation.record import demand_unknowns, joined, point_of, record
 from phichain.continuation.steps import StepTooSmallError, advance
 from phichain.errors import ConvergenceError
 from phichain.system import Vector
@@ -138,6 +138,7 @@ def follow(
 
 def _resumed(problem: Problem, earlier: Branch, engine: Engine, tests: Sequence[TestFunction], through: float) -> _Run:
     """A run that stands where an earlier one stood at the last of its own points."""
+    demand_unknowns(problem, earlier)
     near = range(max(0, earlier.regular - _REMEMBERED), earlier.regular)
     points = [point_of(problem, earlier, k) for k in near]
     passed = [gap for gap in earlier.passages if gap.arclength >= points[0].arclength]

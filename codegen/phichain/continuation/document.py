@@ -13,13 +13,13 @@ start is the state that they stand for, and "unknowns" holds them; so it is of r
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
 import numpy as np
 
-from phichain.archive import VALUES
+from phichain.archive import VALUES, Part, Possible
 from phichain.continuation.met.specials import STATUS, Passage, Special
 from phichain.errors import OutputError
 from phichain.reading import parse_json, read_regular, text_of
@@ -30,6 +30,27 @@ _MOVING: Final = ("half", "whole")
 """Kinds of orbits that are taken up where the chain moves."""
 _LARGEST: Final = 2**28
 """Bytes that a file may have."""
+
+
+def _places(branch: Any) -> Iterator[tuple[str, Part]]:
+    """The unknowns of events and gaps, and every frequency."""
+    known = branch.names.index("omega") if "omega" in branch.names else None
+    yield "finite", Part("points", branch.points)
+    if known is not None:
+        yield "positive", Part("points", branch.points[:, known], ".omega")
+    for name, met in (("events", branch.events), ("passages", branch.passages)):
+        for k, place in enumerate(met):
+            yield "finite", Part(f"{name}[{k}].z", place.z)
+            if known is not None:
+                yield "positive", Part(f"{name}[{k}].omega", place.z[known])
+    for k, gap in enumerate(branch.passages):
+        yield "not negative", Part(f"passages[{k}].width", gap.width)
+
+
+POSSIBLE: Final = Possible(
+    finite=("arclength", "tangent", "states"), positive=("scale",), not_negative=("step", "tol", "residual", "iterations"), more=_places
+)
+"""What the numbers of a Branch must be."""
 
 
 def write_document(branch: Any, path: Path | str) -> Path:
@@ -47,7 +68,7 @@ def branch_document(branch: Any) -> dict[str, Any]:
         {
             **_start(z, branch, None if branch.states is None else branch.states[k]), **_turned(z, branch),
             **({} if branch.momentum is None else {"momentum": float(branch.momentum[k])}),
-            "energy": _number(branch.energy, k), "kappa": _pairs(branch.multipliers[k]), "error": _number(branch.error, k),
+            "energy": _number(branch.energy, k), "kappa": pairs(branch.multipliers[k]), "error": _number(branch.error, k),
             "arclength": float(branch.arclength[k]), "residual": float(branch.residual[k]), "iterations": int(branch.iterations[k]),
             "tangent": branch.tangent[k].tolist(),
         }
@@ -76,7 +97,7 @@ def branch_document(branch: Any) -> dict[str, Any]:
 def _event(event: Special, branch: Any) -> dict[str, Any]:
     kind = event.kind.replace("fold in amplitude_theta_", "fold amplitude ").replace("fold in ", "fold ")
     return {
-        "kind": kind, "breaks": event.breaks, **_start(event.z, branch, event.state), **_turned(event.z, branch), "kappa": _pairs(event.multipliers), "continues": event.continues,
+        "kind": kind, "breaks": event.breaks, **_start(event.z, branch, event.state), **_turned(event.z, branch), "kappa": pairs(event.multipliers), "continues": event.continues,
         "arclength": event.arclength, "after": event.index, "value": event.value,
     }  # fmt: skip
 
@@ -114,7 +135,8 @@ def _number(values: np.ndarray | None, k: int) -> float | None:
     return None if values is None or not math.isfinite(values[k]) else float(values[k])
 
 
-def _pairs(values: np.ndarray) -> list[list[float]]:
+def pairs(values: np.ndarray) -> list[list[float]]:
+    """Complex numbers as JSON has them."""
     return [[float(value.real), float(value.imag)] for value in values]
 
 
@@ -154,10 +176,10 @@ def branch_fields(found: Mapping[str, Any]) -> dict[str, Any]:
     multipliers = _complex([row["kappa"] for row in rows])
     checkpoint = found["checkpoint"]
     regular, step, status = int(checkpoint["regular"]), float(checkpoint["step"]), found["status"]
-    if not rows or not 0 <= regular <= len(rows) or not math.isfinite(step) or status not in STATUS:
+    if not rows or not 0 <= regular <= len(rows) or status not in STATUS:
         raise ValueError("its checkpoint does not fit its points")
     scale = np.array(found["scale"], dtype=float)
-    if scale.shape != (size,) or not np.all(np.isfinite(points)) or not np.all(scale > 0):
+    if scale.shape != (size,):
         raise ValueError("its unknowns do not fit their scale")
     events = tuple(
         Special(

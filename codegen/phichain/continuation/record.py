@@ -77,6 +77,21 @@ def _together(multipliers: Sequence[Multipliers]) -> Multipliers:
     return np.array(multipliers)
 
 
+def demand_unknowns(problem: Problem, branch: Branch) -> None:
+    """Refuse a record whose points are none of a problem.
+
+    Raises:
+        ArrayError: They have another number of unknowns.
+    """
+    count, places = problem.unknowns, [branch.points, *(event.z[None] for event in branch.events)]
+    for place in places:
+        if place.shape[1] != count:
+            raise ArrayError(
+                "branch.points", place.shape, f"have {place.shape[1]} unknowns, and there are {count} here: {', '.join(problem.names)}",
+                "name a record as it was written, of this scene",
+            )  # fmt: skip
+
+
 def point_of(problem: Problem, branch: Branch, index: int) -> Point:
     """A point of a record as the run had it, to the last bit where the problem's sizes are powers of two."""
     y = branch.points[index] / problem.sizes

@@ -15,6 +15,7 @@ from phichain.archive import (
     NUMBER,
     TEXT,
     VALUES,
+    Possible,
     Schema,
     complex_numbers,
     names,
@@ -57,6 +58,7 @@ _PLAIN: Final = {
 }
 _MAYBE: Final = ("energy", "error")
 _SCHEMA: Final = Schema("Orbit", _ARRAYS, {**_PLAIN, **{name: replace(NUMBER, default=math.nan) for name in _MAYBE}}, filled=("m",))
+_POSSIBLE: Final = Possible(finite=("t", "q", "v", "turn", "closure"), positive=("omega",), not_negative=("lengths", "tol"), rising=("t",))
 _LARGEST: Final = 2**26
 """Bytes that a file may have."""
 
@@ -158,7 +160,7 @@ class Orbit(Shown):
         """
         arrays, meta = read_archive(path, _SCHEMA)
         fields: dict[str, Any] = {**arrays, **meta, "q_names": tuple(meta["q_names"]), "v_names": tuple(meta["v_names"])}
-        return cls(**fields)
+        return _POSSIBLE.demand(path, cls(**fields))
 
     def to_json(self, path: Path | str) -> Path:
         """Write what programs of other kinds read, 17 digits; complex numbers are pairs. `from_json` reads it back.
@@ -183,7 +185,7 @@ class Orbit(Shown):
             OutputError: The file is missing, cut short, or holds no Orbit.
         """
         try:
-            return cls._of(parse_json(read_regular(path, _LARGEST)))
+            return _POSSIBLE.demand(path, cls._of(parse_json(read_regular(path, _LARGEST))))
         except (OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError, MemoryError) as failure:
             why = f"it lacks {failure}" if isinstance(failure, KeyError) else str(failure) or type(failure).__name__
             raise OutputError(

@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 from phichain.continuation import Branch, Engine, Options, Point, Problem, predictors, start_on
 from phichain.continuation.point import tangent_of
 from phichain.continuation.problem import Multipliers, relative_residual
+from phichain.continuation.record import demand_unknowns
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.orbits.closed.kinds import KINDS, problem_of, state_of
 from phichain.orbits.conical.problem import conical_problem
@@ -65,6 +66,7 @@ def pick(system: System, branch: Branch, at: Any = None, p: Parameters | None = 
     samples = whole("samples", samples, 2, 10_000_000, "ask for two or more", ArrayError)
     kind = _kind(branch)
     problem = _problem(system, branch, kind, p)
+    demand_unknowns(problem, branch)
     carts = int(system.has_cart and kind != IN_PLANE)
     point = _chosen(system, problem, branch, at, carts)
     z = point.z(problem)

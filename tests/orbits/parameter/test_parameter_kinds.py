@@ -187,6 +187,10 @@ def test_a_run_is_gone_on_with_bit_by_bit(tmp_path: Path) -> None:
     for path in (begun.to_json(tmp_path / "b.json"), begun.to_npz(tmp_path / "b.npz")):
         on = vary(rods(), "length[1]", None, 0.55, resume=path, p=RODS_P, options=SHORT)
         assert on.points.tolist() == whole.points.tolist() and on.closing == whole.closing and str(on) == str(whole)
+    stands = float(begun.points[-1, -1])
+    with pytest.raises(ArrayError, match="lies behind that run, which stands at .* and goes on to larger values") as caught:
+        vary(rods(), "length[1]", None, stands - 1e-6, resume=begun, p=RODS_P, progress=lambda *_: pytest.fail("a step was taken"))
+    assert caught.value.field == "until" and f"{stands!r}" in str(caught.value) and "\n" not in str(caught.value)
     for parameter, p, words in (("length[2]", RODS_P, "is not what that run turned"), ("length[1]", {"length": [0.5, 0.5], "gravity": 9.0}, "other parameters")):
         with pytest.raises(ArrayError, match=words):
             vary(rods(), parameter, None, 0.55, resume=begun, p=p)

@@ -16,6 +16,7 @@ from phichain.orbits import pick, trace
 from phichain.orbits.in_space import space_problem
 from phichain.orbits.parameter import vary
 from phichain.orbits.unmirrored import unmirrored_problem
+from phichain.orbits.unmirrored.doubled import twice
 from phichain.orbits.whirling import NEEDED, whirling_problem
 from phichain.orbits.whirling.fixed import turned
 from phichain.pipeline import build
@@ -114,6 +115,29 @@ def test_orbits_without_a_reversal_come_back_turned() -> None:
     z = np.concatenate([theta, rates, found.points[-1, -2:]])
     problem = whirling_problem(chain(2), held="turn", value=z[-2], omega=omega)
     assert np.max(np.abs(problem.evaluate(z).residual)) < 0.05
+
+
+@lru_cache
+def doubling() -> tuple[Branch, Branch]:
+    """A family without a reversal until its period doubles, and the one that begins there."""
+    begun = trace(chain(2), 3, method="whirling", start=trace(chain(2), method="conical", until="theta_1=0.4"), limits={"max_points": 60})
+    single = trace(chain(2), method="unmirrored", start=(begun, begun.located("reversal loss")[0]), limits={"max_points": 22})
+    return single, trace(chain(2), method="unmirrored", start=(single, single.located("period doubling")[0]), limits={"max_points": 14})
+
+
+def test_beyond_a_period_doubling_orbits_come_back_after_two() -> None:
+    """By another integrator: turned by twice the angle after twice the time, and not after once; the momentum held, its own period doubling told."""
+    single, double = doubling()
+    event = single.located("period doubling")[0]
+    assert event.multipliers == pytest.approx([-1, event.multipliers[1]], abs=1e-9) and "unmirrored" in event.continues
+    assert double.points[0, -1] == pytest.approx(event.z[-1] / 2, rel=1e-4) and double.points[0, -2] == pytest.approx(2 * event.z[-2], rel=1e-4)
+    for k in (0, 6):
+        x, turn, omega = double.states[k], *double.points[k, -2:]
+        assert turned(flown(chain(2), x, 2 * np.pi / omega), -turn) == pytest.approx(x, abs=2e-11 * np.max(np.abs(x)))
+        assert np.max(np.abs(turned(flown(chain(2), x, np.pi / omega), -turn / 2) - x)) > 0.1
+    assert np.ptp(double.momentum) < 1e-12 and double.momentum[0] == pytest.approx(single.momentum[0], rel=1e-12)
+    assert double.residual.max() < 1e-13 and [event.kind for event in double.events] == ["period doubling"]
+    assert twice(chain(2), None, event.z * np.append(np.ones(len(event.z) - 2), [2.0, 0.5]), 1) < 1e-8 < twice(chain(2), None, double.points[3], 1)
 
 
 @pytest.mark.parametrize("held", ["momentum", "energy", "turn"])

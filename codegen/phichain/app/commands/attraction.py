@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from phichain.app import said
-from phichain.app.outputs import named, write
+from phichain.app.outputs import named, out_option, write
 from phichain.errors import ControlError
 
 SceneWord = Annotated[str, typer.Argument(metavar="SCENE", help="A chain with inputs: a TOML file, a bundled scene's name, or planarN.")]
@@ -37,9 +37,7 @@ def attraction(
     plane: Annotated[str | None, typer.Option("--map", metavar="XI,XI", help="Instead map two turns of links, as xi_1,xi_2, of one.")] = None,
     extent: Annotated[float | None, typer.Option(metavar="RAD", help="Largest turn of the map; three times the radius unless given.")] = None,
     points: Annotated[int, typer.Option(min=2, max=1001, help="Starts along each axis of the map.")] = 61,
-    out: Annotated[
-        list[Path] | None, typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz or .png by its name; repeatable.")
-    ] = None,
+    out: Annotated[list[Path] | None, out_option("Write the result: .csv, .npz or .png by its name")] = None,
     quiet: said.Quiet = False,
     as_json: said.AsJson = False,
 ) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from phichain.app import said
-from phichain.app.outputs import figures, named, write
+from phichain.app.outputs import figures, named, out_option, write
 from phichain.errors import ArrayError, printable
 from phichain.files import write_file
 
@@ -24,13 +24,7 @@ SceneWord = Annotated[
 DataFile = Annotated[
     Path, typer.Argument(metavar="DATA.csv", help="Columns by name: t, angles theta_1 .., rates theta_dot_1 .., a cart's x, inputs.")
 ]
-OutFiles = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--out", "-o", metavar="FILE",
-        help="Write the result: .json (all numbers), .csv (data, fit, residuals), .png or .toml (the scene with them); repeatable.",
-    ),
-]  # fmt: skip
+OutFiles = Annotated[list[Path] | None, out_option("Write the result: .json (all numbers), .csv (data, fit, residuals), .png or .toml (the scene with them)")]
 
 
 def register(app: typer.Typer) -> None:

@@ -8,14 +8,11 @@ from typing import Annotated
 import typer
 
 from phichain.app import said
-from phichain.app.outputs import figures, named, write
+from phichain.app.outputs import figures, named, out_option, write
 from phichain.app.settings import Settings, with_values
 
 SceneWord = Annotated[str, typer.Argument(metavar="SCENE", help="A TOML file, a bundled scene's name, or planarN: paper A's chain of N links.")]
-OutFiles = Annotated[
-    list[Path] | None,
-    typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz, .json, .png, .svg or .pdf by its name; repeatable."),
-]
+OutFiles = Annotated[list[Path] | None, out_option("Write the result: .csv, .npz, .json, .png, .svg or .pdf by its name")]
 TRIAL_STEPS = 5_000
 """A regulator that fails flings the chain about; its trial is not worth more steps than this."""
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from phichain.app import said
-from phichain.app.outputs import named, write
+from phichain.app.outputs import named, out_option, write
 
 SceneWord = Annotated[str, typer.Argument(metavar="SCENE", help="The chain that the law was made for: a TOML file, a bundled scene's name, or planarN.")]
 LawFolder = Annotated[Path, typer.Argument(metavar="LAWDIR", help="A folder that phichain controller, swingup or climb wrote.")]
@@ -37,9 +37,7 @@ def montecarlo(
     hold: Annotated[float, typer.Option(metavar="S", help="How long the target must be held then.")] = 2.0,
     runs: Annotated[int, typer.Option(min=1, help="How many.")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="Of the draws.")] = 1,
-    out: Annotated[
-        list[Path] | None, typer.Option("--out", "-o", metavar="FILE", help="Write the runs: .csv, .npz or .png by its name; repeatable.")
-    ] = None,
+    out: Annotated[list[Path] | None, out_option("Write the runs: .csv, .npz or .png by its name")] = None,
     quiet: said.Quiet = False,
     as_json: said.AsJson = False,
 ) -> None:

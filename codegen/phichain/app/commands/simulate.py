@@ -8,15 +8,12 @@ from typing import Annotated, Any
 import typer
 
 from phichain.app import said
-from phichain.app.outputs import MOVING, figures, named, write
+from phichain.app.outputs import MOVING, figures, named, out_option, write
 from phichain.app.settings import Settings, with_values
 from phichain.errors import ArrayError
 
 SceneWord = Annotated[str, typer.Argument(metavar="SCENE", help="A TOML file, a bundled scene's name, or planarN: paper A's chain of N links.")]
-OutFiles = Annotated[
-    list[Path] | None,
-    typer.Option("--out", "-o", metavar="FILE", help="Write the result: .csv, .npz, .json, .png, .svg or .pdf by its name, of a motion .gif, .html or .mp4, too; repeatable."),
-]
+OutFiles = Annotated[list[Path] | None, out_option("Write the result: .csv, .npz, .json, .png, .svg or .pdf by its name, of a motion .gif, .html or .mp4, too")]
 Lean = Annotated[float, typer.Option(metavar="RAD", help="Start at rest, the straight chain leaning by this angle.")]
 
 

@@ -6,7 +6,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from phichain.archive import NUMBER, TEXT, VALUES, Schema, names, read_archive, real, signs, whole, word
+from phichain.archive import (
+    NUMBER,
+    TEXT,
+    VALUES,
+    Possible,
+    Schema,
+    names,
+    read_archive,
+    real,
+    signs,
+    whole,
+    word,
+)
 from phichain.records import Shown, columns_of, write_csv, write_npz
 from phichain.system import Vector
 
@@ -16,6 +28,8 @@ _PLAIN: Final = {
     **dict.fromkeys(("residual", "error", "energy", "transversality"), NUMBER), "angles": replace(word("", "relative", "absolute", "adjacent"), default=""), "p": VALUES,
 }  # fmt: skip
 _SCHEMA: Final = Schema("Connection", _ARRAYS, _PLAIN, filled=("m", "links", "nq"))
+
+_POSSIBLE: Final = Possible(finite=("q", "v", "start", "energy"), positive=("rates",), not_negative=("lengths", "residual", "error"), rising=("t",))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,4 +110,4 @@ class Connection(Shown):
         arrays, meta = read_archive(path, _SCHEMA)
         held: dict[str, Any] = {**arrays, "turns": tuple(int(n) for n in arrays["turns"])}
         held |= {name: tuple(value) if isinstance(value, list) else value for name, value in meta.items()}
-        return cls(**held)
+        return _POSSIBLE.demand(path, cls(**held))

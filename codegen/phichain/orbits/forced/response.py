@@ -15,6 +15,8 @@ from phichain.archive import (
     NUMBER,
     TEXT,
     VALUES,
+    Part,
+    Possible,
     Schema,
     complex_numbers,
     names,
@@ -23,7 +25,7 @@ from phichain.archive import (
     whole,
     word,
 )
-from phichain.continuation.document import values_of
+from phichain.continuation.document import pairs, values_of
 from phichain.continuation.met.specials import STATUS
 from phichain.errors import ArrayError, OutputError
 from phichain.reading import parse_json, read_regular, text_of
@@ -61,6 +63,11 @@ _SCHEMA: Final = Schema(
     filled=("m", "n"),
 )  # fmt: skip
 _SAID: Final = ("amplitude", "periods", "tol", "p")
+_MET: Final = (("positive", "omega"), ("finite", "q"), ("finite", "v"), ("finite", "peak"))
+_POSSIBLE: Final = Possible(
+    ("q", "v", "peak", "first", "arclength", "amplitude"), ("omega", "periods"), ("residual", "tol"),
+    more=lambda found: ((rule, Part(f"events[{k}].{name}", getattr(event, name))) for k, event in enumerate(found.events) for rule, name in _MET),
+)  # fmt: skip
 _STABLE: Final = 1e-9
 """How far beyond 1 rounding may put a multiplier."""
 
@@ -206,15 +213,14 @@ class Response(Shown):
             OutputError: The file is missing or holds no Response, or not a whole one.
         """
         arrays, meta = read_archive(path, _SCHEMA)
-        rows = zip(
-            meta["event_kinds"], *(arrays[f"event_{name}"] for name in _EVENTS), meta["event_breaks"], meta["event_continues"], strict=True
-        )
+        rows = zip(meta["event_kinds"], *(arrays[f"event_{name}"] for name in _EVENTS), meta["event_breaks"], meta["event_continues"], strict=True)
         events = tuple(
             ResponseEvent(kind, int(after), float(omega), q, v, peak, multipliers, breaks, continues)
             for kind, after, omega, q, v, peak, multipliers, breaks, continues in rows
         )
         held: dict[str, Any] = {name: meta[name] for name in _TEXTS} | {name: arrays[name] for name in _ARRAYS}
-        return cls(**held, amplitude=float(meta["amplitude"]), periods=int(meta["periods"]), names=tuple(meta["names"]), events=events, p=meta["p"], tol=meta["tol"])
+        held |= {"amplitude": float(meta["amplitude"]), "periods": int(meta["periods"]), "names": tuple(meta["names"]), "p": meta["p"], "tol": meta["tol"]}
+        return _POSSIBLE.demand(path, cls(**held, events=events))
 
     def _said(self) -> dict[str, Any]:
         return {
@@ -227,7 +233,7 @@ class Response(Shown):
         points = [
             {
                 "start": {"q": self.q[k].tolist(), "v": self.v[k].tolist()}, "omega": float(self.omega[k]), "peak": self.peak[k].tolist(),
-                "first": _pairs(self.first[k]), "multipliers": _pairs(self.multipliers[k]), "stable": bool(self.stable[k]),
+                "first": pairs(self.first[k]), "multipliers": pairs(self.multipliers[k]), "stable": bool(self.stable[k]),
                 "error": float(self.error[k]) if math.isfinite(self.error[k]) else None, "residual": float(self.residual[k]),
                 "arclength": float(self.arclength[k]),
             }
@@ -236,12 +242,12 @@ class Response(Shown):
         events = [
             {
                 "kind": event.kind, "breaks": event.breaks, "start": {"q": event.q.tolist(), "v": event.v.tolist()}, "omega": event.omega,
-                "peak": event.peak.tolist(), "multipliers": _pairs(event.multipliers), "continues": event.continues, "after": event.after,
+                "peak": event.peak.tolist(), "multipliers": pairs(event.multipliers), "continues": event.continues, "after": event.after,
             }
             for event in self.events
         ]  # fmt: skip
-        said = {name: getattr(self, name) for name in (*_TEXTS, *_SAID)} | {"names": list(self.names)}
-        return write_json(path, "response", {**said, "points": points, "events": events})
+        said = {name: getattr(self, name) for name in (*_TEXTS, *_SAID)}
+        return write_json(path, "response", {**said, "names": list(self.names), "points": points, "events": events})
 
     @classmethod
     def from_json(cls, path: Path | str) -> Response:
@@ -254,7 +260,7 @@ class Response(Shown):
             found = parse_json(read_regular(path, _LARGEST))
             if not isinstance(found, dict) or found.get("kind") != "response" or not found["points"] or found["status"] not in STATUS:
                 raise ValueError('it is no {"kind": "response", ...} with points')
-            return cls(**_fields(found))
+            return _POSSIBLE.demand(path, cls(**_fields(found)))
         except (OSError, ValueError, KeyError, TypeError, IndexError, OverflowError, RecursionError, MemoryError) as failure:
             why = f"it lacks {failure}" if isinstance(failure, KeyError) else str(failure) or type(failure).__name__
             raise OutputError(
@@ -267,9 +273,9 @@ def _fields(found: Mapping[str, Any]) -> dict[str, Any]:
 
     def table(values: list[Any], *shape: int) -> Vector:
         array = np.array(values, dtype=float)
-        if array.shape != shape:
-            raise ValueError(f"an array has the shape {array.shape} instead of {shape}")
-        return array
+        if array.shape == shape:
+            return array
+        raise ValueError(f"an array has the shape {array.shape} instead of {shape}")
 
     events = tuple(
         ResponseEvent(
@@ -288,9 +294,5 @@ def _fields(found: Mapping[str, Any]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _pairs(values: np.ndarray) -> list[list[float]]:
-    return [[float(value.real), float(value.imag)] for value in values]
-
-
-def _numbers(pairs: list[Any]) -> np.ndarray:
-    return np.array([complex(real, imaginary) for real, imaginary in pairs], dtype=complex)
+def _numbers(rows: list[Any]) -> np.ndarray:
+    return np.array([complex(real, imaginary) for real, imaginary in rows], dtype=complex)

@@ -7,7 +7,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from phichain.continuation import Branch
-from phichain.continuation.document import branch_document, branch_fields, reading_document, values_of
+from phichain.continuation.document import (
+    POSSIBLE,
+    branch_document,
+    branch_fields,
+    reading_document,
+    values_of,
+)
 from phichain.reading import text_of
 from phichain.records import Shown, write_json
 
@@ -104,7 +110,10 @@ class Network(Shown):
         Raises:
             OutputError: The file is missing, cut short, or holds no Network.
         """
-        return reading_document(path, "network", cls._of)
+        found = reading_document(path, "network", cls._of)
+        for k, branch in enumerate(found.branches):
+            POSSIBLE.demand(path, branch, f"branches[{k}].")
+        return found
 
     @classmethod
     def _of(cls, found: dict[str, Any]) -> Network:

@@ -111,7 +111,7 @@ def vary(
     if earlier is None:
         point: Point | Branch = _first(system, problem_, held, np.append(first, begin), end, chosen)
     else:
-        point = _going_on(earlier, problem_, knob)
+        point = _going_on(earlier, problem_, knob, end)
     branch = follow(problem_, point, chosen, tests, f"{system.name}, {held.what} held, {knob} turned", progress=progress)
     events = tuple(_told(followed, event) for event in branch.events if genuine(event) and genuine_forced(event))
     reason = branch.reason
@@ -195,19 +195,34 @@ def _first(system: System, problem: Problem, held: Held, guess: Vector, end: flo
         ) from failure  # fmt: skip
 
 
-def _going_on(earlier: Branch, problem: Problem, knob: Knob) -> Branch:
-    """The run to go on with, if these are its equations.
+def _going_on(earlier: Branch, problem: Problem, knob: Knob, end: float) -> Branch:
+    """The run to go on with, if these are its equations and the value at which it is to end lies ahead of it.
 
     Raises:
-        ArrayError: Another parameter is turned, or the others have other values.
+        ArrayError: Another parameter is turned, the others have other values, or the run leads away from that value.
     """
     if earlier.names[-1] != str(knob):
         raise ArrayError("parameter", str(knob), f"is not what that run turned, {earlier.names[-1]}", "go on with the same parameter")
+    _demand_ahead(earlier, knob, end)
     y = earlier.points[-1] / problem.sizes
     residual, jacobian, _ = problem.at(y)
     if not relative_residual(residual, jacobian, y) < _SOLVED or not np.array_equal(problem.sizes, earlier.scale):
         raise ArrayError("p", None, "are other parameters than that run's: its last point is no orbit of this chain", "give the same ones")
     return earlier
+
+
+def _demand_ahead(earlier: Branch, knob: Knob, end: float) -> None:
+    """Refuse a value that lies behind a run: gone on with, it leads away from there.
+
+    Raises:
+        ArrayError: It does.
+    """
+    last = max(earlier.regular, 1) - 1
+    stands, slope = float(earlier.points[last, -1]), float(earlier.tangent[last, -1])
+    if (end - stands) * slope < 0:
+        problem = f"lies behind that run, which stands at {knob} = {stands!r} and goes on to {'larger' if slope > 0 else 'smaller'} values"
+        remedy = f"give a value {'above' if slope > 0 else 'below'} {stands!r}, also where the run is to turn at a fold, or begin anew from an orbit"
+        raise ArrayError("until", end, problem, remedy)
 
 
 def _told(followed: Followed, event: Special) -> Special:

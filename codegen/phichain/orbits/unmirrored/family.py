@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -20,13 +20,15 @@ from phichain.continuation import (
     follow,
     start_on,
 )
-from phichain.errors import ArrayError, UnsupportedError
+from phichain.errors import ArrayError, ConvergenceError, UnsupportedError
 from phichain.orbits.run import Run
 from phichain.orbits.symmetry import BRANCH_POINT, discriminant, ended_by, genuine, too_unstable
 from phichain.orbits.targets import Target
+from phichain.orbits.unmirrored.doubled import PERIOD_DOUBLING, beyond_doubling, twice
 from phichain.orbits.unmirrored.problem import (
     METHOD,
     FreeMap,
+    Lost,
     closing_of,
     problem_of_branch,
     read_closing,
@@ -39,16 +41,18 @@ from phichain.orbits.whirling.fixed import fixed, inertia_of, read
 from phichain.orbits.whirling.problem import held_value, momentum, state_of_whirl
 from phichain.orbits.whirling.starts import METHOD as WHIRLING
 from phichain.orbits.whirling.starts import demand_whirling, given_family
-from phichain.records import Held
 from phichain.system import Parameters, System, Vector
 
 settings = whirling_settings
 START: Final = 1e-2
 REVERSAL_LOSS: Final = "reversal loss"
 REGAINED: Final = "at its own mirror image"
+HALVED: Final = "at half of the period"
 _SINGULAR: Final = 1e-6
 _SAME: Final = 1e-5
 """Distance, in angles and rates over omega, within which a state is its own reversal: orbits where families end are located to 1e-8."""
+_CLOSER: Final = (1.0, 0.25, 0.0625)
+"""Shares of the first amplitude that are tried in turn."""
 _SLOW: Final = 1e-3
 _SAMPLES: Final = 240
 _SAID: Final = {
@@ -56,38 +60,20 @@ _SAID: Final = {
     "fold turn": ("no symmetry: the angle by which orbits come back turned has an extremum", "this family"),
     "energy extremum": ("no symmetry: the energy turns", "this family"),
     "momentum extremum": ("no symmetry: the angular momentum turns", "this family"),
-    "period doubling": ("the period: orbits beside it come back, turned, after two", "orbits of twice the period, which no method here follows"),
+    PERIOD_DOUBLING: ("the period: orbits beside it come back, turned, after two", "orbits of twice the period, method 'unmirrored'"),
     "krein": ("no symmetry: two pairs of multipliers leave the unit circle", "this family"),
     BRANCH_POINT: ("no symmetry of this family: another one crosses", "orbits of this kind"),
+    HALVED: ("nothing: the orbits come to be some of half of the period, taken twice", "orbits of half of the period"),
     REGAINED: ("nothing: the orbits gain a mirror image that runs backwards", "whirling orbits"),
 }
 
 
-@dataclass(frozen=True, eq=False)
-class Lost(Held):
-    """Where a family begins.
-
-    Attributes:
-        z: Unknowns there (8 N + 2,).
-        shape: How it leaves (8 N + 2,), the largest change of a direction, or of a rate over omega, 1.
-        held: What is held, as along the family that it leaves.
-        value: Its value.
-        link: The link, from 0, that takes orbits up.
-    """
-
-    z: Vector
-    shape: Vector
-    held: str
-    value: float
-    link: int
-
-
 def from_whirl(system: System, start: Any, p: Parameters | None = None) -> tuple[Lost, ...]:
-    """The family that opens where whirling orbits lose their reversal; the reversal of the one is the other way to leave.
+    """The family that opens where whirling orbits lose their reversal, or where unmirrored ones double their period; one way to leave is as the other.
 
     Args:
         system: A spatial chain on a fixed base.
-        start: (Branch, event) of whirling orbits, or "FILE.json:event=K".
+        start: (Branch, event) of whirling or unmirrored orbits, or "FILE.json:event=K".
         p: Runtime parameters.
 
     Raises:
@@ -95,11 +81,14 @@ def from_whirl(system: System, start: Any, p: Parameters | None = None) -> tuple
         ArrayError: It is no such event.
     """
     demand_whirling(system, METHOD)
-    branch, event = given_family(start, (WHIRLING,))
+    branch, event = given_family(start, (WHIRLING, METHOD))
     if branch.digest != system.digest:
         raise ArrayError("start", branch.digest, f"is the digest of that branch's scene, and {system.digest!r} is wanted here", "use its scene")
-    if not isinstance(event, Special) or event.kind != REVERSAL_LOSS:
-        raise ArrayError("start", getattr(event, "kind", event), "is nothing that such orbits begin at", f'give (Branch, event), a "{REVERSAL_LOSS}" of whirling orbits')
+    if not isinstance(event, Special) or event.kind != (opens := {WHIRLING: REVERSAL_LOSS, METHOD: PERIOD_DOUBLING}[branch.method]):
+        remedy = f'give (Branch, event), a "{REVERSAL_LOSS}" of whirling orbits or a "{PERIOD_DOUBLING}" of unmirrored ones'
+        raise ArrayError("start", getattr(event, "kind", event), "is nothing that such orbits begin at", remedy)
+    if opens == PERIOD_DOUBLING:
+        return (beyond_doubling(system, branch, event, p),)
     held = branch.closing.removesuffix(" held")
     value = held_value(system, p, held, branch.points[0])
     links, nx = system.links, system.nx
@@ -118,8 +107,7 @@ def from_whirl(system: System, start: Any, p: Parameters | None = None) -> tuple
     even[links:] /= omega
     kept = np.vstack([even, null[-2], null[-1] / omega])
     shape = null @ np.linalg.svd(kept)[2][-1]
-    largest = max(np.max(np.abs(shape[: system.nq])), np.max(np.abs(shape[system.nq : nx])) / omega)
-    return (Lost(z, shape[free] / largest, held, value, link),)
+    return (Lost.along(z, shape[free], links, held, value, link),)
 
 
 def trace_unmirrored(system: System, lost: tuple[Lost, ...], mode: int, target: Target | None, run: Run) -> Branch:
@@ -142,10 +130,7 @@ def trace_unmirrored(system: System, lost: tuple[Lost, ...], mode: int, target: 
         begun = lost[mode - 1]
         held, value, link = begun.held, begun.value, begun.link
         problem = unmirrored_problem(system, run.p, held=held, value=value, omega=float(begun.z[-1]), link=link)
-        normal = begun.shape / problem.sizes**2
-        first: Branch | Point = start_on(
-            problem, begun.z + run.amplitude_start * begun.shape, normal * problem.sizes, run.engine, fixed=True
-        )
+        first: Branch | Point = _first(problem, begun, run)
         name = f"{system.name}, {METHOD}, {held} held"
     else:
         held, value, link = read_closing(run.earlier.closing)
@@ -154,8 +139,8 @@ def trace_unmirrored(system: System, lost: tuple[Lost, ...], mode: int, target: 
     tests.append(Level(lambda z: float(z[-1]), _SLOW * float(problem.sizes[-1]), "omega near zero"))
     branch = follow(problem, first, run.engine, tests, name, through=run.through, progress=run.progress)
     events, last = ended_by(branch, (BRANCH_POINT,))
-    events += [replace(last, kind=REGAINED)] if last else []
-    reason = f"ended {REGAINED}" if last else branch.reason
+    events += [replace(last, kind=_end_of(system, run.p, last.z, link))] if last else []
+    reason = f"ended {events[-1].kind}" if last else branch.reason
     inertia = inertia_of(system, run.p)
     states = np.array([state_of_free(z, link) for z in branch.points])
     told = tuple(
@@ -166,6 +151,21 @@ def trace_unmirrored(system: System, lost: tuple[Lost, ...], mode: int, target: 
         branch, events=told, reason=reason, states=states, momentum=np.array([momentum(inertia, x) for x in states]),
         closing=closing_of(held, value, link),
     )  # fmt: skip
+
+
+def _first(problem: Problem, begun: Lost, run: Run) -> Point:
+    """The first point, closer to where the family begins where Newton does not reach it from farther off.
+
+    Raises:
+        ConvergenceError: It reaches none.
+    """
+    normal = begun.shape / problem.sizes
+    for share in _CLOSER:
+        try:
+            return start_on(problem, begun.z + share * run.amplitude_start * begun.shape, normal, run.engine, fixed=True)
+        except ConvergenceError as failure:
+            last = failure
+    raise last
 
 
 def events_of(system: System, p: Parameters | None, problem: Problem, held: str, link: int) -> list[TestFunction]:
@@ -184,11 +184,18 @@ def events_of(system: System, p: Parameters | None, problem: Problem, held: str,
         *([Fold(-2, "fold turn")] if held != "turn" else []),
         *([turns(0)] if held != "energy" else []),
         *([turns(1)] if held != "momentum" else []),
-        BranchPoint(BRANCH_POINT, ends=lambda problem, point: mirrored(system, p, state_of_free(point.z(problem), link), float(point.z(problem)[-1])) < _SAME),
-        Quantity(lambda point: float(np.prod(1 + point.multipliers).real), "period doubling"),
+        BranchPoint(BRANCH_POINT, ends=lambda problem, point: _end_of(system, p, point.z(problem), link) != ""),
+        Quantity(lambda point: float(np.prod(1 + point.multipliers).real), PERIOD_DOUBLING),
         Quantity(discriminant, "krein", in_pairs=True),
         too_unstable(),
     ]
+
+
+def _end_of(system: System, p: Parameters | None, z: Vector, link: int) -> str:
+    """Where a family ends at an orbit that has more symmetry: a mirror image that runs backwards, or half of the period; empty where it goes on."""
+    if twice(system, p, z, link) < _SAME:
+        return HALVED
+    return REGAINED if mirrored(system, p, state_of_free(z, link), float(z[-1])) < _SAME else ""
 
 
 def mirrored(system: System, p: Parameters | None, x: Vector, omega: float) -> float:

@@ -48,6 +48,34 @@ class FreeMap(Held):
     noise: Vector
 
 
+@dataclass(frozen=True, eq=False)
+class Lost(Held):
+    """Where a family begins.
+
+    Attributes:
+        z: Unknowns there (8 N + 2,).
+        shape: How it leaves (8 N + 2,), the largest change of a direction, or of a rate over omega, 1.
+        held: What is held, as along the family that it leaves.
+        value: Its value.
+        link: The link, from 0, that takes orbits up.
+    """
+
+    z: Vector
+    shape: Vector
+    held: str
+    value: float
+    link: int
+
+    @classmethod
+    def along(cls, z: Vector, shape: Vector, links: int, held: str, value: float, link: int) -> Lost:
+        """The same with a shape of any size."""
+        whole = np.zeros(8 * links + 4)
+        whole[unknowns(links, link)] = shape
+        nq = 3 * links
+        largest = max(np.max(np.abs(whole[:nq])), np.max(np.abs(whole[nq : 2 * nq])) / z[-1])
+        return cls(z, shape / largest, held, value, link)
+
+
 def unmirrored_problem(
     system: System, p: Parameters | None = None, *, held: str, value: float, omega: float, link: int
 ) -> Problem:

@@ -8,17 +8,14 @@ from typing import Annotated
 import typer
 
 from phichain.app import said
-from phichain.app.outputs import named
+from phichain.app.outputs import named, out_option
 from phichain.app.settings import Settings, with_values
 from phichain.errors import ArrayError, printable
 
 SceneWord = Annotated[
     str, typer.Argument(metavar="SCENE", help="A conservative planar chain of one or two links: a TOML file, a scene's name, or planarN.")
 ]
-OutFiles = Annotated[
-    list[Path] | None,
-    typer.Option("--out", "-o", metavar="FILE", help="Write them: .csv or .npz (numbered where there are several) or .png; repeatable."),
-]
+OutFiles = Annotated[list[Path] | None, out_option("Write them: .csv or .npz (numbered where there are several) or .png")]
 
 
 def register(app: typer.Typer) -> None:

@@ -11,7 +11,7 @@ import typer
 
 from phichain.app import said
 from phichain.app.commands.orbits.trace import carrying
-from phichain.app.outputs import figures, named, write
+from phichain.app.outputs import figures, named, out_option, write
 from phichain.app.settings import Settings, with_values
 from phichain.errors import ArrayError, PhichainError
 
@@ -19,13 +19,7 @@ if TYPE_CHECKING:
     from phichain.continuation import Branch
     from phichain.scene import Scene
 
-OutFiles = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--out", "-o", metavar="FILE",
-        help="Write the orbit: .csv, .npz, .json, .png, or in motion .gif or .html, by its name; repeatable.",
-    ),
-]  # fmt: skip
+OutFiles = Annotated[list[Path] | None, out_option("Write the orbit: .csv, .npz, .json, .png, or in motion .gif or .html, by its name")]
 
 
 def register(app: typer.Typer) -> None:

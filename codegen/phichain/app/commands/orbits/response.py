@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,16 +9,21 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from phichain.app import said
-from phichain.app.commands.orbits.trace import TICK, SceneWord, clear_line
-from phichain.app.outputs import named, write
+from phichain.app.commands.orbits.options import (
+    Harmonic,
+    MaxPoints,
+    SceneWord,
+    StepMax,
+    clear_line,
+    leave,
+    limits_of,
+    ticking,
+)
+from phichain.app.outputs import named, out_option, write
 from phichain.app.settings import Settings, with_values
 
 if TYPE_CHECKING:
-    from phichain.continuation import Point
     from phichain.scene import Scene
-
-_INTERRUPTED = 130
-"""Exit code of what Ctrl-C ended."""
 
 
 def register(app: typer.Typer) -> None:
@@ -41,20 +43,15 @@ def response(
     ] = None,
     axis: Annotated[int | None, typer.Option(help="Axis of a driven base: 1 horizontally, 2 down.")] = None,
     method: Annotated[str, typer.Option(help='"harmonics" (Fourier series), or "shooting" (over the period).')] = "harmonics",
-    harmonics: Annotated[
-        int | None, typer.Option(metavar="H", help="Highest harmonic; by the tail of the spectrum unless given.")
-    ] = None,
+    harmonics: Harmonic = None,
     beyond: Annotated[
         list[int] | None,
         typer.Option(metavar="K", help="Then follow what event K opens (lost symmetry, doubled period) instead; repeated, an event of that."),
     ] = None,
-    step_max: Annotated[float | None, typer.Option(metavar="S", help="Largest step, in arclength.")] = None,
-    max_points: Annotated[int | None, typer.Option(help="Points after which the run ends.")] = None,
+    step_max: StepMax = None,
+    max_points: MaxPoints = None,
     settings: Settings = None,
-    out: Annotated[
-        list[Path] | None,
-        typer.Option("--out", "-o", metavar="FILE", help="Write the response: .json, .csv, .npz or .png by its name; repeatable."),
-    ] = None,
+    out: Annotated[list[Path] | None, out_option("Write the response: .json, .csv, .npz or .png by its name")] = None,
     quiet: said.Quiet = False,
     as_json: said.AsJson = False,
 ) -> None:
@@ -74,15 +71,12 @@ def response(
     # The file is to name the scene that was given, whatever functions this command needed of it besides.
     system = replace(system, digest=chosen.digest)
     system = with_values(system, chosen, settings)
-    steps = {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
-    found = respond(
-        system, place, size, ends, axis=axis, method=method, harmonics=harmonics, limits=steps, progress=None if quiet else _progress_line()
-    )
+    steps, progress = limits_of(step_max, max_points), ticking(lambda _: "", quiet)
+    found = respond(system, place, size, ends, axis=axis, method=method, harmonics=harmonics, limits=steps, progress=progress)
     for event in beyond or []:
         said.say(found, quiet or as_json, False)
-        found = respond(system, place, size, ends, axis=axis, beyond=(found, event), limits=steps, progress=None if quiet else _progress_line())
-    if sys.stderr.isatty():
-        sys.stderr.write(clear_line())
+        found = respond(system, place, size, ends, axis=axis, beyond=(found, event), limits=steps, progress=progress)
+    clear_line()
     said.say(found, quiet, as_json)
 
     def drawn() -> object:
@@ -91,25 +85,7 @@ def response(
         return drawing(found)
 
     write(found, files, drawn, quiet=quiet or as_json)
-    if found.status == "interrupted":
-        raise typer.Exit(_INTERRUPTED)
-
-
-def _progress_line() -> Callable[[Point, float], None] | None:
-    """A line that tells how far a run is, on a terminal only."""
-    if not sys.stderr.isatty():
-        return None
-    told = {"last": 0.0, "points": 0}
-
-    def tell(point: Point, step: float) -> None:
-        told["points"] += 1
-        if (now := time.monotonic()) - told["last"] < TICK:
-            return
-        told["last"] = now
-        sys.stderr.write(f"{clear_line()}{told['points']} points, arclength {point.arclength:.4f}, step {step:.2g}")
-        sys.stderr.flush()
-
-    return tell
+    leave(found.status)
 
 
 def driven(scene: Scene, place: int | str | None, axis: int | None) -> Scene:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,30 +9,22 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from phichain.app import said
+from phichain.app.commands.orbits.options import (
+    Harmonic,
+    MaxPoints,
+    OutFiles,
+    SceneWord,
+    StepMax,
+    clear_line,
+    leave,
+    limits_of,
+    progress_line,
+)
 from phichain.app.outputs import figures, named, write
 from phichain.app.settings import Settings, with_values
 
 if TYPE_CHECKING:
-    from phichain.continuation import Point
     from phichain.scene import Scene
-
-TICK = 0.1
-"""Seconds between two states of the progress line."""
-_CLEAR = "\r\x1b[K"
-"""What wipes a line of a terminal."""
-_INTERRUPTED = 130
-"""Exit code of what Ctrl-C ended."""
-SceneWord = Annotated[
-    str, typer.Argument(metavar="SCENE", help="A TOML file, a bundled scene's name, or planarN: paper A's chain of N links.")
-]
-OutFiles = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--out", "-o", metavar="FILE",
-        help="Write the family: .json (to go on with), .csv, .npz or .png by its name; repeatable.",
-    ),
-]  # fmt: skip
-
 
 def register(app: typer.Typer) -> None:
     """Add the command to the command line."""
@@ -79,14 +68,12 @@ def trace(
     hold: Annotated[
         str | None, typer.Option(metavar="WHAT", help="What a whirling family holds: momentum (unless given), energy or turn.")
     ] = None,
-    harmonics: Annotated[
-        int | None, typer.Option(metavar="H", help="Highest harmonic of --method harmonics; by the tail of the spectrum unless given.")
-    ] = None,
+    harmonics: Harmonic = None,
     resume: Annotated[
         Path | None, typer.Option(metavar="FILE.json", help="Go on with what an earlier run left.")
     ] = None,
-    step_max: Annotated[float | None, typer.Option(metavar="S", help="Largest step, in arclength.")] = None,
-    max_points: Annotated[int | None, typer.Option(help="Points after which the run ends.")] = None,
+    step_max: StepMax = None,
+    max_points: MaxPoints = None,
     settings: Settings = None,
     out: OutFiles = None,
     quiet: said.Quiet = False,
@@ -106,23 +93,16 @@ def trace(
     # A conical family goes on to where its links lie flat.
     turns = not system.is_planar and method != "in a plane"
     is_free = until is not None or amplitude_max is not None or start is not None or turns
-    steps = {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
     branch = traced(
-        system, mode, amplitude_max if is_free else 3.0, method=method, until=until, through=through, switch=switch, resume=resume, limits=steps,
+        system, mode, amplitude_max if is_free else 3.0, method=method, until=until, through=through, switch=switch, resume=resume,
+        limits=limits_of(step_max, max_points),
         generations=generations, start=start, hold=hold, harmonics=harmonics,
-        progress=None if quiet else progress_line(system.cart_size if system.is_planar else int(system.has_cart)),
+        progress=progress_line(system.cart_size if system.is_planar else int(system.has_cart), quiet=quiet),
     )  # fmt: skip
-    if sys.stderr.isatty():
-        sys.stderr.write(clear_line())
+    clear_line()
     said.say(branch, quiet, as_json)
     write(branch, files, lambda: _drawn(branch), quiet=quiet or as_json)
-    if branch.status == "interrupted":
-        raise typer.Exit(_INTERRUPTED)
-
-
-def clear_line() -> str:
-    """What wipes a line of a terminal."""
-    return _CLEAR
+    leave(branch.status)
 
 
 def _drawn(found: Any) -> Any:
@@ -157,23 +137,3 @@ def carrying(scene: Scene, method: str = "shooting", beyond: bool = False) -> Sc
     if needed <= {*scene.want} and (scene.variational or not (shoots or swings)):
         return scene
     return with_functions(scene, needed, variational=shoots or swings)
-
-
-def progress_line(carts: int, end: int = -1) -> Callable[[Point, float], None] | None:
-    """A line that tells how far a run is, on a terminal only; the unknowns from `carts` to `end` are angles of the start."""
-    if not sys.stderr.isatty():
-        return None
-    told: dict[str, Any] = {"last": 0.0, "points": 0}
-
-    def tell(point: Point, step: float) -> None:
-        told["points"] += 1
-        if (now := time.monotonic()) - told["last"] < TICK:
-            return
-        told["last"] = now
-        angles = point.y[carts:end]
-        largest = max(abs(angle) for angle in angles)
-        line = f"{told['points']} points, amplitude {largest:.4f} rad, arclength {point.arclength:.4f}, step {step:.2g}"
-        sys.stderr.write(f"{_CLEAR}{line}")
-        sys.stderr.flush()
-
-    return tell

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
@@ -10,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from phichain.app import said
-from phichain.app.commands.orbits.trace import _CLEAR, _INTERRUPTED, OutFiles, SceneWord, progress_line
+from phichain.app.commands.orbits.options import (
+    MaxPoints,
+    OutFiles,
+    SceneWord,
+    StepMax,
+    clear_line,
+    leave,
+    limits_of,
+    progress_line,
+)
 from phichain.app.outputs import named, write
 from phichain.app.settings import Settings, values_given
 
@@ -56,8 +64,8 @@ def vary(
         ),
     ] = None,
     resume: Annotated[Path | None, typer.Option(metavar="FILE", help="Go on with what an earlier run left, .json or .npz.")] = None,
-    step_max: Annotated[float | None, typer.Option(metavar="S", help="Largest step, in arclength.")] = None,
-    max_points: Annotated[int | None, typer.Option(help="Points after which the run ends.")] = None,
+    step_max: StepMax = None,
+    max_points: MaxPoints = None,
     settings: Settings = None,
     out: OutFiles = None,
     quiet: said.Quiet = False,
@@ -80,17 +88,14 @@ def vary(
         family = _family(system, mode, method, at, values)
         begun, hold = (family, hold or at.partition("=")[0].strip()) if event is None else ((family, _event(family, event)), event)
     carts = system.cart_size if system.is_planar else int(system.has_cart)
-    limits = {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
     branch = varied(
-        system, parameter, begun, until, hold=hold, p=values, resume=resume, options=limited(SETTINGS, limits),
-        progress=None if quiet else progress_line(carts, carts + system.links),
+        system, parameter, begun, until, hold=hold, p=values, resume=resume, options=limited(SETTINGS, limits_of(step_max, max_points)),
+        progress=progress_line(carts, carts + system.links, quiet),
     )  # fmt: skip
-    if sys.stderr.isatty():
-        sys.stderr.write(_CLEAR)
+    clear_line()
     said.say(branch, quiet, as_json)
     write(branch, files, lambda: _drawn(branch), quiet=quiet or as_json)
-    if branch.status == "interrupted":
-        raise typer.Exit(_INTERRUPTED)
+    leave(branch.status)
 
 
 def _family(system: Any, mode: int, method: str, at: str, values: dict[str, Any]) -> Branch:

@@ -1,0 +1,81 @@
+"""What the commands that follow oscillations share: their options, said once, the line that tells how far a run is, and how it ends."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
+
+from phichain.app.outputs import out_option
+
+if TYPE_CHECKING:
+    from phichain.continuation import Point
+
+_TICK: Final = 0.1
+"""Seconds between two states of the progress line."""
+_CLEAR: Final = "\r\x1b[K"
+"""What wipes a line of a terminal."""
+_INTERRUPTED: Final = 130
+"""Exit code of what Ctrl-C ended."""
+
+SceneWord = Annotated[
+    str, typer.Argument(metavar="SCENE", help="A TOML file, a bundled scene's name, or planarN: paper A's chain of N links.")
+]
+OutFiles = Annotated[list[Path] | None, out_option("Write the family: .json (to go on with), .csv, .npz or .png by its name")]
+Harmonic = Annotated[
+    int | None, typer.Option(metavar="H", help="Highest harmonic of --method harmonics; by the tail of the spectrum unless given.")
+]
+StepMax = Annotated[float | None, typer.Option(metavar="S", help="Largest step, in arclength.")]
+MaxPoints = Annotated[int | None, typer.Option(help="Points after which the run ends.")]
+
+
+def limits_of(step_max: float | None, max_points: int | None) -> dict[str, Any]:
+    """The limits that were given, by the names that `Options` has for them."""
+    return {name: value for name, value in (("step_max", step_max), ("max_points", max_points)) if value is not None}
+
+
+def ticking(told: Callable[[Point], str], quiet: bool = False) -> Callable[[Point, float], None] | None:
+    """A line that says how far a run is, on a terminal only.
+
+    Args:
+        told: A point -> what is said of it.
+        quiet: Whether nothing is to be said.
+    """
+    if quiet or not sys.stderr.isatty():
+        return None
+    state: dict[str, Any] = {"last": 0.0, "points": 0}
+
+    def tell(point: Point, step: float) -> None:
+        state["points"] += 1
+        if (now := time.monotonic()) - state["last"] < _TICK:
+            return
+        state["last"] = now
+        sys.stderr.write(f"{_CLEAR}{state['points']} points, {told(point)}arclength {point.arclength:.4f}, step {step:.2g}")
+        sys.stderr.flush()
+
+    return tell
+
+
+def progress_line(carts: int, end: int = -1, quiet: bool = False) -> Callable[[Point, float], None] | None:
+    """The same with the largest angle of the start: the unknowns from `carts` to `end`."""
+    return ticking(lambda point: f"amplitude {max(map(abs, point.y[carts:end])):.4f} rad, ", quiet)
+
+
+def clear_line() -> None:
+    """Wipe what stands on a terminal's last line."""
+    if sys.stderr.isatty():
+        sys.stderr.write(_CLEAR)
+
+
+def leave(status: str) -> None:
+    """Leave with the exit code of Ctrl-C what that ended.
+
+    Raises:
+        Exit: It did.
+    """
+    if status == "interrupted":
+        raise typer.Exit(_INTERRUPTED)
