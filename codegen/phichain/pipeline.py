@@ -13,7 +13,7 @@ from phichain.firmware.drift import Drift, drift, edited_files
 from phichain.laws import FamilyLaw, GainTable, Law, TrajectoryLaw
 from phichain.native import ClosedLoop, build_files, default_cache, load_closed_loop, recalled, remember
 from phichain.scene import Scene, given_scene
-from phichain.scene.validate import choice
+from phichain.scene.checks.validate import choice
 from phichain.system import System
 
 

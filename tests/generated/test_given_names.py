@@ -9,7 +9,7 @@ import pytest
 
 from phichain.errors import SceneError
 from phichain.scene import Scene
-from phichain.scene.name import LONGEST_NAME, function_name, scene_name
+from phichain.scene.checks.name import LONGEST_NAME, function_name, scene_name
 from phichain.scratch import folder_texts
 from tests.generated.compiling import run
 from tests.scene.test_scene_name import C11_AND_C23, C99, CPP20

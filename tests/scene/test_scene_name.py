@@ -7,7 +7,7 @@ import pytest
 
 from phichain.errors import SceneError
 from phichain.scene import Scene
-from phichain.scene.name import LONGEST_NAME, scene_name
+from phichain.scene.checks.name import LONGEST_NAME, scene_name
 
 RULE = "use ASCII letters, digits and underscores, a letter first"
 

@@ -8,10 +8,10 @@ from typing import Any
 
 from phichain.contract.functions import PLANAR_FUNCTIONS
 from phichain.errors import SceneError
+from phichain.scene.checks.validate import link_count
 from phichain.scene.keys import flatten
 from phichain.scene.scene import Scene
 from phichain.scene.toml import read_toml
-from phichain.scene.validate import link_count
 
 
 def load_scene(path: str | PathLike[str]) -> Scene:

@@ -14,11 +14,9 @@ from typing import Any, Literal
 from phichain.contract.bases import bases, drives
 from phichain.contract.chain import Sample
 from phichain.contract.wanted import wanted
-from phichain.scene.digest import digest_of
-from phichain.scene.forcing import Forced, forcing_of
-from phichain.scene.keys import PARAMETERS, PER_LINK, TABLES
-from phichain.scene.name import scene_name
-from phichain.scene.physical import (
+from phichain.scene.checks.forcing import Forced, forcing_of
+from phichain.scene.checks.name import scene_name
+from phichain.scene.checks.physical import (
     armature_of,
     cart_law,
     cart_mass_of,
@@ -30,10 +28,8 @@ from phichain.scene.physical import (
     joint_law,
     rest_angle_of,
 )
-from phichain.scene.sketch import sketch
-from phichain.scene.target import limit, trig_of
-from phichain.scene.toml import write_toml
-from phichain.scene.validate import (
+from phichain.scene.checks.target import limit, trig_of
+from phichain.scene.checks.validate import (
     ANY,
     POSITIVE,
     Runtime,
@@ -45,6 +41,10 @@ from phichain.scene.validate import (
     scalar,
     variational_equations,
 )
+from phichain.scene.digest import digest_of
+from phichain.scene.keys import PARAMETERS, PER_LINK, TABLES
+from phichain.scene.sketch import sketch
+from phichain.scene.toml import write_toml
 from phichain.scene.vectors import Vectors
 
 PerLink = float | Sequence[float] | Runtime

@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import Any, Final
 
 from phichain.contract.functions import ROWS
+from phichain.scene.checks.name import LONGEST_NAME
+from phichain.scene.checks.validate import MOST_LINKS, RUNTIME
 from phichain.scene.described import BY_NAME, KEYS, Key
 from phichain.scene.keys import PARAMETERS, REQUIRED, TABLES
-from phichain.scene.name import LONGEST_NAME
-from phichain.scene.validate import MOST_LINKS, RUNTIME
 
 DIALECT: Final = "https://json-schema.org/draft/2020-12/schema"
 

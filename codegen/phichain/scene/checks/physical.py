@@ -9,8 +9,7 @@ from typing import Final
 
 from phichain.contract.bases import drives, law_of, placed
 from phichain.errors import SceneError
-from phichain.scene.keys import label
-from phichain.scene.validate import (
+from phichain.scene.checks.validate import (
     ANY,
     NOT_NEGATIVE,
     POSITIVE,
@@ -23,6 +22,7 @@ from phichain.scene.validate import (
     representable,
     scalar,
 )
+from phichain.scene.keys import label
 
 Values = tuple[float, ...] | Runtime
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Final
 
 from phichain.errors import SceneError, UnsupportedError
+from phichain.scene.checks.name import function_name
+from phichain.scene.checks.validate import choice, whole_number
 from phichain.scene.keys import label
-from phichain.scene.name import function_name
-from phichain.scene.validate import choice, whole_number
 
 TRIGONOMETRY: Final = ("libm", "bundled", "hook")
 """By the C library, by code of our own alone, or by a function of the user's."""

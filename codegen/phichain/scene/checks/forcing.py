@@ -10,8 +10,8 @@ from typing import Any, Final
 
 from phichain.contract.bases import BaseLaw, axes_of, law_of, placed, places, with_place
 from phichain.errors import SceneError, UnsupportedError
+from phichain.scene.checks.validate import choice, no_cart
 from phichain.scene.keys import label
-from phichain.scene.validate import choice, no_cart
 
 Forced = int | str
 

@@ -1,0 +1,1 @@
+"""What the values of a scene are held to, key by key."""
