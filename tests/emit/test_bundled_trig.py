@@ -16,6 +16,7 @@ from phichain.emit.c.text import sincos_kernel
 from phichain.errors import SceneError, UnsupportedError
 from phichain.pipeline import build
 from phichain.scene import Scene
+from phichain.scratch import folder_texts
 from tests.generated.compiling import STRICT, compiled, selftest_program, symbols, write_all, write_c
 
 DTYPE = {"double": np.float64, "float": np.float32}
@@ -33,7 +34,7 @@ def kernels(tmp_path_factory: pytest.TempPathFactory) -> dict[str, ctypes.CDLL]:
         folder = tmp_path_factory.mktemp(real)
         lines = [
             *(f"#include <{header}>" for header in trig.HEADERS), f"typedef {real} own_real;", "#define OWN_RESTRICT", "#define OWN_VALUE const own_real",
-            sincos_kernel(scene(real=real), ()),
+            sincos_kernel(scene(real=real), ("sincos",)),
             "void turned(int n, const own_real *angle, own_real *sine, own_real *cosine)",
             "{\n    own_sincos(n, angle, sine, cosine);\n}",
         ]  # fmt: skip
@@ -95,17 +96,55 @@ def test_the_words_of_two_over_pi_and_its_parts_are_derived() -> None:
         assert int(str(numbers["quarter_pi"])[11:-1], 16) == int(mpmath.nint(mpmath.ldexp(mpmath.pi / 4, 64)))
 
 
-def test_the_parts_of_half_pi_add_up_and_their_products_are_exact() -> None:
-    """Of every part but the last as many quarter turns as there are up to the range fit 24 bits; the last rounds below 2^-58."""
-    most = int(trig.RANGE * 2 / np.pi)
-    *exact, last = trig.FAR_PARTS
-    for part in exact:
-        assert abs(part.as_integer_ratio()[0]) * most < 2**24
-    assert abs(last) * most < 2.0**-34
+def test_the_words_of_half_pi_add_up_and_the_coefficients_are_derived() -> None:
+    """pi/2 by two words and a number to 2^-79; S and C leave 2^-26.5 and 2^-31 up to where the rounding of x 2/pi may leave an angle."""
     with mpmath.workprec(300):
-        assert abs(mpmath.fsum(trig.FAR_PARTS) - mpmath.pi / 2) < mpmath.ldexp(1, -78)
-        assert abs(mpmath.fsum(trig.HALF_PI) - mpmath.pi / 2) < mpmath.ldexp(1, -49)
-    assert all(float(np.float32(part)) == part for part in (*trig.FAR_PARTS, *trig.HALF_PI))
+        units = mpmath.ldexp(mpmath.pi / 2, 56)
+        (high, low), rest = trig.HALF_PI_WORDS, trig.HALF_PI_REST
+        assert (high << 32) + low == int(mpmath.nint(units)) and abs(low) < 2**31
+        assert abs(units - (high << 32) - low - rest) < mpmath.ldexp(1, -26)
+        assert float(np.float32(rest)) == rest
+        most = trig.FLOAT_END * 2 / mpmath.pi
+        off = np.spacing(np.float32(most)) / 2 + most * abs(np.float32(2 / np.pi) * mpmath.pi / 2 - 1)
+        assert off * mpmath.pi / 2 < mpmath.mpf(3) / 32
+        for k in range(1, 200):
+            r = (mpmath.pi / 4 + mpmath.mpf(3) / 32) * k / 199
+            sine = r - r**3 * mpmath.polyval(trig.WIDE_SINE[::-1], r * r)
+            cosine = 1 - r**2 / 2 + r**4 * mpmath.polyval(trig.WIDE_COSINE[::-1], r * r)
+            assert abs(sine / mpmath.sin(r) - 1) < 2**-26.5 and abs(cosine - mpmath.cos(r)) < 2**-31
+
+
+def test_quarter_turns_are_counted_by_bits() -> None:
+    """The number that counts them is a multiple of four, lies far enough from both ends of its binade, and products stay exact."""
+    counter = int.from_bytes(np.array(trig.COUNTER_START + trig.COUNTER_ZERO, ">u4").tobytes(), "big")
+    number = int(np.array(counter, np.uint32).view(np.float32))
+    most = int(trig.FLOAT_END * 2 / np.pi) + 1
+    assert number % 4 == 0 and counter % 4 == 0 and 2**23 + most < number < 2**24 - most
+    kernel = trig.KERNELS["float"]
+    for part in kernel.half_pi[:2]:
+        assert abs(part.as_integer_ratio()[0]) * trig.COUNTER_ZERO < 2**24
+    assert kernel.bound < (trig.COUNTER_SPAN - trig.COUNTER_ZERO - 0.5) * np.pi / 2
+
+
+def test_angles_at_the_ends_of_both_reductions(kernels: dict[str, ctypes.CDLL]) -> None:
+    """Where the near one gives way to the far one, and where the range ends: 2^20, from which on there is no number."""
+    near = np.array([(k + 0.5) * np.pi / 2 for k in range(2040, 2056)], np.float32)
+    angles = np.concatenate([near, -near, np.nextafter(near, np.float32(0)), np.array([trig.FLOAT_END], np.float32) - np.float32(0.0625)])
+    sine, cosine = turned(kernels["float"], angles)
+    with mpmath.workdps(40):
+        arguments = [mpmath.mpf(float(x)) for x in angles]
+        assert worst(sine, list(map(mpmath.sin, arguments)), 24) < trig.BUNDLED_ERROR["float"]
+        assert worst(cosine, list(map(mpmath.cos, arguments)), 24) < trig.BUNDLED_ERROR["float"]
+    beyond = np.array([trig.FLOAT_END, -trig.FLOAT_END, 5.4e6, 5.5e6, 3e38, -(2.0**22) * np.pi / 2], np.float32)
+    assert all(np.isnan(part).all() for part in turned(kernels["float"], beyond))
+
+
+@pytest.mark.parametrize(("more", "apart"), [({}, False), ({"code": "loops"}, False), ({"want": ["phi"]}, True), ({"real": "double"}, True)])
+def test_sines_and_cosines_stand_side_by_side_where_the_kernel_sets_pairs(more: dict[str, object], apart: bool) -> None:
+    """Of single precision; Bessel functions want two arrays, and so does the kernel in double precision."""
+    text = folder_texts(scene(**{"want": ["forward_dynamics"], **more}), False, False)["own.c"]
+    assert ("static void own_sincos(" in text) == apart
+    assert ("    own_sincos_pairs(2, q, sine_cosine);" in text and "[0] *" in text) == (not apart)
 
 
 @pytest.mark.parametrize(("name", "imported"), [("bundled", set()), ("libm", {"sinf", "cosf", "sincosf"}), ("hook", {"my_sincos"})])

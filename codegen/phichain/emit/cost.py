@@ -127,7 +127,7 @@ def costs(printed: Printed) -> dict[str, Cost]:
 def kernel_flash(printed: Printed) -> int:
     """Bytes of the sine-cosine kernel at -Os, 0 where nothing wants it."""
     uses = printed.programs.uses.union(*(flow.text.uses for flow in printed.flows))
-    return _KERNEL[printed.scene.real][printed.scene.trig] if "sincos" in uses else 0
+    return _KERNEL[printed.scene.real][printed.scene.trig] if uses & {"sincos", "sincos_pairs"} else 0
 
 
 def demand_room(printed: Printed) -> None:

@@ -11,6 +11,7 @@ from textwrap import wrap
 from phichain.contract.quantities import DERIVATIVE, quantities_of
 from phichain.contract.quantity import Quantities, Quantity
 from phichain.emit.c.layout import WIDTH
+from phichain.emit.c.names import SIDE_BY_SIDE
 from phichain.emit.c.parts import words
 from phichain.lowering.chain.units import Units, units_of_links
 from phichain.lowering.dynamics import by_tensions
@@ -72,6 +73,7 @@ def _used(scene: Scene, function: str, lines: Iterable[str]) -> list[tuple[Quant
     """The rows of the table that a function's body names, those of one section together."""
     body = _PARAMETER.sub("", "\n".join(lines))
     stems = {_BEHIND.sub("", word) for long in words(body) for word in long.split("_then_")}
+    stems |= {part for word in stems & {SIDE_BY_SIDE} for part in word.split("_")}
     rows = quantities_of(function, scene)
     names = {row.name for _, row in rows}
     found = [(group, row) for group, row in rows if row.name in stems]

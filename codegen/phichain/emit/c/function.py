@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from phichain.emit.c.names import CNames
+from phichain.emit.c.names import SIDE_BY_SIDE, CNames
 from phichain.emit.c.parts import assignment, first_result, in_pieces, words
 from phichain.emit.c.sheet import Sheet
 from phichain.emit.c.trig_batches import TrigBatch, TrigBatches
@@ -17,6 +17,7 @@ from phichain.emit.inlining import used_once
 from phichain.ir.nodes import (
     Call,
     Cell,
+    Const,
     For,
     Local,
     Op,
@@ -117,7 +118,7 @@ class Writer(Sheet):
         args = [self.operand(arg) for arg in op.args]
         text = infix(op.kind, args)
         if text is not None:
-            return text
+            return self.names.negated_last(text) if op.kind == "mul" and isinstance(op.args[0], Const) else text
         if op.kind == "select":
             a, b, below, above = (arg.within(SUM) for arg in args)
             return Text(f"({a} < {b} ? {below} : {above})")
@@ -151,8 +152,12 @@ class Writer(Sheet):
             self.line(depth, assignment(name, text))
 
     def sincos(self, statement: SinCos, depth: int) -> None:
-        self.uses.add("sincos")
         angle = self.argument(statement.angle) if not statement.offset else f"&{statement.angle}[{statement.offset}]"
+        if statement.sine in self.pairs:
+            self.uses.add("sincos_pairs")
+            self.line(depth, f"{self.sincos_symbol}_pairs({statement.count}, {angle}, {self.pairs[statement.sine][0]});")
+            return
+        self.uses.add("sincos")
         arguments = f"{statement.count}, {angle}, {self.argument(statement.sine)}, {self.argument(statement.cosine)}"
         self.line(depth, f"{self.sincos_symbol}({arguments});")
 
@@ -160,10 +165,13 @@ class Writer(Sheet):
 
     def trig_batch(self, op: Op, depth: int) -> None:
         """Compute all sines and cosines of this operation's generation, once."""
-        self.uses.add("sincos")
         batch = self.trig.batch_of(op)
         suffix = self.trig.suffix(batch)
         count, angle = len(batch.angles), self.angles(batch, suffix, depth)
+        if self.names.has_pairs:
+            self.paired_batch(batch, f"{SIDE_BY_SIDE}{suffix}", angle, depth)
+            return
+        self.uses.add("sincos")
         extent, address = (f"[{count}]", "") if count > 1 else ("", "&")
         self.line(depth, f"{self.element} sine{suffix}{extent}, cosine{suffix}{extent};")
         self.line(depth, f"{self.sincos_symbol}({count}, {angle}, {address}sine{suffix}, {address}cosine{suffix});")
@@ -172,6 +180,16 @@ class Writer(Sheet):
             cell = f"[{position}]" if count > 1 else ""
             for result, kind in self.trig.results[operand]:
                 self.texts[result] = Text(f"{'sine' if kind == 'sin' else 'cosine'}{suffix}{cell}")
+
+    def paired_batch(self, batch: TrigBatch, pairs: str, angle: str, depth: int) -> None:
+        """The same by a kernel that sets sines and cosines side by side."""
+        self.uses.add("sincos_pairs")
+        self.line(depth, f"{self.element} {pairs}[{len(batch.angles)}][2];")
+        self.line(depth, f"{self.sincos_symbol}_pairs({len(batch.angles)}, {angle}, {pairs});")
+        self.gap(depth)
+        for position, operand in enumerate(batch.angles):
+            for result, kind in self.trig.results[operand]:
+                self.texts[result] = Text(f"{pairs}[{position}][{int(kind == 'cos')}]")
 
     def angles(self, batch: TrigBatch, suffix: str, depth: int) -> str:
         """The array where the angles of a generation stand side by side."""

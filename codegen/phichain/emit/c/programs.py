@@ -14,6 +14,7 @@ from phichain.emit.c.function import CFunction, c_function
 from phichain.emit.c.layout import WIDTH, laid_out
 from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration, words
+from phichain.emit.c.sincos import sets_pairs
 from phichain.emit.c.storage import own_storage, shared_storage
 from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations
@@ -37,7 +38,7 @@ class PrintedFunction:
         counts: operations by kind.
         cost: what a header says of its cost.
         lines: its body.
-        uses: kernels that it leans on: "sincos", "bessel", "math".
+        uses: kernels that it leans on: "sincos", "sincos_pairs", "bessel", "math".
         ignored: arguments of the contract that it has no use for.
     """
 
@@ -99,7 +100,7 @@ def print_programs(scene: Scene, helpers: Mapping[str, Program], wanted: Mapping
         wanted: those that a header declares.
     """
     programs = {**helpers, **wanted}
-    names = CNames(scene.name, scene.real, _tables(scene, programs), is_plain=scene.trig is not None)
+    names = CNames(scene.name, scene.real, _tables(scene, programs), is_plain=scene.trig is not None, has_pairs=sets_pairs(scene))
     symbols, comments = {name: f"{scene.name}_{name}" for name in programs}, Comments(scene)
     functions = tuple(
         _function(scene, program, c_function(program, names, symbols), name in helpers, comments)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import Counter
 
 from phichain.emit.c.layout import laid_out
-from phichain.emit.c.names import CNames
+from phichain.emit.c.names import SIDE_BY_SIDE, CNames
 from phichain.emit.c.parts import names_in
 from phichain.emit.c.storage import Storage, own_storage, shared_storage
 from phichain.emit.expressions import Text
-from phichain.ir.nodes import Array, Cell, Const, Local, Operand, Program
+from phichain.ir.nodes import Array, Call, Cell, Const, Local, Operand, Program, SinCos, walk
 
 
 def work_field(program: Program, array: Array) -> str:
@@ -31,6 +31,8 @@ class Sheet:
         self.uses: set[str] = set()
         self.texts: dict[str, Text] = {}
         self.storage = self.stored_in()
+        #: Of arrays of sines and cosines that stand side by side, the array of pairs and which part of each.
+        self.pairs = self.side_by_side_arrays()
         #: Work arrays of one cell, which are variables: whoever wants an array is given their address.
         self.single = {a.name for a in program.work if a.size == 1}
         self.scalars = {a.name for a in (*program.inputs, *program.params) if a.shape == ()} | self.single
@@ -79,11 +81,30 @@ class Sheet:
         """Where work arrays stand: side by side for a host's vectors, else one after another in the same cells."""
         return shared_storage(self.program) if self.names.is_plain and not self.working else own_storage(self.program)
 
+    def side_by_side_arrays(self) -> dict[str, tuple[str, int]]:
+        """Sines and cosines that one array of pairs holds: work arrays of this function alone, in no other's cells."""
+        turned = [statement for statement in walk(self.program.body) if isinstance(statement, SinCos)]
+        both = list(dict.fromkeys((statement.sine, statement.cosine) for statement in turned))
+        apart = {array.name for array in self.program.work if array.size == 1}
+        apart |= {name for pair in self.storage.guests.items() for name in pair} | set(self.storage.fields)
+        apart |= {name for s in walk(self.program.body) if isinstance(s, Call) for name in (*s.inputs, *s.outputs)}
+        sizes = {array.name: array.size for array in self.program.work if array.name not in apart}
+        named = [name for pair in both for name in pair]
+        if not self.names.has_pairs or self.program.name in self.working or len(set(named)) < len(named):
+            return {}
+        found = [pair for pair in both if set(pair) <= set(sizes) and sizes[pair[0]] == sizes[pair[1]]]
+        stems = [f"{SIDE_BY_SIDE}_{number}" if number > 1 else SIDE_BY_SIDE for number in range(1, len(found) + 1)]
+        return {name: (stem, part) for stem, pair in zip(stems, found, strict=True) for part, name in enumerate(pair)}
+
     def arrays(self) -> None:
         fields, guests = self.storage.fields, self.storage.guests
         for array in self.program.work:
             kind, size = self.kind(array.name), self.storage.sizes.get(array.name)
-            if self.program.name in self.working and array.size > 1:
+            if array.name in self.pairs:
+                pairs, part = self.pairs[array.name]
+                if part == 0:
+                    self.line(1, f"{kind} {pairs}[{array.size}][2];")
+            elif self.program.name in self.working and array.size > 1:
                 self.line(1, f"{kind} *const {array.name} = work->{work_field(self.program, array)};")
             elif size is not None and array.name not in fields:
                 self.line(1, f"{kind} {array.name}{'' if size == 1 else f'[{size}]'};")
@@ -112,6 +133,9 @@ class Sheet:
     def target(self, cell: Cell) -> str:
         if cell.array in self.pointers:
             return f"*{cell.array}"
+        if cell.array in self.pairs:
+            pairs, part = self.pairs[cell.array]
+            return f"{pairs}[{cell.index}][{part}]"
         if cell.array in self.storage.fields:
             return f"{self.records}[{cell.index}].{self.storage.fields[cell.array]}"
         owner = f"p->{cell.array}" if cell.array in self.params else cell.array

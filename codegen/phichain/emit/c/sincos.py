@@ -51,6 +51,9 @@ format before the next ones are found, so that they make up for its rounding. Th
 `slack` is how far beyond pi/4 the rounding of x 2/pi may leave r. Errors measured, in units of the last
 place of the result: double 0.834 over 16 million random angles and all multiples of pi/4 with their
 neighbours, 0.784 where the compiler fuses; float 0.917 over every single number up to the bound.
+
+`templates/trig_bundled.c.j2` is the same in single precision for targets: angles one after another, pairs of sine and cosine, cos = 3/4 -
+less, and the reduction of larger angles in integers. 0.964 over every single number up to 2^20.
 """
 
 from __future__ import annotations
@@ -63,6 +66,7 @@ from math import factorial
 from typing import Final
 
 from phichain.emit.expressions import double_literal, float_literal
+from phichain.scene import Scene
 
 HEADERS: Final = ("float.h", "math.h", "stdint.h", "string.h")
 """Headers a translation unit needs before it includes the rendered template."""
@@ -184,13 +188,19 @@ def _middle(kernel: Kernel, real: str) -> str:
 
 #: Largest angle of the bundled kernel, and its error within, in units of the last place: see tests/emit/test_bundled_trig.py.
 RANGE: Final = 1_000_000
-BUNDLED_ERROR: Final = {"double": 0.51, "float": 0.95}
-#: pi/2 of single precision to twice its digits.
-HALF_PI: Final = _exact("0x1.921fb6p+0", "-0x1.777a5cp-25")
-#: The same up to `RANGE`: all but the last of few enough bits that 636620 times them is exact.
-FAR_PARTS: Final = _exact(
-    "0x1.9p+0", "0x1.1p-7", "-0x1.3p-18", "0x1.4p-24", "0x1.1p-30", "0x1.7p-39", "-0x1.cp-45", "-0x1.ep-50", "-0x1.cb3b3ap-55"
-)
+BUNDLED_ERROR: Final = {"double": 0.51, "float": 0.97}
+#: The first angle that single precision has no sine of: 2^20.
+FLOAT_END: Final = 1_048_576
+#: S and C of the bundled kernel in single precision: the derivation above with a slack of 3/32, above what x 2/pi is off by up to 2^20.
+WIDE_SINE: Final = _exact("0x1.555536p-3", "-0x1.1101ccp-7", "0x1.979616p-13")
+WIDE_COSINE: Final = _exact("0x1.55553cp-5", "-0x1.6c04f4p-10", "0x1.98202p-16")
+#: pi/2 in units of 2^-24, of 2^-56, and what is left in units of 2^-56.
+HALF_PI_WORDS: Final = (26353589, 1145229700)
+HALF_PI_REST: Final = float.fromhex("0x1.a62634p-2")
+#: Bits of the number whose units count quarter turns, less those of the least that the near reduction takes, which one instruction
+#: of Cortex-M compares with (four times the same byte); no quarter turn is `COUNTER_ZERO` above, a multiple of four from zero.
+COUNTER_START: Final = 0x4B4B4B4B
+COUNTER_ZERO, COUNTER_SPAN = 2049, 4096
 #: 2/pi in units of 2^-128 by halves, pi/4 in units of 2^-64, and how many terms of sine and cosine leave 2^-64 up to pi/4.
 _TWO_OVER_PI: Final = 0xA2F9836E4E441529FC2757D1F534DDC0
 _QUARTER_PI: Final = 0xC90FDAA22168C235
@@ -224,16 +234,22 @@ def _inverse_factorials(first: int, count: int) -> tuple[str, ...]:
     return tuple(_word(round(Fraction(2**64, factorial(first + 2 * k)))) for k in range(count))
 
 
+def sets_pairs(scene: Scene) -> bool:
+    """Whether a scene's kernel sets sines and cosines side by side: the bundled one of single precision."""
+    return scene.trig == "bundled" and scene.real == "float"
+
+
 def bundled(real: str) -> dict[str, object]:
     """Return what `templates/trig/bundled.c.j2` asks for beside `coefficients`."""
-    kernel = KERNELS[real]
+    counter = struct.unpack(">f", (COUNTER_START + COUNTER_ZERO).to_bytes(4, "big"))[0]
     return {
         "range": RANGE, "error": f"{BUNDLED_ERROR[real]:g}",
         "two_over_pi_halves": (_word(_TWO_OVER_PI >> 64), _word(_TWO_OVER_PI % 2**64)), "quarter_pi": _word(_QUARTER_PI),
-        "half_pi_once": tuple(literal(part, real) for part in HALF_PI),
-        "far_parts": tuple(literal(part, real) for part in FAR_PARTS), "zero": literal(0.0, real),
-        "range_bits": _bits(float(RANGE), real), "of_sine": _inverse_factorials(3, _TERMS[0]), "of_cosine": _inverse_factorials(2, _TERMS[1]),
-        "sine_nested": _nested(kernel.sine, real), "cosine_nested": _nested(kernel.cosine, real),
+        "end": FLOAT_END, "counter": literal(counter, real), "counter_start": f"0x{COUNTER_START:X}u",
+        "counter_zero": COUNTER_ZERO, "counter_span": COUNTER_SPAN, "half_pi_words": HALF_PI_WORDS, "half_pi_rest": literal(HALF_PI_REST, real),
+        "range_bits": _bits(float(RANGE), real), "last_exponent": FLOAT_END.bit_length() + 125, "high_unit": literal(2.0**-24, real), "low_unit_bits": _bits(2.0**-56, "float"),
+        "quarter": literal(0.25, real), "three_quarters": literal(0.75, real), "of_sine": _inverse_factorials(3, _TERMS[0]), "of_cosine": _inverse_factorials(2, _TERMS[1]),
+        "sine_nested": _nested(WIDE_SINE, real), "cosine_nested": _nested(WIDE_COSINE, real),
     }  # fmt: skip
 
 

@@ -68,7 +68,7 @@ def source(printed: Printed) -> str:
 
 def _wants_sincos(scene: Scene, uses: Collection[str]) -> bool:
     """Whether something computes sines and cosines: Bessel functions do, unless the C library serves them."""
-    return "sincos" in uses or (scene.trig is not None and "bessel" in uses)
+    return bool({"sincos", "sincos_pairs"} & set(uses)) or (scene.trig is not None and "bessel" in uses)
 
 
 def restrict_macro(name: str) -> str:
@@ -85,18 +85,18 @@ def macros(name: str, texts: Iterable[str]) -> str:
 def sincos_kernel(scene: Scene, uses: Collection[str]) -> str:
     """The vectorisable sine-cosine kernel in the scene's type, and what sets its angles side by side ("write_2", "write_4")."""
     if scene.trig is not None:
-        return laid_out_text(_chosen_trigonometry(scene))
+        return laid_out_text(_chosen_trigonometry(scene, apart=bool({"sincos", "bessel"} & set(uses))))
     writes = [width for width in (2, 4) if f"write_{width}" in uses]
     numbers = trig.coefficients(scene.real)
     return laid_out_text(render("trig/sincos.c.j2", name=scene.name, real=scene.real, writes=writes, **numbers))
 
 
-def _chosen_trigonometry(scene: Scene) -> str:
-    """Sines and cosines by whom the scene says."""
+def _chosen_trigonometry(scene: Scene, apart: bool) -> str:
+    """Sines and cosines by whom the scene says; of a kernel that sets pairs, whether two arrays are wanted as well."""
     numbers = trig.coefficients(scene.real)
     if scene.trig == "bundled":
         template = "trig/bundled.c.j2" if scene.real == "float" else "trig/bundled_double.c.j2"
-        return render(template, name=scene.name, real=scene.real, **numbers, **trig.bundled(scene.real))
+        return render(template, name=scene.name, real=scene.real, apart=apart, **numbers, **trig.bundled(scene.real))
     return render("trig/given.c.j2", name=scene.name, hook=scene.trig_hook or "", **numbers)
 
 
