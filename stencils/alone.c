@@ -16,6 +16,9 @@
 #include "flow/drive.c"
 #endif
 #if ALONE_COUNT > 2
+#if WITH_TRIPLES
+#include "flow/triples.c"
+#endif
 #include "flow/sums.c"
 #include "flow/series.c"
 #endif
@@ -27,6 +30,7 @@
 #endif
 #if ALONE_COUNT > 5 && WITH_COLUMNS
 /* Norms of derivatives: the same stencil on their lanes. */
+#define stem_norm wide_norm
 #define stem_norms wide_norms
 #define stem_lanes wide_lanes
 #define stem_lane_count wide_lane_count
@@ -37,6 +41,7 @@
 #define STEM_SIZE WIDE_SIZE
 #define STEM_LARGER WIDE_LARGER
 #include "flow/norms.c"
+#undef stem_norm
 #undef stem_norms
 #undef stem_lanes
 #undef stem_lane_count

@@ -110,7 +110,7 @@ enum {
     stem_inputs = 2,
     stem_masses = 1,
     stem_axes = 3,
-    stem_lefts = 4,
+    stem_lefts = WITH_TRIPLES ? 6 : 4,
     stem_rights = 2,
     stem_squares = WITH_SQUARES ? 2 : 0,
     stem_dry = WITH_DRY ? 2 : 0,
@@ -132,14 +132,16 @@ extern const phi_real stem_now[stem_highest][4];
 
 #if ALONE_VECTORS
 #define LANES_CHOOSE(lanes, condition, a, b) ((lanes)(((condition) & (__typeof__(condition))(a)) | (~(condition) & (__typeof__(condition))(b))))
+#define LANES_SIZE(lanes, x) ((lanes)((__typeof__((x) < 0))(x) & (sizeof(phi_real) == 4 ? INT32_MAX : INT64_MAX)))
 #else
 #define LANES_CHOOSE(lanes, condition, a, b) ((condition) ? (a) : (b))
+#define LANES_SIZE(lanes, x) phi_abs(x)
 #endif
 #if ALONE_BATCH && ALONE_VECTORS
 typedef phi_real stem_lanes __attribute__((vector_size(64), may_alias));
 typedef PHI_WORD stem_words __attribute__((vector_size(64), may_alias));
 #define STEM_CHOOSE(condition, a, b) LANES_CHOOSE(stem_lanes, condition, a, b)
-#define STEM_SIZE(x) STEM_CHOOSE((x) < 0, -(x), x)
+#define STEM_SIZE(x) LANES_SIZE(stem_lanes, x)
 #else
 typedef phi_real stem_lanes;
 typedef PHI_WORD stem_words;
@@ -218,11 +220,11 @@ enum { wide_left_rows = stem_highest + 1, wide_right_rows = stem_highest + 1 };
 #define WIDE_EVERY(number) ((number) - (wide_lanes){0})
 #define WIDE_ZERO WIDE_EVERY(0)
 #define WIDE_CHOOSE(condition, a, b) LANES_CHOOSE(wide_lanes, condition, a, b)
-#define WIDE_SIZE(x) WIDE_CHOOSE((x) < 0, -(x), x)
+#define WIDE_SIZE(x) LANES_SIZE(wide_lanes, x)
 #define WIDE_LARGER(a, b) WIDE_CHOOSE((a) > (b), a, b)
 #define WIDE_OF(lanes, lane) (((const phi_real *)&(lanes))[lane])
 #define WIDE_AT(lanes, lane) (((phi_real *)&(lanes))[lane])
-#define ROWS_0 jet->start.held, jet->start.left[0], jet->start.right[0], wide->x[0], wide->x[0] + stem_q,
+#define ROWS_0 jet->start->held, jet->start->left[0], jet->start->right[0], wide->x[0], wide->x[0] + stem_q,
 
 typedef struct wide_jets {
     wide_lanes x[stem_highest + 1][stem_x], left[wide_left_rows][stem_width];
@@ -240,7 +242,11 @@ typedef struct wide_jets {
 #endif
 
 typedef struct stem_jets {
-    stem_start start, end;
+#if ALONE_BATCH
+    stem_start starts[2], *start, *end;
+#else
+    stem_start start[1], end[1];
+#endif
     stem_lanes x[stem_highest + 1][stem_x], left[stem_highest + 1][stem_width];
     stem_lanes right[stem_highest + 1][stem_lefts * stem_rights], sums[4][stem_all];
     stem_lanes state[stem_x], lost[stem_x], moved[stem_x], moved_lost[stem_x];

@@ -93,7 +93,7 @@ static void stem_rest_lane(const int lane, const int other, stem_jets *jet)
 static void stem_begin_new(CONTEXT const phi_real scales[2], stem_state *lanes, stem_jets *jet)
 {
     const stem_lanes linear = STEM_ZERO + scales[0];
-    stem_lanes speed[2], fresh, length, unit = jet->start.unit[0];
+    stem_lanes speed[2], fresh, length, unit = jet->start->unit[0];
     stem_norms(scales[1], jet->state, speed);
     length = 1 / STEM_LARGER(linear, speed[1]);
     stem_unit(&length, &fresh);
@@ -105,7 +105,7 @@ static void stem_begin_new(CONTEXT const phi_real scales[2], stem_state *lanes, 
 #if WITH_FORCING
     const stem_lanes no_time = STEM_ZERO;
 #endif
-    stem_begin(PASS jet, jet->state, jet->lost, &unit, AFTER(&no_time) &jet->start);
+    stem_begin(PASS jet, jet->state, jet->lost, &unit, AFTER(&no_time) jet->start);
 }
 
 /* Where a lane stands before its step: the time left and how far it may go, or how it ended. */
@@ -157,7 +157,9 @@ size_t phi_propagate_batch(ARGUMENTS)
     flow->tolerance = tolerance;
     flow->order = order;
     memset(&lanes, 0, sizeof lanes);
-    memset(&jet->start.unit, 0, sizeof jet->start.unit);
+    jet->start = jet->starts;
+    jet->end = jet->starts + 1;
+    memset(jet->start->unit, 0, sizeof jet->start->unit);
     for (int lane = 0; lane < stem_lane_count; ++lane) {
         if (waiting < n) {
             stem_take(n, waiting++, lane, flow, t_end, PASS_INPUTS PASS_FORCING q, v, &lanes, jet);
@@ -167,7 +169,7 @@ size_t phi_propagate_batch(ARGUMENTS)
         }
     }
     while (running > 0) {
-        stem_lanes length;
+        stem_lanes length, speed[2];
 #if WITH_FORCING
         memcpy(&jet->t, lanes.t, sizeof jet->t);
         memcpy(&jet->t_lost, lanes.t_lost, sizeof jet->t_lost);
@@ -186,12 +188,13 @@ size_t phi_propagate_batch(ARGUMENTS)
         memset(lanes.is_new, 0, sizeof lanes.is_new);
         changed = 0;
         stem_expand(PASS order, jet);
-        stem_lengths(order, jet, goal, scales, &length);
+        stem_norms(scales[1], jet->state, speed);
+        stem_lengths(order, jet, goal, scales, speed, &length);
         for (int lane = 0; lane < stem_lane_count; ++lane) {
             stem_propose(lane, max_steps, STEM_OF(length, lane), &lanes);
         }
         memcpy(&step, lanes.h, sizeof step);
-        stem_check(PASS order, jet, goal, scales, &step);
+        stem_check(PASS order, jet, goal, scales, speed, &step);
         memcpy(lanes.h, &step, sizeof step);
         for (int lane = 0; lane < stem_lane_count; ++lane) {
             if (!lanes.busy[lane]) {
@@ -283,7 +286,9 @@ size_t phi_propagate_batch(ARGUMENTS)
             }
             stem_rest_lane(lane, other, jet);
         }
-        memcpy(&jet->start, &jet->end, sizeof jet->start);
+        stem_start *before = jet->start;
+        jet->start = jet->end;
+        jet->end = before;
     }
     return done;
 }

@@ -21,10 +21,10 @@ static void wide_dry_sums(const int n, const stem_jets *PHI_RESTRICT jet, const 
 /* The coefficient n > 0 of the slope of T(s), by powers of s - s_0. */
 static phi_real stem_bend(const int n, const int i, const stem_jets *jet)
 {
-    const phi_real over = jet->start.rubs[0][i];
-    phi_real sum = 2 * jet->start.rubs[2][i] * (over * jet->left[n + 1][stem_width - 5 * stem_rubs + 5 * i + 3]);
+    const phi_real over = jet->start->rubs[0][i];
+    phi_real sum = 2 * jet->start->rubs[2][i] * (over * jet->left[n + 1][stem_width - 5 * stem_rubs + 5 * i + 3]);
     for (int k = 2; k <= n; ++k) {
-        sum += (phi_real)(k + 1) * jet->start.rubs[k + 1][i] * jet->powers[n][k][i];
+        sum += (phi_real)(k + 1) * jet->start->rubs[k + 1][i] * jet->powers[n][k][i];
     }
     return over * sum;
 }
@@ -50,7 +50,7 @@ static void wide_rub_sums(const int n, const phi_real kept, const stem_jets *PHI
         sums[2] = y;
         sums[3] = z;
         sums[4] = beyond;
-        sums[5] = WIDE_EVERY(kept * jet->start.rubs[1][i]);
+        sums[5] = WIDE_EVERY(kept * jet->start->rubs[1][i]);
     }
 }
 #endif

@@ -6,7 +6,7 @@ static STEM_APART void wide_expand(CONTEXT const int order, VARIES(const int var
 #if WITH_PARAMETERS
     phi_real at[stem_x];
     for (int i = 0; i < stem_x; ++i) {
-        at[i] = i < stem_q ? jet->state[i] : jet->start.unit[0] * jet->state[i];
+        at[i] = i < stem_q ? jet->state[i] : jet->start->unit[0] * jet->state[i];
     }
 #endif
     wide_rows(PASS ROWS_0 wide->lead, wide->left[0], wide->right[0]);
@@ -54,17 +54,17 @@ static STEM_APART void wide_expand(CONTEXT const int order, VARIES(const int var
 #if WITH_PARAMETERS
         if (varies) {
 #if WITH_FORCING
-            const phi_real *constants = n > 0 ? jet->start.later : jet->start.held;
+            const phi_real *constants = n > 0 ? jet->start->later : jet->start->held;
             const wide_lanes *d_constants = n > 0 ? wide->later : wide->held, none = WIDE_ZERO;
 #else
-            const phi_real *constants = jet->start.held;
+            const phi_real *constants = jet->start->held;
             const wide_lanes *d_constants = wide->held;
 #endif
             wide_order_along(PASS constants, jet->kept[n], NEWEST(jet->left[n]) n > 0 ? jet->x[n] : at, stem_now[n], FORCE(jet->force + n) d_constants, sums, NEWEST(wide->left[n % wide_left_rows]) wide->x[n], FORCE(n > 0 ? wide->force + n : &none) ALONG_ORDER left, right, wide->x[n + 1]);
             continue;
         }
 #endif
-        wide_order(PASS jet->start.held, sums, NEWEST(wide->left[n % wide_left_rows]) wide->x[n], n > 0 ? stem_now[n] : first, left, right, wide->x[n + 1]);
+        wide_order(PASS jet->start->held, sums, NEWEST(wide->left[n % wide_left_rows]) wide->x[n], n > 0 ? stem_now[n] : first, left, right, wide->x[n + 1]);
     }
 }
 
@@ -74,7 +74,7 @@ static phi_real wide_length(const int order, const stem_jets *jet, const wide_je
 {
     phi_real state[2], radius;
     wide_lanes size[2], last[2], before[2];
-    const phi_real unit = jet->start.unit[0];
+    const phi_real unit = jet->start->unit[0];
     phi_real end = 0, next = 0, zero = 0;
     for (int i = 0; i < stem_x; ++i) {
         for (int lane = 0; lane < wide_lane_count; ++lane) {
@@ -119,7 +119,7 @@ static phi_real wide_length(const int order, const stem_jets *jet, const wide_je
 static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_real goal, const phi_real scales[2], phi_real h, VARIES(const phi_flow *flow, const unsigned long wanted, const phi_real *times) const int count, phi_real *transition)
 {
     wide_jets *wide = (wide_jets *)(void *)jet->columns;
-    const phi_real unit = jet->start.unit[0];
+    const phi_real unit = jet->start->unit[0];
 #if WITH_LINKS
     wide_share(order, jet);
 #endif

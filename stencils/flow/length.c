@@ -68,18 +68,18 @@ static void stem_radius(const int order, const stem_lanes *unit, const stem_lane
 }
 
 /* Step lengths: each of the last two terms within the goal, relative to the motion (Jorba and Zou 2005). Zero where a
- * coefficient or the square of a rate is not finite. `scales` holds the fastest linear rate and the length of the chain. */
-static void stem_lengths(const int order, const stem_jets *jet, const phi_real goal, const phi_real scales[2], stem_lanes *length)
+ * coefficient or the square of a rate is not finite. `scales` holds the fastest linear rate and the length of the chain, `state` the
+ * states' norms. */
+static void stem_lengths(const int order, const stem_jets *jet, const phi_real goal, const phi_real scales[2], const stem_lanes state[2], stem_lanes *length)
 {
-    const stem_lanes zero = STEM_ZERO, one = STEM_ZERO + 1, unit = jet->start.unit[0];
-    stem_lanes state[2], last[2], before[2], finite = zero;
+    const stem_lanes zero = STEM_ZERO, one = STEM_ZERO + 1, unit = jet->start->unit[0];
+    stem_lanes last[2], before[2], finite = zero;
     for (int i = 0; i < stem_x; ++i) {
         finite += 0 * jet->x[order][i];
     }
     for (int i = stem_q; i < stem_x; ++i) {
         finite += 0 * (jet->state[i] * jet->state[i]);
     }
-    stem_norms(scales[1], jet->state, state);
     stem_norms(scales[1], jet->x[order], last);
     stem_norms(scales[1], jet->x[order - 1], before);
 #if WITH_FORCING
@@ -103,45 +103,44 @@ static void stem_lengths(const int order, const stem_jets *jet, const phi_real g
     *length = STEM_CHOOSE((finite >= 0) & (finite <= 0), radius, zero);
 }
 
-/* How far the series are from the equations at the ends of their steps: h times the difference of the two slopes there,
- * over what is allowed. Expects the start of the next steps in jet->end, and h times the series' slopes. */
-static void stem_defects(const stem_jets *jet, const stem_lanes along[stem_x], const stem_lanes *h, const phi_real room, const phi_real scales[2], stem_lanes *defect)
+/* How far the series are from the equations at the ends of their steps: h times the difference of the rates' two slopes there,
+ * over what is allowed. Expects the start of the next steps in jet->end, and h times the series' slopes; angles have their rates
+ * for slopes, whatever the equations say. */
+static void stem_defects(const stem_jets *jet, const stem_lanes along[stem_q], const stem_lanes *h, const phi_real room, const phi_real scales[2], const stem_lanes state[2], stem_lanes *defect)
 {
-    stem_lanes apart[stem_x], slope[stem_x], state[2], motion[2], off[2];
-    const stem_lanes t = *h / jet->start.unit[0], unit = jet->start.unit[0] / jet->end.unit[0], square = unit * unit;
+    stem_lanes apart[stem_q], slope[stem_q], motion, off;
+    const stem_lanes t = *h / jet->start->unit[0], unit = jet->start->unit[0] / jet->end->unit[0], share = t * (unit * unit);
     const stem_lanes one = STEM_ZERO + 1;
-    for (int i = 0; i < stem_x; ++i) {
-        slope[i] = t * (jet->end.slope[i] * (i < stem_q ? unit : square));
+    for (int i = 0; i < stem_q; ++i) {
+        slope[i] = share * jet->end->slope[stem_q + i];
         apart[i] = along[i] - slope[i];
     }
-    stem_norms(scales[1], jet->state, state);
-    stem_norms(scales[1], slope, motion);
-    stem_norms(scales[1], apart, off);
+    stem_norm(scales[1], slope, &motion);
+    stem_norm(scales[1], apart, &off);
     const stem_lanes turning = state[1] / scales[0], wide = STEM_LARGER(state[0], turning);
     const stem_lanes angle = STEM_CHOOSE(wide < 1, wide, one), linear = angle * scales[0];
-    const stem_lanes rate = jet->start.unit[0] * STEM_LARGER(linear, state[1]);
+    const stem_lanes rate = jet->start->unit[0] * STEM_LARGER(linear, state[1]);
     /* A large angle is known to as many digits only, and so is its acceleration. */
-    const stem_lanes moving = motion[1] * STEM_LARGER(state[0], one);
-    const stem_lanes of_angle = off[0] / STEM_LARGER(angle, motion[0]), of_rate = off[1] / STEM_LARGER(rate, moving);
-    *defect = STEM_LARGER(of_angle, of_rate) / room;
+    const stem_lanes moving = motion * STEM_LARGER(state[0], one);
+    *defect = off / STEM_LARGER(rate, moving) / room;
 }
 
 /* Each lane's first of h, h/2, h/4, ... at whose end the series keeps to the equations; what the next steps start from
  * is left in jet->end, where they start in jet->moved. Coefficients alone mislead where they have not seen yet what moves
  * next: when a chain is released from rest, its outer links enter at an order that no series reaches. A defect that
  * shrinks no faster than the step is rounding: no shorter step would help. */
-static void stem_check(CONTEXT const int order, stem_jets *jet, const phi_real goal, const phi_real scales[2], stem_lanes *h)
+static void stem_check(CONTEXT const int order, stem_jets *jet, const phi_real goal, const phi_real scales[2], const stem_lanes state[2], stem_lanes *h)
 {
     const phi_real room = PHI_ROOM * stem_larger(goal, PHI_EPSILON);
     phi_real last[stem_lane_count] = {0};
     int slow[stem_lane_count] = {0}, shorter = 1;
     while (shorter) {
-        stem_lanes increment[stem_x], along[stem_x], defects, unit, length = STEM_SIZE(*h);
+        stem_lanes increment[stem_x], along[stem_q], defects, unit, length = STEM_SIZE(*h);
         stem_advance(order, jet, h, increment, along);
         stem_move(increment, jet);
         stem_unit(&length, &unit);
-        stem_begin(PASS jet, jet->moved, jet->moved_lost, &unit, AFTER(h) &jet->end);
-        stem_defects(jet, along, h, room, scales, &defects);
+        stem_begin(PASS jet, jet->moved, jet->moved_lost, &unit, AFTER(h) jet->end);
+        stem_defects(jet, along, h, room, scales, state, &defects);
         shorter = 0;
         for (int lane = 0; lane < stem_lane_count; ++lane) {
             const phi_real defect = STEM_OF(defects, lane);

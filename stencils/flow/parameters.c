@@ -3,10 +3,10 @@
 /* Coefficients of A cos(omega t) along the columns' directions of A and omega. */
 static void wide_force(const int order, const stem_jets *PHI_RESTRICT jet, wide_jets *PHI_RESTRICT wide)
 {
-    const phi_real one = 1, no_time = 0, unit = jet->start.unit[0], pace = unit * jet->omega, t = jet->t + jet->t_lost;
+    const phi_real one = 1, no_time = 0, unit = jet->start->unit[0], pace = unit * jet->omega, t = jet->t + jet->t_lost;
     const wide_lanes d_amplitude = wide->along[stem_forcing], d_omega = wide->along[stem_forcing + 1];
     const wide_lanes d_phase = t * d_omega, d_pace = unit * d_omega;
-    phi_real wave[2], force = jet->start.drive[0], aside = jet->start.drive[1];
+    phi_real wave[2], force = jet->start->drive[0], aside = jet->start->drive[1];
     stem_drive(jet, &one, &no_time, wave);
     wide_lanes d_force = wave[0] * d_amplitude - aside * d_phase, d_aside = wave[1] * d_amplitude + force * d_phase;
     wide->force[0] = d_force;
@@ -29,9 +29,9 @@ static void wide_begin(CONTEXT const stem_jets *PHI_RESTRICT jet, wide_jets *PHI
     phi_real first[stem_x];
     for (int i = 0; i < stem_q; ++i) {
         first[i] = jet->state[i];
-        first[stem_q + i] = jet->start.unit[0] * jet->state[stem_q + i];
+        first[stem_q + i] = jet->start->unit[0] * jet->state[stem_q + i];
     }
-    wide_factor_along(PASS first, first + stem_q, INPUTS FORCE(jet->start.drive) jet->start.unit, LOST FORCE(wide->force) ALONG_FACTOR FORCE(wide->later) wide->held);
+    wide_factor_along(PASS first, first + stem_q, INPUTS FORCE(jet->start->drive) jet->start->unit, LOST FORCE(wide->force) ALONG_FACTOR FORCE(wide->later) wide->held);
 #if !WITH_LOST
     (void)lost;
 #endif

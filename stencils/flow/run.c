@@ -42,7 +42,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     stem_unit(&span, &unit);
     if (event != NULL) {
         memset(jet->x, 0, sizeof jet->x);
-        jet->start.unit[0] = unit;
+        jet->start->unit[0] = unit;
         at_event = stem_at_start(POSITIONS_PASS order, jet, 0, event, scales);
     }
     flow->tolerance = tolerance;
@@ -64,18 +64,19 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
         jet->t_lost = flow->t_lost;
 #endif
         if (is_new) {
-            stem_begin(PASS jet, jet->state, jet->lost, &unit, AFTER(&no_time) &jet->start);
+            stem_begin(PASS jet, jet->state, jet->lost, &unit, AFTER(&no_time) jet->start);
         } else {
-            memcpy(&jet->start, &jet->end, sizeof jet->start);
+            memcpy(jet->start, jet->end, sizeof jet->start);
         }
         stem_expand(PASS order, jet);
-        stem_lengths(order, jet, goal, scales, &length);
+        stem_norms(scales[1], jet->state, speed);
+        stem_lengths(order, jet, goal, scales, speed, &length);
         if (!((flow->t + 1024 * (way * length)) * way > flow->t * way)) {
             result = PHI_NOT_FINITE;
             break;
         }
         phi_real h = length < left * way ? way * length : left;
-        stem_check(PASS order, jet, goal, scales, &h);
+        stem_check(PASS order, jet, goal, scales, speed, &h);
         is_new = 0;
         if (!(h * way < left * way)) {
             result = PHI_DONE;
@@ -139,7 +140,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
 #if WITH_TURNS
         /* The next step starts from what a run that began here would see. */
         if (stem_wind(0, jet) && !is_new) {
-            unit = jet->end.unit[0];
+            unit = jet->end->unit[0];
             is_new = 1;
         }
 #endif

@@ -49,16 +49,16 @@ static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x],
 #endif
 }
 
-/* The coefficients of the states up to the given order, from jet->start. */
+/* The coefficients of the states up to the given order, from jet->start-> */
 static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTRICT jet)
 {
     const int first = 4 + order % 4;
-    memcpy(jet->left, jet->start.left, sizeof jet->start.left);
-    memcpy(jet->right, jet->start.right, sizeof jet->start.right);
-    memcpy(jet->x[1], jet->start.slope, sizeof jet->start.slope);
+    memcpy(jet->left, jet->start->left, sizeof jet->start->left);
+    memcpy(jet->right, jet->start->right, sizeof jet->start->right);
+    memcpy(jet->x[1], jet->start->slope, sizeof jet->start->slope);
 #if WITH_FORCING
-    const stem_lanes pace = jet->omega * jet->start.unit[0];
-    stem_lanes force = jet->start.drive[0], aside = jet->start.drive[1];
+    const stem_lanes pace = jet->omega * jet->start->unit[0];
+    stem_lanes force = jet->start->drive[0], aside = jet->start->drive[1];
 #endif
 #if WITH_PARAMETERS
     /* Derivatives by parameters want the sums themselves, and what counts as constant in time. */
@@ -73,7 +73,7 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
 #if WITH_RUBS
     memset(jet->kept[0] + (stem_all - 6 * stem_rubs), 0, (size_t)(6 * stem_rubs) * sizeof(phi_real));
     for (int i = 0; i < stem_rubs; ++i) {
-        jet->kept[0][stem_all - 6 * (stem_rubs - i) + 5] = jet->start.rubs[1][i];
+        jet->kept[0][stem_all - 6 * (stem_rubs - i) + 5] = jet->start->rubs[1][i];
     }
 #endif
 #if WITH_FORCING
@@ -85,14 +85,20 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
         stem_lanes *sums = jet->sums[turn];
         if (n < first) {
             stem_sums(n, jet, sums);
+#if WITH_SQUARES
+            stem_square_sums(n, jet, sums + (size_t)(stem_lefts * stem_rights));
+#endif
         } else if (turn == 0) {
             stem_ahead(n, jet);
+#if WITH_SQUARES
+            stem_square_ahead(n, jet);
+#endif
         } else {
             stem_rest(n, turn, jet);
-        }
 #if WITH_SQUARES
-        stem_square_sums(n, jet, sums + (size_t)(stem_lefts * stem_rights));
+            stem_square_rest(n, turn, jet);
 #endif
+        }
 #if WITH_DRY
         stem_dry_sums(n, jet, sums + (size_t)(stem_all - 2 * stem_dry));
 #endif
@@ -111,14 +117,14 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
 #if WITH_PARAMETERS
         memcpy(jet->kept[n], sums, sizeof jet->kept[n]);
 #endif
-        stem_order(PASS jet->start.BEHIND, sums, NEWEST(jet->left[n]) jet->x[n], stem_now[n], FORCE(&force) jet->left[n + 1], jet->right[n + 1], jet->x[n + 1]);
+        stem_order(PASS jet->start->BEHIND, sums, NEWEST(jet->left[n]) jet->x[n], stem_now[n], FORCE(&force) jet->left[n + 1], jet->right[n + 1], jet->x[n + 1]);
     }
 }
 
 /* How far the states move in times h: x_1 t + x_2 t^2 + ... by Horner's rule, t = h / unit. */
 static void stem_increment(const int order, const stem_jets *PHI_RESTRICT jet, const stem_lanes *h, stem_lanes increment[PHI_RESTRICT stem_x])
 {
-    const stem_lanes t = *h / jet->start.unit[0], share = t / jet->start.unit[0];
+    const stem_lanes t = *h / jet->start->unit[0], share = t / jet->start->unit[0];
     for (int i = 0; i < stem_x; ++i) {
         stem_lanes sum = jet->x[order][i];
         for (int n = order - 1; n > 0; --n) {
@@ -128,32 +134,31 @@ static void stem_increment(const int order, const stem_jets *PHI_RESTRICT jet, c
     }
 }
 
-/* The same, and h times the slope of the series in the units of its coefficients: even and odd powers apart, so that no sum
- * waits for the one before. Order 1, the most of it, is added last and rounded once. */
-static void stem_advance(const int order, const stem_jets *PHI_RESTRICT jet, const stem_lanes *h, stem_lanes increment[PHI_RESTRICT stem_x], stem_lanes along[PHI_RESTRICT stem_x])
+/* The same, and h times the slope of the rates' series in the units of their coefficients: even and odd powers apart, so that no sum
+ * waits for the one before. Order 1, the most of it, is added last and rounded once. Angles have rates for slopes, to the last term. */
+static void stem_advance(const int order, const stem_jets *PHI_RESTRICT jet, const stem_lanes *h, stem_lanes increment[PHI_RESTRICT stem_x], stem_lanes along[PHI_RESTRICT stem_q])
 {
-    const stem_lanes t = *h / jet->start.unit[0], share = t / jet->start.unit[0], square = t * t;
-    for (int i = 0; i < stem_x; ++i) {
-        stem_lanes sum = jet->x[order][i], next = jet->x[order - 1][i];
-        stem_lanes slope = (phi_real)order * sum, next_slope = (phi_real)(order - 1) * next;
-        int n = order - 2;
-        for (; n > 2; n -= 2) {
-            sum = sum * square + jet->x[n][i];
-            next = next * square + jet->x[n - 1][i];
-            slope = slope * square + (phi_real)n * jet->x[n][i];
-            next_slope = next_slope * square + (phi_real)(n - 1) * jet->x[n - 1][i];
+    const stem_lanes t = *h / jet->start->unit[0], share = t / jet->start->unit[0], square = t * t;
+    for (int i = 0; i < stem_q; ++i) {
+        /* From order 2 on: even powers, odd ones, and the slopes of the rates' along t^2. */
+        stem_lanes angle = STEM_ZERO, rate = angle, slope = angle, odd_angle = angle, odd_rate = angle, odd_slope = angle;
+        int n = order;
+        if (n % 2 == 0) {
+            angle = jet->x[n][i];
+            rate = jet->x[n--][stem_q + i];
         }
-        if (n == 2) {
-            sum = (sum * square + jet->x[2][i]) + next * t;
-            slope = (slope * square + 2 * jet->x[2][i]) + next_slope * t;
-        } else {
-            sum = sum * t + next;
-            slope = slope * t + next_slope;
+        for (; n > 1; n -= 2) {
+            odd_slope = odd_slope * square + odd_rate;
+            slope = slope * square + rate;
+            odd_angle = odd_angle * square + jet->x[n][i];
+            odd_rate = odd_rate * square + jet->x[n][stem_q + i];
+            angle = angle * square + jet->x[n - 1][i];
+            rate = rate * square + jet->x[n - 1][stem_q + i];
         }
-        sum = sum * t + jet->x[1][i];
-        slope = slope * t + jet->x[1][i];
-        increment[i] = sum * (i < stem_q ? t : share);
-        along[i] = slope * t;
+        const stem_lanes rest = odd_rate * t + rate, bend = 2 * (odd_slope * square + slope * t) + odd_rate;
+        increment[i] = ((odd_angle * t + angle) * t + jet->x[1][i]) * t;
+        increment[stem_q + i] = (rest * t + jet->x[1][stem_q + i]) * share;
+        along[i] = ((2 * rest + bend * t) * t + jet->x[1][stem_q + i]) * t;
     }
 }
 
@@ -174,14 +179,21 @@ static void stem_move(const stem_lanes increment[stem_x], stem_jets *PHI_RESTRIC
 #endif
 }
 
-/* One entry of a lane's state at a time h into its step, whole turns added. */
+/* One entry of a lane's state at a time h into its step, whole turns added; powers apart as in stem_advance. */
 static phi_real stem_entry(const int order, const stem_jets *jet, const int lane, const phi_real h, const int i)
 {
-    const phi_real unit = STEM_OF(jet->start.unit[0], lane), t = h / unit;
-    phi_real sum = STEM_OF(jet->x[order][i], lane);
-    for (int n = order - 1; n > 0; --n) {
-        sum = sum * t + STEM_OF(jet->x[n][i], lane);
+    const phi_real unit = STEM_OF(jet->start->unit[0], lane), t = h / unit, square = t * t;
+    phi_real sum = 0, odd = 0;
+    int n = order;
+    if (n % 2 == 0) {
+        sum = STEM_OF(jet->x[n][i], lane);
+        --n;
     }
+    for (; n > 1; n -= 2) {
+        odd = odd * square + STEM_OF(jet->x[n][i], lane);
+        sum = sum * square + STEM_OF(jet->x[n - 1][i], lane);
+    }
+    sum = (odd * t + sum) * t + STEM_OF(jet->x[1][i], lane);
     sum = STEM_OF(jet->state[i], lane) + (sum * (i < stem_q ? t : t / unit) + STEM_OF(jet->lost[i], lane));
 #if WITH_TURNS
     return i < stem_cart || i >= stem_q ? sum : stem_turned(sum, STEM_OF(jet->turns[i], lane));

@@ -17,7 +17,13 @@ static void stem_sums(const int n, const stem_jets *PHI_RESTRICT jet, stem_lanes
  * which share what they read. For n > 3. */
 static void stem_ahead(const int n, stem_jets *PHI_RESTRICT jet)
 {
-    for (int row = 0; row < stem_rights; ++row) {
+#if WITH_TRIPLES
+    enum { begin = 1 };
+    stem_ahead_triples(n, jet);
+#else
+    enum { begin = 0 };
+#endif
+    for (int row = begin; row < stem_rights; ++row) {
         for (int i = 0; i < stem_lefts; ++i) {
             const int k = stem_lefts * row + i;
             stem_lanes far = jet->right[n - 1][k], middle = jet->right[n - 2][k], near = jet->right[n - 3][k];
@@ -48,13 +54,20 @@ static void stem_ahead(const int n, stem_jets *PHI_RESTRICT jet)
  * which everything else waits. */
 static STEM_SINGLY void stem_rest(const int n, const int turn, stem_jets *PHI_RESTRICT jet)
 {
-    for (int row = 0; row < stem_rights; ++row) {
+#if WITH_TRIPLES
+    enum { begin = 1 };
+    stem_rest_triples(n, turn, jet);
+#else
+    enum { begin = 0 };
+#endif
+    for (int row = begin; row < stem_rights; ++row) {
         for (int i = 0; i < stem_lefts; ++i) {
             const int k = stem_lefts * row + i;
             stem_lanes sum = jet->sums[turn][k];
             int j = turn - 1;
             do {
-                sum += jet->left[j][i] * jet->right[n - j][k] + jet->left[n - j][i] * jet->right[j][k];
+                sum += jet->left[j][i] * jet->right[n - j][k];
+                sum += jet->left[n - j][i] * jet->right[j][k];
             } while (--j >= 0);
             jet->sums[turn][k] = sum;
         }
@@ -62,7 +75,7 @@ static STEM_SINGLY void stem_rest(const int n, const int turn, stem_jets *PHI_RE
 }
 #if WITH_SQUARES
 
-/* Sums of order n of left_j left_{n-j}, behind the others. */
+/* Sums of order n of left_j left_{n-j}, behind the others, where orders come one by one. */
 static void stem_square_sums(const int n, const stem_jets *PHI_RESTRICT jet, stem_lanes *PHI_RESTRICT sums)
 {
     for (int i = 0; i < stem_squares; ++i) {
@@ -75,6 +88,67 @@ static void stem_square_sums(const int n, const stem_jets *PHI_RESTRICT jet, ste
             sum += jet->left[n / 2][i] * jet->left[n / 2][i];
         }
         sums[i] = sum;
+    }
+}
+#if !WITH_TRIPLES
+
+/* What the sums of orders n to n + 3 can take from rows up to n, every pair once; order n is whole then. For n > 3. */
+static void stem_square_ahead(const int n, stem_jets *PHI_RESTRICT jet)
+{
+    enum { behind = stem_lefts * stem_rights };
+    const int half = (n - 1) / 2;
+    for (int i = 0; i < stem_squares; ++i) {
+        stem_lanes near = jet->left[n][i], middle = STEM_ZERO, far = middle;
+        stem_lanes first = jet->left[0][i] * near, second = middle, third = middle, fourth = middle;
+        int j = 1;
+        do {
+            const stem_lanes row = jet->left[j][i], other = jet->left[n - j][i];
+            first += row * other;
+            second += row * near;
+            third += row * middle;
+            fourth += row * far;
+            far = middle;
+            middle = near;
+            near = other;
+        } while (++j <= half);
+        jet->sums[0][behind + i] = first;
+        jet->sums[1][behind + i] = second;
+        jet->sums[2][behind + i] = third;
+        jet->sums[3][behind + i] = fourth;
+    }
+    /* The rows in the middle meet themselves and each other. */
+    for (int i = 0; i < stem_squares; ++i) {
+        const stem_lanes row = jet->left[half + 1][i], next = jet->left[half + 2][i], third = jet->left[half + 3][i];
+        stem_lanes *sum = jet->sums[0] + (behind + i);
+        if (n % 2 == 0) {
+            sum[0] += PHI_HALF * (row * row);
+            sum[stem_all] += row * next;
+            sum[2 * stem_all] += row * third + PHI_HALF * (next * next);
+            sum[3 * stem_all] += next * third;
+            if (n > 4) {
+                sum[3 * stem_all] += row * jet->left[half + 4][i];
+            }
+        } else {
+            sum[stem_all] += PHI_HALF * (row * row);
+            sum[2 * stem_all] += row * next;
+            sum[3 * stem_all] += row * third + PHI_HALF * (next * next);
+        }
+        sum[0] += sum[0];
+    }
+}
+#endif
+
+/* What the sums `turn` orders after the start of a block still want of the rows that have come since, and the other half. */
+static STEM_SINGLY void stem_square_rest(const int n, const int turn, stem_jets *PHI_RESTRICT jet)
+{
+    for (int i = 0; i < stem_squares; ++i) {
+        stem_lanes sum = jet->sums[turn][stem_lefts * stem_rights + i];
+        int j = turn - 1;
+        sum += sum;
+        do {
+            sum += (jet->left[j][i] + jet->left[j][i]) * jet->left[n - j][i];
+        } while (--j >= 0);
+        jet->sums[turn][stem_lefts * stem_rights + i] = sum;
     }
 }
 #endif
@@ -168,21 +242,21 @@ static void stem_rub_sums(const int n, stem_jets *PHI_RESTRICT jet, stem_lanes *
             y += near[t] * far[w + 1];
             z += near[t] * far[w + 2];
         }
-        jet->powers[n - 1][1][i] = jet->start.rubs[0][i] * jet->left[n][s];
+        jet->powers[n - 1][1][i] = jet->start->rubs[0][i] * jet->left[n][s];
         for (int k = 2; k <= n; ++k) {
             stem_lanes power = STEM_ZERO;
             for (int j = 1; j <= n - k + 1; ++j) {
                 power += jet->powers[j][1][i] * jet->powers[n - j][k - 1][i];
             }
             jet->powers[n][k][i] = power;
-            beyond += jet->start.rubs[k][i] * power;
+            beyond += jet->start->rubs[k][i] * power;
         }
         sums[0] = square;
         sums[1] = x;
         sums[2] = y;
         sums[3] = z;
         sums[4] = beyond;
-        sums[5] = jet->start.rubs[1][i];
+        sums[5] = jet->start->rubs[1][i];
     }
 }
 #endif

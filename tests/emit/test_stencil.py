@@ -42,6 +42,7 @@ def combinations() -> Iterator[Combination]:
             "WITH_LINKS": int(form["WITH_COLUMNS"] and not squares and "WITH_SPHERE" not in space and number // 5 % 2 == 0 and not number // 13 % 2),
             "WITH_PARAMETERS": form["WITH_COLUMNS"] * (number // 7 % 2), "WITH_SCALES": scales, "ALONE_PARAMS": (0, 2)[number // 2 % 2] if scales else 1, "ALONE_FLOAT": number // 3 % 2,
             "ALONE_VECTORS": number // 5 % 2, "ALONE_CART": number % 3, "ALONE_NEWEST": number // 7 % 2, "WITH_DRY": number // 11 % 2, "WITH_RUBS": number // 13 % 2,
+            "WITH_TRIPLES": int(form["ALONE_BATCH"] and "WITH_SPHERE" in space and squares),
         }  # fmt: skip
 
 
@@ -92,7 +93,7 @@ def test_no_stencil_is_left_out() -> None:
     text = (stencils_folder() / "alone.c").read_text(encoding="utf-8")
     flows = {f"flow/{path.name}" for path in (stencils_folder() / "flow").iterdir()}
     assert flows == set(re.findall(r'#include "(flow/\w+\.c)"', text))
-    assert flows == {f"flow/{name}.c" for name in (*STENCILS, "batch", "parameters", "fused", "drive", "links", "products", "sums", "column_sums")}
+    assert flows == {f"flow/{name}.c" for name in (*STENCILS, "batch", "parameters", "fused", "drive", "links", "products", "sums", "triples", "column_sums")}
     asked = {
         name for path in flows for name in re.findall(r"WITH_\w+", (stencils_folder() / path).read_text())
     }

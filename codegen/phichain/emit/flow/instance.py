@@ -134,12 +134,12 @@ def turns(scene: Scene) -> bool:
     return scene.is_planar and scene.stiffness is None
 
 
-def steps_stencils(scene: Scene, made: Series) -> list[str]:
-    """The stencils of a step, in the order in which they lean on each other."""
+def steps_stencils(scene: Scene, made: Series, lanes: bool = False) -> list[str]:
+    """The stencils of a step, in the order in which they lean on each other; `lanes`: of trajectories side by side."""
     winds = turns(scene)
     return [
         "flow/norms", *(["flow/fused"] if winds or made.is_forced else []), *(["flow/turns"] if winds else []),
-        *(["flow/drive"] if made.is_forced else []), "flow/sums", "flow/series",
+        *(["flow/drive"] if made.is_forced else []), *(["flow/triples"] if lanes and not scene.is_planar else []), "flow/sums", "flow/series",
     ]  # fmt: skip
 
 
@@ -168,14 +168,14 @@ def sizes(scene: Scene, stem: str, made: Series, names: CNames) -> dict[str, obj
     }  # fmt: skip
 
 
-def features(scene: Scene, made: Series, columns: bool) -> dict[str, bool]:
-    """Which features of the stencils a scene has."""
+def features(scene: Scene, made: Series, columns: bool, lanes: bool = False) -> dict[str, bool]:
+    """Which features of the stencils a scene has, with columns of derivatives or with trajectories side by side."""
     return {
         "WITH_TURNS": turns(scene), "WITH_SPHERE": not scene.is_planar, "WITH_INPUTS": scene.nu > 0, "WITH_FORCING": made.is_forced,
         "WITH_OWN_TRIGONOMETRY": own_trigonometry(scene),
         "WITH_SQUARES": made.squares > 0, "WITH_DRY": made.dry > 0, "WITH_RUBS": made.rubs > 0, "WITH_SCALES": scale_literals(scene, None) is not None,
         "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns, "WITH_PARAMETERS": columns and made.order_along is not None,
-        "WITH_LINKS": columns and made.by_links,
+        "WITH_LINKS": columns and made.by_links, "WITH_TRIPLES": lanes and not scene.is_planar,
     }  # fmt: skip
 
 

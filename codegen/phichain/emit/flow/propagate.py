@@ -155,6 +155,6 @@ def _directions(scene: Scene, program: Program | None) -> str:
 
 
 _FIRST_ROWS: Final = {
-    HELD: "jet->start.held", LEFT: "jet->start.left[0]", RIGHT: "jet->start.right[0]", "dq": "wide->x[0]",
+    HELD: "jet->start->held", LEFT: "jet->start->left[0]", RIGHT: "jet->start->right[0]", "dq": "wide->x[0]",
     "dv": "wide->x[0] + stem_q",
 }  # fmt: skip

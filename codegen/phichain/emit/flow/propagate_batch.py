@@ -95,8 +95,8 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
         "STEM_SINGLY": "", "PROPAGATE_DOC": ROWS["propagate_batch"].doc, "PHI_MARGIN": names.number(MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE * LOG_TWO).text,
         "stem_event": f"{scene.name}_batch_event", **{f"STEM_OF_{what}": f"{upper}_BATCH_OF_{what}" for what in ("DEPTH", "V")},
     }  # fmt: skip
-    wanted = features(scene, made, False)
-    files = [*steps_stencils(scene, made), "flow/length", "flow/event", "flow/batch"]
+    wanted = features(scene, made, columns=False, lanes=True)
+    files = [*steps_stencils(scene, made, lanes=True), "flow/length", "flow/event", "flow/batch"]
     return "\n".join(instance(name, spelt, wanted) for name in files).rstrip("\n")
 
 
@@ -108,7 +108,7 @@ def _work(scene: Scene, made: Series) -> int:
     rows = (highest + 1) * (size + factors) + highest * highest * made.rubs
     others = 4 * made.sums + 4 * size + scene.nu + (scene.nq if turns(scene) else 0)
     forcing = 4 if made.is_forced else 0
-    return (2 * start + rows + others + forcing + 1) * VECTOR // (8 if scene.real == "double" else 4)
+    return (2 * start + 1 + rows + others + forcing + 1) * VECTOR // (8 if scene.real == "double" else 4)
 
 
 def _declarations(scene: Scene, work: int) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from math import isfinite
 from typing import Any, Final
 
 import numpy as np
@@ -76,8 +77,9 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
         state_q, state_v = _columns("q", q, (n, nq), kind), _columns("v", v, (n, nv), kind)
         start, end = _each("t", t, n, kind), _each("t_end", t_end, n, kind)
         grid = _times(np.atleast_1d(own("propagate_batch.times", wanted, kind)), start, end)
-        kept = _columns("lost", np.zeros((n, 1 + nq + nv)) if lost is None else lost, (n, 1 + nq + nv), kind)
-        demand_rounding("propagate_batch.lost", kept[0], end - start)
+        kept = np.zeros((1 + nq + nv, n), kind) if lost is None else _columns("lost", lost, (n, 1 + nq + nv), kind)
+        if lost is not None:
+            demand_rounding("propagate_batch.lost", kept[0], end - start)
         q_at, v_at = np.full((len(grid), nq, n), np.nan, kind), np.full((len(grid), nv, n), np.nan, kind)
         steps, written = np.zeros(n, np.dtype("ulong")), np.zeros(n, np.dtype("ulong"))
         result, tolerance = np.zeros(n, np.intc), checked_tolerance("propagate_batch.tol", tol)
@@ -99,21 +101,22 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
 
         def some(piece: slice) -> None:
             """Some of the trajectories."""
-            own = {name: _piece(array, piece) for name, array in {**changed, **given}.items()}
+            is_all = piece.stop - piece.start == n
+            own = changed | given if is_all else {name: _piece(array, piece) for name, array in (changed | given).items()}
             flow = call.carried(tolerance=tolerance, **{name: address(own[name]) for name in _CARRIED})
             values = {"n": piece.stop - piece.start, "flow": flow, "max_steps": budget, "count": len(grid), "times": grid}
             call({**values, **own, "event": event, "work": np.empty(work, kind)}, p)
-            for name, array in changed.items():
+            for name, array in () if is_all else changed.items():
                 if not np.may_share_memory(own[name], array):
                     array[..., piece] = own[name]
             flows.append(flow)
 
         run([partial(some, piece) for piece in pieces(n, _LEAST, workers)], workers)
         flow = flows[0]
-        return PropagationBatch(
-            tuple(OUTCOMES[number] for number in result), _wide(start), _wide(state_q.T), _wide(state_v.T),
-            _wide(q_at.transpose(2, 0, 1)), _wide(v_at.transpose(2, 0, 1)), flow.tolerance, flow.order,
-            steps.astype(np.int64), written.astype(np.int64), _wide(kept.T), _wide(grid),
+        return PropagationBatch.made(
+            outcome=tuple(OUTCOMES[number] for number in result.tolist()), t=_fixed(start), q=_fixed(state_q.T), v=_fixed(state_v.T),
+            q_at=_fixed(q_at.transpose(2, 0, 1)), v_at=_fixed(v_at.transpose(2, 0, 1)), tol=flow.tolerance, order=flow.order,
+            steps=_fixed(steps, np.int64), written=_fixed(written, np.int64), lost=_fixed(kept.T), times=_fixed(grid),
         )  # fmt: skip
 
     return propagate_batch
@@ -136,8 +139,11 @@ def _work(call: FlowCall) -> int:
     return int(call.function(*nothing))
 
 
-def _wide(array: NDArray[Any]) -> NDArray[np.float64]:
-    return np.ascontiguousarray(array, dtype=np.float64)
+def _fixed(array: NDArray[Any], kind: type[np.generic] = np.float64) -> NDArray[Any]:
+    """An array of this call in rows, which nobody can write to any more."""
+    rows = np.ascontiguousarray(array, dtype=kind)
+    rows.setflags(write=False)
+    return rows
 
 
 def _count(q: ArrayLike) -> int:
@@ -158,11 +164,13 @@ def _columns(name: str, value: ArrayLike, shape: tuple[int, int], kind: np.dtype
         raise ArrayError(
             f"propagate_batch.{name}", array.shape, f"must have shape {shape}", "give a row per trajectory"
         )
-    return np.ascontiguousarray(finite(f"propagate_batch.{name}", array).T).copy()
+    return finite(f"propagate_batch.{name}", array).T.copy()
 
 
 def _each(name: str, value: ArrayLike, n: int, kind: np.dtype[Any]) -> NDArray[Any]:
     """One finite number per trajectory."""
+    if type(value) is float and isfinite(value) and kind == np.float64:
+        return np.full(n, value)
     array = own(f"propagate_batch.{name}", value, kind)
     if array.shape not in ((), (n,)):
         problem = f"must be one number or have shape ({n},)"
