@@ -44,6 +44,14 @@ def couples(
 
     `angular` gives the omega_k and is asked where something resists them.
     """
+    moment = joint_moments(builder, scene, parameters, direction, angular)
+    return None if moment is None else couples_of(builder, scene, direction, moment)
+
+
+def joint_moments(
+    builder: Builder, scene: Scene, parameters: Parameters, direction: ArrayRef, angular: Callable[[], ArrayRef]
+) -> ArrayRef | None:
+    """The moment of every joint on the link beyond it, and zero beyond the tip; None on a scene without any."""
     if not ties_links(scene):
         return None
     links = scene.links
@@ -59,6 +67,12 @@ def couples(
         bending = still if omega is None else sub(load(omega, k), load(omega, k - 1))
         store(moment, k, _moment(scene, parameters, k, load(direction, k - 1), load(direction, k), bending))
     store(moment, links, still)
+    return moment
+
+
+def couples_of(builder: Builder, scene: Scene, direction: ArrayRef, moment: ArrayRef) -> ArrayRef:
+    """(M_k - M_{k+1}) x q_k of the joints' moments."""
+    links = scene.links
     couple = builder.array("couple", 3 * links)
     with builder.loop("k", 0, links) as loop:
         k = loop.index

@@ -22,7 +22,6 @@ of `spatial.articulated` serves, which has no subtractions at about three times 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import prod
 
@@ -33,7 +32,7 @@ from phichain.lowering.chain.losses import push_on_cart
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.links import couples, directions
 from phichain.lowering.spatial.rates import Rates
-from phichain.lowering.spatial.units import MobilityScales
+from phichain.lowering.spatial.units import MobilityScales, amplification, known_links
 from phichain.scene import Scene
 
 #: Largest `amplification` of rounding errors, in units of the rounding of the state, with which this form is taken.
@@ -46,7 +45,7 @@ LARGEST_SPREAD = 10**6
 
 def suits(scene: Scene) -> bool:
     """Whether the errors of this form are bounded by the scene's numbers, all of which must be known."""
-    links = _links(scene)
+    links = known_links(scene)
     if scene.tip_masses or scene.inertia is not None or links is None or isinstance(scene.cart_mass, str):
         return False
     own = [mass * beta * beta for mass, beta in links]
@@ -55,52 +54,15 @@ def suits(scene: Scene) -> bool:
     return is_even and amplification(links, scene.cart_mass) <= LARGEST_AMPLIFICATION
 
 
-def amplification(links: Sequence[tuple[float, float]], cart_mass: float | None) -> float:
-    """How many units of rounding what a link meets beyond it is off by, over the link's own inertia: the largest of all.
-
-    With g = (1 - beta) / beta, an error of G or of d beyond a link leaves it as g^2 or g times itself, since
-    kappa W <= g, beside the link's own rounding, at most (1 - beta)^2 m or kappa m. The tip's own joint has no G.
-
-    Args:
-        links: (m, beta) from the base on.
-        cart_mass: None on a fixed base.
-    """
-    inertia, force, worst = 0.0, 0.0, 0.0
-    for place, (mass, beta) in enumerate(reversed(links)):
-        own, over = mass * beta * beta, 1 - beta
-        worst = max(worst, inertia / own, force / own)
-        growth = abs(over) / beta
-        inertia, force = growth * growth * inertia, growth * force
-        if place:
-            inertia, force = inertia + mass * over * over, force + mass * beta * abs(over)
-    return worst if cart_mass is None else max(worst, inertia / cart_mass, force / cart_mass)
-
-
-def _links(scene: Scene) -> list[tuple[float, float]] | None:
-    """(m, beta) of every link; None where some of it is a runtime parameter."""
-    mass, com, length = scene.mass, scene.com or scene.length, scene.length
-    if isinstance(mass, str) or isinstance(com, str) or isinstance(length, str):
-        return None
-    return [(m, r / l) for m, r, l in zip(mass, com, length, strict=True)]
-
-
 def accelerations(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, rates: Rates, u: ArrayRef | None
 ) -> None:
     """Write x'' and the omega_k' through `rates`."""
-    sweep = _Sweep(builder, scene, parameters, q, rates)
-    chain = sweep.inwards()
-    x, y, fall = (-entry for entry in parameters.fall)
-    if scene.has_cart:
-        unit = parameters.units
-        first, second = (push_on_cart(scene, parameters, u, rates.cart(), axis) for axis in (0, 1))
-        x, y = sweep.close_on_cart(chain, (first, second))
-        rates.write_cart((x * unit.length, y * unit.length))
-    sweep.outwards((x, y, fall))
+    Sweep(builder, scene, parameters, q, rates).run(u)
 
 
 @dataclass(frozen=True)
-class _Beyond:
+class Beyond:
     """The chain beyond a joint: its u, alpha and c; -mu W and W (f - p) of its first link; that of the tip alone has no G."""
 
     direction: Vector
@@ -115,12 +77,25 @@ class _Beyond:
         return [*self.direction, self.axial, self.pull, *triangle(self.mobility), *self.yielding]
 
     @staticmethod
-    def from_flat(values: list[Expr]) -> _Beyond:
+    def from_flat(values: list[Expr]) -> Beyond:
         """The inverse of `flat`."""
-        return _Beyond(tuple(values[:3]), values[3], values[4], symmetric(values[5:11]), tuple(values[11:]))
+        return Beyond(tuple(values[:3]), values[3], values[4], symmetric(values[5:11]), tuple(values[11:]))
 
 
-class _Sweep:
+@dataclass(frozen=True)
+class Pivot:
+    """What the elimination of a link is made of: T, det T, Q u, x, 1 / E, alpha' and (p - d) / mu."""
+
+    own: Matrix
+    determinant: Expr
+    seen: Vector
+    across: Vector
+    inverse: Expr
+    axial: Expr
+    push: Vector | None
+
+
+class Sweep:
     """The inward elimination and the outward substitution; work arrays carry one to the other."""
 
     def __init__(
@@ -138,9 +113,34 @@ class _Sweep:
         self.mobility = builder.array("mobility", 6 * inner)
         self.yielding = builder.array("yielding", 3 * inner)
 
+    def run(self, u: ArrayRef | None) -> None:
+        """Both ways; writes x'' and the omega_k'."""
+        scene, parameters, rates = self.scene, self.parameters, self.rates
+        chain = self.inwards()
+        x, y, fall = (-entry for entry in parameters.fall)
+        if scene.has_cart:
+            unit = parameters.units
+            first, second = (push_on_cart(scene, parameters, u, rates.cart(), axis) for axis in (0, 1))
+            x, y = self.close_on_cart(chain, (first, second))
+            rates.write_cart((x * unit.length, y * unit.length))
+        self.outwards((x, y, fall))
+
+    def couples(self) -> ArrayRef | None:
+        """n_k of springs, dampers and dry friction."""
+        return couples(self.builder, self.scene, self.parameters, self.direction, self.rates.angular)
+
+    def eliminated(self, chain: Beyond, k: Index, pivot: Pivot) -> None:
+        """What else is kept of the elimination of a link but the last: nothing."""
+
+    def moved(self, k: Index, joint: Vector, stretched: Expr | None) -> None:
+        """What else is kept of a link's joint, and of v.a + c' but for the last link's: nothing."""
+
+    def closed(self, firm: Vector, axial: Expr, lean: tuple[Expr, Expr], inverse: Expr) -> None:
+        """What else is kept of a cart's inertia B + alpha h h^T, B as xx, xy, yy, and of 1 / its determinant: nothing."""
+
     def _pairs(self) -> ArrayRef | None:
         """p_k = n_k / l_k, what springs and dampers do to the link as a pair of forces at its ends."""
-        couple = couples(self.builder, self.scene, self.parameters, self.direction, self.rates.angular)
+        couple = self.couples()
         if couple is None:
             return None
         pair = self.builder.array("force_pair", 3 * self.scene.links)
@@ -148,7 +148,7 @@ class _Sweep:
             store(pair, loop.index, scale(self.inverse_length[loop.index], load(couple, loop.index)))
         return pair
 
-    def inwards(self) -> _Beyond:
+    def inwards(self) -> Beyond:
         """The chain beyond the base."""
         links = self.scene.links
         chain = self._tip()
@@ -159,21 +159,21 @@ class _Sweep:
             return chain
         with self.builder.loop("k", links - 3, -1, -1) as loop:
             carried = [loop.carry("beyond", value) for value in chain.flat()]
-            following = self.eliminate(_Beyond.from_flat(carried), loop.index)
+            following = self.eliminate(Beyond.from_flat(carried), loop.index)
             for before, after in zip(carried, following.flat(), strict=True):
                 loop.follow(before, after)
-        return _Beyond.from_flat(carried)
+        return Beyond.from_flat(carried)
 
-    def _tip(self) -> _Beyond:
+    def _tip(self) -> Beyond:
         """The last link alone: A = m q q^T, f = -m r w^2 q + (l / r) p."""
         tip, builder, parameters = self.scene.links - 1, self.builder, self.parameters
         yielding = zeros(builder, 3)
         if self.pair is not None:
             yielding = scale(-(1 / self.scales.own[tip]), load(self.pair, tip))
         pull = -(parameters.com[tip] * self.rates.squared(tip))
-        return _Beyond(load(self.direction, tip), parameters.mass[tip], pull, None, yielding)
+        return Beyond(load(self.direction, tip), parameters.mass[tip], pull, None, yielding)
 
-    def eliminate(self, chain: _Beyond, k: Index) -> _Beyond:
+    def eliminate(self, chain: Beyond, k: Index) -> Beyond:
         """Link k and all beyond it."""
         let, scales = self.builder.let, self.scales
         q, u, alpha = load(self.direction, k), chain.direction, chain.axial
@@ -193,6 +193,7 @@ class _Sweep:
         push = self._push(chain, k)
         if push is not None:
             yielding = add(yielding, applied(mobility, push))
+        self.eliminated(chain, k, Pivot(own, determinant, seen, across, inverse, axial, push))
         pull = let("pull_here", dot(q, yielding) - self.parameters.length[k] * self.rates.squared(k))
         stretch = add(q, scale(scales.lever[k], axis))
         self.axial[k], self.pull[k] = axial, pull
@@ -200,9 +201,9 @@ class _Sweep:
         for array, value in vectors:
             store(array, k, value)
         store(self.mobility, k, triangle(mobility))
-        return _Beyond(stretch, axial, pull, mobility, yielding)
+        return Beyond(stretch, axial, pull, mobility, yielding)
 
-    def _own(self, chain: _Beyond, k: Index) -> Matrix:
+    def _own(self, chain: Beyond, k: Index) -> Matrix:
         """T = b I + G."""
         if chain.mobility is None:
             own, nothing = self.scales.own[k], self.builder.lift(0)
@@ -211,7 +212,7 @@ class _Sweep:
         xx, xy, xz, yy, yz, zz = (slack * entry for entry in triangle(chain.mobility))
         return symmetric((pivot + xx, xy, xz, pivot + yy, yz, pivot + zz))
 
-    def _push(self, chain: _Beyond, k: Index) -> Vector | None:
+    def _push(self, chain: Beyond, k: Index) -> Vector | None:
         """(p - d) / mu; None where nothing pushes but along u."""
         if chain.mobility is None and self.pair is None:
             return None
@@ -221,7 +222,7 @@ class _Sweep:
         share = 1 / self.scales.scale[k]
         return add(pushed, scale(share, sub(load(self.pair, k), load(self.pair, k + 1))))
 
-    def close_on_cart(self, chain: _Beyond, force: tuple[Expr, Expr]) -> tuple[Expr, Expr]:
+    def close_on_cart(self, chain: Beyond, force: tuple[Expr, Expr]) -> tuple[Expr, Expr]:
         """(m_c I + alpha u u^T + G) x'' = force - alpha (c - g u_z) u - d + g G e_3, all horizontal."""
         parameters, scales, alpha = self.parameters, self.scales, chain.axial
         cart, gravity, (x, y, z) = parameters.base_mass, parameters.gravity, chain.direction
@@ -242,6 +243,7 @@ class _Sweep:
         first, second = first - fall * x, second - fall * y
         heavy = x * (yy * x - xy * y) + y * (xx * y - xy * x)
         inverse = self.builder.let("inverse_cart_pivot", 1 / ((xx * yy - xy * xy) + alpha * heavy))
+        self.closed((xx, xy, yy), alpha, (x, y), inverse)
         return (
             self.builder.let("cart_acceleration_0", ((yy * first - xy * second) - along * y) * inverse),
             self.builder.let("cart_acceleration_1", ((xx * second - xy * first) + along * x) * inverse),
@@ -258,6 +260,7 @@ class _Sweep:
             joint: Vector = tuple(loop.carry(f"joint_{x}", part) for x, part in zip("xyz", base, strict=True))
             stretched = dot(load(self.stretch_axis, k), joint) + self.pull[k]
             tension = self.builder.let("tension", self.axial[k] * stretched)
+            self.moved(k, joint, stretched)
             first, second = load(self.mobility, 2 * k), load(self.mobility, 2 * k + 1)
             carried = scale(self.scales.lean[k], applied(symmetric((*first, *second)), joint))
             left = sub(carried, load(self.yielding, k))
@@ -271,6 +274,7 @@ class _Sweep:
     def _turn_tip(self, joint: Vector) -> None:
         """The last link swings about its joint: omega' = q x (p / b - a / beta) / l."""
         tip, com = self.scene.links - 1, self.parameters.com
+        self.moved(tip, joint, None)
         turning = scale(-(1 / com[tip]), joint)
         if self.pair is not None:
             share = self.inverse_length[tip] / self.scales.own[tip]

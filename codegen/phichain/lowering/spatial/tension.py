@@ -21,7 +21,7 @@ from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, scale, store, sub
 from phichain.lowering.chain.losses import brakes_cart, cart_drag
 from phichain.lowering.chain.parameters import Parameters
-from phichain.lowering.spatial.links import couples, directions, neighbours
+from phichain.lowering.spatial.links import couples_of, directions, joint_moments, neighbours
 from phichain.lowering.spatial.rates import AngularVelocities, Rates
 from phichain.lowering.tensions import Joints, solve_tensions, write_tensions
 from phichain.scene import Scene
@@ -32,13 +32,14 @@ _LARGEST_LOAD = 16
 
 @dataclass(frozen=True)
 class Chain:
-    """What both halves of the computation share: `pair` is zero beyond the tip, `horizontal` is f / m_c."""
+    """What both halves of the computation share: `moment` of the joints and `pair` are zero beyond the tip, `horizontal` is f / m_c."""
 
     builder: Builder
     parameters: Parameters
     direction: ArrayRef
     rates: Rates
     crosses: ArrayRef
+    moment: ArrayRef | None
     pair: ArrayRef | None
     horizontal: tuple[Expr, Expr] | None
 
@@ -77,17 +78,14 @@ def chain_of(
     """The chain, and the cosines between its links."""
     direction = directions(scene, q)
     cosine, crosses = neighbours(builder, direction, scene.links)
-    pair = _force_pairs(builder, scene, parameters, direction, rates)
+    moment = joint_moments(builder, scene, parameters, direction, rates.angular)
+    pair = None if moment is None else _force_pairs(builder, scene, parameters, direction, moment)
     horizontal = _horizontal(builder, scene, parameters, rates, u, pair)
-    return Chain(builder, parameters, direction, rates, crosses, pair, horizontal), cosine
+    return Chain(builder, parameters, direction, rates, crosses, moment, pair, horizontal), cosine
 
 
-def _force_pairs(
-    builder: Builder, scene: Scene, parameters: Parameters, direction: ArrayRef, rates: Rates
-) -> ArrayRef | None:
-    couple = couples(builder, scene, parameters, direction, rates.angular)
-    if couple is None:
-        return None
+def _force_pairs(builder: Builder, scene: Scene, parameters: Parameters, direction: ArrayRef, moment: ArrayRef) -> ArrayRef:
+    couple = couples_of(builder, scene, direction, moment)
     inverse_length = parameters.derived("inverse_length", lambda k: 1 / parameters.length[k])
     pair = builder.array("force_pair", 3 * scene.links + 3)
     with builder.loop("k", 0, scene.links) as loop:

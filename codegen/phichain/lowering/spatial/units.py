@@ -6,7 +6,7 @@ rotation of a link with its mass near the joint leaves to divide by shrinks with
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.chain.parameters import Parameters
@@ -94,3 +94,32 @@ class MobilityScales:
         self.base_slack = lever(0) * lever(0) / scale_of(0)
         self.base_overhang = overhang(0)
         self.push = derived("push_share", lambda k: lever(beyond(k)) / scale_of(k))
+
+
+def amplification(links: Sequence[tuple[float, float]], cart_mass: float | None) -> float:
+    """How many units of rounding what a link meets beyond it is off by, over the link's own inertia: the largest of all.
+
+    With g = (1 - beta) / beta, an error of G or of d beyond a link leaves it as g^2 or g times itself, since
+    kappa W <= g, beside the link's own rounding, at most (1 - beta)^2 m or kappa m. The tip's own joint has no G.
+
+    Args:
+        links: (m, beta) from the base on.
+        cart_mass: None on a fixed base.
+    """
+    inertia, force, worst = 0.0, 0.0, 0.0
+    for place, (mass, beta) in enumerate(reversed(links)):
+        own, over = mass * beta * beta, 1 - beta
+        worst = max(worst, inertia / own, force / own)
+        growth = abs(over) / beta
+        inertia, force = growth * growth * inertia, growth * force
+        if place:
+            inertia, force = inertia + mass * over * over, force + mass * beta * abs(over)
+    return worst if cart_mass is None else max(worst, inertia / cart_mass, force / cart_mass)
+
+
+def known_links(scene: Scene) -> list[tuple[float, float]] | None:
+    """(m, beta) of every link; None where some of it is a runtime parameter."""
+    mass, com, length = scene.mass, scene.com or scene.length, scene.length
+    if isinstance(mass, str) or isinstance(com, str) or isinstance(length, str):
+        return None
+    return [(m, r / l) for m, r, l in zip(mass, com, length, strict=True)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from phichain.ir.builder import ArrayRef, Index
+from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix
 
 
@@ -21,3 +21,7 @@ class Blocks:
         for r, row in enumerate(rows):
             for c, value in enumerate(row):
                 self.array[(3 * i + (r + self.first)) * self.width + 3 * j + (c + self.first)] = value
+
+    def entry(self, row: Index, column: Index, value: Expr) -> None:
+        """One entry, counted from the first link's on."""
+        self.array[(row + self.first) * self.width + column + self.first] = value

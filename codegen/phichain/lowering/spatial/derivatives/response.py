@@ -43,6 +43,8 @@ class Answers:
     short: ArrayRef
     past_size: ArrayRef
     short_size: ArrayRef
+    past_load: ArrayRef
+    short_load: ArrayRef
 
 
 def answers(builder: Builder, parameters: Parameters, joints: Joints, is_on_cart: bool) -> Answers:
@@ -50,6 +52,7 @@ def answers(builder: Builder, parameters: Parameters, joints: Joints, is_on_cart
     links, one, nothing = parameters.links, builder.lift(1), builder.lift(0)
     names = ("inner", "outer", "answer_past", "answer_short", "size_past", "size_short")
     inner, outer, past, short, past_size, short_size = (builder.array(name, links + 1) for name in names)
+    past_load, short_load = (builder.array(name, links + 1) for name in ("past_load", "short_load"))
     tension, diagonal = builder.array("tension", links + 1), builder.array("compliance", links)
     slack, carried = builder.array("slack", links), builder.array("carried_load", links)
     base_inverse, tip_inverse = builder.array("base_inverse", links), builder.array("tip_inverse", links)
@@ -81,19 +84,24 @@ def answers(builder: Builder, parameters: Parameters, joints: Joints, is_on_cart
     inner[0], past[0] = builder.lift(int(is_on_cart)), diagonal[0]
     short[0] = diagonal[0] if is_on_cart else nothing
     past_size[0] = short_size[0] = nothing
+    past_load[0] = past_load[links] = short_load[0] = short_load[links] = nothing
     with builder.loop("k", 1, links) as loop:
         k = loop.index
-        past_load, short_load = diagonal[k] * tension[k - 1], diagonal[k - 1] * (rho[k] * tension[k])
-        past[k], short[k] = past_load + outer[k] * short_load, short_load + inner[k] * past_load
+        own, before = diagonal[k] * tension[k - 1], diagonal[k - 1] * (rho[k] * tension[k])
+        past[k], short[k] = own + outer[k] * before, before + inner[k] * own
     middle = (links - 1) // 2
     with builder.loop("k", 1, middle + 1) as loop:
         k = loop.index
-        answer = builder.let("size_answer", diagonal[k] * (-2 * (rho[k] * (base_inverse[k - 1] * tension[k]))))
+        load = -2 * (rho[k] * (base_inverse[k - 1] * tension[k]))
+        past_load[k], short_load[k] = load, nothing
+        answer = builder.let("size_answer", diagonal[k] * load)
         past_size[k], short_size[k] = answer, inner[k] * answer
     with builder.loop("k", middle + 1, links) as loop:
         k = loop.index
-        answer = builder.let("size_answer", diagonal[k - 1] * (-2 * (tip_inverse[k] * tension[k - 1])))
+        load = -2 * (tip_inverse[k] * tension[k - 1])
+        past_load[k], short_load[k] = nothing, load
+        answer = builder.let("size_answer", diagonal[k - 1] * load)
         past_size[k], short_size[k] = outer[k] * answer, answer
-    return Answers(tension, diagonal, inner, outer, past, short, past_size, short_size)
+    return Answers(tension, diagonal, inner, outer, past, short, past_size, short_size, past_load, short_load)
 
 
