@@ -52,15 +52,15 @@
 #define STEM_SIZE(x) phi_abs(x)
 #define STEM_LARGER(a, b) STEM_CHOOSE((a) > (b), a, b)
 #if WITH_PARAMETERS
-#include "flow/parameters.c"
+#include "columns/parameters.c"
 #endif
 #if WITH_LINKS
-#include "flow/links.c"
+#include "columns/links.c"
 #else
-#include "flow/products.c"
+#include "columns/products.c"
 #endif
-#include "flow/column_sums.c"
-#include "flow/columns.c"
+#include "columns/sums.c"
+#include "columns/series.c"
 #endif
 #if ALONE_COUNT > 6 && ALONE_BATCH
 #include "flow/batch.c"

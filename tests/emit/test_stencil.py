@@ -23,6 +23,8 @@ STRICT = (
 )  # fmt: skip
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 STENCILS = ("norms", "turns", "series", "length", "event", "columns", "run")
+FLOW = ("norms", "turns", "series", "length", "event", "run", "batch", "fused", "drive", "sums", "triples")
+COLUMNS = ("parameters", "links", "products", "sums", "series")
 SPACES: tuple[dict[str, int], ...] = ({"WITH_TURNS": 1}, {}, {"WITH_SPHERE": 1})
 Combination = dict[str, int]
 
@@ -44,6 +46,11 @@ def combinations() -> Iterator[Combination]:
             "ALONE_VECTORS": number // 5 % 2, "ALONE_CART": number % 3, "ALONE_NEWEST": number // 7 % 2, "WITH_DRY": number // 11 % 2, "WITH_RUBS": number // 13 % 2,
             "WITH_TRIPLES": int(form["ALONE_BATCH"] and "WITH_SPHERE" in space and squares),
         }  # fmt: skip
+
+
+def emitted() -> list[Path]:
+    """The stencils of flows and of their columns."""
+    return [path for part in ("flow", "columns") for path in (stencils_folder() / part).iterdir()]
 
 
 def compile_alone(folder: Path, compiler: str, made: list[tuple[int, Combination]], *flags: str) -> None:
@@ -91,9 +98,9 @@ def test_each_behind_those_it_leans_on(count: int, compiler: str, tmp_path: Path
 
 def test_no_stencil_is_left_out() -> None:
     text = (stencils_folder() / "alone.c").read_text(encoding="utf-8")
-    flows = {f"flow/{path.name}" for path in (stencils_folder() / "flow").iterdir()}
-    assert flows == set(re.findall(r'#include "(flow/\w+\.c)"', text))
-    assert flows == {f"flow/{name}.c" for name in (*STENCILS, "batch", "parameters", "fused", "drive", "links", "products", "sums", "triples", "column_sums")}
+    flows = {f"{path.parent.name}/{path.name}" for path in emitted()}
+    assert flows == set(re.findall(r'#include "(\w+/\w+\.c)"', text))
+    assert flows == {f"flow/{name}.c" for name in FLOW} | {f"columns/{name}.c" for name in COLUMNS}
     asked = {
         name for path in flows for name in re.findall(r"WITH_\w+", (stencils_folder() / path).read_text())
     }
@@ -129,7 +136,7 @@ def test_what_is_wrong_is_found(
 def test_what_stands_in_for_a_scene_is_never_emitted() -> None:
     for path in (Path(stencil.__file__).parent).rglob("*.py"):
         assert "alone" not in re.findall(r'instance\("([\w/]+)"', path.read_text(encoding="utf-8"))
-    for path in (stencils_folder() / "flow").iterdir():
+    for path in emitted():
         assert "ALONE" not in path.read_text(encoding="utf-8")
         assert "#include" not in path.read_text(encoding="utf-8")
 

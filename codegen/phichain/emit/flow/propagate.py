@@ -138,7 +138,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
             "stem_cart": f"{stem}_cart", "stem_q": f"{stem}_q", "stem_x": f"{stem}_x", "stem_": f"{tangent}_",
             "STEM_": f"{tangent.upper()}_",
         }  # fmt: skip
-        files = [*(["flow/parameters"] if made.order_along is not None else []), "flow/links" if made.by_links else "flow/products", "flow/column_sums", "flow/columns"]
+        files = [*(["columns/parameters"] if made.order_along is not None else []), "columns/links" if made.by_links else "columns/products", "columns/sums", "columns/series"]
         texts += [instance("flow/norms", norms, wanted), *(instance(name, spelt | wide, wanted) for name in files)]
     texts.append(instance("flow/run", spelt | {"PROPAGATE_DOC": ROWS["propagate"].doc}, wanted))
     return "\n".join(texts).rstrip("\n")
