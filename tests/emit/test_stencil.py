@@ -111,7 +111,7 @@ def test_no_stencil_is_left_out() -> None:
     ("file", "right", "wrong"),
     [
         ("flow/length.c", "memcpy(&bits, length, sizeof bits);", "memcpy(&bits, *length, sizeof bits);"),
-        ("flow/norms.c", "const phi_real share = i < stem_cart", "const int share = i < stem_cart"),
+        ("flow/norms.c", "stem_lanes size = STEM_SIZE(x[i]);", "int size = STEM_SIZE(x[i]);"),
         ("flow/turns.c", "STEM_AT(jet->turns[i], lane) += turns;", ""),
         ("flow/run.c", "#ifdef PHI_WORK_ON_STACK\n    return", "#if WITH_STACKS\n    return"),
     ],
