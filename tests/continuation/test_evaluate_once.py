@@ -17,13 +17,16 @@ from phichain.continuation import (
     Fold,
     Level,
     Options,
+    Point,
     Problem,
     correctors,
     follow,
     start_on,
 )
+from phichain.continuation.met.locate import locate
 from phichain.errors import ArrayError
 from tests import tables
+from tests.continuation.problems import CIRCLE
 
 GUESS, AHEAD = np.array([-1.0, -1.0]), np.array([1.0, 0.0])
 
@@ -95,6 +98,22 @@ def test_a_correction_that_is_trusted_is_not_asked_after(corrector) -> None:
     assert found.jacobian.tolist() == [[2 * guess[0], 1.0]] and found.residual < 1e-15
     exact = corrector(problem, guess, normal, Options(tol=1e-9))
     assert seen.total() > 2 and found.y == pytest.approx(exact.y, abs=1e-13) and exact.jacobian.tolist() == [[2 * exact.y[0], 1.0]]
+
+
+def test_an_event_is_told_by_the_jacobian_of_its_own_place() -> None:
+    """Where the last correction was not asked after and was more than rounding, the Jacobian is: here that of a place 1e-9 farther on a circle."""
+
+    def sloppy(problem: Problem, guess: np.ndarray, normal: np.ndarray, options: Options) -> correctors.Correction:
+        y = guess / np.linalg.norm(guess)
+        far = y + 1e-9 * np.array([-y[1], y[0]])
+        return correctors.Correction(y, 2 * far[None], 0.0, (1e-9,), True, Extra())
+
+    def on_circle(angle: float) -> Point:
+        y = np.array([np.cos(angle), np.sin(angle)])
+        return Point(y, np.array([-y[1], y[0]]), angle, 2 * y[None], 0.0, 0, (), Extra())
+
+    (event,), _ = locate(CIRCLE, on_circle(1.2), on_circle(2.0), [Fold(1)], Engine(corrector=sloppy), 0)
+    assert event.z == pytest.approx([0.0, 1.0], abs=1e-10) and abs(event.value) < 1e-10
 
 
 def test_points_and_events_carry_the_multipliers_of_their_own_solutions() -> None:

@@ -192,7 +192,7 @@ def _settled(problem: Problem, point: Point) -> Point:
 
 
 def _moved(a: Point, b: Point, known: tuple[Point, float], other: tuple[Point, float], s: float) -> tuple[Point, float]:
-    """The point at a place close to a known one, by what changes from another one to that: to the third order of the place, the second of the rest.
+    """The point at a place close to a known one, along its tangent, and what else is known by its change from another one: to the second order.
 
     Args:
         a: One end of the step.
@@ -203,13 +203,12 @@ def _moved(a: Point, b: Point, known: tuple[Point, float], other: tuple[Point, f
     """
     point, left = known
     share = (s - point.arclength) / (point.arclength - other[0].arclength)
-    along = point.tangent + share / 2 * (point.tangent - other[0].tangent)
     across = b.y - a.y
-    moved = across @ (hermite(a, b, s) - hermite(a, b, point.arclength)) / (across @ along)
+    moved = across @ (hermite(a, b, s) - hermite(a, b, point.arclength)) / (across @ point.tangent)
     extra, before = point.extra, other[0].multipliers
     if point.multipliers.shape == before.shape:
         extra = Extra(point.multipliers + share * (point.multipliers - before), extra.found)
-    return replace(point, y=point.y + moved * along, arclength=s, extra=extra), left + share * (left - other[1])
+    return replace(point, y=point.y + moved * point.tangent, arclength=s, extra=extra), left + share * (left - other[1])
 
 
 @lru_cache
