@@ -17,13 +17,16 @@ from phichain.continuation import (
     Fold,
     Level,
     Options,
+    Point,
     Problem,
     correctors,
     follow,
     start_on,
 )
+from phichain.continuation.met.locate import locate
 from phichain.errors import ArrayError
 from tests import tables
+from tests.continuation.problems import CIRCLE
 
 GUESS, AHEAD = np.array([-1.0, -1.0]), np.array([1.0, 0.0])
 
@@ -85,6 +88,34 @@ def test_a_run_evaluates_once_per_iterate_and_no_more() -> None:
     assert seen.total() == int(np.sum(branch.iterations[1:] + 1))
 
 
+@pytest.mark.parametrize("corrector", [correctors.pseudo_arclength, correctors.moore_penrose])
+def test_a_correction_that_is_trusted_is_not_asked_after(corrector) -> None:
+    """Newton's last step is right to the square of itself; the Jacobian is that of the place before it."""
+    seen: Counter[tuple[float, ...]] = Counter()
+    problem, guess, normal = parabola(seen), np.array([-1.0 - 1e-7, -1.0]), np.array([0.6, -0.8])
+    found = corrector(problem, guess, normal, Options(tol=1e-9, trust=1e-6))
+    assert found.converged and found.iterations == 1 and seen.total() == 1
+    assert found.jacobian.tolist() == [[2 * guess[0], 1.0]] and found.residual < 1e-15
+    exact = corrector(problem, guess, normal, Options(tol=1e-9))
+    assert seen.total() > 2 and found.y == pytest.approx(exact.y, abs=1e-13) and exact.jacobian.tolist() == [[2 * exact.y[0], 1.0]]
+
+
+def test_an_event_is_told_by_the_jacobian_of_its_own_place() -> None:
+    """Where the last correction was not asked after and was more than rounding, the Jacobian is: here that of a place 1e-9 farther on a circle."""
+
+    def sloppy(problem: Problem, guess: np.ndarray, normal: np.ndarray, options: Options) -> correctors.Correction:
+        y = guess / np.linalg.norm(guess)
+        far = y + 1e-9 * np.array([-y[1], y[0]])
+        return correctors.Correction(y, 2 * far[None], 0.0, (1e-9,), True, Extra())
+
+    def on_circle(angle: float) -> Point:
+        y = np.array([np.cos(angle), np.sin(angle)])
+        return Point(y, np.array([-y[1], y[0]]), angle, 2 * y[None], 0.0, 0, (), Extra())
+
+    (event,), _ = locate(CIRCLE, on_circle(1.2), on_circle(2.0), [Fold(1)], Engine(corrector=sloppy), 0)
+    assert event.z == pytest.approx([0.0, 1.0], abs=1e-10) and abs(event.value) < 1e-10
+
+
 def test_points_and_events_carry_the_multipliers_of_their_own_solutions() -> None:
     branch = run(parabola())
     assert branch.multipliers.shape == (len(branch), 2) and np.iscomplexobj(branch.multipliers)
@@ -92,7 +123,7 @@ def test_points_and_events_carry_the_multipliers_of_their_own_solutions() -> Non
     kinds = [event.kind for event in branch.events]
     assert kinds == ["fold", "end"]
     for event in branch.events:
-        assert np.array_equal(event.multipliers, rates(event.z))
+        assert event.multipliers == pytest.approx(rates(event.z), abs=1e-12)
     # An exchange of stability at the fold: the real eigenvalue passes zero there, its neighbour does not.
     assert abs(branch.events[0].multipliers[0]) < 1e-13 and branch.events[0].multipliers[1].real == -1
 

@@ -35,6 +35,24 @@ def test_a_smooth_zero_takes_few_values(name: str) -> None:
     assert found in asked and len(asked) <= most
 
 
+@pytest.mark.parametrize("name", SMOOTH)
+def test_a_zero_near_to_what_is_known_needs_no_value_of_its_own(name: str) -> None:
+    """As good as the other, though the function was never asked there, and at most as many values."""
+    of, low, high, exact, most = SMOOTH[name]
+    counts = []
+    for near in (0.0, 1e-6):
+        asked: list[float] = []
+
+        def noted(x: float, asked: list[float] = asked) -> float:
+            asked.append(x)
+            return of(x)
+
+        found = zero_between(noted, low, high, (of(low), of(high)), 1e-14, near=near)
+        counts.append(len(asked))
+    assert abs(found - exact) < 1e-13 and counts[1] <= counts[0] <= most
+    assert (found in asked) == (counts[1] == counts[0]) and min(abs(x - found) for x in asked) < 1e-6
+
+
 def test_values_beyond_the_bracket_spare_values_within() -> None:
     of = lambda x: math.expm1(x) - 0.05 + 0.3 * math.sin(3 * x) * x
     counts = []

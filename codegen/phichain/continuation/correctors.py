@@ -45,9 +45,9 @@ class Correction(Held):
 
     def point(self, along: Vector, arclength: float) -> Point:
         """The last iterate as a point of its curve, its tangent turned towards `along`."""
-        return Point(
-            self.y, tangent_of(self.jacobian, along), arclength, self.jacobian, self.residual, self.iterations,
-            self.corrections, self.extra,
+        return Point.made(
+            y=self.y, tangent=tangent_of(self.jacobian, along), arclength=arclength, jacobian=self.jacobian, residual=self.residual,
+            iterations=len(self.corrections), corrections=self.corrections, extra=self.extra,
         )  # fmt: skip
 
 
@@ -97,11 +97,14 @@ def _newton(
             break
         y = y + correction
         sizes.append(length)
+        if converged := length <= options.trust * scale:
+            residual = residual + jacobian @ correction
+            break
         residual, jacobian, extra = problem.at(y)
         converged = length <= options.tol * scale
     finite = are_finite(jacobian) and are_finite(residual)
     left = relative_residual(residual, jacobian, y) if finite else float("inf")
-    return Correction(y, jacobian, left, tuple(sizes), converged and finite, extra)
+    return Correction.made(y=y, jacobian=jacobian, residual=left, corrections=tuple(sizes), converged=converged and finite, extra=extra)
 
 
 def _is_worth_it(residual: Vector, sizes: list[float]) -> bool:

@@ -21,6 +21,8 @@ class Options:
         max_points: Number of points after which the run ends.
         tol: Newton stops when its last correction is below tol (1 + |y|), y the scaled unknowns; convergence is
             quadratic, so what is left is about its square. It takes no correction that is rounding.
+        trust: A correction below trust (1 + |y|) is taken without asking the problem again: the Jacobian, and what came with it, stay those of the
+            place before. Nothing is trusted on the way of a run, for one that goes on finds only the places; events are looked for so.
         max_iterations: Newton iterations allowed per point.
         max_angle: Largest turn of the tangent in one step, rad; larger ones are repeated with a smaller step, which
             keeps the run from jumping to another branch.
@@ -34,6 +36,7 @@ class Options:
     step_max: float = 0.2
     max_points: int = 1000
     tol: float = 1e-11
+    trust: float = 0.0
     max_iterations: int = 7
     max_angle: float = 0.3
     aim_angle: float = 0.1
@@ -41,7 +44,8 @@ class Options:
 
     def __post_init__(self) -> None:
         for item in fields(self):
-            value: Any = positive(f"options.{item.name}", getattr(self, item.name), "leave it out")
+            given = getattr(self, item.name)
+            value: Any = 0.0 if item.name == "trust" and given == 0 else positive(f"options.{item.name}", given, "leave it out")
             if item.name in ("max_points", "max_iterations"):
                 value = whole(f"options.{item.name}", value, 2, 2**31, "leave it out")
             object.__setattr__(self, item.name, value)

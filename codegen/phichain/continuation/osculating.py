@@ -31,25 +31,28 @@ def osculating(near: Sequence[Point], axis: Vector, place: float) -> Vector | No
     Returns:
         y there (n + 1,), its own distance `place` but for rounding; None where no point goes along the axis.
     """
-    known = np.array([[point.y, point.tangent] for point in near])
-    rises = [(own, along, k) for k, (own, along) in enumerate((known @ axis).tolist()) if along > _TURNED]
-    rises.sort(key=lambda item: abs(item[0] - place))
+    known = np.array([(point.y, point.tangent) for point in near])
+    rises = [(abs(own - place), own, along, k) for k, (own, along) in enumerate((known @ axis).tolist()) if along > _TURNED]
+    rises.sort()
     kept: list[tuple[float, float, int]] = []
-    for item in rises:
-        if all(abs(item[0] - other) > _APART * abs(item[0] - place) for other, _, _ in kept):
-            kept.append(item)
+    for far, own, along, k in rises:
+        for other, _, _ in kept:
+            if abs(own - other) <= _APART * far:
+                break
+        else:
+            kept.append((own, along, k))
     if not kept:
         return None
     weights = np.zeros((len(near), 2))
     for own, along, k in kept:
-        lagrange, bend = 1.0, 0.0
+        lagrange, bend, off = 1.0, 0.0, place - own
         for other, _, j in kept:
             if j != k:
                 apart = own - other
                 lagrange *= (place - other) / apart
                 bend += 1 / apart
         # Hermite's form: Lagrange's polynomial, squared, times what makes value or slope 1 at the place.
-        square, off = lagrange * lagrange, place - own
+        square = lagrange * lagrange
         weights[k] = (1 - 2 * off * bend) * square, off * square / along
     there: Vector = weights.ravel() @ known.reshape(-1, len(axis))
     return there

@@ -60,23 +60,17 @@ class LateExtra(Extra):
         """Keep what makes both."""
         self.__dict__["_make"] = make
 
-    @property
-    def multipliers(self) -> Multipliers:
-        """As in `Extra`."""
-        return self._both()[0]
+    def __getattr__(self, name: str) -> Any:
+        """Either of both when it is first read; from then on they are attributes as of any `Extra`.
 
-    @property
-    def found(self) -> Any:
-        """As in `Extra`."""
-        return self._both()[1]
-
-    def _both(self) -> tuple[Multipliers, Any]:
-        """Both, made once."""
-        if "_made" not in self.__dict__:
-            multipliers, found = self.__dict__["_make"]()
-            self.__dict__["_made"] = held(multipliers, complex), found
-        made: tuple[Multipliers, Any] = self.__dict__["_made"]
-        return made
+        Raises:
+            AttributeError: There is no such field.
+        """
+        if name not in ("multipliers", "found"):
+            raise AttributeError(name)
+        multipliers, found = self.__dict__["_make"]()
+        self.__dict__["multipliers"], self.__dict__["found"] = held(multipliers, complex), found
+        return self.__dict__[name]
 
 
 class Evaluation(NamedTuple):

@@ -25,6 +25,10 @@ _LONGEST: Final = (0.08, 0.02)
 """Steps of a family, and of one near the rest, where it meets the chain that hangs still: longer ones could leap over that."""
 _NEAR: Final = 0.25
 """Largest angle, rad, near the rest."""
+_ROUGH: Final = 1e-6
+"""Corrections that are good enough, and taken without asking again, on the way to a name."""
+_FLOW: Final = 1e-9
+"""Tolerance of the flow there."""
 _STEPS: Final = 400
 _TURNING: Final = 5
 """Traversals from which energy and frequency turn at the cover itself."""
@@ -55,8 +59,8 @@ def mode_of(system: System, p: Parameters | None, modes: LinearModes, z: Vector)
     The family is followed to small amplitudes, where it has the mode's frequency and shape.
     """
     nearest = int(np.argmin(np.abs(modes.omega / z[-1] - 1)))
-    problem = quarter_problem(system, p, omega=float(modes.omega[nearest]), shape=modes.shapes[:, nearest])
-    far, near = (Engine(predictors.osculating, options=Options(step_max=longest, tol=1e-9)) for longest in _LONGEST)
+    problem = quarter_problem(system, p, omega=float(modes.omega[nearest]), shape=modes.shapes[:, nearest], tol=_FLOW)
+    far, near = (Engine(predictors.osculating, options=Options(step_max=longest, tol=_ROUGH, trust=_ROUGH)) for longest in _LONGEST)
     try:
         start = start_on(problem, z, np.append(-z[:-1], 0.0), far)
         for engine, until in ((far, _NEAR), (near, 0.0)):

@@ -34,8 +34,8 @@ from phichain.system import Parameters, System, Vector
 from phichain.system.propagation import carrier
 
 EPS = float(np.finfo(float).eps)
-_TOLERANCE = 16 * EPS
-"""That of the flow, which aims 2^8 below it in every step: a sixteenth of rounding."""
+_TOLERANCE = 256 * EPS
+"""That of the flow, which aims 2^8 below it in every step: at rounding."""
 _STEPS = 20_000
 """Steps of a quarter period that are worth taking: where Newton asks for more it has gone astray."""
 
@@ -90,7 +90,7 @@ def ordered(kappa: Multipliers) -> Multipliers:
     return kappa if len(kappa) == 1 else kappa[np.lexsort((kappa.imag, -kappa.real))]
 
 
-def quarter_problem(system: System, p: Parameters | None = None, *, omega: float, shape: Vector) -> Problem:
+def quarter_problem(system: System, p: Parameters | None = None, *, omega: float, shape: Vector, tol: float = _TOLERANCE) -> Problem:
     """theta(T/4; q_0) = 0 as a continuation problem with unknowns (q_0, omega), T = 2 pi / omega.
 
     A cart starts where its centre of mass is above the place at which the chain hangs straight: x(T/4) = 0.
@@ -100,6 +100,7 @@ def quarter_problem(system: System, p: Parameters | None = None, *, omega: float
         p: Runtime parameters.
         omega: Frequency of the linear mode, rad/s: its size.
         shape: Shape of the mode (nq,); a cart counts in units of its share.
+        tol: Tolerance of the flow.
 
     Raises:
         AbsentFunctionError: A function is missing.
@@ -110,7 +111,7 @@ def quarter_problem(system: System, p: Parameters | None = None, *, omega: float
     identity = np.eye(2 * nq)
     _, at_rest = _inertia(np.asarray(mass_of(still, **parameters)), carts)
     end = _root(at_rest).T
-    carry = carrier(flow, 2 * (nq - carts), _TOLERANCE, _STEPS, parameters)
+    carry = carrier(flow, 2 * (nq - carts), tol, _STEPS, parameters)
 
     def evaluate(z: Vector) -> Evaluation:
         omega = float(z[-1])

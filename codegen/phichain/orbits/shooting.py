@@ -33,6 +33,10 @@ FLAT = 3e-5
 """|dV| |theta| / 2 V of a rest below which it is an equilibrium: what is left of dV and of the family's tangent there is rounding."""
 NEEDED = ("propagate", "mass_matrix", "energy")
 """Functions that shooting calls."""
+SETTINGS = Options(step=0.01, step_max=0.1, max_points=5000, tol=1e-9)
+_PAIR = 2
+LONG = Options(step=0.01, step_max=0.2, max_points=5000, tol=1e-9, aim_angle=0.15)
+"""As long as a predictor of order ten allows, where no two pairs of multipliers meet and part again within a step."""
 START = 1e-2
 """Largest angle of the first point, rad: below it the digits of omega's change with amplitude are lost."""
 
@@ -60,9 +64,10 @@ def demand_shooting(system: System, needed: Sequence[str] = NEEDED) -> None:
         )  # fmt: skip
 
 
-def settings(options: Options | None) -> Engine:
-    """Predictor, corrector and options of a family of brake orbits."""
-    return Engine(predictors.osculating, options=options or Options(step=0.01, step_max=0.1, max_points=5000, tol=1e-9))
+def settings(options: Options | None, links: int = 0) -> Engine:
+    """Predictor, corrector and options of a family of brake orbits; of one or two links, steps may be longer."""
+    usual = LONG if 0 < links <= _PAIR else SETTINGS
+    return Engine(predictors.osculating, options=options or usual)
 
 
 def trace_shooting(

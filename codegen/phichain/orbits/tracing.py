@@ -142,7 +142,7 @@ def trace(
             raise ArrayError(field, given, f"is no {kind.__name__}", "leave it out, or make one")
     if harmonics is not None:
         follow = partial(follow, harmonics=kept_harmonics(harmonics, chosen))
-    chosen_engine = engine or family.settings(options)
+    chosen_engine = engine or (shooting.settings(options, system.links) if family is shooting else family.settings(options))
     if limits:
         chosen_engine = replace(chosen_engine, options=limited(chosen_engine.options, limits))
     is_begun = not begins and (start is not None or (earlier is not None and earlier.mode == 0))

@@ -176,7 +176,8 @@ def test_a_crossing_is_followed_as_the_event_that_it_is() -> None:
     own, other = (
         vary(rods(), "length[1]", start, 0.502, p=RODS_P, options=SHORT) for start in ((swings(), event), (family, crossing))
     )
-    assert other.closing == "quarter; odd loss" and other.points[-1] == pytest.approx(own.points[-1], abs=1e-9)
+    # An orbit and its mirror image are half a period apart: which rest is found first is a matter of rounding.
+    assert other.closing == "quarter; odd loss" and np.abs(other.points[-1]) == pytest.approx(np.abs(own.points[-1]), abs=1e-9)
     with pytest.raises(ArrayError, match="opens into a gap"):
         vary(rods(), "length[1]", (swings(), replace(event, kind="branch point", z=swings().points[30])), 0.502, p=RODS_P)
 

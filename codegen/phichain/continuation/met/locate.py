@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from phichain.continuation.met.specials import Special
 from phichain.continuation.osculating import osculating
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.predictors import hermite
-from phichain.continuation.problem import Problem, relative_residual
+from phichain.continuation.problem import Extra, Problem, relative_residual
 
 Curve = Callable[[float], Point]
 SPACING = 1e-14
@@ -28,6 +29,12 @@ _CENTRED = 1e-2
 """How far off the centre of the neighbourhood of a singular point may be, in half its width."""
 _NEAR = 3
 """Points on either side of a place that it is guessed from."""
+_TRUST = 1e-8
+"""Corrections that are taken without asking again: what they leave is their square, in units of what the problem bends."""
+_SETTLED = 1e-14
+"""Corrections after which the Jacobian at the last place of an event is asked for once more."""
+_BESIDE = 1e-9
+"""How far from a place that is known an event may be for what both are to follow from two such places, in units of 1 + s."""
 
 
 def values_at(problem: Problem, point: Point, tests: Sequence[TestFunction]) -> tuple[float, ...]:
@@ -76,8 +83,8 @@ def locate(
     between = _between(problem, a, b, [test for test, _, _ in crossed], engine, earlier)
     for test, after, k in crossed:
         beyond = [(point.arclength, row[k]) for point, row in before]
-        at = b if after == 0 else _located(problem, a, b, test, between, engine, beyond)
-        special = Special(test.name, index, at.z(problem), at.arclength, test.value(problem, at), at.multipliers)
+        at, left = (b, after) if after == 0 else _located(problem, a, b, test, between, engine, beyond)
+        special = Special(test.name, index, at.z(problem), at.arclength, left, at.multipliers)
         found.append((special, at, _is_end(problem, test, at)))
     found.sort(key=lambda item: item[0].arclength)
     last = next((k for k, (_, _, terminal) in enumerate(found) if terminal), None)
@@ -99,24 +106,34 @@ def _between(
     """The curve between two points, whatever lies there."""
     singular = next((test for test in crossed if isinstance(test, BranchPoint)), None)
     if singular is None:
-        return curve(problem, a, b, engine, earlier)
+        return curve(problem, a, b, _trusting(engine), earlier)
     beside = curve(problem, a, b, loosened(engine), earlier)
-    rough = _root(problem, a, b, singular, beside, _ROUGH).arclength
+    rough = _root(problem, a, b, singular, beside, _ROUGH)[0].arclength
     first = through(problem, a, b, rough, beside)
     # Once more from the better centre where the rough one, at which Newton stalls, is off.
-    centre = _root(problem, a, b, singular, first, _ROUGH).arclength
+    centre = _root(problem, a, b, singular, first, _ROUGH)[0].arclength
     return first if abs(centre - rough) < _CENTRED * half_width(a, b) else through(problem, a, b, centre, beside)
 
 
 def _located(
     problem: Problem, a: Point, b: Point, test: TestFunction, between: Curve, engine: Engine, beyond: Sequence[tuple[float, float]]
-) -> Point:
-    """The zero of a test function; of a level that can be held only roughly at first, and from there exactly where Newton lands."""
+) -> tuple[Point, float]:
+    """The zero of a test function, and what is left of it; of a level that can be held only roughly at first, and from there exactly where Newton lands."""
     if isinstance(test, Level) and test.held is not None:
-        rough = _root(problem, a, b, test, between, _ROUGH, beyond)
+        rough = _root(problem, a, b, test, between, _ROUGH, beyond)[0]
         if (landed := _landed(problem, rough, test, engine)) is not rough:
-            return landed
-    return _landed(problem, _root(problem, a, b, test, between, SPACING, beyond), test, engine)
+            return landed, test.value(problem, landed)
+    if _is_passed(test):
+        at, left = _root(problem, a, b, test, between, SPACING, beyond, _BESIDE)
+    else:
+        at, left = _root(problem, a, b, test, between if isinstance(test, BranchPoint) else curve(problem, a, b, engine), SPACING, beyond)
+    landed = _landed(problem, at, test, engine)
+    return (at, left) if landed is at else (landed, test.value(problem, landed))
+
+
+def _is_passed(test: TestFunction) -> bool:
+    """Whether a run goes on beyond a zero, which is smooth: nothing starts again there, and no multipliers meet."""
+    return not (test.terminal or getattr(test, "ends", None) is not None or getattr(test, "in_pairs", False))
 
 
 def _landed(problem: Problem, at: Point, test: TestFunction, engine: Engine) -> Point:
@@ -138,21 +155,66 @@ def _landed(problem: Problem, at: Point, test: TestFunction, engine: Engine) -> 
 
 def root(problem: Problem, a: Point, b: Point, test: TestFunction, engine: Engine, spacing: float = SPACING) -> Point:
     """The point between two of a curve at which a test function vanishes that has two signs at them; in units of 1 + s so far off at most."""
-    return _root(problem, a, b, test, curve(problem, a, b, engine), spacing)
+    return _root(problem, a, b, test, curve(problem, a, b, engine), spacing)[0]
 
 
 def _root(
     problem: Problem, a: Point, b: Point, test: TestFunction, between: Curve, spacing: float = SPACING,
-    beyond: Sequence[tuple[float, float]] = (),
-) -> Point:  # fmt: skip
-    seen = {a.arclength: a, b.arclength: b}
+    beyond: Sequence[tuple[float, float]] = (), near: float = 0.0,
+) -> tuple[Point, float]:  # fmt: skip
+    """The zero of a test function along a curve, and what is left of it there."""
+    ends = test.value(problem, a), test.value(problem, b)
+    seen = {a.arclength: (a, ends[0]), b.arclength: (b, ends[1])}
 
     def of(s: float) -> float:
-        seen[s] = between(s)
-        return test.value(problem, seen[s])
+        point = between(s)
+        seen[s] = point, test.value(problem, point)
+        return seen[s][1]
 
-    ends = test.value(problem, a), test.value(problem, b)
-    return seen[zero_between(of, a.arclength, b.arclength, ends, spacing * (1 + b.arclength), beyond)]
+    size = 1 + b.arclength
+    place = zero_between(of, a.arclength, b.arclength, ends, spacing * size, beyond, near * size)
+    best = min(seen, key=lambda s: abs(s - place))
+    point, left = seen[best]
+    other, before = seen[min((s for s in seen if s != best), key=lambda s: abs(s - best))]
+    if spacing < _ROUGH and max(point.corrections[-1:], default=0.0) > _SETTLED:
+        point = _settled(problem, point)
+        left = test.value(problem, point)
+        if near:
+            place = best - left * (best - other.arclength) / (left - before) if left != before else best
+    return (point, left) if place == best else _moved(a, b, (point, left), (other, before), place)
+
+
+def _settled(problem: Problem, point: Point) -> Point:
+    """A point with the Jacobian of its own place."""
+    residual, jacobian, extra = problem.at(point.y)
+    left = relative_residual(residual, jacobian, point.y)
+    return Point(point.y, tangent_of(jacobian, point.tangent), point.arclength, jacobian, left, point.iterations, (), extra)
+
+
+def _moved(a: Point, b: Point, known: tuple[Point, float], other: tuple[Point, float], s: float) -> tuple[Point, float]:
+    """The point at a place close to a known one, along its tangent, and what else is known by its change from another one: to the second order.
+
+    Args:
+        a: One end of the step.
+        b: The other.
+        known: The known point, and the test function there.
+        other: The other, likewise.
+        s: The place.
+    """
+    point, left = known
+    share = (s - point.arclength) / (point.arclength - other[0].arclength)
+    across = b.y - a.y
+    moved = across @ (hermite(a, b, s) - hermite(a, b, point.arclength)) / (across @ point.tangent)
+    extra, before = point.extra, other[0].multipliers
+    if point.multipliers.shape == before.shape:
+        extra = Extra(point.multipliers + share * (point.multipliers - before), extra.found)
+    return replace(point, y=point.y + moved * point.tangent, arclength=s, extra=extra), left + share * (left - other[1])
+
+
+@lru_cache
+def _trusting(engine: Engine) -> Engine:
+    """The engine that takes small corrections as they are, which serves where nothing is singular."""
+    return replace(engine, options=replace(engine.options, trust=max(engine.options.trust, _TRUST)))
 
 
 def curve(problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence[Point] = ()) -> Curve:

@@ -13,13 +13,14 @@ _LAST: Final = 4e-16
 """Moves of that zero, in units of itself, that are rounding."""
 _PATIENCE: Final = 3
 """Values after which the bracket has to be half as long, or is halved."""
+_TWO_ENDS: Final = 2
 _ROUNDING: Final = 1e-11
 """Moves, in units of the place, below which one that does not shrink is rounding."""
 
 
 def zero_between(
     of: Callable[[float], float], low: float, high: float, ends: tuple[float, float], spacing: float,
-    beyond: Sequence[tuple[float, float]] = (),
+    beyond: Sequence[tuple[float, float]] = (), near: float = 0.0,
 ) -> float:  # fmt: skip
     """Where a function vanishes that has two signs.
 
@@ -33,9 +34,10 @@ def zero_between(
         ends: Its values there, of two signs.
         spacing: How far off the zero may be; rounding of the function may leave more.
         beyond: Places outside and the values there, where the function is known.
+        near: How far the zero may lie from a place at which `of` was called: what the polynomial does not know is a small share of that.
 
     Returns:
-        A place at which `of` was called, or an end at which it vanishes.
+        A place at which `of` was called, or one as near to such a place, or an end at which it vanishes.
     """
     known = [(low, ends[0]), (high, ends[1])]
     a, b = sorted(known)
@@ -46,6 +48,8 @@ def zero_between(
         move = abs(place - best[0])
         is_known = best not in ((low, ends[0]), (high, ends[1]))
         is_rounding = move < _ROUNDING * (1 + abs(place)) and 2 * move > last_move
+        if len(known) > _TWO_ENDS + 1 and is_known and move <= near and a[0] < place < b[0]:
+            return place
         if b[0] - a[0] <= spacing or (is_known and (move <= spacing or is_rounding)):
             if is_known:
                 return best[0]
@@ -71,8 +75,13 @@ def _interpolated(known: Sequence[tuple[float, float]], a: tuple[float, float], 
     nodes, close = [a, b], _ROUNDING * (1 + abs(middle))
     for pair in sorted(known, key=lambda pair: abs(pair[0] - middle)):
         # Values closer than rounding differ by rounding, and say nothing of a slope.
-        if len(nodes) < _NODES and all(abs(pair[0] - place) > close for place, _ in nodes):
+        for place, _ in nodes:
+            if abs(pair[0] - place) <= close:
+                break
+        else:
             nodes.append(pair)
+            if len(nodes) == _NODES:
+                break
     places, weights = [place for place, _ in nodes], [value for _, value in nodes]
     for order in range(1, len(nodes)):
         for k in range(len(nodes) - 1, order - 1, -1):
