@@ -18,12 +18,12 @@ from phichain.contract.functions import FUNCTIONS
 from phichain.scene.keys import TABLES
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted({*(ROOT / "docs").glob("*.md"), *(ROOT / name for name in stage.PAGES)})
+PAGES = sorted({*(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "notebooks").glob("*.md"), *(ROOT / name for name in stage.PAGES)})
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT).with_suffix("")))
 def test_links_of_a_page_lead_somewhere(page: Path) -> None:
-    assert [str(link) for link in stage._linked(page.read_text(), page.parent) if not link.exists()] == []
+    assert [str(link) for link in stage.linked(page.read_text(), page.parent) if not link.exists()] == []
 
 
 def test_blocks_that_need_no_building_are_right(tmp_path: Path) -> None:
