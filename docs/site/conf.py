@@ -97,3 +97,4 @@ def setup(app: Any) -> None:
     """Register what this site does its own way."""
     app.add_html_math_renderer("mathml", (_inline, None), (_display, None))
     app.connect("autodoc-process-docstring", as_written, priority=300)
+    app.connect("source-read", gallery.without_folders)

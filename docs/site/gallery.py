@@ -62,6 +62,12 @@ def slug(title: str) -> str:
     return re.sub(r"[^\w\- ]", "", title.lower()).strip().replace(" ", "-")
 
 
+def without_folders(app: Any, docname: str, source: list[str]) -> None:
+    """Take the folder of the build from what scripts print of the files that they wrote; told by Sphinx when it reads a page."""
+    if docname.startswith(f"{FOLDER}/"):
+        source[0] = source[0].replace(f"{app.srcdir}/examples/", "")
+
+
 def saved(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
     """Pictures that a script has written under generated/figures, each shown once, as reStructuredText."""
     from sphinx_gallery.scrapers import figure_rst

@@ -63,6 +63,14 @@ def test_what_a_script_writes_is_shown_once(tmp_path: Path, monkeypatch: pytest.
     assert gallery.saved(SimpleNamespace(), block, {"src_dir": str(tmp_path)}) == ""
 
 
+def test_pages_of_scripts_say_no_folder_of_the_machine_that_built_them() -> None:
+    app, text = SimpleNamespace(srcdir="/there/build/site"), "wrote /there/build/site/examples/generated/figures/a.png"
+    for name, said in ((f"{gallery.FOLDER}/a", "wrote generated/figures/a.png"), ("docs/start", text)):
+        source = [text]
+        gallery.without_folders(app, name, source)
+        assert source == [said]
+
+
 def test_the_gallery_begins_with_the_figures_of_both_papers() -> None:
     text = gallery.head(ROOT)
     shown = re.findall(r"^\.\. image:: /(docs/img/\S+)$", text, re.MULTILINE)
