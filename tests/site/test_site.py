@@ -37,6 +37,13 @@ def test_blocks_that_need_no_building_are_right(tmp_path: Path) -> None:
     assert len(said) == 5 and "no option --tea" in said[2] + said[3] + "".join(said) and any('did you mean "mass"' in line for line in said)
 
 
+def test_python_that_nothing_runs_is_told(tmp_path: Path) -> None:
+    assert list(blocks.indented(ROOT)) == []
+    (tmp_path / "docs").mkdir()
+    (tmp_path / "README.md").write_text("Words.\n\n    motor = rigs.Motor(resistance=0.4)\n\n    phase = c_call(&state, t);\n\n```text\n    import this\n```\n\n    phichain info\n")
+    assert list(blocks.indented(tmp_path)) == ["README.md:3: is Python that nothing runs; fence it as ```python"]
+
+
 def test_references_leave_nothing_out() -> None:
     pages = reference.pages()
     assert set(pages) == set(reference.NAMES)
