@@ -99,7 +99,7 @@ firmware: $(READY) ## generated C on emulated microcontrollers, point by point; 
 rigs: $(READY) ## the pictures of docs/rigs.md: three rigs held upright
 	@$(PY) -m benchmarks.rigs
 
-docs: $(READY_DOCS) ## the documentation site, strict, every code block run: generated/site/index.html
+docs: $(READY_DOCS) ## the documentation site, strict, every code block, notebook and script run: generated/site/index.html
 	@$(PY) -m docs.site --out '$(OUT)/site'
 
 links: $(READY_DOCS) ## ask every address that pages name whether it is there; says where there is no network

@@ -20,8 +20,8 @@ from benchmarks import campaign
 from benchmarks.plan import FULL, TINY
 from benchmarks.table import write
 
-APART: Final = {"stability": ["--write"], "work_precision": ["--write"]}
-"""Made by ``make stability`` and ``make report``, or by name; not part of ``make bench``."""
+APART: Final = {"stability": ["--write"], "work_precision": ["--write"], "front_door": ["--write"]}
+"""Made by ``make stability``, ``make report`` and ``make bench-front-door``, or by name; not part of ``make bench``."""
 
 MODULES: Final = {
     "forward_dynamics": "benchmarks.dynamics.forward",

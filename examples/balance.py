@@ -1,4 +1,8 @@
-"""Balance paper B's five links upright on their cart, from gains to the nonlinear closed loop.
+"""
+Five links upright on their cart
+================================
+
+Balance paper B's chain on its cart, from gains to the nonlinear closed loop::
 
     python examples/balance.py
 """

@@ -1,4 +1,8 @@
-"""Follow both families of limit cycles of paper A's double pendulum and check the first point against theory.
+"""
+Families of limit cycles
+========================
+
+Follow both families of paper A's double pendulum by one harmonic, and check the first point against theory::
 
     python examples/family.py
 """

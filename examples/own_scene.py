@@ -1,4 +1,8 @@
-"""A scene of your own, in Python instead of TOML: a crane's cable with a load, whose cart mass stays open.
+"""
+A scene of your own
+===================
+
+In Python instead of TOML: a crane's cable with a load, whose cart mass stays open::
 
     python examples/own_scene.py
 """
@@ -6,6 +10,8 @@
 import numpy as np
 
 from phichain import Scene, build, simulate
+from phichain.report import figures
+from phichain.report.style import save
 
 crane = Scene(
     "crane",
@@ -24,3 +30,4 @@ start = ([0.0, 0.3, 0.0, 0.0], [0.0] * 4)  # cart and joint angles, and their ra
 for cart_mass in (5.0, 50.0, 500.0):
     motion = simulate(system, start, 20.0, p={"cart_mass": cart_mass})
     print(f"cart of {cart_mass:5.0f} kg: it travels {np.ptp(motion.q[:, 0]):.3f} m while the load swings out")
+print("wrote", save(figures.motion(system, motion), "generated/figures/own_scene.png", of=motion))

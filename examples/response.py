@@ -1,4 +1,9 @@
-"""Drive a damped link by a torque A cos(omega t): its response bends over and folds. Beside it: how long the Fourier series of free swings get.
+"""
+A driven link bends over
+========================
+
+Drive a damped link by a torque A cos(omega t): its response bends over and folds. Beside it: how long the Fourier series of free
+swings get::
 
     python examples/response.py
 """

@@ -1,4 +1,8 @@
-"""Simulate paper A's double pendulum: build, simulate, look at energy and angles, draw.
+"""
+A double pendulum, let go
+=========================
+
+Simulate paper A's: build, simulate, look at energy and angles, draw::
 
     python examples/swing.py
 """

@@ -1,4 +1,8 @@
-"""Swing two links on a cart up, with masses that are wrong by ten per cent, and draw it as a strip.
+"""
+Two links, swung up
+===================
+
+On a cart, with masses that are wrong by ten per cent, drawn as a strip::
 
     python examples/swing_up.py
 """
@@ -15,3 +19,11 @@ found = swing_up(system, limit=20.0, rail=1.0, errors=wrong, runs=100, report=pr
 print(found)
 print("C in", generate_swingup(found.law, "generated").name)
 print("wrote", save(strip(system, found.plan), "generated/figures/swing_up.png", of=found.plan))
+
+# %%
+# The plan as a strip, the angles, the cart and its force:
+#
+# .. image:: /docs/img/swing_up_two.png
+#    :alt: Two links on a cart, swung up
+
+# sphinx_gallery_thumbnail_path = 'docs/img/swing_up_two.png'

@@ -85,7 +85,7 @@ def rigid_links() -> Figure:
         words(ax, (x - 0.02, -0.95), "$e'$", color=ACCENT, fontsize=9)
     for left, right in ((3.6, 4.3), (7.0, 7.7)):
         arrow(ax, (right + 0.06, -0.32), (left + 0.02, 1.18), "becomes\nits $e$", color=ACCENT, off=(-0.62, -0.1), fontsize=8)
-    words(ax, (-0.05, -0.5), "to the cart,\nor nobody", color=ACCENT, fontsize=7.5, ha="center")
+    words(ax, (0.12, -0.5), "to the cart,\nor nobody", color=ACCENT, fontsize=7.5, ha="center")
     return picture
 
 

@@ -16,8 +16,11 @@ from pathlib import Path
 from typing import Any
 
 _FENCE = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+_FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 _COMMAND = re.compile(r"^    (phichain (?:.*\\\n)*.+)$", re.MULTILINE)
 """An indented command, whose lines may go on behind a backslash."""
+_LEFT = re.compile(r"^    (?:from \w[\w.]* import |import \w|[a-z_]\w*(?:, [a-z_]\w*)* = \w[\w.]*\(|print\()(?!.*;$)", re.MULTILINE)
+"""An indented line that is Python, and so is not run."""
 _LIMIT = 600
 
 
@@ -34,9 +37,21 @@ class Block:
         return f"{self.page}:{self.line}"
 
 
+def _pages(root: Path) -> tuple[Path, ...]:
+    return (root / "README.md", *sorted((root / "docs").glob("*.md")), *sorted((root / "docs" / "notebooks").glob("*.md")))
+
+
+def indented(root: Path) -> Iterator[str]:
+    """Where Python stands that nothing runs."""
+    for page in _pages(root):
+        text = _FENCED.sub(lambda fenced: "\n" * fenced[0].count("\n"), page.read_text())
+        for match in _LEFT.finditer(text):
+            yield f"{page.relative_to(root)}:{text[: match.start()].count(chr(10)) + 1}: is Python that nothing runs; fence it as ```python"
+
+
 def blocks(root: Path) -> Iterator[Block]:
     """Every block of README and docs, fenced, and every indented line that is a command."""
-    for page in (root / "README.md", *sorted((root / "docs").glob("*.md"))):
+    for page in _pages(root):
         text = page.read_text()
         for match in _FENCE.finditer(text):
             yield Block(page.relative_to(root), text[: match.start()].count("\n") + 2, match[1], match[2])
@@ -46,7 +61,7 @@ def blocks(root: Path) -> Iterator[Block]:
 
 def faults(root: Path) -> list[str]:
     """What is wrong with the blocks: one line each."""
-    found: list[str] = []
+    found = list(indented(root))
     pages: dict[Path, list[Block]] = {}
     for block in blocks(root):
         if block.language == "python":

@@ -1,7 +1,8 @@
-"""How Sphinx builds the site from the staged tree: MyST pages, docstrings as they are written, formulas as MathML, nothing from a network."""
+"""How Sphinx builds the site from the staged tree: MyST pages, notebooks that are run, docstrings as they are written, formulas as MathML, nothing from a network."""
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from pathlib import Path
@@ -13,23 +14,34 @@ from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.util import logging
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "codegen"))
+sys.path[:0] = [str(ROOT / "codegen"), str(ROOT)]
 
 import phichain
+from docs.site import gallery
 
 project = "phichain"
 author = copyright = "The phichain authors"
 version = release = phichain.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_gallery.gen_gallery"]
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 4
 # Pages link to scripts and scenes, which are copied beside them, and to each other as they do in the repository.
-exclude_patterns = [".doctrees"]
-source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+exclude_patterns = [".doctrees", "examples/**", f"{gallery.FOLDER}/*.ipynb"]
+source_suffix = {".md": "myst-nb", ".rst": "restructuredtext"}
 default_role = "code"
-# A picture's figure within a table, and TOML with inline tables over several lines, are no faults.
-suppress_warnings = ["myst.header", "misc.highlighting_failure"]
+# A picture's figure within a table, TOML with inline tables over several lines, and cells of notebooks that are left unrun are no faults.
+suppress_warnings = ["myst.header", "misc.highlighting_failure", "myst-nb.lexer"]
+
+# Notebooks are run anew with every build, each in a folder of its own, and one cell that fails fails the site.
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_in_temp = True
+nb_execution_timeout = 120
+nb_merge_streams = True
+os.environ["PYTHONPATH"] = os.pathsep.join([str(ROOT / "codegen"), str(ROOT)])
+
+sphinx_gallery_conf = gallery.settings(ROOT / "build" / "site")
 
 html_theme = "furo"
 html_title = f"phichain {release}"
@@ -85,3 +97,4 @@ def setup(app: Any) -> None:
     """Register what this site does its own way."""
     app.add_html_math_renderer("mathml", (_inline, None), (_display, None))
     app.connect("autodoc-process-docstring", as_written, priority=300)
+    app.connect("source-read", gallery.without_folders)

@@ -31,9 +31,22 @@ def unpacked(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_source_archive_holds_what_is_needed(unpacked: Path) -> None:
-    for name in ("Makefile", "README.md", "LICENSE", "NOTICE", "CITATION.cff", "CHANGELOG.md", "docs/start.md", "docs/site/conf.py", "docs/img/moving.gif", "tests/conftest.py", "stencils/fmi/fmi3.c"):
+    for name in ("Makefile", "README.md", "LICENSE", "NOTICE", "CITATION.cff", "CHANGELOG.md", "docs/start.md", "docs/site/conf.py", "docs/notebooks/first_chain.md", "docs/figures/table.py", "docs/img/theory/chain.svg", "docs/img/moving.gif", "tests/conftest.py", "stencils/fmi/fmi3.c"):
         assert (unpacked / name).is_file(), name
     assert not list(unpacked.rglob("__pycache__")) and not list(unpacked.rglob(".venv"))
+
+
+def test_the_built_site_is_in_the_source_archive_though_the_repository_ignores_it(tmp_path: Path) -> None:
+    tree = tmp_path / "tree"
+    for name in ("pyproject.toml", "README.md", "LICENSE", "NOTICE", ".gitignore", "codegen/phichain/_version.py"):
+        (tree / name).parent.mkdir(parents=True, exist_ok=True)
+        (tree / name).write_bytes((ROOT / name).read_bytes())
+    for name in ("generated/site/index.html", "generated/report/index.html"):
+        (tree / name).parent.mkdir(parents=True)
+        (tree / name).write_text("<html></html>")
+    with tarfile.open(built("sdist", tree, tmp_path)) as archive:
+        held = [name.partition("/")[2] for name in archive.getnames() if "/generated/" in name]
+    assert held == ["generated/site/index.html"]
 
 
 def test_a_wheel_from_the_archive_is_the_packages_files(unpacked: Path, tmp_path: Path) -> None:

@@ -107,6 +107,7 @@ def test_what_does_not_move_or_is_not_drawn_says_so(tmp_path: Path) -> None:
 
 def test_a_notebook_gets_words_and_a_picture_and_words_alone_without_one(swing: Trajectory) -> None:
     assert swing._repr_html_().startswith("<pre>") and "data:image/png;base64," in swing._repr_html_()
+    assert swing.plot()._repr_png_().startswith(b"\x89PNG"), "its picture needs no pyplot"
     assert "<img" not in shown.html(replace(swing, lengths=None)) and "&lt;" in shown.html(replace(swing, name="<b>"))
 
 

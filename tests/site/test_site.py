@@ -18,12 +18,12 @@ from phichain.contract.functions import FUNCTIONS
 from phichain.scene.keys import TABLES
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted({*(ROOT / "docs").glob("*.md"), *(ROOT / name for name in stage.PAGES)})
+PAGES = sorted({*(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "notebooks").glob("*.md"), *(ROOT / name for name in stage.PAGES)})
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT).with_suffix("")))
 def test_links_of_a_page_lead_somewhere(page: Path) -> None:
-    assert [str(link) for link in stage._linked(page.read_text(), page.parent) if not link.exists()] == []
+    assert [str(link) for link in stage.linked(page.read_text(), page.parent) if not link.exists()] == []
 
 
 def test_blocks_that_need_no_building_are_right(tmp_path: Path) -> None:
@@ -35,6 +35,13 @@ def test_blocks_that_need_no_building_are_right(tmp_path: Path) -> None:
     (tmp_path / "README.md").write_text(wrong)
     said = blocks.faults(tmp_path)
     assert len(said) == 5 and "no option --tea" in said[2] + said[3] + "".join(said) and any('did you mean "mass"' in line for line in said)
+
+
+def test_python_that_nothing_runs_is_told(tmp_path: Path) -> None:
+    assert list(blocks.indented(ROOT)) == []
+    (tmp_path / "docs").mkdir()
+    (tmp_path / "README.md").write_text("Words.\n\n    motor = rigs.Motor(resistance=0.4)\n\n    phase = c_call(&state, t);\n\n```text\n    import this\n```\n\n    phichain info\n")
+    assert list(blocks.indented(tmp_path)) == ["README.md:3: is Python that nothing runs; fence it as ```python"]
 
 
 def test_references_leave_nothing_out() -> None:

@@ -59,10 +59,10 @@ def look() -> Iterator[None]:
 
 
 def figure(width: float = 7.2, height: float = 4.2) -> Figure:
-    """An empty figure of that size in inches, without a window; call it inside `look`."""
-    from matplotlib.figure import Figure
+    """An empty figure of that size in inches, without a window, that a notebook shows; call it inside `look`."""
+    from phichain.report.drawn import Drawing
 
-    return Figure(figsize=(width, height), layout="constrained")
+    return Drawing(figsize=(width, height), layout="constrained")
 
 
 def shades(count: int) -> list[Any]:
