@@ -60,5 +60,8 @@
 #if ALONE_COUNT > 6 && ALONE_BATCH
 #include "flow_batch.c"
 #elif ALONE_COUNT > 6
+#if WITH_BESIDE
+#include "flow_beside.c"
+#endif
 #include "flow_run.c"
 #endif

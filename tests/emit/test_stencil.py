@@ -36,7 +36,9 @@ def combinations() -> Iterator[Combination]:
     forms.append({"ALONE_BATCH": 1, "WITH_COLUMNS": 0})
     chosen = product(SPACES, forms, (0, 1), (0, 1), (0, 1), (0, 1))
     for number, (space, form, inputs, squares, lost, scales) in enumerate(chosen):
+        is_plain = not (form["ALONE_BATCH"] or number // 3 % 2 or number // 9 % 2)
         yield {
+            "WITH_BESIDE": int(is_plain and number // 2 % 2 == 0),
             "WITH_TURNS": 0, "WITH_SPHERE": 0, **space, **form, "WITH_INPUTS": inputs, "WITH_SQUARES": squares, "WITH_LOST": lost,
             "WITH_FORCING": number // 9 % 2, "WITH_OWN_TRIGONOMETRY": number // 9 % 2 * (number // 13 % 2),
             "WITH_LINKS": int(form["WITH_COLUMNS"] and not squares and "WITH_SPHERE" not in space and number // 5 % 2 == 0 and not number // 13 % 2),
@@ -92,7 +94,7 @@ def test_no_stencil_is_left_out() -> None:
     text = (stencils_folder() / "alone.c").read_text(encoding="utf-8")
     flows = {path.name for path in stencils_folder().glob("flow_*.c")}
     assert flows == set(re.findall(r'#include "(flow_\w+\.c)"', text))
-    assert flows == {f"flow_{name}.c" for name in (*STENCILS, "batch", "parameters", "fused", "drive", "links", "products", "sums", "column_sums")}
+    assert flows == {f"flow_{name}.c" for name in (*STENCILS, "batch", "beside", "parameters", "fused", "drive", "links", "products", "sums", "column_sums")}
     asked = {
         name for path in flows for name in re.findall(r"WITH_\w+", (stencils_folder() / path).read_text())
     }
@@ -105,6 +107,7 @@ def test_no_stencil_is_left_out() -> None:
         ("flow_length.c", "memcpy(&bits, length, sizeof bits);", "memcpy(&bits, *length, sizeof bits);"),
         ("flow_norms.c", "const phi_real share = i < stem_cart", "const int share = i < stem_cart"),
         ("flow_turns.c", "STEM_AT(jet->turns[i], lane) += turns;", ""),
+        ("flow_beside.c", "room->lost = room->lost ||", "room->lost = &room->lost ||"),
         ("flow_run.c", "#ifdef PHI_WORK_ON_STACK\n    return", "#if WITH_STACKS\n    return"),
     ],
 )  # fmt: skip

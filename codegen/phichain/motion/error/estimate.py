@@ -53,7 +53,7 @@ NONE: Final = Estimate(None, math.nan)
 
 
 def estimated(problem: Problem, path: Path, name: str, method: Method, asked: float | None) -> Estimate:
-    """The errors of a run, by a second one.
+    """The errors of a run, by what flew beside it or by a second one.
 
     `NONE` for laws that sample, which may remember what they were asked, and where no second run comes to the end.
 
@@ -68,7 +68,10 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
         return NONE
     system, measure = problem.system, Measure.of(problem.system, path.x)
     most = _most(problem, name, method.fixed, asked, float(np.min(1 / measure.weights)))
-    if name == "taylor" and system.real == "double" and problem.tol <= FINEST and not problem.is_moved:
+    lost = LOST
+    if path.off is not None:
+        error, by, apart, lost = SAFETY * measure.of_parts(path.off), "neighbours that flew along", 2.0, LOST / 2
+    elif name == "taylor" and system.real == "double" and problem.tol <= FINEST and not problem.is_moved:
         error, by, apart = rounded(problem, path, measure, most), "what rounding grows to beside it", 1.0
     else:
         beside = second_run(problem, path, name, method, measure)
@@ -76,7 +79,7 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
             return NONE
         error, by, apart = np.full(len(path.t), np.inf), beside.by, PARTED
         error[: len(beside.x)] = SAFETY * beside.share * measure(beside.x - path.x[: len(beside.x)])
-    error = _no_more(error, measure(path.x), ROUND_OFF[system.real], apart)
+    error = _no_more(error, measure(path.x), ROUND_OFF[system.real], apart, lost)
     beyond = np.flatnonzero(error > most)
     if not beyond.size:
         return Estimate(error, float(path.t[-1]))
@@ -88,14 +91,14 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
     return Estimate(error, until, (f"doubtful: {why} and ends at {error[-1]:.2g}; {remedy}",))
 
 
-def _no_more(error: Vector, sizes: Vector, round_off: float, apart: float) -> Vector:
-    """Errors not below the last digit; and not smaller again, but `apart` times as large, once two runs have parted.
+def _no_more(error: Vector, sizes: Vector, round_off: float, apart: float, lost: float) -> Vector:
+    """Errors not below the last digit; and not smaller again, but `apart` times as large, once two runs have parted, at errors of `lost`.
 
     None is larger than what the motion has reached by then.
     """
     reached = np.maximum.accumulate(np.maximum(sizes, 1.0))
-    lost = np.maximum.accumulate(error > LOST)
-    parted = np.where(lost, apart * np.maximum.accumulate(error), error)
+    have_parted = np.maximum.accumulate(error > lost)
+    parted = np.where(have_parted, apart * np.maximum.accumulate(error), error)
     found: Vector = np.maximum(np.minimum(parted, reached), round_off / 2 * sizes)
     return found
 
