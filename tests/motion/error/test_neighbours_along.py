@@ -30,7 +30,7 @@ SCENES = {
         Scene("flying", 2, "spatial", "cart", cart_mass=1.5, **PAIR | ROD),
     )
 }
-REFERENCE = Path(__file__).parents[2] / "generated" / "reference" / "planar2"
+REFERENCE = Path(__file__).parents[3] / "generated" / "reference" / "planar2"
 TIMES = np.linspace(0.0, 16.0, 65)
 
 
