@@ -65,5 +65,8 @@
 #if ALONE_COUNT > 6 && ALONE_BATCH
 #include "flow/batch.c"
 #elif ALONE_COUNT > 6
+#if WITH_BESIDE
+#include "flow/beside.c"
+#endif
 #include "flow/run.c"
 #endif

@@ -29,6 +29,9 @@
 #if WITH_OWN_TRIGONOMETRY && !WITH_FORCING
 #error "nothing but a forcing's phase goes through sines and cosines"
 #endif
+#if WITH_BESIDE && (ALONE_BATCH || ALONE_FLOAT || WITH_FORCING)
+#error "neighbours fly beside one run in double precision that nothing forces"
+#endif
 #if ALONE_BATCH && (WITH_COLUMNS || defined(PHI_WORK_ON_STACK))
 #error "the batch form carries no derivatives and works in the caller's memory"
 #endif
@@ -69,6 +72,7 @@ typedef double phi_real;
 #define PHI_HALVES 134217729.0
 #define PHI_WHOLE 0x1p+52
 #define PHI_EPSILON 0x1p-52
+#define PHI_NEIGHBOUR 0x1p-27
 #define PHI_NOISE 0x1p-26
 #define PHI_MARGIN 0x1p-8
 #define PHI_SHARE 0.6

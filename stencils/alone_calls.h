@@ -66,8 +66,16 @@ enum { stem_goes_on = -1 };
 #define ARGUMENTS CONTEXT const size_t n, phi_flow_batch *flow, const phi_real t_end[], const unsigned long max_steps, INPUTS_OF_ALL FORCING_OF_ALL phi_real q[], phi_real v[], const stem_event *event, const unsigned long count, const phi_real times[], phi_real q_out[], phi_real v_out[], void *work
 size_t phi_propagate_batch(ARGUMENTS);
 #else
-#define ARGUMENTS CONTEXT phi_flow *flow, const phi_real t_end, const unsigned long max_steps, OWN_INPUTS OWN_FORCING phi_real q[stem_q], phi_real v[stem_q], const stem_event *event, const unsigned long count, const phi_real *times, phi_real *q_out, phi_real *v_out
-#define PASS_ALL PASS flow, t_end, max_steps, PASS_INPUTS PASS_FORCING q, v, event, count, times, q_out, v_out
+#define ARGUMENTS CONTEXT phi_flow *flow, const phi_real t_end, const unsigned long max_steps, OWN_INPUTS OWN_FORCING phi_real q[stem_q], phi_real v[stem_q], const stem_event *event, const unsigned long count, const phi_real *times, phi_real *q_out, phi_real *v_out OWN_BESIDE
+#define PASS_ALL PASS flow, t_end, max_steps, PASS_INPUTS PASS_FORCING q, v, event, count, times, q_out, v_out PASS_BESIDE
+#if WITH_BESIDE
+struct stem_beside;
+#define OWN_BESIDE , struct stem_beside *room, phi_real *errors
+#define PASS_BESIDE , room, errors
+#else
+#define OWN_BESIDE
+#define PASS_BESIDE
+#endif
 int phi_propagate(ARGUMENTS);
 #endif
 

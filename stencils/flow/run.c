@@ -52,6 +52,10 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     while (result == PHI_STEP_BUDGET) {
         const phi_real left = (t_end - flow->t) - flow->t_lost;
         phi_real length;
+#if WITH_BESIDE
+        const unsigned long before = flow->written;
+        phi_real error[2];
+#endif
         if (!(left * way > 0)) {
             result = left * way <= 0 ? PHI_DONE : PHI_NOT_FINITE; /* no way leads to a time that is no number */
             break;
@@ -135,6 +139,12 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
 #endif
             ++flow->written;
         }
+#if WITH_BESIDE
+        stem_watch(PASS order, jet, h, goal, scales, room, error);
+        for (unsigned long k = before; k < flow->written; ++k) {
+            memcpy(errors + 2 * k, error, sizeof error);
+        }
+#endif
         memcpy(jet->state, jet->moved, sizeof jet->state);
         memcpy(jet->lost, jet->moved_lost, sizeof jet->lost);
 #if WITH_TURNS
@@ -164,9 +174,15 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
                 q_end[i] = stem_turned(q_end[i], jet->turns[i]);
             }
 #endif
+#if WITH_BESIDE
+            memcpy(errors + 2 * flow->written, error, sizeof error);
+#endif
             flow->own[flow->written++] = flow->t;
         }
         ++flow->steps;
+#if WITH_BESIDE
+        memcpy(errors + 2 * count, error, sizeof error);
+#endif
     }
 #if WITH_TURNS
     stem_unwind(0, jet);

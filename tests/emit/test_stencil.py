@@ -23,7 +23,7 @@ STRICT = (
 )  # fmt: skip
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 STENCILS = ("norms", "turns", "series", "length", "event", "columns", "run")
-FLOW = ("norms", "turns", "series", "length", "event", "run", "batch", "fused", "drive", "sums", "triples")
+FLOW = ("norms", "turns", "series", "length", "event", "run", "beside", "batch", "fused", "drive", "sums", "triples")
 COLUMNS = ("parameters", "links", "products", "sums", "series")
 SPACES: tuple[dict[str, int], ...] = ({"WITH_TURNS": 1}, {}, {"WITH_SPHERE": 1})
 Combination = dict[str, int]
@@ -38,7 +38,9 @@ def combinations() -> Iterator[Combination]:
     forms.append({"ALONE_BATCH": 1, "WITH_COLUMNS": 0})
     chosen = product(SPACES, forms, (0, 1), (0, 1), (0, 1), (0, 1))
     for number, (space, form, inputs, squares, lost, scales) in enumerate(chosen):
+        is_plain = not (form["ALONE_BATCH"] or number // 3 % 2 or number // 9 % 2)
         yield {
+            "WITH_BESIDE": int(is_plain and number // 2 % 2 == 0),
             "WITH_TURNS": 0, "WITH_SPHERE": 0, **space, **form, "WITH_INPUTS": inputs, "WITH_SQUARES": squares, "WITH_LOST": lost,
             "WITH_FORCING": number // 9 % 2, "WITH_OWN_TRIGONOMETRY": number // 9 % 2 * (number // 13 % 2),
             "WITH_LINKS": int(form["WITH_COLUMNS"] and not squares and "WITH_SPHERE" not in space and number // 5 % 2 == 0 and not number // 13 % 2),
@@ -113,6 +115,7 @@ def test_no_stencil_is_left_out() -> None:
         ("flow/length.c", "memcpy(&bits, length, sizeof bits);", "memcpy(&bits, *length, sizeof bits);"),
         ("flow/norms.c", "stem_lanes size = STEM_SIZE(x[i]);", "int size = STEM_SIZE(x[i]);"),
         ("flow/turns.c", "STEM_AT(jet->turns[i], lane) += turns;", ""),
+        ("flow/beside.c", "room->lost = room->lost ||", "room->lost = &room->lost ||"),
         ("flow/run.c", "#ifdef PHI_WORK_ON_STACK\n    return", "#if WITH_STACKS\n    return"),
     ],
 )  # fmt: skip

@@ -11,9 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.horizon.cases import CASES, Case
+from benchmarks.horizon.cases import CASES, TIMES, Case
 from benchmarks.horizon.judge import LOOSE, run
+from phichain.motion import simulate
 from phichain.motion.error import neighbours, rounding, second
+from phichain.motion.methods.emitted_flow import EmittedFlow
+from phichain.pipeline import build
 
 WAYS = (("taylor", None), ("taylor", LOOSE), ("DOP853", None), ("DOP853", LOOSE))
 
@@ -28,6 +31,29 @@ def test_an_estimate_is_no_less_than_a_tenth_of_the_error_and_no_more_than_a_hun
     assert (found.status == "doubtful") == (found.holds_until < 60.0)
 
 
+@pytest.fixture
+def without_neighbours(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs as those of a generated folder, whose flow has nothing beside it."""
+    monkeypatch.setattr(EmittedFlow, "watch", lambda flow: None)
+
+
+@pytest.mark.usefixtures("without_neighbours")
+@pytest.mark.parametrize("case", CASES[::3], ids=lambda case: case.name)
+def test_second_runs_keep_the_bounds_where_no_neighbours_fly_along(case: Case) -> None:
+    for tol in (None, LOOSE):
+        found = run(case, "taylor", tol)
+        assert np.min(found.ratio) >= 0.1 and np.max(found.ratio) <= 100 and found.unmarked < 1e-2
+
+
+@pytest.mark.parametrize(("method", "tol"), [("taylor", None), ("taylor", 1e-9), ("taylor", LOOSE)], ids=str)
+def test_neighbours_alone_judge_the_taylor_flow(method: str, tol: float | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No second run is flown."""
+    monkeypatch.setattr(second, "flown", None)
+    monkeypatch.setattr(neighbours, "flown", None)
+    assert "by neighbours that flew along" in simulate(build(CASES[0].scene()), CASES[0].x0, TIMES, method, tol).reason
+
+
+@pytest.mark.usefixtures("without_neighbours")
 @pytest.mark.parametrize(("tol", "share"), [(None, 0.75), (LOOSE, 0.75)], ids=["default", "loose"])
 def test_a_lost_run_is_not_followed_to_its_end(tol: float | None, share: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """Beyond the time where two runs have nothing to do with each other no second one costs anything."""

@@ -41,6 +41,7 @@ BAD_VALUES = [
         CART | {"cart_friction": 2},
         ("chain.cart_friction: needs the speed v_0 below which it fades, in F tanh(v / v_0) (got 2.0); " f"give {SPEED}"),
     ),
+    ({"friction_speed": 0.1}, "joints.friction_speed: is the speed of a friction that nothing has (got 0.1); give joints.friction, or remove it"),
     ({"friction": 1, "friction_speed": 0}, "joints.friction_speed: is not positive (got 0); use a number above zero"),
     (
         {"friction": 1, "friction_speed": "runtime"},

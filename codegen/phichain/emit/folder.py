@@ -31,6 +31,7 @@ def library_files(scene: Scene, lowered: Lowered) -> dict[str, str]:
     printed = print_scene(scene, lowered)
     files = {f"{scene.name}.h": header(printed, {}), f"{scene.name}.c": source(printed)}
     files |= _casadi(scene, lowered)
+    files |= {f"{scene.name}_beside.c": flow.text.beside for flow in printed.flows if flow.text.beside}
     return files | {MANIFEST: manifest(printed, {}, files, None)}
 
 

@@ -19,12 +19,14 @@ class Ledger:
         remarks: What it has to say of its run, for the Trajectory's reason.
         account: Where work and loss are booked on the way, or None where nobody asks.
         legs: The input as it was, leg after leg, once the run has begun.
+        is_watched: Whether a flow that can say how large its errors are is to do so on its way.
     """
 
     counts: dict[str, int] = field(default_factory=dict)
     remarks: list[str] = field(default_factory=list)
     account: Account | None = None
     legs: Legs | None = None
+    is_watched: bool = False
 
     def count(self, **more: int) -> None:
         """Add to counts; one that is new starts at zero."""

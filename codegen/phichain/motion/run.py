@@ -80,13 +80,13 @@ def simulate(
         max_steps: Step budget; when it runs out the trajectory so far comes back with status "step budget".
         project: Put spatial outputs on the manifold (unit q, tangent omega). The violation is recorded before.
         progress: Called with (fraction done, t) about every hundredth.
-        error_estimate: Whether a second run says how large errors have become (`Trajectory.error`); it asks a law
+        error_estimate: Whether neighbours that fly along, or a second run, say how large errors have become (`Trajectory.error`); that asks a law
             again at its own times, but not one that samples, whose runs have none.
 
     Returns:
         The Trajectory, with the method taken and why. Its status is "complete", "event", "step budget" or, where the run
         cannot vouch for its side of a separatrix, or a complete run ends beyond `holds_until`, "doubtful", and the reason says more.
-        This verdict, by a second run, is found when one of status, reason, error, holds_until or events is first read.
+        This verdict, where it takes a second run, is found when one of status, reason, error, holds_until or events is first read.
 
     Raises:
         ArrayError: Bad x0, t, u, limit or event; a law that is no function of (t, x), or gives no finite numbers.
@@ -121,7 +121,7 @@ def simulate(
         name, why = method, f"{method} as asked"
     engine = method_of(system, name)
     problem, clamped = _clamp(problem, engine, name, atol)
-    ledger = Ledger(account=opened(system, p, held, control is not None and system.nu > 0))
+    ledger = Ledger(account=opened(system, p, held, control is not None and system.nu > 0), is_watched=error_estimate)
     path = _run(problem, engine, name, ledger)
     reasons = (why, *notes, *clamped, *(() if given is None else given.remarks))
     if project and not system.is_planar:

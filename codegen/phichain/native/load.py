@@ -13,11 +13,12 @@ from phichain.native.agreement import demand_agreement
 from phichain.native.cache import Cache, default_cache
 from phichain.native.callables import make_callable
 from phichain.native.compiler import CompilerOptions
+from phichain.native.flows.beside import Watched
 from phichain.native.flows.call import CALLERS
 from phichain.native.flows.prepare import Foreigners, prepared_dynamics, prepared_signature
 from phichain.native.glue.interrupts import Interruptible
 from phichain.native.glue.rows import prepared_size, row_loop, rows_source
-from phichain.native.glue.source import foreign_flow, glue_source
+from phichain.native.glue.source import beside_file, beside_flow, foreign_flow, glue_source
 from phichain.native.library import load_library, shared_object
 from phichain.native.memory.arrays import REAL
 from phichain.native.origin import Origin, mark
@@ -68,10 +69,13 @@ def _built(manifest: Manifest, options: CompilerOptions | None, cache: Cache | N
     sources = {file: manifest.source(file) for file in (f"{name}.h", f"{name}.c")}
     prepared = prepared_signature(scene, manifest.parameters) if "prepare" in manifest.flows else None
     glue = {f"{name}_rows.c": rows_source(manifest, prepared), f"{name}_glue.c": glue_source(manifest, scene, prepared)}
-    texts = {**sources, **{file: text.encode() for file, text in glue.items()}}
+    beside = {file: manifest.source(file) for file in (beside_file(manifest),) if file in manifest.files}
+    # What flies beside a flow is made of the static functions of NAME.c.
+    whole = {f"{name}.c": b"\n".join((sources[f"{name}.c"], *beside.values()))}
+    texts = {**sources, **whole, **{file: text.encode() for file, text in glue.items()}}
     library = load_library(shared_object(name, texts, cache or default_cache(), options))
     functions = _callables(manifest, scene, library)
-    held = {MANIFEST: manifest.texts[MANIFEST], **sources}
+    held = {MANIFEST: manifest.texts[MANIFEST], **sources, **beside}
     module = f"{name}_casadi.py"
     if module in manifest.files:
         held[module] = manifest.source(module)
@@ -121,9 +125,18 @@ def _callables(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> dict[s
             foreign = _foreigners(manifest, scene, library, foreign)
             if "forward_dynamics" in functions:
                 functions["forward_dynamics"] = prepared_dynamics(scene, manifest.parameters, foreign)
-        functions[name] = CALLERS.of(name)(scene, manifest.parameters, foreign)
+        beside = () if name != "propagate" else _watched(manifest, scene, library)
+        functions[name] = CALLERS.of(name)(scene, manifest.parameters, foreign, *beside)
     dynamics = casadi_dynamics(manifest)
     return functions if dynamics is None else {**functions, "casadi": dynamics}
+
+
+def _watched(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> tuple[Watched, ...]:
+    """The Taylor flow with neighbours beside it, where it was compiled."""
+    if beside_file(manifest) not in manifest.files:
+        return ()
+    foreign = Interruptible(library, beside_flow(foreign_flow(manifest.flows["propagate"], "propagate", scene)))
+    return (Watched(foreign, ctypes.c_ulong.in_dll(library, f"{manifest.name}_beside_bytes").value),)
 
 
 def _foreigners(manifest: Manifest, scene: Scene, library: ctypes.CDLL, prepare: Any) -> Foreigners:

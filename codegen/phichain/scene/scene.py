@@ -204,7 +204,7 @@ class Scene(Vectors):
         want = wanted(want, Sample(is_planar=space == "planar", base=base, drive=drive, runtime=runtime, **kind))
         place, along = forcing_of(forced, axis, space, base, links, want)
         speeds = friction_speeds(
-            physical["friction"], physical["cart_friction"], friction_speed, cart_friction_speed, real
+            physical["friction"], physical["cart_friction"], friction_speed, cart_friction_speed, real, (friction, cart_friction)
         )
         trig, trig_hook = trig_of(trig, trig_hook, want, name)
         values = physical | {

@@ -65,7 +65,7 @@ def parameters(settings: Sequence[str]) -> dict[str, Vector | float] | None:
     """Runtime parameters from words like `mass=1,1` and `gravity=9.81`; None when there are none.
 
     Raises:
-        ArrayError: A word is not NAME=NUMBERS.
+        ArrayError: A word is not NAME=NUMBERS, or gives values to a name that has some.
     """
     found: dict[str, Vector | float] = {}
     for setting in settings:
@@ -73,5 +73,7 @@ def parameters(settings: Sequence[str]) -> dict[str, Vector | float] | None:
         values = numbers(text, name.strip() or "set")
         if not equals or values is None or not values.size:
             raise ArrayError("set", setting, "is not NAME=NUMBERS", "write for example --set mass=0.5,0.25")
+        if name.strip() in found:
+            raise ArrayError("set", setting, f"gives {name.strip()} values a second time", "give each parameter once")
         found[name.strip()] = float(values[0]) if values.size == 1 else values
     return found or None

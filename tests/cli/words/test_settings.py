@@ -36,6 +36,7 @@ def test_one_number_serves_all_links_and_the_whole_chain_has_one() -> None:
         (SCENE, ["gravity=3"], r"\['mass', 'length', 'com'\]\); write --set mass=A,B --set length=A,B --set com=A,B, or one number for all links"),
         (SCENE, None, r"are what 'runtime_double_pendulum' leaves to run time, and have no value .*--set gravity=A"),
         (SCENE, ["mass=1,2,3", *ALL[1:]], r"has 3 numbers \(got 'mass=1,2,3'\); write --set mass=A,B, 2 of them, or one for all"),
+        (SCENE, [*ALL, "mass = 3"], r"^set: gives mass values a second time \(got 'mass = 3'\); give each parameter once"),
         (SCENE, [*ALL[:3], "gravity=9,8"], r"has 2 numbers \(got 'gravity=9,8'\); write --set gravity=A"),
     ],
 )  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, TypeVar
 
 from phichain.contract.functions import FLOWS, ROWS
@@ -20,12 +20,14 @@ class FlowText:
         definitions: for NAME.c, after the kernels and the functions that were named as known.
         includes: standard headers that the definitions want.
         uses: kernels that the definitions lean on: "sincos", "math".
+        beside: what a compiled System has behind NAME.c, and no generated folder: the flow once more, with its errors.
     """
 
     declarations: str
     definitions: str
     includes: tuple[str, ...]
     uses: frozenset[str]
+    beside: str = field(default="", kw_only=True)
 
 
 @dataclass(frozen=True)

@@ -50,6 +50,8 @@ SINGLY: Final = 8
 LEEWAY: Final = 64
 #: Of several blocks of columns the later ones accept steps longer than theirs by this, an error four times the goal.
 SLACK: Final = Fraction(15, 16)
+#: How far a neighbour is put from the path: in its tangent, and far above round-off.
+NEIGHBOUR: Final = Fraction(1, 2**27)
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,7 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
         "flow/flow.c.j2", upper=scene.name.upper(), tangent=tangent if scene.variational else "", width=width,
         vectors=vector_bytes(scene), number_bytes=number, **rows_kept(scene, made), functions=parts, is_scalar=True,
         singly=_singly(made),
-        stencils=_stencils(model, made, names, positions), **sizes(scene, stem, made, names),
+        stencils="\n".join(_stencils(model, made, names, positions)).rstrip("\n"), **sizes(scene, stem, made, names),
     )  # fmt: skip
     return TaylorFlow(
         declarations=laid_out_text(declarations(scene, made)),
@@ -100,6 +102,7 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
         includes=("math.h", "stdint.h", "string.h"),
         uses=uses,
         recurrences=made,
+        beside=laid_out_text(_beside(model, made, names, positions)) if watches(scene) else "",
     )
 
 
@@ -108,21 +111,44 @@ def _singly(made: Series) -> bool:
     return made.lanes * made.rights <= SINGLY
 
 
-def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
-    """The stencils of the flow, in the order in which they lean on each other."""
-    scene = model.scene
-    stem = f"{scene.name}_flow"
-    wanted = features(scene, made, made.columns is not None)
+def watches(scene: Scene) -> bool:
+    """Whether a compiled System can fly neighbours beside its flow, which say how large its errors are."""
+    return scene.real == "double" and scene.forced is None
+
+
+def _beside(model: Model, made: Series, names: CNames, positions: str) -> str:
+    """The flow once more, with neighbours beside it: two stencils that lean on those of NAME.c."""
+    scene, stem = model.scene, f"{model.scene.name}_flow"
+    spelt, wanted = _spelt(model, made, names, positions), features(scene, made, made.columns is not None) | {"WITH_BESIDE": True}
+    spelt |= {
+        "PHI_NEIGHBOUR": names.number(NEIGHBOUR).text,
+        "ARGUMENTS": f"{spelt['ARGUMENTS']}, {stem}_beside *room, {scene.name}_real *errors", "PASS_ALL": f"{spelt['PASS_ALL']}, room, errors",
+        "stem_run": f"{stem}_watched", "stem_run_on_stack": f"{stem}_watched_on_stack", "phi_propagate": f"{scene.name}_propagate_beside",
+        "PROPAGATE_DOC": "The same with neighbours beside it: errors of angles and rates, row by row as states are wanted, those at its end last.",
+    }  # fmt: skip
+    declared = f"int {scene.name}_propagate_beside({spelt['ARGUMENTS']});"
+    size = f"extern const unsigned long {scene.name}_beside_bytes;\nconst unsigned long {scene.name}_beside_bytes = sizeof({stem}_beside);"
+    return "\n".join((instance("flow/beside", spelt, wanted), declared, size, "", instance("flow/run", spelt, wanted)))
+
+
+def _spelt(model: Model, made: Series, names: CNames, positions: str) -> dict[str, str]:
+    """What stands for the names of the flow's stencils."""
+    scene, stem = model.scene, f"{model.scene.name}_flow"
     own = {
         "STEM_ZERO": "0", "stem_words": f"uint{64 if scene.real == 'double' else 32}_t", "STEM_OF": f"{stem.upper()}_OF", "STEM_AT": f"{stem.upper()}_AT",
         "stem_lanes": f"{scene.name}_real", "stem_jets": f"{scene.name}_workspace", "stem_start": f"{scene.name}_start",
         "stem_event": f"{scene.name}_event", **{f"STEM_OF_{what}": f"{scene.name.upper()}_OF_{what}" for what in ("DEPTH", "V")},
     }  # fmt: skip
-    spelt = spelling(model, made, stem, PROPAGATE, names, positions)
-    spelt |= own | ({} if _singly(made) else {"STEM_SINGLY": ""}) | {
+    return spelling(model, made, stem, PROPAGATE, names, positions) | own | ({} if _singly(made) else {"STEM_SINGLY": ""}) | {
         "PHI_MARGIN": names.number(SINGLE_MARGIN if scene.links == 1 else MARGIN).text, "PHI_SHARE": names.number(ORDER_SHARE * LOG_TWO).text,
         "VARIES": "given" if made.order_along is not None else "", "PHI_SLACK": names.number(SLACK).text, "PHI_LEEWAY": str(LEEWAY),
     }  # fmt: skip
+
+
+def _stencils(model: Model, made: Series, names: CNames, positions: str) -> list[str]:
+    """The stencils of the flow, in the order in which they lean on each other."""
+    scene, stem = model.scene, f"{model.scene.name}_flow"
+    spelt, wanted = _spelt(model, made, names, positions), features(scene, made, made.columns is not None)
     files = [*steps_stencils(scene, made), "flow/length", "flow/event"]
     texts = [instance(name, spelt, wanted) for name in files]
     if made.columns is not None:
@@ -141,7 +167,7 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
         files = [*(["columns/parameters"] if made.order_along is not None else []), "columns/links" if made.by_links else "columns/products", "columns/sums", "columns/series"]
         texts += [instance("flow/norms", norms, wanted), *(instance(name, spelt | wide, wanted) for name in files)]
     texts.append(instance("flow/run", spelt | {"PROPAGATE_DOC": ROWS["propagate"].doc}, wanted))
-    return "\n".join(texts).rstrip("\n")
+    return texts
 
 
 def _directions(scene: Scene, program: Program | None) -> str:

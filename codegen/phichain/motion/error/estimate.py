@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from phichain.motion.error.measure import LOST, Measure
-from phichain.motion.error.rounding import FINEST, rounded
+from phichain.motion.error.rounding import FINEST, held_against_other_steps, rounded
 from phichain.motion.error.second import TENFOLD, Method, second_run
 from phichain.motion.path import Path
 from phichain.motion.problem import Problem
@@ -28,6 +28,8 @@ MOST_AT_ROUND_OFF: Final = 1e-4
 KEPT: Final = 4.0
 #: Two runs that have parted may be close by chance: how much farther either may be from the motion.
 PARTED: Final = 5.0
+#: The same for neighbours, whose tangent says less and less as they part: by how much, and from how much earlier on.
+TANGENT: Final = 2.0
 #: Methods whose errors are relative to the motion.
 MEASURED_BY_MOTION: Final = ("taylor", "rosenbrock")
 ROUND_OFF: Final = {"double": float(np.finfo(float).eps), "float": float(np.finfo(np.float32).eps)}
@@ -53,7 +55,7 @@ NONE: Final = Estimate(None, math.nan)
 
 
 def estimated(problem: Problem, path: Path, name: str, method: Method, asked: float | None) -> Estimate:
-    """The errors of a run, by a second one.
+    """The errors of a run, by what flew beside it or by a second one.
 
     `NONE` for laws that sample, which may remember what they were asked, and where no second run comes to the end.
 
@@ -68,7 +70,12 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
         return NONE
     system, measure = problem.system, Measure.of(problem.system, path.x)
     most = _most(problem, name, method.fixed, asked, float(np.min(1 / measure.weights)))
-    if name == "taylor" and system.real == "double" and problem.tol <= FINEST and not problem.is_moved:
+    lost = LOST
+    if path.off is not None:
+        error, by, apart, lost = SAFETY * measure.of_parts(path.off), "neighbours that flew along", TANGENT, LOST / TANGENT
+        if system.links == 1 and problem.tol <= FINEST and np.max(error) > most:  # no chaos, but a separatrix
+            error = held_against_other_steps(problem, path, measure, error, ROUND_OFF[system.real])
+    elif name == "taylor" and system.real == "double" and problem.tol <= FINEST and not problem.is_moved:
         error, by, apart = rounded(problem, path, measure, most), "what rounding grows to beside it", 1.0
     else:
         beside = second_run(problem, path, name, method, measure)
@@ -76,7 +83,7 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
             return NONE
         error, by, apart = np.full(len(path.t), np.inf), beside.by, PARTED
         error[: len(beside.x)] = SAFETY * beside.share * measure(beside.x - path.x[: len(beside.x)])
-    error = _no_more(error, measure(path.x), ROUND_OFF[system.real], apart)
+    error = _no_more(error, measure(path.x), ROUND_OFF[system.real], apart, lost)
     beyond = np.flatnonzero(error > most)
     if not beyond.size:
         return Estimate(error, float(path.t[-1]))
@@ -88,14 +95,14 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
     return Estimate(error, until, (f"doubtful: {why} and ends at {error[-1]:.2g}; {remedy}",))
 
 
-def _no_more(error: Vector, sizes: Vector, round_off: float, apart: float) -> Vector:
-    """Errors not below the last digit; and not smaller again, but `apart` times as large, once two runs have parted.
+def _no_more(error: Vector, sizes: Vector, round_off: float, apart: float, lost: float) -> Vector:
+    """Errors not below the last digit; and not smaller again, but `apart` times as large, once two runs have parted, at errors of `lost`.
 
     None is larger than what the motion has reached by then.
     """
     reached = np.maximum.accumulate(np.maximum(sizes, 1.0))
-    lost = np.maximum.accumulate(error > LOST)
-    parted = np.where(lost, apart * np.maximum.accumulate(error), error)
+    have_parted = np.maximum.accumulate(error > lost)
+    parted = np.where(have_parted, apart * np.maximum.accumulate(error), error)
     found: Vector = np.maximum(np.minimum(parted, reached), round_off / 2 * sizes)
     return found
 

@@ -35,6 +35,11 @@ class Measure(Held):
         weights = np.repeat([1 / angle, 1 / (rate or 1.0)], [system.nq, system.nv])
         return cls(weights)
 
+    def of_parts(self, off: Vector) -> Vector:
+        """Sizes (m,) of errors whose largest entries of q and of v are given (m, 2)."""
+        sizes: Vector = np.max(off * self.weights[[0, -1]], axis=1)
+        return sizes
+
     def __call__(self, off: Vector) -> Vector:
         """Sizes (m,) of errors (m, nx), or one of (nx,)."""
         # Row by row over the entries: along rows of a few numbers NumPy takes ten times as long.

@@ -39,8 +39,11 @@ def rounded(problem: Problem, path: Path, measure: Measure, most: float) -> Vect
     """
     local = _local(problem, path, measure)
     error = errors_beside(problem, path, local, measure, float(np.max(measure(path.x))), CLOSE * most)
-    if np.max(error) <= most:
-        return error
+    return error if np.max(error) <= most else held_against_other_steps(problem, path, measure, error, float(np.max(local)))
+
+
+def held_against_other_steps(problem: Problem, path: Path, measure: Measure, error: Vector, floor: float) -> Vector:
+    """Errors (m,), no more than so many times the difference to the same run with other steps, and the floor."""
     # Where two runs with other steps are lost as well, as most are, nothing is to be seen beyond.
     lost = np.flatnonzero(error > LOST)
     first = int(lost[0]) if lost.size else len(error) - 1
@@ -52,7 +55,7 @@ def rounded(problem: Problem, path: Path, measure: Measure, most: float) -> Vect
         if len(other) < stop - at:
             break
         new = slice(at + 1, stop + 1)
-        error[new] = np.minimum(error[new], ALIKE * measure(other - path.x[new]) + np.max(local))
+        error[new] = np.minimum(error[new], ALIKE * measure(other - path.x[new]) + floor)
         at, state = stop, other[-1]
     return error
 

@@ -60,6 +60,8 @@ def path(problem: Problem, name: str, ledger: Ledger) -> Path:
         UnsupportedError: the input is a function, or the system has no flow.
     """
     run = _run(problem, name)
+    if ledger.is_watched and not problem.is_moved:
+        run.watch()
     found, _ = (emitted_flow.own_path if problem.own_steps else emitted_flow.whole_path)(problem, run, ledger)
     ledger.counts.update(steps=found.steps, order=run.order)
     return found

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from phichain.contract.flows import NO_WORKSPACE
 from phichain.errors import ArrayError
+from phichain.native.flows.beside import Beside
 from phichain.native.flows.call import FlowCall
 from phichain.native.flows.checks import demand_rounding, output_times, step_budget, time_of, vector
 from phichain.native.memory.arrays import SCALAR, place
@@ -37,6 +38,7 @@ class Frame:
         given: The arguments of C by name, as ctypes.
         steps: Steps taken so far.
         refused: Steps tried and not taken so far, of flows that count them.
+        beside: What flies beside the next call, None for nothing.
     """
 
     def __init__(self, call: FlowCall) -> None:
@@ -63,6 +65,8 @@ class Frame:
         self._outputs = tuple(self.given[name] for name in ("count", "times", "q_out", "v_out"))
         self._briefly = getattr(call.function, "briefly", call.function)
         self._has_u, self._has_p = "u" in self.given, "p" in self.given
+        self.beside: Beside | None = None
+        self._count = 0
         self._ends: tuple[NDArray[Any], ...] = ()
         self._ends_at: tuple[int, ...] = ()
         self._none = (wide(np.empty(0)), wide(np.empty((0, nq))), wide(np.empty((0, nv))))
@@ -143,12 +147,12 @@ class Frame:
     def _to_the_end(self, budget: int) -> int:
         """Run, the first steps without a way out for Ctrl-C: a short run costs half as much without one."""
         brief = min(self._call.brief, budget)
-        if brief:
+        if brief and self.beside is None:
             self._max_steps.value = brief
             result, _ = self._called(self._briefly)
             if OUTCOMES[result] != "step budget" or brief == budget:
                 return result
-        self._max_steps.value = budget - brief
+        self._max_steps.value = budget if self.beside else budget - brief
         return self._called()[0]
 
     def own(self, budget: int) -> tuple[int, Passed]:
@@ -179,15 +183,19 @@ class Frame:
 
     def _called(self, function: Callable[..., int] | None = None) -> tuple[int, int]:
         """Call C, and how many rows it wrote."""
-        function = function or self._call.function
-        result = int(function(*self._arguments))
+        function, arguments = function or self._call.function, self._arguments
+        if self.beside is not None:
+            function, arguments = self.beside.function, (*arguments, *self.beside.arguments(self._count))
+        result = int(function(*arguments))
         if result == NO_WORKSPACE.number:
             self._room = np.empty(self.flow.steps + _CACHE_LINE, np.uint8)
             self.flow.work = self._desk = -(-place(self._room) // _CACHE_LINE) * _CACHE_LINE
-            result = int(function(*self._arguments))
+            result = int(function(*arguments))
         self.steps += self.flow.steps
         if self._refuses:
             self.refused += self.flow.refused
+        if self.beside is not None:
+            self.beside.keep(self.flow.written)
         return result, self.flow.written
 
     def memory(self, name: str) -> NDArray[Any]:
@@ -235,6 +243,7 @@ class Frame:
     def _point_to(self, count: int, times: int | None, q_at: int | None, v_at: int | None) -> None:
         """Say where C finds times and leaves states."""
         number, *pointers = self._outputs
+        self._count = count
         number.value, pointers[0].value, pointers[1].value, pointers[2].value = count, times, q_at, v_at
 
 

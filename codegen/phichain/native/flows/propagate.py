@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from phichain.contract.chain import Chain
 from phichain.contract.flows import columns_at_most, has_forcing
 from phichain.errors import ArrayError, UnsupportedError
+from phichain.native.flows.beside import Beside, Watched
 from phichain.native.flows.bound import Bound
 from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
 from phichain.native.flows.checks import checked_tolerance, demand_alone, finite, forcing_of
@@ -27,13 +29,14 @@ Propagate = Callable[..., Propagation]
 
 
 @calls("propagate")
-def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) -> Propagate:
+def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any, watched: Watched | None = None) -> Propagate:
     """Wrap NAME_propagate.
 
     Args:
         chain: The scene.
         parameters: Its runtime parameters in the order of the C struct.
         function: The foreign function; its result type is set here.
+        watched: The same with neighbours beside it, where there is one.
 
     Returns:
         ``propagate(q, v, t, t_end, tol, *, u, forcing, times, own, stop, max_steps, lost, transition, along, p) -> Propagation``: from
@@ -41,6 +44,7 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         t_end, or `own` for the ends of its own steps; `transition` (nq + nv, m) holds derivatives of (q, v) at t that are carried to where it ends, the
         identity for the whole state transition matrix; `along` says by name how parameters move along its columns, each (n, m)
         where the scene varies them.
+        `beside` is what its ``beside()``, where it has that, made for one run: neighbours that fly along, whose `errors` are then those of its rows.
         Its ``bind(tol, *, u, forcing, stop, columns, max_steps, p) -> Bound`` checks all that stays once, for short flows in loops.
     """
     call = flow_call("propagate", chain, parameters, function)
@@ -64,8 +68,12 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         transition: ArrayLike | None = None,
         along: Mapping[str, ArrayLike] | None = None,
         p: Mapping[str, Any] | None = None,
+        beside: Beside | None = None,
     ) -> Propagation:
         frame = frames.take()
+        frame.beside = beside
+        if beside is not None:
+            beside.begin()
         t, t_end, budget = frame.begin(q, v, u, (t, t_end), max_steps, lost, p)
         flow, carried = frame.flow, None
         flow.tolerance = checked_tolerance("propagate.tol", tol)
@@ -125,6 +133,9 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any) 
         return Bound(frame, event, carried, budget)
 
     vars(propagate)["bind"] = bind
+    if watched is not None:
+        watched.function.restype = function.restype
+        vars(propagate)["beside"] = partial(Beside, watched)
     return propagate
 
 

@@ -23,6 +23,9 @@ def glue_source(manifest: Manifest, chain: Chain, prepared: Signature | None = N
     loops = [row_loop(name, signature) for signature in signatures]
     declared = [f"{loop.declaration};" for loop in loops]
     twins = [*loops, *(foreign_flow(symbol, flow, chain) for flow, symbol in manifest.flows.items())]
+    if beside_file(manifest) in manifest.files:
+        twins.append(beside_flow(foreign_flow(manifest.flows["propagate"], "propagate", chain)))
+        declared.append(f"{twins[-1].declaration};")
     checks = [line for flow in manifest.flows for line in _layout_checks(name, _flow(flow), chain)]
     parts = [*HEADERS, f'#include "{name}.h"', "", *checks, *declared, interrupts_source(name, twins)]
     return "\n".join(parts)
@@ -32,6 +35,16 @@ def foreign_flow(symbol: str, name: str, chain: Chain) -> Foreign:
     """A flow of the contract as its twin declares it; addresses are handed on as they come."""
     flow = _flow(name)
     return Foreign(symbol, flow.returns, tuple(_argument(argument, chain) for argument in flow.arguments_of(chain)))
+
+
+def beside_file(manifest: Manifest) -> str:
+    """What is compiled behind NAME.c where neighbours fly beside its flow; no generated folder has it."""
+    return f"{manifest.name}_beside.c"
+
+
+def beside_flow(flow: Foreign) -> Foreign:
+    """The Taylor flow with neighbours beside it, which behind all else takes where they are kept and where errors go."""
+    return Foreign(f"{flow.symbol}_beside", flow.returns, (*flow.arguments, ("void", "*room"), ("void", "*errors")))
 
 
 def _argument(argument: Passed, chain: Chain) -> tuple[str, str]:

@@ -167,15 +167,28 @@ def rest_angle_of(value: object, stiffness: Values | None, space: str, links: in
 
 
 def friction_speeds(
-    friction: Values | None, cart_friction: float | Runtime | None, speed: object, cart_speed: object, real: str
-) -> tuple[float | None, float | None]:
+    friction: Values | None, cart_friction: float | Runtime | None, speed: object, cart_speed: object, real: str,
+    said: tuple[object, object],
+) -> tuple[float | None, float | None]:  # fmt: skip
     """Return v_0 of the joints' (rad/s) and of the cart's dry friction (m/s), each None without friction there.
 
     The law is F tanh(v / v_0). A cart without a speed of its own takes the number of the joints.
 
+    Args:
+        friction: That of the joints, None for none.
+        cart_friction: That of the cart, likewise.
+        speed: v_0 of the joints, as it was written.
+        cart_speed: v_0 of the cart, as it was written.
+        real: The type of the numbers.
+        said: Both frictions as they were written: one of zero has a speed that nothing uses.
+
     Raises:
         SceneError: Friction comes without its speed, or a speed without friction.
     """
+    for key, value, laws in (("friction_speed", speed, said), ("cart_friction_speed", cart_speed, said[1:])):
+        if value is not None and all(law is None for law in laws):
+            other = "cart_friction" if len(laws) == 1 else "friction"
+            raise SceneError(label(key), value, "is the speed of a friction that nothing has", f"give {label(other)}, or remove it")
     own, cart = (_speed(key, value, real) for key, value in (("friction_speed", speed), ("cart_friction_speed", cart_speed)))
     is_read = friction is not None or (cart_friction is not None and cart is None)
     if own is None and is_read:

@@ -1,0 +1,115 @@
+"""Neighbours that fly beside the Taylor flow: the run is the same to the last bit, and what they say of its errors is true."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from phichain import build
+from phichain.motion import simulate
+from phichain.motion.error.measure import Measure
+from phichain.native import build_folder
+from phichain.native.flows import motion
+from phichain.scene import Scene
+from phichain.system import System
+
+WANT = ("forward_dynamics", "propagate")
+PAIR = {"mass": [1.0, 0.6], "length": [1.0, 0.7], "want": WANT}
+ROD: dict[str, Any] = {"com": [0.4, 0.7], "inertia": [0.02, 0.01]}
+SCENES = {
+    scene.name: scene
+    for scene in (
+        Scene("plain", 2, **PAIR),
+        Scene("geared_cart", 2, base="cart", cart_mass=1.5, cart_damping=0.1, armature=0.05, **PAIR | ROD),
+        Scene("sprung", 2, stiffness=2.0, damping=0.02, friction=0.02, friction_speed=0.5, actuated="all", **PAIR | ROD | {"mass": "runtime"}),
+        Scene("ball", 2, "spatial", **PAIR),
+        Scene("flying", 2, "spatial", "cart", cart_mass=1.5, **PAIR | ROD),
+    )
+}
+REFERENCE = Path(__file__).parents[3] / "generated" / "reference" / "planar2"
+TIMES = np.linspace(0.0, 16.0, 65)
+
+
+@cache
+def system(name: str) -> System:
+    return build(SCENES[name], prove=False)
+
+
+def start(of: System) -> np.ndarray:
+    rng = np.random.default_rng(3)
+    if of.is_planar:
+        return rng.normal(size=of.nx)
+    q, v = rng.normal(size=of.nq), rng.normal(size=of.nv)
+    for k in range(of.cart_size, of.nq, 3):
+        q[k : k + 3] /= np.linalg.norm(q[k : k + 3])
+        v[k : k + 3] -= q[k : k + 3] * (q[k : k + 3] @ v[k : k + 3])
+    return np.concatenate([q, v])
+
+
+def run(of: System, tol: float | None, times: np.ndarray = TIMES, **options: Any) -> Any:
+    if of.nu:
+        options["u"] = np.array([0.3, -0.2])[: of.nu]
+    if of.numbers.mass == "runtime":
+        options["p"] = {"mass": [1.0, 0.6]}
+    return simulate(of, start(of), times, "taylor", tol, **options)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_run_is_the_same_to_the_last_bit(name: str) -> None:
+    of = system(name)
+    for tol in (None, 1e-7):
+        along, alone = run(of, tol), run(of, tol, error_estimate=False)
+        assert np.array_equal(along.x, alone.x) and along.counts == alone.counts
+    own, grid = run(of, 1e-7, TIMES[[0, -1]]), np.linspace(0.0, 16.0, 7)
+    assert len(own.error) == len(own.t) > 65
+    assert np.array_equal(own.resample(grid).x, run(of, 1e-7, TIMES[[0, -1]], error_estimate=False).resample(grid).x)
+
+
+@pytest.mark.parametrize("tol", [1e-6, 1e-9])
+@pytest.mark.parametrize("name", SCENES)
+def test_estimates_are_those_against_a_run_at_round_off(name: str, tol: float) -> None:
+    """Between a tenth and the twentyfold, wherever the finer run is much finer."""
+    of = system(name)
+    rough, fine = run(of, tol), run(of, None)
+    true = Measure.of(of, rough.x)(rough.x - fine.x)
+    seen = (true > 30 * fine.error) & (true < 0.1)
+    ratio = rough.error[seen] / true[seen]
+    assert seen.sum() > 20
+    assert np.all((ratio > 0.1) & (ratio < 20)) and 0.3 < np.median(ratio) < 4
+
+
+def test_errors_at_round_off_are_neither_none_nor_large() -> None:
+    for name in SCENES:
+        error = run(system(name), None).error
+        assert 1e-16 < error[-1] < 1e-6
+
+
+def test_they_go_on_where_a_run_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Progress is told after every thousand steps: neighbours fly on; and where memory is short, errors of the first pieces are not forgotten."""
+    of, times, told = system("plain"), np.linspace(0.0, 60.0, 31), list[float]()
+    whole, cut = run(of, None, times), run(of, None, times, progress=lambda done, t: told.append(done))
+    assert len(told) > 1
+    assert np.all(cut.error > 0) and 0.01 < cut.error[8] / whole.error[8] < 100
+    monkeypatch.setattr(motion, "ROOM", 2**10)
+    own = of.propagate(start(of)[:2], start(of)[2:], 0.0, 8.0, 1e-9, own=True, beside=(beside := of.propagate.beside()))
+    assert len(own.t_at) > 2**10 // 40 and beside.errors.shape == (len(own.t_at) + 1, 2) and np.all(beside.errors > 0)
+    assert np.array_equal(beside.errors[-1], beside.errors[-2])
+
+
+def test_what_is_lost_stays_lost() -> None:
+    found = run(system("plain"), 1e-6, np.linspace(0.0, 200.0, 101))
+    assert found.status == "doubtful" and found.error[-1] > 0.5 and np.all(np.diff(found.error[found.error > 0.5]) >= 0)
+
+
+def test_a_generated_folder_has_none_and_is_judged_by_a_second_run() -> None:
+    of = build_folder(REFERENCE)
+    assert not hasattr(of.propagate, "beside")
+    x0, u = np.array([2.0, 0.5, 0.0, 0.0]), np.zeros(2)
+    rough, fine = (simulate(of, x0, TIMES, "taylor", tol, u=u) for tol in (1e-7, None))
+    true = Measure.of(of, rough.x)(rough.x - fine.x)
+    seen = true > 30 * fine.error
+    assert seen.sum() > 20 and np.all((rough.error[seen] > 0.2 * true[seen]) & (rough.error[seen] < 20 * true[seen]))
