@@ -19,6 +19,8 @@ from phichain.scene import Scene
 from phichain.scratch import folder_texts
 from tests.generated.compiling import STRICT, compiled, selftest_program, symbols, write_all, write_c
 
+#: Numbers of single precision beyond 2^11 that lie nearest to multiples of pi/2 in their binades: within 2e-8 to 7e-8.
+_NEAREST = [float.fromhex(number) for number in ("0x1.17cc5p+11", "0x1.9a48dep+15", "0x1.9a48dep+16", "0x1.04ccbcp+18", "0x1.04ccbcp+19")]
 DTYPE = {"double": np.float64, "float": np.float32}
 
 
@@ -58,7 +60,7 @@ def hard_angles(real: str) -> np.ndarray:
     turns = np.concatenate([np.arange(1, 200), source.integers(200, 636_000, 700)])
     with mpmath.workdps(40):
         near = [float(int(k) * mpmath.pi / 2) for k in turns]
-    angles = np.concatenate([sizes, near]).astype(DTYPE[real])
+    angles = np.concatenate([sizes, near, _NEAREST]).astype(DTYPE[real])
     return angles[np.abs(angles) <= trig.RANGE]
 
 

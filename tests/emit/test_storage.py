@@ -80,3 +80,12 @@ def test_what_is_written_where_it_is_used_is_read_there() -> None:
     assert not shared_storage(program).guests
     lines = c_function(program, CNames("late", "float", {}, is_plain=True), {}).lines
     assert [line for line in lines if "a[0]" in line] == ["    out[0] = a[0] - a[1];"]
+
+
+def test_an_array_longer_than_most_stays_apart() -> None:
+    """One cell more would cost a whole record more."""
+    scene = Scene("chain", 6, mass=1 / 6, length=1 / 6, com=1 / 12, actuated="all", real="float", trig="bundled", want=("dynamics_and_jacobian",), code="loops")
+    program = lower_function(derive(scene), "dynamics_and_jacobian", "loops")
+    storage = shared_storage(program)
+    assert storage.extent == 6 and 7 in storage.sizes.values()
+    assert storage.cells < 7 * len(set(storage.fields.values()))

@@ -17,10 +17,11 @@ def reading(program: Program, read: Read) -> Program:
         program: without calls.
         read: what stands for an operand.
     """
-    return replace(program, body=tuple(_statement(statement, read) for statement in program.body))
+    return replace(program, body=tuple(read_in(statement, read) for statement in program.body))
 
 
-def _statement(statement: Statement, read: Read) -> Statement:
+def read_in(statement: Statement, read: Read) -> Statement:
+    """A statement with every operand replaced, those of loops within it too."""
     match statement:
         case Op():
             return replace(statement, args=tuple(map(read, statement.args)))
@@ -28,7 +29,7 @@ def _statement(statement: Statement, read: Read) -> Statement:
             return replace(statement, value=read(statement.value))
         case For():
             carries = tuple(Carry(carry.name, read(carry.initial), read(carry.following)) for carry in statement.carries)
-            return replace(statement, carries=carries, body=tuple(_statement(inner, read) for inner in statement.body))
+            return replace(statement, carries=carries, body=tuple(read_in(inner, read) for inner in statement.body))
         case Call():
             raise AssertionError("calls are put in place before what a Program reads is replaced")
     return statement

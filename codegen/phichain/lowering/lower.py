@@ -17,11 +17,12 @@ from phichain.ir.short_loops import without_short_loops
 from phichain.lowering.agreement import check_model
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.parameters import Parameters
-from phichain.lowering.chain.room import saves_memory
+from phichain.lowering.chain.room import saves_memory, saves_text
 from phichain.lowering.writers import WRITERS, Writer, declared
 from phichain.mechanics import Model
 from phichain.scene import Scene
 from phichain.transform.blocks import Block
+from phichain.transform.fused import with_fused_loops
 from phichain.transform.tangent import jacobian
 from phichain.transform.twins import without_twins
 from phichain.transform.unread import without_unread_cells
@@ -136,7 +137,10 @@ class _Lowering:
         if not saves_memory(self.scene):
             return short
         read = without_unread_cells(short)
-        return without_short_loops(read if read.callees else without_unread_cells(without_twins(read)))
+        if not read.callees:
+            read = without_unread_cells(without_twins(read))
+            read = without_unread_cells(with_fused_loops(read)) if saves_text(self.scene) else read
+        return without_short_loops(read)
 
     def _is_written(self, name: str) -> bool:
         if not WRITERS.has(name, self.scene.space):

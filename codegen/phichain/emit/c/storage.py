@@ -74,7 +74,7 @@ def _in_records(program: Program, storage: Storage) -> Storage:
     sizes = {place: size for place, size in storage.sizes.items() if size > 1 and not whole & set(tenants[place])}
     counts = Counter(sizes.values())
     usual = min(counts, key=lambda size: (-counts[size], size), default=0)
-    places = [place for place, size in sizes.items() if abs(size - usual) <= _OF_ONE_LENGTH]
+    places = [place for place, size in sizes.items() if 0 <= usual - size <= _OF_ONE_LENGTH]
     if len(places) < _FEWEST_FIELDS:
         return storage
     fields = {name: "_then_".join(tenants[place]) for place in places for name in tenants[place]}

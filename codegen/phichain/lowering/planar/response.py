@@ -21,6 +21,7 @@ from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.chain.parameters import Parameters
+from phichain.lowering.chain.room import saves_text
 from phichain.lowering.planar.articulated import Outer, Pivot, Sweep
 from phichain.lowering.planar.joints import PlanarState, couples
 from phichain.scene import Scene
@@ -35,8 +36,9 @@ class Recalled(Sweep):
         self, builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None
     ) -> None:
         super().__init__(builder, scene, parameters, state, couples(builder, scene, parameters, state, u))
-        names: tuple[str, ...] = ("inverse", "level", "axial", "pull", "link_xx", "tip_x", "tip_y", "tip_force_x", "tip_force_y")
-        names += () if scene.tip_masses else ("link_xy", "link_yy")
+        names: tuple[str, ...] = ("inverse", "level", "axial", "pull", "tip_x", "tip_y", "tip_force_x", "tip_force_y")
+        names += () if saves_text(scene) else ("link_xx",)
+        names += () if scene.tip_masses else ("link_yy",) if saves_text(scene) else ("link_xy", "link_yy")
         self.kept = {name: builder.array(f"{name}_of", scene.links) for name in names}
 
     def pivot(self, outer: Outer, k: Index) -> Pivot:
@@ -53,6 +55,14 @@ class Recalled(Sweep):
             if f"link_{name}" in self.kept:
                 self.kept[f"link_{name}"][k] = getattr(link, name)
         return super()._turned(link, k)
+
+    def inertia(self, k: Index) -> tuple[Expr, Expr, Expr]:
+        """Link k and all beyond it in its frame, in units of the link before: what is kept of it, or made again of what is kept anyway."""
+        kept, factors, nothing = self.kept, self.factors, self.builder.lift(0)
+        xx = kept["link_xx"][k] if "link_xx" in kept else factors.axial[k] + factors.mass[k] * kept["axial"][k]
+        if self.scene.tip_masses:
+            return xx, nothing, nothing
+        return xx, kept["link_xy"][k] if "link_xy" in kept else -(factors.skew[k] * self.gain_x[k]), kept["link_yy"][k]
 
     def moved(self, k: Index, joint_y: Expr, tip: Pair) -> None:
         """Keep the acceleration of a link's tip and the force that it gives to what is beyond, in the link's units."""
@@ -109,7 +119,7 @@ class Response:
         let, arrays, kept, sweep = self.builder.let, self.arrays, self.sweep.kept, self.sweep
         sine, cosine, overhang = sweep.sine[k], sweep.cosine[k], self.units.overhang[k - 1]
         step = let("pass_step", self.units.outward[k] * kept["inverse"][k - 1])
-        xx, xy, yy = self._inertia(k)
+        xx, xy, yy = sweep.inertia(k)
         arrays["pass_xx"][k] = step * (cosine * (1 + yy) + sine * xy)
         arrays["pass_yx"][k] = -(step * (sine * (1 + xx) + cosine * xy))
         if "pass_xy" in arrays:
@@ -122,11 +132,6 @@ class Response:
         before, back = self.rho(k - 1), self.inwards(k, rho)
         arrays["link_row_x"][k], arrays["link_row_y"][k] = -back[0], -back[1]
         arrays["joint_row_x"][k], arrays["joint_row_y"][k] = before[0] - back[0], before[1] - back[1]
-
-    def _inertia(self, k: Index) -> tuple[Expr, Expr, Expr]:
-        kept = self.sweep.kept
-        xx, xy, yy = (kept[name][k] if name in kept else self.nothing for name in ("link_xx", "link_xy", "link_yy"))
-        return xx, xy, yy
 
     def on_wall(self, fall: tuple[Expr, ...], length: Expr) -> Base:
         """A base that stands still, or is given its acceleration."""
@@ -145,7 +150,7 @@ class Response:
         axial = outer.xx * mass + leverage * outer.determinant
         push = force / (unit * length)
         pull = axial * tip[0] + outer.xy * push + (outer.force_x * mass + leverage * outer.minor_x)
-        xx, xy, yy = self._inertia(0)
+        xx, xy, yy = sweep.inertia(0)
         sine, cosine = sweep.sine[0], sweep.cosine[0]
         arrays["pass_xx"][0] = inverse * (cosine * (mass + yy) + sine * xy)
         arrays["pass_yx"][0] = -(inverse * (sine * (mass + xx) + cosine * xy))
