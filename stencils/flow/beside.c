@@ -37,19 +37,19 @@ static void stem_tangent(const phi_real state[stem_x], phi_real off[stem_x])
 /* What a neighbour becomes over a step. */
 static void stem_follow(CONTEXT const stem_jets *jet, const phi_real *h, phi_real off[stem_x], stem_jets *beside)
 {
-    const phi_real t = *h / jet->start.unit[0];
+    const phi_real t = *h / jet->start->unit[0];
     phi_real moved[stem_x], increment[stem_x];
     for (int i = 0; i < stem_x; ++i) {
         moved[i] = jet->state[i] + off[i];
     }
-    stem_begin(PASS jet, moved, jet->lost, &jet->start.unit[0], &beside->start);
+    stem_begin(PASS jet, moved, jet->lost, &jet->start->unit[0], beside->start);
     stem_expand(PASS stem_low, beside);
     for (int i = 0; i < stem_x; ++i) {
         phi_real sum = beside->x[stem_low][i] - jet->x[stem_low][i];
         for (int n = stem_low - 1; n > 0; --n) {
             sum = sum * t + (beside->x[n][i] - jet->x[n][i]);
         }
-        increment[i] = sum * (i < stem_q ? t : t / jet->start.unit[0]);
+        increment[i] = sum * (i < stem_q ? t : t / jet->start->unit[0]);
     }
     for (int i = 0; i < stem_x; ++i) {
         off[i] += increment[i];
@@ -60,7 +60,7 @@ static void stem_follow(CONTEXT const stem_jets *jet, const phi_real *h, phi_rea
  * of time; and half a unit in the last place of what the state moves by, of either sign. */
 static void stem_local(const int order, const stem_jets *jet, const phi_real *h, stem_words *drawn, phi_real error[stem_x])
 {
-    const phi_real unit = jet->start.unit[0], t = *h / unit, ratio = unit / jet->end.unit[0], square = t * t;
+    const phi_real unit = jet->start->unit[0], t = *h / unit, ratio = unit / jet->end->unit[0], square = t * t;
     phi_real even[stem_x], odd[stem_x];
     for (int i = 0; i < stem_x; ++i) {
         even[i] = odd[i] = 0;
@@ -76,7 +76,7 @@ static void stem_local(const int order, const stem_jets *jet, const phi_real *h,
         }
     }
     for (int i = 0; i < stem_x; ++i) {
-        const phi_real share = i < stem_q ? t : t / unit, slope = jet->end.slope[i] * (i < stem_q ? ratio : ratio * ratio);
+        const phi_real share = i < stem_q ? t : t / unit, slope = jet->end->slope[i] * (i < stem_q ? ratio : ratio * ratio);
         const phi_real rounding = PHI_EPSILON / 2 * (jet->moved[i] - jet->state[i]);
         *drawn = *drawn * 6364136223846793005u + 1442695040888963407u;
         error[i] = share * ((even[i] * t + odd[i]) - slope) / (phi_real)(order + 1) + (*drawn >> 63 ? rounding : -rounding);
