@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
 import subprocess
@@ -104,7 +105,7 @@ def test_no_stencil_is_left_out() -> None:
     ("file", "right", "wrong"),
     [
         ("flow_length.c", "memcpy(&bits, length, sizeof bits);", "memcpy(&bits, *length, sizeof bits);"),
-        ("flow_norms.c", "const phi_real share = i < stem_cart", "const int share = i < stem_cart"),
+        ("flow_norms.c", "stem_lanes size = STEM_SIZE(x[i]);", "int size = STEM_SIZE(x[i]);"),
         ("flow_turns.c", "STEM_AT(jet->turns[i], lane) += turns;", ""),
         ("flow_run.c", "#ifdef PHI_WORK_ON_STACK\n    return", "#if WITH_STACKS\n    return"),
     ],
@@ -132,6 +133,34 @@ def test_what_stands_in_for_a_scene_is_never_emitted() -> None:
     for path in stencils_folder().glob("flow_*.c"):
         assert "ALONE" not in path.read_text(encoding="utf-8")
         assert "#include" not in path.read_text(encoding="utf-8")
+
+
+# --- what they compute -------------------------------------------------------------------------------------------------
+
+
+def said(folder: Path, program: str, **words: int) -> list[float]:
+    """The numbers that a C program around stencils prints."""
+    need(COMPILERS[0])
+    features = [f"-D{name}={value}" for name, value in ({name: 0 for name in next(combinations())} | words).items()]
+    source = Path(__file__).parents[1] / "data" / "stencils" / f"{program}.c"
+    command = [COMPILERS[0], "-std=gnu99", "-O1", "-w", f"-I{stencils_folder()}", *features, str(source), "-o", "said", "-lm"]
+    subprocess.run(command, cwd=folder, check=True)
+    return [float(word) for word in subprocess.run([folder / "said"], capture_output=True, text=True, check=True).stdout.split()]
+
+
+@pytest.mark.parametrize("words", [{"ALONE_BATCH": 0}, {"ALONE_BATCH": 1, "ALONE_VECTORS": 1, "WITH_TRIPLES": 1}, {"ALONE_BATCH": 1}])
+def test_blocks_of_four_orders_are_the_whole_sums(words: dict[str, int], tmp_path: Path) -> None:
+    """At every start of a block, and without a look at rows that come later."""
+    apart = said(tmp_path, "sums", WITH_SPHERE=1, WITH_SQUARES=1, WITH_SCALES=1, **words)
+    assert len(apart) == 60 and max(apart) < 1e-14
+
+
+def test_zeros_take_few_looks(tmp_path: Path) -> None:
+    """To the last digit, and no faster method needs many fewer."""
+    found = said(tmp_path, "zeros", WITH_SCALES=1)
+    exact = [math.pi / 10, math.log(1.3), 0.3, 1e-9, -0.7]
+    assert found[::2] == pytest.approx(exact, rel=4e-16, abs=0)
+    assert max(found[1::2]) <= 9
 
 
 # --- instances ---------------------------------------------------------------------------------------------------------
