@@ -1122,7 +1122,14 @@ static PLANAR2_FLOW_APART void planar2_flow_expand(const int order, planar2_work
         } else if (turn == 0) {
             planar2_flow_ahead(n, jet);
         } else {
-            planar2_flow_rest(n, turn, jet);
+            /* A number that compilers see is one that they take in line. */
+            if (turn == 1) {
+                planar2_flow_rest(n, 1, jet);
+            } else if (turn == 2) {
+                planar2_flow_rest(n, 2, jet);
+            } else {
+                planar2_flow_rest(n, 3, jet);
+            }
         }
         planar2_flow_order(jet->start->held, sums, jet->x[n], planar2_flow_now[n], jet->left[n + 1],
             jet->right[n + 1], jet->x[n + 1]);
@@ -1472,7 +1479,6 @@ static planar2_real planar2_flow_zero(const int order, const planar2_workspace *
     }
     return high;
 }
-
 
 /* Whether an entry of a lane's state stays on its side of zero over a step, where it starts so far from
  * it: all its coefficients together do not lead there. */

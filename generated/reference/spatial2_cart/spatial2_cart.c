@@ -1472,7 +1472,14 @@ static SPATIAL2_CART_FLOW_APART void spatial2_cart_flow_expand(const int order,
             spatial2_cart_flow_ahead(n, jet);
             spatial2_cart_flow_square_ahead(n, jet);
         } else {
-            spatial2_cart_flow_rest(n, turn, jet);
+            /* A number that compilers see is one that they take in line. */
+            if (turn == 1) {
+                spatial2_cart_flow_rest(n, 1, jet);
+            } else if (turn == 2) {
+                spatial2_cart_flow_rest(n, 2, jet);
+            } else {
+                spatial2_cart_flow_rest(n, 3, jet);
+            }
             spatial2_cart_flow_square_rest(n, turn, jet);
         }
         spatial2_cart_flow_order(jet->start->held, sums, jet->x[n], spatial2_cart_flow_now[n],
@@ -1842,7 +1849,6 @@ static spatial2_cart_real spatial2_cart_flow_zero(const int order, const spatial
     }
     return high;
 }
-
 
 /* Time into a lane's step at which its scalar changes sign, or 2 h when it does not. `before` is what it
  * was at the end of the last step, and becomes what it is at the end of this one. */
