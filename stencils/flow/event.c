@@ -88,7 +88,6 @@ static phi_real stem_zero(POSITIONS_CONTEXT const int order, const stem_jets *je
     }
     return high;
 }
-
 #if !WITH_SPHERE
 
 /* Whether an entry of a lane's state stays on its side of zero over a step, where it starts so far from it: all its coefficients

@@ -94,7 +94,18 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
             stem_square_ahead(n, jet);
 #endif
         } else {
+#if WITH_TRIPLES
             stem_rest(n, turn, jet);
+#else
+            /* A number that compilers see is one that they take in line. */
+            if (turn == 1) {
+                stem_rest(n, 1, jet);
+            } else if (turn == 2) {
+                stem_rest(n, 2, jet);
+            } else {
+                stem_rest(n, 3, jet);
+            }
+#endif
 #if WITH_SQUARES
             stem_square_rest(n, turn, jet);
 #endif

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
 import subprocess
@@ -142,6 +143,34 @@ def test_what_stands_in_for_a_scene_is_never_emitted() -> None:
     for path in emitted():
         assert "ALONE" not in path.read_text(encoding="utf-8")
         assert "#include" not in path.read_text(encoding="utf-8")
+
+
+# --- what they compute -------------------------------------------------------------------------------------------------
+
+
+def said(folder: Path, program: str, **words: int) -> list[float]:
+    """The numbers that a C program around stencils prints."""
+    need(COMPILERS[0])
+    features = [f"-D{name}={value}" for name, value in ({name: 0 for name in next(combinations())} | words).items()]
+    source = Path(__file__).parents[1] / "data" / "stencils" / f"{program}.c"
+    command = [COMPILERS[0], "-std=gnu99", "-O1", "-w", f"-I{stencils_folder()}", *features, str(source), "-o", "said", "-lm"]
+    subprocess.run(command, cwd=folder, check=True)
+    return [float(word) for word in subprocess.run([folder / "said"], capture_output=True, text=True, check=True).stdout.split()]
+
+
+@pytest.mark.parametrize("words", [{"ALONE_BATCH": 0}, {"ALONE_BATCH": 1, "ALONE_VECTORS": 1, "WITH_TRIPLES": 1}, {"ALONE_BATCH": 1}])
+def test_blocks_of_four_orders_are_the_whole_sums(words: dict[str, int], tmp_path: Path) -> None:
+    """At every start of a block, and without a look at rows that come later."""
+    apart = said(tmp_path, "sums", WITH_SPHERE=1, WITH_SQUARES=1, WITH_SCALES=1, **words)
+    assert len(apart) == 60 and max(apart) < 1e-14
+
+
+def test_zeros_take_few_looks(tmp_path: Path) -> None:
+    """To the last digit, and no faster method needs many fewer."""
+    found = said(tmp_path, "zeros", WITH_SCALES=1)
+    exact = [math.pi / 10, math.log(1.3), 0.3, 1e-9, -0.7]
+    assert found[::2] == pytest.approx(exact, rel=4e-16, abs=0)
+    assert max(found[1::2]) <= 9
 
 
 # --- instances ---------------------------------------------------------------------------------------------------------

@@ -35,6 +35,7 @@ ALLOWED = {
         "likewise",
     ),
     "phichain.archive.reader": "reads what a law was saved to",
+    "phichain.archive.possible": "says what numbers of such a file can be",
     "phichain.archive.schema": "says what such a file holds",
     "phichain.records": "writes what a law is saved to",
     "phichain.held": "arrays of records are copies that nobody writes to",

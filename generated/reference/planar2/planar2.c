@@ -916,20 +916,27 @@ static void planar2_flow_order(const planar2_real held[36], const planar2_real s
     next[3] = rate_1 - rate_0;
 }
 
-/* Largest angle and rate of a row in every lane, the cart's in lengths of the chain. */
+/* Largest of a row of angles or of rates in every lane, the cart's in lengths of the chain. */
+static void planar2_flow_norm(const planar2_real reach, const planar2_real x[planar2_flow_q],
+    planar2_real *norm)
+{
+    planar2_real largest = 0;
+    for (int i = 0; i < planar2_flow_q; ++i) {
+        planar2_real size = PLANAR2_FLOW_SIZE(x[i]);
+        if (i < planar2_flow_cart) {
+            size *= 1 / reach;
+        }
+        largest = PLANAR2_FLOW_LARGER(size, largest);
+    }
+    *norm = largest;
+}
+
+/* Those of a row's angles and of its rates. */
 static void planar2_flow_norms(const planar2_real reach, const planar2_real x[planar2_flow_x],
     planar2_real norm[2])
 {
-    planar2_real angle = 0, rate = 0;
-    for (int i = 0; i < planar2_flow_q; ++i) {
-        const planar2_real share = i < planar2_flow_cart ? 1 / reach : 1;
-        const planar2_real of_angle = PLANAR2_FLOW_SIZE(x[i]) * share,
-            of_rate = PLANAR2_FLOW_SIZE(x[planar2_flow_q + i]) * share;
-        angle = PLANAR2_FLOW_LARGER(of_angle, angle);
-        rate = PLANAR2_FLOW_LARGER(of_rate, rate);
-    }
-    norm[0] = angle;
-    norm[1] = rate;
+    planar2_flow_norm(reach, x, norm);
+    planar2_flow_norm(reach, x + planar2_flow_q, norm + 1);
 }
 
 /* a b + c, rounded once. Where no instruction does it, nothing contracts either, and the product's
@@ -1030,7 +1037,8 @@ static void planar2_flow_sums(const int n, const planar2_workspace *PLANAR2_REST
  * at a time, which share what they read. For n > 3. */
 static void planar2_flow_ahead(const int n, planar2_workspace *PLANAR2_RESTRICT jet)
 {
-    for (int row = 0; row < planar2_flow_rights; ++row) {
+    enum { begin = 0 };
+    for (int row = begin; row < planar2_flow_rights; ++row) {
         for (int i = 0; i < planar2_flow_lefts; ++i) {
             const int k = planar2_flow_lefts * row + i;
             planar2_real far = jet->right[n - 1][k], middle = jet->right[n - 2][k],
@@ -1063,13 +1071,15 @@ static void planar2_flow_ahead(const int n, planar2_workspace *PLANAR2_RESTRICT 
 static PLANAR2_FLOW_SINGLY void planar2_flow_rest(const int n, const int turn,
     planar2_workspace *PLANAR2_RESTRICT jet)
 {
-    for (int row = 0; row < planar2_flow_rights; ++row) {
+    enum { begin = 0 };
+    for (int row = begin; row < planar2_flow_rights; ++row) {
         for (int i = 0; i < planar2_flow_lefts; ++i) {
             const int k = planar2_flow_lefts * row + i;
             planar2_real sum = jet->sums[turn][k];
             int j = turn - 1;
             do {
-                sum += jet->left[j][i] * jet->right[n - j][k] + jet->left[n - j][i] * jet->right[j][k];
+                sum += jet->left[j][i] * jet->right[n - j][k];
+                sum += jet->left[n - j][i] * jet->right[j][k];
             } while (--j >= 0);
             jet->sums[turn][k] = sum;
         }
@@ -1097,13 +1107,13 @@ static void planar2_flow_begin(const planar2_workspace *jet, const planar2_real 
         start->slope);
 }
 
-/* The coefficients of the states up to the given order, from jet->start. */
+/* The coefficients of the states up to the given order, from jet->start-> */
 static PLANAR2_FLOW_APART void planar2_flow_expand(const int order, planar2_workspace *PLANAR2_RESTRICT jet)
 {
     const int first = 4 + order % 4;
-    memcpy(jet->left, jet->start.left, sizeof jet->start.left);
-    memcpy(jet->right, jet->start.right, sizeof jet->start.right);
-    memcpy(jet->x[1], jet->start.slope, sizeof jet->start.slope);
+    memcpy(jet->left, jet->start->left, sizeof jet->start->left);
+    memcpy(jet->right, jet->start->right, sizeof jet->start->right);
+    memcpy(jet->x[1], jet->start->slope, sizeof jet->start->slope);
     for (int n = 1; n < order; ++n) {
         const int turn = n < first ? 0 : (n - first) % 4;
         planar2_real *sums = jet->sums[turn];
@@ -1112,9 +1122,16 @@ static PLANAR2_FLOW_APART void planar2_flow_expand(const int order, planar2_work
         } else if (turn == 0) {
             planar2_flow_ahead(n, jet);
         } else {
-            planar2_flow_rest(n, turn, jet);
+            /* A number that compilers see is one that they take in line. */
+            if (turn == 1) {
+                planar2_flow_rest(n, 1, jet);
+            } else if (turn == 2) {
+                planar2_flow_rest(n, 2, jet);
+            } else {
+                planar2_flow_rest(n, 3, jet);
+            }
         }
-        planar2_flow_order(jet->start.held, sums, jet->x[n], planar2_flow_now[n], jet->left[n + 1],
+        planar2_flow_order(jet->start->held, sums, jet->x[n], planar2_flow_now[n], jet->left[n + 1],
             jet->right[n + 1], jet->x[n + 1]);
     }
 }
@@ -1123,7 +1140,7 @@ static PLANAR2_FLOW_APART void planar2_flow_expand(const int order, planar2_work
 static void planar2_flow_increment(const int order, const planar2_workspace *PLANAR2_RESTRICT jet,
     const planar2_real *h, planar2_real increment[PLANAR2_RESTRICT planar2_flow_x])
 {
-    const planar2_real t = *h / jet->start.unit[0], share = t / jet->start.unit[0];
+    const planar2_real t = *h / jet->start->unit[0], share = t / jet->start->unit[0];
     for (int i = 0; i < planar2_flow_x; ++i) {
         planar2_real sum = jet->x[order][i];
         for (int n = order - 1; n > 0; --n) {
@@ -1133,34 +1150,35 @@ static void planar2_flow_increment(const int order, const planar2_workspace *PLA
     }
 }
 
-/* The same, and h times the slope of the series in the units of its coefficients: even and odd powers
- * apart, so that no sum waits for the one before. Order 1, the most of it, is added last and rounded once. */
+/* The same, and h times the slope of the rates' series in the units of their coefficients: even and odd
+ * powers apart, so that no sum waits for the one before. Order 1, the most of it, is added last and
+ * rounded once. Angles have rates for slopes, to the last term. */
 static void planar2_flow_advance(const int order, const planar2_workspace *PLANAR2_RESTRICT jet,
     const planar2_real *h, planar2_real increment[PLANAR2_RESTRICT planar2_flow_x],
-    planar2_real along[PLANAR2_RESTRICT planar2_flow_x])
+    planar2_real along[PLANAR2_RESTRICT planar2_flow_q])
 {
-    const planar2_real t = *h / jet->start.unit[0], share = t / jet->start.unit[0], square = t * t;
-    for (int i = 0; i < planar2_flow_x; ++i) {
-        planar2_real sum = jet->x[order][i], next = jet->x[order - 1][i];
-        planar2_real slope = (planar2_real)order * sum, next_slope = (planar2_real)(order - 1) * next;
-        int n = order - 2;
-        for (; n > 2; n -= 2) {
-            sum = sum * square + jet->x[n][i];
-            next = next * square + jet->x[n - 1][i];
-            slope = slope * square + (planar2_real)n * jet->x[n][i];
-            next_slope = next_slope * square + (planar2_real)(n - 1) * jet->x[n - 1][i];
+    const planar2_real t = *h / jet->start->unit[0], share = t / jet->start->unit[0], square = t * t;
+    for (int i = 0; i < planar2_flow_q; ++i) {
+        /* From order 2 on: even powers, odd ones, and the slopes of the rates' along t^2. */
+        planar2_real angle = 0, rate = angle, slope = angle, odd_angle = angle, odd_rate = angle,
+            odd_slope = angle;
+        int n = order;
+        if (n % 2 == 0) {
+            angle = jet->x[n][i];
+            rate = jet->x[n--][planar2_flow_q + i];
         }
-        if (n == 2) {
-            sum = (sum * square + jet->x[2][i]) + next * t;
-            slope = (slope * square + 2 * jet->x[2][i]) + next_slope * t;
-        } else {
-            sum = sum * t + next;
-            slope = slope * t + next_slope;
+        for (; n > 1; n -= 2) {
+            odd_slope = odd_slope * square + odd_rate;
+            slope = slope * square + rate;
+            odd_angle = odd_angle * square + jet->x[n][i];
+            odd_rate = odd_rate * square + jet->x[n][planar2_flow_q + i];
+            angle = angle * square + jet->x[n - 1][i];
+            rate = rate * square + jet->x[n - 1][planar2_flow_q + i];
         }
-        sum = sum * t + jet->x[1][i];
-        slope = slope * t + jet->x[1][i];
-        increment[i] = sum * (i < planar2_flow_q ? t : share);
-        along[i] = slope * t;
+        const planar2_real rest = odd_rate * t + rate, bend = 2 * (odd_slope * square + slope * t) + odd_rate;
+        increment[i] = ((odd_angle * t + angle) * t + jet->x[1][i]) * t;
+        increment[planar2_flow_q + i] = (rest * t + jet->x[1][planar2_flow_q + i]) * share;
+        along[i] = ((2 * rest + bend * t) * t + jet->x[1][planar2_flow_q + i]) * t;
     }
 }
 
@@ -1176,15 +1194,23 @@ static void planar2_flow_move(const planar2_real increment[planar2_flow_x],
     }
 }
 
-/* One entry of a lane's state at a time h into its step, whole turns added. */
+/* One entry of a lane's state at a time h into its step, whole turns added; powers apart as in
+ * planar2_flow_advance. */
 static planar2_real planar2_flow_entry(const int order, const planar2_workspace *jet, const int lane,
     const planar2_real h, const int i)
 {
-    const planar2_real unit = PLANAR2_FLOW_OF(jet->start.unit[0], lane), t = h / unit;
-    planar2_real sum = PLANAR2_FLOW_OF(jet->x[order][i], lane);
-    for (int n = order - 1; n > 0; --n) {
-        sum = sum * t + PLANAR2_FLOW_OF(jet->x[n][i], lane);
+    const planar2_real unit = PLANAR2_FLOW_OF(jet->start->unit[0], lane), t = h / unit, square = t * t;
+    planar2_real sum = 0, odd = 0;
+    int n = order;
+    if (n % 2 == 0) {
+        sum = PLANAR2_FLOW_OF(jet->x[n][i], lane);
+        --n;
     }
+    for (; n > 1; n -= 2) {
+        odd = odd * square + PLANAR2_FLOW_OF(jet->x[n][i], lane);
+        sum = sum * square + PLANAR2_FLOW_OF(jet->x[n - 1][i], lane);
+    }
+    sum = (odd * t + sum) * t + PLANAR2_FLOW_OF(jet->x[1][i], lane);
     sum = PLANAR2_FLOW_OF(jet->state[i], lane) + (sum * (i < planar2_flow_q ? t : t / unit)
         + PLANAR2_FLOW_OF(jet->lost[i], lane));
     return i < planar2_flow_cart || i >= planar2_flow_q ? sum : planar2_flow_turned(sum,
@@ -1275,19 +1301,18 @@ static void planar2_flow_radius(const int order, const planar2_real *unit, const
 
 /* Step lengths: each of the last two terms within the goal, relative to the motion (Jorba and Zou 2005).
  * Zero where a coefficient or the square of a rate is not finite. `scales` holds the fastest linear rate
- * and the length of the chain. */
+ * and the length of the chain, `state` the states' norms. */
 static void planar2_flow_lengths(const int order, const planar2_workspace *jet, const planar2_real goal,
-    const planar2_real scales[2], planar2_real *length)
+    const planar2_real scales[2], const planar2_real state[2], planar2_real *length)
 {
-    const planar2_real zero = 0, one = 0 + 1, unit = jet->start.unit[0];
-    planar2_real state[2], last[2], before[2], finite = zero;
+    const planar2_real zero = 0, one = 0 + 1, unit = jet->start->unit[0];
+    planar2_real last[2], before[2], finite = zero;
     for (int i = 0; i < planar2_flow_x; ++i) {
         finite += 0 * jet->x[order][i];
     }
     for (int i = planar2_flow_q; i < planar2_flow_x; ++i) {
         finite += 0 * (jet->state[i] * jet->state[i]);
     }
-    planar2_flow_norms(scales[1], jet->state, state);
     planar2_flow_norms(scales[1], jet->x[order], last);
     planar2_flow_norms(scales[1], jet->x[order - 1], before);
     const planar2_real turning = state[1] / scales[0], wide = PLANAR2_FLOW_LARGER(state[0], turning);
@@ -1303,31 +1328,29 @@ static void planar2_flow_lengths(const int order, const planar2_workspace *jet, 
     *length = PLANAR2_FLOW_CHOOSE((finite >= 0) & (finite <= 0), radius, zero);
 }
 
-/* How far the series are from the equations at the ends of their steps: h times the difference of the two
- * slopes there, over what is allowed. Expects the start of the next steps in jet->end, and h times the
- * series' slopes. */
-static void planar2_flow_defects(const planar2_workspace *jet, const planar2_real along[planar2_flow_x],
-    const planar2_real *h, const planar2_real room, const planar2_real scales[2], planar2_real *defect)
+/* How far the series are from the equations at the ends of their steps: h times the difference of the
+ * rates' two slopes there, over what is allowed. Expects the start of the next steps in jet->end, and h
+ * times the series' slopes; angles have their rates for slopes, whatever the equations say. */
+static void planar2_flow_defects(const planar2_workspace *jet, const planar2_real along[planar2_flow_q],
+    const planar2_real *h, const planar2_real room, const planar2_real scales[2], const planar2_real state[2],
+    planar2_real *defect)
 {
-    planar2_real apart[planar2_flow_x], slope[planar2_flow_x], state[2], motion[2], off[2];
-    const planar2_real t = *h / jet->start.unit[0], unit = jet->start.unit[0] / jet->end.unit[0],
-        square = unit * unit;
+    planar2_real apart[planar2_flow_q], slope[planar2_flow_q], motion, off;
+    const planar2_real t = *h / jet->start->unit[0], unit = jet->start->unit[0] / jet->end->unit[0], share = t
+        * (unit * unit);
     const planar2_real one = 0 + 1;
-    for (int i = 0; i < planar2_flow_x; ++i) {
-        slope[i] = t * (jet->end.slope[i] * (i < planar2_flow_q ? unit : square));
+    for (int i = 0; i < planar2_flow_q; ++i) {
+        slope[i] = share * jet->end->slope[planar2_flow_q + i];
         apart[i] = along[i] - slope[i];
     }
-    planar2_flow_norms(scales[1], jet->state, state);
-    planar2_flow_norms(scales[1], slope, motion);
-    planar2_flow_norms(scales[1], apart, off);
+    planar2_flow_norm(scales[1], slope, &motion);
+    planar2_flow_norm(scales[1], apart, &off);
     const planar2_real turning = state[1] / scales[0], wide = PLANAR2_FLOW_LARGER(state[0], turning);
     const planar2_real angle = PLANAR2_FLOW_CHOOSE(wide < 1, wide, one), linear = angle * scales[0];
-    const planar2_real rate = jet->start.unit[0] * PLANAR2_FLOW_LARGER(linear, state[1]);
+    const planar2_real rate = jet->start->unit[0] * PLANAR2_FLOW_LARGER(linear, state[1]);
     /* A large angle is known to as many digits only, and so is its acceleration. */
-    const planar2_real moving = motion[1] * PLANAR2_FLOW_LARGER(state[0], one);
-    const planar2_real of_angle = off[0] / PLANAR2_FLOW_LARGER(angle, motion[0]), of_rate = off[1]
-        / PLANAR2_FLOW_LARGER(rate, moving);
-    *defect = PLANAR2_FLOW_LARGER(of_angle, of_rate) / room;
+    const planar2_real moving = motion * PLANAR2_FLOW_LARGER(state[0], one);
+    *defect = off / PLANAR2_FLOW_LARGER(rate, moving) / room;
 }
 
 /* Each lane's first of h, h/2, h/4, ... at whose end the series keeps to the equations; what the next
@@ -1336,19 +1359,19 @@ static void planar2_flow_defects(const planar2_workspace *jet, const planar2_rea
  * order that no series reaches. A defect that shrinks no faster than the step is rounding: no shorter step
  * would help. */
 static void planar2_flow_check(const int order, planar2_workspace *jet, const planar2_real goal,
-    const planar2_real scales[2], planar2_real *h)
+    const planar2_real scales[2], const planar2_real state[2], planar2_real *h)
 {
     const planar2_real room = 64 * planar2_flow_larger(goal, 2.220446049250313e-16);
     planar2_real last[planar2_flow_lane_count] = {0};
     int slow[planar2_flow_lane_count] = {0}, shorter = 1;
     while (shorter) {
-        planar2_real increment[planar2_flow_x], along[planar2_flow_x], defects, unit,
+        planar2_real increment[planar2_flow_x], along[planar2_flow_q], defects, unit,
             length = PLANAR2_FLOW_SIZE(*h);
         planar2_flow_advance(order, jet, h, increment, along);
         planar2_flow_move(increment, jet);
         planar2_flow_unit(&length, &unit);
-        planar2_flow_begin(jet, jet->moved, jet->moved_lost, &unit, &jet->end);
-        planar2_flow_defects(jet, along, h, room, scales, &defects);
+        planar2_flow_begin(jet, jet->moved, jet->moved_lost, &unit, jet->end);
+        planar2_flow_defects(jet, along, h, room, scales, state, &defects);
         shorter = 0;
         for (int lane = 0; lane < planar2_flow_lane_count; ++lane) {
             const planar2_real defect = PLANAR2_FLOW_OF(defects, lane);
@@ -1420,15 +1443,22 @@ static int planar2_flow_between(const planar2_real low, const planar2_real middl
 }
 
 /* Where the signal changes sign between two times, at the first of which it is `at_low`, at the other
- * `at_high`: the Illinois form of regula falsi, which halves the value of an end that stays. */
+ * `at_high`: the Illinois form of regula falsi, which halves the value of an end that stays twice. What
+ * rounding hides is looked for next to the better end, then in the middle. */
 static planar2_real planar2_flow_zero(const int order, const planar2_workspace *jet, const int lane,
     const planar2_event *event, const planar2_real around, planar2_real low, planar2_real at_low,
     planar2_real high, planar2_real at_high)
 {
     const int rises = at_low < 0;
+    int moved = 0; /* the end that moved last: -1 low, 1 high */
     for (int turn = 0; turn < 100 && (at_high > 0 || at_high < 0); ++turn) {
         planar2_real middle = high - at_high * ((high - low) / (at_high - at_low));
-        if (turn > 60 || !planar2_flow_between(low, middle, high)) {
+        if (!planar2_flow_between(low, middle, high)) {
+            const planar2_real near = 4 * 2.220446049250313e-16 * high;
+            middle = moved < 0 ? low + (high > low ? fabs(near) : -fabs(near)) : high
+                - (high > low ? fabs(near) : -fabs(near));
+        }
+        if (turn > 40 || !planar2_flow_between(low, middle, high)) {
             middle = low + (high - low) / 2;
             if (!planar2_flow_between(low, middle, high)) {
                 break;
@@ -1436,32 +1466,37 @@ static planar2_real planar2_flow_zero(const int order, const planar2_workspace *
         }
         const planar2_real at_middle = planar2_flow_signal(order, jet, lane, middle, event, around);
         if (rises ? at_middle < 0 : at_middle > 0) {
-            at_high /= 2;
+            at_high = moved < 0 ? at_high / 2 : at_high;
             low = middle;
             at_low = at_middle;
+            moved = -1;
         } else {
-            at_low /= 2;
+            at_low = moved > 0 ? at_low / 2 : at_low;
             high = middle;
             at_high = at_middle;
+            moved = 1;
         }
     }
     return high;
 }
 
-/* Time at which the scalar turns, lowest where it lies above zero at the end and highest where it lies
- * below, between two times between which it has not changed sides, or the second of them where it does not
- * turn. */
-static planar2_real planar2_flow_turning(const int order, const planar2_workspace *jet, const int lane,
-    const planar2_real h, const planar2_event *event, const planar2_real low, const planar2_real high,
-    const int is_above)
+/* Whether an entry of a lane's state stays on its side of zero over a step, where it starts so far from
+ * it: all its coefficients together do not lead there. */
+static int planar2_flow_keeps_off(const int order, const planar2_workspace *jet, const int lane,
+    const planar2_real h, const int i, const planar2_real from)
 {
-    const planar2_real around = h / 1024;
-    const planar2_real at_low = planar2_flow_signal(order, jet, lane, low, event, around);
-    const planar2_real at_high = planar2_flow_signal(order, jet, lane, high, event, around);
-    if (is_above ? !(at_low < 0 && at_high > 0) : !(at_low > 0 && at_high < 0)) {
-        return high;
+    const planar2_real unit = PLANAR2_FLOW_OF(jet->start->unit[0], lane), t = fabs(h) / unit, square = t * t;
+    planar2_real even = 0, odd = 0;
+    int n = order;
+    if (n % 2 == 0) {
+        even = fabs(PLANAR2_FLOW_OF(jet->x[n][i], lane));
+        --n;
     }
-    return planar2_flow_zero(order, jet, lane, event, around, low, at_low, high, at_high);
+    for (; n > 0; n -= 2) {
+        odd = odd * square + fabs(PLANAR2_FLOW_OF(jet->x[n][i], lane));
+        even = n > 1 ? even * square + fabs(PLANAR2_FLOW_OF(jet->x[n - 1][i], lane)) : even;
+    }
+    return 2 * ((odd + even * t) * t) < fabs(from) * (i < planar2_flow_q ? 1 : unit);
 }
 
 /* Time into a lane's step at which its scalar changes sign, or 2 h when it does not. `before` is what it
@@ -1469,16 +1504,35 @@ static planar2_real planar2_flow_turning(const int order, const planar2_workspac
 static planar2_real planar2_flow_crossing(const int order, const planar2_workspace *jet, const int lane,
     const planar2_real h, const planar2_event *event, planar2_real *before)
 {
-    planar2_real low = 0, at_low = *before;
+    if (event->scalar != PLANAR2_OF_DEPTH && planar2_flow_keeps_off(order, jet, lane, h, event->index
+        + (event->scalar == PLANAR2_OF_V ? planar2_flow_q : 0), *before)) {
+        const planar2_real end = planar2_flow_scalar(order, jet, lane, h, event);
+        if ((*before < 0 && end < 0) || (*before > 0 && end > 0)) {
+            *before = end;
+            return 2 * h;
+        }
+    }
+    const planar2_real around = h / 1024;
+    planar2_real low = 0, at_low = *before, growth = 0;
+    int is_known = 0; /* by how much the scalar grows around low */
     for (int look = 1; look <= planar2_flow_looks; ++look) {
         const planar2_real end = look == planar2_flow_looks ? h : h * (planar2_real)look
             / (planar2_real)planar2_flow_looks;
         const planar2_real at_end = planar2_flow_scalar(order, jet, lane, end, event);
         planar2_real high = end, at_high = at_end;
         if (!((at_low < 0 && at_end >= 0) || (at_low > 0 && at_end <= 0))) {
-            /* Twice across zero and back, perhaps; or, where it starts at zero, once. */
-            high = planar2_flow_turning(order, jet, lane, h, event, low, end, at_end > 0);
-            at_high = planar2_flow_scalar(order, jet, lane, high, event);
+            /* Twice across zero and back, perhaps; or, where it starts at zero, once: where it turns in
+             * between, lowest where it lies above zero at the end and highest where it lies below. */
+            const planar2_real from = is_known ? growth : planar2_flow_signal(order, jet, lane, low, event,
+                around);
+            growth = planar2_flow_signal(order, jet, lane, end, event, around);
+            is_known = 1;
+            if (at_end > 0 ? from < 0 && growth > 0 : from > 0 && growth < 0) {
+                high = planar2_flow_zero(order, jet, lane, event, around, low, from, end, growth);
+                at_high = planar2_flow_scalar(order, jet, lane, high, event);
+            }
+        } else {
+            is_known = 0;
         }
         for (;;) {
             const int rises = at_low < 0 && at_high >= 0, falls = at_low > 0 && at_high <= 0;
@@ -1525,7 +1579,7 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
     planar2_flow_unit(&span, &unit);
     if (event != NULL) {
         memset(jet->x, 0, sizeof jet->x);
-        jet->start.unit[0] = unit;
+        jet->start->unit[0] = unit;
         at_event = planar2_flow_at_start(order, jet, 0, event, scales);
     }
     flow->tolerance = tolerance;
@@ -1544,18 +1598,19 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
             break;
         }
         if (is_new) {
-            planar2_flow_begin(jet, jet->state, jet->lost, &unit, &jet->start);
+            planar2_flow_begin(jet, jet->state, jet->lost, &unit, jet->start);
         } else {
-            memcpy(&jet->start, &jet->end, sizeof jet->start);
+            memcpy(jet->start, jet->end, sizeof jet->start);
         }
         planar2_flow_expand(order, jet);
-        planar2_flow_lengths(order, jet, goal, scales, &length);
+        planar2_flow_norms(scales[1], jet->state, speed);
+        planar2_flow_lengths(order, jet, goal, scales, speed, &length);
         if (!((flow->t + 1024 * (way * length)) * way > flow->t * way)) {
             result = PLANAR2_NOT_FINITE;
             break;
         }
         planar2_real h = length < left * way ? way * length : left;
-        planar2_flow_check(order, jet, goal, scales, &h);
+        planar2_flow_check(order, jet, goal, scales, speed, &h);
         is_new = 0;
         if (!(h * way < left * way)) {
             result = PLANAR2_DONE;
@@ -1590,7 +1645,7 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
         memcpy(jet->lost, jet->moved_lost, sizeof jet->lost);
         /* The next step starts from what a run that began here would see. */
         if (planar2_flow_wind(0, jet) && !is_new) {
-            unit = jet->end.unit[0];
+            unit = jet->end->unit[0];
             is_new = 1;
         }
         const planar2_real whole = h + flow->t_lost, after = flow->t + whole;

@@ -175,7 +175,7 @@ void planar2_phi_jacobian(const planar2_real amplitude[2], planar2_real omega, p
 void planar2_step(planar2_real h, const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
     planar2_real q_next[2], planar2_real v_next[2]);
 
-/* planar2_propagate and what it calls: Cortex-M4F, -Os: flash 26012 bytes, stack 1280 bytes at most. */
+/* planar2_propagate and what it calls: Cortex-M4F, -Os: flash 27409 bytes, stack 1280 bytes at most. */
 /* What propagate returns. */
 enum {
     PLANAR2_DONE = 0,        /* t_end was reached */
@@ -209,7 +209,7 @@ typedef struct planar2_start {
  * 4416 bytes of the caller's; its contents need not outlive a call, and calls at the same time need one each.
  * Compiled with PLANAR2_WORK_ON_STACK defined, a call without one works on the stack. */
 typedef struct planar2_workspace {
-    planar2_start start, end;
+    planar2_start start[1], end[1];
     planar2_real x[23][4];
     planar2_real left[23][4];
     planar2_real right[23][8];

@@ -1252,20 +1252,27 @@ static void spatial2_cart_flow_settle(const spatial2_cart_real x[16], const spat
     }
 }
 
-/* Largest angle and rate of a row in every lane, the cart's in lengths of the chain. */
+/* Largest of a row of angles or of rates in every lane, the cart's in lengths of the chain. */
+static void spatial2_cart_flow_norm(const spatial2_cart_real reach,
+    const spatial2_cart_real x[spatial2_cart_flow_q], spatial2_cart_real *norm)
+{
+    spatial2_cart_real largest = 0;
+    for (int i = 0; i < spatial2_cart_flow_q; ++i) {
+        spatial2_cart_real size = SPATIAL2_CART_FLOW_SIZE(x[i]);
+        if (i < spatial2_cart_flow_cart) {
+            size *= 1 / reach;
+        }
+        largest = SPATIAL2_CART_FLOW_LARGER(size, largest);
+    }
+    *norm = largest;
+}
+
+/* Those of a row's angles and of its rates. */
 static void spatial2_cart_flow_norms(const spatial2_cart_real reach,
     const spatial2_cart_real x[spatial2_cart_flow_x], spatial2_cart_real norm[2])
 {
-    spatial2_cart_real angle = 0, rate = 0;
-    for (int i = 0; i < spatial2_cart_flow_q; ++i) {
-        const spatial2_cart_real share = i < spatial2_cart_flow_cart ? 1 / reach : 1;
-        const spatial2_cart_real of_angle = SPATIAL2_CART_FLOW_SIZE(x[i]) * share,
-            of_rate = SPATIAL2_CART_FLOW_SIZE(x[spatial2_cart_flow_q + i]) * share;
-        angle = SPATIAL2_CART_FLOW_LARGER(of_angle, angle);
-        rate = SPATIAL2_CART_FLOW_LARGER(of_rate, rate);
-    }
-    norm[0] = angle;
-    norm[1] = rate;
+    spatial2_cart_flow_norm(reach, x, norm);
+    spatial2_cart_flow_norm(reach, x + spatial2_cart_flow_q, norm + 1);
 }
 
 /* Sums of order n over 0 <= j <= n of left_j right_{n-j}, where orders come one by one. */
@@ -1288,7 +1295,8 @@ static void spatial2_cart_flow_sums(const int n, const spatial2_cart_workspace *
  * at a time, which share what they read. For n > 3. */
 static void spatial2_cart_flow_ahead(const int n, spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
 {
-    for (int row = 0; row < spatial2_cart_flow_rights; ++row) {
+    enum { begin = 0 };
+    for (int row = begin; row < spatial2_cart_flow_rights; ++row) {
         for (int i = 0; i < spatial2_cart_flow_lefts; ++i) {
             const int k = spatial2_cart_flow_lefts * row + i;
             spatial2_cart_real far = jet->right[n - 1][k], middle = jet->right[n - 2][k],
@@ -1322,20 +1330,22 @@ static void spatial2_cart_flow_ahead(const int n, spatial2_cart_workspace *SPATI
 static SPATIAL2_CART_FLOW_SINGLY void spatial2_cart_flow_rest(const int n, const int turn,
     spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
 {
-    for (int row = 0; row < spatial2_cart_flow_rights; ++row) {
+    enum { begin = 0 };
+    for (int row = begin; row < spatial2_cart_flow_rights; ++row) {
         for (int i = 0; i < spatial2_cart_flow_lefts; ++i) {
             const int k = spatial2_cart_flow_lefts * row + i;
             spatial2_cart_real sum = jet->sums[turn][k];
             int j = turn - 1;
             do {
-                sum += jet->left[j][i] * jet->right[n - j][k] + jet->left[n - j][i] * jet->right[j][k];
+                sum += jet->left[j][i] * jet->right[n - j][k];
+                sum += jet->left[n - j][i] * jet->right[j][k];
             } while (--j >= 0);
             jet->sums[turn][k] = sum;
         }
     }
 }
 
-/* Sums of order n of left_j left_{n-j}, behind the others. */
+/* Sums of order n of left_j left_{n-j}, behind the others, where orders come one by one. */
 static void spatial2_cart_flow_square_sums(const int n,
     const spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet,
     spatial2_cart_real *SPATIAL2_CART_RESTRICT sums)
@@ -1350,6 +1360,69 @@ static void spatial2_cart_flow_square_sums(const int n,
             sum += jet->left[n / 2][i] * jet->left[n / 2][i];
         }
         sums[i] = sum;
+    }
+}
+
+/* What the sums of orders n to n + 3 can take from rows up to n, every pair once; order n is whole then.
+ * For n > 3. */
+static void spatial2_cart_flow_square_ahead(const int n, spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
+{
+    enum { behind = spatial2_cart_flow_lefts * spatial2_cart_flow_rights };
+    const int half = (n - 1) / 2;
+    for (int i = 0; i < spatial2_cart_flow_squares; ++i) {
+        spatial2_cart_real near = jet->left[n][i], middle = 0, far = middle;
+        spatial2_cart_real first = jet->left[0][i] * near, second = middle, third = middle, fourth = middle;
+        int j = 1;
+        do {
+            const spatial2_cart_real row = jet->left[j][i], other = jet->left[n - j][i];
+            first += row * other;
+            second += row * near;
+            third += row * middle;
+            fourth += row * far;
+            far = middle;
+            middle = near;
+            near = other;
+        } while (++j <= half);
+        jet->sums[0][behind + i] = first;
+        jet->sums[1][behind + i] = second;
+        jet->sums[2][behind + i] = third;
+        jet->sums[3][behind + i] = fourth;
+    }
+    /* The rows in the middle meet themselves and each other. */
+    for (int i = 0; i < spatial2_cart_flow_squares; ++i) {
+        const spatial2_cart_real row = jet->left[half + 1][i], next = jet->left[half + 2][i],
+            third = jet->left[half + 3][i];
+        spatial2_cart_real *sum = jet->sums[0] + (behind + i);
+        if (n % 2 == 0) {
+            sum[0] += 0.5 * (row * row);
+            sum[spatial2_cart_flow_all] += row * next;
+            sum[2 * spatial2_cart_flow_all] += row * third + 0.5 * (next * next);
+            sum[3 * spatial2_cart_flow_all] += next * third;
+            if (n > 4) {
+                sum[3 * spatial2_cart_flow_all] += row * jet->left[half + 4][i];
+            }
+        } else {
+            sum[spatial2_cart_flow_all] += 0.5 * (row * row);
+            sum[2 * spatial2_cart_flow_all] += row * next;
+            sum[3 * spatial2_cart_flow_all] += row * third + 0.5 * (next * next);
+        }
+        sum[0] += sum[0];
+    }
+}
+
+/* What the sums `turn` orders after the start of a block still want of the rows that have come since, and
+ * the other half. */
+static SPATIAL2_CART_FLOW_SINGLY void spatial2_cart_flow_square_rest(const int n, const int turn,
+    spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
+{
+    for (int i = 0; i < spatial2_cart_flow_squares; ++i) {
+        spatial2_cart_real sum = jet->sums[turn][spatial2_cart_flow_lefts * spatial2_cart_flow_rights + i];
+        int j = turn - 1;
+        sum += sum;
+        do {
+            sum += (jet->left[j][i] + jet->left[j][i]) * jet->left[n - j][i];
+        } while (--j >= 0);
+        jet->sums[turn][spatial2_cart_flow_lefts * spatial2_cart_flow_rights + i] = sum;
     }
 }
 
@@ -1380,27 +1453,36 @@ static void spatial2_cart_flow_begin(const spatial2_cart_workspace *jet,
     (void)lost;
 }
 
-/* The coefficients of the states up to the given order, from jet->start. */
+/* The coefficients of the states up to the given order, from jet->start-> */
 static SPATIAL2_CART_FLOW_APART void spatial2_cart_flow_expand(const int order,
     spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
 {
     const int first = 4 + order % 4;
-    memcpy(jet->left, jet->start.left, sizeof jet->start.left);
-    memcpy(jet->right, jet->start.right, sizeof jet->start.right);
-    memcpy(jet->x[1], jet->start.slope, sizeof jet->start.slope);
+    memcpy(jet->left, jet->start->left, sizeof jet->start->left);
+    memcpy(jet->right, jet->start->right, sizeof jet->start->right);
+    memcpy(jet->x[1], jet->start->slope, sizeof jet->start->slope);
     for (int n = 1; n < order; ++n) {
         const int turn = n < first ? 0 : (n - first) % 4;
         spatial2_cart_real *sums = jet->sums[turn];
         if (n < first) {
             spatial2_cart_flow_sums(n, jet, sums);
+            spatial2_cart_flow_square_sums(n, jet, sums
+                + (size_t)(spatial2_cart_flow_lefts * spatial2_cart_flow_rights));
         } else if (turn == 0) {
             spatial2_cart_flow_ahead(n, jet);
+            spatial2_cart_flow_square_ahead(n, jet);
         } else {
-            spatial2_cart_flow_rest(n, turn, jet);
+            /* A number that compilers see is one that they take in line. */
+            if (turn == 1) {
+                spatial2_cart_flow_rest(n, 1, jet);
+            } else if (turn == 2) {
+                spatial2_cart_flow_rest(n, 2, jet);
+            } else {
+                spatial2_cart_flow_rest(n, 3, jet);
+            }
+            spatial2_cart_flow_square_rest(n, turn, jet);
         }
-        spatial2_cart_flow_square_sums(n, jet, sums
-            + (size_t)(spatial2_cart_flow_lefts * spatial2_cart_flow_rights));
-        spatial2_cart_flow_order(jet->start.held, sums, jet->x[n], spatial2_cart_flow_now[n],
+        spatial2_cart_flow_order(jet->start->held, sums, jet->x[n], spatial2_cart_flow_now[n],
             jet->left[n + 1], jet->right[n + 1], jet->x[n + 1]);
     }
 }
@@ -1410,7 +1492,7 @@ static void spatial2_cart_flow_increment(const int order,
     const spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet, const spatial2_cart_real *h,
     spatial2_cart_real increment[SPATIAL2_CART_RESTRICT spatial2_cart_flow_x])
 {
-    const spatial2_cart_real t = *h / jet->start.unit[0], share = t / jet->start.unit[0];
+    const spatial2_cart_real t = *h / jet->start->unit[0], share = t / jet->start->unit[0];
     for (int i = 0; i < spatial2_cart_flow_x; ++i) {
         spatial2_cart_real sum = jet->x[order][i];
         for (int n = order - 1; n > 0; --n) {
@@ -1420,36 +1502,37 @@ static void spatial2_cart_flow_increment(const int order,
     }
 }
 
-/* The same, and h times the slope of the series in the units of its coefficients: even and odd powers
- * apart, so that no sum waits for the one before. Order 1, the most of it, is added last and rounded once. */
+/* The same, and h times the slope of the rates' series in the units of their coefficients: even and odd
+ * powers apart, so that no sum waits for the one before. Order 1, the most of it, is added last and
+ * rounded once. Angles have rates for slopes, to the last term. */
 static void spatial2_cart_flow_advance(const int order,
     const spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet, const spatial2_cart_real *h,
     spatial2_cart_real increment[SPATIAL2_CART_RESTRICT spatial2_cart_flow_x],
-    spatial2_cart_real along[SPATIAL2_CART_RESTRICT spatial2_cart_flow_x])
+    spatial2_cart_real along[SPATIAL2_CART_RESTRICT spatial2_cart_flow_q])
 {
-    const spatial2_cart_real t = *h / jet->start.unit[0], share = t / jet->start.unit[0], square = t * t;
-    for (int i = 0; i < spatial2_cart_flow_x; ++i) {
-        spatial2_cart_real sum = jet->x[order][i], next = jet->x[order - 1][i];
-        spatial2_cart_real slope = (spatial2_cart_real)order * sum,
-            next_slope = (spatial2_cart_real)(order - 1) * next;
-        int n = order - 2;
-        for (; n > 2; n -= 2) {
-            sum = sum * square + jet->x[n][i];
-            next = next * square + jet->x[n - 1][i];
-            slope = slope * square + (spatial2_cart_real)n * jet->x[n][i];
-            next_slope = next_slope * square + (spatial2_cart_real)(n - 1) * jet->x[n - 1][i];
+    const spatial2_cart_real t = *h / jet->start->unit[0], share = t / jet->start->unit[0], square = t * t;
+    for (int i = 0; i < spatial2_cart_flow_q; ++i) {
+        /* From order 2 on: even powers, odd ones, and the slopes of the rates' along t^2. */
+        spatial2_cart_real angle = 0, rate = angle, slope = angle, odd_angle = angle, odd_rate = angle,
+            odd_slope = angle;
+        int n = order;
+        if (n % 2 == 0) {
+            angle = jet->x[n][i];
+            rate = jet->x[n--][spatial2_cart_flow_q + i];
         }
-        if (n == 2) {
-            sum = (sum * square + jet->x[2][i]) + next * t;
-            slope = (slope * square + 2 * jet->x[2][i]) + next_slope * t;
-        } else {
-            sum = sum * t + next;
-            slope = slope * t + next_slope;
+        for (; n > 1; n -= 2) {
+            odd_slope = odd_slope * square + odd_rate;
+            slope = slope * square + rate;
+            odd_angle = odd_angle * square + jet->x[n][i];
+            odd_rate = odd_rate * square + jet->x[n][spatial2_cart_flow_q + i];
+            angle = angle * square + jet->x[n - 1][i];
+            rate = rate * square + jet->x[n - 1][spatial2_cart_flow_q + i];
         }
-        sum = sum * t + jet->x[1][i];
-        slope = slope * t + jet->x[1][i];
-        increment[i] = sum * (i < spatial2_cart_flow_q ? t : share);
-        along[i] = slope * t;
+        const spatial2_cart_real rest = odd_rate * t + rate, bend = 2 * (odd_slope * square + slope * t)
+            + odd_rate;
+        increment[i] = ((odd_angle * t + angle) * t + jet->x[1][i]) * t;
+        increment[spatial2_cart_flow_q + i] = (rest * t + jet->x[1][spatial2_cart_flow_q + i]) * share;
+        along[i] = ((2 * rest + bend * t) * t + jet->x[1][spatial2_cart_flow_q + i]) * t;
     }
 }
 
@@ -1470,15 +1553,24 @@ static void spatial2_cart_flow_move(const spatial2_cart_real increment[spatial2_
     }
 }
 
-/* One entry of a lane's state at a time h into its step, whole turns added. */
+/* One entry of a lane's state at a time h into its step, whole turns added; powers apart as in
+ * spatial2_cart_flow_advance. */
 static spatial2_cart_real spatial2_cart_flow_entry(const int order, const spatial2_cart_workspace *jet,
     const int lane, const spatial2_cart_real h, const int i)
 {
-    const spatial2_cart_real unit = SPATIAL2_CART_FLOW_OF(jet->start.unit[0], lane), t = h / unit;
-    spatial2_cart_real sum = SPATIAL2_CART_FLOW_OF(jet->x[order][i], lane);
-    for (int n = order - 1; n > 0; --n) {
-        sum = sum * t + SPATIAL2_CART_FLOW_OF(jet->x[n][i], lane);
+    const spatial2_cart_real unit = SPATIAL2_CART_FLOW_OF(jet->start->unit[0], lane), t = h / unit, square = t
+        * t;
+    spatial2_cart_real sum = 0, odd = 0;
+    int n = order;
+    if (n % 2 == 0) {
+        sum = SPATIAL2_CART_FLOW_OF(jet->x[n][i], lane);
+        --n;
     }
+    for (; n > 1; n -= 2) {
+        odd = odd * square + SPATIAL2_CART_FLOW_OF(jet->x[n][i], lane);
+        sum = sum * square + SPATIAL2_CART_FLOW_OF(jet->x[n - 1][i], lane);
+    }
+    sum = (odd * t + sum) * t + SPATIAL2_CART_FLOW_OF(jet->x[1][i], lane);
     sum = SPATIAL2_CART_FLOW_OF(jet->state[i], lane) + (sum * (i < spatial2_cart_flow_q ? t : t / unit)
         + SPATIAL2_CART_FLOW_OF(jet->lost[i], lane));
     return sum;
@@ -1570,19 +1662,19 @@ static void spatial2_cart_flow_radius(const int order, const spatial2_cart_real 
 
 /* Step lengths: each of the last two terms within the goal, relative to the motion (Jorba and Zou 2005).
  * Zero where a coefficient or the square of a rate is not finite. `scales` holds the fastest linear rate
- * and the length of the chain. */
+ * and the length of the chain, `state` the states' norms. */
 static void spatial2_cart_flow_lengths(const int order, const spatial2_cart_workspace *jet,
-    const spatial2_cart_real goal, const spatial2_cart_real scales[2], spatial2_cart_real *length)
+    const spatial2_cart_real goal, const spatial2_cart_real scales[2], const spatial2_cart_real state[2],
+    spatial2_cart_real *length)
 {
-    const spatial2_cart_real zero = 0, one = 0 + 1, unit = jet->start.unit[0];
-    spatial2_cart_real state[2], last[2], before[2], finite = zero;
+    const spatial2_cart_real zero = 0, one = 0 + 1, unit = jet->start->unit[0];
+    spatial2_cart_real last[2], before[2], finite = zero;
     for (int i = 0; i < spatial2_cart_flow_x; ++i) {
         finite += 0 * jet->x[order][i];
     }
     for (int i = spatial2_cart_flow_q; i < spatial2_cart_flow_x; ++i) {
         finite += 0 * (jet->state[i] * jet->state[i]);
     }
-    spatial2_cart_flow_norms(scales[1], jet->state, state);
     spatial2_cart_flow_norms(scales[1], jet->x[order], last);
     spatial2_cart_flow_norms(scales[1], jet->x[order - 1], before);
     const spatial2_cart_real turning = state[1] / scales[0],
@@ -1599,34 +1691,32 @@ static void spatial2_cart_flow_lengths(const int order, const spatial2_cart_work
     *length = SPATIAL2_CART_FLOW_CHOOSE((finite >= 0) & (finite <= 0), radius, zero);
 }
 
-/* How far the series are from the equations at the ends of their steps: h times the difference of the two
- * slopes there, over what is allowed. Expects the start of the next steps in jet->end, and h times the
- * series' slopes. */
+/* How far the series are from the equations at the ends of their steps: h times the difference of the
+ * rates' two slopes there, over what is allowed. Expects the start of the next steps in jet->end, and h
+ * times the series' slopes; angles have their rates for slopes, whatever the equations say. */
 static void spatial2_cart_flow_defects(const spatial2_cart_workspace *jet,
-    const spatial2_cart_real along[spatial2_cart_flow_x], const spatial2_cart_real *h,
-    const spatial2_cart_real room, const spatial2_cart_real scales[2], spatial2_cart_real *defect)
+    const spatial2_cart_real along[spatial2_cart_flow_q], const spatial2_cart_real *h,
+    const spatial2_cart_real room, const spatial2_cart_real scales[2], const spatial2_cart_real state[2],
+    spatial2_cart_real *defect)
 {
-    spatial2_cart_real apart[spatial2_cart_flow_x], slope[spatial2_cart_flow_x], state[2], motion[2], off[2];
-    const spatial2_cart_real t = *h / jet->start.unit[0], unit = jet->start.unit[0] / jet->end.unit[0],
-        square = unit * unit;
+    spatial2_cart_real apart[spatial2_cart_flow_q], slope[spatial2_cart_flow_q], motion, off;
+    const spatial2_cart_real t = *h / jet->start->unit[0], unit = jet->start->unit[0] / jet->end->unit[0],
+        share = t * (unit * unit);
     const spatial2_cart_real one = 0 + 1;
-    for (int i = 0; i < spatial2_cart_flow_x; ++i) {
-        slope[i] = t * (jet->end.slope[i] * (i < spatial2_cart_flow_q ? unit : square));
+    for (int i = 0; i < spatial2_cart_flow_q; ++i) {
+        slope[i] = share * jet->end->slope[spatial2_cart_flow_q + i];
         apart[i] = along[i] - slope[i];
     }
-    spatial2_cart_flow_norms(scales[1], jet->state, state);
-    spatial2_cart_flow_norms(scales[1], slope, motion);
-    spatial2_cart_flow_norms(scales[1], apart, off);
+    spatial2_cart_flow_norm(scales[1], slope, &motion);
+    spatial2_cart_flow_norm(scales[1], apart, &off);
     const spatial2_cart_real turning = state[1] / scales[0],
         wide = SPATIAL2_CART_FLOW_LARGER(state[0], turning);
     const spatial2_cart_real angle = SPATIAL2_CART_FLOW_CHOOSE(wide < 1, wide, one), linear = angle
         * scales[0];
-    const spatial2_cart_real rate = jet->start.unit[0] * SPATIAL2_CART_FLOW_LARGER(linear, state[1]);
+    const spatial2_cart_real rate = jet->start->unit[0] * SPATIAL2_CART_FLOW_LARGER(linear, state[1]);
     /* A large angle is known to as many digits only, and so is its acceleration. */
-    const spatial2_cart_real moving = motion[1] * SPATIAL2_CART_FLOW_LARGER(state[0], one);
-    const spatial2_cart_real of_angle = off[0] / SPATIAL2_CART_FLOW_LARGER(angle, motion[0]), of_rate = off[1]
-        / SPATIAL2_CART_FLOW_LARGER(rate, moving);
-    *defect = SPATIAL2_CART_FLOW_LARGER(of_angle, of_rate) / room;
+    const spatial2_cart_real moving = motion * SPATIAL2_CART_FLOW_LARGER(state[0], one);
+    *defect = off / SPATIAL2_CART_FLOW_LARGER(rate, moving) / room;
 }
 
 /* Each lane's first of h, h/2, h/4, ... at whose end the series keeps to the equations; what the next
@@ -1635,19 +1725,20 @@ static void spatial2_cart_flow_defects(const spatial2_cart_workspace *jet,
  * order that no series reaches. A defect that shrinks no faster than the step is rounding: no shorter step
  * would help. */
 static void spatial2_cart_flow_check(const int order, spatial2_cart_workspace *jet,
-    const spatial2_cart_real goal, const spatial2_cart_real scales[2], spatial2_cart_real *h)
+    const spatial2_cart_real goal, const spatial2_cart_real scales[2], const spatial2_cart_real state[2],
+    spatial2_cart_real *h)
 {
     const spatial2_cart_real room = 64 * spatial2_cart_flow_larger(goal, 2.220446049250313e-16);
     spatial2_cart_real last[spatial2_cart_flow_lane_count] = {0};
     int slow[spatial2_cart_flow_lane_count] = {0}, shorter = 1;
     while (shorter) {
-        spatial2_cart_real increment[spatial2_cart_flow_x], along[spatial2_cart_flow_x], defects, unit,
+        spatial2_cart_real increment[spatial2_cart_flow_x], along[spatial2_cart_flow_q], defects, unit,
             length = SPATIAL2_CART_FLOW_SIZE(*h);
         spatial2_cart_flow_advance(order, jet, h, increment, along);
         spatial2_cart_flow_move(increment, jet);
         spatial2_cart_flow_unit(&length, &unit);
-        spatial2_cart_flow_begin(jet, jet->moved, jet->moved_lost, &unit, &jet->end);
-        spatial2_cart_flow_defects(jet, along, h, room, scales, &defects);
+        spatial2_cart_flow_begin(jet, jet->moved, jet->moved_lost, &unit, jet->end);
+        spatial2_cart_flow_defects(jet, along, h, room, scales, state, &defects);
         shorter = 0;
         for (int lane = 0; lane < spatial2_cart_flow_lane_count; ++lane) {
             const spatial2_cart_real defect = SPATIAL2_CART_FLOW_OF(defects, lane);
@@ -1721,15 +1812,22 @@ static int spatial2_cart_flow_between(const spatial2_cart_real low, const spatia
 }
 
 /* Where the signal changes sign between two times, at the first of which it is `at_low`, at the other
- * `at_high`: the Illinois form of regula falsi, which halves the value of an end that stays. */
+ * `at_high`: the Illinois form of regula falsi, which halves the value of an end that stays twice. What
+ * rounding hides is looked for next to the better end, then in the middle. */
 static spatial2_cart_real spatial2_cart_flow_zero(const int order, const spatial2_cart_workspace *jet,
     const int lane, const spatial2_cart_event *event, const spatial2_cart_real around, spatial2_cart_real low,
     spatial2_cart_real at_low, spatial2_cart_real high, spatial2_cart_real at_high)
 {
     const int rises = at_low < 0;
+    int moved = 0; /* the end that moved last: -1 low, 1 high */
     for (int turn = 0; turn < 100 && (at_high > 0 || at_high < 0); ++turn) {
         spatial2_cart_real middle = high - at_high * ((high - low) / (at_high - at_low));
-        if (turn > 60 || !spatial2_cart_flow_between(low, middle, high)) {
+        if (!spatial2_cart_flow_between(low, middle, high)) {
+            const spatial2_cart_real near = 4 * 2.220446049250313e-16 * high;
+            middle = moved < 0 ? low + (high > low ? fabs(near) : -fabs(near)) : high
+                - (high > low ? fabs(near) : -fabs(near));
+        }
+        if (turn > 40 || !spatial2_cart_flow_between(low, middle, high)) {
             middle = low + (high - low) / 2;
             if (!spatial2_cart_flow_between(low, middle, high)) {
                 break;
@@ -1738,32 +1836,18 @@ static spatial2_cart_real spatial2_cart_flow_zero(const int order, const spatial
         const spatial2_cart_real at_middle = spatial2_cart_flow_signal(order, jet, lane, middle, event,
             around);
         if (rises ? at_middle < 0 : at_middle > 0) {
-            at_high /= 2;
+            at_high = moved < 0 ? at_high / 2 : at_high;
             low = middle;
             at_low = at_middle;
+            moved = -1;
         } else {
-            at_low /= 2;
+            at_low = moved > 0 ? at_low / 2 : at_low;
             high = middle;
             at_high = at_middle;
+            moved = 1;
         }
     }
     return high;
-}
-
-/* Time at which the scalar turns, lowest where it lies above zero at the end and highest where it lies
- * below, between two times between which it has not changed sides, or the second of them where it does not
- * turn. */
-static spatial2_cart_real spatial2_cart_flow_turning(const int order, const spatial2_cart_workspace *jet,
-    const int lane, const spatial2_cart_real h, const spatial2_cart_event *event,
-    const spatial2_cart_real low, const spatial2_cart_real high, const int is_above)
-{
-    const spatial2_cart_real around = h / 1024;
-    const spatial2_cart_real at_low = spatial2_cart_flow_signal(order, jet, lane, low, event, around);
-    const spatial2_cart_real at_high = spatial2_cart_flow_signal(order, jet, lane, high, event, around);
-    if (is_above ? !(at_low < 0 && at_high > 0) : !(at_low > 0 && at_high < 0)) {
-        return high;
-    }
-    return spatial2_cart_flow_zero(order, jet, lane, event, around, low, at_low, high, at_high);
 }
 
 /* Time into a lane's step at which its scalar changes sign, or 2 h when it does not. `before` is what it
@@ -1771,16 +1855,27 @@ static spatial2_cart_real spatial2_cart_flow_turning(const int order, const spat
 static spatial2_cart_real spatial2_cart_flow_crossing(const int order, const spatial2_cart_workspace *jet,
     const int lane, const spatial2_cart_real h, const spatial2_cart_event *event, spatial2_cart_real *before)
 {
-    spatial2_cart_real low = 0, at_low = *before;
+    const spatial2_cart_real around = h / 1024;
+    spatial2_cart_real low = 0, at_low = *before, growth = 0;
+    int is_known = 0; /* by how much the scalar grows around low */
     for (int look = 1; look <= spatial2_cart_flow_looks; ++look) {
         const spatial2_cart_real end = look == spatial2_cart_flow_looks ? h : h * (spatial2_cart_real)look
             / (spatial2_cart_real)spatial2_cart_flow_looks;
         const spatial2_cart_real at_end = spatial2_cart_flow_scalar(order, jet, lane, end, event);
         spatial2_cart_real high = end, at_high = at_end;
         if (!((at_low < 0 && at_end >= 0) || (at_low > 0 && at_end <= 0))) {
-            /* Twice across zero and back, perhaps; or, where it starts at zero, once. */
-            high = spatial2_cart_flow_turning(order, jet, lane, h, event, low, end, at_end > 0);
-            at_high = spatial2_cart_flow_scalar(order, jet, lane, high, event);
+            /* Twice across zero and back, perhaps; or, where it starts at zero, once: where it turns in
+             * between, lowest where it lies above zero at the end and highest where it lies below. */
+            const spatial2_cart_real from = is_known ? growth : spatial2_cart_flow_signal(order, jet, lane,
+                low, event, around);
+            growth = spatial2_cart_flow_signal(order, jet, lane, end, event, around);
+            is_known = 1;
+            if (at_end > 0 ? from < 0 && growth > 0 : from > 0 && growth < 0) {
+                high = spatial2_cart_flow_zero(order, jet, lane, event, around, low, from, end, growth);
+                at_high = spatial2_cart_flow_scalar(order, jet, lane, high, event);
+            }
+        } else {
+            is_known = 0;
         }
         for (;;) {
             const int rises = at_low < 0 && at_high >= 0, falls = at_low > 0 && at_high <= 0;
@@ -1827,7 +1922,7 @@ static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run(spatial2_cart_flow *f
     spatial2_cart_flow_unit(&span, &unit);
     if (event != NULL) {
         memset(jet->x, 0, sizeof jet->x);
-        jet->start.unit[0] = unit;
+        jet->start->unit[0] = unit;
         at_event = spatial2_cart_flow_at_start(order, jet, 0, event, scales);
     }
     flow->tolerance = tolerance;
@@ -1846,18 +1941,19 @@ static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run(spatial2_cart_flow *f
             break;
         }
         if (is_new) {
-            spatial2_cart_flow_begin(jet, jet->state, jet->lost, &unit, &jet->start);
+            spatial2_cart_flow_begin(jet, jet->state, jet->lost, &unit, jet->start);
         } else {
-            memcpy(&jet->start, &jet->end, sizeof jet->start);
+            memcpy(jet->start, jet->end, sizeof jet->start);
         }
         spatial2_cart_flow_expand(order, jet);
-        spatial2_cart_flow_lengths(order, jet, goal, scales, &length);
+        spatial2_cart_flow_norms(scales[1], jet->state, speed);
+        spatial2_cart_flow_lengths(order, jet, goal, scales, speed, &length);
         if (!((flow->t + 1024 * (way * length)) * way > flow->t * way)) {
             result = SPATIAL2_CART_NOT_FINITE;
             break;
         }
         spatial2_cart_real h = length < left * way ? way * length : left;
-        spatial2_cart_flow_check(order, jet, goal, scales, &h);
+        spatial2_cart_flow_check(order, jet, goal, scales, speed, &h);
         is_new = 0;
         if (!(h * way < left * way)) {
             result = SPATIAL2_CART_DONE;

@@ -175,7 +175,7 @@ void spatial2_cart_step(spatial2_cart_real h, const spatial2_cart_real q[8], con
 void spatial2_cart_project(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     spatial2_cart_real q_out[8], spatial2_cart_real v_out[8]);
 
-/* spatial2_cart_propagate and what it calls: Cortex-M4F, -Os: flash 29769 bytes, stack 3320 bytes at most. */
+/* spatial2_cart_propagate and what it calls: Cortex-M4F, -Os: flash 32109 bytes, stack 3320 bytes at most. */
 /* What propagate returns. */
 enum {
     SPATIAL2_CART_DONE = 0,        /* t_end was reached */
@@ -210,7 +210,7 @@ typedef struct spatial2_cart_start {
  * 7280 bytes of the caller's; its contents need not outlive a call, and calls at the same time need one each.
  * Compiled with SPATIAL2_CART_WORK_ON_STACK defined, a call without one works on the stack. */
 typedef struct spatial2_cart_workspace {
-    spatial2_cart_start start, end;
+    spatial2_cart_start start[1], end[1];
     spatial2_cart_real x[23][16];
     spatial2_cart_real left[23][6];
     spatial2_cart_real right[23][6];

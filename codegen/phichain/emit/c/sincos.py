@@ -62,7 +62,7 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from math import factorial
+from math import factorial, ldexp
 from typing import Final
 
 from phichain.emit.expressions import double_literal, float_literal
@@ -247,7 +247,7 @@ def bundled(real: str) -> dict[str, object]:
         "two_over_pi_halves": (_word(_TWO_OVER_PI >> 64), _word(_TWO_OVER_PI % 2**64)), "quarter_pi": _word(_QUARTER_PI),
         "end": FLOAT_END, "counter": literal(counter, real), "counter_start": f"0x{COUNTER_START:X}u",
         "counter_zero": COUNTER_ZERO, "counter_span": COUNTER_SPAN, "half_pi_words": HALF_PI_WORDS, "half_pi_rest": literal(HALF_PI_REST, real),
-        "range_bits": _bits(float(RANGE), real), "last_exponent": FLOAT_END.bit_length() + 125, "high_unit": literal(2.0**-24, real), "low_unit_bits": _bits(2.0**-56, "float"),
+        "range_bits": _bits(float(RANGE), real), "last_exponent": FLOAT_END.bit_length() + 125, "high_unit": literal(ldexp(1.0, -24), real), "low_unit_bits": _bits(ldexp(1.0, -56), "float"),
         "quarter": literal(0.25, real), "three_quarters": literal(0.75, real), "of_sine": _inverse_factorials(3, _TERMS[0]), "of_cosine": _inverse_factorials(2, _TERMS[1]),
         "sine_nested": _nested(WIDE_SINE, real), "cosine_nested": _nested(WIDE_COSINE, real),
     }  # fmt: skip
