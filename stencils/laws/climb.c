@@ -28,7 +28,7 @@ phi_phase phi_law(phi_state *state, const phi_real x_meas[PHI_NX], phi_real u[1]
         if (off <= phi_tube) {
             u[0] = push[0];
             /* As fast as the input has room, and back down at half that pace where it has none; slowly where the orbit is slow. */
-            const phi_real room = 1 - load, pace = phi_rise * rate < phi_pace ? phi_rise * rate : phi_pace;
+            const phi_real room = 1 - load, most = phi_rise[rung] * rate, pace = most < phi_pace ? most : phi_pace;
             const phi_real raised = state->rung + phi_sample * pace * (room > -phi_back ? room : -phi_back);
 
             state->rung = raised > 0 ? (raised < top ? raised : top) : 0;

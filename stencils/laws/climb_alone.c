@@ -13,8 +13,8 @@ typedef struct phi_state {
 phi_phase phi_law(phi_state *state, const phi_real x_meas[PHI_NX], phi_real u[1]);
 void phi_reset(phi_state *state);
 
-static const phi_real phi_sample = 0.001F, phi_pace = 2, phi_rise = 1, phi_back = 0.5F, phi_follow = 0.2F, phi_tube = 0.25F, phi_rest = 0.01F, phi_leave = 4;
-static const phi_real phi_slow[PHI_RUNGS];
+static const phi_real phi_sample = 0.001F, phi_pace = 2, phi_back = 0.5F, phi_follow = 0.2F, phi_tube = 0.25F, phi_rest = 0.01F, phi_leave = 4;
+static const phi_real phi_slow[PHI_RUNGS], phi_rise[PHI_RUNGS];
 static const phi_real phi_table[PHI_RUNGS][PHI_NODES + 2][9];
 
 static void phi_catching(const phi_real x_meas[PHI_NX], phi_real u[1], phi_real *level)

@@ -17,8 +17,11 @@ from phichain.continuation import Branch
 from phichain.emit.stencil import stencils_folder
 from phichain.errors import ArrayError, ControlError, OutputError, UnsupportedError
 from phichain.laws import FamilyLaw
+from phichain.orbits.climb import gravity_torque
 from phichain.orbits.climb.across import gains_across
 from phichain.orbits.climb.design import NEEDED, fineness
+from phichain.orbits.climb.effort import torques
+from phichain.orbits.climb.ladder import Ladder, finer
 from phichain.orbits.climb.motion import Equations
 from phichain.scene.library import find_scene
 from phichain.trials import Climbed
@@ -49,15 +52,15 @@ def found(branch: Branch) -> Climbed:
     return climb(SCENE, branch, share=0.05, runs=4, seconds=90.0)
 
 
-def double(x: np.ndarray) -> np.ndarray:
-    """Two rods' worth of point masses at their middles, from the textbook: relative angles, the masses' positions."""
+def double(x: np.ndarray, torque: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+    """Two rods' worth of point masses at their middles, from the textbook: relative angles, the masses' positions; torques at both joints."""
     a, b = x[0], x[0] + x[1]
     wa, wb = x[2], x[2] + x[3]
     r = L / 2
     c = np.array([[M * r**2 + M * L**2, M * L * r * np.cos(a - b)], [M * L * r * np.cos(a - b), M * r**2]])
     s = M * L * r * np.sin(a - b)
     force = np.array([-s * wb**2 - G * (M * r + M * L) * np.sin(a), s * wa**2 - G * M * r * np.sin(b)])
-    acc = np.linalg.solve(c, force)
+    acc = np.linalg.solve(c, force + np.array([torque[0] - torque[1], torque[1]]))
     return np.array([wa, wb - wa, acc[0], acc[1] - acc[0]])
 
 
@@ -121,7 +124,7 @@ def test_its_folder_passes_its_own_test_and_says_its_bytes(found: Climbed, tmp_p
     subprocess.run([*STRICT, "planar2_climb.c", "selftest.c", "-o", "selftest", "-lm"], cwd=folder, check=True)
     assert subprocess.run(["./selftest"], cwd=folder, check=False).returncode == 0
     manifest = json.loads((folder / "manifest.json").read_text())
-    assert manifest["table_bytes"] == 4 * 48 * (51 * 9 + 1) and f"_BYTES  {manifest['table_bytes']} " in (folder / "planar2_climb.h").read_text()
+    assert manifest["table_bytes"] == 4 * 48 * (51 * 9 + 2) and f"_BYTES  {manifest['table_bytes']} " in (folder / "planar2_climb.h").read_text()
     text = (folder / "planar2_climb.c").read_text()
     assert text.count("u[0] = side *") == 1
     (folder / "planar2_climb.c").write_text(text.replace("u[0] = side *", "u[0] = -side *"))
@@ -129,11 +132,63 @@ def test_its_folder_passes_its_own_test_and_says_its_bytes(found: Climbed, tmp_p
     assert subprocess.run(["./spoilt"], cwd=folder, check=False).returncode > 0
 
 
+def between(ladder: Ladder, energy: float) -> Ladder:
+    """Two orbits of a ladder, one below the energy and one above."""
+    k = int(np.searchsorted(ladder.energies, energy))
+    return replace(ladder, states=ladder.states[k - 1 : k + 1], periods=ladder.periods[k - 1 : k + 1], energies=ladder.energies[k - 1 : k + 1])
+
+
+@pytest.mark.parametrize("joint", [1, 2])
+def test_the_torque_from_orbit_to_orbit_is_the_least_that_leads_there(found: Climbed, joint: int) -> None:
+    """Pulses on the textbook's equations, one after the other: of all sums of them that end across the orbit the least square."""
+    two = between(found.climb.ladder, 2.0)
+    system = build(replace(driven_at(SCENE, joint), want=NEEDED))
+    weights = np.array([1.0, 1.0, 0.05, 0.05])
+    given = torques(Equations(system), two.states, two.periods, weights)[0]
+    start, period, count = two.states[0, 0], two.periods[0], 64
+    ends, size = [], 1e-4
+    for pulse in range(count + 1):
+        x = start
+        for part in ((0.0, pulse / count), (pulse / count, min(pulse + 1, count) / count), (min(pulse + 1, count) / count, 1.0)):
+            push = [0.0, 0.0]
+            push[joint - 1] = size if part[0] == pulse / count and part[1] > part[0] and part[1] <= (pulse + 1) / count else 0.0
+            if part[1] > part[0]:
+                span = (part[0] * period, part[1] * period)
+                x = solve_ivp(lambda t, y, push=tuple(push): double(y, push), span, x, rtol=1e-10, atol=1e-12).y[:, -1]
+        ends.append(x)
+    scale = np.sqrt(weights)
+    flow = scale * double(start)
+    across = np.linalg.svd(np.eye(4) - np.outer(flow, flow) / (flow @ flow))[0][:, :3]
+    reach = across.T @ (scale[:, None] * (np.array(ends[:-1]) - ends[-1]).T) / size
+    u = np.linalg.lstsq(reach, across.T @ (scale * (two.states[1, 0] - start)), rcond=None)[0]
+    assert given == pytest.approx(np.sqrt(np.mean(u**2)), rel=0.03)
+    # In gravity torques of its own, joint 2 is asked for far more than joint 1.
+    assert (given / gravity_torque(system, joint) > 0.1) == (joint == 2)
+
+
+def test_orbits_in_between_are_orbits(found: Climbed) -> None:
+    two, system = between(found.climb.ladder, 2.0), build(replace(driven_at(SCENE, 1), want=NEEDED))
+    more = finer(system, Equations(system), two, np.array([3]))
+    assert len(more.states) == 4 and np.all(np.diff(more.energies) > 0) and np.array_equal(more.states[[0, -1]], two.states)
+    for k in (1, 2):
+        way = solve_ivp(lambda t, x: double(x), (0, more.periods[k] / 2), more.states[k, 0], rtol=1e-11, atol=1e-12)
+        assert np.allclose(way.y[:, -1], -more.states[k, 0], atol=1e-6)
+
+
+def test_joint_2_leads_the_chain_beyond_the_orbit_that_it_hardly_moves(branch: Branch) -> None:
+    """At 2 J, where a joule takes joint 2 fifty times the periods of its whole limit that it takes joint 1, rungs are dense and rise slowly."""
+    found = climb(SCENE, branch, share=0.2, joint=2, runs=1, seconds=60.0)
+    law = found.climb.law
+    steep = int(np.argmin(law.rises))
+    assert 1.6 < law.energies[steep] < 2.4 and law.rises[steep] < 0.1 * law.rises[0] and len(law.states) > 48
+    assert np.max(found.energy) > 5
+
+
 def test_a_law_on_file_is_the_same_record(found: Climbed, tmp_path: Path) -> None:
     law = found.climb.law
     again = FamilyLaw.from_npz(law.to_npz(tmp_path / "law.npz"))
-    assert again.catch == law.catch and (again.pace, again.rise, again.tube) == (law.pace, law.rise, law.tube)
-    assert all(np.array_equal(getattr(again, name), getattr(law, name)) for name in ("states", "rates", "gains", "slowness", "shape"))
+    assert again.catch == law.catch and (again.pace, again.tube) == (law.pace, law.tube)
+    assert all(np.array_equal(getattr(again, name), getattr(law, name)) for name in ("states", "rates", "gains", "slowness", "rises", "shape"))
     with pytest.raises(OutputError, match="holds a Runs, not a FamilyLaw"):
         FamilyLaw.from_npz(found.runs.to_npz(tmp_path / "runs.npz"))
     with pytest.raises(ArrayError, match="energies not rising"):

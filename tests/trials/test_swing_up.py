@@ -129,12 +129,14 @@ def test_an_observer_along_the_motion_is_the_best_of_those_that_do_not_know_the_
     still = np.array([0, np.pi, 0, 0])
     end = tuple(np.array(part) for part in derivatives(still, [0.0])[:2])
     sensors, errors = Sensors(resolution={"x": 1e-3, "theta_1": 5e-3}, disturbance={"x": 0.5, "theta_1": 2.0}), np.array([0.3])
-    made = observer_along(chain.system, task, path, (end[0], end[1]), sensors, errors, np.arange(count + 1))
+    S = solve_discrete_are(*end, np.eye(4), np.eye(1))
+    hold = np.linalg.solve(1 + end[1].T @ S @ end[1], end[1].T @ S @ end[0])
+    exact, made = (observer_along(chain, task, path, (end[0], end[1]), hold, sensors, one, np.arange(count + 1)) for one in (0 * errors, errors))
     V, h = np.diag([1e-3, 5e-3]) ** 2 / 12, task.sample
     N, C = np.diag([0.5, 2.0]) ** 2, np.eye(2, 4)
     W = np.block([[N * h**3 / 3, N * h**2 / 2], [N * h**2 / 2, N * h]])
     P = solve_discrete_are(end[0].T, C.T, W, V)
-    assert np.allclose(made.corrections[-1], P @ C.T @ np.linalg.inv(C @ P @ C.T + V), rtol=1e-6)
+    assert np.allclose(exact.corrections[-1], P @ C.T @ np.linalg.inv(C @ P @ C.T + V), rtol=1e-6)
     assert np.allclose(made.flows[3], (path[0][3] - np.eye(4))[2:]) and np.allclose(made.drives[-1], end[1][2:])
     first = solve_discrete_are(path[0][0].T, C.T, W, V)
 

@@ -20,14 +20,14 @@ Vector = NDArray[np.float64]
 
 _TABLES: Final = {
     "states": real("rungs", "nodes", "nx"), "rates": real("rungs", "nodes"), "gains": real("rungs", "nodes", "nx"),
-    "energies": real("rungs"), "periods": real("rungs"), "slowness": real("rungs"), "weights": real("nx"), "shape": real("n", "nx"),
+    "energies": real("rungs"), "periods": real("rungs"), "slowness": real("rungs"), "rises": real("rungs"), "weights": real("nx"), "shape": real("n", "nx"),
 }  # fmt: skip
 _CATCH: Final = {"target": real("nx"), "rest": real("nu"), "catch_gains": real("nu", "nx"), "low": real("nu"), "high": real("nu")}
 _WORDS: Final = {
     "name": TEXT, "digest": TEXT, "p": VALUES, "state_names": names("nx"), "state_units": names("nx"),
     "input_names": names("nu"), "input_units": names("nu"),
 }  # fmt: skip
-_NUMBERS: Final = {"pace": NUMBER, "rise": NUMBER, "tube": NUMBER, "sample": NUMBER}
+_NUMBERS: Final = {"pace": NUMBER, "tube": NUMBER, "sample": NUMBER}
 _SCHEMA: Final = Schema(
     "FamilyLaw",
     {**_TABLES, **_CATCH, "wraps": Array(np.bool_, ("nx",))},
@@ -60,7 +60,7 @@ class FamilyLaw(Held):
     and the rung h, between rungs by a straight line, x_r' the derivative by s and <.,.> the product that weighs squared rates by `slowness`,
 
         e = w(x - x_r),  slip = <x_r', e> / (<x_r', x_r'> + soft),  e_n = e - slip x_r',  u = clip(-K e_n, low, high),
-        s' = r + follow * slip / sample,  h' = min(pace, rise r) max(-1/2, 1 - |K e_n| / limit):
+        s' = r + follow * slip / sample,  h' = min(pace, rise(h) r) max(-1/2, 1 - |K e_n| / limit):
 
     the phase is where the chain is, what is left across the orbit is regulated, and the orbit rises as fast as the input has room.
     Where the level |W w(x - target)|^2 is at most 1 the regulator of the target takes over, until it passes 4. Where e_n is larger
@@ -77,8 +77,9 @@ class FamilyLaw(Held):
             too small for its rung does not look late or early.
         energies: Of the orbits (rungs,), J above the hanging chain.
         periods: Of the orbits (rungs,), s.
+        rises: Rungs a half period, at most, from each rung on (rungs,): near an equilibrium orbits take their time, and where the input hardly
+            moves the chain from one orbit to the next, rungs wait for it.
         pace: Rungs a second, at most, where the input has nothing else to do.
-        rise: Rungs a half period, at most: near an equilibrium orbits take their time.
         tube: Largest |e_n|, rad.
 
     Raises:
@@ -92,10 +93,10 @@ class FamilyLaw(Held):
     gains: Vector
     weights: Vector
     slowness: Vector
+    rises: Vector
     energies: Vector
     periods: Vector
     pace: float
-    rise: float
     tube: float
 
     def __post_init__(self) -> None:
@@ -103,7 +104,7 @@ class FamilyLaw(Held):
         rungs, nodes = np.shape(self.states)[:2]
         shapes = {
             "shape": (len(self.shape), nx), "states": (rungs, nodes, nx), "rates": (rungs, nodes), "gains": (rungs, nodes, nx),
-            "weights": (nx,), "slowness": (rungs,), "energies": (rungs,), "periods": (rungs,),
+            "weights": (nx,), "slowness": (rungs,), "rises": (rungs,), "energies": (rungs,), "periods": (rungs,),
         }  # fmt: skip
         for name, shape in shapes.items():
             table = held(getattr(self, name))
@@ -112,10 +113,10 @@ class FamilyLaw(Held):
             object.__setattr__(self, name, table)
         if len(self.catch.input_names) != 1 or not np.isfinite(self.limit) or self.catch.low[0] != -self.limit:
             raise ArrayError("law.catch", self.catch.input_names, "is not of one input with a limit", "give the regulator of one joint")
-        for name in ("pace", "rise", "tube"):
+        for name in ("pace", "tube"):
             if not 0 < getattr(self, name) < np.inf:
-                raise ArrayError(f"law.{name}", getattr(self, name), "is not positive", "give rungs a second, rungs a half period, radians")
-        for name, least in (("rates", self.rates), ("weights", self.weights), ("slowness", self.slowness), ("energies", np.diff(self.energies)), ("periods", self.periods)):
+                raise ArrayError(f"law.{name}", getattr(self, name), "is not positive", "give rungs a second, radians")
+        for name, least in (("rates", self.rates), ("weights", self.weights), ("slowness", self.slowness), ("rises", self.rises), ("energies", np.diff(self.energies)), ("periods", self.periods)):
             if not np.min(least) > 0:
                 raise ArrayError(f"law.{name}", getattr(self, name), "are not positive, or energies not rising", "order the orbits by energy")
         if not self.catch.sample > 0:
@@ -152,7 +153,7 @@ class FamilyLaw(Held):
         """Write the whole record; `from_npz` reads it back."""
         catch = {"catch_gains" if name == "gains" else name: np.array(getattr(self.catch, name)) for name in _catch_names()}
         arrays: dict[str, Any] = {name: getattr(self, name) for name in _TABLES} | catch
-        meta = {name: getattr(self.catch, name) for name in (*_WORDS, "sample")} | {name: getattr(self, name) for name in ("pace", "rise", "tube")}
+        meta = {name: getattr(self.catch, name) for name in (*_WORDS, "sample")} | {name: getattr(self, name) for name in ("pace", "tube")}
         return write_npz(path, arrays, meta | {"kind": _SCHEMA.kind})
 
     @classmethod
@@ -166,7 +167,7 @@ class FamilyLaw(Held):
         tables: dict[str, Any] = {name: arrays.pop(name) for name in _TABLES}
         catch: dict[str, Any] = {"gains" if name == "catch_gains" else name: array for name, array in arrays.items()}
         try:
-            return cls(StateFeedback(**catch, **words_of(meta, _WORDS), sample=meta["sample"]), **tables, **{name: meta[name] for name in ("pace", "rise", "tube")})
+            return cls(StateFeedback(**catch, **words_of(meta, _WORDS), sample=meta["sample"]), **tables, **{name: meta[name] for name in ("pace", "tube")})
         except ArrayError as failure:
             remedy = f"name a file that a {_SCHEMA.kind} wrote"
             raise OutputError("path", str(path), f"no {_SCHEMA.kind} can be read there: {failure}", remedy) from failure

@@ -102,7 +102,7 @@ def climb(
         one = replace(one, damping=tuple(losses))
     catch = replace(made.law.catch, digest=scene.digest)
     law = replace(made.law, catch=catch)
-    long = seconds or 20.0 + 3 * float(np.sum(np.maximum(1 / law.pace, law.periods / 2 / law.rise)))
+    long = seconds or 20.0 + 3 * float(np.sum(np.maximum(1 / law.pace, law.periods / 2 / law.rises)))
     aim = Aim(
         np.zeros(system.nx), np.array(catch.target), catch.wraps, catch.state_names, catch.sample, long, HOLD, swing=float(law.weights[-1]) ** 0.5
     )

@@ -92,7 +92,7 @@ def law_along(
     observer = None
     if sensors is not None:
         end = tuple(np.array(part) for part in derivatives(states[-1], np.zeros(system.nu))[:2])
-        observer = observer_along(system, task, path, (end[0], end[1]), sensors, errors, knots)
+        observer = observer_along(chain, task, path, (end[0], end[1]), hold, sensors, errors, knots)
     return TrajectoryLaw(
         _regulator(system, task, states[-1], hold), stride * task.sample, states, inputs, table, tube=tube, rail=task.rail,
         observer=observer,

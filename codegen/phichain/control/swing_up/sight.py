@@ -11,7 +11,7 @@ out, and the covariance P goes on with what is left out (a consider filter),
     L = P_d: H^T (H P H^T + V)^-1,    P := (1 - [L; 0] H) P (1 - [L; 0] H)^T + [L; 0] V [L; 0]^T,    P := F P F^T + W,
 
 H = [C, 0] and F = [[A, E], [0, 1]]. The first row holds the stationary filter of the start, for a chain may be held there before it
-leaves; the last that of the target.
+leaves; the last that of the target, see `tremble`.
 
 Sources: S. F. Schmidt, Application of state-space methods to navigation problems, Advances in Control Systems 3 (1966) 293-340;
 B. D. O. Anderson, J. B. Moore, Optimal Filtering (1979), chapter 3.
@@ -27,7 +27,9 @@ from scipy.linalg import solve_discrete_are
 
 from phichain.control.equations.kalman import gathered
 from phichain.control.rig.observer import Sensors, sizes_by_name, variances
+from phichain.control.swing_up.chain import Chain
 from phichain.control.swing_up.task import Task
+from phichain.control.swing_up.tremble import bends, held_corrections
 from phichain.errors import ControlError
 from phichain.laws import ObserverAlong
 from phichain.system import System, Vector
@@ -36,15 +38,16 @@ Linear = tuple[Vector, Vector, Vector]
 
 
 def observer_along(
-    system: System, task: Task, path: Linear, end: tuple[Vector, Vector], sensors: Sensors, errors: Vector, knots: NDArray[np.int_]
+    chain: Chain, task: Task, path: Linear, end: tuple[Vector, Vector], hold: Vector, sensors: Sensors, errors: Vector, knots: NDArray[np.int_]
 ) -> ObserverAlong:
     """The observer along a motion.
 
     Args:
-        system: The chain.
+        chain: The chain.
         task: Its task.
         path: (A, B, E) at every sample of the motion.
         end: (A, B) at the target.
+        hold: Gains with which the chain is held there (nu, nx).
         sensors: Steps and noise of the positions, and what disturbs the chain.
         errors: Largest relative errors of the runtime parameters (np,).
         knots: Samples at which the law's table has rows; the last is the target.
@@ -53,6 +56,7 @@ def observer_along(
         ControlError: Other than the positions is to be measured, they are taken for exact, or they do not show the chain's motion.
     """
     A, B, E = path
+    system = chain.system
     nq, nx = system.nq, system.nx
     V, drifts, push = _noises(system, task, sensors)
     C = np.eye(nq, nx)
@@ -71,7 +75,11 @@ def observer_along(
         P[:nx, :nx] += drifts + b @ push @ b.T
         P = (P + P.T) / 2
     at = knots[:-1]
-    held = np.linalg.solve(C @ last @ C.T + V, C @ last).T
+    if np.any(errors):
+        bent = bends(chain, np.concatenate([task.last, np.zeros(nq)]), task.sample)
+        held = held_corrections(end, hold, bent, errors, V, drifts + end[1] @ push @ end[1].T, task.sample)
+    else:
+        held = np.linalg.solve(C @ last @ C.T + V, C @ last).T
     table = np.concatenate([corrections[at], held[None]])
     return ObserverAlong(
         table, np.concatenate([path[0][at], end[0][None]])[:, nq:] - np.eye(nx)[nq:], np.concatenate([path[1][at], end[1][None]])[:, nq:]

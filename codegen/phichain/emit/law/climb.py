@@ -55,7 +55,7 @@ def climb_files(law: FamilyLaw, real: str = "float") -> dict[str, str]:
     shown = {
         "name": name, "upper": name.upper(), "chain": law.name, "real": real, "digest": law.digest, "rungs": len(rungs), "nodes": nodes,
         "nx": law.states.shape[2], "sample": f"{law.catch.sample:.17g}", "width": width,
-        "bytes": BYTES[real] * len(rungs) * ((nodes + 2) * width + 1),
+        "bytes": BYTES[real] * len(rungs) * ((nodes + 2) * width + 2),
         "operations": sum(sum(count_operations(program).values()) for program in programs),
     }  # fmt: skip
     files = {
@@ -87,14 +87,14 @@ def _source(law: FamilyLaw, programs: tuple[Program, ...], rungs: list[list[list
         uses |= set(body.uses)
     sample, slow = Fraction(law.catch.sample), [nearest(real, Fraction(value)) for value in law.slowness.tolist()]
     numbers = {
-        "period": sample, "pace": Fraction(law.pace), "rise": Fraction(law.rise), "back": Fraction(BACK), "follow": Fraction(FOLLOW),
+        "period": sample, "pace": Fraction(law.pace), "back": Fraction(BACK), "follow": Fraction(FOLLOW),
         "tube": Fraction(law.tube) ** 2, "rest": Fraction(REST), "leave": Fraction(LEAVE),
     }  # fmt: skip
     return laid_out_text(
         render(
             "laws/climb/source.c.j2", **shown, includes=["math.h"] if "math" in uses else [], restrict=restrict_macro(name), functions=functions,
             table=[[", ".join(literal(value, real) for value in row) for row in rung] for rung in rungs],
-            slow=[literal(value, real) for value in slow],
+            slow=[literal(value, real) for value in slow], rise=[literal(nearest(real, Fraction(value)), real) for value in law.rises.tolist()],
             law=instance("laws/climb", {"phi_law": name, "phi_": f"{name}_", "PHI_": f"{shown['upper']}_"}, {}).rstrip("\n"),
             **{key: literal(nearest(real, value), real) for key, value in numbers.items()},
         )
@@ -130,7 +130,7 @@ def _manifest(law: FamilyLaw, programs: tuple[Program, ...], shown: Mapping[str,
         "nodes": law.states.shape[1],
         "energy": [float(law.energies[0]), float(law.energies[-1])],
         "pace": law.pace,
-        "rise": law.rise,
+        "rise": [float(law.rises.min()), float(law.rises.max())],
         "tube": law.tube,
         "operations": {program.name: sum(count_operations(program).values()) for program in programs},
         "table_bytes": shown["bytes"],

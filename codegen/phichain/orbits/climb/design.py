@@ -13,7 +13,8 @@ from phichain.control import gain_table, lqr
 from phichain.errors import ArrayError, ControlError
 from phichain.laws import FamilyLaw, GainTable, StateFeedback
 from phichain.orbits.climb.across import by_phase, gains_across
-from phichain.orbits.climb.ladder import Ladder, ladder
+from phichain.orbits.climb.effort import torques
+from phichain.orbits.climb.ladder import Ladder, finer, ladder
 from phichain.orbits.climb.motion import Equations
 from phichain.records import Held
 from phichain.system import System, Vector
@@ -31,7 +32,12 @@ TAKEN: Final = 0.5
 TUBE: Final = 0.5
 """Distance from the orbit beyond which the chain is calmed, rad."""
 COST: Final = 5.0
-"""Weight of the squared input across orbits, in squared gravity torques."""
+"""Weight of the squared input across orbits, in squared gravity torques about the first joint: by its own, a tenth as large perhaps, the input
+of an outer joint would weigh too much, and what it brings across an orbit is little enough."""
+SPENT: Final = 1.0
+"""Periods of the whole limit, as a root mean square, that the way from one rung to the next may take: what is more gets rungs in between."""
+USED: Final = 0.5
+"""Share of the limit, likewise, that rungs may rise by."""
 PACE: Final = 40.0
 """Rungs a second for each gravity torque of the limit."""
 RISE: Final = 20.0
@@ -47,6 +53,7 @@ class Climb(Held):
         law: The law.
         ladder: The orbits of the family, all of them.
         torque: Gravity torque of the chain about the driven joint, held out level, N m.
+        effort: Periods of the whole limit, as a root mean square, that the way from each rung but the first to the next takes (rungs - 2,).
         work: Most energy that the limit brings in within a period of each rung but the first (rungs - 1,), J.
         swept: Integral of every joint's squared rate over a period of it (rungs - 1, links), rad^2/s.
     """
@@ -54,6 +61,7 @@ class Climb(Held):
     law: FamilyLaw
     ladder: Ladder
     torque: float
+    effort: Vector
     work: Vector
     swept: Vector
 
@@ -111,7 +119,7 @@ def climb_law(
         sample: Time between two calls, s.
         pace: Rungs a second, at most; by the limit unless given.
         rise: Rungs a half period, at most; likewise.
-        cost: Weight of the squared input across orbits, in squared gravity torques.
+        cost: Weight of the squared input across orbits, in squared gravity torques about the first joint.
 
     Raises:
         ArrayError: The branch belongs to another scene, or a number is none that it could be.
@@ -131,7 +139,8 @@ def climb_law(
     equations = Equations(system)
     torque, swing = gravity_torque(system, joint), _slowest_swing(equations)
     limit = share * torque
-    usual = fineness(limit / gravity_torque(system, 1))
+    whole_torque = gravity_torque(system, 1)
+    usual = fineness(limit / whole_torque)
     rungs = whole("rungs", usual[0] if rungs is None else rungs, 4, 1000, "give a number of orbits", ArrayError)
     nodes = whole("nodes", usual[1] if nodes is None else nodes, 9, 1000, "give a number of nodes", ArrayError)
     weights = np.concatenate([np.ones(system.nq), np.full(system.nv, swing**2)])
@@ -145,23 +154,30 @@ def climb_law(
 
     found = ladder(system, branch, equations, is_near)
     _, table = min(chosen, key=lambda one: float(one[1].level(0, found.states[-1, 0])))
+    effort = torques(equations, found.states, found.periods, weights) / limit
+    if np.any(effort > SPENT):
+        found = finer(system, equations, found, np.ceil(np.maximum(effort, SPENT) / SPENT).astype(int))
+        effort = torques(equations, found.states, found.periods, weights) / limit
     states, t, rates = by_phase(equations, found.states, found.periods, weights, nodes)
-    kept = _spread(states, weights, rungs - 1)
+    kept = _spread(states, weights, rungs - 1, effort)
     states, t, rates = states[kept], t[kept], rates[kept]
     slowness = _slowness(states)
-    gains = gains_across(equations, states, t, slowness, cost / torque**2)
+    gains = gains_across(equations, states, t, slowness, cost / whole_torque**2)
     at_rest = np.zeros((1, nodes, system.nx))
     speeds = np.abs(states[:, :, system.nq :])
     swept = 2 * np.sum((speeds[:, 1:] ** 2 + speeds[:, :-1] ** 2) / 2 * np.diff(t, axis=1)[:, :, None], axis=1)
     driven = speeds[:, :, joint - 1]
     work = 2 * limit * np.sum((driven[:, 1:] + driven[:, :-1]) / 2 * np.diff(t, axis=1), axis=1)
+    spent = np.maximum(np.diff(np.concatenate([[0.0], np.cumsum(effort)])[kept]), 1e-9)
+    most = RISE * share if rise is None else rise
+    rises = np.concatenate([[most], np.minimum(most, USED / 2 / spent), [most]])
     catch = _state_feedback(table)
     law = FamilyLaw(
         catch, np.array(table.shapes[0]), np.concatenate([at_rest, states]), np.concatenate([rates[:1], rates]),
-        np.concatenate([gains[:1], gains]), weights, np.concatenate([slowness[:1], slowness]), np.concatenate([[0.0], found.energies[kept]]),
-        np.concatenate([found.periods[kept][:1], found.periods[kept]]), PACE * share if pace is None else pace, RISE * share if rise is None else rise, TUBE,
+        np.concatenate([gains[:1], gains]), weights, np.concatenate([slowness[:1], slowness]), rises, np.concatenate([[0.0], found.energies[kept]]),
+        np.concatenate([found.periods[kept][:1], found.periods[kept]]), PACE * share if pace is None else pace, TUBE,
     )  # fmt: skip
-    return Climb(law, found, torque, work, swept)
+    return Climb(law, found, torque, spent, work, swept)
 
 
 def _slowness(states: Vector) -> Vector:
@@ -190,8 +206,8 @@ def _state_feedback(table: GainTable) -> StateFeedback:
     )  # fmt: skip
 
 
-def _spread(states: Vector, weights: Vector, count: int) -> Vector:
-    """Numbers of so many orbits, evenly far from each other, the first and the last among them."""
+def _spread(states: Vector, weights: Vector, count: int, effort: Vector) -> Vector:
+    """Numbers of so many orbits, evenly far from each other, the first and the last among them; of more where the way between takes effort."""
     apart = np.max(np.sqrt(np.sum(weights * np.diff(states, axis=0) ** 2, axis=2)), axis=1)
-    way = np.concatenate([[0.0], np.cumsum(apart)])
-    return np.unique(np.searchsorted(way, np.linspace(0, way[-1], count) - 1e-12 * way[-1]))
+    way = np.concatenate([[0.0], np.cumsum(np.maximum(apart / np.sum(apart) * (count - 1), effort / SPENT))])
+    return np.unique(np.searchsorted(way, np.linspace(0, way[-1], max(count, ceil(way[-1] - 1e-9) + 1)) - 1e-12 * way[-1]))

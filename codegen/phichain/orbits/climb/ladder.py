@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from phichain.continuation import Branch
@@ -101,9 +102,34 @@ def ladder(system: System, branch: Branch, equations: Equations, is_near: Callab
         nodes, period = _nearer(rows[-1], times[-1], x_end, slow)
         rows.append(_multiple(equations, nodes, period, times))
     states = np.array(rows)
-    kinetic, potential = system.energy(states[:, 0, :half], states[:, 0, half:])
+    return Ladder(states, np.array(times), _energies(system, states), x_end, signs)
+
+
+def finer(system: System, equations: Equations, found: Ladder, parts: NDArray[np.int_]) -> Ladder:
+    """The same with orbits in between, so many parts from each orbit to the next (orbits - 1,).
+
+    Raises:
+        ConvergenceError: Orbits in between were not found.
+    """
+    rows, times = [found.states[0]], [float(found.periods[0])]
+    for k, count in enumerate(parts.tolist()):
+        (low, high), (before, after) = found.states[k : k + 2], found.periods[k : k + 2]
+        held = int(np.argmax(np.abs(high[0] - low[0])))
+        for share in np.arange(1, count) / count:
+            nodes = (1 - share) * low[::FINE] + share * high[::FINE]
+            rows.append(_multiple(equations, nodes, float((1 - share) * before + share * after), times, held))
+        rows.append(high)
+        times.append(float(after))
+    states = np.array(rows)
+    return Ladder(states, np.array(times), _energies(system, states), found.target, found.signs)
+
+
+def _energies(system: System, quarters: Vector) -> Vector:
+    """Energies of orbits by their states (orbits, m, nx), J above the hanging chain."""
+    half = system.nq
+    kinetic, potential = system.energy(quarters[:, 0, :half], quarters[:, 0, half:])
     _, hanging = system.energy(np.zeros(half), np.zeros(half))
-    return Ladder(states, np.array(times), np.asarray(kinetic + potential - hanging), x_end, signs)
+    return np.asarray(kinetic + potential - hanging)
 
 
 def _absolute(system: System, q: Vector) -> Vector:
@@ -145,8 +171,8 @@ def _nearer(states: Vector, period: float, x_end: Vector, slow: float) -> tuple[
     return np.array(nodes), after
 
 
-def _multiple(equations: Equations, nodes: Vector, period: float, times: list[float]) -> Vector:
-    """The orbit of a brake whose first angle is given, by Newton; its states, its period added to `times`.
+def _multiple(equations: Equations, nodes: Vector, period: float, times: list[float], held: int = 0) -> Vector:
+    """The orbit of a brake one of whose angles is given, by Newton; its states, its period added to `times`.
 
     Raises:
         ConvergenceError: It was not found.
@@ -155,20 +181,21 @@ def _multiple(equations: Equations, nodes: Vector, period: float, times: list[fl
     half, m = nx // 2, len(nodes) - 1
     nodes[0, half:] = 0
     nodes[m, :half] = 0
+    free = [k for k in range(half) if k != held]
     size = (half - 1) + nx * (m - 1) + half + 1
     for _ in range(25):
         ends, D = equations.carried(nodes[:-1], np.full(m, period / 4 / m), FINE * STEPS)
         miss = ends - nodes[1:]
         J = np.zeros((m * nx, size))
         J[:, -1] = (equations.rate(ends) / 4 / m).ravel()
-        J[:nx, : half - 1] = D[0, :, 1:half]
+        J[:nx, : half - 1] = D[0][:, free]
         for i in range(1, m):
             at = slice(half - 1 + nx * (i - 1), half - 1 + nx * i)
             J[nx * i : nx * (i + 1), at] = D[i, :, :nx]
             J[nx * (i - 1) : nx * i, at] = -np.eye(nx)
         J[nx * m - half :, -1 - half : -1] = -np.eye(half)
         change = np.linalg.solve(J, -miss.ravel())
-        nodes[0, 1:half] += change[: half - 1]
+        nodes[0, free] += change[: half - 1]
         nodes[1:m] += change[half - 1 : half - 1 + nx * (m - 1)].reshape(m - 1, nx)
         nodes[m, half:] += change[-1 - half : -1]
         period += float(change[-1])

@@ -93,7 +93,7 @@ def _climbing(law: FamilyLaw, real: str, rungs: Any, rung: float, at: float, sid
     x = [nearest(real, side * as_fraction(value) + size[i] * share(i, number)) for i, value in enumerate(wanted[:nx])]
 
     def call(given: Sequence[Any]) -> tuple[Any, Any, Any]:
-        return _call(law, given[:nx], given[nx:-4], given[-4:-2], given[-2], given[-1], side, nodes)
+        return _call(law, given[:nx], given[nx:-4], given[-4:-2], given[-2], given[-1], side, nodes, float(law.rises[low]))
 
     given = [mpf(value) for value in (*x, *rows, *slow)] + [f, g]
     spread = [mpf(1)] * (len(given) - 2) + [(rung or 1) / f if f else mpf(0), nodes / g]
@@ -109,7 +109,7 @@ def _climbing(law: FamilyLaw, real: str, rungs: Any, rung: float, at: float, sid
 
 
 def _call(
-    law: FamilyLaw, x: Sequence[Any], rows: Sequence[Any], slow: Sequence[Any], f: Any, g: Any, side: int, nodes: int
+    law: FamilyLaw, x: Sequence[Any], rows: Sequence[Any], slow: Sequence[Any], f: Any, g: Any, side: int, nodes: int, rise: float
 ) -> tuple[Any, Any, Any]:
     """u, and by how much rung and phase move."""
     nx, limit, sample = len(x), mpf(law.limit), mpf(law.catch.sample)
@@ -121,7 +121,7 @@ def _call(
     slip = min(max(slip, -mpf(SLIP)), mpf(SLIP))
     across = [e - slip * d for e, d in zip(away, along[:nx], strict=True)]
     push = -mp.fsum(k * e for k, e in zip(wanted[nx + 1 :], across, strict=True))
-    step = sample * min(mpf(law.pace), mpf(law.rise) * wanted[nx]) * max(mpf(-1) / 2, 1 - abs(push) / limit)
+    step = sample * min(mpf(law.pace), mpf(rise) * wanted[nx]) * max(mpf(-1) / 2, 1 - abs(push) / limit)
     return side * min(max(push, -limit), limit), step, sample * wanted[nx] + mpf(FOLLOW) * slip
 
 
