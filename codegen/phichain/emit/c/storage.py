@@ -13,7 +13,7 @@ from types import MappingProxyType
 from phichain.emit.inlining import used_once
 from phichain.ir.nodes import Call, Cell, For, Local, Op, Operand, Program, SinCos, Statement, Store, walk
 
-#: Arrays this much shorter or longer than most others are fields beside them, and so many make it worth while.
+#: Arrays this much shorter than most others are fields beside them (one longer would make a record more), and so many make it worth while.
 _OF_ONE_LENGTH, _FEWEST_FIELDS = 2, 4
 
 
@@ -68,7 +68,7 @@ def shared_storage(program: Program) -> Storage:
 
 
 def _in_records(program: Program, storage: Storage) -> Storage:
-    """The same with the arrays that are used cell by cell, and are about as long as most of them, in records."""
+    """The same with the arrays that are used cell by cell, and are as long as most of them or hardly shorter, in records."""
     whole = {name for statement in walk(program.body) if isinstance(statement, SinCos | Call) for name in _names(statement)}
     tenants = {place: [place, *(name for name, other in storage.guests.items() if other == place)] for place in storage.sizes}
     sizes = {place: size for place, size in storage.sizes.items() if size > 1 and not whole & set(tenants[place])}

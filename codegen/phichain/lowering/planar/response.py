@@ -36,9 +36,10 @@ class Recalled(Sweep):
         self, builder: Builder, scene: Scene, parameters: Parameters, state: PlanarState, u: ArrayRef | None
     ) -> None:
         super().__init__(builder, scene, parameters, state, couples(builder, scene, parameters, state, u))
-        names: tuple[str, ...] = ("inverse", "level", "axial", "pull", "tip_x", "tip_y", "tip_force_x", "tip_force_y")
-        names += () if saves_text(scene) else ("link_xx",)
-        names += () if scene.tip_masses else ("link_yy",) if saves_text(scene) else ("link_xy", "link_yy")
+        kept = ("inverse", "level", "axial", "pull", "link_xx", "tip_x", "tip_y", "tip_force_x", "tip_force_y", "link_xy", "link_yy")
+        left_out = {"link_xy", "link_yy"} if scene.tip_masses else set()
+        left_out |= {"link_xx", "link_xy"} if saves_text(scene) else set()
+        names = [name for name in kept if name not in left_out]
         self.kept = {name: builder.array(f"{name}_of", scene.links) for name in names}
 
     def pivot(self, outer: Outer, k: Index) -> Pivot:
