@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from phichain import build
 from phichain.errors import ProofError
 from phichain.ir import evaluate, total_operations
 from phichain.ir.nodes import Program
@@ -158,6 +159,16 @@ def test_pairs_of_links_take_few_operations_in_every_form(more: dict[str, Any], 
     for links in (5, 9):
         found = lower_function(derive(chain(links, length=0.3, **more)), "state_jacobian", "loops")
         assert total_operations(found) <= pair * links**2 + link * links
+
+
+@pytest.mark.parametrize("more", [BEFORE | TIED | CART, BEFORE | {"base": "moving"}])
+def test_cells_that_are_written_anew_are_read_before_in_c_as_well(more: dict[str, Any]) -> None:
+    """C puts expressions where their value is wanted: a column's entries stand before its vector goes on."""
+    scene = chain(4, code="loops", want=["state_jacobian"], **more)
+    given = arguments(scene)
+    expected = evaluate(lower_function(derive(scene), "state_jacobian", "loops"), given)
+    for name, found in zip(expected, build(scene).state_jacobian(*(given[k] for k in ("q", "v", "u"))), strict=True):
+        assert np.max(np.abs(found - expected[name])) <= 1e-14 * np.max(np.abs(expected[name])), name
 
 
 def test_auto_is_loops_that_take_little_more_than_straight_line_code() -> None:
