@@ -165,7 +165,8 @@ def joint_slopes() -> tuple[Quantities, ...]:
         ("passes passes_force", "", "what a link makes of its joint's acceleration, and of the force beyond its end (along the chain, and besides)"),
         ("rows_outwards rows_inwards", "", "a link's angular acceleration per acceleration of its joint, and per force beyond its end"),
         ("joint_mobility", "", "acceleration of a joint per force on it, the chain inside included"),
-        ("force_by_direction force_by_rate motion_by_direction motion_by_rate", "", "forces inwards and accelerations outwards, column by column"),
+        ("force_by_direction_c force_by_direction_x force_by_direction_y force_by_direction_z force_by_rate_c force_by_rate_x force_by_rate_y force_by_rate_z", "", "forces that go inwards, column by column: along the chain, and besides"),
+        ("motion_by_direction_x motion_by_direction_y motion_by_direction_z motion_by_rate_x motion_by_rate_y motion_by_rate_z", "", "accelerations that go outwards, column by column"),
         ("load force_from motion_from", "", "what a link disturbs at itself and its neighbours, column by column, the forces from there inwards and the motions outwards"),
         ("rate_load", "L/s", "what the ends of a link may differ by along it, by its rates"),
     )
