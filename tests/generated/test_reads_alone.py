@@ -105,7 +105,8 @@ RICH = (
     ("planar", None, "fixed", None, "loops, known lengths"), ("spatial", None, "cart", None, "loops, tied"),
     ("planar", 0.2, "cart", 0.1, "loops, rigid"), ("spatial", None, "cart", 0.1, "loops, rigid"),
     ("planar", 0.2, "fixed", None, "loops, known lengths"), ("planar", 0.2, "fixed", 0.1, "loops"),
-    ("spatial", None, "cart", None, "loops"), ("planar", None, "fixed", 0.1, "auto"),
+    ("spatial", None, "cart", None, "loops"), ("planar", None, "fixed", 0.1, "auto"), ("spatial", 0.2, "fixed", 0.1, "auto"),
+    ("spatial", None, "fixed", 0.1, "loops"), ("spatial", 0.2, "fixed", None, "loops, tied"),
 )  # fmt: skip
 """Kinds of chains that between them have nearly every name: looked at before the others, which are then seldom needed."""
 

@@ -150,10 +150,11 @@ def joint_slopes() -> tuple[Quantities, ...]:
     """Those of spatial Jacobians where joints transmit moments, and where masses are before the ends of their links."""
     functions = frozenset({"state_jacobian", "dynamics_and_jacobian"})
     tied = rows(
-        ("answer_0 answer_1 answer_2 answer_3 answer_4 answer_5 answer_6", "", "tensions from three links before a link to three beyond it by its direction and rates"),
-        ("pair_slope_0 pair_slope_1 pair_slope_2", "", "forces of a link's couple by direction and rates of the link before, its own, and the next one's"),
+        ("answer", "", "tensions from three links before a link to three beyond it by its direction and rates"),
+        ("pair_slope", "", "forces of a link's couple by direction and rates of the link before, its own, and the next one's"),
         ("by_rate_next by_rate_back", "", "tensions two links beyond and before a link by its rates"),
         ("own_compliance onward_share backward_share", "", "compliance, outer and inner, with zeros beyond the ends"),
+        ("resistance resistance_slope", "", "couple of a joint over the difference of its links' rates, and how it moves with that difference"),
         ("inner_pull outer_pull", "L/s^2", "tension of a link over its mass, and over that of the link before"),
     )
     before = rows(
@@ -164,7 +165,9 @@ def joint_slopes() -> tuple[Quantities, ...]:
         ("passes passes_force", "", "what a link makes of its joint's acceleration, and of the force beyond its end (along the chain, and besides)"),
         ("rows_outwards rows_inwards", "", "a link's angular acceleration per acceleration of its joint, and per force beyond its end"),
         ("joint_mobility", "", "acceleration of a joint per force on it, the chain inside included"),
-        ("force_by_direction force_by_rate motion_by_direction motion_by_rate", "", "forces inwards and accelerations outwards, column by column"),
+        ("force_by_direction_c force_by_direction_x force_by_direction_y force_by_direction_z force_by_rate_c force_by_rate_x force_by_rate_y force_by_rate_z", "", "forces that go inwards, column by column: along the chain, and besides"),
+        ("motion_by_direction_x motion_by_direction_y motion_by_direction_z motion_by_rate_x motion_by_rate_y motion_by_rate_z", "", "accelerations that go outwards, column by column"),
+        ("load force_from motion_from", "", "what a link disturbs at itself and its neighbours, column by column, the forces from there inwards and the motions outwards"),
         ("rate_load", "L/s", "what the ends of a link may differ by along it, by its rates"),
     )
     return Quantities(functions, "section 5, Jacobians by tensions", tied, "spatial"), Quantities(functions, "section 5, Jacobians by joints", before, "spatial")

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from phichain.mechanics import derive
+from phichain.scene import Scene
 from tests.flow.batch.batches import CHAINS, WRITERS, unit
 from tests.flow.flows import STRICT, planar
 
@@ -85,3 +86,10 @@ def test_lines_are_short_and_names_have_the_prefix(form: str) -> None:
     for line in text.splitlines():
         if line.startswith(("static ", "void ", "size_t ", "#define ")):
             assert chain.name in line or chain.name.upper() in line, line
+
+
+@pytest.mark.parametrize(("links", "bytes_of"), [(2, 64), (3, 64), (5, 256)])
+def test_values_of_short_chains_of_unit_vectors_take_one_register(links: int, bytes_of: int) -> None:
+    """Else all of them live in memory, and three links take 1.4 times as long; longer ones are bound by latency, which four hide."""
+    chain = Scene("some", links, space="spatial", mass=0.1, length=0.1, base="cart", cart_mass=0.5, want=["forward_dynamics_batch"])
+    assert re.search(rf"AVX512F__\)\n#define SOME_BATCH_BYTES {bytes_of}\n", unit(chain, "forward_dynamics_batch"))

@@ -17,7 +17,7 @@ from phichain.emit.flow.declared import arguments, documented
 from phichain.emit.flow.flows import FlowText, prints
 from phichain.emit.render import render
 from phichain.ir.inline import inline
-from phichain.ir.nodes import Program
+from phichain.ir.nodes import Op, Program
 from phichain.ir.passes import total_operations
 from phichain.lowering.lower import lower_function
 from phichain.mechanics import Model
@@ -26,6 +26,8 @@ from phichain.transform.prepared import PREPARED, prepared
 
 #: Vector registers a value takes: sweeps are bound by latency, and this many do not wait for each other.
 REGISTERS: Final = 4
+#: Up to this many operations without sines, a value takes one: registers then hold nearly all, and what limits is the way to memory and back.
+FEW_OPERATIONS: Final = 130
 #: Up to this many operations `auto` takes straight-line code: there is no loop over links left to vectorise, and what a
 #: link hands to the next stays in registers.
 UNROLL_LIMIT: Final = 1200
@@ -52,7 +54,7 @@ def forward_dynamics_batch(model: Model, known: Collection[str] = ()) -> FlowTex
     inputs = [(array.name, array.size) for array in program.inputs if array.name != PREPARED]
     given = ["p"] if program.params else []
     text = render(
-        "flow/forward_dynamics_batch.c.j2", name=scene.name, doc=ROWS["forward_dynamics_batch"].doc, stem=stem, kernel=lanes_kernel(scene, stem, uses, REGISTERS), real=f"{scene.name}_real", nv=scene.nv, inputs=inputs,
+        "flow/forward_dynamics_batch.c.j2", name=scene.name, doc=ROWS["forward_dynamics_batch"].doc, stem=stem, kernel=lanes_kernel(scene, stem, uses, _registers(program)), real=f"{scene.name}_real", nv=scene.nv, inputs=inputs,
         tables=[(table, len(values), ", ".join(names.number(value).text for value in values)) for (_, values), table in tables.items()],
         parameter=f"const {scene.name}_params *p, " if program.params else "", lines=body.lines,
         pass_parameter="p, " if program.params else "", prepared=split.size if split else 0,
@@ -75,6 +77,13 @@ def _program(model: Model) -> Program:
     if scene.code == "auto" and not program.is_straight_line and total_operations(program) <= UNROLL_LIMIT:
         return lower_function(model, "forward_dynamics", "unrolled")
     return program
+
+
+def _registers(program: Program) -> int:
+    """Vector registers that a value takes."""
+    turns = any(isinstance(statement, Op) and statement.kind in ("sin", "cos") for statement in program.body)
+    is_short = program.is_straight_line and not turns and total_operations(program) <= FEW_OPERATIONS
+    return 1 if is_short else REGISTERS
 
 
 def table_names(scene: Scene, program: Program) -> dict[tuple[str, tuple[Fraction, ...]], str]:

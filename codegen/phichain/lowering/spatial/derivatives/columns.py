@@ -18,10 +18,12 @@ A cart of mass m_c is one more joint, m_c x'' = f + m_0 L_0 h, h = C^T q_0: link
 """
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import outer as dyad
-from phichain.lowering.algebra.vector import Vector, cross, load, scale, store, sub
-from phichain.lowering.chain.losses import brakes_cart, cart_slope
+from phichain.lowering.algebra.vector import Vector, cross, dot, load, scale, store, sub
+from phichain.lowering.chain.losses import brakes_cart, cart_slopes
 from phichain.lowering.spatial import tension
 from phichain.lowering.spatial.derivatives.blocks import Blocks
 from phichain.lowering.spatial.derivatives.response import Answers
@@ -188,29 +190,28 @@ class Columns:
                     with self.builder.loop("i", 2, width) as loop:
                         target[loop.index + row * width] = nothing
         if self.cart is not None and brakes_cart(scene):
-            slope = cart_slope(scene, self.parameters, None)
-            self._pushed(dadv, width, 2, -(slope / (self.parameters.base_mass * unit.length)))
+            over = -1 / (self.parameters.base_mass * unit.length)
+            own, aside, other = (over * slope for slope in cart_slopes(scene, self.parameters, self.chain.rates.cart()))
+            self._pushed(dadv, width, [(own, aside, nothing), (aside, other, nothing)])
         if dadu is None:
             return
-        if self.cart is not None:
-            self._pushed(dadu, scene.nu, 2, 1 / (self.parameters.base_mass * unit.force))
-        else:
-            self._pushed(dadu, scene.nu, scene.base_inputs, 1 / (self.builder.lift(1) * unit.length))
+        factor = 1 / (self.parameters.base_mass * unit.force) if self.cart is not None else 1 / (self.builder.lift(1) * unit.length)
+        size = 2 if self.cart is not None else scene.base_inputs
+        self._pushed(dadu, scene.nu, [tuple(factor if i == c else nothing for i in range(3)) for c in range(size)])
 
-    def _pushed(self, target: ArrayRef, width: int, columns: int, factor: Expr) -> None:
-        """Columns of a free cart's acceleration per unit of a force, or of a given acceleration of the base: `factor` along e_c."""
+    def _pushed(self, target: ArrayRef, width: int, moves: Sequence[Vector]) -> None:
+        """Columns of what would accelerate a free cart so, were there no chain, or of given accelerations of the base."""
         builder, found, scene = self.builder, self.found, self.scene
-        carts = 2 if scene.has_cart else 0
+        carts, columns = 2 if scene.has_cart else 0, len(moves)
         here = load(self.chain.direction, 0)
-        pushes = [builder.let(f"push_{c}", -(factor * here[c])) for c in range(columns)]
+        pushes = [builder.let(f"push_{c}", -dot(move, here)) for c, move in enumerate(moves)]
         share = found.diagonal[0]
-        for c in range(columns):
-            unit: Vector = tuple(factor if i == c else builder.lift(0) for i in range(3))
-            turned = sub(scale(share * pushes[c], load(self.onwards, 0)), scale(self.inverse_length[0], cross(here, unit)))
+        for c, move in enumerate(moves):
+            turned = sub(scale(share * pushes[c], load(self.onwards, 0)), scale(self.inverse_length[0], cross(here, move)))
             for r, value in enumerate(turned):
                 target[(carts + r) * width + c] = value
             for row in range(carts):
-                own = factor if row == c else builder.lift(0)
+                own = move[row]
                 if self.cart is not None:
                     own = own + self._cart_ratio() * (here[row] * (share * pushes[c]))
                 target[row * width + c] = own * self.parameters.units.length

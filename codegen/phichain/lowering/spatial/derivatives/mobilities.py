@@ -17,6 +17,7 @@ Where joints transmit nothing, rates act through e alone: one column a link stan
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from phichain.ir.builder import ArrayRef, Builder, Index
 from phichain.lowering.algebra.matrix import (
@@ -254,24 +255,27 @@ class Lanewise:
         """All columns of these links over link k: their entries of its rows, and on, unless it is the end."""
         start, stop = columns
         with self.builder.loop("c", 3 * start, 3 * stop) as loop:
-            entries = self._advance(lanes[0], loop.index, answer, through)
-            for r, entry in enumerate(entries):
-                self.by_q.entry(3 * k + r, loop.index, entry)
+            self._advance(lanes[0], loop.index, answer, through, partial(self._put_column, self.by_q, k))
         if self.joints is not None:
             with self.builder.loop("c", 3 * start, 3 * stop) as loop:
-                for r, entry in enumerate(self._advance(lanes[1], loop.index, answer, through)):
-                    self.by_v.entry(3 * k + r, loop.index, entry)
+                self._advance(lanes[1], loop.index, answer, through, partial(self._put_column, self.by_v, k))
             return
         with self.builder.loop("j", start, stop) as loop:
-            entries = self._advance(lanes[1], loop.index, answer, through)
-            self.by_v.put(k, loop.index, outer(entries, load(self.load, loop.index)))
+            self._advance(lanes[1], loop.index, answer, through, lambda j, entries: self.by_v.put(k, j, outer(entries, load(self.load, j))))
 
-    def _advance(self, lanes: Lanes, column: Index, answer: Matrix, through: Matrix | None) -> Vector:
+    def _put_column(self, target: Blocks, k: Index, column: Index, entries: Vector) -> None:
+        for r, entry in enumerate(entries):
+            target.entry(3 * k + r, column, entry)
+
+    def _advance(
+        self, lanes: Lanes, column: Index, answer: Matrix, through: Matrix | None, put: Callable[[Index, Vector], None]
+    ) -> None:  # fmt: skip
+        """One column over one link. Its cells are written anew, so what is read of them has to be written or named before."""
         value = lanes.at(column)
-        entries = applied(answer, value)
-        if through is not None:
-            lanes.put(column, applied(through, value))
-        return entries
+        moved = None if through is None else tuple(self.builder.let("moved", entry) for entry in applied(through, value))
+        put(column, applied(answer, value))
+        if moved is not None:
+            lanes.put(column, moved)
 
 
 def _beside(left: Matrix, right: Matrix) -> Matrix:
