@@ -479,11 +479,11 @@ def _state_jacobian(q, v, u):
     level_of = [None] * 2
     axial_of = [None] * 2
     pull_of = [None] * 2
+    link_xx_of = [None] * 2
     tip_x_of = [None] * 2
     tip_y_of = [None] * 2
     tip_force_x_of = [None] * 2
     tip_force_y_of = [None] * 2
-    link_xx_of = [None] * 2
     link_xy_of = [None] * 2
     link_yy_of = [None] * 2
     pass_xx = [None] * 3
