@@ -39,7 +39,7 @@ SAID: Final[dict[str, tuple[str, str]]] = {
     "brake loss": ("the rest: orbits beside it never stand still", "orbits with theta(t + T/2) = -theta(t), over a half period"),
     "odd loss": ("the rest and theta(t + T/2) = -theta(t)", "orbits odd about T/4, over a half period"),
     "unequal brakes": ("theta(t + T/2) = -theta(t)", "brake orbits between two unequal rests, over a half period"),
-    "krein": ("no symmetry: two pairs of multipliers leave the unit circle", "this family; tori branch off"),
+    "krein": ("no symmetry: two pairs of multipliers leave the unit circle", "this family; tori, which no method here follows, branch off"),
     "cover": ("the shorter period of the family that it covers", "that family, over its own quarter period"),
     AT_EQUILIBRIUM: ("nothing: the rest comes to an equilibrium, and the period grows without bound", "connections of that equilibrium"),
     BRANCH_POINT: (

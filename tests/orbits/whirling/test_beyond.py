@@ -118,9 +118,15 @@ def test_orbits_without_a_reversal_come_back_turned() -> None:
 
 
 @lru_cache
+def whirl() -> Branch:
+    """A whirling family whose period doubles before it loses its reversal."""
+    return trace(chain(2), 3, method="whirling", start=trace(chain(2), method="conical", until="theta_1=0.4"), limits={"max_points": 60})
+
+
+@lru_cache
 def doubling() -> tuple[Branch, Branch]:
     """A family without a reversal until its period doubles, and the one that begins there."""
-    begun = trace(chain(2), 3, method="whirling", start=trace(chain(2), method="conical", until="theta_1=0.4"), limits={"max_points": 60})
+    begun = whirl()
     single = trace(chain(2), method="unmirrored", start=(begun, begun.located("reversal loss")[0]), limits={"max_points": 22})
     return single, trace(chain(2), method="unmirrored", start=(single, single.located("period doubling")[0]), limits={"max_points": 14})
 
@@ -138,6 +144,21 @@ def test_beyond_a_period_doubling_orbits_come_back_after_two() -> None:
     assert np.ptp(double.momentum) < 1e-12 and double.momentum[0] == pytest.approx(single.momentum[0], rel=1e-12)
     assert double.residual.max() < 1e-13 and [event.kind for event in double.events] == ["period doubling"]
     assert twice(chain(2), None, event.z * np.append(np.ones(len(event.z) - 2), [2.0, 0.5]), 1) < 1e-8 < twice(chain(2), None, double.points[3], 1)
+
+
+def test_events_say_which_method_follows_what_begins_there_or_that_none_does() -> None:
+    """No method takes a start that says so; each other one opens a family by the method that it names."""
+    ends = {"whirling": (chain(2), whirl(), {}), "in space": (uneven(), still(), {"p": P})}
+    said = [(event.kind, *ends[name], event) for name in ends for event in ends[name][1].events]
+    assert {"period doubling", "reversal loss", "odd loss"} <= {kind for kind, *_ in said}
+    for kind, system, branch, p, event in said:
+        if kind in ("period doubling", "odd loss"):
+            assert event.continues.endswith("which no method here follows")
+            for method in ("whirling", "unmirrored", "in space"):
+                with pytest.raises(ArrayError, match="start: "):
+                    trace(system, method=method, start=(branch, event), **p)
+        else:
+            assert "no method" not in event.continues
 
 
 @pytest.mark.parametrize("held", ["momentum", "energy", "turn"])

@@ -157,7 +157,7 @@ SAID: Final[dict[str, tuple[str, str]]] = {
     "symmetry breaking": ("q(t + T/2) = -q(t)", "two motions that mirror each other, over the full period"),
     "branch point": ("no symmetry that is known: one multiplier passes +1", "another branch of the same period"),
     "period doubling": ("the period", "motions of twice the period"),
-    "neimark-sacker": ("periodicity: a pair of multipliers passes the unit circle", "motions with a second frequency"),
+    "neimark-sacker": ("periodicity: a pair of multipliers passes the unit circle", "motions with a second frequency, which no method here follows"),
 }
 """What every kind of event breaks, and what goes on beyond it."""
 

@@ -48,9 +48,9 @@ _SINGULAR: Final = 1e-6
 _FLAT: Final = 1e-4
 """Angles, rad, out of the plane below which an orbit lies in it: orbits where families end are located to 1e-8."""
 _OWN: Final = {
-    "brake loss": ("the rest: orbits beside it never stand still", "orbits that come back turned"),
-    "odd loss": ("the rest, and the hanging chain's half turn", "orbits that are odd about where the chain hangs straight"),
-    "unequal brakes": ("the hanging chain's half turn", "brake orbits between two unequal rests"),
+    "brake loss": ("the rest: orbits beside it never stand still", "orbits that come back turned, which no method here follows from there"),
+    "odd loss": ("the rest, and the hanging chain's half turn", "orbits that are odd about where the chain hangs straight, which no method here follows"),
+    "unequal brakes": ("the hanging chain's half turn", "brake orbits between two unequal rests, which no method here follows"),
     PLANE: ("nothing: the orbits come to lie in a plane", 'orbits "in a plane"'),
     BRANCH_POINT: ("no symmetry of this family: another one crosses", "brake orbits in space"),
 }

@@ -16,7 +16,6 @@ from phichain.orbits.unmirrored.problem import Lost, read_closing, state_of_free
 from phichain.orbits.whirling.fixed import turned
 from phichain.system import Parameters, System, Vector
 
-PERIOD_DOUBLING = "period doubling"
 _SINGULAR = 1e-6
 """Relative size below which a singular value is zero: events are located to about 1e-10."""
 

@@ -24,7 +24,7 @@ from phichain.errors import ArrayError, ConvergenceError, UnsupportedError
 from phichain.orbits.run import Run
 from phichain.orbits.symmetry import BRANCH_POINT, discriminant, ended_by, genuine, too_unstable
 from phichain.orbits.targets import Target
-from phichain.orbits.unmirrored.doubled import PERIOD_DOUBLING, beyond_doubling, twice
+from phichain.orbits.unmirrored.doubled import beyond_doubling, twice
 from phichain.orbits.unmirrored.problem import (
     METHOD,
     FreeMap,
@@ -36,6 +36,7 @@ from phichain.orbits.unmirrored.problem import (
     unknowns,
     unmirrored_problem,
 )
+from phichain.orbits.whirling.families import PERIOD_DOUBLING
 from phichain.orbits.whirling.families import settings as whirling_settings
 from phichain.orbits.whirling.fixed import fixed, inertia_of, read
 from phichain.orbits.whirling.problem import held_value, momentum, state_of_whirl
@@ -63,7 +64,7 @@ _SAID: Final = {
     PERIOD_DOUBLING: ("the period: orbits beside it come back, turned, after two", "orbits of twice the period, method 'unmirrored'"),
     "krein": ("no symmetry: two pairs of multipliers leave the unit circle", "this family"),
     BRANCH_POINT: ("no symmetry of this family: another one crosses", "orbits of this kind"),
-    HALVED: ("nothing: the orbits come to be some of half of the period, taken twice", "orbits of half of the period"),
+    HALVED: ("nothing: the orbits come to be some of half of the period, taken twice", "orbits of half of the period, method 'unmirrored'"),
     REGAINED: ("nothing: the orbits gain a mirror image that runs backwards", "whirling orbits"),
 }
 

@@ -48,7 +48,7 @@ _SAID: Final = {
     "energy extremum": ("no symmetry: the energy turns", "this family"),
     "momentum extremum": ("no symmetry: the angular momentum turns", "this family"),
     "reversal loss": ("the mirror image that runs backwards", "orbits without it, method 'unmirrored'"),
-    PERIOD_DOUBLING: ("the period: orbits beside it come back, turned, after two", "whirling orbits of twice the period"),
+    PERIOD_DOUBLING: ("the period: orbits beside it come back, turned, after two", "whirling orbits of twice the period, which no method here follows"),
     "krein": ("no symmetry: two pairs of multipliers leave the unit circle", "this family"),
     TURNS_BACK: ("no symmetry: beyond it the chain turns the other way", "this family"),
     BRANCH_POINT: ("no symmetry of this family: another one crosses", "whirling orbits"),
