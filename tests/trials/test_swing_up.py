@@ -74,6 +74,15 @@ def test_it_survives_wrong_masses_and_says_so(found: SwingUp) -> None:
     assert "100.0%" in str(found) and found.tried[0].plan is not None
 
 
+def test_a_start_that_is_too_far_off_is_named_as_the_bound(system: System, found: SwingUp) -> None:
+    """More than a radian off, its tube, the law gives up at once; nearer than what is named no run is lost."""
+    far = swing_up(system, limit=20, rail=0.5, errors={"mass": 0.1, "cart_mass": 0.1}, runs=60, count=1, jobs=1, spread=1.6)
+    off = np.abs(far.trials.starts[:, 1])
+    assert far.tried[0].again and far.trials.share < 0.95 and not np.any(far.trials.held[off > 1]) and found.within is None
+    assert far.within in (0.8, 0.4, 0.2) and np.all(far.trials.held[off < far.within])
+    assert f"hold that start within {far.within:g} rad" in str(far) and far.law.note.endswith(f"where they start within {far.within:g} rad.")
+
+
 def test_the_law_swings_the_emitted_flow_up(system: System, found: SwingUp) -> None:
     """The record itself as sampled law on the Taylor flow; the trials ran the compiled one by Runge and Kutta."""
     end = found.law.duration + 0.5

@@ -22,6 +22,8 @@ from phichain.trials.search import Rig, Search, Tried, rig, trials_of, tried
 
 STARTS: Final = 12
 ENOUGH: Final = 0.95
+HALVINGS: Final = 3
+"""How often starts are drawn from half as far where too few runs hold."""
 _WANT: Final = ("forward_dynamics", "linearization")
 
 
@@ -34,15 +36,19 @@ class SwingUp(Held):
         law: The law.
         trials: Runs that took no part in choosing it.
         tried: Every start that was followed, in the order in which they ended.
+        within: Largest error of the angles at the start, rad, with which enough runs do hold, where those of the trials did not and a start that
+            is closer is all that was missing; None otherwise.
     """
 
     plan: Plan
     law: TrajectoryLaw
     trials: Trials
     tried: tuple[Tried, ...]
+    within: float | None = None
 
     def __str__(self) -> str:
-        return f"{self.plan}\n{self.law}\n{self.trials}"
+        bound = "" if self.within is None else f"\nthe spread of the starts is the bound: enough runs hold that start within {self.within:g} rad"
+        return f"{self.plan}\n{self.law}\n{self.trials}{bound}"
 
 
 def swing_up(
@@ -84,7 +90,8 @@ def swing_up(
         seconds: Duration of the motion; several are tried unless given.
         runs: Trials, half as many to choose by.
         real: Type of the law's C, "float" or "double".
-        enough: The search ends with the first law that holds in such a share of its runs.
+        enough: The search ends with the first law that holds in such a share of its runs. Where none does, the trials are repeated from closer
+            starts, for what is missing may be that alone (`SwingUp.within`).
         count: Starts at most.
         jobs: Processes; with more than one the caller's script must not start anew when it is imported (`if __name__ == "__main__"`).
         solver: "fatrop" or "ipopt".
@@ -119,8 +126,16 @@ def swing_up(
     if best is None or best.plan is None or best.law is None:
         raise _explained(search, made, ended)
     trials: Trials = trials_of(search, best.law, runs, seed=1)
-    law = _named(best.law, system, best.plan, trials, errors or {}, spread)
-    return SwingUp(replace(best.plan, digest=system.digest, p=system.values()), law, replace(trials, name=system.name, digest=system.digest, p=system.values()), tuple(ended))
+    within = None if trials.share >= enough else _within(search, best.law, runs, enough)
+    law = _named(best.law, system, best.plan, trials, errors or {}, spread, within)
+    whose: dict[str, Any] = {"digest": system.digest, "p": system.values()}
+    return SwingUp(replace(best.plan, **whose), law, replace(trials, name=system.name, **whose), tuple(ended), within)
+
+
+def _within(search: Search, law: TrajectoryLaw, runs: int, enough: float) -> float | None:
+    """The first half, quarter, .. of the spread of the starts with which enough runs hold; None where none of them does."""
+    halves = (search.spread / 2**k for k in range(1, HALVINGS + 1) if search.spread)
+    return next((spread for spread in halves if trials_of(search, law, runs, seed=1, spread=spread).share >= enough), None)
 
 
 def _search(
@@ -213,12 +228,16 @@ def _bound(name: str, made: Rig, plan: Plan) -> ControlError:
     return ControlError("limit", task.limit.tolist(), problem, "give a stronger input, or more time", bound=name, needed=size)
 
 
-def _named(law: TrajectoryLaw, system: System, plan: Plan, trials: Trials, errors: Mapping[str, float], spread: float) -> TrajectoryLaw:
+def _named(
+    law: TrajectoryLaw, system: System, plan: Plan, trials: Trials, errors: Mapping[str, float], spread: float, within: float | None
+) -> TrajectoryLaw:
     """The law under the scene's own digest, with what a reader of its header must know."""
     sizes = ", ".join(f"{name} within {size:.3g} of its value" for name, size in errors.items())
     held = int(np.sum(trials.held))
     seen = " through the observer, from positions in the steps of their sensors" if law.observer else ""
     note = f"Of {len(trials.held)} runs with starts within {spread:g} rad{' and ' + sizes if sizes else ''}, {held} reach the target and hold it{seen}."
+    if within is not None:
+        note += f" Enough do where they start within {within:g} rad."
     if not plan.converged:
         note = f"NOT CONVERGED: the solver stopped after {plan.iterations} iterations, infeasibility {plan.infeasibility:.2g}. {note}"
     return replace(law, catch=replace(law.catch, name=system.name, digest=system.digest, p=system.values()), note=note)
