@@ -105,7 +105,7 @@ TASK: Final = Task(
         "method": Option("auto", word, "auto, or a method by name"),
         "tol": Option(None, above_zero, "relative tolerance"),
         "step": Option(None, above_zero, "step of a fixed-step method, s"),
-        "error_estimate": Option(True, truth, "whether a second run says how large errors are"),
+        "error_estimate": Option(True, truth, "whether the run says how large its errors are"),
     },
     needs=lambda scene, options: ("forward_dynamics",),
     outputs=_outputs,
