@@ -61,5 +61,3 @@ def often(words: Sequence[str | Path], cwd: Path, environment: Mapping[str, str]
 def megabytes(folder: Path) -> float:
     """What a folder takes, MB."""
     return sum(path.lstat().st_size for path in folder.rglob("*") if not path.is_dir()) / 1e6
-
-

@@ -209,4 +209,3 @@ def joints() -> Figure:
     words(curve, (2.6, 0.3), "slope $F/v_0$ at rest", color=SOFT, fontsize=8)
     words(curve, (2.4, -0.55), "$F\\,\\tanh(v/v_0)$", color=ACCENT)
     return picture
-

@@ -46,7 +46,7 @@ class Finished:
             ledger: What it counted and said.
             reasons: Why this method, and what was done to the arguments.
             kept: The error that `auto` was asked for; None where a method was named or no tolerance given.
-            is_estimated: Whether a second run is wanted.
+            is_estimated: Whether its errors are to be estimated.
             project: Whether spatial outputs are put on the manifold.
         """
         self.problem, self.path, self.name, self.engine, self.ledger = problem, path, name, engine, ledger

@@ -65,7 +65,7 @@ _SCHEMA = Schema(
 class Trajectory(Later, Shown):
     """What a simulation found, and how.
 
-    Accelerations, energies and the verdict (status, reason, error, holds_until, events; by a second run) are computed when first read.
+    Accelerations, energies and the verdict (status, reason, error, holds_until, events; perhaps by a second run) are computed when first read.
 
     Attributes:
         name: Name of the system.

@@ -220,4 +220,3 @@ def frequency_error(point: Point) -> float:
         return float("nan")
     noise: Any = point.extra.found.noise
     return float(np.abs(row[:-1]) @ noise / abs(point.y[-1]))
-

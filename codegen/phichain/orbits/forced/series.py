@@ -161,4 +161,3 @@ def names_of(system: System, table: Basis, count: int) -> tuple[str, ...]:
     paired = ("sin", "cos") if table.size % 2 else ("cos", "sin")
     kinds = [f"{paired[m % 2]}_{int(order)}" if order else "mean" for m, order in enumerate(table.order[:count])]
     return tuple(f"{kind}_{name}" for kind in kinds for name in names)
-

@@ -61,4 +61,3 @@ def limit(key: str, value: object) -> int | None:
         SceneError: It is no whole number above zero.
     """
     return None if value is None else whole_number(key, value, 1, _MOST_BYTES)
-

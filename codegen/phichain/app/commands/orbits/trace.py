@@ -26,6 +26,7 @@ from phichain.app.settings import Settings, with_values
 if TYPE_CHECKING:
     from phichain.scene import Scene
 
+
 def register(app: typer.Typer) -> None:
     """Add the command to the command line."""
     app.command()(trace)
