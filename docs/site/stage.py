@@ -10,7 +10,6 @@ from pathlib import Path
 from docs.site import gallery, reference
 
 PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "benchmarks/README.md", "generated/README.md")
-LINKED = ("LICENSE", "NOTICE")
 _LINK = re.compile(r"(!?\[[^\]]*\])\(((?!https?:|mailto:|#)[^)#\s]+)(#[^)\s]*)?\)")
 _ANCHOR = re.compile(r"^<a id=\"(\w+)\"></a>$", re.MULTILINE)
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import subprocess
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -32,6 +34,7 @@ M0, M, L, G = 0.5, 0.1, 0.2, 9.81
 POLE = Scene(
     "pole", 1, base="cart", cart_mass=M0, mass=M, length=L, actuated="cart", want=("forward_dynamics", "linearization", "propagate"),
 )  # fmt: skip
+search = import_module("phichain.trials.swing_up")  # the module, whose name the package gives to its function
 COMPILE = ("cc", "-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic-errors", "-Wconversion", "-Wdouble-promotion")
 
 
@@ -81,6 +84,15 @@ def test_a_start_that_is_too_far_off_is_named_as_the_bound(system: System, found
     assert far.tried[0].again and far.trials.share < 0.95 and not np.any(far.trials.held[off > 1]) and found.within is None
     assert far.within in (0.8, 0.4, 0.2) and np.all(far.trials.held[off < far.within])
     assert f"hold that start within {far.within:g} rad" in str(far) and far.law.note.endswith(f"where they start within {far.within:g} rad.")
+
+
+def test_of_halved_spreads_the_first_one_that_is_enough_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    def within(spread: float, shares: dict[float, float]) -> float | None:
+        monkeypatch.setattr(search, "trials_of", lambda *_, seed, spread: SimpleNamespace(share=shares[spread]))
+        return search._within(SimpleNamespace(spread=spread), None, 10, 0.9)  # type: ignore[arg-type]
+
+    assert within(0.8, {0.4: 0.5, 0.2: 0.9}) == 0.2
+    assert within(0.8, {0.4: 0.5, 0.2: 0.8, 0.1: 0.89}) is None and within(0.0, {}) is None
 
 
 def test_the_law_swings_the_emitted_flow_up(system: System, found: SwingUp) -> None:
