@@ -2,9 +2,9 @@
 #include "alone.h"
 #include <stdio.h>
 #if WITH_TRIPLES
-#include "flow_triples.c"
+#include "flow/triples.c"
 #endif
-#include "flow_sums.c"
+#include "flow/sums.c"
 #define AT(x) STEM_OF(x, 0)
 static stem_jets jet;
 static phi_real left[32][stem_lefts], right[32][stem_lefts * stem_rights];

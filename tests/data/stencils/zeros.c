@@ -1,7 +1,7 @@
 /* Zeros of five functions, each with the looks that finding it took. */
 #include "alone.h"
 #include <stdio.h>
-#include "flow_norms.c"
+#include "flow/norms.c"
 static int looks, which;
 static phi_real stem_larger(const phi_real a, const phi_real b) { return a > b ? a : b; }
 void phi_positions(const phi_real *q, phi_real *place) { (void)q, (void)place; }
@@ -11,7 +11,7 @@ static phi_real stem_entry(const int order, const stem_jets *jet, const int lane
     ++looks;
     return which == 0 ? cos(5 * h) : which == 1 ? exp(h) - 1.3 : which == 2 ? (h - 0.3) * (1 + h * h) : which == 3 ? 1e-9 - h : -sin(3 * (h + 0.7));
 }
-#include "flow_event.c"
+#include "flow/event.c"
 int main(void)
 {
     static const phi_real ends[5] = {0.5, 1, 1, 1, -1};

@@ -52,7 +52,7 @@ format before the next ones are found, so that they make up for its rounding. Th
 place of the result: double 0.834 over 16 million random angles and all multiples of pi/4 with their
 neighbours, 0.784 where the compiler fuses; float 0.917 over every single number up to the bound.
 
-`templates/trig_bundled.c.j2` is the same in single precision for targets: angles one after another, pairs of sine and cosine, cos = 3/4 -
+`templates/trig/bundled.c.j2` is the same in single precision for targets: angles one after another, pairs of sine and cosine, cos = 3/4 -
 less, and the reduction of larger angles in integers. 0.964 over every single number up to 2^20.
 """
 
