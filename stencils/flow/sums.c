@@ -119,21 +119,22 @@ static void stem_square_ahead(const int n, stem_jets *PHI_RESTRICT jet)
     /* The rows in the middle meet themselves and each other. */
     for (int i = 0; i < stem_squares; ++i) {
         const stem_lanes row = jet->left[half + 1][i], next = jet->left[half + 2][i], third = jet->left[half + 3][i];
-        stem_lanes *sum = jet->sums[0] + (behind + i);
+        stem_lanes (*sum)[stem_all] = jet->sums;
+        const int k = behind + i;
         if (n % 2 == 0) {
-            sum[0] += PHI_HALF * (row * row);
-            sum[stem_all] += row * next;
-            sum[2 * stem_all] += row * third + PHI_HALF * (next * next);
-            sum[3 * stem_all] += next * third;
+            sum[0][k] += PHI_HALF * (row * row);
+            sum[1][k] += row * next;
+            sum[2][k] += row * third + PHI_HALF * (next * next);
+            sum[3][k] += next * third;
             if (n > 4) {
-                sum[3 * stem_all] += row * jet->left[half + 4][i];
+                sum[3][k] += row * jet->left[half + 4][i];
             }
         } else {
-            sum[stem_all] += PHI_HALF * (row * row);
-            sum[2 * stem_all] += row * next;
-            sum[3 * stem_all] += row * third + PHI_HALF * (next * next);
+            sum[1][k] += PHI_HALF * (row * row);
+            sum[2][k] += row * next;
+            sum[3][k] += row * third + PHI_HALF * (next * next);
         }
-        sum[0] += sum[0];
+        sum[0][k] += sum[0][k];
     }
 }
 #endif

@@ -1107,7 +1107,7 @@ static void planar2_flow_begin(const planar2_workspace *jet, const planar2_real 
         start->slope);
 }
 
-/* The coefficients of the states up to the given order, from jet->start-> */
+/* The coefficients of the states up to the given order, from jet->start. */
 static PLANAR2_FLOW_APART void planar2_flow_expand(const int order, planar2_workspace *PLANAR2_RESTRICT jet)
 {
     const int first = 4 + order % 4;
