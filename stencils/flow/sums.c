@@ -18,12 +18,11 @@ static void stem_sums(const int n, const stem_jets *PHI_RESTRICT jet, stem_lanes
 static void stem_ahead(const int n, stem_jets *PHI_RESTRICT jet)
 {
 #if WITH_TRIPLES
-    enum { begin = 1 };
     stem_ahead_triples(n, jet);
+    for (int row = 1; row < stem_rights; ++row) {
 #else
-    enum { begin = 0 };
+    for (int row = 0; row < stem_rights; ++row) {
 #endif
-    for (int row = begin; row < stem_rights; ++row) {
         for (int i = 0; i < stem_lefts; ++i) {
             const int k = stem_lefts * row + i;
             stem_lanes far = jet->right[n - 1][k], middle = jet->right[n - 2][k], near = jet->right[n - 3][k];
@@ -55,12 +54,11 @@ static void stem_ahead(const int n, stem_jets *PHI_RESTRICT jet)
 static STEM_SINGLY void stem_rest(const int n, const int turn, stem_jets *PHI_RESTRICT jet)
 {
 #if WITH_TRIPLES
-    enum { begin = 1 };
     stem_rest_triples(n, turn, jet);
+    for (int row = 1; row < stem_rights; ++row) {
 #else
-    enum { begin = 0 };
+    for (int row = 0; row < stem_rights; ++row) {
 #endif
-    for (int row = begin; row < stem_rights; ++row) {
         for (int i = 0; i < stem_lefts; ++i) {
             const int k = stem_lefts * row + i;
             stem_lanes sum = jet->sums[turn][k];

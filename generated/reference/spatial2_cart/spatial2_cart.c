@@ -1295,8 +1295,7 @@ static void spatial2_cart_flow_sums(const int n, const spatial2_cart_workspace *
  * at a time, which share what they read. For n > 3. */
 static void spatial2_cart_flow_ahead(const int n, spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
 {
-    enum { begin = 0 };
-    for (int row = begin; row < spatial2_cart_flow_rights; ++row) {
+    for (int row = 0; row < spatial2_cart_flow_rights; ++row) {
         for (int i = 0; i < spatial2_cart_flow_lefts; ++i) {
             const int k = spatial2_cart_flow_lefts * row + i;
             spatial2_cart_real far = jet->right[n - 1][k], middle = jet->right[n - 2][k],
@@ -1330,8 +1329,7 @@ static void spatial2_cart_flow_ahead(const int n, spatial2_cart_workspace *SPATI
 static SPATIAL2_CART_FLOW_SINGLY void spatial2_cart_flow_rest(const int n, const int turn,
     spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
 {
-    enum { begin = 0 };
-    for (int row = begin; row < spatial2_cart_flow_rights; ++row) {
+    for (int row = 0; row < spatial2_cart_flow_rights; ++row) {
         for (int i = 0; i < spatial2_cart_flow_lefts; ++i) {
             const int k = spatial2_cart_flow_lefts * row + i;
             spatial2_cart_real sum = jet->sums[turn][k];
