@@ -38,10 +38,12 @@ class _Uses:
 
     @property
     def arrays_read(self) -> set[str]:
+        """The arrays, whatever the index."""
         return {array for array, _ in self.read}
 
     @property
     def arrays_written(self) -> set[str]:
+        """Likewise."""
         return {array for array, _ in self.written}
 
 
