@@ -6,7 +6,7 @@ from phichain.contract.chain import Sample
 from phichain.contract.functions import TABLE
 
 SLOW_TO_JUDGE = frozenset({("spatial", "step_jacobian")})
-"""Its reference differences every column of a step in 50 digits, 5 s a case: `lowering/test_step_jacobian.py` judges it, and no list of all."""
+"""Its reference differences every column of a step in 50 digits, 5 s a case: `lowering/jacobians/test_step_jacobian.py` judges it, and no list of all."""
 
 DERIVATIVES = frozenset(row.name for row in TABLE if row.derivative)
 """Functions that are the Jacobians of others."""

@@ -109,6 +109,13 @@ def test_a_call_of_no_step_ends_with_the_errors_of_the_last_one() -> None:
     assert np.all(ended > 0) and np.array_equal(beside.errors, [ended])
 
 
+def test_no_run_is_of_a_lower_order_than_its_neighbours() -> None:
+    """Which read coefficients of the path up to order 5."""
+    for of in (system("plain"), build(Scene("single", 1, want=WANT), prove=False)):
+        q, v = np.full((2, of.nq), 0.5)
+        assert of.propagate(q, v, 0.0, 1.0, 1.0).order > 5
+
+
 def test_neighbours_that_are_no_numbers_are_as_far_off_as_can_be() -> None:
     of = system("plain")
     beside = of.propagate.beside()
