@@ -1,7 +1,7 @@
 /* What flies beside a run and says how large its errors are: neighbours, each off the path by what the errors of all steps so far
  * have come to, over a share that keeps them in its tangent. Low orders over the run's own steps will do: those of the
- * path's series are taken from the neighbour's, so that what both leave out cancels. Only near round-off is the sign of an
- * error chance, and a second neighbour worth while. */
+ * path's series, of which no run has fewer, are taken from the neighbour's, so that what both leave out cancels. Only near
+ * round-off is the sign of an error chance, and a second neighbour worth while. */
 enum {
     stem_neighbours = 2,
     stem_low = 5
@@ -110,10 +110,16 @@ static void stem_watch(CONTEXT const int order, const stem_jets *jet, const phi_
         }
         stem_norms(scales[1], off, size);
         const phi_real far = stem_larger(size[0], size[1] / scales[0]);
+        phi_real nothing = 0;
         for (int i = 0; i < stem_x; ++i) {
+            nothing += 0 * (room->share[k] * off[i]);
             error[i / stem_q] = stem_larger(room->share[k] * phi_abs(off[i]), error[i / stem_q]);
         }
         largest = stem_larger(room->share[k] * far, largest);
+        /* No comparison sees what is no number: a neighbour that is none is as far off as can be. */
+        if (!(nothing >= 0)) {
+            error[0] = error[1] = largest = HUGE_VAL;
+        }
         if (!room->lost && far > 0 && (far > 1024 * PHI_NEIGHBOUR || far < PHI_NEIGHBOUR / 1024)) {
             for (int i = 0; i < stem_x; ++i) {
                 off[i] *= PHI_NEIGHBOUR / far;

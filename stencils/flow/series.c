@@ -49,7 +49,7 @@ static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x],
 #endif
 }
 
-/* The coefficients of the states up to the given order, from jet->start-> */
+/* The coefficients of the states up to the given order, from jet->start. */
 static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTRICT jet)
 {
     const int first = 4 + order % 4;

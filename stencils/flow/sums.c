@@ -18,12 +18,11 @@ static void stem_sums(const int n, const stem_jets *PHI_RESTRICT jet, stem_lanes
 static void stem_ahead(const int n, stem_jets *PHI_RESTRICT jet)
 {
 #if WITH_TRIPLES
-    enum { begin = 1 };
     stem_ahead_triples(n, jet);
+    for (int row = 1; row < stem_rights; ++row) {
 #else
-    enum { begin = 0 };
+    for (int row = 0; row < stem_rights; ++row) {
 #endif
-    for (int row = begin; row < stem_rights; ++row) {
         for (int i = 0; i < stem_lefts; ++i) {
             const int k = stem_lefts * row + i;
             stem_lanes far = jet->right[n - 1][k], middle = jet->right[n - 2][k], near = jet->right[n - 3][k];
@@ -55,12 +54,11 @@ static void stem_ahead(const int n, stem_jets *PHI_RESTRICT jet)
 static STEM_SINGLY void stem_rest(const int n, const int turn, stem_jets *PHI_RESTRICT jet)
 {
 #if WITH_TRIPLES
-    enum { begin = 1 };
     stem_rest_triples(n, turn, jet);
+    for (int row = 1; row < stem_rights; ++row) {
 #else
-    enum { begin = 0 };
+    for (int row = 0; row < stem_rights; ++row) {
 #endif
-    for (int row = begin; row < stem_rights; ++row) {
         for (int i = 0; i < stem_lefts; ++i) {
             const int k = stem_lefts * row + i;
             stem_lanes sum = jet->sums[turn][k];
@@ -119,21 +117,22 @@ static void stem_square_ahead(const int n, stem_jets *PHI_RESTRICT jet)
     /* The rows in the middle meet themselves and each other. */
     for (int i = 0; i < stem_squares; ++i) {
         const stem_lanes row = jet->left[half + 1][i], next = jet->left[half + 2][i], third = jet->left[half + 3][i];
-        stem_lanes *sum = jet->sums[0] + (behind + i);
+        stem_lanes (*sum)[stem_all] = jet->sums;
+        const int k = behind + i;
         if (n % 2 == 0) {
-            sum[0] += PHI_HALF * (row * row);
-            sum[stem_all] += row * next;
-            sum[2 * stem_all] += row * third + PHI_HALF * (next * next);
-            sum[3 * stem_all] += next * third;
+            sum[0][k] += PHI_HALF * (row * row);
+            sum[1][k] += row * next;
+            sum[2][k] += row * third + PHI_HALF * (next * next);
+            sum[3][k] += next * third;
             if (n > 4) {
-                sum[3 * stem_all] += row * jet->left[half + 4][i];
+                sum[3][k] += row * jet->left[half + 4][i];
             }
         } else {
-            sum[stem_all] += PHI_HALF * (row * row);
-            sum[2 * stem_all] += row * next;
-            sum[3 * stem_all] += row * third + PHI_HALF * (next * next);
+            sum[1][k] += PHI_HALF * (row * row);
+            sum[2][k] += row * next;
+            sum[3][k] += row * third + PHI_HALF * (next * next);
         }
-        sum[0] += sum[0];
+        sum[0][k] += sum[0][k];
     }
 }
 #endif

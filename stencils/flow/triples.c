@@ -66,10 +66,10 @@ static void stem_square_ahead(const int n, stem_jets *PHI_RESTRICT jet)
     for (int i = 0; i < stem_squares; ++i) {
         stem_lanes near = jet->left[n][i], middle = STEM_ZERO, far = middle;
         stem_lanes first = jet->left[0][i] * near, second = middle, third = middle, fourth = middle;
-        const stem_lanes *low = &jet->left[1][i], *high = &jet->left[n - 1][i];
+        stem_lanes (*low)[width] = &jet->left[1], (*high)[width] = &jet->left[n - 1];
         int pairs = half;
         do {
-            const stem_lanes row = *low, other = *high;
+            const stem_lanes row = (*low)[i], other = (*high)[i];
             first += row * other;
             second += row * near;
             third += row * middle;
@@ -77,12 +77,12 @@ static void stem_square_ahead(const int n, stem_jets *PHI_RESTRICT jet)
             far = middle;
             middle = near;
             near = other;
-            low += width;
-            high -= width;
+            ++low;
+            --high;
         } while (--pairs > 0);
         if (n % 2 == 0) {
             /* The row in the middle meets itself. */
-            const stem_lanes row = *low;
+            const stem_lanes row = (*low)[i];
             first += PHI_HALF * (row * row);
             second += row * near;
             third += row * middle + PHI_HALF * (near * near);

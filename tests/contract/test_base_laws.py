@@ -92,6 +92,20 @@ def test_it_is_the_moving_base_that_moves_no_other_way(base: str, space: str) ->
 
 
 @pytest.mark.usefixtures("more_laws")
+@pytest.mark.parametrize("base", ["lift", "shaker"])
+@pytest.mark.parametrize("form", [{}, {"damping": None}, {"com": None, "inertia": None}, {"com": None, "inertia": None, "damping": None}])
+def test_derivatives_by_its_acceleration_are_those_along_its_axes(form: dict[str, object], base: str) -> None:
+    """In every form that spatial derivatives have: of points or rods, tied or free."""
+    of = chain(base, "spatial", want=["state_jacobian"], **form)
+    whole, program = replace(of, base="moving"), lower_function(derive(of), "state_jacobian")
+    arguments = random_arguments(of, program, seed=3)
+    u = np.zeros(whole.nu)
+    u[list(moved(of))] = arguments["u"]
+    ours, theirs = evaluate(program, arguments), evaluate(lower_function(derive(whole), "state_jacobian"), arguments | {"u": u})
+    assert gap(ours["dadu"], theirs["dadu"][:, list(moved(of))]) < 1e-14 and gap(ours["dadq"], theirs["dadq"]) < 1e-14
+
+
+@pytest.mark.usefixtures("more_laws")
 def test_it_is_compiled_flown_forced_and_its_work_is_booked() -> None:
     of = chain("lift", want=["forward_dynamics", "propagate", "energy"], forced="lift")
     assert (of.axis, of.u_names) == (2, ("lift_acceleration_2",))

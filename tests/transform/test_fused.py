@@ -80,6 +80,18 @@ def test_what_is_written_over_is_read_anew() -> None:
     assert same(program, with_fused_loops(program))
 
 
+def test_what_a_loop_within_writes_over_it_reads_anew() -> None:
+    builder = Builder("within", "Within.")
+    x, out, kept = builder.input("x", (4,)), builder.output("out", (4,)), builder.array("kept", 4)
+    with builder.loop("k", 0, 4) as loop:
+        kept[loop.index] = builder.let("twice", x[loop.index] * 2)
+        with builder.loop("j", 0, 4) as inner:
+            kept[loop.index] = kept[loop.index] + x[inner.index]
+        out[loop.index] = kept[loop.index] + 1
+    program = builder.finish()
+    assert same(program, with_fused_loops(program))
+
+
 def test_a_loop_goes_behind_sines_that_the_next_one_reads() -> None:
     body = with_fused_loops(pair("same", "sines")).body
     places = [type(statement) for statement in body]

@@ -38,10 +38,12 @@ class _Uses:
 
     @property
     def arrays_read(self) -> set[str]:
+        """The arrays, whatever the index."""
         return {array for array, _ in self.read}
 
     @property
     def arrays_written(self) -> set[str]:
+        """Likewise."""
         return {array for array, _ in self.written}
 
 
@@ -149,10 +151,13 @@ def _handed_on(loop: For, own: set[str]) -> For:
 
     body: list[Statement] = []
     for statement in loop.body:
+        written = _uses(statement).arrays_written
+        left = {cell: operand for cell, operand in known.items() if cell.array not in written}
+        # Turns of a loop within may read what earlier ones of them have written.
+        known = left if isinstance(statement, For) else known
         here = read_in(statement, value)
         body.append(here)
-        written = _uses(here).arrays_written
-        known = {cell: operand for cell, operand in known.items() if cell.array not in written}
+        known = left
         if isinstance(here, Store) and here.cell.array in own and isinstance(here.value, Local | Const):
             known[here.cell] = here.value
     carries = tuple(replace(carry, following=value(carry.following)) for carry in loop.carries)

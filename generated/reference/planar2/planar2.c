@@ -1037,8 +1037,7 @@ static void planar2_flow_sums(const int n, const planar2_workspace *PLANAR2_REST
  * at a time, which share what they read. For n > 3. */
 static void planar2_flow_ahead(const int n, planar2_workspace *PLANAR2_RESTRICT jet)
 {
-    enum { begin = 0 };
-    for (int row = begin; row < planar2_flow_rights; ++row) {
+    for (int row = 0; row < planar2_flow_rights; ++row) {
         for (int i = 0; i < planar2_flow_lefts; ++i) {
             const int k = planar2_flow_lefts * row + i;
             planar2_real far = jet->right[n - 1][k], middle = jet->right[n - 2][k],
@@ -1071,8 +1070,7 @@ static void planar2_flow_ahead(const int n, planar2_workspace *PLANAR2_RESTRICT 
 static PLANAR2_FLOW_SINGLY void planar2_flow_rest(const int n, const int turn,
     planar2_workspace *PLANAR2_RESTRICT jet)
 {
-    enum { begin = 0 };
-    for (int row = begin; row < planar2_flow_rights; ++row) {
+    for (int row = 0; row < planar2_flow_rights; ++row) {
         for (int i = 0; i < planar2_flow_lefts; ++i) {
             const int k = planar2_flow_lefts * row + i;
             planar2_real sum = jet->sums[turn][k];
@@ -1107,7 +1105,7 @@ static void planar2_flow_begin(const planar2_workspace *jet, const planar2_real 
         start->slope);
 }
 
-/* The coefficients of the states up to the given order, from jet->start-> */
+/* The coefficients of the states up to the given order, from jet->start. */
 static PLANAR2_FLOW_APART void planar2_flow_expand(const int order, planar2_workspace *PLANAR2_RESTRICT jet)
 {
     const int first = 4 + order % 4;

@@ -1295,8 +1295,7 @@ static void spatial2_cart_flow_sums(const int n, const spatial2_cart_workspace *
  * at a time, which share what they read. For n > 3. */
 static void spatial2_cart_flow_ahead(const int n, spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
 {
-    enum { begin = 0 };
-    for (int row = begin; row < spatial2_cart_flow_rights; ++row) {
+    for (int row = 0; row < spatial2_cart_flow_rights; ++row) {
         for (int i = 0; i < spatial2_cart_flow_lefts; ++i) {
             const int k = spatial2_cart_flow_lefts * row + i;
             spatial2_cart_real far = jet->right[n - 1][k], middle = jet->right[n - 2][k],
@@ -1330,8 +1329,7 @@ static void spatial2_cart_flow_ahead(const int n, spatial2_cart_workspace *SPATI
 static SPATIAL2_CART_FLOW_SINGLY void spatial2_cart_flow_rest(const int n, const int turn,
     spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
 {
-    enum { begin = 0 };
-    for (int row = begin; row < spatial2_cart_flow_rights; ++row) {
+    for (int row = 0; row < spatial2_cart_flow_rights; ++row) {
         for (int i = 0; i < spatial2_cart_flow_lefts; ++i) {
             const int k = spatial2_cart_flow_lefts * row + i;
             spatial2_cart_real sum = jet->sums[turn][k];
@@ -1392,21 +1390,22 @@ static void spatial2_cart_flow_square_ahead(const int n, spatial2_cart_workspace
     for (int i = 0; i < spatial2_cart_flow_squares; ++i) {
         const spatial2_cart_real row = jet->left[half + 1][i], next = jet->left[half + 2][i],
             third = jet->left[half + 3][i];
-        spatial2_cart_real *sum = jet->sums[0] + (behind + i);
+        spatial2_cart_real (*sum)[spatial2_cart_flow_all] = jet->sums;
+        const int k = behind + i;
         if (n % 2 == 0) {
-            sum[0] += 0.5 * (row * row);
-            sum[spatial2_cart_flow_all] += row * next;
-            sum[2 * spatial2_cart_flow_all] += row * third + 0.5 * (next * next);
-            sum[3 * spatial2_cart_flow_all] += next * third;
+            sum[0][k] += 0.5 * (row * row);
+            sum[1][k] += row * next;
+            sum[2][k] += row * third + 0.5 * (next * next);
+            sum[3][k] += next * third;
             if (n > 4) {
-                sum[3 * spatial2_cart_flow_all] += row * jet->left[half + 4][i];
+                sum[3][k] += row * jet->left[half + 4][i];
             }
         } else {
-            sum[spatial2_cart_flow_all] += 0.5 * (row * row);
-            sum[2 * spatial2_cart_flow_all] += row * next;
-            sum[3 * spatial2_cart_flow_all] += row * third + 0.5 * (next * next);
+            sum[1][k] += 0.5 * (row * row);
+            sum[2][k] += row * next;
+            sum[3][k] += row * third + 0.5 * (next * next);
         }
-        sum[0] += sum[0];
+        sum[0][k] += sum[0][k];
     }
 }
 
@@ -1453,7 +1452,7 @@ static void spatial2_cart_flow_begin(const spatial2_cart_workspace *jet,
     (void)lost;
 }
 
-/* The coefficients of the states up to the given order, from jet->start-> */
+/* The coefficients of the states up to the given order, from jet->start. */
 static SPATIAL2_CART_FLOW_APART void spatial2_cart_flow_expand(const int order,
     spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
 {

@@ -81,16 +81,12 @@ def test_every_entry_is_the_complex_step_of_the_forward_dynamics(links: int, cod
     given, model = arguments(scene), derive(scene)
     assert suits(point_masses(scene))
     forward, both = lower_function(model, "forward_dynamics", "loops"), lower_function(model, "dynamics_and_jacobian", code)
-    assert total_operations(both) < total_operations(differentiated(scene)) or code == "unrolled"
+    assert code == "unrolled" or total_operations(both) < total_operations(differentiated(scene))
     found = evaluate(both, given)
     assert np.allclose(found["a"], evaluate(forward, given)["a"], rtol=1e-12, atol=1e-12)
     for name in [name for name in ("q", "v", "u") if name in given]:
-        columns = []
-        for i in range(given[name].size):
-            moved = given[name].astype(complex)
-            moved[i] += 1e-40j
-            columns.append(evaluate(forward, given | {name: moved})["a"].imag / 1e-40)
-        true = np.stack(columns, axis=-1)
+        moved = given[name] + 1e-40j * np.eye(given[name].size)
+        true = evaluate(forward, given | {name: moved})["a"].imag.T / 1e-40
         # with dry friction and carts the complex step itself is good to 4e-15
         assert np.max(np.abs(found[f"dad{name}"] - true)) <= (1e-14 if scene.friction or scene.cart_friction else 2e-15) * np.max(np.abs(true)), name
 
@@ -204,7 +200,7 @@ def test_a_wrong_sign_anywhere_is_refused(links: int, more: dict[str, Any]) -> N
     program = lowered.wanted["state_jacobian"]
     right, refused = evaluate(program, given), 0
     places = [i for i, op in enumerate(_ops(program.body)) if op.kind == "add"]
-    for place in places[:: max(1, len(places) // 8)]:
+    for place in places[:: max(1, len(places) // 6)]:
         wrong = replace(program, body=_flipped(program.body, [place]))
         found = evaluate(wrong, given)
         if all(np.array_equal(found[name], right[name]) for name in right):

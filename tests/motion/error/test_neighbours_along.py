@@ -100,6 +100,30 @@ def test_they_go_on_where_a_run_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.array_equal(beside.errors[-1], beside.errors[-2])
 
 
+def test_a_call_of_no_step_ends_with_the_errors_of_the_last_one() -> None:
+    of = system("plain")
+    beside = of.propagate.beside()
+    found = of.propagate(start(of)[:2], start(of)[2:], 0.0, 8.0, 1e-9, beside=beside)
+    ended = beside.errors[-1]
+    of.propagate(found.q, found.v, 8.0, 8.0, 1e-9, lost=found.lost, beside=beside)
+    assert np.all(ended > 0) and np.array_equal(beside.errors, [ended])
+
+
+def test_no_run_is_of_a_lower_order_than_its_neighbours() -> None:
+    """Which read coefficients of the path up to order 5."""
+    for of in (system("plain"), build(Scene("single", 1, want=WANT), prove=False)):
+        q, v = np.full((2, of.nq), 0.5)
+        assert of.propagate(q, v, 0.0, 1.0, 1.0).order > 5
+
+
+def test_neighbours_that_are_no_numbers_are_as_far_off_as_can_be() -> None:
+    of = system("plain")
+    beside = of.propagate.beside()
+    beside._room[:] = 255  # of all numbers, not one
+    of.propagate(start(of)[:2], start(of)[2:], 0.0, 8.0, 1e-9, beside=beside)
+    assert np.all(beside.errors[-1] == np.inf)
+
+
 def test_what_is_lost_stays_lost() -> None:
     found = run(system("plain"), 1e-6, np.linspace(0.0, 200.0, 101))
     assert found.status == "doubtful" and found.error[-1] > 0.5 and np.all(np.diff(found.error[found.error > 0.5]) >= 0)

@@ -42,8 +42,9 @@ def _about_angles(printed: Printed) -> list[str]:
     scene, kernel, flash = printed.scene, trig.KERNELS[printed.scene.real], kernel_flash(printed)
     if not flash:
         return []
+    beyond = f"from {trig.FLOAT_END} on" if scene.real == "float" else "beyond"
     said = {
-        "bundled": f"by code of its own, within {trig.BUNDLED_ERROR[scene.real]:g} ulp up to {trig.RANGE} rad, NaN beyond",
+        "bundled": f"by code of its own, within {trig.BUNDLED_ERROR[scene.real]:g} ulp up to {trig.RANGE} rad, NaN {beyond}",
         "libm": "by the C library, as well as that does",
         "hook": f"by {scene.trig_hook}, which you provide",
         None: f"by code of its own within {kernel.error_ulp:g} ulp up to {kernel.bound:.0f} rad, beyond by the C library",

@@ -45,8 +45,10 @@ class Beside:
         self._kept = []
 
     def arguments(self, count: int) -> tuple[ctypes.c_void_p, ctypes.c_void_p]:
-        """The last arguments of the C, for so many rows of states."""
+        """The last arguments of the C, for so many rows of states; a call of no step ends where the last one did."""
+        last = self._found[-1]
         self._found = np.zeros((count + 1, 2))
+        self._found[-1] = last
         return ctypes.c_void_p(-(-place(self._room) // _CACHE_LINE) * _CACHE_LINE), ctypes.c_void_p(place(self._found))
 
     def keep(self, written: int) -> None:

@@ -146,13 +146,13 @@ class Frame:
 
     def _to_the_end(self, budget: int) -> int:
         """Run, the first steps without a way out for Ctrl-C: a short run costs half as much without one."""
-        brief = min(self._call.brief, budget)
-        if brief and self.beside is None:
+        brief = min(self._call.brief, budget) if self.beside is None else 0
+        if brief:
             self._max_steps.value = brief
             result, _ = self._called(self._briefly)
             if OUTCOMES[result] != "step budget" or brief == budget:
                 return result
-        self._max_steps.value = budget if self.beside else budget - brief
+        self._max_steps.value = budget - brief
         return self._called()[0]
 
     def own(self, budget: int) -> tuple[int, Passed]:

@@ -1,4 +1,4 @@
-"""The loop around one place of a spatial chain that rubs, in any arithmetic: what `flow_series` does in C (`rubs`).
+"""The loop around one place of a spatial chain that rubs, in any arithmetic: what `stencils/flow/sums.c` does in C.
 
 T(s) about s_0 is sum f_k (s - s_0)^k. With q = 1 - s T^2, of which q' = -T q, and 2 s T' = q - T,
 

@@ -7,7 +7,7 @@ is a power series in s = w.w at every s, at rest too, and with s - s_0 = s_1 t +
     (T w)_n = T_0 w_n + T_n w_0 + sum_{j=1..n-1} T_j w_{n-j},                f_k = T^(k)(s_0) / k!
 
 No recurrence of T itself is used: its differential equation, 2 s T' = 1 - T - s T^2, divides by s, and chains come to rest. The flow
-forms the f_k from s_0, T_0 and the steepness 1 - tanh^2, and the powers of s - s_0 (`flow_series`, `run`). Left rows go on behind
+forms the f_k from s_0, T_0 and the steepness 1 - tanh^2, and the powers of s - s_0 (`stencils/flow/sums.c`). Left rows go on behind
 their lanes with five numbers a place: of row 0 w_0, the steepness and T_0; of row n + 1 w_n, s_n and T_n, which is 0 for n = 0. Sums end with
 
     sum w_j.w_{n-j},    the three of sum T_j w_{n-j},    R_n,    f_1

@@ -42,18 +42,18 @@ class Moved:
                 for i, part in enumerate(load(columns.load, loop.index)):
                     columns.by_v.entry(r - 2, 3 * loop.index + i, entry * part)
 
-    def by(self, moves: list[tuple[ArrayRef, int, int, Matrix]], size: int) -> None:
+    def by(self, moves: list[tuple[ArrayRef, int, int, Matrix]], axes: tuple[int, ...]) -> None:
         """Rows of links where the base accelerates.
 
         Args:
             moves: matrices of results, the row of their first link, their width, and how each of their first columns accelerates the base.
-            size: how many directions it has.
+            axes: along which it does, counted from 0.
         """
-        builder, one, nothing = self.builder, self.builder.lift(1), self.builder.lift(0)
-        start = [one if i == c else nothing for i in range(3) for c in range(size)]
+        builder, one, nothing, size = self.builder, self.builder.lift(1), self.builder.lift(0), len(axes)
+        start = [one if i == axis else nothing for i in range(3) for axis in axes]
         with builder.loop("k", 0, self.columns.links) as loop:
             k = loop.index
-            carried = [loop.carry(f"moved_{'xyz'[i // size]}{'xyz'[i % size]}", entry) for i, entry in enumerate(start)]
+            carried = [loop.carry(f"moved_{'xyz'[i // size]}{'xyz'[axes[i % size]]}", entry) for i, entry in enumerate(start)]
             motion = tuple(tuple(carried[size * i : size * (i + 1)]) for i in range(3))
             rows = product(load_matrix(self.passing.outwards, k), motion)
             for array, first, width, pushed in moves:
@@ -95,13 +95,13 @@ def derivatives(
             _head(dadu, scene.nu, scaled(unit.length, pushed))
             moves.append((dadu, carts, scene.nu, pushed))
     elif dadu is not None:
-        size, one = scene.base_inputs, builder.lift(1)
+        size, one = len(scene.told_axes), builder.lift(1)
         pushed = tuple(tuple(one / unit.length if i == c else nothing for c in range(size)) for i in range(size))
         moves.append((dadu, carts, scene.nu, pushed))
         if carts:
             _head(dadu, scene.nu, ((one, nothing), (nothing, one)))
     if moves:
-        moved.by(moves, len(moves[0][3]))
+        moved.by(moves, scene.told_axes or (0, 1))
 
 
 def _head(target: ArrayRef, width: int, rows: Matrix) -> None:

@@ -196,8 +196,8 @@ class Columns:
         if dadu is None:
             return
         factor = 1 / (self.parameters.base_mass * unit.force) if self.cart is not None else 1 / (self.builder.lift(1) * unit.length)
-        size = 2 if self.cart is not None else scene.base_inputs
-        self._pushed(dadu, scene.nu, [tuple(factor if i == c else nothing for i in range(3)) for c in range(size)])
+        axes = (0, 1) if self.cart is not None else scene.told_axes
+        self._pushed(dadu, scene.nu, [tuple(factor if i == axis else nothing for i in range(3)) for axis in axes])
 
     def _pushed(self, target: ArrayRef, width: int, moves: Sequence[Vector]) -> None:
         """Columns of what would accelerate a free cart so, were there no chain, or of given accelerations of the base."""

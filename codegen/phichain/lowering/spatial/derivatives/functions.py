@@ -66,7 +66,15 @@ def derivatives(
     builder: Builder, scene: Scene, parameters: Parameters, state: tuple[ArrayRef, ArrayRef, ArrayRef | None],
     results: tuple[ArrayRef, ArrayRef, ArrayRef, ArrayRef | None],
 ) -> None:  # fmt: skip
-    """Write the accelerations and their derivatives."""
+    """Write the accelerations and their derivatives.
+
+    Args:
+        builder: receives the operations.
+        scene: a chain that `suits`.
+        parameters: in its units.
+        state: q, v and u, None where the chain has no input.
+        results: a (nv), dadq and dadv (nv, nv), dadu (nv, nu), None where the chain has no input.
+    """
     (q, v, u), (a, *_) = state, results
     base = carried(builder, scene, parameters, u)
     base.write_cart(a)

@@ -18,4 +18,5 @@ class Lanes:
             cells[column] = entry
 
     def at(self, column: Index) -> Vector:
+        """The vector of a column."""
         return tuple(cells[column] for cells in self.cells)
