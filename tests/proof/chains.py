@@ -33,6 +33,10 @@ SCENES = {
         Scene("rods", 2, base="cart", cart_mass=0.7, **TWO, com=[0.2, 0.5], inertia=[0.01, 0.02], actuated="all", want=PLANAR),
         Scene("wheel", 2, **TWO, com=[0.2, 0.0], inertia="runtime", damping=[0.1, 0.2], want=DAMPED, code="loops"),
         Scene("bars", 2, space="spatial", **TWO, com=[0.2, 0.0], inertia=[0.01, 0.02], want=SPATIAL),
+        Scene("lightly", 3, base="cart", cart_mass=0.7, mass=[0.01, 0.02, 50.0], length=[36.0, 56.0, 0.25], com=[21.0, 33.0, 0.125],
+              actuated="all", want=("forward_dynamics",)),
+        Scene("lightly_walled", 4, mass=[0.01, 0.02, 0.01, 50.0], length=[36.0, 56.0, 40.0, 0.25], com=[21.0, 33.0, 20.0, 0.125],
+              want=("forward_dynamics",), code="loops"),
         Scene("geared", 2, **TWO, com=[0.2, 0.3], armature="runtime", actuated="all", want=PLANAR),
         Scene(
             "geared_cart", 3, base="cart", cart_mass=0.7, **THREE, armature=[0.1, 0.0, 0.3], angles="adjacent", want=PLANAR,
