@@ -12,6 +12,7 @@ from phichain.scene import Scene
 PLANAR = tuple(name for name in PLANAR_FUNCTIONS if name != "propagate") + ("momentum", "tensions")
 SPATIAL = tuple(name for name in SPATIAL_FUNCTIONS if name != "propagate") + ("momentum", "tensions")
 DAMPED = tuple(name for name in PLANAR if not name.startswith("phi"))
+LIGHT = ("forward_dynamics", "inverse_dynamics", "energy", "momentum", "tensions")
 TWO = {"mass": [0.3, 0.2], "length": [0.5, 0.4]}
 DRY = {"stiffness": 1.0, "rest_angle": 0.3, "damping": 0.1, "friction": [0.1, 0.2], "friction_speed": 0.5}
 THREE = {"mass": [0.3, 0.2, 0.1], "length": [0.5, 0.4, 0.3]}
@@ -33,6 +34,9 @@ SCENES = {
         Scene("rods", 2, base="cart", cart_mass=0.7, **TWO, com=[0.2, 0.5], inertia=[0.01, 0.02], actuated="all", want=PLANAR),
         Scene("wheel", 2, **TWO, com=[0.2, 0.0], inertia="runtime", damping=[0.1, 0.2], want=DAMPED, code="loops"),
         Scene("bars", 2, space="spatial", **TWO, com=[0.2, 0.0], inertia=[0.01, 0.02], want=SPATIAL),
+        Scene("lightly", 3, base="cart", cart_mass=0.7, mass=[0.01, 0.02, 50.0], length=[36.0, 56.0, 0.25], com=[21.0, 33.0, 0.125],
+              actuated="all", want=LIGHT, code="loops"),
+        Scene("lightly_walled", 3, mass=[0.01, 0.02, 50.0], length=[36.0, 56.0, 0.25], com=[21.0, 33.0, 0.125], want=LIGHT),
         Scene("geared", 2, **TWO, com=[0.2, 0.3], armature="runtime", actuated="all", want=PLANAR),
         Scene(
             "geared_cart", 3, base="cart", cart_mass=0.7, **THREE, armature=[0.1, 0.0, 0.3], angles="adjacent", want=PLANAR,

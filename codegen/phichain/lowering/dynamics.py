@@ -5,6 +5,7 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder
 from phichain.lowering.chain.base import Carried, carried, on_wall
 from phichain.lowering.chain.body import has_points
+from phichain.lowering.chain.light_carriers import carries_lightly
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar import articulated as planar_articulated
 from phichain.lowering.planar import base_side
@@ -12,6 +13,7 @@ from phichain.lowering.planar import both_ends as planar_both_ends
 from phichain.lowering.planar import tension as planar_tension
 from phichain.lowering.planar.geared import dynamics as planar_geared
 from phichain.lowering.planar.joints import planar_state
+from phichain.lowering.planar.stretched import sweep as planar_stretched
 from phichain.lowering.spatial import articulated as spatial_articulated
 from phichain.lowering.spatial import mobilities
 from phichain.lowering.spatial import tension as spatial_tension
@@ -44,6 +46,8 @@ def planar_forward_dynamics(
         planar_geared.accelerations(builder, base.scene, base.parameters, state, base.u, base.seen(a))
         return
     articulated = planar_both_ends if base_side.suits(base.scene) else planar_articulated
+    if carries_lightly(base.scene):
+        articulated = planar_stretched
     form = planar_tension if by_tensions(base.scene) else articulated
     form.accelerations(builder, base.scene, base.parameters, state, base.u, base.seen(a))
 

@@ -170,9 +170,9 @@ class Sweep:
 
     def eliminate(self, outer: Outer, k: Index) -> Outer:
         """Link k and all beyond it, seen from the link before."""
-        return self._turned(self._with_link(outer, self.pivot(outer, k), k), k)
+        return self._turned(self.with_link(outer, self.pivot(outer, k), k), k)
 
-    def _with_link(self, outer: Outer, pivot: Pivot, k: Index) -> Outer:
+    def with_link(self, outer: Outer, pivot: Pivot, k: Index) -> Outer:
         """Link k and all beyond it in the frame of link k, in units of the link before."""
         let, factors = self.builder.let, self.factors
         leverage, overhang = self.units.leverage[k], self.units.overhang[k]

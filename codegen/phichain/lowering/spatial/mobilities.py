@@ -28,6 +28,7 @@ from math import prod
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.algebra.matrix import Matrix, applied, cofactors, combine, dyads, symmetric, triangle
 from phichain.lowering.algebra.vector import Vector, add, cross, dot, load, named, scale, store, sub, zeros
+from phichain.lowering.chain.light_carriers import carries_lightly
 from phichain.lowering.chain.losses import push_on_cart
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.links import couples, directions
@@ -44,14 +45,17 @@ LARGEST_SPREAD = 10**6
 
 
 def suits(scene: Scene) -> bool:
-    """Whether the errors of this form are bounded by the scene's numbers, all of which must be known."""
+    """Whether the errors of this form are bounded by the scene's numbers, all of which must be known.
+
+    It hands accelerations alone outwards.
+    """
     links = known_links(scene)
     if scene.tip_masses or scene.inertia is not None or links is None or isinstance(scene.cart_mass, str):
         return False
     own = [mass * beta * beta for mass, beta in links]
     leverage = prod(max(1, abs(1 - beta) / beta) for _, beta in links)
     is_even = max(own) <= LARGEST_SPREAD * min(own) and leverage <= LARGEST_LEVERAGE
-    return is_even and amplification(links, scene.cart_mass) <= LARGEST_AMPLIFICATION
+    return is_even and amplification(links, scene.cart_mass) <= LARGEST_AMPLIFICATION and not carries_lightly(scene)
 
 
 def accelerations(

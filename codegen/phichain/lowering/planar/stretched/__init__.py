@@ -1,0 +1,1 @@
+"""Planar sweeps that hand outwards what stretches the chain beyond, beside an acceleration."""
