@@ -25,7 +25,8 @@ def offered(
         driven: whether a cart is driven by its acceleration.
         slow: also those whose reference takes seconds a case.
     """
-    kind = Sample(space == "planar", (1.0,) if damped else None, drive="acceleration" if driven else None)
+    base, drive = ("cart", "acceleration") if driven else ("fixed", None)
+    kind = Sample(space == "planar", (1.0,) if damped else None, drive=drive, base=base)
     return tuple(
         row.name
         for row in TABLE

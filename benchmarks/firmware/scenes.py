@@ -42,6 +42,7 @@ def spatial(name: str, links: int, want: tuple[str, ...], **more: Any) -> Scene:
 
 SCENES: Final[tuple[Scene, ...]] = (
     chain("fw_planar4", 4, ("forward_dynamics", "energy", "state_jacobian", "dynamics_and_jacobian", "step")),
+    chain("fw_planar4_loops", 4, ("dynamics_and_jacobian",), code="loops"),
     chain("fw_planar4_libm", 4, ("forward_dynamics",), trig="libm"),
     chain("fw_planar4_double", 4, ("forward_dynamics",), real="double"),
     chain("fw_planar10", 10, ("forward_dynamics", "dynamics_and_jacobian"), code="loops"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,12 +11,15 @@ import pytest
 from phichain.ir.evaluate import evaluate
 from phichain.ir.nodes import For, walk
 from phichain.lowering.lower import lower_function
+from phichain.lowering.planar.by_columns.sweeps import serves
 from phichain.mechanics import derive
 from phichain.scene import Scene
 
 CHAINS = {
     "one link": Scene("one", 1, mass=0.3, length=0.5, com=0.2, trig="bundled"),
     "unlike": Scene("unlike", 3, mass=(0.7, 1.9, 0.4), length=(0.5, 1.3, 0.8), com=(0.2, 0.9, 0.4), actuated="all", trig="bundled"),
+    "four": Scene("four", 4, mass=(0.7, 1.9, 0.4, 1.2), length=(0.5, 1.3, 0.8, 0.3), com=(0.2, 0.9, 0.4, 0.1), actuated="all", trig="bundled"),
+    "free": Scene("free_chain", 4, mass=0.2, length=(0.5, 1.3, 0.8, 0.3), com=0.1, gravity=3.7, trig="libm"),
     "both ends": Scene("six", 6, mass=0.2, length=0.3, com=0.1, actuated="all", damping=0.01, trig="libm"),
     "cart": Scene("cart", 4, base="cart", mass=0.2, length=0.3, com=0.1, cart_mass=0.5, cart_damping=0.2, trig="bundled"),
     "rods": Scene("rods", 4, mass=0.2, length=0.3, com=0.15, inertia=0.0015, stiffness=0.3, trig="bundled"),
@@ -45,3 +49,28 @@ def test_the_sweep_inwards_is_one_loop() -> None:
     assert divisions[0] == 1 < divisions[1]
     assert sum(isinstance(statement, For) for statement in short.body) < sum(1 for _ in walk(host.body))
     assert len(list(walk(short.body))) < 0.6 * len(list(walk(host.body)))
+
+
+@pytest.mark.parametrize(
+    ("more", "is_taken"),
+    [
+        ({}, True), ({"links": 3}, True), ({"actuated": "none"}, True), ({"length": "runtime"}, True), ({"mass": (9.0, 1.0, 1.0, 3.0)}, True),
+        ({"links": 5}, False), ({"links": 2}, False), ({"mass": (1.0, 1.0, 1.0, 3.1)}, False), ({"mass": "runtime"}, False),
+        ({"trig": None}, False), ({"code": "auto"}, False), ({"com": None}, False), ({"inertia": 0.01}, False), ({"stiffness": 0.3}, False),
+        ({"damping": 0.3}, False), ({"angles": "absolute"}, False), ({"base": "cart", "cart_mass": 1.0}, False), ({"actuated": [1, 2]}, False),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_columns_go_one_by_one_where_that_is_shorter_and_loses_no_digits(more: dict[str, Any], is_taken: bool) -> None:
+    given = {"links": 4, "mass": 0.2, "length": 0.3, "com": 0.1, "actuated": "all", "trig": "bundled", "code": "loops", **more}
+    assert serves(Scene("chain", **given)) is is_taken
+
+
+def test_columns_one_by_one_are_less_than_two_thirds_of_the_statements() -> None:
+    four, five = (
+        lower_function(
+            derive(Scene("chain", links, mass=0.2, length=0.3, com=0.1, actuated="all", trig="bundled", code="loops")), "dynamics_and_jacobian", "loops"
+        )
+        for links in (4, 5)
+    )
+    assert len(list(walk(four.body))) < 2 / 3 * len(list(walk(five.body)))

@@ -18,6 +18,7 @@ from benchmarks.firmware.tools import run
 CEILINGS: Final = {
     ("fw_planar4", "forward_dynamics"): (1060, 136, 392),
     ("fw_planar4_libm", "forward_dynamics"): (760, 168, None),
+    ("fw_planar4_loops", "dynamics_and_jacobian"): (1500, 760, 3170),
     ("fw_planar10", "forward_dynamics"): (900, 400, 1500),
     ("fw_planar10", "dynamics_and_jacobian"): (2460, 1200, 6960),
     ("fw_spatial2", "forward_dynamics"): (400, 40, 130),

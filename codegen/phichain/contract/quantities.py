@@ -277,7 +277,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
     Quantities(frozenset({"positions"}), "section 1", rows(("joint_x joint_y joint_z", "m", "position of a joint"))),
     beside.balance(_BALANCE),
     beside.series(_SERIES),
-    beside.tension_slopes(), *beside.joint_slopes(),
+    beside.tension_slopes(), *beside.joint_slopes(), beside.column_sweeps(),
     beside.geared(_DYNAMICS | _SERIES),
     beside.dry_friction(_DYNAMICS | _TENSIONS | _FORCES | _STEPS | _IMPLICIT), beside.dry_slopes(_IMPLICIT),
     beside.dry_series(_SERIES),

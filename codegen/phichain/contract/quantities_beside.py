@@ -171,3 +171,18 @@ def joint_slopes() -> tuple[Quantities, ...]:
         ("rate_load", "L/s", "what the ends of a link may differ by along it, by its rates"),
     )
     return Quantities(functions, "section 5, Jacobians by tensions", tied, "spatial"), Quantities(functions, "section 5, Jacobians by joints", before, "spatial")
+
+
+def column_sweeps() -> Quantities:
+    """Those of planar Jacobians whose columns go through one pair of loops."""
+    return Quantities(
+        frozenset({"dynamics_and_jacobian"}), "section 5, column by column",
+        rows(
+            ("push_x push_y", "", "force at the joint that a column's disturbance makes, in the frame of the link"),
+            ("outer_push_x outer_push_y", "", "the same in the frame of the link before"),
+            ("moved_joint_x moved_joint_y", "", "what a column makes of the joint's acceleration, in the frame of the link"),
+            ("moved_tip_y", "", "what it makes of the acceleration of the link's tip, across it"),
+            ("moved_alpha", "", "what it makes of the link's angular acceleration"),
+        ),
+        "planar",
+    )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder
 from phichain.lowering.chain.losses import brakes_cart, cart_slope, joint_slopes, push_on_cart
 from phichain.lowering.chain.parameters import Parameters
+from phichain.lowering.planar.by_columns import sweeps as by_columns
 from phichain.lowering.planar.disturbances import Column, faster_links, slowed_joints, turned_joints
 from phichain.lowering.planar.geared import derivatives as geared
 from phichain.lowering.planar.given_base import over_given_base
@@ -50,6 +51,9 @@ def dynamics_and_jacobian(
     dadv: ArrayRef, u: ArrayRef | None = None, dadu: ArrayRef | None = None,
 ) -> None:  # fmt: skip
     """The accelerations, and their derivatives."""
+    if by_columns.serves(scene):
+        by_columns.dynamics_and_columns(builder, scene, parameters, q, v, u, a, dadq, dadv, dadu)
+        return
     _written(builder, scene, parameters, q, v, u, a, dadq, dadv, dadu)
 
 
