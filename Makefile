@@ -58,7 +58,7 @@ run: $(READY) ## the whole path in one go: derive, emit, compile, simulate, trac
 
 # Small matrices: BLAS threads of two workers would only wait for each other.
 test: export OPENBLAS_NUM_THREADS = 1
-test: $(READY) ## all tests
+test: $(READY) $(READY_DOCS) ## all tests, those of the documentation among them
 	@$(PY) -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(PYTEST)
 
 generate: $(READY) ## write the C and CasADi folder of a chain: N=8, or SCENE=path/to/scene.toml

@@ -19,7 +19,9 @@ from phichain.proof.modular.points import Bessel, Point
 from phichain.scene import Scene
 
 CHAIN = Scene("chain", 3, mass=[0.3, 0.2, 0.1], length=[0.5, 0.4, 0.3], com=0.2, stiffness=1.0, code="loops")
-FLYING = replace(CHAIN, name="flying", space="spatial", base="cart", cart_mass=0.5, angles=None)
+FLYING = replace(CHAIN, name="flying", space="spatial", base="cart", cart_mass=0.001, angles=None)
+"""On a cart so light that its Jacobian is differentiated column by column; so is that of rods held in their middles."""
+STANDING = replace(FLYING, name="standing", base="fixed", drive=None, cart_mass=None, com=0.0, inertia=0.1, stiffness=None)
 
 
 def test_numbers_of_a_scene_are_exact_in_the_field() -> None:
@@ -140,7 +142,7 @@ def test_indices_neither_wrap_nor_leave_their_array(index: int, stored: int) -> 
         compiled(tiny(index, stored))(Given({"x": [7, 9]}))
 
 
-@pytest.mark.parametrize("scene", [replace(FLYING, name="standing", base="fixed", drive=None, cart_mass=None), FLYING], ids=lambda scene: scene.name)
+@pytest.mark.parametrize("scene", [STANDING, FLYING], ids=lambda scene: scene.name)
 def test_a_jacobian_times_a_vector_is_the_sum_over_its_columns(scene: Scene) -> None:
     program, point = lower(derive(replace(scene, want=("state_jacobian",)))).wanted["state_jacobian"], Point(scene, 2, ())
     plan = contracted(program)

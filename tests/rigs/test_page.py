@@ -20,9 +20,9 @@ def made() -> dict[str, dict[str, Any]]:
     """The names after every piece of Python of the page, which are run one after the other, by the scene that it makes."""
     names: dict[str, Any] = {}
     after: dict[str, dict[str, Any]] = {}
-    for piece in re.findall(r"(?:^    \S.*\n(?:^ {4,}.*\n|^\n(?=    ))*)+", PAGE, re.MULTILINE):
+    for piece in re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL):
         if "rigs." in piece:
-            exec("\n".join(line[4:] for line in piece.splitlines()), names)  # noqa: S102  our own page
+            exec(piece, names)  # noqa: S102  our own page
             after[names["scene"].name] = dict(names)
     return after
 

@@ -198,11 +198,11 @@ class Tied(Columns):
                 if moved is not None:
                     change = plus(change, scaled(weight, moved[part]))
             if on_cart and (moved := self._moved(i, -apart)) is not None:
-                change = plus(change, _flat(scaled(1 / self.parameters.base_mass, moved[part])))
+                change = plus(change, _horizontal(scaled(1 / self.parameters.base_mass, moved[part])))
             if part == 0 and abs(apart) == 1:
                 change = plus(change, scalar((self.inner_pull if apart > 0 else self.outer_pull)[j]))
             if part == 0 and apart == 0 and on_cart:
-                change = minus(change, _flat(scalar(self._cart_pull())))
+                change = minus(change, _horizontal(scalar(self._cart_pull())))
             block = product(turn, change)
             if part == 0 and apart == 0:
                 block = minus(block, hat(builder, scale(self.inverse_length[i], self._pull(i, fall))))
@@ -237,7 +237,7 @@ class Tied(Columns):
                         target.array[3 * j + (row * target.width + target.first + c)] = own * length
 
 
-def _flat(matrix: Matrix) -> Matrix:
+def _horizontal(matrix: Matrix) -> Matrix:
     """C C^T matrix, its horizontal rows."""
     nothing = matrix[0][0].builder.lift(0)
     return matrix[0], matrix[1], (nothing, nothing, nothing)
