@@ -107,6 +107,7 @@ RICH = (
     ("planar", 0.2, "fixed", None, "loops, known lengths"), ("planar", 0.2, "fixed", 0.1, "loops"),
     ("spatial", None, "cart", None, "loops"), ("planar", None, "fixed", 0.1, "auto"), ("spatial", 0.2, "fixed", 0.1, "auto"),
     ("spatial", None, "fixed", 0.1, "loops"), ("spatial", 0.2, "fixed", None, "loops, tied"),
+    ("planar", 0.2, "fixed", None, "loops, by columns"),
 )  # fmt: skip
 """Kinds of chains that between them have nearly every name: looked at before the others, which are then seldom needed."""
 
@@ -127,12 +128,16 @@ def test_the_table_s_names_are_names_of_programs() -> None:
         if code == "loops, tied":
             keys |= {"mass": [5, 4, 3, 2, 1, 2, 3], "length": 0.5, "stiffness": None, "cart_mass": 10.0 if base == "cart" else None}
             damping = None
+        links, angles = 7, "adjacent" if code != "auto" else "relative"
+        if code == "loops, by columns":
+            links, angles = 4, "relative"
+            keys |= {"mass": [5, 4, 3, 2], "length": 0.5, "stiffness": None, "trig": "bundled"}
         code = code.partition(",")[0]
-        keys |= {"angles": "adjacent" if code == "loops" else "relative", "actuated": "all"} if space == "planar" else {}
+        keys |= {"angles": angles, "actuated": "all"} if space == "planar" else {}
         if damping is not None:
             keys |= {"friction": 0.3, "friction_speed": 0.5, "cart_friction": 0.4 if base == "cart" else None}
         want = [name for name in offered(space, damping is not None, on_request=True) if not name.startswith("step_")]
-        scene = Scene("names", 7, space=space, base=base, damping=damping, code=code, want=want, **keys)
+        scene = Scene("names", links, space=space, base=base, damping=damping, code=code, want=want, **keys)
         for function, names in names_of(scene).items():
             missing -= {row.name for _, row in quantities_of(function, scene)} & names
         if not missing:

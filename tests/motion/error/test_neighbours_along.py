@@ -111,7 +111,7 @@ def test_a_call_of_no_step_ends_with_the_errors_of_the_last_one() -> None:
 
 def test_no_run_is_of_a_lower_order_than_its_neighbours() -> None:
     """Which read coefficients of the path up to order 5."""
-    for of in (system("plain"), build(Scene("single", 1, want=WANT), prove=False)):
+    for of in (system("plain"), build(Scene("single", 1, mass=1.0, length=1.0, want=WANT), prove=False)):
         q, v = np.full((2, of.nq), 0.5)
         assert of.propagate(q, v, 0.0, 1.0, 1.0).order > 5
 

@@ -36,6 +36,8 @@ COST: Final = 5.0
 of an outer joint would weigh too much, and what it brings across an orbit is little enough."""
 SPENT: Final = 1.0
 """Periods of the whole limit, as a root mean square, that the way from one rung to the next may take: what is more gets rungs in between."""
+APART: Final = 0.25
+"""Way from orbit to orbit, at most, in those between rungs: rungs are chosen among orbits, and those of a family traced in long steps are few."""
 USED: Final = 0.5
 """Share of the limit, likewise, that rungs may rise by."""
 PACE: Final = 40.0
@@ -155,11 +157,13 @@ def climb_law(
     found = ladder(system, branch, equations, is_near)
     _, table = min(chosen, key=lambda one: float(one[1].level(0, found.states[-1, 0])))
     effort = torques(equations, found.states, found.periods, weights) / limit
-    if np.any(effort > SPENT):
-        found = finer(system, equations, found, np.ceil(np.maximum(effort, SPENT) / SPENT).astype(int))
-        effort = torques(equations, found.states, found.periods, weights) / limit
     states, t, rates = by_phase(equations, found.states, found.periods, weights, nodes)
-    kept = _spread(states, weights, rungs - 1, effort)
+    parts = np.ceil(_way(states, weights, rungs - 1, effort) / APART).astype(int)
+    if np.any(parts > 1):
+        found = finer(system, equations, found, np.maximum(parts, 1))
+        effort = torques(equations, found.states, found.periods, weights) / limit
+        states, t, rates = by_phase(equations, found.states, found.periods, weights, nodes)
+    kept = _spread(_way(states, weights, rungs - 1, effort), rungs - 1)
     states, t, rates = states[kept], t[kept], rates[kept]
     slowness = _slowness(states)
     gains = gains_across(equations, states, t, slowness, cost / whole_torque**2)
@@ -206,8 +210,21 @@ def _state_feedback(table: GainTable) -> StateFeedback:
     )  # fmt: skip
 
 
-def _spread(states: Vector, weights: Vector, count: int, effort: Vector) -> Vector:
-    """Numbers of so many orbits, evenly far from each other, the first and the last among them; of more where the way between takes effort."""
-    apart = np.max(np.sqrt(np.sum(weights * np.diff(states, axis=0) ** 2, axis=2)), axis=1)
-    way = np.concatenate([[0.0], np.cumsum(np.maximum(apart / np.sum(apart) * (count - 1), effort / SPENT))])
+def _way(states: Vector, weights: Vector, count: int, effort: Vector) -> Vector:
+    """Ways from orbit to orbit (orbits - 1,), of all of them count - 1 for so many rungs, and more where they take effort.
+
+    Half of them goes with the distance d, half with d sqrt(|d^2 x / ds^2|), in which the motions halfway between rungs, that are no orbits,
+    err alike.
+    """
+    steps = np.sqrt(weights) * np.diff(states, axis=0)
+    apart = np.max(np.linalg.norm(steps, axis=2), axis=1)
+    turned = np.max(np.linalg.norm(np.diff(steps / apart[:, None, None], axis=0), axis=2), axis=1) / (apart[1:] + apart[:-1]) * 2
+    turned = np.concatenate([turned[:1], turned, turned[-1:]])
+    bent = apart * np.sqrt((turned[1:] + turned[:-1]) / 2)
+    return np.asarray(np.maximum((apart / np.sum(apart) + bent / np.sum(bent)) / 2 * (count - 1), effort / SPENT))
+
+
+def _spread(ways: Vector, count: int) -> Vector:
+    """Numbers of so many orbits, evenly far along the way, the first and the last among them; of more where it is longer than they."""
+    way = np.concatenate([[0.0], np.cumsum(ways)])
     return np.unique(np.searchsorted(way, np.linspace(0, way[-1], max(count, ceil(way[-1] - 1e-9) + 1)) - 1e-12 * way[-1]))
