@@ -95,7 +95,8 @@ def test_rates_and_energies_are_those_of_the_orbits(found: Climbed) -> None:
 
 def test_gains_across_bring_small_errors_down_and_leave_the_phase_free(branch: Branch, found: Climbed) -> None:
     """Held across two periods on the textbook's equations, an error shrinks; along the orbit K is blind."""
-    law, k = found.climb.law, 20
+    law = found.climb.law
+    k = int(np.argmin(np.abs(law.energies - 1.96)))
     slopes = np.array([double(x) for x in law.states[k]])
     for i in range(len(slopes)):
         assert abs(law.gains[k, i] @ slopes[i]) < 1e-6 * np.linalg.norm(law.gains[k, i]) * np.linalg.norm(slopes[i])
@@ -179,8 +180,8 @@ def test_joint_2_leads_the_chain_beyond_the_orbit_that_it_hardly_moves(branch: B
     """At 2 J, where a joule takes joint 2 fifty times the periods of its whole limit that it takes joint 1, rungs are dense and rise slowly."""
     found = climb(SCENE, branch, share=0.2, joint=2, runs=1, seconds=60.0)
     law = found.climb.law
-    steep = int(np.argmin(law.rises))
-    assert 1.6 < law.energies[steep] < 2.4 and law.rises[steep] < 0.1 * law.rises[0] and len(law.states) > 48
+    steep = (1.4 < law.energies) & (law.energies < 2.4)
+    assert np.sum(steep) >= 6 and np.all(law.rises[steep] < 0.1 * law.rises[0]) and np.mean(np.diff(law.energies[steep])) < 0.7 * law.energies[-1] / len(law.states)
     assert np.max(found.energy) > 5
 
 
