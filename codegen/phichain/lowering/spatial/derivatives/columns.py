@@ -18,6 +18,7 @@ A cart of mass m_c is one more joint, m_c x'' = f + m_0 L_0 h, h = C^T q_0: link
 """
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
@@ -30,7 +31,7 @@ from phichain.lowering.spatial.derivatives.response import Answers
 from phichain.scene import Scene
 
 
-class Columns:
+class Columns(ABC):
     """Writes the derivatives of one chain.
 
     `here`, `next` and `back` are A_jj, A_{j+1,j} and A_{j-1,j}; `onwards` and `inwards` Z_i and V_i; `reach` how many rows of tensions on
@@ -110,17 +111,17 @@ class Columns:
 
     # --- blocks far from each other --------------------------------------------------------------------------------------
 
+    @abstractmethod
     def near(self, beside: ArrayRef, by_q: Blocks, by_v: Blocks) -> None:
         """Blocks of links that are at most `reach` apart, and `next` and `back`."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _rate_next(self, j: Index) -> Vector:
         """How the last tension that link j loads outwards answers to omega_j."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _rate_back(self, j: Index) -> Vector:
         """The same inwards."""
-        raise NotImplementedError
 
     def _outwards(self, by_q: Blocks, by_v: Blocks) -> None:
         """Blocks below the neighbours'."""
@@ -155,9 +156,9 @@ class Columns:
 
     # --- the base ---------------------------------------------------------------------------------------------------------
 
+    @abstractmethod
     def _first_cart_rows(self, by_q: Blocks, by_v: Blocks) -> None:
         """x'' by the links before `reach`."""
-        raise NotImplementedError
 
     def _cart_rows(self, target: Blocks, j: Index, answer: Vector, own: Expr | None) -> None:
         """x'' by link j where L_0 answers so: (m_0 / m_c) h answer^T, and its own pull where h moves."""
