@@ -7,10 +7,18 @@ phi_phase phi_law(phi_state *state, const phi_real t, const phi_real measured[PH
     const int knot = (int)place, next = knot < PHI_KNOTS - 1 ? knot + 1 : knot;
     phi_real off;
 #if WITH_OBSERVER
-    phi_real following[PHI_NX];
+    phi_real following[PHI_MEMORY];
 
+#if WITH_LEARNING
+    if (at >= last) {
+        phi_holding(measured, state->expected, phi_held, u, &off, following);
+    } else {
+        phi_tracking(measured, state->expected, phi_table[knot], phi_table[next], place - (phi_real)knot, u, &off, following);
+    }
+#else
     phi_tracking(measured, state->expected, phi_table[knot], phi_table[next], place - (phi_real)knot, u, &off, following);
-    for (int i = 0; i < PHI_NX; ++i) {
+#endif
+    for (int i = 0; i < PHI_MEMORY; ++i) {
         state->expected[i] = following[i];
     }
 #else

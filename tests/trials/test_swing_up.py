@@ -139,8 +139,8 @@ def test_gains_that_expect_errors_are_the_best_of_those_that_look_at_the_deviati
     assert slopes[0] < 0.05 * slopes[1]
 
 
-def test_an_observer_along_the_motion_is_the_best_of_those_that_do_not_know_the_masses() -> None:
-    """By brute force: the covariance of the estimate's error grows whichever way its last correction is moved; ends are stationary filters."""
+def test_an_observer_along_the_motion_finds_the_masses_as_well_as_can_be() -> None:
+    """By brute force: the covariance of what is estimated grows whichever way its last correction is moved; ends are stationary filters."""
     scene = replace(POLE, want=("forward_dynamics", "linearization"), mass="runtime")
     chain = Chain(replace(build(scene), params={"mass": [M]}))
     task = Task.of(chain.system, limit=20, sample=0.02)
@@ -160,29 +160,34 @@ def test_an_observer_along_the_motion_is_the_best_of_those_that_do_not_know_the_
     assert np.allclose(exact.corrections[-1], P @ C.T @ np.linalg.inv(C @ P @ C.T + V), rtol=1e-6)
     assert np.allclose(made.flows[3], (path[0][3] - np.eye(4))[2:]) and np.allclose(made.drives[-1], end[1][2:])
     first = solve_discrete_are(path[0][0].T, C.T, W, V)
+    known = made.learning
+    assert exact.learning is None and known is not None and made.remembered == 5
+    both = np.concatenate([made.corrections, known.learned], axis=1)
+    assert not np.any(known.learned[[0, -1]]) and np.allclose(known.pushes[3], path[2][3][2:]) and not np.any(known.pushes[-1])
+    assert np.allclose(known.steps, [1e-3, 5e-3])
 
     def spread(corrections: np.ndarray, k: int) -> float:
-        """What the estimate is off after the k-th measurement, theta unknown but the same all along."""
+        """What the estimates of state and mass are off after the k-th measurement."""
         P = np.zeros((5, 5))
         P[:4, :4], P[4, 4] = first, 0.3**2 / 3
         for at in range(k + 1):
             kept = np.eye(5)
-            kept[:4, :2] -= corrections[at]
-            P = kept @ P @ kept.T
-            P[:4, :4] += corrections[at] @ V @ corrections[at].T
+            kept[:, :2] -= corrections[at]
+            P = kept @ P @ kept.T + corrections[at] @ V @ corrections[at].T
             if at < k:
                 flow = np.block([[path[0][at], path[2][at]], [np.zeros((1, 4)), np.ones((1, 1))]])
                 P = flow @ P @ flow.T
                 P[:4, :4] += W
-        return float(np.trace(P[:4, :4]))
+        return float(np.trace(P))
 
     draw = np.random.default_rng(2)
+    assert spread(both, 11) < spread(both * np.array([1, 1, 1, 1, 0])[:, None], 11)
     for k in (0, 5, 11):
-        best = spread(made.corrections, k)
+        best = spread(both, k)
         for _ in range(6):
-            step = np.zeros_like(made.corrections)
-            step[k] = 0.05 * draw.normal(size=(4, 2)) * np.max(np.abs(made.corrections[k]))
-            ahead, back = spread(made.corrections + step, k) - best, spread(made.corrections - step, k) - best
+            step = np.zeros_like(both)
+            step[k] = 0.05 * draw.normal(size=(5, 2)) * np.max(np.abs(both[k]))
+            ahead, back = spread(both + step, k) - best, spread(both - step, k) - best
             # A parabola about its lowest point, which it is not about that of a filter that trusts the masses.
             assert min(ahead, back) > 0 and abs(ahead - back) < 1e-6 * (ahead + back)
 

@@ -7,6 +7,7 @@ import importlib.util
 import json
 import math
 import subprocess
+from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -20,7 +21,8 @@ from phichain import generate_swingup
 from phichain.emit.stencil import stencils_folder
 from phichain.errors import ArrayError, EmissionError, OutputError, SceneError
 from phichain.ir import evaluate_exactly
-from phichain.laws import ObserverAlong, StateFeedback, TrajectoryLaw
+from phichain.laws import Learning, ObserverAlong, StateFeedback, TrajectoryLaw
+from phichain.lowering.laws.holding import held_sizes, holding
 from phichain.lowering.trajectory import beginning, tracking
 from tests.emit.test_stencil import COMPILERS, STRICT
 
@@ -47,6 +49,16 @@ def observed(law: TrajectoryLaw) -> TrajectoryLaw:
     draw, (knots, nx), nu = np.random.default_rng(5), law.states.shape, law.inputs.shape[1]
     flows, drives = 0.1 * draw.normal(size=(knots, nx // 2, nx)), 0.1 * draw.normal(size=(knots, nx // 2, nu))
     return replace(law, observer=ObserverAlong(draw.normal(size=(knots, nx, nx // 2)), flows, drives))
+
+
+def learning(law: TrajectoryLaw) -> TrajectoryLaw:
+    """The same that estimates three parameters, and holds by what it has found."""
+    draw, (knots, nx), nu = np.random.default_rng(6), law.states.shape, law.inputs.shape[1]
+    learned, pushes, bends = draw.normal(size=(knots, 3, nx // 2)), 0.1 * draw.normal(size=(knots, nx // 2, 3)), 0.3 * draw.normal(size=(3, nx // 2, nx + nu))
+    made = Learning(learned, pushes, bends, np.array([0.01, 0.04]), 0.3 * draw.normal(size=(nx, nx // 2)), draw.normal(size=(nx, nx // 2)))
+    seen = observed(law)
+    assert seen.observer
+    return replace(seen, observer=replace(seen.observer, learning=made))
 
 
 def by_hermite(law: TrajectoryLaw, t: float, x: np.ndarray) -> list[Any]:
@@ -165,13 +177,16 @@ def test_what_is_too_far_off_is_given_up_until_reset(tmp_path: Path) -> None:
 
 
 def test_a_law_on_file_is_the_same_record(tmp_path: Path) -> None:
-    for law in (law_of(2, note="text"), law_of(1, math.inf), observed(law_of(2))):
+    for law in (law_of(2, note="text"), law_of(1, math.inf), observed(law_of(2)), learning(law_of(2))):
         again = TrajectoryLaw.from_npz(law.to_npz(tmp_path / "law.npz"))
         assert again.catch == law.catch and again.rail == law.rail and again.note == law.note
         assert all(np.array_equal(getattr(again, name), getattr(law, name)) for name in ("states", "inputs", "gains"))
         assert (again.observer is None) == (law.observer is None)
         if law.observer:
-            assert all(np.array_equal(getattr(again.observer, name), value) for name, value in vars(law.observer).items())
+            for kept, read in ((law.observer, again.observer), (law.observer.learning, again.observer.learning)):
+                assert (kept is None) == (read is None)
+                for name, value in vars(kept or {}).items() if kept else ():
+                    assert isinstance(value, Learning | None) or np.array_equal(getattr(read, name), value)
     with pytest.raises(OutputError, match="no TrajectoryLaw can be read there"):
         TrajectoryLaw.from_npz(tmp_path / "none.npz")
 
@@ -196,8 +211,8 @@ def test_what_is_no_law_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_the_stencils_compile_alone(compiler: str, tmp_path: Path) -> None:
     for name, feature in (("trajectory", "WITH_RAIL"), ("loop", "WITH_PARAMS")):
-        for wanted, observed in ((0, 0), (1, 0), (1, 1)):
-            words = [f"-D{feature}={wanted}", f"-DWITH_OBSERVER={observed}", f"-DWITH_STEP={observed}", f"-I{stencils_folder()}", str(stencils_folder() / "laws" / f"{name}_alone.c")]
+        for wanted, observed, learned in ((0, 0, 0), (1, 0, 0), (1, 1, 0), (1, 1, 1)):
+            words = [f"-D{feature}={wanted}", f"-DWITH_OBSERVER={observed}", f"-DWITH_LEARNING={learned}", f"-DWITH_STEP={observed}", f"-I{stencils_folder()}", str(stencils_folder() / "laws" / f"{name}_alone.c")]
             done = subprocess.run([compiler, *STRICT, "-c", *words, "-o", str(tmp_path / "a.o")], capture_output=True, text=True, check=False)
             assert done.returncode == 0 and not done.stderr, done.stderr
 
@@ -234,6 +249,67 @@ def test_an_observer_is_the_record_and_the_formula(nu: int) -> None:
     assert run(0.0, law.states[0]) == pytest.approx(law.step(law.reset(np.round(law.states[0, :2], 3)), 0.0, np.round(law.states[0, :2], 3))[0])
 
 
+@pytest.mark.parametrize("nu", [1, 2])
+def test_what_is_learned_is_the_record_and_the_formula(nu: int) -> None:
+    """Along the motion an observer of (z, theta); at the target the chain of the parameters that were found, and two gains a reading."""
+    law, draw = learning(law_of(nu)), np.random.default_rng(2)
+    assert law.observer is not None and law.observer.learning is not None
+    seen, known = law.observer, law.observer.learning
+    assert law.remembered == 7 and law.numbers == 9 * (4 + nu + 4 * nu + 8 + 8 + 2 * nu + 6 + 6)
+    programs, memory = (tracking(law), holding(law)), np.concatenate([law.reset(law.states[0, :2] + [0.02, -0.03])[:4], [0.1, -0.2, 0.05]])
+    assert np.array_equal(law.reset(law.states[0, :2]), np.zeros(7))
+    held = np.concatenate([part.ravel() for part in (law.states[-1, :2], law.inputs[-1], law.gains[-1], known.steps / 2, known.inside, known.outside, seen.flows[-1], seen.drives[-1], known.bends)])
+    assert len(held) == sum(held_sizes(law).values())
+    for t in (0.011, 0.2399, 0.24, 0.3):
+        y = law.reference(t)[0][:2] + memory[:2] + np.array([0.003, 0.05]) * (draw.normal() if t < 0.24 else 1) + [0, 2 * np.pi]
+        j, is_last = min(int(t / law.interval + 1e-9), 8), t >= 0.24
+        f = 0.0 if is_last else float(Fraction(t / law.interval) - j)
+        rows = [np.concatenate([part[k].ravel() for part in law.tables]) for k in (j, min(j + 1, 8))]
+        given: dict[str, Any] = {"y_meas": y, "expected": memory} | ({"held": held} if is_last else {"here": rows[0], "next": rows[1], "f": [f]})
+        found = evaluate_exactly(programs[is_last], given, digits=60)
+        (x_r, u_r, K), mix = law.reference(t), lambda table: table[j] + f * (table[min(j + 1, 8)] - table[j])  # noqa: B023
+        e = np.remainder(y - x_r[:2] - memory[:2] + np.pi, 2 * np.pi) - np.pi
+        theta = memory[4:].copy()
+        if is_last:
+            within = np.where(np.abs(e) > known.steps / 2, np.sign(e) * known.steps / 2, e)
+            z = memory[:4] + known.inside @ within + known.outside @ (e - within)
+            F, G = (seen.flows[-1] + np.tensordot(theta, known.bends[:, :, :4], 1), seen.drives[-1] + np.tensordot(theta, known.bends[:, :, 4:], 1))
+            pushing = np.zeros(2)
+        else:
+            z, theta = memory[:4] + mix(seen.corrections) @ e, theta + mix(known.learned) @ e
+            F, G, pushing = mix(seen.flows), mix(seen.drives), mix(known.pushes) @ theta
+        u = np.clip(u_r - K @ z, -2, 2)
+        v = z[2:] + F @ z + G @ (u - u_r) + pushing
+        wanted = np.concatenate([z[:2] + law.catch.sample / 2 * (z[2:] + v), v, theta])
+        pushed, memory = law.step(memory, t, y)
+        for by in ((pushed, memory), tuple(np.array([float(value) for value in found[name]]) for name in ("u", "following"))):
+            assert np.allclose(by[0], u, atol=1e-9) and np.allclose(by[1], wanted, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("", ""),
+        ("at >= last", "at > 2 * last"),
+        ("error_2 = expected[5]", "error_2 = expected[4]"),
+        ("expected[5] * t11", "expected[4] * t11"),
+        ("x_apart - x_within", "x_apart"),
+        ("-held[8]", "held[8]"),
+        ("following[6] = expected[6]", "following[6] = 0"),
+        ("_held[65] = {0x1p-2F", "_held[65] = {0x1p-1F"),
+    ],
+)
+def test_the_folder_of_what_learns_and_its_mutants(right: str, wrong: str, tmp_path: Path) -> None:
+    folder = generate_swingup(learning(law_of()), tmp_path)
+    source = folder / "pole_swingup.c"
+    text = source.read_text()
+    assert right in text
+    source.write_text(text.replace(right, wrong, 1) if right else text)
+    assert (result_of(folder) > 0) is bool(right)
+    record = json.loads((folder / "manifest.json").read_text())
+    assert record["state_bytes"] == 4 + 4 * 7 and record["learned"] == 3
+
+
 @pytest.mark.parametrize(
     ("right", "wrong"),
     [
@@ -254,24 +330,25 @@ def test_the_folder_of_an_observer_and_its_mutants(right: str, wrong: str, tmp_p
     assert json.loads((folder / "manifest.json").read_text())["state_bytes"] == 4 + 4 * 4
 
 
-@pytest.mark.parametrize("seen", [False, True])
-def test_casadi_has_the_same_law(seen: bool, tmp_path: Path) -> None:
-    law, draw = observed(law_of(2)) if seen else law_of(2), np.random.default_rng(4)
+@pytest.mark.parametrize("made", [law_of, lambda nu: observed(law_of(nu)), lambda nu: learning(law_of(nu))], ids=["state", "observer", "learning"])
+def test_casadi_has_the_same_law(made: Callable[[int], TrajectoryLaw], tmp_path: Path) -> None:
+    law, draw = made(2), np.random.default_rng(4)
+    seen = law.observer is not None
     folder = generate_swingup(law, tmp_path, "double")
     spec = importlib.util.spec_from_file_location("pole_swingup_casadi", folder / "pole_swingup_casadi.py")
     assert spec and spec.loader
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    made, before = module.pole_swingup(), np.zeros(4)
+    given, before = module.pole_swingup(), np.zeros(law.remembered)
     for t in (-1.0, 0.0, 0.1, 0.2399, 0.24, 5.0):
         x = law.reference(t)[0] + 0.05 * draw.normal(size=4)
         if seen:
-            found, off, following = made(t, x[:2], before)
+            found, off, following = given(t, x[:2], before)
             u, before = law.step(before, t, x[:2])
             assert np.allclose(np.array(following).ravel(), before, atol=1e-10)
         else:
             u = law(t, x)
-            found, off = made(t, x)
+            found, off = given(t, x)
         assert np.allclose(np.array(found).ravel(), u, atol=1e-10) and float(off) == pytest.approx((x - law.reference(t)[0])[1] ** 2)
     if seen:
         assert np.allclose(np.array(module.pole_swingup_reset()(x[:2])).ravel(), law.reset(x[:2]), atol=1e-12)

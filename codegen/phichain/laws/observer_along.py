@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from phichain.errors import ArrayError
+from phichain.laws.learning import Learning
 from phichain.records import Held, held
 
 Vector = NDArray[np.float64]
@@ -21,12 +22,14 @@ class ObserverAlong(Held):
 
         z_v' = z_v + F z + G (u - u_r),    z_q' = z_q + T (z_v + z_v') / 2
 
-    with F and G what rates gain in one sample T, exactly to first order: the places follow by the trapezoidal rule.
+    with F and G what rates gain in one sample T, exactly to first order: the places follow by the trapezoidal rule. Where parameters are
+    known to errors alone it estimates these too; they stand behind z in its memory.
 
     Attributes:
         corrections: L (knots, nx, nq).
         flows: F (knots, nq, nx).
         drives: G (knots, nq, nu).
+        learning: What is found out of parameters, and the observer at the target; None where nothing is.
 
     Raises:
         ArrayError: Shapes that do not fit one another, or numbers that are not finite.
@@ -35,6 +38,7 @@ class ObserverAlong(Held):
     corrections: Vector
     flows: Vector
     drives: Vector
+    learning: Learning | None = None
 
     def __post_init__(self) -> None:
         for name in ("corrections", "flows", "drives"):
@@ -45,16 +49,35 @@ class ObserverAlong(Held):
             table = getattr(self, name)
             if not knots or nx != 2 * nq or table.shape != shape or not np.all(np.isfinite(table)) or not np.all(np.isfinite(self.flows)):
                 raise ArrayError(f"observer.{name}", table, f"must hold finite numbers of shape {shape}", "give L, F and G at the same knots")
+        if self.learning and (self.learning.pushes.shape[:2] != (knots, nq) or self.learning.bends.shape[2] != nx + self.drives.shape[2]):
+            raise ArrayError("observer.learning", self.learning.bends.shape, "is of another chain or of other knots", "make it along the same motion")
+
+    @property
+    def remembered(self) -> int:
+        """Numbers from one call to the next: z_expected, and theta where it is estimated."""
+        return int(self.corrections.shape[1]) + (self.learning.count if self.learning else 0)
 
     def corrected(self, weights: tuple[int, int, float], expected: Vector, off: ArrayLike) -> Vector:
-        """z (nx,) where `off` is w(y - q_r - C z_expected) (nq,); weights (j, k, f): a share f of the way from knot j to k."""
-        return np.asarray(expected + _between(self.corrections, weights) @ np.asarray(off))
+        """(z, theta) where `off` is w(y - q_r - C z_expected) (nq,); weights (j, k, f): a share f of the way from knot j to k."""
+        nx = self.corrections.shape[1]
+        if not self.learning:
+            return np.asarray(expected + _between(self.corrections, weights) @ np.asarray(off))
+        if self._is_last(weights):
+            return np.concatenate([self.learning.corrected(expected[:nx], off), expected[nx:]])
+        return np.asarray(expected + np.vstack([_between(self.corrections, weights), _between(self.learning.learned, weights)]) @ np.asarray(off))
 
-    def following(self, weights: tuple[int, int, float], z: Vector, pushed: Vector, sample: float) -> Vector:
-        """z_expected (nx,) of the next call, after inputs that were u - u_r (nu,) off."""
-        nq = len(z) // 2
+    def following(self, weights: tuple[int, int, float], found: Vector, pushed: Vector, sample: float) -> Vector:
+        """What the next call expects, (z_expected, theta), after inputs that were u - u_r (nu,) off."""
+        nx = self.corrections.shape[1]
+        nq, z, theta = nx // 2, found[:nx], found[nx:]
         rates = z[nq:] + _between(self.flows, weights) @ z + _between(self.drives, weights) @ pushed
-        return np.concatenate([z[:nq] + sample * (z[nq:] + rates) / 2, rates])
+        if self.learning:
+            is_last = self._is_last(weights)
+            rates = rates + (self.learning.gained(theta, z, pushed) if is_last else _between(self.learning.pushes, weights) @ theta)
+        return np.concatenate([z[:nq] + sample * (z[nq:] + rates) / 2, rates, theta])
+
+    def _is_last(self, weights: tuple[int, int, float]) -> bool:
+        return weights[0] == len(self.corrections) - 1
 
 
 def _between(table: Vector, weights: tuple[int, int, float]) -> Vector:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from phichain.archive import NUMBER, TEXT, VALUES, Array, Schema, names, real
 from phichain.errors import ArrayError
+from phichain.laws.learning import Learning
 from phichain.laws.numbers import less_turns, read_law
 from phichain.laws.observer_along import ObserverAlong
 from phichain.laws.state_feedback import StateFeedback
@@ -24,6 +25,11 @@ _OBSERVER = {
     "corrections": real("knots", "nx", "nq", optional=True), "flows": real("knots", "nq", "nx", optional=True),
     "drives": real("knots", "nq", "nu", optional=True),
 }  # fmt: skip
+_LEARNING = {
+    "learned": real("knots", "np", "nq", optional=True), "pushes": real("knots", "nq", "np", optional=True),
+    "bends": real("np", "nq", "nx+nu", optional=True), "steps": real("nq", optional=True), "inside": real("nx", "nq", optional=True),
+    "outside": real("nx", "nq", optional=True),
+}  # fmt: skip
 _CATCH = {"target": real("nx"), "rest": real("nu"), "catch_gains": real("nu", "nx"), "low": real("nu"), "high": real("nu")}
 _WORDS = {
     "name": TEXT, "digest": TEXT, "p": VALUES, "state_names": names("nx"), "state_units": names("nx"),
@@ -32,7 +38,7 @@ _WORDS = {
 _NUMBERS = {"interval": NUMBER, "tube": NUMBER, "rail": NUMBER, "sample": NUMBER}
 _SCHEMA = Schema(
     "TrajectoryLaw",
-    {**_TABLES, **_CATCH, **_OBSERVER, "wraps": Array(np.bool_, ("nx",))},
+    {**_TABLES, **_CATCH, **_OBSERVER, **_LEARNING, "wraps": Array(np.bool_, ("nx",))},
     {**_WORDS, **_NUMBERS, "note": replace(TEXT, default="")},
     filled=("knots", "nx", "nu"),
 )
@@ -117,8 +123,20 @@ class TrajectoryLaw(Held):
     @property
     def numbers(self) -> int:
         """Numbers that the table holds."""
+        return sum(int(part.size) for part in self.tables)
+
+    @property
+    def tables(self) -> tuple[Vector, ...]:
+        """What stands in a row of the table (knots, ..), part by part: x_r, u_r, K; with an observer L, F, G; where it learns M, E."""
         seen = self.observer
-        return int(self.states.size + self.inputs.size + self.gains.size) + (seen.corrections.size + seen.flows.size + seen.drives.size if seen else 0)
+        along = (seen.corrections, seen.flows, seen.drives) if seen else ()
+        learned = (seen.learning.learned, seen.learning.pushes) if seen and seen.learning else ()
+        return (self.states, self.inputs, self.gains, *along, *learned)
+
+    @property
+    def remembered(self) -> int:
+        """Numbers that it keeps from one call to the next."""
+        return self.observer.remembered if self.observer else 0
 
     @property
     def measured(self) -> int:
@@ -144,20 +162,20 @@ class TrajectoryLaw(Held):
         return j, min(j + 1, len(self.states) - 1), place - j
 
     def reset(self, y: ArrayLike) -> Vector:
-        """z_expected (nx,) at the first measurement of the positions (nq,): at rest there."""
+        """What is remembered at the first measurement of the positions (nq,): at rest there, parameters as they are taken to be."""
         off = less_turns(np.asarray(y, dtype=float) - self.states[0, : self.measured], self.catch.wraps[: self.measured])
-        return np.concatenate([off, np.zeros(len(off))])
+        return np.concatenate([off, np.zeros(self.remembered - len(off))])
 
     def step(self, expected: Vector, t: float, y: ArrayLike) -> tuple[Vector, Vector]:
-        """One call of a law with an observer: u (nu,) at a measurement y (nq,), and z_expected (nx,) of the next call."""
+        """One call of a law with an observer: u (nu,) at a measurement y (nq,), and what the next call is to remember."""
         assert self.observer is not None
         reference, u, gains = self.reference(t)
-        nq, wraps, given = self.measured, self.catch.wraps[: self.measured], np.asarray(y, dtype=float)
+        nq, nx, wraps, given = self.measured, len(reference), self.catch.wraps[: self.measured], np.asarray(y, dtype=float)
         off = less_turns(given - reference[:nq], wraps)
         z = self.observer.corrected(self._weights(t), expected, less_turns(off - expected[:nq], wraps))
         if not float(np.sum(off[list(wraps)] ** 2)) <= self.tube**2 or not abs(given[0]) <= self.rail:
             return np.zeros_like(u), z
-        pushed = np.clip(u - gains @ z, self.catch.low, self.catch.high)
+        pushed = np.clip(u - gains @ z[:nx], self.catch.low, self.catch.high)
         return pushed, self.observer.following(self._weights(t), z, pushed - u, self.catch.sample)
 
     def running(self, sensor: Callable[[Vector], Vector] | None = None) -> Callable[[float, ArrayLike], Vector]:
@@ -198,6 +216,7 @@ class TrajectoryLaw(Held):
         arrays: dict[str, Any] = {name: getattr(self, name) for name in _TABLES} | catch
         if self.observer:
             arrays |= {name: getattr(self.observer, name) for name in _OBSERVER}
+            arrays |= {name: getattr(self.observer.learning, name) for name in _LEARNING} if self.observer.learning else {}
         meta = {name: getattr(self.catch, name) for name in (*_WORDS, "sample")}
         meta |= {name: getattr(self, name) for name in ("interval", "tube", "note")}
         # JSON knows no infinity.
@@ -212,7 +231,10 @@ class TrajectoryLaw(Held):
         """
 
         def made(arrays: dict[str, Any], said: dict[str, Any]) -> TrajectoryLaw:
-            seen = {name: arrays.pop(name) for name in _OBSERVER if name in arrays}
+            seen: dict[str, Any] = {name: arrays.pop(name) for name in _OBSERVER if name in arrays}
+            learned = {name: arrays.pop(name) for name in _LEARNING if name in arrays}
+            if learned and seen:
+                seen["learning"] = Learning(**learned)
             tables = {name: arrays.pop(name) for name in _TABLES}
             catch = {"gains" if name == "catch_gains" else name: array for name, array in arrays.items()}
             catch |= {name: said[name] for name in (*_WORDS, "sample")}

@@ -25,18 +25,19 @@ def tracking(law: TrajectoryLaw) -> Program:
 
     and off the sum of the squares of the angles' deviations. What is not a number spreads into u and off. With an observer it is
     `tracking(y_meas, expected, here, next, f) -> u, off, following`: rows go on with L, F and G, row by row, and x_meas - x_r gives
-    way to z = expected + L w(y_meas - q_r - C expected), of which the next call expects what ObserverAlong says.
+    way to z = expected + L w(y_meas - q_r - C expected), of which the next call expects what ObserverAlong says. Where it learns
+    parameters, rows end with M and E, and theta stands behind z in what is expected.
     """
     catch, seen = law.catch, law.observer is not None
     nx, nu = len(catch.state_names), len(catch.input_names)
     builder = Builder("tracking", f"Inputs of {law.name} between two rows of the table, and how far off its angles are.")
     measured = builder.input(*measurement(law))
-    expected = builder.input("expected", (nx,), "deviation that was expected") if seen else None
+    expected = builder.input("expected", (law.remembered,), "deviation that was expected") if seen else None
     rows = [builder.input(name, (row_width(law),), "a row of the table") for name in ("here", "next")]
     share = builder.input("f", (), "share of the way between them")[0]
     inputs = builder.output("u", (nu,), "inputs")
     off = builder.output("off", (), "squares of the angles' deviations, rad^2")
-    kept = builder.output("following", (nx,), "deviation that is expected at the next call") if seen else None
+    kept = builder.output("following", (law.remembered,), "deviation that is expected at the next call") if seen else None
     reference = _reference(builder, law, rows, share)
     away = [_deviation(builder, law, measured[i], reference[i], i) for i in range(law.measured)]
     square = builder.lift(Fraction(0))
@@ -46,7 +47,7 @@ def tracking(law: TrajectoryLaw) -> Program:
     pushed = []
     for row in range(nu):
         u = planned = _between(rows, nx + row, share)
-        for i, deviation in enumerate(z):
+        for i, deviation in enumerate(z[:nx]):
             u = u - _between(rows, nx + nu + row * nx + i, share) * deviation
         held = _limited(u, catch.low[row], catch.high[row])
         held = builder.let(f"{catch.input_names[row]}_held", held) if seen else held
@@ -64,10 +65,11 @@ def beginning(law: TrajectoryLaw) -> Program:
     builder = Builder("beginning", f"What the observer of {law.name} expects where it is first measured, at rest.")
     measured = builder.input(*measurement(law))
     here = builder.input("here", (row_width(law),), "the first row of the table")
-    kept = builder.output("following", (len(law.catch.state_names),), "deviation that is expected")
+    kept = builder.output("following", (law.remembered,), "deviation that is expected")
     for i in range(law.measured):
         kept[i] = _deviation(builder, law, measured[i], here[i], i)
-        kept[law.measured + i] = builder.lift(Fraction(0))
+    for i in range(law.measured, law.remembered):
+        kept[i] = builder.lift(Fraction(0))
     return prune(builder.finish())
 
 
@@ -78,46 +80,48 @@ def measurement(law: TrajectoryLaw) -> tuple[str, tuple[int, ...], str]:
 
 
 def row_width(law: TrajectoryLaw) -> int:
-    """Numbers of a row: x_r, u_r, K row by row, and with an observer L, F, G row by row."""
-    nx, nu = law.states.shape[1], law.inputs.shape[1]
-    return nx + nu + nu * nx + (_observer_width(law) if law.observer else 0)
+    """Numbers of a row: x_r, u_r, K row by row, with an observer L, F, G row by row, and M, E where it learns parameters."""
+    return sum(part[0].size for part in law.tables)
 
 
 def _corrected(builder: Builder, law: TrajectoryLaw, away: list[Expr], expected: ArrayRef, rows: list[ArrayRef], f: Expr) -> list[Expr]:
-    """z = expected + L w(away - expected)."""
-    nx, nq, at = law.states.shape[1], law.measured, row_width(law) - _observer_width(law)
+    """z = expected + L w(away - expected), and theta by M behind it."""
+    nx, nq, at = law.states.shape[1], law.measured, _observer_starts(law)
     apart = []
     for i, (deviation, turns) in enumerate(zip(away, law.catch.wraps, strict=False)):
         innovation = deviation - expected[i]
         apart.append(builder.let(f"{law.catch.state_names[i]}_apart", wrapped(innovation, full_turn()) if turns else innovation))
     found = []
-    for i in range(nx):
-        z: Expr = expected[i]
+    last = at + nx * nq + nq * nx + nq * law.inputs.shape[1]
+    for i in range(law.remembered):
+        z, start = expected[i], at + i * nq if i < nx else last + (i - nx) * nq
         for j, innovation in enumerate(apart):
-            z = z + _between(rows, at + i * nq + j, f) * innovation
-        found.append(builder.let(f"{law.catch.state_names[i]}_off", z))
+            z = z + _between(rows, start + j, f) * innovation
+        found.append(builder.let(f"{law.catch.state_names[i]}_off" if i < nx else f"error_{i - nx + 1}", z))
     return found
 
 
 def _following(builder: Builder, law: TrajectoryLaw, z: list[Expr], pushed: list[Expr], rows: list[ArrayRef], f: Expr) -> list[Expr]:
-    """z_v' = z_v + F z + G (u - u_r), z_q' = z_q + T (z_v + z_v') / 2."""
+    """z_v' = z_v + F z + G (u - u_r) + E theta, z_q' = z_q + T (z_v + z_v') / 2, theta as it is."""
     nx, nq, nu = law.states.shape[1], law.measured, law.inputs.shape[1]
-    at = row_width(law) - _observer_width(law) + nx * nq
-    rates = []
+    at = _observer_starts(law) + nx * nq
+    rates, theta = [], z[nx:]
     for i in range(nq):
         rate: Expr = z[nq + i]
         for j in range(nx):
             rate = rate + _between(rows, at + i * nx + j, f) * z[j]
         for j in range(nu):
             rate = rate + _between(rows, at + nq * nx + i * nu + j, f) * pushed[j]
+        for k, error in enumerate(theta):
+            rate = rate + _between(rows, at + nq * nx + nq * nu + len(theta) * (nq + i) + k, f) * error
         rates.append(builder.let(f"{law.catch.state_names[nq + i]}_next", rate))
     half = Fraction(law.catch.sample) / 2
-    return [*(z[i] + half * (z[nq + i] + rates[i]) for i in range(nq)), *rates]
+    return [*(z[i] + half * (z[nq + i] + rates[i]) for i in range(nq)), *rates, *theta]
 
 
-def _observer_width(law: TrajectoryLaw) -> int:
-    nx, nq, nu = law.states.shape[1], law.measured, law.inputs.shape[1]
-    return nx * nq + nq * nx + nq * nu
+def _observer_starts(law: TrajectoryLaw) -> int:
+    """Where L begins in a row."""
+    return sum(part[0].size for part in law.tables[:3])
 
 
 def _reference(builder: Builder, law: TrajectoryLaw, rows: list[ArrayRef], f: Expr) -> list[Expr]:

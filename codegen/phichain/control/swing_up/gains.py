@@ -35,7 +35,7 @@ from phichain.system import Vector
 from phichain.system.angles import absolute_angles
 
 TURNS: Final = 6
-CALMER: Final = 16.0
+CALMER: Final = 4.0
 """How much more the inputs weigh where a chain is held through an observer: what a count that comes or goes does to the estimate, the gains
 hand on to the chain. Of three links, held for 3 s with masses within 10 %, 78 % tremble by less than 0.05 rad per swing time without it and
 88 % with it."""

@@ -1,20 +1,19 @@
-"""The observer along a planned motion: corrections that expect wrong parameters.
+"""The observer along a planned motion: it finds out on the way by how much the parameters are wrong.
 
 With d = x - x_r, theta the relative errors of the parameters (the same all along), A, B, E the exact derivatives of the step over one
 sample, w white accelerations (and white inputs, if they are asked for) and v what encoders round off,
 
     d_{k+1} = A_k d_k + B_k u_k + E_k theta + w_k,      y_k = C d_k + v_k.
 
-The observer knows nothing of theta, but its corrections do: they are those of the Kalman filter of (d, theta) whose lower part is left
-out, and the covariance P goes on with what is left out (a consider filter),
+A swing moves the chain so much that its masses show: the Kalman filter of (d, theta), whose gains are known beforehand,
 
-    L = P_d: H^T (H P H^T + V)^-1,    P := (1 - [L; 0] H) P (1 - [L; 0] H)^T + [L; 0] V [L; 0]^T,    P := F P F^T + W,
+    [L; M] = P H^T (H P H^T + V)^-1,    P := (1 - [L; M] H) P (1 - [L; M] H)^T + [L; M] V [L; M]^T,    P := F P F^T + W,
 
-H = [C, 0] and F = [[A, E], [0, 1]]. The first row holds the stationary filter of the start, for a chain may be held there before it
-leaves; the last that of the target, see `tremble`.
+H = [C, 0] and F = [[A, E], [0, 1]], estimates both. What remains of theta's covariance at the end is what the chain is held with there,
+see `tremble`. The first row holds the stationary filter of the start, for a chain may be held there before it leaves: it says nothing of
+theta.
 
-Sources: S. F. Schmidt, Application of state-space methods to navigation problems, Advances in Control Systems 3 (1966) 293-340;
-B. D. O. Anderson, J. B. Moore, Optimal Filtering (1979), chapter 3.
+Source: B. D. O. Anderson, J. B. Moore, Optimal Filtering (1979), chapters 3 and 8.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ from phichain.control.swing_up.chain import Chain
 from phichain.control.swing_up.task import Task
 from phichain.control.swing_up.tremble import bends, held_corrections
 from phichain.errors import ControlError
-from phichain.laws import ObserverAlong
+from phichain.laws import Learning, ObserverAlong
 from phichain.system import System, Vector
 
 Linear = tuple[Vector, Vector, Vector]
@@ -61,13 +60,13 @@ def observer_along(
     V, drifts, push = _noises(system, task, sensors)
     C = np.eye(nq, nx)
     first, last = (_stationary(task, a, C, drifts + b @ push @ b.T, V) for a, b in ((A[0], B[0]), end))
-    size = nx + errors.size
-    H, P = np.hstack([C, np.zeros((nq, errors.size))]), np.zeros((size, size))
-    P[:nx, :nx], P[nx:, nx:] = first, np.diag(errors**2 / 3)
-    whole, corrections = np.eye(size), np.empty((len(A), nx, nq))
-    for k, (a, b, e) in enumerate(zip(A, B, E, strict=True)):
-        L = np.zeros((size, nq))
-        L[:nx] = corrections[k] = np.linalg.solve(H @ P @ H.T + V, H @ P[:, :nx]).T
+    wrong = np.flatnonzero(errors)
+    size = nx + wrong.size
+    H, P = np.hstack([C, np.zeros((nq, wrong.size))]), np.zeros((size, size))
+    P[:nx, :nx], P[nx:, nx:] = first, np.diag(errors[wrong] ** 2 / 3)
+    whole, corrections = np.eye(size), np.empty((len(A), size, nq))
+    for k, (a, b, e) in enumerate(zip(A, B, E[:, :, wrong], strict=True)):
+        L = corrections[k] = np.linalg.solve(H @ P @ H.T + V, H @ P).T
         kept = np.eye(size) - L @ H
         P = kept @ P @ kept.T + L @ V @ L.T
         whole[:nx, :nx], whole[:nx, nx:] = a, e
@@ -75,15 +74,19 @@ def observer_along(
         P[:nx, :nx] += drifts + b @ push @ b.T
         P = (P + P.T) / 2
     at = knots[:-1]
-    if np.any(errors):
-        bent = bends(chain, np.concatenate([task.last, np.zeros(nq)]), task.sample)
-        held = held_corrections(end, hold, bent, errors, V, drifts + end[1] @ push @ end[1].T, task.sample)
-    else:
+    flows, drives = np.concatenate([A[at], end[0][None]])[:, nq:] - np.eye(nx)[nq:], np.concatenate([B[at], end[1][None]])[:, nq:]
+    if not wrong.size:
         held = np.linalg.solve(C @ last @ C.T + V, C @ last).T
-    table = np.concatenate([corrections[at], held[None]])
-    return ObserverAlong(
-        table, np.concatenate([path[0][at], end[0][None]])[:, nq:] - np.eye(nx)[nq:], np.concatenate([path[1][at], end[1][None]])[:, nq:]
+        return ObserverAlong(np.concatenate([corrections[at], held[None]]), flows, drives)
+    bent = tuple(part[wrong] for part in bends(chain, np.concatenate([task.last, np.zeros(nq)]), task.sample))
+    steps = np.sqrt(12 * np.diag(V))
+    inside, outside = held_corrections(end, hold, (bent[0], bent[1]), P[nx:, nx:], (V, drifts + end[1] @ push @ end[1].T), task.sample, steps)
+    learning = Learning(
+        np.concatenate([corrections[at, nx:], np.zeros((1, wrong.size, nq))]), np.concatenate([E[at][:, nq:, wrong], np.zeros((1, nq, wrong.size))]),
+        np.concatenate(bent, axis=2)[:, nq:], steps, inside, outside,
     )  # fmt: skip
+    # The last row ends the last straight line alone: at the target itself other corrections hold.
+    return ObserverAlong(np.concatenate([corrections[at, :nx], corrections[-1:, :nx]]), flows, drives, learning)
 
 
 def _noises(system: System, task: Task, sensors: Sensors) -> tuple[Vector, Vector, Vector]:

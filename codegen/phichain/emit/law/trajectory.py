@@ -14,7 +14,7 @@ from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration
 from phichain.emit.c.text import restrict_macro
 from phichain.emit.casadi.python_function import python_function
-from phichain.emit.law.cases.along import Case, cases, table
+from phichain.emit.law.cases.along import Case, cases, held_numbers, table
 from phichain.emit.law.literals import (
     BYTES,
     bound,
@@ -31,11 +31,17 @@ from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations
 from phichain.ir.rounded import nearest
 from phichain.laws import TrajectoryLaw
+from phichain.lowering.laws.holding import holding
 from phichain.lowering.trajectory import beginning, measurement, tracking
 
 _OBSERVED: Final = (
     "z is the deviation from x_r, estimated from the positions y alone: what was expected of it, corrected by L w(y - q_r - z_expected_q), "
     "and for the next call carried on by the chain's linearisation along the trajectory, whose tables L, F and G are."
+)
+_LEARNED: Final = (
+    "theta, relative errors of parameters, is estimated too: M corrects it along the trajectory, where rates gain E theta, and at the target "
+    "it is what has been found. There the linearisation is that of the chain with these parameters, F + sum theta_k F_k and "
+    "G + sum theta_k G_k, and what lies within half a step of a sensor is corrected by L_in, what lies beyond by L_out."
 )
 _ABOUT: Final = (
     "x_r, u_r and K stand in a table over time; between its rows x_r is the cubic that meets the states of both, u_r and K are "
@@ -64,9 +70,10 @@ def swingup_files(law: TrajectoryLaw, real: str = "float") -> dict[str, str]:
     shown = {
         "name": name, "upper": name.upper(), "chain": law.name, "real": real, "digest": law.digest, "knots": len(rows),
         "nx": law.states.shape[1], "nu": law.inputs.shape[1], "sample": f"{law.catch.sample:.17g}", "width": width,
-        "duration": f"{law.duration:.9g}", "bytes": BYTES[real] * len(rows) * width, "note": wrap(law.note, WIDTH - 3),
+        "duration": f"{law.duration:.9g}", "bytes": BYTES[real] * (len(rows) * width + len(held_numbers(law, real))), "note": wrap(law.note, WIDTH - 3),
         "operations": sum(count_operations(program).values()),
-        "reads": law.measured, "results": law.inputs.shape[1] + (law.states.shape[1] if law.observer else 0), "measured": measurement(law)[0], "observed": wrap(_OBSERVED, WIDTH - 3) if law.observer else [],
+        "reads": law.measured, "results": law.inputs.shape[1] + law.remembered, "memory": law.remembered, "measured": measurement(law)[0],
+        "observed": wrap(_OBSERVED, WIDTH - 3) if law.observer else [], "learned": wrap(_LEARNED, WIDTH - 3) if _learns(law) else [],
         "deviation": "z" if law.observer else "w(x_meas - x_r(t))",
     }  # fmt: skip
     files = {
@@ -77,6 +84,16 @@ def swingup_files(law: TrajectoryLaw, real: str = "float") -> dict[str, str]:
         "README.md": render("laws/trajectory/readme.md.j2", **shown, rows=_rows(law)),
     }
     return whole_folder("swingup", name, law, real, _manifest(law, program, shown), files)
+
+
+def _learns(law: TrajectoryLaw) -> bool:
+    return law.observer is not None and law.observer.learning is not None
+
+
+def _programs(law: TrajectoryLaw, program: Program) -> tuple[Program, ...]:
+    """All that is called: between two rows of the table, at its end where that is another law, and before the first call."""
+    held = (holding(law),) if _learns(law) else ()
+    return (program, *held, beginning(law)) if law.observer else (program,)
 
 
 def _header(law: TrajectoryLaw, shown: Mapping[str, Any]) -> str:
@@ -111,7 +128,7 @@ def _static(name: str, program: Program) -> str:
 
 def _source(law: TrajectoryLaw, program: Program, rows: list[list[float]], shown: Mapping[str, Any]) -> str:
     name, real, upper = str(shown["name"]), str(shown["real"]), str(shown["upper"])
-    programs = (program, beginning(law)) if law.observer else (program,)
+    programs, held = _programs(law, program), held_numbers(law, real)
     bodies = [c_function(one, CNames(name, real, {}), {}) for one in programs]
     functions = [(one.doc, _static(name, one), body.lines) for one, body in zip(programs, bodies, strict=True)]
     names = {"phi_law": name, "phi_": f"{name}_", "PHI_": f"{upper}_", "measured": shown["measured"]}
@@ -121,20 +138,21 @@ def _source(law: TrajectoryLaw, program: Program, rows: list[list[float]], shown
             "laws/trajectory/source.c.j2", **{key: value for key, value in shown.items() if key != "note"}, functions=functions,
             includes=["math.h"] if any("math" in body.uses for body in bodies) else [], restrict=restrict_macro(name),
             table=[", ".join(literal(value, real) for value in row) for row in rows],
+            held=", ".join(literal(value, real) for value in held), held_count=len(held),
             rate=literal(nearest(real, 1 / Fraction(law.interval)), real), tube=literal(nearest(real, squared), real),
             rail=literal(nearest(real, Fraction(law.rail)), real) if isfinite(law.rail) else "",
-            law=instance("laws/trajectory", names, {"WITH_RAIL": isfinite(law.rail), "WITH_OBSERVER": law.observer is not None}).rstrip("\n"),
+            law=instance("laws/trajectory", names, {"WITH_RAIL": isfinite(law.rail), "WITH_OBSERVER": law.observer is not None, "WITH_LEARNING": _learns(law)}).rstrip("\n"),
         )
     )  # fmt: skip
 
 
 def _casadi(law: TrajectoryLaw, program: Program, shown: Mapping[str, Any]) -> str:
     functions = []
-    for one in (program, beginning(law)) if law.observer else (program,):
+    for one in _programs(law, program):
         body = python_function(one, {}, {})
         functions.append((one.name, ", ".join(body.arguments), body.lines, [(a.name, a.size) for a in one.inputs], [a.name for a in one.outputs], one.doc))
     rows = [", ".join(map(repr, row)) for row in table(law, "double")]
-    return render("laws/trajectory/casadi.py.j2", **shown, functions=functions, table=rows, interval=repr(float(law.interval)))
+    return render("laws/trajectory/casadi.py.j2", **shown, functions=functions, table=rows, held_exact=", ".join(map(repr, held_numbers(law, "double"))), interval=repr(float(law.interval)))
 
 
 def _selftest(tests: tuple[Case, ...], shown: Mapping[str, Any]) -> str:
@@ -172,6 +190,7 @@ def _manifest(law: TrajectoryLaw, program: Program, shown: Mapping[str, Any]) ->
         "tube": law.tube,
         "operations": listed_operations(program),
         "observer": "along the trajectory, from positions" if law.observer else None,
-        "state_bytes": 4 + (BYTES[str(shown["real"])] * law.states.shape[1] if law.observer else 0),
+        "learned": law.remembered - law.states.shape[1] if _learns(law) else 0,
+        "state_bytes": 4 + BYTES[str(shown["real"])] * law.remembered,
         "table_bytes": shown["bytes"],
     }

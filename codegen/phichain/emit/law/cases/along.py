@@ -64,9 +64,25 @@ def table(law: TrajectoryLaw, real: str) -> list[list[float]]:
     Raises:
         EmissionError: a number does not fit the type.
     """
-    tables = [law.states, law.inputs, law.gains, *((law.observer.corrections, law.observer.flows, law.observer.drives) if law.observer else ())]
-    parts = [part.reshape(len(part), -1).tolist() for part in tables]
+    parts = [part.reshape(len(part), -1).tolist() for part in law.tables]
     return [[fitting(real, value) for part in row for value in part] for row in zip(*parts, strict=True)]
+
+
+def held_numbers(law: TrajectoryLaw, real: str) -> list[float]:
+    """What the chain is held by where parameters are learned, in the order of `held_sizes`; nothing elsewhere.
+
+    Raises:
+        EmissionError: a number does not fit the type.
+    """
+    seen = law.observer
+    if seen is None or seen.learning is None:
+        return []
+    learning = seen.learning
+    parts = (
+        law.states[-1, : law.measured], law.inputs[-1], law.gains[-1], learning.steps / 2, learning.inside, learning.outside, seen.flows[-1],
+        seen.drives[-1], learning.bends,
+    )  # fmt: skip
+    return [fitting(real, value) for part in parts for value in part.ravel().tolist()]
 
 
 def cases(law: TrajectoryLaw, real: str) -> tuple[Case, ...]:
@@ -74,7 +90,7 @@ def cases(law: TrajectoryLaw, real: str) -> tuple[Case, ...]:
     if law.observer:
         from phichain.emit.law.cases.along_observed import observed_cases
 
-        return observed_cases(law, real, table(law, real), _PLACES, _SCALES)
+        return observed_cases(law, real, table(law, real), held_numbers(law, real), _PLACES, _SCALES)
     rows = table(law, real)
     tests = []
     for number, place in enumerate(_PLACES):

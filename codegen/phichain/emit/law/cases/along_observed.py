@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from math import isfinite
-from typing import Any, Final
+from typing import Final
 
 from mpmath import mp, mpf
 
@@ -23,19 +23,23 @@ _ORDER: Final = 4
 """The C sums up the cubic in another order, with other roundings of the same sizes."""
 _EXPECTED: Final = Fraction(3, 4)
 """What was expected, in shares of how far off the measurement is: some of it was not."""
+_ERROR: Final = Fraction(1, 8)
+"""Size of the relative errors of parameters."""
 Row = Sequence[float]
 
 
-def observed_cases(law: TrajectoryLaw, real: str, rows: Sequence[Row], places: Sequence[Fraction], scales: Sequence[Fraction]) -> tuple[Case, ...]:
+def observed_cases(
+    law: TrajectoryLaw, real: str, rows: Sequence[Row], held: Row, places: Sequence[Fraction], scales: Sequence[Fraction]
+) -> tuple[Case, ...]:
     """Times before, along and behind the trajectory, each on it and off it; and a measurement that ends it."""
     tests = []
     for number, place in enumerate(places):
         t = nearest(real, place * Fraction(law.duration))
-        tests += [_case(law, real, rows, t, scale, number) for scale in scales]
-    return (*tests, _case(law, real, rows, nearest(real, Fraction(law.duration) / 2), Fraction(4), 0))
+        tests += [_case(law, real, rows, held, t, scale, number) for scale in scales]
+    return (*tests, _case(law, real, rows, held, nearest(real, Fraction(law.duration) / 2), Fraction(4), 0))
 
 
-def _case(law: TrajectoryLaw, real: str, rows: Sequence[Row], t: float, scale: Fraction, number: int) -> Case:
+def _case(law: TrajectoryLaw, real: str, rows: Sequence[Row], held: Row, t: float, scale: Fraction, number: int) -> Case:
     nq, nu = law.measured, law.inputs.shape[1]
     with mp.workdps(DIGITS):
         place = min(max(mpf(t) / mpf(law.interval), mpf(0)), mpf(len(rows) - 1))
@@ -47,11 +51,13 @@ def _case(law: TrajectoryLaw, real: str, rows: Sequence[Row], t: float, scale: F
         size = scale * Fraction(law.tube)
         off = [size if scale > 1 else size * share(i, number) / 4 for i in range(nq)]
         measured = tuple(nearest(real, as_fraction(at.value) + part) for at, part in zip(wanted, off, strict=True))
-        memory = tuple(nearest(real, part) for part in (*(_EXPECTED * part for part in off), *(8 * size * share(i, number + 3) for i in range(nq))))
+        learned = [_ERROR * share(i, number + 5) for i in range(law.remembered - 2 * nq)]
+        memory = tuple(nearest(real, part) for part in (*(_EXPECTED * part for part in off), *(8 * size * share(i, number + 3) for i in range(nq)), *learned))
         away = [turned(Rounded.of(y, exact=True) - at, turns) for y, at, turns in zip(measured, wanted, law.catch.wraps, strict=False)]
         is_lost = mp.fsum(d.value**2 for d, turns in zip(away, law.catch.wraps, strict=False) if turns) > mpf(law.tube) ** 2
         is_lost = is_lost or (isfinite(law.rail) and abs(measured[0]) > nearest(real, Fraction(law.rail)))
-        u, following = _call(law, pair, f, away, [Rounded.of(part, exact=True) for part in memory])
+        found = [Rounded.of(part, exact=True) for part in memory]
+        u, following = _held(law, held, away, found) if held and place == len(rows) - 1 else _call(law, pair, f, away, found)
         phase = "LOST" if is_lost else "SWINGING" if place < len(rows) - 1 else "HOLDING"
         still = [Rounded(mpf(0), mpf(0))] * nu
         values = [*(still if is_lost else u), *following]
@@ -71,32 +77,75 @@ def _cubic(law: TrajectoryLaw, here: Row, after: Row, f: Rounded) -> list[Rounde
 
 
 def _call(law: TrajectoryLaw, pair: tuple[Row, Row], f: Rounded, away: list[Rounded], memory: list[Rounded]) -> tuple[list[Rounded], list[Rounded]]:
-    """(u, z_expected of the next call)."""
-    nq, nx, nu, catch = law.measured, law.states.shape[1], law.inputs.shape[1], law.catch
-    starts = dict(zip("uKLFG", _places(nx, nq, nu), strict=True))
+    """(u, what the next call expects) between two rows of the table."""
+    nq, nx, nu, count = law.measured, law.states.shape[1], law.inputs.shape[1], len(memory) - law.states.shape[1]
+    starts = _starts("xuKLFGME", (nx, nu, nu * nx, nx * nq, nq * nx, nq * nu, count * nq, nq * count))
 
     def at(table: str, i: int, j: int = 0, width: int = 1) -> Rounded:
         here, after = (Rounded.of(row[starts[table] + i * width + j]) for row in pair)
         return here + f * (after - here)
 
-    apart = [turned(d - e, turns) for d, e, turns in zip(away, memory, catch.wraps, strict=False)]
+    apart = [turned(d - e, turns) for d, e, turns in zip(away, memory, law.catch.wraps, strict=False)]
     z = [memory[i] + total(at("L", i, j, nq) * apart[j] for j in range(nq)) for i in range(nx)]
+    theta = [memory[nx + k] + total(at("M", k, j, nq) * apart[j] for j in range(nq)) for k in range(count)]
     planned = [at("u", k) for k in range(nu)]
-    u = [
-        (planned[k] - total(at("K", k, i, nx) * z[i] for i in range(nx))).clipped(catch.low[k], catch.high[k]) for k in range(nu)
-    ]  # fmt: skip
+    u = _inputs(law, planned, [[at("K", k, i, nx) for i in range(nx)] for k in range(nu)], z)
     pushed = [a - b for a, b in zip(u, planned, strict=True)]
-    rates = [
-        z[nq + i] + total(at("F", i, j, nx) * z[j] for j in range(nx)) + total(at("G", i, k, nu) * pushed[k] for k in range(nu))
+    gained = [
+        total(at("F", i, j, nx) * z[j] for j in range(nx)) + total(at("G", i, k, nu) * pushed[k] for k in range(nu))
+        + total(at("E", i, k, count) * theta[k] for k in range(count))
         for i in range(nq)
-    ]
-    half = Rounded.of(mpf(catch.sample) / 2)
-    return u, [*(z[i] + half * (z[nq + i] + rates[i]) for i in range(nq)), *rates]
+    ]  # fmt: skip
+    return u, [*_carried(law, z, gained), *theta]
 
 
-def _places(nx: int, nq: int, nu: int) -> list[int]:
-    """Where u_r, K, L, F and G begin in a row."""
-    found: list[Any] = [nx]
-    for size in (nu, nu * nx, nx * nq, nq * nx):
-        found.append(found[-1] + size)
-    return found
+def _held(law: TrajectoryLaw, numbers: Row, away: list[Rounded], memory: list[Rounded]) -> tuple[list[Rounded], list[Rounded]]:
+    """(u, what the next call expects) at the target: the chain of the parameters that were found, L_in within half a step, L_out beyond."""
+    nq, nx, nu = law.measured, law.states.shape[1], law.inputs.shape[1]
+    theta, width = memory[nx:], nx + nu
+    starts = _starts("qrKhIOFGB", (nq, nu, nu * nx, nq, nx * nq, nx * nq, nq * nx, nq * nu, len(theta) * nq * width))
+
+    def at(part: str, i: int) -> Rounded:
+        return Rounded.of(numbers[starts[part] + i])
+
+    apart = [turned(d - e, turns) for d, e, turns in zip(away, memory, law.catch.wraps, strict=False)]
+    halves = [at("h", j) for j in range(nq)]
+    within = [_between_halves(e, half) for e, half in zip(apart, halves, strict=True)]
+    beyond = [e - c for e, c in zip(apart, within, strict=True)]
+    z = [
+        memory[i] + total(at("I", i * nq + j) * within[j] for j in range(nq)) + total(at("O", i * nq + j) * beyond[j] for j in range(nq))
+        for i in range(nx)
+    ]  # fmt: skip
+    rest = [at("r", k) for k in range(nu)]
+    u = _inputs(law, rest, [[at("K", k * nx + i) for i in range(nx)] for k in range(nu)], z)
+    both = [*z, *(a - b for a, b in zip(u, rest, strict=True))]
+    nominal = [[at("F", i * nx + j) for j in range(nx)] + [at("G", i * nu + j) for j in range(nu)] for i in range(nq)]
+    gained = []
+    for i in range(nq):
+        bent = [total(error * at("B", (k * nq + i) * width + j) for k, error in enumerate(theta)) for j in range(width)]
+        gained.append(total((plain + more) * value for plain, more, value in zip(nominal[i], bent, both, strict=True)))
+    return u, [*_carried(law, z, gained), *theta]
+
+
+def _inputs(law: TrajectoryLaw, planned: list[Rounded], gains: list[list[Rounded]], z: list[Rounded]) -> list[Rounded]:
+    """u = clip(u_r - K z, low, high)."""
+    wanted = [at - total(gain * off for gain, off in zip(row, z, strict=True)) for at, row in zip(planned, gains, strict=True)]
+    return [one.clipped(low, high) for one, low, high in zip(wanted, law.catch.low, law.catch.high, strict=True)]
+
+
+def _carried(law: TrajectoryLaw, z: list[Rounded], gained: list[Rounded]) -> list[Rounded]:
+    """z_v' = z_v + what rates gain, z_q' = z_q + T (z_v + z_v') / 2."""
+    nq, half = law.measured, Rounded.of(mpf(law.catch.sample) / 2)
+    rates = [z[nq + i] + gained[i] for i in range(nq)]
+    return [*(z[i] + half * (z[nq + i] + rates[i]) for i in range(nq)), *rates]
+
+
+def _between_halves(apart: Rounded, half: Rounded) -> Rounded:
+    """clip(e, -q/2, q/2); a bound moves no further than what it bounds."""
+    value = min(max(apart.value, -half.value), half.value)
+    return Rounded(value, apart.error + half.error)
+
+
+def _starts(names: str, sizes: Sequence[int]) -> dict[str, int]:
+    """Where each part begins among numbers that stand one behind the other."""
+    return {name: sum(sizes[:k]) for k, name in enumerate(names)}
