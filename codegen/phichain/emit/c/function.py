@@ -6,12 +6,15 @@ variable. Sines and cosines of one generation are computed together, so that the
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from phichain.emit.c.names import SIDE_BY_SIDE, CNames
 from phichain.emit.c.parts import assignment, first_result, in_pieces, words
 from phichain.emit.c.sheet import Sheet
 from phichain.emit.c.trig_batches import TrigBatch, TrigBatches
+from phichain.emit.c.turns import cells_read_again, record_indices
 from phichain.emit.expressions import SUM, Text, infix
 from phichain.emit.inlining import used_once
 from phichain.ir.nodes import (
@@ -130,17 +133,34 @@ class Writer(Sheet):
     def loop(self, loop: For, depth: int) -> None:
         self.gap(depth)
         for carry in loop.carries:
-            self.line(depth, f"{self.kind(carry.name)} {carry.name} = {self.given(carry.name, carry.initial)};")
+            self.line(depth, f"{self.register}{self.kind(carry.name)} {carry.name} = {self.given(carry.name, carry.initial)};")
             self.texts[carry.name] = Text(carry.name)
         if not loop.body:
             return
         variable = loop.variable
         condition, advance = (f"< {loop.stop}", "++") if loop.step > 0 else (f">= {loop.stop + 1}", "--")
-        self.line(depth, f"for (int {variable} = {loop.start}; {variable} {condition}; {advance}{variable}) {{")
-        self.block(loop.body, depth + 1)
-        self.advance(loop, depth + 1)
+        self.line(depth, f"for ({self.register}int {variable} = {loop.start}; {variable} {condition}; {advance}{variable}) {{")
+        with self.at_hand(loop, depth + 1):
+            self.block(loop.body, depth + 1)
+            self.advance(loop, depth + 1)
         self.line(depth, "}")
         self.gap(depth)
+
+    @contextmanager
+    def at_hand(self, loop: For, depth: int) -> Iterator[None]:
+        """Within a turn: pointers to its records, and cells that it reads again; where a host's vectors are written for, nothing."""
+        outside = self.records_at, self.cells_at, self.open_loops
+        self.records_at, self.cells_at, self.open_loops = dict(self.records_at), dict(self.cells_at), (*self.open_loops, loop.variable)
+        if self.register:
+            for index, is_written in record_indices(loop, self.storage.fields, self.records_at, self.open_loops).items():
+                pointer = self.fresh("at_")
+                kind = f"{'' if is_written else 'const '}struct {self.record_type}"
+                self.line(depth, f"{self.register}{kind} *const {pointer} = &{self.records}[{index}];")
+                self.records_at[index] = pointer
+            for cell in cells_read_again(loop, self.scalars | self.pointers):
+                self.cells_at[cell] = self.variable(depth, self.fresh(f"{self.named_after(cell)}_"), self.target(cell), self.kind(cell.array))
+        yield
+        self.records_at, self.cells_at, self.open_loops = outside
 
     def advance(self, loop: For, depth: int) -> None:
         """Carried scalars move on together: what still needs an old value is put aside first."""

@@ -17,7 +17,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
-from phichain.lowering.chain.body import has_points
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.chain.room import saves_memory, saves_text
 from phichain.lowering.planar.articulated import Outer, Sweep
