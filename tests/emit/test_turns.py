@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from phichain.emit.c.turns import cells_read_again, record_indices
+from phichain.emit.c.turns import cells_read_again, rows
 from phichain.ir.builder import Builder
 from phichain.ir.nodes import For
 from phichain.scene import Scene
@@ -41,9 +41,25 @@ def test_cells_are_held_that_a_turn_reads_again_and_does_not_write() -> None:
 
 def test_records_are_found_once_a_turn() -> None:
     """By the loop's own index; those of a loop within are found there, and what is used once is found in place."""
-    found = {str(index): written for index, written in record_indices(sweep(), {"kept", "moved"}, (), ()).items()}
-    assert found == {"k": True}
-    assert {str(index): written for index, written in record_indices(sweep(), {"kept"}, (), ()).items()} == {"k": False}
+    found = rows(sweep(), {"kept", "moved"}, {"given", "out"}, ())
+    assert [(row.array, str(row.start), row.is_written) for row in found.values()] == [("", "k", True)]
+    assert rows(sweep(), {"kept", "moved"}, {"given", "out"}, found) == {}
+    assert [row.is_written for row in rows(sweep(), {"kept"}, {"given", "moved", "out"}, ()).values()] == [False]
+
+
+def test_rows_of_arrays_are_found_by_their_first_cell_and_in_no_other_array() -> None:
+    """Cells 3 k - 1 to 3 k + 1 by one pointer; one cell a turn by none, nor what a loop within alone uses, which may run no turn."""
+    builder = Builder("rows", "")
+    given, out, far = builder.input("given", (15,)), builder.output("out", (15,)), builder.array("far", 30)
+    with builder.loop("k", 1, 5) as loop:
+        k = loop.index
+        out[k] = given[3 * k + 1] * given[3 * k - 1]
+        with builder.loop("i", 0, k - 1) as within:
+            far[5 * k + within.index - 10] = given[3 * k - 3] + far[5 * k + within.index - 9]
+    (found,) = [statement for statement in builder.finish().body if isinstance(statement, For)]
+    assert [(row.array, str(row.start), row.is_written) for row in rows(found, (), (), ()).values()] == [("given", "3 * k - 1", False)]
+    (inner,) = [statement for statement in found.body if isinstance(statement, For)]
+    assert [(row.array, str(row.start), row.is_written) for row in rows(inner, (), {"given"}, ()).values()] == [("far", "i + 5 * k - 10", True)]
 
 
 @pytest.mark.parametrize("trig", ["bundled", "libm"])

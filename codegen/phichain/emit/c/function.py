@@ -14,7 +14,7 @@ from phichain.emit.c.names import SIDE_BY_SIDE, CNames
 from phichain.emit.c.parts import assignment, first_result, in_pieces, words
 from phichain.emit.c.sheet import Sheet
 from phichain.emit.c.trig_batches import TrigBatch, TrigBatches
-from phichain.emit.c.turns import cells_read_again, record_indices
+from phichain.emit.c.turns import cells_read_again, rows
 from phichain.emit.expressions import SUM, Text, infix
 from phichain.emit.inlining import used_once
 from phichain.ir.nodes import (
@@ -149,18 +149,20 @@ class Writer(Sheet):
     @contextmanager
     def at_hand(self, loop: For, depth: int) -> Iterator[None]:
         """Within a turn: pointers to its records, and cells that it reads again; where a host's vectors are written for, nothing."""
-        outside = self.records_at, self.cells_at, self.open_loops
-        self.records_at, self.cells_at, self.open_loops = dict(self.records_at), dict(self.cells_at), (*self.open_loops, loop.variable)
+        outside = self.rows_at, self.cells_at
+        self.rows_at, self.cells_at = dict(self.rows_at), dict(self.cells_at)
         if self.register:
-            for index, is_written in record_indices(loop, self.storage.fields, self.records_at, self.open_loops).items():
-                pointer = self.fresh("at_")
-                kind = f"{'' if is_written else 'const '}struct {self.record_type}"
-                self.line(depth, f"{self.register}{kind} *const {pointer} = &{self.records}[{index}];")
-                self.records_at[index] = pointer
-            for cell in cells_read_again(loop, self.scalars | self.pointers):
+            apart = self.scalars | self.pointers
+            for name, row in rows(loop, self.storage.fields, apart | set(self.pairs), self.rows_at).items():
+                pointer = self.fresh(f"{row.array}_at_" if row.array else "at_")
+                kind = self.kind(row.array) if row.array else f"struct {self.record_type}"
+                first = self.target(Cell(row.array, row.start)) if row.array else f"{self.records}[{row.start}]"
+                self.line(depth, f"{self.register}{'' if row.is_written else 'const '}{kind} *const {pointer} = &{first};")
+                self.rows_at[name] = pointer, row.start.offset
+            for cell in cells_read_again(loop, apart | {array for array, _ in self.rows_at}):
                 self.cells_at[cell] = self.variable(depth, self.fresh(f"{self.named_after(cell)}_"), self.target(cell), self.kind(cell.array))
         yield
-        self.records_at, self.cells_at, self.open_loops = outside
+        self.rows_at, self.cells_at = outside
 
     def advance(self, loop: For, depth: int) -> None:
         """Carried scalars move on together: what still needs an old value is put aside first."""

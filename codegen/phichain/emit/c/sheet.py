@@ -8,8 +8,9 @@ from phichain.emit.c.layout import laid_out
 from phichain.emit.c.names import SIDE_BY_SIDE, CNames
 from phichain.emit.c.parts import names_in
 from phichain.emit.c.storage import Storage, own_storage, shared_storage
+from phichain.emit.c.turns import Key, key
 from phichain.emit.expressions import Text
-from phichain.ir.nodes import Affine, Array, Call, Cell, Const, Local, Operand, Program, SinCos, walk
+from phichain.ir.nodes import Array, Call, Cell, Const, Local, Operand, Program, SinCos, walk
 
 
 def work_field(program: Program, array: Array) -> str:
@@ -44,9 +45,8 @@ class Sheet:
         self.numbers: Counter[str] = Counter()
         #: How what changes is declared that compilers may keep in a register; nothing where a host's vectors are written for.
         self.register = names.register
-        #: Of the loops that are being written: their variables, pointers to records by index, and cells that stand in variables.
-        self.open_loops: tuple[str, ...] = ()
-        self.records_at: dict[Affine, str] = {}
+        #: Of the loops that are being written: pointers and the offsets where they point, and cells that stand in variables.
+        self.rows_at: dict[Key, tuple[str, int]] = {}
         self.cells_at: dict[Cell, Text] = {}
 
     # --- lines ------------------------------------------------------------------------------------------------------
@@ -148,8 +148,10 @@ class Sheet:
             pairs, part = self.pairs[cell.array]
             return f"{pairs}[{cell.index}][{part}]"
         if cell.array in self.storage.fields:
-            at = self.records_at.get(cell.index)
-            return f"{f'{at}->' if at else f'{self.records}[{cell.index}].'}{self.storage.fields[cell.array]}"
+            at = self.rows_at.get(key(cell, self.storage.fields))
+            return f"{f'{at[0]}->' if at else f'{self.records}[{cell.index}].'}{self.storage.fields[cell.array]}"
+        if row := self.rows_at.get(key(cell, ())):
+            return f"{row[0]}[{cell.index.offset - row[1]}]"
         owner = f"p->{cell.array}" if cell.array in self.params else cell.array
         if cell.array in self.program.tables:
             owner = self.names.tables[cell.array, self.program.tables[cell.array]]

@@ -8,28 +8,64 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 
 from phichain.ir.nodes import Affine, Call, Cell, For, Op, Operand, SinCos, Statement, Store, walk
 
 
-def record_indices(loop: For, fields: Collection[str], known: Collection[Affine], open_loops: Collection[str]) -> dict[Affine, bool]:
-    """Which records are used more than once within a turn, the loops in it included, and whether one of their cells is written.
+@dataclass(frozen=True)
+class Row:
+    """Cells of one array, or of records, that a turn finds by one pointer.
+
+    Attributes:
+        array: the array; "" for the records.
+        start: where the pointer points.
+        is_written: whether something is written through it.
+    """
+
+    array: str
+    start: Affine
+    is_written: bool
+
+
+Key = tuple[str, tuple[tuple[str, int], ...]]
+
+
+def key(cell: Cell, fields: Collection[str]) -> Key:
+    """What cells have in common that one pointer finds: their array and what of their index varies; of records, the whole index."""
+    if cell.array in fields:
+        return "", (*cell.index.terms, ("", cell.index.offset))
+    return cell.array, cell.index.terms
+
+
+def rows(loop: For, fields: Collection[str], apart: Collection[str], known: Collection[Key]) -> dict[Key, Row]:
+    """What a turn uses more than once, the loops in it included, by what finds it: records, and rows of arrays.
+
+    A turn itself uses the first cell of each, so that no pointer leaves its array.
 
     Args:
         loop: the loop.
         fields: arrays that are fields of records.
-        known: indices that a turn of a loop around it has found.
-        open_loops: variables of the loops around it.
+        apart: arrays to leave alone, numbers among them.
+        known: what a turn of a loop around it has found.
     """
-    within = {*open_loops, loop.variable}
-    read = [cell for cell in _read(loop) if cell.array in fields]
-    written = [s.cell for s in walk(loop.body) if isinstance(s, Store) and s.cell.array in fields]
-    uses = Counter(cell.index for cell in (*read, *written))
-    stored = {cell.index for cell in written}
-    return {
-        index: index in stored for index, count in uses.items()
-        if count > 1 and index not in known and index.terms and {name for name, _ in index.terms} <= within
-    }  # fmt: skip
+    written = [statement.cell for statement in walk(loop.body) if isinstance(statement, Store)]
+    directly = [*_read_directly(loop), *(statement.cell for statement in loop.body if isinstance(statement, Store))]
+    uses = Counter(key(cell, fields) for cell in (*_read(loop), *written) if cell.array not in apart)
+    stored = {key(cell, fields) for cell in written}
+    found = dict[Key, Row]()
+    for cell in directly:
+        name = key(cell, fields)
+        if uses[name] < 2 or name in known or not cell.index.terms:
+            continue
+        first = found[name].start.offset if name in found else cell.index.offset
+        found[name] = Row(name[0], Affine(min(first, cell.index.offset), cell.index.terms), name in stored)
+    return {name: row for name, row in found.items() if not row.array or _is_strided(row.start)}
+
+
+def _is_strided(index: Affine) -> bool:
+    """Whether finding a cell anew takes a product or a sum of variables."""
+    return len(index.terms) > 1 or abs(index.terms[0][1]) != 1
 
 
 def cells_read_again(loop: For, apart: Collection[str]) -> list[Cell]:
