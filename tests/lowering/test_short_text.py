@@ -10,6 +10,7 @@ import pytest
 
 from phichain.ir.evaluate import evaluate
 from phichain.ir.nodes import For, walk
+from phichain.ir.passes import total_operations
 from phichain.lowering.lower import lower_function
 from phichain.lowering.planar.by_columns.sweeps import serves
 from phichain.mechanics import derive
@@ -39,6 +40,25 @@ def test_loops_on_targets_agree_with_straight_line_code_of_hosts(kind: str, name
     for result, values in expected.items():
         scale = max(1.0, float(np.max(np.abs(values))))
         assert np.max(np.abs(np.asarray(found[result]) - values)) < 1e-11 * scale, result
+
+
+@pytest.mark.parametrize("kind", [*CHAINS, "two"])
+def test_straight_line_code_on_targets_agrees_with_that_of_hosts(kind: str) -> None:
+    """Both ends written out on a wall, and every operation where it is needed."""
+    scene = CHAINS.get(kind) or replace(CHAINS["unlike"], links=2, mass=(0.7, 1.9), length=(0.5, 1.3), com=(0.2, 0.9))
+    short, flat = (lower_function(derive(one), "forward_dynamics", "unrolled") for one in (scene, replace(scene, trig=None)))
+    source = np.random.default_rng(scene.links)
+    given = {array.name: source.uniform(-2.0, 2.0, array.shape) for array in short.inputs}
+    found, expected = (np.asarray(evaluate(program, given)["a"]) for program in (short, flat))
+    assert np.max(np.abs(found - expected)) < 1e-12 * max(1.0, float(np.max(np.abs(expected))))
+
+
+@pytest.mark.parametrize(("links", "saved"), [(1, 0), (2, 4), (3, 4), (4, 5)])
+def test_both_ends_written_out_take_fewer_operations(links: int, saved: int) -> None:
+    """Than the sweep of hosts, of which links like one another leave no factors."""
+    chain = Scene("alike", links, mass=0.25, length=0.25, com=0.125, actuated="all", trig="bundled")
+    short, host = (total_operations(lower_function(derive(scene), "forward_dynamics", "unrolled")) for scene in (chain, replace(chain, trig=None)))
+    assert host - short >= saved
 
 
 def test_the_sweep_inwards_is_one_loop() -> None:

@@ -13,6 +13,7 @@ from phichain.lowering.planar import both_ends as planar_both_ends
 from phichain.lowering.planar import tension as planar_tension
 from phichain.lowering.planar.geared import dynamics as planar_geared
 from phichain.lowering.planar.joints import planar_state
+from phichain.lowering.planar.on_targets import ends as planar_ends
 from phichain.lowering.planar.stretched import sweep as planar_stretched
 from phichain.lowering.spatial import articulated as spatial_articulated
 from phichain.lowering.spatial import mobilities
@@ -46,6 +47,8 @@ def planar_forward_dynamics(
         planar_geared.accelerations(builder, base.scene, base.parameters, state, base.u, base.seen(a))
         return
     articulated = planar_both_ends if base_side.suits(base.scene) else planar_articulated
+    if planar_ends.suits(base.scene):
+        articulated = planar_ends
     if carries_lightly(base.scene):
         articulated = planar_stretched
     form = planar_tension if by_tensions(base.scene) else articulated

@@ -22,6 +22,7 @@ from phichain.lowering.writers import WRITERS, Writer, declared
 from phichain.mechanics import Model
 from phichain.scene import Scene
 from phichain.transform.blocks import Block
+from phichain.transform.by_need import in_order_of_need
 from phichain.transform.fused import with_fused_loops
 from phichain.transform.tangent import jacobian
 from phichain.transform.twins import without_twins
@@ -113,7 +114,7 @@ class _Lowering:
         code, loops = self.scene.code, self._loops(name)
         if code == "loops" or (code == "auto" and total_operations(loops) > 2 * UNROLL_LIMIT):
             return self._in_loops(loops)
-        flat = unroll(loops)
+        flat = self._in_line(unroll(loops))
         is_flat = code == "unrolled" or total_operations(flat) <= UNROLL_LIMIT
         return flat if is_flat else self._in_loops(loops)
 
@@ -129,7 +130,11 @@ class _Lowering:
         flat = jacobian(unroll(loops), row.name, row.doc, blocks, derivative.keeps)
         flat = _less(flat, None if written is None else unroll(written))
         limit = JACOBIAN_UNROLL_LIMIT if is_differentiated else _limit_of_written(flat, looped)
-        return flat if code == "unrolled" or total_operations(flat) <= limit else looped
+        return self._in_line(flat) if code == "unrolled" or total_operations(flat) <= limit else looped
+
+    def _in_line(self, program: Program) -> Program:
+        """Straight-line code as it is printed: where memory is dear in the order that keeps the fewest values."""
+        return in_order_of_need(program) if saves_memory(self.scene) else program
 
     def _in_loops(self, program: Program) -> Program:
         """A Program as it is printed in loops: none of a single turn, and where memory is dear nothing written in vain or twice."""

@@ -6,12 +6,15 @@ variable. Sines and cosines of one generation are computed together, so that the
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from phichain.emit.c.names import SIDE_BY_SIDE, CNames
 from phichain.emit.c.parts import assignment, first_result, in_pieces, words
 from phichain.emit.c.sheet import Sheet
 from phichain.emit.c.trig_batches import TrigBatch, TrigBatches
+from phichain.emit.c.turns import cells_read_again, rows
 from phichain.emit.expressions import SUM, Text, infix
 from phichain.emit.inlining import used_once
 from phichain.ir.nodes import (
@@ -130,17 +133,36 @@ class Writer(Sheet):
     def loop(self, loop: For, depth: int) -> None:
         self.gap(depth)
         for carry in loop.carries:
-            self.line(depth, f"{self.kind(carry.name)} {carry.name} = {self.given(carry.name, carry.initial)};")
+            self.line(depth, f"{self.register}{self.kind(carry.name)} {carry.name} = {self.given(carry.name, carry.initial)};")
             self.texts[carry.name] = Text(carry.name)
         if not loop.body:
             return
         variable = loop.variable
         condition, advance = (f"< {loop.stop}", "++") if loop.step > 0 else (f">= {loop.stop + 1}", "--")
-        self.line(depth, f"for (int {variable} = {loop.start}; {variable} {condition}; {advance}{variable}) {{")
-        self.block(loop.body, depth + 1)
-        self.advance(loop, depth + 1)
+        self.line(depth, f"for ({self.register}int {variable} = {loop.start}; {variable} {condition}; {advance}{variable}) {{")
+        with self.at_hand(loop, depth + 1):
+            self.block(loop.body, depth + 1)
+            self.advance(loop, depth + 1)
         self.line(depth, "}")
         self.gap(depth)
+
+    @contextmanager
+    def at_hand(self, loop: For, depth: int) -> Iterator[None]:
+        """Within a turn: pointers to its records, and cells that it reads again; where a host's vectors are written for, nothing."""
+        outside = self.rows_at, self.cells_at
+        self.rows_at, self.cells_at = dict(self.rows_at), dict(self.cells_at)
+        if self.register:
+            apart = self.scalars | self.pointers
+            for name, row in rows(loop, self.storage.fields, apart | set(self.pairs), self.rows_at).items():
+                pointer = self.fresh(f"{row.array}_at_" if row.array else "at_")
+                kind = self.kind(row.array) if row.array else f"struct {self.record_type}"
+                first = self.target(Cell(row.array, row.start)) if row.array else f"{self.records}[{row.start}]"
+                self.line(depth, f"{self.register}{'' if row.is_written else 'const '}{kind} *const {pointer} = &{first};")
+                self.rows_at[name] = pointer, row.start.offset
+            for cell in cells_read_again(loop, apart | {array for array, _ in self.rows_at}):
+                self.cells_at[cell] = self.variable(depth, self.fresh(f"{self.named_after(cell)}_"), self.target(cell), self.kind(cell.array))
+        yield
+        self.rows_at, self.cells_at = outside
 
     def advance(self, loop: For, depth: int) -> None:
         """Carried scalars move on together: what still needs an old value is put aside first."""

@@ -78,7 +78,7 @@ class _LaneWriter(Writer):
     def __init__(self, program: Program, names: CNames, stem: str, uniform: frozenset[str]) -> None:
         super().__init__(program, names, {})
         self.stem, self.element, self.sincos_symbol = stem, f"{stem}_lanes", f"{stem}_sincos"
-        self.turns = False
+        self.turns, self.register = False, ""
         self.lanes = varying(program, {array.name for array in program.inputs} - uniform)
         self.lanes |= {array.name for array in program.outputs if array.name not in uniform}
         # Numbers come by value and lanes by address.

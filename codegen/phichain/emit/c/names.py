@@ -40,6 +40,11 @@ class CNames:
         """How a number that does not change is declared: where no host's vectors are written for, kept in a register (`value.c.j2`)."""
         return f"{self.prefix.upper()}_VALUE" if self.is_plain else f"const {self.type}"
 
+    @property
+    def register(self) -> str:
+        """What stands before the declaration of what changes, where no host's vectors are written for: kept in a register as well."""
+        return f"{self.prefix.upper()}_REGISTER " if self.is_plain else ""
+
     def number(self, value: Fraction) -> Text:
         """A numeric literal of the scene's type."""
         return float_literal(value) if self.real == "float" else double_literal(value)

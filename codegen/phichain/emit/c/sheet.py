@@ -8,6 +8,7 @@ from phichain.emit.c.layout import laid_out
 from phichain.emit.c.names import SIDE_BY_SIDE, CNames
 from phichain.emit.c.parts import names_in
 from phichain.emit.c.storage import Storage, own_storage, shared_storage
+from phichain.emit.c.turns import Key, key
 from phichain.emit.expressions import Text
 from phichain.ir.nodes import Array, Call, Cell, Const, Local, Operand, Program, SinCos, walk
 
@@ -40,7 +41,13 @@ class Sheet:
         self.params = {a.name for a in program.params}
         self.taken = names_in(program)
         self.records = "link" if "link" not in self.taken else "links"
+        self.record_type = f"{self.records}_cells"
         self.numbers: Counter[str] = Counter()
+        #: How what changes is declared that compilers may keep in a register; nothing where a host's vectors are written for.
+        self.register = names.register
+        #: Of the loops that are being written: pointers and the offsets where they point, and cells that stand in variables.
+        self.rows_at: dict[Key, tuple[str, int]] = {}
+        self.cells_at: dict[Cell, Text] = {}
 
     # --- lines ------------------------------------------------------------------------------------------------------
 
@@ -110,7 +117,7 @@ class Sheet:
                 self.line(1, f"{kind} {array.name}{'' if size == 1 else f'[{size}]'};")
         if fields:
             self.line(1, '/* What a name says after "then" stands there once what it says before has served. */')
-            self.line(1, "struct {")
+            self.line(1, f"struct {self.record_type} {{")
             for name in dict.fromkeys(fields.values()):
                 self.line(2, f"{self.element} {name};")
             self.line(1, f"}} {self.records}[{self.storage.extent}];")
@@ -128,7 +135,11 @@ class Sheet:
             return self.names.number(operand.value)
         if isinstance(operand, Local):
             return self.texts[operand.name]
-        return Text(self.target(operand))
+        return self.cells_at.get(operand) or Text(self.target(operand))
+
+    def named_after(self, cell: Cell) -> str:
+        """What a variable that holds a cell's value is called after."""
+        return self.storage.fields.get(cell.array, cell.array).split("_then_")[0]
 
     def target(self, cell: Cell) -> str:
         if cell.array in self.pointers:
@@ -137,7 +148,10 @@ class Sheet:
             pairs, part = self.pairs[cell.array]
             return f"{pairs}[{cell.index}][{part}]"
         if cell.array in self.storage.fields:
-            return f"{self.records}[{cell.index}].{self.storage.fields[cell.array]}"
+            at = self.rows_at.get(key(cell, self.storage.fields))
+            return f"{f'{at[0]}->' if at else f'{self.records}[{cell.index}].'}{self.storage.fields[cell.array]}"
+        if row := self.rows_at.get(key(cell, ())):
+            return f"{row[0]}[{cell.index.offset - row[1]}]"
         owner = f"p->{cell.array}" if cell.array in self.params else cell.array
         if cell.array in self.program.tables:
             owner = self.names.tables[cell.array, self.program.tables[cell.array]]

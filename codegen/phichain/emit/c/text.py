@@ -78,8 +78,8 @@ def restrict_macro(name: str) -> str:
 
 
 def macros(name: str, texts: Iterable[str]) -> str:
-    """NAME_RESTRICT, and NAME_VALUE where one of the texts that follow has it."""
-    values = any(f"{name.upper()}_VALUE " in text for text in texts)
+    """NAME_RESTRICT, and NAME_REGISTER and NAME_VALUE where one of the texts that follow has one of them."""
+    values = any(f"{name.upper()}_{word} " in text for text in texts for word in ("VALUE", "REGISTER"))
     return restrict_macro(name) + (render("value.c.j2", name=name) if values else "")
 
 

@@ -180,7 +180,7 @@ class Sweep:
         across, along = self.lifted(outer.yy, k) + outer.determinant, self.lifted(outer.xx, k) + outer.determinant
         shared = overhang * outer.minor_x + self.lifted(outer.xy, k) * drive
         axial = let("axial", self.axial(outer, k) * inverse)
-        determinant = self.area(outer, k) * inverse
+        determinant = self.determinant(outer, inverse, k)
         force_x = self.pulled(outer, drive, k) * inverse - rate_squared * (leverage + axial)
         force_y = let("link_force_y", drive + overhang * pivot.free)
         minor_x = (shared - overhang * (rate_squared * across)) * inverse
@@ -205,11 +205,11 @@ class Sweep:
         along = outer.xx + outer.determinant
         return along if self.units.is_rigid else along + self.units.overhang[k] * outer.determinant
 
-    def area(self, outer: Outer, k: Index) -> Expr:
-        """lambda^2 A_yy + E, over what E is carried over."""
+    def determinant(self, outer: Outer, inverse: Expr, k: Index) -> Expr:
+        """(lambda^2 A_yy + E) / D, over what E is carried over."""
         if self.units.is_rigid:
-            return self.units.leverage[k] * self.lifted(outer.yy, k) + outer.determinant
-        return (outer.yy + outer.determinant) + self.units.overhang[k] * outer.yy
+            return (self.units.leverage[k] * self.lifted(outer.yy, k) + outer.determinant) * inverse
+        return ((outer.yy + outer.determinant) + self.units.overhang[k] * outer.yy) * inverse
 
     def pulled(self, outer: Outer, drive: Expr, k: Index) -> Expr:
         """b_x + k_x + tau A_xy."""

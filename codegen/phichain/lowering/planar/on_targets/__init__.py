@@ -1,0 +1,1 @@
+"""Planar accelerations where room is dear: the ends of the articulated sweep in fewer operations."""
