@@ -70,11 +70,10 @@ size_t phi_propagate_batch(ARGUMENTS);
 #define PASS_ALL PASS flow, t_end, max_steps, PASS_INPUTS PASS_FORCING q, v, event, count, times, q_out, v_out PASS_BESIDE
 #if WITH_BESIDE
 struct stem_stop;
-struct stem_step;
 struct stem_beside;
-#define OWN_BESIDE , const int goes_on, struct stem_stop *stop, struct stem_step *steps
+#define OWN_BESIDE , const int goes_on, struct stem_stop *stop, phi_real *steps
 #define PASS_BESIDE , goes_on, stop, steps
-#define JUDGED CONTEXT OWN_INPUTS const unsigned long count, const struct stem_step *steps, const phi_real tolerance, struct stem_beside *room, phi_real *errors
+#define JUDGED CONTEXT OWN_INPUTS const unsigned long count, const phi_real *steps, const phi_real tolerance, struct stem_beside *room, phi_real *errors
 #else
 #define OWN_BESIDE
 #define PASS_BESIDE

@@ -50,6 +50,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     flow->steps = 0;
     flow->written = 0;
 #if WITH_BESIDE
+    const int low = stem_low_for(goal, order);
     if (goes_on) {
         stem_go_on(stop, jet, &unit, &is_new);
     }
@@ -141,7 +142,8 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
             ++flow->written;
         }
 #if WITH_BESIDE
-        stem_note(order, jet, h, steps + flow->steps);
+        stem_step *noted = (stem_step *)(void *)(steps + stem_place(low, flow->steps));
+        stem_note(order, low, jet, h, noted);
 #endif
         memcpy(jet->state, jet->moved, sizeof jet->state);
         memcpy(jet->lost, jet->moved_lost, sizeof jet->lost);
@@ -175,7 +177,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
             flow->own[flow->written++] = flow->t;
         }
 #if WITH_BESIDE
-        steps[flow->steps].written = (phi_real)flow->written;
+        noted->written = (phi_real)flow->written;
 #endif
         ++flow->steps;
     }

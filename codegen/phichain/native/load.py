@@ -138,8 +138,8 @@ def _watched(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> tuple[Wa
     flow = foreign_flow(manifest.flows["propagate"], "propagate", scene)
     function, errors = Interruptible(library, noted_flow(flow, manifest.name)), Interruptible(library, errors_beside(flow, manifest.name))
     errors.restype = None
-    stop, step, room = (ctypes.c_ulong * 3).in_dll(library, f"{manifest.name}_beside_bytes")
-    return (Watched(function, errors, stop, step // REAL[manifest.real].itemsize, room),)
+    stop, step, room, low = (ctypes.c_ulong * 4).in_dll(library, f"{manifest.name}_beside_sizes")
+    return (Watched(function, errors, stop, step // REAL[manifest.real].itemsize, scene.nq, low, room),)
 
 
 def _foreigners(manifest: Manifest, scene: Scene, library: ctypes.CDLL, prepare: Any) -> Foreigners:

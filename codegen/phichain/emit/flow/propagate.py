@@ -123,14 +123,14 @@ def _beside(model: Model, made: Series, names: CNames, positions: str) -> str:
     spelt, wanted = _spelt(model, made, names, positions), features(scene, made, made.columns is not None) | {"WITH_BESIDE": True}
     spelt |= {
         "PHI_NEIGHBOUR": names.number(NEIGHBOUR).text,
-        "ARGUMENTS": f"{spelt['ARGUMENTS']}, const int goes_on, {stem}_stop *stop, {stem}_step *steps", "PASS_ALL": f"{spelt['PASS_ALL']}, goes_on, stop, steps",
+        "ARGUMENTS": f"{spelt['ARGUMENTS']}, const int goes_on, {stem}_stop *stop, {real} *steps", "PASS_ALL": f"{spelt['PASS_ALL']}, goes_on, stop, steps",
         "stem_run": f"{stem}_noted", "stem_run_on_stack": f"{stem}_noted_on_stack", "phi_propagate": f"{scene.name}_propagate_noted",
-        "JUDGED": f"{spelt['CONTEXT']}{inputs}const unsigned long count, const {stem}_step *steps, const {real} tolerance, {stem}_beside *room, {real} *errors",
+        "JUDGED": f"{spelt['CONTEXT']}{inputs}const unsigned long count, const {real} *steps, const {real} tolerance, {stem}_beside *room, {real} *errors",
         "PROPAGATE_DOC": "The same, which leaves its steps; where these fill their room it stops for the budget, and goes on as if it had not.",
     }  # fmt: skip
     declared = f"int {scene.name}_propagate_noted({spelt['ARGUMENTS']});"
     bytes_of = ", ".join(f"sizeof({stem}_{what})" for what in ("stop", "step", "beside"))
-    size = f"extern const unsigned long {scene.name}_beside_bytes[3];\nconst unsigned long {scene.name}_beside_bytes[3] = {{{bytes_of}}};"
+    size = f"extern const unsigned long {scene.name}_beside_sizes[4];\nconst unsigned long {scene.name}_beside_sizes[4] = {{{bytes_of}, {stem}_low}};"
     return "\n".join((instance("flow/beside", spelt, wanted), size, declared, "", instance("flow/run", spelt, wanted)))
 
 

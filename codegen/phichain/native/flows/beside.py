@@ -27,7 +27,10 @@ class Watched:
         errors: The foreign function that takes them: parameters and input where the chain has any, a number of steps, the steps, the tolerance,
             where neighbours are kept, and where errors of angles and rates go.
         stop: Bytes of what a run goes on with.
-        step: Numbers of one step; the first is how many rows of states were written up to its end.
+        step: Numbers of one step but for coefficients of its rates: first how many rows of states were written up to its end, then how many
+            coefficients follow for each rate.
+        rates: How many rates there are.
+        low: How many coefficients of each there are at most.
         room: Bytes that neighbours are kept in.
     """
 
@@ -35,6 +38,8 @@ class Watched:
     errors: Any
     stop: int
     step: int
+    rates: int
+    low: int
     room: int
 
 
@@ -47,7 +52,7 @@ class Desk:
 
     def __init__(self, watched: Watched, most: int) -> None:
         """Room for so many steps."""
-        self._steps = np.empty((most, watched.step))
+        self._watched, self._steps = watched, np.empty(most * (watched.step + watched.low * watched.rates))
         self._stop = np.zeros(watched.stop + _CACHE_LINE, np.uint8)
         self._goes_on = ctypes.c_int(0)
         self.arguments = (self._goes_on, ctypes.c_void_p(_aligned(self._stop)), ctypes.c_void_p(place(self._steps)))
@@ -58,7 +63,9 @@ class Desk:
 
     def taken(self, count: int) -> NDArray[np.float64]:
         """A copy of so many steps."""
-        return self._steps[:count].copy()
+        watched = self._watched
+        size = watched.step + int(self._steps[1]) * watched.rates if count else watched.step
+        return self._steps[: count * size].reshape(count, size).copy()
 
 
 class Beside:
