@@ -69,9 +69,11 @@ size_t phi_propagate_batch(ARGUMENTS);
 #define ARGUMENTS CONTEXT phi_flow *flow, const phi_real t_end, const unsigned long max_steps, OWN_INPUTS OWN_FORCING phi_real q[stem_q], phi_real v[stem_q], const stem_event *event, const unsigned long count, const phi_real *times, phi_real *q_out, phi_real *v_out OWN_BESIDE
 #define PASS_ALL PASS flow, t_end, max_steps, PASS_INPUTS PASS_FORCING q, v, event, count, times, q_out, v_out PASS_BESIDE
 #if WITH_BESIDE
+struct stem_stop;
 struct stem_beside;
-#define OWN_BESIDE , struct stem_beside *room, phi_real *errors
-#define PASS_BESIDE , room, errors
+#define OWN_BESIDE , const int goes_on, struct stem_stop *stop, phi_real *steps
+#define PASS_BESIDE , goes_on, stop, steps
+#define JUDGED CONTEXT OWN_INPUTS const unsigned long count, const phi_real *steps, const phi_real tolerance, struct stem_beside *room, phi_real *errors
 #else
 #define OWN_BESIDE
 #define PASS_BESIDE

@@ -1,18 +1,115 @@
-/* What flies beside a run and says how large its errors are: neighbours, each off the path by what the errors of all steps so far
- * have come to, over a share that keeps them in its tangent. Low orders over the run's own steps will do: those of the
- * path's series, of which no run has fewer, are taken from the neighbour's, so that what both leave out cancels. Only near
- * round-off is the sign of an error chance, and a second neighbour worth while. */
+/* What a run leaves of its steps, and what flies beside them when somebody asks how large its errors are: neighbours, each off the path
+ * by what the errors of all steps so far have come to, over a share that keeps them in its tangent. Low orders over the run's own steps
+ * will do, of the path as of its neighbours, so that what both leave out cancels. The errors of series are known with their signs, and
+ * one neighbour adds them up as they are; the sign of rounding is chance, so that near round-off three say how large a sum of such errors
+ * is. Once all have turned into one direction, which any error does that grows, one is enough. */
 enum {
-    stem_neighbours = 2,
-    stem_low = 5
+    stem_neighbours = 3,
+    stem_low = 9, /* the highest of the low orders */
+    stem_left_out = 15, /* binary digits of a step's change of a neighbour */
+    stem_turning = 16 /* steps in one direction after which it stays */
 };
+
+typedef struct stem_step {
+    phi_real written, low, h, unit; /* rows of states that were written up to its end; first coefficients that follow */
+    phi_real state[stem_x], error[stem_x]; /* where it began, and what its series leaves */
+#if WITH_SPHERE
+    phi_real moved[stem_x]; /* where it ended */
+#endif
+    phi_real rates[]; /* first coefficients of the rates, from order 1 on */
+} stem_step;
+
+/* What a run that stopped for want of room goes on with, as if it had not. */
+typedef struct stem_stop {
+    stem_start end;
+    phi_real state[stem_x], lost[stem_x], unit;
+#if WITH_TURNS
+    phi_real turns[stem_q];
+#endif
+    int is_new;
+} stem_stop;
 
 typedef struct stem_beside {
     stem_jets jet;
     phi_real off[stem_neighbours][stem_x], share[stem_neighbours]; /* from the path; what a unit of that stands for */
     stem_words drawn;
-    int lost;
+    int count, alike, lost; /* neighbours, 0 before the first step; steps since they had more than one direction */
 } stem_beside;
+
+/* The low order at which what is left out of a neighbour's way does not add up: terms fall as the root of the goal. */
+static int stem_low_for(const phi_real goal, const int order)
+{
+    const stem_lanes one = STEM_ZERO + 1, size = STEM_ZERO + goal;
+    stem_lanes root;
+    stem_root(order, &one, &size, &root);
+    const int wanted = (int)(-stem_left_out / STEM_OF(root, 0));
+    const int most = order < stem_low ? order : stem_low;
+    return wanted < most ? wanted : most;
+}
+
+/* Where a step lies among those of so many coefficients. */
+static size_t stem_place(const int low, const unsigned long k)
+{
+    return (sizeof(stem_step) / sizeof(phi_real) + (size_t)(low * stem_q)) * k;
+}
+
+static void stem_keep(const stem_jets *jet, const phi_real unit, const int is_new, stem_stop *stop)
+{
+    memcpy(&stop->end, jet->end, sizeof stop->end);
+    memcpy(stop->state, jet->state, sizeof stop->state);
+    memcpy(stop->lost, jet->lost, sizeof stop->lost);
+#if WITH_TURNS
+    memcpy(stop->turns, jet->turns, sizeof stop->turns);
+#endif
+    stop->unit = unit;
+    stop->is_new = is_new;
+}
+
+static void stem_go_on(const stem_stop *stop, stem_jets *jet, phi_real *unit, int *is_new)
+{
+    memcpy(jet->end, &stop->end, sizeof stop->end);
+    memcpy(jet->state, stop->state, sizeof stop->state);
+    memcpy(jet->lost, stop->lost, sizeof stop->lost);
+#if WITH_TURNS
+    memcpy(jet->turns, stop->turns, sizeof stop->turns);
+#endif
+    *unit = stop->unit;
+    *is_new = stop->is_new;
+}
+
+/* A step that has been taken, and its error: what its series leaves, by how far that is from the equations at its end, which grows as
+ * the order's power of time. Angles have rates for slopes, so that they lack the last of these terms and what the rates lack. */
+static void stem_note(const int order, const int low, const stem_jets *jet, const phi_real h, stem_step *step)
+{
+    const phi_real unit = jet->start->unit[0], t = h / unit, ratio = unit / jet->end->unit[0], share = t / unit;
+    phi_real power = t;
+    for (int n = 0; n < order; ++n) {
+        power *= t;
+    }
+    for (int i = stem_q; i < stem_x; ++i) {
+        const phi_real square = t * t;
+        phi_real even = 0, odd = 0;
+        for (int n = order - order % 2; n > 0; n -= 2) {
+            even = even * square + (phi_real)n * jet->x[n][i];
+        }
+        for (int n = order - (order + 1) % 2; n > 0; n -= 2) {
+            odd = odd * square + (phi_real)n * jet->x[n][i];
+        }
+        const phi_real left = share * ((even * t + odd) - ratio * ratio * jet->end->slope[i]) / (phi_real)(order + 1);
+        step->error[i] = left;
+        step->error[i - stem_q] = h * left / (phi_real)(order + 2) - power * jet->x[order][i] / (phi_real)(order + 1);
+    }
+    memcpy(step->state, jet->state, sizeof step->state);
+#if WITH_SPHERE
+    memcpy(step->moved, jet->moved, sizeof step->moved);
+#endif
+    for (int n = 0; n < low; ++n) {
+        memcpy(step->rates + n * stem_q, jet->x[n + 1] + stem_q, stem_q * sizeof *step->rates);
+    }
+    step->low = (phi_real)low;
+    step->h = h;
+    step->unit = unit;
+}
 
 #if WITH_SPHERE
 /* Of a difference what a run keeps, which sets its links' lengths and their rates right after every step. */
@@ -34,67 +131,91 @@ static void stem_tangent(const phi_real state[stem_x], phi_real off[stem_x])
 }
 #endif
 
-/* What a neighbour becomes over a step. */
-static void stem_follow(CONTEXT const stem_jets *jet, const phi_real *h, phi_real off[stem_x], stem_jets *beside)
+/* What a neighbour becomes over a step; angles have rates for slopes. */
+static void stem_follow(CONTEXT const int low, const stem_step *step, phi_real off[stem_x], stem_jets *beside)
 {
-    const phi_real t = *h / jet->start->unit[0];
-    phi_real moved[stem_x], increment[stem_x];
+    const phi_real unit = step->unit, t = step->h / unit;
     for (int i = 0; i < stem_x; ++i) {
-        moved[i] = jet->state[i] + off[i];
+        beside->state[i] = step->state[i] + off[i];
     }
-    stem_begin(PASS jet, moved, jet->lost, &jet->start->unit[0], beside->start);
-    stem_expand(PASS stem_low, beside);
-    for (int i = 0; i < stem_x; ++i) {
-        phi_real sum = beside->x[stem_low][i] - jet->x[stem_low][i];
-        for (int n = stem_low - 1; n > 0; --n) {
-            sum = sum * t + (beside->x[n][i] - jet->x[n][i]);
+    stem_begin(PASS beside, beside->state, beside->lost, &step->unit, beside->start);
+    stem_expand(PASS low, beside);
+    for (int i = 0; i < stem_q; ++i) {
+        phi_real faster = 0, farther = 0;
+        for (int n = low; n > 0; --n) {
+            const phi_real apart = beside->x[n][stem_q + i] - step->rates[(n - 1) * stem_q + i];
+            farther = farther * t + apart / (phi_real)(n + 1);
+            faster = faster * t + apart;
         }
-        increment[i] = sum * (i < stem_q ? t : t / jet->start->unit[0]);
-    }
-    for (int i = 0; i < stem_x; ++i) {
-        off[i] += increment[i];
+        off[i] += (off[stem_q + i] * unit + farther * t) * t;
+        off[stem_q + i] += faster * t / unit;
     }
 }
 
-/* The error of a step: what its series leaves, by how far it is from the equations at its end, which grows as the order's power
- * of time; and half a unit in the last place of what the state moves by, of either sign. */
-static void stem_local(const int order, const stem_jets *jet, const phi_real *h, stem_words *drawn, phi_real error[stem_x])
+/* Plus or minus one. */
+static phi_real stem_draw(stem_words *drawn)
 {
-    const phi_real unit = jet->start->unit[0], t = *h / unit, ratio = unit / jet->end->unit[0], square = t * t;
-    phi_real even[stem_x], odd[stem_x];
-    for (int i = 0; i < stem_x; ++i) {
-        even[i] = odd[i] = 0;
-    }
-    for (int n = order - order % 2; n > 0; n -= 2) {
-        for (int i = 0; i < stem_x; ++i) {
-            even[i] = even[i] * square + (phi_real)n * jet->x[n][i];
+    *drawn = *drawn * 6364136223846793005u + 1442695040888963407u;
+    return *drawn >> 63 ? 1 : -1;
+}
+
+/* The error of a step as one neighbour takes it. The equations are rounded, too, by what the slopes at its end differ by, as far as that
+ * is rounding: no less than half a unit in the last place of all terms, and no more than 16. */
+static void stem_local(const int order, const int low, const stem_step *step, const phi_real sign, stem_words *drawn, phi_real error[stem_x])
+{
+    const phi_real t = phi_abs(step->h) / step->unit;
+    for (int i = 0; i < stem_q; ++i) {
+        const phi_real left = sign * step->error[stem_q + i], apart = phi_abs(left) * (phi_real)(order + 1) / 2;
+        phi_real terms = 0;
+        for (int n = low; n > 0; --n) {
+            terms = terms * t + phi_abs(step->rates[(n - 1) * stem_q + i]);
         }
-    }
-    for (int n = order - (order + 1) % 2; n > 0; n -= 2) {
-        for (int i = 0; i < stem_x; ++i) {
-            odd[i] = odd[i] * square + (phi_real)n * jet->x[n][i];
-        }
-    }
-    for (int i = 0; i < stem_x; ++i) {
-        const phi_real share = i < stem_q ? t : t / unit, slope = jet->end->slope[i] * (i < stem_q ? ratio : ratio * ratio);
-        const phi_real rounding = PHI_EPSILON / 2 * (jet->moved[i] - jet->state[i]);
-        *drawn = *drawn * 6364136223846793005u + 1442695040888963407u;
-        error[i] = share * ((even[i] * t + odd[i]) - slope) / (phi_real)(order + 1) + (*drawn >> 63 ? rounding : -rounding);
+        const phi_real least = PHI_EPSILON / 2 * terms * t / step->unit, most = 32 * least;
+        const phi_real rate = stem_draw(drawn) * (apart > most ? most : stem_larger(apart, least));
+        const phi_real angle = stem_draw(drawn) * (PHI_EPSILON / 2) * step->h * step->state[stem_q + i];
+        error[i] = sign * step->error[i] + angle + rate * step->h / 2;
+        error[stem_q + i] = left + rate;
     }
 }
 
-/* Go on with the neighbours over a step that has been taken, and say how far off angles and rates are at its end. */
-static void stem_watch(CONTEXT const int order, const stem_jets *jet, const phi_real h, const phi_real goal, const phi_real scales[2], stem_beside *room, phi_real error[2])
+/* Whether two neighbours of some size are off the path in one direction, or against each other: what grows does so either way. */
+static int stem_are_alike(const phi_real fastest, const phi_real one[stem_x], const phi_real far, const phi_real other[stem_x], const phi_real farther)
 {
-    const int count = goal < 16 * PHI_EPSILON ? stem_neighbours : 1;
-    phi_real largest = 0;
-    error[0] = error[1] = 0;
+    phi_real with = 0, against = 0;
+    for (int i = 0; i < stem_x; ++i) {
+        const phi_real unit = i < stem_q ? 1 : fastest, a = one[i] / (unit * far), b = other[i] / (unit * farther);
+        with = stem_larger(phi_abs(a - b), with);
+        against = stem_larger(phi_abs(a + b), against);
+    }
+    return (with < PHI_HALF / 16) | (against < PHI_HALF / 16);
+}
+
+/* What so many neighbours say together: near round-off, where errors are chance, six tenths of what they are off on average; else what the
+ * one says whose errors have their signs or, where these all but cancel, a tenth of what they come to with others. */
+static phi_real stem_together(const int is_chance, const int count, const phi_real sizes[stem_neighbours])
+{
+    phi_real sum = 0;
+    if (!is_chance) {
+        return count > 1 ? stem_larger(sizes[1] / 10, sizes[0]) : sizes[0];
+    }
     for (int k = 0; k < count; ++k) {
-        phi_real local[stem_x], size[2], *off = room->off[k];
+        sum += sizes[k] / (phi_real)count;
+    }
+    return sum * 3 / 5;
+}
+
+/* Go on with the neighbours over a step, along which the path's series are known, and say how far off angles and rates are at its end. */
+static void stem_watch(CONTEXT const int order, const stem_step *step, const int is_chance, const phi_real scales[2], stem_beside *room, phi_real error[2])
+{
+    const int low = (int)step->low;
+    phi_real largest = 0, far[stem_neighbours], aside[2][stem_neighbours];
+    int alike = 1;
+    for (int k = 0; k < room->count; ++k) {
+        phi_real local[stem_x], size[2], nothing = 0, *off = room->off[k];
         if (!room->lost) {
-            stem_local(order, jet, &h, &room->drawn, local);
+            stem_local(order, low, step, k == 0 ? 1 : stem_draw(&room->drawn), &room->drawn, local);
             if (room->share[k] > 0) {
-                stem_follow(PASS jet, &h, off, &room->jet);
+                stem_follow(PASS low, step, off, &room->jet);
             } else {
                 stem_norms(scales[1], local, size);
                 room->share[k] = stem_larger(size[0], size[1] / scales[0]) / PHI_NEIGHBOUR;
@@ -104,28 +225,67 @@ static void stem_watch(CONTEXT const int order, const stem_jets *jet, const phi_
                     off[i] += local[i] / room->share[k];
                 }
 #if WITH_SPHERE
-                stem_tangent(jet->moved, off);
+                stem_tangent(step->moved, off);
 #endif
             }
         }
         stem_norms(scales[1], off, size);
-        const phi_real far = stem_larger(size[0], size[1] / scales[0]);
-        phi_real nothing = 0;
+        far[k] = stem_larger(size[0], size[1] / scales[0]);
+        aside[0][k] = aside[1][k] = 0;
         for (int i = 0; i < stem_x; ++i) {
             nothing += 0 * (room->share[k] * off[i]);
-            error[i / stem_q] = stem_larger(room->share[k] * phi_abs(off[i]), error[i / stem_q]);
+            aside[i / stem_q][k] = stem_larger(room->share[k] * phi_abs(off[i]), aside[i / stem_q][k]);
         }
-        largest = stem_larger(room->share[k] * far, largest);
+        largest = stem_larger(room->share[k] * far[k], largest);
         /* No comparison sees what is no number: a neighbour that is none is as far off as can be. */
         if (!(nothing >= 0)) {
-            error[0] = error[1] = largest = HUGE_VAL;
+            aside[0][k] = aside[1][k] = largest = HUGE_VAL;
         }
-        if (!room->lost && far > 0 && (far > 1024 * PHI_NEIGHBOUR || far < PHI_NEIGHBOUR / 1024)) {
+        alike = alike && far[k] > 0 && stem_are_alike(scales[0], room->off[0], far[0], off, far[k]);
+        if (!room->lost && far[k] > 0 && (far[k] > 1024 * PHI_NEIGHBOUR || far[k] < PHI_NEIGHBOUR / 1024)) {
             for (int i = 0; i < stem_x; ++i) {
-                off[i] *= PHI_NEIGHBOUR / far;
+                off[i] *= PHI_NEIGHBOUR / far[k];
             }
-            room->share[k] *= far / PHI_NEIGHBOUR;
+            room->share[k] *= far[k] / PHI_NEIGHBOUR;
+            far[k] = PHI_NEIGHBOUR;
         }
     }
+    error[0] = stem_together(is_chance, room->count, aside[0]);
+    error[1] = stem_together(is_chance, room->count, aside[1]);
     room->lost = room->lost || !(largest < 8);
+    room->alike = alike ? room->alike + 1 : 0;
+    if (room->count > 1 && room->alike >= stem_turning && !room->lost) {
+        phi_real sizes[stem_neighbours];
+        for (int k = 0; k < room->count; ++k) {
+            sizes[k] = room->share[k] * far[k];
+        }
+        const phi_real together = stem_together(is_chance, room->count, sizes), alone = stem_together(is_chance, 1, sizes);
+        room->share[0] *= together / alone;
+        room->count = 1;
+    }
+}
+
+void phi_errors_beside(JUDGED);
+
+/* Fly beside so many steps, in room that is empty where they are a run's first; errors of angles and rates at the end of each. */
+void phi_errors_beside(JUDGED)
+{
+#if WITH_SCALES
+    const phi_real scales[2] = {PHI_SCALES}; /* fastest linear rate, length of the chain */
+#else
+    phi_real scales[2]; /* fastest linear rate, length of the chain */
+    stem_scales(p, scales);
+#endif
+#if WITH_INPUTS
+    memcpy(room->jet.u, u, sizeof room->jet.u);
+#endif
+    const phi_real goal = tolerance * PHI_MARGIN;
+    const int order = stem_order_for(goal), low = stem_low_for(goal, order), is_chance = goal < 16 * PHI_EPSILON;
+    if (room->count == 0) {
+        room->count = is_chance ? 3 : 2;
+    }
+    for (unsigned long k = 0; k < count; ++k) {
+        const stem_step *step = (const stem_step *)(const void *)(steps + stem_place(low, k));
+        stem_watch(PASS order, step, is_chance, scales, room, errors + 2 * k);
+    }
 }

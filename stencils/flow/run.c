@@ -49,13 +49,15 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     flow->order = order;
     flow->steps = 0;
     flow->written = 0;
+#if WITH_BESIDE
+    const int low = stem_low_for(goal, order);
+    if (goes_on) {
+        stem_go_on(stop, jet, &unit, &is_new);
+    }
+#endif
     while (result == PHI_STEP_BUDGET) {
         const phi_real left = (t_end - flow->t) - flow->t_lost;
         phi_real length;
-#if WITH_BESIDE
-        const unsigned long before = flow->written;
-        phi_real error[2];
-#endif
         if (!(left * way > 0)) {
             result = left * way <= 0 ? PHI_DONE : PHI_NOT_FINITE; /* no way leads to a time that is no number */
             break;
@@ -140,10 +142,8 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
             ++flow->written;
         }
 #if WITH_BESIDE
-        stem_watch(PASS order, jet, h, goal, scales, room, error);
-        for (unsigned long k = before; k < flow->written; ++k) {
-            memcpy(errors + 2 * k, error, sizeof error);
-        }
+        stem_step *noted = (stem_step *)(void *)(steps + stem_place(low, flow->steps));
+        stem_note(order, low, jet, h, noted);
 #endif
         memcpy(jet->state, jet->moved, sizeof jet->state);
         memcpy(jet->lost, jet->moved_lost, sizeof jet->lost);
@@ -174,16 +174,16 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
                 q_end[i] = stem_turned(q_end[i], jet->turns[i]);
             }
 #endif
-#if WITH_BESIDE
-            memcpy(errors + 2 * flow->written, error, sizeof error);
-#endif
             flow->own[flow->written++] = flow->t;
         }
-        ++flow->steps;
 #if WITH_BESIDE
-        memcpy(errors + 2 * count, error, sizeof error);
+        noted->written = (phi_real)flow->written;
 #endif
+        ++flow->steps;
     }
+#if WITH_BESIDE
+    stem_keep(jet, unit, is_new, stop);
+#endif
 #if WITH_TURNS
     stem_unwind(0, jet);
 #endif

@@ -19,7 +19,7 @@ class Ledger:
         remarks: What it has to say of its run, for the Trajectory's reason.
         account: Where work and loss are booked on the way, or None where nobody asks.
         legs: The input as it was, leg after leg, once the run has begun.
-        is_watched: Whether a flow that can say how large its errors are is to do so on its way.
+        is_watched: Whether a flow that can is to leave its steps, by which somebody may ask how large its errors are.
     """
 
     counts: dict[str, int] = field(default_factory=dict)

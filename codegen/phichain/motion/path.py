@@ -84,7 +84,7 @@ class Path(Held):
         crossings: Events met, in order.
         steps: Accepted steps.
         dense: The states in between, kept when the outputs are the method's own steps.
-        off: What neighbours that flew along say of the errors of q and of v (m, 2); None where none did.
+        off: Finds by neighbours of its steps how large the errors of q and of v are (m, 2); None where it left none.
     """
 
     t: Vector
@@ -94,7 +94,7 @@ class Path(Held):
     crossings: tuple[Crossing, ...]
     steps: int
     dense: StatesAt | None
-    off: Vector | None = None
+    off: Callable[[], Vector] | None = None
 
 
 class _Inside:

@@ -18,7 +18,7 @@ from phichain.native.flows.call import CALLERS
 from phichain.native.flows.prepare import Foreigners, prepared_dynamics, prepared_signature
 from phichain.native.glue.interrupts import Interruptible
 from phichain.native.glue.rows import prepared_size, row_loop, rows_source
-from phichain.native.glue.source import beside_file, beside_flow, foreign_flow, glue_source
+from phichain.native.glue.source import beside_file, errors_beside, foreign_flow, glue_source, noted_flow
 from phichain.native.library import load_library, shared_object
 from phichain.native.memory.arrays import REAL
 from phichain.native.origin import Origin, mark
@@ -132,11 +132,14 @@ def _callables(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> dict[s
 
 
 def _watched(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> tuple[Watched, ...]:
-    """The Taylor flow with neighbours beside it, where it was compiled."""
+    """The Taylor flow that leaves its steps, and what flies beside these, where it was compiled."""
     if beside_file(manifest) not in manifest.files:
         return ()
-    foreign = Interruptible(library, beside_flow(foreign_flow(manifest.flows["propagate"], "propagate", scene)))
-    return (Watched(foreign, ctypes.c_ulong.in_dll(library, f"{manifest.name}_beside_bytes").value),)
+    flow = foreign_flow(manifest.flows["propagate"], "propagate", scene)
+    function, errors = Interruptible(library, noted_flow(flow, manifest.name)), Interruptible(library, errors_beside(flow, manifest.name))
+    errors.restype = None
+    stop, step, room, low = (ctypes.c_ulong * 4).in_dll(library, f"{manifest.name}_beside_sizes")
+    return (Watched(function, errors, stop, step // REAL[manifest.real].itemsize, scene.nq, low, room),)
 
 
 def _foreigners(manifest: Manifest, scene: Scene, library: ctypes.CDLL, prepare: Any) -> Foreigners:

@@ -117,18 +117,21 @@ def watches(scene: Scene) -> bool:
 
 
 def _beside(model: Model, made: Series, names: CNames, positions: str) -> str:
-    """The flow once more, with neighbours beside it: two stencils that lean on those of NAME.c."""
-    scene, stem = model.scene, f"{model.scene.name}_flow"
+    """The flow once more, which leaves its steps, and neighbours beside these: two stencils that lean on those of NAME.c."""
+    scene, stem, real = model.scene, f"{model.scene.name}_flow", f"{model.scene.name}_real"
+    inputs = f"const {real} u[{scene.nu}], " if scene.nu else ""
     spelt, wanted = _spelt(model, made, names, positions), features(scene, made, made.columns is not None) | {"WITH_BESIDE": True}
     spelt |= {
         "PHI_NEIGHBOUR": names.number(NEIGHBOUR).text,
-        "ARGUMENTS": f"{spelt['ARGUMENTS']}, {stem}_beside *room, {scene.name}_real *errors", "PASS_ALL": f"{spelt['PASS_ALL']}, room, errors",
-        "stem_run": f"{stem}_watched", "stem_run_on_stack": f"{stem}_watched_on_stack", "phi_propagate": f"{scene.name}_propagate_beside",
-        "PROPAGATE_DOC": "The same with neighbours beside it: errors of angles and rates, row by row as states are wanted, those at its end last.",
+        "ARGUMENTS": f"{spelt['ARGUMENTS']}, const int goes_on, {stem}_stop *stop, {real} *steps", "PASS_ALL": f"{spelt['PASS_ALL']}, goes_on, stop, steps",
+        "stem_run": f"{stem}_noted", "stem_run_on_stack": f"{stem}_noted_on_stack", "phi_propagate": f"{scene.name}_propagate_noted",
+        "JUDGED": f"{spelt['CONTEXT']}{inputs}const unsigned long count, const {real} *steps, const {real} tolerance, {stem}_beside *room, {real} *errors",
+        "PROPAGATE_DOC": "The same, which leaves its steps; where these fill their room it stops for the budget, and goes on as if it had not.",
     }  # fmt: skip
-    declared = f"int {scene.name}_propagate_beside({spelt['ARGUMENTS']});"
-    size = f"extern const unsigned long {scene.name}_beside_bytes;\nconst unsigned long {scene.name}_beside_bytes = sizeof({stem}_beside);"
-    return "\n".join((instance("flow/beside", spelt, wanted), declared, size, "", instance("flow/run", spelt, wanted)))
+    declared = f"int {scene.name}_propagate_noted({spelt['ARGUMENTS']});"
+    bytes_of = ", ".join(f"sizeof({stem}_{what})" for what in ("stop", "step", "beside"))
+    size = f"extern const unsigned long {scene.name}_beside_sizes[4];\nconst unsigned long {scene.name}_beside_sizes[4] = {{{bytes_of}, {stem}_low}};"
+    return "\n".join((instance("flow/beside", spelt, wanted), size, declared, "", instance("flow/run", spelt, wanted)))
 
 
 def _spelt(model: Model, made: Series, names: CNames, positions: str) -> dict[str, str]:
@@ -147,7 +150,8 @@ def _spelt(model: Model, made: Series, names: CNames, positions: str) -> dict[st
 
 def _stencils(model: Model, made: Series, names: CNames, positions: str) -> list[str]:
     """The stencils of the flow, in the order in which they lean on each other."""
-    scene, stem = model.scene, f"{model.scene.name}_flow"
+    scene, stem, real = model.scene, f"{model.scene.name}_flow", f"{model.scene.name}_real"
+    inputs = f"const {real} u[{scene.nu}], " if scene.nu else ""
     spelt, wanted = _spelt(model, made, names, positions), features(scene, made, made.columns is not None)
     files = [*steps_stencils(scene, made), "flow/length", "flow/event"]
     texts = [instance(name, spelt, wanted) for name in files]

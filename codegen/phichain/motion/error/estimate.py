@@ -55,7 +55,7 @@ NONE: Final = Estimate(None, math.nan)
 
 
 def estimated(problem: Problem, path: Path, name: str, method: Method, asked: float | None) -> Estimate:
-    """The errors of a run, by what flew beside it or by a second one.
+    """The errors of a run, by what flies beside its steps or by a second one.
 
     `NONE` for laws that sample, which may remember what they were asked, and where no second run comes to the end.
 
@@ -72,7 +72,7 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
     most = _most(problem, name, method.fixed, asked, float(np.min(1 / measure.weights)))
     lost = LOST
     if path.off is not None:
-        error, by, apart, lost = SAFETY * measure.of_parts(path.off), "neighbours that flew along", TANGENT, LOST / TANGENT
+        error, by, apart, lost = SAFETY * measure.of_parts(path.off()), "neighbours of its steps", TANGENT, LOST / TANGENT
         if system.links == 1 and problem.tol <= FINEST and np.max(error) > most:  # no chaos, but a separatrix
             error = held_against_other_steps(problem, path, measure, error, ROUND_OFF[system.real])
     elif name == "taylor" and system.real == "double" and problem.tol <= FINEST and not problem.is_moved:

@@ -73,7 +73,7 @@ class EmittedFlow(Generic[P]):
         self.along: dict[str, Any] = {}
 
     def watch(self) -> None:
-        """Have neighbours fly along, where the flow has them."""
+        """Have the flow leave its steps, where it can, for neighbours to fly beside."""
         make = getattr(self.propagate, "beside", None)
         self.along = {} if make is None else {"beside": make()}
 
@@ -83,10 +83,10 @@ class EmittedFlow(Generic[P]):
         self.order = found.order
         return found
 
-    @property
-    def off(self) -> Vector | None:
-        """What neighbours say of the errors at the rows of the last call and at its end."""
-        return self.along["beside"].errors if self.along else None
+    def off(self, count: int) -> Callable[[], Vector] | None:
+        """Finds what neighbours say of the errors at the first `count` times of a run, its start included; None where it left no steps."""
+        beside = self.along.get("beside")
+        return None if beside is None else lambda: np.concatenate((np.zeros((1, 2)), beside.errors))[:count]
 
     def hold(self, u: Vector | None) -> None:
         """Go on with another input, if the chain has any."""
@@ -119,7 +119,6 @@ class Stretch(Held):
         t1: Where it ended, s.
         found: What it found.
         is_own: Whether it was asked for the ends of its own steps.
-        off: Errors of q and v at its rows and at its end (m + 1, 2), where neighbours flew along.
     """
 
     t: float
@@ -128,7 +127,6 @@ class Stretch(Held):
     t1: float
     found: Propagation
     is_own: bool
-    off: Vector | None = None
 
     @property
     def ends(self) -> Vector:
@@ -175,7 +173,7 @@ def _stretch(run: EmittedFlow[P], t: float, x: Vector, t1: float, budget: int, a
     else:
         times = asks(t1)
         found = run(t, x, t1, max_steps=budget, times=times if len(times) else ())
-    return Stretch.made(t=t, x=x, options=options, t1=reached(found, t1), found=found, is_own=asks is None, off=run.off)
+    return Stretch.made(t=t, x=x, options=options, t1=reached(found, t1), found=found, is_own=asks is None)
 
 
 def whole_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> tuple[Path, int]:
@@ -200,13 +198,12 @@ def whole_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> tuple[P
     if times[-1] != stretch.t1:
         times = np.append(times, stretch.t1)
         states[filled, :nq], states[filled, nq:] = found.q, found.v
-    off = _off(stretches, len(times))
     status, message = _ended(found, problem, run.name)
     if ledger.account is not None:
         ledger.account.owe(partial(_book, run, stretches, ledger.account))
     steps = sum(stretch.found.steps for stretch in stretches)
     refused = sum(stretch.found.tried for stretch in stretches) - steps
-    return Path.made(t=times, x=states[: len(times)], status=status, message=message, crossings=(), steps=steps, dense=None, off=off), refused
+    return Path.made(t=times, x=states[: len(times)], status=status, message=message, crossings=(), steps=steps, dense=None, off=run.off(len(times))), refused
 
 
 def own_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> tuple[Path, int]:
@@ -227,13 +224,7 @@ def own_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> tuple[Pat
         ledger.account.owe(partial(_book, run, stretches, ledger.account))
     status, message = _ended(found, problem, run.name)
     refused = sum(stretch.found.tried for stretch in stretches) - steps
-    return Path.made(t=times, x=states, status=status, message=message, crossings=(), steps=steps, dense=again, off=_off(stretches, count)), refused
-
-
-def _off(stretches: list[Stretch], count: int) -> Vector | None:
-    """What neighbours say of the errors at the times of a run, the first of which is its start; None where none flew along."""
-    parts = [stretch.off for stretch in stretches if stretch.off is not None]
-    return np.concatenate((np.zeros((1, 2)), *(part[:-1] for part in parts), parts[-1][-1:]))[:count] if parts else None
+    return Path.made(t=times, x=states, status=status, message=message, crossings=(), steps=steps, dense=again, off=run.off(count)), refused
 
 
 def _states(found: Propagation) -> Vector:

@@ -1,8 +1,12 @@
-"""What flies beside the Taylor flow and says how large its errors are, in the compiled object alone: no generated folder has it."""
+"""What says how large the errors of the Taylor flow are, in the compiled object alone: no generated folder has it.
+
+A run leaves its steps; when somebody asks, neighbours of low order fly beside these, which costs a part of the run and nothing before.
+"""
 
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -16,46 +20,100 @@ _CACHE_LINE: Final = 64
 
 @dataclass(frozen=True)
 class Watched:
-    """The flow with neighbours beside it.
+    """The flow that leaves its steps, and what flies beside them.
 
     Attributes:
-        function: The foreign function: the arguments of the flow, then where neighbours are kept and where errors go.
-        size: Bytes that it keeps them in.
+        function: The foreign function: the arguments of the flow, whether it goes on, where it keeps what it goes on with, and where steps go.
+        errors: The foreign function that takes them: parameters and input where the chain has any, a number of steps, the steps, the tolerance,
+            where neighbours are kept, and where errors of angles and rates go.
+        stop: Bytes of what a run goes on with.
+        step: Numbers of one step but for coefficients of its rates: first how many rows of states were written up to its end, then how many
+            coefficients follow for each rate.
+        rates: How many rates there are.
+        low: How many coefficients of each there are at most.
+        room: Bytes that neighbours are kept in.
     """
 
     function: Any
-    size: int
+    errors: Any
+    stop: int
+    step: int
+    rates: int
+    low: int
+    room: int
+
+
+class Desk:
+    """Where a run in a frame leaves its steps, call after call.
+
+    Attributes:
+        arguments: The last arguments of the C.
+    """
+
+    def __init__(self, watched: Watched, most: int) -> None:
+        """Room for so many steps."""
+        self._watched, self._steps = watched, np.empty(most * (watched.step + watched.low * watched.rates))
+        self._stop = np.zeros(watched.stop + _CACHE_LINE, np.uint8)
+        self._goes_on = ctypes.c_int(0)
+        self.arguments = (self._goes_on, ctypes.c_void_p(_aligned(self._stop)), ctypes.c_void_p(place(self._steps)))
+
+    def go_on(self, whether: bool) -> None:
+        """Whether the next call goes on with the last one as if that had not stopped."""
+        self._goes_on.value = whether
+
+    def taken(self, count: int) -> NDArray[np.float64]:
+        """A copy of so many steps."""
+        watched = self._watched
+        size = watched.step + int(self._steps[1]) * watched.rates if count else watched.step
+        return self._steps[: count * size].reshape(count, size).copy()
 
 
 class Beside:
-    """The neighbours of one run, which go on from call to call.
-
-    Attributes:
-        function: The foreign function.
-    """
+    """The steps of one run, from call to call, and their errors once somebody asks."""
 
     def __init__(self, watched: Watched) -> None:
         """None yet."""
-        self.function = watched.function
-        self._room = np.zeros(watched.size + _CACHE_LINE, np.uint8)
-        self._found, self._kept = np.zeros((1, 2)), list[NDArray[np.float64]]()
+        self.watched = watched
+        self._pieces: list[tuple[NDArray[np.float64], int]] = []
+        self._held: tuple[NDArray[Any], ...] = ()
+        self._tolerance = 0.0
+        self._errors: NDArray[np.float64] | None = None
 
-    def begin(self) -> None:
-        """Forget what was found, for a propagation that goes on with the same neighbours."""
-        self._kept = []
+    def hold(self, held: tuple[NDArray[Any], ...], tolerance: float) -> None:
+        """Take what stays the same for the whole run: parameters and input, as far as the chain has any, and the tolerance that was kept."""
+        self._held, self._tolerance = held, tolerance
 
-    def arguments(self, count: int) -> tuple[ctypes.c_void_p, ctypes.c_void_p]:
-        """The last arguments of the C, for so many rows of states; a call of no step ends where the last one did."""
-        last = self._found[-1]
-        self._found = np.zeros((count + 1, 2))
-        self._found[-1] = last
-        return ctypes.c_void_p(-(-place(self._room) // _CACHE_LINE) * _CACHE_LINE), ctypes.c_void_p(place(self._found))
-
-    def keep(self, written: int) -> None:
-        """Keep what the C found in the rows that it has written."""
-        self._kept.append(self._found[:written])
+    def keep(self, steps: NDArray[np.float64], rows: int) -> None:
+        """Keep the steps of a call that wrote so many rows of states."""
+        self._pieces.append((steps, rows))
 
     @property
     def errors(self) -> NDArray[np.float64]:
-        """The largest errors of entries of q and of v in the rows of states of the last propagation, and where it ended (m + 1, 2)."""
-        return np.concatenate((*self._kept, self._found[-1:]))
+        """The largest errors of entries of q and of v in the rows of states of the run, and where it ended (m + 1, 2).
+
+        To be asked when the run is over: its steps are forgotten then.
+        """
+        pieces = self._pieces  # before another thread that finds the same can forget them
+        if self._errors is None:
+            self._errors, self._pieces = self._found(pieces), []
+        return self._errors
+
+    def _found(self, pieces: Sequence[tuple[NDArray[np.float64], int]]) -> NDArray[np.float64]:
+        watched, rows = self.watched, []
+        room, last = np.zeros(watched.room + _CACHE_LINE, np.uint8), np.zeros((1, 2))
+        held = [ctypes.c_void_p(place(array)) for array in self._held]
+        for steps, written in pieces:
+            errors = np.empty((len(steps), 2))
+            watched.errors(
+                *held, ctypes.c_ulong(len(steps)), ctypes.c_void_p(place(steps)), ctypes.c_double(self._tolerance),
+                ctypes.c_void_p(_aligned(room)), ctypes.c_void_p(place(errors)),
+            )  # fmt: skip
+            rows.append(np.repeat(errors, np.diff(steps[:, 0], prepend=0.0).astype(int), axis=0))
+            last = errors[-1:] if len(errors) else last
+            if len(rows[-1]) < written:  # rows at a time where the call began
+                rows.append(np.repeat(last, written - len(rows[-1]), axis=0))
+        return np.concatenate((*rows, last))
+
+
+def _aligned(memory: NDArray[np.uint8]) -> int:
+    return -(-place(memory) // _CACHE_LINE) * _CACHE_LINE

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from phichain.contract.flows import NO_WORKSPACE
 from phichain.errors import ArrayError
-from phichain.native.flows.beside import Beside
+from phichain.native.flows.beside import Beside, Desk
 from phichain.native.flows.call import FlowCall
 from phichain.native.flows.checks import demand_rounding, output_times, step_budget, time_of, vector
 from phichain.native.memory.arrays import SCALAR, place
@@ -38,7 +38,7 @@ class Frame:
         given: The arguments of C by name, as ctypes.
         steps: Steps taken so far.
         refused: Steps tried and not taken so far, of flows that count them.
-        beside: What flies beside the next call, None for nothing.
+        beside: What takes the steps of the next call, None for nothing.
     """
 
     def __init__(self, call: FlowCall) -> None:
@@ -66,7 +66,7 @@ class Frame:
         self._briefly = getattr(call.function, "briefly", call.function)
         self._has_u, self._has_p = "u" in self.given, "p" in self.given
         self.beside: Beside | None = None
-        self._count = 0
+        self._noted: Desk | None = None
         self._ends: tuple[NDArray[Any], ...] = ()
         self._ends_at: tuple[int, ...] = ()
         self._none = (wide(np.empty(0)), wide(np.empty((0, nq))), wide(np.empty((0, nv))))
@@ -138,15 +138,28 @@ class Frame:
         if isinstance(times, tuple) and not times:
             self._point_to(0, None, None, None)
             return self._to_the_end(budget), self._none
-        self._max_steps.value = budget
         grid = output_times(self._call.name, times, t, t_end, self._call.kind)
         q_at, v_at = self._rows(len(grid), grid)
-        result, written = self._called()
+        result, written = self._in_pieces(budget, (grid, q_at, v_at))
         return result, (wide(grid[:written]), wide(q_at[:written]), wide(v_at[:written]))
+
+    def _in_pieces(self, budget: int, rows: tuple[NDArray[Any], ...]) -> tuple[int, int]:
+        """Run, in one call of C unless steps are kept and fill their room: then it goes on as if it had not stopped."""
+        most = budget if self.beside is None else min(budget, self._most)
+        self._max_steps.value = most
+        result, written = self._called()
+        while OUTCOMES[result] == "step budget" and self.steps + self.refused < budget:
+            self._max_steps.value = min(budget - self.steps - self.refused, most)
+            self._point_to(len(rows[0]) - written, *(place(array[written:]) if len(array) > written else None for array in rows))
+            result, more = self._called(goes_on=True)
+            written += more
+        return result, written
 
     def _to_the_end(self, budget: int) -> int:
         """Run, the first steps without a way out for Ctrl-C: a short run costs half as much without one."""
-        brief = min(self._call.brief, budget) if self.beside is None else 0
+        if self.beside is not None:
+            return self._in_pieces(budget, (np.empty(0),))[0]
+        brief = min(self._call.brief, budget)
         if brief:
             self._max_steps.value = brief
             result, _ = self._called(self._briefly)
@@ -157,10 +170,9 @@ class Frame:
 
     def own(self, budget: int) -> tuple[int, Passed]:
         """Run, and the states at the ends of the flow's own steps: one call of C unless they are very many."""
-        nq, nv, _, _ = self._call.sizes
-        found, most = [], max(1, ROOM // (self._call.kind.itemsize * (1 + nq + nv)))
+        found = []
         while True:
-            count = min(budget - self.steps - self.refused, most)
+            count = min(budget - self.steps - self.refused, self._most)
             self._max_steps.value = count
             times, q_at, v_at = self._room_for_ends(count)
             self.flow.own, *rows = self._ends_at
@@ -173,6 +185,12 @@ class Frame:
                 break
         return result, found[0] if len(found) == 1 else tuple(map(np.concatenate, zip(*found, strict=True)))
 
+    @property
+    def _most(self) -> int:
+        """Steps of one call whose ends are kept."""
+        nq, nv, _, _ = self._call.sizes
+        return max(1, ROOM // (self._call.kind.itemsize * (1 + nq + nv)))
+
     def _room_for_ends(self, count: int) -> tuple[NDArray[Any], ...]:
         """Memory of so many ends of steps, kept for the next call: fresh pages cost as much as a short flow."""
         if not self._ends or len(self._ends[0]) < count:
@@ -181,11 +199,13 @@ class Frame:
             self._ends_at = tuple(map(place, self._ends))
         return self._ends
 
-    def _called(self, function: Callable[..., int] | None = None) -> tuple[int, int]:
+    def _called(self, function: Callable[..., int] | None = None, goes_on: bool = False) -> tuple[int, int]:
         """Call C, and how many rows it wrote."""
         function, arguments = function or self._call.function, self._arguments
-        if self.beside is not None:
-            function, arguments = self.beside.function, (*arguments, *self.beside.arguments(self._count))
+        desk = None if self.beside is None else self._desk_of(self.beside)
+        if self.beside is not None and desk is not None:
+            desk.go_on(goes_on)
+            function, arguments = self.beside.watched.function, (*arguments, *desk.arguments)
         result = int(function(*arguments))
         if result == NO_WORKSPACE.number:
             self._room = np.empty(self.flow.steps + _CACHE_LINE, np.uint8)
@@ -194,9 +214,21 @@ class Frame:
         self.steps += self.flow.steps
         if self._refuses:
             self.refused += self.flow.refused
-        if self.beside is not None:
-            self.beside.keep(self.flow.written)
+        if self.beside is not None and desk is not None:
+            self.beside.keep(desk.taken(self.flow.steps), self.flow.written)
         return result, self.flow.written
+
+    def _desk_of(self, beside: Beside) -> Desk:
+        """Where steps are left, kept for the next call as room for ends is; whoever gets them knows what they depend on."""
+        if self._noted is None:
+            self._noted = Desk(beside.watched, self._most)
+        return self._noted
+
+    @property
+    def held(self) -> tuple[NDArray[Any], ...]:
+        """Copies of what stays the same over a run: parameters and input, as far as C takes any."""
+        known = (("p", self._parameters.values), ("u", self._state["u"]))
+        return tuple(values.copy() for name, values in known if name in self.given)
 
     def memory(self, name: str) -> NDArray[Any]:
         """The memory of q, v or u that C reads."""
@@ -243,7 +275,6 @@ class Frame:
     def _point_to(self, count: int, times: int | None, q_at: int | None, v_at: int | None) -> None:
         """Say where C finds times and leaves states."""
         number, *pointers = self._outputs
-        self._count = count
         number.value, pointers[0].value, pointers[1].value, pointers[2].value = count, times, q_at, v_at
 
 

@@ -36,7 +36,7 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any, 
         chain: The scene.
         parameters: Its runtime parameters in the order of the C struct.
         function: The foreign function; its result type is set here.
-        watched: The same with neighbours beside it, where there is one.
+        watched: The same that leaves its steps, and what flies beside these, where there is one.
 
     Returns:
         ``propagate(q, v, t, t_end, tol, *, u, forcing, times, own, stop, max_steps, lost, transition, along, p) -> Propagation``: from
@@ -44,7 +44,7 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any, 
         t_end, or `own` for the ends of its own steps; `transition` (nq + nv, m) holds derivatives of (q, v) at t that are carried to where it ends, the
         identity for the whole state transition matrix; `along` says by name how parameters move along its columns, each (n, m)
         where the scene varies them.
-        `beside` is what its ``beside()``, where it has that, made for one run: neighbours that fly along, whose `errors` are then those of its rows.
+        `beside` is what its ``beside()``, where it has that, made for one run: it takes the steps of every call, and its `errors` are those of the run's rows.
         Its ``bind(tol, *, u, forcing, stop, columns, max_steps, p) -> Bound`` checks all that stays once, for short flows in loops.
     """
     call = flow_call("propagate", chain, parameters, function)
@@ -72,8 +72,6 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any, 
     ) -> Propagation:
         frame = frames.take()
         frame.beside = beside
-        if beside is not None:
-            beside.begin()
         t, t_end, budget = frame.begin(q, v, u, (t, t_end), max_steps, lost, p)
         flow, carried = frame.flow, None
         flow.tolerance = checked_tolerance("propagate.tol", tol)
@@ -96,6 +94,8 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any, 
         if own:
             demand_alone(call.name, times)
         result, (t_at, q_at, v_at) = frame.own(budget) if own else frame.at(times, t, t_end, budget)
+        if beside is not None:
+            beside.hold(frame.held, flow.tolerance)
         del directions
         columns_at = None if passed is None else wide(passed[: flow.written])
         matrix = None if carried is None else kept_wide(carried)

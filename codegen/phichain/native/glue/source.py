@@ -24,8 +24,10 @@ def glue_source(manifest: Manifest, chain: Chain, prepared: Signature | None = N
     declared = [f"{loop.declaration};" for loop in loops]
     twins = [*loops, *(foreign_flow(symbol, flow, chain) for flow, symbol in manifest.flows.items())]
     if beside_file(manifest) in manifest.files:
-        twins.append(beside_flow(foreign_flow(manifest.flows["propagate"], "propagate", chain)))
-        declared.append(f"{twins[-1].declaration};")
+        flow = foreign_flow(manifest.flows["propagate"], "propagate", chain)
+        judged = [noted_flow(flow, name), errors_beside(flow, name)]
+        twins += judged
+        declared += [f"{one.declaration};" for one in judged]
     checks = [line for flow in manifest.flows for line in _layout_checks(name, _flow(flow), chain)]
     parts = [*HEADERS, f'#include "{name}.h"', "", *checks, *declared, interrupts_source(name, twins)]
     return "\n".join(parts)
@@ -42,9 +44,17 @@ def beside_file(manifest: Manifest) -> str:
     return f"{manifest.name}_beside.c"
 
 
-def beside_flow(flow: Foreign) -> Foreign:
-    """The Taylor flow with neighbours beside it, which behind all else takes where they are kept and where errors go."""
-    return Foreign(f"{flow.symbol}_beside", flow.returns, (*flow.arguments, ("void", "*room"), ("void", "*errors")))
+def noted_flow(flow: Foreign, name: str) -> Foreign:
+    """The Taylor flow that leaves its steps: behind all else it takes whether it goes on, with what, and where steps go."""
+    more = (("int", "goes_on"), ("void", "*stop"), ("void", "*steps"))
+    return Foreign(f"{name}_propagate_noted", flow.returns, (*flow.arguments, *more))
+
+
+def errors_beside(flow: Foreign, name: str) -> Foreign:
+    """What flies beside these steps: it is given what the flow is given that stays the same, the steps and the tolerance."""
+    held = tuple(argument for argument in flow.arguments if argument[1] in ("*p", "*u"))
+    more = (("unsigned long", "count"), ("void", "*steps"), (f"{name}_real", "tolerance"), ("void", "*room"), ("void", "*errors"))
+    return Foreign(f"{name}_errors_beside", "void", (*held, *more))
 
 
 def _argument(argument: Passed, chain: Chain) -> tuple[str, str]:
