@@ -16,11 +16,17 @@
 #include "flow/drive.c"
 #endif
 #if ALONE_COUNT > 2
-#if WITH_TRIPLES
-#include "flow/triples.c"
+#if WITH_RUBS
+#include "flow/rubs.c"
 #endif
+#if WITH_SHARED
+#include "flow/shared_sums.c"
+#include "flow/shared.c"
+#else
 #include "flow/sums.c"
 #include "flow/series.c"
+#endif
+#include "flow/move.c"
 #endif
 #if ALONE_COUNT > 3
 #include "flow/length.c"

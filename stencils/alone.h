@@ -20,6 +20,9 @@
 #if WITH_TURNS && WITH_SPHERE
 #error "unit vectors have no turns"
 #endif
+#if WITH_SHARED && !(WITH_SPHERE && ALONE_BATCH)
+#error "rows are shared by trajectories side by side in space"
+#endif
 #if WITH_LINKS && (WITH_SPHERE || WITH_SQUARES || !WITH_COLUMNS)
 #error "links by their angles are derivatives of a planar chain"
 #endif
@@ -54,12 +57,15 @@ enum {
     stem_inputs = 2,
     stem_masses = 1,
     stem_axes = 3,
-    stem_lefts = WITH_TRIPLES ? 6 : 4,
-    stem_rights = 2,
-    stem_squares = WITH_SQUARES ? 2 : 0,
+    stem_lefts = WITH_SHARED ? 3 : 4,
+    stem_rights = WITH_SHARED && !WITH_CROSSED ? 1 : 2,
+    stem_squares = WITH_SHARED ? 1 : (WITH_SQUARES ? 2 : 0),
     stem_dry = WITH_DRY ? 2 : 0,
     stem_rubs = WITH_RUBS ? 2 : 0,
     stem_width = stem_lefts + 3 * stem_dry + 5 * stem_rubs,
+#if WITH_SHARED
+    stem_row = stem_cart + stem_width,
+#endif
     stem_all = stem_lefts * stem_rights + stem_squares + 2 * stem_dry + 6 * stem_rubs,
     stem_highest = 22,
 #if WITH_PARAMETERS
@@ -70,6 +76,13 @@ enum {
 #endif
     stem_looks = 4
 };
+#if WITH_SHARED
+#define STEM_LEFT(j) (jet->x[(j) + 1] + stem_cart)
+#define STEM_BEGUN (start->row[0] + stem_cart)
+#else
+#define STEM_LEFT(j) (jet->left[j])
+#define STEM_BEGUN (start->left[0])
+#endif
 extern const phi_real stem_now[stem_highest][4];
 
 /* --- lanes: one number, or one of each trajectory that runs beside others --- */
@@ -140,7 +153,12 @@ typedef struct stem_event {
 } stem_event;
 
 typedef struct stem_start {
-    stem_lanes unit[2], held[4], slope[stem_x], left[2][stem_width], right[2][stem_lefts * stem_rights];
+    stem_lanes unit[2], held[4];
+#if WITH_SHARED
+    stem_lanes row[2][stem_row], right[stem_masses + stem_lefts * (stem_rights - 1)];
+#else
+    stem_lanes slope[stem_x], left[2][stem_width], right[2][stem_lefts * stem_rights];
+#endif
 #if WITH_FORCING
     stem_lanes later[4], drive[2];
 #endif
@@ -191,8 +209,13 @@ typedef struct stem_jets {
 #else
     stem_start start[1], end[1];
 #endif
+#if WITH_SHARED
+    stem_lanes x[stem_highest + 2][stem_row], right[stem_highest + 1][stem_masses + stem_lefts * (stem_rights - 1)];
+#else
     stem_lanes x[stem_highest + 1][stem_x], left[stem_highest + 1][stem_width];
-    stem_lanes right[stem_highest + 1][stem_lefts * stem_rights], sums[4][stem_all];
+    stem_lanes right[stem_highest + 1][stem_lefts * stem_rights];
+#endif
+    stem_lanes sums[4][stem_all];
     stem_lanes state[stem_x], lost[stem_x], moved[stem_x], moved_lost[stem_x];
 #if WITH_INPUTS
     stem_lanes u[stem_inputs];

@@ -109,7 +109,11 @@ int phi_propagate(ARGUMENTS);
 #endif
 
 void stem_factor(CONTEXT const stem_lanes *q, const stem_lanes *v, LANES_OF_INPUTS LANES_OF_FORCE const stem_lanes *scale, LANES_LOST stem_lanes *held, LANES_LATER stem_lanes *left, stem_lanes *right);
+#if WITH_SHARED
+void stem_order(CONTEXT const stem_lanes *held, const stem_lanes *sums, const stem_lanes *row, const stem_lanes *row_after, const phi_real now[4], LANES_OF_FORCE stem_lanes *row_ahead, stem_lanes *right);
+#else
 void stem_order(CONTEXT const stem_lanes *held, const stem_lanes *sums, LANES_NEWEST(stem_lanes) const stem_lanes *coefficient, const phi_real now[4], LANES_OF_FORCE stem_lanes *left, stem_lanes *right, stem_lanes *next);
+#endif
 void phi_positions(POSITIONS_CONTEXT const phi_real *q, phi_real *place);
 #if WITH_OWN_TRIGONOMETRY
 void phi_sincos(int n, const phi_real *angle, phi_real *sine, phi_real *cosine);

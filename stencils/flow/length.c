@@ -73,20 +73,25 @@ static void stem_radius(const int order, const stem_lanes *unit, const stem_lane
 static void stem_lengths(const int order, const stem_jets *jet, const phi_real goal, const phi_real scales[2], const stem_lanes state[2], stem_lanes *length)
 {
     const stem_lanes zero = STEM_ZERO, one = STEM_ZERO + 1, unit = jet->start->unit[0];
-    stem_lanes last[2], before[2], finite = zero;
-    for (int i = 0; i < stem_x; ++i) {
+    stem_lanes last[2], before[2], finite = zero, rates = zero, turned = zero;
+    for (int i = 0; i < stem_q; ++i) {
+#if WITH_SHARED
         finite += 0 * jet->x[order][i];
+        rates += 0 * jet->x[order + 1][i];
+#else
+        finite += 0 * jet->x[order][i];
+        rates += 0 * jet->x[order][stem_q + i];
+#endif
+        turned += 0 * (jet->state[stem_q + i] * jet->state[stem_q + i]);
     }
-    for (int i = stem_q; i < stem_x; ++i) {
-        finite += 0 * (jet->state[i] * jet->state[i]);
-    }
-    stem_norms(scales[1], jet->x[order], last);
-    stem_norms(scales[1], jet->x[order - 1], before);
+    finite += rates + turned;
+    stem_terms(order, jet, scales[1], last);
+    stem_terms(order - 1, jet, scales[1], before);
 #if WITH_FORCING
     /* From rest a forced chain moves as far in a unit of time as its first coefficients say. */
     stem_lanes first[2], second[2];
-    stem_norms(scales[1], jet->x[1], first);
-    stem_norms(scales[1], jet->x[2], second);
+    stem_terms(1, jet, scales[1], first);
+    stem_terms(2, jet, scales[1], second);
     const stem_lanes driven = STEM_LARGER(first[1], second[1]), going = state[1] / scales[0];
     const stem_lanes turning = STEM_LARGER(going, driven), wide = STEM_LARGER(state[0], turning);
 #else
@@ -112,7 +117,11 @@ static void stem_defects(const stem_jets *jet, const stem_lanes along[stem_q], c
     const stem_lanes t = *h / jet->start->unit[0], unit = jet->start->unit[0] / jet->end->unit[0], share = t * (unit * unit);
     const stem_lanes one = STEM_ZERO + 1;
     for (int i = 0; i < stem_q; ++i) {
+#if WITH_SHARED
+        slope[i] = share * (2 * jet->end->row[1][i]);
+#else
         slope[i] = share * jet->end->slope[stem_q + i];
+#endif
         apart[i] = along[i] - slope[i];
     }
     stem_norm(scales[1], slope, &motion);

@@ -94,9 +94,6 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
             stem_square_ahead(n, jet);
 #endif
         } else {
-#if WITH_TRIPLES
-            stem_rest(n, turn, jet);
-#else
             /* A number that compilers see is one that they take in line. */
             if (turn == 1) {
                 stem_rest(n, 1, jet);
@@ -105,7 +102,6 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
             } else {
                 stem_rest(n, 3, jet);
             }
-#endif
 #if WITH_SQUARES
             stem_square_rest(n, turn, jet);
 #endif
@@ -173,23 +169,6 @@ static void stem_advance(const int order, const stem_jets *PHI_RESTRICT jet, con
     }
 }
 
-/* Where the states come from there, and what rounding takes from that. */
-static void stem_move(const stem_lanes increment[stem_x], stem_jets *PHI_RESTRICT jet)
-{
-    for (int i = 0; i < stem_x; ++i) {
-        const stem_lanes whole = increment[i] + jet->lost[i], before = jet->state[i], after = before + whole;
-        jet->moved_lost[i] = (before - (after - (after - before))) + (whole - (after - before));
-        jet->moved[i] = after;
-    }
-#if WITH_SPHERE
-    {
-        stem_lanes settled[stem_x];
-        stem_settle(jet->moved, jet->moved_lost, settled);
-        memcpy(jet->moved_lost, settled, sizeof settled);
-    }
-#endif
-}
-
 /* One entry of a lane's state at a time h into its step, whole turns added; powers apart as in stem_advance. */
 static phi_real stem_entry(const int order, const stem_jets *jet, const int lane, const phi_real h, const int i)
 {
@@ -213,18 +192,8 @@ static phi_real stem_entry(const int order, const stem_jets *jet, const int lane
 #endif
 }
 
-/* The whole of it, as the caller sees it. */
-static void stem_look(const int order, const stem_jets *jet, const int lane, const phi_real h, phi_real x[stem_x])
+/* Largest of the angles' coefficients of order n, and of the rates'. */
+static void stem_terms(const int n, const stem_jets *jet, const phi_real reach, stem_lanes norm[2])
 {
-#if WITH_SPHERE
-    phi_real inside[stem_x];
-    for (int i = 0; i < stem_x; ++i) {
-        inside[i] = stem_entry(order, jet, lane, h, i);
-    }
-    stem_leave(inside, inside + stem_q, x, x + stem_q);
-#else
-    for (int i = 0; i < stem_x; ++i) {
-        x[i] = stem_entry(order, jet, lane, h, i);
-    }
-#endif
+    stem_norms(reach, jet->x[n], norm);
 }

@@ -24,7 +24,7 @@ STRICT = (
 )  # fmt: skip
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 STENCILS = ("norms", "turns", "series", "length", "event", "columns", "run")
-FLOW = ("norms", "turns", "series", "length", "event", "run", "beside", "batch", "fused", "drive", "sums", "triples")
+FLOW = ("norms", "turns", "series", "length", "event", "run", "beside", "batch", "fused", "drive", "sums", "move", "rubs", "shared", "shared_sums")
 COLUMNS = ("parameters", "links", "products", "sums", "series")
 SPACES: tuple[dict[str, int], ...] = ({"WITH_TURNS": 1}, {}, {"WITH_SPHERE": 1})
 Combination = dict[str, int]
@@ -47,7 +47,7 @@ def combinations() -> Iterator[Combination]:
             "WITH_LINKS": int(form["WITH_COLUMNS"] and not squares and "WITH_SPHERE" not in space and number // 5 % 2 == 0 and not number // 13 % 2),
             "WITH_PARAMETERS": form["WITH_COLUMNS"] * (number // 7 % 2), "WITH_SCALES": scales, "ALONE_PARAMS": (0, 2)[number // 2 % 2] if scales else 1, "ALONE_FLOAT": number // 3 % 2,
             "ALONE_VECTORS": number // 5 % 2, "ALONE_CART": number % 3, "ALONE_NEWEST": number // 7 % 2, "WITH_DRY": number // 11 % 2, "WITH_RUBS": number // 13 % 2,
-            "WITH_TRIPLES": int(form["ALONE_BATCH"] and "WITH_SPHERE" in space and squares),
+            "WITH_SHARED": int(form["ALONE_BATCH"] and "WITH_SPHERE" in space), "WITH_CROSSED": number // 7 % 2,
         }  # fmt: skip
 
 
@@ -158,11 +158,11 @@ def said(folder: Path, program: str, **words: int) -> list[float]:
     return [float(word) for word in subprocess.run([folder / "said"], capture_output=True, text=True, check=True).stdout.split()]
 
 
-@pytest.mark.parametrize("words", [{"ALONE_BATCH": 0}, {"ALONE_BATCH": 1, "ALONE_VECTORS": 1, "WITH_TRIPLES": 1}, {"ALONE_BATCH": 1}])
+@pytest.mark.parametrize("words", [{"ALONE_BATCH": 0}, {"ALONE_BATCH": 1, "ALONE_VECTORS": 1, "WITH_SHARED": 1, "WITH_CROSSED": 1}, {"ALONE_BATCH": 1}])
 def test_blocks_of_four_orders_are_the_whole_sums(words: dict[str, int], tmp_path: Path) -> None:
     """At every start of a block, and without a look at rows that come later."""
     apart = said(tmp_path, "sums", WITH_SPHERE=1, WITH_SQUARES=1, WITH_SCALES=1, **words)
-    assert len(apart) == 60 and max(apart) < 1e-14
+    assert len(apart) == 67 and max(apart) < 1e-14
 
 
 def test_zeros_take_few_looks(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from phichain.mechanics import Model, derive
 from phichain.native import default_cache
 from phichain.proof import EXACTLY, prove
 from phichain.proof.case import IDENTITIES
-from phichain.proof.identities.recurrences import ORDERS
+from phichain.proof.identities.expansion import ORDERS
 from phichain.scene import Scene, load_scene, standard_scene
 
 ROOT = Path(__file__).parents[2]

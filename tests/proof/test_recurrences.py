@@ -17,14 +17,15 @@ from mpmath import mp
 from phichain.errors import ProofError
 from phichain.lowering.series import Series, series
 from phichain.lowering.series.run import expand, expand_column
+from phichain.lowering.series.spatial.side_by_side import expand_shared
 from phichain.mechanics import Model, derive
-from phichain.proof.identities.recurrences import ORDERS
+from phichain.proof.identities.expansion import ORDERS
 from phichain.proof.prove import prove_recurrences
 from phichain.scene import Scene
 from tests.lowering.taylor_oracle import EXACT, Row, gap, state
 from tests.proof.mutations import mutants
 
-PER_KIND = {"factor": 4, "order": 4, "columns": 1}
+PER_KIND = {"factor": 4, "order": 4, "columns": 1, "order_shared": 2}
 UNEVEN: dict[str, Any] = {"mass": [0.7, 1.9, 0.4], "length": [0.5, 1.3, 0.8], "space": "spatial"}
 PLANAR: dict[str, Any] = {**UNEVEN, "space": "planar"}
 CART: dict[str, Any] = {"base": "cart", "cart_mass": 0.9, "code": "loops"}
@@ -73,14 +74,17 @@ def changed(whole: Series) -> Iterator[tuple[str, Series]]:
 
 
 def expanded(scene: Scene, of: Series) -> list[Row]:
-    """Coefficients, and those of a column, in 50 digits."""
+    """Coefficients, those of trajectories side by side, and those of a column, in 50 digits."""
     at = state(scene, 2)
     with mp.workdps(60):
         rho = Fraction(3, 8)
         base = expand(of, EXACT, ORDERS + 3, at.q, at.v, at.u, rho, **at.params)
-        if of.columns is None:
-            return base.state
-        return [*base.state, *expand_column(of, EXACT, base, at.v, [x * 0 for x in at.v]).state]
+        found = list(base.state)
+        if of.order_shared is not None:
+            found += expand_shared(of, EXACT, ORDERS + 3, at.q, at.v, at.u, rho, **at.params)
+        if of.columns is not None:
+            found += expand_column(of, EXACT, base, at.v, [x * 0 for x in at.v]).state
+        return found
 
 
 def expands_the_same(scene: Scene, whole: Series, mutant: Series) -> bool:

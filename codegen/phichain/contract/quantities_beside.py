@@ -111,6 +111,7 @@ def series(functions: frozenset[str]) -> Quantities:
             ("sums", "", "for every product what the coefficients that are known contribute to it"),
             ("newest", "", "the last row of left"),
             ("coefficient next", "", "the state's coefficients of order n, and of order n + 1"),
+            ("row row_after row_ahead", "", "coefficients of the configuration of orders n, n + 1 and n + 2"),
             ("now", "", "n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and 1 at order 0, else 0"),
             ("scale", "s", "unit of time in a step, and its square"),
             ("lost", "", "what rounding took from the state"),

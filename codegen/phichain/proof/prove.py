@@ -19,7 +19,8 @@ from phichain.mechanics import Model, derive
 from phichain.proof.case import IDENTITIES, Case, Subject, Wrong
 from phichain.proof.equations import check_equations
 from phichain.proof.identities.dynamics import field_of_flows
-from phichain.proof.identities.recurrences import ORDERS, Recurrences, recurrences
+from phichain.proof.identities.expansion import ORDERS, Recurrences
+from phichain.proof.identities.recurrences import recurrences
 from phichain.proof.lagrange import Judge
 from phichain.proof.model import check_lagrangian
 from phichain.proof.modular.points import POINTS, Point

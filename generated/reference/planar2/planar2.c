@@ -1180,18 +1180,6 @@ static void planar2_flow_advance(const int order, const planar2_workspace *PLANA
     }
 }
 
-/* Where the states come from there, and what rounding takes from that. */
-static void planar2_flow_move(const planar2_real increment[planar2_flow_x],
-    planar2_workspace *PLANAR2_RESTRICT jet)
-{
-    for (int i = 0; i < planar2_flow_x; ++i) {
-        const planar2_real whole = increment[i] + jet->lost[i], before = jet->state[i], after = before
-            + whole;
-        jet->moved_lost[i] = (before - (after - (after - before))) + (whole - (after - before));
-        jet->moved[i] = after;
-    }
-}
-
 /* One entry of a lane's state at a time h into its step, whole turns added; powers apart as in
  * planar2_flow_advance. */
 static planar2_real planar2_flow_entry(const int order, const planar2_workspace *jet, const int lane,
@@ -1213,6 +1201,25 @@ static planar2_real planar2_flow_entry(const int order, const planar2_workspace 
         + PLANAR2_FLOW_OF(jet->lost[i], lane));
     return i < planar2_flow_cart || i >= planar2_flow_q ? sum : planar2_flow_turned(sum,
         PLANAR2_FLOW_OF(jet->turns[i], lane));
+}
+
+/* Largest of the angles' coefficients of order n, and of the rates'. */
+static void planar2_flow_terms(const int n, const planar2_workspace *jet, const planar2_real reach,
+    planar2_real norm[2])
+{
+    planar2_flow_norms(reach, jet->x[n], norm);
+}
+
+/* Where the states come from there, and what rounding takes from that. */
+static void planar2_flow_move(const planar2_real increment[planar2_flow_x],
+    planar2_workspace *PLANAR2_RESTRICT jet)
+{
+    for (int i = 0; i < planar2_flow_x; ++i) {
+        const planar2_real whole = increment[i] + jet->lost[i], before = jet->state[i], after = before
+            + whole;
+        jet->moved_lost[i] = (before - (after - (after - before))) + (whole - (after - before));
+        jet->moved[i] = after;
+    }
 }
 
 /* The whole of it, as the caller sees it. */
@@ -1304,15 +1311,15 @@ static void planar2_flow_lengths(const int order, const planar2_workspace *jet, 
     const planar2_real scales[2], const planar2_real state[2], planar2_real *length)
 {
     const planar2_real zero = 0, one = 0 + 1, unit = jet->start->unit[0];
-    planar2_real last[2], before[2], finite = zero;
-    for (int i = 0; i < planar2_flow_x; ++i) {
+    planar2_real last[2], before[2], finite = zero, rates = zero, turned = zero;
+    for (int i = 0; i < planar2_flow_q; ++i) {
         finite += 0 * jet->x[order][i];
+        rates += 0 * jet->x[order][planar2_flow_q + i];
+        turned += 0 * (jet->state[planar2_flow_q + i] * jet->state[planar2_flow_q + i]);
     }
-    for (int i = planar2_flow_q; i < planar2_flow_x; ++i) {
-        finite += 0 * (jet->state[i] * jet->state[i]);
-    }
-    planar2_flow_norms(scales[1], jet->x[order], last);
-    planar2_flow_norms(scales[1], jet->x[order - 1], before);
+    finite += rates + turned;
+    planar2_flow_terms(order, jet, scales[1], last);
+    planar2_flow_terms(order - 1, jet, scales[1], before);
     const planar2_real turning = state[1] / scales[0], wide = PLANAR2_FLOW_LARGER(state[0], turning);
     const planar2_real angle = goal * PLANAR2_FLOW_CHOOSE(wide < 1, wide, one);
     const planar2_real linear = angle * scales[0], moving = goal * state[1];

@@ -1535,23 +1535,6 @@ static void spatial2_cart_flow_advance(const int order,
     }
 }
 
-/* Where the states come from there, and what rounding takes from that. */
-static void spatial2_cart_flow_move(const spatial2_cart_real increment[spatial2_cart_flow_x],
-    spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
-{
-    for (int i = 0; i < spatial2_cart_flow_x; ++i) {
-        const spatial2_cart_real whole = increment[i] + jet->lost[i], before = jet->state[i], after = before
-            + whole;
-        jet->moved_lost[i] = (before - (after - (after - before))) + (whole - (after - before));
-        jet->moved[i] = after;
-    }
-    {
-        spatial2_cart_real settled[spatial2_cart_flow_x];
-        spatial2_cart_flow_settle(jet->moved, jet->moved_lost, settled);
-        memcpy(jet->moved_lost, settled, sizeof settled);
-    }
-}
-
 /* One entry of a lane's state at a time h into its step, whole turns added; powers apart as in
  * spatial2_cart_flow_advance. */
 static spatial2_cart_real spatial2_cart_flow_entry(const int order, const spatial2_cart_workspace *jet,
@@ -1573,6 +1556,30 @@ static spatial2_cart_real spatial2_cart_flow_entry(const int order, const spatia
     sum = SPATIAL2_CART_FLOW_OF(jet->state[i], lane) + (sum * (i < spatial2_cart_flow_q ? t : t / unit)
         + SPATIAL2_CART_FLOW_OF(jet->lost[i], lane));
     return sum;
+}
+
+/* Largest of the angles' coefficients of order n, and of the rates'. */
+static void spatial2_cart_flow_terms(const int n, const spatial2_cart_workspace *jet,
+    const spatial2_cart_real reach, spatial2_cart_real norm[2])
+{
+    spatial2_cart_flow_norms(reach, jet->x[n], norm);
+}
+
+/* Where the states come from there, and what rounding takes from that. */
+static void spatial2_cart_flow_move(const spatial2_cart_real increment[spatial2_cart_flow_x],
+    spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet)
+{
+    for (int i = 0; i < spatial2_cart_flow_x; ++i) {
+        const spatial2_cart_real whole = increment[i] + jet->lost[i], before = jet->state[i], after = before
+            + whole;
+        jet->moved_lost[i] = (before - (after - (after - before))) + (whole - (after - before));
+        jet->moved[i] = after;
+    }
+    {
+        spatial2_cart_real settled[spatial2_cart_flow_x];
+        spatial2_cart_flow_settle(jet->moved, jet->moved_lost, settled);
+        memcpy(jet->moved_lost, settled, sizeof settled);
+    }
 }
 
 /* The whole of it, as the caller sees it. */
@@ -1667,15 +1674,15 @@ static void spatial2_cart_flow_lengths(const int order, const spatial2_cart_work
     spatial2_cart_real *length)
 {
     const spatial2_cart_real zero = 0, one = 0 + 1, unit = jet->start->unit[0];
-    spatial2_cart_real last[2], before[2], finite = zero;
-    for (int i = 0; i < spatial2_cart_flow_x; ++i) {
+    spatial2_cart_real last[2], before[2], finite = zero, rates = zero, turned = zero;
+    for (int i = 0; i < spatial2_cart_flow_q; ++i) {
         finite += 0 * jet->x[order][i];
+        rates += 0 * jet->x[order][spatial2_cart_flow_q + i];
+        turned += 0 * (jet->state[spatial2_cart_flow_q + i] * jet->state[spatial2_cart_flow_q + i]);
     }
-    for (int i = spatial2_cart_flow_q; i < spatial2_cart_flow_x; ++i) {
-        finite += 0 * (jet->state[i] * jet->state[i]);
-    }
-    spatial2_cart_flow_norms(scales[1], jet->x[order], last);
-    spatial2_cart_flow_norms(scales[1], jet->x[order - 1], before);
+    finite += rates + turned;
+    spatial2_cart_flow_terms(order, jet, scales[1], last);
+    spatial2_cart_flow_terms(order - 1, jet, scales[1], before);
     const spatial2_cart_real turning = state[1] / scales[0],
         wide = SPATIAL2_CART_FLOW_LARGER(state[0], turning);
     const spatial2_cart_real angle = goal * SPATIAL2_CART_FLOW_CHOOSE(wide < 1, wide, one);

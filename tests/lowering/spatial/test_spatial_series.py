@@ -176,6 +176,16 @@ def test_operations_of_an_order_beside_its_sums(scene: Scene, most: float, held:
     assert series.held <= held * scene.links
 
 
+@pytest.mark.parametrize("name", ["three on a cart", "alike", "four"])
+def test_trajectories_side_by_side_keep_every_number_once(name: str) -> None:
+    """What an order writes for eight at a time: three numbers a link and its multiplier where one trajectory takes twelve."""
+    series = spatial_series(derive(CHAINS[name]))
+    assert series.order_shared is not None
+    written = [sum(array.size for array in order.outputs) for order in (series.order, series.order_shared)]
+    assert written[1] <= 0.36 * written[0]
+    assert total_operations(series.order_shared) <= 0.87 * total_operations(series.order)
+
+
 def test_ends_there_and_back() -> None:
     """(q, omega) to (q, q') and back: the state itself, and of a variation what is tangent to the states."""
     scene = CHAINS["three on a cart"]

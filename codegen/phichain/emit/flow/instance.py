@@ -134,12 +134,18 @@ def turns(scene: Scene) -> bool:
     return scene.is_planar and scene.stiffness is None
 
 
+def shares(scene: Scene, lanes: bool) -> bool:
+    """Whether trajectories, side by side where `lanes`, keep every number once: in space."""
+    return lanes and not scene.is_planar
+
+
 def steps_stencils(scene: Scene, made: Series, lanes: bool = False) -> list[str]:
     """The stencils of a step, in the order in which they lean on each other; `lanes`: of trajectories side by side."""
     winds = turns(scene)
     return [
         "flow/norms", *(["flow/fused"] if winds or made.is_forced else []), *(["flow/turns"] if winds else []),
-        *(["flow/drive"] if made.is_forced else []), *(["flow/triples"] if lanes and not scene.is_planar else []), "flow/sums", "flow/series",
+        *(["flow/drive"] if made.is_forced else []), *(["flow/rubs"] if made.rubs else []),
+        *(["flow/shared_sums", "flow/shared"] if shares(scene, lanes) else ["flow/sums", "flow/series"]), "flow/move",
     ]  # fmt: skip
 
 
@@ -161,7 +167,7 @@ def sizes(scene: Scene, stem: str, made: Series, names: CNames) -> dict[str, obj
     ]
     return {
         "stem": stem, "nq": scene.nq, "nu": scene.nu, "cart": cart(scene), "masses": scene.links,
-        "axes": 2 if scene.is_planar else 3, "lefts": made.lanes, "rights": made.rights, "squares": made.squares, "dry": made.dry, "rubs": made.rubs, "left_width": made.width, "all": made.sums,
+        "axes": 2 if scene.is_planar else 3, "lefts": made.lanes, "rights": made.rights, "squares": made.squares, "dry": made.dry, "rubs": made.rubs, "left_width": made.width, "all": made.sums, "row": 0,
         "highest": HIGHEST[scene.real], "held": made.held, "forced": made.is_forced, "varied": sum(scene.varied.values()), "turns": turns(scene), "real": f"{scene.name}_real",
         "abs": names.libm("fabs"), "now": [", ".join(names.number(value).text for value in row) for row in rows],
         "tables": table_rows(names),
@@ -175,7 +181,7 @@ def features(scene: Scene, made: Series, columns: bool, lanes: bool = False) -> 
         "WITH_OWN_TRIGONOMETRY": own_trigonometry(scene),
         "WITH_SQUARES": made.squares > 0, "WITH_DRY": made.dry > 0, "WITH_RUBS": made.rubs > 0, "WITH_SCALES": scale_literals(scene, None) is not None,
         "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns, "WITH_PARAMETERS": columns and made.order_along is not None,
-        "WITH_LINKS": columns and made.by_links, "WITH_TRIPLES": lanes and not scene.is_planar, "WITH_BESIDE": False,
+        "WITH_LINKS": columns and made.by_links, "WITH_SHARED": shares(scene, lanes), "WITH_CROSSED": made.rights > 1, "WITH_BESIDE": False,
     }  # fmt: skip
 
 

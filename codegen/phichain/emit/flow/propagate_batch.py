@@ -23,6 +23,7 @@ from phichain.emit.flow.instance import (
     features,
     positions_symbol,
     printed,
+    shares,
     sizes,
     spelling,
     steps_stencils,
@@ -66,7 +67,7 @@ def flow_batch(model: Model, known: Collection[str] = ()) -> FlowBatch:
     positions, others = positions_symbol(model, stem, known)
     called = [
         Called(f"{stem}_factor", made.factor, stem),
-        Called(f"{stem}_order", made.order, stem, frozenset({NOW})),
+        Called(f"{stem}_order", made.order if made.order_shared is None else made.order_shared, stem, frozenset({NOW})),
         *ends_of_a_call(scene, stem, stem),
         *others,
     ]
@@ -76,7 +77,7 @@ def flow_batch(model: Model, known: Collection[str] = ()) -> FlowBatch:
     parts, uses = printed(scene, names, called)
     definitions = render(
         "flow/batch.c.j2", upper=scene.name.upper(), kernel=lanes_kernel(scene, stem, uses | {"lanes_choose"}, REGISTERS), functions=parts, is_scalar=False,
-        stencils=_stencils(model, made, names, positions), **sizes(scene, stem, made, names),
+        stencils=_stencils(model, made, names, positions), **_sizes(scene, stem, made, names),
     )  # fmt: skip
     return FlowBatch(
         declarations=laid_out_text(_declarations(scene, _work(scene, made))),
@@ -100,13 +101,31 @@ def _stencils(model: Model, made: Series, names: CNames, positions: str) -> str:
     return "\n".join(instance(name, spelt, wanted) for name in files).rstrip("\n")
 
 
+def _sizes(scene: Scene, stem: str, made: Series, names: CNames) -> dict[str, object]:
+    """What the template of the constants wants to know, with the rows that trajectories share."""
+    own = {"row": _row(scene, made), "right": made.shared_right, "all": made.shared_sums, "squares": 0}
+    return sizes(scene, stem, made, names) | (own if shares(scene, True) else {})
+
+
+def _row(scene: Scene, made: Series) -> int:
+    """Numbers of a row of the configuration where trajectories share rows, with those of dry friction behind; else none."""
+    return scene.nq + made.width - made.lanes if shares(scene, True) else 0
+
+
 def _work(scene: Scene, made: Series) -> int:
     """Numbers the jets take, and room to put them on the boundary of a vector."""
-    size, factors = 2 * scene.nq, made.width + made.lanes * made.rights
-    highest = HIGHEST[scene.real]
-    start = 2 + made.held + size + 2 * factors + (made.held + 2 if made.is_forced else 0) + (highest + 2) * made.rubs
-    rows = (highest + 1) * (size + factors) + highest * highest * made.rubs
-    others = 4 * made.sums + 4 * size + scene.nu + (scene.nq if turns(scene) else 0)
+    size, highest = 2 * scene.nq, HIGHEST[scene.real]
+    start = 2 + made.held + (made.held + 2 if made.is_forced else 0) + (highest + 2) * made.rubs
+    if row := _row(scene, made):
+        right = made.shared_right
+        start += 2 * row + right
+        rows = (highest + 2) * row + (highest + 1) * right
+    else:
+        factors = made.width + made.lanes * made.rights
+        start += size + 2 * factors
+        rows = (highest + 1) * (size + factors)
+    rows += highest * highest * made.rubs
+    others = 4 * (made.shared_sums if row else made.sums) + 4 * size + scene.nu + (scene.nq if turns(scene) else 0)
     forcing = 4 if made.is_forced else 0
     return (2 * start + 1 + rows + others + forcing + 1) * VECTOR // (8 if scene.real == "double" else 4)
 

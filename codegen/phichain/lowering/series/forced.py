@@ -85,7 +85,8 @@ def forced(made: Series, scene: Scene, view: Scene) -> Series:
         view: the chain that `made` is of.
     """
     factor = _factor(made.factor, scene, view, _steady(made.order))
-    return replace(made, factor=factor, order=_weighed(made.order), tangent=made.order, is_forced=True)
+    shared = None if made.order_shared is None else _weighed(made.order_shared)
+    return replace(made, factor=factor, order=_weighed(made.order), tangent=made.order, order_shared=shared, is_forced=True)
 
 
 def _steady(order: Program) -> frozenset[int]:

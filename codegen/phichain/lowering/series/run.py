@@ -108,7 +108,7 @@ def expand(
     held = list(made[HELD])
     later = list(made[LATER]) if series.is_forced else held
     left = list(made[LEFT])
-    found = Expanded([[*q, *v]], [left], [list(made[RIGHT])], held, later, [], given, force, _rubbed(series, arithmetic, left, orders))
+    found = Expanded([[*q, *v]], [left], [list(made[RIGHT])], held, later, [], given, force, rubbed_places(series, arithmetic, left, orders))
     for n in range(orders):
         sums = [
             arithmetic.total(
@@ -133,7 +133,7 @@ def expand(
     return found
 
 
-def _rubbed(series: Series, arithmetic: Arithmetic, left: Row, orders: int) -> list[Rubbed]:
+def rubbed_places(series: Series, arithmetic: Arithmetic, left: Row, orders: int) -> list[Rubbed]:
     """The places of a spatial chain where dry friction acts, from row 0 of left."""
     rows = [left[rub_lane(series, i) :] for i in range(series.rubs)]
     return [Rubbed(arithmetic.total, arithmetic.number, arithmetic.inverse, row[:RUB_LANES], orders) for row in rows]
@@ -197,7 +197,7 @@ def expand_along(
         name, held = (LATER, base.later) if is_late else (HELD, base.held)
         weight = base.force[n] if is_late else arithmetic.number(Fraction(n == 0))
         given = {
-            HELD: held, SUMS: base.sums[n], NEWEST: base.left[n], COEFFICIENT: base.state[n], NOW: [*_now(arithmetic, n), weight],
+            HELD: held, SUMS: base.sums[n], NEWEST: base.left[n], COEFFICIENT: base.state[n], NOW: [*constants_of(arithmetic, n), weight],
             FORCE: [weight], f"d_{HELD}": step[f"d_{name}"], f"d_{SUMS}": _moved_sums(series, arithmetic, base, found, lead, n),
             f"d_{NEWEST}": found.left[n], f"d_{COEFFICIENT}": found.state[n], f"d_{FORCE}": [d_force[n] if is_late else nothing],
         }  # fmt: skip
@@ -250,7 +250,7 @@ def _moved_sums(
     return sums
 
 
-def _now(arithmetic: Arithmetic, n: int) -> Row:
+def constants_of(arithmetic: Arithmetic, n: int) -> Row:
     return [arithmetic.number(x) for x in (Fraction(n + 1), Fraction(1, n + 1), Fraction(1, (n + 1) * (n + 2)))]
 
 
@@ -268,7 +268,7 @@ def _next(
         SUMS: sums,
         NEWEST: found.left[n],
         COEFFICIENT: found.state[n],
-        NOW: [*_now(arithmetic, n), weight],
+        NOW: [*constants_of(arithmetic, n), weight],
         FORCE: [weight],
     }
     made = arithmetic.run(order, {**given, **params})

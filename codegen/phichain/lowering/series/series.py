@@ -23,6 +23,9 @@ NOW: Final = "now"
 COEFFICIENT: Final = "coefficient"
 NEXT: Final = "next"
 LEAD: Final = "lead"
+ROW: Final = "row"
+ROW_AFTER: Final = "row_after"
+ROW_AHEAD: Final = "row_ahead"
 LATER: Final = "later"
 FORCE: Final = "force"
 
@@ -55,6 +58,9 @@ class Series:
         order_along: the order of derivatives by parameters.
         dry: places of a planar chain where dry friction acts, with three more entries of a left row each.
         rubs: places of a spatial one, with five (`series.spatial.rubs`).
+        order_shared: the order of trajectories side by side in space, which keep what every number is once (`series.spatial.ordering`):
+            held, sums with the squares of a link as one, rows n and n + 1 of the configuration, `row` and `row_after`, now -> `row_ahead`, its
+            row n + 2, and right row n + 1 with every multiplier once. None in the plane.
         by_links: whether left rows are cosines, then sines of links' angles, the first two right rows their rates, and the other two
             begin with zero, their sums being wanted together only: then derivatives of sums are known by those of the angles.
     """
@@ -73,6 +79,7 @@ class Series:
     dry: int = 0
     rubs: int = 0
     by_links: bool = False
+    order_shared: Program | None = None
 
     @property
     def order_of_columns(self) -> Program:
@@ -88,3 +95,13 @@ class Series:
     def sums(self) -> int:
         """Sums of one order."""
         return self.lanes * self.rights + self.squares + 2 * self.dry + RUB_SUMS * self.rubs
+
+    @property
+    def shared_right(self) -> int:
+        """Entries of a right row where trajectories share rows: every multiplier once."""
+        return self.lanes // 3 + self.lanes * (self.rights - 1)
+
+    @property
+    def shared_sums(self) -> int:
+        """Sums of one order there: a link's squares are one."""
+        return self.lanes * self.rights + self.lanes // 3 + RUB_SUMS * self.rubs

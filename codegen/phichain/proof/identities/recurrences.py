@@ -12,167 +12,37 @@ run once more on dual numbers.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
-from typing import Any, Final
 
 from phichain.ir.interpret import run
-from phichain.ir.nodes import Program
-from phichain.lowering.series.forced import push_of, with_inputs
-from phichain.lowering.series.run import Arithmetic, Expanded, Row, expand, expand_along, expand_column
-from phichain.lowering.series.series import Series
+from phichain.lowering.series.run import Expanded, expand_along, expand_column
+from phichain.lowering.series.spatial.side_by_side import expand_shared
 from phichain.lowering.series.varied import varied_parameters
-from phichain.proof.case import Subject, Wrong, nothing
+from phichain.proof.case import Wrong
+from phichain.proof.identities.expansion import ORDERS, Recurrences, Start
 from phichain.proof.lagrange import ENERGIES, Judge
-from phichain.proof.modular.compiled import FAULTS, Given
-from phichain.proof.modular.field import PRIME, Vector, dot, exact, inverse, plus
+from phichain.proof.modular.field import PRIME, Vector, dot, inverse, plus
 from phichain.proof.modular.points import Point
 from phichain.proof.modular.power_series import Coefficients, Jet, PowerSeries
-from phichain.scene import Scene
-
-ORDERS: Final = 5
-"""So many orders are held: an order takes part in all that follow, and what depends on its number is a fraction of small degree."""
-
-
-@dataclass(frozen=True)
-class Recurrences:
-    """A `Series`, its Programs compiled when they are first run."""
-
-    series: Series
-    factor: Subject
-    order: Subject
-    columns: Subject | None
-    others: tuple[Subject, ...]
-    moving: Mapping[str, Subject]
-
-    @staticmethod
-    def of(series: Series) -> Recurrences:
-        """Nothing is compiled yet."""
-        columns = None if series.columns is None else Subject(series.columns)
-        others = tuple(
-            Subject(program) for program in (series.tangent, series.factor_along, series.order_along) if program is not None
-        )
-        moving = {program.name: Subject(_all_inputs(program)) for program in (series.factor, series.order)}
-        return Recurrences(series, Subject(series.factor), Subject(series.order), columns, others, moving)
-
-    def subject(self, program: Program) -> Subject:
-        """The one that compiles a Program of the series."""
-        known = [subject for subject in (self.factor, self.order, self.columns, *self.others) if subject is not None]
-        return next(subject for subject in known if subject.program is program)
-
-
-def _all_inputs(program: Program) -> Program:
-    """A Program whose parameters are inputs, which can move."""
-    return replace(program, params=(), inputs=(*program.params, *program.inputs))
 
 
 def recurrences(made: Recurrences, judge: Judge, point: Point) -> None:
     """Hold the recurrences at a point.
 
     Raises:
-        Wrong: the motion they expand is not the Lagrangian's, or a column no derivative of it.
+        Wrong: the motion they expand is not the Lagrangian's, that of trajectories side by side another one, or a column no derivative
+            of it.
     """
-    start = _Start(made, judge, point)
+    start = Start(made, judge, point)
     found = start.expanded(start.values())
     _consistent(judge, point, found)
     _no_residual(judge, point, found, start)
+    if made.series.order_shared is not None:
+        _shared(start, found)
     if made.columns is not None:
         _columns(start, found)
     if made.series.order_along is not None:
         _along(start, found)
-
-
-@dataclass(frozen=True)
-class _Start:
-    """Where a step starts: the point's state in scaled time."""
-
-    made: Recurrences
-    judge: Judge
-    point: Point
-
-    @property
-    def rho(self) -> int:
-        """The unit of time."""
-        return self.point.free("rho", 1)[0]
-
-    @property
-    def rate(self) -> Vector:
-        """x' in scaled time."""
-        return [self.rho * entry % PRIME for entry in self.judge.turned(self.point, self.point.v)]
-
-    @property
-    def force(self) -> Vector:
-        """The forcing's coefficients, any numbers: the recurrences know nothing of cosines."""
-        return self.point.free("force", ORDERS) if self.made.series.is_forced else []
-
-    @cached_property
-    def inputs(self) -> tuple[Scene, list[Coefficients]]:
-        """A scene with an input where the chain is forced, and the series of all inputs: held, the forcing beside."""
-        scene, later = self.point.scene, [0] * (ORDERS - 1)
-        if not self.made.series.is_forced:
-            return scene, [[entry, *later] for entry in self.point.u]
-        view, known = with_inputs(scene), dict(zip(scene.u_names, self.point.u, strict=True))
-        push = push_of(scene, view)
-        rows = [[known.get(name, 0), *later] for name in view.u_names]
-        return view, [plus(row, self.force, push.get(i, 0)) for i, row in enumerate(rows)]
-
-    def expanded(
-        self, arithmetic: Arithmetic, wrap: Callable[[str, Vector], Row] = lambda name, values: list(values)
-    ) -> Expanded:
-        """The coefficients in some arithmetic."""
-        point = self.point
-        rows = {
-            name: wrap(name, values)
-            for name, values in {"q": point.q, "v": self.rate, "u": point.u, "force": self.force, **point.parameters}.items()
-        }
-        return expand(self.made.series, arithmetic, ORDERS, rho=Fraction(self.rho), **rows)
-
-    def values(self) -> Arithmetic:
-        """Elements of the field."""
-
-        def go(program: Program, given: Mapping[str, Sequence[int]]) -> dict[str, Vector]:
-            made = self._ran(
-                lambda: self.made.subject(program).values(Given(given, self._circles()), self.point)
-            )
-            return {name: parts[0] for name, parts in made.items()}
-
-        return Arithmetic(go, exact, lambda pairs: sum(a * b for a, b in pairs) % PRIME, inverse)
-
-    def duals(self) -> Arithmetic:
-        """Pairs of an element and its derivative."""
-
-        def go(
-            program: Program, given: Mapping[str, Sequence[tuple[int, int]]]
-        ) -> dict[str, list[tuple[int, int]]]:
-            values = {name: [x for x, _ in entries] for name, entries in given.items()}
-            along = {name: [dx for _, dx in entries] for name, entries in given.items()}
-            subject = self.made.moving[program.name]
-            made = self._ran(lambda: subject.slopes(Given(values, self._circles(), along=along), self.point))
-            return {name: list(zip(*parts, strict=True)) for name, parts in made.items()}
-
-        def total(pairs: Any) -> tuple[int, int]:
-            value = slope = 0
-            for (x, dx), (y, dy) in pairs:
-                value += x * y
-                slope += x * dy + dx * y
-            return value % PRIME, slope % PRIME
-
-        def over(x: tuple[int, int]) -> tuple[int, int]:
-            first = inverse(x[0])
-            return first, -first * first * x[1] % PRIME
-
-        return Arithmetic(go, lambda value: (exact(value), 0), total, over)
-
-    def _circles(self) -> dict[str, Any]:
-        return {"q": self.point.circles} if self.point.scene.is_planar else {}
-
-    def _ran(self, run: Callable[[], dict[str, tuple[list[int], ...]]]) -> dict[str, tuple[list[int], ...]]:
-        try:
-            return run()
-        except FAULTS as fault:
-            raise Wrong(f"no coefficients at all, for {nothing(fault)}") from fault
 
 
 def _consistent(judge: Judge, point: Point, found: Expanded) -> None:
@@ -191,7 +61,7 @@ def _consistent(judge: Judge, point: Point, found: Expanded) -> None:
                 raise Wrong(f"the length of next[{first}] to [{first + 2}] at order {n - 1}")
 
 
-def _no_residual(judge: Judge, point: Point, found: Expanded, start: _Start) -> None:
+def _no_residual(judge: Judge, point: Point, found: Expanded, start: Start) -> None:
     """Lagrange and d'Alembert's principle along the series, in true time."""
     ring, size, over, (view, inputs) = PowerSeries(ORDERS, point.tanh, point.root), point.scene.nq, inverse(start.rho), start.inputs
     rows = [[row[i] for row in found.state] for i in range(2 * size)]
@@ -257,7 +127,16 @@ def _crossed(ring: PowerSeries, a: list[Coefficients], b: list[Coefficients]) ->
     return found
 
 
-def _columns(start: _Start, base: Expanded) -> None:
+def _shared(start: Start, base: Expanded) -> None:
+    """Trajectories side by side have the coefficients of one."""
+    found = expand_shared(start.made.series, start.values(), ORDERS, rho=Fraction(start.rho), **start.given)
+    for n, (row, true) in enumerate(zip(found, base.state, strict=True)):
+        for i, (entry, known) in enumerate(zip(row, true, strict=True)):
+            if (entry - known) % PRIME:
+                raise Wrong(f"next[{i}] at order {n - 1} of trajectories side by side")
+
+
+def _columns(start: Start, base: Expanded) -> None:
     """Along a variation that is tangent to the states, columns are what dual numbers give."""
     point = start.point
     dq, dv = _tangent(start)
@@ -273,7 +152,7 @@ def _columns(start: _Start, base: Expanded) -> None:
                 raise Wrong(f"a column's next[{i}] at order {n - 1}")
 
 
-def _along(start: _Start, base: Expanded) -> None:
+def _along(start: Start, base: Expanded) -> None:
     """Along a variation of state, parameters and forcing, columns are what dual numbers give."""
     point = start.point
     (dq, dv), varied = _tangent(start), varied_parameters(point.scene)
@@ -291,7 +170,7 @@ def _along(start: _Start, base: Expanded) -> None:
                 raise Wrong(f"next[{i}] at order {n - 1} of a derivative by parameters")
 
 
-def _tangent(start: _Start) -> tuple[Vector, Vector]:
+def _tangent(start: Start) -> tuple[Vector, Vector]:
     """(dq, dv) with q.dq = 0 and q.dv + v.dq = 0 for every link."""
     point, judge, rate = start.point, start.judge, start.rate
     dq, dv = judge.turned(point, point.free("dq")), judge.turned(point, point.free("dv"))

@@ -28,9 +28,7 @@ from phichain.lowering.chain.body import point_masses
 from phichain.lowering.series.series import Series
 from phichain.lowering.series.spatial.articulated_factor import factor, layout, load_size
 from phichain.lowering.series.spatial.made import spatial_series
-from phichain.lowering.series.spatial.rows import (
-    Ordering,
-)
+from phichain.lowering.series.spatial.ordering import Ordering
 from phichain.lowering.spatial.units import SpatialUnits
 from phichain.mechanics import Model
 

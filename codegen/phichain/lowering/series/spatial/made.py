@@ -7,13 +7,8 @@ from collections.abc import Callable
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import Series
 from phichain.lowering.series.spatial.columns import columns_program
-from phichain.lowering.series.spatial.rows import (
-    Factoring,
-    Ordering,
-    factor_program,
-    order_program,
-    right_rows,
-)
+from phichain.lowering.series.spatial.ordering import Ordering, RowsShared, order_program
+from phichain.lowering.series.spatial.rows import Factoring, factor_program, right_rows
 from phichain.lowering.series.spatial.rubs import places
 from phichain.mechanics import Model
 from phichain.scene import Scene
@@ -38,4 +33,5 @@ def spatial_series(model: Model, scene: Scene, held: Layout, factor: Callable[[F
         squares=3 * scene.links,
         held=held.size,
         rubs=places(scene),
+        order_shared=order_program(model, held, order, RowsShared),
     )

@@ -23,11 +23,8 @@ from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, stor
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import Series
 from phichain.lowering.series.spatial.made import spatial_series
-from phichain.lowering.series.spatial.rows import (
-    Factoring,
-    Ordering,
-    joint_runs,
-)
+from phichain.lowering.series.spatial.ordering import Ordering
+from phichain.lowering.series.spatial.rows import Factoring, joint_runs
 from phichain.lowering.steps.articulated_links import Inertia, Link
 from phichain.lowering.steps.link_multipliers import Links
 from phichain.mechanics import Model

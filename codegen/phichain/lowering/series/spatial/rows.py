@@ -20,26 +20,14 @@ from dataclasses import dataclass
 
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
-from phichain.lowering.algebra.vector import Vector, cross, load, scale, store, sub
+from phichain.lowering.algebra.vector import Vector, cross, load, store, sub
 from phichain.lowering.chain.base import carried
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.losses import slows_joints
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.series.held import Layout
-from phichain.lowering.series.series import (
-    COEFFICIENT,
-    HELD,
-    LEFT,
-    NEXT,
-    NOW,
-    RIGHT,
-    RUB_LANES,
-    RUB_SUMS,
-    SCALE,
-    SUMS,
-)
+from phichain.lowering.series.series import HELD, LEFT, RIGHT, RUB_LANES, SCALE
 from phichain.lowering.series.shape import shaped
-from phichain.lowering.series.spatial.couples import Joints
 from phichain.lowering.series.spatial.rubs import Rubs, places
 from phichain.lowering.series.spatial.rubs import runs as rub_runs
 from phichain.lowering.spatial.links import directions
@@ -187,105 +175,3 @@ def _begin_rubs(step: Factoring, rate: ArrayRef, friction: ArrayRef) -> None:
     with step.builder.loop("k", 1, step.scene.links) as loop:
         k = loop.index
         step.rubs.begin(k, sub(spin(k), spin(k - 1)), step.rho, step.square * friction[k])
-
-
-@dataclass
-class Ordering:
-    """`flow_order` being written.
-
-    Attributes:
-        couple: the couples n_k of springs and dampers at this order, three cells a link, or None.
-        along: q_0.q''_n of a link, known from the squares.
-        first: 1 at order 0, else 0: what is constant in time goes with it.
-        over: 1/(n + 1) and 1/((n + 1)(n + 2)).
-    """
-
-    builder: Builder
-    scene: Scene
-    parameters: Parameters
-    layout: Layout
-    held: ArrayRef
-    sums: ArrayRef
-    coefficient: ArrayRef
-    couple: ArrayRef | None
-    along: Callable[[Index], Expr]
-    first: Expr
-    over: tuple[Expr, Expr]
-    left: ArrayRef
-    right: ArrayRef
-    next: ArrayRef
-    rubs: Rubs
-    rub_sums: ArrayRef
-
-    def cart_friction(self) -> Vector | None:
-        """The dry friction of a cart at this order, over the unit it was held in; None without."""
-        if self.rubs.cart is None:
-            return None
-        rate = (self.cart_rate(0), self.cart_rate(1), self.builder.lift(0))
-        return self.rubs.resisted(self.rubs.cart, rate, self.rub_sums, self.first)
-
-    def kept(self, name: str) -> ArrayRef:
-        """What `flow_factor` held."""
-        return self.layout.of(self.held, name)
-
-    def number(self, number: Number) -> ArrayRef:
-        """A number of every link."""
-        return self.kept(number.name) if number.name in self.layout else number.table(self.parameters)
-
-    def cart_rate(self, axis: int) -> Expr:
-        """The coefficient of x', in the scene's own unit of length."""
-        return self.coefficient[self.scene.nq + axis]
-
-    def write(self, k: Index, acceleration: Vector, inverse_length: Expr, multiplier: Expr) -> None:
-        """Rows n + 1 and the state's coefficients of link k: q''_n = acceleration * inverse_length, and mu_n."""
-        rate, ahead = (
-            self.builder.let("rate_unit", self.over[0] * inverse_length),
-            self.over[1] * inverse_length,
-        )
-        store(self.left, k, scale(self.builder.let("ahead_unit", ahead), acceleration))
-        store(directions(self.scene, self.next.shifted(self.scene.nq)), k, scale(rate, acceleration))
-        store(self.right, k, (multiplier, multiplier, multiplier))
-
-    def write_driven(self) -> None:
-        """The rate of a cart that is driven by its acceleration, which is constant over a step."""
-        if self.scene.is_driven:
-            self.write_cart((self.first * self.kept("push")[0], self.first * self.kept("push")[1]))
-
-    def write_cart(self, acceleration: tuple[Expr, Expr]) -> None:
-        """The cart's rate, from x''_n in the scene's own unit of length."""
-        for i, entry in enumerate(acceleration):
-            self.next[self.scene.nq + i] = entry * (self.over[0] * self.parameters.units.length)
-
-
-def order_program(model: Model, layout: Layout, write: Callable[[Ordering], None]) -> Program:
-    """`flow_order`: everything but the solution for q''_n and mu_n, which `write` adds."""
-    scene, lanes = point_masses(model.scene), 3 * model.scene.links
-    rows = right_rows(scene)
-    builder = Builder("flow_order", "The coefficients of the next order.")
-    parameters = Parameters(builder, model, True, scene)
-    held = builder.input(HELD, (layout.size,), "constants of the step")
-    sums = builder.input(
-        SUMS, ((rows + 1) * lanes + RUB_SUMS * places(scene),), "convolutions of left and right, and of left with itself"
-    )
-    coefficient = builder.input(COEFFICIENT, (scene.nq + scene.nv,), "the state's coefficients of order n")
-    now = builder.input(NOW, (4,), "n + 1, 1/(n + 1), 1/((n + 1)(n + 2)), 1 at order 0")
-    left = builder.output(LEFT, (left_width(scene),), "row n + 1")
-    right = builder.output(RIGHT, (rows * lanes,), "row n + 1")
-    following = builder.output(NEXT, (scene.nq + scene.nv,), "the state's coefficients of order n + 1")
-    with builder.loop("k", 0, scene.nq) as loop:
-        following[loop.index] = coefficient[loop.index + scene.nq] * now[1]
-    bend = builder.let("bend_unit", (now[0] * now[0] + now[0]) * -0.5)
-
-    def along(k: Index) -> Expr:
-        x, y, z = load(sums.shifted(rows * lanes), k)
-        return bend * (x + y + z)
-
-    rubs, rub_sums = Rubs(builder, scene, layout, held, left), sums.shifted((rows + 1) * lanes)
-    joints = Joints(builder, scene, layout, held, sums, coefficient, right, now[3], rubs, rub_sums)
-    write(
-        Ordering(
-            builder, scene, parameters, layout, held, sums, coefficient, joints.couples(), along, now[3], (now[1], now[2]),
-            left, right, following, rubs, rub_sums,
-        )
-    )  # fmt: skip
-    return shaped(builder.finish(), scene.code)

@@ -25,9 +25,7 @@ from phichain.lowering.algebra.vector import Vector, add, dot, load, scale, stor
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.series.series import Series
 from phichain.lowering.series.spatial.made import spatial_series
-from phichain.lowering.series.spatial.rows import (
-    Ordering,
-)
+from phichain.lowering.series.spatial.ordering import Ordering
 from phichain.lowering.series.spatial.tension_factor import (
     INVERSE_LENGTH,
     LENGTH,
