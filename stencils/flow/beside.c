@@ -84,7 +84,7 @@ static void stem_local(const int order, const stem_jets *jet, const phi_real *h,
 }
 
 /* Go on with the neighbours over a step that has been taken, and say how far off angles and rates are at its end. */
-static void stem_watch(CONTEXT const int order, const stem_jets *jet, const phi_real h, const phi_real goal, const phi_real scales[2], stem_beside *room, phi_real error[2])
+static void stem_watch(CONTEXT const int order, const stem_jets *jet, const phi_real h, const phi_real goal, const phi_real scales[PHI_SCALE_COUNT], stem_beside *room, phi_real error[2])
 {
     const int count = goal < 16 * PHI_EPSILON ? stem_neighbours : 1;
     phi_real largest = 0;

@@ -9,9 +9,9 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     const phi_real way = t_end < flow->t ? -1 : 1;
     int result = PHI_STEP_BUDGET, is_new = 1;
 #if WITH_SCALES
-    const phi_real scales[2] = {PHI_SCALES}; /* fastest linear rate, length of the chain */
+    const phi_real scales[PHI_SCALE_COUNT] = {PHI_SCALES}; /* PHI_SCALE_WORDS */
 #else
-    phi_real scales[2]; /* fastest linear rate, length of the chain */
+    phi_real scales[PHI_SCALE_COUNT]; /* PHI_SCALE_WORDS */
     stem_scales(p, scales);
 #endif
     phi_real at_event = 0, speed[2], unit, span;
