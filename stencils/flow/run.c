@@ -192,6 +192,12 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     stem_leave_columns(jet->state, jet->state + stem_q, flow->columns, flow->transition);
 #endif
     stem_leave(jet->state, jet->state + stem_q, q, v);
+#if WITH_SPRINGS
+    /* Unit vectors are rounded anew: what that takes goes with them, for a call that goes on. */
+    for (int i = stem_cart; i < stem_q; ++i) {
+        jet->lost[i] += jet->state[i] - q[i];
+    }
+#endif
 #else
     memcpy(q, jet->state, stem_q * sizeof *q);
     memcpy(v, jet->state + stem_q, stem_q * sizeof *v);
