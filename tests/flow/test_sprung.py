@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from phichain.scene import Scene, scene_from_dict
+from tests.flow.batch.batches import flow
 from tests.flow.flows import compiled
 
 BEND = 2.0**-20
@@ -106,3 +107,13 @@ def test_no_step_is_lost_to_rounding() -> None:
     flat, deep = CASES["outer joint"], CASES["in space"]
     steps = [compiled(case.chain)(case.q, [0.0] * len(case.q), 0.0, case.t, 1e-16).steps / case.t for case in (flat, deep)]
     assert steps[1] < 1.5 * steps[0]
+
+
+def test_trajectories_side_by_side_keep_them() -> None:
+    """The batch form in space, in four calls."""
+    case = CASES["in space"]
+    go, q, v, lost = flow(case.chain), np.array([case.q] * 3), np.zeros((3, 6)), None
+    for k in range(4):
+        found = go(q, v, k * case.t / 4, (k + 1) * case.t / 4, 1e-16, lost=lost)
+        q, v, lost = found.q, found.v, found.lost
+    assert lost is not None and all(case.off(*one) < 3e-14 for one in zip(q, v, lost, strict=True))
