@@ -110,10 +110,10 @@ def test_no_step_is_lost_to_rounding() -> None:
 
 
 def test_trajectories_side_by_side_keep_them() -> None:
-    """The batch form in space, in four calls."""
+    """The batch form in space, in sixteen calls."""
     case = CASES["in space"]
     go, q, v, lost = flow(case.chain), np.array([case.q] * 3), np.zeros((3, 6)), None
-    for k in range(4):
-        found = go(q, v, k * case.t / 4, (k + 1) * case.t / 4, 1e-16, lost=lost)
+    for k in range(16):
+        found = go(q, v, k * case.t / 16, (k + 1) * case.t / 16, 1e-16, lost=lost)
         q, v, lost = found.q, found.v, found.lost
     assert lost is not None and all(case.off(*one) < 3e-14 for one in zip(q, v, lost, strict=True))
