@@ -136,7 +136,7 @@ typedef struct phi_params {
 #define POSITIONS_CONTEXT
 #endif
 #if !WITH_SCALES
-void stem_scales(const phi_params *p, phi_real scales[2]);
+void stem_scales(const phi_params *p, phi_real scales[PHI_SCALE_COUNT]);
 #endif
 
 /* --- structs --- */

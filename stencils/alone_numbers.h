@@ -25,7 +25,7 @@ typedef float phi_real;
 #define PHI_FAR 0x1p+120f
 #define PHI_TURN_HIGH 0x1.921fb6p+2f
 #define PHI_TURN_LOW (-0x1.777a5cp-23f)
-#define PHI_SCALES 9.0f, 1.5f
+#define PHI_SCALES 9.0f, 1.5f, 0.1f
 #define phi_abs fabsf
 #define phi_fma fmaf
 #define phi_cos cosf
@@ -54,12 +54,14 @@ typedef double phi_real;
 #define PHI_FAR 0x1p+1016
 #define PHI_TURN_HIGH 0x1.921fb54442d18p+2
 #define PHI_TURN_LOW 0x1.1a62633145c07p-52
-#define PHI_SCALES 9.0, 1.5
+#define PHI_SCALES 9.0, 1.5, 0.1
 #define phi_abs fabs
 #define phi_fma fma
 #define phi_cos cos
 #define phi_sin sin
 #endif
 #define PHI_ROOM 64
+#define PHI_SCALE_COUNT 3
+#define PHI_WEIGHT_SCALE 2
 
 #endif

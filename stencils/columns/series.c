@@ -70,7 +70,7 @@ static STEM_APART void wide_expand(CONTEXT const int order, VARIES(const int var
 
 /* Time at which the last two terms of every column are within the goal, relative to the column; zero when a coefficient
  * is not finite. */
-static phi_real wide_length(const int order, const stem_jets *jet, const wide_jets *wide, const phi_real goal, const phi_real scales[2])
+static phi_real wide_length(const int order, const stem_jets *jet, const wide_jets *wide, const phi_real goal, const phi_real scales[PHI_SCALE_COUNT])
 {
     phi_real state[2], radius;
     wide_lanes size[2], last[2], before[2];
@@ -116,7 +116,7 @@ static phi_real wide_length(const int order, const stem_jets *jet, const wide_je
 
 /* Carry columns of derivatives over a step of length h or, where they ask for it, a shorter one, which is returned; zero
  * where they are not finite. */
-static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_real goal, const phi_real scales[2], phi_real h, VARIES(const phi_flow *flow, const unsigned long wanted, const phi_real *times) const int count, phi_real *transition)
+static phi_real stem_carry(CONTEXT const int order, stem_jets *jet, const phi_real goal, const phi_real scales[PHI_SCALE_COUNT], phi_real h, VARIES(const phi_flow *flow, const unsigned long wanted, const phi_real *times) const int count, phi_real *transition)
 {
     wide_jets *wide = (wide_jets *)(void *)jet->columns;
     const phi_real unit = jet->start->unit[0];

@@ -53,6 +53,12 @@ static void stem_give(const size_t n, const int lane, const stem_state *lanes, s
 #if WITH_SPHERE
     phi_real seen[stem_x];
     stem_leave(x, x + stem_q, seen, seen + stem_q);
+#if WITH_SPRINGS
+    /* Unit vectors are rounded anew: what that takes goes with them, for a call that goes on. */
+    for (size_t i = stem_cart; i < stem_q; ++i) {
+        flow->lost[(i + 1) * n + k] += x[i] - seen[i];
+    }
+#endif
     memcpy(x, seen, sizeof x);
 #endif
     for (size_t i = 0; i < stem_q; ++i) {
@@ -90,7 +96,7 @@ static void stem_rest_lane(const int lane, const int other, stem_jets *jet)
 }
 
 /* Units of time and first coefficients where lanes have taken up trajectories; the others have theirs already. */
-static void stem_begin_new(CONTEXT const phi_real scales[2], stem_state *lanes, stem_jets *jet)
+static void stem_begin_new(CONTEXT const phi_real scales[PHI_SCALE_COUNT], stem_state *lanes, stem_jets *jet)
 {
     const stem_lanes linear = STEM_ZERO + scales[0];
     stem_lanes speed[2], fresh, length, unit = jet->start->unit[0];
@@ -146,9 +152,9 @@ size_t phi_propagate_batch(ARGUMENTS)
     const phi_real goal = tolerance * PHI_MARGIN;
     const int order = stem_order_for(goal);
 #if WITH_SCALES
-    const phi_real scales[2] = {PHI_SCALES}; /* fastest linear rate, length of the chain */
+    const phi_real scales[PHI_SCALE_COUNT] = {PHI_SCALES}; /* PHI_SCALE_WORDS */
 #else
-    phi_real scales[2]; /* fastest linear rate, length of the chain */
+    phi_real scales[PHI_SCALE_COUNT]; /* PHI_SCALE_WORDS */
     stem_scales(p, scales);
 #endif
     size_t waiting = 0, running = 0, done = 0;

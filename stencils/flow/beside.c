@@ -205,7 +205,7 @@ static phi_real stem_together(const int is_chance, const int count, const phi_re
 }
 
 /* Go on with the neighbours over a step, along which the path's series are known, and say how far off angles and rates are at its end. */
-static void stem_watch(CONTEXT const int order, const stem_step *step, const int is_chance, const phi_real scales[2], stem_beside *room, phi_real error[2])
+static void stem_watch(CONTEXT const int order, const stem_step *step, const int is_chance, const phi_real scales[PHI_SCALE_COUNT], stem_beside *room, phi_real error[2])
 {
     const int low = (int)step->low;
     phi_real largest = 0, far[stem_neighbours], aside[2][stem_neighbours];
@@ -271,9 +271,9 @@ void phi_errors_beside(JUDGED);
 void phi_errors_beside(JUDGED)
 {
 #if WITH_SCALES
-    const phi_real scales[2] = {PHI_SCALES}; /* fastest linear rate, length of the chain */
+    const phi_real scales[PHI_SCALE_COUNT] = {PHI_SCALES}; /* PHI_SCALE_WORDS */
 #else
-    phi_real scales[2]; /* fastest linear rate, length of the chain */
+    phi_real scales[PHI_SCALE_COUNT]; /* PHI_SCALE_WORDS */
     stem_scales(p, scales);
 #endif
 #if WITH_INPUTS

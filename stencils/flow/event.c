@@ -21,7 +21,7 @@ static phi_real stem_scalar(POSITIONS_CONTEXT const int order, const stem_jets *
 }
 
 /* The scalar where a run starts: zero within rounding, so that one that stopped there does not stop again. */
-static phi_real stem_at_start(POSITIONS_CONTEXT const int order, const stem_jets *jet, const int lane, const stem_event *event, const phi_real scales[2])
+static phi_real stem_at_start(POSITIONS_CONTEXT const int order, const stem_jets *jet, const int lane, const stem_event *event, const phi_real scales[PHI_SCALE_COUNT])
 {
     stem_lanes norm[2];
     const phi_real scalar = stem_scalar(POSITIONS_PASS order, jet, lane, 0, event);

@@ -70,7 +70,7 @@ static void stem_radius(const int order, const stem_lanes *unit, const stem_lane
 /* Step lengths: each of the last two terms within the goal, relative to the motion (Jorba and Zou 2005). Zero where a
  * coefficient or the square of a rate is not finite. `scales` holds the fastest linear rate and the length of the chain, `state` the
  * states' norms. */
-static void stem_lengths(const int order, const stem_jets *jet, const phi_real goal, const phi_real scales[2], const stem_lanes state[2], stem_lanes *length)
+static void stem_lengths(const int order, const stem_jets *jet, const phi_real goal, const phi_real scales[PHI_SCALE_COUNT], const stem_lanes state[2], stem_lanes *length)
 {
     const stem_lanes zero = STEM_ZERO, one = STEM_ZERO + 1, unit = jet->start->unit[0];
     stem_lanes last[2], before[2], finite = zero, rates = zero, turned = zero;
@@ -98,7 +98,16 @@ static void stem_lengths(const int order, const stem_jets *jet, const phi_real g
     const stem_lanes turning = state[1] / scales[0], wide = STEM_LARGER(state[0], turning);
 #endif
     const stem_lanes angle = goal * STEM_CHOOSE(wide < 1, wide, one);
+#if WITH_SPRINGS
+    /* A stiff spring moves links by little and fast. What rates may be off by follows from them alone and, where that motion
+     * turns, from its acceleration; angles speak of the weight. */
+    stem_lanes shaken;
+    stem_norm(scales[1], jet->x[1] + stem_q, &shaken);
+    shaken *= (scales[0] > 0 ? 1 / scales[0] : 0) / jet->start->unit[1];
+    const stem_lanes linear = angle * scales[2], moving = goal * STEM_LARGER(shaken, state[1]);
+#else
     const stem_lanes linear = angle * scales[0], moving = goal * state[1];
+#endif
     const stem_lanes rate = unit * STEM_LARGER(linear, moving);
     const stem_lanes last_angle = last[0] / angle, last_rate = last[1] / rate;
     const stem_lanes next_angle = before[0] / angle, next_rate = before[1] / rate;
@@ -111,7 +120,7 @@ static void stem_lengths(const int order, const stem_jets *jet, const phi_real g
 /* How far the series are from the equations at the ends of their steps: h times the difference of the rates' two slopes there,
  * over what is allowed. Expects the start of the next steps in jet->end, and h times the series' slopes; angles have their rates
  * for slopes, whatever the equations say. */
-static void stem_defects(const stem_jets *jet, const stem_lanes along[stem_q], const stem_lanes *h, const phi_real room, const phi_real scales[2], const stem_lanes state[2], stem_lanes *defect)
+static void stem_defects(const stem_jets *jet, const stem_lanes along[stem_q], const stem_lanes *h, const phi_real room, const phi_real scales[PHI_SCALE_COUNT], const stem_lanes state[2], stem_lanes *defect)
 {
     stem_lanes apart[stem_q], slope[stem_q], motion, off;
     const stem_lanes t = *h / jet->start->unit[0], unit = jet->start->unit[0] / jet->end->unit[0], share = t * (unit * unit);
@@ -127,7 +136,7 @@ static void stem_defects(const stem_jets *jet, const stem_lanes along[stem_q], c
     stem_norm(scales[1], slope, &motion);
     stem_norm(scales[1], apart, &off);
     const stem_lanes turning = state[1] / scales[0], wide = STEM_LARGER(state[0], turning);
-    const stem_lanes angle = STEM_CHOOSE(wide < 1, wide, one), linear = angle * scales[0];
+    const stem_lanes angle = STEM_CHOOSE(wide < 1, wide, one), linear = angle * scales[PHI_WEIGHT_SCALE];
     const stem_lanes rate = jet->start->unit[0] * STEM_LARGER(linear, state[1]);
     /* A large angle is known to as many digits only, and so is its acceleration. */
     const stem_lanes moving = motion * STEM_LARGER(state[0], one);
@@ -138,7 +147,7 @@ static void stem_defects(const stem_jets *jet, const stem_lanes along[stem_q], c
  * is left in jet->end, where they start in jet->moved. Coefficients alone mislead where they have not seen yet what moves
  * next: when a chain is released from rest, its outer links enter at an order that no series reaches. A defect that
  * shrinks no faster than the step is rounding: no shorter step would help. */
-static void stem_check(CONTEXT const int order, stem_jets *jet, const phi_real goal, const phi_real scales[2], const stem_lanes state[2], stem_lanes *h)
+static void stem_check(CONTEXT const int order, stem_jets *jet, const phi_real goal, const phi_real scales[PHI_SCALE_COUNT], const stem_lanes state[2], stem_lanes *h)
 {
     const phi_real room = PHI_ROOM * stem_larger(goal, PHI_EPSILON);
     phi_real last[stem_lane_count] = {0};

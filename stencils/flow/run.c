@@ -9,9 +9,9 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     const phi_real way = t_end < flow->t ? -1 : 1;
     int result = PHI_STEP_BUDGET, is_new = 1;
 #if WITH_SCALES
-    const phi_real scales[2] = {PHI_SCALES}; /* fastest linear rate, length of the chain */
+    const phi_real scales[PHI_SCALE_COUNT] = {PHI_SCALES}; /* PHI_SCALE_WORDS */
 #else
-    phi_real scales[2]; /* fastest linear rate, length of the chain */
+    phi_real scales[PHI_SCALE_COUNT]; /* PHI_SCALE_WORDS */
     stem_scales(p, scales);
 #endif
     phi_real at_event = 0, speed[2], unit, span;
@@ -192,6 +192,12 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     stem_leave_columns(jet->state, jet->state + stem_q, flow->columns, flow->transition);
 #endif
     stem_leave(jet->state, jet->state + stem_q, q, v);
+#if WITH_SPRINGS
+    /* Unit vectors are rounded anew: what that takes goes with them, for a call that goes on. */
+    for (int i = stem_cart; i < stem_q; ++i) {
+        jet->lost[i] += jet->state[i] - q[i];
+    }
+#endif
 #else
     memcpy(q, jet->state, stem_q * sizeof *q);
     memcpy(v, jet->state + stem_q, stem_q * sizeof *v);

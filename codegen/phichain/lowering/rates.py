@@ -17,14 +17,14 @@ compute.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, Final
 
 from mpmath import mp, mpf
 
-from phichain.ir.builder import Builder, Expr, Index
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.ir.nodes import Program
 from phichain.ir.passes import prune
 from phichain.lowering.chain.base import on_wall
@@ -48,18 +48,34 @@ def fastest_rate(scene: Scene) -> Fraction | None:
     if scene.runtime:
         return None
     with mp.workdps(_GUARD_DIGITS + 2 * _decades(scene)):
+        return _fastest(_chain(scene))
+
+
+def weight_rate(scene: Scene) -> Fraction:
+    """Rate, rad/s, that weight gives an angle of 1 rad while the fastest mode moves: the square of the fastest rate without springs over that with them.
+
+    Without springs it is the fastest rate itself. Numeric parameters alone.
+    """
+    scene = on_wall(scene)
+    with mp.workdps(_GUARD_DIGITS + 2 * _decades(scene)):
         chain = _chain(scene)
-        if _is_below(chain, _LEAST):
-            return Fraction(0)
-        unit = _unit(chain)
-        low, high = _UNITS - 1, 10 * _UNITS
-        while high - low > 1:
-            middle = (low + high) // 2
-            if _is_below(chain, (middle + Fraction(1, 2)) * unit):
-                high = middle
-            else:
-                low = middle
-        return high * unit
+        fastest, hanging = _fastest(chain), _fastest(replace(chain, spring=[mpf(0)] * scene.links))
+    return hanging * hanging / fastest if fastest else Fraction(0)
+
+
+def _fastest(chain: _Chain) -> Fraction:
+    """The largest frequency, to three digits."""
+    if _is_below(chain, _LEAST):
+        return Fraction(0)
+    unit = _unit(chain)
+    low, high = _UNITS - 1, 10 * _UNITS
+    while high - low > 1:
+        middle = (low + high) // 2
+        if _is_below(chain, (middle + Fraction(1, 2)) * unit):
+            high = middle
+        else:
+            low = middle
+    return high * unit
 
 
 @dataclass(frozen=True)
@@ -146,37 +162,48 @@ def reach(scene: Scene) -> Fraction | None:
 
 
 def scales_program(model: Model) -> Program:
-    """The bound above, rad/s, and the chain's length, m, from the runtime parameters."""
+    """The bound above, rad/s, the chain's length, m, and with springs the rate that weight gives, rad/s, from the runtime parameters."""
+    scene = model.scene
     builder = Builder("flow_scales", "Fastest linear rate, and length of the chain.")
-    scene, parameters = model.scene, Parameters(builder, model)
-    scales = builder.output("scales", (2,))
+    parameters = Parameters(builder, model)
+    scales = builder.output("scales", (2 if scene.stiffness is None else 3,))
     inertia = parameters.inertia
 
     def radius(k: Index) -> Expr:
         com = parameters.com[k]
         return com if inertia is None else builder.let("gyration", builder.sqrt(com * com + inertia[k] / parameters.mass[k]))
 
-    def term(k: Index, com: Expr) -> Expr:
+    def term(k: Index, com: Expr, stiffness: ArrayRef | None) -> Expr:
         mass = parameters.mass[k]
         outer = parameters.outer_mass[k] + mass
         pull = parameters.gravity * outer
         if parameters.armature is not None:
-            held = pull * com if parameters.stiffness is None else pull * com + parameters.stiffness[k]
+            held = pull * com if stiffness is None else pull * com + stiffness[k]
             return held / (mass * com * com + parameters.armature[k])
-        if parameters.stiffness is not None:
-            pull = pull + parameters.stiffness[k] / com
+        if stiffness is not None:
+            pull = pull + stiffness[k] / com
         return pull / (mass * com)
 
+    def fourth_power(name: str, k: Index, com: Expr, stiffness: ArrayRef | None) -> Expr:
+        square = builder.let(name, 4 * term(k, com, stiffness))
+        square = square * square
+        return square * square
+
+    weighed = builder.lift(0)
     with builder.loop("k", 0, scene.links) as loop:
         total, length, slack = loop.carry("total", 0), loop.carry("length_before", 0), loop.carry("slack", 1)
         com = radius(loop.index)
-        square = builder.let("square", 4 * term(loop.index, com))
-        square = square * square
-        loop.follow(total, total + square * square)
+        loop.follow(total, total + fourth_power("square", loop.index, com, parameters.stiffness))
         arm = parameters.length[loop.index]
         loop.follow(length, length + arm)
         over = arm if inertia is not None else arm - com
         loop.follow(slack, slack if scene.tip_masses else slack + Fraction(1, 2) * (over / com))
-    scales[0] = slack * builder.sqrt(builder.sqrt(builder.sqrt(total)))
+        if scene.stiffness is not None:
+            weighed = loop.carry("weighed", 0)
+            loop.follow(weighed, weighed + fourth_power("of_weight", loop.index, com, None))
+    fastest = builder.sqrt(builder.sqrt(builder.sqrt(total)))
+    scales[0] = slack * fastest
     scales[1] = length
+    if scene.stiffness is not None:
+        scales[2] = slack * (builder.sqrt(builder.sqrt(weighed)) / fastest)
     return prune(builder.finish())

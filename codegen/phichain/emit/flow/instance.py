@@ -18,7 +18,7 @@ from phichain.emit.flow.declared import arguments, passed_on
 from phichain.ir.nodes import Program
 from phichain.ir.rounded import nearest
 from phichain.lowering.lower import lower_function
-from phichain.lowering.rates import fastest_rate, reach
+from phichain.lowering.rates import fastest_rate, reach, weight_rate
 from phichain.lowering.series.series import LOST, NEWEST, Series
 from phichain.lowering.series.spatial.ends import spatial_ends
 from phichain.mechanics import Model
@@ -177,7 +177,7 @@ def sizes(scene: Scene, stem: str, made: Series, names: CNames) -> dict[str, obj
 def features(scene: Scene, made: Series, columns: bool, lanes: bool = False) -> dict[str, bool]:
     """Which features of the stencils a scene has, with columns of derivatives or with trajectories side by side."""
     return {
-        "WITH_TURNS": turns(scene), "WITH_SPHERE": not scene.is_planar, "WITH_INPUTS": scene.nu > 0, "WITH_FORCING": made.is_forced,
+        "WITH_TURNS": turns(scene), "WITH_SPRINGS": scene.stiffness is not None, "WITH_SPHERE": not scene.is_planar, "WITH_INPUTS": scene.nu > 0, "WITH_FORCING": made.is_forced,
         "WITH_OWN_TRIGONOMETRY": own_trigonometry(scene),
         "WITH_SQUARES": made.squares > 0, "WITH_DRY": made.dry > 0, "WITH_RUBS": made.rubs > 0, "WITH_SCALES": scale_literals(scene, None) is not None,
         "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns, "WITH_PARAMETERS": columns and made.order_along is not None,
@@ -215,7 +215,7 @@ def spelling(model: Model, made: Series, stem: str, contract: Flow, names: CName
         "FORCING_OF_ALL": "".join(f"const {scene.name}_real {name}[], " for name in ("amplitude", "omega")) if made.is_forced else "",
         "NEWEST": "given" if _takes(made.order, NEWEST) else "", "LOST": "lost, " if _takes(made.factor, LOST) else "", "PASS_INPUTS": "u, " if scene.nu else "", "PHI_ROOM": str(ROOM), "PHI_HUGE": str(HUGE[real]), **binary_words(real),
         **{name: names.number(value).text for name, value in numbers.items()},
-        "PHI_SCALES": ", ".join(scale_literals(scene, names) or ()), "phi_positions": positions,
+        "PHI_SCALES": ", ".join(scale_literals(scene, names) or ()), **_scale_words(scene), "phi_positions": positions,
         **libm_names(names), "phi_": f"{scene.name}_", "PHI_": f"{scene.name.upper()}_",
         "STEM_ZERO": f"{stem.upper()}_EVERY(0)", "stem_": f"{stem}_", "STEM_": f"{stem.upper()}_",
     }  # fmt: skip
@@ -225,14 +225,21 @@ def _takes(program: Program, name: str) -> bool:
     return any(array.name == name for array in program.inputs)
 
 
-def scale_literals(scene: Scene, names: CNames | None) -> tuple[str, str] | None:
-    """Fastest linear rate and length of the chain as literals; None where they are computed."""
+def scale_literals(scene: Scene, names: CNames | None) -> tuple[str, ...] | None:
+    """Fastest linear rate, length of the chain and, with springs, the rate that weight gives, as literals; None where they are computed."""
     rate, length = fastest_rate(scene), reach(scene)
     if rate is None or length is None:
         return None
-    if names is None:
-        return "", ""
-    return names.number(rate).text, names.number(length).text
+    scales = [rate, length] if scene.stiffness is None else [rate, length, weight_rate(scene)]
+    return tuple("" if names is None else names.number(value).text for value in scales)
+
+
+def _scale_words(scene: Scene) -> dict[str, str]:
+    """How many scales there are, what they are, and which one makes rates of angles that no spring holds."""
+    words = "fastest linear rate, length of the chain"
+    if scene.stiffness is None:
+        return {"PHI_SCALE_COUNT": "2", "PHI_SCALE_WORDS": words, "PHI_WEIGHT_SCALE": "0"}
+    return {"PHI_SCALE_COUNT": "3", "PHI_SCALE_WORDS": f"{words}, rate that weight gives", "PHI_WEIGHT_SCALE": "2"}
 
 
 def libm_names(names: CNames) -> Mapping[str, str]:

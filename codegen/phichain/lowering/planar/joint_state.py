@@ -30,6 +30,13 @@ def carries_joints(scene: Scene) -> bool:
     return scene.is_planar and scene.links > 1 and scene.angles != "relative" and ties_links(scene)
 
 
+def loses_bends(scene: Scene) -> bool:
+    """Whether what a spring sees is a difference of numbers, small beside what rounding takes from them."""
+    if not scene.is_planar or scene.stiffness is None:
+        return False
+    return scene.rest_angle is not None or carries_joints(scene)
+
+
 def joint_scene(scene: Scene) -> Scene:
     """The same chain in joint angles, with a torque at every joint where the scene has one anywhere."""
     actuated = "all" if scene.actuated_joints else scene.actuated

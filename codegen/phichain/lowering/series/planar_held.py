@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from phichain.lowering.chain.body import is_folded
 from phichain.lowering.planar.geared.elimination import layout_of as geared_layout
-from phichain.lowering.planar.joint_state import carries_joints
+from phichain.lowering.planar.joint_state import loses_bends
 from phichain.lowering.series.dry import runs as dry_runs
 from phichain.lowering.series.held import Layout
 from phichain.scene import Scene
@@ -34,7 +34,7 @@ def planar_layout(scene: Scene) -> Layout:
         ("cart_damping", int(scene.has_free_cart and scene.cart_damping is not None)),
         ("stiffness", links * (scene.stiffness is not None)),
         ("damping", links * (scene.damping is not None)),
-        ("rest", links * (carries_joints(scene) and scene.stiffness is not None)),
+        ("rest", links * loses_bends(scene)),
         ("rest_angle", links * (scene.forced is not None and scene.rest_angle is not None)),
         *((name, links * is_held) for name in ("own_moment", "second_moment")), *dry_runs(scene),
     ]  # fmt: skip

@@ -16,6 +16,7 @@ from phichain.ir.passes import prune, unroll
 from phichain.lowering.chain.base import carried
 from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.parameters import Parameters
+from phichain.lowering.planar.joint_state import loses_bends
 from phichain.lowering.planar.joints import input_couples
 from phichain.lowering.series.dry import KINDS, Dry, places
 from phichain.lowering.series.dry import runs as dry_runs
@@ -55,9 +56,9 @@ def single_series(model: Model) -> Series:
 
 
 def _held(scene: Scene) -> Layout:
-    """Weight along and across the link, then what there is of input, spring and damper, a forced spring's angle of rest, and dry friction."""
+    """Weight along and across the link, then what there is of input, spring and damper, a forced spring's angle of rest, what rounding took from its bend, and dry friction."""
     runs = [("weight", 2), ("drive", int(bool(scene.actuated_joints))), ("stiffness", int(scene.stiffness is not None))]
-    return Layout([*runs, ("damping", int(scene.damping is not None)), ("rest", int(_holds_rest(scene))), *dry_runs(scene)])
+    return Layout([*runs, ("damping", int(scene.damping is not None)), ("rest", int(_holds_rest(scene))), ("bend", int(loses_bends(scene))), *dry_runs(scene)])
 
 
 def _holds_rest(scene: Scene) -> bool:
@@ -96,6 +97,8 @@ def _factor(model: Model) -> Program:
         layout.of(held, "damping")[0] = scale[0] * (parameters.damping[0] * inverse)
     if "rest" in layout and parameters.rest_angle is not None:
         layout.of(held, "rest")[0] = parameters.rest_angle[0]
+    if "bend" in layout:
+        layout.of(held, "bend")[0] = lost[0]
     left[0], left[1] = builder.lift(1), builder.lift(0)
     right[0], right[1] = v[0], v[0]
     if places(scene):
@@ -130,6 +133,8 @@ def _order(model: Model) -> Program:
         swing = swing + now[3] * layout.of(held, "drive")[0]
     if "stiffness" in layout:
         bend = coefficient[0] if rest is None else coefficient[0] - now[3] * rest[0]
+        if "bend" in layout:
+            bend = bend + now[3] * layout.of(held, "bend")[0]
         swing = swing - layout.of(held, "stiffness")[0] * bend
     if "damping" in layout:
         swing = swing - layout.of(held, "damping")[0] * coefficient[1]

@@ -54,15 +54,20 @@ class Joints:
         return couple
 
     def _springs(self) -> ArrayRef:
-        """rho^2 k_k (q_{k-1} - q_k), q_{-1} = e_3; zero beyond the tip."""
+        """rho^2 k_k (q_{k-1} - q_k), q_{-1} = e_3, to the digits that rounded vectors do not hold; zero beyond the tip."""
         builder, links, nothing = self.builder, self.scene.links, self.builder.lift(0)
         stiffness, q = self.layout.of(self.held, "spring"), directions(self.scene, self.coefficient)
         force = builder.array("spring_force", 3 * links + 3)
         upright = self.first * self.layout.of(self.held, "upright")[0] if "upright" in self.layout else self.first
-        store(force, 0, scale(stiffness[0], sub((nothing, nothing, upright), load(q, 0))))
+        rest = self.layout.of(self.held, "rest")
+
+        def pulled(k: Index, apart: Vector) -> Vector:
+            return scale(stiffness[k], add(apart, scale(self.first, load(rest, k))))
+
+        store(force, 0, pulled(0, sub((nothing, nothing, upright), load(q, 0))))
         with builder.loop("k", 1, links) as loop:
             k = loop.index
-            store(force, k, scale(stiffness[k], sub(load(q, k - 1), load(q, k))))
+            store(force, k, pulled(k, sub(load(q, k - 1), load(q, k))))
         store(force, links, (nothing, nothing, nothing))
         return force
 

@@ -26,7 +26,7 @@ from phichain.lowering.chain.body import point_masses
 from phichain.lowering.chain.losses import slows_joints
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.series.held import Layout
-from phichain.lowering.series.series import HELD, LEFT, RIGHT, RUB_LANES, SCALE
+from phichain.lowering.series.series import HELD, LEFT, LOST, RIGHT, RUB_LANES, SCALE
 from phichain.lowering.series.shape import shaped
 from phichain.lowering.series.spatial.rubs import Rubs, places
 from phichain.lowering.series.spatial.rubs import runs as rub_runs
@@ -41,9 +41,10 @@ def right_rows(scene: Scene) -> int:
 
 
 def joint_runs(scene: Scene) -> list[tuple[str, int]]:
-    """What is held of the joints: rho^2 k_k, rho d_k, dry friction, and where forces differ from order to order the vertical's length."""
+    """What is held of the joints: rho^2 k_k, what rounding took from neighbours' differences, rho d_k, dry friction, and where forces differ from order to order the vertical's length."""
     return [
         ("spring", 0 if scene.stiffness is None else scene.links),
+        ("rest", 0 if scene.stiffness is None else 3 * scene.links),
         ("damper", 0 if scene.damping is None else scene.links),
         ("upright", int(scene.forced is not None and scene.stiffness is not None)),
         *rub_runs(scene),
@@ -152,12 +153,22 @@ def factor_program(model: Model, layout: Layout, write: Callable[[Factoring], No
         if numbers is not None:
             with builder.loop("k", 0, scene.links) as loop:
                 factoring.keep(name)[loop.index] = numbers[loop.index] * by
+    if "rest" in layout:
+        _keep_rests(factoring, directions(scene, builder.input(LOST, (scene.nq + scene.nv,), "what rounding took from q and v")))
     if "upright" in layout:
         factoring.keep("upright")[0] = builder.lift(1)
     if parameters.friction is not None:
         _begin_rubs(factoring, rate, parameters.friction)
     write(factoring)
     return shaped(builder.finish(), scene.code)
+
+
+def _keep_rests(step: Factoring, lost: ArrayRef) -> None:
+    """Hold what rounding took from q_{k-1} - q_k: springs that are stiff enough make of it what they make of a bend."""
+    rest = step.keep("rest")
+    store(rest, 0, tuple(-entry for entry in load(lost, 0)))
+    with step.builder.loop("k", 1, step.scene.links) as loop:
+        store(rest, loop.index, sub(load(lost, loop.index - 1), load(lost, loop.index)))
 
 
 def left_width(scene: Scene) -> int:
