@@ -22,7 +22,9 @@ from phichain.continuation.linear import bordered, eigenvalues, size, solve
 from phichain.continuation.met.passage import is_crossed_smoothly
 from phichain.continuation.options import Options
 from phichain.continuation.point import Point
+from phichain.continuation.predictors import predicted
 from phichain.continuation.problem import Problem
+from phichain.system import Vector
 
 SHORT = 1e-4
 """Steps below this share of step_max resolve what they cross: a change of the determinant's sign is believed there."""
@@ -52,7 +54,7 @@ def advance(problem: Problem, points: Sequence[Point], step: float, engine: Engi
     """
     options, last = engine.options, points[-1]
     while step >= options.step_min:
-        guess = engine.predictor(points, step)
+        guess = predicted(problem, engine.predictor, points, step)
         found = engine.corrector(problem, guess, last.tangent, options)
         if found.converged:
             chord = size(found.y - last.y)
@@ -61,7 +63,7 @@ def advance(problem: Problem, points: Sequence[Point], step: float, engine: Engi
             shift = size(found.y - guess)
             is_near = turn <= options.max_angle and shift <= 0.5 * step and chord > 0.1 * step
             if is_near:
-                change, is_turned, ahead = change_between(last, new)
+                change, is_turned, ahead = change_between(problem, last, new)
                 is_short = step <= SHORT * options.step_max
                 is_whole = not is_turned and change <= options.max_change
                 if is_short or is_whole or (is_turned and is_crossed_smoothly(problem, last, new, engine)):
@@ -70,21 +72,15 @@ def advance(problem: Problem, points: Sequence[Point], step: float, engine: Engi
     raise StepTooSmallError
 
 
-def change_between(a: Point, b: Point) -> tuple[float, bool, float]:
+def change_between(problem: Problem, a: Point, b: Point) -> tuple[float, bool, float]:
     """How far [J; t] changed from one point to the next.
 
     Returns:
         The spectral radius of [J_a; t_a]^-1 dJ; whether det [J; t] has another sign at b; and how far beyond b it vanishes, if it goes on as
         from a to b, in distances from a to b, infinity where it does not.
     """
-    try:
-        step = solve(bordered(a.jacobian, a.tangent), bordered(b.jacobian, a.tangent))
-    except np.linalg.LinAlgError:
-        return float("inf"), False, float("inf")
-    moved = step.copy()
-    moved.flat[:: len(moved) + 1] -= 1
-    change = size(moved.ravel())
-    if change < _SEEN:
+    change, step = _compared(problem, a, b)
+    if change < _SEEN or math.isinf(change):
         return change, False, float("inf")
     left = eigenvalues(step).tolist()
     change = max(abs(value - 1) for value in left)
@@ -93,6 +89,19 @@ def change_between(a: Point, b: Point) -> tuple[float, bool, float]:
     real = [value.real for value in left if abs(value.imag) < 0.1 * abs(1 - value) and 0 < value.real < 1]
     ahead = min(value / (1 - value) for value in real) if real and not is_turned else float("inf")
     return change, is_turned, ahead
+
+
+def _compared(problem: Problem, a: Point, b: Point) -> tuple[float, Vector]:
+    """[J_a; t_a]^-1 [J_b; t_a], behind the size of its difference from 1, infinity where [J_a; t_a] is singular."""
+    if problem.compiled is not None:
+        return problem.compiled.changed(a.jacobian, a.tangent, b.jacobian)
+    try:
+        step = solve(bordered(a.jacobian, a.tangent), bordered(b.jacobian, a.tangent))
+    except np.linalg.LinAlgError:
+        return float("inf"), b.jacobian
+    moved = step.copy()
+    moved.flat[:: len(moved) + 1] -= 1
+    return size(moved.ravel()), step
 
 
 def _next_step(step: float, turn: float, change: float, ahead: float, iterations: int, options: Options) -> float:

@@ -20,74 +20,24 @@ is taken out by its momentum, which is zero.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from phichain.continuation import Evaluation, Point, Problem
-from phichain.continuation.linear import are_finite, bordered, cholesky, eigenvalues, size, solve
-from phichain.continuation.problem import LateExtra, Multipliers
+from phichain.continuation import Point, Problem
+from phichain.continuation.linear import bordered, solve
+from phichain.errors import UnsupportedError
+from phichain.orbits.braking import Braking, frequency_error_of
 from phichain.orbits.single_harmonic import energy_of_amplitude
-from phichain.records import Held
 from phichain.system import Parameters, System, Vector
-from phichain.system.propagation import carrier
 
 EPS = float(np.finfo(float).eps)
 _TOLERANCE = 256 * EPS
 """That of the flow, which aims 2^8 below it in every step: at rounding."""
+_ROUGH = 1e-9
+"""The same far from an orbit, where columns need not be better than the next correction."""
 _STEPS = 20_000
 """Steps of a quarter period that are worth taking: where Newton asks for more it has gone astray."""
-
-
-@dataclass(frozen=True, eq=False)
-class QuarterMap(Held):
-    """The variational equations over a quarter period, in canonical coordinates of the N angles.
-
-    Attributes:
-        a: d theta(T/4) / d theta_0 (N, N).
-        b: d theta(T/4) / d p_0 (N, N).
-        c: d p(T/4) / d theta_0 (N, N).
-        d: d p(T/4) / d p_0 (N, N).
-        rate: Unit vector along the rates at T/4 (N,): the left null vector of d.
-        force: Unit vector along dV at q_0 (N,): the right null vector of d.
-        slope: dV / d theta at theta_0 (N,), J, in the scene's angles.
-        noise: What rounding may have left in q(T/4) (nq,).
-    """
-
-    a: Vector
-    b: Vector
-    c: Vector
-    d: Vector
-    rate: Vector
-    force: Vector
-    slope: Vector
-    noise: Vector
-
-    def kappa(self) -> np.ndarray:
-        """The N - 1 numbers (mu + 1/mu) / 2 besides the flow's own, the largest real part first."""
-        if len(self.force) == 1:
-            return np.empty(0, complex)
-        across = complement(self.force)
-        return ordered(1 - 2 * eigenvalues((self.d @ across).T @ (self.a @ across)))
-
-
-def complement(unit: Vector) -> Vector:
-    """Orthonormal columns (N, N - 1) across a unit vector, real or complex: a reflection that turns it into an axis, without that axis."""
-    if len(unit) == 2:
-        return np.array([[-unit[1]], [unit[0]]]).conj()
-    largest = int(np.abs(unit).argmax())
-    normal = unit.copy()
-    normal[largest] += unit[largest] / abs(unit[largest])
-    others = [k for k in range(len(unit)) if k != largest]
-    columns = normal[:, None] * (normal[others].conj() * (-2 / (normal.conj() @ normal)))
-    columns[others, range(len(others))] += 1.0
-    return columns
-
-
-def ordered(kappa: Multipliers) -> Multipliers:
-    """The largest real part first."""
-    return kappa if len(kappa) == 1 else kappa[np.lexsort((kappa.imag, -kappa.real))]
 
 
 def quarter_problem(system: System, p: Parameters | None = None, *, omega: float, shape: Vector, tol: float = _TOLERANCE) -> Problem:
@@ -104,107 +54,30 @@ def quarter_problem(system: System, p: Parameters | None = None, *, omega: float
 
     Raises:
         AbsentFunctionError: A function is missing.
+        UnsupportedError: The flow is none that was compiled.
     """
-    flow, mass_of = system.function("propagate"), system.function("mass_matrix")
-    parameters, carts, nq = system.parameters(p), system.cart_size, system.nq
-    still = np.zeros(nq)
-    identity = np.eye(2 * nq)
-    _, at_rest = _inertia(np.asarray(mass_of(still, **parameters)), carts)
-    end = _root(at_rest).T
-    carry = carrier(flow, 2 * (nq - carts), tol, _STEPS, parameters)
-
-    def evaluate(z: Vector) -> Evaluation:
-        omega = float(z[-1])
-        if not (omega > 0 and are_finite(z)):
-            return _nothing(nq)
-        quarter, start = np.pi / (2 * omega), z[:-1]
-
-        def inertia() -> tuple[Vector, Vector]:
-            return _inertia(np.asarray(mass_of(start, **parameters)), carts)
-
-        columns = _columns(inertia()[0], nq) if carts else identity
-        outcome, q, v, transition, steps = carry(start, still, quarter, columns)
-        if outcome != "done":
-            return _nothing(nq)
-        jacobian = np.zeros((nq, nq + 1))
-        jacobian[:carts, :carts] = 1.0
-        jacobian[:, carts:nq] = transition[:nq, : nq - carts]
-        jacobian[:, nq] = v * (-quarter / omega)
-
-        def blocks() -> tuple[Multipliers, QuarterMap]:
-            noise = np.abs(jacobian) @ np.abs(z) * (EPS * (1 + steps))
-            found_map = quarter_map(transition, v[carts:], _root(inertia()[1]), end, carts, noise)
-            return found_map.kappa(), found_map
-
-        return Evaluation(q, jacobian, LateExtra(blocks))
-
+    flow, carts, nq = system.function("propagate"), system.cart_size, system.nq
+    system.function("mass_matrix")
+    if not hasattr(flow, "brake"):
+        raise UnsupportedError(
+            "propagate", system.name, "has no brake orbits compiled in", "build the scene with [flow] variational = true, or load its folder"
+        )
     sizes = np.abs(np.concatenate([shape[:carts], np.ones(nq - carts), [omega]]))
+    scale = powers(np.where(sizes > 0, sizes, 1.0))
+    braking = Braking(flow.brake(scale, tol, _ROUGH, _STEPS, **system.parameters(p)))
     return Problem(
-        evaluate=evaluate,
+        evaluate=braking.evaluate,
         names=(*(system.q_names or tuple(f"q_{k + 1}" for k in range(nq))), "omega"),
-        scale=powers(np.where(sizes > 0, sizes, 1.0)),
+        scale=scale,
         energy=energy_of_amplitude(system, p),
-        error=frequency_error,
+        error=frequency_error_of,
+        compiled=braking,
     )
 
 
 def powers(sizes: Vector) -> Vector:
     """The nearest powers of two: dividing by them and multiplying again loses nothing."""
     return np.exp2(np.round(np.log2(sizes)))
-
-
-def _nothing(nq: int) -> Evaluation:
-    """What is known where the chain cannot be followed."""
-    return Evaluation(np.full(nq, np.nan), np.full((nq, nq + 1), np.nan))
-
-
-def _inertia(mass: Vector, carts: int) -> tuple[Vector, Vector]:
-    """dx' / d theta' (carts, N) at no momentum, and the inertia matrix (N, N) that is left for the angles."""
-    if not carts:
-        return np.empty((0, len(mass))), mass
-    share = -mass[:1, 1:] / mass[0, 0]
-    return share, mass[1:, 1:] + mass[1:, :1] @ share
-
-
-def _root(inertia: Vector) -> Vector:
-    """L with M = L L^T."""
-    return cholesky(inertia)
-
-
-def _columns(share: Vector, nq: int) -> Vector:
-    """Derivatives (2 nq, 2 N) of the start by the angles and by their rates, the cart's momentum staying zero."""
-    carts, links = share.shape
-    columns = np.zeros((2 * nq, 2 * links))
-    columns[carts:nq, :links] = columns[nq + carts :, links:] = np.eye(links)
-    columns[nq : nq + carts, links:] = share
-    return columns
-
-
-def quarter_map(transition: Vector, rate: Vector, root: Vector, end: Vector, carts: int, noise: Vector) -> QuarterMap:
-    """The map in canonical coordinates.
-
-    Args:
-        transition: Derivatives of (q, v) at T/4 by the angles and rates at the start (2 nq, 2 N).
-        rate: Rates of the angles at T/4 (N,).
-        root: L_0 of the start's inertia (N, N).
-        end: L_1^T of the straight chain's (N, N).
-        carts: Coordinates of the cart at the head of q and of v.
-        noise: What rounding may have left in q(T/4) (nq,).
-    """
-    nq, links = len(transition) // 2, len(rate)
-    # Rows of angles and of rates, each by columns of angles and of rates.
-    both = (end @ transition.reshape(2, nq, 2 * links)[:, carts:]).reshape(4 * links, links)
-    (a, b), (c, d) = solve(root, both.T).T.reshape(2, links, 2, links).swapaxes(1, 2)
-    moving = end @ rate
-    force = c.T @ moving
-    return QuarterMap.made(
-        a=a, b=b, c=c, d=d, rate=_unit(moving), force=_unit(force), slope=root @ force, noise=noise
-    )  # fmt: skip
-
-
-def _unit(vector: Vector) -> Vector:
-    length = size(vector)
-    return vector / length if length > 0 else vector
 
 
 def frequency_error(point: Point) -> float:

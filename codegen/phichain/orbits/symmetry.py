@@ -24,7 +24,7 @@ from phichain.continuation import Branch, BranchPoint, Fold, Point, Problem, Qua
 from phichain.continuation.events import signed
 from phichain.continuation.problem import Multipliers
 from phichain.orbits.krein import signs
-from phichain.orbits.quarter import QuarterMap
+from phichain.orbits.quarter_map import QuarterMap
 
 BRANCH_POINT: Final = "branch point"
 AT_EQUILIBRIUM: Final = "rest at an equilibrium"
@@ -57,7 +57,10 @@ def _of(point: Point) -> QuarterMap:
 
 def brake_loss(point: Point) -> float:
     """det [d v; g^T 0], v and g the null vectors that d has on every orbit."""
-    blocks = _of(point)
+    return _of(point).test("brake loss", _loss)
+
+
+def _loss(blocks: QuarterMap) -> float:
     size = len(blocks.force)
     bordered = np.zeros((size + 1, size + 1))
     bordered[:size, :size], bordered[:size, size], bordered[size, :size] = blocks.d, blocks.rate, blocks.force
@@ -102,8 +105,8 @@ def tests_of(problem: Problem, carts: int, links: int) -> list[TestFunction]:
 
     several: list[TestFunction] = [
         Quantity(brake_loss, "brake loss"),
-        Quantity(lambda point: signed(_of(point).b), "odd loss"),
-        Quantity(lambda point: signed(_of(point).c), "unequal brakes"),
+        Quantity(lambda point: _of(point).test("odd loss", lambda blocks: signed(blocks.b)), "odd loss"),
+        Quantity(lambda point: _of(point).test("unequal brakes", lambda blocks: signed(blocks.c)), "unequal brakes"),
         BranchPoint(BRANCH_POINT),
         too_unstable(),
     ]

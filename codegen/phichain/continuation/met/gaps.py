@@ -9,6 +9,7 @@ so that w / a is half the width of the gap in arclength; w = 0 is a branch point
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -38,7 +39,7 @@ def smallest(problem: Problem, point: Point) -> float:
 
 def change_sign(near: Sequence[Point]) -> bool:
     """Whether det [J; t] has both signs at some points: a branch point lies between, and no gap."""
-    signs = {sign_of_determinant(bordered(point.jacobian, point.tangent)) for point in near}
+    signs = {sign_of_determinant(bordered(point.jacobian, point.tangent)) if not point.sigma else math.copysign(1.0, point.sigma) for point in near}
     return len(signs) > 1
 
 

@@ -15,10 +15,10 @@ from phichain.continuation.linear import size
 from phichain.continuation.met.roots import zero_between
 from phichain.continuation.met.singular import half_width, loosened, through
 from phichain.continuation.met.specials import Special
-from phichain.continuation.osculating import osculating
-from phichain.continuation.point import Point, tangent_of
+from phichain.continuation.osculating import touched
+from phichain.continuation.point import Point, point_at
 from phichain.continuation.predictors import hermite
-from phichain.continuation.problem import Extra, Problem, relative_residual
+from phichain.continuation.problem import Extra, Problem
 
 Curve = Callable[[float], Point]
 SPACING = 1e-14
@@ -31,8 +31,6 @@ _NEAR = 3
 """Points on either side of a place that it is guessed from."""
 _TRUST = 1e-8
 """Corrections that are taken without asking again: what they leave is their square, in units of what the problem bends."""
-_SETTLED = 1e-14
-"""Corrections after which the Jacobian at the last place of an event is asked for once more."""
 _BESIDE = 1e-9
 """How far from a place that is known an event may be for what both are to follow from two such places, in units of 1 + s."""
 
@@ -176,7 +174,7 @@ def _root(
     best = min(seen, key=lambda s: abs(s - place))
     point, left = seen[best]
     other, before = seen[min((s for s in seen if s != best), key=lambda s: abs(s - best))]
-    if spacing < _ROUGH and max(point.corrections[-1:], default=0.0) > _SETTLED:
+    if spacing < _ROUGH and not point.is_settled:
         point = _settled(problem, point)
         left = test.value(problem, point)
         if near:
@@ -186,9 +184,7 @@ def _root(
 
 def _settled(problem: Problem, point: Point) -> Point:
     """A point with the Jacobian of its own place."""
-    residual, jacobian, extra = problem.at(point.y)
-    left = relative_residual(residual, jacobian, point.y)
-    return Point(point.y, tangent_of(jacobian, point.tangent), point.arclength, jacobian, left, point.iterations, (), extra)
+    return point_at(problem, point.y, point.tangent, point.arclength, point.iterations)
 
 
 def _moved(a: Point, b: Point, known: tuple[Point, float], other: tuple[Point, float], s: float) -> tuple[Point, float]:
@@ -231,7 +227,7 @@ def curve(problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence
             return a if s == a.arclength else b
         plane = hermite(a, b, s)
         at = bisect_left([point.arclength for point in known], s)
-        near = osculating(known[max(0, at - _NEAR) : at + _NEAR], across, float(across @ plane))
+        near = touched(problem, known[max(0, at - _NEAR) : at + _NEAR], across, float(across @ plane))
         # The chord of two branches, where a step jumped, goes along none of them.
         found = engine.corrector(problem, plane if near is None else near, normal, engine.options)
         if found.converged:
@@ -240,8 +236,6 @@ def curve(problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence
                 known.insert(at, point)
             return point
         # At a branch point the bordered matrix is singular and Newton may fail: the cubic is the answer there.
-        residual, jacobian, extra = problem.at(plane)
-        left = relative_residual(residual, jacobian, plane)
-        return Point(plane, tangent_of(jacobian, a.tangent), s, jacobian, left, found.iterations, (), extra)
+        return point_at(problem, plane, a.tangent, s, found.iterations)
 
     return between

@@ -9,6 +9,7 @@ from phichain.contract.chain import Chain
 from phichain.contract.flow import Flow, Passed
 from phichain.contract.functions import ROWS
 from phichain.native.flows.structs import struct_type
+from phichain.native.glue.brake import TWINNED, brake_calls, brakes
 from phichain.native.glue.interrupts import HEADERS, Foreign, interrupts_source
 from phichain.native.glue.rows import row_loop
 from phichain.native.signature import Manifest, Signature
@@ -26,6 +27,10 @@ def glue_source(manifest: Manifest, chain: Chain, prepared: Signature | None = N
     if beside_file(manifest) in manifest.files:
         twins.append(beside_flow(foreign_flow(manifest.flows["propagate"], "propagate", chain)))
         declared.append(f"{twins[-1].declaration};")
+    if brakes(manifest, chain):
+        of_orbits = [brake_calls(manifest)[call] for call in TWINNED]
+        twins += of_orbits
+        declared += [f"{twin.declaration};" for twin in of_orbits]
     checks = [line for flow in manifest.flows for line in _layout_checks(name, _flow(flow), chain)]
     parts = [*HEADERS, f'#include "{name}.h"', "", *checks, *declared, interrupts_source(name, twins)]
     return "\n".join(parts)

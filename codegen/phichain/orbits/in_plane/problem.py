@@ -23,7 +23,8 @@ import numpy as np
 from phichain.continuation import Evaluation, Problem
 from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.orbits.conical.turning import Turning, turning
-from phichain.orbits.quarter import EPS, QuarterMap, complement, frequency_error, powers, quarter_map
+from phichain.orbits.quarter import EPS, frequency_error, powers
+from phichain.orbits.quarter_map import QuarterMap, complement, quarter_map
 from phichain.system import Parameters, System, Vector
 
 METHOD = "in a plane"
@@ -90,8 +91,8 @@ def plane_problem(system: System, p: Parameters | None = None, *, omega: float) 
             roots = [np.linalg.cholesky(part.T @ start @ part) for part in begun]
             ends = [np.linalg.cholesky(part.T @ end @ part).T for part in last]
             half = 2 * links
-            inside = quarter_map(np.vstack([angles[:, :half], spins[:, 1, :half]]), theta_dot, roots[0], ends[0], 0, noise)
-            outside = quarter_map(np.vstack([along[:, 1, half:], -spins[:, 0, half:]]), theta_dot, roots[1], ends[1], 0, noise)
+            inside = quarter_map(np.vstack([angles[:, :half], spins[:, 1, :half]]), theta_dot, roots[0], ends[0], noise)
+            outside = quarter_map(np.vstack([along[:, 1, half:], -spins[:, 0, half:]]), theta_dot, roots[1], ends[1], noise)
             turn = roots[1].T @ np.sin(z[:-1])
             rows = complement(turn / np.linalg.norm(turn)) if links > 1 else np.empty((1, 0))
             kappa = np.linalg.eigvals(2 * (outside.d @ rows).T @ (outside.a @ rows) - np.eye(links - 1)).astype(complex)
