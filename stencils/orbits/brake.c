@@ -73,7 +73,7 @@ static int brake_evaluate(CONTEXT const phi_flow *begun, brake_desk *desk, const
         for (int i = 0; i < brake_q; ++i) {
             phi_real *row = orbit->jacobian[i];
             for (int j = 0; j < brake_cart; ++j) {
-                row[j] = desk->scale[j];
+                row[j] = i == j ? desk->scale[j] : 0;
             }
             for (int j = 0; j < brake_links; ++j) {
                 row[brake_cart + j] = desk->transition[i * brake_columns + j] * desk->scale[brake_cart + j];

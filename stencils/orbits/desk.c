@@ -24,7 +24,7 @@ typedef struct brake_desk {
     phi_real guess[DESK_ALL], normal[DESK_ALL];                 /* where it begins, and across what it stays */
     phi_real count, place, axis[DESK_ALL], known[DESK_KNOWN][2][DESK_ALL]; /* of the curve: places and tangents */
     phi_real before_jacobian[DESK_Q][DESK_ALL], before_tangent[DESK_ALL];  /* of the orbit before */
-    phi_real change[DESK_ALL][DESK_ALL];
+    phi_real moved, shifted, turned, changed, change[DESK_ALL][DESK_ALL];   /* told: from the orbit before, from the guess, cosine; of its Jacobian */
     phi_real evaluations, asked[DESK_ASKED][DESK_ALL + 2];      /* told: q_0, omega, tolerance, whether with columns */
     brake_orbit orbit;
     phi_real transition[2 * DESK_Q * 2 * DESK_LINKS], rates[DESK_Q], steps; /* of the last evaluation with columns */
@@ -44,4 +44,5 @@ typedef struct brake_desk {
 #define BRAKE_FLOOR 1e-2     /* what rough columns leave, in units of their tolerance */
 #define BRAKE_CLEAR 1e-6     /* of the distance of a singular matrix, what rough columns may leave */
 #define BRAKE_FAR 1e-3       /* corrections above which rough columns serve again */
+#define BRAKE_SETTLED 1e-9   /* corrections that leave the columns as good as those of the place */
 #define BRAKE_FRESH 0.03     /* share of its own that a correction may leave because its columns are of another place */

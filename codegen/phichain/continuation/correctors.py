@@ -76,7 +76,7 @@ EPS = float(np.finfo(float).eps)
 def pseudo_arclength(problem: Problem, guess: Vector, normal: Vector, options: Options) -> Correction:
     """Newton on F(y) = 0 together with normal . (y - guess) = 0 (Keller 1977), with the exact Jacobian."""
     if problem.compiled is not None:
-        return Correction.made(**problem.compiled.corrected(guess, normal, options.tol, options.trust, options.max_iterations)._asdict())
+        return Correction.made(**problem.compiled.corrected(guess, normal, options.tol, options.trust, options.max_iterations))
 
     def step(residual: Vector, jacobian: Vector, y: Vector) -> Vector:
         left = np.empty(len(y))

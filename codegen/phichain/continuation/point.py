@@ -68,18 +68,24 @@ def tangent_of(jacobian: Vector, along: Vector) -> Vector:
     return null if null @ along >= 0 else -null
 
 
-def point_at(problem: Problem, y: Vector, along: Vector, arclength: float, iterations: int) -> Point:
+def point_at(problem: Problem, y: Vector, along: Vector, arclength: float, iterations: int, *, settle: bool = False) -> Point:
     """The point at scaled unknowns (n + 1,), its tangent turned towards `along`.
+
+    Args:
+        problem: What is continued.
+        y: Scaled unknowns (n + 1,).
+        along: Where the tangent is to point.
+        arclength: s there.
+        iterations: Newton iterations it took.
+        settle: Whether what Newton still finds to be wrong is taken off, where that costs no more.
 
     Raises:
         LinAlgError: The problem is no numbers there.
     """
     if problem.compiled is not None:
-        told = problem.compiled.at(y, along)
+        told = (problem.compiled.settled if settle else problem.compiled.at)(y, along)
         if told is not None:
-            return Point.made(
-                y=y, tangent=told.tangent, arclength=arclength, jacobian=told.jacobian, residual=told.residual, iterations=iterations,
-                corrections=(), extra=told.extra, sigma=told.sigma, is_settled=True, energy=told.energy,
-            )  # fmt: skip
+            kept = {name: told[name] for name in ("y", "tangent", "jacobian", "residual", "extra", "sigma", "energy")}
+            return Point.made(**kept, arclength=arclength, iterations=iterations, corrections=(), is_settled=True)
     residual, jacobian, extra = problem.at(y)
     return Point(y, tangent_of(jacobian, along), arclength, jacobian, relative_residual(residual, jacobian, y), iterations, (), extra)

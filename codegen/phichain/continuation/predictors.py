@@ -10,9 +10,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from phichain.continuation.osculating import osculating as touching
-from phichain.continuation.osculating import touched
 from phichain.continuation.point import Point
-from phichain.continuation.problem import Problem
 from phichain.system import Vector
 
 Predictor = Callable[[Sequence[Point], float], Vector]
@@ -57,12 +55,3 @@ def hermite(a: Point, b: Point, arclength: float) -> Vector:
         + length * x * (1 - x) ** 2 * a.tangent
         + length * x**2 * (x - 1) * b.tangent
     )
-
-
-def predicted(problem: Problem, predictor: Predictor, points: Sequence[Point], step: float) -> Vector:
-    """What a predictor guesses of a problem's curve; the longest-sighted one in C where that is compiled."""
-    if predictor is not osculating:
-        return predictor(points, step)
-    last = points[-1]
-    ahead = touched(problem, points[-TOUCHED:], last.tangent, float(last.tangent @ last.y) + step)
-    return tangent(points, step) if ahead is None else ahead

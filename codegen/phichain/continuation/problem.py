@@ -81,22 +81,28 @@ class Evaluation(NamedTuple):
     extra: Extra = Extra()
 
 
-class Told(NamedTuple):
-    """What a compiled problem tells of a solution, all in scaled unknowns: what a Point holds of it, and whether Newton converged there.
+Told = dict[str, Any]
+"""What a compiled problem tells of a solution: the fields of a `correctors.Correction`."""
 
-    `sigma` and `tangent` go together; `is_settled` is False where the Jacobian is of a place before.
+
+class Stepped(NamedTuple):
+    """A step of a compiled problem.
+
+    Attributes:
+        told: Where it led.
+        moved: How far, in arclength's chord.
+        shifted: How far Newton moved the guess.
+        turned: Cosine of the tangents' angle.
+        changed: Size of [J; t]^-1 dJ.
+        change: [J; t]^-1 [J'; t], asked for where that is not small.
     """
 
-    y: Vector
-    tangent: Vector
-    jacobian: Vector
-    residual: float
-    corrections: tuple[float, ...]
-    converged: bool
-    sigma: float
-    is_settled: bool
-    extra: Extra
-    energy: float
+    told: Told
+    moved: float
+    shifted: float
+    turned: float
+    changed: float
+    change: Callable[[], Vector]
 
 
 class Compiled(Protocol):
@@ -104,6 +110,10 @@ class Compiled(Protocol):
 
     def at(self, y: Vector, along: Vector) -> Told | None:
         """The problem at y (n + 1,), whether it is solved there or not, the tangent turned towards `along`; None where it is no numbers."""
+        ...
+
+    def settled(self, y: Vector, along: Vector) -> Told | None:
+        """The same of what nearly solves it, freed of what Newton still finds to be wrong with it."""
         ...
 
     def corrected(self, guess: Vector, normal: Vector, tol: float, trust: float, most: int) -> Told:
@@ -114,8 +124,8 @@ class Compiled(Protocol):
         """`osculating.osculating`, of places with their tangents."""
         ...
 
-    def changed(self, before: Vector, tangent: Vector, after: Vector) -> tuple[float, Vector]:
-        """[J; t]^-1 [J'; t] of two Jacobians with the tangent of the first, behind the size of its difference from 1."""
+    def ahead(self, known: Sequence[tuple[Vector, Vector]], jacobian: Vector, step: float, tol: float, most: int) -> Stepped:
+        """A step from the last of some places with their tangents, whose Jacobian is given: `predictors.osculating` and `pseudo_arclength`."""
         ...
 
 

@@ -17,7 +17,7 @@ from phichain.native.flows.beside import Watched
 from phichain.native.flows.brake import Braking
 from phichain.native.flows.call import CALLERS
 from phichain.native.flows.prepare import Foreigners, prepared_dynamics, prepared_signature
-from phichain.native.glue.brake import CALLS, TWINNED, brake_calls, brake_file, brake_source, brakes
+from phichain.native.glue.brake import TWINNED, brake_calls, brake_file, brake_source, brakes
 from phichain.native.glue.interrupts import Interruptible
 from phichain.native.glue.rows import prepared_size, row_loop, rows_source
 from phichain.native.glue.source import beside_file, beside_flow, foreign_flow, glue_source
@@ -142,7 +142,7 @@ def _braking(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> Braking 
     found: dict[str, Any] = {}
     for call, foreign in brake_calls(manifest).items():
         found[call] = Interruptible(library, foreign) if call in TWINNED else library[foreign.symbol]
-        found[call].restype = {"int": ctypes.c_int, "double": ctypes.c_double}[CALLS[call]]
+        found[call].restype = ctypes.c_int
     return Braking(**found)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from phichain.continuation import Evaluation, Extra, Point
 from phichain.continuation.linear import eigenvalues
-from phichain.continuation.problem import LateExtra, Multipliers, Told
+from phichain.continuation.problem import LateExtra, Multipliers, Stepped, Told
 from phichain.orbits.quarter_map import QuarterMap, ordered
 from phichain.system import Vector
 
@@ -48,11 +48,12 @@ class BrakeMap(QuarterMap):
 
     def test(self, name: str, of: Callable[[QuarterMap], float]) -> float:
         """What C has found."""
-        value: float = getattr(vars(self)["_found"].numbers, name.replace(" ", "_"))
+        value: float = getattr(vars(self)["_found"].numbers, _NUMBERS[name])
         return value
 
 
 _ARRAYS: Final = frozenset(item.name for item in fields(QuarterMap))
+_NUMBERS: Final = {"brake loss": "brake_loss", "odd loss": "odd_loss", "unequal brakes": "unequal_brakes", "error": "error"}
 _SEVERAL: Final = 2
 
 
@@ -62,7 +63,7 @@ class Braking:
     def __init__(self, brake: Any) -> None:
         """Take what a compiled flow's `brake` made."""
         self._brake = brake
-        self._scale = brake.desk["scale"]
+        self._scale, self._normal = brake.desk["scale"], brake.desk["normal"]
 
     def evaluate(self, z: Vector) -> Evaluation:
         """Residual and Jacobian at the unknowns themselves (nq + 1,)."""
@@ -74,8 +75,14 @@ class Braking:
 
     def at(self, y: Vector, along: Vector) -> Told | None:
         """See `Compiled`."""
-        self._brake.desk["normal"][:] = along
+        self._normal[:] = along
         found = self._brake.at(y)
+        return None if found is None else _told(found)
+
+    def settled(self, y: Vector, along: Vector) -> Told | None:
+        """See `Compiled`."""
+        self._normal[:] = along
+        found = self._brake.settled(y)
         return None if found is None else _told(found)
 
     def corrected(self, guess: Vector, normal: Vector, tol: float, trust: float, most: int) -> Told:
@@ -87,10 +94,14 @@ class Braking:
         there: Vector | None = self._brake.touched(known, axis, place)
         return there
 
-    def changed(self, before: Vector, tangent: Vector, after: Vector) -> tuple[float, Vector]:
+    def ahead(self, known: Sequence[tuple[Vector, Vector]], jacobian: Vector, step: float, tol: float, most: int) -> Stepped:
         """See `Compiled`."""
-        found: tuple[float, Vector] = self._brake.changed(before, tangent, after)
-        return found
+        found, way = self._brake.ahead(known, jacobian, step, tol, most)
+        return Stepped(_told(found), *way, self._change)
+
+    def _change(self) -> Vector:
+        change: Vector = self._brake.change
+        return change
 
 
 def frequency_error_of(point: Point) -> float:
@@ -106,10 +117,11 @@ def _unknown(_: QuarterMap) -> float:
 def _told(found: Any) -> Told:
     numbers, array = found.numbers, found.array
     converged, count = numbers.converged > 0, int(numbers.count)
-    return Told(
-        array("y"), array("tangent"), array("jacobian"), numbers.relative if converged else math.inf,
-        tuple(array("corrections")[:count].tolist()), converged, numbers.sigma, numbers.is_whole > 0, _extra(found), numbers.energy,
-    )  # fmt: skip
+    return {
+        "y": array("y"), "tangent": array("tangent"), "jacobian": array("jacobian"), "residual": numbers.relative if converged else math.inf,
+        "corrections": tuple(array("corrections")[:count].tolist()), "converged": converged, "sigma": numbers.sigma,
+        "is_settled": numbers.is_whole > 0, "extra": _extra(found), "energy": numbers.energy,
+    }  # fmt: skip
 
 
 def _extra(found: Any) -> Extra:

@@ -100,8 +100,10 @@ def ended_by(branch: Branch, kinds: Collection[str]) -> tuple[list[Special], Spe
 def tests_of(problem: Problem, carts: int, links: int) -> list[TestFunction]:
     """The test functions of a family of brake orbits."""
 
+    sizes = problem.sizes[carts:-1]
+
     def energy_slope(point: Point) -> float:
-        return float(_of(point).slope @ point.slope(problem)[carts:-1])
+        return float(_of(point).slope @ (point.tangent[carts:-1] * sizes))
 
     several: list[TestFunction] = [
         Quantity(brake_loss, "brake loss"),

@@ -31,7 +31,7 @@ _NEAR = 3
 """Points on either side of a place that it is guessed from."""
 _TRUST = 1e-8
 """Corrections that are taken without asking again: what they leave is their square, in units of what the problem bends."""
-_BESIDE = 1e-9
+_BESIDE = 1e-7
 """How far from a place that is known an event may be for what both are to follow from two such places, in units of 1 + s."""
 
 
@@ -184,7 +184,7 @@ def _root(
 
 def _settled(problem: Problem, point: Point) -> Point:
     """A point with the Jacobian of its own place."""
-    return point_at(problem, point.y, point.tangent, point.arclength, point.iterations)
+    return point_at(problem, point.y, point.tangent, point.arclength, point.iterations, settle=True)
 
 
 def _moved(a: Point, b: Point, known: tuple[Point, float], other: tuple[Point, float], s: float) -> tuple[Point, float]:

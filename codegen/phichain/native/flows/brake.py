@@ -30,6 +30,15 @@ Shape = tuple[int, ...]
 Array = NDArray[np.float64]
 
 
+class Ahead(NamedTuple):
+    """How a step went: how far it led, how far Newton moved its guess, the cosine of its turn, and the size of [J; t]^-1 dJ."""
+
+    moved: float
+    shifted: float
+    turned: float
+    changed: float
+
+
 class Numbers(NamedTuple):
     """What is told of an orbit in a number each, in the order of the C, which begins with them.
 
@@ -76,7 +85,7 @@ def desk_fields(nq: int, links: int) -> dict[str, Shape]:
     return {
         "scale": (every,), "tolerance": (), "rough": (), "most_steps": (), "tol": (), "trust": (), "most_corrections": (), "guess": (every,),
         "normal": (every,), "count": (), "place": (), "axis": (every,), "known": (KNOWN, 2, every), "before_jacobian": (nq, every),
-        "before_tangent": (every,), "change": (every, every), "evaluations": (), "asked": (ASKED, every + 2),
+        "before_tangent": (every,), "moved": (), "shifted": (), "turned": (), "changed": (), "change": (every, every), "evaluations": (), "asked": (ASKED, every + 2),
         "orbit": (sum(map(prod, orbit_fields(nq, links).values())),), "transition": (4 * nq * links,), "rates": (nq,), "steps": (),
     }  # fmt: skip
 
@@ -101,15 +110,17 @@ class Braking:
 
     Attributes:
         at: The orbit at a guess.
+        settled: The same, freed of what Newton still finds.
         corrected: The orbit that Newton finds from it.
+        ahead: The next orbit.
         touched: A guess, by the orbits that are known.
-        changed: How far the Jacobian changed.
     """
 
     at: Callable[..., int]
+    settled: Callable[..., int]
     corrected: Callable[..., int]
+    ahead: Callable[..., int]
     touched: Callable[..., int]
-    changed: Callable[..., float]
 
 
 class Brake:
@@ -142,8 +153,10 @@ class Brake:
             self.desk[name][...] = value
         self._orbit, self._guess, self._normal = self.desk["orbit"], self.desk["guess"], self.desk["normal"]
         self._known = self.desk["known"]
-        begin, end, shape = self._fields["jacobian"]
-        self._jacobian = self._orbit[begin:end].reshape(shape)
+        self._before_jacobian, self._before_tangent, self._axis = (self.desk[name] for name in ("before_jacobian", "before_tangent", "axis"))
+        self._newton, self._where, self._ahead = (
+            self._memory[whole[first][0] : whole[last][1]] for first, last in (("tol", "most_corrections"), ("count", "place"), ("moved", "changed"))
+        )
         self._desk = ctypes.c_void_p(place(self._memory))
         self._arguments = (*bound.context, self._desk)
 
@@ -157,27 +170,39 @@ class Brake:
         self._guess[:] = y
         return Found(self._orbit.copy(), self._fields) if self._functions.at(*self._arguments) else None
 
+    def settled(self, y: Array) -> Found | None:
+        """The same, freed of what Newton still finds to be wrong with it."""
+        self._guess[:] = y
+        return Found(self._orbit.copy(), self._fields) if self._functions.settled(*self._arguments) else None
+
     def corrected(self, guess: Array, normal: Array, tol: float, trust: float, most: int) -> Found:
         """Newton from a guess (nq + 1,) in the plane across a normal, to a correction below tol or trust, with so many at most."""
-        desk = self.desk
         self._guess[:], self._normal[:] = guess, normal
-        desk["tol"][...], desk["trust"][...], desk["most_corrections"][...] = tol, trust, most
+        self._newton[:] = tol, trust, most
         self._functions.corrected(*self._arguments)
         return Found(self._orbit.copy(), self._fields)
 
+    def ahead(self, known: Sequence[tuple[Array, Array]], jacobian: Array, step: float, tol: float, most: int) -> tuple[Found, Ahead]:
+        """The orbit a step ahead of the last of those with tangents that are known, whose Jacobian (nq, nq + 1) is given, too."""
+        count = len(known)
+        self._known[:count] = known
+        self._before_jacobian[:], self._before_tangent[:] = jacobian, known[-1][1]
+        self._newton[:] = tol, 0.0, most
+        self._where[:] = count, step
+        self._functions.ahead(*self._arguments)
+        return Found(self._orbit.copy(), self._fields), Ahead(*self._ahead.tolist())
+
+    @property
+    def change(self) -> Array:
+        """[J; t]^-1 [J'; t] of the last step, t its first tangent (nq + 1, nq + 1)."""
+        return self.desk["change"].copy()
+
     def touched(self, known: Sequence[tuple[Array, Array]], axis: Array, at: float) -> Array | None:
         """Where the curve through places with tangents has a distance along an axis (nq + 1,); None where none goes along it."""
-        desk, count = self.desk, len(known)
+        count = len(known)
         self._known[:count] = known
-        desk["count"][...], desk["place"][...], desk["axis"][:] = count, at, axis
+        self._where[:], self._axis[:] = (count, at), axis
         return self._guess.copy() if self._functions.touched(self._desk) else None
-
-    def changed(self, before: Array, tangent: Array, after: Array) -> tuple[float, Array]:
-        """[J; t]^-1 [J'; t] of two Jacobians (nq, nq + 1) with the tangent of the first, behind the size of its difference from 1."""
-        desk = self.desk
-        desk["before_jacobian"][:], desk["before_tangent"][:] = before, tangent
-        self._jacobian[:] = after
-        return self._functions.changed(self._desk), desk["change"].copy()
 
 
 class Found:

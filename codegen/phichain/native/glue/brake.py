@@ -14,9 +14,9 @@ from phichain.native.signature import Manifest
 
 STENCILS: Final = ("desk", "small", "touch", "brake", "newton", "calls")
 """Those of `stencils/orbits`, in the order in which they lean on each other."""
-CALLS: Final = {"at": "int", "corrected": "int", "touched": "int", "changed": "double"}
-"""What is called from Python, and what it returns."""
-TWINNED: Final = ("at", "corrected")
+CALLS: Final = ("at", "settled", "corrected", "ahead", "touched")
+"""What is called from Python."""
+TWINNED: Final = ("at", "settled", "corrected", "ahead")
 """Those that may run long, which Ctrl-C leaves."""
 _GIVEN: Final = {
     "p": "p", "flow": "flow", "t_end": "quarter", "max_steps": "most", "u": "still_input", "amplitude": "0", "omega": "0", "q": "q", "v": "v",
@@ -40,8 +40,7 @@ def brake_calls(manifest: Manifest) -> dict[str, Foreign]:
     with_flow = (*([("const void", "*p")] if manifest.parameters else []), ("const void", "*flow"))
     desk = (("void", "*desk"),)
     return {
-        name: Foreign(f"{manifest.name}_brake_{name}", returns, (*(with_flow if name in TWINNED else ()), *desk))
-        for name, returns in CALLS.items()
+        name: Foreign(f"{manifest.name}_brake_{name}", "int", (*(with_flow if name in TWINNED else ()), *desk)) for name in CALLS
     }
 
 
