@@ -40,9 +40,10 @@ typedef struct brake_desk {
 #define BRAKE_HALF_PI 1.57079632679489661923
 #define BRAKE_EPSILON 0x1p-52
 #define BRAKE_ROUNDING 1e-15 /* corrections, in units of 1 + |y|, that are not worth taking */
+#define BRAKE_LEFT 1e-16     /* what is thought to be left, and not worth a correction */
 #define BRAKE_DOUBTFUL 1e-13 /* those that are more than rounding, where less was thought to be left */
 #define BRAKE_FLOOR 1e-2     /* what rough columns leave, in units of their tolerance */
 #define BRAKE_CLEAR 1e-6     /* of the distance of a singular matrix, what rough columns may leave */
-#define BRAKE_FAR 1e-3       /* corrections above which rough columns serve again */
+#define BRAKE_FAR 1e-5       /* corrections above which rough columns serve again */
 #define BRAKE_SETTLED 1e-9   /* corrections that leave the columns as good as those of the place */
-#define BRAKE_FRESH 0.03     /* share of its own that a correction may leave because its columns are of another place */
+#define BRAKE_FRESH 1e-3     /* share of its own that a correction may leave because its columns are of another place */

@@ -39,7 +39,7 @@ static void brake_correct(CONTEXT const phi_flow *begun, brake_desk *desk)
 {
     brake_orbit *orbit = &desk->orbit;
     const phi_real rough = desk->rough > desk->tolerance ? desk->rough : desk->tolerance;
-    int is_whole = !(rough > desk->tolerance), is_coarse = !is_whole, count = 0, since = 0;
+    int is_whole = !(rough > desk->tolerance), is_coarse = !is_whole, count = 0, since = 0, spent = 0;
     /* Off the place of the columns; what the next correction is thought to be; how strongly the Jacobian changes. */
     phi_real stale = 0, expected = HUGE_VAL, bend = 1, left[brake_all];
 
@@ -66,13 +66,13 @@ static void brake_correct(CONTEXT const phi_flow *begun, brake_desk *desk)
         }
         if (is_whole) {
             brake_measure(desk);
-            const int is_thought = expected <= BRAKE_ROUNDING * scale && (length <= BRAKE_DOUBTFUL * scale || !(expected > 0));
+            const int is_thought = expected <= BRAKE_LEFT * scale && (length <= BRAKE_DOUBTFUL * scale || !(expected > 0));
             if (is_thought || (length <= BRAKE_ROUNDING * scale && orbit->relative <= BRAKE_EPSILON)) {
                 orbit->converged = 1;
                 break;
             }
         }
-        if (count == (int)desk->most_corrections || count == DESK_CORRECTIONS) {
+        if (spent == (int)desk->most_corrections || count == DESK_CORRECTIONS) {
             break;
         }
         for (int i = 0; i < brake_all; ++i) {
@@ -90,6 +90,7 @@ static void brake_correct(CONTEXT const phi_flow *begun, brake_desk *desk)
             orbit->converged = 1;
             break;
         }
+        spent += !(stale > 0);
         const int is_growing = count > 1 && length > 2 * orbit->corrections[count - 2];
         if (is_growing && (length > BRAKE_FAR || since > 0)) {
             break;
@@ -107,7 +108,7 @@ static void brake_correct(CONTEXT const phi_flow *begun, brake_desk *desk)
             expected = expected > BRAKE_FLOOR * rough ? expected : BRAKE_FLOOR * rough;
         }
         const int is_stale = bend * stale > BRAKE_FRESH;
-        if (is_whole || is_growing || expected <= BRAKE_ROUNDING * scale || (is_stale && length <= BRAKE_FAR)) {
+        if (is_whole || is_growing || expected <= BRAKE_LEFT * scale || (is_stale && length <= BRAKE_FAR)) {
             is_known = brake_evaluate(PASS begun, desk, desk->tolerance, 1);
             is_whole = 1;
             stale = 0;

@@ -68,8 +68,6 @@ class Correction(Held):
 Corrector = Callable[[Problem, Vector, Vector, Options], Correction]
 ROUNDING = 1e-15
 """Corrections, in units of 1 + |y|, that are not worth taking where the residual is rounding, too."""
-SETTLED = 1e-14
-"""Corrections after which the Jacobian of the place before is that of the new one."""
 EPS = float(np.finfo(float).eps)
 
 
@@ -102,7 +100,7 @@ def _newton(
     y = guess.copy()
     residual, jacobian, extra = problem.at(y)
     sizes: list[float] = []
-    converged, is_settled = False, True
+    converged = False
     while not converged and _is_worth_it(residual, sizes):
         try:
             correction = step(residual, jacobian, y)
@@ -117,7 +115,6 @@ def _newton(
         sizes.append(length)
         if converged := length <= options.trust * scale:
             residual = residual + jacobian @ correction
-            is_settled = length <= SETTLED
             break
         residual, jacobian, extra = problem.at(y)
         converged = length <= options.tol * scale
@@ -125,7 +122,7 @@ def _newton(
     left = relative_residual(residual, jacobian, y) if finite else float("inf")
     return Correction.made(
         y=y, jacobian=jacobian, residual=left, corrections=tuple(sizes), converged=converged and finite, extra=extra,
-        tangent=None, sigma=None, is_settled=is_settled, energy=math.nan,
+        tangent=None, sigma=None, is_settled=True, energy=math.nan,
     )  # fmt: skip
 
 

@@ -31,6 +31,8 @@ _NEAR = 3
 """Points on either side of a place that it is guessed from."""
 _TRUST = 1e-8
 """Corrections that are taken without asking again: what they leave is their square, in units of what the problem bends."""
+_SETTLED = 1e-14
+"""Corrections after which the Jacobian at the last place of an event is asked for once more."""
 _BESIDE = 1e-7
 """How far from a place that is known an event may be for what both are to follow from two such places, in units of 1 + s."""
 
@@ -174,7 +176,7 @@ def _root(
     best = min(seen, key=lambda s: abs(s - place))
     point, left = seen[best]
     other, before = seen[min((s for s in seen if s != best), key=lambda s: abs(s - best))]
-    if spacing < _ROUGH and not point.is_settled:
+    if spacing < _ROUGH and not (point.is_settled and max(point.corrections[-1:], default=0.0) <= _SETTLED):
         point = _settled(problem, point)
         left = test.value(problem, point)
         if near:
