@@ -151,7 +151,7 @@ class _Noted:
         self._flow, self._identity = flow, np.eye(2 * nq)
         self._evaluations: list[list[float]] = []
         self._plain: list[tuple[tuple[Any, ...], dict[str, Any]]] = []
-        self._bound: dict[tuple[float, bool], Any] = {}
+        self._bound: dict[tuple[float, float], Any] = {}
 
     def __call__(self, *words: Any, **more: Any) -> Any:
         self._plain.append((words, more))
@@ -165,14 +165,13 @@ class _Noted:
 
     def repeat(self) -> None:
         """Every call once more."""
-        for *start, omega, tolerance, with_columns in self._evaluations:
-            bound = self._bound.get((tolerance, with_columns))
+        for *start, omega, tolerance, columns in self._evaluations:
+            bound = self._bound.get((tolerance, columns))
             if bound is None:
-                columns = len(self._identity) * int(with_columns)
-                bound = self._bound[tolerance, with_columns] = self._flow.bind(tolerance, columns=columns, max_steps=20_000)
+                bound = self._bound[tolerance, columns] = self._flow.bind(tolerance, columns=int(columns), max_steps=20_000)
             bound.q[:], bound.v[:] = start, 0.0
-            if with_columns:
-                bound.transition[:] = self._identity
+            if columns:
+                bound.transition[:] = self._identity[:, : int(columns)]
             bound(0.0, np.pi / (2 * omega))
         for words, more in self._plain:
             self._flow(*words, **more)

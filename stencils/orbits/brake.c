@@ -25,7 +25,8 @@ static void brake_inertia(CONTEXT const phi_real q[brake_q], phi_real share[brak
     }
 }
 
-/* The residual at orbit->y, and with columns its Jacobian, both in scaled unknowns; 0 where the chain cannot be followed. */
+/* The residual at orbit->y, and with columns its Jacobian, both in scaled unknowns; 0 where the chain cannot be followed. The columns are
+ * derivatives by the angles at the start, which the Jacobian is made of, and then by their rates. */
 static int brake_evaluate(CONTEXT const phi_flow *begun, brake_desk *desk, const phi_real tolerance, const int columns)
 {
     brake_orbit *orbit = &desk->orbit;
@@ -47,19 +48,21 @@ static int brake_evaluate(CONTEXT const phi_flow *begun, brake_desk *desk, const
     desk->evaluations += 1;
     flow.t = 0;
     flow.tolerance = tolerance;
-    flow.columns = columns ? brake_columns : 0;
+    flow.columns = columns;
     flow.transition = columns ? desk->transition : NULL;
     if (columns) {
         phi_real share[brake_links], inertia[brake_links * brake_links];
         memset(desk->transition, 0, sizeof desk->transition);
-        if (brake_cart) {
+        if (brake_cart && columns == brake_columns) {
             brake_inertia(PASS z, share, inertia);
         }
         for (int i = 0; i < brake_links; ++i) {
-            desk->transition[(brake_cart + i) * brake_columns + i] = 1;
-            desk->transition[(brake_q + brake_cart + i) * brake_columns + brake_links + i] = 1;
-            if (brake_cart) {
-                desk->transition[brake_q * brake_columns + brake_links + i] = share[i];
+            desk->transition[(brake_cart + i) * columns + i] = 1;
+            if (columns == brake_columns) {
+                desk->transition[(brake_q + brake_cart + i) * columns + brake_links + i] = 1;
+            }
+            if (brake_cart && columns == brake_columns) {
+                desk->transition[brake_q * columns + brake_links + i] = share[i];
             }
         }
     }
@@ -76,7 +79,7 @@ static int brake_evaluate(CONTEXT const phi_flow *begun, brake_desk *desk, const
                 row[j] = i == j ? desk->scale[j] : 0;
             }
             for (int j = 0; j < brake_links; ++j) {
-                row[brake_cart + j] = desk->transition[i * brake_columns + j] * desk->scale[brake_cart + j];
+                row[brake_cart + j] = desk->transition[i * columns + j] * desk->scale[brake_cart + j];
             }
             row[brake_q] = v[i] * (-quarter / z[brake_q]) * desk->scale[brake_q];
         }

@@ -21,7 +21,7 @@ int phi_brake_at(CONTEXT const phi_flow *begun, brake_desk *desk)
     desk->evaluations = desk->orbit.count = 0;
     desk->orbit.converged = desk->orbit.is_whole = 1;
     memcpy(desk->orbit.y, desk->guess, sizeof desk->orbit.y);
-    if (!brake_evaluate(PASS begun, desk, desk->tolerance, 1)) {
+    if (!brake_evaluate(PASS begun, desk, desk->tolerance, brake_columns)) {
         return 0;
     }
     brake_measure(desk);
@@ -47,7 +47,7 @@ int phi_brake_settled(CONTEXT const phi_flow *begun, brake_desk *desk)
     desk->evaluations = desk->orbit.count = 0;
     desk->orbit.converged = desk->orbit.is_whole = 1;
     memcpy(desk->orbit.y, desk->guess, sizeof desk->orbit.y);
-    if (!brake_evaluate(PASS begun, desk, desk->tolerance, 1)) {
+    if (!brake_evaluate(PASS begun, desk, desk->tolerance, brake_columns)) {
         return 0;
     }
     brake_measure(desk);

@@ -25,7 +25,7 @@ typedef struct brake_desk {
     phi_real count, place, axis[DESK_ALL], known[DESK_KNOWN][2][DESK_ALL]; /* of the curve: places and tangents */
     phi_real before_jacobian[DESK_Q][DESK_ALL], before_tangent[DESK_ALL];  /* of the orbit before */
     phi_real moved, shifted, turned, changed, change[DESK_ALL][DESK_ALL];   /* told: from the orbit before, from the guess, cosine; of its Jacobian */
-    phi_real evaluations, asked[DESK_ASKED][DESK_ALL + 2];      /* told: q_0, omega, tolerance, whether with columns */
+    phi_real evaluations, asked[DESK_ASKED][DESK_ALL + 2];      /* told: q_0, omega, tolerance, how many columns */
     brake_orbit orbit;
     phi_real transition[2 * DESK_Q * 2 * DESK_LINKS], rates[DESK_Q], steps; /* of the last evaluation with columns */
 } brake_desk;

@@ -43,9 +43,12 @@ static void brake_correct(CONTEXT const phi_flow *begun, brake_desk *desk)
     /* Off the place of the columns; what the next correction is thought to be; how strongly the Jacobian changes. */
     phi_real stale = 0, expected = HUGE_VAL, bend = 1, left[brake_all];
 
+    /* Rough columns by the rates are carried where an orbit may be told by them. */
+    const int few = desk->trust > 0 ? brake_columns : brake_links;
+
     memcpy(orbit->y, desk->guess, sizeof orbit->y);
     orbit->converged = 0;
-    int is_known = brake_evaluate(PASS begun, desk, rough, 1);
+    int is_known = brake_evaluate(PASS begun, desk, rough, is_whole ? brake_columns : few);
     if (is_known && is_coarse) {
         /* Beside a singular matrix what rough columns leave would be as far as the place where it is singular. */
         phi_real matrix[brake_all * brake_all];
@@ -54,7 +57,7 @@ static void brake_correct(CONTEXT const phi_flow *begun, brake_desk *desk)
         const phi_real sigma = fabs(small_signed(brake_all, matrix));
         bend = sigma < 1 ? 1 / sigma : 1;
         if (!(BRAKE_FLOOR * rough < BRAKE_CLEAR * sigma * sigma)) {
-            is_known = brake_evaluate(PASS begun, desk, desk->tolerance, 1);
+            is_known = brake_evaluate(PASS begun, desk, desk->tolerance, brake_columns);
             is_whole = 1;
             is_coarse = 0;
         }
@@ -109,13 +112,13 @@ static void brake_correct(CONTEXT const phi_flow *begun, brake_desk *desk)
         }
         const int is_stale = bend * stale > BRAKE_FRESH;
         if (is_whole || is_growing || expected <= BRAKE_LEFT * scale || (is_stale && length <= BRAKE_FAR)) {
-            is_known = brake_evaluate(PASS begun, desk, desk->tolerance, 1);
+            is_known = brake_evaluate(PASS begun, desk, desk->tolerance, brake_columns);
             is_whole = 1;
             stale = 0;
         } else {
             /* Where the columns are to be told they have to be near the place. */
             is_coarse = is_stale || desk->trust > 0;
-            is_known = brake_evaluate(PASS begun, desk, is_coarse ? rough : desk->tolerance, is_coarse);
+            is_known = brake_evaluate(PASS begun, desk, is_coarse ? rough : desk->tolerance, is_coarse ? few : 0);
             stale = is_coarse ? 0 : stale;
         }
     }

@@ -23,9 +23,16 @@ from phichain.system import Vector
 class BrakeMap(QuarterMap):
     """The quarter map with what the compiled object has found of it already; its arrays are taken out when they are asked for."""
 
+    _found: Any
+    _tests: dict[str, float]
+
     def __init__(self, found: Any) -> None:
         """Keep what C told."""
-        vars(self)["_found"] = found
+        own, numbers = vars(self), found.numbers
+        own["_found"] = found
+        own["_tests"] = {
+            "brake loss": numbers.brake_loss, "odd loss": numbers.odd_loss, "unequal brakes": numbers.unequal_brakes, "error": numbers.error,
+        }  # fmt: skip
 
     def __getattr__(self, name: str) -> Any:
         """An array when it is first read.
@@ -35,12 +42,12 @@ class BrakeMap(QuarterMap):
         """
         if name not in _ARRAYS:
             raise AttributeError(name)
-        vars(self)[name] = array = vars(self)["_found"].array(name)
+        vars(self)[name] = array = self._found.array(name)
         return array
 
     def kappa(self) -> Multipliers:
         """As of any quarter map."""
-        folded = vars(self)["_found"].array("folded")
+        folded = self._found.array("folded")
         inner = math.isqrt(len(folded)) - 1
         if inner < _SEVERAL:
             return (1 - 2 * folded[:inner]).astype(complex)
@@ -48,12 +55,11 @@ class BrakeMap(QuarterMap):
 
     def test(self, name: str, of: Callable[[QuarterMap], float]) -> float:
         """What C has found."""
-        value: float = getattr(vars(self)["_found"].numbers, _NUMBERS[name])
+        value: float = self._tests[name]
         return value
 
 
 _ARRAYS: Final = frozenset(item.name for item in fields(QuarterMap))
-_NUMBERS: Final = {"brake loss": "brake_loss", "odd loss": "odd_loss", "unequal brakes": "unequal_brakes", "error": "error"}
 _SEVERAL: Final = 2
 
 

@@ -55,6 +55,14 @@ def _of(point: Point) -> QuarterMap:
     return found
 
 
+def _odd(blocks: QuarterMap) -> float:
+    return signed(blocks.b)
+
+
+def _unequal(blocks: QuarterMap) -> float:
+    return signed(blocks.c)
+
+
 def brake_loss(point: Point) -> float:
     """det [d v; g^T 0], v and g the null vectors that d has on every orbit."""
     return _of(point).test("brake loss", _loss)
@@ -85,7 +93,7 @@ def discriminant_of(kappa: Multipliers) -> float:
 
 def too_unstable() -> TestFunction:
     """Where the largest |kappa| leaves the others no digits; the family ends there."""
-    return Quantity(lambda point: max(map(abs, point.multipliers.tolist())) - MOST_UNSTABLE, "unstable beyond double precision", terminal=True)
+    return Quantity(lambda point: max(map(abs, point.extra.multipliers.tolist())) - MOST_UNSTABLE, "unstable beyond double precision", terminal=True)
 
 
 def ended_by(branch: Branch, kinds: Collection[str]) -> tuple[list[Special], Special | None]:
@@ -107,8 +115,8 @@ def tests_of(problem: Problem, carts: int, links: int) -> list[TestFunction]:
 
     several: list[TestFunction] = [
         Quantity(brake_loss, "brake loss"),
-        Quantity(lambda point: _of(point).test("odd loss", lambda blocks: signed(blocks.b)), "odd loss"),
-        Quantity(lambda point: _of(point).test("unequal brakes", lambda blocks: signed(blocks.c)), "unequal brakes"),
+        Quantity(lambda point: _of(point).test("odd loss", _odd), "odd loss"),
+        Quantity(lambda point: _of(point).test("unequal brakes", _unequal), "unequal brakes"),
         BranchPoint(BRANCH_POINT),
         too_unstable(),
     ]

@@ -162,7 +162,7 @@ class Brake:
 
     @property
     def asked(self) -> list[list[float]]:
-        """Evaluations of the last call: q_0, omega, the flow's tolerance, and whether columns were carried."""
+        """Evaluations of the last call: q_0, omega, the flow's tolerance, and how many columns were carried."""
         return self.desk["asked"][: int(self.desk["evaluations"])].tolist()
 
     def at(self, y: Array) -> Found | None:
