@@ -18,7 +18,7 @@ static void brake_found(CONTEXT brake_desk *desk)
 /* The orbit at desk->guess, whether it closes or not; 0 where the chain cannot be followed. */
 int phi_brake_at(CONTEXT const phi_flow *begun, brake_desk *desk)
 {
-    desk->evaluations = desk->orbit.count = 0;
+    desk->evaluations = desk->orbit.taken = 0;
     desk->orbit.converged = desk->orbit.is_whole = 1;
     memcpy(desk->orbit.y, desk->guess, sizeof desk->orbit.y);
     if (!brake_evaluate(PASS begun, desk, desk->tolerance, brake_columns)) {
@@ -44,7 +44,7 @@ int phi_brake_corrected(CONTEXT const phi_flow *begun, brake_desk *desk)
 int phi_brake_settled(CONTEXT const phi_flow *begun, brake_desk *desk)
 {
     phi_real left[brake_all];
-    desk->evaluations = desk->orbit.count = 0;
+    desk->evaluations = desk->orbit.taken = 0;
     desk->orbit.converged = desk->orbit.is_whole = 1;
     memcpy(desk->orbit.y, desk->guess, sizeof desk->orbit.y);
     if (!brake_evaluate(PASS begun, desk, desk->tolerance, brake_columns)) {

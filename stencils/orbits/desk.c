@@ -10,7 +10,7 @@ enum {
 
 /* What is known of one orbit: y = (q_0, omega) / scale. */
 typedef struct brake_orbit {
-    phi_real relative, converged, is_whole, is_told, count;
+    phi_real relative, converged, is_whole, is_told, taken;
     phi_real sigma, brake_loss, odd_loss, unequal_brakes, error, energy; /* of the bordered Jacobian; test functions; of omega; NaN where none is emitted */
     phi_real y[DESK_ALL], tangent[DESK_ALL], residual[DESK_Q], jacobian[DESK_Q][DESK_ALL], corrections[DESK_CORRECTIONS];
     phi_real a[DESK_LINKS][DESK_LINKS], b[DESK_LINKS][DESK_LINKS], c[DESK_LINKS][DESK_LINKS], d[DESK_LINKS][DESK_LINKS];

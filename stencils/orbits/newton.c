@@ -122,7 +122,7 @@ static void brake_correct(CONTEXT const phi_flow *begun, brake_desk *desk)
             stale = is_coarse ? 0 : stale;
         }
     }
-    orbit->count = count;
+    orbit->taken = count;
     orbit->is_whole = is_whole;
 }
 
@@ -160,7 +160,7 @@ static phi_real brake_energy(CONTEXT const brake_desk *desk)
     return high - low;
 #else
     (void)desk;
-    return NAN;
+    return (phi_real)NAN;
 #endif
 }
 
@@ -176,7 +176,7 @@ static phi_real brake_error(const brake_orbit *orbit)
         row[i] = i == brake_q;
     }
     if (!small_solve(brake_all, matrix, 1, row)) {
-        return NAN;
+        return (phi_real)NAN;
     }
     for (int i = 0; i < brake_q; ++i) {
         sum += fabs(row[i]) * orbit->noise[i];

@@ -14,6 +14,7 @@ from phichain.continuation.met.specials import Passage, Special
 from phichain.continuation.point import Point, point_at
 from phichain.continuation.problem import Multipliers, Problem
 from phichain.errors import ArrayError
+from phichain.system import Vector
 
 
 def record(

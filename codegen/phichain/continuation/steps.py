@@ -87,8 +87,8 @@ def _tried(problem: Problem, points: Sequence[Point], step: float, engine: Engin
     options, last = engine.options, points[-1]
     if problem.compiled is not None and engine.predictor is predictors.osculating and engine.corrector is correctors.pseudo_arclength:
         known = [(point.y, point.tangent) for point in points[-predictors.TOUCHED :]]
-        told, *rest = problem.compiled.ahead(known, last.jacobian, step, options.tol, options.max_iterations)
-        return _Tried(Correction.made(**told), *rest)
+        way = problem.compiled.ahead(known, last.jacobian, step, options.tol, options.max_iterations)
+        return _Tried(Correction.made(**way.told), way.moved, way.shifted, way.turned, way.changed, way.change)
     guess = engine.predictor(points, step)
     found = engine.corrector(problem, guess, last.tangent, options)
     if not found.converged:

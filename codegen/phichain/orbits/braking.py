@@ -103,7 +103,7 @@ class Braking:
     def ahead(self, known: Sequence[tuple[Vector, Vector]], jacobian: Vector, step: float, tol: float, most: int) -> Stepped:
         """See `Compiled`."""
         found, way = self._brake.ahead(known, jacobian, step, tol, most)
-        return Stepped(_told(found), *way, self._change)
+        return Stepped(_told(found), way.moved, way.shifted, way.turned, way.changed, self._change)
 
     def _change(self) -> Vector:
         change: Vector = self._brake.change
@@ -122,7 +122,7 @@ def _unknown(_: QuarterMap) -> float:
 
 def _told(found: Any) -> Told:
     numbers, array = found.numbers, found.array
-    converged, count = numbers.converged > 0, int(numbers.count)
+    converged, count = numbers.converged > 0, int(numbers.taken)
     return {
         "y": array("y"), "tangent": array("tangent"), "jacobian": array("jacobian"), "residual": numbers.relative if converged else math.inf,
         "corrections": tuple(array("corrections")[:count].tolist()), "converged": converged, "sigma": numbers.sigma,

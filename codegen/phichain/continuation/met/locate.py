@@ -33,7 +33,7 @@ _TRUST = 1e-8
 """Corrections that are taken without asking again: what they leave is their square, in units of what the problem bends."""
 _SETTLED = 1e-14
 """Corrections after which the Jacobian at the last place of an event is asked for once more."""
-_BESIDE = 1e-7
+_BESIDE = 1e-9
 """How far from a place that is known an event may be for what both are to follow from two such places, in units of 1 + s."""
 
 

@@ -10,7 +10,7 @@ import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +47,7 @@ class Numbers(NamedTuple):
         converged: Above 0 where Newton got there.
         is_whole: Above 0 where the columns are of this very place.
         is_told: Above 0 where there is a quarter map.
-        count: Corrections.
+        taken: Corrections.
         sigma: +- the smallest singular value of [J; t].
         brake_loss: Test function, as the next two.
         odd_loss: That of b.
@@ -60,7 +60,7 @@ class Numbers(NamedTuple):
     converged: float
     is_whole: float
     is_told: float
-    count: float
+    taken: float
     sigma: float
     brake_loss: float
     odd_loss: float
@@ -148,9 +148,9 @@ class Brake:
         whole = offsets(desk_fields(*sizes))
         self._memory = np.zeros(max(end for _, end, _ in whole.values()))
         self.desk: dict[str, Array] = {name: self._memory[a:b].reshape(shape) for name, (a, b, shape) in whole.items()}
-        given = {"scale": scale, "tolerance": tolerance, "rough": rough, "most_steps": most_steps}
-        for name, value in given.items():
-            self.desk[name][...] = value
+        self.desk["scale"][:] = scale
+        for name, value in (("tolerance", tolerance), ("rough", rough), ("most_steps", most_steps)):
+            self.desk[name].fill(value)
         self._orbit, self._guess, self._normal = self.desk["orbit"], self.desk["guess"], self.desk["normal"]
         self._known = self.desk["known"]
         self._before_jacobian, self._before_tangent, self._axis = (self.desk[name] for name in ("before_jacobian", "before_tangent", "axis"))
