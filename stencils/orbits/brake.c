@@ -1,5 +1,5 @@
 /* Brake orbits by shooting over a quarter period, on the emitted flow: theta(0) = theta_0 at rest, theta(T/4) = 0. What it means is
- * told in `orbits/quarter.py`; unknowns are y = (q_0, omega) / scale throughout. */
+ * told in `orbits/quarter/problem.py`; unknowns are y = (q_0, omega) / scale throughout. */
 
 enum {
     brake_q = PHI_Q,

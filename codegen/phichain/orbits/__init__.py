@@ -8,8 +8,7 @@ from phichain.orbits.network.record import Link, Network
 from phichain.orbits.orbit import Orbit
 from phichain.orbits.periodic import half_problem, whole_problem
 from phichain.orbits.picking import pick
-from phichain.orbits.quarter import quarter_problem
-from phichain.orbits.quarter_map import QuarterMap
+from phichain.orbits.quarter import QuarterMap, quarter_problem
 from phichain.orbits.single_harmonic import harmonic_problem
 from phichain.orbits.tracing import trace
 from phichain.orbits.whirling import whirling_problem, whirls_of

@@ -24,7 +24,7 @@ from phichain.continuation import Branch, BranchPoint, Fold, Point, Problem, Qua
 from phichain.continuation.events import signed
 from phichain.continuation.problem import Multipliers
 from phichain.orbits.krein import signs
-from phichain.orbits.quarter_map import QuarterMap
+from phichain.orbits.quarter import QuarterMap
 
 BRANCH_POINT: Final = "branch point"
 AT_EQUILIBRIUM: Final = "rest at an equilibrium"

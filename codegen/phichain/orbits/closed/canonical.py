@@ -20,7 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from phichain.continuation.problem import Multipliers
-from phichain.orbits.quarter_map import complement, ordered
+from phichain.orbits.quarter import complement, ordered
 from phichain.system import Parameters, System, Vector
 from phichain.system.angles import scene_angles
 

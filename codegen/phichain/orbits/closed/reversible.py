@@ -27,8 +27,7 @@ from phichain.continuation.linear import eigenvalues
 from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.orbits.closed.canonical import frame
 from phichain.orbits.closed.states import energy_of, field, gradient, unit
-from phichain.orbits.quarter import EPS, frequency_error, powers
-from phichain.orbits.quarter_map import complement, ordered
+from phichain.orbits.quarter import EPS, complement, frequency_error, ordered, powers
 from phichain.records import Held
 from phichain.system import Parameters, System, Vector
 from phichain.system.propagation import carrier

@@ -23,8 +23,7 @@ import numpy as np
 from phichain.continuation import Evaluation, Problem
 from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.orbits.conical.turning import Turning, turning
-from phichain.orbits.quarter import EPS, frequency_error, powers
-from phichain.orbits.quarter_map import QuarterMap, complement, quarter_map
+from phichain.orbits.quarter import EPS, QuarterMap, complement, frequency_error, powers, quarter_map
 from phichain.system import Parameters, System, Vector
 
 METHOD = "in a plane"

@@ -25,8 +25,7 @@ import numpy as np
 
 from phichain.continuation import Evaluation, Problem
 from phichain.continuation.problem import LateExtra, Multipliers
-from phichain.orbits.quarter import EPS, frequency_error, powers
-from phichain.orbits.quarter_map import QuarterMap, ordered, quarter_map
+from phichain.orbits.quarter import EPS, QuarterMap, frequency_error, ordered, powers, quarter_map
 from phichain.orbits.whirling.fixed import inertia_of
 from phichain.system import Parameters, System, Vector
 

@@ -24,8 +24,7 @@ import numpy as np
 
 from phichain.continuation import Branch, Evaluation, Problem
 from phichain.continuation.problem import LateExtra, Multipliers
-from phichain.orbits.quarter import EPS, frequency_error, powers
-from phichain.orbits.quarter_map import ordered
+from phichain.orbits.quarter import EPS, frequency_error, ordered, powers
 from phichain.orbits.whirling.fixed import about_vertical, area, inertia_of, turned
 from phichain.orbits.whirling.problem import momentum
 from phichain.records import Held

@@ -27,8 +27,7 @@ import numpy as np
 from phichain.continuation import Branch, Evaluation, Problem
 from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.errors import ArrayError
-from phichain.orbits.quarter import EPS, frequency_error, powers
-from phichain.orbits.quarter_map import ordered
+from phichain.orbits.quarter import EPS, frequency_error, ordered, powers
 from phichain.orbits.whirling.fixed import (
     Fixed,
     about_vertical,

@@ -27,7 +27,7 @@ import numpy as np
 from phichain.continuation import Point, Problem
 from phichain.continuation.linear import bordered, solve
 from phichain.errors import UnsupportedError
-from phichain.orbits.braking import Braking, frequency_error_of
+from phichain.orbits.quarter.compiled import Braking, frequency_error_of
 from phichain.orbits.single_harmonic import energy_of_amplitude
 from phichain.system import Parameters, System, Vector
 

@@ -16,7 +16,7 @@ import numpy as np
 from phichain.continuation import Evaluation, Extra, Point
 from phichain.continuation.linear import eigenvalues
 from phichain.continuation.problem import LateExtra, Multipliers, Stepped, Told
-from phichain.orbits.quarter_map import QuarterMap, ordered
+from phichain.orbits.quarter.map import QuarterMap, ordered
 from phichain.system import Vector
 
 
