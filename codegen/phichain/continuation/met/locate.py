@@ -6,6 +6,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from operator import mul
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from phichain.continuation.met.singular import half_width, loosened, through
 from phichain.continuation.met.specials import Special
 from phichain.continuation.osculating import touched
 from phichain.continuation.point import Point, point_at
-from phichain.continuation.predictors import hermite
+from phichain.continuation.predictors import hermite, hermite_shares
 from phichain.continuation.problem import Extra, Problem
 
 Curve = Callable[[float], Point]
@@ -202,7 +203,9 @@ def _moved(a: Point, b: Point, known: tuple[Point, float], other: tuple[Point, f
     point, left = known
     share = (s - point.arclength) / (point.arclength - other[0].arclength)
     across = b.y - a.y
-    moved = across @ (hermite(a, b, s) - hermite(a, b, point.arclength)) / (across @ point.tangent)
+    ends = [float(across @ vector) for vector in (a.y, b.y, a.tangent, b.tangent)]
+    there, here = hermite_shares(a, b, s), hermite_shares(a, b, point.arclength)
+    moved = sum(end * (new - old) for end, new, old in zip(ends, there, here, strict=True)) / float(across @ point.tangent)
     extra, before = point.extra, other[0].multipliers
     if point.multipliers.shape == before.shape:
         extra = Extra(point.multipliers + share * (point.multipliers - before), extra.found)
@@ -224,20 +227,21 @@ def curve(problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence
     known, normal = [*before, a, b], b.y - a.y
     across = normal / size(normal)
 
+    ends = [float(across @ vector) for vector in (a.y, b.y, a.tangent, b.tangent)]
+
     def between(s: float) -> Point:
         if s in (a.arclength, b.arclength):
             return a if s == a.arclength else b
-        plane = hermite(a, b, s)
         at = bisect_left([point.arclength for point in known], s)
-        near = touched(problem, known[max(0, at - _NEAR) : at + _NEAR], across, float(across @ plane))
+        near = touched(problem, known[max(0, at - _NEAR) : at + _NEAR], across, sum(map(mul, ends, hermite_shares(a, b, s))))
         # The chord of two branches, where a step jumped, goes along none of them.
-        found = engine.corrector(problem, plane if near is None else near, normal, engine.options)
+        found = engine.corrector(problem, hermite(a, b, s) if near is None else near, normal, engine.options)
         if found.converged:
             point = found.point(a.tangent, s)
             if a.arclength < s < b.arclength and all(other.arclength != s for other in known):
                 known.insert(at, point)
             return point
         # At a branch point the bordered matrix is singular and Newton may fail: the cubic is the answer there.
-        return point_at(problem, plane, a.tangent, s, found.iterations)
+        return point_at(problem, hermite(a, b, s), a.tangent, s, found.iterations)
 
     return between
