@@ -152,9 +152,8 @@ def test_an_orbit_costs_one_whole_evaluation() -> None:
 
 def test_a_step_is_its_guess_corrected() -> None:
     """Hermite's polynomial through orbits of a family, as `osculating` has it; and a step as guess, correction and change one by one."""
-    system, problem, _ = chain("two")
-    branch = trace(system, until="theta_1=0.4")
-    at = [problem.compiled.at(z / problem.sizes, t / problem.sizes) for z, t in zip(branch.points[-6:-1], branch.tangent[-6:-1], strict=True)]
+    problem, orbit, first = near_an_orbit("two")
+    at = [problem.compiled.at(plain_newton(problem, orbit + further * np.array([1.0, 0.3, -0.1]), first), first) for further in (0.0, 0.04, 0.09, 0.15, 0.22)]
     points = [Point(told["y"], told["tangent"], 0.0, told["jacobian"], 0.0, 0, (), Extra()) for told in at]
     known, last, step = [(point.y, point.tangent) for point in points], points[-1], 0.05
     place = float(last.tangent @ last.y) + step

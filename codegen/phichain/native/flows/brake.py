@@ -152,7 +152,8 @@ class Brake:
         for name, value in (("tolerance", tolerance), ("rough", rough), ("most_steps", most_steps)):
             self.desk[name].fill(value)
         self._orbit, self._guess, self._normal = self.desk["orbit"], self.desk["guess"], self.desk["normal"]
-        self._known = self.desk["known"]
+        # Row by row: NumPy takes longer to see what a list of pairs holds than C takes for the polynomial through them.
+        self._rows = [(row[0], row[1]) for row in self.desk["known"]]
         self._before_jacobian, self._before_tangent, self._axis = (self.desk[name] for name in ("before_jacobian", "before_tangent", "axis"))
         self._newton, self._where, self._ahead = (
             self._memory[whole[first][0] : whole[last][1]] for first, last in (("tol", "most_corrections"), ("count", "place"), ("moved", "changed"))
@@ -184,13 +185,16 @@ class Brake:
 
     def ahead(self, known: Sequence[tuple[Array, Array]], jacobian: Array, step: float, tol: float, most: int) -> tuple[Found, Ahead]:
         """The orbit a step ahead of the last of those with tangents that are known, whose Jacobian (nq, nq + 1) is given, too."""
-        count = len(known)
-        self._known[:count] = known
+        self._know(known)
         self._before_jacobian[:], self._before_tangent[:] = jacobian, known[-1][1]
         self._newton[:] = tol, 0.0, most
-        self._where[:] = count, step
+        self._where[:] = len(known), step
         self._functions.ahead(*self._arguments)
         return Found(self._orbit.copy(), self._fields), Ahead(*self._ahead.tolist())
+
+    def _know(self, known: Sequence[tuple[Array, Array]]) -> None:
+        for (at, along), (y, tangent) in zip(self._rows, known, strict=False):
+            at[:], along[:] = y, tangent
 
     @property
     def change(self) -> Array:
@@ -199,9 +203,8 @@ class Brake:
 
     def touched(self, known: Sequence[tuple[Array, Array]], axis: Array, at: float) -> Array | None:
         """Where the curve through places with tangents has a distance along an axis (nq + 1,); None where none goes along it."""
-        count = len(known)
-        self._known[:count] = known
-        self._where[:], self._axis[:] = (count, at), axis
+        self._know(known)
+        self._where[:], self._axis[:] = (len(known), at), axis
         return self._guess.copy() if self._functions.touched(self._desk) else None
 
 
