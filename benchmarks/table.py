@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
 
+from benchmarks import threads_told
+
 RESULTS = Path(__file__).with_name("results")
 _PACKAGES = (
     "phichain", "sympy", "casadi", "heyoka", "pin", "mujoco", "numpy", "scipy", "pycaputo", "differint", "jax", "diffrax",
@@ -71,7 +73,7 @@ def circumstances() -> str:
     compiler = subprocess.run(["cc", "--version"], capture_output=True, text=True, check=False).stdout
     versions = [f"{name} {version(name)}" for name in _PACKAGES]
     python = f"Python {platform.python_version()}"
-    return f"{_processor()}; {compiler.splitlines()[0] if compiler else 'no cc'}; {python}; {', '.join(versions)}."
+    return f"{_processor()}; {compiler.splitlines()[0] if compiler else 'no cc'}; {python}; {', '.join(versions)}; {threads_told()}."
 
 
 def version(name: str) -> str:

@@ -20,6 +20,8 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks import ONE_THREAD
+
 HOME = Path(os.environ.get("AUTO_DIR", "/usr/lib/auto-07p"))
 EQUATIONS = Path(__file__).with_name("auto_double.f90")
 OPTIONS = ("-O3", "-march=native")
@@ -90,7 +92,7 @@ def run(program: Path, form: str, ntst: int, ncol: int, ds: float = 0.01, ds_max
         (folder / "fort.2").write_text(_FORMS[form] + _CONSTANTS.format(ntst=ntst, ncol=ncol, ds=ds, ds_max=ds_max))
         (folder / "start").write_text("{:.17g} {:.17g} {:.1f}\n".format(*_linear_mode(), float(form == "quarter")))
         child = subprocess.Popen(
-            [program], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env={**os.environ, "OMP_NUM_THREADS": "1"}
+            [program], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env={**os.environ, **dict.fromkeys(ONE_THREAD, "1")}
         )
         _, _, used = os.wait4(child.pid, 0)
         child.returncode = 0

@@ -183,6 +183,7 @@ class _Run:
     seen: list[tuple[Point, tuple[float, ...]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
+        self.singular = next((k for k, test in enumerate(self.tests) if isinstance(test, BranchPoint)), None)
         rows = [values_at(self.problem, point, self.tests) for point in self.points]
         self.values, self.before = rows[-1], rows[-2] if len(rows) > 1 else ()
         own = max(0, self.origin - self.offset)
@@ -234,8 +235,8 @@ class _Run:
 
     def _sigma(self, point: Point, values: Sequence[float]) -> float:
         """The smallest singular value of [J; t], which a test for branch points has as its own."""
-        known = (abs(value) for test, value in zip(self.tests, values, strict=True) if isinstance(test, BranchPoint))
-        return next(known, None) or gaps.smallest(self.problem, point)
+        known = abs(values[self.singular]) if self.singular is not None else 0.0
+        return known or gaps.smallest(self.problem, point)
 
     def _gap(self, new: Point, sigma: float) -> Passage | None:
         """The gap that the branch turned away from at the last point."""
@@ -267,5 +268,6 @@ def _is_closed(start: Point, before: Point, after: Point) -> bool:
     if after.tangent @ start.tangent <= 0:
         return False
     behind, ahead = (start.tangent @ (point.y - start.y) for point in (before, after))
-    near = np.linalg.norm(after.y - start.y) <= np.linalg.norm(after.y - before.y) * 1.1
-    return bool(behind < 0 <= ahead and near)
+    if not behind < 0 <= ahead:
+        return False
+    return bool(np.linalg.norm(after.y - start.y) <= np.linalg.norm(after.y - before.y) * 1.1)

@@ -5,6 +5,7 @@ A corrector is any callable `(problem, guess, normal, options) -> Correction`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -29,6 +30,10 @@ class Correction(Held):
         corrections: Sizes of the corrections, in order.
         converged: True when the last one was below the tolerance.
         extra: What came with the residual and the Jacobian there.
+        tangent: Unit null vector of the Jacobian, either way (n + 1,); None where nobody has asked.
+        sigma: +- the smallest singular value of [J; t] with it.
+        is_settled: Whether the Jacobian is that of this very place.
+        energy: The scalar that the problem records, NaN where it is not known with the rest.
     """
 
     y: Vector
@@ -37,6 +42,10 @@ class Correction(Held):
     corrections: tuple[float, ...]
     converged: bool
     extra: Extra
+    tangent: Vector | None = None
+    sigma: float | None = None
+    is_settled: bool = True
+    energy: float = math.nan
 
     @property
     def iterations(self) -> int:
@@ -45,9 +54,14 @@ class Correction(Held):
 
     def point(self, along: Vector, arclength: float) -> Point:
         """The last iterate as a point of its curve, its tangent turned towards `along`."""
+        tangent, sigma = self.tangent, self.sigma
+        if tangent is None:
+            tangent = tangent_of(self.jacobian, along)
+        elif tangent @ along < 0:
+            tangent, sigma = -tangent, None if sigma is None else -sigma
         return Point.made(
-            y=self.y, tangent=tangent_of(self.jacobian, along), arclength=arclength, jacobian=self.jacobian, residual=self.residual,
-            iterations=len(self.corrections), corrections=self.corrections, extra=self.extra,
+            y=self.y, tangent=tangent, arclength=arclength, jacobian=self.jacobian, residual=self.residual,
+            iterations=len(self.corrections), corrections=self.corrections, extra=self.extra, sigma=sigma, is_settled=self.is_settled, energy=self.energy,
         )  # fmt: skip
 
 
@@ -59,6 +73,8 @@ EPS = float(np.finfo(float).eps)
 
 def pseudo_arclength(problem: Problem, guess: Vector, normal: Vector, options: Options) -> Correction:
     """Newton on F(y) = 0 together with normal . (y - guess) = 0 (Keller 1977), with the exact Jacobian."""
+    if problem.compiled is not None:
+        return Correction.made(**problem.compiled.corrected(guess, normal, options.tol, options.trust, options.max_iterations))
 
     def step(residual: Vector, jacobian: Vector, y: Vector) -> Vector:
         left = np.empty(len(y))
@@ -104,7 +120,10 @@ def _newton(
         converged = length <= options.tol * scale
     finite = are_finite(jacobian) and are_finite(residual)
     left = relative_residual(residual, jacobian, y) if finite else float("inf")
-    return Correction.made(y=y, jacobian=jacobian, residual=left, corrections=tuple(sizes), converged=converged and finite, extra=extra)
+    return Correction.made(
+        y=y, jacobian=jacobian, residual=left, corrections=tuple(sizes), converged=converged and finite, extra=extra,
+        tangent=None, sigma=None, is_settled=True, energy=math.nan,
+    )  # fmt: skip
 
 
 def _is_worth_it(residual: Vector, sizes: list[float]) -> bool:

@@ -70,7 +70,7 @@ class BranchPoint:
 
     def value(self, problem: Problem, point: Point) -> float:
         """+- the smallest singular value of the Jacobian bordered by the tangent."""
-        return signed(bordered(point.jacobian, point.tangent))
+        return signed(bordered(point.jacobian, point.tangent)) if point.sigma is None else point.sigma
 
 
 @dataclass(frozen=True)

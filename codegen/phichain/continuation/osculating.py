@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from phichain.continuation.point import Point
+from phichain.continuation.problem import Problem
 from phichain.system import Vector
 
 _TURNED = 0.5
@@ -56,3 +57,10 @@ def osculating(near: Sequence[Point], axis: Vector, place: float) -> Vector | No
         weights[k] = (1 - 2 * off * bend) * square, off * square / along
     there: Vector = weights.ravel() @ known.reshape(-1, len(axis))
     return there
+
+
+def touched(problem: Problem, near: Sequence[Point], axis: Vector, place: float) -> Vector | None:
+    """The same of points of a problem's curve, in C where that is compiled."""
+    if problem.compiled is None:
+        return osculating(near, axis, place)
+    return problem.compiled.touched([(point.y, point.tangent) for point in near], axis, place)

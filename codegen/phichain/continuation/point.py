@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from phichain.continuation.linear import null_vector
-from phichain.continuation.problem import Extra, Multipliers, Problem
+from phichain.continuation.problem import Extra, Multipliers, Problem, relative_residual
 from phichain.records import Held
 from phichain.system import Vector
 
@@ -23,6 +24,9 @@ class Point(Held):
         iterations: Newton iterations it took.
         corrections: Sizes of the Newton corrections, in order.
         extra: What came with the residual and the Jacobian.
+        sigma: +- the smallest singular value of the Jacobian bordered by the tangent, its sign the determinant's; None where nobody has asked.
+        is_settled: Whether Jacobian and tangent are those of this very place.
+        energy: The scalar that the problem records (`Problem.energy`), where it is known with the point; NaN where it is not.
     """
 
     y: Vector
@@ -33,6 +37,9 @@ class Point(Held):
     iterations: int
     corrections: tuple[float, ...]
     extra: Extra
+    sigma: float | None = None
+    is_settled: bool = True
+    energy: float = math.nan
 
     @property
     def multipliers(self) -> Multipliers:
@@ -41,7 +48,11 @@ class Point(Held):
 
     def z(self, problem: Problem) -> Vector:
         """The unknowns themselves (n + 1,)."""
-        return self.y * problem.sizes
+        own = vars(self)
+        if "_z" not in own:
+            own["_z"] = self.y * problem.sizes
+        z: Vector = own["_z"]
+        return z
 
     def slope(self, problem: Problem) -> Vector:
         """dz/ds (n + 1,)."""
@@ -55,3 +66,26 @@ def tangent_of(jacobian: Vector, along: Vector) -> Vector:
     """
     null = null_vector(jacobian)
     return null if null @ along >= 0 else -null
+
+
+def point_at(problem: Problem, y: Vector, along: Vector, arclength: float, iterations: int, *, settle: bool = False) -> Point:
+    """The point at scaled unknowns (n + 1,), its tangent turned towards `along`.
+
+    Args:
+        problem: What is continued.
+        y: Scaled unknowns (n + 1,).
+        along: Where the tangent is to point.
+        arclength: s there.
+        iterations: Newton iterations it took.
+        settle: Whether what Newton still finds to be wrong is taken off, where that costs no more.
+
+    Raises:
+        LinAlgError: The problem is no numbers there.
+    """
+    if problem.compiled is not None:
+        told = (problem.compiled.settled if settle else problem.compiled.at)(y, along)
+        if told is not None:
+            kept = {name: told[name] for name in ("y", "tangent", "jacobian", "residual", "extra", "sigma", "energy")}
+            return Point.made(**kept, arclength=arclength, iterations=iterations, corrections=(), is_settled=True)
+    residual, jacobian, extra = problem.at(y)
+    return Point(y, tangent_of(jacobian, along), arclength, jacobian, relative_residual(residual, jacobian, y), iterations, (), extra)

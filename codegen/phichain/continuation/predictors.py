@@ -47,11 +47,12 @@ def osculating(points: Sequence[Point], step: float) -> Vector:
 
 def hermite(a: Point, b: Point, arclength: float) -> Vector:
     """Value at `arclength` of the cubic with the places and tangents of two points."""
+    first, last, leaving, arriving = hermite_shares(a, b, arclength)
+    return first * a.y + last * b.y + leaving * a.tangent + arriving * b.tangent
+
+
+def hermite_shares(a: Point, b: Point, arclength: float) -> tuple[float, float, float, float]:
+    """What places and tangents of two points count for in it."""
     length = b.arclength - a.arclength
     x = (arclength - a.arclength) / length
-    return (
-        (1 + 2 * x) * (1 - x) ** 2 * a.y
-        + x**2 * (3 - 2 * x) * b.y
-        + length * x * (1 - x) ** 2 * a.tangent
-        + length * x**2 * (x - 1) * b.tangent
-    )
+    return (1 + 2 * x) * (1 - x) ** 2, x**2 * (3 - 2 * x), length * x * (1 - x) ** 2, length * x**2 * (x - 1)

@@ -7,9 +7,9 @@ period, say, has the multipliers of the orbit in the same columns as the Jacobia
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +81,54 @@ class Evaluation(NamedTuple):
     extra: Extra = Extra()
 
 
+Told = dict[str, Any]
+"""What a compiled problem tells of a solution: the fields of a `correctors.Correction`."""
+
+
+class Stepped(NamedTuple):
+    """A step of a compiled problem.
+
+    Attributes:
+        told: Where it led.
+        moved: How far, in arclength's chord.
+        shifted: How far Newton moved the guess.
+        turned: Cosine of the tangents' angle.
+        changed: Size of [J; t]^-1 dJ.
+        change: [J; t]^-1 [J'; t], asked for where that is not small.
+    """
+
+    told: Told
+    moved: float
+    shifted: float
+    turned: float
+    changed: float
+    change: Callable[[], Vector]
+
+
+class Compiled(Protocol):
+    """What a problem may have compiled: whole iterations in one call, where the numerics of a few rows cost more in Python than the problem itself."""
+
+    def at(self, y: Vector, along: Vector) -> Told | None:
+        """The problem at y (n + 1,), whether it is solved there or not, the tangent turned towards `along`; None where it is no numbers."""
+        ...
+
+    def settled(self, y: Vector, along: Vector) -> Told | None:
+        """The same of what nearly solves it, freed of what Newton still finds to be wrong with it."""
+        ...
+
+    def corrected(self, guess: Vector, normal: Vector, tol: float, trust: float, most: int) -> Told:
+        """`correctors.pseudo_arclength`."""
+        ...
+
+    def touched(self, known: Sequence[tuple[Vector, Vector]], axis: Vector, place: float) -> Vector | None:
+        """`osculating.osculating`, of places with their tangents."""
+        ...
+
+    def ahead(self, known: Sequence[tuple[Vector, Vector]], jacobian: Vector, step: float, tol: float, most: int) -> Stepped:
+        """A step from the last of some places with their tangents, whose Jacobian is given: `predictors.osculating` and `pseudo_arclength`."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
     """F: R^(n+1) -> R^n with its exact Jacobian.
@@ -92,6 +140,7 @@ class Problem:
         parameter: The unknown whose turning points are called folds; the last one unless said otherwise.
         energy: A scalar of z recorded along the branch, or None.
         error: A Point of the branch -> what the method believes to be wrong with it, relative; None where it cannot say.
+        compiled: Whole iterations on it in C, None where there are none.
 
     Raises:
         ArrayError: `scale` or `parameter` does not fit the names.
@@ -103,6 +152,7 @@ class Problem:
     parameter: int = -1
     energy: Callable[[Vector], float] | None = None
     error: Callable[[Any], float] | None = None
+    compiled: Compiled | None = None
 
     def __post_init__(self) -> None:
         remedy = "give one typical size per unknown"

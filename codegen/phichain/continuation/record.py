@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,9 +11,10 @@ import numpy as np
 
 from phichain.continuation.branch import Branch
 from phichain.continuation.met.specials import Passage, Special
-from phichain.continuation.point import Point, tangent_of
-from phichain.continuation.problem import Multipliers, Problem, relative_residual
+from phichain.continuation.point import Point, point_at
+from phichain.continuation.problem import Multipliers, Problem
 from phichain.errors import ArrayError
+from phichain.system import Vector
 
 
 def record(
@@ -50,7 +52,7 @@ def record(
         residual=np.array([point.residual for point in points]),
         iterations=np.array([point.iterations for point in points]),
         scale=problem.sizes,
-        energy=None if problem.energy is None else np.array([problem.energy(z) for z in unknowns]),
+        energy=None if problem.energy is None else np.array([_energy(problem.energy, point, z) for point, z in zip(points, unknowns, strict=True)]),
         multipliers=_together([point.multipliers for point in points]),
         events=tuple(specials),
         status=ended[0],
@@ -61,6 +63,11 @@ def record(
         step=step,
         tol=tol,
     )
+
+
+def _energy(of: Callable[[Vector], float], point: Point, z: Vector) -> float:
+    """The recorded scalar of a point."""
+    return of(z) if math.isnan(point.energy) else point.energy
 
 
 def _together(multipliers: Sequence[Multipliers]) -> Multipliers:
@@ -95,10 +102,7 @@ def demand_unknowns(problem: Problem, branch: Branch) -> None:
 def point_of(problem: Problem, branch: Branch, index: int) -> Point:
     """A point of a record as the run had it, to the last bit where the problem's sizes are powers of two."""
     y = branch.points[index] / problem.sizes
-    residual, jacobian, extra = problem.at(y)
-    tangent = tangent_of(jacobian, branch.tangent[index] / problem.sizes)
-    size = relative_residual(residual, jacobian, y)
-    return Point(y, tangent, float(branch.arclength[index]), jacobian, size, int(branch.iterations[index]), (), extra)
+    return point_at(problem, y, branch.tangent[index] / problem.sizes, float(branch.arclength[index]), int(branch.iterations[index]))
 
 
 def joined(earlier: Branch, later: Branch, shared: int) -> Branch:

@@ -13,16 +13,20 @@ Source: P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, chap
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from phichain.continuation import correctors, predictors
+from phichain.continuation.correctors import Correction
 from phichain.continuation.engine import Engine
 from phichain.continuation.linear import bordered, eigenvalues, size, solve
 from phichain.continuation.met.passage import is_crossed_smoothly
 from phichain.continuation.options import Options
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
+from phichain.system import Vector
 
 SHORT = 1e-4
 """Steps below this share of step_max resolve what they cross: a change of the determinant's sign is believed there."""
@@ -52,41 +56,77 @@ def advance(problem: Problem, points: Sequence[Point], step: float, engine: Engi
     """
     options, last = engine.options, points[-1]
     while step >= options.step_min:
-        guess = engine.predictor(points, step)
-        found = engine.corrector(problem, guess, last.tangent, options)
-        if found.converged:
-            chord = size(found.y - last.y)
-            new = found.point(last.tangent, last.arclength + chord)
-            turn = math.acos(min(1.0, max(-1.0, float(new.tangent @ last.tangent))))
-            shift = size(found.y - guess)
-            is_near = turn <= options.max_angle and shift <= 0.5 * step and chord > 0.1 * step
+        tried = _tried(problem, points, step, engine)
+        if tried.found.converged:
+            turn = math.acos(min(1.0, max(-1.0, tried.turned)))
+            is_near = turn <= options.max_angle and tried.shifted <= 0.5 * step and tried.moved > 0.1 * step
             if is_near:
-                change, is_turned, ahead = change_between(last, new)
+                new = tried.found.point(last.tangent, last.arclength + tried.moved)
+                change, is_turned, ahead = change_between(tried.changed, tried.change)
                 is_short = step <= SHORT * options.step_max
                 is_whole = not is_turned and change <= options.max_change
                 if is_short or is_whole or (is_turned and is_crossed_smoothly(problem, last, new, engine)):
-                    return new, _next_step(step, turn, change, ahead * step, found.iterations, options)
+                    return new, _next_step(step, turn, change, ahead * step, tried.found.iterations, options)
         step *= 0.5
     raise StepTooSmallError
 
 
-def change_between(a: Point, b: Point) -> tuple[float, bool, float]:
-    """How far [J; t] changed from one point to the next.
+class _Tried(NamedTuple):
+    """A step that was tried: where it led, how far, how far Newton moved the guess, the cosine of the turn, and how [J; t] changed."""
+
+    found: Correction
+    moved: float
+    shifted: float
+    turned: float
+    changed: float
+    change: Callable[[], Vector]
+
+
+def _tried(problem: Problem, points: Sequence[Point], step: float, engine: Engine) -> _Tried:
+    """Predict and correct, in one call where the problem has it compiled."""
+    options, last = engine.options, points[-1]
+    if problem.compiled is not None and engine.predictor is predictors.osculating and engine.corrector is correctors.pseudo_arclength:
+        known = [(point.y, point.tangent) for point in points[-predictors.TOUCHED :]]
+        way = problem.compiled.ahead(known, last.jacobian, step, options.tol, options.max_iterations)
+        return _Tried(Correction.made(**way.told), way.moved, way.shifted, way.turned, way.changed, way.change)
+    guess = engine.predictor(points, step)
+    found = engine.corrector(problem, guess, last.tangent, options)
+    if not found.converged:
+        return _Tried(found, 0.0, 0.0, 0.0, 0.0, _nothing)
+    new = found.point(last.tangent, 0.0)
+    changed, change = _compared(last, new)
+    return _Tried(found, size(found.y - last.y), size(found.y - guess), float(new.tangent @ last.tangent), changed, lambda: change)
+
+
+def _nothing() -> Vector:
+    return np.empty((0, 0))
+
+
+def _compared(a: Point, b: Point) -> tuple[float, Vector]:
+    """[J_a; t_a]^-1 [J_b; t_a], behind the size of its difference from 1, infinity where [J_a; t_a] is singular."""
+    try:
+        step = solve(bordered(a.jacobian, a.tangent), bordered(b.jacobian, a.tangent))
+    except np.linalg.LinAlgError:
+        return float("inf"), b.jacobian
+    moved = step.copy()
+    moved.flat[:: len(moved) + 1] -= 1
+    return size(moved.ravel()), step
+
+
+def change_between(change: float, matrix: Callable[[], Vector]) -> tuple[float, bool, float]:
+    """How far [J; t] changed from one point a to the next one b.
+
+    Args:
+        change: Size of [J_a; t_a]^-1 dJ.
+        matrix: [J_a; t_a]^-1 [J_b; t_a].
 
     Returns:
         The spectral radius of [J_a; t_a]^-1 dJ; whether det [J; t] has another sign at b; and how far beyond b it vanishes, if it goes on as
         from a to b, in distances from a to b, infinity where it does not.
     """
-    try:
-        step = solve(bordered(a.jacobian, a.tangent), bordered(b.jacobian, a.tangent))
-    except np.linalg.LinAlgError:
-        return float("inf"), False, float("inf")
-    moved = step.copy()
-    moved.flat[:: len(moved) + 1] -= 1
-    change = size(moved.ravel())
-    if change < _SEEN:
+    if change < _SEEN or math.isinf(change):
         return change, False, float("inf")
-    left = eigenvalues(step).tolist()
+    left = eigenvalues(matrix()).tolist()
     change = max(abs(value - 1) for value in left)
     # det [J_b; t_a] = det [J_b; t_b] t_a.t_b, and the tangents never turn by a right angle.
     is_turned = math.prod(left).real < 0

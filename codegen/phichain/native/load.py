@@ -14,8 +14,10 @@ from phichain.native.cache import Cache, default_cache
 from phichain.native.callables import make_callable
 from phichain.native.compiler import CompilerOptions
 from phichain.native.flows.beside import Watched
+from phichain.native.flows.brake import Braking
 from phichain.native.flows.call import CALLERS
 from phichain.native.flows.prepare import Foreigners, prepared_dynamics, prepared_signature
+from phichain.native.glue.brake import TWINNED, brake_calls, brake_file, brake_source, brakes
 from phichain.native.glue.interrupts import Interruptible
 from phichain.native.glue.rows import prepared_size, row_loop, rows_source
 from phichain.native.glue.source import beside_file, errors_beside, foreign_flow, glue_source, noted_flow
@@ -69,6 +71,8 @@ def _built(manifest: Manifest, options: CompilerOptions | None, cache: Cache | N
     sources = {file: manifest.source(file) for file in (f"{name}.h", f"{name}.c")}
     prepared = prepared_signature(scene, manifest.parameters) if "prepare" in manifest.flows else None
     glue = {f"{name}_rows.c": rows_source(manifest, prepared), f"{name}_glue.c": glue_source(manifest, scene, prepared)}
+    if brakes(manifest, scene):
+        glue[brake_file(manifest)] = brake_source(manifest, scene)
     beside = {file: manifest.source(file) for file in (beside_file(manifest),) if file in manifest.files}
     # What flies beside a flow is made of the static functions of NAME.c.
     whole = {f"{name}.c": b"\n".join((sources[f"{name}.c"], *beside.values()))}
@@ -125,21 +129,32 @@ def _callables(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> dict[s
             foreign = _foreigners(manifest, scene, library, foreign)
             if "forward_dynamics" in functions:
                 functions["forward_dynamics"] = prepared_dynamics(scene, manifest.parameters, foreign)
-        beside = () if name != "propagate" else _watched(manifest, scene, library)
-        functions[name] = CALLERS.of(name)(scene, manifest.parameters, foreign, *beside)
+        more = {"watched": _watched(manifest, scene, library), "braking": _braking(manifest, scene, library)} if name == "propagate" else {}
+        functions[name] = CALLERS.of(name)(scene, manifest.parameters, foreign, **more)
     dynamics = casadi_dynamics(manifest)
     return functions if dynamics is None else {**functions, "casadi": dynamics}
 
 
-def _watched(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> tuple[Watched, ...]:
+def _braking(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> Braking | None:
+    """Brake orbits, where they were compiled."""
+    if not brakes(manifest, scene):
+        return None
+    found: dict[str, Any] = {}
+    for call, foreign in brake_calls(manifest).items():
+        found[call] = Interruptible(library, foreign) if call in TWINNED else library[foreign.symbol]
+        found[call].restype = ctypes.c_int
+    return Braking(**found)
+
+
+def _watched(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> Watched | None:
     """The Taylor flow that leaves its steps, and what flies beside these, where it was compiled."""
     if beside_file(manifest) not in manifest.files:
-        return ()
+        return None
     flow = foreign_flow(manifest.flows["propagate"], "propagate", scene)
     function, errors = Interruptible(library, noted_flow(flow, manifest.name)), Interruptible(library, errors_beside(flow, manifest.name))
     errors.restype = None
     stop, step, room, low = (ctypes.c_ulong * 4).in_dll(library, f"{manifest.name}_beside_sizes")
-    return (Watched(function, errors, stop, step // REAL[manifest.real].itemsize, scene.nq, low, room),)
+    return Watched(function, errors, stop, step // REAL[manifest.real].itemsize, scene.nq, low, room)
 
 
 def _foreigners(manifest: Manifest, scene: Scene, library: ctypes.CDLL, prepare: Any) -> Foreigners:

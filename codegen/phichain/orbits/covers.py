@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from phichain.continuation import Branch, Engine, Options, Point, Problem, Special, predictors, start_on, walk
+from phichain.continuation import Branch, Engine, Options, Special, predictors, start_on, walk
 from phichain.continuation.steps import StepTooSmallError
 from phichain.errors import ConvergenceError
 from phichain.orbits.modes import LinearModes
@@ -29,6 +29,7 @@ _ROUGH: Final = 1e-6
 """Corrections that are good enough, and taken without asking again, on the way to a name."""
 _FLOW: Final = 1e-9
 """Tolerance of the flow there."""
+_ENGINES: Final = tuple(Engine(predictors.osculating, options=Options(step_max=longest, tol=_ROUGH, trust=_ROUGH)) for longest in _LONGEST)
 _STEPS: Final = 400
 _TURNING: Final = 5
 """Traversals from which energy and frequency turn at the cover itself."""
@@ -60,28 +61,27 @@ def mode_of(system: System, p: Parameters | None, modes: LinearModes, z: Vector)
     """
     nearest = int(np.argmin(np.abs(modes.omega / z[-1] - 1)))
     problem = quarter_problem(system, p, omega=float(modes.omega[nearest]), shape=modes.shapes[:, nearest], tol=_FLOW)
-    far, near = (Engine(predictors.osculating, options=Options(step_max=longest, tol=_ROUGH, trust=_ROUGH)) for longest in _LONGEST)
+    far, near = _ENGINES
     try:
         start = start_on(problem, z, np.append(-z[:-1], 0.0), far)
         for engine, until in ((far, _NEAR), (near, 0.0)):
             for count, point in enumerate(walk(problem, start, engine)):
-                if (mode := _is_linear(system, modes, point, problem)) or count > _STEPS:
-                    return mode
+                largest = max(map(abs, point.z(problem)[system.cart_size : -1].tolist()))
+                if largest <= _SMALL:
+                    return _likest(system, modes, point.z(problem))
+                if count > _STEPS:
+                    return 0
                 start = point
-                if np.max(np.abs(point.z(problem)[system.cart_size : -1])) < until:
+                if largest < until:
                     break
     except (ConvergenceError, StepTooSmallError):
         pass
     return 0
 
 
-def _is_linear(system: System, modes: LinearModes, point: Point, problem: Problem) -> int:
-    """The number of the mode that a small orbit is one of; 0 for a large one."""
-    z = point.z(problem)
-    angles = z[system.cart_size : -1]
-    if np.max(np.abs(angles)) > _SMALL:
-        return 0
-    own = modes.shapes[system.cart_size :]
+def _likest(system: System, modes: LinearModes, z: Vector) -> int:
+    """The number of the mode that a small orbit is one of."""
+    angles, own = z[system.cart_size : -1], modes.shapes[system.cart_size :]
     likeness = np.abs(angles @ own) / np.linalg.norm(own, axis=0) - 1e3 * np.abs(modes.omega / z[-1] - 1)
     return int(np.argmax(likeness)) + 1
 

@@ -37,8 +37,9 @@ from phichain.records import Held
 from phichain.system import Parameters, System, Vector
 from phichain.system.angles import scene_angles
 
-_SCALED = 2
-"""LAPACK's JOBA = F: the accuracy is that of the matrix with scaled rows and columns."""
+_SCALED = 0
+"""LAPACK's JOBA = C, of rows that fall in size: its F, whose accuracy is that of the matrix with scaled rows and columns, but for sorting them
+itself, which wakes the threads of OpenBLAS for a matrix of two rows and costs up to milliseconds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +136,8 @@ def factored_modes(system: System, p: Parameters | None = None) -> tuple[Vector,
     if np.any(chain.rotor):
         triangle = np.linalg.qr(np.vstack([turned, np.sqrt(chain.rotor)[:, None] * bends / roots]), mode="r")
         rows, turned = (solve_triangular(triangle, part.T, trans="T").T for part in (rows, turned))
-    scaled, _, right, scale, _, failed = dgejsv(np.asfortranarray(rows), joba=_SCALED)
+    falling = np.argsort(-np.max(np.abs(rows), axis=1), kind="stable")
+    scaled, _, right, scale, _, failed = dgejsv(np.asfortranarray(rows[falling]), joba=_SCALED)
     if failed:
         return None
     omega = scaled * (scale[1] / scale[0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -20,6 +21,7 @@ from phichain.continuation import (
     predictors,
     start_on,
 )
+from phichain.continuation.linear import size
 from phichain.errors import UnsupportedError
 from phichain.orbits.covers import gathered, named
 from phichain.orbits.modes import LinearModes
@@ -144,6 +146,7 @@ def equilibrium_end(problem: Problem, carts: int) -> list[TestFunction]:
 
     def steepness(point: Point) -> float:
         z = point.z(problem)
-        return float(np.linalg.norm(point.extra.found.slope) * np.linalg.norm(z[carts:-1])) / (2 * height(z)) - FLAT
+        energy = height(z) if math.isnan(point.energy) else point.energy
+        return size(point.extra.found.slope) * size(z[carts:-1]) / (2 * energy) - FLAT
 
     return [Quantity(steepness, AT_EQUILIBRIUM, terminal=True)]

@@ -55,9 +55,20 @@ def _of(point: Point) -> QuarterMap:
     return found
 
 
+def _odd(blocks: QuarterMap) -> float:
+    return signed(blocks.b)
+
+
+def _unequal(blocks: QuarterMap) -> float:
+    return signed(blocks.c)
+
+
 def brake_loss(point: Point) -> float:
     """det [d v; g^T 0], v and g the null vectors that d has on every orbit."""
-    blocks = _of(point)
+    return _of(point).test("brake loss", _loss)
+
+
+def _loss(blocks: QuarterMap) -> float:
     size = len(blocks.force)
     bordered = np.zeros((size + 1, size + 1))
     bordered[:size, :size], bordered[:size, size], bordered[size, :size] = blocks.d, blocks.rate, blocks.force
@@ -82,7 +93,7 @@ def discriminant_of(kappa: Multipliers) -> float:
 
 def too_unstable() -> TestFunction:
     """Where the largest |kappa| leaves the others no digits; the family ends there."""
-    return Quantity(lambda point: max(map(abs, point.multipliers.tolist())) - MOST_UNSTABLE, "unstable beyond double precision", terminal=True)
+    return Quantity(lambda point: max(map(abs, point.extra.multipliers.tolist())) - MOST_UNSTABLE, "unstable beyond double precision", terminal=True)
 
 
 def ended_by(branch: Branch, kinds: Collection[str]) -> tuple[list[Special], Special | None]:
@@ -97,13 +108,15 @@ def ended_by(branch: Branch, kinds: Collection[str]) -> tuple[list[Special], Spe
 def tests_of(problem: Problem, carts: int, links: int) -> list[TestFunction]:
     """The test functions of a family of brake orbits."""
 
+    sizes = problem.sizes[carts:-1]
+
     def energy_slope(point: Point) -> float:
-        return float(_of(point).slope @ point.slope(problem)[carts:-1])
+        return float(_of(point).slope @ (point.tangent[carts:-1] * sizes))
 
     several: list[TestFunction] = [
         Quantity(brake_loss, "brake loss"),
-        Quantity(lambda point: signed(_of(point).b), "odd loss"),
-        Quantity(lambda point: signed(_of(point).c), "unequal brakes"),
+        Quantity(lambda point: _of(point).test("odd loss", _odd), "odd loss"),
+        Quantity(lambda point: _of(point).test("unequal brakes", _unequal), "unequal brakes"),
         BranchPoint(BRANCH_POINT),
         too_unstable(),
     ]

@@ -9,6 +9,7 @@ so that w / a is half the width of the gap in arclength; w = 0 is a branch point
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -38,7 +39,7 @@ def smallest(problem: Problem, point: Point) -> float:
 
 def change_sign(near: Sequence[Point]) -> bool:
     """Whether det [J; t] has both signs at some points: a branch point lies between, and no gap."""
-    signs = {sign_of_determinant(bordered(point.jacobian, point.tangent)) for point in near}
+    signs = {sign_of_determinant(bordered(point.jacobian, point.tangent)) if not point.sigma else math.copysign(1.0, point.sigma) for point in near}
     return len(signs) > 1
 
 
@@ -89,13 +90,15 @@ def _on(problem: Problem, near: Sequence[Point], s: float, engine: Engine) -> Po
 
 def _fit(places: Sequence[float], sigma: Sequence[float]) -> tuple[float, float] | None:
     """Centre and half width w / a of the parabola sigma^2 through three places; None where it has no minimum above zero, or a sigma is none."""
-    if not np.all(np.isfinite(sigma)):
+    if not all(map(math.isfinite, sigma)):
         return None
-    middle = places[1]
-    constant, slope, bend = np.polynomial.polynomial.polyfit(np.subtract(places, middle), np.square(sigma), 2)
-    if bend <= 0 or constant - slope**2 / (4 * bend) <= 0:
+    (first, middle, last), (before, at, after) = places, (value * value for value in sigma)
+    rising, falling = (after - at) / (last - middle), (at - before) / (middle - first)
+    bend = (rising - falling) / (last - first)
+    slope = falling + bend * (middle - first)
+    if bend <= 0 or at - slope**2 / (4 * bend) <= 0:
         return None
-    return float(middle - slope / (2 * bend)), float(np.sqrt((constant - slope**2 / (4 * bend)) / bend))
+    return middle - slope / (2 * bend), math.sqrt((at - slope**2 / (4 * bend)) / bend)
 
 
 def across(problem: Problem, points: Sequence[Point], gap: Passage, engine: Engine) -> tuple[int, Point] | None:

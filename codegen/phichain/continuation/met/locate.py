@@ -6,6 +6,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from operator import mul
 
 import numpy as np
 
@@ -15,10 +16,10 @@ from phichain.continuation.linear import size
 from phichain.continuation.met.roots import zero_between
 from phichain.continuation.met.singular import half_width, loosened, through
 from phichain.continuation.met.specials import Special
-from phichain.continuation.osculating import osculating
-from phichain.continuation.point import Point, tangent_of
-from phichain.continuation.predictors import hermite
-from phichain.continuation.problem import Extra, Problem, relative_residual
+from phichain.continuation.osculating import touched
+from phichain.continuation.point import Point, point_at
+from phichain.continuation.predictors import hermite, hermite_shares
+from phichain.continuation.problem import Extra, Problem
 
 Curve = Callable[[float], Point]
 SPACING = 1e-14
@@ -176,7 +177,7 @@ def _root(
     best = min(seen, key=lambda s: abs(s - place))
     point, left = seen[best]
     other, before = seen[min((s for s in seen if s != best), key=lambda s: abs(s - best))]
-    if spacing < _ROUGH and max(point.corrections[-1:], default=0.0) > _SETTLED:
+    if spacing < _ROUGH and not (point.is_settled and max(point.corrections[-1:], default=0.0) <= _SETTLED):
         point = _settled(problem, point)
         left = test.value(problem, point)
         if near:
@@ -186,9 +187,7 @@ def _root(
 
 def _settled(problem: Problem, point: Point) -> Point:
     """A point with the Jacobian of its own place."""
-    residual, jacobian, extra = problem.at(point.y)
-    left = relative_residual(residual, jacobian, point.y)
-    return Point(point.y, tangent_of(jacobian, point.tangent), point.arclength, jacobian, left, point.iterations, (), extra)
+    return point_at(problem, point.y, point.tangent, point.arclength, point.iterations, settle=True)
 
 
 def _moved(a: Point, b: Point, known: tuple[Point, float], other: tuple[Point, float], s: float) -> tuple[Point, float]:
@@ -204,7 +203,9 @@ def _moved(a: Point, b: Point, known: tuple[Point, float], other: tuple[Point, f
     point, left = known
     share = (s - point.arclength) / (point.arclength - other[0].arclength)
     across = b.y - a.y
-    moved = across @ (hermite(a, b, s) - hermite(a, b, point.arclength)) / (across @ point.tangent)
+    ends = [float(across @ vector) for vector in (a.y, b.y, a.tangent, b.tangent)]
+    there, here = hermite_shares(a, b, s), hermite_shares(a, b, point.arclength)
+    moved = sum(end * (new - old) for end, new, old in zip(ends, there, here, strict=True)) / float(across @ point.tangent)
     extra, before = point.extra, other[0].multipliers
     if point.multipliers.shape == before.shape:
         extra = Extra(point.multipliers + share * (point.multipliers - before), extra.found)
@@ -226,22 +227,21 @@ def curve(problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence
     known, normal = [*before, a, b], b.y - a.y
     across = normal / size(normal)
 
+    ends = [float(across @ vector) for vector in (a.y, b.y, a.tangent, b.tangent)]
+
     def between(s: float) -> Point:
         if s in (a.arclength, b.arclength):
             return a if s == a.arclength else b
-        plane = hermite(a, b, s)
         at = bisect_left([point.arclength for point in known], s)
-        near = osculating(known[max(0, at - _NEAR) : at + _NEAR], across, float(across @ plane))
+        near = touched(problem, known[max(0, at - _NEAR) : at + _NEAR], across, sum(map(mul, ends, hermite_shares(a, b, s))))
         # The chord of two branches, where a step jumped, goes along none of them.
-        found = engine.corrector(problem, plane if near is None else near, normal, engine.options)
+        found = engine.corrector(problem, hermite(a, b, s) if near is None else near, normal, engine.options)
         if found.converged:
             point = found.point(a.tangent, s)
             if a.arclength < s < b.arclength and all(other.arclength != s for other in known):
                 known.insert(at, point)
             return point
         # At a branch point the bordered matrix is singular and Newton may fail: the cubic is the answer there.
-        residual, jacobian, extra = problem.at(plane)
-        left = relative_residual(residual, jacobian, plane)
-        return Point(plane, tangent_of(jacobian, a.tangent), s, jacobian, left, found.iterations, (), extra)
+        return point_at(problem, hermite(a, b, s), a.tangent, s, found.iterations)
 
     return between

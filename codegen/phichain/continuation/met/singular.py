@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -26,6 +27,7 @@ _WIDEST = 1e-2
 Curve = Callable[[float], Point]
 
 
+@lru_cache
 def loosened(engine: Engine) -> Engine:
     """The engine whose Newton takes the plateau of round-off that its corrections end at beside a singular matrix."""
     return replace(engine, options=replace(engine.options, tol=max(engine.options.tol, 1e-8)))

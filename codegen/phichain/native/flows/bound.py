@@ -69,6 +69,12 @@ class Bound:
         return float(flow.t)
 
     @property
+    def context(self) -> tuple[Any, ...]:
+        """What C code that calls the flow itself is given: the runtime parameters, if any, and the struct as it is before a call."""
+        given = self._frame.given
+        return tuple(given[name] for name in ("p", "flow") if name in given)
+
+    @property
     def steps(self) -> int:
         """Steps of the last call."""
         return int(self._before + self._flow.steps)

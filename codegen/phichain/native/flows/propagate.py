@@ -15,6 +15,7 @@ from phichain.contract.flows import columns_at_most, has_forcing
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.native.flows.beside import Beside, Watched
 from phichain.native.flows.bound import Bound
+from phichain.native.flows.brake import Brake, Braking
 from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
 from phichain.native.flows.checks import checked_tolerance, demand_alone, finite, forcing_of
 from phichain.native.flows.checks import own as own_copy
@@ -29,7 +30,7 @@ Propagate = Callable[..., Propagation]
 
 
 @calls("propagate")
-def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any, watched: Watched | None = None) -> Propagate:
+def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any, watched: Watched | None = None, braking: Braking | None = None) -> Propagate:
     """Wrap NAME_propagate.
 
     Args:
@@ -37,6 +38,7 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any, 
         parameters: Its runtime parameters in the order of the C struct.
         function: The foreign function; its result type is set here.
         watched: The same that leaves its steps, and what flies beside these, where there is one.
+        braking: Brake orbits on it, where they are compiled.
 
     Returns:
         ``propagate(q, v, t, t_end, tol, *, u, forcing, times, own, stop, max_steps, lost, transition, along, p) -> Propagation``: from
@@ -46,6 +48,7 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any, 
         where the scene varies them.
         `beside` is what its ``beside()``, where it has that, made for one run: it takes the steps of every call, and its `errors` are those of the run's rows.
         Its ``bind(tol, *, u, forcing, stop, columns, max_steps, p) -> Bound`` checks all that stays once, for short flows in loops.
+        Its ``brake(scale, tol, rough, max_steps, p) -> Brake``, where it has that, finds brake orbits.
     """
     call = flow_call("propagate", chain, parameters, function)
     most = columns_at_most(chain)
@@ -132,7 +135,14 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any, 
         frame.given["event"].value = event and ctypes.addressof(event)
         return Bound(frame, event, carried, budget)
 
+    def brake(scale: ArrayLike, tol: float, rough: float, max_steps: int, p: Mapping[str, Any] | None = None) -> Brake:
+        assert braking is not None
+        bound = bind(tol, columns=2 * chain.links, max_steps=max_steps, p=p)
+        return Brake(braking, bound, (chain.nq, chain.links), np.asarray(scale, float), tol, rough, max_steps)
+
     vars(propagate)["bind"] = bind
+    if braking is not None:
+        vars(propagate)["brake"] = brake
     if watched is not None:
         watched.function.restype = function.restype
         vars(propagate)["beside"] = partial(Beside, watched)

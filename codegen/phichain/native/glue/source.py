@@ -9,6 +9,7 @@ from phichain.contract.chain import Chain
 from phichain.contract.flow import Flow, Passed
 from phichain.contract.functions import ROWS
 from phichain.native.flows.structs import struct_type
+from phichain.native.glue.brake import TWINNED, brake_calls, brakes
 from phichain.native.glue.interrupts import HEADERS, Foreign, interrupts_source
 from phichain.native.glue.rows import row_loop
 from phichain.native.signature import Manifest, Signature
@@ -28,6 +29,10 @@ def glue_source(manifest: Manifest, chain: Chain, prepared: Signature | None = N
         judged = [noted_flow(flow, name), errors_beside(flow, name)]
         twins += judged
         declared += [f"{one.declaration};" for one in judged]
+    if brakes(manifest, chain):
+        of_orbits = [brake_calls(manifest)[call] for call in TWINNED]
+        twins += of_orbits
+        declared += [f"{twin.declaration};" for twin in of_orbits]
     checks = [line for flow in manifest.flows for line in _layout_checks(name, _flow(flow), chain)]
     parts = [*HEADERS, f'#include "{name}.h"', "", *checks, *declared, interrupts_source(name, twins)]
     return "\n".join(parts)

@@ -99,7 +99,7 @@ def space_problem(system: System, p: Parameters | None = None, *, omega: float, 
             # Where the chain hangs straight dq' = d omega x e_3.
             rates = np.stack([turned[:, 1], -turned[:, 0]], axis=1).reshape(size, -1)
             root = np.linalg.cholesky(spun.T @ np.asarray(mass_of(q, **parameters)) @ spun)
-            own = quarter_map(np.vstack([horizontal, rates]), speeds.ravel(), root, end_root, 0, noise)
+            own = quarter_map(np.vstack([horizontal, rates]), speeds.ravel(), root, end_root, noise)
             about = np.cross([0.0, 0.0, 1.0], q.reshape(links, 3)).ravel()
             turn = root.T @ (moved.T @ about)
             space = SpaceMap(**vars(own), turning=turn / np.linalg.norm(turn))

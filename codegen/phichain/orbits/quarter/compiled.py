@@ -1,0 +1,140 @@
+"""Brake orbits as their chain's compiled object finds them: the problem of `quarter`, whole iterations of it in one call.
+
+What an evaluation costs besides the flow is a few hundred operations on matrices of N rows: in C a microsecond, from Python twenty times
+that. `stencils/orbits` has them; this is what reads its answers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from typing import Any, Final
+
+import numpy as np
+
+from phichain.continuation import Evaluation, Extra, Point
+from phichain.continuation.linear import eigenvalues
+from phichain.continuation.problem import LateExtra, Multipliers, Stepped, Told
+from phichain.orbits.quarter.map import QuarterMap, ordered
+from phichain.system import Vector
+
+
+class BrakeMap(QuarterMap):
+    """The quarter map with what the compiled object has found of it already; its arrays are taken out when they are asked for."""
+
+    _found: Any
+    _tests: dict[str, float]
+
+    def __init__(self, found: Any) -> None:
+        """Keep what C told."""
+        own, numbers = vars(self), found.numbers
+        own["_found"] = found
+        own["_tests"] = {
+            "brake loss": numbers.brake_loss, "odd loss": numbers.odd_loss, "unequal brakes": numbers.unequal_brakes, "error": numbers.error,
+        }  # fmt: skip
+
+    def __getattr__(self, name: str) -> Any:
+        """An array when it is first read.
+
+        Raises:
+            AttributeError: There is none of that name.
+        """
+        if name not in _ARRAYS:
+            raise AttributeError(name)
+        vars(self)[name] = array = self._found.array(name)
+        return array
+
+    def kappa(self) -> Multipliers:
+        """As of any quarter map."""
+        folded = self._found.array("folded")
+        inner = math.isqrt(len(folded)) - 1
+        if inner < _SEVERAL:
+            return (1 - 2 * folded[:inner]).astype(complex)
+        return ordered(1 - 2 * eigenvalues(folded[: inner * inner].reshape(inner, inner)))
+
+    def test(self, name: str, of: Callable[[QuarterMap], float]) -> float:
+        """What C has found."""
+        value: float = self._tests[name]
+        return value
+
+
+_ARRAYS: Final = frozenset(item.name for item in fields(QuarterMap))
+_SEVERAL: Final = 2
+
+
+class Braking:
+    """A compiled problem (`continuation.problem.Compiled`) of brake orbits."""
+
+    def __init__(self, brake: Any) -> None:
+        """Take what a compiled flow's `brake` made."""
+        self._brake = brake
+        self._scale, self._normal = brake.desk["scale"], brake.desk["normal"]
+
+    def evaluate(self, z: Vector) -> Evaluation:
+        """Residual and Jacobian at the unknowns themselves (nq + 1,)."""
+        found = self._brake.at(z / self._scale)
+        if found is None:
+            size = len(z) - 1
+            return Evaluation(np.full(size, np.nan), np.full((size, size + 1), np.nan))
+        return Evaluation(found.array("residual"), found.array("jacobian") / self._scale, _extra(found))
+
+    def at(self, y: Vector, along: Vector) -> Told | None:
+        """See `Compiled`."""
+        self._normal[:] = along
+        found = self._brake.at(y)
+        return None if found is None else _told(found)
+
+    def settled(self, y: Vector, along: Vector) -> Told | None:
+        """See `Compiled`."""
+        self._normal[:] = along
+        found = self._brake.settled(y)
+        return None if found is None else _told(found)
+
+    def corrected(self, guess: Vector, normal: Vector, tol: float, trust: float, most: int) -> Told:
+        """See `Compiled`."""
+        return _told(self._brake.corrected(guess, normal, tol, trust, most))
+
+    def touched(self, known: Sequence[tuple[Vector, Vector]], axis: Vector, place: float) -> Vector | None:
+        """See `Compiled`."""
+        there: Vector | None = self._brake.touched(known, axis, place)
+        return there
+
+    def ahead(self, known: Sequence[tuple[Vector, Vector]], jacobian: Vector, step: float, tol: float, most: int) -> Stepped:
+        """See `Compiled`."""
+        found, way = self._brake.ahead(known, jacobian, step, tol, most)
+        return Stepped(_told(found), way.moved, way.shifted, way.turned, way.changed, self._change)
+
+    def _change(self) -> Vector:
+        change: Vector = self._brake.change
+        return change
+
+
+def frequency_error_of(point: Point) -> float:
+    """How far off omega may be, relative: what C found of `quarter.frequency_error`."""
+    found: QuarterMap = point.extra.found
+    return found.test("error", _unknown)
+
+
+def _unknown(_: QuarterMap) -> float:
+    return math.nan
+
+
+def _told(found: Any) -> Told:
+    numbers, array = found.numbers, found.array
+    converged, count = numbers.converged > 0, int(numbers.taken)
+    return {
+        "y": array("y"), "tangent": array("tangent"), "jacobian": array("jacobian"), "residual": numbers.relative if converged else math.inf,
+        "corrections": tuple(array("corrections")[:count].tolist()), "converged": converged, "sigma": numbers.sigma,
+        "is_settled": numbers.is_whole > 0, "extra": _extra(found), "energy": numbers.energy,
+    }  # fmt: skip
+
+
+def _extra(found: Any) -> Extra:
+    def made() -> tuple[Multipliers, BrakeMap]:
+        if not found.numbers.is_told > 0:
+            raise np.linalg.LinAlgError("matrix is not positive definite")
+        own = BrakeMap(found)
+        return own.kappa(), own
+
+    return LateExtra(made)

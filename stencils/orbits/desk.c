@@ -1,0 +1,49 @@
+/* What a call of the brake orbits' stencils is given and tells: numbers of one type, in the order that `native/flows/brake.py` says, too. */
+enum {
+    DESK_Q = PHI_Q,
+    DESK_LINKS = PHI_Q - PHI_CART,
+    DESK_ALL = PHI_Q + 1,
+    DESK_KNOWN = 8,         /* places that a curve is touched at */
+    DESK_CORRECTIONS = 16,  /* that are told */
+    DESK_ASKED = 32         /* evaluations that are told */
+};
+
+/* What is known of one orbit: y = (q_0, omega) / scale. */
+typedef struct brake_orbit {
+    phi_real relative, converged, is_whole, is_told, taken;
+    phi_real sigma, brake_loss, odd_loss, unequal_brakes, error, energy; /* of the bordered Jacobian; test functions; of omega; NaN where none is emitted */
+    phi_real y[DESK_ALL], tangent[DESK_ALL], residual[DESK_Q], jacobian[DESK_Q][DESK_ALL], corrections[DESK_CORRECTIONS];
+    phi_real a[DESK_LINKS][DESK_LINKS], b[DESK_LINKS][DESK_LINKS], c[DESK_LINKS][DESK_LINKS], d[DESK_LINKS][DESK_LINKS];
+    phi_real rate[DESK_LINKS], force[DESK_LINKS], slope[DESK_LINKS], noise[DESK_Q];
+    phi_real folded[DESK_LINKS * DESK_LINKS]; /* d^T a across the force: its first (N - 1)^2 numbers */
+} brake_orbit;
+
+typedef struct brake_desk {
+    phi_real scale[DESK_ALL], tolerance, rough, most_steps;     /* of the problem: sizes, the flow's tolerances and its budget */
+    phi_real tol, trust, most_corrections;                      /* of Newton's iteration */
+    phi_real guess[DESK_ALL], normal[DESK_ALL];                 /* where it begins, and across what it stays */
+    phi_real count, place, axis[DESK_ALL], known[DESK_KNOWN][2][DESK_ALL]; /* of the curve: places and tangents */
+    phi_real before_jacobian[DESK_Q][DESK_ALL], before_tangent[DESK_ALL];  /* of the orbit before */
+    phi_real moved, shifted, turned, changed, change[DESK_ALL][DESK_ALL];   /* told: from the orbit before, from the guess, cosine; of its Jacobian */
+    phi_real evaluations, asked[DESK_ASKED][DESK_ALL + 2];      /* told: q_0, omega, tolerance, how many columns */
+    brake_orbit orbit;
+    phi_real transition[2 * DESK_Q * 2 * DESK_LINKS], rates[DESK_Q], steps; /* of the last evaluation with columns */
+} brake_desk;
+
+#define SMALL_MOST DESK_ALL
+#define SMALL_SWEEPS 40
+#define SMALL_NOTHING 1e-16
+#define TOUCH_SIZE DESK_ALL
+#define TOUCH_MOST DESK_KNOWN
+#define TOUCH_TURNED 0.5 /* cosine of tangent and axis below which a point is too far round a bend to say anything */
+#define TOUCH_APART 0.1  /* distance of two points, in that from the place, below which the farther one adds nothing */
+#define BRAKE_HALF_PI 1.57079632679489661923
+#define BRAKE_EPSILON 0x1p-52
+#define BRAKE_ROUNDING 1e-15 /* corrections, in units of 1 + |y|, that are not worth taking */
+#define BRAKE_LEFT 1e-16     /* what is thought to be left, and not worth a correction */
+#define BRAKE_DOUBTFUL 1e-13 /* those that are more than rounding, where less was thought to be left */
+#define BRAKE_FLOOR 1e-2     /* what rough columns leave, in units of their tolerance */
+#define BRAKE_CLEAR 1e-6     /* of the distance of a singular matrix, what rough columns may leave */
+#define BRAKE_FAR 1e-5       /* corrections above which rough columns serve again */
+#define BRAKE_SETTLED 1e-9   /* corrections that leave the columns as good as those of the place */
+#define BRAKE_FRESH 1e-3     /* share of its own that a correction may leave because its columns are of another place */
