@@ -54,9 +54,8 @@ static void stem_give(const size_t n, const int lane, const stem_state *lanes, s
     phi_real seen[stem_x];
     stem_leave(x, x + stem_q, seen, seen + stem_q);
 #if WITH_SPRINGS
-    /* Unit vectors are rounded anew: what that takes goes with them, for a call that goes on. */
     for (size_t i = stem_cart; i < stem_q; ++i) {
-        flow->lost[(i + 1) * n + k] += x[i] - seen[i];
+        flow->lost[(i + 1) * n + k] += x[i] - seen[i]; /* unit vectors are rounded anew */
     }
 #endif
     memcpy(x, seen, sizeof x);

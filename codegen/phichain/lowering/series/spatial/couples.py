@@ -19,6 +19,20 @@ from phichain.lowering.spatial.links import directions
 from phichain.scene import Scene
 
 
+def keep_rests(builder: Builder, links: int, lost: ArrayRef, rest: ArrayRef) -> None:
+    """Hold what rounding took from q_{k-1} - q_k: springs that are stiff enough make of it what they make of a bend.
+
+    Args:
+        builder: where the Program is written.
+        links: how many there are.
+        lost: what rounding took from the unit vectors, three cells a link.
+        rest: where it is held, likewise.
+    """
+    store(rest, 0, tuple(-entry for entry in load(lost, 0)))
+    with builder.loop("k", 1, links) as loop:
+        store(rest, loop.index, sub(load(lost, loop.index - 1), load(lost, loop.index)))
+
+
 @dataclass(frozen=True)
 class Joints:
     """The couples of springs and dampers at order n, linear in coefficients that are known."""

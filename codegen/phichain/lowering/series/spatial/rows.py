@@ -28,6 +28,7 @@ from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.series.held import Layout
 from phichain.lowering.series.series import HELD, LEFT, LOST, RIGHT, RUB_LANES, SCALE
 from phichain.lowering.series.shape import shaped
+from phichain.lowering.series.spatial.couples import keep_rests
 from phichain.lowering.series.spatial.rubs import Rubs, places
 from phichain.lowering.series.spatial.rubs import runs as rub_runs
 from phichain.lowering.spatial.links import directions
@@ -154,21 +155,14 @@ def factor_program(model: Model, layout: Layout, write: Callable[[Factoring], No
             with builder.loop("k", 0, scene.links) as loop:
                 factoring.keep(name)[loop.index] = numbers[loop.index] * by
     if "rest" in layout:
-        _keep_rests(factoring, directions(scene, builder.input(LOST, (scene.nq + scene.nv,), "what rounding took from q and v")))
+        lost = builder.input(LOST, (scene.nq + scene.nv,), "what rounding took from q and v")
+        keep_rests(builder, scene.links, directions(scene, lost), factoring.keep("rest"))
     if "upright" in layout:
         factoring.keep("upright")[0] = builder.lift(1)
     if parameters.friction is not None:
         _begin_rubs(factoring, rate, parameters.friction)
     write(factoring)
     return shaped(builder.finish(), scene.code)
-
-
-def _keep_rests(step: Factoring, lost: ArrayRef) -> None:
-    """Hold what rounding took from q_{k-1} - q_k: springs that are stiff enough make of it what they make of a bend."""
-    rest = step.keep("rest")
-    store(rest, 0, tuple(-entry for entry in load(lost, 0)))
-    with step.builder.loop("k", 1, step.scene.links) as loop:
-        store(rest, loop.index, sub(load(lost, loop.index - 1), load(lost, loop.index)))
 
 
 def left_width(scene: Scene) -> int:
