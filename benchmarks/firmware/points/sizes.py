@@ -94,7 +94,7 @@ def shape(folders: Mapping[str, Generated]) -> Iterator[str]:
         yield f"{divisions} divisions for {made.scene.links} links"
     for name, function in CEILINGS:
         plain, small = (on(folders[name], M4F, level)[1][function].most for level in ("-O0", "-Os"))
-        if folders[name].scene.is_planar and plain > UNOPTIMISED * small:
+        if plain > UNOPTIMISED * small:
             yield f"{name}: {function} takes {plain} instructions at -O0, {small} at -Os"
 
 

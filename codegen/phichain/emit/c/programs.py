@@ -161,7 +161,9 @@ def _ignored(program: Program, body: CFunction) -> tuple[str, ...]:
 def _declared(scene: Scene, program: Program, definition: bool) -> list[str]:
     declared = [f"const {scene.name}_params *p"] if program.params else []
     declared += [declaration(array, scene.name, False, definition) for array in program.inputs]
-    return declared + [declaration(array, scene.name, True, definition) for array in program.outputs]
+    declared += [declaration(array, scene.name, True, definition) for array in program.outputs]
+    kept = f"{scene.name.upper()}_REGISTER " if definition and scene.trig is not None else ""
+    return [f"{kept}{one}" for one in declared]
 
 
 def _arguments(scene: Scene, program: Program, ignored: tuple[str, ...]) -> tuple[str, ...]:

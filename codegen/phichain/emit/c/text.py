@@ -58,7 +58,7 @@ def source(printed: Printed) -> str:
     uses = programs.uses.union(*(flow.uses for flow in made))
     sincos = sincos_kernel(scene, uses) if _wants_sincos(scene, uses) else ""
     flows = [flow.definitions for flow in made]
-    printed_lines = [line for function in programs.functions for line in function.lines]
+    printed_lines = [line for function in programs.functions for line in (function.definition, *function.lines)]
     return render(
         "source.c.j2", name=scene.name, functions=programs.functions, tables=programs.tables,
         includes=sorted(set(includes({*uses, *(("sincos",) if _wants_sincos(scene, uses) else ())})).union(*(flow.includes for flow in made))),
