@@ -17,7 +17,7 @@ Vector = NDArray[np.float64]
 class Learning(Held):
     """theta, the relative errors of parameters, is estimated along the trajectory and known from its end on.
 
-    Along it theta = theta_expected + M w(y - q_r - C z_expected), and rates gain E theta in a sample beside F z + G (u - u_r). At the
+    Its entries are in the order of the chain's struct of parameters, without those that have no error. Along the trajectory theta = theta_expected + M w(y - q_r - C z_expected), and rates gain E theta in a sample beside F z + G (u - u_r). At the
     target theta stays what it is, rates gain
 
         (F + sum_k theta_k F_k) z + (G + sum_k theta_k G_k) (u - u_r),

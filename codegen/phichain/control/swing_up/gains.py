@@ -37,8 +37,8 @@ from phichain.system.angles import absolute_angles
 TURNS: Final = 6
 CALMER: Final = 2.0
 """How much more the inputs weigh where a chain is held through an observer: what a count that comes or goes does to the estimate, the gains
-hand on to the chain. Of three links 97.2, 97.9 and 98.1 % of the swing-ups end calm at 1, 2 and 4 (600 to 1800 runs; docs/swingup.md); at 4 a
-run in five hundred ends with its cart too far away."""
+hand on to the chain. Of three links (docs/swingup.md) 97.2, 97.7 and 98.1 % of 600 to 1200 swing-ups end calm at 1, 2 and 4, but at 4 one in two
+hundred does not hold: its cart is too far away."""
 _MILLISECOND: Final = 1e-3
 _FLOOR: Final = 1e-14
 Linear = tuple[Vector, Vector, Vector]
