@@ -59,7 +59,7 @@ def moved_by(scene: Scene, chain: Chain, cosine: ArrayRef, tension: ArrayRef) ->
         unit = chain.parameters.units.length
         chain.rates.write_cart((cart[0] * unit, cart[1] * unit))
     # The first tension pulls along C^T q_0, which q_0 does not turn about the vertical: what turns it there need not wait for it.
-    upright = chain.horizontal if is_heavy(scene) else cart
+    upright = chain.horizontal if is_heavy(scene) else None
     _first(chain, tension, cart, upright)
     _beyond(chain, tension)
     return cart
@@ -202,7 +202,7 @@ def _first(chain: Chain, tension: ArrayRef, cart: tuple[Expr, Expr] | None, upri
 
     Args:
         cart: x'', None on a fixed base.
-        upright: what stands for it about the vertical.
+        upright: what stands for it about the vertical, None where it does itself.
     """
     parameters = chain.parameters
     inverse = 1 / parameters.length[0]
