@@ -21,7 +21,6 @@ from phichain.lowering.spatial.rates import AngularVelocities
 from phichain.lowering.writers import writes
 from phichain.scene import Scene
 
-
 #: On a light cart, or one of runtime numbers, the forward dynamics of fewer links holds row 0 of the tensions' system on the spheres alone.
 _FEWEST_LINKS_ON_LIGHT_CART = 3
 
