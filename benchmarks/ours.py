@@ -79,6 +79,30 @@ def build(chain: Chain, folder: Path, code: str = "auto", function: str = "forwa
     return wrapped(generated, function, f"phichain ({form})", folder)
 
 
+_PREPARED = """#include "{source}"
+
+static {name}_prepared prepared;
+static const double *of;
+
+void bench_prepared(double *out, const double *state, const double *parameters, const double *time)
+{{
+    (void)time;
+    if (parameters != of) {{ /* at the first call alone: the rest goes on from there */
+        {name}_prepare((const {name}_params *)parameters, &prepared);
+        of = parameters;
+    }}
+    {name}_forward_dynamics_prepared(&prepared, state, state + {links}, out);
+}}
+"""
+
+
+def build_prepared(chain: Chain, folder: Path) -> Candidate:
+    """phichain's forward dynamics of an unforced chain whose runtime parameters stay: what they determine is kept."""
+    generated = generate(chain, folder / "prepared", want=("forward_dynamics", "prepare"))
+    text = _PREPARED.format(source=source(generated), name=manifest(generated)["name"], links=chain.links)
+    return from_c(text, "bench_prepared", "phichain (prepared)", folder)
+
+
 def operations(folder: Path, function: str = "forward_dynamics") -> int:
     """Operations of one function as the manifest counts them: + - * / sqrt one each, sin and cos one each."""
     counts = manifest(folder)["functions"][function]["operations"]

@@ -22,12 +22,15 @@ from benchmarks.table import Table
 HEADING = "Forward dynamics, timed from C"
 ROBOTICS = ("P, torques",)
 """Kinds that Pinocchio and MuJoCo are compared on: elsewhere their joints have poles or fictitious inertia."""
+PREPARED = ("P, parameters prepared",)
+"""Kinds whose runtime parameters stay the same from call to call: `prepare` has kept what they alone determine."""
 KINDS = {
     "P, torques": (chains.planar_chain, (2, 1, 4, 8, 16, 32, 64), {8: "0.55", 32: "0.35", 64: "0.35"}),
     "P": (lambda n: chains.planar_chain(n, forced=False), (2, 8, 32, 64), {8: "0.55", 32: "0.35", 64: "0.35"}),
     "P, absolute angles": (chains.absolute_chain, (2, 1, 4, 8, 32), {2: "0.8", 8: "0.55", 32: "0.35"}),
     "P, masses 1e4 .. 1e-4": (chains.spread_chain, (2, 8, 32), {8: "0.55", 32: "0.35"}),
     "P, runtime parameters": (chains.runtime_chain, (2, 8, 32), {8: "0.55", 32: "0.35"}),
+    "P, parameters prepared": (chains.runtime_chain, (2, 8, 32), {8: "0.55", 32: "0.35"}),
     "P on a cart": (chains.cart_chain, (2, 1, 8, 32), {8: "0.55", 32: "0.35"}),
     "planar, tip masses": (chains.tip_chain, (2, 8, 32), {}),
     "S": (chains.spatial_chain, (2, 1, 5, 16, 64), {1: "0.95", 2: "1.0", 5: "0.95"}),
@@ -58,7 +61,7 @@ def measure(kind: str, links: int, run: plan.Plan) -> Pair:
     """One chain."""
     make, _, reach = KINDS[kind]
     builders: list[tuple[str, Builder]] = [
-        ("phichain", lambda chain, folder: [ours.build(chain, folder)]),
+        ("phichain", lambda chain, folder: [ours.build_prepared(chain, folder) if kind in PREPARED else ours.build(chain, folder)]),
         ("heyoka", compare.heyoka),
         ("CasADi", compare.casadi),
     ]

@@ -58,6 +58,8 @@ class _Front:
     incoming: Expr
     #: Whether the denominator grows, instead of every step dividing.
     scaled: bool
+    #: What of the numerator waits for the last joint's sine, and what does not, where both are still apart.
+    parts: tuple[Expr, Expr] | None = None
 
     def carried(self, loop: Loop, side: str) -> _Front:
         """The same front as loop-carried scalars (a denominator that is 1 throughout is not carried)."""
@@ -66,7 +68,7 @@ class _Front:
             denominator = loop.carry(f"{side}_denominator", self.denominator)
         return replace(
             self, numerator=loop.carry(f"{side}_numerator", self.numerator), denominator=denominator,
-            incoming=loop.carry(f"{side}_incoming", self.incoming),
+            incoming=loop.carry(f"{side}_incoming", self.incoming), parts=None,
         )  # fmt: skip
 
     def followed(self, loop: Loop, after: _Front) -> None:
@@ -132,8 +134,9 @@ class _Sweep:
         load = self.builder.let("tip_load", self.joints.right_side[k] * front.denominator + front.incoming)
         inverse = self.builder.let("tip_inverse_pivot", 1 / (front.denominator + slack))
         self._keep(k, load, cosine * front.denominator, ratio * inverse)
-        numerator = self.joints.sine_squared[k] * front.denominator + slack
-        return self._passed_on(front, slack, numerator, cosine * load, inverse)
+        late = self.joints.sine_squared[k] * front.denominator
+        following = self._passed_on(front, slack, late + slack, cosine * load, inverse)
+        return replace(following, parts=(late, slack)) if front.scaled else following
 
     def _keep(self, k: Index, load: Expr, coupling: Expr, gain: Expr) -> None:
         """What back substitution needs: the tension is (load + coupling * neighbour's) * gain."""
@@ -143,7 +146,7 @@ class _Sweep:
     def _passed_on(self, front: _Front, slack: Expr, numerator: Expr, incoming: Expr, inverse: Expr) -> _Front:
         """The next front: d + n below the fraction, or everything divided by it."""
         if front.scaled:
-            return replace(front, numerator=numerator, denominator=front.denominator + slack, incoming=incoming)
+            return replace(front, numerator=numerator, denominator=front.denominator + slack, incoming=incoming, parts=None)
         return replace(front, numerator=numerator * inverse, incoming=incoming * inverse)
 
     def substitute_back(self, base: _Front, tip: _Front, middle: int) -> ArrayRef:
@@ -152,7 +155,8 @@ class _Sweep:
         tension = builder.array("tension", self.links + 1)
         load = self.joints.right_side[middle] * (base.denominator * tip.denominator)
         load = load + base.incoming * tip.denominator + tip.incoming * base.denominator
-        pivot = base.numerator * tip.denominator + tip.numerator * base.denominator
+        late, early = tip.parts or (tip.numerator, builder.lift(0))
+        pivot = (base.numerator * tip.denominator + early * base.denominator) + late * base.denominator
         tension[middle] = met = builder.let("middle_tension", load / pivot)
         outer = met
         if middle:

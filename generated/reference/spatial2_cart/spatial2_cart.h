@@ -61,8 +61,8 @@ typedef double spatial2_cart_real;
  *   v  in   rates
  *   u  in   inputs
  *   a  out  accelerations
- * 86 operations, straight-line code.
- * Cortex-M4F, -Os: flash 1678 bytes, stack 136 bytes at most.
+ * 87 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 1692 bytes, stack 136 bytes at most.
  */
 void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     const spatial2_cart_real u[2], spatial2_cart_real a[8]);
@@ -73,8 +73,8 @@ void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial
  *                orthogonal to it, 1/s
  *   u       in   inputs
  *   q_ddot  out  the rates of q_dot, m/s^2 for the cart, 1/s^2 for the links
- * 116 operations, straight-line code.
- * Cortex-M4F, -Os: flash 2103 bytes, stack 160 bytes at most.
+ * 117 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 2117 bytes, stack 160 bytes at most.
  */
 void spatial2_cart_direction_dynamics(const spatial2_cart_real q[8], const spatial2_cart_real q_dot[8],
     const spatial2_cart_real u[2], spatial2_cart_real q_ddot[8]);
@@ -144,8 +144,8 @@ void spatial2_cart_linearization(const spatial2_cart_real s[2], spatial2_cart_re
  *   dadq  out  8 x 8, partial derivatives of a by q
  *   dadv  out  8 x 8, partial derivatives of a by v
  *   dadu  out  8 x 2, partial derivatives of a by u
- * 533 operations, straight-line code.
- * Cortex-M4F, -Os: flash 11611 bytes, stack 1696 bytes at most.
+ * 492 operations, straight-line code.
+ * Cortex-M4F, -Os: flash 10758 bytes, stack 1576 bytes at most.
  */
 void spatial2_cart_state_jacobian(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     const spatial2_cart_real u[2], spatial2_cart_real dadq[64], spatial2_cart_real dadv[64],
@@ -158,7 +158,7 @@ void spatial2_cart_state_jacobian(const spatial2_cart_real q[8], const spatial2_
  *   u       in   inputs
  *   q_next  out  configuration after the step
  *   v_next  out  rates after the step
- * 652 operations in loops, 1216 bytes of arrays on the stack.
+ * 656 operations in loops, 1216 bytes of arrays on the stack.
  * Cortex-M4F, -Os: flash 3400 bytes, stack 1432 bytes at most.
  */
 void spatial2_cart_step(spatial2_cart_real h, const spatial2_cart_real q[8], const spatial2_cart_real v[8],

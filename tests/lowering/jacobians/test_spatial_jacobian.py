@@ -27,6 +27,8 @@ from tests.lowering.jacobians.test_planar_jacobian import _flipped, _ops
 
 WANT = ("state_jacobian", "dynamics_and_jacobian")
 CART: dict[str, Any] = {"base": "cart", "cart_mass": 3.0}
+#: A cart that the chain pulls along, whose forces are a small difference.
+LIGHT: dict[str, Any] = {"base": "cart", "cart_mass": 1e-3}
 #: Springs, dampers and dry friction; masses before the ends; rigid links. One number stands for as many as there are links.
 TIED: dict[str, Any] = {"stiffness": 0.7, "damping": 0.3}
 RUBBED = TIED | {"friction": 0.5, "friction_speed": 0.4}
@@ -40,6 +42,7 @@ JOINED: list[dict[str, Any]] = [
     {"stiffness": 0.7, "base": "cart", "drive": "acceleration"},
     CART | {"cart_friction": 0.5, "cart_friction_speed": 0.3}, BEFORE | RUBBED | CART | {"mass": 0.2, "length": 0.3}, BEFORE | CART | {"cart_friction": 0.5, "cart_friction_speed": 0.3},
     BEFORE | {"base": "cart", "drive": "acceleration", "inertia": 0.01},
+    LIGHT, LIGHT | RUBBED | {"cart_damping": 0.4}, {"base": "cart", "cart_mass": "runtime", "mass": "runtime", "length": "runtime", "cart_damping": 0.4},
 ]  # fmt: skip
 
 
@@ -57,8 +60,8 @@ def arguments(scene: Scene) -> dict[str, Any]:
     q /= np.linalg.norm(q, axis=1)[:, None]
     v -= q * np.sum(q * v, axis=1)[:, None]
     head = some.standard_normal(carts)
-    drawn = {"q": np.append(head, q), "v": np.append(head, v), "u": some.standard_normal(scene.nu)}
-    drawn |= {name: some.uniform(0.5, 2.0, scene.links) for name in scene.runtime}
+    drawn: dict[str, Any] = {"q": np.append(head, q), "v": np.append(head, v), "u": some.standard_normal(scene.nu)}
+    drawn |= {name: some.uniform(0.5, 2.0, () if name == "cart_mass" else scene.links) for name in scene.runtime}
     return {name: values for name, values in drawn.items() if values.size}
 
 
@@ -100,9 +103,20 @@ def test_masses_that_spread_cost_no_digit(spread: str, base: str) -> None:
     assert_as_accurate_as_differentiated(scene)
 
 
-def assert_as_accurate_as_differentiated(scene: Scene) -> None:
+@pytest.mark.parametrize("push", [0.0, 1.0], ids=["left alone", "pushed along"])
+@pytest.mark.parametrize("cart_mass", [1e-2, 1e-8])
+def test_nor_do_light_carts(cart_mass: float, push: float) -> None:
+    """Pushed along the first link the cart feels a small difference of two forces; chains that grow heavier, lighter, and with springs."""
+    mass, length = np.geomspace(1e-2, 1e2, 3).tolist(), [0.3, 3.0, 0.03]
+    for scene in (chain(3, mass=mass[::turn], length=length, base="cart", cart_mass=cart_mass, **more) for turn, more in ((1, {}), (-1, {}), (1, TIED))):
+        given = arguments(scene)
+        given["u"] = push * given["q"][2:4]
+        assert_as_accurate_as_differentiated(scene, given)
+
+
+def assert_as_accurate_as_differentiated(scene: Scene, given: dict[str, Any] | None = None) -> None:
     """Along the manifold, against positions."""
-    given = arguments(scene)
+    given = given or arguments(scene)
     exact = np.array(reference(scene, "state_jacobian", given, digits=30)["tangent"], float)
     errors = []
     for program in (lower_function(derive(scene), "state_jacobian", "loops"), differentiated(scene)):
@@ -136,7 +150,7 @@ def test_a_light_link_before_a_heavy_one_costs_no_digit() -> None:
         assert_as_accurate_as_differentiated(scene)
 
 
-@pytest.mark.parametrize(("more", "link"), [({}, 245), (CART, 290), ({"mass": 0.2, "length": 0.2}, 205)])
+@pytest.mark.parametrize(("more", "link"), [({}, 245), (CART, 290), (LIGHT, 300), ({"mass": 0.2, "length": 0.2}, 205)])
 def test_a_pair_of_links_takes_24_operations(more: dict[str, Any], link: int) -> None:
     """A block of three by three by q_j and one by omega_j 24, a link some 200 to 300; the differentiated sweep took 400 a pair of links."""
     for links in (5, 16):
@@ -191,7 +205,7 @@ def test_other_chains_are_differentiated(more: dict[str, Any]) -> None:
     assert total_operations(found) == total_operations(differentiated(scene, "unrolled"))
 
 
-@pytest.mark.parametrize(("links", "more"), [(3, CART), (4, TIED), (4, BEFORE)])
+@pytest.mark.parametrize(("links", "more"), [(3, CART), (3, LIGHT), (4, TIED), (4, BEFORE)])
 def test_a_wrong_sign_anywhere_is_refused(links: int, more: dict[str, Any]) -> None:
     """Additions turned into subtractions in turn (some of many), but those that add zeros at the ends: they change no number."""
     model = derive(chain(links, code="loops", want=["state_jacobian"], **more))

@@ -9,10 +9,27 @@ lambda - 1 = (a l - b) / b.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from phichain.ir.builder import ArrayRef, Builder
 from phichain.lowering.chain.body import Bodies
 from phichain.lowering.chain.parameters import Parameters
 from phichain.scene import Scene
+
+
+@dataclass(frozen=True)
+class Factors:
+    """What takes the results of a link into the units of the link before."""
+
+    mass: ArrayRef
+    axial: ArrayRef
+    skew: ArrayRef
+    lever: ArrayRef
+    determinant: ArrayRef
+    force: ArrayRef
+    minor: ArrayRef
+    minor_x: ArrayRef
+    minor_force: ArrayRef
 
 
 class LinkUnits:
@@ -87,3 +104,26 @@ class LinkUnits:
             return first
         rest = self.product(f"{name}_rest", *others) if len(others) > 1 else others[0]
         return self._parameters.derived(name, lambda k: first[k] * rest[k])
+
+    def factors(self) -> Factors:
+        """Of all links."""
+        product, levers = self.product, [self.leverage]
+        skew = product("skew_step", self.mass, self.overhang)
+        force = product("force_step", self.mass, self.length)
+        if self.is_rigid:
+            determinant = product("determinant_step", self.mass, self.mass)
+            levers.append(self.leverage)
+        else:
+            determinant = product("determinant_step", self.mass, self.mass, self.leverage_step)
+        minor = product("minor_step", determinant, self.length)
+        return Factors(
+            mass=self.mass,
+            axial=product("axial_step", self.mass, self.leverage, self.leverage),
+            skew=skew,
+            lever=product("lever_step", skew, self.overhang),
+            determinant=product("determinant_lever", determinant, self.overhang, self.overhang),
+            force=force,
+            minor=minor,
+            minor_x=product("minor_lever", minor, self.overhang),
+            minor_force=product("minor_leverage", minor, *levers),
+        )

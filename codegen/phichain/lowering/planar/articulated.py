@@ -52,21 +52,6 @@ class Outer:
 
 
 @dataclass(frozen=True)
-class Factors:
-    """What takes the results of a link into the units of the link before."""
-
-    mass: ArrayRef
-    axial: ArrayRef
-    skew: ArrayRef
-    lever: ArrayRef
-    determinant: ArrayRef
-    force: ArrayRef
-    minor: ArrayRef
-    minor_x: ArrayRef
-    minor_force: ArrayRef
-
-
-@dataclass(frozen=True)
 class Pivot:
     """What the elimination of a link leaves for the rest of its step."""
 
@@ -100,7 +85,7 @@ class Sweep:
     ) -> None:
         self.builder, self.scene, self.parameters, self.state, self.couple = builder, scene, parameters, state, couple
         self.units = LinkUnits(builder, scene, parameters)
-        self.factors = _factors(self.units)
+        self.factors = self.units.factors()
         self.rho_y = builder.array("turning_gain_y", scene.links) if self.units.is_rigid else None
         self.sine, self.cosine = builder.sincos(state.angle, scene.links)
         self.free, self.gain_x, self.gain_y, self.rate_squared = (
@@ -249,7 +234,7 @@ class Sweep:
         from_absolute(self.builder, self.scene, alpha, theta_ddot)
 
     def moved(self, k: Index, joint_y: Expr, tip: tuple[Expr, Expr]) -> None:
-        """What else is made of a link's accelerations on the way outwards: nothing."""
+        """What else is made of a link's accelerations: nothing."""
 
     def outwards(self, alpha: ArrayRef, loop: Loop, base: tuple[Expr, Expr], k: Index) -> tuple[Expr, Expr]:
         """One turn from a joint's acceleration to the next, in units of each link's length; what the turn begins with."""
@@ -261,38 +246,18 @@ class Sweep:
 
     def outer_end(self, alpha: ArrayRef, base: tuple[Expr, Expr], k: Index) -> tuple[Expr, Expr]:
         """The acceleration of link k, written into `alpha`, and of its outer end."""
-        let = self.builder.let
-        before_x, before_y = self.units.outward[k] * base[0], self.units.outward[k] * base[1]
-        joint_x = let("joint_x", self.cosine[k] * before_x + self.sine[k] * before_y)
-        joint_y = let("joint_y", self.cosine[k] * before_y - self.sine[k] * before_x)
-        swung = self.free[k] - self.gain_x[k] * joint_x
+        before_x, before_y = (self.units.outward[k] * axis for axis in base)
+        joint_x = self.builder.let("joint_x", self.cosine[k] * before_x + self.sine[k] * before_y)
+        joint_y = self.builder.let("joint_y", self.cosine[k] * before_y - self.sine[k] * before_x)
+        return self.tip_of(alpha, (joint_x, joint_y), k)
+
+    def tip_of(self, alpha: ArrayRef, joint: tuple[Expr, Expr], k: Index) -> tuple[Expr, Expr]:
+        """The same from the joint's acceleration in the frame of the link."""
+        (joint_x, joint_y), swung = joint, self.free[k] - self.gain_x[k] * joint[0]
         if self.rho_y is not None:
-            swung = let("swung", swung)
-        tip_y = let("tip_y", swung - self.gain_y[k] * joint_y)
+            swung = self.builder.let("swung", swung)
+        tip_y = self.builder.let("tip_y", swung - self.gain_y[k] * joint_y)
         alpha[k] = tip_y - joint_y if self.rho_y is None else swung - self.rho_y[k] * joint_y
-        tip_x = joint_x - self.rate_squared[k]
-        self.moved(k, joint_y, (tip_x, tip_y))
-        return tip_x, tip_y
-
-
-def _factors(units: LinkUnits) -> Factors:
-    product, levers = units.product, [units.leverage]
-    skew = product("skew_step", units.mass, units.overhang)
-    force = product("force_step", units.mass, units.length)
-    if units.is_rigid:
-        determinant = product("determinant_step", units.mass, units.mass)
-        levers.append(units.leverage)
-    else:
-        determinant = product("determinant_step", units.mass, units.mass, units.leverage_step)
-    minor = product("minor_step", determinant, units.length)
-    return Factors(
-        mass=units.mass,
-        axial=product("axial_step", units.mass, units.leverage, units.leverage),
-        skew=skew,
-        lever=product("lever_step", skew, units.overhang),
-        determinant=product("determinant_lever", determinant, units.overhang, units.overhang),
-        force=force,
-        minor=minor,
-        minor_x=product("minor_lever", minor, units.overhang),
-        minor_force=product("minor_leverage", minor, *levers),
-    )
+        tip = joint_x - self.rate_squared[k], tip_y
+        self.moved(k, joint_y, tip)
+        return tip

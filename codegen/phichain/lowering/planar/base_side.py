@@ -9,14 +9,14 @@ from math import inf
 
 from phichain.ir.builder import ArrayRef, Expr, Index
 from phichain.lowering.chain.losses import brakes_cart, ties_links
-from phichain.lowering.chain.room import saves_text
+from phichain.lowering.chain.room import saves_memory, saves_text
 from phichain.lowering.planar.articulated import Sweep
 from phichain.scene import Scene
 
 #: Fewer links are done sooner from the tip alone.
 _FEWEST_LINKS = 5
-#: The same where tables of runtime parameters for both sides come on top.
-_FEWEST_RUNTIME_LINKS = 12
+#: The same where tables of runtime parameters for both sides come on top, and where these want memory that is dear.
+_FEWEST_RUNTIME_LINKS, _FEWEST_STORED_LINKS = 6, 12
 #: Couples on a chain with l/r spread further than this need the sweep from the tip alone.
 _LARGEST_LEVERAGE_SPREAD = 16
 #: Couples on masses spread further than this need kappa.
@@ -30,10 +30,15 @@ def suits(scene: Scene) -> bool:
     """
     if scene.inertia is not None or saves_text(scene):
         return False
-    tabled = bool({"mass", "length", "com"} & set(scene.runtime))
-    if scene.links < (_FEWEST_RUNTIME_LINKS if tabled else _FEWEST_LINKS):
+    if scene.links < _fewest_links(scene):
         return False
     return not _is_driven(scene) or scene.tip_masses or _leverage_spread(scene) <= _LARGEST_LEVERAGE_SPREAD
+
+
+def _fewest_links(scene: Scene) -> int:
+    if not {"mass", "length", "com"} & set(scene.runtime):
+        return _FEWEST_LINKS
+    return _FEWEST_STORED_LINKS if saves_memory(scene) else _FEWEST_RUNTIME_LINKS
 
 
 def _is_driven(scene: Scene) -> bool:

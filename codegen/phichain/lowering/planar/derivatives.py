@@ -5,13 +5,20 @@ from __future__ import annotations
 from phichain.ir.builder import ArrayRef, Builder
 from phichain.lowering.chain.losses import brakes_cart, cart_slope, joint_slopes, push_on_cart
 from phichain.lowering.chain.parameters import Parameters
+from phichain.lowering.chain.room import saves_memory
 from phichain.lowering.planar.by_columns import sweeps as by_columns
-from phichain.lowering.planar.disturbances import Column, faster_links, slowed_joints, turned_joints
+from phichain.lowering.planar.disturbances import (
+    Column,
+    Disturbance,
+    faster_links,
+    slowed_joints,
+    turned_joints,
+)
 from phichain.lowering.planar.geared import derivatives as geared
 from phichain.lowering.planar.given_base import over_given_base
 from phichain.lowering.planar.jacobian import Columns, Target
 from phichain.lowering.planar.joints import planar_state
-from phichain.lowering.planar.response import Base, Recalled, Response
+from phichain.lowering.planar.response import Base, Outwards, Recalled, Response
 from phichain.lowering.writers import writes
 from phichain.scene import Scene
 
@@ -78,9 +85,9 @@ def derivatives(
         return None
     state = planar_state(builder, scene, q, v)
     sweep = Recalled(builder, scene, parameters, state, u)
-    response, base = _solved(builder, scene, parameters, sweep, u, a)
-    angles, kind, carts = turned_joints(builder, scene, parameters, response, base), str(scene.angles), int(scene.has_cart)
-    rates = faster_links(builder, scene, response, base, state.rate)
+    kind, carts = str(scene.angles), int(scene.has_cart)
+    response, base, rates = _solved(builder, scene, parameters, sweep, u, a)
+    angles = turned_joints(builder, scene, parameters, response, base)
     parts = [] if kind == "relative" else [(rates, _RATE[kind])]
     slopes = joint_slopes(builder, scene, parameters, "resistance", state.joint_rate)
     if slopes is not None:
@@ -104,19 +111,32 @@ def derivatives(
 
 def _solved(
     builder: Builder, scene: Scene, parameters: Parameters, sweep: Recalled, u: ArrayRef | None, a: ArrayRef
-) -> tuple[Response, Base]:
-    """Both sweeps, and how joints answer."""
-    outer = sweep.to_base()
-    if not scene.has_cart:
-        sweep.all_outwards(-parameters.fall[1], -parameters.fall[0], a)
-        response = Response(builder, scene, parameters, sweep)
-        return response, response.on_wall(parameters.fall, parameters.length[0])
-    force = push_on_cart(scene, parameters, u, sweep.state.speed)
-    slide = sweep.cart_acceleration(outer, force)
-    a[0] = slide
-    sweep.all_outwards(-parameters.gravity, slide, a.shifted(1))
+) -> tuple[Response, Base, Disturbance]:
+    """Both sweeps, how joints answer, and what faster links disturb.
+
+    In relative angles forces of faster links go inwards over all joints while accelerations go outwards over them: neither waits for the
+    other, so they share a loop, but for targets where the elimination's own way outwards is the shorter text.
+    """
+    carts, outer = int(scene.has_cart), sweep.to_base()
+    fall, push, slide = parameters.fall, builder.lift(0), -parameters.fall[0]
+    if carts:
+        push = push_on_cart(scene, parameters, u, sweep.state.speed)
+        a[0] = slide = sweep.cart_acceleration(outer, push)
+        fall = (-slide, parameters.gravity)
+    if saves_memory(scene):
+        sweep.all_outwards(-fall[1], -fall[0], a.shifted(carts))
     response = Response(builder, scene, parameters, sweep)
-    return response, response.on_cart(parameters, outer, slide, force)
+    base = response.on_cart(parameters, outer, slide, push) if carts else response.on_wall(fall, parameters.length[0])
+    if saves_memory(scene):
+        return response, base, faster_links(builder, scene, response, base, sweep.state.rate)
+    way = Outwards(builder, scene, response, base)
+    shared = scene.angles == "relative"
+    rates = faster_links(builder, scene, response, base, sweep.state.rate, way.step if shared else None)
+    if not shared:
+        with builder.loop("k", 1, scene.links) as loop:
+            way.step(loop)
+    way.finish(a.shifted(carts))
+    return response, base, rates
 
 
 def _compliance(builder: Builder, scene: Scene, dadu: ArrayRef | None) -> Target | None:

@@ -8,10 +8,10 @@ a turn phi and a jump of its own. A column by an angle of the scene is a sum of 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.response import Base, Pair, Response, dot
 from phichain.scene import Scene
@@ -31,6 +31,7 @@ class Disturbance:
 
     def __init__(self, builder: Builder, name: str, links: int, fields: Sequence[str]) -> None:
         self.nothing, self.links = builder.lift(0), links
+        self.nothing_at: set[tuple[str, Index]] = set()
         self.cells = {field: builder.array(f"{name}_{field}", links + 2) for field in fields}
         for cells in self.cells.values():
             for k in (links, links + 1):
@@ -38,12 +39,14 @@ class Disturbance:
 
     def get(self, field: str, k: Index) -> Expr:
         """The entry of joint or link k; zero where this kind has none."""
-        return self.cells[field][k] if field in self.cells else self.nothing
+        return self.cells[field][k] if field in self.cells and (field, k) not in self.nothing_at else self.nothing
 
     def put(self, k: Index, **values: Expr) -> None:
         for field, value in values.items():
             if field in self.cells:
                 self.cells[field][k] = value
+                if value.is_zero and isinstance(k, int):
+                    self.nothing_at.add((field, k))
 
     def eta(self, k: Index) -> Pair:
         return self.get("eta_x", k), self.get("eta_y", k)
@@ -102,8 +105,14 @@ def _own_couple(builder: Builder, response: Response, rate: ArrayRef | None, fou
         found.put(loop.index, phi=-(rate[loop.index] * response.arrays["link_mobility"][loop.index]))
 
 
-def faster_links(builder: Builder, scene: Scene, response: Response, base: Base, rate: ArrayRef) -> Disturbance:
-    """Of the links' absolute rates; in relative angles of each rate and all beyond it together."""
+def faster_links(
+    builder: Builder, scene: Scene, response: Response, base: Base, rate: ArrayRef, beside: Callable[[Loop], None] | None = None
+) -> Disturbance:
+    """Of the links' absolute rates; in relative angles of each rate and all beyond it together.
+
+    Args:
+        beside: writes what goes outwards over joint k, 0 < k < N, into a loop over k: beside it these forces go inwards.
+    """
     sweep, kept, units, relative = response.sweep, response.sweep.kept, response.units, scene.angles == "relative"
     found = Disturbance(builder, "rate", scene.links, ["eta_x", "eta_y", "zeta", "along"])
     force_x, force_y = builder.array("rate_force_x", scene.links), builder.array("rate_force_y", scene.links)
@@ -114,8 +123,10 @@ def faster_links(builder: Builder, scene: Scene, response: Response, base: Base,
         found.put(k, along=along)
         force_x[k] = unit * (units.leverage[k] + kept["axial"][k])
         force_y[k] = -(unit * (units.overhang[k] * sweep.gain_x[k]))
-    with builder.loop("k", scene.links - 1, 0, -1) as loop:
-        k = loop.index
+    with builder.loop("k", scene.links - 1, 0, -1) if beside is None else builder.loop("k", 1, scene.links) as loop:
+        k = loop.index if beside is None else scene.links - loop.index
+        if beside is not None:
+            beside(loop)
         force = force_x[k], force_y[k]
         if relative:
             beyond = loop.carry("rate_beyond_x", 0), loop.carry("rate_beyond_y", 0)

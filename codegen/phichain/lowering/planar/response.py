@@ -19,11 +19,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from phichain.ir.builder import ArrayRef, Builder, Expr, Index
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.chain.room import saves_text
 from phichain.lowering.planar.articulated import Outer, Pivot, Sweep
-from phichain.lowering.planar.joints import PlanarState, couples
+from phichain.lowering.planar.joints import PlanarState, couples, from_absolute
 from phichain.scene import Scene
 
 Pair = tuple[Expr, Expr]
@@ -173,6 +173,11 @@ class Response:
         xy, yy = (cell[name][k] if name in cell else self.nothing for name in ("pass_xy", "pass_yy"))
         return cell["pass_xx"][k], xy, cell["pass_yx"][k], yy
 
+    def rows(self, k: Index) -> tuple[Pair, Pair]:
+        """T of joint k as two rows."""
+        a, b, c, d = self.matrix(k)
+        return (a, b), (c, d)
+
     def outwards(self, k: Index, x: Pair) -> Pair:
         """T x."""
         a, b, c, d = self.matrix(k)
@@ -191,6 +196,41 @@ class Response:
         """sigma of the joint's own angle, or of the link's absolute one."""
         name = "joint_row" if of_joint else "link_row"
         return self.arrays[f"{name}_x"][k], self.arrays[f"{name}_y"][k]
+
+
+class Outwards:
+    """X of every joint by the T that takes columns outwards, link by link in a loop that others may share.
+
+        X_{k+1} = T X_k + free n - w^2 (n_y, -n_x)
+
+    waits for one product where the sweep waits for an elimination and a turn after it; and T holds none of their differences. The
+    accelerations of the tips and of the links follow from all X at once.
+    """
+
+    def __init__(self, builder: Builder, scene: Scene, response: Response, base: Base) -> None:
+        self.builder, self.scene, self.response = builder, scene, response
+        self.joint_x, self.joint_y = builder.array("joint_x_of", scene.links), builder.array("joint_y_of", scene.links)
+        turn = response.turn(0)
+        self.first = turn[1] * base.tip[0] + turn[0] * base.tip[1], turn[1] * base.tip[1] - turn[0] * base.tip[0]
+        self.joint_x[0], self.joint_y[0] = self.first
+
+    def step(self, loop: Loop) -> None:
+        """From joint k - 1 to joint k, for k from 1 on."""
+        k, let, response, sweep = loop.index, self.builder.let, self.response, self.response.sweep
+        before = loop.carry("before_x", self.first[0]), loop.carry("before_y", self.first[1])
+        turn, free, swung = response.turn(k), sweep.free[k - 1], sweep.rate_squared[k - 1]
+        row_x, row_y = response.rows(k)
+        self.joint_x[k] = x = let("joint_x", dot(row_x, before) + (free * turn[0] - swung * turn[1]))
+        self.joint_y[k] = y = let("joint_y", dot(row_y, before) + (free * turn[1] + swung * turn[0]))
+        loop.follow(before[0], x)
+        loop.follow(before[1], y)
+
+    def finish(self, theta_ddot: ArrayRef) -> None:
+        """What is kept of the tips, and the accelerations of the scene's angles."""
+        alpha = self.builder.array("acceleration", self.scene.links)
+        with self.builder.loop("k", 0, self.scene.links) as loop:
+            self.response.sweep.tip_of(alpha, (self.joint_x[loop.index], self.joint_y[loop.index]), loop.index)
+        from_absolute(self.builder, self.scene, alpha, theta_ddot)
 
 
 def dot(a: Pair, b: Pair) -> Expr:

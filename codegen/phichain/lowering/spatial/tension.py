@@ -58,7 +58,9 @@ def moved_by(scene: Scene, chain: Chain, cosine: ArrayRef, tension: ArrayRef) ->
     if cart is not None:
         unit = chain.parameters.units.length
         chain.rates.write_cart((cart[0] * unit, cart[1] * unit))
-    _first(chain, tension, cart)
+    # The first tension pulls along C^T q_0, which q_0 does not turn about the vertical: what turns it there need not wait for it.
+    upright = chain.horizontal if is_heavy(scene) else None
+    _first(chain, tension, cart, upright)
     _beyond(chain, tension)
     return cart
 
@@ -195,19 +197,27 @@ def _cart(chain: Chain, cosine: ArrayRef, tension: ArrayRef) -> tuple[Expr, Expr
     return first, second
 
 
-def _first(chain: Chain, tension: ArrayRef, cart: tuple[Expr, Expr] | None) -> None:
-    """l_0 omega_0' = q_0 x (g e_3 - C x'' + couples) - (lambda_1 / m_0) X_1."""
+def _first(chain: Chain, tension: ArrayRef, cart: tuple[Expr, Expr] | None, upright: tuple[Expr, Expr] | None) -> None:
+    """l_0 omega_0' = q_0 x (g e_3 - C x'' + couples) - (lambda_1 / m_0) X_1.
+
+    Args:
+        cart: x'', None on a fixed base.
+        upright: what stands for it about the vertical, None where it does itself.
+    """
     parameters = chain.parameters
     inverse = 1 / parameters.length[0]
     here = load(chain.direction, 0)
     fall: Vector = tuple(entry * inverse for entry in parameters.fall)
     if cart is not None:
         fall = (-(cart[0] * inverse), -(cart[1] * inverse), fall[2])
+    turned = cross(here, fall)
+    if upright is not None:
+        turned = (turned[0], turned[1], inverse * (here[1] * upright[0] - here[0] * upright[1]))
     if chain.pair is not None:
         own = sub(load(chain.pair, 0), load(chain.pair, 1))
-        fall = add(fall, scale(inverse / parameters.mass[0], own))
+        turned = add(turned, cross(here, scale(inverse / parameters.mass[0], own)))
     pull = tension[1] * (parameters.mass_ratio[1] * inverse)
-    chain.rates.write(0, sub(cross(here, fall), scale(pull, load(chain.crosses, 1))))
+    chain.rates.write(0, sub(turned, scale(pull, load(chain.crosses, 1))))
 
 
 def _beyond(chain: Chain, tension: ArrayRef) -> None:

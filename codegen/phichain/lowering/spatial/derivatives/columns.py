@@ -73,7 +73,10 @@ class Columns(ABC):
         cart: Vector = (nothing, nothing, nothing)
         if self.cart is not None:
             pull = self._cart_pull()
-            fall = (fall[0] - self.cart[0] - pull * x, fall[1] - self.cart[1] - pull * y, fall[2])
+            # x'' = f / m_c + pull h; on a light cart these two nearly cancel, so f / m_c is not taken from their sum
+            alone, twice = self.chain.horizontal, pull + pull
+            assert alone is not None
+            fall = (fall[0] - alone[0] - twice * x, fall[1] - alone[1] - twice * y, fall[2])
             ratio = self._cart_ratio()
             cart = (ratio * (z * y), -(ratio * (z * x)), nothing)
         store(beside, 0, fall)

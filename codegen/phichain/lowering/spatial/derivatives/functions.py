@@ -21,6 +21,9 @@ from phichain.lowering.spatial.rates import AngularVelocities
 from phichain.lowering.writers import writes
 from phichain.scene import Scene
 
+#: On a light cart, or one of runtime numbers, the forward dynamics of fewer links holds row 0 of the tensions' system on the spheres alone.
+_FEWEST_LINKS_ON_LIGHT_CART = 3
+
 
 def suits(scene: Scene) -> bool:
     """Whether the derivatives of the scene are written out."""
@@ -41,7 +44,7 @@ def by_tensions(scene: Scene) -> bool:
         return False
     if scene.inertia is not None or scene.armature is not None or (ties_links(scene) and scene.links == 1):
         return False
-    return not scene.has_free_cart or tension.is_heavy(scene)
+    return not scene.has_free_cart or tension.is_heavy(scene) or scene.links >= _FEWEST_LINKS_ON_LIGHT_CART
 
 
 @writes("state_jacobian", space="spatial", suits=suits, own_units=suits, lumped=True)
