@@ -150,8 +150,7 @@ def _spelt(model: Model, made: Series, names: CNames, positions: str) -> dict[st
 
 def _stencils(model: Model, made: Series, names: CNames, positions: str) -> list[str]:
     """The stencils of the flow, in the order in which they lean on each other."""
-    scene, stem, real = model.scene, f"{model.scene.name}_flow", f"{model.scene.name}_real"
-    inputs = f"const {real} u[{scene.nu}], " if scene.nu else ""
+    scene, stem = model.scene, f"{model.scene.name}_flow"
     spelt, wanted = _spelt(model, made, names, positions), features(scene, made, made.columns is not None)
     files = [*steps_stencils(scene, made), "flow/length", "flow/event"]
     texts = [instance(name, spelt, wanted) for name in files]
