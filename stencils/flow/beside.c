@@ -160,18 +160,21 @@ static phi_real stem_draw(stem_words *drawn)
 }
 
 /* The error of a step as one neighbour takes it. The equations are rounded, too, by what the slopes at its end differ by, as far as that
- * is rounding: no less than half a unit in the last place of all terms, and no more than 16. */
-static void stem_local(const int order, const int low, const stem_step *step, const phi_real sign, stem_words *drawn, phi_real error[stem_x])
+ * is rounding: no less than half a unit in the last place of all terms, and no more than 16. Rounded numbers of the chain are wrong the same
+ * way all along, which one of the neighbours takes for half a unit of what the rates move by. */
+static void stem_local(const int order, const int low, const stem_step *step, const phi_real sign, const int is_steady, stem_words *drawn, phi_real error[stem_x])
 {
     const phi_real t = phi_abs(step->h) / step->unit;
     for (int i = 0; i < stem_q; ++i) {
         const phi_real left = sign * step->error[stem_q + i], apart = phi_abs(left) * (phi_real)(order + 1) / 2;
-        phi_real terms = 0;
+        phi_real terms = 0, net = 0;
         for (int n = low; n > 0; --n) {
             terms = terms * t + phi_abs(step->rates[(n - 1) * stem_q + i]);
+            net = net * (step->h / step->unit) + step->rates[(n - 1) * stem_q + i];
         }
         const phi_real least = PHI_EPSILON / 2 * terms * t / step->unit, most = 32 * least;
-        const phi_real rate = stem_draw(drawn) * (apart > most ? most : stem_larger(apart, least));
+        const phi_real steady = (i % 2 ? -PHI_EPSILON : PHI_EPSILON) / 2 * net * step->h / (step->unit * step->unit);
+        const phi_real rate = (is_steady ? steady : 0) + stem_draw(drawn) * (apart > most ? most : stem_larger(apart, least));
         const phi_real angle = stem_draw(drawn) * (PHI_EPSILON / 2) * step->h * step->state[stem_q + i];
         error[i] = sign * step->error[i] + angle + rate * step->h / 2;
         error[stem_q + i] = left + rate;
@@ -190,7 +193,7 @@ static int stem_are_alike(const phi_real fastest, const phi_real one[stem_x], co
     return (with < PHI_HALF / 16) | (against < PHI_HALF / 16);
 }
 
-/* What so many neighbours say together: near round-off, where errors are chance, six tenths of what they are off on average; else what the
+/* What so many neighbours say together: near round-off, where errors are chance, nine tenths of what they are off on average; else what the
  * one says whose errors have their signs or, where these all but cancel, a tenth of what they come to with others. */
 static phi_real stem_together(const int is_chance, const int count, const phi_real sizes[stem_neighbours])
 {
@@ -201,7 +204,7 @@ static phi_real stem_together(const int is_chance, const int count, const phi_re
     for (int k = 0; k < count; ++k) {
         sum += sizes[k] / (phi_real)count;
     }
-    return sum * 3 / 5;
+    return sum * 9 / 10;
 }
 
 /* Go on with the neighbours over a step, along which the path's series are known, and say how far off angles and rates are at its end. */
@@ -213,7 +216,7 @@ static void stem_watch(CONTEXT const int order, const stem_step *step, const int
     for (int k = 0; k < room->count; ++k) {
         phi_real local[stem_x], size[2], nothing = 0, *off = room->off[k];
         if (!room->lost) {
-            stem_local(order, low, step, k == 0 ? 1 : stem_draw(&room->drawn), &room->drawn, local);
+            stem_local(order, low, step, k == 0 ? 1 : stem_draw(&room->drawn), k == 2, &room->drawn, local);
             if (room->share[k] > 0) {
                 stem_follow(PASS low, step, off, &room->jet);
             } else {

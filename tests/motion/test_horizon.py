@@ -50,7 +50,7 @@ def test_neighbours_alone_judge_the_taylor_flow(method: str, tol: float | None, 
     """No second run is flown."""
     monkeypatch.setattr(second, "flown", None)
     monkeypatch.setattr(neighbours, "flown", None)
-    assert "by neighbours that flew along" in simulate(build(CASES[0].scene()), CASES[0].x0, TIMES, method, tol).reason
+    assert "by neighbours of its steps" in simulate(build(CASES[0].scene()), CASES[0].x0, TIMES, method, tol).reason
 
 
 @pytest.mark.usefixtures("without_neighbours")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,6 +15,9 @@ NOT_THERE: Final = 3
 """Exit status of a run that ended before its end, and of a study some of whose tasks failed."""
 _PATIENCE: Final = 1.0
 """Seconds before a bar is drawn: what is quicker needs none."""
+
+_LONG: Final = 3.0
+"""Seconds after which somebody who waits is told why, and how long that may be."""
 
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
@@ -66,3 +70,21 @@ def counted(what: str, quiet: bool = False) -> Iterator[Callable[[int, int], Non
     with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as progress:
         task = progress.add_task(what, total=None)
         yield lambda done, total: progress.update(task, completed=done, total=total)
+
+
+@contextmanager
+def explained(words: Callable[[], str], quiet: bool = False) -> Iterator[None]:
+    """One line on standard error, in a pipe too, for what is still on its way after some seconds.
+
+    Args:
+        words: Makes the line, in a thread of its own.
+        quiet: Whether to say nothing.
+    """
+    timer = threading.Timer(_LONG, lambda: typer.secho(f"phichain: {words()}", fg=typer.colors.YELLOW, err=True))
+    timer.daemon = True
+    if not quiet:
+        timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()

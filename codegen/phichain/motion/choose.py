@@ -10,13 +10,15 @@ omega, the fastest of the lightly damped eigenvalues, of the motion itself and o
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from phichain.motion.methods import rosenbrock, taylor
 from phichain.motion.problem import Problem, differences
-from phichain.system import Vector, angular_velocities
+from phichain.system import System, Vector, angular_velocities, pack, rhs, rhs_jacobian
 
 SAFETY = 10.0
 """How far `auto` keeps the local error below the tolerance: errors add up over the steps."""
@@ -95,6 +97,15 @@ def _measured(problem: Problem, x0: Vector, where: str) -> Stiffness:
     rate = max(0.0, *light, _motion(problem), 1 / span)
     accuracy = span * rate * problem.tol ** (-1 / 8) / 10
     return Stiffness(decay, rate, span * decay / STABLE_INTERVAL, accuracy, source)
+
+
+def fastest(system: System, start: Sequence[ArrayLike]) -> float:
+    """The fastest rate of a chain at a start (q, v) without input, rad/s: of its eigenvalues and of the motion; NaN where it is not known."""
+    x, field = pack(*start), rhs(system)
+    slope = rhs_jacobian(system)(0.0, x) if system.has("state_jacobian") else differences(lambda y: field(0.0, y), x, field(0.0, x))
+    if not np.isfinite(slope).all():
+        return math.nan
+    return float(np.max(np.abs(np.linalg.eigvals(slope))))
 
 
 def _motion(problem: Problem) -> float:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from phichain.motion.inputs.piece import Control
 from phichain.motion.problem import Problem
 from phichain.records import Held
 from phichain.system import Vector
+
+#: Steps after which progress is reported however little it is.
+OFTEN: Final = 1000
 
 StateAt = Callable[[float], Vector]
 StatesAt = Callable[[Vector], Vector]
@@ -173,7 +176,7 @@ def collect(problem: Problem, segments: Iterator[Segment], account: Account | No
                 break
             recorder.keep(inside, segment.t1, segment.x1)
             last = (segment.t1, segment.x1)
-            told = tell(problem, segment.t1, told)
+            told = tell(problem, segment.t1, told, steps % OFTEN == 0)
             if steps >= problem.max_steps and segment.t1 != t_end:
                 status = "step budget"
                 message = f"{steps} steps, the budget, brought it to t = {segment.t1:.6g} s of {t_end:.6g} s"
@@ -211,12 +214,12 @@ def _knots(segment: Segment, problem: Problem) -> list[float]:
     return [segment.t0, *inner, segment.t1]
 
 
-def tell(problem: Problem, t: float, told: float) -> float:
-    """Report progress whenever another hundredth is done; returns what was told last."""
+def tell(problem: Problem, t: float, told: float, is_due: bool = False) -> float:
+    """Report progress whenever another hundredth is done, or it is due; returns what was told last."""
     if problem.progress is None:
         return told
     done = (t - problem.t[0]) / (problem.t[-1] - problem.t[0])
-    if done < told + 0.01 and done < 1:
+    if done < told + 0.01 and done < 1 and not is_due:
         return told
     problem.progress(float(done), t)
     return float(done)

@@ -79,8 +79,8 @@ def simulate(
             one, so that small motions keep digits.
         max_steps: Step budget; when it runs out the trajectory so far comes back with status "step budget".
         project: Put spatial outputs on the manifold (unit q, tangent omega). The violation is recorded before.
-        progress: Called with (fraction done, t) about every hundredth.
-        error_estimate: Whether neighbours that fly along, or a second run, say how large errors have become (`Trajectory.error`); that asks a law
+        progress: Called with (fraction done, t) about every hundredth, and after every thousand steps where these take longer.
+        error_estimate: Whether neighbours of its steps, or a second run, may say how large errors have become (`Trajectory.error`); that asks a law
             again at its own times, but not one that samples, whose runs have none.
 
     Returns:

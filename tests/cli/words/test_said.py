@@ -9,6 +9,8 @@ import pytest
 
 from phichain.app import outputs, said
 from phichain.origin import plain
+from phichain.pipeline import build
+from phichain.scene import Scene
 from tests.cli.conftest import Command
 
 
@@ -87,3 +89,24 @@ def test_a_search_that_is_to_be_quiet_says_nothing_of_its_starts(capsys: pytest.
     with said.counted("runs", quiet=True) as told:
         told(1, 2)
     assert capsys.readouterr().err == ""
+
+
+def test_who_waits_is_told_why_and_how_long_at_most(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a pipe, too; what is quick says nothing, and nor does what is to be quiet."""
+    from threading import Event
+
+    from phichain.app.commands.simulate import _still
+
+    told = Event()
+    with said.explained(lambda: "quick"):
+        pass
+    monkeypatch.setattr(said, "_LONG", 0.0)
+    with said.explained(lambda: "quiet", quiet=True):
+        pass
+    words = lambda: [_still(build(Scene("slow", 1, mass=1.0, length=9.81, want=("forward_dynamics",)), prove=False), ([0.0], [0.0]), 10.0, 500), told.set()][0]
+    with said.explained(words):
+        assert told.wait(60.0)
+    assert capsys.readouterr().err == (
+        "phichain: slow is still on its way: its fastest motion at the start is 1 rad/s, 1.6 turns in 10 s, each of which takes steps; "
+        "it ends after 500 steps at most (--max-steps), or with Ctrl-C\n"
+    )

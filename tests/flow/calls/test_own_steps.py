@@ -101,15 +101,15 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 @pytest.mark.parametrize("t", [(0.0, 20.0), np.linspace(0.0, 20.0, 101)], ids=["own steps", "a grid"])
-def test_simulate_is_one_call_of_the_flow_with_neighbours_beside_it(system: System, calls: list[str], t: Any) -> None:
+def test_simulate_is_one_call_of_the_flow_that_leaves_its_steps(system: System, calls: list[str], t: Any) -> None:
     simulate(system, STATE, (0.0, 0.1))  # the first call asks how much room the flow works in
     calls.clear()
     run = simulate(system, STATE, t)
     assert run.method == "taylor" and run.counts["steps"] > 100
-    assert calls == ["owned_propagate_beside"], "all else waits to be read"
-    # Neighbours fly along in that call; the others are rows of energies and accelerations.
+    assert calls == ["owned_propagate_noted"], "all else waits to be read"
+    # Neighbours fly beside these steps; the others are rows of energies and accelerations.
     run.settle()
-    assert set(calls[1:]) == {"owned_rows_energy", "owned_rows_forward_dynamics"} and len(calls) <= 4
+    assert set(calls[1:]) == {"owned_errors_beside", "owned_rows_energy", "owned_rows_forward_dynamics"} and len(calls) <= 5
 
 
 def test_a_resampled_run_is_one_call_more_and_the_run_itself(system: System, calls: list[str]) -> None:

@@ -1,7 +1,8 @@
-"""Neighbours that fly beside the Taylor flow: the run is the same to the last bit, and what they say of its errors is true."""
+"""Neighbours that fly beside the steps of a Taylor run: the run is the same to the last bit, and what they say of its errors is true."""
 
 from __future__ import annotations
 
+import pickle
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from phichain.motion import simulate
 from phichain.motion.error.measure import Measure
 from phichain.native import build_folder
 from phichain.native.flows import motion
+from phichain.native.flows.beside import Beside
 from phichain.scene import Scene
 from phichain.system import System
 
@@ -102,11 +104,41 @@ def test_they_go_on_where_a_run_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_call_of_no_step_ends_with_the_errors_of_the_last_one() -> None:
     of = system("plain")
-    beside = of.propagate.beside()
-    found = of.propagate(start(of)[:2], start(of)[2:], 0.0, 8.0, 1e-9, beside=beside)
-    ended = beside.errors[-1]
-    of.propagate(found.q, found.v, 8.0, 8.0, 1e-9, lost=found.lost, beside=beside)
-    assert np.all(ended > 0) and np.array_equal(beside.errors, [ended])
+    beside, longer = of.propagate.beside(), of.propagate.beside()
+    for one in (beside, longer):
+        found = of.propagate(start(of)[:2], start(of)[2:], 0.0, 8.0, 1e-9, beside=one)
+    of.propagate(found.q, found.v, 8.0, 8.0, 1e-9, lost=found.lost, beside=longer)
+    assert beside.errors.shape == (1, 2) and np.all(beside.errors > 0) and np.array_equal(longer.errors, beside.errors)
+
+
+@pytest.mark.parametrize("name", ["plain", "ball", "flying"])
+def test_steps_that_fill_their_room_change_nothing(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The flow goes on as if it had not stopped, to the last bit: whole turns and unit vectors included."""
+    of, times, found = system(name), np.linspace(0.0, 16.0, 33)[1:], []
+    for room in (2**20, 2**10):
+        monkeypatch.setattr(motion, "ROOM", room)
+        fresh, beside = build(SCENES[name], prove=False), of.propagate.beside()
+        x = start(of)
+        x[-1] += 10.0 * of.is_planar
+        flown = fresh.propagate(x[: of.nq], x[of.nq :], 0.0, 16.0, 1e-9, times=times, beside=beside)
+        found.append((flown.q_at, flown.v_at, flown.q, flown.v, flown.t, flown.lost, beside.errors))
+    assert all(np.array_equal(one, other) for one, other in zip(*found, strict=True)) and len(found[0][-1]) == 33
+
+
+@pytest.mark.parametrize("name", ["plain", "geared_cart"])
+def test_errors_of_steps_are_those_against_steps_at_round_off(name: str) -> None:
+    """With their signs: what a series leaves, measured by where the flow at round-off goes from the same state in the same time."""
+    of = system(name)
+    beside, given = of.propagate.beside(), {"u": np.array([0.3, -0.2])[: of.nu]} if of.nu else {}
+    of.propagate(start(of)[: of.nq], start(of)[of.nq :], 0.0, 8.0, 1e-6, own=True, beside=beside, **given)
+    steps, ratios = beside._pieces[0], []
+    for step in steps[:60]:
+        x, error = step[4 : 4 + of.nx], step[4 + of.nx : 4 + 2 * of.nx]
+        rough, fine = (of.propagate(x[: of.nq], x[of.nq :], 0.0, step[2], tol, max_steps=many, **given) for tol, many in ((1e-6, 1), (1e-16, 100)))
+        true = np.concatenate([rough.q - fine.q, rough.v - fine.v])
+        ratios += (error / np.where(np.abs(true) > 1e-13, true, np.nan)).tolist()
+    seen = np.array(ratios)[np.isfinite(ratios)]
+    assert len(seen) > 50 and np.all(np.abs(np.quantile(seen, (0.25, 0.5, 0.75)) - 1) < 0.15)
 
 
 def test_no_run_is_of_a_lower_order_than_its_neighbours() -> None:
@@ -119,8 +151,8 @@ def test_no_run_is_of_a_lower_order_than_its_neighbours() -> None:
 def test_neighbours_that_are_no_numbers_are_as_far_off_as_can_be() -> None:
     of = system("plain")
     beside = of.propagate.beside()
-    beside._room[:] = 255  # of all numbers, not one
     of.propagate(start(of)[:2], start(of)[2:], 0.0, 8.0, 1e-9, beside=beside)
+    beside._pieces[0][7, 4:] = np.nan
     assert np.all(beside.errors[-1] == np.inf)
 
 
@@ -137,3 +169,16 @@ def test_a_generated_folder_has_none_and_is_judged_by_a_second_run() -> None:
     true = Measure.of(of, rough.x)(rough.x - fine.x)
     seen = true > 30 * fine.error
     assert seen.sum() > 20 and np.all((rough.error[seen] > 0.2 * true[seen]) & (rough.error[seen] < 20 * true[seen]))
+
+
+def test_a_run_that_nobody_asks_flies_no_neighbours(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And whoever asks, once or after a journey, is told the same."""
+    flown, found = [], Beside._found
+    monkeypatch.setattr(Beside, "_found", lambda beside, pieces: flown.append(len(pieces)) or found(beside, pieces))
+    unread, read, sent = (run(system("plain"), 1e-9) for _ in range(3))
+    assert not flown
+    verdict = read.error, read.status, read.reason, read.holds_until
+    arrived = pickle.loads(pickle.dumps(sent))
+    assert np.array_equal(arrived.error, verdict[0]) and (arrived.status, arrived.reason, arrived.holds_until) == verdict[1:]
+    assert np.array_equal(read.error, verdict[0]) and flown == [1, 1]
+    assert np.array_equal(unread.resample(TIMES[::4]).error, verdict[0][::4]) and flown == [1, 1, 1]

@@ -10,6 +10,8 @@ import pytest
 
 from phichain.errors import ArrayError, ConvergenceError, OutputError
 from phichain.motion import Event, Trajectory, simulate
+from phichain.pipeline import build
+from phichain.scene import Scene
 from phichain.system import System
 from tests import tables
 from tests.handmade import paper_b, planar, spatial, uniform_planar
@@ -177,6 +179,13 @@ def test_progress_rises_to_one() -> None:
     done = [fraction for fraction, _ in seen]
     assert done == sorted(done) and done[-1] == 1 and 5 < len(done) <= 101
     assert seen[-1][1] == 4.0
+
+
+@pytest.mark.parametrize("method", ["taylor", "RK45"])
+def test_progress_is_told_after_every_thousand_steps_however_little_it_is(method: str) -> None:
+    seen: list[float] = []
+    run = simulate(build(Scene("long", 1, mass=1.0, length=1.0, want=("forward_dynamics", "propagate")), prove=False), [0.4, 0.0], [0.0, 1e6], method, max_steps=3000, progress=lambda done, t: seen.append(done))
+    assert run.status == "step budget" and len(seen) == 3 and 0 < seen[0] < seen[1] < seen[2] < 0.01
 
 
 def test_projection_of_outputs_is_asked_for_and_said() -> None:

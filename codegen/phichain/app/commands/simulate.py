@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -58,7 +61,8 @@ def simulate(
     start = [rest[k] if given is None else given for k, given in enumerate((numbers(q, "q"), numbers(v, "v")))]
     with np.errstate(invalid="ignore"):  # a time that is not finite is refused in words below
         grid = np.linspace(0.0, t, points)
-    with said.bar(system.name, quiet) as told:
+    long = partial(_still, system, start, t, max_steps)
+    with said.explained(long, quiet or as_json), said.bar(system.name, quiet) as told:
         trajectory = simulated(
             system, (start[0], start[1]), grid, method, tol, u=_input(system, u, table, linear), h=h, max_steps=max_steps, progress=told
         )
@@ -67,6 +71,16 @@ def simulate(
     if trajectory.status == "step budget":
         typer.secho("phichain: the end was not reached; raise --max-steps, or loosen --tol", fg=typer.colors.YELLOW, err=True)
         raise typer.Exit(said.NOT_THERE)
+
+
+def _still(system: Any, start: Sequence[Any], t: float, max_steps: int) -> str:
+    """Why a run may be long, and how long at most."""
+    from phichain.motion.choose import fastest
+
+    rate = fastest(system, start)
+    known = math.isfinite(rate) and rate > 0
+    why = f"its fastest motion at the start is {rate:.2g} rad/s, {rate * abs(t) / math.tau:.2g} turns in {abs(t):g} s, each of which takes steps; " if known else ""
+    return f"{system.name} is still on its way: {why}it ends after {max_steps} steps at most (--max-steps), or with Ctrl-C"
 
 
 def _input(system: Any, u: str | None, table: str | None, linear: bool) -> Any:

@@ -28,8 +28,8 @@ MOST_AT_ROUND_OFF: Final = 1e-4
 KEPT: Final = 4.0
 #: Two runs that have parted may be close by chance: how much farther either may be from the motion.
 PARTED: Final = 5.0
-#: The same for neighbours, whose tangent says less and less as they part: by how much, and from how much earlier on.
-TANGENT: Final = 2.0
+#: The same for neighbours, whose tangent says less and less as they part: by how much, and from which part of that error on, which is lost then.
+TANGENT, EARLIER = 4.0, 0.5
 #: Methods whose errors are relative to the motion.
 MEASURED_BY_MOTION: Final = ("taylor", "rosenbrock")
 ROUND_OFF: Final = {"double": float(np.finfo(float).eps), "float": float(np.finfo(np.float32).eps)}
@@ -72,7 +72,7 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
     most = _most(problem, name, method.fixed, asked, float(np.min(1 / measure.weights)))
     lost = LOST
     if path.off is not None:
-        error, by, apart, lost = SAFETY * measure.of_parts(path.off()), "neighbours of its steps", TANGENT, LOST / TANGENT
+        error, by, apart, lost = SAFETY * measure.of_parts(path.off()), "neighbours of its steps", TANGENT, EARLIER * LOST
         if system.links == 1 and problem.tol <= FINEST and np.max(error) > most:  # no chaos, but a separatrix
             error = held_against_other_steps(problem, path, measure, error, ROUND_OFF[system.real])
     elif name == "taylor" and system.real == "double" and problem.tol <= FINEST and not problem.is_moved:

@@ -16,7 +16,7 @@ import numpy as np
 from phichain.errors import UnsupportedError
 from phichain.motion.balance import MANY, Account
 from phichain.motion.ledger import Ledger
-from phichain.motion.path import Path, StateAt, tell
+from phichain.motion.path import OFTEN, Path, StateAt, tell
 from phichain.motion.problem import Problem
 from phichain.records import Held
 from phichain.system import Vector
@@ -26,8 +26,6 @@ P = TypeVar("P", bound=Propagation)
 
 #: As good as zero, rad and rad/s, and yet not zero.
 SMALLEST: Final = {"double": 1e-300, "float": 1e-30}
-#: Steps after which a watched run comes back to report progress.
-_REPORTED: Final = 1000
 #: Steps that are asked once more in one call: a chaotic motion leaves no other one in so few.
 _BOOKED: Final = 16
 
@@ -156,10 +154,10 @@ def _legs(problem: Problem, run: EmittedFlow[P], ledger: Ledger, asks: Asks) -> 
         run.hold(leg.held)
         while t != leg.t1:
             left = problem.max_steps - tried
-            stretch = _stretch(run, t, x, leg.t1, left if problem.progress is None else min(left, _REPORTED), asks)
+            stretch = _stretch(run, t, x, leg.t1, left if problem.progress is None else min(left, OFTEN), asks)
             found, t = stretch.found, stretch.t1
             x, tried = np.concatenate((found.q, found.v)), tried + found.tried
-            told = tell(problem, t, told)
+            told = tell(problem, t, told, found.outcome == "step budget")
             yield stretch
             if found.outcome != "done" and (found.outcome != "step budget" or tried >= problem.max_steps):
                 return

@@ -74,7 +74,7 @@ class Beside:
     def __init__(self, watched: Watched) -> None:
         """None yet."""
         self.watched = watched
-        self._pieces: list[tuple[NDArray[np.float64], int]] = []
+        self._pieces: list[NDArray[np.float64]] = []
         self._held: tuple[NDArray[Any], ...] = ()
         self._tolerance = 0.0
         self._errors: NDArray[np.float64] | None = None
@@ -83,9 +83,9 @@ class Beside:
         """Take what stays the same for the whole run: parameters and input, as far as the chain has any, and the tolerance that was kept."""
         self._held, self._tolerance = held, tolerance
 
-    def keep(self, steps: NDArray[np.float64], rows: int) -> None:
-        """Keep the steps of a call that wrote so many rows of states."""
-        self._pieces.append((steps, rows))
+    def keep(self, steps: NDArray[np.float64]) -> None:
+        """Keep the steps of a call."""
+        self._pieces.append(steps)
 
     @property
     def errors(self) -> NDArray[np.float64]:
@@ -98,11 +98,11 @@ class Beside:
             self._errors, self._pieces = self._found(pieces), []
         return self._errors
 
-    def _found(self, pieces: Sequence[tuple[NDArray[np.float64], int]]) -> NDArray[np.float64]:
+    def _found(self, pieces: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
         watched, rows = self.watched, []
         room, last = np.zeros(watched.room + _CACHE_LINE, np.uint8), np.zeros((1, 2))
         held = [ctypes.c_void_p(place(array)) for array in self._held]
-        for steps, written in pieces:
+        for steps in pieces:
             errors = np.empty((len(steps), 2))
             watched.errors(
                 *held, ctypes.c_ulong(len(steps)), ctypes.c_void_p(place(steps)), ctypes.c_double(self._tolerance),
@@ -110,8 +110,6 @@ class Beside:
             )  # fmt: skip
             rows.append(np.repeat(errors, np.diff(steps[:, 0], prepend=0.0).astype(int), axis=0))
             last = errors[-1:] if len(errors) else last
-            if len(rows[-1]) < written:  # rows at a time where the call began
-                rows.append(np.repeat(last, written - len(rows[-1]), axis=0))
         return np.concatenate((*rows, last))
 
 

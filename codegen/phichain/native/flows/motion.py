@@ -21,6 +21,7 @@ from phichain.native.flows.checks import demand_rounding, output_times, step_bud
 from phichain.native.memory.arrays import SCALAR, place
 from phichain.native.memory.parameters import ParameterBlock
 from phichain.native.memory.slots import slot
+from phichain.native.memory.wide import wide
 from phichain.system.propagation import OUTCOMES
 
 #: On which boundary a workspace is fastest.
@@ -202,10 +203,11 @@ class Frame:
     def _called(self, function: Callable[..., int] | None = None, goes_on: bool = False) -> tuple[int, int]:
         """Call C, and how many rows it wrote."""
         function, arguments = function or self._call.function, self._arguments
-        desk = None if self.beside is None else self._desk_of(self.beside)
-        if self.beside is not None and desk is not None:
+        beside = self.beside
+        if beside is not None:
+            self._noted = desk = self._noted or Desk(beside.watched, self._most)
             desk.go_on(goes_on)
-            function, arguments = self.beside.watched.function, (*arguments, *desk.arguments)
+            function, arguments = beside.watched.function, (*arguments, *desk.arguments)
         result = int(function(*arguments))
         if result == NO_WORKSPACE.number:
             self._room = np.empty(self.flow.steps + _CACHE_LINE, np.uint8)
@@ -214,15 +216,9 @@ class Frame:
         self.steps += self.flow.steps
         if self._refuses:
             self.refused += self.flow.refused
-        if self.beside is not None and desk is not None:
-            self.beside.keep(desk.taken(self.flow.steps), self.flow.written)
+        if beside is not None:
+            beside.keep(desk.taken(self.flow.steps))
         return result, self.flow.written
-
-    def _desk_of(self, beside: Beside) -> Desk:
-        """Where steps are left, kept for the next call as room for ends is; whoever gets them knows what they depend on."""
-        if self._noted is None:
-            self._noted = Desk(beside.watched, self._most)
-        return self._noted
 
     @property
     def held(self) -> tuple[NDArray[Any], ...]:
@@ -278,7 +274,6 @@ class Frame:
         number.value, pointers[0].value, pointers[1].value, pointers[2].value = count, times, q_at, v_at
 
 
-_WIDE: Final = np.dtype(np.float64)
 Passed = tuple[NDArray[np.float64], ...]
 """Times, configurations and rates that were passed on the way."""
 
@@ -301,18 +296,3 @@ class Frames:
     def give(self, frame: Frame) -> None:
         """Keep a frame for the next call."""
         self._idle.append(frame)
-
-
-def wide(array: NDArray[Any]) -> NDArray[np.float64]:
-    """A result in double precision, of its own, that nobody can write to."""
-    copy = array.copy() if array.dtype is _WIDE else array.astype(np.float64)
-    copy.setflags(write=False)
-    return copy
-
-
-def kept_wide(array: NDArray[Any]) -> NDArray[np.float64]:
-    """The same of an array that nobody else has: itself, if it is of double precision."""
-    if array.dtype is not _WIDE:
-        return wide(array)
-    array.setflags(write=False)
-    return array

@@ -19,9 +19,10 @@ from phichain.native.flows.brake import Brake, Braking
 from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
 from phichain.native.flows.checks import checked_tolerance, demand_alone, finite, forcing_of
 from phichain.native.flows.checks import own as own_copy
-from phichain.native.flows.motion import Frame, Frames, kept_wide, wide
+from phichain.native.flows.motion import Frame, Frames
 from phichain.native.memory.arrays import place
 from phichain.native.memory.room import demand_room
+from phichain.native.memory.wide import kept_wide, wide
 from phichain.native.signature import Argument
 from phichain.system.arrays import whole
 from phichain.system.propagation import OUTCOMES, Propagation, Stop
