@@ -29,7 +29,8 @@ ALLOWED = {
     "phichain.laws.state_feedback": "a law called in a simulation computes; as a Program it is read field by field, no scene holds one",
     **dict.fromkeys(
         (
-            "phichain.laws.family", "phichain.laws.gain_table", "phichain.laws.numbers", "phichain.laws.observer", "phichain.laws.observer_along",
+            "phichain.laws.family", "phichain.laws.gain_table", "phichain.laws.learning", "phichain.laws.numbers", "phichain.laws.observer",
+            "phichain.laws.observer_along",
             "phichain.laws.output_feedback", "phichain.laws.output_table", "phichain.laws.table_memory", "phichain.laws.trajectory",
         ),
         "likewise",
