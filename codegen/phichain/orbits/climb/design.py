@@ -32,8 +32,8 @@ STRAY: Final = 0.5
 """Share of the limit that the law may ask for between nodes while the chain is on its orbit: at 0.8 every chain that was tried climbs, at 0.95 none."""
 TAKEN: Final = 0.5
 """Level at the last brake, at most."""
-TUBE: Final = 0.5
-"""Distance from the orbit beyond which the chain is calmed, rad."""
+TUBE: Final = 1.0
+"""Distance from the orbit beyond which the chain is calmed, rad: links that flick over within a few calls are half a radian from it for one of them."""
 COST: Final = 5.0
 """Weight of the squared input across orbits, in squared gravity torques about the first joint: by its own, a tenth as large perhaps, the input
 of an outer joint would weigh too much, and what it brings across an orbit is little enough."""
