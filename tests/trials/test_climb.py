@@ -18,8 +18,8 @@ from phichain.emit.stencil import stencils_folder
 from phichain.errors import ArrayError, ControlError, OutputError, UnsupportedError
 from phichain.laws import FamilyLaw
 from phichain.orbits.climb import gravity_torque
-from phichain.orbits.climb.across import gains_across
-from phichain.orbits.climb.design import NEEDED, fineness
+from phichain.orbits.climb.across import asked_between, by_phase, gains_across
+from phichain.orbits.climb.design import NEEDED, STRAY, fineness
 from phichain.orbits.climb.effort import torques
 from phichain.orbits.climb.ladder import Ladder, finer
 from phichain.orbits.climb.motion import Equations
@@ -68,6 +68,7 @@ def test_every_kind_of_rung_is_a_motion_of_the_chain(found: Climbed) -> None:
     """From a brake, half a period on: its mirror image. Near the top, part by part: nothing but parts can be followed."""
     law = found.climb.law
     assert len(law.states) == 48 and np.all(law.states[0] == 0)
+    assert law.states.shape[1] > 49 and np.max(asked_between(law.states[1:], law.gains[1:])) <= STRAY * law.limit
     for k in (1, 12, 25):
         way = solve_ivp(lambda t, x: double(x), (0, law.periods[k] / 2), law.states[k, 0], rtol=1e-11, atol=1e-12)
         assert np.allclose(way.y[:, -1], -law.states[k, 0], atol=1e-5)
@@ -101,14 +102,18 @@ def test_gains_across_bring_small_errors_down_and_leave_the_phase_free(branch: B
     for i in range(len(slopes)):
         assert abs(law.gains[k, i] @ slopes[i]) < 1e-6 * np.linalg.norm(law.gains[k, i]) * np.linalg.norm(slopes[i])
     system = build(replace(driven_at(SCENE, 1), want=NEEDED))
-    equations, t = Equations(system), np.concatenate([[0], np.cumsum(1 / ((law.rates[k, 1:] + law.rates[k, :-1]) / 2))]) / (law.states.shape[1] - 1)
+    equations, ladder = Equations(system), found.climb.ladder
+    at = int(np.argmin(np.abs(ladder.energies - law.energies[k])))
+    states, times, _ = by_phase(equations, ladder.states[at : at + 1], ladder.periods[at : at + 1], law.weights, law.states.shape[1])
+    assert np.allclose(states[0], law.states[k], rtol=0, atol=1e-12)
+    t = times[0]
     gains = gains_across(equations, law.states[k : k + 1], t[None], law.slowness[k : k + 1], 5 / found.climb.torque**2)[0]
     _, D = equations.carried(law.states[k, :-1], np.diff(t), 8)
     whole = np.eye(4)
     for i in range(len(D)):
         whole = (D[i, :, :4] - np.outer(D[i, :, 4], gains[i])) @ whole
     sizes = np.sort(np.abs(np.linalg.eigvals(whole)))
-    assert sizes[-1] == pytest.approx(1.0, abs=0.1) and sizes[-2] < 0.9
+    assert sizes[-1] == pytest.approx(1.0, abs=0.01) and sizes[-2] < 0.9
 
 
 def test_the_compiled_law_climbs_and_holds_within_its_limit(found: Climbed) -> None:
@@ -125,7 +130,7 @@ def test_its_folder_passes_its_own_test_and_says_its_bytes(found: Climbed, tmp_p
     subprocess.run([*STRICT, "planar2_climb.c", "selftest.c", "-o", "selftest", "-lm"], cwd=folder, check=True)
     assert subprocess.run(["./selftest"], cwd=folder, check=False).returncode == 0
     manifest = json.loads((folder / "manifest.json").read_text())
-    assert manifest["table_bytes"] == 4 * 48 * (51 * 9 + 2) and f"_BYTES  {manifest['table_bytes']} " in (folder / "planar2_climb.h").read_text()
+    assert manifest["table_bytes"] == 4 * 48 * ((found.climb.law.states.shape[1] + 2) * 9 + 2) and f"_BYTES  {manifest['table_bytes']} " in (folder / "planar2_climb.h").read_text()
     text = (folder / "planar2_climb.c").read_text()
     assert text.count("u[0] = side *") == 1
     (folder / "planar2_climb.c").write_text(text.replace("u[0] = side *", "u[0] = -side *"))
@@ -178,11 +183,11 @@ def test_orbits_in_between_are_orbits(found: Climbed) -> None:
 
 def test_joint_2_leads_the_chain_beyond_the_orbit_that_it_hardly_moves(branch: Branch) -> None:
     """At 2 J, where a joule takes joint 2 fifty times the periods of its whole limit that it takes joint 1, rungs are dense and rise slowly."""
-    found = climb(SCENE, branch, share=0.2, joint=2, runs=1, seconds=60.0)
+    found = climb(SCENE, branch, share=0.2, joint=2, runs=2, seconds=85.0)
     law = found.climb.law
     steep = (1.4 < law.energies) & (law.energies < 2.4)
-    assert np.sum(steep) >= 6 and np.all(law.rises[steep] < 0.1 * law.rises[0]) and np.mean(np.diff(law.energies[steep])) < 0.7 * law.energies[-1] / len(law.states)
-    assert np.max(found.energy) > 5
+    assert np.sum(steep) >= 6 and np.all(law.rises[steep] < 0.4) and np.mean(np.diff(law.energies[steep])) < 0.7 * law.energies[-1] / len(law.states)
+    assert np.max(law.rises) == 1 and found.runs.share == 1
 
 
 def test_a_law_on_file_is_the_same_record(found: Climbed, tmp_path: Path) -> None:

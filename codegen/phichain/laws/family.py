@@ -47,8 +47,8 @@ SOFT: Final = 1e-3
 REST: Final = 0.01
 """Squared size of a motion, weighed, below which the chain hangs still enough to begin: a tenth of a radian."""
 
-LEAVE: Final = 4.0
-"""Level at which the equilibrium is let go: twice as far out as it was taken up."""
+LEAVE: Final = 100.0
+"""Level at which the equilibrium is let go: ten times as far out as it was taken up, for on the way home of the whole equations it rises first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ class FamilyLaw(Held):
         s' = r + follow * slip / sample,  h' = min(pace, rise(h) r) max(-1/2, 1 - |K e_n| / limit):
 
     the phase is where the chain is, what is left across the orbit is regulated, and the orbit rises as fast as the input has room.
-    Where the level |W w(x - target)|^2 is at most 1 the regulator of the target takes over, until it passes 4. Where e_n is larger
+    Where the level |W w(x - target)|^2 is at most 1 the regulator of the target takes over, until it passes 100. Where e_n is larger
     than `tube` the chain is calmed, u against the rate of its joint, until it hangs still and climbs anew.
 
     Attributes:

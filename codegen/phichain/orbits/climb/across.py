@@ -24,6 +24,8 @@ PARTS: Final = 4
 ROUNDS: Final = 400
 """Half periods at most; small orbits forget slowly."""
 SETTLED: Final = 1e-4
+STRAYS: Final = 3**0.5 / 18 / 6
+"""Largest g (1 - g) (1 - 2 g) / 6: the cubic of Catmull and Rom misses so many third differences of its nodes."""
 EVEN: Final = 0.25
 """Share of the phase that goes evenly with time, the rest with the way."""
 
@@ -100,3 +102,14 @@ def gains_across(equations: Equations, states: Vector, t: Vector, slowness: Vect
             break
         old = K.copy()
     return K
+
+
+def asked_between(states: Vector, gains: Vector) -> Vector:
+    """Inputs that a law asks for between nodes while the chain is on its orbit (orbits, nodes - 1): |K d|, d by what the cubic misses the orbit.
+
+    Args:
+        states: By phase (orbits, nodes, nx).
+        gains: K at them (orbits, nodes, nx).
+    """
+    whole = np.concatenate([-states[:, -2:-1], states, -states[:, 1:2]], axis=1)
+    return np.asarray(STRAYS * np.abs(np.einsum("kni,kni->kn", gains[:, :-1], np.diff(whole, 3, axis=1))))

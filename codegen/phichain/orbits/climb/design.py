@@ -9,10 +9,11 @@ from typing import Final
 import numpy as np
 
 from phichain.continuation import Branch
-from phichain.control import gain_table, lqr
+from phichain.control import Gains
 from phichain.errors import ArrayError, ControlError
-from phichain.laws import FamilyLaw, GainTable, StateFeedback
-from phichain.orbits.climb.across import by_phase, gains_across
+from phichain.laws import FamilyLaw, GainTable
+from phichain.orbits.climb.across import asked_between, by_phase, gains_across
+from phichain.orbits.climb.catch import narrowed, regulators, state_feedback
 from phichain.orbits.climb.effort import torques
 from phichain.orbits.climb.ladder import Ladder, finer, ladder
 from phichain.orbits.climb.motion import Equations
@@ -20,17 +21,19 @@ from phichain.records import Held
 from phichain.system import System, Vector
 from phichain.system.arrays import positive, whole
 
-COSTS: Final = (1.0, 10.0, 30.0, 100.0, 300.0)
-"""Weights of the input, in squared gravity torques, of which the regulator of the target takes the one that reaches farthest."""
 RUNGS: Final = 48
 """Rungs at a limit of `FIVE`, and intervals between nodes."""
 FIVE: Final = 0.05
 MOST: Final = 240
 NODES_MOST: Final = 97
+"""Nodes of half a period by the limit alone."""
+NODES_EVER: Final = 257
+STRAY: Final = 0.5
+"""Share of the limit that the law may ask for between nodes while the chain is on its orbit: at 0.8 every chain that was tried climbs, at 0.95 none."""
 TAKEN: Final = 0.5
 """Level at the last brake, at most."""
-TUBE: Final = 0.5
-"""Distance from the orbit beyond which the chain is calmed, rad."""
+TUBE: Final = 1.0
+"""Distance from the orbit beyond which the chain is calmed, rad: links that flick over within a few calls are half a radian from it for one of them."""
 COST: Final = 5.0
 """Weight of the squared input across orbits, in squared gravity torques about the first joint: by its own, a tenth as large perhaps, the input
 of an outer joint would weigh too much, and what it brings across an orbit is little enough."""
@@ -44,6 +47,8 @@ PACE: Final = 40.0
 """Rungs a second for each gravity torque of the limit."""
 RISE: Final = 20.0
 """Rungs a half period for each gravity torque of the limit."""
+RISE_MOST: Final = 1.0
+"""Rungs a half period, however strong the input: on its way from orbit to orbit the chain is to be near one."""
 NEEDED: Final = ("forward_dynamics", "state_jacobian", "linearization", "energy", "gravity_torque")
 
 
@@ -117,7 +122,7 @@ def climb_law(
         share: Limit of the torque, in gravity torques about the driven joint.
         digest: That of the scene that the family was traced with; the system's own unless given.
         rungs: Orbits in the table; by the limit unless given, see `fineness`.
-        nodes: Nodes of half a period; likewise.
+        nodes: Nodes of half a period; by the limit, and by how far the orbits are from the cubics between them, unless given.
         sample: Time between two calls, s.
         pace: Rungs a second, at most; by the limit unless given.
         rise: Rungs a half period, at most; likewise.
@@ -144,40 +149,44 @@ def climb_law(
     whole_torque = gravity_torque(system, 1)
     usual = fineness(limit / whole_torque)
     rungs = whole("rungs", usual[0] if rungs is None else rungs, 4, 1000, "give a number of orbits", ArrayError)
-    nodes = whole("nodes", usual[1] if nodes is None else nodes, 9, 1000, "give a number of nodes", ArrayError)
+    count = whole("nodes", usual[1] if nodes is None else nodes, 9, 1000, "give a number of nodes", ArrayError)
     weights = np.concatenate([np.ones(system.nq), np.full(system.nv, swing**2)])
-    chosen: list[tuple[float, GainTable]] = []
+    chosen: list[tuple[Gains, GainTable]] = []
 
     def is_near(brake: Vector) -> bool:
         if not chosen:
             signs = tuple(int(np.sign(np.cos(angle))) for angle in np.cumsum(brake[: system.nq]))
-            chosen.extend(_regulators(system, signs, weights, torque, limit, sample))
+            chosen.extend(regulators(system, signs, weights, torque, limit, sample))
         return min(float(table.level(0, brake)) for _, table in chosen) <= TAKEN
 
     found = ladder(system, branch, equations, is_near)
-    _, table = min(chosen, key=lambda one: float(one[1].level(0, found.states[-1, 0])))
+    regulator, table = min(chosen, key=lambda one: float(one[1].level(0, found.states[-1, 0])))
     effort = torques(equations, found.states, found.periods, weights) / limit
-    states, t, rates = by_phase(equations, found.states, found.periods, weights, nodes)
+    states, t, rates = by_phase(equations, found.states, found.periods, weights, count)
     parts = np.ceil(_way(states, weights, rungs - 1, effort) / APART).astype(int)
     if np.any(parts > 1):
         found = finer(system, equations, found, np.maximum(parts, 1))
         effort = torques(equations, found.states, found.periods, weights) / limit
-        states, t, rates = by_phase(equations, found.states, found.periods, weights, nodes)
+        states, t, rates = by_phase(equations, found.states, found.periods, weights, count)
     kept = _spread(_way(states, weights, rungs - 1, effort), rungs - 1)
-    states, t, rates = states[kept], t[kept], rates[kept]
-    slowness = _slowness(states)
-    gains = gains_across(equations, states, t, slowness, cost / whole_torque**2)
-    at_rest = np.zeros((1, nodes, system.nx))
+    while True:
+        states, t, rates = by_phase(equations, found.states[kept], found.periods[kept], weights, count)
+        slowness = _slowness(states)
+        gains = gains_across(equations, states, t, slowness, cost / whole_torque**2)
+        asked = float(np.max(asked_between(states, gains))) / limit
+        if nodes is not None or asked <= STRAY or count == NODES_EVER:
+            break
+        count = min(NODES_EVER, 2 * ceil((count - 1) / 2 * 1.05 * (asked / STRAY) ** (1 / 3)) + 1)
+    at_rest = np.zeros((1, count, system.nx))
     speeds = np.abs(states[:, :, system.nq :])
     swept = 2 * np.sum((speeds[:, 1:] ** 2 + speeds[:, :-1] ** 2) / 2 * np.diff(t, axis=1)[:, :, None], axis=1)
     driven = speeds[:, :, joint - 1]
     work = 2 * limit * np.sum((driven[:, 1:] + driven[:, :-1]) / 2 * np.diff(t, axis=1), axis=1)
     spent = np.maximum(np.diff(np.concatenate([[0.0], np.cumsum(effort)])[kept]), 1e-9)
-    most = RISE * share if rise is None else rise
+    most = min(RISE_MOST, RISE * share) if rise is None else rise
     rises = np.concatenate([[most], np.minimum(most, USED / 2 / spent), [most]])
-    catch = _state_feedback(table)
     law = FamilyLaw(
-        catch, np.array(table.shapes[0]), np.concatenate([at_rest, states]), np.concatenate([rates[:1], rates]),
+        state_feedback(table), narrowed(equations, regulator, table, weights), np.concatenate([at_rest, states]), np.concatenate([rates[:1], rates]),
         np.concatenate([gains[:1], gains]), weights, np.concatenate([slowness[:1], slowness]), rises, np.concatenate([[0.0], found.energies[kept]]),
         np.concatenate([found.periods[kept][:1], found.periods[kept]]), PACE * share if pace is None else pace, TUBE,
     )  # fmt: skip
@@ -194,20 +203,6 @@ def _slowest_swing(equations: Equations) -> float:
     """Time in which the hanging chain's slowest mode turns by one radian of its phase, s: what rates are weighed by."""
     A, _ = equations.slopes(np.zeros((1, equations.system.nx)))
     return float(1 / np.min(np.abs(np.linalg.eigvals(A[0]).imag)))
-
-
-def _regulators(system: System, signs: tuple[int, ...], weights: Vector, torque: float, limit: float, sample: float) -> list[tuple[float, GainTable]]:
-    """Regulators of the target by the weight of their input, each as a table of one."""
-    return [
-        (cost, gain_table([lqr(system, signs, weights, cost / torque**2, sample=sample)], limit=limit, reach=0.5)) for cost in COSTS
-    ]
-
-
-def _state_feedback(table: GainTable) -> StateFeedback:
-    return StateFeedback(
-        table.name, table.digest, table.state_names, table.state_units, table.input_names, table.input_units, table.targets[0], table.rest[0],
-        table.gains[0], table.wraps, table.low, table.high, table.sample, p=table.p,
-    )  # fmt: skip
 
 
 def _way(states: Vector, weights: Vector, count: int, effort: Vector) -> Vector:

@@ -19,10 +19,10 @@ class Equations:
 
     system: System
 
-    def rate(self, x: Vector) -> Vector:
-        """f (..., nx) at states (..., nx)."""
+    def rate(self, x: Vector, u: Vector | None = None) -> Vector:
+        """f (..., nx) at states (..., nx), with inputs (...); none unless given."""
         half, flat = self.system.nq, x.reshape(-1, x.shape[-1])
-        a = self.system.forward_dynamics(flat[:, :half], flat[:, half:], np.zeros((len(flat), self.system.nu)))
+        a = self.system.forward_dynamics(flat[:, :half], flat[:, half:], np.zeros((len(flat), 1)) if u is None else u.reshape(-1, 1))
         return np.concatenate([flat[:, half:], a], axis=1).reshape(x.shape)
 
     def slopes(self, x: Vector) -> tuple[Vector, Vector]:
@@ -34,13 +34,13 @@ class Equations:
         A[:, half:, :half], A[:, half:, half:], B[:, half:] = dq, dv, du[:, :, 0]
         return A, B
 
-    def step(self, x: Vector, h: Vector) -> Vector:
-        """States (..., nx) one step of sizes h (...) on."""
+    def step(self, x: Vector, h: Vector, u: Vector | None = None) -> Vector:
+        """States (..., nx) one step of sizes h (...) on, inputs (...) held meanwhile."""
         h = np.asarray(h)[..., None]
-        first = self.rate(x)
-        second = self.rate(x + h / 2 * first)
-        third = self.rate(x + h / 2 * second)
-        return np.asarray(x + h / 6 * (first + 2 * (second + third) + self.rate(x + h * third)))
+        first = self.rate(x, u)
+        second = self.rate(x + h / 2 * first, u)
+        third = self.rate(x + h / 2 * second, u)
+        return np.asarray(x + h / 6 * (first + 2 * (second + third) + self.rate(x + h * third, u)))
 
     def carried(self, x: Vector, t: Vector, steps: int) -> tuple[Vector, Vector]:
         """States (count, nx) times t (count,) on, and derivatives (count, nx, nx + 1) by the states and the input, held meanwhile."""

@@ -71,7 +71,8 @@ def cases(law: FamilyLaw, real: str) -> tuple[Case, ...]:
             h = rung if number < 2 else min(rung * top / 2, top - Fraction(1, 4))
             place = (Fraction(int(at * (nodes - 1))) + Fraction(5, 16)) / (nodes - 1)
             found.append(_climbing(law, real, rungs, nearest(real, h), nearest(real, place), 1 - 2 * (number % 2), number))
-        far = [nearest(real, Fraction(5, 4) * (-1) ** i) for i in range(len(law.catch.target))]
+        half = len(law.catch.target) // 2
+        far = [nearest(real, (Fraction(5, 4) if i < half else Fraction(64)) * (-1) ** i) for i in range(2 * half)]
         found.append(_away(law, real, "CLIMBING", far, (nearest(real, Fraction(top, 2)), nearest(real, Fraction(1, 4)), 1.0)))
         found.append(_away(law, real, "CALMING", far, (0.0, 0.0, 1.0)))
         for number in (0, 1):
