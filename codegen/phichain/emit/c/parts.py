@@ -23,13 +23,9 @@ def names_in(program: Program) -> set[str]:
 
 
 def first_result(program: Program) -> Statement | None:
-    """The first of the stores that close straight-line code."""
-    first = None
-    for statement in reversed(program.body):
-        if not isinstance(statement, Store):
-            break
-        first = statement
-    return first
+    """The first of the stores that close straight-line code, where they are all that it has."""
+    stores = [statement for statement in program.body if isinstance(statement, Store)]
+    return stores[0] if stores and program.body[-len(stores)] is stores[0] else None
 
 
 def assignment(name: str, text: str) -> str:

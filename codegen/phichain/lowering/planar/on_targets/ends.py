@@ -83,14 +83,14 @@ class _Ends(Sweep):
     def first_link(self, outer: Outer, alpha: ArrayRef, base: tuple[Expr, Expr]) -> tuple[Expr, Expr]:
         """Write the first link's acceleration, its joint's given less gravity and over its length; that of its outer end."""
         let, sine, cosine = self.builder.let, self.sine[0], self.cosine[0]
-        rate_squared = let("rate_squared", self.state.rate[0] * self.state.rate[0])
+        rate_squared = let("rate_squared_0", self.state.rate[0] * self.state.rate[0])
         drive = self.builder.lift(0)
         if self.couple is not None:
-            drive = let("drive", self.couple[0] * self.units.inverse_torque[0])
-        joint_x = let("joint_x", cosine * base[0] + sine * base[1])
-        joint_y = let("joint_y", cosine * base[1] - sine * base[0])
+            drive = let("drive_0", self.couple[0] * self.units.inverse_torque[0])
+        joint_x = let("joint_x_0", cosine * base[0] + sine * base[1])
+        joint_y = let("joint_y_0", cosine * base[1] - sine * base[0])
         tip_x = joint_x - rate_squared
         push = drive - outer.force_y - outer.xy * tip_x - self.units.overhang[0] * joint_y
-        tip_y = let("tip_y", push / (1 + outer.yy))
+        tip_y = let("tip_y_0", push / (1 + outer.yy))
         alpha[0] = tip_y - joint_y
         return tip_x, tip_y
