@@ -11,7 +11,7 @@ import pytest
 import scipy.linalg
 
 from phichain.ir.evaluate import evaluate
-from phichain.lowering.rates import fastest_rate, reach, scales_program
+from phichain.lowering.rates import fastest_rate, reach, scales_program, weight_rate
 from phichain.mechanics import derive
 from phichain.scene import Scene
 from tests.flow.flows import planar, scene
@@ -54,6 +54,18 @@ def test_a_pendulum_on_a_free_cart() -> None:
 def test_a_stiff_joint_is_the_fastest() -> None:
     chain = planar(1, "stiff", joints={"stiffness": 1e6})
     assert rate(chain) == pytest.approx(math.sqrt(1e6) / 0.5, rel=6e-3)
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 0.4, 1e6])
+def test_what_weight_gives_while_the_fastest_mode_moves(stiffness: float) -> None:
+    """(g / r) / sqrt(g / r + k / (m r^2)) of one link, at run time within the bound's own looseness; nothing without weight."""
+    keys: dict[str, Any] = {"links": 1, "mass": 0.7, "length": 0.5, "stiffness": stiffness}
+    exact = (9.81 / 0.5) / math.sqrt(9.81 / 0.5 + stiffness / (0.7 * 0.5**2))
+    assert float(weight_rate(Scene("hung", **keys))) == pytest.approx(exact, rel=2e-2)
+    assert weight_rate(Scene("afloat", **keys, gravity=0.0)) == 0
+    chain = Scene("hung", **(keys | {"stiffness": "runtime", "length": "runtime"}))
+    bound = evaluate(scales_program(derive(chain)), {"stiffness": np.array([stiffness]), "length": np.array([0.5])})["scales"][2]
+    assert exact <= 1.01 * bound <= 6 * exact
 
 
 @pytest.mark.parametrize("links", [1, 3, 16, 64])
