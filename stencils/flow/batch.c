@@ -250,9 +250,9 @@ size_t phi_propagate_batch(ARGUMENTS)
             ++lanes.steps[lane];
         }
         if (changed) {
-            stem_lanes increment[stem_x];
+            stem_lanes increment[stem_x], along[stem_q];
             memcpy(&step, lanes.h, sizeof step);
-            stem_increment(order, jet, &step, increment);
+            stem_advance(order, jet, &step, increment, along);
             stem_move(increment, jet);
         }
         memcpy(jet->state, jet->moved, sizeof jet->state);

@@ -113,10 +113,10 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
         }
 #endif
         if (is_new) {
-            phi_real increment[stem_x];
+            phi_real increment[stem_x], along[stem_q];
             span = phi_abs(h);
             stem_unit(&span, &unit);
-            stem_increment(order, jet, &h, increment);
+            stem_advance(order, jet, &h, increment, along);
             stem_move(increment, jet);
         }
         while (times != NULL && flow->written < count) {

@@ -128,21 +128,9 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
     }
 }
 
-/* How far the states move in times h: x_1 t + x_2 t^2 + ... by Horner's rule, t = h / unit. */
-static void stem_increment(const int order, const stem_jets *PHI_RESTRICT jet, const stem_lanes *h, stem_lanes increment[PHI_RESTRICT stem_x])
-{
-    const stem_lanes t = *h / jet->start->unit[0], share = t / jet->start->unit[0];
-    for (int i = 0; i < stem_x; ++i) {
-        stem_lanes sum = jet->x[order][i];
-        for (int n = order - 1; n > 0; --n) {
-            sum = sum * t + jet->x[n][i];
-        }
-        increment[i] = sum * (i < stem_q ? t : share);
-    }
-}
-
-/* The same, and h times the slope of the rates' series in the units of their coefficients: even and odd powers apart, so that no sum
- * waits for the one before. Order 1, the most of it, is added last and rounded once. Angles have rates for slopes, to the last term. */
+/* How far the states move in times h, x_1 t + x_2 t^2 + ... with t = h / unit, and h times the slope of the rates' series in the
+ * units of their coefficients: even and odd powers apart, so that no sum waits for the one before. Order 1, the most of it, is added
+ * last and rounded once. Angles have rates for slopes, to the last term. */
 static void stem_advance(const int order, const stem_jets *PHI_RESTRICT jet, const stem_lanes *h, stem_lanes increment[PHI_RESTRICT stem_x], stem_lanes along[PHI_RESTRICT stem_q])
 {
     const stem_lanes t = *h / jet->start->unit[0], share = t / jet->start->unit[0], square = t * t;

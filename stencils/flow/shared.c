@@ -102,13 +102,6 @@ static void stem_advance(const int order, const stem_jets *PHI_RESTRICT jet, con
     }
 }
 
-/* The first of these alone. */
-static void stem_increment(const int order, const stem_jets *PHI_RESTRICT jet, const stem_lanes *h, stem_lanes increment[PHI_RESTRICT stem_x])
-{
-    stem_lanes along[stem_q];
-    stem_advance(order, jet, h, increment, along);
-}
-
 /* One entry of a lane's state at a time h into its step. */
 static phi_real stem_entry(const int order, const stem_jets *jet, const int lane, const phi_real h, const int i)
 {

@@ -168,3 +168,15 @@ def test_large_numbers_are_finite_without_a_warning() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert finite("x", large) is large
+
+
+def test_where_entries_begin() -> None:
+    """Of arrays of every kind, written to or not, in one piece or not; of none nowhere."""
+    from phichain.native.memory.arrays import place
+
+    whole = np.arange(12.0).reshape(3, 4)
+    fixed = whole.copy()
+    fixed.setflags(write=False)
+    for array in (whole, whole.T, whole[1:, 2:], whole[::-1], fixed, np.zeros(3, np.intc), np.array(1.0)):
+        assert place(array) == array.ctypes.data
+    assert place(np.empty((0, 4))) == 0

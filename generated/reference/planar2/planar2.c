@@ -1134,23 +1134,10 @@ static PLANAR2_FLOW_APART void planar2_flow_expand(const int order, planar2_work
     }
 }
 
-/* How far the states move in times h: x_1 t + x_2 t^2 + ... by Horner's rule, t = h / unit. */
-static void planar2_flow_increment(const int order, const planar2_workspace *PLANAR2_RESTRICT jet,
-    const planar2_real *h, planar2_real increment[PLANAR2_RESTRICT planar2_flow_x])
-{
-    const planar2_real t = *h / jet->start->unit[0], share = t / jet->start->unit[0];
-    for (int i = 0; i < planar2_flow_x; ++i) {
-        planar2_real sum = jet->x[order][i];
-        for (int n = order - 1; n > 0; --n) {
-            sum = sum * t + jet->x[n][i];
-        }
-        increment[i] = sum * (i < planar2_flow_q ? t : share);
-    }
-}
-
-/* The same, and h times the slope of the rates' series in the units of their coefficients: even and odd
- * powers apart, so that no sum waits for the one before. Order 1, the most of it, is added last and
- * rounded once. Angles have rates for slopes, to the last term. */
+/* How far the states move in times h, x_1 t + x_2 t^2 + ... with t = h / unit, and h times the slope of
+ * the rates' series in the units of their coefficients: even and odd powers apart, so that no sum waits
+ * for the one before. Order 1, the most of it, is added last and rounded once. Angles have rates for
+ * slopes, to the last term. */
 static void planar2_flow_advance(const int order, const planar2_workspace *PLANAR2_RESTRICT jet,
     const planar2_real *h, planar2_real increment[PLANAR2_RESTRICT planar2_flow_x],
     planar2_real along[PLANAR2_RESTRICT planar2_flow_q])
@@ -1629,10 +1616,10 @@ static PLANAR2_FLOW_APART int planar2_flow_run(planar2_flow *flow, planar2_real 
             }
         }
         if (is_new) {
-            planar2_real increment[planar2_flow_x];
+            planar2_real increment[planar2_flow_x], along[planar2_flow_q];
             span = fabs(h);
             planar2_flow_unit(&span, &unit);
-            planar2_flow_increment(order, jet, &h, increment);
+            planar2_flow_advance(order, jet, &h, increment, along);
             planar2_flow_move(increment, jet);
         }
         while (times != NULL && flow->written < count) {

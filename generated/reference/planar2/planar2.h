@@ -175,7 +175,7 @@ void planar2_phi_jacobian(const planar2_real amplitude[2], planar2_real omega, p
 void planar2_step(planar2_real h, const planar2_real q[2], const planar2_real v[2], const planar2_real u[2],
     planar2_real q_next[2], planar2_real v_next[2]);
 
-/* planar2_propagate and what it calls: Cortex-M4F, -Os: flash 27517 bytes, stack 1280 bytes at most. */
+/* planar2_propagate and what it calls: Cortex-M4F, -Os: flash 27124 bytes, stack 1280 bytes at most. */
 /* What propagate returns. */
 enum {
     PLANAR2_DONE = 0,        /* t_end was reached */

@@ -1459,24 +1459,10 @@ static SPATIAL2_CART_FLOW_APART void spatial2_cart_flow_expand(const int order,
     }
 }
 
-/* How far the states move in times h: x_1 t + x_2 t^2 + ... by Horner's rule, t = h / unit. */
-static void spatial2_cart_flow_increment(const int order,
-    const spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet, const spatial2_cart_real *h,
-    spatial2_cart_real increment[SPATIAL2_CART_RESTRICT spatial2_cart_flow_x])
-{
-    const spatial2_cart_real t = *h / jet->start->unit[0], share = t / jet->start->unit[0];
-    for (int i = 0; i < spatial2_cart_flow_x; ++i) {
-        spatial2_cart_real sum = jet->x[order][i];
-        for (int n = order - 1; n > 0; --n) {
-            sum = sum * t + jet->x[n][i];
-        }
-        increment[i] = sum * (i < spatial2_cart_flow_q ? t : share);
-    }
-}
-
-/* The same, and h times the slope of the rates' series in the units of their coefficients: even and odd
- * powers apart, so that no sum waits for the one before. Order 1, the most of it, is added last and
- * rounded once. Angles have rates for slopes, to the last term. */
+/* How far the states move in times h, x_1 t + x_2 t^2 + ... with t = h / unit, and h times the slope of
+ * the rates' series in the units of their coefficients: even and odd powers apart, so that no sum waits
+ * for the one before. Order 1, the most of it, is added last and rounded once. Angles have rates for
+ * slopes, to the last term. */
 static void spatial2_cart_flow_advance(const int order,
     const spatial2_cart_workspace *SPATIAL2_CART_RESTRICT jet, const spatial2_cart_real *h,
     spatial2_cart_real increment[SPATIAL2_CART_RESTRICT spatial2_cart_flow_x],
@@ -1947,10 +1933,10 @@ static SPATIAL2_CART_FLOW_APART int spatial2_cart_flow_run(spatial2_cart_flow *f
             }
         }
         if (is_new) {
-            spatial2_cart_real increment[spatial2_cart_flow_x];
+            spatial2_cart_real increment[spatial2_cart_flow_x], along[spatial2_cart_flow_q];
             span = fabs(h);
             spatial2_cart_flow_unit(&span, &unit);
-            spatial2_cart_flow_increment(order, jet, &h, increment);
+            spatial2_cart_flow_advance(order, jet, &h, increment, along);
             spatial2_cart_flow_move(increment, jet);
         }
         while (times != NULL && flow->written < count) {

@@ -54,6 +54,7 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
     nq, nv, nu = chain.nq, chain.nv, chain.nu
     call = flow_call("propagate_batch", chain, parameters, function)
     kind, work, is_forced = call.kind, _work(call), has_forcing(chain)
+    none = np.empty(0, kind)
 
     def propagate_batch(
         q: ArrayLike,
@@ -72,15 +73,18 @@ def make_propagate_batch(chain: Chain, parameters: Sequence[Argument], function:
         workers: int | None = None,
     ) -> PropagationBatch:
         n, budget = _count(q), step_budget(call.name, max_steps)
-        wanted = converted("propagate_batch.times", times, kind)
+        is_bare = isinstance(times, tuple) and not times
+        wanted = none if is_bare else converted("propagate_batch.times", times, kind)
         demand_room("propagate_batch.q", n, (nq + nv) * (2 + wanted.size), kind)
         state_q, state_v = _columns("q", q, (n, nq), kind), _columns("v", v, (n, nv), kind)
         start, end = _each("t", t, n, kind), _each("t_end", t_end, n, kind)
-        grid = _times(np.atleast_1d(own("propagate_batch.times", wanted, kind)), start, end)
+        grid = none if is_bare else _times(np.atleast_1d(own("propagate_batch.times", wanted, kind)), start, end)
         kept = np.zeros((1 + nq + nv, n), kind) if lost is None else _columns("lost", lost, (n, 1 + nq + nv), kind)
         if lost is not None:
             demand_rounding("propagate_batch.lost", kept[0], end - start)
-        q_at, v_at = np.full((len(grid), nq, n), np.nan, kind), np.full((len(grid), nv, n), np.nan, kind)
+        q_at, v_at = (np.empty((len(grid), rows, n), kind) for rows in (nq, nv))
+        if len(grid):
+            q_at[:], v_at[:] = np.nan, np.nan
         steps, written = np.zeros(n, np.dtype("ulong")), np.zeros(n, np.dtype("ulong"))
         result, tolerance = np.zeros(n, np.intc), checked_tolerance("propagate_batch.tol", tol)
         given: dict[str, NDArray[Any]] = {"t_end": end}
