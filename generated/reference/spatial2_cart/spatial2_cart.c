@@ -91,7 +91,6 @@ void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial
         - cross[5] * t1;
     const spatial2_cart_real outer_pull_1 = 2.5 * tension[2];
     const spatial2_cart_real inner_pull_1 = 5.0 * tension[0];
-
     a[5] = cross[3] * inner_pull_1 - cross[6] * outer_pull_1;
     a[6] = cross[4] * inner_pull_1 - cross[7] * outer_pull_1;
     a[7] = cross[5] * inner_pull_1 - cross[8] * outer_pull_1;
@@ -163,7 +162,6 @@ void spatial2_cart_direction_dynamics(const spatial2_cart_real q[8], const spati
     const spatial2_cart_real turning_x_1 = cross[3] * inner_pull_1 - cross[6] * outer_pull_1;
     const spatial2_cart_real turning_y_1 = cross[4] * inner_pull_1 - cross[7] * outer_pull_1;
     const spatial2_cart_real turning_z_1 = cross[5] * inner_pull_1 - cross[8] * outer_pull_1;
-
     q_ddot[5] = turning_y_1 * q[7] - turning_z_1 * q[6] - q[5] * t2;
     q_ddot[6] = turning_z_1 * q[5] - turning_x_1 * q[7] - q[6] * t2;
     q_ddot[7] = turning_x_1 * q[6] - turning_y_1 * q[5] - q[7] * t2;
