@@ -101,10 +101,10 @@ static void stem_lengths(const int order, const stem_jets *jet, const phi_real g
 #if WITH_SPRINGS
     /* A stiff spring moves links by little and fast. What rates may be off by follows from them alone and, where that motion
      * turns, from its acceleration; angles speak of the weight. */
-    stem_lanes shaken;
-    stem_norm(scales[1], jet->x[1] + stem_q, &shaken);
-    shaken *= (scales[0] > 0 ? 1 / scales[0] : 0) / jet->start->unit[1];
-    const stem_lanes linear = angle * scales[2], moving = goal * STEM_LARGER(shaken, state[1]);
+    stem_lanes begun[2];
+    stem_terms(1, jet, scales[1], begun);
+    const stem_lanes shaken = begun[1] * ((scales[0] > 0 ? 1 / scales[0] : 0) / jet->start->unit[1]);
+    const stem_lanes linear = angle * scales[PHI_WEIGHT_SCALE], moving = goal * STEM_LARGER(shaken, state[1]);
 #else
     const stem_lanes linear = angle * scales[0], moving = goal * state[1];
 #endif
