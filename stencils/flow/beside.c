@@ -193,7 +193,7 @@ static int stem_are_alike(const phi_real fastest, const phi_real one[stem_x], co
     return (with < PHI_HALF / 16) | (against < PHI_HALF / 16);
 }
 
-/* What so many neighbours say together: near round-off, where errors are chance, nine tenths of what they are off on average; else what the
+/* What so many neighbours say together: near round-off, where errors are chance, three quarters of what they are off on average; else what the
  * one says whose errors have their signs or, where these all but cancel, a tenth of what they come to with others. */
 static phi_real stem_together(const int is_chance, const int count, const phi_real sizes[stem_neighbours])
 {
@@ -204,7 +204,7 @@ static phi_real stem_together(const int is_chance, const int count, const phi_re
     for (int k = 0; k < count; ++k) {
         sum += sizes[k] / (phi_real)count;
     }
-    return sum * 9 / 10;
+    return sum * 3 / 4;
 }
 
 /* Go on with the neighbours over a step, along which the path's series are known, and say how far off angles and rates are at its end. */

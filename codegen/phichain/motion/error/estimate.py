@@ -28,8 +28,8 @@ MOST_AT_ROUND_OFF: Final = 1e-4
 KEPT: Final = 4.0
 #: Two runs that have parted may be close by chance: how much farther either may be from the motion.
 PARTED: Final = 5.0
-#: The same for neighbours, whose tangent says less and less as they part: by how much, and from which part of that error on, which is lost then.
-TANGENT, EARLIER = 4.0, 0.5
+#: The same for neighbours, whose tangent says less and less as they part: by how much, and from which part of that error on; then all may be.
+TANGENT, EARLIER, ALL = 2.0, 0.5, 1.0
 #: Methods whose errors are relative to the motion.
 MEASURED_BY_MOTION: Final = ("taylor", "rosenbrock")
 ROUND_OFF: Final = {"double": float(np.finfo(float).eps), "float": float(np.finfo(np.float32).eps)}
@@ -70,9 +70,10 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
         return NONE
     system, measure = problem.system, Measure.of(problem.system, path.x)
     most = _most(problem, name, method.fixed, asked, float(np.min(1 / measure.weights)))
-    lost = LOST
+    lost, least = LOST, 0.0
     if path.off is not None:
         error, by, apart, lost = SAFETY * measure.of_parts(path.off()), "neighbours of its steps", TANGENT, EARLIER * LOST
+        least = ALL
         if system.links == 1 and problem.tol <= FINEST and np.max(error) > most:  # no chaos, but a separatrix
             error = held_against_other_steps(problem, path, measure, error, ROUND_OFF[system.real])
     elif name == "taylor" and system.real == "double" and problem.tol <= FINEST and not problem.is_moved:
@@ -83,7 +84,7 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
             return NONE
         error, by, apart = np.full(len(path.t), np.inf), beside.by, PARTED
         error[: len(beside.x)] = SAFETY * beside.share * measure(beside.x - path.x[: len(beside.x)])
-    error = _no_more(error, measure(path.x), ROUND_OFF[system.real], apart, lost)
+    error = _no_more(error, measure(path.x), ROUND_OFF[system.real], apart, lost, least)
     beyond = np.flatnonzero(error > most)
     if not beyond.size:
         return Estimate(error, float(path.t[-1]))
@@ -95,14 +96,14 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
     return Estimate(error, until, (f"doubtful: {why} and ends at {error[-1]:.2g}; {remedy}",))
 
 
-def _no_more(error: Vector, sizes: Vector, round_off: float, apart: float, lost: float) -> Vector:
-    """Errors not below the last digit; and not smaller again, but `apart` times as large, once two runs have parted, at errors of `lost`.
+def _no_more(error: Vector, sizes: Vector, round_off: float, apart: float, lost: float, least: float) -> Vector:
+    """Errors not below the last digit; and not smaller again, but `apart` times as large and `least` at least, once two runs have parted, at errors of `lost`.
 
     None is larger than what the motion has reached by then.
     """
     reached = np.maximum.accumulate(np.maximum(sizes, 1.0))
     have_parted = np.maximum.accumulate(error > lost)
-    parted = np.where(have_parted, apart * np.maximum.accumulate(error), error)
+    parted = np.where(have_parted, np.maximum(apart * np.maximum.accumulate(error), least), error)
     found: Vector = np.maximum(np.minimum(parted, reached), round_off / 2 * sizes)
     return found
 
