@@ -65,7 +65,7 @@ def test_rows_of_arrays_are_found_by_their_first_cell_and_in_no_other_array() ->
 @pytest.mark.parametrize("trig", ["bundled", "libm"])
 def test_loops_on_targets_index_nothing_twice(trig: str) -> None:
     source = text(trig=trig, real="float")
-    assert re.search(r"OWN_REGISTER const struct link_cells \*const at_\d+ = &link\[k\];", source)
+    assert re.search(r"OWN_REGISTER const struct forward_dynamics_link \*const at_\d+ = &link\[k\];", source)
     assert "for (OWN_REGISTER int k" in source and "OWN_REGISTER own_real outer_xx = " in source
     for turn in re.findall(r"\n    for [^\n]*\{\n(.*?)\n    \}", source, re.DOTALL):
         cells = [cell for cell in re.findall(r"(?<![&\w])\w+\[k\](?:\[\d\])?(?! =)", turn)]

@@ -41,7 +41,7 @@ class Sheet:
         self.params = {a.name for a in program.params}
         self.taken = names_in(program)
         self.records = "link" if "link" not in self.taken else "links"
-        self.record_type = f"{self.records}_cells"
+        self.record_type = f"{program.name}_{self.records}"
         self.numbers: Counter[str] = Counter()
         #: How what changes is declared that compilers may keep in a register; nothing where a host's vectors are written for.
         self.register = names.register
