@@ -41,6 +41,19 @@ def test_every_kind_of_chain(name: str) -> None:
         assert np.max(np.abs(found.q[k] - alone.q)) < (1e-4 if single else 1e-11)
 
 
+def test_rows_of_the_configuration_make_the_steps_of_one_trajectory() -> None:
+    """In space, at an order that both forms have: sizes of the last terms and slopes at ends of steps are those of the state's rows."""
+    chain = CHAINS["spatial"]
+    q, v, *u = states(chain, 3)
+    inputs = {"u": 0.1 * u[0]} if u else {}
+    found = flow(chain)(q, v, 0.0, 0.3, 1e-15, **inputs, **given(chain))
+    for k in range(3):
+        own = {name: value[k] for name, value in inputs.items()}
+        alone = compiled(chain)(q[k], v[k], 0.0, 0.3, 1e-15, **own, **given(chain))
+        assert found.order == alone.order and abs(int(found.steps[k]) - alone.steps) <= 1
+        assert np.max(np.abs(found.q[k] - alone.q)) < 1e-14 and np.max(np.abs(found.v[k] - alone.v)) < 1e-12
+
+
 def test_equal_trajectories_end_equal_wherever_they_run() -> None:
     found = flow(planar(2))(np.tile([0.4, 0.0], (21, 1)), np.zeros((21, 2)), 0.0, 5.0, 1e-12)
     assert len(set(map(tuple, found.q))) == 1 and len(set(found.steps)) == 1
