@@ -127,7 +127,7 @@ def whirl() -> Branch:
 def doubling() -> tuple[Branch, Branch]:
     """A family without a reversal until its period doubles, and the one that begins there."""
     begun = whirl()
-    single = trace(chain(2), method="unmirrored", start=(begun, begun.located("reversal loss")[0]), limits={"max_points": 22})
+    single = trace(chain(2), method="unmirrored", start=(begun, begun.located("reversal loss")[0]), limits={"max_points": 34})
     return single, trace(chain(2), method="unmirrored", start=(single, single.located("period doubling")[0]), limits={"max_points": 14})
 
 

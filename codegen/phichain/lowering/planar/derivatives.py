@@ -86,8 +86,9 @@ def derivatives(
     state = planar_state(builder, scene, q, v)
     sweep = Recalled(builder, scene, parameters, state, u)
     kind, carts = str(scene.angles), int(scene.has_cart)
-    response, base, rates = _solved(builder, scene, parameters, sweep, u, a)
+    response, base, beside = _solved(builder, scene, parameters, sweep, u, a)
     angles = turned_joints(builder, scene, parameters, response, base)
+    rates = faster_links(builder, scene, response, base, state.rate) if beside is None else beside
     parts = [] if kind == "relative" else [(rates, _RATE[kind])]
     slopes = joint_slopes(builder, scene, parameters, "resistance", state.joint_rate)
     if slopes is not None:
@@ -111,8 +112,8 @@ def derivatives(
 
 def _solved(
     builder: Builder, scene: Scene, parameters: Parameters, sweep: Recalled, u: ArrayRef | None, a: ArrayRef
-) -> tuple[Response, Base, Disturbance]:
-    """Both sweeps, how joints answer, and what faster links disturb.
+) -> tuple[Response, Base, Disturbance | None]:
+    """Both sweeps, how joints answer, and what faster links disturb where that was found beside them.
 
     In relative angles forces of faster links go inwards over all joints while accelerations go outwards over them: neither waits for the
     other, so they share a loop, but for targets where the elimination's own way outwards is the shorter text.
@@ -128,7 +129,7 @@ def _solved(
     response = Response(builder, scene, parameters, sweep)
     base = response.on_cart(parameters, outer, slide, push) if carts else response.on_wall(fall, parameters.length[0])
     if saves_memory(scene):
-        return response, base, faster_links(builder, scene, response, base, sweep.state.rate)
+        return response, base, None
     way = Outwards(builder, scene, response, base)
     shared = scene.angles == "relative"
     rates = faster_links(builder, scene, response, base, sweep.state.rate, way.step if shared else None)

@@ -111,7 +111,7 @@ class Braking:
 
 
 def frequency_error_of(point: Point) -> float:
-    """How far off omega may be, relative: what C found of `quarter.frequency_error`."""
+    """How far off omega may be, relative: what C found of `quarter.problem.frequency_error`."""
     found: QuarterMap = point.extra.found
     return found.test("error", _unknown)
 

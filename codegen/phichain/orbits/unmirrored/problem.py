@@ -68,12 +68,13 @@ class Lost(Held):
 
     @classmethod
     def along(cls, z: Vector, shape: Vector, links: int, held: str, value: float, link: int) -> Lost:
-        """The same with a shape of any size."""
+        """The same with a shape of any size and either sign: linear algebra's own sign is each processor's, and the way begins the same on all."""
         whole = np.zeros(8 * links + 4)
         whole[unknowns(links, link)] = shape
         nq = 3 * links
         largest = max(np.max(np.abs(whole[:nq])), np.max(np.abs(whole[nq : 2 * nq])) / z[-1])
-        return cls(z, shape / largest, held, value, link)
+        leading = whole[np.argmax(np.abs(whole) > 0.25 * np.max(np.abs(whole)))]
+        return cls(z, shape / np.copysign(largest, leading), held, value, link)
 
 
 def unmirrored_problem(
