@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import subprocess
 from dataclasses import replace
+from threading import Thread
 from typing import Any
 
 import numpy as np
@@ -13,7 +15,7 @@ from phichain.continuation import Point, Problem
 from phichain.continuation.osculating import osculating
 from phichain.continuation.problem import Extra
 from phichain.emit.stencil import stencils_folder
-from phichain.errors import UnsupportedError
+from phichain.errors import ArrayError, UnsupportedError
 from phichain.native.flows import brake as desk
 from phichain.native.glue import brake as glue
 from phichain.orbits import linear_modes, quarter_problem, trace
@@ -167,6 +169,38 @@ def test_a_step_is_its_guess_corrected() -> None:
     assert way.shifted == pytest.approx(np.linalg.norm(apart - guess), rel=1e-3, abs=1e-13) and way.turned == pytest.approx(way.told["tangent"] @ last.tangent)
     change = np.linalg.solve(np.vstack([last.jacobian, last.tangent]), np.vstack([way.told["jacobian"], last.tangent]))
     assert way.change() == pytest.approx(change, abs=1e-11) and way.changed == pytest.approx(np.linalg.norm(change - np.eye(3)), rel=1e-9)
+
+
+def test_threads_share_a_problem() -> None:
+    """What one thread was told of a step another one's step leaves alone, and their flows work in rooms of their own."""
+    problem, orbit, first = near_an_orbit("two")
+    told = problem.compiled.at(orbit, first)
+    known = [(told["y"], told["tangent"])]
+    way = problem.compiled.ahead(known, told["jacobian"], 0.05, 1e-9, 7)
+    change = way.change()
+    rooms = []
+
+    def of_another() -> None:
+        problem.compiled.ahead(known, told["jacobian"], 0.1, 1e-9, 7)
+        rooms.append(room(problem))
+
+    def room(of: Problem) -> int:
+        return ctypes.cast(of.compiled._brake._bound._frame.flow.work, ctypes.c_void_p).value
+
+    other = Thread(target=of_another)
+    other.start()
+    other.join()
+    assert np.array_equal(way.change(), change) and rooms[0] != room(problem)
+
+
+def test_more_places_than_there_is_room_for_are_refused() -> None:
+    problem, orbit, first = near_an_orbit("two")
+    told = problem.compiled.at(orbit, first)
+    known = [(told["y"], told["tangent"])] * (desk.KNOWN + 1)
+    with pytest.raises(ArrayError, match="known: must be at most 8 places"):
+        problem.compiled.touched(known, first, 0.0)
+    with pytest.raises(ArrayError, match="known: must be at most 8 places"):
+        problem.compiled.ahead(known, told["jacobian"], 0.05, 1e-9, 7)
 
 
 def test_what_cannot_be_followed_is_no_number() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,9 @@ import numpy as np
 import pytest
 
 from phichain import generate_swingup
+from phichain.errors import ArrayError, OutputError
 from phichain.ir import evaluate_exactly
+from phichain.laws import TrajectoryLaw
 from phichain.lowering.laws.holding import held_sizes, holding
 from phichain.lowering.trajectory import tracking
 from tests.trials.test_trajectory_law import law_of, learning, result_of
@@ -54,6 +57,23 @@ def test_what_is_learned_is_the_record_and_the_formula(nu: int) -> None:
             assert np.allclose(by[0], u, atol=1e-9) and np.allclose(by[1], wanted, atol=1e-9)
 
 
+def test_names_of_what_is_learned_are_kept_and_counted(tmp_path: Path) -> None:
+    law = learning(law_of())
+    assert law.observer is not None and law.observer.learning is not None
+    with pytest.raises(ArrayError, match="learning.names: must be 3 of them"):
+        replace(law.observer.learning, names=("mass_1",))
+    named = replace(law, observer=replace(law.observer, learning=replace(law.observer.learning, names=("mass_1", "mass_2", "length"))))
+    for one, wanted in ((named, ("mass_1", "mass_2", "length")), (law, ())):
+        read = TrajectoryLaw.from_npz(one.to_npz(tmp_path / "law.npz"))
+        assert read.observer is not None and read.observer.learning is not None and read.observer.learning.names == wanted
+    kept = dict(np.load(tmp_path / "law.npz"))
+    for name in ("corrections", "flows", "drives"):
+        del kept[name]
+    np.savez(tmp_path / "half.npz", **kept)
+    with pytest.raises(OutputError, match="no TrajectoryLaw can be read there"):
+        TrajectoryLaw.from_npz(tmp_path / "half.npz")
+
+
 @pytest.mark.parametrize(
     ("right", "wrong"),
     [
@@ -68,7 +88,11 @@ def test_what_is_learned_is_the_record_and_the_formula(nu: int) -> None:
     ],
 )
 def test_the_folder_of_what_learns_and_its_mutants(right: str, wrong: str, tmp_path: Path) -> None:
-    folder = generate_swingup(learning(law_of()), tmp_path)
+    law = learning(law_of())
+    assert law.observer is not None and law.observer.learning is not None
+    named = replace(law, observer=replace(law.observer, learning=replace(law.observer.learning, names=("mass_1", "mass_2", "length"))))
+    folder = generate_swingup(named, tmp_path)
+    assert "entries of theta are those of mass_1, mass_2, length." in " ".join((folder / "pole_swingup.h").read_text().replace("\n *", " ").split())
     source = folder / "pole_swingup.c"
     text = source.read_text()
     assert right in text

@@ -17,7 +17,7 @@ Vector = NDArray[np.float64]
 class Learning(Held):
     """theta, the relative errors of parameters, is estimated along the trajectory and known from its end on.
 
-    Its entries are in the order of the chain's struct of parameters, without those that have no error. Along the trajectory theta = theta_expected + M w(y - q_r - C z_expected), and rates gain E theta in a sample beside F z + G (u - u_r). At the
+    Its entries are in the order of the chain's struct of parameters, without those that have no error; `names` says which they are. Along the trajectory theta = theta_expected + M w(y - q_r - C z_expected), and rates gain E theta in a sample beside F z + G (u - u_r). At the
     target theta stays what it is, rates gain
 
         (F + sum_k theta_k F_k) z + (G + sum_k theta_k G_k) (u - u_r),
@@ -33,6 +33,7 @@ class Learning(Held):
         steps: q (nq,), rad or m.
         inside: L_in (nx, nq).
         outside: L_out (nx, nq).
+        names: What theta's entries are errors of (np,), such as mass_1; none where nobody has said.
 
     Raises:
         ArrayError: Shapes that do not fit one another, or numbers that are not finite.
@@ -44,10 +45,13 @@ class Learning(Held):
     steps: Vector
     inside: Vector
     outside: Vector
+    names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "names", tuple(self.names))
         for one in fields(self):
-            object.__setattr__(self, one.name, held(getattr(self, one.name)))
+            if one.name != "names":
+                object.__setattr__(self, one.name, held(getattr(self, one.name)))
         knots, count, nq = self.learned.shape if self.learned.ndim == 3 else (0, 0, 0)
         wide = self.bends.shape[-1] if self.bends.ndim else 0
         wanted = {
@@ -58,6 +62,9 @@ class Learning(Held):
             table = getattr(self, name)
             if not knots or table.shape != shape or not np.all(np.isfinite(table)):
                 raise ArrayError(f"learning.{name}", table, f"must hold finite numbers of shape {shape}", "give all of them of one chain")
+
+        if self.names and len(self.names) != count:
+            raise ArrayError("learning.names", self.names, f"must be {count} of them", "give one for each parameter that is estimated")
 
     @property
     def count(self) -> int:

@@ -39,7 +39,7 @@ _NUMBERS = {"interval": NUMBER, "tube": NUMBER, "rail": NUMBER, "sample": NUMBER
 _SCHEMA = Schema(
     "TrajectoryLaw",
     {**_TABLES, **_CATCH, **_OBSERVER, **_LEARNING, "wraps": Array(np.bool_, ("nx",))},
-    {**_WORDS, **_NUMBERS, "note": replace(TEXT, default="")},
+    {**_WORDS, **_NUMBERS, "note": replace(TEXT, default=""), "learned_names": replace(names("np"), default=[])},
     filled=("knots", "nx", "nu"),
 )
 
@@ -219,6 +219,7 @@ class TrajectoryLaw(Held):
             arrays |= {name: getattr(self.observer.learning, name) for name in _LEARNING} if self.observer.learning else {}
         meta = {name: getattr(self.catch, name) for name in (*_WORDS, "sample")}
         meta |= {name: getattr(self, name) for name in ("interval", "tube", "note")}
+        meta["learned_names"] = list(self.observer.learning.names) if self.observer and self.observer.learning else []
         # JSON knows no infinity.
         return write_npz(path, arrays, meta | {"rail": self.rail if np.isfinite(self.rail) else 0.0, "kind": _SCHEMA.kind})
 
@@ -233,8 +234,8 @@ class TrajectoryLaw(Held):
         def made(arrays: dict[str, Any], said: dict[str, Any]) -> TrajectoryLaw:
             seen: dict[str, Any] = {name: arrays.pop(name) for name in _OBSERVER if name in arrays}
             learned = {name: arrays.pop(name) for name in _LEARNING if name in arrays}
-            if learned and seen:
-                seen["learning"] = Learning(**learned)
+            if learned:
+                seen["learning"] = Learning(**learned, names=tuple(said["learned_names"]))
             tables = {name: arrays.pop(name) for name in _TABLES}
             catch = {"gains" if name == "catch_gains" else name: array for name, array in arrays.items()}
             catch |= {name: said[name] for name in (*_WORDS, "sample")}

@@ -92,6 +92,12 @@ def runge_kutta(rate: Callable[[Any], Any], x: Any, h: Any) -> Any:
     return x + h / 6 * (first + 2 * (second + third) + fourth)
 
 
+def parameter_names(system: System) -> tuple[str, ...]:
+    """What they are called, likewise: gravity, or mass_1 and on."""
+    sizes = {name: np.ravel(np.asarray(values)).size for name, values in (system.params or {}).items()}
+    return tuple(one for name in PARAMETERS if name in sizes for one in ([name] if sizes[name] == 1 else [f"{name}_{k + 1}" for k in range(sizes[name])]))
+
+
 def flat_parameters(system: System) -> Vector:
     """Runtime parameters one behind the other (np,), in the order of the emitted struct; nothing for a chain without."""
     values = system.params or {}

@@ -26,7 +26,7 @@ from scipy.linalg import solve_discrete_are
 
 from phichain.control.equations.kalman import gathered
 from phichain.control.rig.observer import Sensors, sizes_by_name, variances
-from phichain.control.swing_up.chain import Chain
+from phichain.control.swing_up.chain import Chain, parameter_names
 from phichain.control.swing_up.task import Task
 from phichain.control.swing_up.tremble import bends, held_corrections
 from phichain.errors import ControlError
@@ -83,7 +83,7 @@ def observer_along(
     inside, outside = held_corrections(end, hold, (bent[0], bent[1]), P[nx:, nx:], (V, drifts + end[1] @ push @ end[1].T), task.sample, steps)
     learning = Learning(
         np.concatenate([corrections[at, nx:], np.zeros((1, wrong.size, nq))]), np.concatenate([E[at][:, nq:, wrong], np.zeros((1, nq, wrong.size))]),
-        np.concatenate(bent, axis=2)[:, nq:], steps, inside, outside,
+        np.concatenate(bent, axis=2)[:, nq:], steps, inside, outside, tuple(parameter_names(system)[k] for k in wrong),
     )  # fmt: skip
     # The last row ends the last straight line alone: at the target itself other corrections hold.
     return ObserverAlong(np.concatenate([corrections[at, :nx], corrections[-1:, :nx]]), flows, drives, learning)

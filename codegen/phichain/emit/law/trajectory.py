@@ -73,7 +73,7 @@ def swingup_files(law: TrajectoryLaw, real: str = "float") -> dict[str, str]:
         "duration": f"{law.duration:.9g}", "bytes": BYTES[real] * (len(rows) * width + len(held_numbers(law, real))), "note": wrap(law.note, WIDTH - 3),
         "operations": sum(count_operations(program).values()),
         "reads": law.measured, "results": law.inputs.shape[1] + law.remembered, "memory": law.remembered, "measured": measurement(law)[0],
-        "observed": wrap(_OBSERVED, WIDTH - 3) if law.observer else [], "learned": wrap(_LEARNED, WIDTH - 3) if _learns(law) else [],
+        "observed": wrap(_OBSERVED, WIDTH - 3) if law.observer else [], "learned": wrap(_learned(law), WIDTH - 3) if _learns(law) else [],
         "deviation": "z" if law.observer else "w(x_meas - x_r(t))",
     }  # fmt: skip
     files = {
@@ -88,6 +88,13 @@ def swingup_files(law: TrajectoryLaw, real: str = "float") -> dict[str, str]:
 
 def _learns(law: TrajectoryLaw) -> bool:
     return law.observer is not None and law.observer.learning is not None
+
+
+def _learned(law: TrajectoryLaw) -> str:
+    """What is found out, and what it is found out of."""
+    learning = law.observer.learning if law.observer else None
+    named = learning.names if learning else ()
+    return f"{_LEARNED} The entries of theta are those of {', '.join(named)}." if named else _LEARNED
 
 
 def _programs(law: TrajectoryLaw, program: Program) -> tuple[Program, ...]:

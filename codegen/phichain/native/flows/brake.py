@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from phichain.contract.chain import Chain
+from phichain.errors import ArrayError
 from phichain.native.flows.bound import Bound
 from phichain.native.memory.arrays import place
 
@@ -124,26 +125,27 @@ class Braking:
 
 
 class Brake:
-    """Brake orbits of one chain with its parameters; one thread at a time.
+    """Brake orbits of one chain with its parameters; one thread at a time, `another` for the next.
 
     Attributes:
         desk: The numbers that C computes on, by name, all of them views.
         asked: How many evaluations the last call took, which `desk["asked"]` tells.
     """
 
-    def __init__(self, functions: Braking, bound: Bound, sizes: tuple[int, int], scale: Array, tolerance: float, rough: float, most_steps: int) -> None:
-        """Take a bound flow and a problem's sizes.
+    def __init__(self, functions: Braking, bind: Callable[[], Bound], sizes: tuple[int, int], scale: Array, tolerance: float, rough: float, most_steps: int) -> None:
+        """Bind a flow, and take a problem's sizes.
 
         Args:
             functions: The foreign functions.
-            bound: The flow, bound with all columns.
+            bind: Binds the flow with all columns.
             sizes: nq and the number of links.
             scale: Sizes of the unknowns (nq + 1,).
             tolerance: Tolerance of the flow.
             rough: The same far from an orbit.
             most_steps: Budget of its steps.
         """
-        self._bound, self._functions = bound, functions
+        self._given = functions, bind, sizes, scale, tolerance, rough, most_steps
+        self._bound, self._functions = bind(), functions
         self._fields = offsets(orbit_fields(*sizes))
         whole = offsets(desk_fields(*sizes))
         self._memory = np.zeros(max(end for _, end, _ in whole.values()))
@@ -159,21 +161,25 @@ class Brake:
             self._memory[whole[first][0] : whole[last][1]] for first, last in (("tol", "most_corrections"), ("count", "place"), ("moved", "changed"))
         )
         self._desk = ctypes.c_void_p(place(self._memory))
-        self._arguments = (*bound.context, self._desk)
+        self._arguments = (*self._bound.context, self._desk)
+
+    def another(self) -> Brake:
+        """The same on memory of its own, the flow's included."""
+        return Brake(*self._given)
 
     @property
     def asked(self) -> list[list[float]]:
         """Evaluations of the last call: q_0, omega, the flow's tolerance, and how many columns were carried."""
         return self.desk["asked"][: int(self.desk["evaluations"])].tolist()
 
-    def at(self, y: Array) -> Found | None:
-        """The orbit at y (nq + 1,), scaled, whether it closes or not; None where the chain cannot be followed."""
-        self._guess[:] = y
+    def at(self, y: Array, along: Array | None = None) -> Found | None:
+        """The orbit at y (nq + 1,), scaled, whether it closes or not, its tangent along a direction; None where the chain cannot be followed."""
+        self._guess[:], self._normal[:] = y, 0 if along is None else along
         return Found(self._orbit.copy(), self._fields) if self._functions.at(*self._arguments) else None
 
-    def settled(self, y: Array) -> Found | None:
+    def settled(self, y: Array, along: Array) -> Found | None:
         """The same, freed of what Newton still finds to be wrong with it."""
-        self._guess[:] = y
+        self._guess[:], self._normal[:] = y, along
         return Found(self._orbit.copy(), self._fields) if self._functions.settled(*self._arguments) else None
 
     def corrected(self, guess: Array, normal: Array, tol: float, trust: float, most: int) -> Found:
@@ -184,7 +190,11 @@ class Brake:
         return Found(self._orbit.copy(), self._fields)
 
     def ahead(self, known: Sequence[tuple[Array, Array]], jacobian: Array, step: float, tol: float, most: int) -> tuple[Found, Ahead]:
-        """The orbit a step ahead of the last of those with tangents that are known, whose Jacobian (nq, nq + 1) is given, too."""
+        """The orbit a step ahead of the last of those with tangents that are known, whose Jacobian (nq, nq + 1) is given, too.
+
+        Raises:
+            ArrayError: More than `KNOWN` are.
+        """
         self._know(known)
         self._before_jacobian[:], self._before_tangent[:] = jacobian, known[-1][1]
         self._newton[:] = tol, 0.0, most
@@ -193,6 +203,8 @@ class Brake:
         return Found(self._orbit.copy(), self._fields), Ahead(*self._ahead.tolist())
 
     def _know(self, known: Sequence[tuple[Array, Array]]) -> None:
+        if len(known) > KNOWN:
+            raise ArrayError("known", len(known), f"must be at most {KNOWN} places", "give those that are nearest")
         for (at, along), (y, tangent) in zip(self._rows, known, strict=False):
             at[:], along[:] = y, tangent
 
@@ -202,7 +214,11 @@ class Brake:
         return self.desk["change"].copy()
 
     def touched(self, known: Sequence[tuple[Array, Array]], axis: Array, at: float) -> Array | None:
-        """Where the curve through places with tangents has a distance along an axis (nq + 1,); None where none goes along it."""
+        """Where the curve through places with tangents has a distance along an axis (nq + 1,); None where none goes along it.
+
+        Raises:
+            ArrayError: They are more than `KNOWN`.
+        """
         self._know(known)
         self._where[:], self._axis[:] = (len(known), at), axis
         return self._guess.copy() if self._functions.touched(self._desk) else None

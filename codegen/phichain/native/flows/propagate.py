@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from functools import partial
 from typing import Any
 
@@ -138,7 +139,7 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any, 
 
     def brake(scale: ArrayLike, tol: float, rough: float, max_steps: int, p: Mapping[str, Any] | None = None) -> Brake:
         assert braking is not None
-        bound = bind(tol, columns=2 * chain.links, max_steps=max_steps, p=p)
+        bound = partial(bind, tol, columns=2 * chain.links, max_steps=max_steps, p=deepcopy(p))
         return Brake(braking, bound, (chain.nq, chain.links), np.asarray(scale, float), tol, rough, max_steps)
 
     vars(propagate)["bind"] = bind

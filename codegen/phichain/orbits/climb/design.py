@@ -29,7 +29,7 @@ NODES_MOST: Final = 97
 """Nodes of half a period by the limit alone."""
 NODES_EVER: Final = 257
 STRAY: Final = 0.5
-"""Share of the limit that the law may ask for between nodes while the chain is on its orbit: at 0.8 every chain that was tried climbs, at 0.95 none."""
+"""Share of the limit that the law may ask for between nodes while the chain is on its orbit: of few chains those at 0.8 and below climb, two above 0.9 do not."""
 TAKEN: Final = 0.5
 """Level at the last brake, at most."""
 TUBE: Final = 1.0

@@ -7,6 +7,7 @@ that. `stencils/orbits` has them; this is what reads its answers.
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import fields
 from typing import Any, Final
@@ -63,13 +64,24 @@ _ARRAYS: Final = frozenset(item.name for item in fields(QuarterMap))
 _SEVERAL: Final = 2
 
 
+class _Own(threading.local):
+    """What every thread has of its own: the numbers that C computes on."""
+
+    def __init__(self, brake: Any) -> None:
+        """Called once in each thread."""
+        self.brake = brake.another()
+
+
 class Braking:
-    """A compiled problem (`continuation.problem.Compiled`) of brake orbits."""
+    """A compiled problem (`continuation.problem.Compiled`) of brake orbits; several threads may ask it at once."""
 
     def __init__(self, brake: Any) -> None:
         """Take what a compiled flow's `brake` made."""
-        self._brake = brake
-        self._scale, self._normal = brake.desk["scale"], brake.desk["normal"]
+        self._own, self._scale = _Own(brake), brake.desk["scale"]
+
+    @property
+    def _brake(self) -> Any:
+        return self._own.brake
 
     def evaluate(self, z: Vector) -> Evaluation:
         """Residual and Jacobian at the unknowns themselves (nq + 1,)."""
@@ -81,14 +93,12 @@ class Braking:
 
     def at(self, y: Vector, along: Vector) -> Told | None:
         """See `Compiled`."""
-        self._normal[:] = along
-        found = self._brake.at(y)
+        found = self._brake.at(y, along)
         return None if found is None else _told(found)
 
     def settled(self, y: Vector, along: Vector) -> Told | None:
         """See `Compiled`."""
-        self._normal[:] = along
-        found = self._brake.settled(y)
+        found = self._brake.settled(y, along)
         return None if found is None else _told(found)
 
     def corrected(self, guess: Vector, normal: Vector, tol: float, trust: float, most: int) -> Told:
