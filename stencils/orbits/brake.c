@@ -67,6 +67,7 @@ static int brake_evaluate(CONTEXT const phi_flow *begun, brake_desk *desk, const
         }
     }
     memcpy(orbit->residual, z, sizeof orbit->residual);
+    (void)still; /* what has no inputs takes none */
     if (PHI_FLOW(&flow, quarter, (unsigned long)desk->most_steps, still, orbit->residual, v) != PHI_FLOW_DONE) {
         return 0;
     }
