@@ -21,6 +21,7 @@ from phichain.native.flows import motion
 from phichain.native.flows.beside import Beside
 from phichain.scene import Scene
 from phichain.system import System
+from phichain.system.propagation import Stop
 
 WANT = ("forward_dynamics", "propagate")
 PAIR = {"mass": [1.0, 0.6], "length": [1.0, 0.7], "want": WANT}
@@ -169,6 +170,17 @@ def test_errors_of_steps_are_those_against_steps_at_round_off(name: str) -> None
         ratios += (error / np.where(np.abs(true) > 1e-13, true, np.nan)).tolist()
     seen = np.array(ratios)[np.isfinite(ratios)]
     assert len(seen) > 50 and np.all(np.abs(np.quantile(seen, (0.25, 0.5, 0.75)) - 1) < 0.15)
+
+
+@pytest.mark.parametrize("cut", ["an event", "columns"])
+def test_steps_that_are_cut_are_measured_where_they_end(cut: str) -> None:
+    """By an event or by columns of derivatives: what is said at the end is what uncut steps say."""
+    of = build(Scene("varied", 2, variational=True, **PAIR), prove=False)
+    x, more = start(of), {"stop": Stop("v", 0)} if cut == "an event" else {"transition": np.eye(4)}
+    beside, alone = of.propagate.beside(), of.propagate.beside()
+    found = of.propagate(x[:2], x[2:], 0.0, 8.0, 1e-9, beside=beside, **more)
+    of.propagate(x[:2], x[2:], 0.0, found.t, 1e-9, beside=alone)
+    assert np.all(beside.errors < 100 * alone.errors + 1e-16) and np.all(beside.errors > alone.errors / 100)
 
 
 def test_no_run_is_of_a_lower_order_than_its_neighbours() -> None:
