@@ -118,6 +118,10 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
             stem_unit(&span, &unit);
             stem_advance(order, jet, &h, increment, along);
             stem_move(increment, jet);
+#if WITH_BESIDE
+            /* The error of a step that was cut is measured where it ends now. */
+            stem_begin(PASS jet, jet->moved, jet->moved_lost, &unit, AFTER(&h) jet->end);
+#endif
         }
         while (times != NULL && flow->written < count) {
             const phi_real inside = (times[flow->written] - flow->t) - flow->t_lost;

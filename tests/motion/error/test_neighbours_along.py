@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import pickle
+import weakref
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,10 +16,12 @@ from phichain import build
 from phichain.motion import simulate
 from phichain.motion.error.measure import Measure
 from phichain.native import build_folder
+from phichain.native.flows import beside as judged
 from phichain.native.flows import motion
 from phichain.native.flows.beside import Beside
 from phichain.scene import Scene
 from phichain.system import System
+from phichain.system.propagation import Stop
 
 WANT = ("forward_dynamics", "propagate")
 PAIR = {"mass": [1.0, 0.6], "length": [1.0, 0.7], "want": WANT}
@@ -125,6 +129,33 @@ def test_steps_that_fill_their_room_change_nothing(name: str, monkeypatch: pytes
     assert all(np.array_equal(one, other) for one, other in zip(*found, strict=True)) and len(found[0][-1]) == 33
 
 
+@pytest.mark.parametrize("name", ["sprung", "ball"])
+def test_steps_beyond_what_is_kept_are_judged_on_the_way(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To the same errors, to the last bit; and no frame that waits for the next run keeps the steps of the last one."""
+    of, monkey, found = system(name), monkeypatch.setattr, []
+    monkey(motion, "ROOM", 2**10)
+    for most in (2**26, 2**13):
+        monkey(judged, "MOST_BYTES", most)
+        beside, given = of.propagate.beside(), {"p": {"mass": [1.0, 0.6]}, "u": [0.3, -0.2]} if of.nu else {}
+        fresh = start(of)
+        of.propagate(fresh[: of.nq], fresh[of.nq :], 0.0, 16.0, 1e-9, beside=beside, times=np.linspace(0.0, 16.0, 33)[1:], **given)
+        kept = sum(piece.nbytes for piece in beside._pieces)
+        assert (kept <= 2**13) == (most == 2**13)
+        found.append((beside.errors, beside.errors))
+    assert np.array_equal(found[0][0], found[1][0]) and len(found[1][1]) == 33 and np.all(found[0][0] > 0)
+    gone = weakref.ref(beside)
+    del beside
+    gc.collect()
+    assert gone() is None
+
+
+def test_a_run_of_many_steps_needs_no_rows(monkeypatch: pytest.MonkeyPatch) -> None:
+    of, x, beside = system("plain"), start(system("plain")), system("plain").propagate.beside()
+    monkeypatch.setattr(motion, "ROOM", 2**10)
+    alone, along = of.propagate(x[:2], x[2:], 0.0, 8.0, 1e-9), of.propagate(x[:2], x[2:], 0.0, 8.0, 1e-9, beside=beside)
+    assert np.array_equal(along.q, alone.q) and along.steps == alone.steps > 2**10 // 40 and beside.errors.shape == (1, 2)
+
+
 @pytest.mark.parametrize("name", ["plain", "geared_cart"])
 def test_errors_of_steps_are_those_against_steps_at_round_off(name: str) -> None:
     """With their signs: what a series leaves, measured by where the flow at round-off goes from the same state in the same time."""
@@ -139,6 +170,17 @@ def test_errors_of_steps_are_those_against_steps_at_round_off(name: str) -> None
         ratios += (error / np.where(np.abs(true) > 1e-13, true, np.nan)).tolist()
     seen = np.array(ratios)[np.isfinite(ratios)]
     assert len(seen) > 50 and np.all(np.abs(np.quantile(seen, (0.25, 0.5, 0.75)) - 1) < 0.15)
+
+
+@pytest.mark.parametrize("cut", ["an event", "columns"])
+def test_steps_that_are_cut_are_measured_where_they_end(cut: str) -> None:
+    """By an event or by columns of derivatives: what is said at the end is what uncut steps say."""
+    of = build(Scene("varied", 2, variational=True, **PAIR), prove=False)
+    x, more = start(of), {"stop": Stop("v", 0)} if cut == "an event" else {"transition": np.eye(4)}
+    beside, alone = of.propagate.beside(), of.propagate.beside()
+    found = of.propagate(x[:2], x[2:], 0.0, 8.0, 1e-9, beside=beside, **more)
+    of.propagate(x[:2], x[2:], 0.0, found.t, 1e-9, beside=alone)
+    assert np.all(beside.errors < 100 * alone.errors + 1e-16) and np.all(beside.errors > alone.errors / 100)
 
 
 def test_no_run_is_of_a_lower_order_than_its_neighbours() -> None:
@@ -173,8 +215,8 @@ def test_a_generated_folder_has_none_and_is_judged_by_a_second_run() -> None:
 
 def test_a_run_that_nobody_asks_flies_no_neighbours(monkeypatch: pytest.MonkeyPatch) -> None:
     """And whoever asks, once or after a journey, is told the same."""
-    flown, found = [], Beside._found
-    monkeypatch.setattr(Beside, "_found", lambda beside, pieces: flown.append(len(pieces)) or found(beside, pieces))
+    flown, found = [], Beside._further
+    monkeypatch.setattr(Beside, "_further", lambda beside, pieces: flown.append(len(pieces)) or found(beside, pieces))
     unread, read, sent = (run(system("plain"), 1e-9) for _ in range(3))
     assert not flown
     verdict = read.error, read.status, read.reason, read.holds_until

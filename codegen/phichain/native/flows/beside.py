@@ -1,6 +1,7 @@
 """What says how large the errors of the Taylor flow are, in the compiled object alone: no generated folder has it.
 
 A run leaves its steps; when somebody asks, neighbours of low order fly beside these, which costs a part of the run and nothing before.
+A run of very many steps is judged on the way, so that they need not be kept.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from numpy.typing import NDArray
 from phichain.native.memory.arrays import place
 
 _CACHE_LINE: Final = 64
+#: Bytes of steps that wait for somebody who asks: some 300 000 steps of two links in the plane, 25 000 of eight in space.
+MOST_BYTES: Final = 2**26
 
 
 @dataclass(frozen=True)
@@ -68,24 +71,45 @@ class Desk:
         return self._steps[: count * size].reshape(count, size).copy()
 
 
+@dataclass(frozen=True)
+class _Flown:
+    """What neighbours have said so far.
+
+    Attributes:
+        rows: Errors in the rows of states, call by call (m, 2) each.
+        last: Those where it ended (1, 2).
+        room: Where the neighbours are.
+    """
+
+    rows: tuple[NDArray[np.float64], ...]
+    last: NDArray[np.float64]
+    room: NDArray[np.uint8]
+
+
 class Beside:
-    """The steps of one run, from call to call, and their errors once somebody asks."""
+    """The steps of one run, from call to call, and their errors once somebody asks, or once the steps take more than `MOST_BYTES`."""
 
     def __init__(self, watched: Watched) -> None:
         """None yet."""
         self.watched = watched
         self._pieces: list[NDArray[np.float64]] = []
+        self._flown = _Flown((), np.zeros((1, 2)), np.empty(0, np.uint8))
         self._held: tuple[NDArray[Any], ...] = ()
         self._tolerance = 0.0
         self._errors: NDArray[np.float64] | None = None
 
-    def hold(self, held: tuple[NDArray[Any], ...], tolerance: float) -> None:
-        """Take what stays the same for the whole run: parameters and input, as far as the chain has any, and the tolerance that was kept."""
-        self._held, self._tolerance = held, tolerance
+    def keep(self, steps: NDArray[np.float64], held: tuple[NDArray[Any], ...], tolerance: float) -> None:
+        """Keep the steps of a call.
 
-    def keep(self, steps: NDArray[np.float64]) -> None:
-        """Keep the steps of a call."""
+        Args:
+            steps: They.
+            held: What stays the same for the whole run: parameters and input, as far as the chain has any.
+            tolerance: What was kept, the same for the whole run, too.
+        """
+        self._held, self._tolerance = held, tolerance
         self._pieces.append(steps)
+        if sum(piece.nbytes for piece in self._pieces) > MOST_BYTES:
+            self._flown, self._pieces = self._further(self._pieces), []
 
     @property
     def errors(self) -> NDArray[np.float64]:
@@ -95,12 +119,16 @@ class Beside:
         """
         pieces = self._pieces  # before another thread that finds the same can forget them
         if self._errors is None:
-            self._errors, self._pieces = self._found(pieces), []
+            flown = self._further(pieces)
+            self._errors, self._pieces = np.concatenate((*flown.rows, flown.last)), []
         return self._errors
 
-    def _found(self, pieces: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-        watched, rows = self.watched, []
-        room, last = np.zeros(watched.room + _CACHE_LINE, np.uint8), np.zeros((1, 2))
+    def _further(self, pieces: Sequence[NDArray[np.float64]]) -> _Flown:
+        """What they say after these steps, too; nothing is left half done by Ctrl-C."""
+        watched, rows, last = self.watched, [*self._flown.rows], self._flown.last
+        before, room = self._flown.room, np.zeros(watched.room + _CACHE_LINE, np.uint8)
+        here = _aligned(room) - place(room)
+        room[here : here + len(before)] = before
         held = [ctypes.c_void_p(place(array)) for array in self._held]
         for steps in pieces:
             errors = np.empty((len(steps), 2))
@@ -110,7 +138,7 @@ class Beside:
             )  # fmt: skip
             rows.append(np.repeat(errors, np.diff(steps[:, 0], prepend=0.0).astype(int), axis=0))
             last = errors[-1:] if len(errors) else last
-        return np.concatenate((*rows, last))
+        return _Flown(tuple(rows), last, room[here : here + watched.room])
 
 
 def _aligned(memory: NDArray[np.uint8]) -> int:

@@ -159,7 +159,7 @@ class Frame:
     def _to_the_end(self, budget: int) -> int:
         """Run, the first steps without a way out for Ctrl-C: a short run costs half as much without one."""
         if self.beside is not None:
-            return self._in_pieces(budget, (np.empty(0),))[0]
+            return self._in_pieces(budget, (np.empty(0),) * 3)[0]
         brief = min(self._call.brief, budget)
         if brief:
             self._max_steps.value = brief
@@ -217,11 +217,10 @@ class Frame:
         if self._refuses:
             self.refused += self.flow.refused
         if beside is not None:
-            beside.keep(desk.taken(self.flow.steps))
+            beside.keep(desk.taken(self.flow.steps), self._held(), self.flow.tolerance)
         return result, self.flow.written
 
-    @property
-    def held(self) -> tuple[NDArray[Any], ...]:
+    def _held(self) -> tuple[NDArray[Any], ...]:
         """Copies of what stays the same over a run: parameters and input, as far as C takes any."""
         known = (("p", self._parameters.values), ("u", self._state["u"]))
         return tuple(values.copy() for name, values in known if name in self.given)

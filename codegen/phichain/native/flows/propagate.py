@@ -99,8 +99,7 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any, 
         if own:
             demand_alone(call.name, times)
         result, (t_at, q_at, v_at) = frame.own(budget) if own else frame.at(times, t, t_end, budget)
-        if beside is not None:
-            beside.hold(frame.held, flow.tolerance)
+        frame.beside = None
         del directions
         columns_at = None if passed is None else wide(passed[: flow.written])
         matrix = None if carried is None else kept_wide(carried)
