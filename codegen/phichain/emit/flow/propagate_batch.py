@@ -15,7 +15,6 @@ from phichain.emit.c.names import CNames
 from phichain.emit.flow.declared import arguments, documented, outcome_lines, scalar_constants, struct_lines
 from phichain.emit.flow.flows import FlowText, prints
 from phichain.emit.flow.instance import (
-    HIGHEST,
     LOG_TWO,
     Called,
     c_names,
@@ -33,7 +32,7 @@ from phichain.emit.render import render
 from phichain.emit.stencil import instance
 from phichain.lowering.rates import scales_program
 from phichain.lowering.series import series
-from phichain.lowering.series.series import NOW, Series
+from phichain.lowering.series.series import HIGHEST, NOW, Series
 from phichain.mechanics import Model
 from phichain.scene import Scene
 
