@@ -48,7 +48,6 @@ static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x],
     (void)lost;
 #endif
 }
-
 #if WITH_OUTRIGHT
 
 /* The coefficients of the states up to the highest order, which nearly every step wants, from jet->start. */
