@@ -39,7 +39,7 @@ def combinations() -> Iterator[Combination]:
     forms.append({"ALONE_BATCH": 1, "WITH_COLUMNS": 0})
     chosen = product(SPACES, forms, (0, 1), (0, 1), (0, 1), (0, 1))
     for number, (space, form, inputs, squares, lost, scales) in enumerate(chosen):
-        is_alone = not (form["ALONE_BATCH"] or form["WITH_COLUMNS"] * (number // 7 % 2) or squares or number // 9 % 2 or number // 11 % 2 or number // 13 % 2)
+        is_alone = not (form["ALONE_BATCH"] and "WITH_SPHERE" in space or form["WITH_COLUMNS"] * (number // 7 % 2) or squares or number // 9 % 2 or number // 11 % 2 or number // 13 % 2)
         is_plain = not (form["ALONE_BATCH"] or number // 3 % 2 or number // 9 % 2)
         yield {
             "WITH_BESIDE": int(is_plain and number // 2 % 2 == 0),

@@ -136,13 +136,18 @@ def shares(scene: Scene, lanes: bool) -> bool:
     return lanes and not scene.is_planar
 
 
+def at_once(made: Series, lanes: bool = False) -> Program | None:
+    """All orders at once, where there is such a Program; with derivatives it writes rows that trajectories side by side have no use for."""
+    return None if lanes and made.columns is not None else made.outright
+
+
 def steps_stencils(scene: Scene, made: Series, lanes: bool = False) -> list[str]:
     """The stencils of a step, in the order in which they lean on each other; `lanes`: of trajectories side by side."""
     winds = turns(scene)
     return [
         "flow/norms", *(["flow/fused"] if winds or made.is_forced else []), *(["flow/turns"] if winds else []),
         *(["flow/drive"] if made.is_forced else []), *(["flow/rubs"] if made.rubs else []),
-        *(["flow/shared_sums", "flow/shared"] if shares(scene, lanes) else ["flow/series"] if made.outright is not None and not lanes else ["flow/sums", "flow/series"]),
+        *(["flow/shared_sums", "flow/shared"] if shares(scene, lanes) else ["flow/series"] if at_once(made, lanes) is not None else ["flow/sums", "flow/series"]),
         "flow/move",
     ]  # fmt: skip
 
@@ -179,7 +184,7 @@ def features(scene: Scene, made: Series, columns: bool, lanes: bool = False) -> 
         "WITH_OWN_TRIGONOMETRY": own_trigonometry(scene),
         "WITH_SQUARES": made.squares > 0, "WITH_DRY": made.dry > 0, "WITH_RUBS": made.rubs > 0, "WITH_SCALES": scale_literals(scene, None) is not None,
         "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns, "WITH_PARAMETERS": columns and made.order_along is not None,
-        "WITH_LINKS": columns and made.by_links, "WITH_SHARED": shares(scene, lanes), "WITH_OUTRIGHT": made.outright is not None and not lanes, "WITH_CROSSED": made.rights > 1, "WITH_BESIDE": False,
+        "WITH_LINKS": columns and made.by_links, "WITH_SHARED": shares(scene, lanes), "WITH_OUTRIGHT": at_once(made, lanes) is not None, "WITH_CROSSED": made.rights > 1, "WITH_BESIDE": False,
     }  # fmt: skip
 
 
