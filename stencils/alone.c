@@ -23,7 +23,9 @@
 #include "flow/shared_sums.c"
 #include "flow/shared.c"
 #else
+#if !WITH_OUTRIGHT
 #include "flow/sums.c"
+#endif
 #include "flow/series.c"
 #endif
 #include "flow/move.c"

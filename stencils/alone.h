@@ -32,6 +32,9 @@
 #if WITH_OWN_TRIGONOMETRY && !WITH_FORCING
 #error "nothing but a forcing's phase goes through sines and cosines"
 #endif
+#if WITH_OUTRIGHT && (WITH_SHARED || WITH_PARAMETERS || WITH_SQUARES || WITH_DRY || WITH_RUBS || WITH_FORCING)
+#error "orders that come all at once are those of a link that nothing but weight and torque moves"
+#endif
 #if WITH_BESIDE && (ALONE_BATCH || ALONE_FLOAT || WITH_FORCING)
 #error "neighbours fly beside one run in double precision that nothing forces"
 #endif

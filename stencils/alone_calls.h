@@ -112,6 +112,13 @@ void stem_factor(CONTEXT const stem_lanes *q, const stem_lanes *v, LANES_OF_INPU
 #if WITH_SHARED
 void stem_order(CONTEXT const stem_lanes *held, const stem_lanes *sums, const stem_lanes *row, const stem_lanes *row_after, const phi_real now[4], LANES_OF_FORCE stem_lanes *row_ahead, stem_lanes *right);
 #else
+#if WITH_OUTRIGHT
+#if WITH_COLUMNS
+void stem_outright(CONTEXT const stem_lanes *held, const stem_lanes *right, const stem_lanes *slope, stem_lanes *left, stem_lanes *rates, stem_lanes *rows);
+#else
+void stem_outright(CONTEXT const stem_lanes *held, const stem_lanes *right, const stem_lanes *slope, stem_lanes *rows);
+#endif
+#endif
 void stem_order(CONTEXT const stem_lanes *held, const stem_lanes *sums, LANES_NEWEST(stem_lanes) const stem_lanes *coefficient, const phi_real now[4], LANES_OF_FORCE stem_lanes *left, stem_lanes *right, stem_lanes *next);
 #endif
 void phi_positions(POSITIONS_CONTEXT const phi_real *q, phi_real *place);

@@ -48,6 +48,21 @@ static void stem_begin(CONTEXT const stem_jets *jet, const stem_lanes x[stem_x],
     (void)lost;
 #endif
 }
+#if WITH_OUTRIGHT
+
+/* The coefficients of the states up to the highest order, which nearly every step wants, from jet->start. */
+static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTRICT jet)
+{
+    const stem_start *start = jet->start;
+    stem_lanes *rows = (stem_lanes *)(void *)jet->x;
+#if WITH_COLUMNS
+    stem_outright(PASS start->held, start->right[0], start->slope, (stem_lanes *)(void *)jet->left, (stem_lanes *)(void *)jet->right, rows);
+#else
+    stem_outright(PASS start->held, start->right[0], start->slope, rows);
+#endif
+    (void)order;
+}
+#else
 
 /* The coefficients of the states up to the given order, from jet->start. */
 static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTRICT jet)
@@ -127,6 +142,7 @@ static STEM_APART void stem_expand(CONTEXT const int order, stem_jets *PHI_RESTR
         stem_order(PASS jet->start->BEHIND, sums, NEWEST(jet->left[n]) jet->x[n], stem_now[n], FORCE(&force) jet->left[n + 1], jet->right[n + 1], jet->x[n + 1]);
     }
 }
+#endif
 
 /* How far the states move in times h, x_1 t + x_2 t^2 + ... with t = h / unit, and h times the slope of the rates' series in the
  * units of their coefficients: even and odd powers apart, so that no sum waits for the one before. Order 1, the most of it, is added

@@ -39,6 +39,7 @@ def combinations() -> Iterator[Combination]:
     forms.append({"ALONE_BATCH": 1, "WITH_COLUMNS": 0})
     chosen = product(SPACES, forms, (0, 1), (0, 1), (0, 1), (0, 1))
     for number, (space, form, inputs, squares, lost, scales) in enumerate(chosen):
+        is_alone = not (form["ALONE_BATCH"] and "WITH_SPHERE" in space or form["WITH_COLUMNS"] * (number // 7 % 2) or squares or number // 9 % 2 or number // 11 % 2 or number // 13 % 2)
         is_plain = not (form["ALONE_BATCH"] or number // 3 % 2 or number // 9 % 2)
         yield {
             "WITH_BESIDE": int(is_plain and number // 2 % 2 == 0),
@@ -48,6 +49,7 @@ def combinations() -> Iterator[Combination]:
             "WITH_PARAMETERS": form["WITH_COLUMNS"] * (number // 7 % 2), "WITH_SCALES": scales, "ALONE_PARAMS": (0, 2)[number // 2 % 2] if scales else 1, "ALONE_FLOAT": number // 3 % 2,
             "ALONE_VECTORS": number // 5 % 2, "ALONE_CART": number % 3, "ALONE_NEWEST": number // 7 % 2, "WITH_DRY": number // 11 % 2, "WITH_RUBS": number // 13 % 2, "WITH_SPRINGS": number // 17 % 2,
             "WITH_SHARED": int(form["ALONE_BATCH"] and "WITH_SPHERE" in space), "WITH_CROSSED": number // 7 % 2,
+            "WITH_OUTRIGHT": int(is_alone and number // 2 % 2 == 0),
         }  # fmt: skip
 
 

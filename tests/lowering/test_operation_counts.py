@@ -8,6 +8,8 @@ import pytest
 
 from phichain.ir import count_operations, total_operations
 from phichain.lowering import lower_function
+from phichain.lowering.series import series
+from phichain.lowering.series.series import HIGHEST
 from phichain.mechanics import derive
 from phichain.scene import Scene
 
@@ -98,3 +100,20 @@ def test_what_a_scene_lacks_costs_nothing() -> None:
     for chain in dearer:
         assert total_operations(forward(chain)) > bare
     assert count_operations(forward(unforced(1))) == {"sin": 1, "mul": 1}
+
+
+def one_link(**more: Any) -> Any:
+    return series(derive(Scene("one", 1, mass=0.7, length=0.5, **more)))
+
+
+@pytest.mark.parametrize(("more", "most"), [({}, 713), ({"actuated": "all"}, 772), ({"real": "float"}, 285)])
+def test_all_orders_of_one_link_take_two_thirds_of_what_one_by_one_takes(more: dict[str, Any], most: int) -> None:
+    made, highest = one_link(**more), HIGHEST[more.get("real", "double")]
+    products = sum(made.lanes * (2 * n + 1) for n in range(2, highest + 1))
+    one_by_one = products + (highest - 1) * total_operations(made.order)
+    assert total_operations(made.outright) <= min(most, 0.71 * one_by_one)
+
+
+@pytest.mark.parametrize("more", [{"stiffness": 1.0}, {"damping": 0.1}, {"code": "loops"}, {"friction": 0.1, "friction_speed": 0.2}])
+def test_orders_come_one_by_one_where_more_than_weight_and_torque_acts(more: dict[str, Any]) -> None:
+    assert one_link(**more).outright is None

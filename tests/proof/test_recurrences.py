@@ -25,7 +25,7 @@ from phichain.scene import Scene
 from tests.lowering.taylor_oracle import EXACT, Row, gap, state
 from tests.proof.mutations import mutants
 
-PER_KIND = {"factor": 4, "order": 4, "columns": 1, "order_shared": 2}
+PER_KIND = {"factor": 4, "order": 4, "columns": 1, "order_shared": 2, "outright": 6}
 UNEVEN: dict[str, Any] = {"mass": [0.7, 1.9, 0.4], "length": [0.5, 1.3, 0.8], "space": "spatial"}
 PLANAR: dict[str, Any] = {**UNEVEN, "space": "planar"}
 CART: dict[str, Any] = {"base": "cart", "cart_mass": 0.9, "code": "loops"}
@@ -42,6 +42,7 @@ CHAINS = {
         Scene("planar_damped", 3, **PLANAR, **CART, **JOINTS, com=[0.3, 0.9, 0.5], angles="absolute"),
         Scene("planar_tips", 2, mass="runtime", length="runtime", actuated=[2], code="loops"),
         Scene("planar_one", 1, mass=0.7, length=0.5, com=0.3, want=("propagate",), variational=True),
+        Scene("free_one", 1, mass=0.7, length=0.5, com=0.3, actuated=[1], armature=0.2, want=("propagate",)),
         Scene("geared", 3, **PLANAR, com=[0.3, 0.9, 0.5], armature=[0.4, 0.0, 0.2], actuated="all", want=("propagate",), variational=True),
         Scene("geared_cart", 2, mass=[0.7, 1.9], length=[0.5, 1.3], **CART, armature="runtime", damping=0.1, angles="absolute"),
         Scene("dry", 3, **PLANAR, com=[0.3, 0.9, 0.5], friction=[0.3, 0.2, 0.1], friction_speed=0.2, want=("propagate",), variational=True),
@@ -82,6 +83,9 @@ def expanded(scene: Scene, of: Series) -> list[Row]:
         found = list(base.state)
         if of.order_shared is not None:
             found += expand_shared(of, EXACT, ORDERS + 3, at.q, at.v, at.u, rho, **at.params)
+        if of.outright is not None:
+            made = EXACT.run(of.outright, {"held": base.held, "right": base.right[0], "slope": base.state[1]})
+            found += [list(rows) for rows in made.values()]
         if of.columns is not None:
             found += expand_column(of, EXACT, base, at.v, [x * 0 for x in at.v]).state
         return found

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from phichain.emit.flow.instance import HIGHEST
-from phichain.lowering.series.series import Series
+from phichain.lowering.series.series import HIGHEST, Series
 from phichain.scene import Scene
 
 #: Columns in one vector of lanes.

@@ -8,9 +8,9 @@ from phichain.contract.flows import EVENT, FLOW, PROPAGATE
 from phichain.contract.functions import ROWS
 from phichain.emit.flow.columns import workspace as columns_workspace
 from phichain.emit.flow.declared import arguments, documented, outcome_lines, scalar_constants, struct_lines
-from phichain.emit.flow.instance import HIGHEST, turns
+from phichain.emit.flow.instance import turns
 from phichain.emit.render import render
-from phichain.lowering.series.series import Series
+from phichain.lowering.series.series import HIGHEST, Series
 from phichain.scene import Scene
 
 Arrays = list[tuple[str, tuple[int, ...]]]

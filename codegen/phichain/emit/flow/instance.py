@@ -19,14 +19,11 @@ from phichain.ir.nodes import Program
 from phichain.ir.rounded import nearest
 from phichain.lowering.lower import lower_function
 from phichain.lowering.rates import fastest_rate, reach, weight_rate
-from phichain.lowering.series.series import LOST, NEWEST, Series
+from phichain.lowering.series.series import HIGHEST, LOST, NEWEST, Series
 from phichain.lowering.series.spatial.ends import spatial_ends
 from phichain.mechanics import Model
 from phichain.scene import Scene
 
-#: Highest order of the Taylor series. Near round-off higher ones only make longer steps, over which larger terms cancel:
-#: 28 lost half a digit against 22 on a pendulum that whirls, in the same time.
-HIGHEST: Final = {"double": 22, "float": 14}
 #: Tolerances below this are round-off.
 EPSILON: Final = {"double": Fraction(1, 2**52), "float": Fraction(1, 2**23)}
 #: Difference of the slopes at a step's end that passes, in units of the local error aimed at. The term behind the last
@@ -139,13 +136,19 @@ def shares(scene: Scene, lanes: bool) -> bool:
     return lanes and not scene.is_planar
 
 
+def at_once(made: Series, lanes: bool = False) -> Program | None:
+    """All orders at once, where there is such a Program; with derivatives it writes rows that trajectories side by side have no use for."""
+    return None if lanes and made.columns is not None else made.outright
+
+
 def steps_stencils(scene: Scene, made: Series, lanes: bool = False) -> list[str]:
     """The stencils of a step, in the order in which they lean on each other; `lanes`: of trajectories side by side."""
     winds = turns(scene)
     return [
         "flow/norms", *(["flow/fused"] if winds or made.is_forced else []), *(["flow/turns"] if winds else []),
         *(["flow/drive"] if made.is_forced else []), *(["flow/rubs"] if made.rubs else []),
-        *(["flow/shared_sums", "flow/shared"] if shares(scene, lanes) else ["flow/sums", "flow/series"]), "flow/move",
+        *(["flow/shared_sums", "flow/shared"] if shares(scene, lanes) else ["flow/series"] if at_once(made, lanes) is not None else ["flow/sums", "flow/series"]),
+        "flow/move",
     ]  # fmt: skip
 
 
@@ -181,7 +184,7 @@ def features(scene: Scene, made: Series, columns: bool, lanes: bool = False) -> 
         "WITH_OWN_TRIGONOMETRY": own_trigonometry(scene),
         "WITH_SQUARES": made.squares > 0, "WITH_DRY": made.dry > 0, "WITH_RUBS": made.rubs > 0, "WITH_SCALES": scale_literals(scene, None) is not None,
         "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns, "WITH_PARAMETERS": columns and made.order_along is not None,
-        "WITH_LINKS": columns and made.by_links, "WITH_SHARED": shares(scene, lanes), "WITH_CROSSED": made.rights > 1, "WITH_BESIDE": False,
+        "WITH_LINKS": columns and made.by_links, "WITH_SHARED": shares(scene, lanes), "WITH_OUTRIGHT": at_once(made, lanes) is not None, "WITH_CROSSED": made.rights > 1, "WITH_BESIDE": False,
     }  # fmt: skip
 
 

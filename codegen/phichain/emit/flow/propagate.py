@@ -73,6 +73,8 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
     stem, tangent = f"{scene.name}_flow", f"{scene.name}_tangent"
     positions, others = positions_symbol(model, stem, known)
     called = [Called(f"{stem}_factor", made.factor), Called(f"{stem}_order", made.order)]
+    if made.outright is not None:
+        called.append(Called(f"{stem}_outright", made.outright))
     called += ends_of_a_call(scene, stem, columns=made.columns is not None)
     if made.columns is not None:
         called += [
@@ -93,7 +95,7 @@ def flow(model: Model, known: Collection[str] = ()) -> TaylorFlow:
     definitions = render(
         "flow/flow.c.j2", upper=scene.name.upper(), tangent=tangent if scene.variational else "", width=width,
         vectors=vector_bytes(scene), number_bytes=number, **rows_kept(scene, made), functions=parts, is_scalar=True,
-        singly=_singly(made),
+        singly=_singly(made) and made.outright is None,
         stencils="\n".join(_stencils(model, made, names, positions)).rstrip("\n"), **sizes(scene, stem, made, names),
     )  # fmt: skip
     return TaylorFlow(

@@ -15,9 +15,9 @@ from phichain.emit.c.names import CNames
 from phichain.emit.flow.declared import arguments, documented, outcome_lines, scalar_constants, struct_lines
 from phichain.emit.flow.flows import FlowText, prints
 from phichain.emit.flow.instance import (
-    HIGHEST,
     LOG_TWO,
     Called,
+    at_once,
     c_names,
     ends_of_a_call,
     features,
@@ -33,7 +33,7 @@ from phichain.emit.render import render
 from phichain.emit.stencil import instance
 from phichain.lowering.rates import scales_program
 from phichain.lowering.series import series
-from phichain.lowering.series.series import NOW, Series
+from phichain.lowering.series.series import HIGHEST, NOW, Series
 from phichain.mechanics import Model
 from phichain.scene import Scene
 
@@ -63,11 +63,12 @@ def flow_batch(model: Model, known: Collection[str] = ()) -> FlowBatch:
         known: functions of NAME.c that stand before it and that it may call.
     """
     scene, made = model.scene, series(model)
-    stem = f"{scene.name}_flows"
+    stem, outright = f"{scene.name}_flows", at_once(made, lanes=True)
     positions, others = positions_symbol(model, stem, known)
     called = [
         Called(f"{stem}_factor", made.factor, stem),
         Called(f"{stem}_order", made.order if made.order_shared is None else made.order_shared, stem, frozenset({NOW})),
+        *([] if outright is None else [Called(f"{stem}_outright", outright, stem)]),
         *ends_of_a_call(scene, stem, stem),
         *others,
     ]

@@ -6,6 +6,14 @@ With psi the angle from the link's direction at the step's start, C and S its co
 
 where (a_x, a_y) = rho^2 g (-cos phi_0, sin phi_0) is gravity as the acceleration of the base in the link's frame; a moving base
 adds its own. With a rotor at the joint 1 / r becomes m r / (m r^2 + A), and 1 / (m r^2) likewise.
+
+Where weight and a constant torque are all that acts, the two products become one and half a square. With f and g the weight's
+part of w' and the same a quarter turn on, and d the torque's,
+
+    w' = f + d,   f' = g w,   g' = -f w,   hence   w'' = g w,   g = const - w^2 / 2 + d psi
+
+the last being the energy. Order n of w wants those up to n - 2 alone, so orders come in pairs that do not wait for each other. Products are then of g
+and f, from which derivatives by the state start as (-f, g) times that of the angle.
 """
 
 from __future__ import annotations
@@ -25,6 +33,7 @@ from phichain.lowering.series.planar_factor import directions
 from phichain.lowering.series.series import (
     COEFFICIENT,
     HELD,
+    HIGHEST,
     LEAD,
     LEFT,
     LOST,
@@ -32,6 +41,7 @@ from phichain.lowering.series.series import (
     NEXT,
     NOW,
     RIGHT,
+    ROWS,
     SCALE,
     SUMS,
     Series,
@@ -52,6 +62,7 @@ def single_series(model: Model) -> Series:
         squares=0,
         held=_held(scene).size,
         dry=places(scene),
+        outright=_outright(scene) if _is_free(scene) else None,
     )
 
 
@@ -99,7 +110,7 @@ def _factor(model: Model) -> Program:
         layout.of(held, "rest")[0] = parameters.rest_angle[0]
     if "bend" in layout:
         layout.of(held, "bend")[0] = lost[0]
-    left[0], left[1] = builder.lift(1), builder.lift(0)
+    left[0], left[1] = (held[0], held[1]) if _is_free(scene) else (builder.lift(1), builder.lift(0))
     right[0], right[1] = v[0], v[0]
     if places(scene):
         Dry(builder, scene, layout, held, 2).begin(parameters, scale, v, None, left, inverse)
@@ -128,7 +139,7 @@ def _order(model: Model) -> Program:
     left = builder.output(LEFT, (2 + KINDS * rubbing,), "coefficients n + 1 of cosine and sine")
     right = builder.output(RIGHT, (2,), "coefficient n + 1 of the rate, twice")
     following = builder.output(NEXT, (2,), "coefficients of order n + 1 of the state")
-    swing = held[0] * newest[1] + held[1] * newest[0]
+    swing = newest[1] if _is_free(scene) else held[0] * newest[1] + held[1] * newest[0]
     if "drive" in layout:
         swing = swing + now[3] * layout.of(held, "drive")[0]
     if "stiffness" in layout:
@@ -150,17 +161,72 @@ def _order(model: Model) -> Program:
     return prune(unroll(builder.finish()) if rubbing else builder.finish())
 
 
+def _is_free(scene: Scene) -> bool:
+    """Whether weight and a constant torque are all that acts, derivatives are by the state alone, and code may be straight-line."""
+    hindered = scene.stiffness is not None or scene.damping is not None or places(scene) or scene.forced is not None
+    return not hindered and not scene.varied and scene.code != "loops"
+
+
+def _outright(scene: Scene) -> Program:
+    """All orders, in pairs; the newest factors enter last, since everything else is there before they are."""
+    builder, layout, highest = Builder("flow_outright", "Coefficients of all orders of the Taylor series."), _held(scene), HIGHEST[scene.real]
+    held = builder.input(HELD, (layout.size,), "constants of the step")
+    right = builder.input(RIGHT, (2,), "the link's rate, twice")
+    slope = builder.input("slope", (2,), "coefficients of order 1 of the state")
+    drive = layout.of(held, "drive")[0] if "drive" in layout else None
+    w, g = [right[0], slope[1]], [held[0]]
+
+    def height(n: int) -> Expr:
+        """-g of order n but for what torque does, halves of the square's pairs; pairs with the newest rates last."""
+        terms = [w[j] * w[n - j] for j in range((n - 1) // 2, -1, -1)]
+        return _sum([w[n // 2] * w[n // 2] / 2, *terms] if n % 2 == 0 else terms)
+
+    def extend() -> None:
+        n = len(g)
+        value = -height(n) if drive is None else drive * w[n - 1] / n - height(n)
+        g.append(builder.let(f"g_{n}", value))
+
+    extend()
+    for n in range(0, highest - 1, 2):
+        for order in (n, n + 1)[: highest - 1 - n]:
+            terms = sorted(((max(j, order - j), g[j] * w[order - j]) for j in range(order + 1)), key=lambda term: term[0])
+            w.append(builder.let(f"w_{order + 2}", _sum([term for _, term in terms]) / ((order + 1) * (order + 2))))
+        while len(g) < len(w):
+            extend()
+    if scene.variational:
+        left = builder.output(LEFT, (2 * highest,), "g and f of all orders but the highest")
+        ahead = builder.output("rates", (2 * (highest + 1),), "the rate of all orders, twice")
+        for n in range(highest):
+            left[2 * n], left[2 * n + 1] = g[n], (n + 1) * w[n + 1] if n else held[1]
+        for n, rate in enumerate(w):
+            ahead[2 * n], ahead[2 * n + 1] = rate, rate
+    rows = builder.output(ROWS, (2 * (highest + 1),), "coefficients of all orders of what the state moves by")
+    for n, rate in enumerate(w):
+        rows[2 * n] = slope[0] if n == 1 else w[n - 1] / n if n else builder.lift(0)
+        rows[2 * n + 1] = rate
+    return prune(builder.finish())
+
+
+def _sum(terms: list[Expr]) -> Expr:
+    """Terms added in two chains that do not wait for each other, the last two terms last."""
+    if len(terms) < 5:
+        return sum(terms[1:], terms[0])
+    *early, before, last = terms
+    one, other = early[0::2], early[1::2]
+    return sum(one[1:], one[0]) + sum(other[1:], other[0]) + before + last
+
+
 def _columns(scene: Scene) -> Program:
     builder, layout, rubbing = Builder("flow_columns", "Derivatives of rows 0 along a variation of the state."), _held(scene), places(scene)
-    held = builder.input(HELD, (layout.size,), "constants of the step") if rubbing else None
+    held = builder.input(HELD, (layout.size,), "constants of the step") if rubbing or _is_free(scene) else None
     dq, dv = builder.input("dq", (1,), "variation"), builder.input("dv", (1,), "variation, scaled time")
     lead = builder.output(LEAD, (2,), "of what stands before row 0: nothing")
     left = builder.output(f"d_{LEFT}", (2 + KINDS * rubbing,), "of cosine and sine")
     right = builder.output(f"d_{RIGHT}", (2,), "of the rate")
     lead[0], lead[1] = builder.lift(0), builder.lift(0)
-    left[0], left[1] = builder.lift(0), dq[0]
+    left[0], left[1] = (-(held[1] * dq[0]), held[0] * dq[0]) if held is not None and not rubbing else (builder.lift(0), dq[0])
     right[0], right[1] = dv[0], dv[0]
-    if held is None:
+    if held is None or not rubbing:
         return builder.finish()
     Dry(builder, scene, layout, held, 2).vary(dv, None, left)
     return prune(unroll(builder.finish()))

@@ -11,6 +11,10 @@ from phichain.ir.nodes import Program
 RUB_LANES: Final = 5
 RUB_SUMS: Final = 6
 
+#: Highest order of the Taylor series. Near round-off higher ones only make longer steps, over which larger terms cancel:
+#: 28 lost half a digit against 22 on a pendulum that whirls, in the same time.
+HIGHEST: Final = {"double": 22, "float": 14}
+
 #: Arrays of the Programs.
 HELD: Final = "held"
 LEFT: Final = "left"
@@ -24,6 +28,7 @@ COEFFICIENT: Final = "coefficient"
 NEXT: Final = "next"
 LEAD: Final = "lead"
 ROW: Final = "row"
+ROWS: Final = "rows"
 ROW_AFTER: Final = "row_after"
 ROW_AHEAD: Final = "row_ahead"
 LATER: Final = "later"
@@ -63,6 +68,8 @@ class Series:
             row n + 2, and right row n + 1 with every multiplier once. None in the plane.
         by_links: whether left rows are cosines, then sines of links' angles, the first two right rows their rates, and the other two
             begin with zero, their sums being wanted together only: then derivatives of sums are known by those of the angles.
+        outright: coefficients of all orders at once, straight-line: held, right row 0, slope of order 1 -> `rows`, orders 0 to the highest of
+            what the state moves by; None where orders come one by one.
     """
 
     factor: Program
@@ -80,6 +87,7 @@ class Series:
     rubs: int = 0
     by_links: bool = False
     order_shared: Program | None = None
+    outright: Program | None = None
 
     @property
     def order_of_columns(self) -> Program:

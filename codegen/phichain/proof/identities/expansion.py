@@ -41,7 +41,7 @@ class Recurrences:
         columns = None if series.columns is None else Subject(series.columns)
         others = tuple(
             Subject(program)
-            for program in (series.tangent, series.factor_along, series.order_along, series.order_shared)
+            for program in (series.tangent, series.factor_along, series.order_along, series.order_shared, series.outright)
             if program is not None
         )
         moving = {program.name: Subject(_all_inputs(program)) for program in (series.factor, series.order)}
@@ -99,11 +99,11 @@ class Start:
         return {"q": point.q, "v": self.rate, "u": point.u, "force": self.force, **point.parameters}
 
     def expanded(
-        self, arithmetic: Arithmetic, wrap: Callable[[str, Vector], Row] = lambda name, values: list(values)
+        self, arithmetic: Arithmetic, wrap: Callable[[str, Vector], Row] = lambda name, values: list(values), orders: int = ORDERS
     ) -> Expanded:
         """The coefficients in some arithmetic."""
         rows = {name: wrap(name, values) for name, values in self.given.items()}
-        return expand(self.made.series, arithmetic, ORDERS, rho=Fraction(self.rho), **rows)
+        return expand(self.made.series, arithmetic, orders, rho=Fraction(self.rho), **rows)
 
     def values(self) -> Arithmetic:
         """Elements of the field."""

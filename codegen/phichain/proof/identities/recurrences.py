@@ -16,6 +16,7 @@ from fractions import Fraction
 
 from phichain.ir.interpret import run
 from phichain.lowering.series.run import Expanded, expand_along, expand_column
+from phichain.lowering.series.series import HELD, LEFT, RIGHT, ROWS
 from phichain.lowering.series.spatial.side_by_side import expand_shared
 from phichain.lowering.series.varied import varied_parameters
 from phichain.proof.case import Wrong
@@ -39,6 +40,8 @@ def recurrences(made: Recurrences, judge: Judge, point: Point) -> None:
     _no_residual(judge, point, found, start)
     if made.series.order_shared is not None:
         _shared(start, found)
+    if made.series.outright is not None:
+        _outright(start, found)
     if made.columns is not None:
         _columns(start, found)
     if made.series.order_along is not None:
@@ -134,6 +137,27 @@ def _shared(start: Start, base: Expanded) -> None:
         for i, (entry, known) in enumerate(zip(row, true, strict=True)):
             if (entry - known) % PRIME:
                 raise Wrong(f"next[{i}] at order {n - 1} of trajectories side by side")
+
+
+def _outright(start: Start, base: Expanded) -> None:
+    """Orders that come all at once are those that come one by one."""
+    assert start.made.series.outright is not None
+    size = len(base.state[0])
+    highest = start.made.series.outright.outputs[-1].size // size - 1
+    long = start.expanded(start.values(), orders=highest)
+    given = {HELD: long.held, RIGHT: long.right[0], "slope": long.state[1]}
+    made = start.values().run(start.made.series.outright, given)
+    for name, rows in ((LEFT, long.left), ("rates", long.right)):
+        width = len(rows[0])
+        for i, entry in enumerate(made.get(name, ())):
+            if (entry - rows[i // width][i % width]) % PRIME:
+                raise Wrong(f"{name}[{i % width}] of order {i // width}, all at once")
+    found = made[ROWS]
+    for n, true in enumerate(long.state):
+        for i, known in enumerate(true):
+            moved = 0 if n == 0 and i < start.point.scene.nq else known
+            if (found[size * n + i] - moved) % PRIME:
+                raise Wrong(f"rows[{i}] of order {n}, all at once")
 
 
 def _columns(start: Start, base: Expanded) -> None:
