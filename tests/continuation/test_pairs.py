@@ -5,7 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from phichain.continuation import Engine, Options, Quantity, follow, start_on
+from phichain.continuation import (
+    Engine,
+    Evaluation,
+    Fold,
+    Level,
+    Options,
+    Problem,
+    Quantity,
+    follow,
+    start_on,
+)
 from tests.continuation.problems import problem_of
 
 
@@ -56,3 +66,53 @@ def test_two_zeros_however_close_are_found_by_what_they_exchange(half: float, st
 
     branch = run(discriminant, step, order=order)
     assert [event.z[0] for event in branch.events] == pytest.approx([0.1234 - half, 0.1234 + half], abs=1e-10)
+
+
+def along(height, slope, step: float, tests, seen: list[float] | None = None):
+    """Along y = height(x) from x = -1, with the places of all evaluations."""
+    seen = [] if seen is None else seen
+
+    def evaluate(z: np.ndarray) -> Evaluation:
+        seen.append(float(z[0]))
+        return Evaluation(np.array([z[1] - height(z[0])]), np.array([[-slope(z[0]), 1.0]]))
+
+    engine = Engine(options=Options(step=step, step_max=step, max_points=int(3.5 / step), max_angle=1.0, max_change=5.0))
+    problem = Problem(evaluate, ("x", "y"))
+    start = start_on(problem, np.array([-1.0, height(-1.0)]), np.array([1.0, 0.0]), engine)
+    return follow(problem, start, engine, tests)
+
+
+@pytest.mark.parametrize("step", [0.25, 0.13, 0.07])
+@pytest.mark.parametrize("half", [0.04, 0.004, 4e-4])
+def test_both_folds_of_a_bend_are_found(half: float, step: float) -> None:
+    """y' = (u^2 - half^2) (1 + u / 2) where the tangent's component has one sign at all points: folds at u = -half and half."""
+
+    def height(x: float) -> float:
+        u = x - 0.1234
+        return u**3 / 3 - half**2 * u + u**4 / 8 - half**2 * u**2 / 4
+
+    def slope(x: float) -> float:
+        u = x - 0.1234
+        return (u**2 - half**2) * (1 + u / 2)
+
+    branch = along(height, slope, step, [Fold(1)])
+    assert [event.z[0] for event in branch.events] == pytest.approx([0.1234 - half, 0.1234 + half], abs=1e-10)
+
+
+@pytest.mark.parametrize("step", [0.25, 0.13, 0.07])
+def test_a_bend_that_does_not_turn_costs_little_and_one_that_is_far_from_it_nothing(step: float) -> None:
+    def count(least: float, tests) -> int:
+        seen: list[float] = []
+        branch = along(lambda x: x**3 / 3 + least * x, lambda x: x**2 + least, step, tests, seen)
+        assert not branch.events
+        return len(seen)
+
+    assert count(0.5, [Fold(1)]) == count(0.5, [])
+    assert count(1e-5, [Fold(1)]) <= count(1e-5, []) + 12
+
+
+def test_a_run_ends_at_a_level_that_it_reaches_and_leaves_in_one_step() -> None:
+    """y = 1e-3 - (x - 0.1234)^2 is 0 at two places 0.063 apart, in a step of 0.25; where it turns it is above."""
+    branch = along(lambda x: 1e-3 - (x - 0.1234) ** 2, lambda x: -2 * (x - 0.1234), 0.25, [Fold(1), Level(lambda z: z[1], 0.0, "end")])
+    assert branch.events[-1].kind == "end" and branch.status == "event"
+    assert branch.points[-1] == pytest.approx([0.1234 - 1e-3**0.5, 0.0], abs=1e-10)

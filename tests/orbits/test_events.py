@@ -97,6 +97,18 @@ def test_krein_collisions() -> None:
         assert np.min(np.abs(np.diff(np.sort_complex(kappa)))) < 1e-5
 
 
+@pytest.mark.parametrize("step_max", [0.02, 0.1, 0.5])
+def test_two_folds_within_a_step_are_found_whatever_the_step(step_max: float) -> None:
+    """N = 4: before its gap the third angle of mode 1 turns twice within 4.5e-4 of arclength, among points that show one sign; known from a step of 0.002."""
+    branch = trace(uniform(4), 1, until="theta_1=0.336", limits={"step_max": step_max})
+    found = branch.located("fold amplitude 3")
+    wanted = (
+        [0.33486675525, 0.07332341963, 0.05809581605, 0.03185679127, 3.77427730255],
+        [0.33530504432, 0.07339863464, 0.05809579064, 0.03180540598, 3.77419821712],
+    )
+    assert [event.z for event in found] == [pytest.approx(z, abs=1e-10) for z in wanted]
+
+
 def test_a_cover_of_high_order_has_one_brake_loss() -> None:
     """Beside the ninefold cover of N = 3 the function goes as the seventh power of the distance: round-off far around."""
     branch = trace(uniform(3), 1, until="theta_1=-0.3")

@@ -34,6 +34,8 @@ _REMEMBERED = max(3, TOUCHED)
 """Points that a run looks back on, for its predictor and for a gap."""
 _SEEN = 3
 """Points before a step that help to find events in it."""
+_APART = 1e-9
+"""Arclength within which two events of one kind are one."""
 _SHORTEST = 4
 """Points of the shortest loop."""
 
@@ -178,14 +180,13 @@ class _Run:
     regular: int = 0
     origin: int = 0
     values: tuple[float, ...] = ()
-    before: tuple[float, ...] = ()
     known: tuple[Special, ...] = ()
     seen: list[tuple[Point, tuple[float, ...]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.singular = next((k for k, test in enumerate(self.tests) if isinstance(test, BranchPoint)), None)
         rows = [values_at(self.problem, point, self.tests) for point in self.points]
-        self.values, self.before = rows[-1], rows[-2] if len(rows) > 1 else ()
+        self.values = rows[-1]
         own = max(0, self.origin - self.offset)
         self.seen = list(zip(self.points[own:-1], rows[own:-1], strict=True))
         self.sigma = [gaps.smallest(self.problem, point) for point in self.points]
@@ -212,16 +213,11 @@ class _Run:
         if gap is not None and gap.width <= max(self.through, gaps.NARROW) and self._cross(gap):
             return
         terminal = found[-1].kind if cut is not None else ""
-        if self.before:
-            three = [*self.points[-2:], new if cut is None else cut]
-            # What the step before a cut has is for the run to find that goes on there.
-            rows = (self.before, self.values, values) if cut is None else (self.values, self.values, values_at(self.problem, cut, self.tests))
-            known = [*self.known, *self.specials, *found]
-            found += pairs_of(self.problem, three, self.tests, rows, self.engine, index - 1, known)
-        self.specials += sorted(found, key=lambda event: event.arclength)
+        met = [*found, *self._pairs(new, values, index, cut)]
+        self.specials = sorted([*self.specials, *met], key=lambda event: event.arclength) if met else self.specials
         self.passages += [gap] if gap else []
         self.seen = [*self.seen[1 - _SEEN :], (last, self.values)]
-        self.before, self.values = self.values, values
+        self.values = values
         self.points.append(new if cut is None else cut)
         self.sigma.append(sigma)
         if cut is not None:
@@ -232,6 +228,15 @@ class _Run:
         since = self.offset + len(self.points) - self.origin
         if since >= _SHORTEST and _is_closed(self.start, self.points[-2], self.points[-1]):
             self.end("closed", "the branch came back to its start")
+
+    def _pairs(self, new: Point, values: tuple[float, ...], index: int, cut: Point | None) -> list[Special]:
+        """Two zeros within one step, told from points on both sides of it: those of the step before, and of this one where the run is cut in it."""
+        rows = [*self.seen[-_SEEN:], (self.points[-1], self.values), (new, values)]
+        found = pairs_of(self.problem, self.tests, rows, len(rows) - 3, self.engine, index - 1) if self.seen else []
+        if cut is not None:
+            within = pairs_of(self.problem, self.tests, rows, len(rows) - 2, self.engine, index)
+            found += [event for event in within if event.arclength < cut.arclength]
+        return [event for event in found if not any(_is_same(event, other) for other in self.known)]
 
     def _sigma(self, point: Point, values: Sequence[float]) -> float:
         """The smallest singular value of [J; t], which a test for branch points has as its own."""
@@ -258,9 +263,14 @@ class _Run:
         self.sigma = [*self.sigma[: index + 1], gaps.smallest(self.problem, new)]
         self.specials = [event for event in self.specials if event.index < self.offset + index]
         self.passages.append(Passage(gap.z, gap.arclength, gap.width, True))
-        self.before, self.values, self.seen = (), values_at(self.problem, new, self.tests), []
+        self.values, self.seen = values_at(self.problem, new, self.tests), []
         self.step = max(self.engine.options.step_min, new.arclength - self.points[-2].arclength)
         return True
+
+
+def _is_same(event: Special, other: Special) -> bool:
+    """Whether a run that was cut has found an event already."""
+    return event.kind == other.kind and event.index == other.index and bool(abs(event.arclength - other.arclength) < _APART)
 
 
 def _is_closed(start: Point, before: Point, after: Point) -> bool:

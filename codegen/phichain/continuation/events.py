@@ -122,8 +122,7 @@ class Quantity:
 
     Attributes:
         of: Point -> number.
-        in_pairs: Whether it may cross zero and come back within a step, so that its least values are looked
-            at, too.
+        in_pairs: Whether it is nearly a square where it comes to zero, so that it is looked at where that would vanish, too.
         order: Point -> labels whose order changes from one point to another of one sign exactly where two
             zeros lie between; None where it has none.
         ends: Whether the run ends at such a zero, where that depends on it.

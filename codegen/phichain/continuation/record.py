@@ -120,10 +120,11 @@ def joined(earlier: Branch, later: Branch, shared: int) -> Branch:
         if after is not None and before is not None:
             arrays[name] = np.concatenate([before[: earlier.regular], after[shared:]])
     first = later.arclength[0]
+    events = [*(event for event in earlier.events if event.index < earlier.regular - 1), *later.events]
     return replace(
         later,
         **arrays,
-        events=(*(event for event in earlier.events if event.index < earlier.regular - 1), *later.events),
+        events=tuple(sorted(events, key=lambda event: event.arclength)),
         passages=(*(gap for gap in earlier.passages if gap.arclength < first), *later.passages),
         regular=kept + later.regular,
     )

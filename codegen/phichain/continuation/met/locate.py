@@ -22,6 +22,8 @@ from phichain.continuation.predictors import hermite, hermite_shares
 from phichain.continuation.problem import Extra, Problem
 
 Curve = Callable[[float], Point]
+Rows = Sequence[tuple[Point, Sequence[float]]]
+"""Points in order, with the values of all test functions."""
 SPACING = 1e-14
 """How far off a zero may be, in units of 1 + s."""
 _ROUGH = 1e-7
@@ -81,17 +83,33 @@ def locate(
     if not crossed:
         return [], None
     earlier = tuple(point for point, _ in before)
-    between = _between(problem, a, b, [test for test, _, _ in crossed], engine, earlier)
-    for test, after, k in crossed:
-        beyond = [(point.arclength, row[k]) for point, row in before]
-        at, left = (b, after) if after == 0 else _located(problem, a, b, test, between, engine, beyond)
+    between = way_between(problem, a, b, [test for test, _, _ in crossed], engine, earlier)
+
+    def add(test: TestFunction, at: Point, left: float) -> None:
         special = Special(test.name, index, at.z(problem), at.arclength, left, at.multipliers)
         found.append((special, at, _is_end(problem, test, at)))
+
+    for test, after, k in crossed:
+        beyond = [(point.arclength, row[k]) for point, row in before]
+        add(test, *((b, after) if after == 0 else _located(problem, a, b, test, between, engine, beyond)))
+    for test, low, high in _turned(problem, tests, ((a, values[0]), (b, values[1])), [at for _, at, _ in found]):
+        add(test, *zero_of(problem, low, high, test, engine))
     found.sort(key=lambda item: item[0].arclength)
     last = next((k for k, (_, _, terminal) in enumerate(found) if terminal), None)
     if last is None:
         return [special for special, _, _ in found], None
     return [special for special, _, _ in found[: last + 1]], found[last][1]
+
+
+def _turned(problem: Problem, tests: Sequence[TestFunction], ends: Rows, events: Sequence[Point]) -> list[tuple[TestFunction, Point, Point]]:
+    """Brackets of levels that are reached and left again in one step: beside events, where unknowns and energy turn."""
+    (a, first), (b, last) = ends
+    levels = [(test, k) for k, test in enumerate(tests) if isinstance(test, Level) and first[k] * last[k] > 0]
+    brackets: list[tuple[TestFunction, Point, Point]] = []
+    for test, k in levels:
+        beyond = next((at for at in events if first[k] * test.value(problem, at) < 0), None)
+        brackets += [] if beyond is None else [(test, a, beyond), (test, beyond, b)]
+    return brackets
 
 
 def _is_end(problem: Problem, test: TestFunction, at: Point) -> bool:
@@ -101,7 +119,7 @@ def _is_end(problem: Problem, test: TestFunction, at: Point) -> bool:
     return test.terminal
 
 
-def _between(
+def way_between(
     problem: Problem, a: Point, b: Point, crossed: Sequence[TestFunction], engine: Engine, earlier: Sequence[Point]
 ) -> Curve:
     """The curve between two points, whatever lies there."""
@@ -154,9 +172,9 @@ def _landed(problem: Problem, at: Point, test: TestFunction, engine: Engine) -> 
     return replace(found.point(at.tangent, at.arclength), y=exact)
 
 
-def root(problem: Problem, a: Point, b: Point, test: TestFunction, engine: Engine, spacing: float = SPACING) -> Point:
-    """The point between two of a curve at which a test function vanishes that has two signs at them; in units of 1 + s so far off at most."""
-    return _root(problem, a, b, test, curve(problem, a, b, engine), spacing)[0]
+def zero_of(problem: Problem, a: Point, b: Point, test: TestFunction, engine: Engine) -> tuple[Point, float]:
+    """The point between two of a curve at which a test function vanishes that has two signs at them, and what is left of it."""
+    return _located(problem, a, b, test, curve(problem, a, b, _trusting(engine)), engine, ())
 
 
 def _root(
