@@ -34,7 +34,7 @@ _ROUNDS: Final = 10
 _SAME: Final = 1e-5
 """Share of the step below which a place is one that is known."""
 _NOISE: Final = 1e-12
-"""Height, in the largest value nearby, that is rounding."""
+"""Height that is rounding, in 1 and in the largest value nearby: beside a cover of high order nothing else is left of a function."""
 
 Known = Sequence[tuple[Point, float]]
 """Points in order, with a test function's values."""
@@ -77,7 +77,7 @@ def dip_between(problem: Problem, test: TestFunction, known: Known, step: int, b
     """
     (a, first), (b, last) = known[step : step + 2]
     nodes = [(point, value) for point, value in known if math.isfinite(value)]
-    sign, noise = math.copysign(1.0, first), _NOISE * max(abs(value) for _, value in nodes)
+    sign, noise = math.copysign(1.0, first), _NOISE * max(1.0, *(abs(value) for _, value in nodes))
     fold = _component(problem, test) if isinstance(test, Fold) else None
     for turn in range(_ROUNDS):
         place = _lowest(nodes, a, b, sign, fold, noise)

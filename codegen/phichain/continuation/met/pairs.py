@@ -8,13 +8,15 @@ from typing import Final
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Quantity, TestFunction
 from phichain.continuation.met.dips import dip_between, may_dip
-from phichain.continuation.met.locate import Curve, Rows, way_between, zero_of
+from phichain.continuation.met.locate import Curve, Rows, curve, way_between, zero_of
 from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
 
 _HALVES: Final = 30
 """Halves of a step in which two zeros are looked for that are known to be there: closer ones are one to round-off."""
+_TOUCHING: Final = 1e-9
+"""Distance of two zeros, in units of 1 + s, below which the function only touches zero as far as rounding tells."""
 
 
 def pairs_of(problem: Problem, tests: Sequence[TestFunction], rows: Rows, step: int, engine: Engine, index: int) -> list[Special]:
@@ -37,13 +39,15 @@ def pairs_of(problem: Problem, tests: Sequence[TestFunction], rows: Rows, step: 
     if not asked:
         return found
     singular = [test for k, test in enumerate(tests) if isinstance(test, BranchPoint) and before[k] * after[k] < 0]
-    between = way_between(problem, a, b, singular, engine, [point for point, _ in rows[:step]])
+    # What a correction that is trusted leaves of a function may be more than its height.
+    earlier = [point for point, _ in rows[:step]]
+    between = way_between(problem, a, b, singular, engine, earlier) if singular else curve(problem, a, b, engine, earlier)
     for test, k, labels in asked:
         known = [(point, row[k]) for point, row in rows]
         brackets = _passed(test, a, b, before[k], labels, between) if labels else []
-        for low, high in brackets or dip_between(problem, test, known, step, between):
-            at, left = zero_of(problem, low, high, test, engine)
-            found.append(Special(test.name, index, at.z(problem), at.arclength, left, at.multipliers))
+        zeros = [zero_of(problem, low, high, test, engine) for low, high in brackets or dip_between(problem, test, known, step, between)]
+        if zeros and zeros[1][0].arclength - zeros[0][0].arclength > _TOUCHING * (1 + b.arclength):
+            found += [Special(test.name, index, at.z(problem), at.arclength, left, at.multipliers) for at, left in zeros]
     return found
 
 
