@@ -30,7 +30,7 @@ def test_one_link_is_the_elliptic_integral_up_to_3_1_rad() -> None:
             for a in branch.points[:, 0].tolist()
         ]
         off = np.array([float(abs(mpmath.mpf(w) / e - 1)) for w, e in zip(branch.points[:, 1].tolist(), exact, strict=True)])
-    assert np.max(off) < 1e-15 and np.all(off <= branch.error) and np.max(branch.error) < 1e-13
+    assert np.max(off) < 4e-15 and np.all(off <= branch.error) and np.max(branch.error) < 1e-13
     assert branch.multipliers.shape == (len(branch), 0)
 
 
