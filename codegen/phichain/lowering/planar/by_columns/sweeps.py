@@ -4,16 +4,18 @@ After the articulated sweep the chain answers what disturbs link m by the elimin
 or not, with A' and b' the inertia and force of link m and all beyond it, a the joint's acceleration less gravity, c a push of the tip along
 the link and tau a couple on it, over m r^2, a disturbance is a jump of a in the frame of the link, a force there and a free turn:
 
-    by the joint's angle   (a_y, -a_x)   A' (a_y, -a_x) + (-F_y, F_x), F = A' a + b'          0
-    by the link's rate     (-c, 0)       c (-(lambda + (A_xx + E) / D), (lambda - 1) gain_x)  0           c = 2 w
-    by a couple            0             (gain_x tau, tau + (lambda - 1) tau / D)             tau / D
+    by the joint's angle         (a_y, -a_x)   A' (a_y, -a_x) + (-F_y, F_x), F = A' a + b'        0
+    by less of the link's rate   (c, 0)        c (lambda + (A_xx + E) / D, -(lambda - 1) gain_x)  0           c = 2 w
+    by a couple                  0             (gain_x tau, tau + (lambda - 1) tau / D)           tau / D
 
 and inwards and outwards it goes on by
 
     free = -b_y / D,   b' = (b_x - gain_x b_y, (lambda - 1) free),   tip = (a_x, free - gain_x a_x - gain_y a_y).
 
-The force is a difference where masses beyond are heavier, of as many digits less (the T of `response` is none). Columns by relative rates are the sums over all links beyond, those by relative couples differences of neighbours. It takes O(N^2) a column
-where `jacobian` takes O(N), and no other text than these sweeps: of use where links are few.
+The force is a difference where masses beyond are heavier, of as many digits less (the T of `response` is none), and so are the accelerations' own: k is not
+carried. A link's columns follow as the accelerations come to it, so that what disturbs links is kept for one of them. Columns by relative rates are the sums
+over all links beyond, those by relative couples differences of neighbours. It takes O(N^2) a column where `jacobian` takes O(N), and no other text than
+these sweeps: of use where links are few.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ from phichain.lowering.planar.articulated import Outer, Pivot, Sweep
 from phichain.lowering.planar.joints import PlanarState, couples, planar_state
 from phichain.scene import Scene
 
-#: Links up to which the text saved is worth the instructions: at four 1.6 times those of `jacobian`, at ten twice.
+#: Links up to which the text saved is worth the instructions: at four 1.5 times those of `jacobian`, at ten twice.
 MOST_LINKS: Final = 4
 #: A mass may be so many times one before it: what heavier links push inwards is left as a difference, of as many digits less.
 _HEAVIER: Final = 3
@@ -139,12 +141,14 @@ class Disturbed(Sweep):
         with builder.loop("m", 0, links) as loop:
             m = loop.index
             x, y, before = loop.carry("base_x", inverse * base[0]), loop.carry("base_y", inverse * base[1]), loop.carry("before", 0)
-            joint = self._joint("joint", (x, y), None, m)
+            turned = self._to_link((x, y), m)
+            turned = builder.let("turned_x", turned[0]), builder.let("turned_y", turned[1])
+            joint = builder.let("joint_x", self.units.outward[m] * turned[0]), builder.let("joint_y", self.units.outward[m] * turned[1])
             tip_y = self._tip("tip_y", self.free[m], joint, m)
             alpha = builder.let("alpha", tip_y - joint[1])
             a[m] = alpha - before
             rate = self.state.rate[m]
-            self._causes(joint, rate, m)
+            self._causes(turned, joint, rate, m)
             loop.follow(x, joint[0] - rate * rate)
             loop.follow(y, tip_y)
             loop.follow(before, alpha)
@@ -156,14 +160,14 @@ class Disturbed(Sweep):
             self.jump_x[m], self.jump_y[m] = 0, 0
         return answers
 
-    def _causes(self, joint: Pair, rate: Expr, m: Index) -> None:
+    def _causes(self, turned: Pair, joint: Pair, rate: Expr, m: Index) -> None:
         """What disturbs link m: a couple on it, less of its rate, its joint's angle."""
         units, force, causes = self.units, self.factors.force[m], self.causes
         gain, spread = self.gain_x[m], self.spread[m]
         twice = 2 * (self.factors.skew[m] * gain)
         angle = causes.shifted(_STRIDE * self.rate_kind + _STRIDE)
-        angle[1] = spread * joint[1] + twice * joint[0] - self.force_y[m]
-        angle[2] = spread * joint[0] - twice * joint[1] + self.force_x[m]
+        angle[1] = spread * turned[1] + twice * turned[0] - self.force_y[m]
+        angle[2] = spread * turned[0] - twice * turned[1] + self.force_x[m]
         angle[3], angle[4] = joint[1], -joint[0]
         slope, by_rate = self.builder.let("tip_slope", 2 * rate), causes.shifted(_STRIDE * self.rate_kind)
         by_rate[1] = slope * (force * self.reach[m])
@@ -175,14 +179,10 @@ class Disturbed(Sweep):
             causes[0] = turn
             causes[1], causes[2] = force * (drive * gain), force * (drive + units.overhang[m] * turn)
 
-    def _joint(self, name: str, base: Pair, jump: Pair | None, k: Index) -> Pair:
-        """A joint's acceleration in the frame of its link, from that of the link before's tip."""
-        let, sine, cosine = self.builder.let, self.turned_sine[k], self.turned_cosine[k]
-        x, y = (self.units.outward[k] * axis for axis in base)
-        along, across = cosine * x + sine * y, cosine * y - sine * x
-        if jump is not None:
-            along, across = along + jump[0], across + jump[1]
-        return let(f"{name}_x", along), let(f"{name}_y", across)
+    def _to_link(self, pair: Pair, k: Index) -> Pair:
+        """In the frame of link k what is given in that of the link before."""
+        sine, cosine = self.turned_sine[k], self.turned_cosine[k]
+        return cosine * pair[0] + sine * pair[1], cosine * pair[1] - sine * pair[0]
 
     def _tip(self, name: str, free: Expr, joint: Pair, k: Index) -> Expr:
         """The acceleration of the link's tip across it."""
@@ -204,12 +204,14 @@ class Disturbed(Sweep):
 
     def _outwards(self, answer: ArrayRef) -> None:
         """From joint to joint what a column makes of the accelerations."""
+        let = self.builder.let
         with self.builder.loop("k", 0, self.scene.links) as loop:
             k = loop.index
             x, y, before = loop.carry("moved_x", 0), loop.carry("moved_y", 0), loop.carry("moved_before", 0)
-            joint = self._joint("moved_joint", (x, y), (self.jump_x[k], self.jump_y[k]), k)
+            turned = self._to_link((self.units.outward[k] * x, self.units.outward[k] * y), k)
+            joint = let("moved_joint_x", turned[0] + self.jump_x[k]), let("moved_joint_y", turned[1] + self.jump_y[k])
             tip_y = self._tip("moved_tip_y", self.moved_turn[k], joint, k)
-            alpha = self.builder.let("moved_alpha", tip_y - joint[1])
+            alpha = let("moved_alpha", tip_y - joint[1])
             answer[k] = alpha - before
             loop.follow(x, joint[0])
             loop.follow(y, tip_y)
