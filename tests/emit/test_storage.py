@@ -89,3 +89,19 @@ def test_an_array_longer_than_most_stays_apart() -> None:
     storage = shared_storage(program)
     assert storage.extent == 6 and 7 in storage.sizes.values()
     assert storage.cells < 7 * len(set(storage.fields.values()))
+
+
+def test_sines_in_pairs_take_in_nobody() -> None:
+    builder = Builder("served", "Uses sines, then others.")
+    x, out = builder.input("x", (2,)), builder.output("out", (2,))
+    sine, cosine = builder.sincos(x, 2)
+    with builder.loop("i", 0, 2) as loop:
+        out[loop.index] = sine[loop.index] * cosine[loop.index]
+    later = builder.array("later", 4)
+    with builder.loop("j", 0, 4) as loop:
+        later[loop.index] = out[0] * 2
+    with builder.loop("k", 0, 2) as loop:
+        out[loop.index] = later[loop.index]
+    program = builder.finish()
+    assert shared_storage(program).guests == {"later": "cosine"}
+    assert not shared_storage(program, has_pairs=True).guests

@@ -94,3 +94,12 @@ def test_columns_one_by_one_are_less_than_two_thirds_of_the_statements() -> None
         for links in (4, 5)
     )
     assert len(list(walk(four.body))) < 2 / 3 * len(list(walk(five.body)))
+
+
+def test_columns_follow_the_accelerations_link_by_link() -> None:
+    """Three loops for the columns of each link within that of the accelerations, and what disturbs links kept for one of them."""
+    chain = Scene("chain", 4, mass=0.2, length=0.3, com=0.1, actuated="all", trig="bundled", code="loops")
+    program = lower_function(derive(chain), "dynamics_and_jacobian", "loops")
+    assert sum(isinstance(statement, For) for statement in program.body) == 4
+    assert {array.name: array.size for array in program.work}["cause"] == 13
+    assert not any("minor" in getattr(statement, "result", "") for statement in walk(program.body))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from fractions import Fraction
 
 import numpy as np
+import pytest
 
 from phichain.ir.builder import Builder
 from phichain.ir.evaluate import evaluate
@@ -71,3 +73,20 @@ def test_arrays_that_hold_the_same_are_one() -> None:
 def test_arrays_that_differ_in_one_value_stay_two() -> None:
     before, after = doubled(factor=2), without_twins(doubled(factor=2))
     assert same(before, after) and {array.name for array in after.work} == {"first", "second", "square"}
+
+
+@pytest.mark.parametrize(("depth", "kept"), [(2, set()), (3, {"beside"})])
+def test_copies_of_sines_stay_where_loops_three_deep_read_them(depth: int, kept: set[str]) -> None:
+    """There a pointer less counts; elsewhere a copy is what it copies."""
+    builder = Builder("copied", "Copies sines.")
+    x, out = builder.input("x", (4,)), builder.output("out", (4,))
+    sine, _ = builder.sincos(x, 4)
+    beside = builder.array("beside", 4)
+    with builder.loop("k", 0, 4) as loop:
+        beside[loop.index] = sine[loop.index]
+    with ExitStack() as loops:
+        index = [loops.enter_context(builder.loop(name, 0, 4)).index for name in "abc"[:depth]][-1]
+        out[index] = beside[index] * 2
+    before = builder.finish()
+    after = without_twins(before)
+    assert same(before, after) and {array.name for array in after.work} - {"sine", "cosine"} == kept

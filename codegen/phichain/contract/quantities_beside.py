@@ -179,6 +179,11 @@ def column_sweeps() -> Quantities:
     return Quantities(
         frozenset({"dynamics_and_jacobian"}), "section 5, column by column",
         rows(
+            ("reach", "", "force at the joint along the link per squared rate: l/r, and what the chain beyond adds"),
+            ("turned_x turned_y", "1/s^2", "acceleration of the joint less gravity, in the frame of the link, over the length of the link before"),
+            ("tip_slope", "rad/s", "twice the rate: what the tip's acceleration along the link loses per rate"),
+            ("turn", "", "acceleration of a link's tip across it while its joint rests, per couple"),
+            ("alpha", "1/s^2", "angular acceleration of the link"),
             ("push_x push_y", "", "force at the joint that a column's disturbance makes, in the frame of the link"),
             ("outer_push_x outer_push_y", "", "the same in the frame of the link before"),
             ("moved_joint_x moved_joint_y", "", "what a column makes of the joint's acceleration, in the frame of the link"),

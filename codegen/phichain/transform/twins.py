@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from phichain.ir.nodes import Affine, Call, Cell, For, Operand, Program, SinCos, Statement, Store, walk
+from phichain.ir.nodes import Affine, Call, Cell, For, Op, Operand, Program, SinCos, Statement, Store, walk
 from phichain.ir.passes import prune
 from phichain.ir.reads import reading
 
@@ -33,7 +33,9 @@ def without_twins(program: Program) -> Program:
         if first != array.name and is_later and not whole & {first, array.name}:
             twins[array.name] = first
     copied = {name: source for name in stores if name in own - whole and (source := _copied(stores[name])) is not None}
-    twins |= {name: source for name, source in copied.items() if source in own - {*twins, *copied} and name not in twins.values()}
+    # Sines stand in pairs of their own; beside a link's other quantities a copy takes one pointer less, which counts three loops deep.
+    beside = {name for name in copied if copied[name] in whole} & set(_read_within(program.body, 0))
+    twins |= {name: source for name, source in copied.items() if source in own - {*twins, *copied} and name not in {*twins.values(), *beside}}
     if not twins:
         return program
     same = reading(program, lambda operand: Cell(twins[operand.array], operand.index) if isinstance(operand, Cell) and operand.array in twins else operand)
@@ -52,6 +54,15 @@ def _copied(stores: list[tuple[Place, Affine, Operand]]) -> str | None:
     """The array whose cells an array repeats, each in its place."""
     sources = {value.array if isinstance(value, Cell) and value.index == index else None for _, index, value in stores}
     return sources.pop() if len(sources) == 1 else None
+
+
+def _read_within(statements: tuple[Statement, ...], depth: int) -> Iterator[str]:
+    """Arrays that are read three loops deep."""
+    for statement in statements:
+        if isinstance(statement, For):
+            yield from _read_within(statement.body, depth + 1)
+        elif isinstance(statement, Op) and depth > 2:
+            yield from (operand.array for operand in statement.args if isinstance(operand, Cell))
 
 
 def _whole(statement: Statement) -> tuple[str, ...]:

@@ -86,7 +86,7 @@ class Sheet:
 
     def stored_in(self) -> Storage:
         """Where work arrays stand: side by side for a host's vectors, else one after another in the same cells."""
-        return shared_storage(self.program) if self.names.is_plain and not self.working else own_storage(self.program)
+        return shared_storage(self.program, self.names.has_pairs) if self.names.is_plain and not self.working else own_storage(self.program)
 
     def side_by_side_arrays(self) -> dict[str, tuple[str, int]]:
         """Sines and cosines that one array of pairs holds: work arrays of this function alone, in no other's cells."""

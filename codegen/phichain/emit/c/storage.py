@@ -45,14 +45,16 @@ def own_storage(program: Program) -> Storage:
     return Storage(MappingProxyType({array.name: array.size for array in program.work}), MappingProxyType({}))
 
 
-def shared_storage(program: Program) -> Storage:
+def shared_storage(program: Program, has_pairs: bool = False) -> Storage:
     """Arrays one after another in the same cells, by the outermost statements that use them, and those of one length in records.
 
+    Sines and cosines that a kernel sets in pairs take in nobody: one guest would set them apart.
     An array takes the place of one whose last use lies before its own first: the place that needs to grow least, and of
     those the smallest. Arrays of one cell are variables and stay by themselves.
     """
     spans = _spans(program)
     sizes, guests, free_from = dict[str, int](), dict[str, str](), dict[str, int]()
+    alone = {name for one in walk(program.body) if isinstance(one, SinCos) for name in (one.sine, one.cosine)} if has_pairs else set[str]()
     for array in sorted(program.work, key=lambda array: spans[array.name]):
         first, last = spans[array.name]
         free = [name for name, end in free_from.items() if end < first] if array.size > 1 else []
@@ -62,7 +64,7 @@ def shared_storage(program: Program) -> Storage:
             sizes[place], free_from[place] = max(sizes[place], array.size), last
         else:
             sizes[array.name] = array.size
-            if array.size > 1:
+            if array.size > 1 and array.name not in alone:
                 free_from[array.name] = last
     return _in_records(program, Storage(MappingProxyType(sizes), MappingProxyType(guests)))
 
