@@ -123,19 +123,16 @@ class Sweep:
             outer = self.eliminate(outer, link)
         return outer
 
-    def left_out(self) -> set[str]:
-        """What no loop carries: E is zero throughout where every mass sits at its link's end."""
-        return {"determinant"} if self.scene.tip_masses else set()
-
     def carried(self, loop: Loop, outer: Outer) -> Outer:
-        """The same as scalars that a loop carries."""
-        named = {field.name: getattr(outer, field.name) for field in fields(Outer) if field.name not in self.left_out()}
+        """The same as scalars that a loop carries; E is zero throughout where every mass sits at its link's end."""
+        kept = {"determinant"} if self.scene.tip_masses else set()
+        named = {field.name: getattr(outer, field.name) for field in fields(Outer) if field.name not in kept}
         return replace(outer, **{name: loop.carry(f"outer_{name}", value) for name, value in named.items()})
 
     def followed(self, loop: Loop, before: Outer, after: Outer) -> None:
         """Say what they are on the next turn."""
         for name in (field.name for field in fields(Outer)):
-            if name not in self.left_out():
+            if name != "determinant" or not self.scene.tip_masses:
                 loop.follow(getattr(before, name), getattr(after, name))
 
     def pivot(self, outer: Outer, k: Index) -> Pivot:

@@ -97,12 +97,8 @@ class Disturbed(Sweep):
         # Kind by kind: the turn, the force and the jump, whose second part is none where the next kind's turn is none.
         self.causes = builder.array("cause", _STRIDE * (self.rate_kind + 2) + 1)
 
-    def left_out(self) -> set[str]:
-        """k: forces that heavier masses beyond push are differences in all columns, and so here."""
-        return {"minor_x", "minor_y"}
-
     def with_link(self, outer: Outer, pivot: Pivot, k: Index) -> Outer:
-        """As the sweep, b'_x = b_x + gain_x (tau - b_y) - w^2 (lambda + (A_xx + E) / D)."""
+        """As the sweep without k, b'_x = b_x + gain_x (tau - b_y) - w^2 (lambda + (A_xx + E) / D)."""
         let, factors, zero = self.builder.let, self.factors, self.builder.lift(0)
         self.inverse[k] = pivot.inverse
         axial = let("axial", self.axial(outer, k) * pivot.inverse)
