@@ -58,7 +58,6 @@ def test_energy_lost_across_a_separatrix_is_doubted() -> None:
     assert "which side of it the motion takes is not known" in loose.reason
     assert tight.status == "doubtful" and "puts the motion's phase off by" in tight.reason
     assert simulate(pendulum(), np.array([0.0, rate]), [0.0, 20.0]).status == "complete"
-    assert "double precision sees no farther" in simulate(pendulum(), np.array([0.0, rate]), [0.0, 30.0]).reason
 
 
 def test_a_unit_vector_beside_the_upper_pole_is_doubted() -> None:
