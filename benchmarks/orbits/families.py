@@ -125,6 +125,9 @@ class _NotedBrake:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._brake, name)
 
+    def another(self) -> _NotedBrake:
+        return _NotedBrake(self._brake.another(), self._evaluations)
+
     def at(self, *words: Any) -> Any:
         return self._told(self._brake.at(*words))
 
@@ -179,7 +182,8 @@ class _Noted:
 
 def _flows(system: System) -> Runner:
     noted = _Noted(system.function("propagate"), system.nq)
-    _followed(replace(system, functions={**system.functions, "propagate": noted}))
+    branch = _followed(replace(system, functions={**system.functions, "propagate": noted}))
+    assert len(noted) > len(branch)  # no point comes without a call
     noted.repeat()
 
     def run() -> Outcome:
