@@ -10,9 +10,11 @@ import pytest
 
 from phichain.errors import ProofError
 from phichain.ir import evaluate, total_operations
+from phichain.ir.builder import Builder
 from phichain.ir.nodes import For, Local, Op, Program
 from phichain.lowering import lower, lower_function
 from phichain.lowering.planar import jacobian as planar_jacobian
+from phichain.lowering.planar.disturbances import Disturbance
 from phichain.mechanics import derive
 from phichain.proof import prove
 from phichain.reference import reference
@@ -187,3 +189,12 @@ def _flipped(body: Any, left: list[int]) -> Any:
             left[0] -= 1
         out.append(statement)
     return tuple(out)
+
+
+def test_what_was_nothing_and_is_written_again_is_no_longer_nothing() -> None:
+    builder = Builder("f", "")
+    found = Disturbance(builder, "push", 2, ["zeta"])
+    found.put(0, zeta=builder.lift(0))
+    assert found.get("zeta", 0).is_zero
+    found.put(0, zeta=builder.lift(2))
+    assert not found.get("zeta", 0).is_zero

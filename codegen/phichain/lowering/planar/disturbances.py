@@ -47,6 +47,8 @@ class Disturbance:
                 self.cells[field][k] = value
                 if value.is_zero and isinstance(k, int):
                     self.nothing_at.add((field, k))
+                else:
+                    self.nothing_at.discard((field, k))
 
     def eta(self, k: Index) -> Pair:
         return self.get("eta_x", k), self.get("eta_y", k)
