@@ -15,8 +15,12 @@ import pytest
 from mpmath import mp
 
 from phichain.errors import ProofError
-from phichain.lowering.series import Series, series
+from phichain.ir.builder import ArrayRef, Builder
+from phichain.lowering.algebra.vector import load, store, sub
+from phichain.lowering.planar.joints import difference
+from phichain.lowering.series import Series, planar_factor, series
 from phichain.lowering.series.run import expand, expand_column
+from phichain.lowering.series.spatial import rows
 from phichain.lowering.series.spatial.side_by_side import expand_shared
 from phichain.mechanics import Model, derive
 from phichain.proof.identities.expansion import ORDERS
@@ -40,6 +44,8 @@ CHAINS = {
         Scene("coms", 3, **UNEVEN, **CART, com=[0.3, 0.9, 0.5]),
         Scene("planar", 3, **PLANAR, com=[0.3, 0.9, 0.5], actuated="all", want=("propagate",), variational=True),
         Scene("planar_damped", 3, **PLANAR, **CART, **JOINTS, com=[0.3, 0.9, 0.5], angles="absolute"),
+        Scene("planar_sprung", 2, **{**PLANAR, "mass": [0.7, 1.9], "length": [0.5, 1.3]}, stiffness=[0.0, 0.5]),
+        Scene("planar_resting", 1, mass=0.7, length=0.5, com=0.3, stiffness=2.0, rest_angle=0.3),
         Scene("planar_tips", 2, mass="runtime", length="runtime", actuated=[2], code="loops"),
         Scene("planar_one", 1, mass=0.7, length=0.5, com=0.3, want=("propagate",), variational=True),
         Scene("free_one", 1, mass=0.7, length=0.5, com=0.3, actuated=[1], armature=0.2, want=("propagate",)),
@@ -110,3 +116,44 @@ def test_no_mutant_passes(name: str) -> None:
             fates["no fault"] += 1
     # Of two links by moments half of the elimination meets nothing beyond the tip.
     assert fates["refused"] >= 50 and fates["no fault"] <= fates["refused"] // (2 if name == "held" else 5), fates
+
+
+def _turned(builder: Builder, links: int, lost: ArrayRef, rest: ArrayRef) -> None:
+    """What springs in space are bent further by, with the other sign."""
+    store(rest, 0, load(lost, 0))
+    for k in range(1, links):
+        store(rest, k, sub(load(lost, k), load(lost, k - 1)))
+
+
+def _left_out(builder: Builder, links: int, lost: ArrayRef, rest: ArrayRef) -> None:
+    """The first joint's alone."""
+    for k in range(links):
+        store(rest, k, tuple(-entry if k == 0 else builder.lift(0) for entry in load(lost, k)))
+
+
+@pytest.mark.parametrize("mutant", [_turned, _left_out])
+def test_what_rounding_took_from_unit_vectors_is_held_to_springs(mutant: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    model = derive(Scene(f"bent{mutant.__name__}", 3, **UNEVEN, **JOINTS))
+    monkeypatch.setattr(rows, "keep_rests", mutant)
+    with pytest.raises(ProofError, match="accelerations of order 0"):
+        prove_recurrences(model, series(model))
+
+
+@pytest.mark.parametrize("part", ["sine", "cosine", "spring"])
+def test_what_rounding_took_from_angles_is_held_to_their_derivative(part: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    model = derive(Scene(f"turned_{part}", 3, **PLANAR, **JOINTS, com=[0.3, 0.9, 0.5], angles="absolute"))
+    whole = planar_factor.directions, planar_factor.rest_of_difference
+
+    def directions(builder: Builder, scene: Scene, q: ArrayRef, lost: ArrayRef) -> tuple[ArrayRef, ArrayRef]:
+        (sine, cosine), (near_sine, near_cosine) = whole[0](builder, scene, q, lost), builder.sincos(difference(builder, scene, "near", q), 3)
+        return (near_sine, cosine) if part == "sine" else (sine, near_cosine)
+
+    def rest(builder: Builder, scene: Scene, name: str, theta: ArrayRef, lost: ArrayRef) -> ArrayRef:
+        found = builder.array(name, scene.links)
+        for k in range(scene.links):
+            found[k] = lost[k]
+        return found
+
+    monkeypatch.setattr(planar_factor, *(("rest_of_difference", rest) if part == "spring" else ("directions", directions)))
+    with pytest.raises(ProofError, match="with what rounding took"):
+        prove_recurrences(model, series(model))

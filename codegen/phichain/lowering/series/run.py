@@ -86,6 +86,7 @@ def expand(
     u: Sequence[Scalar] = (),
     rho: Fraction = Fraction(1),
     force: Sequence[Scalar] = (),
+    lost: Sequence[Scalar] = (),
     **params: Row,
 ) -> Expanded:
     """Coefficients of orders 0 to `orders`.
@@ -99,11 +100,12 @@ def expand(
         u: inputs.
         rho: the unit of time.
         force: the forcing's coefficients in scaled time, where there is one.
+        lost: what rounding took from q and v; nothing where it is not given.
         params: values of the runtime parameters.
     """
     unit = [arithmetic.number(rho), arithmetic.number(rho * rho)]
-    nothing = [arithmetic.number(Fraction(0))] * (len(q) + len(v))
-    given = {"q": q, "v": v, "u": u, SCALE: unit, LOST: nothing, FORCE: list(force[:1]), **params}
+    rest = list(lost) or [arithmetic.number(Fraction(0))] * (len(q) + len(v))
+    given = {"q": q, "v": v, "u": u, SCALE: unit, LOST: rest, FORCE: list(force[:1]), **params}
     made = arithmetic.run(series.factor, given)
     held = list(made[HELD])
     later = list(made[LATER]) if series.is_forced else held

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, Final
@@ -11,7 +11,7 @@ from typing import Any, Final
 from phichain.ir.nodes import Program
 from phichain.lowering.series.forced import push_of, with_inputs
 from phichain.lowering.series.run import Arithmetic, Expanded, Row, expand
-from phichain.lowering.series.series import Series
+from phichain.lowering.series.series import LOST, Series
 from phichain.proof.case import Subject, Wrong, nothing
 from phichain.proof.lagrange import Judge
 from phichain.proof.modular.compiled import FAULTS, Given
@@ -60,11 +60,16 @@ def _all_inputs(program: Program) -> Program:
 
 @dataclass(frozen=True)
 class Start:
-    """Where a step starts: the point's state in scaled time."""
+    """Where a step starts: the point's state in scaled time.
+
+    Attributes:
+        lost: what rounding took from the state; empty for nothing.
+    """
 
     made: Recurrences
     judge: Judge
     point: Point
+    lost: Vector = field(default_factory=list)
 
     @property
     def rho(self) -> int:
@@ -75,6 +80,11 @@ class Start:
     def rate(self) -> Vector:
         """x' in scaled time."""
         return [self.rho * entry % PRIME for entry in self.judge.turned(self.point, self.point.v)]
+
+    @property
+    def takes_lost(self) -> bool:
+        """Whether the recurrences look at what rounding took."""
+        return any(array.name == LOST for array in self.made.series.factor.inputs)
 
     @property
     def force(self) -> Vector:
@@ -96,7 +106,8 @@ class Start:
     def given(self) -> dict[str, Vector]:
         """What coefficients are expanded from."""
         point = self.point
-        return {"q": point.q, "v": self.rate, "u": point.u, "force": self.force, **point.parameters}
+        lost = self.lost or [0] * (2 * point.scene.nq)
+        return {"q": point.q, "v": self.rate, "u": point.u, "force": self.force, "lost": lost, **point.parameters}
 
     def expanded(
         self, arithmetic: Arithmetic, wrap: Callable[[str, Vector], Row] = lambda name, values: list(values), orders: int = ORDERS

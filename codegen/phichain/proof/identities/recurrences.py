@@ -8,13 +8,19 @@ q(t), q'(t), q''(t) the series that come out, T, V and R are evaluated in power-
 
 must vanish, with q' the derivative of q and in space q.q = 1. Columns must be the derivatives of the recurrences themselves, which
 run once more on dual numbers.
+
+What rounding took from the state (`lost`) enters to first order. In the plane coefficients must change with it as they change with
+the angles themselves, by dual numbers; where springs see a joint's own rounded angle, what a step holds must. In space springs alone look at it: with any `lost`, the residual must be that of springs bent by
+q_{k-1} - q_k + r_k, r_k = lost_{k-1} - lost_k, which over a step is a constant force k_k r_k on link k and its opposite on the one before.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 from phichain.ir.interpret import run
+from phichain.lowering.planar.joint_state import loses_bends
 from phichain.lowering.series.run import Expanded, expand_along, expand_column
 from phichain.lowering.series.series import HELD, LEFT, RIGHT, ROWS
 from phichain.lowering.series.spatial.side_by_side import expand_shared
@@ -22,7 +28,7 @@ from phichain.lowering.series.varied import varied_parameters
 from phichain.proof.case import Wrong
 from phichain.proof.identities.expansion import ORDERS, Recurrences, Start
 from phichain.proof.lagrange import ENERGIES, Judge
-from phichain.proof.modular.field import PRIME, Vector, dot, inverse, plus
+from phichain.proof.modular.field import PRIME, Vector, dot, exact, inverse, plus
 from phichain.proof.modular.points import Point
 from phichain.proof.modular.power_series import Coefficients, Jet, PowerSeries
 
@@ -42,6 +48,8 @@ def recurrences(made: Recurrences, judge: Judge, point: Point) -> None:
         _shared(start, found)
     if made.series.outright is not None:
         _outright(start, found)
+    if start.takes_lost:
+        _lost(start)
     if made.columns is not None:
         _columns(start, found)
     if made.series.order_along is not None:
@@ -104,12 +112,54 @@ def _no_residual(judge: Judge, point: Point, found: Expanded, start: Start) -> N
     zeros = [0] * ORDERS
     work = [
         kinetic.get("m", zeros), [-x for x in kinetic.get("c", zeros)], potential.get("c", zeros), dissipation.get("b", zeros),
+        *([_bent_further(start, shift[point.carts :])] if start.lost else []),
     ]  # fmt: skip
     _told(judge, point, second, inputs)
     push = [(inputs[view.base_accelerations + i], turn[at]) for i, at in enumerate(view.driven)]
     for n, entries in enumerate(zip(*work, strict=True)):
         if (sum(entries) - sum(force[n] * along for force, along in push)) % PRIME:
             raise Wrong(f"the accelerations of order {n}")
+
+
+def _lost(start: Start) -> None:
+    """What rounding took counts to first order: as a change of the angles, or of the bends of springs in space."""
+    point = start.point
+    size, lost = point.scene.nq, point.free("lost", 2 * point.scene.nq)
+    if not point.scene.is_planar:
+        bent = replace(start, lost=lost)
+        found = bent.expanded(bent.values())
+        _no_residual(bent.judge, point, found, bent)
+        if start.made.series.order_shared is not None:
+            _shared(bent, found)
+        return
+
+    def along(slopes: dict[str, Vector]) -> Expanded:
+        return start.expanded(start.duals(), lambda name, values: list(zip(values, slopes.get(name, [0] * len(values)), strict=True)))
+
+    # Of the rates nothing that rounding took is looked at.
+    ours, true = along({"lost": lost}), along({"q": lost[:size]})
+    named = {f"next[{{}}] at order {n}": (ours.state[n + 1], true.state[n + 1]) for n in range(ORDERS)}
+    if point.scene.stiffness is not None and not loses_bends(point.scene):
+        # Springs see a joint's angle as it is rounded: its last digit is theirs. What a step holds is left, the rows 0 with it.
+        named = {"held[{}]": (ours.held, true.held), "left[{}]": (ours.left[0], true.left[0]), "right[{}]": (ours.right[0], true.right[0])}
+    for name, (found, known) in named.items():
+        for i, ((_, entry), (_, slope)) in enumerate(zip(found, known, strict=True)):
+            if (entry - slope) % PRIME:
+                raise Wrong(f"{name.format(i)} with what rounding took")
+
+
+def _bent_further(start: Start, shift: list[Coefficients]) -> Coefficients:
+    """Minus the work of k_k r_k along the displacement of both links of every joint, order by order."""
+    scene, lost = start.point.scene, start.lost[start.point.carts :]
+    given = start.point.parameters.get("stiffness")
+    stiffness = [exact(Fraction(entry)) for entry in scene.stiffness] if given is None else given
+    work = [0] * ORDERS
+    for i in range(3 * scene.links):
+        before = i - 3
+        rest = (lost[before] if before >= 0 else 0) - lost[i]
+        moved = plus(shift[i], shift[before], -1) if before >= 0 else shift[i]
+        work = plus(work, moved, -(stiffness[i // 3] * rest))
+    return work
 
 
 def _told(judge: Judge, point: Point, second: list[Coefficients], inputs: list[Coefficients]) -> None:

@@ -26,7 +26,7 @@ from phichain.lowering.series.spatial.rubbed import rub_lane
 
 def expand_shared(
     series: Series, arithmetic: Arithmetic, orders: int, q: Row, v: Row, u: Sequence[Scalar] = (), rho: Fraction = Fraction(1),
-    force: Sequence[Scalar] = (), **params: Row,
+    force: Sequence[Scalar] = (), lost: Sequence[Scalar] = (), **params: Row,
 ) -> list[Row]:  # fmt: skip
     """Coefficients (q_n, v_n) of orders 0 to `orders`, of the same arguments as `run.expand`.
 
@@ -34,7 +34,7 @@ def expand_shared(
     """
     assert series.order_shared is not None
     unit, nothing = [arithmetic.number(rho), arithmetic.number(rho * rho)], arithmetic.number(Fraction(0))
-    given = {"q": q, "v": v, "u": u, SCALE: unit, LOST: [nothing] * (len(q) + len(v)), FORCE: list(force[:1]), **params}
+    given = {"q": q, "v": v, "u": u, SCALE: unit, LOST: list(lost) or [nothing] * (len(q) + len(v)), FORCE: list(force[:1]), **params}
     made = arithmetic.run(series.factor, given)
     links, carts = series.lanes // 3, len(q) - series.lanes
     rows, rights = [list(q), [*v[:carts], *made[LEFT]]], [[nothing] * (links + (series.rights - 1) * series.lanes)]
