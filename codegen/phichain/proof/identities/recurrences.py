@@ -151,8 +151,9 @@ def _lost(start: Start) -> None:
 def _bent_further(start: Start, shift: list[Coefficients]) -> Coefficients:
     """Minus the work of k_k r_k along the displacement of both links of every joint, order by order."""
     scene, lost = start.point.scene, start.lost[start.point.carts :]
-    given = start.point.parameters.get("stiffness")
-    stiffness = [exact(Fraction(entry)) for entry in scene.stiffness] if given is None else given
+    numbers = scene.stiffness
+    assert numbers is not None
+    stiffness = start.point.parameters["stiffness"] if numbers == "runtime" else [exact(Fraction(entry)) for entry in numbers]
     work = [0] * ORDERS
     for i in range(3 * scene.links):
         before = i - 3
