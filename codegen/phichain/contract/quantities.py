@@ -13,9 +13,9 @@ from phichain.contract import quantities_beside as beside
 from phichain.contract.chain import Chain
 from phichain.contract.quantity import Quantities, Quantity, rows
 
-_DYNAMICS: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian", "step"})
+_DYNAMICS: Final = frozenset({"forward_dynamics", "bent_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian", "step"})
 _TENSIONS: Final = frozenset({"tensions"})
-_FIELD: Final = frozenset({"forward_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian"})
+_FIELD: Final = frozenset({"forward_dynamics", "bent_dynamics", "direction_dynamics", "state_jacobian", "dynamics_and_jacobian"})
 _FORCES: Final = frozenset({"inverse_dynamics", "inverse_and_jacobian"})
 _ANGLES: Final = frozenset({"mass_matrix", "coriolis", "gravity_torque", "energy", "positions", *_FORCES, "momentum", "linearization"})
 _BALANCE: Final = frozenset({"phi", "phi_jacobian"})

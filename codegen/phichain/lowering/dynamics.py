@@ -20,7 +20,7 @@ from phichain.lowering.spatial import mobilities
 from phichain.lowering.spatial import tension as spatial_tension
 from phichain.lowering.spatial.rates import AngularVelocities, DirectionRates, Rates
 from phichain.lowering.steps import rigid_links
-from phichain.lowering.writers import writes
+from phichain.lowering.writers import helps, writes
 from phichain.scene import Scene
 
 
@@ -63,6 +63,21 @@ def spatial_forward_dynamics(
     base = carried(builder, scene, parameters, u)
     base.write_cart(a)
     _sweep(builder, base, base.seen(q), AngularVelocities(base.scene, base.seen(v), base.seen(a)))
+
+
+@helps("bent_dynamics", "The accelerations where springs are bent as given.", own_units=in_units_of_links, lumped=True)
+def bent_dynamics(builder: Builder, scene: Scene, parameters: Parameters) -> None:
+    """The Program `bent_dynamics`: q, v, bend[, u] -> a of a sprung spatial chain, bend = q_{k-1} - q_k of every joint.
+
+    A spring makes a moment of k q_k x (q_{k-1} - q_k): what rounding took from unit vectors is k times as much there.
+    """
+    q, v = builder.input("q", (scene.nq,), "configuration"), builder.input("v", (scene.nv,), "rates")
+    bend = builder.input("bend", (3 * scene.links,), "q_{k-1} - q_k")
+    u = builder.input("u", (scene.nu,), "inputs") if scene.nu else None
+    a = builder.output("a", (scene.nv,), "accelerations")
+    base = carried(builder, scene, parameters, u)
+    base.write_cart(a)
+    _sweep(builder, base, base.seen(q), AngularVelocities(base.scene, base.seen(v), base.seen(a), bend))
 
 
 @writes("direction_dynamics", own_units=in_units_of_links, lumped=True)

@@ -162,6 +162,7 @@ class _PlaneRates:
     """Rates of a planar chain as a spatial sweep reads them."""
 
     rate: ArrayRef
+    bend: ArrayRef | None = None
 
     def squared(self, k: Index) -> Expr:
         return self.rate[k] * self.rate[k]

@@ -70,9 +70,11 @@ def writes(
     return _registered(name, Writer(_nothing, "", calls, own_units, suits, lumped), space, True)
 
 
-def helps(name: str, doc: str, calls: tuple[str, ...] = (), *, lumped: bool = False) -> Callable[[Write], Write]:
+def helps(
+    name: str, doc: str, calls: tuple[str, ...] = (), *, own_units: Callable[[Scene], bool] = _in_si_units, lumped: bool = False
+) -> Callable[[Write], Write]:
     """Register the writer of a Program that others call and no scene wants; it declares its own arguments."""
-    return _registered(name, Writer(_nothing, doc, calls, _in_si_units, _everywhere, lumped), ANY, False)
+    return _registered(name, Writer(_nothing, doc, calls, own_units, _everywhere, lumped), ANY, False)
 
 
 def _nothing() -> None:

@@ -15,6 +15,7 @@ from phichain.lowering.field import vector_field
 from phichain.lowering.lower import lower_function
 from phichain.lowering.preparation import preparation
 from phichain.lowering.series import Series, series
+from phichain.lowering.steps.rosenbrock import increment_of
 from phichain.mechanics import Model, derive
 from phichain.proof.case import IDENTITIES, Case, Subject, Wrong
 from phichain.proof.equations import check_equations
@@ -125,6 +126,8 @@ class _Court:
         start, by_field = time.process_time(), [name for name in wanted if name not in _TAYLOR]
         if by_field:
             self.hold(by_field[0], Subject(vector_field(self.model)), field_of_flows)
+            if "propagate_stiff" in by_field and increment_of(self.model.scene) == "bent_increment":
+                self.other("bent_dynamics")
         middle = time.process_time()
         if len(by_field) < len(wanted):
             _hold_recurrences(self.model, series(self.model), self.judge, [chain.point for chain in self.chains])

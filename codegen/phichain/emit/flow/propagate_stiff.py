@@ -28,6 +28,7 @@ from phichain.lowering.planar.joint_state import (
     to_joint_inputs,
     to_joints,
 )
+from phichain.lowering.steps.rosenbrock import increment_of
 from phichain.lowering.stiff_scales import scales_program
 from phichain.mechanics import Model, derive
 from phichain.scene import Scene
@@ -59,7 +60,7 @@ def stiff(model: Model, known: Collection[str] = ()) -> FlowText:
         inner, known = derive(joint_scene(scene)), ()
     else:
         inner = model
-    step = lower_function(inner, "rosenbrock_increment")
+    step = lower_function(inner, increment_of(inner.scene))
     symbols = {
         name: f"{scene.name}_{name}" if name in known else f"{scene.name}_stiff_{name}"
         for name in step.callees
@@ -113,13 +114,14 @@ def _definitions(scene: Scene, parts: list[Part], names: CNames, works: bool) ->
     number, is_carried = names.number, carries_joints(scene)
     words, numbers = binary_words(scene.real), binary_numbers(scene.real)
     joint_inputs = joint_scene(scene).nu if is_carried and scene.actuated_joints else 0
+    rest = "flow->lost, " if increment_of(scene) == "bent_increment" else ""
     return render(
         "flow/stiff.c.j2", name=scene.name, doc=ROWS["propagate_stiff"].doc, upper=scene.name.upper(), real=f"{scene.name}_real", size=scene.nq,
         tables=table_rows(names), functions=parts, cart=(1 if scene.is_planar else 2) if scene.has_cart else 0,
         parameter="p, " if scene.runtime else "", work=", work" if works else "",
         carried=is_carried, inputs=joint_inputs,
         **dict(zip(("q", "v", "lost"), ("joint_q", "joint_v", "lost") if is_carried else ("q", "v", "flow->lost"), strict=True)),
-        given=("joint_u, " if joint_inputs else "u, ") if scene.nu else "", definition=", ".join(arguments(PROPAGATE_STIFF, scene, definition=True)), passed=passed_on(PROPAGATE_STIFF, scene),
+        given=rest + (("joint_u, " if joint_inputs else "u, ") if scene.nu else ""), definition=", ".join(arguments(PROPAGATE_STIFF, scene, definition=True)), passed=passed_on(PROPAGATE_STIFF, scene),
         least=number(LEAST_TOLERANCE[scene.real]).text, margin=number(MARGIN).text,
         smallest=number(LEAST_FACTOR).text, largest=number(LARGEST_FACTOR).text, safety=number(SAFETY).text,
         proportional=number(PROPORTIONAL).text, integral=number(INTEGRAL).text,

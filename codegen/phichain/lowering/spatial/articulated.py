@@ -89,7 +89,7 @@ class Sweep:
     ) -> None:
         self.builder, self.scene, self.parameters = builder, scene, parameters
         self.direction, self.rates = directions(scene, q), rates
-        self.couple = couples(builder, scene, parameters, self.direction, rates.angular)
+        self.couple = couples(builder, scene, parameters, self.direction, rates.angular, rates.bend)
         self.units = SpatialUnits(builder, scene, parameters)
         self.free = builder.array("free", 3 * scene.links)
         self.slope = builder.array("slope", 3 * scene.links)

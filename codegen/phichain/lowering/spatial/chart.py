@@ -69,6 +69,35 @@ def displacement(
         store(directions(scene, v_out), k, sub(turning, scale(lean, here)))
 
 
+def bends_at_start(builder: Builder, scene: Scene, q: ArrayRef, lost: ArrayRef) -> ArrayRef:
+    """q_{k-1} - q_k of the unit vectors q + lost, q_{-1} = e_3: with what rounding took from them."""
+    direction, rest = directions(scene, q), directions(scene, lost)
+    bend, nothing = builder.array("bend", 3 * scene.links), builder.lift(0)
+    upright: Vector = (nothing, nothing, builder.lift(1))
+    store(bend, 0, sub(sub(upright, load(direction, 0)), load(rest, 0)))
+    with builder.loop("k", 1, scene.links) as loop:
+        k = loop.index
+        apart = sub(load(direction, k - 1), load(direction, k))
+        store(bend, k, add(apart, sub(load(rest, k - 1), load(rest, k))))
+    return bend
+
+
+def bends_moved(builder: Builder, scene: Scene, q: ArrayRef, bend: ArrayRef, shift: ArrayRef) -> ArrayRef:
+    """The same where the coordinates have moved by `shift`: small differences formed as such."""
+    moving, moved = builder.array("moving", 3 * scene.links), builder.array("stage_bend", 3 * scene.links)
+    with builder.loop("k", 0, scene.links) as loop:
+        k = loop.index
+        aside = load(directions(scene, shift), k)
+        squared = builder.let("aside_squared", dot(aside, aside))
+        share = squared / (1 + builder.sqrt(1 - squared))
+        store(moving, k, sub(aside, scale(share, load(directions(scene, q), k))))
+    store(moved, 0, sub(load(bend, 0), load(moving, 0)))
+    with builder.loop("k", 1, scene.links) as loop:
+        k = loop.index
+        store(moved, k, add(load(bend, k), sub(load(moving, k - 1), load(moving, k))))
+    return moved
+
+
 def slope(
     builder: Builder,
     scene: Scene,

@@ -38,19 +38,22 @@ def neighbours(builder: Builder, direction: ArrayRef, links: int) -> tuple[Array
 
 
 def couples(
-    builder: Builder, scene: Scene, parameters: Parameters, direction: ArrayRef, angular: Callable[[], ArrayRef]
-) -> ArrayRef | None:
+    builder: Builder, scene: Scene, parameters: Parameters, direction: ArrayRef, angular: Callable[[], ArrayRef],
+    bend: ArrayRef | None = None,
+) -> ArrayRef | None:  # fmt: skip
     """n_k of springs, dampers and dry friction, tangent to q_k, three cells a link; None on a scene without any.
 
-    `angular` gives the omega_k and is asked where something resists them.
+    `angular` gives the omega_k and is asked where something resists them; `bend` holds the q_{k-1} - q_k where they are known to
+    more digits than the q_k are.
     """
-    moment = joint_moments(builder, scene, parameters, direction, angular)
+    moment = joint_moments(builder, scene, parameters, direction, angular, bend)
     return None if moment is None else couples_of(builder, scene, direction, moment)
 
 
 def joint_moments(
-    builder: Builder, scene: Scene, parameters: Parameters, direction: ArrayRef, angular: Callable[[], ArrayRef]
-) -> ArrayRef | None:
+    builder: Builder, scene: Scene, parameters: Parameters, direction: ArrayRef, angular: Callable[[], ArrayRef],
+    bend: ArrayRef | None = None,
+) -> ArrayRef | None:  # fmt: skip
     """The moment of every joint on the link beyond it, and zero beyond the tip; None on a scene without any."""
     if not ties_links(scene):
         return None
@@ -61,11 +64,14 @@ def joint_moments(
     still: Vector = (nothing, nothing, nothing)
     omega = angular() if slows_joints(scene) else None
     first = still if omega is None else load(omega, 0)
-    store(moment, 0, _moment(scene, parameters, 0, upright, load(direction, 0), first))
+    # q_k x q_{k-1} = q_k x (q_{k-1} - q_k)
+    inner = upright if bend is None else load(bend, 0)
+    store(moment, 0, _moment(scene, parameters, 0, inner, load(direction, 0), first))
     with builder.loop("k", 1, links) as loop:
         k = loop.index
         bending = still if omega is None else sub(load(omega, k), load(omega, k - 1))
-        store(moment, k, _moment(scene, parameters, k, load(direction, k - 1), load(direction, k), bending))
+        inner = load(direction, k - 1) if bend is None else load(bend, k)
+        store(moment, k, _moment(scene, parameters, k, inner, load(direction, k), bending))
     store(moment, links, still)
     return moment
 

@@ -131,7 +131,7 @@ class Sweep:
 
     def couples(self) -> ArrayRef | None:
         """n_k of springs, dampers and dry friction."""
-        return couples(self.builder, self.scene, self.parameters, self.direction, self.rates.angular)
+        return couples(self.builder, self.scene, self.parameters, self.direction, self.rates.angular, self.rates.bend)
 
     def eliminated(self, chain: Beyond, k: Index, pivot: Pivot) -> None:
         """What else is kept of the elimination of a link but the last: nothing."""

@@ -19,7 +19,11 @@ from phichain.scene import Scene
 
 
 class Rates(Protocol):
-    """What a sweep reads of the rates, and where its accelerations go."""
+    """What a sweep reads of the rates and of the springs' bends, and where its accelerations go."""
+
+    @property
+    def bend(self) -> ArrayRef | None:
+        """q_{k-1} - q_k, three cells a link, where they are known to more digits than the q_k are; None where they are not."""
 
     def squared(self, k: Index) -> Expr:
         """|omega_k|^2."""
@@ -44,6 +48,7 @@ class AngularVelocities:
     scene: Scene
     v: ArrayRef
     a: ArrayRef
+    bend: ArrayRef | None = None
 
     def squared(self, k: Index) -> Expr:
         omega = load(self.angular(), k)
@@ -71,6 +76,7 @@ class DirectionRates:
     q: ArrayRef
     q_dot: ArrayRef
     q_ddot: ArrayRef
+    bend: ArrayRef | None = None
 
     def squared(self, k: Index) -> Expr:
         rate = load(directions(self.scene, self.q_dot), k)

@@ -80,7 +80,7 @@ def chain_of(
     """The chain, and the cosines between its links."""
     direction = directions(scene, q)
     cosine, crosses = neighbours(builder, direction, scene.links)
-    moment = joint_moments(builder, scene, parameters, direction, rates.angular)
+    moment = joint_moments(builder, scene, parameters, direction, rates.angular, rates.bend)
     pair = None if moment is None else _force_pairs(builder, scene, parameters, direction, moment)
     horizontal = _horizontal(builder, scene, parameters, rates, u, pair)
     return Chain(builder, parameters, direction, rates, crosses, moment, pair, horizontal), cosine

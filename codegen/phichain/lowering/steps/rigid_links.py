@@ -25,7 +25,7 @@ def accelerations(
     along, out = builder.array("along", scene.links), builder.array("bending", ambient_size(scene))
     with builder.loop("k", 0, scene.links) as loop:
         along[loop.index] = -rates.squared(loop.index)
-    couple = couples(builder, scene, parameters, directions(scene, q), rates.angular)
+    couple = couples(builder, scene, parameters, directions(scene, q), rates.angular, rates.bend)
     push = None
     if scene.has_cart:
         speeds = rates.cart()

@@ -18,16 +18,19 @@ from phichain.lowering.planar import implicit as planar_implicit
 from phichain.lowering.planar import solution as planar_solution
 from phichain.lowering.spatial import implicit as spatial_implicit
 from phichain.lowering.spatial import solution as spatial_solution
-from phichain.lowering.spatial.chart import displacement, on_manifold, slope
+from phichain.lowering.spatial.chart import bends_at_start, bends_moved, displacement, on_manifold, slope
 from phichain.lowering.spatial.functions import project
 from phichain.lowering.writers import helps, writes
 from phichain.scene import Scene
 
 Pair = tuple[ArrayRef, ArrayRef]
 
+#: What rounding took from q, an argument.
+LOST = "lost"
 
-#: What a step calls, in the order of `_Callees`.
+#: What a step calls, in the order of `_Callees`, and where it is given what rounding took from unit vectors that springs tie.
 CALLEES = ("forward_dynamics", "implicit_factors", "implicit_solution")
+BENT_CALLEES = ("bent_dynamics", *CALLEES[1:])
 
 
 @dataclass(frozen=True)
@@ -65,8 +68,23 @@ def write_solution(builder: Builder, scene: Scene, parameters: Parameters) -> No
 )
 def write_increment(builder: Builder, scene: Scene, parameters: Parameters, *callees: Program) -> None:
     """The Program `rosenbrock_increment`: h, q, v[, u] -> q_1 - q_0, v_1 - v_0 and the error estimate."""
+    _write_increment(builder, scene, callees, {"q": scene.nq, "v": scene.nv})
+
+
+@helps("bent_increment", "The same from unit vectors and what rounding took from them.", BENT_CALLEES, lumped=True)
+def write_bent_increment(builder: Builder, scene: Scene, parameters: Parameters, *callees: Program) -> None:
+    """The Program `bent_increment`: h, q, v, lost[, u] -> the same, of the state q + lost, v."""
+    _write_increment(builder, scene, callees, {"q": scene.nq, "v": scene.nv, LOST: scene.nq})
+
+
+def increment_of(scene: Scene) -> str:
+    """The Program that steps a scene: springs in space see what rounding takes from unit vectors, k times as large."""
+    return "rosenbrock_increment" if scene.is_planar or scene.stiffness is None else "bent_increment"
+
+
+def _write_increment(builder: Builder, scene: Scene, callees: tuple[Program, ...], state: dict[str, int]) -> None:
     arguments = {"h": builder.input("h", (), "step, s")}
-    for name, size in (("q", scene.nq), ("v", scene.nv), *((("u", scene.nu),) if scene.nu else ())):
+    for name, size in (state | ({"u": scene.nu} if scene.nu else {})).items():
         arguments[name] = builder.input(name, (size,), name)
     names = ("q_increment", "v_increment", "q_error", "v_error")
     moved_q, moved_v, error_q, error_v = (builder.output(name, (scene.nv,), name) for name in names)
@@ -104,7 +122,7 @@ def _increments(
         builder: where the Program is recorded.
         scene: the chain.
         callees: what it calls.
-        arguments: h, q, v and, with inputs, u.
+        arguments: h, q, v, with inputs u, and what rounding took from q where the dynamics are given bends.
         out: the arrays of the increments and of the error estimate.
     """
     step = _Step(builder, scene, callees, arguments)
@@ -126,15 +144,14 @@ class _Step:
         self.builder, self.scene, self.callees = builder, scene, callees
         self.h, self.q, self.v = arguments["h"][0], arguments["q"], arguments["v"]
         self.inputs = [arguments["u"]] if scene.nu else []
+        self.bend = bends_at_start(builder, scene, self.q, arguments[LOST]) if LOST in arguments else None
 
     def stages(self) -> list[Pair]:
         """U_1 .. U_8, each as (angles, rates)."""
         builder, scene = self.builder, self.scene
         gain = builder.array("gain", 1)
         gain[0] = self.h * GAMMA
-        (acceleration,) = builder.call(
-            self.callees.forward, [self.q, self.v, *self.inputs], {"acceleration": scene.nv}
-        )
+        acceleration = self._acceleration(self.q, self.v, self.bend)
         given = [gain, self.q, self.v, acceleration, *(self.inputs if scene.is_moving else [])]
         known = builder.call(self.callees.factors, given, factor_arrays(scene))
         first = self._slope(self.q, self.v, acceleration)
@@ -173,8 +190,13 @@ class _Step:
         if not scene.is_planar:
             q, v = builder.array("stage_q", scene.nq), builder.array("stage_v", scene.nv)
             on_manifold(builder, scene, (self.q, self.v), (moved[0], moved[1]), (q, v))
-        (acceleration,) = builder.call(self.callees.forward, [q, v, *self.inputs], {"acceleration": scene.nv})
-        return self._slope(q, v, acceleration)
+        bend = None if self.bend is None else bends_moved(builder, scene, self.q, self.bend, moved[0])
+        return self._slope(q, v, self._acceleration(q, v, bend))
+
+    def _acceleration(self, q: ArrayRef, v: ArrayRef, bend: ArrayRef | None) -> ArrayRef:
+        given = [q, v, *([] if bend is None else [bend]), *self.inputs]
+        (acceleration,) = self.builder.call(self.callees.forward, given, {"acceleration": self.scene.nv})
+        return acceleration
 
     def _right_side(self, slope: Pair, found: list[Pair], weights: tuple[Fraction, ...]) -> Pair:
         """gamma (h f + sum c_ij U_j)."""

@@ -13,8 +13,19 @@ from phichain.proof.modular.field import PRIME, Vector, dot, plus
 @proves("forward_dynamics")
 def forward_dynamics(case: Case) -> None:
     """The Lagrangian's virtual work is that of the inputs along every direction but a driven cart's; omega_k' is orthogonal to q_k."""
+    _accelerations(case, case.run()["a"])
+
+
+@proves("bent_dynamics", is_helper=True)
+def bent_dynamics(case: Case) -> None:
+    """The same where springs are bent as the unit vectors say, q_{k-1} - q_k with q_{-1} = e_3."""
+    q = case.point.q[case.point.carts :]
+    bend = plus([0, 0, 1, *q[:-3]], q, -1)
+    _accelerations(case, case.run(case.point.given(bend=bend))["a"])
+
+
+def _accelerations(case: Case, a: Vector) -> None:
     point, judge = case.point, case.judge
-    a = case.run()["a"]
     if not case.scene.is_planar:
         _orthogonal(case, "a", a, [0] * case.scene.links)
     motion = judge.motion(point, a=a)

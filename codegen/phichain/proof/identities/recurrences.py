@@ -142,8 +142,8 @@ def _lost(start: Start) -> None:
     if point.scene.stiffness is not None and not loses_bends(point.scene):
         # Springs see a joint's angle as it is rounded: its last digit is theirs. What a step holds is left, the rows 0 with it.
         named = {"held[{}]": (ours.held, true.held), "left[{}]": (ours.left[0], true.left[0]), "right[{}]": (ours.right[0], true.right[0])}
-    for name, (found, known) in named.items():
-        for i, ((_, entry), (_, slope)) in enumerate(zip(found, known, strict=True)):
+    for name, (changed, known) in named.items():
+        for i, ((_, entry), (_, slope)) in enumerate(zip(changed, known, strict=True)):
             if (entry - slope) % PRIME:
                 raise Wrong(f"{name.format(i)} with what rounding took")
 

@@ -72,7 +72,7 @@ class Recalled(Sweep):
 
     def couples(self) -> ArrayRef | None:
         """As the sweep, and keep the joints' moments."""
-        self.moment = joint_moments(self.builder, self.scene, self.parameters, self.direction, self.rates.angular)
+        self.moment = joint_moments(self.builder, self.scene, self.parameters, self.direction, self.rates.angular, self.rates.bend)
         return None if self.moment is None else couples_of(self.builder, self.scene, self.direction, self.moment)
 
     def outwards(self, base: Vector) -> None:
