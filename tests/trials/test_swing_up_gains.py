@@ -76,7 +76,7 @@ def test_an_observer_along_the_motion_finds_the_masses_as_well_as_can_be() -> No
     assert np.allclose(made.flows[3], (path[0][3] - np.eye(4))[2:]) and np.allclose(made.drives[-1], end[1][2:])
     first = solve_discrete_are(path[0][0].T, C.T, W, V)
     known = made.learning
-    assert exact.learning is None and known is not None and made.remembered == 5
+    assert exact.learning is None and known is not None and made.estimated == 5 and known.bounds == pytest.approx([0.6])
     both = np.concatenate([made.corrections, known.learned], axis=1)
     assert not np.any(known.learned[[0, -1]]) and np.allclose(known.pushes[3], path[2][3][2:]) and not np.any(known.pushes[-1])
     assert np.allclose(known.steps, [1e-3, 5e-3])
