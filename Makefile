@@ -97,7 +97,7 @@ firmware: $(READY) ## generated C on emulated microcontrollers, point by point; 
 	@$(PY) -m benchmarks.firmware $(if $(WRITE),--write)
 
 rigs: $(READY) ## the pictures of docs/rigs.md: three rigs held upright
-	@$(PY) -m benchmarks.rigs
+	@$(PY) -m benchmarks.control.rigs
 
 docs: $(READY_DOCS) ## the documentation site, strict, every code block, notebook and script run: generated/site/index.html
 	@$(PY) -m docs.site --out '$(OUT)/site'

@@ -1,1 +1,1 @@
-"""Regulators."""
+"""Regulators, and rigs that are held by them."""

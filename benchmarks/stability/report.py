@@ -142,7 +142,7 @@ def label(case: Case) -> str:
 
 def page(results: Sequence[Result], folder: Path, command: str) -> Path:
     """Write stability.html and stability.png."""
-    from benchmarks.pages import Figure, write_page
+    from benchmarks.pages.html import Figure, write_page
     from phichain.report.measured.verdicts import draw_verdicts
 
     cases = list(dict.fromkeys(label(result.case) for result in results))

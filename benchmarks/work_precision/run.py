@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from benchmarks.pages import Figure, write_page
+from benchmarks.pages.html import Figure, write_page
 from benchmarks.table import Table, write
 from benchmarks.work_precision import sections
 

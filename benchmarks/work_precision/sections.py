@@ -10,7 +10,7 @@ from pathlib import Path
 from benchmarks.contest import Work, detail
 from benchmarks.dynamics import forward as dynamics
 from benchmarks.fractional import run as fractional_table
-from benchmarks.pages import Figure
+from benchmarks.pages.html import Figure
 from benchmarks.plan import FULL
 from benchmarks.stability.references import references
 from benchmarks.table import Table

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import fill
 from benchmarks.__main__ import MODULES
+from benchmarks.pages import fill
 from benchmarks.table import RESULTS, Table, write
 
 
@@ -40,7 +40,7 @@ def test_a_heading_that_is_not_there_is_named(tmp_path: Path) -> None:
 
 
 def test_results_that_are_there_are_named_in_the_readme() -> None:
-    readme = (Path(fill.__file__).with_name("README.md")).read_text()
+    readme = (RESULTS.with_name("README.md")).read_text()
     assert RESULTS.is_dir()
     for name in MODULES:
         assert f"make bench-{name.replace('_', '-')}" in readme, name

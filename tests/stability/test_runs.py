@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.pages import Figure, write_page
+from benchmarks.pages.html import Figure, write_page
 from benchmarks.stability.apart import TIME_LIMIT, run_apart
 from benchmarks.stability.cases.table import all_cases
 from benchmarks.stability.ours import Method, answer, methods

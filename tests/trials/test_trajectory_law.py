@@ -54,7 +54,7 @@ def learning(law: TrajectoryLaw) -> TrajectoryLaw:
     """The same that estimates three parameters, and holds by what it has found."""
     draw, (knots, nx), nu = np.random.default_rng(6), law.states.shape, law.inputs.shape[1]
     learned, pushes, bends = draw.normal(size=(knots, 3, nx // 2)), 0.1 * draw.normal(size=(knots, nx // 2, 3)), 0.3 * draw.normal(size=(3, nx // 2, nx + nu))
-    made = Learning(learned, pushes, bends, np.array([0.01, 0.04]), 0.3 * draw.normal(size=(nx, nx // 2)), draw.normal(size=(nx, nx // 2)))
+    made = Learning(learned, pushes, bends, np.array([0.01, 0.04]), 0.3 * draw.normal(size=(nx, nx // 2)), draw.normal(size=(nx, nx // 2)), np.array([0.3, 0.4, 0.25]))
     seen = observed(law)
     assert seen.observer
     return replace(seen, observer=replace(seen.observer, learning=made))

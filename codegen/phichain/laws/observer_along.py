@@ -54,17 +54,23 @@ class ObserverAlong(Held):
 
     @property
     def remembered(self) -> int:
-        """Numbers from one call to the next: z_expected, and theta where it is estimated."""
+        """Numbers from one call to the next: z_expected; where parameters are estimated theta, and what tells a sensor that is stuck."""
+        return self.estimated + (self.learning.kept if self.learning else 0)
+
+    @property
+    def estimated(self) -> int:
+        """Numbers of (z, theta)."""
         return int(self.corrections.shape[1]) + (self.learning.count if self.learning else 0)
 
     def corrected(self, weights: tuple[int, int, float], expected: Vector, off: ArrayLike) -> Vector:
-        """(z, theta) where `off` is w(y - q_r - C z_expected) (nq,); weights (j, k, f): a share f of the way from knot j to k."""
+        """(z, theta) where `expected` is what was expected of them and `off` w(y - q_r - C z_expected) (nq,); weights (j, k, f): a share f of the way from knot j to k."""
         nx = self.corrections.shape[1]
         if not self.learning:
             return np.asarray(expected + _between(self.corrections, weights) @ np.asarray(off))
         if self._is_last(weights):
             return np.concatenate([self.learning.corrected(expected[:nx], off), expected[nx:]])
-        return np.asarray(expected + np.vstack([_between(self.corrections, weights), _between(self.learning.learned, weights)]) @ np.asarray(off))
+        found = expected + np.vstack([_between(self.corrections, weights), _between(self.learning.learned, weights)]) @ np.asarray(off)
+        return np.concatenate([found[:nx], np.clip(found[nx:], -self.learning.bounds, self.learning.bounds)])
 
     def following(self, weights: tuple[int, int, float], found: Vector, pushed: Vector, sample: float) -> Vector:
         """What the next call expects, (z_expected, theta), after inputs that were u - u_r (nu,) off."""

@@ -28,7 +28,7 @@ _OBSERVER = {
 _LEARNING = {
     "learned": real("knots", "np", "nq", optional=True), "pushes": real("knots", "nq", "np", optional=True),
     "bends": real("np", "nq", "nx+nu", optional=True), "steps": real("nq", optional=True), "inside": real("nx", "nq", optional=True),
-    "outside": real("nx", "nq", optional=True),
+    "outside": real("nx", "nq", optional=True), "bounds": real("np", optional=True),
 }  # fmt: skip
 _CATCH = {"target": real("nx"), "rest": real("nu"), "catch_gains": real("nu", "nx"), "low": real("nu"), "high": real("nu")}
 _WORDS = {
@@ -54,7 +54,7 @@ class TrajectoryLaw(Held):
     from the end on. It gives up (u = 0) where the angles have left x_r by `tube` or the cart its rail.
 
     With an observer it reads the positions alone, y, and x - x_r is what the observer makes of them; its memory z_expected begins
-    at rest where the first measurement is.
+    at rest where the first measurement is. One that learns parameters gives up where a sensor is stuck, too.
 
     Attributes:
         catch: The regulator of the target, of which names, units, wraps, limits and sample hold all along.
@@ -172,11 +172,15 @@ class TrajectoryLaw(Held):
         reference, u, gains = self.reference(t)
         nq, nx, wraps, given = self.measured, len(reference), self.catch.wraps[: self.measured], np.asarray(y, dtype=float)
         off = less_turns(given - reference[:nq], wraps)
-        z = self.observer.corrected(self._weights(t), expected, less_turns(off - expected[:nq], wraps))
-        if not float(np.sum(off[list(wraps)] ** 2)) <= self.tube**2 or not abs(given[0]) <= self.rail:
-            return np.zeros_like(u), z
+        z = self.observer.corrected(self._weights(t), expected[: self.observer.estimated], less_turns(off - expected[:nq], wraps))
+        learning, kept, square = self.observer.learning, expected[self.observer.estimated :], float(np.sum(off[list(wraps)] ** 2))
+        if learning:
+            kept = learning.pulled(kept, given, z[:nx] - expected[:nx], self.catch.sample)
+            square += self.tube**2 * learning.strain(kept)
+        if not square <= self.tube**2 or not abs(given[0]) <= self.rail:
+            return np.zeros_like(u), np.concatenate([z, kept])
         pushed = np.clip(u - gains @ z[:nx], self.catch.low, self.catch.high)
-        return pushed, self.observer.following(self._weights(t), z, pushed - u, self.catch.sample)
+        return pushed, np.concatenate([self.observer.following(self._weights(t), z, pushed - u, self.catch.sample), kept])
 
     def running(self, sensor: Callable[[Vector], Vector] | None = None) -> Callable[[float, ArrayLike], Vector]:
         """A law with an observer and its memory, for `simulate(..., u=law.running(), sample=law.catch.sample)`.

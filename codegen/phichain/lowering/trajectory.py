@@ -12,6 +12,7 @@ from phichain.ir.passes import prune
 from phichain.ir.piecewise import maximum, minimum, wrapped
 from phichain.laws import TrajectoryLaw
 from phichain.lowering.laws import full_turn
+from phichain.lowering.laws.still import pulled
 
 
 def tracking(law: TrajectoryLaw) -> Program:
@@ -26,7 +27,8 @@ def tracking(law: TrajectoryLaw) -> Program:
     and off the sum of the squares of the angles' deviations. What is not a number spreads into u and off. With an observer it is
     `tracking(y_meas, expected, here, next, f) -> u, off, following`: rows go on with L, F and G, row by row, and x_meas - x_r gives
     way to z = expected + L w(y_meas - q_r - C expected), of which the next call expects what ObserverAlong says. Where it learns
-    parameters, rows end with M and E, and theta stands behind z in what is expected.
+    parameters, rows end with M and E, and theta, kept within its bounds, stands behind z in what is expected; behind it stands what tells a
+    sensor that is stuck, which counts in `off` too: see `still`.
     """
     catch, seen = law.catch, law.observer is not None
     nx, nu = len(catch.state_names), len(catch.input_names)
@@ -53,8 +55,12 @@ def tracking(law: TrajectoryLaw) -> Program:
         held = builder.let(f"{catch.input_names[row]}_held", held) if seen else held
         inputs[row] = held
         pushed.append(held - planned if seen else held)
+    following = _following(builder, law, z, pushed, rows, share) if kept else []
+    if expected is not None and law.observer and law.observer.learning:
+        still, strain = pulled(builder, law, measured, expected, z)
+        following, square = [*following, *still], square + strain
     off[0] = square
-    for i, value in enumerate(_following(builder, law, z, pushed, rows, share) if kept else []):
+    for i, value in enumerate(following):
         assert kept is not None
         kept[i] = value
     return prune(builder.finish())
@@ -85,7 +91,8 @@ def row_width(law: TrajectoryLaw) -> int:
 
 
 def _corrected(builder: Builder, law: TrajectoryLaw, away: list[Expr], expected: ArrayRef, rows: list[ArrayRef], f: Expr) -> list[Expr]:
-    """z = expected + L w(away - expected), and theta by M behind it."""
+    """z = expected + L w(away - expected), and theta by M behind it, within its bounds."""
+    assert law.observer is not None
     nx, nq, at = law.states.shape[1], law.measured, _observer_starts(law)
     apart = []
     for i, (deviation, turns) in enumerate(zip(away, law.catch.wraps, strict=False)):
@@ -93,10 +100,13 @@ def _corrected(builder: Builder, law: TrajectoryLaw, away: list[Expr], expected:
         apart.append(builder.let(f"{law.catch.state_names[i]}_apart", wrapped(innovation, full_turn()) if turns else innovation))
     found = []
     last = at + nx * nq + nq * nx + nq * law.inputs.shape[1]
-    for i in range(law.remembered):
+    for i in range(law.observer.estimated):
         z, start = expected[i], at + i * nq if i < nx else last + (i - nx) * nq
         for j, innovation in enumerate(apart):
             z = z + _between(rows, start + j, f) * innovation
+        if i >= nx and law.observer.learning:
+            bound = float(law.observer.learning.bounds[i - nx])
+            z = minimum(maximum(z, -bound), bound)
         found.append(builder.let(f"{law.catch.state_names[i]}_off" if i < nx else f"error_{i - nx + 1}", z))
     return found
 

@@ -18,7 +18,7 @@ Source: B. D. O. Anderson, J. B. Moore, Optimal Filtering (1979), chapters 3 and
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,8 @@ from phichain.laws import Learning, ObserverAlong
 from phichain.system import System, Vector
 
 Linear = tuple[Vector, Vector, Vector]
+BEYOND: Final = 2.0
+"""How far theta may go, in largest errors that the law is made for: what is farther off comes of a sensor, not of a chain."""
 
 
 def observer_along(
@@ -83,7 +85,7 @@ def observer_along(
     inside, outside = held_corrections(end, hold, (bent[0], bent[1]), P[nx:, nx:], (V, drifts + end[1] @ push @ end[1].T), task.sample, steps)
     learning = Learning(
         np.concatenate([corrections[at, nx:], np.zeros((1, wrong.size, nq))]), np.concatenate([E[at][:, nq:, wrong], np.zeros((1, nq, wrong.size))]),
-        np.concatenate(bent, axis=2)[:, nq:], steps, inside, outside, tuple(parameter_names(system)[k] for k in wrong),
+        np.concatenate(bent, axis=2)[:, nq:], steps, inside, outside, BEYOND * errors[wrong], tuple(parameter_names(system)[k] for k in wrong),
     )  # fmt: skip
     # The last row ends the last straight line alone: at the target itself other corrections hold.
     return ObserverAlong(np.concatenate([corrections[at, :nx], corrections[-1:, :nx]]), flows, drives, learning)

@@ -31,6 +31,7 @@ from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations
 from phichain.ir.rounded import nearest
 from phichain.laws import TrajectoryLaw
+from phichain.laws.learning import FORGOTTEN, STILL
 from phichain.lowering.laws.holding import holding
 from phichain.lowering.trajectory import beginning, measurement, tracking
 
@@ -42,6 +43,10 @@ _LEARNED: Final = (
     "theta, relative errors of parameters, is estimated too: M corrects it along the trajectory, where rates gain E theta, and at the target "
     "it is what has been found. There the linearisation is that of the chain with these parameters, F + sum theta_k F_k and "
     "G + sum theta_k G_k, and what lies within half a step of a sensor is corrected by L_in, what lies beyond by L_out."
+)
+_STILL: Final = (
+    f"A reading that stays the same to the bit pulls z along: where what it has pulled within the last {FORGOTTEN:g} s comes to {STILL} steps of its "
+    "sensor, the sensor is taken for stuck and the chain for LOST."
 )
 _ABOUT: Final = (
     "x_r, u_r and K stand in a table over time; between its rows x_r is the cubic that meets the states of both, u_r and K are "
@@ -93,8 +98,11 @@ def _learns(law: TrajectoryLaw) -> bool:
 def _learned(law: TrajectoryLaw) -> str:
     """What is found out, and what it is found out of."""
     learning = law.observer.learning if law.observer else None
-    named = learning.names if learning else ()
-    return f"{_LEARNED} The entries of theta are those of {', '.join(named)}." if named else _LEARNED
+    if learning is None:
+        return ""
+    named = f" The entries of theta are those of {', '.join(learning.names)}." if learning.names else ""
+    bounds = f" They are kept within {', '.join(f'{bound:g}' for bound in learning.bounds)}."
+    return f"{_LEARNED}{named}{bounds} {_STILL}"
 
 
 def _programs(law: TrajectoryLaw, program: Program) -> tuple[Program, ...]:
@@ -197,7 +205,7 @@ def _manifest(law: TrajectoryLaw, program: Program, shown: Mapping[str, Any]) ->
         "tube": law.tube,
         "operations": listed_operations(program),
         "observer": "along the trajectory, from positions" if law.observer else None,
-        "learned": law.remembered - law.states.shape[1] if _learns(law) else 0,
+        "learned": law.observer.learning.count if law.observer and law.observer.learning else 0,
         "state_bytes": 4 + BYTES[str(shown["real"])] * law.remembered,
         "table_bytes": shown["bytes"],
     }

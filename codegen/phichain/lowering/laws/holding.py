@@ -11,6 +11,7 @@ from phichain.ir.passes import prune
 from phichain.ir.piecewise import maximum, minimum, wrapped
 from phichain.laws import TrajectoryLaw
 from phichain.lowering.laws.state_feedback import full_turn, limited
+from phichain.lowering.laws.still import pulled
 
 
 def held_sizes(law: TrajectoryLaw) -> dict[str, int]:
@@ -32,7 +33,7 @@ def holding(law: TrajectoryLaw) -> Program:
         z   = expected + L_in c + L_out (e - c),    u = clip(u_target - K z, low, high),
         z_v' = z_v + (F + sum_k theta_k F_k) z + (G + sum_k theta_k G_k) (u - u_target),    z_q' = z_q + T (z_v + z_v') / 2.
 
-    `held` is what `held_sizes` names, matrices row by row and `half` the halves of the steps.
+    `held` is what `held_sizes` names, matrices row by row and `half` the halves of the steps. Readings that stay count in `off` too, see `still`.
     """
     catch = law.catch
     nx, nu, nq = law.states.shape[1], law.inputs.shape[1], law.measured
@@ -69,8 +70,9 @@ def holding(law: TrajectoryLaw) -> Program:
             wanted = wanted - at("K", row * nx + i) * z[i]
         inputs[row] = u = builder.let(f"{catch.input_names[row]}_held", limited(wanted, catch.low[row], catch.high[row]))
         pushed.append(builder.let(f"{catch.input_names[row]}_pushed", u - rest))
-    off[0] = square
-    for i, value in enumerate(_following(builder, law, z, pushed, expected, at)):
+    still, strain = pulled(builder, law, measured, expected, z)
+    off[0] = square + strain
+    for i, value in enumerate([*_following(builder, law, z, pushed, expected, at), *still]):
         kept[i] = value
     return prune(builder.finish())
 
@@ -79,7 +81,8 @@ def _following(builder: Builder, law: TrajectoryLaw, z: list[Expr], pushed: list
     """What is expected at the next call: places, rates, and the errors of parameters as they are."""
     assert callable(at)
     nx, nu, nq = law.states.shape[1], law.inputs.shape[1], law.measured
-    theta = [expected[nx + k] for k in range(law.remembered - nx)]
+    assert law.observer is not None
+    theta = [expected[k] for k in range(nx, law.observer.estimated)]
     rates = []
     for i in range(nq):
         rate = _sum(z[nq + i], [(at("F", i * nx + j), z[j]) for j in range(nx)] + [(at("G", i * nu + j), pushed[j]) for j in range(nu)])

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from math import isfinite
-from typing import Final
+from typing import Any, Final
 
 from mpmath import mp, mpf
 
@@ -18,28 +18,37 @@ from phichain.emit.law.cases.rounding import Rounded, total, turned
 from phichain.emit.law.cases.state import DIGITS, as_fraction, share
 from phichain.ir.rounded import nearest
 from phichain.laws import TrajectoryLaw
+from phichain.laws.learning import FORGOTTEN, STILL
 
 _ORDER: Final = 4
 """The C sums up the cubic in another order, with other roundings of the same sizes."""
 _EXPECTED: Final = Fraction(3, 4)
 """What was expected, in shares of how far off the measurement is: some of it was not."""
-_ERROR: Final = Fraction(1, 8)
-"""Size of the relative errors of parameters."""
+_STUCK: Final = Fraction(3, 2)
+"""Pulls of sensors that are stuck, in shares of what counts as such."""
+_HELD: Final = Fraction(3, 4)
+"""Those of sensors that are not."""
 Row = Sequence[float]
 
 
 def observed_cases(
     law: TrajectoryLaw, real: str, rows: Sequence[Row], held: Row, places: Sequence[Fraction], scales: Sequence[Fraction]
 ) -> tuple[Case, ...]:
-    """Times before, along and behind the trajectory, each on it and off it; and a measurement that ends it."""
+    """Times before, along and behind the trajectory, each on it and off it; a measurement that ends it, and sensors that are stuck."""
     tests = []
     for number, place in enumerate(places):
         t = nearest(real, place * Fraction(law.duration))
         tests += [_case(law, real, rows, held, t, scale, number) for scale in scales]
-    return (*tests, _case(law, real, rows, held, nearest(real, Fraction(law.duration) / 2), Fraction(4), 0))
+    middle, behind = (nearest(real, share * Fraction(law.duration)) for share in (Fraction(1, 2), Fraction(3, 2)))
+    # Pulls that are too large, of readings that stay (numbers that are even) and of others that have changed.
+    stuck = [_case(law, real, rows, held, t, scales[1], number, _STUCK) for t in (middle, behind) for number in (0, 1)] if held else []
+    return (*tests, _case(law, real, rows, held, middle, Fraction(4), 0), *stuck)
 
 
-def _case(law: TrajectoryLaw, real: str, rows: Sequence[Row], held: Row, t: float, scale: Fraction, number: int) -> Case:
+def _case(
+    law: TrajectoryLaw, real: str, rows: Sequence[Row], held: Row, t: float, scale: Fraction, number: int, pull: Fraction = _HELD
+) -> Case:
+    assert law.observer is not None
     nq, nu = law.measured, law.inputs.shape[1]
     with mp.workdps(DIGITS):
         place = min(max(mpf(t) / mpf(law.interval), mpf(0)), mpf(len(rows) - 1))
@@ -51,16 +60,21 @@ def _case(law: TrajectoryLaw, real: str, rows: Sequence[Row], held: Row, t: floa
         size = scale * Fraction(law.tube)
         off = [size if scale > 1 else size * share(i, number) / 4 for i in range(nq)]
         measured = tuple(nearest(real, as_fraction(at.value) + part) for at, part in zip(wanted, off, strict=True))
-        learned = [_ERROR * share(i, number + 5) for i in range(law.remembered - 2 * nq)]
+        bounds = law.observer.learning.bounds.tolist() if law.observer.learning else []
+        learned = [2 * Fraction(bound) * share(i, number + 5) for i, bound in enumerate(bounds)]
         memory = tuple(nearest(real, part) for part in (*(_EXPECTED * part for part in off), *(8 * size * share(i, number + 3) for i in range(nq)), *learned))
+        memory = (*memory, *_before(law, real, measured, number, pull))
         away = [turned(Rounded.of(y, exact=True) - at, turns) for y, at, turns in zip(measured, wanted, law.catch.wraps, strict=False)]
         is_lost = mp.fsum(d.value**2 for d, turns in zip(away, law.catch.wraps, strict=False) if turns) > mpf(law.tube) ** 2
         is_lost = is_lost or (isfinite(law.rail) and abs(measured[0]) > nearest(real, Fraction(law.rail)))
         found = [Rounded.of(part, exact=True) for part in memory]
-        u, following = _held(law, held, away, found) if held and place == len(rows) - 1 else _call(law, pair, f, away, found)
+        kept = law.observer.estimated
+        u, z, following = _held(law, held, away, found[:kept]) if held and place == len(rows) - 1 else _call(law, pair, f, away, found[:kept])
+        still, strain = _pulled(law, measured, memory[kept:], [a - b for a, b in zip(z, found, strict=False)])
+        is_lost = is_lost or strain > 1
         phase = "LOST" if is_lost else "SWINGING" if place < len(rows) - 1 else "HOLDING"
-        still = [Rounded(mpf(0), mpf(0))] * nu
-        values = [*(still if is_lost else u), *following]
+        none = [Rounded(mpf(0), mpf(0))] * nu
+        values = [*(none if is_lost else u), *following, *still]
         expected = tuple(nearest(real, as_fraction(value.value)) for value in values)
         allowed = tuple(nearest(real, as_fraction(_ORDER * value.allowed(real))) for value in values)
     return Case(t, measured, phase, expected, allowed, memory)
@@ -76,8 +90,39 @@ def _cubic(law: TrajectoryLaw, here: Row, after: Row, f: Rounded) -> list[Rounde
 
 
 
-def _call(law: TrajectoryLaw, pair: tuple[Row, Row], f: Rounded, away: list[Rounded], memory: list[Rounded]) -> tuple[list[Rounded], list[Rounded]]:
-    """(u, what the next call expects) between two rows of the table."""
+def _before(law: TrajectoryLaw, real: str, measured: Sequence[float], number: int, pull: Fraction) -> list[float]:
+    """What was kept of readings: half of the cases find the same again, and pulls in shares of what counts as stuck."""
+    if law.observer is None or law.observer.learning is None:
+        return []
+    limits = [STILL * Fraction(float(step)) for step in law.observer.learning.steps]
+    signs = [(-1) ** (number // 2 + i) if number % 2 else 0 for i in range(law.measured)]
+    last = [nearest(real, Fraction(y) + sign * limit) for y, sign, limit in zip(measured, signs, limits, strict=True)]
+    # One place at a time comes near to what counts as stuck.
+    sizes = [pull if i == number // 2 % law.measured else pull * share(i, number + 7) / 8 for i in range(law.measured)]
+    pulls = [size * limit for size, limit in zip([*sizes, *sizes], [*limits, *limits], strict=True)]
+    return [*last, *(nearest(real, part) for part in pulls)]
+
+
+def _pulled(law: TrajectoryLaw, measured: Sequence[float], before: Sequence[float], corrections: list[Rounded]) -> tuple[list[Rounded], Any]:
+    """What is kept of readings, and the squares of the pulls in shares of what counts as stuck."""
+    if law.observer is None or law.observer.learning is None:
+        return [], mpf(0)
+    nq, T, none = law.measured, Rounded.of(mpf(law.catch.sample)), Rounded(mpf(0), mpf(0))
+    left = Rounded.of(1 - mpf(law.catch.sample) / mpf(FORGOTTEN))
+    rates, places, strain = [], [], mpf(0)
+    for i, step in enumerate(law.observer.learning.steps):
+        stays = measured[i] == before[i]
+        rate = left * Rounded.of(before[nq + i], exact=True) + corrections[nq + i]
+        rates.append(rate if stays else none)
+        places.append(left * Rounded.of(before[2 * nq + i], exact=True) + corrections[i] + T * rate if stays else none)
+        strain += (places[i].value / (STILL * mpf(float(step)))) ** 2
+    return [*(Rounded.of(y, exact=True) for y in measured), *rates, *places], strain
+
+
+def _call(
+    law: TrajectoryLaw, pair: tuple[Row, Row], f: Rounded, away: list[Rounded], memory: list[Rounded]
+) -> tuple[list[Rounded], list[Rounded], list[Rounded]]:
+    """(u, z, what the next call expects of z and theta) between two rows of the table."""
     nq, nx, nu, count = law.measured, law.states.shape[1], law.inputs.shape[1], len(memory) - law.states.shape[1]
     starts = _starts("xuKLFGME", (nx, nu, nu * nx, nx * nq, nq * nx, nq * nu, count * nq, nq * count))
 
@@ -87,7 +132,8 @@ def _call(law: TrajectoryLaw, pair: tuple[Row, Row], f: Rounded, away: list[Roun
 
     apart = [turned(d - e, turns) for d, e, turns in zip(away, memory, law.catch.wraps, strict=False)]
     z = [memory[i] + total(at("L", i, j, nq) * apart[j] for j in range(nq)) for i in range(nx)]
-    theta = [memory[nx + k] + total(at("M", k, j, nq) * apart[j] for j in range(nq)) for k in range(count)]
+    bounds = law.observer.learning.bounds.tolist() if law.observer and law.observer.learning else []
+    theta = [(memory[nx + k] + total(at("M", k, j, nq) * apart[j] for j in range(nq))).clipped(-bounds[k], bounds[k]) for k in range(count)]
     planned = [at("u", k) for k in range(nu)]
     u = _inputs(law, planned, [[at("K", k, i, nx) for i in range(nx)] for k in range(nu)], z)
     pushed = [a - b for a, b in zip(u, planned, strict=True)]
@@ -96,11 +142,13 @@ def _call(law: TrajectoryLaw, pair: tuple[Row, Row], f: Rounded, away: list[Roun
         + total(at("E", i, k, count) * theta[k] for k in range(count))
         for i in range(nq)
     ]  # fmt: skip
-    return u, [*_carried(law, z, gained), *theta]
+    return u, z, [*_carried(law, z, gained), *theta]
 
 
-def _held(law: TrajectoryLaw, numbers: Row, away: list[Rounded], memory: list[Rounded]) -> tuple[list[Rounded], list[Rounded]]:
-    """(u, what the next call expects) at the target: the chain of the parameters that were found, L_in within half a step, L_out beyond."""
+def _held(
+    law: TrajectoryLaw, numbers: Row, away: list[Rounded], memory: list[Rounded]
+) -> tuple[list[Rounded], list[Rounded], list[Rounded]]:
+    """(u, z, what the next call expects of z and theta) at the target: the chain of the parameters that were found, L_in within half a step, L_out beyond."""
     nq, nx, nu = law.measured, law.states.shape[1], law.inputs.shape[1]
     theta, width = memory[nx:], nx + nu
     starts = _starts("qrKhIOFGB", (nq, nu, nu * nx, nq, nx * nq, nx * nq, nq * nx, nq * nu, len(theta) * nq * width))
@@ -124,7 +172,7 @@ def _held(law: TrajectoryLaw, numbers: Row, away: list[Rounded], memory: list[Ro
     for i in range(nq):
         bent = [total(error * at("B", (k * nq + i) * width + j) for k, error in enumerate(theta)) for j in range(width)]
         gained.append(total((plain + more) * value for plain, more, value in zip(nominal[i], bent, both, strict=True)))
-    return u, [*_carried(law, z, gained), *theta]
+    return u, z, [*_carried(law, z, gained), *theta]
 
 
 def _inputs(law: TrajectoryLaw, planned: list[Rounded], gains: list[list[Rounded]], z: list[Rounded]) -> list[Rounded]:

@@ -1,7 +1,7 @@
 """Puts measured tables into docs/performance.md: what stands between two marks comes from benchmarks/results.
 
-    python -m benchmarks.fill           # write
-    python -m benchmarks.fill --check   # is the page as the results are?
+    python -m benchmarks.pages.fill           # write
+    python -m benchmarks.pages.fill --check   # is the page as the results are?
 
 A mark is ``<!-- from FILE: HEADING -->`` and ``<!-- end -->``; between them stands the table of ``benchmarks/results/FILE.md`` below
 ``## HEADING``, with the day it was measured. A file that is not there leaves a line that says how to make it.
@@ -16,7 +16,7 @@ from pathlib import Path
 
 from benchmarks.table import RESULTS
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "performance.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "performance.md"
 _BLOCK = re.compile(r"(<!-- from (\w+): (.+?) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 
 
@@ -53,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     after = filled(before)
     if "--check" in given:
         if before != after:
-            print("docs/performance.md is not as benchmarks/results are: python -m benchmarks.fill", file=sys.stderr)
+            print("docs/performance.md is not as benchmarks/results are: python -m benchmarks.pages.fill", file=sys.stderr)
         return int(before != after)
     PAGE.write_text(after)
     print(PAGE)

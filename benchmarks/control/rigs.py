@@ -1,4 +1,4 @@
-"""The three rigs of docs/rigs.md, held upright by a law that samples: ``python -m benchmarks.rigs`` draws docs/img/rig_*.png."""
+"""The three rigs of docs/rigs.md, held upright by a law that samples: ``python -m benchmarks.control.rigs`` draws docs/img/rig_*.png."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-IMAGES = Path(__file__).resolve().parents[1] / "docs" / "img"
+IMAGES = Path(__file__).resolve().parents[2] / "docs" / "img"
 
 
 @dataclass(frozen=True)
