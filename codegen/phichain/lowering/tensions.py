@@ -41,12 +41,14 @@ class Joints:
         sine_squared: |q_{k-1} x q_k|^2 for k >= 1.
         base_slack: rho_0 s_0^2, zero on a fixed base.
         right_side: b_k.
+        meeting: the link where the fronts from the base and from the tip meet.
     """
 
     cosine: ArrayRef
     sine_squared: ArrayRef
     base_slack: Expr
     right_side: ArrayRef
+    meeting: int
 
 
 @dataclass(frozen=True)
@@ -79,24 +81,30 @@ class _Front:
             loop.follow(self.denominator, after.denominator)
 
 
+def middle(links: int) -> int:
+    """Where fronts meet soonest; of an even number of links the tip's side takes one more, since its first pivot is a number."""
+    return (links - 1) // 2
+
+
 def solve_tensions(builder: Builder, parameters: Parameters, joints: Joints) -> ArrayRef:
     """Scaled tensions lambda_k / m_k, N + 1 cells, the last one (beyond the tip) zero."""
-    links = parameters.links
-    # of an even number of links the tip's side takes one more: its first pivot is a number
-    middle = (links - 1) // 2
+    links, meeting = parameters.links, joints.meeting
     sweep = _Sweep(builder, parameters, joints)
     scaled = parameters.pivot_growth <= _LARGEST_GROWTH[parameters.real]
     one, nothing = builder.lift(1), builder.lift(0)
     base = _Front(joints.base_slack, one, nothing, scaled)
     tip = _Front(one, one, nothing, scaled)
-    if middle:
-        with builder.loop("i", 0, middle) as loop:
+    before, beyond = meeting, links - 1 - meeting
+    if both := min(before, beyond):
+        with builder.loop("i", 0, both) as loop:
             base, tip = base.carried(loop, "base"), tip.carried(loop, "tip")
             base.followed(loop, sweep.from_base(base, loop.index))
             tip.followed(loop, sweep.from_tip(tip, links - 1 - loop.index))
-    if links - 1 - middle > middle:
-        tip = sweep.from_tip(tip, middle + 1)
-    return sweep.substitute_back(base, tip, middle)
+    if before > both:
+        base = sweep.from_base(base, meeting - 1)
+    if beyond > both:
+        tip = sweep.from_tip(tip, meeting + 1)
+    return sweep.substitute_back(base, tip, meeting)
 
 
 def write_tensions(builder: Builder, parameters: Parameters, scaled: ArrayRef, out: ArrayRef) -> None:
@@ -149,23 +157,24 @@ class _Sweep:
             return replace(front, numerator=numerator, denominator=front.denominator + slack, incoming=incoming, parts=None)
         return replace(front, numerator=numerator * inverse, incoming=incoming * inverse)
 
-    def substitute_back(self, base: _Front, tip: _Front, middle: int) -> ArrayRef:
+    def substitute_back(self, base: _Front, tip: _Front, meeting: int) -> ArrayRef:
         """Where the fronts meet the pivot is t + Y; then outwards on both sides."""
         builder = self.builder
         tension = builder.array("tension", self.links + 1)
-        load = self.joints.right_side[middle] * (base.denominator * tip.denominator)
+        load = self.joints.right_side[meeting] * (base.denominator * tip.denominator)
         load = load + base.incoming * tip.denominator + tip.incoming * base.denominator
         late, early = tip.parts or (tip.numerator, builder.lift(0))
         pivot = (base.numerator * tip.denominator + early * base.denominator) + late * base.denominator
-        tension[middle] = met = builder.let("middle_tension", load / pivot)
-        outer = met
-        if middle:
-            with builder.loop("i", 0, middle) as loop:
-                inner = loop.carry("inner_tension", met)
-                outer = loop.carry("outer_tension", met)
-                loop.follow(inner, self._outwards("inner", tension, middle - 1 - loop.index, inner))
-                loop.follow(outer, self._outwards("outer", tension, middle + 1 + loop.index, outer))
-        if self.links - 1 - middle > middle:
+        tension[meeting] = inner = outer = builder.let("middle_tension", load / pivot)
+        before, beyond = meeting, self.links - 1 - meeting
+        if both := min(before, beyond):
+            with builder.loop("i", 0, both) as loop:
+                inner, outer = loop.carry("inner_tension", inner), loop.carry("outer_tension", outer)
+                loop.follow(inner, self._outwards("inner", tension, meeting - 1 - loop.index, inner))
+                loop.follow(outer, self._outwards("outer", tension, meeting + 1 + loop.index, outer))
+        if before > both:
+            self._outwards("inner", tension, 0, inner)
+        if beyond > both:
             self._outwards("outer", tension, self.links - 1, outer)
         tension[self.links] = builder.lift(0)
         return tension

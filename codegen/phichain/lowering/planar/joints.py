@@ -12,7 +12,11 @@ from dataclasses import dataclass
 from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
 from phichain.lowering.chain.losses import brakes_cart, joint_drag, slows_joints, ties_links
 from phichain.lowering.chain.parameters import Parameters
+from phichain.lowering.chain.room import saves_memory
 from phichain.scene import Scene
+
+#: From so many links on neighbours' differences are read from memory, forwards, which leaves them to a host's vectors.
+_LONG = 16
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,11 @@ def absolute(builder: Builder, scene: Scene, name: str, theta: ArrayRef) -> Arra
 
 def from_absolute(builder: Builder, scene: Scene, phi: ArrayRef, theta: ArrayRef) -> None:
     """theta = S^-1 phi, written into the cells of `theta`."""
+    if _in_vectors(scene):
+        theta[0] = phi[0]
+        with builder.loop("k", 1, scene.links) as loop:
+            theta[loop.index] = phi[loop.index] - phi[loop.index - 1]
+        return
     with builder.loop("k", 0, scene.links) as loop:
         k = loop.index
         if scene.angles == "absolute":
@@ -69,6 +78,11 @@ def from_absolute(builder: Builder, scene: Scene, phi: ArrayRef, theta: ArrayRef
         value = phi[k] - previous
         theta[k] = value
         loop.follow(previous, value if scene.angles == "adjacent" else phi[k])
+
+
+def _in_vectors(scene: Scene) -> bool:
+    """Whether differences of neighbours, no turn of which needs the one before, are worth their second reading."""
+    return scene.angles == "relative" and scene.links >= _LONG and not saves_memory(scene)
 
 
 def to_generalised(builder: Builder, scene: Scene, tau: ArrayRef, out: ArrayRef) -> None:
@@ -146,8 +160,13 @@ def _couples(
     drive = _drive(builder, scene, parameters, u)
     if drive is None and passive is None:
         return None
-    couple = builder.array("couple", scene.links)
-    with builder.loop("k", scene.links - 1, -1, -1) as loop:
+    couple, last = builder.array("couple", scene.links), scene.links - 1
+    if drive is not None and passive is None and _in_vectors(scene):
+        with builder.loop("k", 0, last) as loop:
+            couple[loop.index] = drive[loop.index] - drive[loop.index + 1]
+        couple[last] = drive[last]
+        return couple
+    with builder.loop("k", last, -1, -1) as loop:
         k = loop.index
         couple[k] = _couple(builder, loop, scene, drive, None if passive is None else passive_torque(scene, parameters, passive, k), k)
     return couple

@@ -23,7 +23,7 @@ from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.chain.losses import cart_drag, ties_links
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar.joints import PlanarState, couples, from_absolute
-from phichain.lowering.tensions import Joints, solve_tensions, write_tensions
+from phichain.lowering.tensions import Joints, middle, solve_tensions, write_tensions
 from phichain.scene import Scene
 
 #: A couple is a pair of forces across its link. What of them pushes a light mass along a heavy link beyond it is taken up there, and costs as
@@ -128,7 +128,7 @@ def _joints(chain: _Chain, state: PlanarState) -> Joints:
     base_slack = builder.lift(0)
     if chain.horizontal is not None:
         base_slack = parameters.mass[0] / parameters.base_mass * (sine[0] * sine[0])
-    return Joints(chain.cosine, squared, base_slack, right_side)
+    return Joints(chain.cosine, squared, base_slack, right_side, middle(parameters.links))
 
 
 def _right_side(chain: _Chain, state: PlanarState, k: Index) -> Expr:

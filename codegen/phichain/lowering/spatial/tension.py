@@ -23,7 +23,7 @@ from phichain.lowering.chain.losses import brakes_cart, cart_drag
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.spatial.links import couples_of, directions, joint_moments, neighbours
 from phichain.lowering.spatial.rates import AngularVelocities, Rates
-from phichain.lowering.tensions import Joints, solve_tensions, write_tensions
+from phichain.lowering.tensions import Joints, middle, solve_tensions, write_tensions
 from phichain.scene import Scene
 
 #: Up to this ratio of the chain's mass to the cart's the forces on the cart are added as they are.
@@ -49,7 +49,7 @@ def accelerations(
 ) -> None:
     """Write x'' and the omega_k' through `rates`."""
     chain, cosine = chain_of(builder, scene, parameters, q, rates, u)
-    moved_by(scene, chain, cosine, solve_tensions(builder, parameters, joints_of(chain, cosine)))
+    moved_by(scene, chain, cosine, solve_tensions(builder, parameters, joints_of(scene, chain, cosine)))
 
 
 def moved_by(scene: Scene, chain: Chain, cosine: ArrayRef, tension: ArrayRef) -> tuple[Expr, Expr] | None:
@@ -71,7 +71,7 @@ def tensions(
     """Write the links' tensions, N, into `out`; no acceleration is made of them."""
     rates = AngularVelocities(scene, v, builder.array("acceleration", scene.nv))
     chain, cosine = chain_of(builder, scene, parameters, q, rates, u)
-    write_tensions(builder, parameters, solve_tensions(builder, parameters, joints_of(chain, cosine)), out)
+    write_tensions(builder, parameters, solve_tensions(builder, parameters, joints_of(scene, chain, cosine)), out)
 
 
 def chain_of(
@@ -113,7 +113,11 @@ def _horizontal(
     return total[0], total[1]
 
 
-def joints_of(chain: Chain, cosine: ArrayRef) -> Joints:
+def joints_of(scene: Scene, chain: Chain, cosine: ArrayRef) -> Joints:
+    """The system of the tensions.
+
+    A cart that may be light takes x'' from row 0, which is to hold off the spheres too: the fronts meet beyond link 0, where there is one.
+    """
     builder, parameters = chain.builder, chain.parameters
     links = parameters.links
     right_side = builder.array("right_side", links)
@@ -128,7 +132,10 @@ def joints_of(chain: Chain, cosine: ArrayRef) -> Joints:
     if chain.horizontal is not None:
         x, y, _ = load(chain.direction, 0)
         base_slack = parameters.mass[0] / parameters.base_mass * (x * x + y * y)
-    return Joints(cosine, squared, base_slack, right_side)
+    meeting = middle(links)
+    if chain.horizontal is not None and not is_heavy(scene):
+        meeting = max(meeting, min(1, links - 1))
+    return Joints(cosine, squared, base_slack, right_side, meeting)
 
 
 def _right_side(chain: Chain, k: Index) -> Expr:

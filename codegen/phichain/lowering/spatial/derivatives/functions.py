@@ -21,9 +21,6 @@ from phichain.lowering.spatial.rates import AngularVelocities
 from phichain.lowering.writers import writes
 from phichain.scene import Scene
 
-#: On a light cart, or one of runtime numbers, the forward dynamics of fewer links holds row 0 of the tensions' system on the spheres alone.
-_FEWEST_LINKS_ON_LIGHT_CART = 3
-
 
 def suits(scene: Scene) -> bool:
     """Whether the derivatives of the scene are written out."""
@@ -36,15 +33,10 @@ def by_mobilities(scene: Scene) -> bool:
 
 
 def by_tensions(scene: Scene) -> bool:
-    """Whether the links are points at their ends, and a free cart is known to be heavy beside them.
-
-    Where the force left for a light cart is a small difference, the sweeps are differentiated.
-    """
+    """Whether the links are points at their ends."""
     if not scene.tip_masses or scene.actuated_joints:
         return False
-    if scene.inertia is not None or scene.armature is not None or (ties_links(scene) and scene.links == 1):
-        return False
-    return not scene.has_free_cart or tension.is_heavy(scene) or scene.links >= _FEWEST_LINKS_ON_LIGHT_CART
+    return scene.inertia is None and scene.armature is None and not (ties_links(scene) and scene.links == 1)
 
 
 @writes("state_jacobian", space="spatial", suits=suits, own_units=suits, lumped=True)
@@ -88,7 +80,7 @@ def derivatives(
         mobility_derivatives(builder, scene, base, sweep, results[1:])
         return
     chain, cosine = tension.chain_of(builder, base.scene, base.parameters, base.seen(q), rates, base.u)
-    found = answers(builder, base.parameters, tension.joints_of(chain, cosine), base.scene.has_free_cart)
+    found = answers(builder, base.parameters, tension.joints_of(base.scene, chain, cosine), base.scene.has_free_cart)
     cart = tension.moved_by(base.scene, chain, cosine, found.tension)
     if chain.moment is None:
         Neighbours(builder, scene, chain, found, cart).write(*results[1:])

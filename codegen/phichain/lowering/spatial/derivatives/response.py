@@ -89,14 +89,13 @@ def answers(builder: Builder, parameters: Parameters, joints: Joints, is_on_cart
         k = loop.index
         own, before = diagonal[k] * tension[k - 1], diagonal[k - 1] * (rho[k] * tension[k])
         past[k], short[k] = own + outer[k] * before, before + inner[k] * own
-    middle = (links - 1) // 2
-    with builder.loop("k", 1, middle + 1) as loop:
+    with builder.loop("k", 1, joints.meeting + 1) as loop:
         k = loop.index
         load = -2 * (rho[k] * (base_inverse[k - 1] * tension[k]))
         past_load[k], short_load[k] = load, nothing
         answer = builder.let("size_answer", diagonal[k] * load)
         past_size[k], short_size[k] = answer, inner[k] * answer
-    with builder.loop("k", middle + 1, links) as loop:
+    with builder.loop("k", joints.meeting + 1, links) as loop:
         k = loop.index
         load = -2 * (tip_inverse[k] * tension[k - 1])
         past_load[k], short_load[k] = nothing, load
