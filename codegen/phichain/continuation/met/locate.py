@@ -36,8 +36,6 @@ _TRUST = 1e-8
 """Corrections that are taken without asking again: what they leave is their square, in units of what the problem bends."""
 _SETTLED = 1e-14
 """Corrections after which the Jacobian at the last place of an event is asked for once more."""
-_ASIDE = 0.02
-"""How far Newton may go from a guess inside a step, in its length, and still be on its curve: the guess is many digits better."""
 _REGULAR = 0.1
 """Smallest singular value of [J; t], in the larger of those at the ends, below which a point has lost too many digits for others to be guessed from."""
 _BESIDE = 1e-9
@@ -247,8 +245,7 @@ def curve(problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence
     touches the curve at the nearest points that are known: its ends, what was found before, and points before a.
     """
     known, normal = [*before, a, b], b.y - a.y
-    length = size(normal)
-    across = normal / length
+    across = normal / size(normal)
     regular = _REGULAR * max(abs(BranchPoint().value(problem, end)) for end in (a, b))
 
     ends = [float(across @ vector) for vector in (a.y, b.y, a.tangent, b.tangent)]
@@ -261,12 +258,12 @@ def curve(problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence
         # The chord of two branches, where a step jumped, goes along none of them.
         guess = hermite(a, b, s) if near is None else near
         found = engine.corrector(problem, guess, normal, engine.options)
-        if found.converged and size(found.y - guess) <= _ASIDE * length:
+        if found.converged:
             point = found.point(a.tangent, s)
             if a.arclength < s < b.arclength and abs(BranchPoint().value(problem, point)) >= regular and all(other.arclength != s for other in known):
                 known.insert(at, point)
             return point
-        # At a branch point the bordered matrix is singular and Newton may fail, or go to another branch: the guess is the answer there.
+        # At a branch point the bordered matrix is singular and Newton may fail: the guess is the answer there.
         return point_at(problem, guess, a.tangent, s, found.iterations)
 
     return between
