@@ -111,11 +111,17 @@ def test_a_bend_that_does_not_turn_costs_little_and_one_that_is_far_from_it_noth
     assert count(1e-5, [Fold(1)]) <= count(1e-5, []) + 12
 
 
-def test_a_run_ends_at_a_level_that_it_reaches_and_leaves_in_one_step() -> None:
-    """y = 1e-4 - (x - 0.1234)^2 is 0 at two places 0.02 apart, in a step of 0.25; where it turns it is above."""
-    branch = along(lambda x: 1e-4 - (x - 0.1234) ** 2, lambda x: -2 * (x - 0.1234), 0.25, [Fold(1), Level(lambda z: z[1], 0.0, "end")])
+@pytest.mark.parametrize(("half", "step"), [(0.01, 0.25), (0.01, 0.13), (0.003, 0.25), (0.003, 0.07)])
+def test_a_run_ends_at_a_level_that_it_reaches_and_leaves_in_one_step(half: float, step: float) -> None:
+    """y = half^2 - (x - 0.05)^2 is 0 at two places within one step: all points lie below, and only where it turns it is above."""
+
+    def parabola(*tests):
+        return along(lambda x: half**2 - (x - 0.05) ** 2, lambda x: -2 * (x - 0.05), step, [Fold(1), *tests])
+
+    assert np.all(parabola().points[:, 1] < 0)
+    branch = parabola(Level(lambda z: z[1], 0.0, "end"))
     assert branch.events[-1].kind == "end" and branch.status == "event"
-    assert branch.points[-1] == pytest.approx([0.1234 - 1e-2, 0.0], abs=1e-10)
+    assert branch.points[-1] == pytest.approx([0.05 - half, 0.0], abs=1e-10)
 
 
 PLACES = {
