@@ -68,6 +68,27 @@ def test_two_zeros_however_close_are_found_by_what_they_exchange(half: float, st
     assert [event.z[0] for event in branch.events] == pytest.approx([0.1234 - half, 0.1234 + half], abs=1e-10)
 
 
+@pytest.mark.parametrize("step", [0.25, 0.13])
+@pytest.mark.parametrize("half", [1e-3, 1e-6])
+def test_what_passes_several_others_in_one_step_is_met_at_each(half: float, step: float) -> None:
+    """One label passes three others, and another one goes away on the way: at each of the three two zeros, none where that goes."""
+    places, gone = (0.10, 0.1234, 0.137), 0.143
+
+    def discriminant(x: float) -> float:
+        return float(np.prod([(x - place) ** 2 - half**2 for place in places])) * float(np.exp(3 * x))
+
+    def order(point) -> tuple[int, ...] | None:
+        x = point.y[0]
+        if any(abs(x - place) < half for place in places):
+            return None
+        passed = sum(x > place for place in places)
+        labels = (*(-1,) * passed, 1, *(-1,) * (3 - passed))
+        return labels if x < gone else (*labels[:-1], labels[-1], -1)
+
+    branch = run(discriminant, step, order=order)
+    assert [event.z[0] for event in branch.events] == pytest.approx([place + side * half for place in places for side in (-1, 1)], abs=1e-10)
+
+
 def along(height, slope, step: float, tests, seen: list[float] | None = None):
     """Along y = height(x) from x = -1, with the places of all evaluations."""
     seen = [] if seen is None else seen

@@ -80,7 +80,7 @@ def dip_between(problem: Problem, test: TestFunction, known: Known, step: int, b
     fold = _component(problem, test) if isinstance(test, Fold) else None
     for turn in range(_ROUNDS):
         place = _lowest(nodes, a, b, sign, fold, noise)
-        if place is None and turn == 0 and isinstance(test, Quantity) and test.in_pairs:
+        if turn == 0 and isinstance(test, Quantity) and test.in_pairs:
             # Where a square would be zero that has both values: two multipliers that pass each other make it one, whatever the others do.
             place = a.arclength + (b.arclength - a.arclength) / (1 + math.sqrt(last / first))
         if place is None:

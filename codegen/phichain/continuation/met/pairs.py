@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Final
 
 from phichain.continuation.engine import Engine
@@ -22,6 +23,8 @@ from phichain.continuation.problem import Problem
 
 _HALVES: Final = 30
 """Halves of a step in which two zeros are looked for that are known to be there: closer ones are one to round-off."""
+_OTHERS: Final = 8
+"""The same where labels come or go."""
 _TOUCHING: Final = 1e-9
 """Distance of two zeros, in units of 1 + s, below which the function only touches zero as far as rounding tells."""
 _ROUGH: Final = 1e-3
@@ -96,11 +99,14 @@ def pairs_of(
             if zeros:
                 brackets = [_apart(problem, divided, bracket, between) for bracket in brackets]
             both = [zero_of(problem, low, high, test, engine) for low, high in brackets]
-            places = [at.arclength for at, _ in both]
-            if not both or min(abs(one - other) for one in places for other in (*zeros, *places) if one is not other) <= near:
+            kept = [
+                pair for pair in zip(both[::2], both[1::2], strict=True)
+                if min(abs(one - other) for one, other in combinations((*zeros, *(at.arclength for at, _ in pair)), 2)) > near
+            ]  # fmt: skip
+            if not kept:
                 break
-            found += [Special(test.name, index, at.z(problem), at.arclength, left, at.multipliers) for at, left in both]
-            zeros, labels = (*zeros, *places), None
+            found += [Special(test.name, index, at.z(problem), at.arclength, left, at.multipliers) for pair in kept for at, left in pair]
+            zeros, labels = (*zeros, *(at.arclength for pair in kept for at, _ in pair)), None
             if not may_dip(problem, *_without(test, zeros, rows, k, step), step):
                 break
     return found
@@ -135,29 +141,27 @@ def _apart(problem: Problem, divided: TestFunction, bracket: tuple[Point, Point]
 
 
 def _exchanged(test: TestFunction, a: Point, b: Point) -> _Labels:
-    """The labels of both points where their order changes; None where it does not."""
+    """The labels of both points where they differ; None where they do not."""
     if not isinstance(test, Quantity) or test.order is None:
         return None
     first, last = test.order(a), test.order(b)
-    if first is None or last is None or len(first) != len(last) or first == last:
+    if first is None or last is None or first == last:
         return None
     return first, last
 
 
-def _passed(
-    test: TestFunction, a: Point, b: Point, value: float, labels: _Labels, between: Curve
-) -> list[tuple[Point, Point]]:
-    """Two brackets of zeros beside a place of the other sign, where the order of labels changes; none where there is none."""
-    assert isinstance(test, Quantity) and test.order is not None and labels is not None
-    for _ in range(_HALVES):
-        middle = between((a.arclength + b.arclength) / 2)
-        if value * test.of(middle) < 0:
-            return [(a, middle), (middle, b)]
-        found = test.order(middle)
-        if found == labels[0]:
-            a = middle
-        elif found == labels[1]:
-            b = middle
-        else:
-            return []
-    return []
+def _passed(test: TestFunction, a: Point, b: Point, value: float, labels: _Labels, between: Curve, depth: int = 0) -> list[tuple[Point, Point]]:
+    """Two brackets of zeros beside each place of the other sign where the order of labels changes; none where there is none.
+
+    Labels that are others at both ends, as where one comes or goes, are divided only until those that pass each other lie apart from that.
+    """
+    if labels is None or depth == (_HALVES if sorted(labels[0]) == sorted(labels[1]) else _OTHERS):
+        return []
+    assert isinstance(test, Quantity)
+    middle = between((a.arclength + b.arclength) / 2)
+    if value * test.of(middle) < 0:
+        return [(a, middle), (middle, b)]
+    return [
+        bracket for low, high in ((a, middle), (middle, b))
+        for bracket in _passed(test, low, high, value, _exchanged(test, low, high), between, depth + 1)
+    ]  # fmt: skip
