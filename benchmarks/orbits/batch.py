@@ -81,6 +81,8 @@ def judged(system: System, p: dict[str, Any], mode: int, amplitude: float) -> tu
     reasons = " | ".join(run.reason for run in runs)
     if not all(run.reason for run in runs):
         return False, "an end without a reason"
+    if any(reached) and any(run.status == "event" and not there and not run.passages for run, there in zip(runs, reached, strict=True)):
+        return False, reasons
     if not all(reached):
         # An end short of the target is said; the way until there is to be one.
         return _one_way(*runs), reasons

@@ -82,7 +82,7 @@ static void brake_correct(CONTEXT const phi_flow *begun, brake_desk *desk)
             orbit->y[i] += left[i];
         }
         orbit->corrections[count++] = length;
-        if (stale + length <= desk->trust * scale) {
+        if (desk->trust > 0 && stale + length <= desk->trust * scale) {
             /* Taken without asking again: Jacobian, and what came with it, stay those of the place before. */
             for (int i = 0; i < brake_q; ++i) {
                 for (int j = 0; j < brake_all; ++j) {

@@ -145,6 +145,23 @@ def test_a_damped_scene_is_told_what_there_is(command: Command, tmp_path: Path) 
     assert answer.code == 2 and "come to rest" in answer.err and answer.err.count("\n") == 1
 
 
+def test_a_single_precision_scene_is_followed_in_double(command: Command, tmp_path: Path) -> None:
+    """It is said, memory limits of a controller do not count, and the file is that scene's: its orbits are those of its twin."""
+    chain = 'links = 2\nmass = [0.75, 0.375]\nlength = [0.625, 0.3125]\ninertia = [0.015625, 0.0]\n[functions]\nwant = ["forward_dynamics"]\n'
+    (tmp_path / "small.toml").write_text(f'name = "small"\n[chain]\n{chain}[target]\nreal = "float"\nstack_max = 400\n')
+    (tmp_path / "twin.toml").write_text(f'name = "twin"\n[chain]\n{chain}')
+    for name in ("small", "twin"):
+        answer = command("trace", f"{name}.toml", "--mode", 2, "--until", "amplitude=0.7", "--out", f"{name}.json")
+        assert answer.code == 0 and ("single precision" in answer.err) == (name == "small") and answer.err.count("\n") == (name == "small")
+    small, twin = (Branch.from_json(tmp_path / f"{name}.json") for name in ("small", "twin"))
+    assert small.scene == "small" and small.points.tolist() == twin.points.tolist()
+    answer = command("orbit", "small.json", "--scene", "small.toml", "--json")
+    assert answer.code == 0 and json.loads(answer.out)
+    answer = command("vary", "small.toml", "--parameter", "length[1]", "--at", "amplitude=0.3", "--until", 0.65)
+    assert answer.code == 0 and "in double precision" in answer.err
+    assert command("trace", "small.toml", "--until", "amplitude=0.1", "--quiet").err == ""
+
+
 def test_the_scene_that_is_shot_is_the_same_chain() -> None:
     scene = find_scene("planar2")
     other = carrying(scene)

@@ -241,3 +241,18 @@ def test_a_desk_that_lies_otherwise_does_not_compile(tmp_path: Any) -> None:
         (tmp_path / "desk.c").write_text(f"{alone}\n{checks}\n")
         words = ["cc", f"-I{stencils_folder()}", "-fsyntax-only", str(tmp_path / "desk.c")]
         assert (subprocess.run(words, capture_output=True, check=False).returncode == 0) is is_right
+
+
+def test_a_guess_that_the_rough_flow_calls_exact_is_looked_at_all_the_same() -> None:
+    """Where rounding leaves nothing at all to correct, no correction is taken on trust that nobody gave: the columns are those of the whole flow."""
+    system = uniform(1)
+    modes = linear_modes(system)
+    fine, rough = (quarter_problem(system, omega=modes.omega[0], shape=modes.shapes[:, 0], **more) for more in ({}, {"tol": 1e-9}))
+    normal, exact = np.array([1.0, 0.0]), 0
+    assert fine.compiled is not None and rough.compiled is not None
+    for angle in np.linspace(0.1, 1.5, 200):
+        guess = rough.compiled.corrected(np.array([angle, 1.0]), normal, 1e-9, 0.0, 7)["y"]
+        exact += rough.evaluate(guess * rough.sizes).residual[0] == 0
+        told = fine.compiled.corrected(guess, normal, 1e-9, 0.0, 7)
+        assert told["converged"] and told["extra"].found.c[0, 0] < -1
+    assert exact > 10

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from phichain.continuation import Branch, Options
-from phichain.orbits import trace
+from phichain.orbits import linear_modes, quarter_problem, trace
 from phichain.orbits.covers import traversals
 from phichain.orbits.symmetry import BRANCH_POINT, ended_by
 from tests.orbits.shot import uniform
@@ -107,6 +107,27 @@ def test_two_folds_within_a_step_are_found_whatever_the_step(step_max: float) ->
         [0.33530504432, 0.07339863464, 0.05809579064, 0.03180540598, 3.77419821712],
     )
     assert [event.z for event in found] == [pytest.approx(z, abs=1e-10) for z in wanted]
+
+
+@pytest.fixture(scope="module")
+def short_steps() -> Branch:
+    return trace(uniform(4), 3, until="theta_2=0.2", limits={"step_max": 0.02})
+
+
+@pytest.mark.parametrize("step_max", [0.1, 0.5])
+def test_a_cover_lies_where_it_does_however_long_the_step(short_steps: Branch, step_max: float) -> None:
+    """N = 4, mode 3: another family crosses at a small angle within 1e-3 of a bend, where Newton from a bad guess lands anywhere."""
+    other = trace(uniform(4), 3, until="theta_2=0.2", limits={"step_max": step_max})
+    assert [event.kind for event in other.events] == [event.kind for event in short_steps.events]
+    for a, b in zip(short_steps.events, other.events, strict=True):
+        assert a.z == pytest.approx(b.z, abs=1e-10)
+    (cover,) = other.located("cover 3 of mode 4")
+    system = uniform(4)
+    modes = linear_modes(system)
+    problem = quarter_problem(system, omega=modes.omega[3], shape=modes.shapes[:, 3])
+    # Traversed once it is an orbit of mode 4 with a third of a turn, which its own multipliers say.
+    found = problem.evaluate(np.append(cover.z[:-1], 3 * cover.z[-1]))
+    assert found.residual == pytest.approx(0, abs=1e-13) and np.min(np.abs(found.extra.multipliers + 0.5)) < 1e-9
 
 
 def test_a_cover_of_high_order_has_one_brake_loss() -> None:

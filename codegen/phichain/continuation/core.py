@@ -213,7 +213,7 @@ class _Run:
         if gap is not None and gap.width <= max(self.through, gaps.NARROW) and self._cross(gap):
             return
         terminal = found[-1].kind if cut is not None else ""
-        met = [*found, *self._pairs(new, values, index, cut)]
+        met = [*found, *self._pairs(new, values, index, cut, found)]
         self.specials = sorted([*self.specials, *met], key=lambda event: event.arclength) if met else self.specials
         self.passages += [gap] if gap else []
         self.seen = [*self.seen[1 - _SEEN :], (last, self.values)]
@@ -229,12 +229,13 @@ class _Run:
         if since >= _SHORTEST and _is_closed(self.start, self.points[-2], self.points[-1]):
             self.end("closed", "the branch came back to its start")
 
-    def _pairs(self, new: Point, values: tuple[float, ...], index: int, cut: Point | None) -> list[Special]:
-        """Two zeros within one step, told from points on both sides of it: those of the step before, and of this one where the run is cut in it."""
+    def _pairs(self, new: Point, values: tuple[float, ...], index: int, cut: Point | None, located: Sequence[Special]) -> list[Special]:
+        """Zeros within one step that signs do not show, told from points on both sides of it: those of the step before, and of this one where the run is cut in it."""
         rows = [*self.seen[-_SEEN:], (self.points[-1], self.values), (new, values)]
-        found = pairs_of(self.problem, self.tests, rows, len(rows) - 3, self.engine, index - 1) if self.seen else []
+        met = [*self.known, *self.specials, *located]
+        found = pairs_of(self.problem, self.tests, rows, len(rows) - 3, self.engine, index - 1, met) if self.seen else []
         if cut is not None:
-            within = pairs_of(self.problem, self.tests, rows, len(rows) - 2, self.engine, index)
+            within = pairs_of(self.problem, self.tests, rows, len(rows) - 2, self.engine, index, met)
             found += [event for event in within if event.arclength < cut.arclength]
         return [event for event in found if not any(_is_same(event, other) for other in self.known)]
 

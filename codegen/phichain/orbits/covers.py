@@ -113,7 +113,8 @@ def gathered(branch: Branch, events: Sequence[Special]) -> list[Special]:
             kept.append(replace(cover, kind="brake loss"))
         if int(cover.kind.split()[1]) >= _TURNING:
             kept = [replace(cover, kind=event.kind) if _turns_at(event, cover) else event for event in kept]
-    return sorted(kept, key=lambda event: event.arclength)
+    # What lies at the cover itself has one order, whatever rounding made of it.
+    return sorted(kept, key=lambda event: (event.arclength, not event.kind.startswith("cover"), event.kind))
 
 
 def _turns_at(event: Special, cover: Special) -> bool:

@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from phichain.continuation.events import BranchPoint, Fold, Level, Quantity, TestFunction
-from phichain.continuation.met.locate import Curve, Rows
+from phichain.continuation.met.locate import Curve
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
 from phichain.system import Vector
@@ -40,23 +40,22 @@ Known = Sequence[tuple[Point, float]]
 """Points in order, with a test function's values."""
 
 
-def may_dip(problem: Problem, test: TestFunction, rows: Rows, k: int, step: int) -> bool:
-    """Whether the k-th function, of which little more is known than how it bends, could come down to zero from the point `step` to the next one.
+def may_dip(problem: Problem, test: TestFunction, known: Known, step: int) -> bool:
+    """Whether a function, of which little more is known than how it bends, could come down to zero from the point `step` to the next one.
 
     [J; t] cannot have been singular within a step, but where its sign says so; a level turns at events.
     """
-    (a, before), (b, after) = rows[step : step + 2]
-    first, last = before[k], after[k]
+    (a, first), (b, last) = known[step : step + 2]
     if not first * last > 0 or isinstance(test, BranchPoint | Level):
         return False
     length, bent = b.arclength - a.arclength, 0.0
     slope = (last - first) / length
     if step > 0:
-        other, values = rows[step - 1]
-        bent = abs(slope - (first - values[k]) / (a.arclength - other.arclength)) / (b.arclength - other.arclength)
-    if step + 2 < len(rows):
-        other, values = rows[step + 2]
-        bent = max(bent, abs(slope - (values[k] - last) / (other.arclength - b.arclength)) / (other.arclength - a.arclength))
+        other, value = known[step - 1]
+        bent = abs(slope - (first - value) / (a.arclength - other.arclength)) / (b.arclength - other.arclength)
+    if step + 2 < len(known):
+        other, value = known[step + 2]
+        bent = max(bent, abs(slope - (value - last) / (other.arclength - b.arclength)) / (other.arclength - a.arclength))
     deep = bent * length * length / 4
     if isinstance(test, Fold):
         # The mean of a slope is known from both its ends.
@@ -81,7 +80,7 @@ def dip_between(problem: Problem, test: TestFunction, known: Known, step: int, b
     fold = _component(problem, test) if isinstance(test, Fold) else None
     for turn in range(_ROUNDS):
         place = _lowest(nodes, a, b, sign, fold, noise)
-        if place is None and turn == 0 and isinstance(test, Quantity) and test.in_pairs:
+        if turn == 0 and isinstance(test, Quantity) and test.in_pairs:
             # Where a square would be zero that has both values: two multipliers that pass each other make it one, whatever the others do.
             place = a.arclength + (b.arclength - a.arclength) / (1 + math.sqrt(last / first))
         if place is None:

@@ -36,6 +36,8 @@ _TRUST = 1e-8
 """Corrections that are taken without asking again: what they leave is their square, in units of what the problem bends."""
 _SETTLED = 1e-14
 """Corrections after which the Jacobian at the last place of an event is asked for once more."""
+_REGULAR = 0.1
+"""Smallest singular value of [J; t], in the larger of those at the ends, below which a point has lost too many digits for others to be guessed from."""
 _BESIDE = 1e-9
 """How far from a place that is known an event may be for what both are to follow from two such places, in units of 1 + s."""
 
@@ -244,6 +246,7 @@ def curve(problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence
     """
     known, normal = [*before, a, b], b.y - a.y
     across = normal / size(normal)
+    regular = _REGULAR * max(abs(BranchPoint().value(problem, end)) for end in (a, b))
 
     ends = [float(across @ vector) for vector in (a.y, b.y, a.tangent, b.tangent)]
 
@@ -253,13 +256,14 @@ def curve(problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence
         at = bisect_left([point.arclength for point in known], s)
         near = touched(problem, known[max(0, at - _NEAR) : at + _NEAR], across, sum(map(mul, ends, hermite_shares(a, b, s))))
         # The chord of two branches, where a step jumped, goes along none of them.
-        found = engine.corrector(problem, hermite(a, b, s) if near is None else near, normal, engine.options)
+        guess = hermite(a, b, s) if near is None else near
+        found = engine.corrector(problem, guess, normal, engine.options)
         if found.converged:
             point = found.point(a.tangent, s)
-            if a.arclength < s < b.arclength and all(other.arclength != s for other in known):
+            if a.arclength < s < b.arclength and abs(BranchPoint().value(problem, point)) >= regular and all(other.arclength != s for other in known):
                 known.insert(at, point)
             return point
-        # At a branch point the bordered matrix is singular and Newton may fail: the cubic is the answer there.
-        return point_at(problem, hermite(a, b, s), a.tangent, s, found.iterations)
+        # At a branch point the bordered matrix is singular and Newton may fail: the guess is the answer there.
+        return point_at(problem, guess, a.tangent, s, found.iterations)
 
     return between

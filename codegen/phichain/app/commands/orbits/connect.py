@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from phichain.app import said
+from phichain.app.commands.orbits.options import in_double
 from phichain.app.outputs import named, out_option
 from phichain.app.settings import Settings, with_values
 from phichain.errors import ArrayError, printable
@@ -42,7 +43,7 @@ def connect(
     files = named(out, (".csv", ".npz", ".json", ".png"))
     wanted = None if turns is None else _turns(turns)
     chosen = find_scene(scene)
-    system = with_values(build(with_functions(chosen, NEEDED, variational=True)), chosen, settings)
+    system = with_values(build(with_functions(in_double(chosen, quiet), NEEDED, variational=True)), chosen, settings)
     found = connections(system, wanted, longest=longest)
     for connection in found:
         said.say(connection, quiet, as_json)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -14,6 +15,7 @@ from phichain.app.outputs import out_option
 
 if TYPE_CHECKING:
     from phichain.continuation import Point
+    from phichain.scene import Scene
 
 _TICK: Final = 0.1
 """Seconds between two states of the progress line."""
@@ -31,6 +33,18 @@ Harmonic = Annotated[
 ]
 StepMax = Annotated[float | None, typer.Option(metavar="S", help="Largest step, in arclength.")]
 MaxPoints = Annotated[int | None, typer.Option(help="Points after which the run ends.")]
+
+
+def in_double(scene: Scene, quiet: bool = False) -> Scene:
+    """The same chain in double precision, said where that is another scene: orbits close to more digits than single precision has.
+
+    What a controller's memory limits is none of it.
+    """
+    if scene.real == "double":
+        return scene
+    if not quiet:
+        typer.echo(f"{scene.name} is a scene in single precision; its orbits are followed in double precision", err=True)
+    return replace(scene, real="double", stack_max=None, flash_max=None)
 
 
 def limits_of(step_max: float | None, max_points: int | None) -> dict[str, Any]:

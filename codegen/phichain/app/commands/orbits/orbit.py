@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from phichain.app import said
+from phichain.app.commands.orbits.options import in_double
 from phichain.app.commands.orbits.trace import carrying
 from phichain.app.outputs import figures, named, out_option, write
 from phichain.app.settings import Settings, with_values
@@ -54,7 +55,7 @@ def orbit(
     branch = Branch.from_json(family)
     chosen = _scene_of(branch, scene)
     method = branch.method if chosen.space == "spatial" else "auto"
-    system = replace(built(carrying(chosen, method)), digest=chosen.digest)
+    system = replace(built(carrying(in_double(chosen, quiet), method)), digest=chosen.digest)
     # A family knows the values that it was traced with.
     system = replace(system, params=branch.p) if branch.p and not settings else with_values(system, chosen, settings)
     found = pick(system, branch, at, samples=samples)

@@ -15,6 +15,7 @@ from phichain.app.commands.orbits.options import (
     SceneWord,
     StepMax,
     clear_line,
+    in_double,
     leave,
     limits_of,
     ticking,
@@ -67,7 +68,7 @@ def response(
     size = amplitude_of(amplitude)
     demand_planar(chosen.name, chosen.space)
     place = int(at) if at is not None and at.isdecimal() else at
-    system = built(driven(chosen, place, axis))
+    system = built(driven(in_double(chosen, quiet), place, axis))
     # The file is to name the scene that was given, whatever functions this command needed of it besides.
     system = replace(system, digest=chosen.digest)
     system = with_values(system, chosen, settings)

@@ -16,6 +16,7 @@ from phichain.app.commands.orbits.options import (
     SceneWord,
     StepMax,
     clear_line,
+    in_double,
     leave,
     limits_of,
     progress_line,
@@ -87,7 +88,7 @@ def trace(
 
     files = named(out, (".json", ".png") if switch else (".json", ".csv", ".npz", ".png"))
     chosen = find_scene(scene)
-    system = built(carrying(chosen, method, switch or start is not None))
+    system = built(carrying(in_double(chosen, quiet), method, switch or start is not None))
     # The file is to name the scene that was given, whatever functions this command needed of it besides.
     system = replace(system, digest=chosen.digest)
     system = with_values(system, chosen, settings)
@@ -130,8 +131,8 @@ def carrying(scene: Scene, method: str = "shooting", beyond: bool = False) -> Sc
     from phichain.scene.load import with_functions
 
     turns = scene.space == "spatial" and method in ("auto", "conical") and scene.damping is None
-    shoots = scene.space == "planar" and method in ("auto", "shooting", "harmonics") and scene.real == "double" and scene.damping is None
-    swings = scene.space == "spatial" and method in ("in a plane", "whirling", "in space", "unmirrored") and scene.real == "double" and scene.damping is None
+    shoots = scene.space == "planar" and method in ("auto", "shooting", "harmonics") and scene.damping is None
+    swings = scene.space == "spatial" and method in ("in a plane", "whirling", "in space", "unmirrored") and scene.damping is None
     needed = {*(conical.NEEDED if turns else in_plane.NEEDED if swings else shooting.NEEDED if shoots else ())}
     if shoots:
         needed |= {*(family.NEEDED if method == "harmonics" else ()), *(("forward_dynamics",) if beyond else ())}

@@ -15,6 +15,7 @@ from phichain.app.commands.orbits.options import (
     SceneWord,
     StepMax,
     clear_line,
+    in_double,
     leave,
     limits_of,
     progress_line,
@@ -80,7 +81,7 @@ def vary(
 
     files = named(out, (".json", ".csv", ".npz", ".png"))
     chosen = find_scene(scene)
-    turned, values = turning(chosen, parameter.split("[")[0].strip())
+    turned, values = turning(in_double(chosen, quiet), parameter.split("[")[0].strip())
     values = values_given(turned, settings, values)
     system = replace(build(turned), digest=chosen.digest)
     begun: Any = start
