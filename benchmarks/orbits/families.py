@@ -140,6 +140,12 @@ class _NotedBrake:
     def ahead(self, *words: Any) -> Any:
         return self._told(self._brake.ahead(*words))
 
+    def run(self, *words: Any) -> Any:
+        return self._told(self._brake.run(*words))
+
+    def zero(self, *words: Any) -> Any:
+        return self._told(self._brake.zero(*words))
+
     def _told(self, found: Any) -> Any:
         asked = self._brake.asked
         assert self._brake.desk["evaluations"] == len(asked)  # none is left out

@@ -30,4 +30,6 @@ void phi_energy(const phi_real *q, const phi_real *v, phi_real *kinetic, phi_rea
 #include "orbits/touch.c"
 #include "orbits/brake.c"
 #include "orbits/newton.c"
+#include "orbits/run.c"
+#include "orbits/zero.c"
 #include "orbits/calls.c"

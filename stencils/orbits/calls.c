@@ -5,26 +5,17 @@ int phi_brake_corrected(CONTEXT const phi_flow *begun, brake_desk *desk);
 int phi_brake_touched(brake_desk *desk);
 int phi_brake_settled(CONTEXT const phi_flow *begun, brake_desk *desk);
 int phi_brake_ahead(CONTEXT const phi_flow *begun, brake_desk *desk);
-
-/* All of an orbit that is known: its tangent towards the normal, and what is told of it. */
-static void brake_found(CONTEXT brake_desk *desk)
-{
-    brake_tangent(desk, desk->normal);
-    desk->orbit.is_told = brake_tell(PASS desk);
-    desk->orbit.error = brake_error(&desk->orbit);
-    desk->orbit.energy = brake_energy(PASS desk);
-}
+int phi_brake_run(CONTEXT const phi_flow *begun, brake_desk *desk);
+int phi_brake_zero(CONTEXT const phi_flow *begun, brake_desk *desk);
 
 /* The orbit at desk->guess, whether it closes or not; 0 where the chain cannot be followed. */
 int phi_brake_at(CONTEXT const phi_flow *begun, brake_desk *desk)
 {
-    desk->evaluations = desk->orbit.taken = 0;
-    desk->orbit.converged = desk->orbit.is_whole = 1;
+    desk->evaluations = 0;
     memcpy(desk->orbit.y, desk->guess, sizeof desk->orbit.y);
-    if (!brake_evaluate(PASS begun, desk, desk->tolerance, brake_columns)) {
+    if (!brake_whole(PASS begun, desk)) {
         return 0;
     }
-    brake_measure(desk);
     brake_found(PASS desk);
     return 1;
 }
@@ -33,7 +24,7 @@ int phi_brake_at(CONTEXT const phi_flow *begun, brake_desk *desk)
 int phi_brake_corrected(CONTEXT const phi_flow *begun, brake_desk *desk)
 {
     desk->evaluations = 0;
-    brake_correct(PASS begun, desk);
+    brake_correct(PASS begun, desk, 0);
     if (desk->orbit.converged > 0) {
         brake_found(PASS desk);
     }
@@ -43,21 +34,8 @@ int phi_brake_corrected(CONTEXT const phi_flow *begun, brake_desk *desk)
 /* The same orbit as at desk->guess, with what Newton still finds to be wrong with it taken off: its columns stay, which are as good. */
 int phi_brake_settled(CONTEXT const phi_flow *begun, brake_desk *desk)
 {
-    phi_real left[brake_all];
-    desk->evaluations = desk->orbit.taken = 0;
-    desk->orbit.converged = desk->orbit.is_whole = 1;
-    memcpy(desk->orbit.y, desk->guess, sizeof desk->orbit.y);
-    if (!brake_evaluate(PASS begun, desk, desk->tolerance, brake_columns)) {
-        return 0;
-    }
-    brake_measure(desk);
-    brake_found(PASS desk);
-    if (brake_left(desk, left) <= BRAKE_SETTLED) {
-        for (int i = 0; i < brake_all; ++i) {
-            desk->orbit.y[i] += left[i];
-        }
-    }
-    return 1;
+    desk->evaluations = 0;
+    return brake_settle(PASS begun, desk);
 }
 
 /* desk->guess at a distance desk->place along desk->axis, by the orbits that are known; how many of them served comes back. */
@@ -67,13 +45,13 @@ int phi_brake_touched(brake_desk *desk)
 }
 
 /* The next orbit, a step ahead of the last one that is known, whose Jacobian and tangent are desk->before_...; 0 where Newton did not get there. */
-int phi_brake_ahead(CONTEXT const phi_flow *begun, brake_desk *desk)
+static int brake_stride(CONTEXT const phi_flow *begun, brake_desk *desk, const phi_real step, const phi_real allowed)
 {
-    const phi_real *last = desk->known[(int)desk->count - 1][0], *along = desk->before_tangent, step = desk->place;
+    const phi_real *last = desk->known[(int)desk->count - 1][0], *along = desk->before_tangent;
     phi_real moved = 0, shifted = 0, turned = 0;
-    desk->evaluations = 0;
     memcpy(desk->normal, along, sizeof desk->normal);
     memcpy(desk->axis, along, sizeof desk->axis);
+    desk->place = step;
     for (int i = 0; i < brake_all; ++i) {
         desk->place += along[i] * last[i];
     }
@@ -82,7 +60,7 @@ int phi_brake_ahead(CONTEXT const phi_flow *begun, brake_desk *desk)
             desk->guess[i] = last[i] + step * along[i];
         }
     }
-    brake_correct(PASS begun, desk);
+    brake_correct(PASS begun, desk, allowed);
     if (!(desk->orbit.converged > 0)) {
         return 0;
     }
@@ -96,5 +74,57 @@ int phi_brake_ahead(CONTEXT const phi_flow *begun, brake_desk *desk)
     desk->shifted = sqrt(shifted);
     desk->turned = turned;
     desk->changed = brake_change(desk);
+    return 1;
+}
+
+/* The same of one step, desk->place. */
+int phi_brake_ahead(CONTEXT const phi_flow *begun, brake_desk *desk)
+{
+    desk->evaluations = 0;
+    return brake_stride(PASS begun, desk, desk->place, 0);
+}
+
+/* The next orbits, one after the other, as many as are wanted or until one that somebody has to look at; how many of them comes back. */
+int phi_brake_run(CONTEXT const phi_flow *begun, brake_desk *desk)
+{
+    desk->evaluations = desk->taken = 0;
+    enum run_stop stopped = RUN_ON;
+    while (stopped == RUN_ON && desk->taken < desk->wanted && desk->taken < DESK_ROWS && desk->evaluations < RUN_EVALUATIONS) {
+        phi_real next = 0;
+        stopped = RUN_SMALL;
+        while (stopped == RUN_SMALL && desk->step >= desk->step_min) {
+            const phi_real allowed = desk->step > RUN_SHORT * desk->step_max ? desk->max_change : 0;
+            if (brake_stride(PASS begun, desk, desk->step, allowed)) {
+                stopped = run_judged(desk, &next);
+            }
+            desk->step *= stopped == RUN_SMALL ? 0.5 : 1;
+        }
+        if (stopped != RUN_SMALL) {
+            stopped = run_taken(desk, next, stopped);
+        }
+    }
+    desk->stopped = stopped;
+    return (int)desk->taken;
+}
+
+/* The orbit between two others at which a test function vanishes (`zero.c`), settled where that is wanted; 0 where it was not found so. */
+int phi_brake_zero(CONTEXT const phi_flow *begun, brake_desk *desk)
+{
+    desk->evaluations = 0;
+    if (!zero_between(PASS begun, desk)) {
+        return 0;
+    }
+    brake_row *row = &desk->rows[(int)desk->taken];
+    const int count = (int)row->orbit.taken;
+    const phi_real last = count > 0 ? row->orbit.corrections[count - 1] : 0;
+    if (desk->line_settle > 0 && !(row->orbit.is_whole > 0 && last <= ZERO_SETTLED)) {
+        memcpy(desk->guess, row->orbit.y, sizeof desk->guess);
+        memcpy(desk->normal, row->orbit.tangent, sizeof desk->normal);
+        if (!brake_settle(PASS begun, desk)) {
+            return 0;
+        }
+        row->orbit = desk->orbit;
+        row->values[0] = run_value(desk, desk->watch[0]);
+    }
     return 1;
 }

@@ -34,8 +34,56 @@ static phi_real brake_size(const phi_real y[brake_all])
     return 1 + sqrt(square);
 }
 
-/* From desk->guess back to the curve; orbit->converged says whether it got there. */
-static void brake_correct(CONTEXT const phi_flow *begun, brake_desk *desk)
+/* [J; t]^-1 [J'; t] - 1 of an orbit and the next one, in desk->change; its size comes back, no number where [J; t] is singular. */
+static phi_real brake_change(brake_desk *desk)
+{
+    phi_real matrix[brake_all * brake_all], *change = desk->change[0], square = 0;
+    memcpy(matrix, desk->before_jacobian, sizeof desk->before_jacobian);
+    memcpy(matrix + brake_q * brake_all, desk->before_tangent, sizeof desk->before_tangent);
+    memcpy(change, desk->orbit.jacobian, sizeof desk->orbit.jacobian);
+    memcpy(change + brake_q * brake_all, desk->before_tangent, sizeof desk->before_tangent);
+    if (!small_solve(brake_all, matrix, brake_all, change)) {
+        return HUGE_VAL;
+    }
+    for (int i = 0; i < brake_all; ++i) {
+        for (int j = 0; j < brake_all; ++j) {
+            const phi_real moved = desk->change[i][j] - (i == j);
+            square += moved * moved;
+        }
+    }
+    return sqrt(square);
+}
+
+/* Spectral radius of [J; t]^-1 dJ, whether det [J; t] has another sign behind the step, and how far beyond it vanishes, in steps. */
+static phi_real run_changed(brake_desk *desk, int *is_turned, phi_real *ahead)
+{
+    phi_real matrix[brake_all * brake_all], re[brake_all], im[brake_all], largest = 0, first = 1, second = 0;
+    *is_turned = 0;
+    *ahead = HUGE_VAL;
+    if (desk->changed < RUN_SEEN || !(desk->changed < HUGE_VAL)) {
+        return desk->changed;
+    }
+    memcpy(matrix, desk->change, sizeof desk->change);
+    if (small_eigenvalues(brake_all, matrix, re, im) < brake_all) {
+        return HUGE_VAL;
+    }
+    for (int i = 0; i < brake_all; ++i) {
+        const phi_real kept = first * re[i] - second * im[i], own = hypot(re[i] - 1, im[i]);
+        second = first * im[i] + second * re[i];
+        first = kept;
+        largest = own > largest ? own : largest;
+        if (fabs(im[i]) < 0.1 * hypot(1 - re[i], im[i]) && 0 < re[i] && re[i] < 1 && re[i] / (1 - re[i]) < *ahead) {
+            *ahead = re[i] / (1 - re[i]);
+        }
+    }
+    *is_turned = first < 0;
+    *ahead = *is_turned ? HUGE_VAL : *ahead;
+    return largest;
+}
+
+/* From desk->guess back to the curve; orbit->converged says whether it got there. A guess at which the Jacobian has changed by more than is
+ * allowed since the orbit before, without a sign of det [J; t] that would have to be looked into, is left at once; 0 allows all. */
+static void brake_correct(CONTEXT const phi_flow *begun, brake_desk *desk, const phi_real allowed)
 {
     brake_orbit *orbit = &desk->orbit;
     const phi_real rough = desk->rough > desk->tolerance ? desk->rough : desk->tolerance;
@@ -61,6 +109,12 @@ static void brake_correct(CONTEXT const phi_flow *begun, brake_desk *desk)
             is_whole = 1;
             is_coarse = 0;
         }
+    }
+    if (is_known && allowed > 0) {
+        int is_turned;
+        phi_real ahead;
+        desk->changed = brake_change(desk);
+        is_known = run_changed(desk, &is_turned, &ahead) <= RUN_HOPELESS * allowed || is_turned;
     }
     while (is_known) {
         const phi_real length = brake_left(desk, left), scale = brake_size(orbit->y);
@@ -124,26 +178,6 @@ static void brake_correct(CONTEXT const phi_flow *begun, brake_desk *desk)
     }
     orbit->taken = count;
     orbit->is_whole = is_whole;
-}
-
-/* [J; t]^-1 [J'; t] - 1 of an orbit and the next one, in desk->change; its size comes back, no number where [J; t] is singular. */
-static phi_real brake_change(brake_desk *desk)
-{
-    phi_real matrix[brake_all * brake_all], *change = desk->change[0], square = 0;
-    memcpy(matrix, desk->before_jacobian, sizeof desk->before_jacobian);
-    memcpy(matrix + brake_q * brake_all, desk->before_tangent, sizeof desk->before_tangent);
-    memcpy(change, desk->orbit.jacobian, sizeof desk->orbit.jacobian);
-    memcpy(change + brake_q * brake_all, desk->before_tangent, sizeof desk->before_tangent);
-    if (!small_solve(brake_all, matrix, brake_all, change)) {
-        return HUGE_VAL;
-    }
-    for (int i = 0; i < brake_all; ++i) {
-        for (int j = 0; j < brake_all; ++j) {
-            const phi_real moved = desk->change[i][j] - (i == j);
-            square += moved * moved;
-        }
-    }
-    return sqrt(square);
 }
 
 /* The potential energy of the rest, from that of the chain that hangs straight. */

@@ -158,3 +158,131 @@ static phi_real small_signed(const int n, phi_real *a)
     }
     return sign * sqrt(least);
 }
+
+/* Eigenvalues of a square matrix, which is used up: to Hessenberg's form by reflections, then double shifts (Francis, 1961). How many were found comes back. */
+static int small_eigenvalues(const int n, phi_real *a, phi_real *re, phi_real *im)
+{
+    phi_real size = 0;
+    for (int i = 0; i < n * n; ++i) {
+        size += fabs(a[i]);
+    }
+    if (!(size - size >= 0)) {
+        return 0;
+    }
+    for (int k = 0; k + 2 < n; ++k) {
+        phi_real v[SMALL_MOST], square = 0;
+        for (int i = k + 1; i < n; ++i) {
+            v[i] = a[i * n + k];
+            square += v[i] * v[i];
+        }
+        if (!(square > v[k + 1] * v[k + 1])) {
+            continue;
+        }
+        v[k + 1] += v[k + 1] < 0 ? -sqrt(square) : sqrt(square);
+        square = 0;
+        for (int i = k + 1; i < n; ++i) {
+            square += v[i] * v[i];
+        }
+        for (int j = 0; j < n; ++j) {
+            phi_real dot = 0;
+            for (int i = k + 1; i < n; ++i) {
+                dot += v[i] * a[i * n + j];
+            }
+            for (int i = k + 1; i < n; ++i) {
+                a[i * n + j] -= 2 * dot / square * v[i];
+            }
+        }
+        for (int j = 0; j < n; ++j) {
+            phi_real dot = 0;
+            for (int i = k + 1; i < n; ++i) {
+                dot += v[i] * a[j * n + i];
+            }
+            for (int i = k + 1; i < n; ++i) {
+                a[j * n + i] -= 2 * dot / square * v[i];
+            }
+        }
+        for (int i = k + 2; i < n; ++i) {
+            a[i * n + k] = 0;
+        }
+    }
+    for (int high = n - 1, turn = 0; high >= 0;) {
+        int low = high;
+        for (; low > 0; --low) {
+            const phi_real near = fabs(a[(low - 1) * n + low - 1]) + fabs(a[low * n + low]);
+            if (fabs(a[low * n + low - 1]) <= SMALL_NOTHING * (near > 0 ? near : size)) {
+                break;
+            }
+        }
+        const phi_real x = a[high * n + high];
+        if (low == high) {
+            re[high] = x;
+            im[high--] = 0;
+            turn = 0;
+            continue;
+        }
+        const phi_real y = a[(high - 1) * n + high - 1], w = a[high * n + high - 1] * a[(high - 1) * n + high];
+        if (low == high - 1) {
+            const phi_real half = (y - x) / 2, under = half * half + w, root = sqrt(fabs(under));
+            if (under >= 0) {
+                const phi_real far = half < 0 ? half - root : half + root;
+                re[high - 1] = x + far;
+                re[high] = far < 0 || far > 0 ? x - w / far : x;
+                im[high - 1] = im[high] = 0;
+            } else {
+                re[high - 1] = re[high] = x + half;
+                im[high - 1] = root;
+                im[high] = -root;
+            }
+            high -= 2;
+            turn = 0;
+            continue;
+        }
+        if (turn++ == SMALL_SWEEPS) {
+            return n - 1 - high;
+        }
+        /* The first column of (A - x)(A - y) - w, or of shifts out of the way where the usual ones go round. */
+        const int is_odd = turn % 10 == 0;
+        const phi_real off = is_odd ? fabs(a[high * n + high - 1]) + fabs(a[(high - 1) * n + high - 2]) : 0;
+        const phi_real sum = is_odd ? 1.5 * off : x + y, product = is_odd ? off * off : x * y - w;
+        const phi_real *head = a + low * n + low;
+        phi_real p = head[0] * (head[0] - sum) + product + head[1] * head[n], q = head[n] * (head[0] + head[n + 1] - sum), r = head[n] * head[2 * n + 1];
+        for (int k = low; k < high; ++k) {
+            const int few = k + 2 <= high ? 3 : 2;
+            if (k > low) {
+                p = a[k * n + k - 1];
+                q = a[(k + 1) * n + k - 1];
+                r = few == 3 ? a[(k + 2) * n + k - 1] : 0;
+            }
+            const phi_real largest = fabs(p) + fabs(q) + fabs(r);
+            if (!(largest > 0)) {
+                continue;
+            }
+            phi_real v[3] = {p / largest, q / largest, few == 3 ? r / largest : 0};
+            const phi_real length = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+            v[0] += v[0] < 0 ? -length : length;
+            const phi_real scale = 2 / (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+            for (int j = 0; j < n; ++j) {
+                phi_real dot = 0;
+                for (int i = 0; i < few; ++i) {
+                    dot += v[i] * a[(k + i) * n + j];
+                }
+                for (int i = 0; i < few; ++i) {
+                    a[(k + i) * n + j] -= scale * dot * v[i];
+                }
+            }
+            for (int j = 0; j < n; ++j) {
+                phi_real dot = 0;
+                for (int i = 0; i < few; ++i) {
+                    dot += v[i] * a[j * n + k + i];
+                }
+                for (int i = 0; i < few; ++i) {
+                    a[j * n + k + i] -= scale * dot * v[i];
+                }
+            }
+            for (int i = 1; i < few && k > low; ++i) {
+                a[(k + i) * n + k - 1] = 0;
+            }
+        }
+    }
+    return n;
+}

@@ -6,7 +6,7 @@
  *   place  in   axis . y that is wanted
  *   there  out  y
  * 0 comes back where no point goes along the axis. */
-static int touch_curve(const int count, phi_real known[][2][TOUCH_SIZE], const phi_real axis[TOUCH_SIZE], const phi_real place, phi_real there[TOUCH_SIZE])
+static int touch_curve(const int count, phi_real (*known)[2][TOUCH_SIZE], const phi_real axis[TOUCH_SIZE], const phi_real place, phi_real there[TOUCH_SIZE])
 {
     phi_real own[TOUCH_MOST], along[TOUCH_MOST], off[TOUCH_MOST];
     int kept[TOUCH_MOST], ranked[TOUCH_MOST], all = 0, few = 0;

@@ -16,7 +16,7 @@ from phichain.continuation.osculating import osculating
 from phichain.continuation.problem import Extra
 from phichain.emit.stencil import stencils_folder
 from phichain.errors import ArrayError, UnsupportedError
-from phichain.native.flows import brake as desk
+from phichain.native.flows import desk
 from phichain.native.glue import brake as glue
 from phichain.orbits import linear_modes, quarter_problem, trace
 from phichain.system import System

@@ -25,6 +25,7 @@ from phichain.continuation.predictors import TOUCHED
 from phichain.continuation.problem import Problem
 from phichain.continuation.record import demand_unknowns, joined, point_of, record
 from phichain.continuation.steps import StepTooSmallError, advance
+from phichain.continuation.strides import Behind, Stride, strides, watched
 from phichain.errors import ConvergenceError
 from phichain.system import Vector
 
@@ -120,7 +121,8 @@ def follow(
     first = len(run.points)
     while run.status == "":
         try:
-            run.go_on()
+            # Whoever is told every point is told it as soon as it is found.
+            run.go_on(1 if progress is not None else engine.options.max_points - len(run.points) + first - 1)
             if progress is not None:
                 progress(run.points[-1], run.step)
         except StepTooSmallError:
@@ -182,8 +184,11 @@ class _Run:
     values: tuple[float, ...] = ()
     known: tuple[Special, ...] = ()
     seen: list[tuple[Point, tuple[float, ...]]] = field(default_factory=list)
+    queue: list[Stride | BaseException] = field(default_factory=list)
 
     def __post_init__(self) -> None:
+        self.watch = watched(self.problem, self.tests, self.engine)
+        self.unknown = [(k, test) for k, test in enumerate(self.tests) if self.watch is not None and not self.watch[k].what]
         self.singular = next((k for k, test in enumerate(self.tests) if isinstance(test, BranchPoint)), None)
         rows = [values_at(self.problem, point, self.tests) for point in self.points]
         self.values = rows[-1]
@@ -195,17 +200,47 @@ class _Run:
         self.status, self.reason = status, reason
         self.regular = self.regular or len(self.points)
 
-    def go_on(self) -> None:
-        """One more point, with the events on the way to it; nothing of it is kept where it breaks off."""
-        last, begun = self.points[-1], self.step
+    def _next(self, most: int) -> Stride:
+        """The next step, of some that were taken at once."""
+        if not self.queue:
+            last = self.points[-_REMEMBERED:]
+            values = [row for _, row in self.seen[1 - _REMEMBERED :]] + [self.values]
+            since = self.offset + len(self.points) - self.origin
+            behind = Behind(last, self.sigma[-_REMEMBERED:], values, self.step, since, self.start)
+            self.queue = strides(self.problem, behind, self.engine, self.watch, most)
+        found = self.queue.pop(0)
+        if isinstance(found, BaseException):
+            raise found
+        return found
+
+    def _values(self, taken: Stride) -> tuple[float, ...]:
+        """The test functions behind a step."""
+        if taken.values is None:
+            return values_at(self.problem, taken.point, self.tests)
+        own = list(taken.values)
+        for k, test in self.unknown:
+            own[k] = test.value(self.problem, taken.point)
+        return tuple(own)
+
+    def go_on(self, most: int) -> None:
+        """One more point, of so many that are wanted, with the events on the way to it; nothing of it is kept where it breaks off."""
+        last = self.points[-1]
         try:
-            new, step = advance(self.problem, self.points[-_REMEMBERED:], begun, self.engine)
+            taken = self._next(most)
         except StepTooSmallError:
             ahead = gaps.gap_ahead(self.problem, self.points[-3:], self.sigma[-3:])
             if ahead is None or ahead.width > gaps.NARROW or not self._cross(ahead):
                 raise
             return
-        values = values_at(self.problem, new, self.tests)
+        new, step, values = taken.point, taken.step, self._values(taken)
+        # Where something was met in the step before, more may lie in it than signs show, which is seen from behind it alone.
+        has_met = len(self.points) > 1 and bool(self.specials) and self.specials[-1].arclength > self.points[-2].arclength
+        if taken.is_plain and not self.unknown and not has_met:
+            self.seen = [*self.seen[1 - _SEEN :], (last, self.values)]
+            self.values, self.step = values, step
+            self.points.append(new)
+            self.sigma.append(self._sigma(new, values))
+            return
         index = self.offset + len(self.points) - 1
         found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values), self.seen[-_SEEN:])
         sigma = self._sigma(new, values)
@@ -264,7 +299,7 @@ class _Run:
         self.sigma = [*self.sigma[: index + 1], gaps.smallest(self.problem, new)]
         self.specials = [event for event in self.specials if event.index < self.offset + index]
         self.passages.append(Passage(gap.z, gap.arclength, gap.width, True))
-        self.values, self.seen = values_at(self.problem, new, self.tests), []
+        self.values, self.seen, self.queue = values_at(self.problem, new, self.tests), [], []
         self.step = max(self.engine.options.step_min, new.arclength - self.points[-2].arclength)
         return True
 

@@ -8,14 +8,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Final, Protocol
 
 import numpy as np
 
 from phichain.continuation.linear import bordered, least_singular_value, sign_of_determinant
 from phichain.continuation.point import Point
-from phichain.continuation.problem import Problem
+from phichain.continuation.problem import Problem, Watch
 from phichain.system import Vector
+
+ENERGY: Final = ("energy", 0)
+"""What a compiled problem calls the scalar that it records."""
 
 
 class TestFunction(Protocol):
@@ -82,6 +85,7 @@ class Level:
         level: The value.
         held: z near it -> the unknown that has to have which value there, so that the run ends exactly on it;
             None where the level is no matter of one unknown.
+        of: What a compiled problem calls the scalar, and which one of these it is.
     """
 
     scalar: Callable[[Vector], float]
@@ -89,9 +93,12 @@ class Level:
     name: str = "level"
     terminal: bool = True
     held: Callable[[Vector], tuple[int, float]] | None = None
+    of: tuple[str, int] | None = None
 
     def value(self, problem: Problem, point: Point) -> float:
         """scalar(z) - level."""
+        if self.of == ENERGY and not math.isnan(point.energy):
+            return point.energy - self.level
         return float(self.scalar(point.z(problem))) - self.level
 
 
@@ -126,6 +133,8 @@ class Quantity:
         order: Point -> labels whose order changes from one point to another of one sign exactly where two
             zeros lie between; None where it has none.
         ends: Whether the run ends at such a zero, where that depends on it.
+        known: What a compiled problem calls it, empty where it does not know it, ...
+        less: ... and what is taken off.
     """
 
     of: Callable[[Point], float]
@@ -134,10 +143,25 @@ class Quantity:
     in_pairs: bool = False
     order: Callable[[Point], tuple[int, ...] | None] | None = None
     ends: Callable[[Problem, Point], bool] | None = None
+    known: str = ""
+    less: float = 0.0
 
     def value(self, problem: Problem, point: Point) -> float:
         """The number itself."""
         return self.of(point)
+
+
+def watch_of(problem: Problem, test: TestFunction) -> Watch:
+    """A test function as a compiled problem takes it; of nothing where it is none of its own."""
+    if isinstance(test, Fold):
+        return Watch("tangent", (problem.parameter if test.component is None else test.component) % problem.unknowns, 0.0, 2)
+    if isinstance(test, BranchPoint):
+        return Watch("sigma", 0, 0.0, 0)
+    if isinstance(test, Level) and test.of is not None:
+        return Watch(*test.of, test.level, 0)
+    if isinstance(test, Quantity) and not test.in_pairs and test.order is None:
+        return Watch(test.known, 0, test.less, 1)
+    return Watch("", 0, 0.0, 0)
 
 
 def signed(matrix: Vector) -> float:

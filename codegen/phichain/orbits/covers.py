@@ -8,11 +8,24 @@ from typing import Final
 
 import numpy as np
 
-from phichain.continuation import Branch, Engine, Options, Special, predictors, start_on, walk
+from phichain.continuation import (
+    Branch,
+    BranchPoint,
+    Engine,
+    Options,
+    Point,
+    Problem,
+    Special,
+    predictors,
+    start_on,
+)
+from phichain.continuation.problem import Watch
 from phichain.continuation.steps import StepTooSmallError
+from phichain.continuation.strides import Behind, strides
 from phichain.errors import ConvergenceError
 from phichain.orbits.modes import LinearModes
 from phichain.orbits.quarter import EPS, quarter_problem
+from phichain.orbits.targets import LARGEST
 from phichain.system import Parameters, System, Vector
 
 _MOST: Final = 99
@@ -63,20 +76,36 @@ def mode_of(system: System, p: Parameters | None, modes: LinearModes, z: Vector)
     problem = quarter_problem(system, p, omega=float(modes.omega[nearest]), shape=modes.shapes[:, nearest], tol=_FLOW)
     far, near = _ENGINES
     try:
-        start = start_on(problem, z, np.append(-z[:-1], 0.0), far)
-        for engine, until in ((far, _NEAR), (near, 0.0)):
-            for count, point in enumerate(walk(problem, start, engine)):
-                largest = max(map(abs, point.z(problem)[system.cart_size : -1].tolist()))
-                if largest <= _SMALL:
-                    return _likest(system, modes, point.z(problem))
-                if count > _STEPS:
-                    return 0
-                start = point
-                if largest < until:
+        points = [start_on(problem, z, np.append(-z[:-1], 0.0), far)]
+        for engine, until in ((far, _NEAR), (near, _SMALL)):
+            points, step = points[-1:], engine.options.step
+            for _ in range(_STEPS):
+                largest = max(map(abs, points[-1].z(problem)[system.cart_size : -1].tolist()))
+                if largest <= until:
                     break
+                points, step = _gone(problem, points, step, engine, until)
+            else:
+                return 0
+            if largest <= _SMALL:
+                return _likest(system, modes, points[-1].z(problem))
     except (ConvergenceError, StepTooSmallError):
         pass
     return 0
+
+
+def _gone(problem: Problem, points: Sequence[Point], step: float, engine: Engine, until: float) -> tuple[list[Point], float]:
+    """The last points of a family after some more steps, none beyond the one that comes below an angle; and the step to try."""
+    last = points[-predictors.TOUCHED :]
+    sigmas = [BranchPoint().value(problem, point) for point in last]
+    behind = Behind(last, sigmas, [(1.0,)], step, 0, points[0])
+    taken = strides(problem, behind, engine, [Watch(*LARGEST, until, 0)], _STEPS)
+    points = list(last)
+    for stride in taken:
+        if isinstance(stride, BaseException):
+            raise stride
+        points.append(stride.point)
+        step = stride.step
+    return points, step
 
 
 def _likest(system: System, modes: LinearModes, z: Vector) -> int:

@@ -25,10 +25,10 @@ from phichain.continuation.linear import size
 from phichain.errors import UnsupportedError
 from phichain.orbits.covers import gathered, named
 from phichain.orbits.modes import LinearModes
-from phichain.orbits.quarter import quarter_problem
+from phichain.orbits.quarter import QuarterMap, quarter_problem
 from phichain.orbits.run import Run
 from phichain.orbits.symmetry import AT_EQUILIBRIUM, BRANCH_POINT, genuine, tests_of, told
-from phichain.orbits.targets import Target
+from phichain.orbits.targets import LARGEST, Target
 from phichain.system import Parameters, System, Vector
 
 FLAT = 3e-5
@@ -129,12 +129,13 @@ def ends(system: System, problem: Problem, target: Target, start: float, omega: 
     def amplitude(z: Vector) -> float:
         return max(map(abs, z[carts:-1].tolist()))
 
-    beyond = [] if target.what == "amplitude" and target.value >= np.pi else [Level(amplitude, np.pi, "amplitude pi")]
+    angle = LARGEST if carts == system.cart_size else None
+    beyond = [] if target.what == "amplitude" and target.value >= np.pi else [Level(amplitude, np.pi, "amplitude pi", of=angle)]
     return [
         target.level(system, problem, carts),
         *beyond,
-        Level(amplitude, start / 2, "back at rest"),
-        Level(lambda z: float(z[-1]), 1e-3 * omega, "omega near zero"),
+        Level(amplitude, start / 2, "back at rest", of=angle),
+        Level(lambda z: float(z[-1]), 1e-3 * omega, "omega near zero", of=("unknown", problem.unknowns - 1)),
     ]
 
 
@@ -145,8 +146,10 @@ def equilibrium_end(problem: Problem, carts: int) -> list[TestFunction]:
         return []
 
     def steepness(point: Point) -> float:
-        z = point.z(problem)
-        energy = height(z) if math.isnan(point.energy) else point.energy
-        return size(point.extra.found.slope) * size(z[carts:-1]) / (2 * energy) - FLAT
+        return point.extra.found.test("steepness", lambda found: _steepness(found, point)) - FLAT
 
-    return [Quantity(steepness, AT_EQUILIBRIUM, terminal=True)]
+    def _steepness(found: QuarterMap, point: Point) -> float:
+        z = point.z(problem)
+        return size(found.slope) * size(z[carts:-1]) / (2 * (height(z) if math.isnan(point.energy) else point.energy))
+
+    return [Quantity(steepness, AT_EQUILIBRIUM, terminal=True, known="steepness", less=FLAT)]

@@ -93,7 +93,19 @@ def discriminant_of(kappa: Multipliers) -> float:
 
 def too_unstable() -> TestFunction:
     """Where the largest |kappa| leaves the others no digits; the family ends there."""
-    return Quantity(lambda point: max(map(abs, point.extra.multipliers.tolist())) - MOST_UNSTABLE, "unstable beyond double precision", terminal=True)
+
+    def excess(point: Point) -> float:
+        return _largest(point) - MOST_UNSTABLE
+
+    return Quantity(excess, "unstable beyond double precision", terminal=True, known="largest kappa", less=MOST_UNSTABLE)
+
+
+def _largest(point: Point) -> float:
+    """The largest |kappa|, or of any other orbit the largest of its multipliers."""
+    found = point.extra.found
+    if isinstance(found, QuarterMap):
+        return found.test("largest kappa", lambda own: max(map(abs, own.kappa().tolist())))
+    return max(map(abs, point.extra.multipliers.tolist()))
 
 
 def ended_by(branch: Branch, kinds: Collection[str]) -> tuple[list[Special], Special | None]:
@@ -111,19 +123,23 @@ def tests_of(problem: Problem, carts: int, links: int) -> list[TestFunction]:
     sizes = problem.sizes[carts:-1]
 
     def energy_slope(point: Point) -> float:
-        return float(_of(point).slope @ (point.tangent[carts:-1] * sizes))
+        # Where the tangent is not the null vector of the Jacobian, nobody has asked for sigma.
+        return _rise(_of(point), point) if point.sigma is None else _of(point).test("energy slope", lambda found: _rise(found, point))
+
+    def _rise(found: QuarterMap, point: Point) -> float:
+        return float(found.slope @ (point.tangent[carts:-1] * sizes))
 
     several: list[TestFunction] = [
-        Quantity(brake_loss, "brake loss"),
-        Quantity(lambda point: _of(point).test("odd loss", _odd), "odd loss"),
-        Quantity(lambda point: _of(point).test("unequal brakes", _unequal), "unequal brakes"),
+        Quantity(brake_loss, "brake loss", known="brake loss"),
+        Quantity(lambda point: _of(point).test("odd loss", _odd), "odd loss", known="odd loss"),
+        Quantity(lambda point: _of(point).test("unequal brakes", _unequal), "unequal brakes", known="unequal brakes"),
         BranchPoint(BRANCH_POINT),
         too_unstable(),
     ]
     return [
         Fold(name="fold omega"),
         *(Fold(carts + k, f"fold amplitude {k + 1}") for k in range(links)),
-        Quantity(energy_slope, "energy extremum"),
+        Quantity(energy_slope, "energy extremum", known="energy slope"),
         *(several if links > 1 else []),
         *([Quantity(discriminant, "krein", in_pairs=True, order=_signs)] if links > 2 else []),
     ]

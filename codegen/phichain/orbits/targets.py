@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from phichain.continuation import Level, Problem
+from phichain.continuation.events import ENERGY
 from phichain.errors import ArrayError
 from phichain.system import System, Vector
 from phichain.system.arrays import number
 
+LARGEST: Final = ("largest angle", 0)
+"""What a compiled problem calls it."""
 _REMEDY = 'write for example "theta_1=2.5", "amplitude=2.5", "omega=3" or "energy=1.5"'
 
 
@@ -35,8 +38,21 @@ class Target:
 
     def level(self, system: System, problem: Problem, carts: int | None = None) -> Level:
         """The terminal test of a family with unknowns (q_0, omega), the first `carts` of them the cart's."""
-        scalar, held = self._scalar(problem, system.cart_size if carts is None else carts)
-        return Level(scalar, self.value, str(self), held=held)
+        carts = system.cart_size if carts is None else carts
+        scalar, held = self._scalar(problem, carts)
+        return Level(scalar, self.value, str(self), held=held, of=self._of(problem, carts, system.cart_size))
+
+    def _of(self, problem: Problem, carts: int, own: int) -> tuple[str, int] | None:
+        """What a compiled problem calls the quantity, whose largest angle leaves out the cart's own unknowns alone."""
+        if self.what in ("omega", "energy"):
+            return ("unknown", problem.unknowns - 1) if self.what == "omega" else ENERGY
+        if self.what == "amplitude":
+            return LARGEST if carts == own else None
+        return "unknown", self._at(carts)
+
+    def _at(self, carts: int) -> int:
+        """The unknown that an angle is."""
+        return carts + int(self.what.removeprefix("theta_")) - 1
 
     def _scalar(
         self, problem: Problem, carts: int
@@ -54,7 +70,7 @@ class Target:
                 return k, float(np.copysign(value, z[k]))
 
             return (lambda z: float(np.max(np.abs(z[carts:-1])))), largest
-        at = carts + int(self.what.removeprefix("theta_")) - 1
+        at = self._at(carts)
         return (lambda z: float(z[at])), (lambda z: (at, value))
 
 

@@ -10,8 +10,9 @@ from operator import mul
 
 import numpy as np
 
+from phichain.continuation.correctors import pseudo_arclength
 from phichain.continuation.engine import Engine
-from phichain.continuation.events import BranchPoint, Level, Quantity, TestFunction
+from phichain.continuation.events import BranchPoint, Level, Quantity, TestFunction, watch_of
 from phichain.continuation.linear import size
 from phichain.continuation.met.roots import zero_between
 from phichain.continuation.met.singular import half_width, loosened, through
@@ -30,6 +31,8 @@ _ROUGH = 1e-7
 """The same of one that something better follows."""
 _CENTRED = 1e-2
 """How far off the centre of the neighbourhood of a singular point may be, in half its width."""
+_FIRST = 2e-3
+"""How far off the zero may be that is to be the centre, likewise."""
 _NEAR = 3
 """Points on either side of a place that it is guessed from."""
 _TRUST = 1e-8
@@ -129,10 +132,12 @@ def way_between(
     if singular is None:
         return curve(problem, a, b, _trusting(engine), earlier)
     beside = curve(problem, a, b, loosened(engine), earlier)
-    rough = _root(problem, a, b, singular, beside, _ROUGH)[0].arclength
+    # Close to the place Newton stalls, and a neighbourhood need not be centred better than this.
+    spacing = max(_ROUGH, _FIRST * half_width(a, b) / (1 + b.arclength))
+    rough = _root(problem, a, b, singular, beside, spacing)[0].arclength
     first = through(problem, a, b, rough, beside)
     # Once more from the better centre where the rough one, at which Newton stalls, is off.
-    centre = _root(problem, a, b, singular, first, _ROUGH)[0].arclength
+    centre = _root(problem, a, b, singular, first, spacing)[0].arclength
     return first if abs(centre - rough) < _CENTRED * half_width(a, b) else through(problem, a, b, centre, beside)
 
 
@@ -185,6 +190,14 @@ def _root(
 ) -> tuple[Point, float]:  # fmt: skip
     """The zero of a test function along a curve, and what is left of it there."""
     ends = test.value(problem, a), test.value(problem, b)
+    size = 1 + b.arclength
+    if isinstance(between, Between) and (a, b) == (between.a, between.b):
+        found = between.zero(test, ends, (spacing * size, near * size, spacing < _ROUGH), beyond)
+        if found is not None:
+            (point, left), (other, before), place = found
+            if near:
+                place = point.arclength - left * (point.arclength - other.arclength) / (left - before) if left != before else point.arclength
+            return (point, left) if place == point.arclength else _moved(a, b, (point, left), (other, before), place)
     seen = {a.arclength: (a, ends[0]), b.arclength: (b, ends[1])}
 
     def of(s: float) -> float:
@@ -192,7 +205,6 @@ def _root(
         seen[s] = point, test.value(problem, point)
         return seen[s][1]
 
-    size = 1 + b.arclength
     place = zero_between(of, a.arclength, b.arclength, ends, spacing * size, beyond, near * size)
     best = min(seen, key=lambda s: abs(s - place))
     point, left = seen[best]
@@ -238,32 +250,74 @@ def _trusting(engine: Engine) -> Engine:
     return replace(engine, options=replace(engine.options, trust=max(engine.options.trust, _TRUST)))
 
 
-def curve(problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence[Point] = ()) -> Curve:
+class Between:
     """The curve between two points as a function of arclength, its ends exact.
 
     The point at s lies in the plane across the chord through the cubic at s; Newton starts in that plane, from the polynomial that
     touches the curve at the nearest points that are known: its ends, what was found before, and points before a.
     """
-    known, normal = [*before, a, b], b.y - a.y
-    across = normal / size(normal)
-    regular = _REGULAR * max(abs(BranchPoint().value(problem, end)) for end in (a, b))
 
-    ends = [float(across @ vector) for vector in (a.y, b.y, a.tangent, b.tangent)]
+    def __init__(self, problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence[Point]) -> None:
+        """Take the ends, and the points before."""
+        self.a, self.b = a, b
+        self._problem, self._engine, self._known, self._normal = problem, engine, [*before, a, b], b.y - a.y
+        self._across = self._normal / size(self._normal)
+        self._ends = [float(self._across @ vector) for vector in (a.y, b.y, a.tangent, b.tangent)]
+        self._regular = _REGULAR * max(abs(BranchPoint().value(problem, end)) for end in (a, b))
 
-    def between(s: float) -> Point:
+    def __call__(self, s: float) -> Point:
+        """The point at an arclength."""
+        problem, engine, a, b = self._problem, self._engine, self.a, self.b
         if s in (a.arclength, b.arclength):
             return a if s == a.arclength else b
-        at = bisect_left([point.arclength for point in known], s)
-        near = touched(problem, known[max(0, at - _NEAR) : at + _NEAR], across, sum(map(mul, ends, hermite_shares(a, b, s))))
+        at = bisect_left([point.arclength for point in self._known], s)
+        near = touched(problem, self._known[max(0, at - _NEAR) : at + _NEAR], self._across, sum(map(mul, self._ends, hermite_shares(a, b, s))))
         # The chord of two branches, where a step jumped, goes along none of them.
         guess = hermite(a, b, s) if near is None else near
-        found = engine.corrector(problem, guess, normal, engine.options)
+        found = engine.corrector(problem, guess, self._normal, engine.options)
         if found.converged:
             point = found.point(a.tangent, s)
-            if a.arclength < s < b.arclength and abs(BranchPoint().value(problem, point)) >= regular and all(other.arclength != s for other in known):
-                known.insert(at, point)
+            self._keep(point)
             return point
         # At a branch point the bordered matrix is singular and Newton may fail: the guess is the answer there.
         return point_at(problem, guess, a.tangent, s, found.iterations)
 
-    return between
+    def _keep(self, point: Point) -> None:
+        places = [other.arclength for other in self._known]
+        is_regular = abs(BranchPoint().value(self._problem, point)) >= self._regular
+        if is_regular and self.a.arclength < point.arclength < self.b.arclength and point.arclength not in places:
+            self._known.insert(bisect_left(places, point.arclength), point)
+
+    def zero(
+        self, test: TestFunction, values: tuple[float, float], near: tuple[float, float, bool], beyond: Sequence[tuple[float, float]]
+    ) -> tuple[tuple[Point, float], tuple[Point, float], float] | None:
+        """The zero of a test function between the ends, in one call where the problem has that compiled.
+
+        Args:
+            test: The test function.
+            values: Its values at the ends.
+            near: How far off the zero may be; how far from a place that is known; and whether that is to have the Jacobian of its own place.
+            beyond: Arclengths outside, and the values there.
+
+        Returns:
+            The point nearest to the zero and the function there; the next one; and the zero's arclength. None where it was not found so.
+        """
+        compiled, watch = self._problem.compiled, watch_of(self._problem, test)
+        if compiled is None or not (watch.what and compiled.watches([watch])) or self._engine.corrector is not pseudo_arclength:
+            return None
+        line = [(point.arclength, point.y, point.tangent) for point in (self.a, self.b, *self._known)]
+        found = compiled.zero(line, values, beyond, watch, self._engine.options, (*near, self._regular))
+        if found is None:
+            return None
+        rows, at, other, place = found
+        points = [(Point.made(**told), value) for told, value, _ in rows]
+        for (point, _), (_, _, is_reached) in zip(points, rows, strict=True):
+            if is_reached:
+                self._keep(point)
+        ends = [(self.a, values[0]), (self.b, values[1])]
+        return points[at], (points[other] if other >= 0 else ends[other]), place
+
+
+def curve(problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence[Point] = ()) -> Curve:
+    """The curve between two points as a function of arclength, whose points before are known, too."""
+    return Between(problem, a, b, engine, before)

@@ -1,7 +1,7 @@
 """Brake orbits in the compiled object: Newton's iteration over a quarter period of the Taylor flow, in one call.
 
 The stencils are those of `stencils/orbits`, compiled beside a generated folder's own C and never written into it. They compute on a
-desk of numbers, whose fields are said here and in `desk.c`; that both say the same is checked when they are compiled.
+desk of numbers, whose fields `desk` says.
 """
 
 from __future__ import annotations
@@ -9,26 +9,28 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import prod
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from phichain.contract.chain import Chain
 from phichain.errors import ArrayError
 from phichain.native.flows.bound import Bound
+from phichain.native.flows.desk import (
+    KNOWN,
+    LINE,
+    OUTSIDE,
+    STOPPED,
+    WATCHED,
+    WHAT,
+    Array,
+    Numbers,
+    Shape,
+    desk_fields,
+    offsets,
+    orbit_fields,
+)
 from phichain.native.memory.arrays import place
-
-KNOWN: Final = 8
-"""Places that a curve is touched at."""
-CORRECTIONS: Final = 16
-"""Corrections that are told."""
-ASKED: Final = 32
-"""Evaluations that are told."""
-
-Shape = tuple[int, ...]
-Array = NDArray[np.float64]
 
 
 class Ahead(NamedTuple):
@@ -38,66 +40,6 @@ class Ahead(NamedTuple):
     shifted: float
     turned: float
     changed: float
-
-
-class Numbers(NamedTuple):
-    """What is told of an orbit in a number each, in the order of the C, which begins with them.
-
-    Attributes:
-        relative: Residual, relative.
-        converged: Above 0 where Newton got there.
-        is_whole: Above 0 where the columns are of this very place.
-        is_told: Above 0 where there is a quarter map.
-        taken: Corrections.
-        sigma: +- the smallest singular value of [J; t].
-        brake_loss: Test function, as the next two.
-        odd_loss: That of b.
-        unequal_brakes: That of c.
-        error: What may be wrong with omega, relative.
-        energy: J, from the hanging rest; NaN where none is emitted.
-    """
-
-    relative: float
-    converged: float
-    is_whole: float
-    is_told: float
-    taken: float
-    sigma: float
-    brake_loss: float
-    odd_loss: float
-    unequal_brakes: float
-    error: float
-    energy: float
-
-
-def orbit_fields(nq: int, links: int) -> dict[str, Shape]:
-    """What is told of one orbit, in the order of the C."""
-    every, square = nq + 1, (links, links)
-    return {
-        **dict.fromkeys(Numbers._fields, ()), "y": (every,), "tangent": (every,), "residual": (nq,), "jacobian": (nq, every),
-        "corrections": (CORRECTIONS,), "a": square, "b": square, "c": square, "d": square, "rate": (links,), "force": (links,),
-        "slope": (links,), "noise": (nq,), "folded": (links * links,),
-    }  # fmt: skip
-
-
-def desk_fields(nq: int, links: int) -> dict[str, Shape]:
-    """What a call is given and tells, in the order of the C."""
-    every = nq + 1
-    return {
-        "scale": (every,), "tolerance": (), "rough": (), "most_steps": (), "tol": (), "trust": (), "most_corrections": (), "guess": (every,),
-        "normal": (every,), "count": (), "place": (), "axis": (every,), "known": (KNOWN, 2, every), "before_jacobian": (nq, every),
-        "before_tangent": (every,), "moved": (), "shifted": (), "turned": (), "changed": (), "change": (every, every), "evaluations": (), "asked": (ASKED, every + 2),
-        "orbit": (sum(map(prod, orbit_fields(nq, links).values())),), "transition": (4 * nq * links,), "rates": (nq,), "steps": (),
-    }  # fmt: skip
-
-
-def offsets(fields: Mapping[str, Shape]) -> dict[str, tuple[int, int, Shape]]:
-    """Where every field begins and ends, in numbers, and its shape."""
-    found, at = {}, 0
-    for name, shape in fields.items():
-        found[name] = (at, at + prod(shape), shape)
-        at += prod(shape)
-    return found
 
 
 def has_brake(chain: Chain) -> bool:
@@ -121,7 +63,34 @@ class Braking:
     settled: Callable[..., int]
     corrected: Callable[..., int]
     ahead: Callable[..., int]
+    run: Callable[..., int]
+    zero: Callable[..., int]
     touched: Callable[..., int]
+
+
+class Reached(NamedTuple):
+    """An orbit of a run: what is told of it, where it is, the step to try behind it, and the test functions there."""
+
+    found: Found
+    arclength: float
+    step: float
+    values: tuple[float, ...]
+
+
+class Zero(NamedTuple):
+    """Where a test function vanishes.
+
+    Attributes:
+        rows: The orbits that were computed on the way, with its values alone; steps are above 0 where Newton got there.
+        at: Which one is nearest to the zero.
+        other: Which one is nearest to that; -2 is the first end of the curve, -1 its last.
+        place: Arclength of the zero.
+    """
+
+    rows: list[Reached]
+    at: int
+    other: int
+    place: float
 
 
 class Brake:
@@ -157,9 +126,12 @@ class Brake:
         # Row by row: NumPy takes longer to see what a list of pairs holds than C takes for the polynomial through them.
         self._rows = [(row[0], row[1]) for row in self.desk["known"]]
         self._before_jacobian, self._before_tangent, self._axis = (self.desk[name] for name in ("before_jacobian", "before_tangent", "axis"))
-        self._newton, self._where, self._ahead = (
-            self._memory[whole[first][0] : whole[last][1]] for first, last in (("tol", "most_corrections"), ("count", "place"), ("moved", "changed"))
+        self._newton, self._where, self._ahead, self._stride = (
+            self._memory[whole[first][0] : whole[last][1]]
+            for first, last in (("tol", "most_corrections"), ("count", "place"), ("moved", "changed"), ("step", "since"))
         )
+        self._line = [(row[0], row[1]) for row in self.desk["line"]]
+        self._near, self._counts = self._memory[whole["line_spacing"][0] : whole["line_regular"][1]], (self.desk["line_count"], self.desk["outside_count"])
         self._desk = ctypes.c_void_p(place(self._memory))
         self._arguments = (*self._bound.context, self._desk)
 
@@ -202,6 +174,96 @@ class Brake:
         self._functions.ahead(*self._arguments)
         return Found(self._orbit.copy(), self._fields), Ahead(*self._ahead.tolist())
 
+    @staticmethod
+    def watches(tests: Sequence[Any]) -> bool:
+        """Whether a run can watch so many test functions (`continuation.problem.Watch`), and knows all of them that have names."""
+        return len(tests) <= WATCHED and all(test.what in WHAT for test in tests if test.what)
+
+    def run(
+        self, seen: Any, jacobian: Array, step: float, most: int, limits: Sequence[float], newton: tuple[float, float, int],
+        start: tuple[int, Array, Array], tests: Sequence[Any],
+    ) -> tuple[list[Reached], str, float]:  # fmt: skip
+        """The next orbits behind the last one that is seen, whose Jacobian is given: so many at most, or up to one that somebody has to look at.
+
+        Args:
+            seen: The last places with their tangents, arclengths and sigmas; and the test functions at the last ones of them (`continuation.problem.Seen`).
+            jacobian: At the last one (nq, nq + 1).
+            step: The step to try.
+            most: How many orbits.
+            limits: step_min, step_max, max_angle, aim_angle and max_change of `continuation.options`.
+            newton: Newton's tolerance, the corrections that it trusts, and how many.
+            start: Orbits since the run's start, that, and its tangent.
+            tests: Test functions.
+
+        Returns:
+            The orbits, why there are no more (`STOPPED`, or "interrupted"), and the step that was tried last.
+
+        Raises:
+            ArrayError: More than `KNOWN` places are given.
+        """
+        desk, count = self.desk, len(seen.places)
+        self._know(seen.places)
+        self._before_jacobian[:], self._before_tangent[:] = jacobian, seen.places[-1][1]
+        self._newton[:] = newton
+        self._where[:] = count, step
+        self._stride[:] = step, *limits, most, start[0]
+        desk["start"][0], desk["start"][1] = start[1:]
+        desk["watched"].fill(len(tests))
+        for k, test in enumerate(tests):
+            desk["watch"][k] = _watched(test)
+        desk["seen"].fill(len(seen.values))
+        desk["at"][:count], desk["sigmas"][:count] = seen.at, seen.sigmas
+        desk["values"][count - len(seen.values) : count, : len(tests)] = seen.values
+        desk["stopped"].fill(0)
+        is_cut = False
+        try:
+            self._functions.run(*self._arguments)
+        except KeyboardInterrupt:
+            is_cut = True
+        told = self._reached(int(desk["taken"]), len(tests))
+        return told, "interrupted" if is_cut else STOPPED[int(desk["stopped"])], float(desk["step"])
+
+    def zero(
+        self, line: Sequence[tuple[float, Array, Array]], values: tuple[float, float], beyond: Sequence[tuple[float, float]],
+        test: Any, newton: tuple[float, float, int], near: tuple[float, float, bool, float],
+    ) -> Zero | None:  # fmt: skip
+        """The zero of a test function between two orbits.
+
+        Args:
+            line: Arclengths, places and tangents: of the two ends first, and then of all that is known of the curve, in order.
+            values: The test function at the ends.
+            beyond: Arclengths outside, and its values there.
+            test: The test function.
+            newton: Newton's tolerance, the corrections that it trusts, and how many.
+            near: How far off the zero may be; how far from an orbit that is told; whether that is to have the columns of its own place; and |sigma| of [J; t] below which no other is guessed from an orbit.
+
+        Returns:
+            None where it was not found so.
+        """
+        desk, count, outside = self.desk, len(line), beyond[-OUTSIDE:]
+        if count > LINE:
+            return None
+        at, places = desk["line_at"], self._line
+        for k, (s, y, tangent) in enumerate(line):
+            at[k], places[k][0][:], places[k][1][:] = s, y, tangent
+        self._newton[:], desk["watch"][0] = newton, _watched(test)
+        desk["line_values"][:] = values
+        self._near[:] = near
+        self._counts[0].fill(count)
+        self._counts[1].fill(len(outside))
+        if outside:
+            desk["outside"][: len(outside)] = outside
+        if not self._functions.zero(*self._arguments):
+            return None
+        return Zero(self._reached(int(desk["count"]), 1), int(desk["taken"]), int(desk["stopped"]), float(desk["place"]))
+
+    def _reached(self, count: int, tests: int) -> list[Reached]:
+        return [self._row(row, tests) for row in self.desk["rows"][:count].copy()]
+
+    def _row(self, row: Array, tests: int) -> Reached:
+        arclength, step, *values = row[: _HEAD + tests].tolist()
+        return Reached(Found(row[_HEAD + WATCHED :], self._fields), arclength, step, tuple(values))
+
     def _know(self, known: Sequence[tuple[Array, Array]]) -> None:
         if len(known) > KNOWN:
             raise ArrayError("known", len(known), f"must be at most {KNOWN} places", "give those that are nearest")
@@ -241,4 +303,10 @@ class Found:
         return part if len(shape) == 1 else part.reshape(shape)
 
 
+def _watched(test: Any) -> tuple[float, ...]:
+    """A test function as C takes it: which of `WHAT`, which one of these, what is taken off, how it may dip; of nothing where it is not known."""
+    return (WHAT.index(test.what) if test.what else -1, *test[1:])
+
+
 _NUMBERS: Final = len(Numbers._fields)
+_HEAD: Final = 2

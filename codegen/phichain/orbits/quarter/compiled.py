@@ -14,9 +14,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from phichain.continuation import Evaluation, Extra, Point
+from phichain.continuation import Evaluation, Extra, Options, Point
 from phichain.continuation.linear import eigenvalues
-from phichain.continuation.problem import LateExtra, Multipliers, Stepped, Told
+from phichain.continuation.problem import LateExtra, Multipliers, Seen, Stepped, Told, Watch
 from phichain.orbits.quarter.map import QuarterMap, ordered
 from phichain.system import Vector
 
@@ -33,6 +33,7 @@ class BrakeMap(QuarterMap):
         own["_found"] = found
         own["_tests"] = {
             "brake loss": numbers.brake_loss, "odd loss": numbers.odd_loss, "unequal brakes": numbers.unequal_brakes, "error": numbers.error,
+            "energy slope": numbers.energy_slope, "steepness": numbers.steepness, "largest kappa": numbers.largest_kappa,
         }  # fmt: skip
 
     def __getattr__(self, name: str) -> Any:
@@ -67,9 +68,12 @@ _SEVERAL: Final = 2
 class _Own(threading.local):
     """What every thread has of its own: the numbers that C computes on."""
 
-    def __init__(self, brake: Any) -> None:
-        """Called once in each thread."""
-        self.brake = brake.another()
+    def __init__(self, brake: Any, unused: list[Any]) -> None:
+        """Called once in each thread: the first one takes what there is."""
+        try:
+            self.brake = unused.pop()
+        except IndexError:
+            self.brake = brake.another()
 
 
 class Braking:
@@ -77,7 +81,7 @@ class Braking:
 
     def __init__(self, brake: Any) -> None:
         """Take what a compiled flow's `brake` made."""
-        self._own, self._scale = _Own(brake), brake.desk["scale"]
+        self._own, self._scale = _Own(brake, [brake]), brake.desk["scale"]
 
     @property
     def _brake(self) -> Any:
@@ -115,6 +119,29 @@ class Braking:
         found, way = self._brake.ahead(known, jacobian, step, tol, most)
         return Stepped(_told(found), way.moved, way.shifted, way.turned, way.changed, self._change)
 
+    def watches(self, tests: Sequence[Watch]) -> bool:
+        """See `Compiled`."""
+        known: bool = self._brake.watches(tests)
+        return known
+
+    def run(
+        self, seen: Seen, jacobian: Vector, step: float, most: int, options: Options, start: tuple[int, Vector, Vector], tests: Sequence[Watch]
+    ) -> tuple[list[tuple[Told, float, tuple[float, ...] | None]], str, float]:
+        """See `Compiled`."""
+        limits = options.step_min, options.step_max, options.max_angle, options.aim_angle, options.max_change
+        newton = options.tol, options.trust, options.max_iterations
+        rows, stopped, tried = self._brake.run(seen, jacobian, step, most, limits, newton, start, tests)
+        return [(_placed(row), row.step, row.values if row.found.numbers.is_told > 0 else None) for row in rows], stopped, tried
+
+    def zero(
+        self, line: Sequence[tuple[float, Vector, Vector]], values: tuple[float, float], beyond: Sequence[tuple[float, float]], test: Watch,
+        options: Options, near: tuple[float, float, bool, float],
+    ) -> tuple[list[tuple[Told, float, bool]], int, int, float] | None:  # fmt: skip
+        """See `Compiled`."""
+        newton = options.tol, options.trust, options.max_iterations
+        found = self._brake.zero(line, values, beyond, test, newton, near)
+        return None if found is None else ([(_placed(row), row.values[0], row.step > 0) for row in found.rows], *found[1:])
+
     def _change(self) -> Vector:
         change: Vector = self._brake.change
         return change
@@ -128,6 +155,13 @@ def frequency_error_of(point: Point) -> float:
 
 def _unknown(_: QuarterMap) -> float:
     return math.nan
+
+
+def _placed(row: Any) -> Told:
+    """The fields of a point that a run reached."""
+    told = _told(row.found)
+    del told["converged"]
+    return told | {"arclength": row.arclength, "iterations": len(told["corrections"])}
 
 
 def _told(found: Any) -> Told:

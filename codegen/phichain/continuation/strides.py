@@ -1,0 +1,99 @@
+"""The next points of a run: one by one, or as many at once as a compiled problem finds without anything on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from phichain.continuation import correctors, predictors
+from phichain.continuation.engine import Engine
+from phichain.continuation.events import TestFunction, watch_of
+from phichain.continuation.met.passage import is_crossed_smoothly
+from phichain.continuation.point import Point
+from phichain.continuation.problem import Problem, Seen, Watch
+from phichain.continuation.steps import StepTooSmallError, advance
+
+Values = tuple[float, ...]
+
+
+class Stride(NamedTuple):
+    """A step that was taken.
+
+    Attributes:
+        point: Where it led.
+        step: The step to try behind it.
+        values: The test functions there, None where nobody has asked; NaN of those that a compiled problem does not know.
+        is_plain: Whether it is known that no test function vanishes before it, no gap lies there, and not the start of the run.
+    """
+
+    point: Point
+    step: float
+    values: Values | None = None
+    is_plain: bool = False
+
+
+class Behind(NamedTuple):
+    """What a run has behind it.
+
+    Attributes:
+        points: Its last points, newest last.
+        sigmas: The smallest singular values of [J; t] there.
+        values: The test functions at the last ones that are on the same branch.
+        step: The step to try first.
+        since: Points on this branch.
+        start: The first of these.
+    """
+
+    points: Sequence[Point]
+    sigmas: Sequence[float]
+    values: Sequence[Values]
+    step: float
+    since: int
+    start: Point
+
+
+def strides(problem: Problem, behind: Behind, engine: Engine, watch: Sequence[Watch] | None, most: int) -> list[Stride | BaseException]:
+    """The next steps of a run, and behind them what ends it there.
+
+    Args:
+        problem: What is continued.
+        behind: What the run has behind it.
+        engine: Predictor, corrector and options.
+        watch: The test functions, as a compiled problem takes them (`watched`); None where it cannot.
+        most: How many steps are wanted.
+
+    Raises:
+        StepTooSmallError: Even the first needs a step below `step_min`.
+        KeyboardInterrupt: Ctrl-C came before it was taken.
+    """
+    if watch is None or problem.compiled is None:
+        return [Stride(*advance(problem, behind.points, behind.step, engine))]
+    step, last = behind.step, behind.points[-1]
+    known = [(point.y, point.tangent) for point in behind.points]
+    seen = Seen(known, [point.arclength for point in behind.points], behind.sigmas, behind.values)
+    while True:
+        rows, stopped, tried = problem.compiled.run(seen, last.jacobian, step, most, engine.options, (behind.since, behind.start.y, behind.start.tangent), watch)
+        found = [Stride(Point.made(**told), ahead, values, True) for told, ahead, values in rows]
+        if stopped == "sign":
+            *kept, doubtful = found
+            before = kept[-1].point if kept else last
+            if not is_crossed_smoothly(problem, before, doubtful.point, engine):
+                if not kept:
+                    step = 0.5 * tried
+                    continue
+                return [*kept[:-1], kept[-1]._replace(step=0.5 * tried)]
+        if stopped in ("sign", "met"):
+            found[-1] = found[-1]._replace(is_plain=False)
+        ending = {"small": StepTooSmallError, "interrupted": KeyboardInterrupt}.get(stopped)
+        if ending is not None and not found:
+            raise ending
+        return [*found, ending()] if ending is not None else [*found]
+
+
+def watched(problem: Problem, tests: Sequence[TestFunction], engine: Engine) -> list[Watch] | None:
+    """Test functions as a compiled problem takes them; None where it cannot go on alone, because one that may end the run is none of its own, or the engine is not."""
+    compiled = problem.compiled
+    own = engine.predictor is predictors.osculating and engine.corrector is correctors.pseudo_arclength
+    found = [watch_of(problem, test) for test in tests]
+    is_known = all(watch.what or not (test.terminal or getattr(test, "ends", None) is not None) for watch, test in zip(found, tests, strict=True))
+    return found if compiled is not None and own and is_known and compiled.watches(found) else None

@@ -1,0 +1,113 @@
+"""The desk of numbers that the stencils of brake orbits compute on: its fields are said here and in `stencils/orbits/desk.c`; that both say the same is checked when they are compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import prod
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+KNOWN: Final = 8
+"""Places that a curve is touched at."""
+CORRECTIONS: Final = 16
+"""Corrections that are told."""
+ASKED: Final = 256
+"""Evaluations that are told."""
+WATCHED: Final = 24
+"""Test functions of a run."""
+ROWS: Final = 16
+"""Orbits of one call of a run."""
+LINE: Final = 24
+"""Places of a curve that is known between two points, its two ends twice."""
+OUTSIDE: Final = 4
+"""Values outside a bracket."""
+WHAT: Final = (
+    "tangent", "unknown", "largest angle", "energy", "sigma", "brake loss", "odd loss", "unequal brakes", "energy slope", "steepness", "largest kappa",
+)
+"""What a test function may be of, in the order of the C."""
+STOPPED: Final = ("on", "met", "sign", "small")
+"""Why a run stands: it may go on; somebody has to look at its last orbit; the same, det [J; t] having another sign there; it needs too small a step."""
+
+Shape = tuple[int, ...]
+Array = NDArray[np.float64]
+
+
+class Numbers(NamedTuple):
+    """What is told of an orbit in a number each, in the order of the C, which begins with them.
+
+    Attributes:
+        relative: Residual, relative.
+        converged: Above 0 where Newton got there.
+        is_whole: Above 0 where the columns are of this very place.
+        is_told: Above 0 where there is a quarter map.
+        taken: Corrections.
+        sigma: +- the smallest singular value of [J; t].
+        brake_loss: Test function, as the next two.
+        odd_loss: That of b.
+        unequal_brakes: That of c.
+        error: What may be wrong with omega, relative.
+        energy: J, from the hanging rest; NaN where none is emitted.
+        largest_kappa: The largest |kappa|.
+        energy_slope: dV . t, with the tangent that is told.
+        steepness: |dV| |theta| / 2 V at the rest.
+    """
+
+    relative: float
+    converged: float
+    is_whole: float
+    is_told: float
+    taken: float
+    sigma: float
+    brake_loss: float
+    odd_loss: float
+    unequal_brakes: float
+    error: float
+    energy: float
+    largest_kappa: float
+    energy_slope: float
+    steepness: float
+
+
+def orbit_fields(nq: int, links: int) -> dict[str, Shape]:
+    """What is told of one orbit, in the order of the C."""
+    every, square = nq + 1, (links, links)
+    return {
+        **dict.fromkeys(Numbers._fields, ()), "y": (every,), "tangent": (every,), "residual": (nq,), "jacobian": (nq, every),
+        "corrections": (CORRECTIONS,), "a": square, "b": square, "c": square, "d": square, "rate": (links,), "force": (links,),
+        "slope": (links,), "noise": (nq,), "folded": (links * links,),
+    }  # fmt: skip
+
+
+def row_fields(nq: int, links: int) -> dict[str, Shape]:
+    """What is told of one orbit of a run, in the order of the C."""
+    return {"arclength": (), "step": (), "values": (WATCHED,), "orbit": (_size(orbit_fields(nq, links)),)}
+
+
+def _size(fields: Mapping[str, Shape]) -> int:
+    return sum(map(prod, fields.values()))
+
+
+def desk_fields(nq: int, links: int) -> dict[str, Shape]:
+    """What a call is given and tells, in the order of the C."""
+    every = nq + 1
+    return {
+        "scale": (every,), "tolerance": (), "rough": (), "most_steps": (), "tol": (), "trust": (), "most_corrections": (), "guess": (every,),
+        "normal": (every,), "count": (), "place": (), "axis": (every,), "known": (KNOWN, 2, every), "before_jacobian": (nq, every),
+        "before_tangent": (every,), "moved": (), "shifted": (), "turned": (), "changed": (), "change": (every, every), "evaluations": (), "asked": (ASKED, every + 2),
+        "orbit": (_size(orbit_fields(nq, links)),), "transition": (4 * nq * links,), "rates": (nq,), "steps": (),
+        "step": (), "step_min": (), "step_max": (), "max_angle": (), "aim_angle": (), "max_change": (), "wanted": (), "since": (), "start": (2, every),
+        "watched": (), "watch": (WATCHED, 4), "seen": (), "at": (KNOWN,), "values": (KNOWN, WATCHED), "sigmas": (KNOWN,), "taken": (), "stopped": (),
+        "rows": (ROWS, _size(row_fields(nq, links))), "line_count": (), "line_at": (LINE,), "line": (LINE, 2, every), "line_values": (2,), "outside_count": (),
+        "outside": (OUTSIDE, 2), "line_spacing": (), "line_near": (), "line_settle": (), "line_regular": (),
+    }  # fmt: skip
+
+
+def offsets(fields: Mapping[str, Shape]) -> dict[str, tuple[int, int, Shape]]:
+    """Where every field begins and ends, in numbers, and its shape."""
+    found, at = {}, 0
+    for name, shape in fields.items():
+        found[name] = (at, at + prod(shape), shape)
+        at += prod(shape)
+    return found
