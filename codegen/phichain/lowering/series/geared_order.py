@@ -97,8 +97,9 @@ class GearedOrder(Order):
         builder, scene = self.builder, self.scene
         with builder.loop("i", 0, scene.nq) as loop:
             following[loop.index] = self.now[1] * coefficient[loop.index + scene.nq]
-        is_relative = scene.angles == "relative"
-        own = self.work["slip"] if is_relative else from_links(builder, scene, "own_rate", self.work["turn"])
+        rates = following.shifted(scene.nq + int(scene.has_cart))
+        if scene.angles != "relative":
+            from_links(builder, scene, self.work["turn"], rates)
+            return
         with builder.loop("k", 0, scene.links) as loop:
-            rate = self.now[1] * own[loop.index] if is_relative else own[loop.index]
-            following[loop.index + scene.nq + int(scene.has_cart)] = rate
+            rates[loop.index] = self.now[1] * self.work["slip"][loop.index]
