@@ -112,9 +112,11 @@ class Frame:
         return t, t_end, budget
 
     def _fill(self, name: str, value: ArrayLike) -> None:
-        memory = self._state[name]
+        memory, is_taken = self._state[name], False
+        if type(value) is np.ndarray and value.dtype is memory.dtype and value.shape == memory.shape:
+            memory[...], is_taken = value, True
         # Nothing times a number that is not finite is none.
-        if not self._take[name](value) or self._nothing[name].dot(memory) != 0:
+        if not (is_taken or self._take[name](value)) or self._nothing[name].dot(memory) != 0:
             memory[...] = vector(f"{self._call.name}.{name}", value, memory.size, memory.dtype)
 
     def force(self, amplitude: NDArray[Any], omega: NDArray[Any]) -> None:
