@@ -117,12 +117,12 @@ def one_link(run: plan.Plan) -> Work:
         from phichain import build
 
         flow = build(m.scene(("propagate",))).function("propagate")
-        call, bound = lambda: flow(q, v, 0.0, 1.0, 1e-15), flow.bind(1e-15)
+        call, bound, start = lambda: flow(q, v, 0.0, 1.0, 1e-15), flow.bind(1e-15), np.concatenate([q, v])
         off = error(m.name, flow(q, v, 0.0, m.span, 1e-15).q)
 
         def again() -> float:
-            bound.q[:], bound.v[:] = q, v
-            return float(bound(0.0, 1.0))
+            bound.state[:] = start
+            return bound(0.0, 1.0)
 
         return [Runner("phichain, bound", again, off, "ours"), Runner("phichain", call, off, "hybrid")]
 

@@ -47,9 +47,10 @@ def transition(links: int, run: plan.Plan) -> tuple[Work, Entry | None]:
         identity = np.eye(size)
         whole = lambda: flow(q, v, 0.0, m.span, TOLERANCE, transition=identity).transition
         plain, bound = partial(flow, q, v, 0.0, m.span, TOLERANCE), flow.bind(TOLERANCE, columns=size)
+        start = np.concatenate([q, v, identity.ravel()])
 
         def again() -> Array:
-            bound.q[:], bound.v[:], bound.transition[:] = q, v, identity
+            bound.state[:] = start
             bound(0.0, m.span)
             return bound.transition
 
@@ -116,10 +117,11 @@ def first_event(run: plan.Plan) -> Work:
 
         flow, stop = build(m.scene(("propagate",))).function("propagate"), Stop("q", 0)
         find, bound = lambda: flow(q, v, 0.0, 100.0, TOLERANCE, stop=stop).t, flow.bind(TOLERANCE, stop=stop)
+        start = np.concatenate([q, v])
 
         def again() -> float:
-            bound.q[:], bound.v[:] = q, v
-            return float(bound(0.0, 100.0))
+            bound.state[:] = start
+            return bound(0.0, 100.0)
 
         return [Runner("phichain, bound", again, abs(again() - exact), "ours"), Runner("phichain", find, abs(find() - exact), "hybrid")]
 

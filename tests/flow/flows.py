@@ -14,6 +14,7 @@ from phichain.emit.c.text import macros, sincos_kernel
 from phichain.emit.flow.propagate import TaylorFlow, flow
 from phichain.mechanics import derive
 from phichain.native.flows.propagate import Propagate, make_propagate
+from phichain.native.glue.bound import bound_source, bound_symbol
 from phichain.native.signature import Argument
 from phichain.scene import Scene, scene_from_dict
 
@@ -66,13 +67,13 @@ def compiled(chain: Scene, flags: tuple[str, ...] = FAST) -> Propagate:
     """The flow of a scene as a callable."""
     folder = Path(mkdtemp(prefix="flow-"))
     text, made = unit(chain)
-    (folder / "flow.c").write_text(text)
+    (folder / "flow.c").write_text("\n".join(["#include <math.h>", "#include <string.h>", text, bound_source(chain)]))
     subprocess.run(
         ["cc", *flags, "-fPIC", "-shared", "flow.c", "-o", "flow.so", "-lm"], cwd=folder, check=True
     )
     library = ctypes.CDLL(str(folder / "flow.so"))
     parameters = [Argument(array.name, array.shape) for array in made.recurrences.factor.params]
-    return make_propagate(chain, parameters, library[f"{chain.name}_propagate"])
+    return make_propagate(chain, parameters, library[f"{chain.name}_propagate"], library[bound_symbol(chain.name)])
 
 
 #: Scenes that differ in every way the printer knows.

@@ -26,7 +26,7 @@ def check_times(t: ArrayLike) -> Vector:
         ArrayError: Not finite, not strictly monotone, or an empty span.
     """
     ends: Any = t
-    if isinstance(ends, tuple) and len(ends) == 2 and all(type(end) is float for end in ends) and isfinite(ends[1] - ends[0]) and ends[0] != ends[1]:
+    if isinstance(ends, tuple) and len(ends) == 2 and type(ends[0]) is float and type(ends[1]) is float and isfinite(ends[1] - ends[0]) and ends[0] != ends[1]:
         return np.array(ends)
     times = np.array(reals("t", t, "give (t0, t1), a final time, or a grid"))
     if times.ndim == 0:

@@ -178,7 +178,9 @@ def energies(problem: Problem, q: Vector, v: Vector) -> Energies:
 
 
 def shut(array: Vector) -> Vector:
-    """A view that nobody can write to."""
+    """A view that nobody can write to: itself, where nobody can."""
+    if not array.flags.writeable:
+        return array
     view = array.view()
     view.setflags(write=False)
     return view

@@ -17,6 +17,7 @@ from phichain.native.flows.beside import Watched
 from phichain.native.flows.brake import Braking
 from phichain.native.flows.call import CALLERS
 from phichain.native.flows.prepare import Foreigners, prepared_dynamics, prepared_signature
+from phichain.native.glue.bound import bound_symbol
 from phichain.native.glue.brake import TWINNED, brake_calls, brake_file, brake_source, brakes
 from phichain.native.glue.interrupts import Interruptible
 from phichain.native.glue.rows import prepared_size, row_loop, rows_source
@@ -129,10 +130,16 @@ def _callables(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> dict[s
             foreign = _foreigners(manifest, scene, library, foreign)
             if "forward_dynamics" in functions:
                 functions["forward_dynamics"] = prepared_dynamics(scene, manifest.parameters, foreign)
-        more = {"watched": _watched(manifest, scene, library), "braking": _braking(manifest, scene, library)} if name == "propagate" else {}
+        more = _of_propagate(manifest, scene, library) if name == "propagate" else {}
         functions[name] = CALLERS.of(name)(scene, manifest.parameters, foreign, **more)
     dynamics = casadi_dynamics(manifest)
     return functions if dynamics is None else {**functions, "casadi": dynamics}
+
+
+def _of_propagate(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> dict[str, Any]:
+    """What the Taylor flow has beside itself."""
+    found = {"watched": _watched(manifest, scene, library), "braking": _braking(manifest, scene, library)}
+    return found | {"go": library[bound_symbol(manifest.name)]}
 
 
 def _braking(manifest: Manifest, scene: Scene, library: ctypes.CDLL) -> Braking | None:

@@ -26,9 +26,9 @@ def pack(q: ArrayLike, v: ArrayLike) -> Vector:
     Raises:
         ArrayError: q and v hold no real numbers, or differ in more than their last axis.
     """
-    parts = [reals(name, part, "give real numbers") for name, part in (("q", q), ("v", v))]
-    if not all(part.ndim for part in parts) or parts[0].shape[:-1] != parts[1].shape[:-1]:
-        shapes = tuple(part.shape for part in parts)
+    parts = reals("q", q, "give real numbers"), reals("v", v, "give real numbers")
+    shapes = parts[0].shape, parts[1].shape
+    if () in shapes or shapes[0][:-1] != shapes[1][:-1]:
         raise ArrayError("q, v", shapes, "do not fit each other", "give both as vectors, or as many rows of each")
     return np.concatenate(parts, axis=-1)
 

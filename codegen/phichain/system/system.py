@@ -157,8 +157,8 @@ class System:
     @property
     def forcing(self) -> tuple[Any, int | None]:
         """What A cos(omega t) drives, and along which axis of a cart or base, as the scene's [forcing] says; None where nothing is said."""
-        said = self.scene.get("forcing", {})
-        return said.get("forced"), said.get("axis")
+        said = self.scene.get("forcing")
+        return (None, None) if said is None else (said.get("forced"), said.get("axis"))
 
     @property
     def has_cart(self) -> bool:

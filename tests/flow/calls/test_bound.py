@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import sys
+from types import FrameType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -43,6 +46,43 @@ def test_a_stop_and_a_budget_stay() -> None:
     assert few.outcome == "step budget" and few.steps == 3
     few(reached, 9.0)
     assert few.steps == 3 and few.outcome == "step budget"
+
+
+def test_all_that_moves_is_one_vector() -> None:
+    bound = compiled(CHAIN).bind(1e-12, columns=4)
+    for q, v in STARTS[:2]:
+        bound.state[:] = [*q, *v, *np.eye(4).ravel()]
+        bound(0.0, 0.4)
+        found = compiled(CHAIN)(q, v, 0.0, 0.4, 1e-12, transition=np.eye(4))
+        assert found.transition is not None
+        assert bound.state.tolist() == [*found.q, *found.v, *found.transition.ravel()]
+        assert bound.transition.tolist() == found.transition.tolist()
+    assert compiled(CHAIN).bind(1e-12).state.shape == (4,)
+
+
+def test_a_call_hands_over_one_address() -> None:
+    """What a call costs is what it does in Python: one function, a few bytecodes, and one number that ctypes converts."""
+    bound = compiled(CHAIN).bind(1e-12, columns=4)
+    bound.state[:] = [*STARTS[0][0], *STARTS[0][1], *np.eye(4).ravel()]
+    handed: list[int] = []
+    done: list[str] = []
+    inside, bound._go = bound._go, lambda *given: handed.append(len(given)) or inside(*given)
+
+    def watch(frame: FrameType, event: str, _: Any) -> Any:
+        if frame.f_code is not type(bound).__call__.__code__:
+            return None
+        frame.f_trace_opcodes = True
+        done.append(event)
+        return watch
+
+    before = sys.gettrace()
+    sys.settrace(watch)
+    try:
+        assert bound(0.0, 0.4) == 0.4
+    finally:
+        sys.settrace(before)
+    assert handed == [1]
+    assert done.count("call") == 1 and done.count("opcode") <= 36
 
 
 def test_a_start_that_is_not_finite_ends_as_such() -> None:

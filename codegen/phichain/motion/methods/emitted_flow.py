@@ -207,8 +207,10 @@ def whole_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> tuple[P
 def own_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> tuple[Path, int]:
     """The states at the ends of the flow's own steps, in compiled code from end to end, and how many were refused on the way."""
     stretches = list(_calls(problem, run, ledger, None))
-    steps, found = sum(stretch.found.steps for stretch in stretches), stretches[-1].found
-    count, nq, at = 1 + sum(len(stretch.found.t_at) for stretch in stretches), run.system.nq, 1
+    steps, tried, count, nq, at = 0, 0, 1, run.system.nq, 1
+    for stretch in stretches:
+        found = stretch.found
+        steps, tried, count = steps + found.steps, tried + found.tried, count + len(found.t_at)
     times, states = np.empty(count), np.empty((count, len(problem.x0)))
     times[0], states[0] = problem.t[0], problem.x0
     for stretch in stretches:
@@ -217,12 +219,13 @@ def own_path(problem: Problem, run: EmittedFlow[P], ledger: Ledger) -> tuple[Pat
         if end > at:
             times[end - 1] = stretch.t1
         at = end
-    again = partial(_again, run, stretches, np.concatenate((found.q, found.v)))
+    times.setflags(write=False)
+    states.setflags(write=False)
+    again = partial(_again, run, stretches)
     if ledger.account is not None:
         ledger.account.owe(partial(_book, run, stretches, ledger.account))
     status, message = _ended(found, problem, run.name)
-    refused = sum(stretch.found.tried for stretch in stretches) - steps
-    return Path.made(t=times, x=states, status=status, message=message, crossings=(), steps=steps, dense=again, off=run.off(count)), refused
+    return Path.made(t=times, x=states, status=status, message=message, crossings=(), steps=steps, dense=again, off=run.off(count)), tried - steps
 
 
 def _states(found: Propagation) -> Vector:
@@ -230,11 +233,11 @@ def _states(found: Propagation) -> Vector:
     return np.concatenate((found.q_at, found.v_at), axis=1)
 
 
-def _again(run: EmittedFlow[P], stretches: list[Stretch], x_last: Vector, times: Vector) -> Vector:
-    """The states at other times of a run that ended in `x_last`: from the same start the same series."""
-    last = stretches[-1].t1
+def _again(run: EmittedFlow[P], stretches: list[Stretch], times: Vector) -> Vector:
+    """The states at other times of a run: from the same start the same series."""
+    last, end = stretches[-1].t1, stretches[-1].found
     way = 1.0 if last >= stretches[0].t else -1.0
-    states = np.tile(x_last, (len(times), 1))
+    states = np.tile(np.concatenate((end.q, end.v)), (len(times), 1))
     inside = np.flatnonzero(times != last)
     inside = inside[np.argsort(way * times[inside], kind="stable")]
     of_stretch = np.searchsorted([way * stretch.t1 for stretch in stretches], way * times[inside], side="left")

@@ -86,6 +86,9 @@ class _Flown:
     room: NDArray[np.uint8]
 
 
+_NOTHING: Final = _Flown((), np.zeros((1, 2)), np.empty(0, np.uint8))
+
+
 class Beside:
     """The steps of one run, from call to call, and their errors once somebody asks, or once the steps take more than `MOST_BYTES`."""
 
@@ -93,7 +96,7 @@ class Beside:
         """None yet."""
         self.watched = watched
         self._pieces: list[NDArray[np.float64]] = []
-        self._flown = _Flown((), np.zeros((1, 2)), np.empty(0, np.uint8))
+        self._flown, self._waiting = _NOTHING, 0
         self._held: tuple[NDArray[Any], ...] = ()
         self._tolerance = 0.0
         self._errors: NDArray[np.float64] | None = None
@@ -108,8 +111,9 @@ class Beside:
         """
         self._held, self._tolerance = held, tolerance
         self._pieces.append(steps)
-        if sum(piece.nbytes for piece in self._pieces) > MOST_BYTES:
-            self._flown, self._pieces = self._further(self._pieces), []
+        self._waiting += steps.nbytes
+        if self._waiting > MOST_BYTES:
+            self._flown, self._pieces, self._waiting = self._further(self._pieces), [], 0
 
     @property
     def errors(self) -> NDArray[np.float64]:

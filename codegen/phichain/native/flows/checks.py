@@ -122,6 +122,8 @@ def demand_alone(function: str, times: ArrayLike) -> None:
     Raises:
         ArrayError: There are some.
     """
+    if isinstance(times, tuple) and not times:
+        return
     if np.size(times):
         problem = "are given, and so is own, which asks for the ends of the flow's own steps instead"
         raise ArrayError(f"{function}.times", times, problem, "leave one of them out")

@@ -40,16 +40,20 @@ class Frame:
         steps: Steps taken so far.
         refused: Steps tried and not taken so far, of flows that count them.
         beside: What takes the steps of the next call, None for nothing.
+        moving: All that moves, in one piece of memory: q, v and, row by row, the columns.
+        columns: Memory of derivatives of (q, v), or None where none are wanted.
     """
 
-    def __init__(self, call: FlowCall) -> None:
-        """Allocate for a flow."""
+    def __init__(self, call: FlowCall, columns: int = 0) -> None:
+        """Allocate for a flow, and for so many columns of derivatives that are to lie beside the state."""
         nq, nv, nu, _ = call.sizes
-        kind = call.kind
+        kind, nx = call.kind, nq + nv
+        self.moving = np.zeros(nx * (1 + columns), kind)
+        self.columns = self.moving[nx:].reshape(nx, columns) if columns else None
         self._call, self.flow, self.steps, self.refused, self._desk = call, call.carried(), 0, 0, 0
         self._refuses = hasattr(self.flow, "refused")
         self._parameters = ParameterBlock(call.signature, kind)
-        self._state = {name: np.zeros(size, kind) for name, size in (("q", nq), ("v", nv), ("u", nu))}
+        self._state = {"q": self.moving[:nq], "v": self.moving[nq:nx], "u": np.zeros(nu, kind)}
         self._take = {name: slot(values.shape, values).take for name, values in self._state.items()}
         self._nothing = {name: np.zeros(len(values), kind) for name, values in self._state.items()}
         number = SCALAR[kind.name]
@@ -108,9 +112,11 @@ class Frame:
         return t, t_end, budget
 
     def _fill(self, name: str, value: ArrayLike) -> None:
-        memory = self._state[name]
+        memory, is_taken = self._state[name], False
+        if type(value) is np.ndarray and value.dtype is memory.dtype and value.shape == memory.shape:
+            memory[...], is_taken = value, True
         # Nothing times a number that is not finite is none.
-        if not self._take[name](value) or self._nothing[name].dot(memory) != 0:
+        if not (is_taken or self._take[name](value)) or self._nothing[name].dot(memory) != 0:
             memory[...] = vector(f"{self._call.name}.{name}", value, memory.size, memory.dtype)
 
     def force(self, amplitude: NDArray[Any], omega: NDArray[Any]) -> None:
@@ -243,11 +249,6 @@ class Frame:
     def function(self) -> Any:
         """The foreign function, which Ctrl-C leaves at any time."""
         return self._call.function
-
-    @property
-    def briefly(self) -> Any:
-        """The same for calls that are over at once."""
-        return self._briefly
 
     def make_room(self) -> None:
         """Have the workspace ready, if C wants one: a run of no length."""

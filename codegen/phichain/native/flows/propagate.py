@@ -15,13 +15,14 @@ from phichain.contract.chain import Chain
 from phichain.contract.flows import columns_at_most, has_forcing
 from phichain.errors import ArrayError, UnsupportedError
 from phichain.native.flows.beside import Beside, Watched
-from phichain.native.flows.bound import Bound
+from phichain.native.flows.bound import Bound, bound_struct
 from phichain.native.flows.brake import Brake, Braking
 from phichain.native.flows.call import FlowCall, calls, event_argument, flow_call
 from phichain.native.flows.checks import checked_tolerance, demand_alone, finite, forcing_of
 from phichain.native.flows.checks import own as own_copy
 from phichain.native.flows.motion import Frame, Frames
-from phichain.native.memory.arrays import place
+from phichain.native.flows.structs import struct_type
+from phichain.native.memory.arrays import SCALAR, place
 from phichain.native.memory.room import demand_room
 from phichain.native.memory.wide import kept_wide, wide
 from phichain.native.signature import Argument
@@ -32,13 +33,16 @@ Propagate = Callable[..., Propagation]
 
 
 @calls("propagate")
-def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any, watched: Watched | None = None, braking: Braking | None = None) -> Propagate:
+def make_propagate(
+    chain: Chain, parameters: Sequence[Argument], function: Any, go: Any, watched: Watched | None = None, braking: Braking | None = None
+) -> Propagate:
     """Wrap NAME_propagate.
 
     Args:
         chain: The scene.
         parameters: Its runtime parameters in the order of the C struct.
         function: The foreign function; its result type is set here.
+        go: The same by the one pointer of a bound call; likewise.
         watched: The same that leaves its steps, and what flies beside these, where there is one.
         braking: Brake orbits on it, where they are compiled.
 
@@ -55,6 +59,7 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any, 
     call = flow_call("propagate", chain, parameters, function)
     most = columns_at_most(chain)
     is_variational, is_forced, frames = bool(chain.variational), has_forcing(chain), Frames(call)
+    bounded, go.restype = struct_type(bound_struct(chain), chain), SCALAR[call.kind.name]
 
     def propagate(
         q: ArrayLike,
@@ -119,22 +124,24 @@ def make_propagate(chain: Chain, parameters: Sequence[Argument], function: Any, 
         max_steps: int = 1_000_000,
         p: Mapping[str, Any] | None = None,
     ) -> Bound:
-        frame, carried = Frame(call), None
+        if whole("propagate.columns", columns, 0, 2**31, "give a number of derivatives, nq + nv for all", ArrayError):
+            _columns(np.eye(sum(call.sizes[:2]), columns), is_variational, call, most)
+        frame = Frame(call, columns)
         q, v = (np.zeros(size) for size in call.sizes[:2])
         for is_ready in (False, True):
             *_, budget = frame.begin(q, v, u, (0.0, 0.0), max_steps, None, p)
             if not is_ready:
                 frame.make_room()
         frame.flow.tolerance = checked_tolerance("propagate.tol", tol)
-        if whole("propagate.columns", columns, 0, 2**31, "give a number of derivatives, nq + nv for all", ArrayError):
-            carried = _columns(np.eye(sum(call.sizes[:2]), columns), is_variational, call, most)
-            frame.flow.transition, frame.flow.columns = place(carried), columns
+        if frame.columns is not None:
+            frame.columns[...] = np.eye(*frame.columns.shape)
+            frame.flow.transition, frame.flow.columns = place(frame.columns), columns
         driven = forcing_of(call.name, forcing, is_forced, call.kind)
         if driven is not None:
             frame.force(*driven)
         event = event_argument(call, stop)
         frame.given["event"].value = event and ctypes.addressof(event)
-        return Bound(frame, event, carried, budget)
+        return Bound(frame, event, bounded(), go, budget)
 
     def brake(scale: ArrayLike, tol: float, rough: float, max_steps: int, p: Mapping[str, Any] | None = None) -> Brake:
         assert braking is not None

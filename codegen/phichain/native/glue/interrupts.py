@@ -179,6 +179,7 @@ static void NAME_leave(void)
 
 HEADERS = (
     "#define _POSIX_C_SOURCE 200809L",
+    "#include <math.h>",
     "#include <pthread.h>",
     "#include <setjmp.h>",
     "#include <signal.h>",

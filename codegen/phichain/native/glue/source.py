@@ -6,9 +6,11 @@ import ctypes
 from collections.abc import Iterable
 
 from phichain.contract.chain import Chain
-from phichain.contract.flow import Flow, Passed
+from phichain.contract.flow import Flow, Passed, Struct
 from phichain.contract.functions import ROWS
+from phichain.native.flows.bound import bound_struct
 from phichain.native.flows.structs import struct_type
+from phichain.native.glue.bound import bound_source
 from phichain.native.glue.brake import TWINNED, brake_calls, brakes
 from phichain.native.glue.interrupts import HEADERS, Foreign, interrupts_source
 from phichain.native.glue.rows import row_loop
@@ -33,8 +35,11 @@ def glue_source(manifest: Manifest, chain: Chain, prepared: Signature | None = N
         of_orbits = [brake_calls(manifest)[call] for call in TWINNED]
         twins += of_orbits
         declared += [f"{twin.declaration};" for twin in of_orbits]
-    checks = [line for flow in manifest.flows for line in _layout_checks(name, _flow(flow), chain)]
-    parts = [*HEADERS, f'#include "{name}.h"', "", *checks, *declared, interrupts_source(name, twins)]
+    structs = [struct for flow in manifest.flows for struct in (_flow(flow).carries, _flow(flow).event) if struct]
+    bound = [bound_source(chain)] if "propagate" in manifest.flows else []
+    structs += [bound_struct(chain) for _ in bound]
+    checks = [line for struct in structs for line in _layout_checks(name, struct, chain)]
+    parts = [*HEADERS, f'#include "{name}.h"', "", *bound, *checks, *declared, interrupts_source(name, twins)]
     return "\n".join(parts)
 
 
@@ -74,11 +79,10 @@ def _flow(name: str) -> Flow:
     return flow
 
 
-def _layout_checks(name: str, flow: Flow, chain: Chain) -> Iterable[str]:
-    """Compile-time proof that C and ctypes agree on the size of a flow's structs and where their fields begin."""
-    for struct in filter(None, (flow.carries, flow.event)):
-        layout, kind = struct_type(struct, chain), f"{name}_{struct.name}"
-        yield f"typedef char {kind}_is_whole[sizeof({kind}) == {ctypes.sizeof(layout)} ? 1 : -1];"
-        for field in struct.fields_of(chain):
-            at = getattr(layout, field.name).offset
-            yield f"typedef char {kind}_{field.name}_is_in_place[offsetof({kind}, {field.name}) == {at} ? 1 : -1];"
+def _layout_checks(name: str, struct: Struct, chain: Chain) -> Iterable[str]:
+    """Compile-time proof that C and ctypes agree on a struct's size and where its fields begin."""
+    layout, kind = struct_type(struct, chain), f"{name}_{struct.name}"
+    yield f"typedef char {kind}_is_whole[sizeof({kind}) == {ctypes.sizeof(layout)} ? 1 : -1];"
+    for field in struct.fields_of(chain):
+        at = getattr(layout, field.name).offset
+        yield f"typedef char {kind}_{field.name}_is_in_place[offsetof({kind}, {field.name}) == {at} ? 1 : -1];"
