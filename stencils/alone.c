@@ -6,7 +6,7 @@
 #endif
 
 #include "flow/norms.c"
-#if ALONE_COUNT > 1 && (WITH_TURNS || WITH_FORCING)
+#if ALONE_COUNT > 1 && (WITH_TURNS || WITH_FORCING || (ALONE_COUNT > 6 && WITH_PAIRS))
 #include "flow/fused.c"
 #endif
 #if ALONE_COUNT > 1 && WITH_TURNS
@@ -74,7 +74,17 @@
 #include "flow/batch.c"
 #elif ALONE_COUNT > 6
 #if WITH_BESIDE
-#include "flow/beside.c"
+#if WITH_PAIRS
+#include "beside/pairs.c"
+void (*const alone_turned)(const stem_pair *angle, stem_pair *sine, stem_pair *cosine) = stem_sine_cosine;
+void stem_factor_pairs(CONTEXT const stem_pair *q, const stem_pair *v, const stem_pair *u, const stem_pair *scale, const stem_pair *lost, stem_pair *held, stem_pair *left, stem_pair *right);
+void stem_order_pairs(CONTEXT const stem_pair *held, const stem_pair *sums, const stem_pair *newest, const stem_pair *coefficient, const stem_pair *now, stem_pair *left, stem_pair *right, stem_pair *next);
+#endif
+#include "beside/steps.c"
+#if WITH_PAIRS
+#include "beside/defects.c"
+#endif
+#include "beside/neighbours.c"
 #endif
 #include "flow/run.c"
 #endif

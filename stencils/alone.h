@@ -38,6 +38,9 @@
 #if WITH_BESIDE && (ALONE_BATCH || ALONE_FLOAT || WITH_FORCING)
 #error "neighbours fly beside one run in double precision that nothing forces"
 #endif
+#if WITH_PAIRS && (!WITH_BESIDE || WITH_SPHERE || WITH_DRY || WITH_SQUARES)
+#error "pairs are numbers of a planar chain without dry friction, beside its flow"
+#endif
 #if ALONE_BATCH && (WITH_COLUMNS || defined(PHI_WORK_ON_STACK))
 #error "the batch form carries no derivatives and works in the caller's memory"
 #endif
@@ -50,6 +53,7 @@
 #define PHI_ALIGNED
 #define STEM_APART
 #define STEM_SINGLY
+#define STEM_IN_PLACE inline
 
 /* --- sizes of a small chain --- */
 

@@ -147,7 +147,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
         }
 #if WITH_BESIDE
         stem_step *noted = (stem_step *)(void *)(steps + stem_place(low, flow->steps));
-        stem_note(order, low, jet, h, noted);
+        stem_note(goal, order, low, jet, h, noted);
 #endif
         memcpy(jet->state, jet->moved, sizeof jet->state);
         memcpy(jet->lost, jet->moved_lost, sizeof jet->lost);

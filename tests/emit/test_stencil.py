@@ -24,8 +24,9 @@ STRICT = (
 )  # fmt: skip
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)] or ["cc"]
 STENCILS = ("norms", "turns", "series", "length", "event", "columns", "run")
-FLOW = ("norms", "turns", "series", "length", "event", "run", "beside", "batch", "fused", "drive", "sums", "move", "rubs", "shared", "shared_sums")
+FLOW = ("norms", "turns", "series", "length", "event", "run", "batch", "fused", "drive", "sums", "move", "rubs", "shared", "shared_sums")
 COLUMNS = ("parameters", "links", "products", "sums", "series")
+BESIDE = ("pairs", "steps", "defects", "neighbours")
 SPACES: tuple[dict[str, int], ...] = ({"WITH_TURNS": 1}, {}, {"WITH_SPHERE": 1})
 Combination = dict[str, int]
 
@@ -43,6 +44,7 @@ def combinations() -> Iterator[Combination]:
         is_plain = not (form["ALONE_BATCH"] or number // 3 % 2 or number // 9 % 2)
         yield {
             "WITH_BESIDE": int(is_plain and number // 2 % 2 == 0),
+            "WITH_PAIRS": int(is_plain and number // 2 % 2 == 0 and "WITH_SPHERE" not in space and not (squares or number // 11 % 2 or number // 13 % 2)),
             "WITH_TURNS": 0, "WITH_SPHERE": 0, **space, **form, "WITH_INPUTS": inputs, "WITH_SQUARES": squares, "WITH_LOST": lost,
             "WITH_FORCING": number // 9 % 2, "WITH_OWN_TRIGONOMETRY": number // 9 % 2 * (number // 13 % 2),
             "WITH_LINKS": int(form["WITH_COLUMNS"] and not squares and "WITH_SPHERE" not in space and number // 5 % 2 == 0 and not number // 13 % 2),
@@ -55,7 +57,7 @@ def combinations() -> Iterator[Combination]:
 
 def emitted() -> list[Path]:
     """The stencils of flows and of their columns."""
-    return [path for part in ("flow", "columns") for path in (stencils_folder() / part).iterdir()]
+    return [path for part in ("flow", "columns", "beside") for path in (stencils_folder() / part).iterdir()]
 
 
 def compile_alone(folder: Path, compiler: str, made: list[tuple[int, Combination]], *flags: str) -> None:
@@ -105,7 +107,7 @@ def test_no_stencil_is_left_out() -> None:
     text = (stencils_folder() / "alone.c").read_text(encoding="utf-8")
     flows = {f"{path.parent.name}/{path.name}" for path in emitted()}
     assert flows == set(re.findall(r'#include "(\w+/\w+\.c)"', text))
-    assert flows == {f"flow/{name}.c" for name in FLOW} | {f"columns/{name}.c" for name in COLUMNS}
+    assert flows == {f"flow/{name}.c" for name in FLOW} | {f"{part}/{name}.c" for part, names in (("columns", COLUMNS), ("beside", BESIDE)) for name in names}
     asked = {
         name for path in flows for name in re.findall(r"WITH_\w+", (stencils_folder() / path).read_text())
     }
@@ -118,7 +120,7 @@ def test_no_stencil_is_left_out() -> None:
         ("flow/length.c", "memcpy(&bits, length, sizeof bits);", "memcpy(&bits, *length, sizeof bits);"),
         ("flow/norms.c", "stem_lanes size = STEM_SIZE(x[i]);", "int size = STEM_SIZE(x[i]);"),
         ("flow/turns.c", "STEM_AT(jet->turns[i], lane) += turns;", ""),
-        ("flow/beside.c", "room->lost = room->lost ||", "room->lost = &room->lost ||"),
+        ("beside/neighbours.c", "room->lost = room->lost ||", "room->lost = &room->lost ||"),
         ("flow/run.c", "#ifdef PHI_WORK_ON_STACK\n    return", "#if WITH_STACKS\n    return"),
     ],
 )  # fmt: skip

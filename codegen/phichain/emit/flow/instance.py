@@ -196,7 +196,7 @@ def features(scene: Scene, made: Series, columns: bool, lanes: bool = False) -> 
         "WITH_OWN_TRIGONOMETRY": own_trigonometry(scene),
         "WITH_SQUARES": made.squares > 0, "WITH_DRY": made.dry > 0, "WITH_RUBS": made.rubs > 0, "WITH_SCALES": scale_literals(scene, None) is not None,
         "WITH_LOST": _takes(made.factor, LOST), "WITH_COLUMNS": columns, "WITH_PARAMETERS": columns and made.order_along is not None,
-        "WITH_LINKS": columns and made.by_links, "WITH_SHARED": shares(scene, lanes), "WITH_OUTRIGHT": at_once(made, lanes) is not None, "WITH_CROSSED": made.rights > 1, "WITH_BESIDE": False,
+        "WITH_LINKS": columns and made.by_links, "WITH_SHARED": shares(scene, lanes), "WITH_OUTRIGHT": at_once(made, lanes) is not None, "WITH_CROSSED": made.rights > 1, "WITH_BESIDE": False, "WITH_PAIRS": False,
     }  # fmt: skip
 
 

@@ -25,7 +25,9 @@ from phichain.emit.flow.instance import (
     sizes,
     spelling,
     steps_stencils,
+    turns,
 )
+from phichain.emit.flow.pairs import knows_rounding, pair_functions
 from phichain.emit.render import render
 from phichain.emit.stencil import instance
 from phichain.ir.nodes import Program
@@ -122,9 +124,10 @@ def _beside(model: Model, made: Series, names: CNames, positions: str) -> str:
     """The flow once more, which leaves its steps, and neighbours beside these: two stencils that lean on those of NAME.c."""
     scene, stem, real = model.scene, f"{model.scene.name}_flow", f"{model.scene.name}_real"
     inputs = f"const {real} u[{scene.nu}], " if scene.nu else ""
-    spelt, wanted = _spelt(model, made, names, positions), features(scene, made, made.columns is not None) | {"WITH_BESIDE": True}
+    is_paired = knows_rounding(scene, made)
+    spelt, wanted = _spelt(model, made, names, positions), features(scene, made, made.columns is not None) | {"WITH_BESIDE": True, "WITH_PAIRS": is_paired}
     spelt |= {
-        "PHI_NEIGHBOUR": names.number(NEIGHBOUR).text,
+        "PHI_NEIGHBOUR": names.number(NEIGHBOUR).text, "STEM_IN_PLACE": "inline",
         "ARGUMENTS": f"{spelt['ARGUMENTS']}, const int goes_on, {stem}_stop *stop, {real} *steps", "PASS_ALL": f"{spelt['PASS_ALL']}, goes_on, stop, steps",
         "stem_run": f"{stem}_noted", "stem_run_on_stack": f"{stem}_noted_on_stack", "phi_propagate": f"{scene.name}_propagate_noted",
         "JUDGED": f"{spelt['CONTEXT']}{inputs}const unsigned long count, const {real} *steps, const {real} tolerance, {stem}_beside *room, {real} *errors",
@@ -133,7 +136,12 @@ def _beside(model: Model, made: Series, names: CNames, positions: str) -> str:
     declared = f"int {scene.name}_propagate_noted({spelt['ARGUMENTS']});"
     bytes_of = ", ".join(f"sizeof({stem}_{what})" for what in ("stop", "step", "beside"))
     size = f"extern const unsigned long {scene.name}_beside_sizes[4];\nconst unsigned long {scene.name}_beside_sizes[4] = {{{bytes_of}, {stem}_low}};"
-    return "\n".join((instance("flow/beside", spelt, wanted), size, declared, "", instance("flow/run", spelt, wanted)))
+    pairs = [] if turns(scene) or not is_paired else ["flow/fused"]
+    first = [*pairs, "beside/pairs"] if is_paired else []
+    then = ["beside/steps", *(["beside/defects"] if is_paired else []), "beside/neighbours"]
+    programs = [render("flow/functions.c.j2", functions=pair_functions(scene, made, names, stem))] if is_paired else []
+    before, behind = ([instance(name, spelt, wanted) for name in part] for part in (first, then))
+    return "\n".join((*before, *programs, *behind, size, declared, "", instance("flow/run", spelt, wanted)))
 
 
 def _spelt(model: Model, made: Series, names: CNames, positions: str) -> dict[str, str]:

@@ -30,6 +30,8 @@ KEPT: Final = 4.0
 PARTED: Final = 5.0
 #: The same for neighbours, whose tangent says less and less as they part: by how much, and from which part of that error on; then all may be.
 TANGENT, EARLIER, ALL = 2.0, 0.5, 1.0
+#: From which part of that error on they do not come back: what is left of a large error is the error of a neighbour as much.
+STAYS: Final = 0.2
 #: Methods whose errors are relative to the motion.
 MEASURED_BY_MOTION: Final = ("taylor", "rosenbrock")
 ROUND_OFF: Final = {"double": float(np.finfo(float).eps), "float": float(np.finfo(np.float32).eps)}
@@ -73,7 +75,7 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
     lost, least = LOST, 0.0
     if path.off is not None:
         error, by, apart, lost = SAFETY * measure.of_parts(path.off()), "neighbours of its steps", TANGENT, EARLIER * LOST
-        least = ALL
+        least, error = ALL, np.maximum(error, np.maximum.accumulate(np.where(error > STAYS * LOST, error, 0.0)))
         if system.links == 1 and problem.tol <= FINEST and np.max(error) > most:  # no chaos, but a separatrix
             error = held_against_other_steps(problem, path, measure, error, ROUND_OFF[system.real])
     elif name == "taylor" and system.real == "double" and problem.tol <= FINEST and not problem.is_moved:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from phichain.native.memory.arrays import place
 
 _CACHE_LINE: Final = 64
-#: Bytes of steps that wait for somebody who asks: some 300 000 steps of two links in the plane, 25 000 of eight in space.
+#: Bytes of steps that wait for somebody who asks: some 240 000 steps of two links in the plane, 25 000 of eight in space.
 MOST_BYTES: Final = 2**26
 
 

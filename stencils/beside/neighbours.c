@@ -1,33 +1,12 @@
-/* What a run leaves of its steps, and what flies beside them when somebody asks how large its errors are: neighbours, each off the path
- * by what the errors of all steps so far have come to, over a share that keeps them in its tangent. Low orders over the run's own steps
- * will do, of the path as of its neighbours, so that what both leave out cancels. The errors of series are known with their signs, and
- * one neighbour adds them up as they are; the sign of rounding is chance, so that near round-off three say how large a sum of such errors
- * is. Once all have turned into one direction, which any error does that grows, one is enough. */
+/* What flies beside the steps of a run when somebody asks how large its errors are: neighbours, each off the path by what the errors of
+ * all steps so far have come to, over a share that keeps them in its tangent. Low orders over the run's own steps will do, of the path as of
+ * its neighbours, so that what both leave out cancels. Where errors are known with their signs, one neighbour takes them off the path and
+ * flies where the motion would be. Where the sign of rounding is chance, three say near round-off how large a sum of such errors is. Once
+ * all have turned into one direction, which any error does that grows, one is enough. */
 enum {
     stem_neighbours = 3,
-    stem_low = 9, /* the highest of the low orders */
-    stem_left_out = 15, /* binary digits of a step's change of a neighbour */
     stem_turning = 16 /* steps in one direction after which it stays */
 };
-
-typedef struct stem_step {
-    phi_real written, low, h, unit; /* rows of states that were written up to its end; first coefficients that follow */
-    phi_real state[stem_x], error[stem_x]; /* where it began, and what its series leaves */
-#if WITH_SPHERE
-    phi_real moved[stem_x]; /* where it ended */
-#endif
-    phi_real rates[]; /* first coefficients of the rates, from order 1 on */
-} stem_step;
-
-/* What a run that stopped for want of room goes on with, as if it had not. */
-typedef struct stem_stop {
-    stem_start end;
-    phi_real state[stem_x], lost[stem_x], unit;
-#if WITH_TURNS
-    phi_real turns[stem_q];
-#endif
-    int is_new;
-} stem_stop;
 
 typedef struct stem_beside {
     stem_jets jet;
@@ -35,81 +14,6 @@ typedef struct stem_beside {
     stem_words drawn;
     int count, alike, lost; /* neighbours, 0 before the first step; steps since they had more than one direction */
 } stem_beside;
-
-/* The low order at which what is left out of a neighbour's way does not add up: terms fall as the root of the goal. */
-static int stem_low_for(const phi_real goal, const int order)
-{
-    const stem_lanes one = STEM_ZERO + 1, size = STEM_ZERO + goal;
-    stem_lanes root;
-    stem_root(order, &one, &size, &root);
-    const int wanted = (int)(-stem_left_out / STEM_OF(root, 0));
-    const int most = order < stem_low ? order : stem_low;
-    return wanted < most ? wanted : most;
-}
-
-/* Where a step lies among those of so many coefficients. */
-static size_t stem_place(const int low, const unsigned long k)
-{
-    return (sizeof(stem_step) / sizeof(phi_real) + (size_t)(low * stem_q)) * k;
-}
-
-static void stem_keep(const stem_jets *jet, const phi_real unit, const int is_new, stem_stop *stop)
-{
-    memcpy(&stop->end, jet->end, sizeof stop->end);
-    memcpy(stop->state, jet->state, sizeof stop->state);
-    memcpy(stop->lost, jet->lost, sizeof stop->lost);
-#if WITH_TURNS
-    memcpy(stop->turns, jet->turns, sizeof stop->turns);
-#endif
-    stop->unit = unit;
-    stop->is_new = is_new;
-}
-
-static void stem_go_on(const stem_stop *stop, stem_jets *jet, phi_real *unit, int *is_new)
-{
-    memcpy(jet->end, &stop->end, sizeof stop->end);
-    memcpy(jet->state, stop->state, sizeof stop->state);
-    memcpy(jet->lost, stop->lost, sizeof stop->lost);
-#if WITH_TURNS
-    memcpy(jet->turns, stop->turns, sizeof stop->turns);
-#endif
-    *unit = stop->unit;
-    *is_new = stop->is_new;
-}
-
-/* A step that has been taken, and its error: what its series leaves, by how far that is from the equations at its end, which grows as
- * the order's power of time. Angles have rates for slopes, so that they lack the last of these terms and what the rates lack. */
-static void stem_note(const int order, const int low, const stem_jets *jet, const phi_real h, stem_step *step)
-{
-    const phi_real unit = jet->start->unit[0], t = h / unit, ratio = unit / jet->end->unit[0], share = t / unit;
-    phi_real power = t;
-    for (int n = 0; n < order; ++n) {
-        power *= t;
-    }
-    for (int i = stem_q; i < stem_x; ++i) {
-        const phi_real square = t * t;
-        phi_real even = 0, odd = 0;
-        for (int n = order - order % 2; n > 0; n -= 2) {
-            even = even * square + (phi_real)n * jet->x[n][i];
-        }
-        for (int n = order - (order + 1) % 2; n > 0; n -= 2) {
-            odd = odd * square + (phi_real)n * jet->x[n][i];
-        }
-        const phi_real left = share * ((even * t + odd) - ratio * ratio * jet->end->slope[i]) / (phi_real)(order + 1);
-        step->error[i] = left;
-        step->error[i - stem_q] = h * left / (phi_real)(order + 2) - power * jet->x[order][i] / (phi_real)(order + 1);
-    }
-    memcpy(step->state, jet->state, sizeof step->state);
-#if WITH_SPHERE
-    memcpy(step->moved, jet->moved, sizeof step->moved);
-#endif
-    for (int n = 0; n < low; ++n) {
-        memcpy(step->rates + n * stem_q, jet->x[n + 1] + stem_q, stem_q * sizeof *step->rates);
-    }
-    step->low = (phi_real)low;
-    step->h = h;
-    step->unit = unit;
-}
 
 #if WITH_SPHERE
 /* Of a difference what a run keeps, which sets its links' lengths and their rates right after every step. */
@@ -208,7 +112,7 @@ static phi_real stem_together(const int is_chance, const int count, const phi_re
 }
 
 /* Go on with the neighbours over a step, along which the path's series are known, and say how far off angles and rates are at its end. */
-static void stem_watch(CONTEXT const int order, const stem_step *step, const int is_chance, const phi_real scales[PHI_SCALE_COUNT], stem_beside *room, phi_real error[2])
+static void stem_watch(CONTEXT const phi_real goal, const int order, const stem_step *step, const int is_chance, const phi_real scales[PHI_SCALE_COUNT], stem_beside *room, phi_real error[2])
 {
     const int low = (int)step->low;
     phi_real largest = 0, far[stem_neighbours], aside[2][stem_neighbours];
@@ -216,7 +120,16 @@ static void stem_watch(CONTEXT const int order, const stem_step *step, const int
     for (int k = 0; k < room->count; ++k) {
         phi_real local[stem_x], size[2], nothing = 0, *off = room->off[k];
         if (!room->lost) {
+#if WITH_PAIRS
+            if (stem_rounds(goal)) {
+                stem_defect(PASS goal, step, &room->jet, local);
+            } else {
+                stem_local(order, low, step, k == 0 ? 1 : stem_draw(&room->drawn), k == 2, &room->drawn, local);
+            }
+#else
             stem_local(order, low, step, k == 0 ? 1 : stem_draw(&room->drawn), k == 2, &room->drawn, local);
+            (void)goal;
+#endif
             if (room->share[k] > 0) {
                 stem_follow(PASS low, step, off, &room->jet);
             } else {
@@ -225,7 +138,7 @@ static void stem_watch(CONTEXT const int order, const stem_step *step, const int
             }
             if (room->share[k] > 0) {
                 for (int i = 0; i < stem_x; ++i) {
-                    off[i] += local[i] / room->share[k];
+                    off[i] -= local[i] / room->share[k];
                 }
 #if WITH_SPHERE
                 stem_tangent(step->moved, off);
@@ -246,11 +159,13 @@ static void stem_watch(CONTEXT const int order, const stem_step *step, const int
         }
         alike = alike && far[k] > 0 && stem_are_alike(scales[0], room->off[0], far[0], off, far[k]);
         if (!room->lost && far[k] > 0 && (far[k] > 1024 * PHI_NEIGHBOUR || far[k] < PHI_NEIGHBOUR / 1024)) {
+            /* One that is where the motion itself would be is followed as far as it goes, tangent or not. */
+            const phi_real to = stem_larger(is_chance ? 0 : room->share[k] * far[k], PHI_NEIGHBOUR);
             for (int i = 0; i < stem_x; ++i) {
-                off[i] *= PHI_NEIGHBOUR / far[k];
+                off[i] *= to / far[k];
             }
-            room->share[k] *= far[k] / PHI_NEIGHBOUR;
-            far[k] = PHI_NEIGHBOUR;
+            room->share[k] *= far[k] / to;
+            far[k] = to;
         }
     }
     error[0] = stem_together(is_chance, room->count, aside[0]);
@@ -283,12 +198,17 @@ void phi_errors_beside(JUDGED)
     memcpy(room->jet.u, u, sizeof room->jet.u);
 #endif
     const phi_real goal = tolerance * PHI_MARGIN;
-    const int order = stem_order_for(goal), low = stem_low_for(goal, order), is_chance = goal < 16 * PHI_EPSILON;
+    const int order = stem_order_for(goal), low = stem_low_for(goal, order);
+#if WITH_PAIRS
+    const int is_chance = 0, few = stem_rounds(goal) ? 1 : 2;
+#else
+    const int is_chance = goal < 16 * PHI_EPSILON, few = is_chance ? 3 : 2;
+#endif
     if (room->count == 0) {
-        room->count = is_chance ? 3 : 2;
+        room->count = few;
     }
     for (unsigned long k = 0; k < count; ++k) {
         const stem_step *step = (const stem_step *)(const void *)(steps + stem_place(low, k));
-        stem_watch(PASS order, step, is_chance, scales, room, errors + 2 * k);
+        stem_watch(PASS goal, order, step, is_chance, scales, room, errors + 2 * k);
     }
 }
