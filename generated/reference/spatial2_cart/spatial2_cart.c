@@ -44,8 +44,14 @@ static const spatial2_cart_real spatial2_cart_mass_table[2] = {0.2, 0.1};
 void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial2_cart_real v[8],
     const spatial2_cart_real u[2], spatial2_cart_real a[SPATIAL2_CART_RESTRICT 8])
 {
-    spatial2_cart_real cosine[2], cross[9], right_side[2], sine_squared[2], load[2], coupling[2], gain[2],
-        tension[3];
+    spatial2_cart_real cosine[2];
+    spatial2_cart_real cross[9];
+    spatial2_cart_real right_side[2];
+    spatial2_cart_real sine_squared[2];
+    spatial2_cart_real load[2];
+    spatial2_cart_real coupling[2];
+    spatial2_cart_real gain[2];
+    spatial2_cart_real tension[3];
 
     const spatial2_cart_real cosine_1 = q[2] * q[5] + q[3] * q[6] + q[4] * q[7];
     cosine[1] = cosine_1;
@@ -99,8 +105,14 @@ void spatial2_cart_forward_dynamics(const spatial2_cart_real q[8], const spatial
 void spatial2_cart_direction_dynamics(const spatial2_cart_real q[8], const spatial2_cart_real q_dot[8],
     const spatial2_cart_real u[2], spatial2_cart_real q_ddot[SPATIAL2_CART_RESTRICT 8])
 {
-    spatial2_cart_real cosine[2], cross[9], right_side[2], sine_squared[2], load[2], coupling[2], gain[2],
-        tension[3];
+    spatial2_cart_real cosine[2];
+    spatial2_cart_real cross[9];
+    spatial2_cart_real right_side[2];
+    spatial2_cart_real sine_squared[2];
+    spatial2_cart_real load[2];
+    spatial2_cart_real coupling[2];
+    spatial2_cart_real gain[2];
+    spatial2_cart_real tension[3];
 
     const spatial2_cart_real cosine_1 = q[2] * q[5] + q[3] * q[6] + q[4] * q[7];
     cosine[1] = cosine_1;
@@ -749,9 +761,22 @@ void spatial2_cart_step(const spatial2_cart_real h, const spatial2_cart_real q[8
     const spatial2_cart_real v[8], const spatial2_cart_real u[2],
     spatial2_cart_real q_next[SPATIAL2_CART_RESTRICT 8], spatial2_cart_real v_next[SPATIAL2_CART_RESTRICT 8])
 {
-    spatial2_cart_real acceleration_1[8], velocity_1[8], q_stage[8], v_stage[8], acceleration_2[8],
-        velocity_2[8], q_stage_2[8], v_stage_2[8], acceleration_3[8], velocity_3[8], q_stage_3[8],
-        v_stage_3[8], acceleration_4[8], velocity_4[8], q_free[8], v_free[8];
+    spatial2_cart_real acceleration_1[8];
+    spatial2_cart_real velocity_1[8];
+    spatial2_cart_real q_stage[8];
+    spatial2_cart_real v_stage[8];
+    spatial2_cart_real acceleration_2[8];
+    spatial2_cart_real velocity_2[8];
+    spatial2_cart_real q_stage_2[8];
+    spatial2_cart_real v_stage_2[8];
+    spatial2_cart_real acceleration_3[8];
+    spatial2_cart_real velocity_3[8];
+    spatial2_cart_real q_stage_3[8];
+    spatial2_cart_real v_stage_3[8];
+    spatial2_cart_real acceleration_4[8];
+    spatial2_cart_real velocity_4[8];
+    spatial2_cart_real q_free[8];
+    spatial2_cart_real v_free[8];
 
     spatial2_cart_forward_dynamics(q, v, u, acceleration_1);
     velocity_1[0] = v[0];
@@ -935,19 +960,26 @@ enum {
 
 /* Of each order n: n + 1, 1 / (n + 1), 1 / ((n + 1) (n + 2)), and whether n = 0. */
 static const spatial2_cart_real spatial2_cart_flow_now[22][4] = {
-    {1.0, 1.0, 0.5, 1.0}, {2.0, 0.5, 0.16666666666666666, 0.0},
-    {3.0, 0.3333333333333333, 0.08333333333333333, 0.0}, {4.0, 0.25, 0.05, 0.0},
-    {5.0, 0.2, 0.03333333333333333, 0.0}, {6.0, 0.16666666666666666, 0.023809523809523808, 0.0},
-    {7.0, 0.14285714285714285, 0.017857142857142856, 0.0}, {8.0, 0.125, 0.013888888888888888, 0.0},
-    {9.0, 0.1111111111111111, 0.011111111111111112, 0.0}, {10.0, 0.1, 0.00909090909090909, 0.0},
+    {1.0, 1.0, 0.5, 1.0},
+    {2.0, 0.5, 0.16666666666666666, 0.0},
+    {3.0, 0.3333333333333333, 0.08333333333333333, 0.0},
+    {4.0, 0.25, 0.05, 0.0},
+    {5.0, 0.2, 0.03333333333333333, 0.0},
+    {6.0, 0.16666666666666666, 0.023809523809523808, 0.0},
+    {7.0, 0.14285714285714285, 0.017857142857142856, 0.0},
+    {8.0, 0.125, 0.013888888888888888, 0.0},
+    {9.0, 0.1111111111111111, 0.011111111111111112, 0.0},
+    {10.0, 0.1, 0.00909090909090909, 0.0},
     {11.0, 0.09090909090909091, 0.007575757575757576, 0.0},
     {12.0, 0.08333333333333333, 0.00641025641025641, 0.0},
     {13.0, 0.07692307692307693, 0.005494505494505495, 0.0},
     {14.0, 0.07142857142857142, 0.004761904761904762, 0.0},
-    {15.0, 0.06666666666666667, 0.004166666666666667, 0.0}, {16.0, 0.0625, 0.003676470588235294, 0.0},
+    {15.0, 0.06666666666666667, 0.004166666666666667, 0.0},
+    {16.0, 0.0625, 0.003676470588235294, 0.0},
     {17.0, 0.058823529411764705, 0.0032679738562091504, 0.0},
     {18.0, 0.05555555555555555, 0.0029239766081871343, 0.0},
-    {19.0, 0.05263157894736842, 0.002631578947368421, 0.0}, {20.0, 0.05, 0.002380952380952381, 0.0},
+    {19.0, 0.05263157894736842, 0.002631578947368421, 0.0},
+    {20.0, 0.05, 0.002380952380952381, 0.0},
     {21.0, 0.047619047619047616, 0.0021645021645021645, 0.0},
     {22.0, 0.045454545454545456, 0.001976284584980237, 0.0},
 };
@@ -965,7 +997,9 @@ static void spatial2_cart_flow_factor(const spatial2_cart_real q[8], const spati
     spatial2_cart_real held[SPATIAL2_CART_RESTRICT 34], spatial2_cart_real left[SPATIAL2_CART_RESTRICT 6],
     spatial2_cart_real right[SPATIAL2_CART_RESTRICT 6])
 {
-    spatial2_cart_real cosine[2], cross[9], sine_squared[2];
+    spatial2_cart_real cosine[2];
+    spatial2_cart_real cross[9];
+    spatial2_cart_real sine_squared[2];
 
     for (int k = 0; k < 2; ++k) {
         left[3 * k] = v[3 * k + 2];
@@ -1042,7 +1076,11 @@ static void spatial2_cart_flow_order(const spatial2_cart_real held[34], const sp
     spatial2_cart_real left[SPATIAL2_CART_RESTRICT 6], spatial2_cart_real right[SPATIAL2_CART_RESTRICT 6],
     spatial2_cart_real next[SPATIAL2_CART_RESTRICT 16])
 {
-    spatial2_cart_real still[6], apart[6], load[2], gathered[2], tension[3];
+    spatial2_cart_real still[6];
+    spatial2_cart_real apart[6];
+    spatial2_cart_real load[2];
+    spatial2_cart_real gathered[2];
+    spatial2_cart_real tension[3];
 
     for (int k = 0; k < 8; ++k) {
         next[k] = coefficient[k + 8] * now[1];
