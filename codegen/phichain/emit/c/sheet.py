@@ -105,19 +105,16 @@ class Sheet:
 
     def arrays(self) -> None:
         fields, guests = self.storage.fields, self.storage.guests
-        own = dict[str, list[str]]()
         for array in self.program.work:
             kind, size = self.kind(array.name), self.storage.sizes.get(array.name)
             if array.name in self.pairs:
                 pairs, part = self.pairs[array.name]
                 if part == 0:
-                    own.setdefault(kind, []).append(f"{pairs}[{array.size}][2]")
+                    self.line(1, f"{kind} {pairs}[{array.size}][2];")
             elif self.program.name in self.working and array.size > 1:
                 self.line(1, f"{kind} *const {array.name} = work->{work_field(self.program, array)};")
             elif size is not None and array.name not in fields:
-                own.setdefault(kind, []).append(f"{array.name}{'' if size == 1 else f'[{size}]'}")
-        for kind, declared in own.items():
-            self.line(1, f"{kind} {', '.join(declared)};")
+                self.line(1, f"{kind} {array.name}{'' if size == 1 else f'[{size}]'};")
         if fields:
             self.line(1, '/* What a name says after "then" stands there once what it says before has served. */')
             self.line(1, f"struct {self.record_type} {{")

@@ -11,7 +11,6 @@ from phichain.contract.flow import Flow
 from phichain.emit.c.comment import Comments
 from phichain.emit.c.function import c_function
 from phichain.emit.c.lanes import lane_declaration, lane_function
-from phichain.emit.c.layout import WIDTH
 from phichain.emit.c.names import CNames
 from phichain.emit.c.parts import declaration, words
 from phichain.emit.flow.binary import binary_numbers, binary_words
@@ -173,20 +172,9 @@ def sizes(scene: Scene, stem: str, made: Series, names: CNames) -> dict[str, obj
         "stem": stem, "nq": scene.nq, "nu": scene.nu, "cart": cart(scene), "masses": scene.links,
         "axes": 2 if scene.is_planar else 3, "lefts": made.lanes, "rights": made.rights, "squares": made.squares, "dry": made.dry, "rubs": made.rubs, "left_width": made.width, "all": made.sums, "row": 0,
         "highest": HIGHEST[scene.real], "held": made.held, "forced": made.is_forced, "varied": sum(scene.varied.values()), "turns": turns(scene), "real": f"{scene.name}_real",
-        "abs": names.libm("fabs"), "now": _side_by_side(["{" + ", ".join(names.number(value).text for value in row) + "}," for row in rows]),
+        "abs": names.libm("fabs"), "now": [", ".join(names.number(value).text for value in row) for row in rows],
         "tables": table_rows(names),
     }  # fmt: skip
-
-
-def _side_by_side(rows: list[str]) -> list[str]:
-    """Rows of a table, as many on a line as it takes."""
-    lines = rows[:1]
-    for row in rows[1:]:
-        if len(f"    {lines[-1]} {row}") <= WIDTH:
-            lines[-1] += f" {row}"
-        else:
-            lines.append(row)
-    return lines
 
 
 def features(scene: Scene, made: Series, columns: bool, lanes: bool = False) -> dict[str, bool]:

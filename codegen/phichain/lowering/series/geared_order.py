@@ -97,9 +97,8 @@ class GearedOrder(Order):
         builder, scene = self.builder, self.scene
         with builder.loop("i", 0, scene.nq) as loop:
             following[loop.index] = self.now[1] * coefficient[loop.index + scene.nq]
-        rates = following.shifted(scene.nq + int(scene.has_cart))
-        if scene.angles != "relative":
-            from_links(builder, scene, self.work["turn"], rates)
-            return
+        is_relative = scene.angles == "relative"
+        own = self.work["slip"] if is_relative else from_links(builder, scene, "own_rate", self.work["turn"])
         with builder.loop("k", 0, scene.links) as loop:
-            rates[loop.index] = self.now[1] * self.work["slip"][loop.index]
+            rate = self.now[1] * own[loop.index] if is_relative else own[loop.index]
+            following[loop.index + scene.nq + int(scene.has_cart)] = rate

@@ -266,21 +266,23 @@ class Order:
         builder, scene = self.builder, self.scene
         with builder.loop("i", 0, scene.nq) as loop:
             following[loop.index] = self.now[1] * coefficient[loop.index + scene.nq]
-        from_links(builder, scene, self.work["turn"], following.shifted(scene.nq + int(scene.has_cart)))
-
-
-def from_links(builder: Builder, scene: Scene, rate: ArrayRef, own: ArrayRef) -> None:
-    """theta' = S^-1 phi', written into the cells of `own`; no turn of the loop waits for the one before where it need not."""
-    if scene.angles == "absolute":
+        own = from_links(builder, scene, "own_rate", self.work["turn"])
         with builder.loop("k", 0, scene.links) as loop:
-            own[loop.index] = rate[loop.index]
-        return
+            following[loop.index + scene.nq + int(scene.has_cart)] = own[loop.index]
+
+
+def from_links(builder: Builder, scene: Scene, name: str, rate: ArrayRef) -> ArrayRef:
+    """theta' = S^-1 phi'."""
+    if scene.angles == "absolute":
+        return rate
+    own = builder.array(name, scene.links)
     own[0] = rate[0]
     with builder.loop("k", 1, scene.links) as loop:
         if scene.angles == "relative":
             own[loop.index] = rate[loop.index] - rate[loop.index - 1]
-            return
+            return own
         before = loop.carry("before", rate[0])
         value = rate[loop.index] - before
         own[loop.index] = value
         loop.follow(before, value)
+    return own
