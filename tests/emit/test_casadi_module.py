@@ -157,7 +157,7 @@ def test_straight_line_code_is_printed_where_the_scene_asks_for_it() -> None:
 
 def test_length_of_the_text_does_not_grow_with_the_chain() -> None:
     texts = []
-    for links in (8, 64):
+    for links in (16, 64):
         scene = replace(
             standard_scene(links), want=("forward_dynamics", "inverse_dynamics", "energy", "step")
         )

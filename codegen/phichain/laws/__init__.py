@@ -2,7 +2,7 @@
 
 from phichain.laws.family import FamilyLaw
 from phichain.laws.gain_table import GainTable
-from phichain.laws.learning import Learning
+from phichain.laws.learning import FORGOTTEN, STILL, Learning
 from phichain.laws.observer import Observer
 from phichain.laws.observer_along import ObserverAlong
 from phichain.laws.output_feedback import OutputFeedback
@@ -15,6 +15,6 @@ Law = StateFeedback | OutputFeedback | GainTable | OutputTable
 """Whatever a controller is made of."""
 
 __all__ = [
-    "FamilyLaw", "GainTable", "Law", "Learning", "Observer", "ObserverAlong", "OutputFeedback", "OutputTable", "StateFeedback", "TableMemory",
-    "TrajectoryLaw",
+    "FORGOTTEN", "STILL", "FamilyLaw", "GainTable", "Law", "Learning", "Observer", "ObserverAlong", "OutputFeedback", "OutputTable", "StateFeedback",
+    "TableMemory", "TrajectoryLaw",
 ]  # fmt: skip

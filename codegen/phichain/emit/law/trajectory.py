@@ -30,8 +30,7 @@ from phichain.emit.stencil import instance
 from phichain.ir.nodes import Program
 from phichain.ir.passes import count_operations
 from phichain.ir.rounded import nearest
-from phichain.laws import TrajectoryLaw
-from phichain.laws.learning import FORGOTTEN, STILL
+from phichain.laws import FORGOTTEN, STILL, TrajectoryLaw
 from phichain.lowering.laws.holding import holding
 from phichain.lowering.trajectory import beginning, measurement, tracking
 

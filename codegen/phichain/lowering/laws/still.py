@@ -7,8 +7,7 @@ from fractions import Fraction
 
 from phichain.ir.builder import Builder, Expr
 from phichain.ir.handles import ArrayRef
-from phichain.laws import TrajectoryLaw
-from phichain.laws.learning import FORGOTTEN, STILL
+from phichain.laws import FORGOTTEN, STILL, TrajectoryLaw
 
 
 def pulled(builder: Builder, law: TrajectoryLaw, measured: ArrayRef, expected: ArrayRef, z: Sequence[Expr]) -> tuple[list[Expr], Expr]:

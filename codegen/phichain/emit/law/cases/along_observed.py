@@ -17,8 +17,7 @@ from phichain.emit.law.cases.along import Case
 from phichain.emit.law.cases.rounding import Rounded, total, turned
 from phichain.emit.law.cases.state import DIGITS, as_fraction, share
 from phichain.ir.rounded import nearest
-from phichain.laws import TrajectoryLaw
-from phichain.laws.learning import FORGOTTEN, STILL
+from phichain.laws import FORGOTTEN, STILL, TrajectoryLaw
 
 _ORDER: Final = 4
 """The C sums up the cubic in another order, with other roundings of the same sizes."""
