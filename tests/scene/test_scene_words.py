@@ -52,6 +52,7 @@ def refusal(tables):
         ("joints", "bearing", "joints.damping or joints.friction"),
         ("chain", "ball_joint", "what slides is the cart"),
         ("chain", "incline", "gravity times cos(tilt)"),
+        ("chain", "gravity_angle", "gravity times cos(tilt)"),
         ("chain", "magnet", "torques about the joints to u"),
         ("joints", "damping_ratio", "2 zeta"),
         ("chain", "natural_frequency", 'want "linearization"'),
@@ -62,6 +63,12 @@ def refusal(tables):
         ("chain", "pole_mass", "write chain.mass, kg"),
         ("joints", "gearbox_ratio_1", "torque by n, its damping and rotor inertia by n^2"),
         ("joints", "max_motor_current", "phichain.rigs"),
+        ("chain", "pulley_radius", "belt_cart for chain.cart_mass"),
+        ("joints", "belt_ratio", "at_joint for a joint"),
+        ("joints", "no_load_speed", "belongs to a motor"),
+        ("joints", "stall_torque", "belongs to a motor"),
+        ("chain", "hinge_mass", "point(mass, place)"),
+        ("joints", "motor_mass", "point(mass, place)"),
     ],
 )
 def test_a_word_of_physics_is_answered_by_what_a_scene_holds(table, word, says):

@@ -53,6 +53,10 @@ _ROTOR: Final = Answer(
 _GEAR: Final = Answer(
     "is a gear, whose ratio n is in the numbers of its joint", "multiply the motor's torque by n, its damping and rotor inertia by n^2 (phichain.rigs)"
 )
+_PULLEY: Final = Answer(
+    "is what a motor draws a cart or turns a joint by, whose ratio is in the numbers of what it moves",
+    "use phichain.rigs: belt_cart for chain.cart_mass, chain.cart_damping and force per volt, at_joint for a joint (docs/rigs.md)",
+)
 _ROPE: Final = Answer(
     "is slack or taut, and the links of a chain are rigid", 'want "tensions", which say where a link would be pressed; below zero a rope is no chain'
 )
@@ -115,11 +119,15 @@ _TABLE: Final[tuple[tuple[str, Answer], ...]] = (
         "motor motors motor_voltage voltage current volt torque_constant motor_constant kt km ke back_emf emf resistance inductance servo stepper",
         _MOTOR,
     ),
-    ("gear gears gear_ratio gearbox transmission reduction gear_efficiency efficiency belt pulley pinion", _GEAR),
+    ("gear gears gear_ratio gearbox transmission reduction gear_efficiency efficiency", _GEAR),
+    ("belt pulley pinion rack sprocket lead_screw leadscrew ball_screw capstan", _PULLEY),
     ("backlash play hysteresis dead_zone deadzone contact contacts impact collision ground wall floor restitution", _STOPS),
     ("limit limits", _EITHER),
     ("joint_limit joint_limits angle_limit angle_limits stop stops joint_stop end_stop bumper rail track track_length x_max x_limit", _STOPS),
     ("torque_limit torque_limits force_limit max_torque max_force max_current max_voltage saturation u_max u_limit effort_limit", _LIMITS),
+    ("stall_torque rated_torque nominal_torque continuous_torque peak_torque holding_torque speed_torque_gradient", _MOTOR),
+    ("no_load no_load_speed no_load_current rated_speed nominal_speed speed_constant velocity_constant", _MOTOR),
+    ("time_constant mechanical_time_constant electrical_time_constant", _MOTOR),
     ("rope cable string wire tendon slack chain_slack taut", _ROPE),
     ("spin twist torsion roll axial_inertia polar_inertia gyroscope gyroscopic flywheel reaction_wheel", _SPIN),
     ("rotary rotary_base rotary_arm arm arm_length furuta turntable yaw", _ROTARY),
@@ -150,10 +158,10 @@ _TABLE: Final[tuple[tuple[str, Answer], ...]] = (
     ("dim dimension dimensions plane spherical", _is("the kind of space", 'chain.space = "planar" or "spatial"')),
     ("coordinates angle_convention convention", _is("the kind of angles", 'joints.angles = "relative", "absolute" or "adjacent"')),
     ("precision dtype type single double float", _is("the type of numbers", 'target.real = "double" or "float"')),
-    ("payload load tip_load tip_mass end_mass end_load point_mass bob ball counterweight balance_weight", _LOAD),
+    ("payload load tip_load tip_mass end_mass end_load point_mass bob ball counterweight balance_weight motor_mass motor_weight stator_mass hinge_mass joint_mass bearing_mass encoder_mass coupling_mass", _LOAD),
     ("bearing bearings hinge hinges pin axle shaft", _BEARING),
     ("revolute ball_joint universal_joint universal gimbal prismatic slider slide joint_type axis_of_rotation wheel wheels", _JOINT),
-    ("tilt tilted incline inclined inclination slope gravity_vector gravity_direction", _TILTED),
+    ("tilt tilted incline inclined inclination slope gravity_vector gravity_direction gravity_angle rail_angle track_angle", _TILTED),
     ("magnet magnets electromagnet magnetic field thrust propeller buoyancy fluid water added_mass external_force external_torque", _FIELD),
     ("damping_ratio zeta quality_factor q_factor loss_factor logarithmic_decrement decay decay_rate half_life", _RATIO),
     ("frequency natural_frequency frequencies eigenfrequency period mode modes", _FOUND),
