@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from phichain.app.commands.orbits import response as responded
 from phichain.orbits import Response
 from phichain.scene.library import find_scene
 from tests.cli.conftest import Command
@@ -37,6 +38,40 @@ def test_a_response_by_both_methods(command: Command, tmp_path: Path) -> None:
     assert command(*ASKED, "--method", "shooting", "--out", "s.json").code == 0
     series, shot = (Response.from_json(tmp_path / name).located("fold") for name in ("r.json", "s.json"))
     assert [event.omega for event in series] == pytest.approx([event.omega for event in shot], rel=1e-9)
+
+
+def test_a_single_precision_scene_is_driven_in_double(command: Command, tmp_path: Path) -> None:
+    """By both methods: the answers of its twin, and on file the scene that was given."""
+    chain = PENDULUM.replace('"runtime"', "9.75").replace('name = "one"\n', "")
+    (tmp_path / "small.toml").write_text(f'name = "small"\n{chain}[target]\nreal = "float"\nstack_max = 400\n')
+    (tmp_path / "twin.toml").write_text(f'name = "twin"\n{chain}')
+    for method in ("harmonics", "shooting"):
+        for name in ("small", "twin"):
+            words = ("--at", 1, "--amplitude", 0.15, "--from", 3, "--to", 3.4, "--method", method, "--out", f"{name}.json")
+            answer = command("response", f"{name}.toml", *words)
+            assert answer.code == 0 and answer.err.count("in double precision") == answer.err.count("\n") == (name == "small")
+        small, twin = (Response.from_json(tmp_path / f"{name}.json") for name in ("small", "twin"))
+        assert small.digest == find_scene("small.toml").digest and small.peak.tolist() == twin.peak.tolist()
+
+
+def test_control_c_leaves_a_file_though_more_was_asked_for(command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """What an event opens is not looked for in a response that was ended before it."""
+    (tmp_path / "one.toml").write_text(PENDULUM)
+    told = []
+
+    def impatient(said: object, quiet: bool):
+        def tell(point: object, step: float) -> None:
+            told.append(point)
+            if len(told) == 5:
+                raise KeyboardInterrupt
+
+        return tell
+
+    monkeypatch.setattr(responded, "ticking", impatient)
+    answer = command(*ASKED, "--beyond", 1, "--out", "r.json")
+    assert answer.code == 130 and "interrupted" in answer.out, answer.err
+    found = Response.from_json(tmp_path / "r.json")
+    assert found.status == "interrupted" and len(found) == 6
 
 
 def test_a_family_by_harmonics(command: Command, tmp_path: Path) -> None:

@@ -139,9 +139,18 @@ def turned(system: System, family: Branch, what: str, parameter: Any, **options:
         end = float("nan")
     if not equals or not np.isfinite(end):
         raise ArrayError("parameter", parameter, "is no NAME[K]=VALUE", 'write for example "mass[2]=3" or "gravity=1.62"')
-    if family.status != "event" or "was not reached" in family.reason:
-        raise ArrayError("until", family.reason, "is where the family ended, short of the orbit to go on with", "name an orbit that it reaches")
+    demand_reached("until", family)
     return vary(system, name.strip(), family, end, hold=what, **options)
+
+
+def demand_reached(field: str, family: Branch) -> None:
+    """Refuse to go on from where a family ended short of the orbit that was asked for.
+
+    Raises:
+        ArrayError: It did not come there.
+    """
+    if family.status != "event" or "was not reached" in family.reason:
+        raise ArrayError(field, family.reason, "is where the family ended, short of the orbit to go on with", "name an orbit that it reaches")
 
 
 def _named(knob: Knob, value: float) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -40,10 +41,12 @@ def connect(
     from phichain.scene.library import find_scene
     from phichain.scene.load import with_functions
 
-    files = named(out, (".csv", ".npz", ".json", ".png"))
+    files = named(out, (".csv", ".npz", ".png"))
     wanted = None if turns is None else _turns(turns)
     chosen = find_scene(scene)
-    system = with_values(build(with_functions(in_double(chosen, quiet), NEEDED, variational=True)), chosen, settings)
+    system = build(with_functions(in_double(chosen, quiet), NEEDED, variational=True))
+    # The file is to name the scene that was given, whatever functions this command needed of it besides.
+    system = with_values(replace(system, digest=chosen.digest), chosen, settings)
     found = connections(system, wanted, longest=longest)
     for connection in found:
         said.say(connection, quiet, as_json)

@@ -75,6 +75,8 @@ def response(
     steps, progress = limits_of(step_max, max_points), ticking(lambda _: "", quiet)
     found = respond(system, place, size, ends, axis=axis, method=method, harmonics=harmonics, limits=steps, progress=progress)
     for event in beyond or []:
+        if found.status == "interrupted":
+            break
         said.say(found, quiet or as_json, False)
         found = respond(system, place, size, ends, axis=axis, beyond=(found, event), limits=steps, progress=progress)
     clear_line()

@@ -25,6 +25,7 @@ from phichain.app.settings import Settings, values_given
 
 if TYPE_CHECKING:
     from phichain.continuation import Branch
+    from phichain.continuation.core import Progress
     from phichain.scene import Scene
 
 
@@ -74,7 +75,7 @@ def vary(
 ) -> None:
     """Follow an orbit of held amplitude, energy or frequency, or an event of its family, in any parameter of the chain; Ctrl-C ends it, and it goes on."""
     from phichain.orbits.parameter import vary as varied
-    from phichain.orbits.parameter.vary import SETTINGS
+    from phichain.orbits.parameter.vary import SETTINGS, demand_reached
     from phichain.orbits.tracing import limited
     from phichain.pipeline import build
     from phichain.scene.library import find_scene
@@ -84,11 +85,18 @@ def vary(
     turned, values = turning(in_double(chosen, quiet), parameter.split("[")[0].strip())
     values = values_given(turned, settings, values)
     system = replace(build(turned), digest=chosen.digest)
+    carts = system.cart_size if system.is_planar else int(system.has_cart)
     begun: Any = start
     if start is None and resume is None:
-        family = _family(system, mode, method, at, values)
+        family = _family(system, mode, method, at, values, progress_line(carts, quiet=quiet))
+        clear_line()
+        if family.status == "interrupted":
+            # Where it was ended is not the orbit that was asked for.
+            said.say(family, quiet, as_json)
+            leave(family.status)
+        if event is None:
+            demand_reached("at", family)
         begun, hold = (family, hold or at.partition("=")[0].strip()) if event is None else ((family, _event(family, event)), event)
-    carts = system.cart_size if system.is_planar else int(system.has_cart)
     branch = varied(
         system, parameter, begun, until, hold=hold, p=values, resume=resume, options=limited(SETTINGS, limits_of(step_max, max_points)),
         progress=progress_line(carts, carts + system.links, quiet),
@@ -99,11 +107,11 @@ def vary(
     leave(branch.status)
 
 
-def _family(system: Any, mode: int, method: str, at: str, values: dict[str, Any]) -> Branch:
+def _family(system: Any, mode: int, method: str, at: str, values: dict[str, Any], progress: Progress | None) -> Branch:
     from phichain.orbits import trace
 
     chosen = method if method != "auto" else "shooting" if system.is_planar else "conical"
-    return cast("Branch", trace(system, mode, method=chosen, until=at, p=values))
+    return cast("Branch", trace(system, mode, method=chosen, until=at, p=values, progress=progress))
 
 
 def _drawn(branch: Branch) -> Any:
