@@ -198,7 +198,7 @@ void phi_errors_beside(JUDGED)
     memcpy(room->jet.u, u, sizeof room->jet.u);
 #endif
     const phi_real goal = tolerance * PHI_MARGIN;
-    const int order = stem_order_for(goal), low = stem_low_for(goal, order);
+    const int order = stem_order_for(goal), low = count > 0 ? (int)((const stem_step *)(const void *)steps)->low : 0;
 #if WITH_PAIRS
     const int is_chance = 0, few = stem_rounds(goal) ? 1 : 2;
 #else

@@ -1,7 +1,7 @@
 /* What a run leaves of its steps, for those who ask later how large its errors are. */
 enum {
-    stem_low = 9, /* the highest of the low orders that neighbours fly at */
-    stem_left_out = 15, /* binary digits of a step's change of a neighbour */
+    stem_left_out = 15, /* binary digits of a step's change of a neighbour, where a run is short */
+    stem_short = 9, /* those of the radians that the fastest linear motion goes through in a run that is */
     stem_paired = 3 /* orders whose rounding is known with its sign */
 };
 
@@ -24,18 +24,20 @@ typedef struct stem_stop {
 #if WITH_TURNS
     phi_real turns[stem_q];
 #endif
-    int is_new;
+    int is_new, low;
 } stem_stop;
 
-/* The low order at which what is left out of a neighbour's way does not add up: terms fall as the root of the goal. */
-static int stem_low_for(const phi_real goal, const int order)
+/* The low order at which what is left out of a neighbour's way does not add up over a run: terms fall as the root of the goal. A motion
+ * that is no chaos, stiff springs above all, may go on for many steps, of which there are as many as there are radians of its fastest. */
+static int stem_low_for(const phi_real goal, const int order, const phi_real span, const phi_real fastest)
 {
-    const stem_lanes one = STEM_ZERO + 1, size = STEM_ZERO + goal;
-    stem_lanes root;
+    const stem_lanes one = STEM_ZERO + 1, size = STEM_ZERO + goal, radians = STEM_ZERO + phi_abs(span) * fastest;
+    stem_lanes root, turned;
     stem_root(order, &one, &size, &root);
-    const int wanted = (int)(-stem_left_out / STEM_OF(root, 0));
-    const int most = order < stem_low ? order : stem_low;
-    return wanted < most ? wanted : most;
+    stem_root(1, &one, &radians, &turned);
+    const phi_real longer = stem_larger(STEM_OF(turned, 0) - stem_short, 0);
+    const phi_real wanted = (stem_left_out + longer + longer / 2) / -STEM_OF(root, 0);
+    return wanted < (phi_real)order ? (int)wanted : order;
 }
 
 /* Where a step lies among those of so many coefficients. */
@@ -44,7 +46,7 @@ static size_t stem_place(const int low, const unsigned long k)
     return (sizeof(stem_step) / sizeof(phi_real) + (size_t)(low * stem_q)) * k;
 }
 
-static void stem_keep(const stem_jets *jet, const phi_real unit, const int is_new, stem_stop *stop)
+static void stem_keep(const stem_jets *jet, const phi_real unit, const int is_new, const int low, stem_stop *stop)
 {
     memcpy(&stop->end, jet->end, sizeof stop->end);
     memcpy(stop->state, jet->state, sizeof stop->state);
@@ -54,9 +56,10 @@ static void stem_keep(const stem_jets *jet, const phi_real unit, const int is_ne
 #endif
     stop->unit = unit;
     stop->is_new = is_new;
+    stop->low = low;
 }
 
-static void stem_go_on(const stem_stop *stop, stem_jets *jet, phi_real *unit, int *is_new)
+static void stem_go_on(const stem_stop *stop, stem_jets *jet, phi_real *unit, int *is_new, int *low)
 {
     memcpy(jet->end, &stop->end, sizeof stop->end);
     memcpy(jet->state, stop->state, sizeof stop->state);
@@ -66,6 +69,7 @@ static void stem_go_on(const stem_stop *stop, stem_jets *jet, phi_real *unit, in
 #endif
     *unit = stop->unit;
     *is_new = stop->is_new;
+    *low = stop->low;
 }
 
 #if WITH_PAIRS

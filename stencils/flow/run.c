@@ -50,9 +50,9 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
     flow->steps = 0;
     flow->written = 0;
 #if WITH_BESIDE
-    const int low = stem_low_for(goal, order);
+    int low = stem_low_for(goal, order, t_end - flow->t, scales[0]);
     if (goes_on) {
-        stem_go_on(stop, jet, &unit, &is_new);
+        stem_go_on(stop, jet, &unit, &is_new, &low);
     }
 #endif
     while (result == PHI_STEP_BUDGET) {
@@ -186,7 +186,7 @@ static STEM_APART int stem_run(ARGUMENTS, stem_jets *jet)
         ++flow->steps;
     }
 #if WITH_BESIDE
-    stem_keep(jet, unit, is_new, stop);
+    stem_keep(jet, unit, is_new, low, stop);
 #endif
 #if WITH_TURNS
     stem_unwind(0, jet);

@@ -88,6 +88,16 @@ def test_estimates_are_those_against_a_run_at_round_off(name: str, tol: float) -
     assert np.all((ratio > 0.1) & (ratio < 20)) and 0.3 < np.median(ratio) < 4
 
 
+def test_neighbours_of_a_stiffly_sprung_chain_do_not_grow_by_themselves() -> None:
+    """Over tens of thousands of steps without chaos, in which what a low order leaves out of each would add up to a thousandfold."""
+    springs = {"stiffness": [15.3, 11692.4], "gravity": 9.81, "mass": [1.376, 1.038], "length": [1.963, 0.617], "com": [1.961, 0.293]}
+    of, x0, times = build(Scene("stiff", 2, want=WANT, **springs), prove=False), np.array([0.14, -0.68, -0.41, 1.35]), np.linspace(0.0, 30.0, 31)
+    rough, fine = (simulate(of, x0, times, "taylor", tol) for tol in (1e-9, None))
+    true = Measure.of(of, rough.x)(rough.x - fine.x)[20:]
+    assert rough.counts["steps"] > 30000 and np.all(true > 30 * fine.error[20:])
+    assert np.all((rough.error[20:] > 0.3 * true) & (rough.error[20:] < 10 * true))
+
+
 def test_errors_at_round_off_are_neither_none_nor_large() -> None:
     for name in SCENES:
         error = run(system(name), None).error

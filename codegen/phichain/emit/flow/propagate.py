@@ -135,7 +135,7 @@ def _beside(model: Model, made: Series, names: CNames, positions: str) -> str:
     }  # fmt: skip
     declared = f"int {scene.name}_propagate_noted({spelt['ARGUMENTS']});"
     bytes_of = ", ".join(f"sizeof({stem}_{what})" for what in ("stop", "step", "beside"))
-    size = f"extern const unsigned long {scene.name}_beside_sizes[4];\nconst unsigned long {scene.name}_beside_sizes[4] = {{{bytes_of}, {stem}_low}};"
+    size = f"extern const unsigned long {scene.name}_beside_sizes[4];\nconst unsigned long {scene.name}_beside_sizes[4] = {{{bytes_of}, {stem}_highest}};"
     pairs = [] if turns(scene) or not is_paired else ["flow/fused"]
     first = [*pairs, "beside/pairs"] if is_paired else []
     then = ["beside/steps", *(["beside/defects"] if is_paired else []), "beside/neighbours"]
