@@ -1,7 +1,7 @@
 """Continuation: problem x predictor x corrector x events -> Branch. It knows curves of solutions, not what they solve."""
 
 from phichain.continuation.branch import Branch
-from phichain.continuation.core import follow, start_on, walk
+from phichain.continuation.core import follow, start_on
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Extremum, Fold, Level, Quantity, TestFunction
 from phichain.continuation.met.specials import Passage, Special
@@ -27,5 +27,4 @@ __all__ = [
     "TestFunction",
     "follow",
     "start_on",
-    "walk",
 ]

@@ -8,24 +8,24 @@ How far a step may go is `steps.advance`'s to say; where events lie, `locate.loc
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from phichain.continuation.branch import Branch
+from phichain.continuation.compiled.strides import Behind, Stride, strides, watched
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Fold, TestFunction
 from phichain.continuation.met import gaps
 from phichain.continuation.met.locate import locate, values_at
 from phichain.continuation.met.pairs import pairs_of
-from phichain.continuation.met.specials import Passage, Special
+from phichain.continuation.met.specials import Passage, Special, is_same
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.predictors import TOUCHED
 from phichain.continuation.problem import Problem
 from phichain.continuation.record import demand_unknowns, joined, point_of, record
-from phichain.continuation.steps import StepTooSmallError, advance
-from phichain.continuation.strides import Behind, Stride, strides, watched
+from phichain.continuation.steps import StepTooSmallError
 from phichain.errors import ConvergenceError
 from phichain.system import Vector
 
@@ -35,8 +35,6 @@ _REMEMBERED = max(3, TOUCHED)
 """Points that a run looks back on, for its predictor and for a gap."""
 _SEEN = 3
 """Points before a step that help to find events in it."""
-_APART = 1e-9
-"""Arclength within which two events of one kind are one."""
 _SHORTEST = 4
 """Points of the shortest loop."""
 
@@ -70,21 +68,6 @@ def start_on(problem: Problem, z: Vector, direction: Vector, engine: Engine, *, 
             corrections=found.corrections,
         )
     return found.point(along, 0.0)
-
-
-def walk(problem: Problem, start: Point, engine: Engine) -> Iterator[Point]:
-    """The points of a branch, one after the other and without end; `start` comes first.
-
-    Raises:
-        StepTooSmallError: The next point needs a step below `step_min`.
-    """
-    points = [start]
-    step = engine.options.step
-    yield start
-    while True:
-        new, step = advance(problem, points, step, engine)
-        points = [*points[1 - _REMEMBERED :], new]
-        yield new
 
 
 def follow(
@@ -200,13 +183,17 @@ class _Run:
         self.status, self.reason = status, reason
         self.regular = self.regular or len(self.points)
 
+    @property
+    def _since(self) -> int:
+        """Points on this branch."""
+        return self.offset + len(self.points) - self.origin
+
     def _next(self, most: int) -> Stride:
         """The next step, of some that were taken at once."""
         if not self.queue:
             last = self.points[-_REMEMBERED:]
             values = [row for _, row in self.seen[1 - _REMEMBERED :]] + [self.values]
-            since = self.offset + len(self.points) - self.origin
-            behind = Behind(last, self.sigma[-_REMEMBERED:], values, self.step, since, self.start)
+            behind = Behind(last, self.sigma[-_REMEMBERED:], values, self.step, self._since, self.start)
             self.queue = strides(self.problem, behind, self.engine, self.watch, most)
         found = self.queue.pop(0)
         if isinstance(found, BaseException):
@@ -236,10 +223,8 @@ class _Run:
         # Where something was met in the step before, more may lie in it than signs show, which is seen from behind it alone.
         has_met = len(self.points) > 1 and bool(self.specials) and self.specials[-1].arclength > self.points[-2].arclength
         if taken.is_plain and not self.unknown and not has_met:
-            self.seen = [*self.seen[1 - _SEEN :], (last, self.values)]
-            self.values, self.step = values, step
-            self.points.append(new)
-            self.sigma.append(self._sigma(new, values))
+            self._take(new, values, self._sigma(new, values))
+            self.step = step
             return
         index = self.offset + len(self.points) - 1
         found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values), self.seen[-_SEEN:])
@@ -251,18 +236,20 @@ class _Run:
         met = [*found, *self._pairs(new, values, index, cut, found)]
         self.specials = sorted([*self.specials, *met], key=lambda event: event.arclength) if met else self.specials
         self.passages += [gap] if gap else []
-        self.seen = [*self.seen[1 - _SEEN :], (last, self.values)]
-        self.values = values
-        self.points.append(new if cut is None else cut)
-        self.sigma.append(sigma)
+        self._take(new if cut is None else cut, values, sigma)
         if cut is not None:
             self.regular = len(self.points) - 1
             self.end("event", f"ended by the event '{terminal}'")
             return
         self.step = step
-        since = self.offset + len(self.points) - self.origin
-        if since >= _SHORTEST and _is_closed(self.start, self.points[-2], self.points[-1]):
+        if self._since >= _SHORTEST and _is_closed(self.start, self.points[-2], self.points[-1]):
             self.end("closed", "the branch came back to its start")
+
+    def _take(self, point: Point, values: tuple[float, ...], sigma: float) -> None:
+        self.seen = [*self.seen[1 - _SEEN :], (self.points[-1], self.values)]
+        self.values = values
+        self.points.append(point)
+        self.sigma.append(sigma)
 
     def _pairs(self, new: Point, values: tuple[float, ...], index: int, cut: Point | None, located: Sequence[Special]) -> list[Special]:
         """Zeros within one step that signs do not show, told from points on both sides of it: those of the step before, and of this one where the run is cut in it."""
@@ -272,7 +259,7 @@ class _Run:
         if cut is not None:
             within = pairs_of(self.problem, self.tests, rows, len(rows) - 2, self.engine, index, met)
             found += [event for event in within if event.arclength < cut.arclength]
-        return [event for event in found if not any(_is_same(event, other) for other in self.known)]
+        return [event for event in found if not any(is_same(event, other) for other in self.known)]
 
     def _sigma(self, point: Point, values: Sequence[float]) -> float:
         """The smallest singular value of [J; t], which a test for branch points has as its own."""
@@ -304,16 +291,9 @@ class _Run:
         return True
 
 
-def _is_same(event: Special, other: Special) -> bool:
-    """Whether a run that was cut has found an event already."""
-    return event.kind == other.kind and event.index == other.index and bool(abs(event.arclength - other.arclength) < _APART)
-
-
 def _is_closed(start: Point, before: Point, after: Point) -> bool:
     """True when the step from one point to the next passed through the start in its direction."""
     if after.tangent @ start.tangent <= 0:
         return False
     behind, ahead = (start.tangent @ (point.y - start.y) for point in (before, after))
-    if not behind < 0 <= ahead:
-        return False
-    return bool(np.linalg.norm(after.y - start.y) <= np.linalg.norm(after.y - before.y) * 1.1)
+    return bool(behind < 0 <= ahead and np.linalg.norm(after.y - start.y) <= np.linalg.norm(after.y - before.y) * 1.1)

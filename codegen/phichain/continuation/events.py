@@ -12,9 +12,10 @@ from typing import Final, Protocol
 
 import numpy as np
 
+from phichain.continuation.compiled.protocol import Watch
 from phichain.continuation.linear import bordered, least_singular_value, sign_of_determinant
 from phichain.continuation.point import Point
-from phichain.continuation.problem import Problem, Watch
+from phichain.continuation.problem import Problem
 from phichain.system import Vector
 
 ENERGY: Final = ("energy", 0)

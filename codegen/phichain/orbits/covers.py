@@ -19,9 +19,9 @@ from phichain.continuation import (
     predictors,
     start_on,
 )
-from phichain.continuation.problem import Watch
+from phichain.continuation.compiled.protocol import Watch
+from phichain.continuation.compiled.strides import Behind, strides
 from phichain.continuation.steps import StepTooSmallError
-from phichain.continuation.strides import Behind, strides
 from phichain.errors import ConvergenceError
 from phichain.orbits.modes import LinearModes
 from phichain.orbits.quarter import EPS, quarter_problem

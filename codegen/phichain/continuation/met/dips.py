@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 
 from phichain.continuation.events import BranchPoint, Fold, Level, Quantity, TestFunction
-from phichain.continuation.met.locate import Curve
+from phichain.continuation.met.between import Curve
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
 from phichain.system import Vector

@@ -17,7 +17,7 @@ import numpy as np
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint
 from phichain.continuation.linear import bordered, sign_of_determinant
-from phichain.continuation.met.locate import curve
+from phichain.continuation.met.between import curve
 from phichain.continuation.met.specials import Passage
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem

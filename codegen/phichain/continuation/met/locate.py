@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from operator import mul
 
 import numpy as np
 
-from phichain.continuation.correctors import pseudo_arclength
 from phichain.continuation.engine import Engine
-from phichain.continuation.events import BranchPoint, Level, Quantity, TestFunction, watch_of
-from phichain.continuation.linear import size
+from phichain.continuation.events import BranchPoint, Level, Quantity, TestFunction
+from phichain.continuation.met.between import Between, Curve, curve
 from phichain.continuation.met.roots import zero_between
 from phichain.continuation.met.singular import half_width, loosened, through
 from phichain.continuation.met.specials import Special
-from phichain.continuation.osculating import touched
 from phichain.continuation.point import Point, point_at
-from phichain.continuation.predictors import hermite, hermite_shares
+from phichain.continuation.predictors import hermite_shares
 from phichain.continuation.problem import Extra, Problem
 
-Curve = Callable[[float], Point]
 Rows = Sequence[tuple[Point, Sequence[float]]]
 """Points in order, with the values of all test functions."""
 SPACING = 1e-14
@@ -33,14 +28,10 @@ _CENTRED = 1e-2
 """How far off the centre of the neighbourhood of a singular point may be, in half its width."""
 _FIRST = 2e-3
 """How far off the zero may be that is to be the centre, likewise."""
-_NEAR = 3
-"""Points on either side of a place that it is guessed from."""
 _TRUST = 1e-8
 """Corrections that are taken without asking again: what they leave is their square, in units of what the problem bends."""
 _SETTLED = 1e-14
 """Corrections after which the Jacobian at the last place of an event is asked for once more."""
-_REGULAR = 0.1
-"""Smallest singular value of [J; t], in the larger of those at the ends, below which a point has lost too many digits for others to be guessed from."""
 _BESIDE = 1e-9
 """How far from a place that is known an event may be for what both are to follow from two such places, in units of 1 + s."""
 
@@ -248,76 +239,3 @@ def _moved(a: Point, b: Point, known: tuple[Point, float], other: tuple[Point, f
 def _trusting(engine: Engine) -> Engine:
     """The engine that takes small corrections as they are, which serves where nothing is singular."""
     return replace(engine, options=replace(engine.options, trust=max(engine.options.trust, _TRUST)))
-
-
-class Between:
-    """The curve between two points as a function of arclength, its ends exact.
-
-    The point at s lies in the plane across the chord through the cubic at s; Newton starts in that plane, from the polynomial that
-    touches the curve at the nearest points that are known: its ends, what was found before, and points before a.
-    """
-
-    def __init__(self, problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence[Point]) -> None:
-        """Take the ends, and the points before."""
-        self.a, self.b = a, b
-        self._problem, self._engine, self._known, self._normal = problem, engine, [*before, a, b], b.y - a.y
-        self._across = self._normal / size(self._normal)
-        self._ends = [float(self._across @ vector) for vector in (a.y, b.y, a.tangent, b.tangent)]
-        self._regular = _REGULAR * max(abs(BranchPoint().value(problem, end)) for end in (a, b))
-
-    def __call__(self, s: float) -> Point:
-        """The point at an arclength."""
-        problem, engine, a, b = self._problem, self._engine, self.a, self.b
-        if s in (a.arclength, b.arclength):
-            return a if s == a.arclength else b
-        at = bisect_left([point.arclength for point in self._known], s)
-        near = touched(problem, self._known[max(0, at - _NEAR) : at + _NEAR], self._across, sum(map(mul, self._ends, hermite_shares(a, b, s))))
-        # The chord of two branches, where a step jumped, goes along none of them.
-        guess = hermite(a, b, s) if near is None else near
-        found = engine.corrector(problem, guess, self._normal, engine.options)
-        if found.converged:
-            point = found.point(a.tangent, s)
-            self._keep(point)
-            return point
-        # At a branch point the bordered matrix is singular and Newton may fail: the guess is the answer there.
-        return point_at(problem, guess, a.tangent, s, found.iterations)
-
-    def _keep(self, point: Point) -> None:
-        places = [other.arclength for other in self._known]
-        is_regular = abs(BranchPoint().value(self._problem, point)) >= self._regular
-        if is_regular and self.a.arclength < point.arclength < self.b.arclength and point.arclength not in places:
-            self._known.insert(bisect_left(places, point.arclength), point)
-
-    def zero(
-        self, test: TestFunction, values: tuple[float, float], near: tuple[float, float, bool], beyond: Sequence[tuple[float, float]]
-    ) -> tuple[tuple[Point, float], tuple[Point, float], float] | None:
-        """The zero of a test function between the ends, in one call where the problem has that compiled.
-
-        Args:
-            test: The test function.
-            values: Its values at the ends.
-            near: How far off the zero may be; how far from a place that is known; and whether that is to have the Jacobian of its own place.
-            beyond: Arclengths outside, and the values there.
-
-        Returns:
-            The point nearest to the zero and the function there; the next one; and the zero's arclength. None where it was not found so.
-        """
-        compiled, watch = self._problem.compiled, watch_of(self._problem, test)
-        if compiled is None or not (watch.what and compiled.watches([watch])) or self._engine.corrector is not pseudo_arclength:
-            return None
-        line = [(point.arclength, point.y, point.tangent) for point in (self.a, self.b, *self._known)]
-        found = compiled.zero(line, values, beyond, watch, self._engine.options, (*near, self._regular))
-        if found is None:
-            return None
-        rows, at, other, place = found
-        points = [(Point.made(**told), value) for told, value, _ in rows]
-        for (point, _), (_, _, is_reached) in zip(points, rows, strict=True):
-            if is_reached:
-                self._keep(point)
-        ends = [(self.a, values[0]), (self.b, values[1])]
-        return points[at], (points[other] if other >= 0 else ends[other]), place
-
-
-def curve(problem: Problem, a: Point, b: Point, engine: Engine, before: Sequence[Point] = ()) -> Curve:
-    """The curve between two points as a function of arclength, whose points before are known, too."""
-    return Between(problem, a, b, engine, before)

@@ -14,8 +14,9 @@ from typing import Final
 
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Quantity, TestFunction
+from phichain.continuation.met.between import Curve, curve
 from phichain.continuation.met.dips import Known, dip_between, may_dip
-from phichain.continuation.met.locate import Curve, Rows, curve, way_between, zero_of
+from phichain.continuation.met.locate import Rows, way_between, zero_of
 from phichain.continuation.met.roots import zero_between
 from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point

@@ -6,7 +6,7 @@ import numpy as np
 
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint
-from phichain.continuation.met.locate import curve
+from phichain.continuation.met.between import curve
 from phichain.continuation.met.roots import zero_between
 from phichain.continuation.met.singular import loosened
 from phichain.continuation.point import Point

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 from phichain.continuation.problem import Multipliers
 from phichain.records import Held
@@ -10,6 +11,8 @@ from phichain.system import Vector
 
 STATUS = ("event", "closed", "points", "step", "interrupted")
 """Why a run can end."""
+_APART: Final = 1e-9
+"""Arclength within which two events of one kind are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,3 +57,8 @@ class Passage(Held):
     arclength: float
     width: float
     is_crossed: bool
+
+
+def is_same(event: Special, other: Special) -> bool:
+    """Whether two events, of a run and of one that was cut and goes on, are one."""
+    return event.kind == other.kind and event.index == other.index and bool(abs(event.arclength - other.arclength) < _APART)

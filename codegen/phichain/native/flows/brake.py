@@ -7,9 +7,9 @@ desk of numbers, whose fields `desk` says.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Final, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -24,22 +24,12 @@ from phichain.native.flows.desk import (
     WATCHED,
     WHAT,
     Array,
-    Numbers,
-    Shape,
     desk_fields,
     offsets,
     orbit_fields,
 )
+from phichain.native.flows.told import Ahead, Found, Reached, Zero
 from phichain.native.memory.arrays import place
-
-
-class Ahead(NamedTuple):
-    """How a step went: how far it led, how far Newton moved its guess, the cosine of its turn, and the size of [J; t]^-1 dJ."""
-
-    moved: float
-    shifted: float
-    turned: float
-    changed: float
 
 
 def has_brake(chain: Chain) -> bool:
@@ -56,6 +46,8 @@ class Braking:
         settled: The same, freed of what Newton still finds.
         corrected: The orbit that Newton finds from it.
         ahead: The next orbit.
+        run: The next orbits.
+        zero: The orbit at which a test function vanishes.
         touched: A guess, by the orbits that are known.
     """
 
@@ -66,31 +58,6 @@ class Braking:
     run: Callable[..., int]
     zero: Callable[..., int]
     touched: Callable[..., int]
-
-
-class Reached(NamedTuple):
-    """An orbit of a run: what is told of it, where it is, the step to try behind it, and the test functions there."""
-
-    found: Found
-    arclength: float
-    step: float
-    values: tuple[float, ...]
-
-
-class Zero(NamedTuple):
-    """Where a test function vanishes.
-
-    Attributes:
-        rows: The orbits that were computed on the way, with its values alone; steps are above 0 where Newton got there.
-        at: Which one is nearest to the zero.
-        other: Which one is nearest to that; -2 is the first end of the curve, -1 its last.
-        place: Arclength of the zero.
-    """
-
-    rows: list[Reached]
-    at: int
-    other: int
-    place: float
 
 
 class Brake:
@@ -176,7 +143,7 @@ class Brake:
 
     @staticmethod
     def watches(tests: Sequence[Any]) -> bool:
-        """Whether a run can watch so many test functions (`continuation.problem.Watch`), and knows all of them that have names."""
+        """Whether a run can watch so many test functions (`continuation.compiled.protocol.Watch`), and knows all of them that have names."""
         return len(tests) <= WATCHED and all(test.what in WHAT for test in tests if test.what)
 
     def run(
@@ -186,7 +153,7 @@ class Brake:
         """The next orbits behind the last one that is seen, whose Jacobian is given: so many at most, or up to one that somebody has to look at.
 
         Args:
-            seen: The last places with their tangents, arclengths and sigmas; and the test functions at the last ones of them (`continuation.problem.Seen`).
+            seen: The last places with their tangents, arclengths and sigmas; and the test functions at the last ones of them (`continuation.compiled.protocol.Seen`).
             jacobian: At the last one (nq, nq + 1).
             step: The step to try.
             most: How many orbits.
@@ -258,11 +225,7 @@ class Brake:
         return Zero(self._reached(int(desk["count"]), 1), int(desk["taken"]), int(desk["stopped"]), float(desk["place"]))
 
     def _reached(self, count: int, tests: int) -> list[Reached]:
-        return [self._row(row, tests) for row in self.desk["rows"][:count].copy()]
-
-    def _row(self, row: Array, tests: int) -> Reached:
-        arclength, step, *values = row[: _HEAD + tests].tolist()
-        return Reached(Found(row[_HEAD + WATCHED :], self._fields), arclength, step, tuple(values))
+        return [Reached.of(row, self._fields, tests) for row in self.desk["rows"][:count].copy()]
 
     def _know(self, known: Sequence[tuple[Array, Array]]) -> None:
         if len(known) > KNOWN:
@@ -286,27 +249,7 @@ class Brake:
         return self._guess.copy() if self._functions.touched(self._desk) else None
 
 
-class Found:
-    """What is told of an orbit: numbers at once, arrays by name when they are asked for."""
-
-    __slots__ = ("_fields", "_row", "numbers")
-
-    def __init__(self, row: Array, fields: Mapping[str, tuple[int, int, Shape]]) -> None:
-        """Take what C told."""
-        row.flags.writeable = False
-        self._row, self._fields, self.numbers = row, fields, Numbers(*row[:_NUMBERS].tolist())
-
-    def array(self, name: str) -> Array:
-        """An array."""
-        begin, end, shape = self._fields[name]
-        part = self._row[begin:end]
-        return part if len(shape) == 1 else part.reshape(shape)
-
-
 def _watched(test: Any) -> tuple[float, ...]:
     """A test function as C takes it: which of `WHAT`, which one of these, what is taken off, how it may dip; of nothing where it is not known."""
     return (WHAT.index(test.what) if test.what else -1, *test[1:])
 
-
-_NUMBERS: Final = len(Numbers._fields)
-_HEAD: Final = 2

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from phichain.continuation import Branch, Engine, Point, Problem
-from phichain.continuation.met.locate import curve
+from phichain.continuation.met.between import curve
 from phichain.continuation.problem import Multipliers
 from phichain.continuation.record import point_of
 from phichain.orbits.closed.kinds import problem_of

@@ -15,8 +15,9 @@ from typing import Any, Final
 import numpy as np
 
 from phichain.continuation import Evaluation, Extra, Options, Point
+from phichain.continuation.compiled.protocol import Seen, Stepped, Told, Watch
 from phichain.continuation.linear import eigenvalues
-from phichain.continuation.problem import LateExtra, Multipliers, Seen, Stepped, Told, Watch
+from phichain.continuation.problem import LateExtra, Multipliers
 from phichain.orbits.quarter.map import QuarterMap, ordered
 from phichain.system import Vector
 
@@ -77,7 +78,7 @@ class _Own(threading.local):
 
 
 class Braking:
-    """A compiled problem (`continuation.problem.Compiled`) of brake orbits; several threads may ask it at once."""
+    """A compiled problem (`continuation.compiled.protocol.Compiled`) of brake orbits; several threads may ask it at once."""
 
     def __init__(self, brake: Any) -> None:
         """Take what a compiled flow's `brake` made."""

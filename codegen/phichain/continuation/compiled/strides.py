@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from phichain.continuation import correctors, predictors
+from phichain.continuation.compiled.protocol import Seen, Watch
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import TestFunction, watch_of
 from phichain.continuation.met.passage import is_crossed_smoothly
 from phichain.continuation.point import Point
-from phichain.continuation.problem import Problem, Seen, Watch
+from phichain.continuation.problem import Problem
 from phichain.continuation.steps import StepTooSmallError, advance
 
 Values = tuple[float, ...]
