@@ -78,7 +78,8 @@ def main(words: list[str]) -> int:
     if command is None:
         print("no Chromium here (Debian: apt install chromium): the pages are not opened")
         return 0
-    pages = [page for word in words for page in ([Path(word)] if Path(word).is_file() else sorted(Path(word).rglob("*.html")))]
+    # A run that was killed leaves its copy of a page behind, whose name begins with a point.
+    pages = [page for word in words for page in ([Path(word)] if Path(word).is_file() else sorted(Path(word).rglob("[!.]*.html")))]
     wrong = 0
     for page in pages:
         found = faults(page, command)

@@ -27,3 +27,12 @@ def test_what_is_wrong_with_a_page_is_found(tmp_path: Path) -> None:
     assert [any(word in fault for fault in found) for word in ("missing is not defined", "slid", "no picture", "cut off: a long label")] == [True] * 4
     page.write_text("<!doctype html><html><head></head><body><button onclick='document.title = 1'>press</button></body></html>")
     assert browser.faults(page, str(browser.browser())) == [] and [file.name for file in tmp_path.iterdir()] == ["page.html"]
+
+
+def test_a_copy_that_a_killed_run_left_behind_is_no_page(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr(browser, "browser", lambda: "chromium")
+    monkeypatch.setattr(browser, "faults", lambda page, _: opened.append(page.name) or [])
+    for name in ("page.html", ".page.opened.html"):
+        (tmp_path / name).write_text("<html></html>")
+    assert browser.main([str(tmp_path)]) == 0 and opened == ["page.html"]
