@@ -14,7 +14,7 @@ from phichain.pipeline import build
 from phichain.scene import Scene
 from phichain.system import System
 
-WANT = ("forward_dynamics", "propagate_batch", "forward_dynamics_batch")
+WANT = ("forward_dynamics", "propagate", "propagate_batch", "forward_dynamics_batch")
 
 
 @pytest.fixture(scope="module")
@@ -79,6 +79,8 @@ def test_what_no_memory_holds_and_what_is_nothing_is_refused_before_it_is_comput
         system.propagate_batch(endless, endless, 0.0, 1.0, 1e-9)
     with pytest.raises(ArrayError, match=r"^propagate_batch\.q: asks for .* GiB"):
         system.propagate_batch(np.zeros((9, 2)), np.zeros((9, 2)), 0.0, 1.0, 1e-9, times=np.broadcast_to(0.5, 10**10))
+    with pytest.raises(ArrayError, match=r"^propagate\.times: asks for .* GiB"):
+        system.propagate(np.zeros(2), np.zeros(2), 0.0, 1.0, 1e-9, times=np.broadcast_to(0.5, 10**10))
     with pytest.raises(ArrayError, match=r"^forward_dynamics: asks for .* GiB"):
         system.forward_dynamics(endless, endless)
     with pytest.raises(ArrayError, match=r"^propagate_batch\.q: has no row per trajectory"):

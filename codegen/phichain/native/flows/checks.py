@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from phichain.errors import ArrayError
 from phichain.native.memory.arrays import converted
+from phichain.native.memory.room import demand_room
 from phichain.system.arrays import number, positive, whole
 
 _MOST_STEPS: Final = 2 ** (8 * ctypes.sizeof(ctypes.c_ulong)) - 1
@@ -96,12 +97,13 @@ def finite(field: str, array: NDArray[Any], remedy: str = "give finite values") 
     return array
 
 
-def output_times(function: str, times: ArrayLike, t: float, t_end: float, kind: np.dtype[Any]) -> NDArray[Any]:
+def output_times(function: str, times: ArrayLike, t: float, t_end: float, size: int, kind: np.dtype[Any]) -> NDArray[Any]:
     """The times at which states are wanted, in the order of travel from t to t_end.
 
     Raises:
-        ArrayError: a time is not finite, or they do not lie in that order.
+        ArrayError: a time is not finite, they do not lie in that order, or no memory holds a state of that size at each.
     """
+    demand_room(f"{function}.times", np.size(times), 1 + size, kind)
     grid = np.atleast_1d(own(f"{function}.times", times, kind))
     if grid.ndim != 1:
         raise ArrayError(f"{function}.times", grid.shape, "is no list of times", "give them one after the other")

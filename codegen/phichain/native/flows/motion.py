@@ -145,7 +145,7 @@ class Frame:
         if isinstance(times, tuple) and not times:
             self._point_to(0, None, None, None)
             return self._to_the_end(budget), self._none
-        grid = output_times(self._call.name, times, t, t_end, self._call.kind)
+        grid = output_times(self._call.name, times, t, t_end, sum(self._call.sizes[:2]), self._call.kind)
         q_at, v_at = self._rows(len(grid), grid)
         result, written = self._in_pieces(budget, (grid, q_at, v_at))
         return result, (wide(grid[:written]), wide(q_at[:written]), wide(v_at[:written]))
