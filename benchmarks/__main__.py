@@ -41,6 +41,7 @@ MODULES: Final = {
     "families": "benchmarks.orbits.families",
     "papers": "benchmarks.papers.run",
     "horizon": "benchmarks.horizon.run",
+    "fit": "benchmarks.identification.coverage",
 }
 """Table -> the module with its HEADING and its ``tables(plan)``."""
 

@@ -15,7 +15,7 @@ from benchmarks.table import Table
 
 SLOW = {"papers": ("torque_table", "energy_table"), "fractional": ("power_table",)}
 """Tables of a file that have no peer to miss, or miss it as another one does."""
-WITHOUT_PEERS = {"single_precision", "leaving_out", "horizon"}
+WITHOUT_PEERS = {"single_precision", "leaving_out", "horizon", "fit"}
 """Tables that compare ours with ours."""
 FEWER = {
     "forward_dynamics": ("KINDS", ("P, torques", "S, masses at 0.6 l")),

@@ -161,8 +161,10 @@ def test_simulate_takes_inputs_over_time_from_a_file(command: Command, tmp_path:
 def test_a_file_of_inputs_that_will_not_do_is_one_line(command: Command, tmp_path: Path, text: str | None, more: tuple[str, ...], words: str) -> None:
     if text is not None:
         (tmp_path / "push.csv").write_text(text)
-    answer = command("simulate", "planar2", "--t", "1", "--input", "push.csv", *more)
+    before = sorted(tmp_path.iterdir())
+    answer = command("simulate", "planar2", "--t", "1", "--input", "push.csv", "--out", "m.csv", "--out", "m.png", *more)
     assert answer.code == 2 and words in answer.err and len(answer.err.strip().splitlines()) == 1
+    assert sorted(tmp_path.iterdir()) == before
 
 
 def test_simulate_writes_what_its_files_are_called(command: Command, tmp_path: Path) -> None:

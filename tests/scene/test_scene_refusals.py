@@ -82,8 +82,8 @@ BAD_VALUES = [
         "chain.com: puts the mass of link 1 beyond the link's length 1.0 (got 1.5); use 0 < com <= length, or give the link an inertia",
     ),
     ({"com": [1.0, math.nextafter(1.0, 2.0)]}, None),
-    ({"com": 0}, f"chain.com: is not positive (got 0); {POSITIVE}"),
-    ({"com": [0.5, -0.5]}, f"chain.com: entry 2 is not positive (got -0.5); {POSITIVE}"),
+    ({"com": 0}, f"chain.com: is not positive (got 0); {POSITIVE}; a link with inertia may have zero"),
+    ({"com": [0.5, -0.5]}, f"chain.com: entry 2 is not positive (got -0.5); {POSITIVE}; a link with inertia may have zero"),
     (
         {"cart_mass": 1.0},
         'chain.cart_mass: needs a cart, and the base is fixed (got 1.0); remove it, or set base = "cart"',

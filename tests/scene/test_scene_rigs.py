@@ -17,7 +17,7 @@ def make(**changes):
 
 BAD_VALUES = [
     ({"inertia": -1}, "chain.inertia: is negative (got -1); use zero or a number above it"),
-    ({"com": 0}, "chain.com: is not positive (got 0); use a number above zero"),
+    ({"com": 0}, "chain.com: is not positive (got 0); use a number above zero; a link with inertia may have zero"),
     (
         {"com": 0, "inertia": [1, 0]},
         ("chain.com: puts the mass of link 2 on its joint, and the link has no inertia (got 0.0); "

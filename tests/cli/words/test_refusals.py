@@ -57,6 +57,33 @@ def test_a_bad_scene_is_one_line(command: Command, tmp_path: Path, verb: str, ta
     assert [path.name for path in tmp_path.iterdir()] == ["bad.toml"]
 
 
+CHAIN = 'name = "a"\n[chain]\nlinks = 2\nmass = 1.0\nlength = 1.0\n'
+
+
+@pytest.mark.parametrize(
+    ("keys", "field", "remedy"),
+    [
+        ("inertia = [0.1, -0.1]", "chain.inertia: entry 2 is negative (got -0.1)", "use zero or a number above it"),
+        ("com = 0", "chain.com: is not positive (got 0)", "a link with inertia may have zero"),
+        ("com = [0, 0.5]\ninertia = [0, 0.1]", "chain.com: puts the mass of link 1 on its joint", "give the link an inertia"),
+        ('space = "spatial"\n[joints]\narmature = 0.1', "joints.armature: is the inertia of a motor at a joint", 'set space = "planar"'),
+        ("[joints]\nfriction = 0.1", "joints.friction: needs the speed v_0", "give joints.friction_speed"),
+        ('base = "cart"\ncart_mass = 1.0\ncart_friction = 0.1', "chain.cart_friction: needs the speed v_0", "give joints.friction_speed"),
+        ('drive = "acceleration"', "chain.drive: needs a cart, and the base is fixed (got 'acceleration')", 'set base = "cart"'),
+        ('base = "moving"\ndrive = "force"', "chain.drive: needs a cart, and the base is moving (got 'force')", 'set base = "cart"'),
+        ('base = "moving"\ncart_mass = 1.0', "chain.cart_mass: needs a cart, and the base is moving (got 1.0)", 'set base = "cart"'),
+        ('base = "moving"\ncart_damping = 0.1', "chain.cart_damping: needs a cart, and the base is moving (got 0.1)", 'set base = "cart"'),
+    ],
+)
+@pytest.mark.parametrize("words", [("show", "bad.toml"), ("generate", "bad.toml", "--out", "out"), ("simulate", "bad.toml", "--out", "m.csv")], ids=lambda words: words[0])
+def test_a_rig_that_cannot_be_is_one_line(command: Command, tmp_path: Path, words: tuple[str, ...], keys: str, field: str, remedy: str) -> None:
+    (tmp_path / "bad.toml").write_text(f"{CHAIN}{keys}\n")
+    answer = command(*words)
+    assert_one_line(answer, field)
+    assert remedy in answer.err
+    assert [path.name for path in tmp_path.iterdir()] == ["bad.toml"]
+
+
 def test_an_unknown_scene_names_the_nearest(command: Command) -> None:
     assert_one_line(command("generate", "paper_c"), "did you mean")
 

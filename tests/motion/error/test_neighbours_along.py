@@ -98,6 +98,24 @@ def test_neighbours_of_a_stiffly_sprung_chain_do_not_grow_by_themselves() -> Non
     assert np.all((rough.error[20:] > 0.3 * true) & (rough.error[20:] < 10 * true))
 
 
+WOUND = {
+    "pair_1": ({"mass": [0.876, 1.835], "length": [1.923, 1.402], "com": [1.028, 1.136]}, [1.325357378837742, -2.16523490975777, 0.8826125909396209, -0.21569870012135894]),
+    "pair_2": ({"mass": [0.775, 1.022], "length": [1.428, 1.483], "com": [1.409, 1.033], "gravity": 1.62}, [-2.167566937179801, -1.332273739120682, 0.0, 0.0]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "until"), [("pair_1", 36.0), ("pair_2", 58.0)])
+def test_what_is_lost_is_as_far_off_as_the_motion_winds_up_by_since_then(name: str, until: float) -> None:
+    """Not by all of it: angles here have wound up to 28 and 46 rad by the time that a run is lost, at errors of 0.05 and 0.4."""
+    keys, x0 = WOUND[name]
+    of, times = build(Scene(name, 2, want=WANT, **keys), prove=False), np.arange(0.0, until + 1, 2.0)
+    rough, fine = (simulate(of, x0, times, "taylor", tol) for tol in (1e-6, None))
+    true = Measure.of(of, rough.x)(rough.x - fine.x)[1:]
+    ratio = rough.error[1:] / true
+    assert fine.error[-1] < 1e-3 * true[-1] and rough.error[-1] > 1.0 and np.max(np.abs(rough.x)) > 20.0
+    assert np.all((ratio > 0.1) & (ratio < 100))
+
+
 def test_errors_at_round_off_are_neither_none_nor_large() -> None:
     for name in SCENES:
         error = run(system(name), None).error

@@ -30,6 +30,8 @@ KEPT: Final = 4.0
 PARTED: Final = 5.0
 #: The same for neighbours, whose tangent says less and less as they part: by how much, and from which part of that error on; then all may be.
 TANGENT, EARLIER, ALL = 2.0, 0.5, 1.0
+#: How far they are apart by then: what the motion winds up by in the time since then, on average, so many times.
+WANDERS: Final = 2.0
 #: From which part of that error on they do not come back: what is left of a large error is the error of a neighbour as much.
 STAYS: Final = 0.2
 #: Methods whose errors are relative to the motion.
@@ -72,10 +74,10 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
         return NONE
     system, measure = problem.system, Measure.of(problem.system, path.x)
     most = _most(problem, name, method.fixed, asked, float(np.min(1 / measure.weights)))
-    lost, least = LOST, 0.0
+    lost, least, elapsed = LOST, 0.0, None
     if path.off is not None:
         error, by, apart, lost = SAFETY * measure.of_parts(path.off()), "neighbours of its steps", TANGENT, EARLIER * LOST
-        least, error = ALL, np.maximum(error, np.maximum.accumulate(np.where(error > STAYS * LOST, error, 0.0)))
+        least, elapsed, error = ALL, np.abs(path.t - path.t[0]), np.maximum(error, np.maximum.accumulate(np.where(error > STAYS * LOST, error, 0.0)))
         if system.links == 1 and problem.tol <= FINEST and np.max(error) > most:  # no chaos, but a separatrix
             error = held_against_other_steps(problem, path, measure, error, ROUND_OFF[system.real])
     elif name == "taylor" and system.real == "double" and problem.tol <= FINEST and not problem.is_moved:
@@ -86,7 +88,7 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
             return NONE
         error, by, apart = np.full(len(path.t), np.inf), beside.by, PARTED
         error[: len(beside.x)] = SAFETY * beside.share * measure(beside.x - path.x[: len(beside.x)])
-    error = _no_more(error, measure(path.x), ROUND_OFF[system.real], apart, lost, least)
+    error = _no_more(error, measure(path.x), ROUND_OFF[system.real], apart, lost, least, elapsed)
     beyond = np.flatnonzero(error > most)
     if not beyond.size:
         return Estimate(error, float(path.t[-1]))
@@ -98,14 +100,19 @@ def estimated(problem: Problem, path: Path, name: str, method: Method, asked: fl
     return Estimate(error, until, (f"doubtful: {why} and ends at {error[-1]:.2g}; {remedy}",))
 
 
-def _no_more(error: Vector, sizes: Vector, round_off: float, apart: float, lost: float, least: float) -> Vector:
+def _no_more(error: Vector, sizes: Vector, round_off: float, apart: float, lost: float, least: float, elapsed: Vector | None = None) -> Vector:
     """Errors not below the last digit; and not smaller again, but `apart` times as large and `least` at least, once two runs have parted, at errors of `lost`.
 
-    None is larger than what the motion has reached by then.
+    None is larger than what the motion has reached by then; and of neighbours, whose series say nothing any more, than what it winds up by in the time
+    `elapsed` since they were last seen together.
     """
     reached = np.maximum.accumulate(np.maximum(sizes, 1.0))
     have_parted = np.maximum.accumulate(error > lost)
     parted = np.where(have_parted, np.maximum(apart * np.maximum.accumulate(error), least), error)
+    if elapsed is not None and have_parted[-1]:
+        first = max(1, int(np.argmax(have_parted)))
+        since = (elapsed[first:] - elapsed[first - 1]) / elapsed[first:]
+        reached[first:] = np.minimum(reached[first:], np.maximum(WANDERS * since * reached[first:], least))
     found: Vector = np.maximum(np.minimum(parted, reached), round_off / 2 * sizes)
     return found
 

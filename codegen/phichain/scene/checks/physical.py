@@ -15,6 +15,7 @@ from phichain.scene.checks.validate import (
     POSITIVE,
     RUNTIME,
     Runtime,
+    Sign,
     choice,
     no_cart,
     per_link,
@@ -25,6 +26,7 @@ from phichain.scene.checks.validate import (
 from phichain.scene.keys import label
 
 Values = tuple[float, ...] | Runtime
+_BEYOND_ITS_JOINT: Final = Sign(POSITIVE.holds, POSITIVE.broken, "use a number above zero; a link with inertia may have zero")
 
 
 def inertia_of(value: object, links: int, real: str) -> Values | None:
@@ -42,7 +44,7 @@ def com_of(value: object, length: Values, inertia: Values | None, links: int, re
     """
     if value is None:
         return None
-    com = per_link("com", value, links, POSITIVE if inertia is None else NOT_NEGATIVE, real)
+    com = per_link("com", value, links, _BEYOND_ITS_JOINT if inertia is None else NOT_NEGATIVE, real)
     if isinstance(com, str) or isinstance(inertia, str):
         return com
     for k, r in enumerate(com):
