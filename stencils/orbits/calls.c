@@ -93,7 +93,7 @@ int phi_brake_run(CONTEXT const phi_flow *begun, brake_desk *desk)
         phi_real next = 0;
         stopped = RUN_SMALL;
         while (stopped == RUN_SMALL && desk->step >= desk->step_min) {
-            const phi_real allowed = desk->step > RUN_SHORT * desk->step_max ? desk->max_change : 0;
+            const phi_real allowed = desk->step > RUN_SHORT ? desk->max_change : 0;
             if (brake_stride(PASS begun, desk, desk->step, allowed)) {
                 stopped = run_judged(desk, &next);
             }

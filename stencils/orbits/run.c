@@ -8,8 +8,9 @@ enum run_stop {
 };
 enum run_what { RUN_TANGENT, RUN_UNKNOWN, RUN_ANGLE, RUN_ENERGY, RUN_SIGMA, RUN_BRAKE_LOSS, RUN_ODD_LOSS, RUN_UNEQUAL, RUN_SLOPE, RUN_STEEPNESS, RUN_KAPPA };
 
-#define RUN_SHORT 1e-4   /* share of the longest step below which a change of sign is believed */
+#define RUN_SHORT 3e-6   /* steps that are too short to jump a gap: a change of sign is believed there */
 #define RUN_LEAP 1.8     /* length of a step over a singular place, in distances from it */
+#define RUN_LONGER 2.2   /* length of a step, in that of the one before, above which it is such a leap */
 #define RUN_GROWING 4.0  /* how far such a place may be, in steps, while they grow */
 #define RUN_SHRINKING 12.0
 #define RUN_BENT 4.0     /* how many times as far as it bent on the way to a step a function may bend within it */
@@ -87,7 +88,9 @@ static enum run_stop run_judged(brake_desk *desk, phi_real *next)
         return RUN_SMALL;
     }
     const phi_real change = run_changed(desk, &is_turned, &ahead);
-    const int is_taken = step <= RUN_SHORT * desk->step_max || (!is_turned && change <= desk->max_change);
+    /* A leap over a singular place that changes no sign leapt over two of them, or over none and unseen. */
+    const int last = (int)desk->count - 1, is_leap = last > 0 && step > RUN_LONGER * (desk->at[last] - desk->at[last - 1]);
+    const int is_taken = step <= RUN_SHORT || (!is_turned && change <= desk->max_change && !is_leap);
     if (!is_taken && !is_turned) {
         return RUN_SMALL;
     }

@@ -36,18 +36,23 @@ def crossing(delta: float, bend: float = 0.0):
     return problem_of(residual, jacobian, ("x", "y")), turn
 
 
-def run(delta: float, through: float = 0.0, step_max: float = 0.1, bend: float = 0.0) -> tuple[Branch, np.ndarray]:
+def run(
+    delta: float, through: float = 0.0, step_max: float = 0.1, bend: float = 0.0, mark: float | None = None, is_end: bool = False
+) -> tuple[Branch, np.ndarray]:
+    """A run towards the crossing; `mark` is a value of u whose passing is an event, which ends it where `is_end`."""
     problem, turn = crossing(delta, bend)
     engine = Engine(options=Options(step=min(0.01, step_max), step_max=step_max, max_points=700))
     begin = turn.T @ (np.array([-1.0, -delta + bend]) + AWAY)
     start = start_on(problem, begin, turn.T @ np.array([1.0, 0.0]), engine)
     ends = [Level(lambda z: float(np.max(np.abs(turn @ z - AWAY))), 1.1, "far")]
+    if mark is not None:
+        ends.append(Level(lambda z: float((turn @ z - AWAY)[0]), mark, "mark", terminal=is_end))
     branch = follow(problem, start, engine, [BranchPoint(), *ends], through=through)
     return branch, turn
 
 
-@pytest.mark.parametrize("step_max", [0.5, 0.1, 0.004])
-@pytest.mark.parametrize("width", [1e-3, 5.5e-5, 1e-5])
+@pytest.mark.parametrize("step_max", [2.0, 0.5, 0.1, 0.004])
+@pytest.mark.parametrize("width", [1e-3, 5.5e-5, 1e-5, 5e-6])
 def test_a_run_turns_at_a_gap_and_measures_it(width: float, step_max: float) -> None:
     branch, turn = run(width**2, step_max=step_max)
     assert turn @ branch.points[-1] - AWAY == pytest.approx([-(width**2) / 1.1, -1.1], abs=1e-9)
@@ -79,7 +84,7 @@ def test_a_branch_point_is_stepped_over_and_found(step_max: float) -> None:
     assert not branch.passages and len(branch) < 40 + 2.5 / step_max
 
 
-@pytest.mark.parametrize("reach", [0.1, 0.05, 0.01])
+@pytest.mark.parametrize("reach", [0.1, 0.05, 0.01, 1e-3, 1.2e-4])
 def test_a_step_across_a_narrow_gap_is_seen_whatever_its_length(reach: float) -> None:
     """It lands on the other branch with a smooth look, and det [J; t] changes its sign as over a branch point."""
     for delta, is_smooth in ((1e-9, False), (0.0, True)):
@@ -99,14 +104,52 @@ def test_a_step_across_a_narrow_gap_is_seen_whatever_its_length(reach: float) ->
 
 
 @pytest.mark.parametrize("step_max", [0.5, 0.1, 0.03, 0.004])
-@pytest.mark.parametrize("width", [1e-6, 3e-7])
+@pytest.mark.parametrize("width", [2.5e-6, 1e-6, 3e-7])
 def test_what_no_step_tells_from_a_branch_point_is_crossed(width: float, step_max: float) -> None:
     """Whatever the step: a run that saw the gap goes on where one that stepped over it does."""
     branch, turn = run(width**2, step_max=step_max, bend=0.7)
     u, v = turn @ branch.points[-1] - AWAY
     assert u > 1 and v == pytest.approx(0.7 * u**2, abs=1e-9)
-    assert len(branch.passages) + len(branch.located("branch point")) == 1
+    # The one that saw it names the gap besides.
+    (event,) = branch.located("branch point")
+    assert turn @ event.z == pytest.approx(AWAY, abs=3 * width)
     assert all(gap.is_crossed and gap.width == pytest.approx(width, rel=0.3) for gap in branch.passages)
+
+
+@pytest.mark.parametrize("step_max", [0.5, 0.02])
+@pytest.mark.parametrize("mark", [-3e-3, 4e-3])
+def test_what_lies_on_the_way_across_a_gap_is_met(mark: float, step_max: float) -> None:
+    """The step that leads across goes from a hundred half widths before the gap to as many beyond; nothing vanishes in the gap itself."""
+    branch, turn = run(1e-8, through=2e-4, step_max=step_max, mark=mark)
+    assert [event.kind for event in branch.events] == ["mark", "far"] and branch.passages[0].is_crossed
+    assert (turn @ branch.events[0].z - AWAY)[0] == pytest.approx(mark, abs=1e-12)
+    ended, _ = run(1e-8, through=2e-4, step_max=step_max, mark=mark, is_end=True)
+    assert (ended.status, ended.reason) == ("event", "ended by the event 'mark'")
+    assert turn @ ended.points[-1] - AWAY == pytest.approx([mark, 1e-8 / mark], abs=1e-11)
+
+
+@pytest.mark.parametrize("least", [1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("delta", [0.0, 1e-9])
+def test_how_far_a_singular_value_reaches_is_no_matter(least: float, delta: float) -> None:
+    """Away from the place another one is the smallest, so that it is much steeper there than over the whole step."""
+    plane, turn = crossing(delta)
+
+    def residual(z: np.ndarray) -> np.ndarray:
+        return np.append(plane.evaluate(z[:2]).residual, least * z[2])
+
+    def jacobian(z: np.ndarray) -> np.ndarray:
+        whole = np.zeros((2, 3))
+        whole[0, :2], whole[1, 2] = plane.evaluate(z[:2]).jacobian[0], least
+        return whole
+
+    problem = problem_of(residual, jacobian, ("x", "y", "z"))
+
+    def point(u: float) -> Point:
+        y = np.append(turn.T @ (np.array([u, delta / u]) + AWAY), 0.0)
+        rows = problem.at(y).jacobian
+        return Point(y, tangent_of(rows, np.append(turn.T @ np.array([1.0, 0.0]), 0.0)), u, rows, 0.0, 1, (), Extra())
+
+    assert is_crossed_smoothly(problem, point(-0.1), point(0.08), Engine()) is (delta == 0)
 
 
 def test_a_gap_is_not_measured_where_the_equations_are_no_numbers() -> None:

@@ -79,6 +79,19 @@ def test_a_jump_is_found_by_halving(sign: float) -> None:
     assert abs(found - 1 / 3) < 2e-12 and len(asked) < 4 * 40
 
 
+@pytest.mark.parametrize("spacing", [0.0, 1e-30])
+def test_a_search_ends_where_no_number_lies_between(spacing: float) -> None:
+    """A pole with no value, as at a zero by which a function is divided that rounding has moved: the bracket ends at two neighbours."""
+    asked: list[float] = []
+
+    def pole(x: float) -> float:
+        asked.append(x)
+        assert len(asked) < 1000
+        return math.nan if x == 0.3 else 1 / (x - 0.3)
+
+    assert zero_between(pole, 0.0, 1.0, (-1 / 0.3, 1 / 0.7), spacing) == pytest.approx(0.3, abs=1e-15)
+
+
 def test_noise_is_not_chased() -> None:
     """Beside a zero in values that are rounding the place is known as well as it will be, however fine it is wanted."""
     rng, asked, zero = np.random.default_rng(3), [], 1 + 2.7e-7

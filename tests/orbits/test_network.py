@@ -168,7 +168,7 @@ def test_a_saved_orbit_starts_its_family_again(network: Network, tmp_path: Path)
     for closing in ("quarter", "odd", "unequal", "half"):
         branch = next(b for b in network.branches if b.closing == closing)
         path = branch.to_json(tmp_path / f"{closing}.json")
-        found = trace(uniform(2), start=f"{path}:10", limits={"max_points": 4})
+        found = trace(uniform(2), start=f"{path}:11", limits={"max_points": 4})
         assert found.closing == closing and found.mode == 0
         z = branch.points[10]
         assert found.points[0, -1] == pytest.approx(z[-1], abs=1e-12)

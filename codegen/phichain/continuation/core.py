@@ -20,7 +20,8 @@ from phichain.continuation.events import BranchPoint, Fold, TestFunction
 from phichain.continuation.met import gaps
 from phichain.continuation.met.locate import locate, values_at
 from phichain.continuation.met.pairs import pairs_of
-from phichain.continuation.met.specials import Passage, Special, is_same
+from phichain.continuation.met.passage import NARROW
+from phichain.continuation.met.specials import Passage, Special, is_passed, is_same
 from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.predictors import TOUCHED
 from phichain.continuation.problem import Problem
@@ -216,7 +217,7 @@ class _Run:
             taken = self._next(most)
         except StepTooSmallError:
             ahead = gaps.gap_ahead(self.problem, self.points[-3:], self.sigma[-3:])
-            if ahead is None or ahead.width > gaps.NARROW or not self._cross(ahead):
+            if ahead is None or ahead.width > NARROW or not self._cross(ahead):
                 raise
             return
         new, step, values = taken.point, taken.step, self._values(taken)
@@ -230,7 +231,7 @@ class _Run:
         found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values), self.seen[-_SEEN:])
         sigma = self._sigma(new, values)
         gap = self._gap(new, sigma) if cut is None else None
-        if gap is not None and gap.width <= max(self.through, gaps.NARROW) and self._cross(gap):
+        if gap is not None and gap.width <= max(self.through, NARROW) and self._cross(gap):
             return
         terminal = found[-1].kind if cut is not None else ""
         met = [*found, *self._pairs(new, values, index, cut, found)]
@@ -238,11 +239,10 @@ class _Run:
         self.passages += [gap] if gap else []
         self._take(new if cut is None else cut, values, sigma)
         if cut is not None:
-            self.regular = len(self.points) - 1
-            self.end("event", f"ended by the event '{terminal}'")
+            self._cut(terminal)
             return
         self.step = step
-        if self._since >= _SHORTEST and _is_closed(self.start, self.points[-2], self.points[-1]):
+        if self._since >= _SHORTEST and is_passed(self.start, self.points[-2], self.points[-1]):
             self.end("closed", "the branch came back to its start")
 
     def _take(self, point: Point, values: tuple[float, ...], sigma: float) -> None:
@@ -281,19 +281,20 @@ class _Run:
         if crossed is None:
             return False
         index, new = crossed
-        self.points = [*self.points[: index + 1], new]
+        last = self.points[index]
+        found, cut = gaps.met_across(self.problem, last, new, gap, self.tests, self.engine, self.offset + index)
+        self.points = [*self.points[: index + 1], new if cut is None else cut]
         self.start, self.origin = new, self.offset + index + 1
-        self.sigma = [*self.sigma[: index + 1], gaps.smallest(self.problem, new)]
-        self.specials = [event for event in self.specials if event.index < self.offset + index]
+        self.sigma = [*self.sigma[: index + 1], gaps.smallest(self.problem, self.points[-1])]
+        self.specials = [*(event for event in self.specials if event.index < self.offset + index), *found]
         self.passages.append(Passage(gap.z, gap.arclength, gap.width, True))
         self.values, self.seen, self.queue = values_at(self.problem, new, self.tests), [], []
-        self.step = max(self.engine.options.step_min, new.arclength - self.points[-2].arclength)
+        self.step = max(self.engine.options.step_min, new.arclength - last.arclength)
+        if cut is not None:
+            self._cut(found[-1].kind)
         return True
 
-
-def _is_closed(start: Point, before: Point, after: Point) -> bool:
-    """True when the step from one point to the next passed through the start in its direction."""
-    if after.tangent @ start.tangent <= 0:
-        return False
-    behind, ahead = (start.tangent @ (point.y - start.y) for point in (before, after))
-    return bool(behind < 0 <= ahead and np.linalg.norm(after.y - start.y) <= np.linalg.norm(after.y - before.y) * 1.1)
+    def _cut(self, kind: str) -> None:
+        """End at the last point, which is that of a terminal event."""
+        self.regular = len(self.points) - 1
+        self.end("event", f"ended by the event '{kind}'")

@@ -22,20 +22,20 @@ from phichain.continuation import correctors, predictors
 from phichain.continuation.correctors import Correction
 from phichain.continuation.engine import Engine
 from phichain.continuation.linear import bordered, eigenvalues, size, solve
-from phichain.continuation.met.passage import is_crossed_smoothly
+from phichain.continuation.met.passage import NARROW, is_crossed_smoothly
 from phichain.continuation.options import Options
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
 from phichain.system import Vector
 
-SHORT = 1e-4
-"""Steps below this share of step_max resolve what they cross: a change of the determinant's sign is believed there."""
 _SEEN = 0.2
 """Changes of the Jacobian below which nothing singular is near."""
 _LEAP = 1.8
 """Length of a step over a place where [J; t] vanishes, in distances from it; half of it stays before the place, and is refused."""
 _REACH = (4.0, 12.0)
 """How far such a place may be, in steps: while they grow, and where they have begun to shrink on the way to it."""
+_LONGER = 2.2
+"""Length of a step, in that of the step before, above which it is such a leap: usual ones are at most twice as long as what was tried before."""
 
 
 class StepTooSmallError(Exception):
@@ -63,12 +63,18 @@ def advance(problem: Problem, points: Sequence[Point], step: float, engine: Engi
             if is_near:
                 new = tried.found.point(last.tangent, last.arclength + tried.moved)
                 change, is_turned, ahead = change_between(tried.changed, tried.change)
-                is_short = step <= SHORT * options.step_max
-                is_whole = not is_turned and change <= options.max_change
+                # The branches beside a gap that is none to be crossed are farther from each other than such a step is long.
+                is_short = step <= NARROW
+                is_whole = not is_turned and change <= options.max_change and not _is_leap(points, step)
                 if is_short or is_whole or (is_turned and is_crossed_smoothly(problem, last, new, engine)):
                     return new, _next_step(step, turn, change, ahead * step, tried.found.iterations, options)
         step *= 0.5
     raise StepTooSmallError
+
+
+def _is_leap(points: Sequence[Point], step: float) -> bool:
+    """Whether a step is one over a place where [J; t] was to vanish, by its length: where no sign changed it leapt over two of them, or over none and unseen."""
+    return len(points) > 1 and step > _LONGER * (points[-1].arclength - points[-2].arclength)
 
 
 class _Tried(NamedTuple):

@@ -106,3 +106,15 @@ def target_of(system: System, until: Any) -> Target | None:
     if what == "energy" and not system.has("energy"):
         raise ArrayError("until", until, "needs the energy of the chain", 'add "energy" to [functions] want of the scene')
     return Target(what, value)
+
+
+def point_index(number: str) -> int:
+    """The index of the point that stands behind a file's name, as in FILE.json:POINT: counted from 1, or from the end, where -1 is the last.
+
+    Raises:
+        ArrayError: It is 0.
+    """
+    count = int(number)
+    if count == 0:
+        raise ArrayError("start", number, "is no point", "count points from 1, or from the end: -1 is the last")
+    return count - 1 if count > 0 else count

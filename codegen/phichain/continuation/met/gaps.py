@@ -15,19 +15,21 @@ from collections.abc import Sequence
 import numpy as np
 
 from phichain.continuation.engine import Engine
-from phichain.continuation.events import BranchPoint
+from phichain.continuation.events import BranchPoint, TestFunction
 from phichain.continuation.linear import bordered, sign_of_determinant
 from phichain.continuation.met.between import curve
-from phichain.continuation.met.specials import Passage
+from phichain.continuation.met.locate import locate
+from phichain.continuation.met.passage import NARROW
+from phichain.continuation.met.specials import Passage, Special
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem
 
 WIDEST = 1e-2
 """Half widths, in arclength, up to which a minimum of sigma is a gap and no more than a bend."""
-NARROW = 3e-6
-"""Half width below which a gap is crossed in any case: whether a step sees it or takes it for a branch point depends on its length."""
 _CLEAR = (100.0, 30.0, 10.0)
 """Distances, in half widths, at which both branches beside a gap are straight again: the farthest that serves is taken."""
+_LEFT = 1e-6
+"""What may be left of a test function at its zero, in the larger of its values at both ends."""
 _REACH = (2.0, 3.0)
 """How far a leap goes, in distances from the gap."""
 
@@ -125,3 +127,28 @@ def across(problem: Problem, points: Sequence[Point], gap: Passage, engine: Engi
             if new.tangent @ last.tangent > np.cos(engine.options.max_angle) and change_sign((last, new)):
                 return before[-1], new
     return None
+
+
+def met_across(
+    problem: Problem, a: Point, b: Point, gap: Passage, tests: Sequence[TestFunction], engine: Engine, index: int
+) -> tuple[list[Special], Point | None]:
+    """The events on the way straight across a gap, as `locate` finds them on a branch.
+
+    A gap that counts as a branch point is one; of what jumps with the branches nothing vanishes in between.
+
+    Args:
+        problem: What is continued.
+        a: The last point before the gap.
+        b: The first one beyond.
+        gap: The gap.
+        tests: Test functions.
+        engine: Corrector and options.
+        index: Index of `a` in its branch.
+
+    Returns:
+        The events in order, none after a terminal one; and the point of that, or None.
+    """
+    kept = [test for test in tests if gap.width <= NARROW or not isinstance(test, BranchPoint)]
+    found, cut = locate(problem, a, b, kept, engine, index)
+    largest = {test.name: max(abs(test.value(problem, end)) for end in (a, b)) for test in kept}
+    return [event for event in found if abs(event.value) <= _LEFT * largest[event.kind] or (cut is not None and event is found[-1])], cut

@@ -98,7 +98,9 @@ def pairs_of(
             brackets = _passed(test, a, b, before[k], labels, between) if labels else []
             brackets = brackets or dip_between(problem, divided, known, step, between)
             if zeros:
-                brackets = [_apart(problem, divided, bracket, between) for bracket in brackets]
+                brackets = [own for bracket in brackets if (own := _apart(problem, divided, bracket, between, near)) is not None]
+                # What is left of a function beside a zero that is known is rounding, where it is flat: of two one alone is none.
+                brackets = brackets if len(brackets) % 2 == 0 else []
             both = [zero_of(problem, low, high, test, engine) for low, high in brackets]
             kept = [
                 pair for pair in zip(both[::2], both[1::2], strict=True)
@@ -125,8 +127,8 @@ def _without(test: TestFunction, zeros: tuple[float, ...], rows: Rows, k: int, s
     return divided, [(point, divided.of(point, value)) for point, value in known]
 
 
-def _apart(problem: Problem, divided: TestFunction, bracket: tuple[Point, Point], between: Curve) -> tuple[Point, Point]:
-    """A bracket of a zero that has no other ones in it."""
+def _apart(problem: Problem, divided: TestFunction, bracket: tuple[Point, Point], between: Curve, least: float) -> tuple[Point, Point] | None:
+    """A bracket of a zero that has no other ones in it; None where it is no farther than `least` from one that is known."""
     assert isinstance(divided, _Divided)
     low, high = bracket
     ends = divided.value(problem, low), divided.value(problem, high)
@@ -134,6 +136,8 @@ def _apart(problem: Problem, divided: TestFunction, bracket: tuple[Point, Point]
     for _ in range(_HALVES):
         place = zero_between(lambda s: divided.value(problem, between(s)), low.arclength, high.arclength, ends, _ROUGH * apart)
         nearest = min(abs(place - zero) for zero in divided.zeros)
+        if nearest <= least:
+            return None
         if apart <= nearest:
             break
         apart = nearest

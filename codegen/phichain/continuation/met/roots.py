@@ -58,6 +58,8 @@ def zero_between(
             place, wanted, left = (a[0] + b[0]) / 2, (b[0] - a[0]) / 2, _PATIENCE
         elif not a[0] < place < b[0]:
             place = (a[0] + b[0]) / 2
+        if not a[0] < place < b[0]:
+            return min(a, b, key=lambda pair: abs(pair[1]))[0]  # no number lies between
         last_move = move if move < _ROUNDING * (1 + abs(place)) else float("inf")
         new = place, of(place)
         known.append(new)

@@ -1,7 +1,8 @@
 """A curve near a point at which [J; t] is singular, where Newton has no digits left: a polynomial through its neighbours.
 
 The curve is analytic through a branch point; planes across it at distances of some 1e-3 on both sides are met to the last digits,
-and the polynomial of degree seven through eight of them is right to 1e-13 between. Every test function is smooth along it, its
+and the polynomial of degree seven through eight of them is right to 1e-13 between; where the curve bends so soon that those of lower degrees say
+otherwise, which a long step need not have felt, through nearer ones. Every test function is smooth along it, its
 tangent the polynomial's own: the null vector of J is not one there.
 """
 
@@ -10,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -17,12 +19,17 @@ from numpy.polynomial import polynomial
 from phichain.continuation.engine import Engine
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem, relative_residual
+from phichain.system import Vector
 
 _SIDES = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0]) / 4
 _SHARE = 0.2
 """Half the width of the neighbourhood, in lengths of the step that it lies in."""
 _WIDEST = 1e-2
 """Largest half width, in arclength."""
+_NARROWEST = 2e-4
+"""Smallest one, likewise: below it Newton's round-off is more than the polynomial's error."""
+_RESOLVED = 1e-11
+"""Error of the polynomial in the middle that is none, in units of 1 + |y|."""
 
 Curve = Callable[[float], Point]
 
@@ -49,7 +56,10 @@ def through(problem: Problem, a: Point, b: Point, centre: float, beside: Curve) 
         beside: The curve by Newton.
     """
     half = half_width(a, b)
-    places = np.array([beside(centre + half * side).y for side in _SIDES])
+    places = _beside(centre, half, beside)
+    while half > _NARROWEST and not _is_resolved(places):
+        half /= 2
+        places = _beside(centre, half, beside)
     shape = polynomial.polyfit(_SIDES, places, len(_SIDES) - 1)
     slope = polynomial.polyder(shape)
 
@@ -63,3 +73,15 @@ def through(problem: Problem, a: Point, b: Point, centre: float, beside: Curve) 
         return Point(y, along / np.linalg.norm(along), s, jacobian, size, 0, (), extra)
 
     return between
+
+
+def _beside(centre: float, half: float, beside: Curve) -> Vector:
+    return np.array([beside(centre + half * side).y for side in _SIDES])
+
+
+def _is_resolved(places: Vector) -> bool:
+    """Whether the polynomials through all places, through all but the outermost, and through the inner four converge in the middle, place and slope."""
+    fits = [polynomial.polyfit(_SIDES[k : 8 - k], places[k : 8 - k], 7 - 2 * k)[:2] for k in range(3)]
+    last, before = (float(np.max(np.abs(one - other))) for one, other in pairwise(fits))
+    # Errors that fall as they did before: by the same factor once more.
+    return last * min(1.0, last / before if before else 1.0) <= _RESOLVED * (1 + float(np.max(np.abs(places))))

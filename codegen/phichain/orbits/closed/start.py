@@ -15,7 +15,7 @@ from phichain.continuation.point import tangent_of
 from phichain.errors import ArrayError, ConvergenceError
 from phichain.orbits.closed.kinds import problem_of, state_of, unknowns_of
 from phichain.orbits.closed.symmetries import recognised, taken_up
-from phichain.orbits.targets import Target
+from phichain.orbits.targets import Target, point_index
 from phichain.system import Parameters, System, Vector
 from phichain.system.arrays import positive, reals
 from phichain.system.starts import numbers
@@ -70,7 +70,7 @@ def _read(text: str) -> Any:
         return {name: value if name in "qv" or value is None or value.size != 1 else float(value[0]) for name, value in found.items()}
     path, colon, index = text.rpartition(":")
     if colon and index.lstrip("-").isdigit():
-        return Branch.from_json(path), int(index)
+        return Branch.from_json(path), point_index(index)
     return Branch.from_json(text)
 
 
@@ -84,7 +84,7 @@ def _of_branch(system: System, branch: Branch, index: Any) -> tuple[Vector, Vect
             "start", branch.method, "is how that branch was traced: its points are no orbits of the whole equations of one chain", 'trace it with method = "shooting"'
         )
     if not isinstance(index, int) or not -len(branch) <= index < len(branch):
-        raise ArrayError("start", index, f"is no point of that branch, which has {len(branch)}", f"use 0 .. {len(branch) - 1}")
+        raise ArrayError("start", index, f"is no point of that branch, which has {len(branch)}", f"use 0 .. {len(branch) - 1}; in FILE.json:POINT they count from 1")
     z = branch.points[index]
     return *state_of(closing, z), float(z[-1])
 

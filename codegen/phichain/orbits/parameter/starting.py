@@ -29,6 +29,7 @@ from phichain.orbits.parameter.followed import (
 )
 from phichain.orbits.parameter.held import times_of
 from phichain.orbits.symmetry import BRANCH_POINT
+from phichain.orbits.targets import point_index
 from phichain.orbits.unmirrored import METHOD as UNMIRRORED
 from phichain.orbits.whirling.problem import held_value
 from phichain.orbits.whirling.starts import METHOD as WHIRLING
@@ -160,7 +161,7 @@ def _point(branch: Branch, place: Any) -> Vector:
 
 def _index(place: Any, count: int) -> int:
     if isinstance(place, bool) or not isinstance(place, int | np.integer) or not -count <= place < count:
-        raise ArrayError("start", place, f"is no point of that branch, which has {count}", "count points from 0")
+        raise ArrayError("start", place, f"is no point of that branch, which has {count}", "count points from 0; in FILE.json:POINT from 1")
     return int(place)
 
 
@@ -186,7 +187,7 @@ def _read(text: str) -> Any:
         except OutputError:
             raise failure from None
     if not is_event:
-        return record, int(place)
+        return record, point_index(place)
     events = record.own_events if isinstance(record, Branch) else record.events
     number = place.removeprefix("event=")
     if not number.isdecimal() or not 1 <= int(number) <= len(events):

@@ -28,6 +28,7 @@ from phichain.orbits.conical.starts import METHOD as CONICAL
 from phichain.orbits.in_plane import METHOD as IN_PLANE
 from phichain.orbits.in_plane import PLANE_LOSS
 from phichain.orbits.quarter import EPS
+from phichain.orbits.targets import point_index
 from phichain.orbits.whirling.fixed import fixed, read
 from phichain.orbits.whirling.problem import whirling_problem
 from phichain.records import Held
@@ -113,7 +114,7 @@ def given_family(start: Any, methods: tuple[str, ...] = (CONICAL, IN_PLANE)) -> 
         path, colon, place = str(start).rpartition(":")
         if colon and (place.lstrip("-").isdecimal() or place.startswith("event=")):
             branch = Branch.from_json(path)
-            start = (branch, _event(branch, place.removeprefix("event=")) if "=" in place else int(place))
+            start = (branch, _event(branch, place.removeprefix("event=")) if "=" in place else point_index(place))
         else:
             start = Branch.from_json(start)
     if isinstance(start, Branch):
@@ -124,7 +125,7 @@ def given_family(start: Any, methods: tuple[str, ...] = (CONICAL, IN_PLANE)) -> 
     if branch.method not in methods:
         raise ArrayError("start", branch.method, "is how that branch was traced: whirling families begin at others", _REMEDY)
     if not isinstance(at, Special) and (isinstance(at, bool) or not -len(branch) <= at < len(branch)):
-        raise ArrayError("start", at, f"is no point of that branch, which has {len(branch)}", f"use 0 .. {len(branch) - 1}")
+        raise ArrayError("start", at, f"is no point of that branch, which has {len(branch)}", f"use 0 .. {len(branch) - 1}; in FILE.json:POINT they count from 1")
     return branch, at
 
 

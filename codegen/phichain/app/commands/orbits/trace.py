@@ -63,7 +63,7 @@ def trace(
         str | None,
         typer.Option(
             metavar="ORBIT",
-            help='Start from an orbit instead of a mode: FILE.json or FILE.json:POINT of a family, or "q=1,0.2; v=0,0; period=1.7"; a whirling '
+            help='Start from an orbit instead of a mode: FILE.json or FILE.json:POINT of a family (points and events count from 1), or "q=1,0.2; v=0,0; period=1.7"; a whirling '
             "family from a conical one or one in a plane, or FILE.json:event=K of it.",
         ),
     ] = None,

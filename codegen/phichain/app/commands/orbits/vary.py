@@ -54,7 +54,7 @@ def vary(
         str | None,
         typer.Option(
             metavar="ORBIT",
-            help="Begin with an orbit that there is: FILE.json:POINT or FILE.json:event=K of a family or a response, "
+            help="Begin with an orbit that there is: FILE.json:POINT or FILE.json:event=K of a family or a response, both counted from 1, "
             'or "q=1,0.2; v=0,0; period=1.7".',
         ),
     ] = None,
