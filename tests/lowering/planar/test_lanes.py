@@ -50,6 +50,9 @@ def lanes_of(program: Program) -> list[For]:
 def test_half_the_depth_of_the_sweep_from_the_tip(kind: str, links: int) -> None:
     """Both sides' operations are counted one by one, though a host does two at once."""
     scene, rng = chain(links, **KINDS[kind]), np.random.default_rng(links)
+    if scene.runtime:
+        assert not lanes.suits(scene)
+        scene = chain(links + 16, **KINDS[kind])
     assert lanes.suits(scene)
     found, before = forward(scene), from_tip(scene)
     inputs = state(scene, rng, "any") | runtime(scene, rng)
