@@ -214,7 +214,7 @@ def in_lanes(functions: frozenset[str]) -> Quantities:
             ("left_force_x left_force_y left_minor_x left_minor_y", "1/s^2", "force and adjugate times force that it leaves"),
             ("row_inverse row_free row_pull row_push row_axial row_across", "", "what the way back takes from the elimination"),
             ("base_pivot", "", "compliance along the link, its mass included"),
-            ("met_x_force met_y_force", "1/s^2", "force at the outer end of the link before, over m r^2 / l"),
+            ("met_x_force", "1/s^2", "force at the outer end of the link before, over m r^2 / l"),
         ),
         "planar",
     )

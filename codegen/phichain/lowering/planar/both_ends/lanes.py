@@ -180,7 +180,7 @@ class _Chain:
         """Write the angular accelerations of all links; returns the acceleration of the base across the vertical."""
         rows, way_back = self.rows, self._way_back()
         tip = self._outer_end(alpha, (meeting.x, meeting.y), rows, self._last_turn)
-        carried = ("x_force", "x", "y", *(["y_force"] if self.scene.has_cart else []))
+        carried = ("x_force", "x", "y")
         with self.builder.loop("i", 0, rows - 1) as loop:
             base_x, base_y = loop.carry("base_x", tip[0]), loop.carry("base_y", tip[1])
             inner = replace(meeting, **{name: loop.carry(f"met_{name}", getattr(meeting, name)) for name in carried})
