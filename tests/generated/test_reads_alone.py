@@ -96,8 +96,8 @@ def names_of(scene: Scene) -> dict[str, set[str]]:
         names = {array.name for array in program.work} | set(program.tables)
         for statement in walk(program.body):
             names |= {statement.result} if isinstance(statement, Op) else set()
-            names |= {carry.name for carry in statement.carries} if isinstance(statement, For) else set()
-        found[function] = {re.sub(r"(_(\d+|[ijk]|at|end))+$", "", name) for name in names}
+            names |= {statement.variable, *(carry.name for carry in statement.carries)} if isinstance(statement, For) else set()
+        found[function] = {re.sub(r"(_(\d+|[ijk]|lane|at|end))+$", "", name) for name in names}
     return found
 
 
@@ -107,7 +107,7 @@ RICH = (
     ("planar", 0.2, "fixed", None, "loops, known lengths"), ("planar", 0.2, "fixed", 0.1, "loops"),
     ("spatial", None, "cart", None, "loops"), ("planar", None, "fixed", 0.1, "auto"), ("spatial", 0.2, "fixed", 0.1, "auto"),
     ("spatial", None, "fixed", 0.1, "loops"), ("spatial", 0.2, "fixed", None, "loops, tied"),
-    ("planar", 0.2, "fixed", None, "loops, by columns"),
+    ("planar", 0.2, "fixed", None, "loops, by columns"), ("planar", 0.2, "cart", None, "loops, lanes"),
 )  # fmt: skip
 """Kinds of chains that between them have nearly every name: looked at before the others, which are then seldom needed."""
 
@@ -128,7 +128,9 @@ def test_the_table_s_names_are_names_of_programs() -> None:
         if code == "loops, tied":
             keys |= {"mass": [5, 4, 3, 2, 1, 2, 3], "length": 0.5, "stiffness": None, "cart_mass": 10.0 if base == "cart" else None}
             damping = None
-        links, angles = 7, "adjacent" if code != "auto" else "relative"
+        if code == "loops, lanes":
+            keys |= {"mass": [1.0 + k for k in range(17)], "length": 0.5}
+        links, angles = 17 if code == "loops, lanes" else 7, "adjacent" if code != "auto" else "relative"
         if code == "loops, by columns":
             links, angles = 4, "relative"
             keys |= {"mass": [5, 4, 3, 2], "length": 0.5, "stiffness": None, "trig": "bundled"}

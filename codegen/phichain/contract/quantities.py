@@ -278,7 +278,7 @@ TABLE: Final[tuple[Quantities, ...]] = (
     beside.balance(_BALANCE),
     beside.series(_SERIES),
     beside.tension_slopes(), *beside.joint_slopes(), beside.column_sweeps(),
-    beside.geared(_DYNAMICS | _SERIES),
+    beside.in_lanes(_DYNAMICS), beside.geared(_DYNAMICS | _SERIES),
     beside.dry_friction(_DYNAMICS | _TENSIONS | _FORCES | _STEPS | _IMPLICIT), beside.dry_slopes(_IMPLICIT),
     beside.dry_series(_SERIES),
     beside.moments(_SERIES, "planar", "coefficient of the moment on a link, as far as it is known"),

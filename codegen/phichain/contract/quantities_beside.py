@@ -1,4 +1,4 @@
-"""What the named quantities are beside the sweeps: with dry friction, with rotors at the joints, in the harmonic balance, in Taylor series."""
+"""What the named quantities are beside the sweeps: with dry friction, with rotors at the joints, in two lanes, in the harmonic balance, in Taylor series."""
 
 from __future__ import annotations
 
@@ -189,6 +189,32 @@ def column_sweeps() -> Quantities:
             ("moved_joint_x moved_joint_y", "", "what a column makes of the joint's acceleration, in the frame of the link"),
             ("moved_tip_y", "", "what it makes of the acceleration of the link's tip, across it"),
             ("moved_alpha", "", "what it makes of the link's angular acceleration"),
+        ),
+        "planar",
+    )
+
+
+def in_lanes(functions: frozenset[str]) -> Quantities:
+    """Those of long planar chains, whose two sides are lanes of one loop, for some functions."""
+    return Quantities(
+        functions, "section 5, from both ends in two lanes",
+        rows(
+            ("lane", "", "0: the tip's side, whose row i eliminates one link; 1: the base's side, its mobility for an inertia"),
+            ("row_angle turn_sine turn_cosine", "", "the joint's angle by which a row turns what it carries, its sine and cosine"),
+            ("row_drive", "1/s^2", "couple on the link over m r^2; on the base's side its rate squared"),
+            ("row_spin", "1/s^2", "the link's rate squared; on the base's side the couple on it over m r^2"),
+            ("seen_xx seen_xy seen_yy", "", "inertia of what a link carries, in its frame, over m (r/l)^2; l/r squared times a mobility"),
+            ("seen_force_x seen_force_y", "1/s^2", "force that its motion asks for; l/r times an acceleration"),
+            ("seen_minor_x seen_minor_y", "1/s^2", "adjugate of that inertia times that force, over l/r"),
+            ("lifted", "", "the link's own part of the inertia across the next one"),
+            ("push pull driven", "1/s^2", "parts of the forces along the link and across"),
+            ("gain row_gain", "", "share of what happens along the link in what happens across it"),
+            ("left_axial left_skew left_across left_inverse", "", "inertia that a link leaves for the next one, before and what multiplies it"),
+            ("left_determinant", "", "its determinant, over l/r"),
+            ("left_force_x left_force_y left_minor_x left_minor_y", "1/s^2", "force and adjugate times force that it leaves"),
+            ("row_inverse row_free row_pull row_push row_axial row_across", "", "what the way back takes from the elimination"),
+            ("base_pivot", "", "compliance along the link, its mass included"),
+            ("met_x_force", "1/s^2", "force at the outer end of the link before, over m r^2 / l"),
         ),
         "planar",
     )

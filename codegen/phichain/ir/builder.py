@@ -84,7 +84,7 @@ class Builder:
 
     def table(self, name: str, count: int, entry: Callable[[Index], Expr | Number]) -> ArrayRef:
         """`entry(k)` for k below count: exact constants where they are known, else computed once per call."""
-        values = self._constants(count, entry)
+        values = self.known(count, entry)
         if values is not None:
             return self.constants(name, values)
         cells = self.array(name, count)
@@ -98,8 +98,8 @@ class Builder:
         self.tables[unique] = tuple(values)
         return ArrayRef(self, unique, len(self.tables[unique]))
 
-    def _constants(self, count: int, entry: Callable[[Index], Expr | Number]) -> tuple[Fraction, ...] | None:
-        """The entries as exact numbers, or None when one depends on a runtime parameter (nothing is recorded)."""
+    def known(self, count: int, entry: Callable[[Index], Expr | Number]) -> tuple[Fraction, ...] | None:
+        """`entry(k)` for k below count as exact numbers; None, and nothing recorded, when one depends on a runtime parameter."""
         self._blocks.append(_Block())
         values = []
         for k in range(count):
@@ -200,8 +200,8 @@ class Builder:
     # --- control ----------------------------------------------------------------------------------------------------
 
     @contextmanager
-    def loop(self, variable: str, start: Index, stop: Index, step: int = 1) -> Iterator[Loop]:
-        """A counted loop; everything recorded inside is its body."""
+    def loop(self, variable: str, start: Index, stop: Index, step: int = 1, is_lanes: bool = False) -> Iterator[Loop]:
+        """A counted loop; everything recorded inside is its body, done for all lanes at once where it can be."""
         unique = variable
         while unique in self._open_loops:
             unique += "_inner"
@@ -218,7 +218,7 @@ class Builder:
             Carry(name, initial, self._renamed.get(following, following))
             for name, (initial, following) in loop.carries.items()
         )
-        self._blocks[-1].statements.append(For(unique, first, end, step, carries, tuple(block.statements), hull))
+        self._blocks[-1].statements.append(For(unique, first, end, step, carries, tuple(block.statements), hull, is_lanes))
 
     def _hull(self, start: Affine, stop: Affine, step: int) -> tuple[int, int]:
         """Least and greatest value of a loop's variable over all turns of the loops around it."""

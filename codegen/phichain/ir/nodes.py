@@ -138,7 +138,8 @@ class Carry:
 class For:
     """``for variable = start, start + step, ... short of stop`` (step is +1 or -1).
 
-    `hull` holds the least and the greatest value of the variable over all turns of the loops around it.
+    `hull` holds the least and the greatest value of the variable over all turns of the loops around it. The turns of lanes
+    carry nothing and stand side by side, for a backend to do them at once.
     """
 
     variable: str
@@ -148,6 +149,7 @@ class For:
     carries: tuple[Carry, ...]
     body: tuple[Statement, ...]
     hull: tuple[int, int]
+    is_lanes: bool = False
 
     def range(self, indices: dict[str, int]) -> range:
         """The values the loop variable takes where the outer loop variables have the given values."""

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Final
+
 from phichain.ir.builder import ArrayRef, Builder
 from phichain.lowering.chain.base import Carried, carried, on_wall
 from phichain.lowering.chain.body import has_points
 from phichain.lowering.chain.light_carriers import carries_lightly
 from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.planar import articulated as planar_articulated
-from phichain.lowering.planar import base_side
-from phichain.lowering.planar import both_ends as planar_both_ends
 from phichain.lowering.planar import tension as planar_tension
+from phichain.lowering.planar.both_ends import base_side
+from phichain.lowering.planar.both_ends import lanes as planar_lanes
+from phichain.lowering.planar.both_ends import scalars as planar_both_ends
 from phichain.lowering.planar.geared import dynamics as planar_geared
-from phichain.lowering.planar.joints import planar_state
+from phichain.lowering.planar.joints import PlanarState, planar_state
 from phichain.lowering.planar.on_targets import ends as planar_ends
 from phichain.lowering.planar.stretched import sweep as planar_stretched
 from phichain.lowering.spatial import articulated as spatial_articulated
@@ -20,8 +24,13 @@ from phichain.lowering.spatial import mobilities
 from phichain.lowering.spatial import tension as spatial_tension
 from phichain.lowering.spatial.rates import AngularVelocities, DirectionRates, Rates
 from phichain.lowering.steps import rigid_links
-from phichain.lowering.writers import helps, writes
+from phichain.lowering.writers import declared, helps, writes
 from phichain.scene import Scene
+
+#: The planar accelerations for many states at once.
+OF_MANY: Final = "dynamics_of_many"
+#: A sweep that writes the accelerations.
+Form = Callable[[Builder, Scene, Parameters, PlanarState, ArrayRef | None, ArrayRef], None]
 
 
 def by_tensions(scene: Scene) -> bool:
@@ -40,19 +49,47 @@ def planar_forward_dynamics(
     builder: Builder, scene: Scene, parameters: Parameters, q: ArrayRef, v: ArrayRef, a: ArrayRef, u: ArrayRef | None = None
 ) -> None:
     """(15) of paper A solved for the accelerations."""
+    _planar(builder, scene, parameters, {"q": q, "v": v, "a": a} | ({} if u is None else {"u": u}), _in_lanes)
+
+
+@helps(OF_MANY, "The accelerations in the fewest operations.", own_units=in_units_of_links, lumped=True)
+def dynamics_of_many(builder: Builder, scene: Scene, parameters: Parameters) -> None:
+    """The Program `dynamics_of_many`: q, v[, u] -> a of a planar chain, for vectors that hold a number of every state."""
+    _planar(builder, scene, parameters, declared(builder, scene, "forward_dynamics"), _by_scalars)
+
+
+def form_of_many(scene: Scene) -> str:
+    """The Program that many states at once run fastest: where their numbers fill the vectors, two lanes of one state only cost operations."""
+    return OF_MANY if scene.is_planar and planar_lanes.suits(on_wall(scene)) else "forward_dynamics"
+
+
+def _planar(
+    builder: Builder, scene: Scene, parameters: Parameters, given: dict[str, ArrayRef], form_of: Callable[[Scene], Form]
+) -> None:
+    q, v, a, u = given["q"], given["v"], given["a"], given.get("u")
     base = carried(builder, scene, parameters, u)
     state = planar_state(builder, base.scene, base.seen(q), base.seen(v))
     base.write_cart(a)
+    form_of(base.scene)(builder, base.scene, base.parameters, state, base.u, base.seen(a))
+
+
+def _in_lanes(scene: Scene) -> Form:
+    """What serves a planar chain."""
+    form = _by_scalars(scene)
+    return planar_lanes.accelerations if form is planar_both_ends.accelerations and planar_lanes.suits(scene) else form
+
+
+def _by_scalars(scene: Scene) -> Form:
+    """The same without lanes."""
     if scene.armature is not None:
-        planar_geared.accelerations(builder, base.scene, base.parameters, state, base.u, base.seen(a))
-        return
-    articulated = planar_both_ends if base_side.suits(base.scene) else planar_articulated
-    if planar_ends.suits(base.scene):
-        articulated = planar_ends
-    if carries_lightly(base.scene):
-        articulated = planar_stretched
-    form = planar_tension if by_tensions(base.scene) else articulated
-    form.accelerations(builder, base.scene, base.parameters, state, base.u, base.seen(a))
+        return planar_geared.accelerations
+    if by_tensions(scene):
+        return planar_tension.accelerations
+    if carries_lightly(scene):
+        return planar_stretched.accelerations
+    if planar_ends.suits(scene):
+        return planar_ends.accelerations
+    return (planar_both_ends if base_side.suits(scene) else planar_articulated).accelerations
 
 
 @writes("forward_dynamics", space="spatial", own_units=in_units_of_links, lumped=True)

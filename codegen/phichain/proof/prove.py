@@ -11,6 +11,7 @@ from typing import Final
 from phichain.contract.functions import FLOWS
 from phichain.errors import ProofError
 from phichain.lowering import Lowered, lower
+from phichain.lowering.dynamics import form_of_many
 from phichain.lowering.field import vector_field
 from phichain.lowering.lower import lower_function
 from phichain.lowering.preparation import preparation
@@ -36,6 +37,7 @@ _BY_DIGITS: Final = "50 digits in the self-test: no identity modulo a prime is w
 _FLOW: Final = f"50 digits in the self-test: steps in floating point; its vector field {EXACTLY}"
 _RECURRENCES: Final = f"50 digits in the self-test: steps in floating point; its recurrences {EXACTLY}, {ORDERS} orders"
 _PREPARED: Final = "prepare"
+_BATCH: Final = "forward_dynamics_batch"
 _TAYLOR: Final = frozenset({"propagate", "propagate_batch"})
 _REMEDY: Final = "nothing was written: report this scene, or give prove=False (--no-proof) to have it unproven"
 
@@ -128,6 +130,8 @@ class _Court:
             self.hold(by_field[0], Subject(vector_field(self.model)), field_of_flows)
             if "propagate_stiff" in by_field and increment_of(self.model.scene) == "bent_increment":
                 self.other("bent_dynamics")
+        if _BATCH in wanted:
+            self.other(form_of_many(self.model.scene))
         middle = time.process_time()
         if len(by_field) < len(wanted):
             _hold_recurrences(self.model, series(self.model), self.judge, [chain.point for chain in self.chains])

@@ -18,7 +18,7 @@ from phichain.lowering.dynamics import by_tensions
 from phichain.scene import Scene
 
 #: What stands behind a quantity's name: links, repetitions, the loop it is computed in, arrays that keep it for later.
-_BEHIND = re.compile(r"(_(\d+|[ijk]|at|end))+$")
+_BEHIND = re.compile(r"(_(\d+|[ijk]|lane|at|end))+$")
 #: Runtime parameters have their meaning in the header.
 _PARAMETER = re.compile(r"\bp->\w+")
 #: Letters of names beyond which they stand above their meaning instead of beside it.

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from phichain.emit.c.handed_on import cells_handed_on
 from phichain.emit.c.names import SIDE_BY_SIDE, CNames
 from phichain.emit.c.parts import assignment, first_result, in_pieces, words
 from phichain.emit.c.sheet import Sheet
@@ -138,6 +139,8 @@ class Writer(Sheet):
         if not loop.body:
             return
         variable = loop.variable
+        if loop.is_lanes:
+            self.lanes_loop(depth)
         condition, advance = (f"< {loop.stop}", "++") if loop.step > 0 else (f">= {loop.stop + 1}", "--")
         self.line(depth, f"for ({self.register}int {variable} = {loop.start}; {variable} {condition}; {advance}{variable}) {{")
         with self.at_hand(loop, depth + 1):
@@ -145,6 +148,10 @@ class Writer(Sheet):
             self.advance(loop, depth + 1)
         self.line(depth, "}")
         self.gap(depth)
+
+    def lanes_loop(self, depth: int) -> None:
+        """What stands before a loop over lanes, so that the compiler makes a vector of its turns instead of a row of statements."""
+        self.line(depth, f"{self.names.prefix.upper()}_LANES")
 
     @contextmanager
     def at_hand(self, loop: For, depth: int) -> Iterator[None]:
@@ -161,6 +168,8 @@ class Writer(Sheet):
                 self.rows_at[name] = pointer, row.start.offset
             for cell in cells_read_again(loop, apart | {array for array, _ in self.rows_at}):
                 self.cells_at[cell] = self.variable(depth, self.fresh(f"{self.named_after(cell)}_"), self.target(cell), self.kind(cell.array))
+        for cell in cells_handed_on(loop, self.handed) if loop.is_lanes else ():
+            self.cells_at[cell] = self.variable(depth, f"{cell.array}_before", self.target(cell), self.kind(cell.array))
         yield
         self.rows_at, self.cells_at = outside
 

@@ -89,6 +89,9 @@ class _LaneWriter(Writer):
         """Arrays of lanes and arrays of numbers share no cells."""
         return own_storage(self.program)
 
+    def lanes_loop(self, depth: int) -> None:
+        """Nothing: lanes are trajectories here."""
+
     def sincos(self, statement: SinCos, depth: int) -> None:
         with self._turning(statement.sine in self.lanes or statement.cosine in self.lanes):
             super().sincos(statement, depth)

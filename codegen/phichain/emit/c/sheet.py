@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
+from phichain.emit.c.handed_on import handed_on
 from phichain.emit.c.layout import laid_out
 from phichain.emit.c.names import SIDE_BY_SIDE, CNames
 from phichain.emit.c.parts import names_in
@@ -40,6 +41,8 @@ class Sheet:
         self.pointers = {a.name for a in program.outputs if a.shape == ()}
         self.params = {a.name for a in program.params}
         self.taken = names_in(program)
+        #: Arrays of which one row is enough.
+        self.handed = handed_on(program)
         self.records = "link" if "link" not in self.taken else "links"
         self.record_type = f"{program.name}_{self.records}"
         self.numbers: Counter[str] = Counter()
@@ -114,6 +117,7 @@ class Sheet:
             elif self.program.name in self.working and array.size > 1:
                 self.line(1, f"{kind} *const {array.name} = work->{work_field(self.program, array)};")
             elif size is not None and array.name not in fields:
+                size = self.handed[array.name].lanes if array.name in self.handed else size
                 self.line(1, f"{kind} {array.name}{'' if size == 1 else f'[{size}]'};")
         if fields:
             self.line(1, '/* What a name says after "then" stands there once what it says before has served. */')
@@ -144,6 +148,8 @@ class Sheet:
     def target(self, cell: Cell) -> str:
         if cell.array in self.pointers:
             return f"*{cell.array}"
+        if cell.array in self.handed:
+            return f"{cell.array}[{self.handed[cell.array].cell(cell.index)}]"
         if cell.array in self.pairs:
             pairs, part = self.pairs[cell.array]
             return f"{pairs}[{cell.index}][{part}]"

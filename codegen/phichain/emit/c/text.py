@@ -78,9 +78,12 @@ def restrict_macro(name: str) -> str:
 
 
 def macros(name: str, texts: Iterable[str]) -> str:
-    """NAME_RESTRICT, and NAME_REGISTER and NAME_VALUE where one of the texts that follow has one of them."""
-    values = any(f"{name.upper()}_{word} " in text for text in texts for word in ("VALUE", "REGISTER"))
-    return restrict_macro(name) + (render("value.c.j2", name=name) if values else "")
+    """NAME_RESTRICT; NAME_REGISTER and NAME_VALUE, and NAME_LANES, where one of the texts that follow has one of them."""
+    texts, upper = tuple(texts), name.upper()
+    values = any(f"{upper}_{word} " in text for text in texts for word in ("VALUE", "REGISTER"))
+    lanes = any(f"{upper}_LANES" in text for text in texts)
+    chosen = (("value.c.j2", values), ("lanes_loop.c.j2", lanes))
+    return restrict_macro(name) + "".join(render(template, name=name) for template, is_wanted in chosen if is_wanted)
 
 
 def sincos_kernel(scene: Scene, uses: Collection[str]) -> str:

@@ -19,6 +19,7 @@ from phichain.emit.render import render
 from phichain.ir.inline import inline
 from phichain.ir.nodes import Op, Program
 from phichain.ir.passes import total_operations
+from phichain.lowering.dynamics import form_of_many
 from phichain.lowering.lower import lower_function
 from phichain.mechanics import Model
 from phichain.scene import Scene
@@ -73,9 +74,10 @@ def forward_dynamics_batch(model: Model, known: Collection[str] = ()) -> FlowTex
 def _program(model: Model) -> Program:
     """The forward dynamics in the form that lanes run fastest."""
     scene = model.scene
-    program = lower_function(model, "forward_dynamics", scene.code)
+    name = form_of_many(scene)
+    program = lower_function(model, name, scene.code)
     if scene.code == "auto" and not program.is_straight_line and total_operations(program) <= UNROLL_LIMIT:
-        return lower_function(model, "forward_dynamics", "unrolled")
+        return lower_function(model, name, "unrolled")
     return program
 
 

@@ -16,6 +16,12 @@ def forward_dynamics(case: Case) -> None:
     _accelerations(case, case.run()["a"])
 
 
+@proves("dynamics_of_many", "planar", is_helper=True)
+def dynamics_of_many(case: Case) -> None:
+    """The same."""
+    forward_dynamics(case)
+
+
 @proves("bent_dynamics", is_helper=True)
 def bent_dynamics(case: Case) -> None:
     """The same where springs are bent as the unit vectors say, q_{k-1} - q_k with q_{-1} = e_3."""

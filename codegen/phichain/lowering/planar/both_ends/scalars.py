@@ -32,44 +32,16 @@ kappa F, D gains kappa W_xx. Carried are lambda^2 F and lambda h.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
-from phichain.ir.builder import ArrayRef, Builder, Expr, Index, Loop
+from phichain.ir.builder import ArrayRef, Builder, Expr, Index
 from phichain.lowering.chain.losses import push_on_cart
 from phichain.lowering.chain.parameters import Parameters
-from phichain.lowering.planar.articulated import Outer, Sweep
-from phichain.lowering.planar.base_side import steps, weight
+from phichain.lowering.planar.articulated import Sweep
+from phichain.lowering.planar.both_ends.base_side import steps, weight
+from phichain.lowering.planar.both_ends.meeting import Inner, Met, WayBack, beginning, met
 from phichain.lowering.planar.joints import PlanarState, couples, from_absolute
 from phichain.scene import Scene
-
-
-@dataclass(frozen=True)
-class _Inner:
-    """The chain between the base and a joint: mobility W, lambda^2 F, acceleration a0 and lambda h without the chain beyond."""
-
-    xx: Expr
-    xy: Expr
-    yy: Expr
-    determinant: Expr
-    drift_x: Expr
-    drift_y: Expr
-    minor_x: Expr
-    minor_y: Expr
-
-    def carried(self, loop: Loop) -> _Inner:
-        """The same as scalars that a loop carries."""
-        named = {field.name: getattr(self, field.name) for field in fields(_Inner)}
-        return _Inner(**{name: loop.carry(f"mobility_{name}", value) for name, value in named.items()})
-
-
-@dataclass(frozen=True)
-class _Met:
-    """Force and acceleration at the outer end of a link, in its frame and units."""
-
-    x_force: Expr
-    y_force: Expr
-    x: Expr
-    y: Expr
 
 
 def accelerations(
@@ -85,7 +57,7 @@ def accelerations(
     middle = (scene.links - 1) // 2
     base = _BaseSide(sweep, middle)
     force = push_on_cart(scene, parameters, u, state.speed)
-    inner = base.eliminate(base.turned(base.beginning(force), 0), 0)
+    inner = base.eliminate(base.turned(beginning(builder, scene, parameters, sweep.units, force), 0), 0)
     outer = sweep.beyond(2 * middle - 1)
     with builder.loop("i", 0, middle - 1) as loop:
         outer = sweep.carried(loop, outer)
@@ -93,41 +65,13 @@ def accelerations(
         sweep.followed(loop, outer, after)
         inner = inner.carried(loop)
         grown = base.eliminate(base.turned(inner, loop.index + 1), loop.index + 1)
-        for name in (field.name for field in fields(_Inner)):
+        for name in (field.name for field in fields(Inner)):
             loop.follow(getattr(inner, name), getattr(grown, name))
     alpha = builder.array("acceleration", scene.links)
-    cart = base.substitute(_met(sweep, inner, outer, middle), alpha, force)
+    cart = base.substitute(met(builder, sweep.units, inner, outer, middle), alpha, force)
     if scene.has_cart:
         a[0] = cart * parameters.units.length
     from_absolute(builder, scene, alpha, a.shifted(int(scene.has_cart)))
-
-
-def _met(sweep: Sweep, inner: _Inner, outer: Outer, k: int) -> _Met:
-    """What the two sides do where they meet, below link k; worked out in its units, stated in those of the link before."""
-    let, units = sweep.builder.let, sweep.units
-    mass, length = units.mass[k], units.length[k]
-    leverage, shortening = units.leverage[k], units.shortening[k]
-    of_mass, of_length = 1 / mass, units.outward[k]
-    of_force, minor = of_mass * of_length, of_mass * of_mass * (shortening * units.leverage[k - 1])
-    xx, xy, yy = (value * of_mass for value in (outer.xx, outer.xy, outer.yy))
-    shrunk = outer.determinant * minor
-    force_x, force_y = (value * of_force for value in (outer.force_x, outer.force_y))
-    minor_x, minor_y = (value * (minor * of_length) for value in (outer.minor_x, outer.minor_y))
-    trace = xx * inner.xx + 2 * (xy * inner.xy) + yy * inner.yy
-    inverse = let("inverse_meeting", 1 / (1 + trace + shrunk * inner.determinant * shortening))
-    adjugate_x = leverage * (inner.yy * minor_x - inner.xy * minor_y)
-    adjugate_y = leverage * (inner.xx * minor_y - inner.xy * minor_x)
-    met_x = xx * inner.drift_x + xy * inner.drift_y + force_x + shrunk * inner.minor_x + adjugate_x
-    met_y = xy * inner.drift_x + yy * inner.drift_y + force_y + shrunk * inner.minor_y + adjugate_y
-    still_x = (yy * inner.minor_x - xy * inner.minor_y - inner.determinant * minor_x) * shortening
-    still_y = (xx * inner.minor_y - xy * inner.minor_x - inner.determinant * minor_y) * shortening
-    x = inner.drift_x - inner.xx * force_x - inner.xy * force_y + still_x
-    y = inner.drift_y - inner.xy * force_x - inner.yy * force_y + still_y
-    unit = mass * length * inverse
-    scale = length * inverse
-    return _Met(
-        let("met_force_x", unit * met_x), unit * met_y, let("met_x", scale * x), let("met_y", scale * y)
-    )
 
 
 class _BaseSide:
@@ -135,26 +79,17 @@ class _BaseSide:
 
     def __init__(self, sweep: Sweep, links: int) -> None:
         self.sweep, self.links, self.builder, self.units = sweep, links, sweep.builder, sweep.units
-        self.steps = steps(sweep, links)
-        self.weight = weight(sweep, links)
+        self.steps = steps(sweep.parameters, sweep.units, links)
+        self.weight = weight(sweep.scene, sweep.parameters, sweep.units, links)
         names = ("yield", "reach", "coupling_skew", "rest", "rest_force", "rest_across", "rest_push", "drive")
         self.kept = {name: self.builder.array(f"base_{name}", links) for name in names}
-
-    def beginning(self, force: Expr) -> _Inner:
-        """What carries link 0: a wall, which may be given an acceleration, or a cart that yields to the side."""
-        parameters, zero = self.sweep.parameters, self.builder.lift(0)
-        inverse = 1 / parameters.length[0]
-        wall = _Inner(*(zero for _ in fields(_Inner)))
-        wall = replace(wall, drift_x=-parameters.fall[1] * inverse, drift_y=-parameters.fall[0] * inverse)
-        if not self.sweep.scene.has_cart:
-            return wall
-        yielding = self.units.mass_unit[0] / parameters.base_mass
-        return replace(
-            wall, yy=yielding, drift_y=force * inverse / parameters.base_mass,
-            minor_x=self.units.leverage[0] * yielding * wall.drift_x,
+        kept = self.kept if sweep.couple is not None else {name: cells for name, cells in self.kept.items() if name != "drive"}
+        self.way_back = WayBack(
+            self.builder, sweep.scene, sweep.parameters, self.units, self.weight, sweep.sine, sweep.cosine,
+            sweep.rate_squared, self.steps.overhang_squared, sweep.factors.force, kept,
         )  # fmt: skip
 
-    def turned(self, inner: _Inner, k: Index) -> _Inner:
+    def turned(self, inner: Inner, k: Index) -> Inner:
         """The same in the frame of link k; determinants do not change."""
         let, sine, cosine = self.builder.let, self.sweep.sine[k], self.sweep.cosine[k]
         shear = let("yield_shear", sine * (inner.yy - inner.xx) + cosine * (inner.xy + inner.xy))
@@ -168,7 +103,7 @@ class _BaseSide:
             minor_y=let("drift_minor_y", cosine * inner.minor_y - sine * inner.minor_x),
         )  # fmt: skip
 
-    def eliminate(self, inner: _Inner, k: Index) -> _Inner:
+    def eliminate(self, inner: Inner, k: Index) -> Inner:
         """Link k and all before it, in its frame and the next link's units."""
         let, sweep, steps = self.builder.let, self.sweep, self.steps
         leverage, overhang = self.units.leverage[k], self.units.overhang[k]
@@ -198,7 +133,7 @@ class _BaseSide:
         minor_y = overhang * (inner.minor_y + leverage * swing - drive * inner.determinant)
         minor_y = (drive * (leverage * inner.xx) - minor_y) * inverse
         determinant = (along + steps.overhang_squared[k] * inner.determinant) * inverse
-        return _Inner(
+        return Inner(
             xx=let("mobility_xx", steps.mass[k] * slack), xy=let("mobility_xy", -(steps.skew[k] * skew)),
             yy=let("mobility_yy", steps.mass[k] + steps.levered[k] * (across * inverse)),
             determinant=let("mobility_determinant", steps.determinant[k] * determinant),
@@ -207,7 +142,7 @@ class _BaseSide:
             minor_y=let("mobility_minor_y", steps.minor[k] * minor_y),
         )  # fmt: skip
 
-    def _keep(self, inner: _Inner, k: Index, found: tuple[Expr, ...]) -> None:
+    def _keep(self, inner: Inner, k: Index, found: tuple[Expr, ...]) -> None:
         """What the way back needs of link k."""
         let, kept, leverage = self.builder.let, self.kept, self.units.leverage[k]
         along, inverse, across, free, skew, rate_squared = found
@@ -222,56 +157,22 @@ class _BaseSide:
         kept["yield"][k], kept["coupling_skew"][k] = inverse, self.steps.leverage_squared[k] * skew
         kept["reach"][k] = leverage * (leverage * inner.drift_x - rate_squared) * inverse
 
-    def substitute(self, met: _Met, alpha: ArrayRef, force: Expr) -> Expr:
+    def substitute(self, meeting: Met, alpha: ArrayRef, force: Expr) -> Expr:
         """Write the angular accelerations of all links; returns the acceleration of the base across the vertical."""
         sweep, links, scene = self.sweep, self.links, self.sweep.scene
         with self.builder.loop("i", 0, links) as loop:
-            outer = sweep.outwards(alpha, loop, (met.x, met.y), loop.index + links)
-            inner = _Met(
-                loop.carry("force_x", met.x_force),
-                met.y_force,
-                loop.carry("end_x", met.x),
-                loop.carry("end_y", met.y),
+            outer = sweep.outwards(alpha, loop, (meeting.x, meeting.y), loop.index + links)
+            inner = Met(
+                loop.carry("force_x", meeting.x_force),
+                meeting.y_force,
+                loop.carry("end_x", meeting.x),
+                loop.carry("end_y", meeting.y),
             )
             if scene.has_cart:
-                inner = replace(inner, y_force=loop.carry("force_y", met.y_force))
-            before = self._back(inner, alpha, links - 1 - loop.index)
+                inner = replace(inner, y_force=loop.carry("force_y", meeting.y_force))
+            before = self.way_back.step(inner, alpha, links - 1 - loop.index)
             for name in ("x_force", "x", "y", *(["y_force"] if scene.has_cart else [])):
                 loop.follow(getattr(inner, name), getattr(before, name))
         for k in range(2 * links, scene.links):
             outer = sweep.outer_end(alpha, outer, k)
-        if not scene.has_cart:
-            return self.builder.lift(0)
-        unit, parameters = self.units.mass_unit[0], sweep.parameters
-        # With u - f_y = m_c x'' goes x'' = t_y, weighed by the heavier of what a light cart carries.
-        weight = unit if self.weight is None else unit * (1 + self.weight.own[0])
-        push = force + parameters.length[0] * (weight * inner.y - unit * inner.y_force)
-        return self.builder.let("cart_acceleration", push / (parameters.base_mass + weight))
-
-    def _back(self, end: _Met, alpha: ArrayRef, k: Index) -> _Met:
-        """Write the angular acceleration of link k; returns what the outer end of the link before does."""
-        let, sweep, steps = self.builder.let, self.sweep, self.steps
-        kept = {name: cells[k] for name, cells in self.kept.items()}
-        push = self.units.overhang[k] * end.y
-        if sweep.couple is not None:
-            push = kept["drive"] + push
-        joint_x = let("inner_x", end.x + sweep.rate_squared[k])
-        pull = end.x_force if self.weight is None else end.x_force - self.weight.own[k] * joint_x
-        rest = let("rest", kept["rest_push"] - kept["rest"] * pull)
-        joint_y = let("inner_y", rest - kept["rest_across"] * push)
-        alpha[k] = end.y - joint_y
-        force_y = let("inner_force_y", steps.overhang_squared[k] * rest + kept["rest_force"] * push)
-        force_x = let(
-            "inner_force_x", kept["yield"] * end.x_force + kept["reach"] - kept["coupling_skew"] * force_y
-        )
-        sine, cosine, length, unit = (
-            sweep.sine[k],
-            sweep.cosine[k],
-            self.units.length[k],
-            sweep.factors.force[k],
-        )
-        return _Met(
-            let("end_force_x", unit * (cosine * force_x - sine * force_y)), unit * (sine * force_x + cosine * force_y),
-            let("inner_end_x", length * (cosine * joint_x - sine * joint_y)),
-            let("inner_end_y", length * (sine * joint_x + cosine * joint_y)),
-        )  # fmt: skip
+        return self.way_back.cart_acceleration(inner, force)

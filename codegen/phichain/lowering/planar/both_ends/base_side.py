@@ -1,4 +1,4 @@
-"""Which chains `both_ends` serves, and the numbers of the links on its base's side."""
+"""Which chains are eliminated from both ends, and the numbers of the links on its base's side."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from fractions import Fraction
 from math import inf
 
 from phichain.ir.builder import ArrayRef, Expr, Index
+from phichain.lowering.chain.link_units import LinkUnits
 from phichain.lowering.chain.losses import brakes_cart, ties_links
+from phichain.lowering.chain.parameters import Parameters
 from phichain.lowering.chain.room import saves_memory, saves_text
-from phichain.lowering.planar.articulated import Sweep
 from phichain.scene import Scene
 
 #: Fewer links are done sooner from the tip alone.
@@ -77,8 +78,8 @@ class Steps:
     minor: ArrayRef
 
 
-def steps(sweep: Sweep, count: int) -> Steps:
-    units, derived = sweep.units, sweep.parameters.derived
+def steps(parameters: Parameters, units: LinkUnits, count: int) -> Steps:
+    derived = parameters.derived
     leverage, overhang, mass, length, ratio = (
         units.leverage,
         units.overhang,
@@ -114,9 +115,8 @@ class Weight:
     determinant: ArrayRef
 
 
-def weight(sweep: Sweep, count: int) -> Weight | None:
+def weight(scene: Scene, parameters: Parameters, units: LinkUnits, count: int) -> Weight | None:
     """None where nothing needs it."""
-    scene, parameters, units = sweep.scene, sweep.parameters, sweep.units
     if not _is_driven(scene) or _mass_spread(scene) <= _LARGEST_MASS_SPREAD:
         return None
     shortening = units.shortening
