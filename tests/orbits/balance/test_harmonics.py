@@ -24,7 +24,7 @@ from phichain.scene import Scene
 from phichain.system import System
 from tests.handmade import planar, uniform_planar
 
-CYCLES = json.loads((Path(__file__).parents[1] / "data" / "limit_cycles.json").read_text())["points"]
+CYCLES = json.loads((Path(__file__).parents[2] / "data" / "limit_cycles.json").read_text())["points"]
 WANT = (*NEEDED, "propagate", "mass_matrix", "energy")
 
 

@@ -17,7 +17,7 @@ from phichain.report import figures
 from phichain.system import AbsentFunctionError
 from tests.handmade import GRAVITY, paper_b, planar, uniform_planar
 
-CYCLES = json.loads((Path(__file__).parents[1] / "data" / "limit_cycles.json").read_text())["points"]
+CYCLES = json.loads((Path(__file__).parents[2] / "data" / "limit_cycles.json").read_text())["points"]
 
 
 @pytest.mark.parametrize("cart_mass", [None, 0.7])
