@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from phichain.continuation import core
+from phichain.continuation.compiled import strides
 from phichain.continuation.correctors import pseudo_arclength
 from phichain.emit.stencil import stencils_folder
 from phichain.native.flows.brake import Brake
@@ -40,16 +42,38 @@ def test_they_are_those_of_one_by_one(links: int, mode: int, until: str, more: d
         assert ours.z == pytest.approx(theirs.z, rel=3e-10, abs=3e-10), ours.kind
 
 
+def test_zeros_on_the_way_are_those_of_who_looks_at_each(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a run locates by itself, beside the same run whose every crossing is located from outside: the same calls of the flow lead there, and twelve digits of
+    multipliers. From outside only the end is asked for, and what is singular."""
+    system, zero, asked = uniform(2), Brake.zero, []
+    monkeypatch.setattr(Brake, "zero", lambda self, *words: asked.append(words[3].what) or zero(self, *words))
+    within = trace(system, 1, until="theta_1=-2.5")
+    alone, asked[:] = set(asked), []
+    watched = strides.watched
+    monkeypatch.setattr(core, "watched", lambda *words: [watch._replace(passes=False) for watch in watched(*words) or ()])
+    outside = trace(system, 1, until="theta_1=-2.5")
+    assert {"brake loss", "odd loss", "unequal brakes", "energy slope", "tangent"} <= set(asked)
+    assert "unequal brakes" not in alone
+    assert within.points.tolist() == outside.points.tolist() and len(within.events) == len(outside.events) > 12
+    for ours, theirs in zip(within.events, outside.events, strict=True):
+        assert (ours.kind, ours.index) == (theirs.kind, theirs.index)
+        assert ours.z == pytest.approx(theirs.z, rel=1e-14, abs=1e-14) and ours.arclength == pytest.approx(theirs.arclength, rel=1e-14)
+        assert ours.multipliers == pytest.approx(theirs.multipliers, rel=1e-12, abs=1e-12) and ours.value == pytest.approx(theirs.value, abs=1e-13)
+
+
 def test_a_run_that_is_broken_off_keeps_what_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl-C while C is in the middle of sixteen orbits: those before it are kept, and the rest is that of a whole run to the last bit."""
+    """Ctrl-C while C is in the middle of many orbits: those before it are kept, and the rest is that of a whole run to the last bit."""
     system, until = uniform(2), "theta_1=1.5"
     whole, calls = trace(system, 1, until=until), []
     run = Brake.run
 
     def broken(self: Brake, *words: Any) -> Any:
-        found, stopped, step = run(self, *words)
-        calls.append(len(found))
-        return (found[:-1], "interrupted", step) if len(calls) == 2 else (found, stopped, step)
+        found = run(self, *words)
+        calls.append(len(found.rows))
+        if len(calls) != 2:
+            return found
+        kept = found.rows[:-1]
+        return found._replace(rows=kept, events=[event for event in found.events if event.before < len(kept)], stopped="interrupted")
 
     monkeypatch.setattr(Brake, "run", broken)
     part = trace(system, 1, until=until)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from phichain.continuation.branch import Branch
-from phichain.continuation.compiled.strides import Behind, Stride, strides, watched
+from phichain.continuation.compiled.strides import Behind, Stride, strides, watched, zeros_in
 from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Fold, TestFunction
 from phichain.continuation.met import gaps
@@ -25,7 +25,7 @@ from phichain.continuation.point import Point, tangent_of
 from phichain.continuation.predictors import TOUCHED
 from phichain.continuation.problem import Problem
 from phichain.continuation.record import demand_unknowns, joined, point_of, record
-from phichain.continuation.steps import StepTooSmallError
+from phichain.continuation.steps import StepTooSmallError, is_closed
 from phichain.errors import ConvergenceError
 from phichain.system import Vector
 
@@ -193,7 +193,8 @@ class _Run:
         if not self.queue:
             last = self.points[-_REMEMBERED:]
             values = [row for _, row in self.seen[1 - _REMEMBERED :]] + [self.values]
-            behind = Behind(last, self.sigma[-_REMEMBERED:], values, self.step, self._since, self.start)
+            zeros = zeros_in(self.points[-2:], self.tests, (*self.known, *self.specials))
+            behind = Behind(last, self.sigma[-_REMEMBERED:], values, self.step, self._since, self.start, zeros)
             self.queue = strides(self.problem, behind, self.engine, self.watch, most)
         found = self.queue.pop(0)
         if isinstance(found, BaseException):
@@ -220,20 +221,20 @@ class _Run:
                 raise
             return
         new, step, values = taken.point, taken.step, self._values(taken)
-        # Where something was met in the step before, more may lie in it than signs show, which is seen from behind it alone.
-        has_met = len(self.points) > 1 and bool(self.specials) and self.specials[-1].arclength > self.points[-2].arclength
-        if taken.is_plain and not self.unknown and not has_met:
+        index, sizes = self.offset + len(self.points) - 1, self.problem.sizes
+        if taken.is_plain and not self.unknown:
+            found = [Special(self.tests[met.test].name, index, met.y * sizes, met.arclength, met.value, met.multipliers) for met in taken.met]
+            self.specials += sorted(found, key=lambda event: event.arclength)
             self._take(new, values, self._sigma(new, values))
             self.step = step
             return
-        index = self.offset + len(self.points) - 1
-        found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values), self.seen[-_SEEN:])
+        found, cut = locate(self.problem, last, new, self.tests, self.engine, index, (self.values, values), self.seen[-_SEEN:], taken.singular)
         sigma = self._sigma(new, values)
         gap = self._gap(new, sigma) if cut is None else None
         if gap is not None and gap.width <= max(self.through, gaps.NARROW) and self._cross(gap):
             return
         terminal = found[-1].kind if cut is not None else ""
-        met = [*found, *self._pairs(new, values, index, cut, found)]
+        met = [*found, *self._pairs(new, values, index, cut, found, is_clear=taken.is_clear and not self.unknown)]
         self.specials = sorted([*self.specials, *met], key=lambda event: event.arclength) if met else self.specials
         self.passages += [gap] if gap else []
         self._take(new if cut is None else cut, values, sigma)
@@ -242,7 +243,7 @@ class _Run:
             self.end("event", f"ended by the event '{terminal}'")
             return
         self.step = step
-        if self._since >= _SHORTEST and _is_closed(self.start, self.points[-2], self.points[-1]):
+        if self._since >= _SHORTEST and is_closed(self.start, self.points[-2], self.points[-1]):
             self.end("closed", "the branch came back to its start")
 
     def _take(self, point: Point, values: tuple[float, ...], sigma: float) -> None:
@@ -251,11 +252,16 @@ class _Run:
         self.points.append(point)
         self.sigma.append(sigma)
 
-    def _pairs(self, new: Point, values: tuple[float, ...], index: int, cut: Point | None, located: Sequence[Special]) -> list[Special]:
-        """Zeros within one step that signs do not show, told from points on both sides of it: those of the step before, and of this one where the run is cut in it."""
+    def _pairs(
+        self, new: Point, values: tuple[float, ...], index: int, cut: Point | None, located: Sequence[Special], *, is_clear: bool
+    ) -> list[Special]:
+        """Zeros within one step that signs do not show, told from points on both sides of it: those of the step before unless it is known to be clear of them, and of this
+        one where the run is cut in it."""
+        if is_clear and cut is None:
+            return []
         rows = [*self.seen[-_SEEN:], (self.points[-1], self.values), (new, values)]
         met = [*self.known, *self.specials, *located]
-        found = pairs_of(self.problem, self.tests, rows, len(rows) - 3, self.engine, index - 1, met) if self.seen else []
+        found = pairs_of(self.problem, self.tests, rows, len(rows) - 3, self.engine, index - 1, met) if self.seen and not is_clear else []
         if cut is not None:
             within = pairs_of(self.problem, self.tests, rows, len(rows) - 2, self.engine, index, met)
             found += [event for event in within if event.arclength < cut.arclength]
@@ -289,11 +295,3 @@ class _Run:
         self.values, self.seen, self.queue = values_at(self.problem, new, self.tests), [], []
         self.step = max(self.engine.options.step_min, new.arclength - self.points[-2].arclength)
         return True
-
-
-def _is_closed(start: Point, before: Point, after: Point) -> bool:
-    """True when the step from one point to the next passed through the start in its direction."""
-    if after.tangent @ start.tangent <= 0:
-        return False
-    behind, ahead = (start.tangent @ (point.y - start.y) for point in (before, after))
-    return bool(behind < 0 <= ahead and np.linalg.norm(after.y - start.y) <= np.linalg.norm(after.y - before.y) * 1.1)

@@ -12,7 +12,7 @@ from phichain.continuation.engine import Engine
 from phichain.continuation.events import BranchPoint, Level, Quantity, TestFunction
 from phichain.continuation.met.between import Between, Curve, curve
 from phichain.continuation.met.roots import zero_between
-from phichain.continuation.met.singular import half_width, loosened, through
+from phichain.continuation.met.singular import Through, half_width, loosened
 from phichain.continuation.met.specials import Special
 from phichain.continuation.point import Point, point_at
 from phichain.continuation.predictors import hermite_shares
@@ -50,6 +50,7 @@ def locate(
     index: int,
     ends: tuple[Sequence[float], Sequence[float]] | None = None,
     before: Sequence[tuple[Point, Sequence[float]]] = (),
+    singular: float | None = None,
 ) -> tuple[list[Special], Point | None]:
     """The events between two successive points.
 
@@ -65,6 +66,7 @@ def locate(
         index: Index of `a` in its branch.
         ends: Their values at a and at b, where these are known.
         before: The points before a, in order, with their values there.
+        singular: Where [J; t] is singular between them, roughly, where that is known.
 
     Returns:
         The events in order, none after a terminal one; and the point of the terminal one, or None.
@@ -79,7 +81,7 @@ def locate(
     if not crossed:
         return [], None
     earlier = tuple(point for point, _ in before)
-    between = way_between(problem, a, b, [test for test, _, _ in crossed], engine, earlier)
+    between = way_between(problem, a, b, [test for test, _, _ in crossed], engine, earlier, singular)
 
     def add(test: TestFunction, at: Point, left: float) -> None:
         special = Special(test.name, index, at.z(problem), at.arclength, left, at.multipliers)
@@ -116,20 +118,20 @@ def _is_end(problem: Problem, test: TestFunction, at: Point) -> bool:
 
 
 def way_between(
-    problem: Problem, a: Point, b: Point, crossed: Sequence[TestFunction], engine: Engine, earlier: Sequence[Point]
+    problem: Problem, a: Point, b: Point, crossed: Sequence[TestFunction], engine: Engine, earlier: Sequence[Point], known: float | None = None
 ) -> Curve:
-    """The curve between two points, whatever lies there."""
+    """The curve between two points, whatever lies there; where it is singular may be known roughly."""
     singular = next((test for test in crossed if isinstance(test, BranchPoint)), None)
     if singular is None:
         return curve(problem, a, b, _trusting(engine), earlier)
     beside = curve(problem, a, b, loosened(engine), earlier)
     # Close to the place Newton stalls, and a neighbourhood need not be centred better than this.
     spacing = max(_ROUGH, _FIRST * half_width(a, b) / (1 + b.arclength))
-    rough = _root(problem, a, b, singular, beside, spacing)[0].arclength
-    first = through(problem, a, b, rough, beside)
+    rough = _root(problem, a, b, singular, beside, spacing)[0].arclength if known is None else known
+    first = Through(problem, rough, beside)
     # Once more from the better centre where the rough one, at which Newton stalls, is off.
     centre = _root(problem, a, b, singular, first, spacing)[0].arclength
-    return first if abs(centre - rough) < _CENTRED * half_width(a, b) else through(problem, a, b, centre, beside)
+    return first if abs(centre - rough) < _CENTRED * half_width(a, b) else Through(problem, centre, beside)
 
 
 def _located(
@@ -182,7 +184,7 @@ def _root(
     """The zero of a test function along a curve, and what is left of it there."""
     ends = test.value(problem, a), test.value(problem, b)
     size = 1 + b.arclength
-    if isinstance(between, Between) and (a, b) == (between.a, between.b):
+    if isinstance(between, Between | Through) and (a, b) == (between.a, between.b):
         found = between.zero(test, ends, (spacing * size, near * size, spacing < _ROUGH), beyond)
         if found is not None:
             (point, left), (other, before), place = found

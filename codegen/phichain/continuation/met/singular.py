@@ -7,7 +7,7 @@ tangent the polynomial's own: the null vector of J is not one there.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -15,16 +15,17 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from phichain.continuation.engine import Engine
+from phichain.continuation.events import TestFunction
+from phichain.continuation.met.between import Between
 from phichain.continuation.point import Point
 from phichain.continuation.problem import Problem, relative_residual
+from phichain.system import Vector
 
 _SIDES = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0]) / 4
 _SHARE = 0.2
 """Half the width of the neighbourhood, in lengths of the step that it lies in."""
 _WIDEST = 1e-2
 """Largest half width, in arclength."""
-
-Curve = Callable[[float], Point]
 
 
 @lru_cache
@@ -38,28 +39,28 @@ def half_width(a: Point, b: Point) -> float:
     return min(_SHARE * (b.arclength - a.arclength), _WIDEST)
 
 
-def through(problem: Problem, a: Point, b: Point, centre: float, beside: Curve) -> Curve:
-    """The curve between two points, by the polynomial near a singular one and by Newton elsewhere.
+class Through:
+    """The curve between two points, by the polynomial near a singular one and by Newton elsewhere."""
 
-    Args:
-        problem: What is continued.
-        a: Earlier point.
-        b: Later point.
-        centre: Arclength of the singular point, roughly.
-        beside: The curve by Newton.
-    """
-    half = half_width(a, b)
-    places = np.array([beside(centre + half * side).y for side in _SIDES])
-    shape = polynomial.polyfit(_SIDES, places, len(_SIDES) - 1)
-    slope = polynomial.polyder(shape)
+    def __init__(self, problem: Problem, centre: float, beside: Between) -> None:
+        """Take the arclength of the singular point, roughly, and the curve by Newton."""
+        self.a, self.b, self._problem, self._beside, self._centre = beside.a, beside.b, problem, beside, centre
+        self._half = half_width(self.a, self.b)
+        self._shape: Vector = np.asarray(polynomial.polyfit(_SIDES, beside.places(centre + self._half * _SIDES), len(_SIDES) - 1), float)
+        self._slope = polynomial.polyder(self._shape)
 
-    def between(s: float) -> Point:
-        x = (s - centre) / half
-        if abs(x) > 1 or s in (a.arclength, b.arclength):
-            return beside(s)
-        y, along = np.asarray(polynomial.polyval(x, shape)), np.asarray(polynomial.polyval(x, slope))
+    def __call__(self, s: float) -> Point:
+        """The point at an arclength."""
+        x, problem = (s - self._centre) / self._half, self._problem
+        if abs(x) > 1 or s in (self.a.arclength, self.b.arclength):
+            return self._beside(s)
+        y, along = np.asarray(polynomial.polyval(x, self._shape)), np.asarray(polynomial.polyval(x, self._slope))
         residual, jacobian, extra = problem.at(y)
         size = relative_residual(residual, jacobian, y)
         return Point(y, along / np.linalg.norm(along), s, jacobian, size, 0, (), extra)
 
-    return between
+    def zero(
+        self, test: TestFunction, values: tuple[float, float], near: tuple[float, float, bool], beyond: Sequence[tuple[float, float]]
+    ) -> tuple[tuple[Point, float], tuple[Point, float], float] | None:
+        """As `Between.zero`."""
+        return self._beside.zero(test, values, near, beyond, (self._centre, self._half, self._shape))
